@@ -1,0 +1,6 @@
+//! The BittyBuzz virtual machine.
+
+#![no_std]
+#![forbid(unsafe_code)]
+
+pub mod number;

@@ -1,0 +1,120 @@
+//! The 16-bit float of the tiny profile.
+//!
+//! ```text
+//!  15 14        9 8               0
+//! +--+-----------+-----------------+
+//! | s| exponent  |    fraction     |   (-1)^s * 2^(exponent - 31) * (1 + fraction / 512)
+//! +--+-----------+-----------------+
+//! ```
+//!
+//! Exponent 0 is zero whatever its fraction (there are no subnormals), exponent 63 is infinity with
+//! fraction 0 and NaN otherwise; only [`F16::NAN`] is ever produced. Magnitudes run from 2^-30 to
+//! just below 2^32: more range than IEEE's binary16, since distances in millimetres and their
+//! squares occur in the same script.
+//!
+//! # Arithmetic
+//!
+//! There is none here: an operation converts to binary32, computes, and rounds back. That gives the
+//! correctly rounded 16-bit result, although two roundings happen:
+//!
+//! * A product of two 10-bit significands has at most 20 bits, so binary32 (24 bits) holds it
+//!   exactly, and only the second rounding counts.
+//! * A second rounding goes wrong only if the first one lands on a midpoint between two 16-bit
+//!   floats, or moves across it. A sum that is not exact in binary32 has operands whose exponents
+//!   differ by more than 14: the smaller one is then below a quarter unit in the last place of the
+//!   larger, and the sum is that far from any midpoint.
+//! * A quotient `a / b` of 10-bit significands that is not itself a midpoint `m` (11 bits) differs
+//!   from it by `(a - m b) / b`: at least 2^-21 of its value, much more than the error of binary32.
+//!
+//! This is the usual criterion 24 >= 2 * 10 + 2. It bears a division or a sum that is off by one unit
+//! of binary32, too.
+
+/// Width of the fraction that binary32 has and this format has not.
+const EXTRA_FRACTION: u32 = 23 - 9;
+/// Difference of the exponent biases, 127 - 31.
+const BIAS_DIFFERENCE: u32 = 96;
+
+/// A 16-bit float, as its bits.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
+pub struct F16(pub u16);
+
+impl F16 {
+    /// The only NaN that is ever produced.
+    pub const NAN: F16 = F16(0x7F00);
+    /// Positive infinity.
+    pub const INFINITY: F16 = F16(0x7E00);
+    /// The largest finite number, 2^32 - 2^22.
+    pub const MAX: F16 = F16(0x7DFF);
+    /// The smallest positive number, 2^-30.
+    pub const MIN_POSITIVE: F16 = F16(0x0200);
+
+    /// The nearest 16-bit float, the even one of two.
+    ///
+    /// What is still below 2^-30 after rounding becomes a zero of the same sign, what is 2^32 or
+    /// more becomes infinity.
+    pub fn from_f32(value: f32) -> F16 {
+        let bits = value.to_bits();
+        let sign = (bits >> 16) as u16 & 0x8000;
+        let magnitude = bits & 0x7FFF_FFFF;
+        if magnitude > 0x7F80_0000 {
+            return F16::NAN;
+        }
+        // Exponent and fraction are rounded as one integer: a carry out of the fraction is the step
+        // to the next binade. Adding just under a half, and the last kept bit, makes ties even.
+        let last_kept = (magnitude >> EXTRA_FRACTION) & 1;
+        let half = (1 << (EXTRA_FRACTION - 1)) - 1;
+        let rounded = magnitude.wrapping_add(half).wrapping_add(last_kept) >> EXTRA_FRACTION;
+        let rebased = rounded.wrapping_sub(BIAS_DIFFERENCE << 9) as i32;
+        let bits = if rebased < i32::from(F16::MIN_POSITIVE.0) {
+            0
+        } else if rebased > i32::from(F16::MAX.0) {
+            F16::INFINITY.0
+        } else {
+            rebased as u16
+        };
+        F16(sign | bits)
+    }
+
+    /// The same number in binary32: always exact.
+    pub fn to_f32(self) -> f32 {
+        let sign = u32::from(self.0 & 0x8000) << 16;
+        let magnitude = self.0 & 0x7FFF;
+        let bits = if magnitude < F16::MIN_POSITIVE.0 {
+            0
+        } else if magnitude < F16::INFINITY.0 {
+            (u32::from(magnitude) << EXTRA_FRACTION).wrapping_add(BIAS_DIFFERENCE << 23)
+        } else if magnitude == F16::INFINITY.0 {
+            0x7F80_0000
+        } else {
+            return f32::from_bits(0x7FC0_0000);
+        };
+        f32::from_bits(sign | bits)
+    }
+
+    /// The nearest 16-bit float.
+    pub fn from_i16(value: i16) -> F16 {
+        F16::from_f32(f32::from(value))
+    }
+
+    /// The nearest 16-bit float; never infinite.
+    pub fn from_i32(value: i32) -> F16 {
+        // 31 bits do not fit binary32, and a midpoint must not appear or vanish in the conversion.
+        // So the bits below the 24 that are kept are collected in the last kept one, which is far
+        // below anything but a decision between midpoint and not midpoint.
+        let magnitude = value.unsigned_abs();
+        let sticky = if magnitude >> 24 != 0 && magnitude & 0xFF != 0 { 0x100 } else { 0 };
+        let kept = if magnitude >> 24 != 0 { magnitude & !0xFF | sticky } else { magnitude };
+        let float = F16::from_f32(kept as f32);
+        if value < 0 { F16(float.0 | 0x8000) } else { float }
+    }
+
+    /// The integer part, the nearest `i16` if that does not fit, 0 for NaN.
+    pub fn to_i16(self) -> i16 {
+        self.to_f32() as i16
+    }
+
+    /// The integer part, the nearest `i32` if that does not fit, 0 for NaN.
+    pub fn to_i32(self) -> i32 {
+        self.to_f32() as i32
+    }
+}

@@ -1,0 +1,236 @@
+//! The two number profiles of the virtual machine.
+//!
+//! A profile fixes the width of a value's payload, and how integers and floats are kept in it. The
+//! interpreter is generic over it, so a robot's firmware contains exactly one.
+
+use core::fmt::Debug;
+
+use super::float16::F16;
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for super::Tiny {}
+    impl Sealed for super::Full {}
+}
+
+/// A number profile: [`Tiny`] or [`Full`].
+///
+/// Integer operations work at the payload's own width and wrap, so that the tiny profile compiles to
+/// 16-bit code on an 8-bit processor.
+pub trait Profile: sealed::Sealed + Copy + Default + Debug + 'static {
+    /// The payload of a value.
+    type Raw: Copy + Eq + Default + Debug;
+
+    /// The name in images, robot files and messages to people.
+    const NAME: &'static str;
+    /// The number in an image's header.
+    const ID: u8;
+    /// Whether this is the full profile.
+    const FULL: bool;
+    /// Width of an integer.
+    const INT_BITS: u32;
+    /// The smallest integer.
+    const INT_MIN: i32;
+    /// The largest integer.
+    const INT_MAX: i32;
+    /// Bytes of a literal in an image.
+    const WORD_BYTES: usize;
+
+    /// A payload from 16 bits (an index, an id); the rest is zero.
+    fn raw_from_u16(value: u16) -> Self::Raw;
+    /// The low 16 bits of a payload.
+    fn raw_to_u16(raw: Self::Raw) -> u16;
+    /// The payload of a literal: the first [`Profile::WORD_BYTES`] bytes, little endian.
+    fn literal_from_le(bytes: [u8; 4]) -> Self::Raw;
+    /// Whether all bits are zero, which integer 0 is and no other integer.
+    fn is_zero(raw: Self::Raw) -> bool;
+
+    /// The value of an integer.
+    fn int_to_i32(raw: Self::Raw) -> i32;
+    /// An integer; the bits that do not fit are dropped.
+    fn int_from_i32(value: i32) -> Self::Raw;
+    /// The value of a float: always exact.
+    fn float_to_f32(raw: Self::Raw) -> f32;
+    /// The nearest float; every NaN becomes the profile's only one.
+    fn float_from_f32(value: f32) -> Self::Raw;
+
+    /// `a + b`, wrapping.
+    fn add(a: Self::Raw, b: Self::Raw) -> Self::Raw;
+    /// `a - b`, wrapping.
+    fn sub(a: Self::Raw, b: Self::Raw) -> Self::Raw;
+    /// `a * b`, wrapping.
+    fn mul(a: Self::Raw, b: Self::Raw) -> Self::Raw;
+    /// `-a`, wrapping.
+    fn neg(a: Self::Raw) -> Self::Raw;
+    /// `a / b` towards zero; `None` if `b` is 0. The smallest integer by -1 wraps to itself.
+    fn div(a: Self::Raw, b: Self::Raw) -> Option<Self::Raw>;
+    /// The Euclidean remainder, from 0 to `|b| - 1`; `None` if `b` is 0.
+    fn modulo(a: Self::Raw, b: Self::Raw) -> Option<Self::Raw>;
+
+    /// Bitwise and.
+    fn and(a: Self::Raw, b: Self::Raw) -> Self::Raw;
+    /// Bitwise or.
+    fn or(a: Self::Raw, b: Self::Raw) -> Self::Raw;
+    /// Bitwise complement.
+    fn not(a: Self::Raw) -> Self::Raw;
+    /// `a << count`; `None` unless `count` is in 0..[`Profile::INT_BITS`].
+    fn shl(a: Self::Raw, count: Self::Raw) -> Option<Self::Raw>;
+    /// `a >> count` keeping the sign; `None` unless `count` is in 0..[`Profile::INT_BITS`].
+    fn shr(a: Self::Raw, count: Self::Raw) -> Option<Self::Raw>;
+
+    /// Whether `a < b` as integers.
+    fn int_less(a: Self::Raw, b: Self::Raw) -> bool;
+}
+
+/// 16-bit integers and the 16-bit floats of [`F16`].
+#[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
+pub struct Tiny;
+
+/// 32-bit integers and IEEE binary32 with a single NaN.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
+pub struct Full;
+
+/// The integer half of a profile, written once for both widths.
+macro_rules! integer_operations {
+    ($raw:ty, $int:ty) => {
+        const INT_BITS: u32 = <$int>::BITS;
+        const INT_MIN: i32 = <$int>::MIN as i32;
+        const INT_MAX: i32 = <$int>::MAX as i32;
+        const WORD_BYTES: usize = size_of::<$raw>();
+
+        #[inline]
+        fn raw_from_u16(value: u16) -> $raw {
+            <$raw>::from(value)
+        }
+
+        #[inline]
+        fn raw_to_u16(raw: $raw) -> u16 {
+            raw as u16
+        }
+
+        #[inline]
+        fn literal_from_le(bytes: [u8; 4]) -> $raw {
+            u32::from_le_bytes(bytes) as $raw
+        }
+
+        #[inline]
+        fn is_zero(raw: $raw) -> bool {
+            raw == 0
+        }
+
+        #[inline]
+        fn int_to_i32(raw: $raw) -> i32 {
+            i32::from(raw as $int)
+        }
+
+        #[inline]
+        fn int_from_i32(value: i32) -> $raw {
+            value as $raw
+        }
+
+        #[inline]
+        fn add(a: $raw, b: $raw) -> $raw {
+            a.wrapping_add(b)
+        }
+
+        #[inline]
+        fn sub(a: $raw, b: $raw) -> $raw {
+            a.wrapping_sub(b)
+        }
+
+        #[inline]
+        fn mul(a: $raw, b: $raw) -> $raw {
+            a.wrapping_mul(b)
+        }
+
+        #[inline]
+        fn neg(a: $raw) -> $raw {
+            a.wrapping_neg()
+        }
+
+        #[inline]
+        fn div(a: $raw, b: $raw) -> Option<$raw> {
+            if b == 0 { None } else { Some((a as $int).wrapping_div(b as $int) as $raw) }
+        }
+
+        #[inline]
+        fn modulo(a: $raw, b: $raw) -> Option<$raw> {
+            if b == 0 { None } else { Some((a as $int).wrapping_rem_euclid(b as $int) as $raw) }
+        }
+
+        #[inline]
+        fn and(a: $raw, b: $raw) -> $raw {
+            a & b
+        }
+
+        #[inline]
+        fn or(a: $raw, b: $raw) -> $raw {
+            a | b
+        }
+
+        #[inline]
+        fn not(a: $raw) -> $raw {
+            !a
+        }
+
+        #[inline]
+        fn shl(a: $raw, count: $raw) -> Option<$raw> {
+            if count < <$int>::BITS as $raw { Some(a.wrapping_shl(count as u32)) } else { None }
+        }
+
+        #[inline]
+        fn shr(a: $raw, count: $raw) -> Option<$raw> {
+            if count < <$int>::BITS as $raw {
+                Some((a as $int).wrapping_shr(count as u32) as $raw)
+            } else {
+                None
+            }
+        }
+
+        #[inline]
+        fn int_less(a: $raw, b: $raw) -> bool {
+            (a as $int) < (b as $int)
+        }
+    };
+}
+
+impl Profile for Tiny {
+    type Raw = u16;
+
+    const NAME: &'static str = "tiny";
+    const ID: u8 = 0;
+    const FULL: bool = false;
+
+    integer_operations!(u16, i16);
+
+    // Not inlined: one copy of each conversion serves the whole machine.
+    #[inline(never)]
+    fn float_to_f32(raw: u16) -> f32 {
+        F16(raw).to_f32()
+    }
+
+    #[inline(never)]
+    fn float_from_f32(value: f32) -> u16 {
+        F16::from_f32(value).0
+    }
+}
+
+impl Profile for Full {
+    type Raw = u32;
+
+    const NAME: &'static str = "full";
+    const ID: u8 = 1;
+    const FULL: bool = true;
+
+    integer_operations!(u32, i32);
+
+    #[inline]
+    fn float_to_f32(raw: u32) -> f32 {
+        f32::from_bits(raw)
+    }
+
+    #[inline]
+    fn float_from_f32(value: f32) -> u32 {
+        if value.is_nan() { 0x7FC0_0000 } else { value.to_bits() }
+    }
+}
