@@ -1,1 +1,221 @@
-//! x
+//! The robots that run BittyBuzz, as data: one TOML file per robot beside this crate, read and checked here.
+//!
+//! A robot file says which chip a robot has, which number profile it runs, how large its virtual machine is, and
+//! which functions its scripts may call. Compiler, command line tool, build scripts and documentation all take
+//! these facts from here; none of them is written a second time.
+//!
+//! # Principles
+//! * A fact about a robot stands in its TOML file, never in code.
+//! * A file is refused rather than guessed at: unknown keys, missing keys and absurd sizes are errors that name
+//!   line and column and say what to do.
+//! * The robots that ship have no privilege: `--robot my-robot.toml` can do what they can.
+//! * Functions are linked by name ([`name_hash`]), so a robot can gain functions without breaking old images.
+//!
+//! # To add a robot
+//! Copy the file of the robot that is most like it. Scripts can be checked, run and simulated for it at once with
+//! `--robot PATH.toml`. To ship it, add it to [`shipped`]. Its firmware calls [`generate_rust`] in its build
+//! script and has one Rust function for each `[[function]]` entry.
+//!
+//! | Key | Meaning |
+//! |---|---|
+//! | `name` | lower-case word by which the command line knows it |
+//! | `title` | its name for people |
+//! | `chip` | the chip as probe-rs and datasheets name it; left out for a robot that is never flashed |
+//! | `profile` | `"tiny"` (16-bit numbers) or `"full"` (32-bit numbers) |
+//! | `tick_hz` | steps per second |
+//! | `message_bytes` | bytes of a swarm message that one frame of its link carries, link headers not counted |
+//! | `[vm]` | sizes of the virtual machine, see [`VmSizes`] |
+//! | `[budget]` | the most that the firmware image may need, see [`Budget`]; left out with `chip` |
+//! | `[[function]]` | a function that scripts may call, see [`Function`] |
+//! | `[[table]]` | a table that the robot keeps up to date, such as `pos`, see [`SensorTable`] |
+//!
+//! # What it will not do
+//! It knows no pins, clocks or drivers: those are the firmware's. It does not say how a function is carried out,
+//! only how it is called. It is a host crate; nothing of it runs on a robot.
+
+mod error;
+mod generate;
+mod read;
+mod signature;
+
+use std::path::Path;
+
+pub use bittybuzz_vm_core::link::name_hash;
+pub use error::{Cause, Place, RobotError};
+pub use generate::generate_rust;
+pub use signature::{Parameter, Type};
+
+/// What a robot file says.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Robot {
+    /// The word by which the command line knows it, such as `kilobot`.
+    pub name: String,
+    /// Its name for people, such as `Crazyflie 2.1`.
+    pub title: String,
+    /// The chip as probe-rs and datasheets name it; `None` for a robot that is never flashed.
+    pub chip: Option<String>,
+    /// The number profile that its scripts are compiled for by default.
+    pub profile: Profile,
+    /// Steps per second.
+    pub tick_hz: u32,
+    /// Bytes of a swarm message that one frame of its link carries, link headers not counted.
+    pub message_bytes: u32,
+    /// Sizes of its virtual machine.
+    pub vm: VmSizes,
+    /// The most that its firmware may need; `None` for a robot that is never flashed.
+    pub budget: Option<Budget>,
+    /// The functions that its scripts may call, in the order of the file.
+    pub functions: Vec<Function>,
+    /// The tables that it keeps up to date for its scripts, in the order of the file.
+    pub tables: Vec<SensorTable>,
+}
+
+/// A number profile of the virtual machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Profile {
+    /// 16-bit integers and floats.
+    Tiny,
+    /// 32-bit integers and floats, strings made at run time.
+    Full,
+}
+
+impl Profile {
+    /// Its name in robot files and on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Profile::Tiny => "tiny",
+            Profile::Full => "full",
+        }
+    }
+
+    /// Bytes of an arena slot: a tag and a payload of the profile's word.
+    pub const fn slot_bytes(self) -> u32 {
+        match self {
+            Profile::Tiny => 3,
+            Profile::Full => 5,
+        }
+    }
+}
+
+/// Sizes of the virtual machine of a robot. A size of 0 leaves that feature out, where 0 is allowed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct VmSizes {
+    /// Bytes that the whole machine object may take, all else here included.
+    pub memory: u32,
+    /// Slots of the arena that holds globals, heap and stack; see [`Profile::slot_bytes`].
+    pub slots: u32,
+    /// Neighbours remembered at a time; 0 leaves `neighbors` out.
+    pub neighbors: u32,
+    /// Messages that can wait to be read by the script.
+    pub in_queue: u32,
+    /// Messages that can wait to be sent.
+    pub out_queue: u32,
+    /// Entries of all stigmergies together; 0 leaves `stigmergy` out.
+    pub stigmergy_entries: u32,
+    /// Swarms known at a time, at most 8; 0 leaves `swarm` out.
+    pub swarms: u32,
+}
+
+/// The most that the firmware of a robot may need.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Budget {
+    /// Bytes of flash, script included.
+    pub flash_bytes: u32,
+    /// Bytes of RAM that are allocated statically.
+    pub ram_bytes: u32,
+}
+
+/// A function that scripts may call on a robot.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Function {
+    /// Its name in scripts.
+    pub name: String,
+    /// The argument lists that it accepts, none twice; at least one.
+    pub accepts: Vec<Vec<Parameter>>,
+    /// What it returns; `None` if it returns nil.
+    pub returns: Option<Type>,
+    /// Whether it finishes later: the script waits for it, the robot does not.
+    pub waits: bool,
+    /// What it does, with units, in one line.
+    pub help: String,
+}
+
+impl Function {
+    /// The number by which images know it.
+    pub const fn hash(&self) -> u16 {
+        name_hash(self.name.as_str())
+    }
+
+    /// Whether one of the accepted lists has that many arguments.
+    pub fn accepts_count(&self, count: usize) -> bool {
+        self.accepts.iter().any(|list| list.len() == count)
+    }
+}
+
+/// A table that a robot keeps up to date for its scripts.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SensorTable {
+    /// The global that holds it, such as `pos`.
+    pub name: String,
+    /// Its fields; at least one.
+    pub fields: Vec<Parameter>,
+    /// What it tells, with units, in one line.
+    pub help: String,
+}
+
+impl Robot {
+    /// Reads a robot file. `path` is only used to name the file in errors.
+    pub fn parse(text: &str, path: &str) -> Result<Robot, RobotError> {
+        read::robot(text, path)
+    }
+
+    /// The function of that name.
+    pub fn function(&self, name: &str) -> Option<&Function> {
+        self.functions.iter().find(|function| function.name == name)
+    }
+
+    /// The table of that name.
+    pub fn table(&self, name: &str) -> Option<&SensorTable> {
+        self.tables.iter().find(|table| table.name == name)
+    }
+}
+
+/// The robots that ship: name and text of the robot file.
+pub const fn shipped() -> &'static [(&'static str, &'static str)] {
+    &[
+        ("kilobot", include_str!("../kilobot.toml")),
+        ("zooids", include_str!("../zooids.toml")),
+        ("crazyflie", include_str!("../crazyflie.toml")),
+        ("bench", include_str!("../bench.toml")),
+    ]
+}
+
+/// The robots that ship, read.
+pub fn all_shipped() -> Vec<Robot> {
+    shipped().iter().map(|(name, text)| read_shipped(name, text)).collect()
+}
+
+fn read_shipped(name: &str, text: &str) -> Robot {
+    match Robot::parse(text, &format!("robots/{name}.toml")) {
+        Ok(robot) => robot,
+        // A fault of this crate, which its tests find; no input leads here.
+        Err(error) => panic!("a shipped robot does not parse: {error}"),
+    }
+}
+
+/// The robot that `--robot` names: one that ships, or a robot file of the user (a path that ends in `.toml`).
+pub fn find(name_or_path: &str) -> Result<Robot, RobotError> {
+    if Path::new(name_or_path).extension().is_some_and(|extension| extension == "toml") {
+        return match std::fs::read_to_string(name_or_path) {
+            Ok(text) => Robot::parse(&text, name_or_path),
+            Err(error) => Err(RobotError::unreadable(name_or_path, &error)),
+        };
+    }
+    match shipped().iter().find(|(name, _)| *name == name_or_path) {
+        Some((name, text)) => Ok(read_shipped(name, text)),
+        None => Err(RobotError::unknown_robot(name_or_path)),
+    }
+}
+
+#[cfg(test)]
+mod tests;

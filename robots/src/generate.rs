@@ -1,0 +1,93 @@
+//! Rust source of a robot's configuration, for the build script of its firmware.
+
+use crate::{Robot, name_hash};
+use std::fmt::Write;
+
+/// Rust source with the sizes of the robot's virtual machine, and the numbers of its functions.
+///
+/// The build script writes it to `OUT_DIR` and the firmware includes it in a module:
+/// ```text
+/// mod robot { include!(concat!(env!("OUT_DIR"), "/robot.rs")); }
+/// match hash { robot::function::LED => ..., robot::function::SET_MOTOR => ..., _ => ... }
+/// ```
+/// Sizes are `usize` constants named as in the robot file (`SLOTS`, ...), with `PROFILE` and `NAME` beside them.
+/// `function` holds one `u16` constant per function; `FUNCTIONS` lists number and name of all.
+pub fn generate_rust(robot: &Robot) -> String {
+    let mut out = String::new();
+    // Writing to a String cannot fail.
+    let _ = write(robot, &mut out);
+    out
+}
+
+fn write(robot: &Robot, out: &mut String) -> std::fmt::Result {
+    writeln!(out, "// Generated from the robot file of {}.", robot.name)?;
+    writeln!(out, "/// Name of the robot.\npub const NAME: &str = {:?};", robot.name)?;
+    writeln!(out, "/// Number profile.\npub const PROFILE: &str = {:?};", robot.profile.name())?;
+    let vm = robot.vm;
+    for (name, value, help) in [
+        ("TICK_HZ", robot.tick_hz, "Steps per second."),
+        ("MESSAGE_BYTES", robot.message_bytes, "Bytes of a swarm message in one frame."),
+        ("MEMORY", vm.memory, "Bytes that the machine object may take."),
+        ("SLOTS", vm.slots, "Slots of the arena."),
+        ("NEIGHBORS", vm.neighbors, "Neighbours remembered at a time."),
+        ("IN_QUEUE", vm.in_queue, "Messages that can wait to be read."),
+        ("OUT_QUEUE", vm.out_queue, "Messages that can wait to be sent."),
+        ("STIGMERGY_ENTRIES", vm.stigmergy_entries, "Entries of all stigmergies together."),
+        ("SWARMS", vm.swarms, "Swarms known at a time."),
+    ] {
+        writeln!(out, "/// {help}\npub const {name}: usize = {value};")?;
+    }
+    writeln!(out, "/// Numbers of the functions: hashes of their names.\npub mod function {{")?;
+    for function in &robot.functions {
+        writeln!(out, "    /// `{}`: {}", function.name, function.help)?;
+        let (name, hash) = (constant(&function.name), function.hash());
+        writeln!(
+            out,
+            "    pub const {name}: u16 = {hash:#06x}; // name_hash({:?})",
+            function.name
+        )?;
+    }
+    writeln!(out, "}}")?;
+    writeln!(
+        out,
+        "/// Number and name of every function.\npub const FUNCTIONS: &[(u16, &str)] = &["
+    )?;
+    for function in &robot.functions {
+        writeln!(out, "    ({:#06x}, {:?}),", name_hash(&function.name), function.name)?;
+    }
+    writeln!(out, "];")
+}
+
+/// The Rust constant for a function: `goTo` is `GO_TO`.
+pub fn constant(name: &str) -> String {
+    let mut constant = String::new();
+    let mut previous_is_lower = false;
+    for c in name.chars() {
+        if c.is_ascii_uppercase() && previous_is_lower {
+            constant.push('_');
+        }
+        previous_is_lower = c.is_ascii_lowercase() || c.is_ascii_digit();
+        constant.push(c.to_ascii_uppercase());
+    }
+    constant
+}
+
+#[cfg(test)]
+mod tests {
+    use super::constant;
+
+    #[test]
+    fn constants() {
+        for (name, expected) in [
+            ("led", "LED"),
+            ("set_motor", "SET_MOTOR"),
+            ("goTo", "GO_TO"),
+            ("goto", "GOTO"),
+            ("greyCode", "GREY_CODE"),
+            ("getXY2Z", "GET_XY2_Z"),
+            ("_x", "_X"),
+        ] {
+            assert_eq!(constant(name), expected);
+        }
+    }
+}

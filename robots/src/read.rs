@@ -1,0 +1,442 @@
+//! Reads a robot file and checks everything that it says.
+
+use crate::error::{Cause, Place, RobotError};
+use crate::generate::constant;
+use crate::signature::{self, Parameter, Type};
+use crate::{Budget, Function, Profile, Robot, SensorTable, VmSizes, name_hash};
+use std::ops::{Range, RangeInclusive};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// Words that a script cannot use as a name. `include` is one before a string only, but would confuse.
+const KEYWORDS: &[&str] = &[
+    "var", "if", "else", "function", "return", "for", "while", "and", "or", "not", "nil", "include",
+];
+
+/// The globals of the language. A robot's table may be named `pos`, as the language knows that one.
+const BUILTINS: &[&str] = &[
+    "size",
+    "foreach",
+    "map",
+    "filter",
+    "reduce",
+    "type",
+    "isnil",
+    "isint",
+    "isfloat",
+    "isstring",
+    "istable",
+    "isclosure",
+    "isuserdata",
+    "int",
+    "float",
+    "clone",
+    "log",
+    "assert",
+    "delay",
+    "rand",
+    "id",
+    "math",
+    "string",
+    "neighbors",
+    "swarm",
+    "stigmergy",
+    "pos",
+];
+
+pub fn robot(text: &str, path: &str) -> Result<Robot, RobotError> {
+    let file = File { text, path };
+    let document = DeTable::parse(text).map_err(|error| {
+        let message = error.message().to_owned();
+        file.fail(error.span().unwrap_or(0..0), Cause::Syntax { message })
+    })?;
+    let root = Section { file, name: "the file", span: 0..0, table: document.get_ref() };
+    root.only(&[
+        "name",
+        "title",
+        "chip",
+        "profile",
+        "tick_hz",
+        "message_bytes",
+        "vm",
+        "budget",
+        "function",
+        "table",
+    ])?;
+
+    let name = root.line("name")?;
+    if !is_robot_name(name.text) {
+        return Err(name.fail(Cause::BadRobotName { name: name.text.to_owned() }));
+    }
+    let profile = root.profile("profile")?;
+    let mut functions = Vec::new();
+    let mut tables = Vec::new();
+    let mut names = Names::default();
+    for section in root.array_of_tables("table")? {
+        let table = sensor_table(&section)?;
+        names.add_table(&section, &table.name)?;
+        tables.push(table);
+    }
+    for section in root.array_of_tables("function")? {
+        let function = function(&section)?;
+        names.add_function(&section, &function.name)?;
+        functions.push(function);
+    }
+    Ok(Robot {
+        name: name.text.to_owned(),
+        title: root.line("title")?.text.to_owned(),
+        chip: root.optional("chip", |root, key| Ok(root.line(key)?.text.to_owned()))?,
+        profile,
+        tick_hz: root.integer("tick_hz", 1..=100)?,
+        // 9 bytes is what every plain message of the tiny profile needs.
+        message_bytes: root.integer("message_bytes", 9..=255)?,
+        vm: vm_sizes(&root.section("vm", "[vm]")?, profile)?,
+        budget: root.optional("budget", |root, key| budget(&root.section(key, "[budget]")?))?,
+        functions,
+        tables,
+    })
+}
+
+fn vm_sizes(vm: &Section<'_>, profile: Profile) -> Result<VmSizes, RobotError> {
+    vm.only(&[
+        "memory",
+        "slots",
+        "neighbors",
+        "in_queue",
+        "out_queue",
+        "stigmergy_entries",
+        "swarms",
+    ])?;
+    let sizes = VmSizes {
+        memory: vm.integer("memory", 256..=262_144)?,
+        slots: vm.integer("slots", 32..=32_767)?,
+        neighbors: vm.integer("neighbors", 0..=255)?,
+        in_queue: vm.integer("in_queue", 1..=255)?,
+        out_queue: vm.integer("out_queue", 1..=255)?,
+        stigmergy_entries: vm.integer("stigmergy_entries", 0..=255)?,
+        swarms: vm.integer("swarms", 0..=8)?,
+    };
+    if sizes.slots * profile.slot_bytes() > sizes.memory {
+        return Err(vm.required("slots")?.fail(Cause::ArenaTooLarge {
+            slots: sizes.slots,
+            slot_bytes: profile.slot_bytes(),
+            memory: sizes.memory,
+        }));
+    }
+    Ok(sizes)
+}
+
+fn budget(section: &Section<'_>) -> Result<Budget, RobotError> {
+    section.only(&["flash_bytes", "ram_bytes"])?;
+    Ok(Budget {
+        flash_bytes: section.integer("flash_bytes", 1024..=16_777_216)?,
+        ram_bytes: section.integer("ram_bytes", 256..=16_777_216)?,
+    })
+}
+
+fn function(section: &Section<'_>) -> Result<Function, RobotError> {
+    section.only(&["name", "accepts", "returns", "waits", "help"])?;
+    Ok(Function {
+        name: section.identifier("name")?,
+        accepts: section.argument_lists("accepts")?,
+        returns: section.optional("returns", |section, key| {
+            let text = section.string(key)?;
+            Type::from_name(text.text).map_err(|cause| text.fail(cause))
+        })?,
+        waits: section.optional("waits", Section::boolean)?.unwrap_or(false),
+        help: section.line("help")?.text.to_owned(),
+    })
+}
+
+fn sensor_table(section: &Section<'_>) -> Result<SensorTable, RobotError> {
+    section.only(&["name", "fields", "help"])?;
+    let fields = section.string("fields")?;
+    let list = fields.list()?;
+    if list.is_empty() {
+        return Err(fields.fail(Cause::NoFields));
+    }
+    Ok(SensorTable {
+        name: section.identifier("name")?,
+        fields: list,
+        help: section.line("help")?.text.to_owned(),
+    })
+}
+
+fn is_robot_name(name: &str) -> bool {
+    name.starts_with(|first: char| first.is_ascii_lowercase())
+        && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-')
+}
+
+/// The names that a robot has defined so far, and where.
+#[derive(Default)]
+struct Names {
+    defined: Vec<(String, usize)>,
+    functions: Vec<String>,
+}
+
+impl Names {
+    fn add_table(&mut self, section: &Section<'_>, name: &str) -> Result<(), RobotError> {
+        self.add(section, name, is_reserved(name) && name != "pos")
+    }
+
+    fn add_function(&mut self, section: &Section<'_>, name: &str) -> Result<(), RobotError> {
+        self.add(section, name, is_reserved(name))?;
+        for other in &self.functions {
+            let cause = if name_hash(other) == name_hash(name) {
+                Cause::HashCollision { name: name.to_owned(), other: other.clone() }
+            } else if constant(other) == constant(name) {
+                let constant = constant(name);
+                Cause::ConstantCollision { name: name.to_owned(), other: other.clone(), constant }
+            } else {
+                continue;
+            };
+            return Err(section.required("name")?.fail(cause));
+        }
+        self.functions.push(name.to_owned());
+        Ok(())
+    }
+
+    fn add(&mut self, section: &Section<'_>, name: &str, reserved: bool) -> Result<(), RobotError> {
+        let entry = section.required("name")?;
+        if reserved {
+            return Err(entry.fail(Cause::Reserved { name: name.to_owned() }));
+        }
+        if let Some((_, line)) = self.defined.iter().find(|(other, _)| other == name) {
+            return Err(entry.fail(Cause::DuplicateName { name: name.to_owned(), line: *line }));
+        }
+        self.defined.push((name.to_owned(), entry.place().line));
+        Ok(())
+    }
+}
+
+fn is_reserved(name: &str) -> bool {
+    KEYWORDS.contains(&name) || BUILTINS.contains(&name)
+}
+
+/// The file that is read, for the places of errors.
+#[derive(Clone, Copy)]
+struct File<'a> {
+    text: &'a str,
+    path: &'a str,
+}
+
+impl File<'_> {
+    fn fail(&self, span: Range<usize>, cause: Cause) -> RobotError {
+        RobotError { cause, place: Some(Box::new(Place::new(self.path, self.text, span))) }
+    }
+}
+
+/// A value of the file and where it stands.
+struct Entry<'a> {
+    file: File<'a>,
+    span: Range<usize>,
+    key: String,
+    value: &'a DeValue<'a>,
+}
+
+impl<'a> Entry<'a> {
+    fn new(file: File<'a>, key: &str, value: &'a Spanned<DeValue<'a>>) -> Self {
+        Entry { file, span: value.span(), key: key.to_owned(), value: value.get_ref() }
+    }
+
+    fn fail(&self, cause: Cause) -> RobotError {
+        self.file.fail(self.span.clone(), cause)
+    }
+
+    fn wrong_type(&self, expected: &'static str) -> RobotError {
+        let found = match self.value {
+            DeValue::String(_) => "a string",
+            DeValue::Integer(_) => "an integer",
+            DeValue::Float(_) => "a float",
+            DeValue::Boolean(_) => "true or false",
+            DeValue::Datetime(_) => "a date",
+            DeValue::Array(_) => "an array",
+            DeValue::Table(_) => "a table",
+        };
+        self.fail(Cause::WrongType { key: self.key.clone(), expected, found })
+    }
+
+    fn place(&self) -> Place {
+        Place::new(self.file.path, self.file.text, self.span.clone())
+    }
+
+    fn string(self) -> Result<Text<'a>, RobotError> {
+        match self.value {
+            DeValue::String(text) => Ok(Text { file: self.file, span: self.span, text }),
+            _ => Err(self.wrong_type("a string")),
+        }
+    }
+
+    fn table(self, name: &'static str) -> Result<Section<'a>, RobotError> {
+        match self.value {
+            DeValue::Table(table) => Ok(Section { file: self.file, name, span: self.span, table }),
+            _ => Err(self.wrong_type("a table")),
+        }
+    }
+}
+
+/// A string of the file and where it stands, quotation marks included.
+struct Text<'a> {
+    file: File<'a>,
+    span: Range<usize>,
+    text: &'a str,
+}
+
+impl Text<'_> {
+    fn fail(&self, cause: Cause) -> RobotError {
+        self.file.fail(self.span.clone(), cause)
+    }
+
+    fn list(&self) -> Result<Vec<Parameter>, RobotError> {
+        signature::parse_list(self.text).map_err(|(part, cause)| {
+            // Point at the part, unless escapes or triple quotes make its place unclear.
+            let inner = self.span.start + 1..self.span.end.saturating_sub(1);
+            let span = match self.file.text.get(inner.clone()) {
+                Some(source) if source == self.text => {
+                    inner.start + part.start..inner.start + part.end
+                }
+                _ => self.span.clone(),
+            };
+            self.file.fail(span, cause)
+        })
+    }
+}
+
+/// A table of the file and where it stands.
+struct Section<'a> {
+    file: File<'a>,
+    name: &'static str,
+    span: Range<usize>,
+    table: &'a DeTable<'a>,
+}
+
+impl<'a> Section<'a> {
+    /// Refuses keys other than these.
+    fn only(&self, known: &'static [&'static str]) -> Result<(), RobotError> {
+        let unknown = self.table.keys().filter(|key| !known.contains(&key.get_ref().as_ref()));
+        match unknown.min_by_key(|key| key.span().start) {
+            None => Ok(()),
+            Some(key) => {
+                let cause =
+                    Cause::UnknownKey { key: key.get_ref().to_string(), section: self.name, known };
+                Err(self.file.fail(key.span(), cause))
+            }
+        }
+    }
+
+    fn get(&self, key: &str) -> Option<Entry<'a>> {
+        self.table.get(key).map(|value| Entry::new(self.file, key, value))
+    }
+
+    fn required(&self, key: &'static str) -> Result<Entry<'a>, RobotError> {
+        let missing = || Cause::MissingKey { key, section: self.name };
+        self.get(key).ok_or_else(|| self.file.fail(self.span.clone(), missing()))
+    }
+
+    fn optional<T>(
+        &self,
+        key: &'static str,
+        read: impl Fn(&Self, &'static str) -> Result<T, RobotError>,
+    ) -> Result<Option<T>, RobotError> {
+        match self.get(key) {
+            None => Ok(None),
+            Some(_) => read(self, key).map(Some),
+        }
+    }
+
+    fn string(&self, key: &'static str) -> Result<Text<'a>, RobotError> {
+        self.required(key)?.string()
+    }
+
+    /// A string of one line that is not blank.
+    fn line(&self, key: &'static str) -> Result<Text<'a>, RobotError> {
+        let text = self.string(key)?;
+        if text.text.trim().is_empty() || text.text.contains(char::is_control) {
+            return Err(text.fail(Cause::NotOneLine { key }));
+        }
+        Ok(text)
+    }
+
+    fn identifier(&self, key: &'static str) -> Result<String, RobotError> {
+        let text = self.string(key)?;
+        if !signature::is_identifier(text.text) {
+            return Err(text.fail(Cause::BadIdentifier { name: text.text.to_owned() }));
+        }
+        Ok(text.text.to_owned())
+    }
+
+    fn boolean(&self, key: &'static str) -> Result<bool, RobotError> {
+        let entry = self.required(key)?;
+        match entry.value {
+            DeValue::Boolean(value) => Ok(*value),
+            _ => Err(entry.wrong_type("true or false")),
+        }
+    }
+
+    fn integer(&self, key: &'static str, range: RangeInclusive<u32>) -> Result<u32, RobotError> {
+        let entry = self.required(key)?;
+        let DeValue::Integer(number) = entry.value else {
+            return Err(entry.wrong_type("an integer"));
+        };
+        match u32::from_str_radix(number.as_str(), number.radix()) {
+            Ok(value) if range.contains(&value) => Ok(value),
+            _ => Err(entry.fail(Cause::OutOfRange {
+                key,
+                value: number.to_string(),
+                min: *range.start(),
+                max: *range.end(),
+            })),
+        }
+    }
+
+    fn profile(&self, key: &'static str) -> Result<Profile, RobotError> {
+        let text = self.string(key)?;
+        let mut profiles = [Profile::Tiny, Profile::Full].into_iter();
+        profiles
+            .find(|profile| profile.name() == text.text)
+            .ok_or_else(|| text.fail(Cause::UnknownProfile { name: text.text.to_owned() }))
+    }
+
+    fn section(&self, key: &'static str, name: &'static str) -> Result<Section<'a>, RobotError> {
+        self.required(key)?.table(name)
+    }
+
+    fn array(&self, key: &'static str) -> Result<Vec<Entry<'a>>, RobotError> {
+        let entry = self.required(key)?;
+        match entry.value {
+            DeValue::Array(items) => {
+                Ok(items.iter().map(|item| Entry::new(self.file, key, item)).collect())
+            }
+            _ => Err(entry.wrong_type("an array")),
+        }
+    }
+
+    /// The tables written as `[[key]]`; none if there are none.
+    fn array_of_tables(&self, key: &'static str) -> Result<Vec<Section<'a>>, RobotError> {
+        let name = match key {
+            "function" => "this [[function]]",
+            _ => "this [[table]]",
+        };
+        let items = self.optional(key, Section::array)?.unwrap_or_default();
+        items.into_iter().map(|item| item.table(name)).collect()
+    }
+
+    fn argument_lists(&self, key: &'static str) -> Result<Vec<Vec<Parameter>>, RobotError> {
+        let mut lists: Vec<Vec<Parameter>> = Vec::new();
+        for item in self.array(key)? {
+            let text = item.string()?;
+            let list = text.list()?;
+            let same = |other: &Vec<Parameter>| {
+                other.iter().map(|p| p.kind).eq(list.iter().map(|p| p.kind))
+            };
+            if lists.iter().any(same) {
+                return Err(text.fail(Cause::RepeatedList));
+            }
+            lists.push(list);
+        }
+        match lists.is_empty() {
+            true => Err(self.required(key)?.fail(Cause::AcceptsNothing)),
+            false => Ok(lists),
+        }
+    }
+}
