@@ -1,0 +1,75 @@
+//! The generated source is compiled and run: its numbers must be those of the robot file.
+
+use bittybuzz_robots::{Robot, all_shipped, generate_rust, name_hash};
+use std::fs;
+use std::io;
+use std::path::Path;
+use std::process::Command;
+
+/// A `main` that prints what the generated module holds.
+const PRINT: &str = r#"
+#![deny(warnings)]
+#[allow(dead_code)]
+mod robot {
+    include!("robot.rs");
+}
+const LED: u16 = robot::function::LED;
+fn main() {
+    let is_led = matches!(robot::FUNCTIONS[0].0, LED);
+    println!("{} {} {}", robot::NAME, robot::PROFILE, is_led);
+    println!(
+        "{} {} {} {} {} {} {} {} {}",
+        robot::TICK_HZ, robot::MESSAGE_BYTES, robot::MEMORY, robot::SLOTS, robot::NEIGHBORS,
+        robot::IN_QUEUE, robot::OUT_QUEUE, robot::STIGMERGY_ENTRIES, robot::SWARMS,
+    );
+    for (hash, name) in robot::FUNCTIONS {
+        println!("{hash} {name}");
+    }
+}
+"#;
+
+fn expected(robot: &Robot) -> String {
+    let vm = robot.vm;
+    let mut out = format!("{} {} true\n", robot.name, robot.profile.name());
+    let sizes = [
+        robot.tick_hz,
+        robot.message_bytes,
+        vm.memory,
+        vm.slots,
+        vm.neighbors,
+        vm.in_queue,
+        vm.out_queue,
+        vm.stigmergy_entries,
+        vm.swarms,
+    ];
+    out += &sizes.map(|size| size.to_string()).join(" ");
+    out += "\n";
+    for function in &robot.functions {
+        out += &format!("{} {}\n", name_hash(&function.name), function.name);
+    }
+    out
+}
+
+fn compile_and_run(robot: &Robot, folder: &Path) -> io::Result<String> {
+    fs::create_dir_all(folder)?;
+    fs::write(folder.join("robot.rs"), generate_rust(robot))?;
+    fs::write(folder.join("main.rs"), PRINT)?;
+    let rustc = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned());
+    let binary = folder.join("main");
+    let compiled = Command::new(rustc)
+        .args(["--edition", "2024", "-o"])
+        .arg(&binary)
+        .arg(folder.join("main.rs"))
+        .output()?;
+    assert!(compiled.status.success(), "{}", String::from_utf8_lossy(&compiled.stderr));
+    let run = Command::new(binary).output()?;
+    Ok(String::from_utf8_lossy(&run.stdout).into_owned())
+}
+
+#[test]
+fn generated_source_compiles_and_says_the_same() {
+    for robot in all_shipped() {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(&robot.name);
+        assert_eq!(compile_and_run(&robot, &folder).unwrap(), expected(&robot));
+    }
+}
