@@ -1,0 +1,146 @@
+//! The memory of a script: one array of slots.
+//!
+//! ```text
+//! 0            base          sp                 bottom            top
+//! | globals    | frames ->   |      free        |   <- heap cells  |
+//! ```
+//! Globals come first, frames grow up behind them, heap cells grow down from the top; what the stack does not use
+//! serves the heap. A heap cell is [`CELL`] slots and never moves; its number is the index of its first slot, so 0
+//! is no cell. [`crate::heap`] says what cells hold.
+
+use crate::number::Profile;
+use crate::value::{Tag, Value};
+
+/// Slots of a heap cell: a header and six others.
+pub(crate) const CELL: usize = 7;
+
+/// See the module.
+pub(crate) struct Arena<P: Profile, const SLOTS: usize> {
+    slots: [Value<P>; SLOTS],
+    /// The slots in use are those below; at most `SLOTS`.
+    top: u16,
+    /// Lowest cell in use or free-listed.
+    pub(crate) bottom: u16,
+    /// Head of the list of free cells above `bottom`, 0 if there is none.
+    pub(crate) free: u16,
+    /// No cell may be placed below: the highest slot that any frame since the last collection may use.
+    pub(crate) reserved: u16,
+    /// Makes allocations fail and collections frequent.
+    #[cfg(feature = "torture")]
+    pub(crate) torture: crate::torture::Torture,
+}
+
+impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
+    /// An empty arena of `SLOTS` slots.
+    pub(crate) fn new() -> Self {
+        const { assert!(SLOTS <= 0xfff0, "slots are numbered in 16 bits") }
+        Arena {
+            slots: [Value::nil(); SLOTS],
+            top: SLOTS as u16,
+            bottom: SLOTS as u16,
+            free: 0,
+            reserved: 0,
+            #[cfg(feature = "torture")]
+            torture: crate::torture::Torture::default(),
+        }
+    }
+
+    /// Forgets everything and uses only the first `slots` slots, or all if there are fewer.
+    pub(crate) fn reset(&mut self, slots: usize) {
+        self.top = slots.min(SLOTS) as u16;
+        self.bottom = self.top;
+        self.free = 0;
+        self.reserved = 0;
+        self.fill(0, self.top as usize);
+    }
+
+    /// Sets slots `from..to` to nil.
+    pub(crate) fn fill(&mut self, from: usize, to: usize) {
+        if let Some(slots) = self.slots.get_mut(from..to) {
+            slots.fill(Value::nil());
+        }
+    }
+
+    /// Slots in use.
+    pub(crate) fn top(&self) -> usize {
+        self.top as usize
+    }
+
+    /// The slot, nil if there is none of that number: verified code and the machine itself never ask for one.
+    #[inline(always)]
+    pub(crate) fn get(&self, at: usize) -> Value<P> {
+        match self.slots.get(at) {
+            Some(slot) => *slot,
+            None => Value::nil(),
+        }
+    }
+
+    /// Writes a slot.
+    #[inline(always)]
+    pub(crate) fn set(&mut self, at: usize, value: Value<P>) {
+        if let Some(slot) = self.slots.get_mut(at) {
+            *slot = value;
+        }
+    }
+
+    /// Slots `from..to`.
+    pub(crate) fn slice(&self, from: usize, to: usize) -> &[Value<P>] {
+        self.slots.get(from..to).unwrap_or(&[])
+    }
+
+    /// Moves the `count` slots from `from` on down by `by`.
+    #[inline(never)]
+    pub(crate) fn shift_down(&mut self, from: usize, count: usize, by: usize) {
+        let end = from.wrapping_add(count);
+        if end <= SLOTS && by <= from {
+            self.slots.copy_within(from..end, from - by);
+        }
+    }
+
+    /// The link of a cell: another cell or 0.
+    #[inline(always)]
+    pub(crate) fn link(&self, cell: usize) -> usize {
+        self.get(cell).index()
+    }
+
+    /// Sets the link of a cell and leaves the rest of its header.
+    pub(crate) fn set_link(&mut self, cell: usize, to: usize) {
+        let header = self.get(cell);
+        self.set(cell, Value::indexed(header.tag(), to as u16));
+    }
+
+    /// A cell from the free list or from below the heap, its header set and its other slots nil; `None` if a
+    /// collection is needed first.
+    pub(crate) fn take_cell(&mut self, header: Tag) -> Option<usize> {
+        #[cfg(feature = "torture")]
+        if self.torture.refuses() {
+            return None;
+        }
+        let cell = if self.free != 0 {
+            let cell = self.free as usize;
+            self.free = self.link(cell) as u16;
+            cell
+        } else {
+            let below = self.bottom.checked_sub(CELL as u16)?;
+            if below < self.reserved {
+                return None;
+            }
+            self.bottom = below;
+            below as usize
+        };
+        self.set(cell, Value::indexed(header, 0));
+        self.fill(cell + 1, cell + CELL);
+        Some(cell)
+    }
+
+    /// Slots between the stack's reservation and the heap, and in free cells.
+    pub(crate) fn unused(&self) -> usize {
+        let mut count = (self.bottom as usize).saturating_sub(self.reserved as usize);
+        let mut cell = self.free as usize;
+        while cell != 0 {
+            count += CELL;
+            cell = self.link(cell);
+        }
+        count
+    }
+}

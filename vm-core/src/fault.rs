@@ -1,0 +1,94 @@
+//! What stops a script.
+
+use crate::value::Type;
+
+/// The cause of a run-time error.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[repr(u8)]
+pub enum FaultCode {
+    /// An operand is not of the type that the operation needs.
+    WrongType = 1,
+    /// The value before `.` or `[` is no table.
+    NotATable = 2,
+    /// The value called is no function.
+    NotCallable = 3,
+    /// A table key that is neither number nor string.
+    BadKey = 4,
+    /// Integer division or modulo by zero.
+    DivisionByZero = 5,
+    /// Shift count outside 0 to width - 1.
+    ShiftRange = 6,
+    /// A parameter that the caller did not pass was read.
+    MissingArgument = 7,
+    /// `<` and the like between types that have no order.
+    Unordered = 8,
+    /// Calls too deep: the stack met the heap.
+    StackOverflow = 9,
+    /// No room for a table, closure or string, even after a collection.
+    OutOfMemory = 10,
+    /// `assert` failed; the detail is 1 + the number of its message string, 0 without.
+    AssertFailed = 11,
+    /// A robot function refused; the detail is its own code.
+    RobotRefused = 12,
+}
+
+impl FaultCode {
+    /// Every cause.
+    pub const ALL: [FaultCode; 12] = [
+        FaultCode::WrongType,
+        FaultCode::NotATable,
+        FaultCode::NotCallable,
+        FaultCode::BadKey,
+        FaultCode::DivisionByZero,
+        FaultCode::ShiftRange,
+        FaultCode::MissingArgument,
+        FaultCode::Unordered,
+        FaultCode::StackOverflow,
+        FaultCode::OutOfMemory,
+        FaultCode::AssertFailed,
+        FaultCode::RobotRefused,
+    ];
+}
+
+/// A run-time error. With the script hash and the compiler's symbols the host names file, line and column.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Fault {
+    /// The cause.
+    pub code: FaultCode,
+    /// Where: offset of the instruction from the start of the code.
+    pub position: u16,
+    /// Types of the operands or of the offending value, where the cause has some.
+    pub operands: [Type; 2],
+    /// Depends on the cause.
+    pub detail: u16,
+}
+
+/// A cause on its way from the place that finds it to the interpreter, which adds the position.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Cause {
+    pub(crate) code: FaultCode,
+    pub(crate) operands: [Type; 2],
+    pub(crate) detail: u16,
+}
+
+impl Cause {
+    #[inline(never)]
+    pub(crate) fn new(code: FaultCode) -> Self {
+        Cause { code, operands: [Type::Nil; 2], detail: 0 }
+    }
+
+    #[inline(never)]
+    pub(crate) fn of(code: FaultCode, first: Type, second: Type) -> Self {
+        Cause { code, operands: [first, second], detail: 0 }
+    }
+
+    /// The fault that a robot function reports: `detail` tells which of its reasons.
+    pub fn robot(detail: u16) -> Self {
+        Cause { detail, ..Cause::new(FaultCode::RobotRefused) }
+    }
+
+    /// The fault that a robot function reports for an argument of the wrong type.
+    pub fn argument(found: Type) -> Self {
+        Cause::of(FaultCode::WrongType, found, found)
+    }
+}

@@ -1,0 +1,76 @@
+//! Closures and bound functions.
+
+use super::{LIVE, NoCell};
+use crate::arena::{Arena, CELL};
+use crate::number::Profile;
+use crate::value::{Tag, Value};
+
+/// Captured values in the closure's first cell, behind function and self.
+const IN_HEAD: usize = CELL - 3;
+const IN_CELL: usize = CELL - 1;
+
+impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
+    /// A closure of `function` with the `count` captured values that start at slot `from`.
+    pub(crate) fn new_closure(
+        &mut self,
+        function: Value<P>,
+        self_value: Value<P>,
+        from: usize,
+        count: usize,
+    ) -> Result<Value<P>, NoCell> {
+        let head = self.take_cell(LIVE).ok_or(NoCell)?;
+        self.set(head + 1, function);
+        self.set(head + 2, self_value);
+        let mut last = head;
+        let mut slot = head + 3;
+        for number in 0..count {
+            if slot == last + CELL {
+                let cell = self.take_cell(LIVE).ok_or(NoCell)?;
+                self.set_link(last, cell);
+                last = cell;
+                slot = cell + 1;
+            }
+            self.set(slot, self.get(from + number));
+            slot += 1;
+        }
+        Ok(Value::indexed(Tag::CLOSURE, head as u16))
+    }
+
+    /// `function` bound to `self_value`.
+    pub(crate) fn new_bound(
+        &mut self,
+        function: Value<P>,
+        self_value: Value<P>,
+    ) -> Result<Value<P>, NoCell> {
+        let cell = self.take_cell(LIVE).ok_or(NoCell)?;
+        self.set(cell + 1, function);
+        self.set(cell + 2, self_value);
+        Ok(Value::indexed(Tag::BOUND, cell as u16))
+    }
+
+    /// The function of a closure or bound function.
+    #[inline(always)]
+    pub(crate) fn closure_function(&self, closure: usize) -> Value<P> {
+        self.get(closure + 1)
+    }
+
+    /// Its self.
+    #[inline(always)]
+    pub(crate) fn closure_self(&self, closure: usize) -> Value<P> {
+        self.get(closure + 2)
+    }
+
+    /// A captured value of a closure, nil if it has not so many.
+    pub(crate) fn captured(&self, closure: usize, number: usize) -> Value<P> {
+        if number < IN_HEAD {
+            return self.get(closure + 3 + number);
+        }
+        let mut number = number - IN_HEAD;
+        let mut cell = self.link(closure);
+        while number >= IN_CELL && cell != 0 {
+            cell = self.link(cell);
+            number -= IN_CELL;
+        }
+        if cell == 0 { Value::nil() } else { self.get(cell + 1 + number) }
+    }
+}

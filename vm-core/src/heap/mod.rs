@@ -1,0 +1,35 @@
+//! What heap cells hold, and the collector.
+//!
+//! Every cell is a header and six slots. The header's tag byte holds the cell's kind and the collector's marks, its
+//! payload links to the next cell of the same object. The other slots are values (unused ones nil), so the collector
+//! treats all cells alike:
+//!
+//! | kind | slots 1 to 6 | link |
+//! |---|---|---|
+//! | table | array chain, length of the array, two pairs of key and value | pairs |
+//! | array | six values, for keys 6 n, 6 n + 1, ... | array |
+//! | pairs | three pairs | pairs |
+//! | closure | function, self, four captured values | captures |
+//! | captures | six captured values | captures |
+//! | bound | function or closure, self | none |
+//! | text | length, 20 bytes in five integers | text continued |
+//! | text continued | 24 bytes in six integers | text continued |
+
+mod closure;
+mod collect;
+mod table;
+#[cfg(feature = "strings")]
+mod text;
+
+pub(crate) use table::Cursor;
+#[cfg(feature = "strings")]
+pub(crate) use text::TextBuilder;
+
+use crate::value::Tag;
+
+/// Header tag of a cell in use, whatever it holds: only the collector reads it.
+pub(crate) const LIVE: Tag = Tag(1);
+
+/// There was no cell: collect, then try again; if that fails too, the heap is full.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct NoCell;

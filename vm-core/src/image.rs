@@ -1,0 +1,339 @@
+//! The image of a script, read in place: see `docs/image-format.md`.
+//!
+//! [`Image`] is an allegation: bytes that say they are an image. [`Image::verify`](crate::verify) makes it a
+//! [`Verified`] one, which alone can be run.
+
+use crate::builtin;
+use crate::bytecode::ByteCode;
+
+/// First byte of every image.
+pub const MAGIC: u8 = 0xb5;
+/// The version of format and instruction set.
+pub const VERSION: u8 = 1;
+/// Form byte: the profile is `full`.
+pub const FORM_FULL: u8 = 1 << 7;
+/// Form byte: there is an order table.
+pub const FORM_ORDER: u8 = 1 << 6;
+/// Form byte: there is text.
+pub const FORM_TEXT: u8 = 1 << 5;
+/// Form byte: there is a library table.
+pub const FORM_LIBRARIES: u8 = 1 << 4;
+/// Largest count.
+pub const COUNT_MAX: usize = 0x7fff;
+/// Function header: it uses `self`.
+pub const USES_SELF: u8 = 1 << 7;
+/// Function header: it has captured values.
+pub const CAPTURES: u8 = 1 << 6;
+/// Function header: the bits that count the parameters.
+pub const PARAMETERS: u8 = 0x1f;
+/// Deepest frame above its record.
+pub const DEPTH_MAX: u8 = 200;
+/// Bytes of a row of the library table.
+pub(crate) const LIBRARY_ROW: usize = 4;
+
+/// Why bytes cannot be run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ImageError {
+    /// The first byte is not [`MAGIC`].
+    NotAnImage,
+    /// Made for another version of the virtual machine.
+    Version(u8),
+    /// Made for the other number profile.
+    Profile,
+    /// Ends in the middle of the header or of a table.
+    Truncated,
+    /// More than 64 kB.
+    TooLong,
+    /// Needs parts that this virtual machine lacks: their bits.
+    Features(u8),
+    /// An entry names no function and no global.
+    Entry(u8),
+    /// The robot has no function with this name hash.
+    RobotFunction(u16),
+    /// The globals alone fill the arena.
+    TooManyGlobals(u16),
+    /// A row of the library table, from 0, is wrong.
+    LibraryTable(u16),
+    /// The header or the place of a function is wrong.
+    Function(u16),
+    /// An instruction is unknown, incomplete or runs over its function's end.
+    Instruction(u16),
+    /// An operand or trailer names something that does not exist.
+    Operand(u16),
+    /// The operand stack would run empty, over the declared depth, or differ in depth between two ways.
+    Depth(u16),
+    /// A jump leads to a place where none may.
+    Jump(u16),
+    /// A function's code runs over its end.
+    NoReturn(u16),
+    /// The function has more jumps than the verifier's memory, the empty arena, can follow.
+    TooManyJumps(u16),
+}
+
+/// Which function the host calls.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Entry {
+    /// The global code, once.
+    Global,
+    /// `init()`, once.
+    Init,
+    /// `step()`, ten times a second.
+    Step,
+    /// `reset()`, when the host asks.
+    Reset,
+    /// `destroy()`, when the host asks.
+    Destroy,
+}
+
+/// Where an entry's function is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EntryPoint {
+    /// The script has none.
+    None,
+    /// A function that never changes.
+    Function(u16),
+    /// Whatever the global holds.
+    Global(u16),
+}
+
+impl EntryPoint {
+    /// From its count in the header.
+    pub const fn from_count(count: u16) -> Self {
+        match count {
+            0 => EntryPoint::None,
+            n if n % 2 == 1 => EntryPoint::Function(n / 2),
+            n => EntryPoint::Global(n / 2 - 1),
+        }
+    }
+
+    /// Its count in the header.
+    pub const fn to_count(self) -> u16 {
+        match self {
+            EntryPoint::None => 0,
+            EntryPoint::Function(number) => 2 * number + 1,
+            EntryPoint::Global(number) => 2 * number + 2,
+        }
+    }
+}
+
+/// Bytes that may be an image.
+#[derive(Debug, Clone, Copy)]
+pub struct Image<C: ByteCode> {
+    pub(crate) code: C,
+}
+
+impl<C: ByteCode> Image<C> {
+    /// Any bytes.
+    pub fn new(code: C) -> Self {
+        Image { code }
+    }
+
+    /// Reads the header. Says nothing about the code.
+    pub fn header(&self) -> Result<Header, ImageError> {
+        Header::read(&self.code)
+    }
+}
+
+/// Where the parts of an image are, and how many of each: offsets in bytes from the start of the image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Header {
+    /// Form byte.
+    pub form: u8,
+    /// Feature bits.
+    pub features: u8,
+    /// Script hash.
+    pub hash: u32,
+    /// Counts of the entries `init`, `step`, `reset`, `destroy`.
+    pub entries: [u16; 4],
+    /// Globals.
+    pub globals: u16,
+    /// Functions.
+    pub functions: u16,
+    /// Imported robot functions.
+    pub imports: u16,
+    /// Strings of the script.
+    pub strings: u16,
+    /// Rows of the library table.
+    pub library_rows: u16,
+    /// Offset of the imports; the tables follow it.
+    pub imports_at: u16,
+    /// Offset of the order table.
+    pub order_at: u16,
+    /// Offset of the first row of the library table.
+    pub libraries_at: u16,
+    /// Offset of the function table.
+    pub functions_at: u16,
+    /// Offset of the text.
+    pub text_at: u16,
+    /// Offset of the code.
+    pub code_at: u16,
+}
+
+/// Reads counts one after the other.
+struct Reader<'a, C> {
+    code: &'a C,
+    at: usize,
+}
+
+impl<C: ByteCode> Reader<'_, C> {
+    fn byte(&mut self) -> Result<u8, ImageError> {
+        if self.at >= self.code.len() {
+            return Err(ImageError::Truncated);
+        }
+        self.at += 1;
+        Ok(self.code.byte(self.at - 1))
+    }
+
+    fn count(&mut self) -> Result<u16, ImageError> {
+        let first = self.byte()?;
+        if first < 0x80 {
+            return Ok(u16::from(first));
+        }
+        Ok(u16::from_be_bytes([first & 0x7f, self.byte()?]))
+    }
+
+    /// Steps over `count` rows of `size` bytes and returns where they start.
+    fn skip(&mut self, count: u16, size: usize) -> Result<u16, ImageError> {
+        let start = self.at;
+        // Both factors are 16 bits or less and AVR's usize has 16, so the product is checked.
+        let bytes = usize::from(count).checked_mul(size).ok_or(ImageError::Truncated)?;
+        self.at = self.at.checked_add(bytes).ok_or(ImageError::Truncated)?;
+        if self.at > self.code.len() { Err(ImageError::Truncated) } else { Ok(start as u16) }
+    }
+}
+
+impl Header {
+    fn read<C: ByteCode>(code: &C) -> Result<Header, ImageError> {
+        // Positions at the end of 16 bits are return addresses of the machine itself.
+        if code.len() > 0xff00 {
+            return Err(ImageError::TooLong);
+        }
+        let mut reader = Reader { code, at: 0 };
+        if reader.byte()? != MAGIC {
+            return Err(ImageError::NotAnImage);
+        }
+        let form = reader.byte()?;
+        if form & 0x0f != VERSION {
+            return Err(ImageError::Version(form & 0x0f));
+        }
+        let features = reader.byte()?;
+        let hash = u32::from_le_bytes([
+            reader.byte()?,
+            reader.byte()?,
+            reader.byte()?,
+            reader.byte()?,
+        ]);
+        let entries = [reader.count()?, reader.count()?, reader.count()?, reader.count()?];
+        let globals = reader.count()?;
+        let functions = reader.count()?;
+        let imports = reader.count()?;
+        let strings = reader.count()?;
+        let imports_at = reader.skip(imports, 2)?;
+        let order_at = reader.skip(if form & FORM_ORDER != 0 { strings } else { 0 }, 1)?;
+        let library_rows = if form & FORM_LIBRARIES != 0 { reader.count()? } else { 0 };
+        let libraries_at = reader.skip(library_rows, LIBRARY_ROW)?;
+        let functions_at = reader.skip(functions, 2)?;
+        let text_at = reader.at as u16;
+        if form & FORM_TEXT != 0 {
+            for _ in 0..strings {
+                let length = reader.count()?;
+                reader.skip(length, 1)?;
+            }
+        }
+        Ok(Header {
+            form,
+            features,
+            hash,
+            entries,
+            globals,
+            functions,
+            imports,
+            strings,
+            library_rows,
+            imports_at,
+            order_at,
+            libraries_at,
+            functions_at,
+            text_at,
+            code_at: reader.at as u16,
+        })
+    }
+
+    /// Whether the image is for the `full` profile.
+    pub fn is_full(&self) -> bool {
+        self.form & FORM_FULL != 0
+    }
+
+    /// Whether a string number exists: the machine's own and the script's.
+    pub fn has_string(&self, number: u16) -> bool {
+        u32::from(number) < u32::from(self.strings) + u32::from(builtin::string::COUNT)
+    }
+
+    /// Where an entry's function is found.
+    pub fn entry(&self, entry: Entry) -> EntryPoint {
+        let [init, step, reset, destroy] = self.entries;
+        match entry {
+            Entry::Global => EntryPoint::Function(0),
+            Entry::Init => EntryPoint::from_count(init),
+            Entry::Step => EntryPoint::from_count(step),
+            Entry::Reset => EntryPoint::from_count(reset),
+            Entry::Destroy => EntryPoint::from_count(destroy),
+        }
+    }
+}
+
+/// An image that the verifier has accepted: every instruction, operand and jump in it is sound, so it can neither
+/// panic the machine nor leave its memory. Only the verifier makes one.
+#[derive(Debug, Clone, Copy)]
+pub struct Verified<C: ByteCode> {
+    pub(crate) code: C,
+    pub(crate) header: Header,
+}
+
+impl<C: ByteCode> Verified<C> {
+    /// Its header.
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// Offset of a function's header in the image.
+    #[inline(always)]
+    pub(crate) fn function(&self, number: u16) -> usize {
+        let row = usize::from(self.header.functions_at) + 2 * usize::from(number);
+        usize::from(self.code.word(row)) + usize::from(self.header.code_at)
+    }
+
+    /// The name hash of an imported robot function.
+    #[inline(always)]
+    pub(crate) fn import(&self, number: u16) -> u16 {
+        self.code.word(usize::from(self.header.imports_at) + 2 * usize::from(number))
+    }
+
+    /// The function that holds an offset of the image.
+    pub(crate) fn function_at(&self, at: usize) -> u16 {
+        let mut number = self.header.functions;
+        while number > 1 && self.function(number - 1) > at {
+            number -= 1;
+        }
+        number.saturating_sub(1)
+    }
+
+    /// The built-in behind a name of a library.
+    pub(crate) fn library_member(&self, library: u8, string: u16) -> Option<u8> {
+        let rows = (0..self.header.library_rows).map(|row| self.library_row(row));
+        rows.filter(|row| row.0 == library && row.1 == string).map(|row| row.2).next()
+    }
+
+    /// Library, string and built-in of a row of the library table.
+    pub(crate) fn library_row(&self, row: u16) -> (u8, u16, u8) {
+        let at = usize::from(self.header.libraries_at) + LIBRARY_ROW * usize::from(row);
+        (self.code.byte(at), self.code.word(at + 1), self.code.byte(at + 3))
+    }
+
+    /// How many of the machine's own strings sort before this string of the script.
+    pub(crate) fn string_order(&self, number: u16) -> u8 {
+        let index = number.wrapping_sub(builtin::string::COUNT);
+        self.code.byte(usize::from(self.header.order_at) + usize::from(index))
+    }
+}

@@ -1,0 +1,310 @@
+//! The instruction set: every opcode stands here once, with its byte, operand, stack effect and meaning.
+//! Compiler, verifier, interpreter, disassembler and documentation all use this table.
+//!
+//! # Encoding
+//! | first byte | form |
+//! |---|---|
+//! | `0x00..=0x3f` | plain: no operand |
+//! | `0x40..=0x7f` | narrow: one signed byte follows |
+//! | `0x80..=0xbf` | short: the operand is in the byte itself, see [`Short`] |
+//! | `0xc0..=0xff` | wide: the narrow opcode with bit 7 set, a signed little-endian 16-bit operand follows |
+//!
+//! Some opcodes are followed by one more byte or by a literal word of the profile, see [`Trailer`].
+//! A jump operand counts from the byte after the whole instruction.
+//!
+//! # Stack effects
+//! `a b -- c` means: b is on top and popped first. `locals` are addressed from the frame's record: parameter i
+//! of n at offset `i - n`, the slots above the record at 1, 2, ... (see [`crate::frame`]).
+
+/// What follows opcode and operand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Trailer {
+    /// Nothing.
+    None,
+    /// One byte: an argument count, see [`DROP_RESULT`].
+    Arguments,
+    /// One byte: how many captured values are popped.
+    Captures,
+    /// One signed byte.
+    Immediate,
+    /// A literal of the profile: 2 bytes in `tiny`, 4 in `full`, little-endian.
+    Word,
+}
+
+/// In an argument count byte: the result is not pushed.
+pub const DROP_RESULT: u8 = 0x80;
+
+/// What an operand means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Operand {
+    /// There is none.
+    None,
+    /// An integer value.
+    Int,
+    /// Number of a string.
+    String,
+    /// Number of a script function.
+    Function,
+    /// Number of a built-in, [`crate::builtin`].
+    Builtin,
+    /// Number of an imported robot function.
+    Robot,
+    /// Number of a library value, [`crate::builtin::Library`].
+    Library,
+    /// Offset of a local from the frame record.
+    Local,
+    /// Number of a global.
+    Global,
+    /// Number of a captured value.
+    Capture,
+    /// Count of arguments.
+    Count,
+    /// Count of parameters of the function that holds the instruction.
+    Parameters,
+    /// Distance of a jump.
+    Jump,
+}
+
+/// A row of the instruction table.
+#[derive(Debug, Clone, Copy)]
+pub struct Info {
+    /// As the disassembler writes it.
+    pub name: &'static str,
+    /// First byte in plain or narrow form.
+    pub byte: u8,
+    /// Meaning of the operand.
+    pub operand: Operand,
+    /// What follows.
+    pub trailer: Trailer,
+    /// Values taken from the stack, not counting arguments and captures that operand or trailer count.
+    pub pops: u8,
+    /// Values put on the stack.
+    pub pushes: u8,
+    /// One line of explanation.
+    pub meaning: &'static str,
+}
+
+macro_rules! opcodes {
+    ($($name:ident = $byte:literal, $operand:ident, $trailer:ident, $pops:literal -- $pushes:literal, $meaning:literal;)*) => {
+        $(#[doc = $meaning] pub const $name: u8 = $byte;)*
+
+        /// Every instruction, by byte.
+        pub const TABLE: &[Info] = &[$(Info {
+            name: stringify!($name), byte: $byte, operand: Operand::$operand, trailer: Trailer::$trailer,
+            pops: $pops, pushes: $pushes, meaning: $meaning,
+        },)*];
+
+        /// The row of a plain or narrow opcode. A match and not a table look-up, because a table would be
+        /// copied to RAM on the AVR.
+        #[inline(never)]
+        pub const fn effect(byte: u8) -> Option<Effect> {
+            match byte {
+                $($byte => Some(Effect { operand: Operand::$operand, trailer: Trailer::$trailer, pops: $pops, pushes: $pushes }),)*
+                _ => None,
+            }
+        }
+    };
+}
+
+/// The part of [`Info`] that the verifier needs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Effect {
+    /// Meaning of the operand.
+    pub operand: Operand,
+    /// What follows.
+    pub trailer: Trailer,
+    /// As in [`Info`].
+    pub pops: u8,
+    /// As in [`Info`].
+    pub pushes: u8,
+}
+
+opcodes! {
+    // Plain.
+    NIL = 0x00, None, None, 0 -- 1, "-- nil";
+    UNSET = 0x01, None, None, 0 -- 1, "-- unset: stands for an argument that the caller did not pass";
+    POP = 0x02, None, None, 1 -- 0, "a --";
+    DUP = 0x03, None, None, 1 -- 2, "a -- a a";
+    ADD = 0x04, None, None, 2 -- 1, "a b -- a + b";
+    SUB = 0x05, None, None, 2 -- 1, "a b -- a - b";
+    MUL = 0x06, None, None, 2 -- 1, "a b -- a * b";
+    DIV = 0x07, None, None, 2 -- 1, "a b -- a / b: integers truncate";
+    MOD = 0x08, None, None, 2 -- 1, "a b -- a % b: Euclidean";
+    POW = 0x09, None, None, 2 -- 1, "a b -- a ^ b: a float";
+    NEG = 0x0a, None, None, 1 -- 1, "a -- -a";
+    BAND = 0x0b, None, None, 2 -- 1, "a b -- a & b";
+    BOR = 0x0c, None, None, 2 -- 1, "a b -- a | b";
+    BNOT = 0x0d, None, None, 1 -- 1, "a -- !a";
+    SHL = 0x0e, None, None, 2 -- 1, "a b -- a << b";
+    SHR = 0x0f, None, None, 2 -- 1, "a b -- a >> b: arithmetic";
+    NOT = 0x10, None, None, 1 -- 1, "a -- 1 if a is false, else 0";
+    TRUTH = 0x11, None, None, 1 -- 1, "a -- 0 if a is false, else 1";
+    EQ = 0x12, None, None, 2 -- 1, "a b -- a == b";
+    NE = 0x13, None, None, 2 -- 1, "a b -- a != b";
+    LT = 0x14, None, None, 2 -- 1, "a b -- a < b";
+    LE = 0x15, None, None, 2 -- 1, "a b -- a <= b";
+    GT = 0x16, None, None, 2 -- 1, "a b -- a > b";
+    GE = 0x17, None, None, 2 -- 1, "a b -- a >= b";
+    TABLE_NEW = 0x18, None, None, 0 -- 1, "-- {}";
+    INDEX_GET = 0x19, None, None, 2 -- 1, "t k -- t[k]";
+    INDEX_SET = 0x1a, None, None, 3 -- 0, "t k v --: t[k] = v";
+    INDEX_INIT = 0x1b, None, None, 3 -- 1, "t k v -- t: t[k] = v";
+    INDEX_METHOD = 0x1c, None, None, 2 -- 2, "t k -- t t[k]: the function is not bound, CALL_METHOD passes t";
+    ROBOT_ID = 0x1d, None, None, 0 -- 1, "-- id of this robot";
+    FLOAT = 0x1e, None, Word, 0 -- 1, "-- float literal";
+    INT_WORD = 0x1f, None, Word, 0 -- 1, "-- integer literal that needs a whole word";
+
+    // Narrow, or wide with bit 7.
+    INT = 0x40, Int, None, 0 -- 1, "-- operand";
+    STRING = 0x41, String, None, 0 -- 1, "-- constant string";
+    FUNCTION = 0x42, Function, None, 0 -- 1, "-- script function that captures nothing";
+    BUILTIN = 0x43, Builtin, None, 0 -- 1, "-- built-in function";
+    ROBOT = 0x44, Robot, None, 0 -- 1, "-- robot function";
+    LIBRARY = 0x45, Library, None, 0 -- 1, "-- library such as `math`";
+    LOCAL_GET = 0x46, Local, None, 0 -- 1, "-- local; a fault if it is an argument that was not passed";
+    LOCAL_SET = 0x47, Local, None, 1 -- 0, "a --: local = a";
+    GLOBAL_GET = 0x48, Global, None, 0 -- 1, "-- global";
+    GLOBAL_SET = 0x49, Global, None, 1 -- 0, "a --: global = a";
+    CAPTURE_GET = 0x4a, Capture, None, 0 -- 1, "-- captured value";
+    FIELD_GET = 0x4b, String, None, 1 -- 1, "t -- t.name";
+    FIELD_SET = 0x4c, String, None, 2 -- 0, "t v --: t.name = v";
+    FIELD_INIT = 0x4d, String, None, 2 -- 1, "t v -- t: t.name = v";
+    FIELD_METHOD = 0x4e, String, None, 1 -- 2, "t -- t t.name: not bound, CALL_METHOD passes t";
+    CALL = 0x4f, Count, None, 1 -- 1, "f args -- result";
+    CALL_METHOD = 0x50, Count, None, 2 -- 1, "t f args -- result: self is t";
+    CALL_FUNCTION = 0x51, Function, None, 0 -- 1, "args -- result: exactly as many arguments as parameters";
+    CALL_BUILTIN = 0x52, Builtin, Arguments, 0 -- 1, "args -- result";
+    CALL_ROBOT = 0x53, Robot, Arguments, 0 -- 1, "args -- result";
+    CLOSURE = 0x54, Function, Captures, 0 -- 1, "captured -- closure; self comes first if the function uses it";
+    RETURN = 0x55, Parameters, None, 1 -- 0, "a --: leaves the function with a";
+    RETURN_NIL = 0x56, Parameters, None, 0 -- 0, "--: leaves the function with nil";
+    POP_N = 0x57, Count, None, 0 -- 0, "pops as many values as the operand says";
+    ADD_INT = 0x58, Int, None, 1 -- 1, "a -- a + operand";
+    LOCAL_ADD = 0x59, Local, Immediate, 0 -- 0, "--: local = local + immediate";
+    JUMP = 0x5a, Jump, None, 0 -- 0, "--";
+    JUMP_FALSE = 0x5b, Jump, None, 1 -- 0, "a --: jumps if a is nil or 0";
+    JUMP_TRUE = 0x5c, Jump, None, 1 -- 0, "a --: jumps if a is neither nil nor 0";
+    JUMP_EQ = 0x5d, Jump, None, 2 -- 0, "a b --: jumps if a == b";
+    JUMP_NE = 0x5e, Jump, None, 2 -- 0, "a b --: jumps if a != b";
+    JUMP_LT = 0x5f, Jump, None, 2 -- 0, "a b --: jumps if a < b";
+    JUMP_LE = 0x60, Jump, None, 2 -- 0, "a b --: jumps if a <= b";
+    JUMP_GT = 0x61, Jump, None, 2 -- 0, "a b --: jumps if a > b";
+    JUMP_GE = 0x62, Jump, None, 2 -- 0, "a b --: jumps if a >= b";
+    JUMP_NOT_LT = 0x63, Jump, None, 2 -- 0, "a b --: jumps unless a < b (differs from JUMP_GE for NaN)";
+    JUMP_NOT_LE = 0x64, Jump, None, 2 -- 0, "a b --: jumps unless a <= b";
+    JUMP_NOT_GT = 0x65, Jump, None, 2 -- 0, "a b --: jumps unless a > b";
+    JUMP_NOT_GE = 0x66, Jump, None, 2 -- 0, "a b --: jumps unless a >= b";
+    AND = 0x67, Jump, None, 1 -- 0, "a --: if a is false, puts 0 and jumps";
+    OR = 0x68, Jump, None, 1 -- 0, "a --: if a is true, puts 1 and jumps";
+}
+
+/// Bit that turns a narrow opcode into its wide form.
+pub const WIDE: u8 = 0x80;
+
+/// A range of bytes that hold their operand themselves: `first + n` for operand `low + n`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Short {
+    /// The narrow opcode that it abbreviates.
+    pub opcode: u8,
+    /// Byte of the smallest operand.
+    pub first: u8,
+    /// Smallest operand.
+    pub low: i16,
+    /// How many operands have a short form.
+    pub count: u8,
+}
+
+/// `LOCAL_GET -4..=11`.
+pub const SHORT_LOCAL_GET: Short = Short { opcode: LOCAL_GET, first: 0x80, low: -4, count: 16 };
+/// `INT -1..=14`.
+pub const SHORT_INT: Short = Short { opcode: INT, first: 0x90, low: -1, count: 16 };
+/// `GLOBAL_GET 0..=15`.
+pub const SHORT_GLOBAL_GET: Short = Short { opcode: GLOBAL_GET, first: 0xa0, low: 0, count: 16 };
+/// `GLOBAL_SET 0..=7`.
+pub const SHORT_GLOBAL_SET: Short = Short { opcode: GLOBAL_SET, first: 0xb0, low: 0, count: 8 };
+/// `RETURN 0..=3`.
+pub const SHORT_RETURN: Short = Short { opcode: RETURN, first: 0xb8, low: 0, count: 4 };
+/// `RETURN_NIL 0..=3`.
+pub const SHORT_RETURN_NIL: Short = Short { opcode: RETURN_NIL, first: 0xbc, low: 0, count: 4 };
+
+/// Every short form, by first byte.
+pub const SHORTS: [Short; 6] = [
+    SHORT_LOCAL_GET,
+    SHORT_INT,
+    SHORT_GLOBAL_GET,
+    SHORT_GLOBAL_SET,
+    SHORT_RETURN,
+    SHORT_RETURN_NIL,
+];
+
+/// An instruction with its operand, whatever its form in memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Decoded {
+    /// Plain or narrow opcode.
+    pub opcode: u8,
+    /// Operand, 0 if there is none.
+    pub operand: i16,
+    /// Bytes of opcode and operand, without the trailer.
+    pub length: u8,
+}
+
+/// Decodes one instruction from its first three bytes (those after the end of code may be anything).
+pub const fn decode(bytes: [u8; 3]) -> Decoded {
+    let [byte, low, high] = bytes;
+    match byte {
+        0x00..=0x3f => Decoded { opcode: byte, operand: 0, length: 1 },
+        0x40..=0x7f => Decoded { opcode: byte, operand: low as i8 as i16, length: 2 },
+        0xc0..=0xff => {
+            Decoded { opcode: byte & !WIDE, operand: i16::from_le_bytes([low, high]), length: 3 }
+        }
+        0x80..=0x8f => short(SHORT_LOCAL_GET, byte),
+        0x90..=0x9f => short(SHORT_INT, byte),
+        0xa0..=0xaf => short(SHORT_GLOBAL_GET, byte),
+        0xb0..=0xb7 => short(SHORT_GLOBAL_SET, byte),
+        0xb8..=0xbb => short(SHORT_RETURN, byte),
+        0xbc..=0xbf => short(SHORT_RETURN_NIL, byte),
+    }
+}
+
+const fn short(form: Short, byte: u8) -> Decoded {
+    Decoded { opcode: form.opcode, operand: form.low + (byte - form.first) as i16, length: 1 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn table_is_sorted_and_unique() {
+        assert!(TABLE.windows(2).all(|pair| pair[0].byte < pair[1].byte));
+        assert!(TABLE.iter().all(|info| info.byte < 0x80));
+        for info in TABLE {
+            assert_eq!(info.byte >= 0x40, info.operand != Operand::None, "{}", info.name);
+        }
+    }
+
+    #[test]
+    fn short_forms_cover_their_range_exactly() {
+        let mut next = 0x80u16;
+        for form in SHORTS {
+            assert_eq!(u16::from(form.first), next);
+            for n in 0..form.count {
+                let decoded = decode([form.first + n, 0xff, 0xff]);
+                assert_eq!(decoded.opcode, form.opcode);
+                assert_eq!(decoded.operand, form.low + i16::from(n));
+                assert_eq!(decoded.length, 1);
+            }
+            next += u16::from(form.count);
+        }
+        assert_eq!(next, 0xc0);
+    }
+
+    #[test]
+    fn operands_are_signed() {
+        assert_eq!(decode([INT, 0x80, 0]), Decoded { opcode: INT, operand: -128, length: 2 });
+        assert_eq!(
+            decode([INT | WIDE, 0x34, 0x92]),
+            Decoded { opcode: INT, operand: -28108, length: 3 }
+        );
+    }
+}

@@ -1,0 +1,247 @@
+//! Values: a tag byte and the profile's payload, three bytes in `tiny` and five in `full`.
+//!
+//! Only values whose tag has [`Tag::HEAP_BIT`] refer to the heap; all others are complete in themselves.
+
+use crate::number::{Number, Profile};
+
+/// What a value is. A plain byte, because the same slots also hold frame records and cell headers.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Tag(pub u8);
+
+impl Tag {
+    /// Integer; 0 and nil are the false values, told apart from the rest by one bit test.
+    pub const INT: Tag = Tag(0);
+    /// Float.
+    pub const FLOAT: Tag = Tag(1);
+    /// nil
+    pub const NIL: Tag = Tag(2);
+    /// Constant string, by number.
+    pub const STRING: Tag = Tag(3);
+    /// Script function that captures nothing, by number.
+    pub const FUNCTION: Tag = Tag(4);
+    /// Built-in function, by number.
+    pub const BUILTIN: Tag = Tag(5);
+    /// Robot function, by import number.
+    pub const ROBOT: Tag = Tag(6);
+    /// Library: its number in the low byte, the object's number in the high byte.
+    pub const LIBRARY: Tag = Tag(7);
+    /// An argument that was not passed. Scripts never hold it.
+    pub const UNSET: Tag = Tag(8);
+    /// Set in the tags of references to cells.
+    pub const HEAP_BIT: u8 = 0x10;
+    /// Table.
+    pub const TABLE: Tag = Tag(0x10);
+    /// Function with captured values.
+    pub const CLOSURE: Tag = Tag(0x11);
+    /// Function bound to a table, its self.
+    pub const BOUND: Tag = Tag(0x12);
+    /// String made at run time.
+    pub const TEXT: Tag = Tag(0x13);
+    /// Inside a table's head: its chain of array cells. Scripts never hold it.
+    pub const CHAIN: Tag = Tag(0x14);
+}
+
+/// The type of a value as scripts and people see it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[repr(u8)]
+pub enum Type {
+    /// nil
+    Nil,
+    /// integer
+    Int,
+    /// float
+    Float,
+    /// string
+    String,
+    /// table, also libraries and their objects
+    Table,
+    /// any function
+    Closure,
+    /// an argument that was not passed
+    Unset,
+}
+
+impl Type {
+    /// As `type()` names it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Type::Nil => "nil",
+            Type::Int => "integer",
+            Type::Float => "float",
+            Type::String => "string",
+            Type::Table => "table",
+            Type::Closure => "closure",
+            Type::Unset => "an argument that was not passed",
+        }
+    }
+}
+
+/// A value, or another occupant of a slot of the arena.
+#[repr(C, packed)]
+pub struct Value<P: Profile> {
+    tag: Tag,
+    raw: P::Raw,
+}
+
+impl<P: Profile> Clone for Value<P> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<P: Profile> Copy for Value<P> {}
+
+impl<P: Profile> core::fmt::Debug for Value<P> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let (tag, raw) = (self.tag, self.raw);
+        write!(f, "Value({:#x}, {raw:?})", tag.0)
+    }
+}
+
+impl<P: Profile> Value<P> {
+    /// A slot with any tag and payload.
+    #[inline(always)]
+    pub(crate) fn new(tag: Tag, raw: P::Raw) -> Self {
+        Value { tag, raw }
+    }
+
+    /// A slot whose payload is an index.
+    #[inline(always)]
+    pub(crate) fn indexed(tag: Tag, index: u16) -> Self {
+        Value { tag, raw: P::raw_from_u16(index) }
+    }
+
+    /// nil
+    #[inline(always)]
+    pub fn nil() -> Self {
+        Self::indexed(Tag::NIL, 0)
+    }
+
+    /// The stand-in for an argument that was not passed.
+    #[inline(always)]
+    pub(crate) fn unset() -> Self {
+        Self::indexed(Tag::UNSET, 0)
+    }
+
+    /// An integer; bits that the profile lacks are dropped.
+    #[inline(always)]
+    pub fn int(value: i32) -> Self {
+        Value { tag: Tag::INT, raw: P::int_from_i32(value) }
+    }
+
+    /// 1 or 0.
+    #[inline(always)]
+    pub fn truth(value: bool) -> Self {
+        Self::indexed(Tag::INT, value as u16)
+    }
+
+    /// The nearest float.
+    #[inline(always)]
+    pub fn float(value: f32) -> Self {
+        Value { tag: Tag::FLOAT, raw: P::float_from_f32(value) }
+    }
+
+    /// A constant string.
+    #[inline(always)]
+    pub fn string(number: u16) -> Self {
+        Self::indexed(Tag::STRING, number)
+    }
+
+    #[inline(always)]
+    pub(crate) fn number(value: Number) -> Self {
+        match value {
+            Number::Int(value) => Self::int(value),
+            Number::Float(value) => Self::float(value),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn tag(self) -> Tag {
+        self.tag
+    }
+
+    #[inline(always)]
+    pub(crate) fn raw(self) -> P::Raw {
+        self.raw
+    }
+
+    /// The payload as an index.
+    #[inline(always)]
+    pub(crate) fn index(self) -> usize {
+        P::raw_to_u16(self.raw) as usize
+    }
+
+    #[inline(always)]
+    pub(crate) fn is(self, tag: Tag) -> bool {
+        self.tag == tag
+    }
+
+    #[inline(always)]
+    pub(crate) fn is_heap(self) -> bool {
+        self.tag.0 & Tag::HEAP_BIT != 0
+    }
+
+    /// Whether it is nil.
+    #[inline(always)]
+    pub fn is_nil(self) -> bool {
+        self.tag == Tag::NIL
+    }
+
+    /// nil and integer 0 are false, all else is true.
+    #[inline(always)]
+    pub fn is_false(self) -> bool {
+        self.tag.0 & !Tag::NIL.0 == Tag::INT.0 && P::is_zero(self.raw)
+    }
+
+    /// As an integer, if it is one.
+    #[inline(always)]
+    pub fn as_int(self) -> Option<i32> {
+        if self.tag == Tag::INT { Some(P::int_to_i32(self.raw)) } else { None }
+    }
+
+    /// As a number, if it is one.
+    #[inline]
+    pub fn as_number(self) -> Option<Number> {
+        match self.tag {
+            Tag::INT => Some(Number::Int(P::int_to_i32(self.raw))),
+            Tag::FLOAT => Some(Number::Float(P::float_to_f32(self.raw))),
+            _ => None,
+        }
+    }
+
+    /// As a float, if it is a number.
+    #[inline]
+    pub fn as_f32(self) -> Option<f32> {
+        match self.tag {
+            Tag::INT => Some(P::int_to_i32(self.raw) as f32),
+            Tag::FLOAT => Some(P::float_to_f32(self.raw)),
+            _ => None,
+        }
+    }
+
+    /// As the number of a constant string, if it is one.
+    #[inline(always)]
+    pub fn as_string(self) -> Option<u16> {
+        if self.tag == Tag::STRING { Some(self.index() as u16) } else { None }
+    }
+
+    /// Its type.
+    pub fn type_of(self) -> Type {
+        match self.tag {
+            Tag::INT => Type::Int,
+            Tag::FLOAT => Type::Float,
+            Tag::NIL => Type::Nil,
+            Tag::STRING | Tag::TEXT => Type::String,
+            Tag::TABLE | Tag::LIBRARY => Type::Table,
+            Tag::UNSET => Type::Unset,
+            _ => Type::Closure,
+        }
+    }
+
+    /// Same tag and payload: equality of keys after normalisation, identity of tables and closures.
+    #[inline(always)]
+    pub(crate) fn same(self, other: Self) -> bool {
+        let (a, b) = (self.raw, other.raw);
+        self.tag == other.tag && a == b
+    }
+}
