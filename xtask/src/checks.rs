@@ -1,0 +1,23 @@
+//! Tests, and what CI runs.
+
+use crate::setup;
+use crate::shell::{Failure, Line, cargo};
+
+/// The tests of every crate that builds on the host.
+pub fn test() -> Result<(), Failure> {
+    // Optimised enough to be quick, and still checked for overflow.
+    Line::new("cargo", &["test"]).env("CARGO_PROFILE_DEV_OPT_LEVEL", "1").run()
+}
+
+/// Everything that must pass before a change is merged.
+pub fn ci() -> Result<(), Failure> {
+    setup::run()?;
+    cargo(&["fmt", "--all", "--check"])?;
+    cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"])?;
+    test()?;
+    cargo(&["test", "--package", "xtask"])?;
+    for target in ["thumbv6m-none-eabi", "thumbv7em-none-eabihf"] {
+        cargo(&["build", "--release", "--package", "bittybuzz-vm-core", "--target", target])?;
+    }
+    Ok(())
+}

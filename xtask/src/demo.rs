@@ -1,0 +1,107 @@
+//! Shows what the project does: runs the examples, then lets the tool explain errors.
+
+use crate::shell::{Failure, Line, cargo, root};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Enough steps to see a behaviour start.
+const STEPS: &str = "5";
+
+/// Exit status of `bbz` for a script that does not compile.
+const COMPILE_ERROR: i32 = 2;
+
+/// The whole demonstration.
+pub fn run() -> Result<(), Failure> {
+    cargo(&["build", "--release", "--package", "bbz"])?;
+    let bbz = bbz()?;
+    for script in scripts("examples")? {
+        heading(&script)?;
+        Line::named("bbz", &bbz, &["run", &script, "--steps", STEPS]).run()?;
+    }
+    for script in scripts("examples/errors")? {
+        heading(&script)?;
+        let output = Line::named("bbz", &bbz, &["check", &script]).output(COMPILE_ERROR)?;
+        let diagnostics = String::from_utf8_lossy(&output.stderr);
+        print!("{diagnostics}");
+        if let Some(code) = error_code(&diagnostics) {
+            println!();
+            Line::named("bbz", &bbz, &["explain", code]).run()?;
+        }
+    }
+    Ok(())
+}
+
+/// The tool that the line above built: in the same target folder as this program.
+fn bbz() -> Result<PathBuf, Failure> {
+    let own = std::env::current_exe()
+        .map_err(|reason| Failure::Read { path: PathBuf::from("xtask"), reason })?;
+    // TARGET/PROFILE/xtask
+    let target = own.ancestors().nth(2).unwrap_or(root());
+    Ok(target.join("release").join(format!("bbz{}", std::env::consts::EXE_SUFFIX)))
+}
+
+/// The scripts of a folder in alphabetical order, each with its path from the root.
+fn scripts(folder: &str) -> Result<Vec<String>, Failure> {
+    let path = root().join(folder);
+    let failed = |reason| Failure::Read { path: path.clone(), reason };
+    let mut scripts = Vec::new();
+    for entry in fs::read_dir(&path).map_err(failed)? {
+        let name = entry.map_err(failed)?.file_name().to_string_lossy().into_owned();
+        if name.ends_with(".bzz") {
+            scripts.push(format!("{folder}/{name}"));
+        }
+    }
+    scripts.sort();
+    match scripts.is_empty() {
+        true => Err(Failure::Empty { folder: PathBuf::from(folder) }),
+        false => Ok(scripts),
+    }
+}
+
+/// Prints a script's path and what its first line says about it.
+fn heading(script: &str) -> Result<(), Failure> {
+    let path = root().join(Path::new(script));
+    let text = fs::read_to_string(&path).map_err(|reason| Failure::Read { path, reason })?;
+    println!("\n== {script}{}", subject(&text));
+    Ok(())
+}
+
+fn subject(text: &str) -> String {
+    match text.lines().next().and_then(|line| line.strip_prefix('#')) {
+        Some(comment) => format!(": {}", comment.trim()),
+        None => String::new(),
+    }
+}
+
+/// The first error code in diagnostics: `error[E0201]: ...`.
+fn error_code(diagnostics: &str) -> Option<&str> {
+    let (_, rest) = diagnostics.split_once("error[")?;
+    rest.split_once(']').map(|(code, _)| code)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_error_is_explained() {
+        assert_eq!(error_code("warning[W0102]: x\nerror[E0201]: y\nerror[E1]"), Some("E0201"));
+        assert_eq!(error_code("warning[W0102]: x"), None);
+        assert_eq!(error_code("error[E02"), None);
+    }
+
+    #[test]
+    fn the_subject_is_the_first_comment() {
+        assert_eq!(subject("# Blinks.\nx = 1"), ": Blinks.");
+        assert_eq!(subject("x = 1"), "");
+        assert_eq!(subject(""), "");
+    }
+
+    #[test]
+    fn scripts_of_a_folder() {
+        let library = scripts("lib").unwrap();
+        assert!(library.contains(&"lib/vec2.bzz".to_owned()) && library.is_sorted());
+        assert!(matches!(scripts("xtask/src"), Err(Failure::Empty { .. })));
+        assert!(matches!(scripts("no/such"), Err(Failure::Read { .. })));
+    }
+}

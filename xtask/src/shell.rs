@@ -1,0 +1,146 @@
+//! Running programs so that the reader can follow, and repeat by hand what failed.
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Output};
+
+/// Why a task stopped.
+#[derive(Debug)]
+pub enum Failure {
+    /// A program could not be started.
+    Start { program: String, reason: io::Error },
+    /// A program ended with a status that was not expected.
+    Status { command: String, status: ExitStatus },
+    /// A file or folder could not be read.
+    Read { path: PathBuf, reason: io::Error },
+    /// There is nothing to run in this folder.
+    Empty { folder: PathBuf },
+    /// Packages of the system are missing, and only the user can install them.
+    Packages { command: String },
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Failure::Start { program, reason } => write!(f, "cannot start `{program}`: {reason}"),
+            Failure::Status { command, status } => write!(f, "`{command}` ended with {status}"),
+            Failure::Read { path, reason } => write!(f, "cannot read {}: {reason}", path.display()),
+            Failure::Empty { folder } => write!(f, "no scripts in {}", folder.display()),
+            Failure::Packages { command } => {
+                write!(f, "packages are missing; please run: {command}")
+            }
+        }
+    }
+}
+
+/// The root of the repository, in which every program runs.
+pub fn root() -> &'static Path {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR"));
+    own.parent().unwrap_or(own)
+}
+
+/// A program with its arguments.
+pub struct Line {
+    /// What is printed: the command as a user would type it.
+    text: String,
+    command: Command,
+}
+
+impl Line {
+    /// A program of the search path.
+    pub fn new(program: &str, arguments: &[&str]) -> Line {
+        Line::named(program, Path::new(program), arguments)
+    }
+
+    /// A program that lies somewhere else, printed by its name.
+    pub fn named(name: &str, program: &Path, arguments: &[&str]) -> Line {
+        let text = [&[name], arguments].concat().join(" ");
+        let mut command = Command::new(program);
+        command.args(arguments).current_dir(root());
+        Line { text, command }
+    }
+
+    /// Sets an environment variable.
+    pub fn env(mut self, name: &str, value: &str) -> Line {
+        self.text = format!("{name}={value} {}", self.text);
+        self.command.env(name, value);
+        self
+    }
+
+    /// Clears an environment variable.
+    pub fn without_env(mut self, name: &str) -> Line {
+        self.command.env_remove(name);
+        self
+    }
+
+    /// Runs it, showing its output; fails unless it succeeds.
+    pub fn run(mut self) -> Result<(), Failure> {
+        self.announce();
+        let status = self.command.status().map_err(|reason| self.not_started(reason))?;
+        match status.success() {
+            true => Ok(()),
+            false => Err(Failure::Status { command: self.text, status }),
+        }
+    }
+
+    /// Runs it and keeps its output; fails unless it ends with this status.
+    pub fn output(mut self, expected: i32) -> Result<Output, Failure> {
+        self.announce();
+        let output = self.command.output().map_err(|reason| self.not_started(reason))?;
+        match output.status.code() == Some(expected) {
+            true => Ok(output),
+            false => {
+                // The reader needs to see why.
+                eprint!("{}", String::from_utf8_lossy(&output.stderr));
+                Err(Failure::Status { command: self.text, status: output.status })
+            }
+        }
+    }
+
+    fn announce(&self) {
+        println!("$ {}", self.text);
+    }
+
+    fn not_started(&self, reason: io::Error) -> Failure {
+        let program = self.command.get_program().to_string_lossy().into_owned();
+        Failure::Start { program, reason }
+    }
+}
+
+/// Runs cargo in the root workspace.
+pub fn cargo(arguments: &[&str]) -> Result<(), Failure> {
+    Line::new("cargo", arguments).run()
+}
+
+/// Whether a program is in the search path.
+pub fn is_installed(program: &str) -> bool {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&path).any(|folder| folder.join(program).is_file())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failing_program_is_named_with_its_arguments() {
+        let failure = Line::new("false", &["one", "two"]).run().unwrap_err();
+        assert_eq!(failure.to_string(), "`false one two` ended with exit status: 1");
+        let failure = Line::new("no-such-program", &[]).run().unwrap_err();
+        assert!(failure.to_string().starts_with("cannot start `no-such-program`: "));
+    }
+
+    #[test]
+    fn a_status_can_be_expected() {
+        assert!(Line::new("false", &[]).output(1).is_ok());
+        assert!(Line::new("true", &[]).output(1).is_err());
+        let output = Line::new("sh", &["-c", "echo $X"]).env("X", "y").output(0).unwrap();
+        assert_eq!(output.stdout, b"y\n");
+    }
+
+    #[test]
+    fn programs_are_found() {
+        assert!(is_installed("sh") && !is_installed("no-such-program"));
+    }
+}
