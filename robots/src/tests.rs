@@ -1,7 +1,7 @@
 //! Every cause of an error, with its line and column; the shipped files; `find`.
 
 use super::*;
-use std::collections::HashSet;
+use std::collections::HashMap;
 
 /// A file that is right, which each case below spoils in one place.
 const GOOD: &str = r#"name = "toy"
@@ -42,7 +42,7 @@ waits = true
 help = "drives there"
 "#;
 
-/// Name of the cause (as `Debug` prints it), place, and a part of the message and of the help.
+/// Name of the cause (as `Debug` prints it), line, column, and a part of the whole message.
 struct Expected(&'static str, usize, usize, &'static str);
 
 fn error_of(text: &str) -> RobotError {
@@ -193,7 +193,7 @@ fn every_error_has_its_place() {
 #[test]
 fn colliding_hashes_are_refused() {
     // Found by search: two names of one hash are rare, but a robot must not have both.
-    let mut seen = std::collections::HashMap::new();
+    let mut seen = HashMap::new();
     let (one, other) = (0..)
         .map(|i| format!("f{i}"))
         .find_map(|name| seen.insert(name_hash(&name), name.clone()).map(|old| (old, name)))
@@ -250,7 +250,7 @@ fn robots_with_a_chip_have_a_budget() {
 }
 
 #[test]
-fn machine_and_message_fit_the_robot() {
+fn machines_fit_in_ram() {
     for robot in all_shipped() {
         if let Some(budget) = robot.budget {
             assert!(robot.vm.memory < budget.ram_bytes, "{}", robot.name);
@@ -258,7 +258,7 @@ fn machine_and_message_fit_the_robot() {
     }
 }
 
-/// A function of one name takes lists that a script can tell apart on every robot, and means the same.
+/// A function that several robots have waits and returns alike on each, so that one script serves them all.
 #[test]
 fn shared_functions_agree() {
     let robots = all_shipped();
@@ -328,10 +328,10 @@ fn behaviours_of_the_reference_find_their_functions() {
             assert!(function.accepts_count(*count), "{}: {name}", robot.name);
         }
     }
-    let pos = find("zooids").unwrap();
-    let fields: HashSet<_> =
-        pos.table("pos").unwrap().fields.iter().map(|f| f.name.clone()).collect();
-    assert!(["x", "y", "orientation"].iter().all(|name| fields.contains(*name)));
+    let zooids = find("zooids").unwrap();
+    let fields = &zooids.table("pos").unwrap().fields;
+    let has = |name: &str| fields.iter().any(|field| field.name == name);
+    assert!(has("x") && has("y") && has("orientation"));
 }
 
 #[test]

@@ -14,11 +14,11 @@ const COMPILE_ERROR: i32 = 2;
 pub fn run() -> Result<(), Failure> {
     cargo(&["build", "--release", "--package", "bbz"])?;
     let bbz = bbz()?;
-    for script in scripts("examples")? {
+    for script in scripts(root(), "examples")? {
         heading(&script)?;
         Line::named("bbz", &bbz, &["run", &script, "--steps", STEPS]).run()?;
     }
-    for script in scripts("examples/errors")? {
+    for script in scripts(root(), "examples/errors")? {
         heading(&script)?;
         let output = Line::named("bbz", &bbz, &["check", &script]).output(COMPILE_ERROR)?;
         let diagnostics = String::from_utf8_lossy(&output.stderr);
@@ -41,8 +41,8 @@ fn bbz() -> Result<PathBuf, Failure> {
 }
 
 /// The scripts of a folder in alphabetical order, each with its path from the root.
-fn scripts(folder: &str) -> Result<Vec<String>, Failure> {
-    let path = root().join(folder);
+fn scripts(root: &Path, folder: &str) -> Result<Vec<String>, Failure> {
+    let path = root.join(folder);
     let failed = |reason| Failure::Read { path: path.clone(), reason };
     let mut scripts = Vec::new();
     for entry in fs::read_dir(&path).map_err(failed)? {
@@ -99,9 +99,15 @@ mod tests {
 
     #[test]
     fn scripts_of_a_folder() {
-        let library = scripts("lib").unwrap();
-        assert!(library.contains(&"lib/vec2.bzz".to_owned()) && library.is_sorted());
-        assert!(matches!(scripts("xtask/src"), Err(Failure::Empty { .. })));
-        assert!(matches!(scripts("no/such"), Err(Failure::Read { .. })));
+        let root = std::env::temp_dir().join(format!("xtask-demo-{}", std::process::id()));
+        for file in ["some/b.bzz", "some/a.bzz", "some/notes.md", "some/inner/c.bzz", "none/x"] {
+            let path = root.join(file);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, "").unwrap();
+        }
+        assert_eq!(scripts(&root, "some").unwrap(), ["some/a.bzz", "some/b.bzz"]);
+        assert!(matches!(scripts(&root, "none"), Err(Failure::Empty { .. })));
+        assert!(matches!(scripts(&root, "no/such"), Err(Failure::Read { .. })));
+        fs::remove_dir_all(root).unwrap();
     }
 }
