@@ -1,1 +1,23 @@
-//! x
+//! What the end-to-end tests share: running `bbz`, reading the expectations in a script's comments, and
+//! telling a reader what differs.
+//!
+//! The tests themselves are Buzz scripts; README.md beside this crate explains how to write one. The files
+//! under `tests/tests` only collect scripts and hand them to this crate:
+//!
+//! * `language`: every script of `bzz/`, with expectations in its comments ([`script`]);
+//! * `conformance`: the scripts of `conformance/`, each with an `.expect` file ([`conformance`]);
+//! * `malformed`: bad scripts, images and command lines from `malformed/` ([`malformed`]);
+//! * `examples`: the behaviours that are shipped in `examples/` ([`example`]).
+//!
+//! All of them go through the built command line tool ([`bbz`]), as a user does. A test never stops at the
+//! first bad script: all failures are reported together.
+
+pub mod bbz;
+pub mod conformance;
+pub mod diagnostics;
+pub mod diff;
+pub mod example;
+pub mod files;
+pub mod malformed;
+pub mod report;
+pub mod script;
