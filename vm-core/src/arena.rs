@@ -25,9 +25,8 @@ pub(crate) struct Arena<P: Profile, const SLOTS: usize> {
     pub(crate) free: u16,
     /// No cell may be placed below: the highest slot that any frame since the last collection may use.
     pub(crate) reserved: u16,
-    /// Makes allocations fail and collections frequent.
-    #[cfg(feature = "torture")]
-    pub(crate) torture: crate::torture::Torture,
+    /// A cell was taken since the last collection.
+    pub(crate) allocated: bool,
 }
 
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
@@ -40,8 +39,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             bottom: SLOTS as u16,
             free: 0,
             reserved: 0,
-            #[cfg(feature = "torture")]
-            torture: crate::torture::Torture::default(),
+            allocated: false,
         }
     }
 
@@ -51,6 +49,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.bottom = self.top;
         self.free = 0;
         self.reserved = 0;
+        self.allocated = false;
         self.fill(0, self.top as usize);
     }
 
@@ -112,10 +111,6 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// A cell from the free list or from below the heap, its header set and its other slots nil; `None` if a
     /// collection is needed first.
     pub(crate) fn take_cell(&mut self, header: Tag) -> Option<usize> {
-        #[cfg(feature = "torture")]
-        if self.torture.refuses() {
-            return None;
-        }
         let cell = if self.free != 0 {
             let cell = self.free as usize;
             self.free = self.link(cell) as u16;
@@ -128,6 +123,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             self.bottom = below;
             below as usize
         };
+        self.allocated = true;
         self.set(cell, Value::indexed(header, 0));
         self.fill(cell + 1, cell + CELL);
         Some(cell)

@@ -1,7 +1,60 @@
-//! The BittyBuzz virtual machine.
+//! The BittyBuzz virtual machine: runs Buzz scripts on robots with as little as 2 kB of RAM.
+//!
+//! # Principles
+//! 1. **Trust is a type.** [`Image`] is an allegation, [`Vm::load`] verifies it; the verified image cannot panic the
+//!    machine, leave its memory or run for ever in one call.
+//! 2. **All memory is one array**, sized when the machine is built: no allocator, nothing grows.
+//! 3. **Nothing recurses and nothing blocks.** Calls, iterations, collections and waits live in the arena; [`Vm::run`]
+//!    stops after its budget and goes on later.
+//! 4. **The same result everywhere**, from an 8-bit AVR to the host, bit for bit.
+//! 5. **Every fact once**: instructions in [`opcode`], built-ins in [`builtin`].
+//!
+//! # Features
+//! | feature | default | cost if on |
+//! |---|---|---|
+//! | `maths` | on | floating-point functions of `math`, `gaussian`, `exponential` |
+//! | `strings` | on | text: strings made at run time, library `string` (useful in the full profile only) |
+//! | `torture` | off | for tests: makes allocations fail and collections frequent on request |
+//!
+//! # What it will not do
+//! Compile, print, keep text in the tiny profile, or know a robot: that is the [`Host`]'s.
+//!
+//! # Use
+//! ```
+//! use bittybuzz_vm_core::{Entry, Image, ImageError, Outcome, Vm, number::Full};
+//!
+//! let mut vm: Vm<Full, &[u8], 256> = Vm::new(1);
+//! // Eight bytes are no script: the verifier says why.
+//! let refused = vm.load(Image::new(&[0xb5, 0x81, 0, 0, 0, 0, 0, 0]), |_| false);
+//! assert_eq!(refused, Err(ImageError::Truncated));
+//! assert!(!vm.begin(Entry::Step));
+//! ```
 
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod arena;
+pub mod builtin;
+mod bytecode;
+mod fault;
+mod heap;
+mod host;
+pub mod image;
 pub mod link;
+mod machine;
 pub mod number;
+pub mod opcode;
+#[cfg(feature = "torture")]
+mod torture;
+mod value;
+mod verify;
+
+pub use bytecode::ByteCode;
+pub use fault::{Cause, Fault, FaultCode};
+pub use host::{Arguments, Axis, Host, Item, Reply, Text};
+pub use image::{Entry, Image, ImageError};
+pub use machine::{Calls, Outcome, Vm};
+#[cfg(feature = "torture")]
+pub use torture::Torture;
+pub use value::{Type, Value};
+pub use verify::FEATURES;

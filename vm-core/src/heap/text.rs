@@ -1,0 +1,93 @@
+//! Strings made at run time, only in the full profile.
+//!
+//! A text is a chain of cells with four bytes in each slot; the first slot holds the length.
+
+use super::{LIVE, NoCell};
+use crate::arena::{Arena, CELL};
+use crate::number::Profile;
+use crate::value::{Tag, Value};
+
+const SLOT_BYTES: usize = 4;
+/// Bytes in the first cell, behind the length.
+const IN_HEAD: usize = (CELL - 2) * SLOT_BYTES;
+const IN_CELL: usize = (CELL - 1) * SLOT_BYTES;
+
+/// Writes a text byte by byte.
+#[derive(Clone, Copy)]
+pub(crate) struct TextBuilder {
+    head: usize,
+    /// The cell that is being filled.
+    cell: usize,
+    /// Bytes still free in it.
+    room: usize,
+    length: usize,
+}
+
+impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
+    /// A new empty text; it must be on the stack before a collection.
+    pub(crate) fn new_text(&mut self) -> Result<TextBuilder, NoCell> {
+        let head = self.take_cell(LIVE).ok_or(NoCell)?;
+        self.set(head + 1, Value::int(0));
+        Ok(TextBuilder { head, cell: head, room: IN_HEAD, length: 0 })
+    }
+
+    /// Adds a byte. Changes nothing if it fails.
+    pub(crate) fn text_push(
+        &mut self,
+        text: &mut TextBuilder,
+        byte: u8,
+    ) -> Result<(), NoCell> {
+        if text.room == 0 {
+            let cell = self.take_cell(LIVE).ok_or(NoCell)?;
+            self.set_link(text.cell, cell);
+            text.cell = cell;
+            text.room = IN_CELL;
+        }
+        let slot = text.cell + CELL - text.room.div_ceil(SLOT_BYTES);
+        let shift = 8 * ((SLOT_BYTES - text.room % SLOT_BYTES) % SLOT_BYTES);
+        let old = if shift == 0 { 0 } else { P::int_to_i32(self.get(slot).raw()) as u32 };
+        self.set(slot, Value::int((old | u32::from(byte) << shift) as i32));
+        text.room -= 1;
+        text.length += 1;
+        self.set(text.head + 1, Value::int(text.length as i32));
+        Ok(())
+    }
+
+    /// The text that is being built.
+    pub(crate) fn built(&self, text: &TextBuilder) -> Value<P> {
+        Value::indexed(Tag::TEXT, text.head as u16)
+    }
+
+    pub(crate) fn made_text_length(&self, text: usize) -> usize {
+        self.get(text + 1).index()
+    }
+
+    /// Byte `index` of a text, 0 if it has not so many.
+    pub(crate) fn made_text_byte(&self, text: usize, index: usize) -> u8 {
+        if index >= self.made_text_length(text) {
+            return 0;
+        }
+        let mut cell = text;
+        // As if the head had the room of the other cells.
+        let mut at = index + SLOT_BYTES;
+        while at >= IN_CELL {
+            at -= IN_CELL;
+            cell = self.link(cell);
+        }
+        let word = P::int_to_i32(self.get(cell + 1 + at / SLOT_BYTES).raw()) as u32;
+        (word >> (8 * (at % SLOT_BYTES))) as u8
+    }
+
+    /// Whether both are texts, with the same bytes.
+    #[inline(always)]
+    pub(crate) fn same_text(&self, a: Value<P>, b: Value<P>) -> bool {
+        P::FULL && a.is(Tag::TEXT) && b.is(Tag::TEXT) && self.same_bytes(a.index(), b.index())
+    }
+
+    #[inline(never)]
+    fn same_bytes(&self, a: usize, b: usize) -> bool {
+        let length = self.made_text_length(a);
+        length == self.made_text_length(b)
+            && (0..length).all(|i| self.made_text_byte(a, i) == self.made_text_byte(b, i))
+    }
+}

@@ -1,0 +1,134 @@
+//! What the machine asks of the robot, or of the host program that plays one.
+
+use crate::bytecode::ByteCode;
+use crate::fault::Cause;
+use crate::machine::Vm;
+use crate::number::Profile;
+use crate::value::{Tag, Value};
+
+/// What a robot function answers.
+#[derive(Clone, Copy, Debug)]
+pub enum Reply<P: Profile> {
+    /// It is finished, with this result.
+    Value(Value<P>),
+    /// It goes on. The script waits; the machine asks again on every run.
+    Wait,
+}
+
+/// An axis of the robot's position.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axis {
+    /// mm
+    X,
+    /// mm
+    Y,
+    /// mm
+    Z,
+    /// degrees
+    Orientation,
+}
+
+/// The robot's side.
+pub trait Host<P: Profile> {
+    /// Calls the robot function with that name hash. `again` is false the first time and true when the machine asks
+    /// whether a function that answered [`Reply::Wait`] is finished.
+    fn call<C: ByteCode, const SLOTS: usize>(
+        &mut self,
+        function: u16,
+        arguments: Arguments<'_, P, C, SLOTS>,
+        again: bool,
+    ) -> Result<Reply<P>, Cause>;
+
+    /// `log(...)`
+    fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>);
+
+    /// Whether `delay(ms)` is over; it starts when `again` is false.
+    fn delay_is_over(&mut self, ms: i32, again: bool) -> bool;
+
+    /// The robot's position, `None` where it does not know it.
+    fn position(&mut self, axis: Axis) -> Option<f32>;
+}
+
+/// The arguments of a call, on the machine's stack.
+pub struct Arguments<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
+    pub(crate) vm: &'a Vm<P, C, SLOTS>,
+    /// Slot above the last.
+    pub(crate) end: usize,
+    pub(crate) count: usize,
+}
+
+/// An argument, as a robot function sees it.
+pub enum Item<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
+    /// nil
+    Nil,
+    /// An integer.
+    Int(i32),
+    /// A float.
+    Float(f32),
+    /// A string.
+    String(Text<'a, P, C, SLOTS>),
+    /// A table with so many entries.
+    Table(usize),
+    /// A function.
+    Function,
+}
+
+/// A string, as a robot function sees it.
+pub struct Text<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
+    vm: &'a Vm<P, C, SLOTS>,
+    value: Value<P>,
+}
+
+impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> Arguments<'a, P, C, SLOTS> {
+    /// How many.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Argument `index`, nil if there are not so many.
+    pub fn value(&self, index: usize) -> Value<P> {
+        if index < self.count {
+            self.vm.slot(self.end - self.count + index)
+        } else {
+            Value::nil()
+        }
+    }
+
+    /// Argument `index` with what it refers to.
+    pub fn item(&self, index: usize) -> Item<'a, P, C, SLOTS> {
+        let value = self.value(index);
+        match value.tag() {
+            Tag::INT => Item::Int(value.as_int().unwrap_or(0)),
+            Tag::FLOAT => Item::Float(value.as_f32().unwrap_or(0.0)),
+            Tag::NIL | Tag::UNSET => Item::Nil,
+            Tag::STRING | Tag::TEXT => Item::String(Text { vm: self.vm, value }),
+            Tag::TABLE => Item::Table(self.vm.table_size(value)),
+            _ => Item::Function,
+        }
+    }
+}
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Text<'_, P, C, SLOTS> {
+    /// Its number, if it is a constant of the script.
+    pub fn number(&self) -> Option<u16> {
+        self.value.as_string()
+    }
+
+    /// Its length in bytes; 0 for a constant whose text is not in the image.
+    #[cfg(feature = "strings")]
+    pub fn len(&self) -> usize {
+        self.vm.text_length(self.value)
+    }
+
+    /// Whether it has no bytes.
+    #[cfg(feature = "strings")]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Byte `index`, 0 if it has not so many.
+    #[cfg(feature = "strings")]
+    pub fn byte(&self, index: usize) -> u8 {
+        self.vm.text_byte(self.value, index)
+    }
+}

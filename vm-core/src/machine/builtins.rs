@@ -1,0 +1,183 @@
+//! Built-ins that have their result at once.
+
+use core::cmp::Ordering;
+
+use super::Vm;
+use super::slow::wrong_type;
+use crate::builtin::{self, string};
+use crate::bytecode::ByteCode;
+use crate::fault::{Cause, FaultCode};
+use crate::host::{Arguments, Host};
+use crate::number::{Number, Profile, Rng, maths};
+use crate::value::{Tag, Type, Value};
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
+    /// Computes a built-in of kind `Plain` from the `count` arguments on top, which stay there.
+    #[inline(never)]
+    pub(super) fn builtin<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        number: u8,
+        count: usize,
+    ) -> Result<Value<P>, Cause> {
+        let first = usize::from(self.sp) - count;
+        let end = usize::from(self.sp);
+        if number == builtin::LOG {
+            for slot in first..end {
+                if self.arena.get(slot).is(Tag::LIBRARY) {
+                    self.to_table(host, slot)?;
+                }
+            }
+            host.log(Arguments { vm: self, end, count });
+            return Ok(Value::nil());
+        }
+        let a = self.argument(first, end);
+        let b = self.argument(first + 1, end);
+        match number {
+            builtin::RAND => {
+                return Ok(Value::int(self.rng.rand()));
+            }
+            builtin::UNIFORM => return self.uniform(a, b),
+            #[cfg(feature = "maths")]
+            builtin::GAUSSIAN => {
+                let deviation = float_or(a, 1.0)?;
+                let mean = float_or(b, 0.0)?;
+                return Ok(Value::float(self.rng.gaussian(deviation, mean)));
+            }
+            _ => {}
+        }
+        // All others need their first argument.
+        if a.is(Tag::UNSET) {
+            return Err(Cause::new(FaultCode::MissingArgument));
+        }
+        let is = |wanted: Type| Ok(Value::truth(a.type_of() == wanted));
+        match number {
+            builtin::SIZE => {
+                self.to_table(host, first)?;
+                let size = self.table_size(self.arena.get(first));
+                Ok(Value::int(size as i32))
+            }
+            builtin::TYPE => Ok(Value::string(match a.type_of() {
+                Type::Nil | Type::Unset => string::NIL,
+                Type::Int => string::INTEGER,
+                Type::Float => string::FLOAT,
+                Type::String => string::STRING,
+                Type::Table => string::TABLE,
+                Type::Closure => string::CLOSURE,
+            })),
+            builtin::IS_NIL => is(Type::Nil),
+            builtin::IS_INT => is(Type::Int),
+            builtin::IS_FLOAT => is(Type::Float),
+            builtin::IS_STRING => is(Type::String),
+            builtin::IS_TABLE => is(Type::Table),
+            builtin::IS_CLOSURE => is(Type::Closure),
+            builtin::IS_USERDATA => Ok(Value::truth(false)),
+            builtin::TO_INT => Ok(Value::int(need_number(a)?.to_int::<P>())),
+            builtin::TO_FLOAT => Ok(Value::float(need_float(a)?)),
+            builtin::ASSERT => {
+                if !a.is_false() {
+                    return Ok(Value::nil());
+                }
+                let detail = b.as_string().map_or(0, |number| number.wrapping_add(1));
+                Err(Cause { detail, ..Cause::new(FaultCode::AssertFailed) })
+            }
+            builtin::MIN | builtin::MAX => self.extreme(a, b, number == builtin::MAX),
+            builtin::ABS => match need_number(a)? {
+                Number::Int(value) if value < 0 => Ok(Value::new(Tag::INT, P::neg(a.raw()))),
+                Number::Float(value) => Ok(Value::float(value.abs())),
+                Number::Int(_) => Ok(a),
+            },
+            builtin::FLOOR => Ok(rounded(a, need_number(a)?, maths::floor::<P>)),
+            builtin::CEIL => Ok(rounded(a, need_number(a)?, maths::ceil::<P>)),
+            builtin::ROUND => Ok(rounded(a, need_number(a)?, maths::round::<P>)),
+            builtin::SET_SEED => {
+                let Number::Int(seed) = need_number(a)? else { return Err(wrong_type(a, a)) };
+                self.rng = Rng::from_seed(seed as u32);
+                Ok(Value::nil())
+            }
+            #[cfg(feature = "maths")]
+            builtin::EXPONENTIAL => {
+                let mean = need_float(a)?;
+                Ok(Value::float(self.rng.exponential(mean)))
+            }
+            #[cfg(feature = "maths")]
+            builtin::SQRT..=builtin::ATAN => {
+                let x = need_float(a)?;
+                Ok(Value::float(match number {
+                    builtin::SQRT => maths::sqrt(x),
+                    builtin::EXP => maths::exp(x),
+                    builtin::LN => maths::log(x),
+                    builtin::LOG2 => maths::log2(x),
+                    builtin::LOG10 => maths::log10(x),
+                    builtin::SIN => maths::sin(x),
+                    builtin::COS => maths::cos(x),
+                    builtin::TAN => maths::tan(x),
+                    builtin::ASIN => maths::asin(x),
+                    builtin::ACOS => maths::acos(x),
+                    _ => maths::atan2(x, need_float(b)?),
+                }))
+            }
+            #[cfg(feature = "strings")]
+            builtin::LENGTH..=builtin::STRING_TO_FLOAT => {
+                if a.is(Tag::LIBRARY) {
+                    self.to_table(host, first)?;
+                }
+                self.string_builtin(number, first, end)
+            }
+            // The verifier lets no other number pass.
+            _ => Ok(Value::nil()),
+        }
+    }
+
+    /// The argument in that slot, unset if the call has not so many.
+    pub(super) fn argument(&self, slot: usize, end: usize) -> Value<P> {
+        if slot < end { self.arena.get(slot) } else { Value::unset() }
+    }
+
+    /// `math.min` and `math.max`.
+    fn extreme(&self, a: Value<P>, b: Value<P>, max: bool) -> Result<Value<P>, Cause> {
+        if b.is(Tag::UNSET) {
+            return Err(Cause::new(FaultCode::MissingArgument));
+        }
+        if a.is_nil() || b.is_nil() {
+            return Ok(if a.is_nil() { b } else { a });
+        }
+        let other = if max { Ordering::Less } else { Ordering::Greater };
+        Ok(if self.order(a, b)? == Some(other) { b } else { a })
+    }
+
+    fn uniform(&mut self, a: Value<P>, b: Value<P>) -> Result<Value<P>, Cause> {
+        if a.is(Tag::UNSET) {
+            return Ok(Value::int(self.rng.next_u32() as i32));
+        }
+        let (low, high) =
+            if b.is(Tag::UNSET) { (Number::Int(0), need_number(a)?) } else { (need_number(a)?, need_number(b)?) };
+        Ok(match (low, high) {
+            (Number::Int(low), Number::Int(high)) => Value::int(self.rng.uniform_int(low, high)),
+            (low, high) => Value::float(
+                self.rng.uniform_float(low.to_f32(), high.to_f32()),
+            ),
+        })
+    }
+}
+
+fn need_number<P: Profile>(value: Value<P>) -> Result<Number, Cause> {
+    value.as_number().ok_or_else(|| wrong_type(value, value))
+}
+
+fn need_float<P: Profile>(value: Value<P>) -> Result<f32, Cause> {
+    value.as_f32().ok_or_else(|| wrong_type(value, value))
+}
+
+#[cfg(feature = "maths")]
+fn float_or<P: Profile>(value: Value<P>, default: f32) -> Result<f32, Cause> {
+    if value.is(Tag::UNSET) { Ok(default) } else { need_float(value) }
+}
+
+/// Integers are themselves; floats are rounded and saturate.
+fn rounded<P: Profile>(value: Value<P>, number: Number, round: fn(f32) -> i32) -> Value<P> {
+    match number {
+        Number::Int(_) => value,
+        Number::Float(float) => Value::int(round(float)),
+    }
+}

@@ -1,0 +1,222 @@
+//! Calls of values: the callee is known only when it is called.
+
+use super::{Flow, Native, Vm, record};
+use crate::builtin::{self, Kind};
+use crate::bytecode::ByteCode;
+use crate::fault::{Cause, FaultCode};
+use crate::host::{Arguments, Host, Reply};
+use crate::image::{CAPTURES, USES_SELF};
+use crate::number::Profile;
+use crate::value::{Tag, Type, Value};
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
+    /// The slot `below` the top of the operands: 1 is the top.
+    #[inline(always)]
+    pub(super) fn top(&self, below: usize) -> Value<P> {
+        self.arena.get(usize::from(self.sp) - below)
+    }
+
+    pub(super) fn push(&mut self, value: Value<P>) {
+        self.arena.set(usize::from(self.sp), value);
+        self.sp = self.sp.wrapping_add(1);
+    }
+
+    pub(super) fn pop(&mut self) -> Value<P> {
+        self.sp = self.sp.wrapping_sub(1);
+        self.arena.get(usize::from(self.sp))
+    }
+
+    /// Local `number` of the running frame, counted from its record.
+    #[inline(always)]
+    pub(super) fn local(&self, number: isize) -> Value<P> {
+        self.arena.get(usize::from(self.fp).wrapping_add_signed(number))
+    }
+
+    #[inline(always)]
+    pub(super) fn set_local(&mut self, number: isize, value: Value<P>) {
+        self.arena.set(usize::from(self.fp).wrapping_add_signed(number), value);
+    }
+
+    /// Calls the value under the `count` arguments on top. `below` slots, the callee's and perhaps its self's, are
+    /// taken out from under the arguments.
+    #[inline(never)]
+    pub(super) fn call_value<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        count: usize,
+        below: usize,
+    ) -> Result<(), Cause> {
+        let callee = self.top(count + 1);
+        let self_value = if below == 2 { self.top(count + 2) } else { Value::nil() };
+        match callee.tag() {
+            Tag::BUILTIN | Tag::ROBOT => {
+                self.remove_callee(count, below);
+                self.call_native(host, callee, count)
+            }
+            _ => self.enter_called(count, below, self_value),
+        }
+    }
+
+    /// Calls a built-in or robot function, whose arguments are on top.
+    fn call_native<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        callee: Value<P>,
+        count: usize,
+    ) -> Result<(), Cause> {
+        let number = callee.index() as u16;
+        if callee.is(Tag::ROBOT) {
+            return self.call_robot(host, number, count, false);
+        }
+        let number = number as u8;
+        if let Some((Kind::Calls, _)) = builtin::needs(number) {
+            return self.begin_native(host, number, count);
+        }
+        let result = self.builtin(host, number, count)?;
+        self.sp -= count as u16;
+        self.push(result);
+        Ok(())
+    }
+
+    /// Moves the arguments down over the callee.
+    fn remove_callee(&mut self, count: usize, below: usize) {
+        self.arena.shift_down(usize::from(self.sp) - count, count, below);
+        self.sp -= below as u16;
+    }
+
+    /// Enters a script function.
+    #[inline(never)]
+    pub(super) fn enter_called(
+        &mut self,
+        count: usize,
+        below: usize,
+        self_value: Value<P>,
+    ) -> Result<(), Cause> {
+        let callee = self.top(count + 1);
+        let mut function = callee;
+        let mut closure = Value::nil();
+        let mut self_value = self_value;
+        if function.is(Tag::BOUND) {
+            if below == 1 {
+                self_value = self.arena.closure_self(function.index());
+            }
+            function = self.arena.closure_function(function.index());
+        }
+        if function.is(Tag::CLOSURE) {
+            closure = function;
+            function = self.arena.closure_function(closure.index());
+            if below == 1 && !callee.is(Tag::BOUND) {
+                self_value = self.arena.closure_self(closure.index());
+            }
+        }
+        if !function.is(Tag::FUNCTION) {
+            return Err(Cause::of(FaultCode::NotCallable, callee.type_of(), Type::Nil));
+        }
+        let Some(program) = &self.program else { return Ok(()) };
+        let function = program.function(function.index() as u16);
+        let head = program.code.byte(function);
+        let room = usize::from(program.code.byte(function + 1));
+        let wanted = self.parameters(function);
+        // The record's slot, wherever the arguments end.
+        let fp = usize::from(self.sp) - below - count + wanted;
+        // Until the callee is out of the way the stack is as high as it was.
+        self.ensure((fp + 1 + room).max(usize::from(self.sp) + wanted))?;
+        self.remove_callee(count, below);
+        for _ in count..wanted {
+            self.push(Value::unset());
+        }
+        self.arena.set(fp, record(fp - usize::from(self.fp), usize::from(self.pc)));
+        self.fp = fp as u16;
+        self.sp = fp as u16 + 1;
+        if head & CAPTURES != 0 {
+            self.push(closure);
+        }
+        if head & USES_SELF != 0 {
+            self.push(self_value);
+        }
+        self.pc = function as u16 + 2;
+        Ok(())
+    }
+
+    /// Makes a frame for a built-in that takes `count` arguments and goes on at `native`.
+    pub(super) fn enter_native(&mut self, native: Native) -> Result<(), Cause> {
+        let fp = usize::from(self.sp);
+        self.ensure(fp + 1 + super::NATIVE_ROOM)?;
+        self.arena.set(fp, record(fp - usize::from(self.fp), usize::from(self.pc)));
+        self.fp = fp as u16;
+        self.sp = fp as u16 + 1;
+        self.pc = native.position() as u16;
+        Ok(())
+    }
+
+    /// Leaves a built-in's frame of `count` parameters with a result.
+    pub(super) fn leave_native(&mut self, count: usize, result: Value<P>) {
+        let fp = usize::from(self.fp);
+        let outer = self.arena.get(fp);
+        self.sp = (fp - count) as u16;
+        self.push(result);
+        self.fp = (fp - usize::from(outer.tag().0)) as u16;
+        self.pc = outer.index() as u16;
+    }
+
+    /// Calls a robot function, whose arguments are on top; if it is not finished at once its frame waits.
+    #[inline(never)]
+    pub(super) fn call_robot<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        number: u16,
+        count: usize,
+        drop_result: bool,
+    ) -> Result<(), Cause> {
+        match self.ask_robot(host, number, count, usize::from(self.sp), false)? {
+            Reply::Value(result) => {
+                self.sp -= count as u16;
+                if !drop_result {
+                    self.push(result);
+                }
+            }
+            Reply::Wait => {
+                self.enter_native(Native::Robot)?;
+                self.push(Value::indexed(Tag::ROBOT, number));
+                self.push(Value::int(count as i32));
+                self.push(Value::truth(drop_result));
+            }
+        }
+        Ok(())
+    }
+
+    fn ask_robot<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        number: u16,
+        count: usize,
+        end: usize,
+        again: bool,
+    ) -> Result<Reply<P>, Cause> {
+        let Some(program) = &self.program else { return Ok(Reply::Wait) };
+        let hash = program.import(number);
+        for slot in end - count..end {
+            if self.arena.get(slot).is(Tag::UNSET) {
+                return Err(Cause::new(FaultCode::MissingArgument));
+            }
+        }
+        host.call(hash, Arguments { vm: self, end, count }, again)
+    }
+
+    /// Asks the robot function of the running frame whether it is finished.
+    pub(super) fn poll_robot<H: Host<P>>(&mut self, host: &mut H) -> Result<Flow, Cause> {
+        let number = self.local(1).index() as u16;
+        let count = self.local(2).index();
+        let drop_result = !self.local(3).is_false();
+        match self.ask_robot(host, number, count, usize::from(self.fp), true)? {
+            Reply::Wait => Ok(Flow::Waiting),
+            Reply::Value(result) => {
+                self.leave_native(count, result);
+                if drop_result {
+                    self.pop();
+                }
+                Ok(Flow::Continue)
+            }
+        }
+    }
+}

@@ -1,0 +1,261 @@
+//! Reading and writing through `.` and `[ ]`: tables, and the libraries that behave as tables.
+//!
+//! A library costs no memory until a script changes it. Then the machine's own global holds a table of overlays: library
+//! value to table of changed fields. A field that the script removed is unset there.
+
+use super::{OVERLAYS, Vm};
+use crate::builtin::{self, Library};
+use crate::bytecode::ByteCode;
+use crate::fault::{Cause, FaultCode};
+use crate::heap::{Cursor, NoCell};
+use crate::host::{Axis, Host};
+use crate::image::USES_SELF;
+use crate::number::Profile;
+use crate::value::{Tag, Type, Value};
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
+    pub(crate) fn slot(&self, at: usize) -> Value<P> {
+        self.arena.get(at)
+    }
+
+    pub(crate) fn table_size(&self, table: Value<P>) -> usize {
+        self.arena.table_size(table.index())
+    }
+
+    /// Runs an allocation; if there is no cell, collects and tries once more. What the allocation needs must be
+    /// on the stack.
+    #[inline(always)]
+    pub(super) fn allocate<T>(
+        &mut self,
+        mut make: impl FnMut(&mut Self) -> Result<T, NoCell>,
+    ) -> Result<T, Cause> {
+        #[cfg(feature = "torture")]
+        if self.torture.refuses() {
+            return Err(Cause::new(FaultCode::OutOfMemory));
+        } else if self.torture.collect_always {
+            self.collect();
+        }
+        if let Ok(made) = make(self) {
+            return Ok(made);
+        }
+        self.collect();
+        make(self).map_err(|NoCell| Cause::new(FaultCode::OutOfMemory))
+    }
+
+    #[inline(never)]
+    pub(super) fn new_table(&mut self) -> Result<Value<P>, Cause> {
+        self.allocate(|vm| vm.arena.new_table())
+    }
+
+    /// Stores into a table under a key that [`Vm::key`] has passed.
+    #[inline(never)]
+    pub(super) fn table_set(
+        &mut self,
+        table: Value<P>,
+        key: Value<P>,
+        value: Value<P>,
+    ) -> Result<(), Cause> {
+        self.allocate(|vm| vm.arena.table_set(table.index(), key, value))
+    }
+
+    /// The key as tables hold it: a float that is an integer becomes that integer.
+    #[inline(never)]
+    pub(super) fn key(key: Value<P>) -> Result<Value<P>, Cause> {
+        match key.tag() {
+            Tag::INT | Tag::STRING | Tag::TEXT => Ok(key),
+            Tag::FLOAT => {
+                Ok(key.as_number().map_or(key, |number| Value::number(number.key::<P>())))
+            }
+            _ => Err(Cause::of(FaultCode::BadKey, key.type_of(), Type::Nil)),
+        }
+    }
+
+    /// `table[key]`. A function that uses self is bound to the table, unless a method call wants it plain: table and
+    /// key must be on the stack then.
+    #[inline(never)]
+    pub(super) fn index_get<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        table: Value<P>,
+        key: Value<P>,
+        bind: bool,
+    ) -> Result<Value<P>, Cause> {
+        let value = match table.tag() {
+            Tag::TABLE => {
+                let key = if key.is(Tag::FLOAT) || !key.is(Tag::INT) && !key.is(Tag::STRING) {
+                    Self::key(key)?
+                } else {
+                    key
+                };
+                self.arena.table_get(table.index(), key)
+            }
+            Tag::LIBRARY => self.library_get(host, table, Self::key(key)?),
+            _ => return Err(Cause::of(FaultCode::NotATable, table.type_of(), key.type_of())),
+        };
+        if bind { self.bind(value, table) } else { Ok(value) }
+    }
+
+    /// `table[key] = value`; all three are on the stack.
+    #[inline(never)]
+    pub(super) fn index_set(
+        &mut self,
+        table: Value<P>,
+        key: Value<P>,
+        value: Value<P>,
+    ) -> Result<(), Cause> {
+        match table.tag() {
+            Tag::TABLE => self.table_set(table, Self::key(key)?, value),
+            Tag::LIBRARY => {
+                let key = Self::key(key)?;
+                let overlay = self.overlay(table)?;
+                let value = if value.is_nil() { Value::unset() } else { value };
+                self.table_set(overlay, key, value)
+            }
+            _ => Err(Cause::of(FaultCode::NotATable, table.type_of(), key.type_of())),
+        }
+    }
+
+    /// The value as read out of a table: a function that uses self gets the table as its self.
+    #[inline(always)]
+    pub(super) fn bind(&mut self, value: Value<P>, table: Value<P>) -> Result<Value<P>, Cause> {
+        match value.tag() {
+            Tag::FUNCTION | Tag::CLOSURE | Tag::BOUND => self.bind_function(value, table),
+            _ => Ok(value),
+        }
+    }
+
+    #[inline(never)]
+    fn bind_function(&mut self, value: Value<P>, table: Value<P>) -> Result<Value<P>, Cause> {
+        let mut plain = value;
+        if plain.is(Tag::BOUND) {
+            plain = self.arena.closure_function(plain.index());
+        }
+        let mut function = plain;
+        if function.is(Tag::CLOSURE) {
+            function = self.arena.closure_function(function.index());
+        }
+        let uses_self = match &self.program {
+            Some(program) if function.is(Tag::FUNCTION) => {
+                program.code.byte(program.function(function.index() as u16)) & USES_SELF != 0
+            }
+            _ => false,
+        };
+        if !uses_self {
+            return Ok(value);
+        }
+        // The value is reachable through its table; neither moves.
+        self.allocate(|vm| vm.arena.new_bound(plain, table))
+    }
+
+    /// The table of changes of a library, made if there is none.
+    fn overlay(&mut self, library: Value<P>) -> Result<Value<P>, Cause> {
+        if self.arena.get(OVERLAYS).is_nil() {
+            let overlays = self.new_table()?;
+            self.arena.set(OVERLAYS, overlays);
+        }
+        let overlays = self.arena.get(OVERLAYS);
+        let key = Value::new(Tag::INT, library.raw());
+        let found = self.arena.table_get(overlays.index(), key);
+        if !found.is_nil() {
+            return Ok(found);
+        }
+        // Only the stack keeps the new table alive until it is in the other.
+        self.reserve()?;
+        let made = self.new_table()?;
+        self.set_top(made);
+        self.table_set(overlays, key, made)?;
+        Ok(self.pop())
+    }
+
+    /// Pushes nil on the operands of a frame that may be full already.
+    pub(super) fn reserve(&mut self) -> Result<(), Cause> {
+        self.ensure(usize::from(self.sp) + 1)?;
+        self.push(Value::nil());
+        Ok(())
+    }
+
+    pub(super) fn set_top(&mut self, value: Value<P>) {
+        self.arena.set(usize::from(self.sp) - 1, value);
+    }
+
+    /// What the script has put under that name of a library: unset if it removed it, nil if it did nothing.
+    fn overlaid(&self, library: Value<P>, key: Value<P>) -> Value<P> {
+        let overlays = self.arena.get(OVERLAYS);
+        if overlays.is_nil() {
+            return overlays;
+        }
+        let overlay =
+            self.arena.table_get(overlays.index(), Value::new(Tag::INT, library.raw()));
+        if overlay.is_nil() { overlay } else { self.arena.table_get(overlay.index(), key) }
+    }
+
+    fn library_get<H: Host<P>>(
+        &self,
+        host: &mut H,
+        library: Value<P>,
+        key: Value<P>,
+    ) -> Value<P> {
+        let changed = self.overlaid(library, key);
+        if changed.is(Tag::UNSET) {
+            return Value::nil();
+        }
+        if !changed.is_nil() || !key.is(Tag::STRING) {
+            return changed;
+        }
+        let Some(program) = &self.program else { return Value::nil() };
+        match program.library_member(library.index() as u8, key.index() as u16) {
+            Some(member) => Self::member(host, member),
+            None => Value::nil(),
+        }
+    }
+
+    /// The value of a library's member.
+    fn member<H: Host<P>>(host: &mut H, member: u8) -> Value<P> {
+        let axis = match member {
+            builtin::PI => return Value::float(core::f32::consts::PI),
+            builtin::RNG => return Value::indexed(Tag::LIBRARY, Library::Rng as u16),
+            builtin::POSITION_X => Axis::X,
+            builtin::POSITION_Y => Axis::Y,
+            builtin::POSITION_Z => Axis::Z,
+            builtin::POSITION_ORIENTATION => Axis::Orientation,
+            function => return Value::indexed(Tag::BUILTIN, u16::from(function)),
+        };
+        host.position(axis).map_or(Value::nil(), Value::float)
+    }
+
+    /// Puts a real table in the place of a library in that slot, with the same entries; tables stay.
+    #[inline(never)]
+    pub(super) fn to_table<H: Host<P>>(&mut self, host: &mut H, slot: usize) -> Result<(), Cause> {
+        let library = self.arena.get(slot);
+        if library.is(Tag::TABLE) {
+            return Ok(());
+        }
+        if !library.is(Tag::LIBRARY) {
+            return Err(Cause::of(FaultCode::NotATable, library.type_of(), Type::Nil));
+        }
+        let table = self.new_table()?;
+        self.arena.set(slot, table);
+        let Some(program) = self.program else { return Ok(()) };
+        for row in 0..program.header().library_rows {
+            let (number, string, _) = program.library_row(row);
+            if u16::from(number) == library.index() as u16 {
+                let key = Value::string(string);
+                let value = self.library_get(host, library, key);
+                self.table_set(table, key, value)?;
+            }
+        }
+        let overlays = self.arena.get(OVERLAYS);
+        if overlays.is_nil() {
+            return Ok(());
+        }
+        let overlay =
+            self.arena.table_get(overlays.index(), Value::new(Tag::INT, library.raw()));
+        let mut cursor = Cursor::START;
+        while let Some((key, value)) = self.arena.table_next(overlay.index(), &mut cursor) {
+            if !value.is(Tag::UNSET) {
+                self.table_set(table, key, value)?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,371 @@
+//! The machine: memory, program and registers, and the protocol by which a host drives it.
+//!
+//! # Frames
+//! ```text
+//! fp - n ... fp - 1   parameters (unset where the caller passed none)
+//! fp                  record: distance to the caller's fp in the tag byte, return position in the payload
+//! fp + 1 ...          hidden locals (closure, self), variables, operands
+//! ```
+//! A call leaves its arguments where they are, as the parameters; a return puts the result where the first parameter
+//! was. Built-ins that call script functions (`foreach`, ...) or wait (`delay`) have frames too: their "return
+//! position" is one of the [`Native`] codes, at which the interpreter lets the built-in go on. So nothing recurses on the
+//! stack of the processor, and a run can stop between any two instructions.
+
+mod builtins;
+mod call;
+mod compare;
+mod interpret;
+mod iterate;
+mod library;
+mod slow;
+#[cfg(feature = "strings")]
+mod text;
+
+use crate::arena::Arena;
+use crate::bytecode::ByteCode;
+use crate::fault::{Cause, Fault, FaultCode};
+use crate::host::Host;
+use crate::image::{Entry, EntryPoint, Header, Image, ImageError, Verified};
+use crate::number::{Profile, Rng};
+use crate::value::{Tag, Value};
+
+/// The slot of the machine's own global: changes that the script made to libraries, see [`library`].
+const OVERLAYS: usize = 0;
+/// Slot of global 0.
+const GLOBALS: usize = 1;
+/// Slots above its record that a built-in's frame may use, callback arguments included.
+const NATIVE_ROOM: usize = 12;
+/// Return positions from here on are not in the image.
+const SPECIAL: usize = 0xff80;
+
+/// Return positions that stand for the machine itself.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[repr(u8)]
+enum Native {
+    Foreach = 0x80,
+    Map = 0x81,
+    Filter = 0x82,
+    Reduce = 0x83,
+    Clone = 0x84,
+    Delay = 0x85,
+    Robot = 0x86,
+    Exit = 0xff,
+}
+
+impl Native {
+    #[inline(always)]
+    fn position(self) -> usize {
+        0xff00 | self as usize
+    }
+
+    fn at(position: usize) -> Native {
+        match position & 0xff {
+            0x80 => Native::Foreach,
+            0x81 => Native::Map,
+            0x82 => Native::Filter,
+            0x83 => Native::Reduce,
+            0x84 => Native::Clone,
+            0x85 => Native::Delay,
+            0x86 => Native::Robot,
+            _ => Native::Exit,
+        }
+    }
+}
+
+/// What a run ended with.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Outcome {
+    /// The budget is used up; run again.
+    Pending,
+    /// The script waits for `delay` or a robot function; run again at a later time.
+    Waiting,
+    /// The entry returned.
+    Done,
+    /// The script stopped. It does not run again before it is loaded again.
+    Fault(Fault),
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum State {
+    /// No program.
+    Empty,
+    /// Ready for an entry.
+    Idle,
+    /// In an entry.
+    Running,
+    /// Stopped by this fault.
+    Faulted(Fault),
+}
+
+/// A virtual machine with `SLOTS` slots of memory for one script.
+pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
+    arena: Arena<P, SLOTS>,
+    program: Option<Verified<C>>,
+    /// Position of the next instruction, or that of a [`Native`].
+    pc: u16,
+    /// Slot of the running frame's record.
+    fp: u16,
+    /// First slot above the operands.
+    sp: u16,
+    robot_id: u16,
+    rng: Rng,
+    state: State,
+    /// What tests do to allocations.
+    #[cfg(feature = "torture")]
+    pub torture: crate::torture::Torture,
+}
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
+    /// A machine without a program on the robot with this id.
+    pub fn new(robot_id: u16) -> Self {
+        Vm {
+            arena: Arena::new(),
+            program: None,
+            pc: 0,
+            fp: 0,
+            sp: 0,
+            robot_id,
+            rng: Rng::new(0, robot_id),
+            state: State::Empty,
+            #[cfg(feature = "torture")]
+            torture: crate::torture::Torture::default(),
+        }
+    }
+
+    /// Verifies an image and makes it the program, with all memory empty. `is_robot_function` tells whether the robot
+    /// has a function of that name hash. On an error there is no program.
+    pub fn load(
+        &mut self,
+        image: Image<C>,
+        is_robot_function: impl Fn(u16) -> bool,
+    ) -> Result<(), ImageError> {
+        self.load_limited(image, SLOTS, is_robot_function)
+    }
+
+    /// Like [`Vm::load`], but uses only the first `slots` slots: finds out how much memory a script needs.
+    pub fn load_limited(
+        &mut self,
+        image: Image<C>,
+        slots: usize,
+        is_robot_function: impl Fn(u16) -> bool,
+    ) -> Result<(), ImageError> {
+        self.program = None;
+        self.state = State::Empty;
+        self.arena.reset(slots);
+        let verified = image.verify(&mut self.arena, is_robot_function)?;
+        self.arena.reset(slots);
+        let base = GLOBALS + usize::from(verified.header().globals);
+        self.arena.reserved = base as u16;
+        self.sp = base as u16;
+        self.program = Some(verified);
+        self.state = State::Idle;
+        Ok(())
+    }
+
+    /// The header of the program.
+    pub fn header(&self) -> Option<&Header> {
+        self.program.as_ref().map(Verified::header)
+    }
+
+    /// Seeds `rand` and `math.rng` from the seed of the run and this robot's id.
+    pub fn seed(&mut self, seed: u32) {
+        self.rng = Rng::new(seed, self.robot_id);
+    }
+
+    /// The id that scripts see.
+    pub fn robot_id(&self) -> u16 {
+        self.robot_id
+    }
+
+    /// Starts an entry; [`Vm::run`] then runs it. False if the script does not have it, or cannot run now.
+    pub fn begin(&mut self, entry: Entry) -> bool {
+        let Some(program) = self.program else { return false };
+        if self.state != State::Idle {
+            return false;
+        }
+        let callee = match program.header().entry(entry) {
+            EntryPoint::None => return false,
+            EntryPoint::Function(number) => Value::indexed(Tag::FUNCTION, number),
+            EntryPoint::Global(number) => self.arena.get(GLOBALS + usize::from(number)),
+        };
+        if callee.is_nil() {
+            return false;
+        }
+        self.state = State::Running;
+        if let Err(cause) = self.start(callee) {
+            self.stop(cause);
+        }
+        true
+    }
+
+    /// Makes the outermost frame and enters the callee.
+    fn start(&mut self, callee: Value<P>) -> Result<(), Cause> {
+        let base = usize::from(self.sp);
+        self.pc = Native::Exit.position() as u16;
+        self.ensure(base + 1 + NATIVE_ROOM)?;
+        self.arena.set(base, record(0, Native::Exit.position()));
+        self.sp += 1;
+        self.push(callee);
+        self.enter_called(0, 1, Value::nil())
+    }
+
+    /// Runs at most `budget` instructions.
+    pub fn run<H: Host<P>>(&mut self, host: &mut H, budget: u16) -> Outcome {
+        match self.state {
+            State::Empty | State::Idle => return Outcome::Done,
+            State::Faulted(fault) => return Outcome::Fault(fault),
+            State::Running => {}
+        }
+        match self.interpret(host, budget) {
+            Ok(Flow::Done) => {
+                self.finish();
+                Outcome::Done
+            }
+            Ok(Flow::Waiting) => Outcome::Waiting,
+            Ok(Flow::Continue) => Outcome::Pending,
+            Err(cause) => Outcome::Fault(self.stop(cause)),
+        }
+    }
+
+    /// Reads a global, for the host.
+    pub fn global(&self, number: u16) -> Option<Value<P>> {
+        let count = self.header()?.globals;
+        if number < count { Some(self.arena.get(GLOBALS + usize::from(number))) } else { None }
+    }
+
+    /// The calls that led to where the machine is, innermost first: offsets from the start of the code of the last
+    /// byte of the instruction where each function is.
+    pub fn calls(&self) -> Calls<'_, P, C, SLOTS> {
+        Calls { vm: self, pc: usize::from(self.pc), fp: usize::from(self.fp) }
+    }
+
+    /// The stack is empty again: collects if little of the heap is left and the entry allocated anything.
+    fn finish(&mut self) {
+        let Some(program) = self.program else { return };
+        self.state = State::Idle;
+        let base = GLOBALS + usize::from(program.header().globals);
+        self.fp = base as u16;
+        self.sp = base as u16;
+        self.arena.reserved = base as u16;
+        if self.arena.allocated && self.arena.unused() < (self.arena.top() - base) / 4 {
+            self.collect();
+        }
+    }
+
+    /// Frees what the script cannot reach any more.
+    #[inline(never)]
+    fn collect(&mut self) {
+        for slot in OVERLAYS..self.base() {
+            self.arena.mark(self.arena.get(slot));
+        }
+        // Frames from the innermost out; each record is stepped over, as it is no value.
+        let (mut pc, mut fp, mut end) =
+            (usize::from(self.pc), usize::from(self.fp), usize::from(self.sp));
+        let mut reserved = end;
+        while end > self.base() {
+            for slot in fp + 1..end {
+                self.arena.mark(self.arena.get(slot));
+            }
+            reserved = reserved.max(fp + 1 + self.frame_room(pc));
+            end = fp;
+            let outer = self.arena.get(fp);
+            pc = outer.index();
+            fp -= usize::from(outer.tag().0);
+            if end == self.base() {
+                break;
+            }
+        }
+        self.arena.reserved = reserved as u16;
+        self.arena.sweep();
+        self.arena.allocated = false;
+    }
+
+    /// First slot of the stack.
+    fn base(&self) -> usize {
+        GLOBALS + self.header().map_or(0, |header| usize::from(header.globals))
+    }
+
+    /// Slots above the record that the frame running at `pc` may use.
+    fn frame_room(&self, pc: usize) -> usize {
+        match &self.program {
+            Some(program) if pc < SPECIAL => {
+                usize::from(program.code.byte(program.function(program.function_at(pc)) + 1))
+            }
+            _ => NATIVE_ROOM,
+        }
+    }
+
+    /// Makes sure that the stack may grow up to slot `limit`.
+    #[inline(always)]
+    fn ensure(&mut self, limit: usize) -> Result<(), Cause> {
+        if limit > usize::from(self.arena.bottom) {
+            return self.ensure_after_collection(limit);
+        }
+        if limit > usize::from(self.arena.reserved) {
+            self.arena.reserved = limit as u16;
+        }
+        Ok(())
+    }
+
+    #[inline(never)]
+    fn ensure_after_collection(&mut self, limit: usize) -> Result<(), Cause> {
+        self.collect();
+        if limit > usize::from(self.arena.bottom) {
+            return Err(Cause::new(FaultCode::StackOverflow));
+        }
+        self.arena.reserved = self.arena.reserved.max(limit as u16);
+        Ok(())
+    }
+
+    /// Adds the position to the cause of a fault and stops the script.
+    fn stop(&mut self, cause: Cause) -> Fault {
+        let position = self.calls().next().unwrap_or(0);
+        let Cause { code, operands, detail } = cause;
+        let fault = Fault { code, position, operands, detail };
+        self.state = State::Faulted(fault);
+        fault
+    }
+}
+
+/// How the interpreter goes on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Flow {
+    Continue,
+    Waiting,
+    Done,
+}
+
+/// The record of a frame `delta` slots above its caller's.
+#[inline(always)]
+fn record<P: Profile>(delta: usize, position: usize) -> Value<P> {
+    Value::indexed(Tag(delta as u8), position as u16)
+}
+
+/// See [`Vm::calls`].
+pub struct Calls<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
+    vm: &'a Vm<P, C, SLOTS>,
+    pc: usize,
+    fp: usize,
+}
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Iterator for Calls<'_, P, C, SLOTS> {
+    type Item = u16;
+
+    fn next(&mut self) -> Option<u16> {
+        let program = self.vm.program.as_ref()?;
+        loop {
+            let pc = self.pc;
+            if pc == Native::Exit.position() {
+                return None;
+            }
+            let outer = self.vm.arena.get(self.fp);
+            self.pc = outer.index();
+            self.fp = self.fp.saturating_sub(usize::from(outer.tag().0));
+            // The frames of built-ins are not the script's.
+            if pc < SPECIAL {
+                let last_byte = pc.wrapping_sub(1 + usize::from(program.header().code_at));
+                return Some(last_byte as u16);
+            }
+        }
+    }
+}
