@@ -9,33 +9,45 @@ use crate::source::Span;
 /// A name as written, with its place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ident {
+    /// The name.
     pub name: String,
+    /// Where it is written.
     pub span: Span,
 }
 
 /// Statements between braces, or the single statement of an `if`/`while`/`for` without braces.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Block {
+    /// The statements in order.
     pub stmts: Vec<Stmt>,
+    /// With the braces.
     pub span: Span,
 }
 
+/// A statement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stmt {
+    /// What it is.
     pub kind: StmtKind,
+    /// From its first to its last token.
     pub span: Span,
 }
 
+/// The kinds of statements.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs, reason = "the fields are named after the parts of the grammar")]
 pub enum StmtKind {
     /// `var name` or `var name = value`
     Var { name: Ident, value: Option<Expr> },
     /// `function name(params) "docstring" { body }`, only at the top level of a file
     Function { name: Ident, function: Function },
+    /// `if(condition) then else otherwise`
     If { condition: Expr, then: Block, otherwise: Option<Block> },
     /// `init` and `update` are [`StmtKind::Assign`] or [`StmtKind::Call`]
     For { init: Box<Stmt>, condition: Expr, update: Box<Stmt>, body: Block },
+    /// `while(condition) body`
     While { condition: Expr, body: Block },
+    /// `return` or `return value`
     Return { value: Option<Expr> },
     /// `target = value`; the target is [`ExprKind::Name`], [`ExprKind::Field`] or [`ExprKind::Index`]
     Assign { target: Expr, value: Expr },
@@ -46,20 +58,28 @@ pub enum StmtKind {
 /// A named function or a lambda.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Function {
+    /// The parameters, without `self`.
     pub params: Vec<Ident>,
+    /// The statements between the braces.
     pub body: Block,
     /// From `function` to the closing brace.
     pub span: Span,
 }
 
+/// An expression.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expr {
+    /// What it is.
     pub kind: ExprKind,
+    /// From its first to its last token.
     pub span: Span,
 }
 
+/// The kinds of expressions.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(missing_docs, reason = "the fields are named after the parts of the grammar")]
 pub enum ExprKind {
+    /// `nil`
     Nil,
     /// An integer literal with its sign folded in; whether it fits the profile is checked later.
     Int(i64),
@@ -67,6 +87,7 @@ pub enum ExprKind {
     Float(f64),
     /// A string literal, escapes resolved. Bytes above 0x7f are kept as written (UTF-8).
     Str(String),
+    /// A variable or a function by its name.
     Name(String),
     /// `object.name`; `key` is the field's name
     Field { object: Box<Expr>, key: Ident },
@@ -76,8 +97,11 @@ pub enum ExprKind {
     Call { callee: Box<Expr>, args: Vec<Expr> },
     /// `{.x = 1, .2 = "a"}`
     Table(Vec<TableField>),
+    /// `function(params) { body }`
     Lambda(Function),
+    /// `op operand`
     Unary { op: UnaryOp, operand: Box<Expr> },
+    /// `left op right`
     Binary { op: BinaryOp, left: Box<Expr>, right: Box<Expr> },
     /// A parenthesised expression: kept, because parentheses silence the precedence warnings.
     Paren(Box<Expr>),
@@ -85,20 +109,29 @@ pub enum ExprKind {
     Error,
 }
 
+/// `.key = value` in a table literal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TableField {
+    /// What follows the dot.
     pub key: FieldKey,
+    /// The key without its dot.
     pub key_span: Span,
+    /// What is stored.
     pub value: Expr,
 }
 
+/// The key of a field in a table literal.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FieldKey {
+    /// `.x`, the string "x"
     Name(String),
+    /// `.2`
     Int(i64),
+    /// `.2.5`
     Float(f64),
 }
 
+/// The operators with one operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum UnaryOp {
     /// `-x`
@@ -111,30 +144,50 @@ pub enum UnaryOp {
     Not,
 }
 
+/// The operators with two operands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BinaryOp {
+    /// `+`
     Add,
+    /// `-`
     Sub,
+    /// `*`
     Mul,
+    /// `/`
     Div,
+    /// `%`
     Mod,
+    /// `^`
     Pow,
+    /// `&`
     BitAnd,
+    /// `|`
     BitOr,
+    /// `<<`
     ShiftLeft,
+    /// `>>`
     ShiftRight,
+    /// `==`
     Eq,
+    /// `!=`
     NotEq,
+    /// `<`
     Less,
+    /// `<=`
     LessEq,
+    /// `>`
     Greater,
+    /// `>=`
     GreaterEq,
+    /// `and`
     And,
+    /// `or`
     Or,
 }
 
 /// A whole script after includes.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Script {
+    /// The statements in order, named functions among them.
     pub stmts: Vec<Stmt>,
 }

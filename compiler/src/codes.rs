@@ -28,15 +28,61 @@ macro_rules! codes {
 codes! {
     // Characters and tokens: E01..
     UnknownCharacter = "E0101", "a character that Buzz does not use";
+    UnterminatedString = "E0102", "a string without its closing quote";
+    UnknownEscape = "E0103", "an escape that Buzz does not know";
+    MalformedNumber = "E0104", "a number that cannot be read";
+    NumberOutOfRange = "E0105", "a number that no profile can hold";
+    ForeignOperator = "E0106", "an operator of another language";
+    ForeignComment = "E0107", "a comment of another language";
+    TypographicQuote = "E0108", "a typographic quote around a string";
     // Syntax: E02..
+    UnexpectedToken = "E0201", "something else was expected here";
+    UnclosedBracket = "E0202", "a bracket that is never closed";
+    UnmatchedClosing = "E0203", "a closing bracket without an opening one";
+    ChainedComparison = "E0204", "comparisons in a row";
+    TableInExpression = "E0205", "a table literal as an operand";
+    TrailingComma = "E0206", "a comma with nothing after it";
+    AssignToCall = "E0207", "an assignment to the result of a call";
+    BareBlock = "E0208", "a block that belongs to no statement";
+    NestedFunction = "E0209", "a named function inside a block";
+    FunctionWithoutName = "E0210", "a function statement without a name";
+    VarInFor = "E0211", "var in the head of a for loop";
+    SemicolonInFor = "E0212", "semicolons in the head of a for loop";
+    ConditionWithoutParentheses = "E0213", "a condition that is not in parentheses";
+    ValueAsStatement = "E0214", "a value that stands alone";
+    ComparisonAsStatement = "E0215", "a comparison where an assignment is meant";
+    NestingTooDeep = "E0216", "too many levels of nesting";
+    ForeignWord = "E0217", "a word that is no keyword of Buzz";
+    NumberAsField = "E0218", "a number after a dot";
+    AssignmentInCondition = "E0219", "an assignment where a condition is expected";
+    FieldWithoutDot = "E0220", "a table field that is not written `.name = value`";
+    CallOfValue = "E0221", "a value that cannot be called or indexed directly";
+    ElseWithoutIf = "E0222", "an else without an if";
     // Includes: E03..
+    IncludeNotFound = "E0301", "an included file that does not exist";
+    IncludeMisplaced = "E0302", "an include inside a statement";
+    FileUnreadable = "E0303", "a file that cannot be read";
+    FileNotUtf8 = "E0304", "a file that is not UTF-8 text";
+    FileTooLarge = "E0305", "a file that is too large for a script";
+    IncludeWithoutString = "E0306", "an include without a file name in quotes";
     // Names, functions and arguments: E04..
     // Literals and types: E05..
     // Limits of the image and of the robot: E06..
     // Warnings: W01.. syntax, W02.. names, W03.. values
+    RunOnStatement = "W0101", "a statement that runs on over the line";
+    ConditionValue = "W0102", "and/or as a value is only 0 or 1";
+    MixedAndOr = "W0103", "and and or have the same precedence";
+    WideNot = "W0104", "not covers everything to its right";
+    OperatorGrouping = "W0105", "operators that group otherwise than in C or Python";
+    ReturnFromNextLine = "W0106", "return takes its value from the next line";
+    IncludeFromWorkingFolder = "W0107", "an include found only in the working folder";
+    BitwiseNotOfCondition = "W0108", "`!` in front of a condition";
+    SemicolonBeforeBody = "W0109", "a `;` between a condition and its body";
+    EmptyBody = "W0110", "an if, else or loop without a body";
 }
 
 impl Code {
+    /// Whether it stops the build.
     pub fn severity(self) -> Severity {
         if self.text().starts_with('W') { Severity::Warning } else { Severity::Error }
     }

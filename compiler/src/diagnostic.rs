@@ -6,16 +6,20 @@ use crate::source::Span;
 /// An error stops the build, a warning does not. A [`Code`] has exactly one severity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
+    /// The script means something, but perhaps not what its author thinks.
     Warning,
+    /// No image is made.
     Error,
 }
 
 /// One message about one place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagnostic {
+    /// The kind of mistake.
     pub code: Code,
     /// The headline: what is wrong, in one sentence without a full stop.
     pub message: String,
+    /// The place.
     pub span: Span,
     /// Written under the marked source text; may be empty.
     pub label: String,
@@ -26,6 +30,7 @@ pub struct Diagnostic {
 }
 
 impl Diagnostic {
+    /// A diagnostic with a headline and nothing else.
     pub fn new(code: Code, span: Span, message: impl Into<String>) -> Self {
         Diagnostic {
             code,
@@ -37,21 +42,25 @@ impl Diagnostic {
         }
     }
 
+    /// Writes `label` under the marked source text.
     pub fn label(mut self, label: impl Into<String>) -> Self {
         self.label = label.into();
         self
     }
 
+    /// Adds another place that explains this one.
     pub fn related(mut self, span: Span, text: impl Into<String>) -> Self {
         self.related.push((span, text.into()));
         self
     }
 
+    /// Says what to do about it.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
 
+    /// Error or warning.
     pub fn severity(&self) -> Severity {
         self.code.severity()
     }

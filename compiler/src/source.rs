@@ -9,8 +9,11 @@ pub struct FileId(pub u32);
 /// A range of bytes in one source file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub struct Span {
+    /// The file.
     pub file: FileId,
+    /// Offset of the first byte.
     pub start: u32,
+    /// Offset after the last byte.
     pub end: u32,
 }
 
@@ -26,6 +29,7 @@ impl Span {
 pub struct SourceFile {
     /// As the user would write it: the argument of the command line, or the resolved path of an include.
     pub path: PathBuf,
+    /// The whole text.
     pub text: String,
 }
 
@@ -38,26 +42,38 @@ pub struct SourceMap {
 /// A human position: line and column count from 1; a column counts characters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LineColumn {
+    /// From 1.
     pub line: u32,
+    /// From 1, in characters.
     pub column: u32,
 }
 
 impl SourceMap {
+    /// Adds a file and returns its number.
     pub fn add(&mut self, path: impl Into<PathBuf>, text: String) -> FileId {
         self.files.push(SourceFile { path: path.into(), text });
         FileId(self.files.len() as u32 - 1)
     }
 
+    /// The file of that number.
     pub fn file(&self, id: FileId) -> &SourceFile {
         &self.files[id.0 as usize]
     }
 
+    /// The path of the file of that number.
     pub fn path(&self, id: FileId) -> &Path {
         &self.file(id).path
     }
 
+    /// Every file with its number.
     pub fn files(&self) -> impl Iterator<Item = (FileId, &SourceFile)> {
         self.files.iter().enumerate().map(|(i, f)| (FileId(i as u32), f))
+    }
+
+    /// The source text of a span.
+    pub fn text(&self, span: Span) -> &str {
+        let text = &self.file(span.file).text;
+        text.get(span.start as usize..span.end as usize).unwrap_or_default()
     }
 
     /// Line and column where the span starts.

@@ -1,0 +1,228 @@
+//! Reading scripts: the main file, and the files that it includes in the place of each `include`.
+
+mod files;
+mod search;
+
+use std::collections::HashSet;
+use std::io;
+use std::path::{Path, PathBuf};
+
+pub use files::{DiskFiles, Files, MemoryFiles};
+
+use crate::codes::Code;
+use crate::diagnostic::Diagnostic;
+use crate::lexer::lex;
+use crate::source::{FileId, SourceMap, Span};
+use crate::token::{Separation, Token, TokenKind};
+use search::Found;
+
+/// The largest script that is read, in bytes: far more than any robot holds, little for a host.
+pub const MAX_SOURCE_BYTES: usize = 1 << 20;
+
+/// How files of the shipped library are shown in messages: `<library>/vec2.bzz`.
+const LIBRARY_FOLDER: &str = "<library>";
+
+/// Where included files are searched, in this order: the folder of the including file, the working folder, then
+/// the lists below.
+pub struct Loader<'a> {
+    /// How files are read.
+    pub files: &'a dyn Files,
+    /// The folder the compiler was started in; relative paths of the main script start here.
+    pub working_folder: PathBuf,
+    /// The folders given with `-I`.
+    pub folders: Vec<PathBuf>,
+    /// The folders listed in the environment variable `BUZZ_INCLUDE_PATH`.
+    pub environment: Vec<PathBuf>,
+    /// The shipped library: file name and text.
+    pub library: &'a [(&'a str, &'a str)],
+}
+
+impl<'a> Loader<'a> {
+    /// A loader that searches the folder of the including file and the working folder only.
+    pub fn new(files: &'a dyn Files) -> Self {
+        Loader {
+            files,
+            working_folder: PathBuf::new(),
+            folders: Vec::new(),
+            environment: Vec::new(),
+            library: &[],
+        }
+    }
+}
+
+/// The tokens of a script with everything it includes.
+pub(crate) struct Loaded {
+    pub tokens: Vec<Token>,
+    pub sources: SourceMap,
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// Reads the main script with `loader`.
+pub(crate) fn load_file(main: &Path, loader: &Loader) -> Loaded {
+    match loader.files.read(main) {
+        Ok(bytes) => match decode(bytes) {
+            Ok(text) => load_text(main, text, loader),
+            Err((problem, text)) => rejected(main, text, &problem),
+        },
+        Err(error) => rejected(main, String::new(), &Problem::Unreadable(error)),
+    }
+}
+
+/// Takes the main script from memory.
+pub(crate) fn load_text(main: &Path, text: String, loader: &Loader) -> Loaded {
+    if text.len() > MAX_SOURCE_BYTES {
+        return rejected(main, String::new(), &Problem::TooLarge);
+    }
+    let mut loading = Loading {
+        loader,
+        sources: SourceMap::default(),
+        diagnostics: Vec::new(),
+        seen: loader.files.canonical(main).into_iter().collect(),
+    };
+    let file = loading.sources.add(main, text);
+    let tokens = loading.expand(file);
+    Loaded { tokens, sources: loading.sources, diagnostics: loading.diagnostics }
+}
+
+/// A script that cannot be read is an empty script with an error.
+fn rejected(main: &Path, text: String, problem: &Problem) -> Loaded {
+    let mut sources = SourceMap::default();
+    let file = sources.add(main, text);
+    let start = problem.offset();
+    let span = Span { file, start, end: start };
+    let end = Token { kind: TokenKind::FileEnd, span, separation: Separation::Newline };
+    Loaded { tokens: vec![end], sources, diagnostics: vec![problem.diagnostic(main, span)] }
+}
+
+/// Why a file cannot be a script.
+enum Problem {
+    Unreadable(io::Error),
+    TooLarge,
+    NotUtf8 { offset: usize },
+}
+
+impl Problem {
+    fn offset(&self) -> u32 {
+        match self {
+            Problem::NotUtf8 { offset } => *offset as u32,
+            Problem::Unreadable(_) | Problem::TooLarge => 0,
+        }
+    }
+
+    fn diagnostic(&self, path: &Path, span: Span) -> Diagnostic {
+        let path = path.display();
+        match self {
+            Problem::Unreadable(error) => Diagnostic::new(
+                Code::FileUnreadable,
+                span,
+                format!("cannot read `{path}`: {error}"),
+            ),
+            Problem::TooLarge => Diagnostic::new(
+                Code::FileTooLarge,
+                span,
+                format!("`{path}` is larger than {MAX_SOURCE_BYTES} bytes"),
+            )
+            .help("is this a script at all?"),
+            Problem::NotUtf8 { offset } => Diagnostic::new(
+                Code::FileNotUtf8,
+                span,
+                format!("`{path}` is not UTF-8 text: the byte at offset {offset} is invalid"),
+            )
+            .help("save the file as UTF-8"),
+        }
+    }
+}
+
+/// Text from bytes; on failure also the text up to the problem.
+fn decode(bytes: Vec<u8>) -> Result<String, (Problem, String)> {
+    if bytes.len() > MAX_SOURCE_BYTES {
+        return Err((Problem::TooLarge, String::new()));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let offset = error.utf8_error().valid_up_to();
+        let mut bytes = error.into_bytes();
+        bytes.truncate(offset);
+        (Problem::NotUtf8 { offset }, String::from_utf8(bytes).unwrap_or_default())
+    })
+}
+
+struct Loading<'a> {
+    loader: &'a Loader<'a>,
+    sources: SourceMap,
+    diagnostics: Vec<Diagnostic>,
+    /// The files that were read, by their canonical path.
+    seen: HashSet<PathBuf>,
+}
+
+impl Loading<'_> {
+    fn lex(&mut self, file: FileId) -> std::vec::IntoIter<Token> {
+        lex(file, &self.sources.file(file).text, &mut self.diagnostics).into_iter()
+    }
+
+    /// The tokens of `file`, those of included files in the place of each include.
+    fn expand(&mut self, file: FileId) -> Vec<Token> {
+        let mut tokens = Vec::new();
+        // A stack of its own: a long chain of includes must not overflow the machine's.
+        let mut open = vec![self.lex(file)];
+        while let Some(current) = open.last_mut() {
+            let Some(token) = current.next() else {
+                open.pop();
+                continue;
+            };
+            let TokenKind::Include(path) = &token.kind else {
+                tokens.push(token);
+                continue;
+            };
+            let included = self.include(Path::new(path), token.span);
+            tokens.push(Token { kind: TokenKind::FileStart, ..token.clone() });
+            match included {
+                Some(file) => open.push(self.lex(file)),
+                None => tokens.push(Token { kind: TokenKind::FileEnd, ..token }),
+            }
+        }
+        tokens
+    }
+
+    /// Reads the file that the include at `span` names, unless it was read before.
+    fn include(&mut self, name: &Path, span: Span) -> Option<FileId> {
+        let including = self.sources.path(span.file).to_owned();
+        let found = match search::find(self.loader, &including, name) {
+            Ok(found) => found,
+            Err(not_found) => {
+                self.diagnostics.push(not_found.diagnostic(name, span));
+                return None;
+            }
+        };
+        if let Found::InWorkingFolder { path, .. } = &found {
+            self.diagnostics.push(search::working_folder_warning(path, &including, span));
+        }
+        let (path, identity, text) = match found {
+            Found::InLibrary { name, text } => {
+                let path = Path::new(LIBRARY_FOLDER).join(name);
+                (path.clone(), path, Ok(text.to_owned()))
+            }
+            Found::OnDisk { path, identity } | Found::InWorkingFolder { path, identity } => {
+                if self.seen.contains(&identity) {
+                    return None;
+                }
+                let text = self
+                    .loader
+                    .files
+                    .read(&path)
+                    .map_err(|error| (Problem::Unreadable(error), String::new()))
+                    .and_then(decode);
+                (path, identity, text)
+            }
+        };
+        if !self.seen.insert(identity) {
+            return None;
+        }
+        match text {
+            Ok(text) => Some(self.sources.add(path, text)),
+            Err((problem, _)) => {
+                self.diagnostics.push(problem.diagnostic(&path, span));
+                None
+            }
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! How files are read: from disk, or from memory for tests and editors.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use super::MAX_SOURCE_BYTES;
+
+/// A file system, as far as the compiler needs one.
+pub trait Files {
+    /// The bytes of a file; of one that is too large for a script it may return only so many that this shows.
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
+
+    /// One path for all the ways to name an existing file; nothing if there is no such file.
+    fn canonical(&self, path: &Path) -> Option<PathBuf>;
+
+    /// The names of the files in a folder, to suggest one for a misspelt name.
+    fn names(&self, folder: &Path) -> Vec<String>;
+}
+
+/// The files on disk.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct DiskFiles;
+
+impl Files for DiskFiles {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        File::open(path)?.take(MAX_SOURCE_BYTES as u64 + 1).read_to_end(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    fn canonical(&self, path: &Path) -> Option<PathBuf> {
+        fs::canonicalize(path).ok().filter(|path| path.is_file())
+    }
+
+    fn names(&self, folder: &Path) -> Vec<String> {
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
+        entries.flatten().filter_map(|entry| entry.file_name().into_string().ok()).collect()
+    }
+}
+
+/// Files held in memory. A file without content exists but cannot be read.
+#[derive(Debug, Clone, Default)]
+pub struct MemoryFiles {
+    files: BTreeMap<PathBuf, Option<Vec<u8>>>,
+}
+
+impl MemoryFiles {
+    /// Adds a file.
+    pub fn with(mut self, path: impl AsRef<Path>, content: impl Into<Vec<u8>>) -> Self {
+        self.files.insert(normal(path.as_ref()), Some(content.into()));
+        self
+    }
+
+    /// Adds a file that cannot be read.
+    pub fn with_unreadable(mut self, path: impl AsRef<Path>) -> Self {
+        self.files.insert(normal(path.as_ref()), None);
+        self
+    }
+}
+
+impl Files for MemoryFiles {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        match self.files.get(&normal(path)) {
+            Some(Some(content)) => Ok(content.clone()),
+            Some(None) => Err(io::ErrorKind::PermissionDenied.into()),
+            None => Err(io::ErrorKind::NotFound.into()),
+        }
+    }
+
+    fn canonical(&self, path: &Path) -> Option<PathBuf> {
+        let path = normal(path);
+        self.files.contains_key(&path).then_some(path)
+    }
+
+    fn names(&self, folder: &Path) -> Vec<String> {
+        let folder = normal(folder);
+        let inside = self.files.keys().filter(|path| path.parent() == Some(&folder));
+        inside.filter_map(|path| path.file_name()?.to_str().map(str::to_owned)).collect()
+    }
+}
+
+/// Resolves `.` and `..`.
+fn normal(path: &Path) -> PathBuf {
+    use std::path::Component;
+    let mut result = PathBuf::new();
+    for component in path.components() {
+        match component {
+            Component::CurDir => {}
+            Component::ParentDir if result.file_name().is_some() => {
+                result.pop();
+            }
+            other => result.push(other),
+        }
+    }
+    result
+}

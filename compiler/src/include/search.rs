@@ -1,0 +1,126 @@
+//! Finding an included file.
+
+use std::path::{Path, PathBuf};
+
+use super::{LIBRARY_FOLDER, Loader};
+use crate::codes::Code;
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+
+/// Where an included file is.
+pub(super) enum Found<'a> {
+    OnDisk { path: PathBuf, identity: PathBuf },
+    InWorkingFolder { path: PathBuf, identity: PathBuf },
+    InLibrary { name: &'a str, text: &'a str },
+}
+
+/// An included file that is nowhere.
+pub(super) struct NotFound {
+    searched: Vec<String>,
+    suggestion: Option<String>,
+}
+
+/// Searches for the file that `including` calls `name`.
+pub(super) fn find<'a>(
+    loader: &'a Loader,
+    including: &Path,
+    name: &Path,
+) -> Result<Found<'a>, NotFound> {
+    let library = || {
+        let entry = loader.library.iter().find(|(file, _)| Path::new(file) == name);
+        entry.map(|(name, text)| Found::InLibrary { name, text })
+    };
+    // The library's own files mean each other, whatever the user's folders hold.
+    if including.starts_with(LIBRARY_FOLDER)
+        && let Some(found) = library()
+    {
+        return Ok(found);
+    }
+    let here = including.parent().unwrap_or(Path::new(""));
+    let on_disk = |folder: &Path| {
+        let path = folder.join(name);
+        loader.files.canonical(&path).map(|identity| (path, identity))
+    };
+    if let Some((path, identity)) = on_disk(here) {
+        return Ok(Found::OnDisk { path, identity });
+    }
+    if let Some((path, identity)) = on_disk(&loader.working_folder) {
+        return Ok(Found::InWorkingFolder { path, identity });
+    }
+    let configured = || loader.folders.iter().chain(&loader.environment).map(PathBuf::as_path);
+    if let Some((path, identity)) = configured().find_map(on_disk) {
+        return Ok(Found::OnDisk { path, identity });
+    }
+    library().ok_or_else(|| {
+        let mut folders = vec![here, &loader.working_folder];
+        folders.extend(configured());
+        folders.dedup();
+        NotFound::new(loader, &folders, name)
+    })
+}
+
+impl NotFound {
+    fn new(loader: &Loader, folders: &[&Path], name: &Path) -> Self {
+        let mut searched: Vec<String> = folders.iter().map(|folder| shown(folder)).collect();
+        if !loader.library.is_empty() {
+            searched.push(LIBRARY_FOLDER.to_owned());
+        }
+        // `include "sub/file.bzz"` may be misspelt in its last part only.
+        let parent = name.parent().unwrap_or(Path::new(""));
+        let nearby = folders.iter().flat_map(|folder| loader.files.names(&folder.join(parent)));
+        let nearby = nearby.map(|file| parent.join(file).display().to_string());
+        let shipped = loader.library.iter().map(|(file, _)| (*file).to_owned());
+        let suggestion = likely(&name.display().to_string(), nearby.chain(shipped));
+        NotFound { searched, suggestion }
+    }
+
+    pub(super) fn diagnostic(&self, name: &Path, span: Span) -> Diagnostic {
+        let name = name.display();
+        let searched = self.searched.join(", ");
+        let help = match &self.suggestion {
+            Some(suggestion) => format!("did you mean `{suggestion}`? Searched in: {searched}"),
+            None => format!("searched in: {searched}"),
+        };
+        Diagnostic::new(
+            Code::IncludeNotFound,
+            span,
+            format!("there is no file `{name}` to include"),
+        )
+        .label("not found")
+        .help(help)
+    }
+}
+
+/// The candidate that is most like `name`, if one is like it at all.
+fn likely(name: &str, candidates: impl Iterator<Item = String>) -> Option<String> {
+    let wanted = name.to_lowercase();
+    let scored = candidates.filter(|file| file.ends_with(".bzz")).map(|file| {
+        let likeness = strsim::jaro_winkler(&wanted, &file.to_lowercase());
+        (likeness, file)
+    });
+    let best = scored.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (best.0 > 0.85).then_some(best.1)
+}
+
+fn shown(folder: &Path) -> String {
+    match folder.as_os_str().is_empty() {
+        true => "the working folder".to_owned(),
+        false => format!("`{}`", folder.display()),
+    }
+}
+
+/// Found where the reference looks, but not where the script says.
+pub(super) fn working_folder_warning(path: &Path, including: &Path, span: Span) -> Diagnostic {
+    let path = path.display();
+    Diagnostic::new(
+        Code::IncludeFromWorkingFolder,
+        span,
+        format!("`{path}` is not beside the file that includes it"),
+    )
+    .label("found in the working folder")
+    .help(format!(
+        "write the path from the folder of `{}`, or name the folder with `-I`: \
+         else the script compiles in this working folder only",
+        including.display()
+    ))
+}

@@ -1,0 +1,228 @@
+//! From the text of one file to its tokens.
+//!
+//! The lexer never stops at an error: it reports, puts the most likely token in place, and goes on.
+
+mod literal;
+mod operator;
+
+use crate::codes::Code;
+use crate::diagnostic::Diagnostic;
+use crate::source::{FileId, Span};
+use crate::token::{Fixed, Separation, Token, TokenKind};
+
+/// The tokens of a file, the last one [`TokenKind::FileEnd`]; errors are added to `diagnostics`.
+pub fn lex(file: FileId, text: &str, diagnostics: &mut Vec<Diagnostic>) -> Vec<Token> {
+    let mut lexer = Lexer::new(file, text, None);
+    lexer.run();
+    if let Some(opening) = lexer.forgotten_quote() {
+        // The quote that is missing is most likely that of an earlier string, which then swallowed lines of code.
+        // Ending that string at its line reports it where the mistake is, and spares errors about the rest.
+        lexer = Lexer::new(file, text, Some(opening));
+        lexer.run();
+    }
+    diagnostics.append(&mut lexer.diagnostics);
+    lexer.tokens
+}
+
+struct Lexer<'a> {
+    file: FileId,
+    text: &'a str,
+    position: usize,
+    /// Where the token that is being read starts.
+    start: usize,
+    separation: Separation,
+    /// The brackets that are open here.
+    brackets: Vec<Fixed>,
+    tokens: Vec<Token>,
+    diagnostics: Vec<Diagnostic>,
+    /// Offset of the opening quote of a string that must end at its line.
+    one_line_string: Option<usize>,
+    /// The opening quotes of strings that hold newlines, and that of a string that does not end.
+    multi_line_strings: Vec<usize>,
+    endless_string: Option<usize>,
+    /// A `/*` without `*/` was met.
+    endless_comment: bool,
+}
+
+impl<'a> Lexer<'a> {
+    fn new(file: FileId, text: &'a str, one_line_string: Option<usize>) -> Self {
+        Lexer {
+            file,
+            text,
+            position: 0,
+            start: 0,
+            separation: Separation::SameLine,
+            brackets: Vec::new(),
+            tokens: Vec::new(),
+            diagnostics: Vec::new(),
+            one_line_string,
+            multi_line_strings: Vec::new(),
+            endless_string: None,
+            endless_comment: false,
+        }
+    }
+
+    fn run(&mut self) {
+        self.eat("\u{feff}");
+        loop {
+            self.skip_blanks();
+            self.start = self.position;
+            let Some(next) = self.peek() else { break };
+            match next {
+                '"' | '\'' => self.string(next),
+                '0'..='9' => self.number(),
+                '.' if self.is_fraction() => self.number(),
+                _ if is_name_start(next) => self.word(),
+                _ => self.operator(next),
+            }
+        }
+        self.push(TokenKind::FileEnd);
+    }
+
+    fn rest(&self) -> &'a str {
+        self.text.get(self.position..).unwrap_or_default()
+    }
+
+    fn peek(&self) -> Option<char> {
+        self.rest().chars().next()
+    }
+
+    fn peek_after(&self, skip: usize) -> Option<char> {
+        self.rest().chars().nth(skip)
+    }
+
+    fn advance(&mut self) -> Option<char> {
+        let next = self.peek()?;
+        self.position += next.len_utf8();
+        Some(next)
+    }
+
+    fn eat(&mut self, expected: &str) -> bool {
+        let found = self.rest().starts_with(expected);
+        if found {
+            self.position += expected.len();
+        }
+        found
+    }
+
+    fn eat_while(&mut self, wanted: impl Fn(char) -> bool) {
+        let rest = self.rest();
+        self.position += rest.find(|c| !wanted(c)).unwrap_or(rest.len());
+    }
+
+    fn span_from(&self, start: usize) -> Span {
+        Span { file: self.file, start: start as u32, end: self.position as u32 }
+    }
+
+    /// The text from the start of this token to here.
+    fn read(&self) -> &'a str {
+        self.text.get(self.start..self.position).unwrap_or_default()
+    }
+
+    fn push(&mut self, kind: TokenKind) {
+        self.tokens.push(Token {
+            kind,
+            span: self.span_from(self.start),
+            separation: self.separation,
+        });
+        self.separation = Separation::SameLine;
+    }
+
+    fn push_fixed(&mut self, fixed: Fixed) {
+        if fixed.closing().is_some() {
+            self.brackets.push(fixed);
+        } else if matches!(fixed, Fixed::CloseParen | Fixed::CloseBracket | Fixed::CloseBrace) {
+            self.brackets.pop();
+        }
+        self.push(TokenKind::Fixed(fixed));
+    }
+
+    /// Reports the text from the start of this token to here.
+    fn report(&mut self, code: Code, message: impl Into<String>, help: &str) {
+        self.diagnostics
+            .push(Diagnostic::new(code, self.span_from(self.start), message).help(help));
+    }
+
+    /// Skips blanks, separators and comments, and notes which separators there were.
+    fn skip_blanks(&mut self) {
+        while let Some(next) = self.peek() {
+            match next {
+                ' ' | '\t' | '\r' => {}
+                '\n' => self.separation = self.separation.max(Separation::Newline),
+                ';' => self.separation = Separation::Semicolon,
+                '#' => {
+                    self.eat_while(|c| c != '\n');
+                    continue;
+                }
+                _ => break,
+            }
+            self.position += 1;
+        }
+    }
+
+    fn word(&mut self) {
+        self.eat_while(is_name_part);
+        let word = self.read();
+        if !word.is_ascii() {
+            self.report(
+                Code::UnknownCharacter,
+                format!("`{word}` cannot be a name"),
+                "names consist of the letters a to z, digits and `_`",
+            );
+        }
+        let is_field = self.tokens.last().is_some_and(|t| t.kind == TokenKind::Fixed(Fixed::Dot));
+        if word == "include" && !is_field && self.include() {
+            return;
+        }
+        match Fixed::keyword(word) {
+            Some(keyword) => self.push_fixed(keyword),
+            None => self.push(TokenKind::Name(word.to_owned())),
+        }
+    }
+
+    /// After the word `include`: reads the string behind it, if there is one.
+    fn include(&mut self) -> bool {
+        let (start, separation) = (self.start, self.separation);
+        self.skip_blanks();
+        let Some(quote @ ('"' | '\'')) = self.peek() else {
+            (self.position, self.separation) = (start + "include".len(), separation);
+            return false;
+        };
+        self.start = self.position;
+        let errors = self.diagnostics.len();
+        self.string(quote);
+        let is_broken = self.diagnostics.len() > errors;
+        if let Some(token) = self.tokens.last_mut()
+            && let TokenKind::Str(path) = &mut token.kind
+        {
+            token.kind = match is_broken {
+                true => TokenKind::Error,
+                false => TokenKind::Include(std::mem::take(path)),
+            };
+            token.span.start = start as u32;
+            token.separation = separation;
+        }
+        true
+    }
+}
+
+fn is_name_start(c: char) -> bool {
+    c == '_' || c.is_alphabetic()
+}
+
+/// Letters outside ASCII are taken into the name as well, so that the whole word can be reported.
+fn is_name_part(c: char) -> bool {
+    c == '_' || c.is_alphanumeric()
+}
+
+/// True if `kind` ends an expression, so that a `.` behind it takes a field out of it.
+fn ends_value(kind: &TokenKind) -> bool {
+    match kind {
+        TokenKind::Name(_) | TokenKind::Int(_) | TokenKind::Float(_) | TokenKind::Str(_) => true,
+        TokenKind::Fixed(fixed) => matches!(
+            fixed,
+            Fixed::CloseParen | Fixed::CloseBracket | Fixed::CloseBrace | Fixed::Nil
+        ),
+        _ => false,
+    }
+}

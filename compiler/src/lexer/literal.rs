@@ -1,0 +1,200 @@
+//! Numbers and strings.
+
+use super::{Lexer, ends_value, is_name_part};
+use crate::codes::Code;
+use crate::diagnostic::Diagnostic;
+use crate::token::{Fixed, TokenKind};
+
+impl Lexer<'_> {
+    /// At a `.`: true if it begins a number such as `.5`; else it is the dot of a field, as in `{.5 = "half"}`.
+    pub(super) fn is_fraction(&self) -> bool {
+        if !self.peek_after(1).is_some_and(|c| c.is_ascii_digit()) {
+            return false;
+        }
+        match self.tokens.last().map(|token| &token.kind) {
+            Some(TokenKind::Fixed(Fixed::OpenBrace)) => false,
+            Some(TokenKind::Fixed(Fixed::Comma)) => self.brackets.last() != Some(&Fixed::OpenBrace),
+            Some(kind) => !ends_value(kind),
+            None => true,
+        }
+    }
+
+    pub(super) fn number(&mut self) {
+        if self.rest().starts_with("0x") || self.rest().starts_with("0X") {
+            return self.hexadecimal();
+        }
+        self.eat_while(|c| c.is_ascii_digit() || c == '.');
+        let has_exponent = self.exponent();
+        // `1e3.5` and `1_000` can mean nothing else than a number that is written wrong.
+        let digits_end = self.position;
+        if has_exponent {
+            self.eat_while(|c| c.is_ascii_digit() || c == '.');
+        }
+        if self.peek() == Some('_') {
+            self.eat_while(is_name_part);
+            return self.malformed("Buzz has no digit separators: write the digits in one piece");
+        }
+        let text = self.read();
+        if self.position > digits_end {
+            return self.malformed("an exponent is an integer, as in `1e3` or `2.5e-4`");
+        }
+        if text.matches('.').count() > 1 {
+            return self.malformed("a number has at most one decimal point");
+        }
+        if has_exponent || text.contains('.') {
+            let value = text.parse::<f64>().unwrap_or(0.0);
+            let mantissa = text.split(['e', 'E']).next().unwrap_or(text);
+            let underflows = value == 0.0 && mantissa.contains(|c| matches!(c, '1'..='9'));
+            if value.is_infinite() {
+                self.out_of_range("too large");
+            } else if underflows {
+                self.out_of_range("too small");
+            }
+            self.push(TokenKind::Float(value));
+        } else {
+            self.integer(text, 10);
+        }
+    }
+
+    fn hexadecimal(&mut self) {
+        self.eat_while(|c| is_name_part(c) || c == '.');
+        let digits = self.read().get(2..).unwrap_or_default();
+        if digits.is_empty() || !digits.chars().all(|c| c.is_ascii_hexdigit()) {
+            return self.malformed("after `0x` stand hexadecimal digits only, as in `0x1F`");
+        }
+        self.integer(digits, 16);
+    }
+
+    fn integer(&mut self, digits: &str, radix: u32) {
+        let value = i64::from_str_radix(digits, radix).unwrap_or_else(|_| {
+            self.out_of_range("too large");
+            0
+        });
+        self.push(TokenKind::Int(value));
+    }
+
+    /// Reads `e3`, `E+3`, `e-3`; an `e` without digits begins a word, as in `x = 1else`.
+    fn exponent(&mut self) -> bool {
+        let start = self.position;
+        if self.eat("e") || self.eat("E") {
+            let _ = self.eat("+") || self.eat("-");
+            if self.peek().is_some_and(|c| c.is_ascii_digit()) {
+                self.eat_while(|c| c.is_ascii_digit());
+                return true;
+            }
+        }
+        self.position = start;
+        false
+    }
+
+    fn malformed(&mut self, help: &str) {
+        let text = self.read();
+        self.report(Code::MalformedNumber, format!("`{text}` is not a number"), help);
+        self.push(TokenKind::Int(0));
+    }
+
+    fn out_of_range(&mut self, how: &str) {
+        let text = self.read();
+        self.report(
+            Code::NumberOutOfRange,
+            format!("the number `{text}` is {how}"),
+            "integers have 16 bits in the profile `tiny` and 32 bits in the profile `full`; \
+             floats reach about 4e9 in `tiny` and 3e38 in `full`",
+        );
+    }
+
+    /// At the opening quote of a string.
+    pub(super) fn string(&mut self, quote: char) {
+        let opening = self.position;
+        // Once the quotes are known to be unbalanced, a string that ends at its line spares further errors.
+        let one_line = self.one_line_string == Some(opening) || self.endless_string.is_some();
+        self.advance();
+        let mut value = String::new();
+        let mut holds_newline = false;
+        loop {
+            let piece_start = self.position;
+            match self.advance() {
+                Some(c) if c == quote => break,
+                Some('\n') if one_line => {
+                    self.position = piece_start;
+                    self.unterminated(opening, quote);
+                    break;
+                }
+                // So that a script means the same whichever line ends an editor writes.
+                Some('\r') if self.peek() == Some('\n') => {}
+                Some('\\') => value.push(self.escape(piece_start)),
+                Some(c) => {
+                    holds_newline |= c == '\n';
+                    value.push(c);
+                }
+                None => {
+                    // Go on behind the line of the opening quote.
+                    self.position = opening;
+                    self.eat_while(|c| c != '\n');
+                    self.diagnostics.retain(|d| (d.span.start as usize) < opening);
+                    self.unterminated(opening, quote);
+                    self.endless_string = Some(opening);
+                    value.clear();
+                    holds_newline = false;
+                    break;
+                }
+            }
+        }
+        let is_docstring =
+            self.tokens.last().is_some_and(|t| t.kind == TokenKind::Fixed(Fixed::CloseParen));
+        if holds_newline && !is_docstring {
+            self.multi_line_strings.push(opening);
+        }
+        self.push(TokenKind::Str(value));
+    }
+
+    /// Behind a backslash: the character that it and the next one stand for.
+    fn escape(&mut self, backslash: usize) -> char {
+        match self.peek() {
+            Some(c @ ('\\' | '"' | '\'')) => {
+                self.advance();
+                c
+            }
+            Some('n') => {
+                self.advance();
+                '\n'
+            }
+            Some('t') => {
+                self.advance();
+                '\t'
+            }
+            Some(c) => {
+                self.advance();
+                let shown = if c.is_control() { c.escape_default().to_string() } else { c.into() };
+                let span = self.span_from(backslash);
+                self.diagnostics.push(
+                    Diagnostic::new(
+                        Code::UnknownEscape,
+                        span,
+                        format!("`\\{shown}` is no escape of Buzz"),
+                    )
+                    .help("the escapes are `\\n`, `\\t`, `\\\\`, `\\\"` and `\\'`; a backslash itself is `\\\\`"),
+                );
+                c
+            }
+            None => '\\',
+        }
+    }
+
+    fn unterminated(&mut self, opening: usize, quote: char) {
+        let mut span = self.span_from(opening);
+        span.end = span.start + 1;
+        self.diagnostics.push(
+            Diagnostic::new(Code::UnterminatedString, span, "this string never ends")
+                .label("opened here")
+                .help(format!("close it with `{quote}`")),
+        );
+    }
+
+    /// The opening quote of the string whose missing end is the likely reason that the last string of the file
+    /// does not end.
+    pub(super) fn forgotten_quote(&self) -> Option<usize> {
+        let endless = self.endless_string?;
+        self.multi_line_strings.first().copied().filter(|opening| *opening < endless)
+    }
+}

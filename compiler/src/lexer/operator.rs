@@ -1,0 +1,191 @@
+//! Operators and brackets, and what people type who come from other languages.
+
+use super::Lexer;
+use crate::codes::Code;
+use crate::token::{Fixed, TokenKind};
+
+/// The operators, longer ones before those that they start with.
+const OPERATORS: [Fixed; 26] = [
+    Fixed::ShiftLeft,
+    Fixed::ShiftRight,
+    Fixed::Equal,
+    Fixed::NotEqual,
+    Fixed::LessEqual,
+    Fixed::GreaterEqual,
+    Fixed::Less,
+    Fixed::Greater,
+    Fixed::Plus,
+    Fixed::Minus,
+    Fixed::Star,
+    Fixed::Slash,
+    Fixed::Percent,
+    Fixed::Caret,
+    Fixed::Ampersand,
+    Fixed::Pipe,
+    Fixed::Bang,
+    Fixed::Assign,
+    Fixed::Dot,
+    Fixed::Comma,
+    Fixed::OpenParen,
+    Fixed::CloseParen,
+    Fixed::OpenBracket,
+    Fixed::CloseBracket,
+    Fixed::OpenBrace,
+    Fixed::CloseBrace,
+];
+
+/// Operators of other languages, what was probably meant, and what to write. None of these sequences can occur in
+/// a correct script. Longer ones stand before those that they start with.
+const FOREIGN: [(&str, Fixed, &str); 22] = [
+    ("===", Fixed::Equal, "equality is `==`"),
+    ("!==", Fixed::NotEqual, "inequality is `!=`"),
+    ("<<=", Fixed::Assign, "write `x = x << ...`"),
+    (">>=", Fixed::Assign, "write `x = x >> ...`"),
+    ("&&", Fixed::And, "the logical operator is the word `and`"),
+    ("||", Fixed::Or, "the logical operator is the word `or`"),
+    ("**", Fixed::Caret, "the power operator is `^`"),
+    ("~=", Fixed::NotEqual, "inequality is `!=`"),
+    ("<>", Fixed::NotEqual, "inequality is `!=`"),
+    ("=<", Fixed::LessEqual, "less or equal is `<=`"),
+    ("=>", Fixed::GreaterEqual, "greater or equal is `>=`"),
+    (":=", Fixed::Assign, "assignment is `=`"),
+    ("+=", Fixed::Assign, "write `x = x + ...`"),
+    ("-=", Fixed::Assign, "write `x = x - ...`"),
+    ("*=", Fixed::Assign, "write `x = x * ...`"),
+    ("/=", Fixed::Assign, "write `x = x / ...`"),
+    ("%=", Fixed::Assign, "write `x = x % ...`"),
+    ("^=", Fixed::Assign, "write `x = x ^ ...`"),
+    ("&=", Fixed::Assign, "write `x = x & ...`"),
+    ("|=", Fixed::Assign, "write `x = x | ...`"),
+    ("..", Fixed::Plus, "strings are joined with `string.concat(a, b)`"),
+    ("~", Fixed::Bang, "the bitwise not is `!`"),
+];
+
+/// Quotes that word processors put in place of `"` and `'`.
+const TYPOGRAPHIC_QUOTES: [char; 8] = ['“', '”', '„', '‘', '’', '‚', '«', '»'];
+
+impl Lexer<'_> {
+    pub(super) fn operator(&mut self, next: char) {
+        if self.foreign_comment() || self.foreign_operator() {
+            return;
+        }
+        if TYPOGRAPHIC_QUOTES.contains(&next) {
+            return self.typographic_string();
+        }
+        match OPERATORS.into_iter().find(|operator| self.eat(operator.text())) {
+            Some(operator) => self.push_fixed(operator),
+            None => self.unknown(),
+        }
+    }
+
+    fn foreign_comment(&mut self) -> bool {
+        let is_line = self.eat("//");
+        if !is_line && !self.eat("/*") {
+            return false;
+        }
+        let end = if is_line || self.endless_comment { None } else { self.rest().find("*/") };
+        match end {
+            Some(end) => self.position += end + 2,
+            None => self.eat_while(|c| c != '\n'),
+        }
+        // Searching in vain once is enough; each time would take quadratic time.
+        self.endless_comment |= !is_line && end.is_none();
+        // A comment of many lines would bury the message; its first two characters say enough.
+        let end = self.position;
+        self.position = self.start + 2;
+        self.report(
+            Code::ForeignComment,
+            format!("`{}` does not start a comment", self.read()),
+            "a comment starts with `#` and goes to the end of the line; \
+             a division of integers is `/`",
+        );
+        self.position = end;
+        true
+    }
+
+    fn foreign_operator(&mut self) -> bool {
+        let Some((text, meant, help)) = FOREIGN.into_iter().find(|(text, ..)| self.eat(text))
+        else {
+            return false;
+        };
+        self.report(Code::ForeignOperator, format!("Buzz has no operator `{text}`"), help);
+        self.push_fixed(meant);
+        true
+    }
+
+    /// Takes everything up to the next quote on this line as a string.
+    fn typographic_string(&mut self) {
+        let opening = self.advance();
+        let content_start = self.position;
+        let is_quote = |c| TYPOGRAPHIC_QUOTES.contains(&c) || matches!(c, '"' | '\'');
+        self.eat_while(|c| c != '\n' && !is_quote(c));
+        let content = self.text.get(content_start..self.position).unwrap_or_default();
+        let closed = self.peek().is_some_and(is_quote);
+        if closed {
+            self.advance();
+        } else {
+            self.position = content_start;
+        }
+        self.report(
+            Code::TypographicQuote,
+            format!("`{}` does not begin a string", opening.unwrap_or_default()),
+            "strings stand in straight quotes, `\"` or `'`",
+        );
+        self.push(if closed { TokenKind::Str(content.to_owned()) } else { TokenKind::Error });
+    }
+
+    /// Reports a run of characters that mean nothing, once.
+    fn unknown(&mut self) {
+        let first = self.advance().unwrap_or_default();
+        self.eat_while(is_unknown);
+        let text = self.read();
+        let several = text.chars().nth(1).is_some();
+        let message = if first.is_control() || first.is_whitespace() || is_invisible(first) {
+            format!("the character U+{:04X} cannot stand here", u32::from(first))
+        } else if several {
+            format!("the characters `{}` mean nothing in Buzz", shorten(text))
+        } else {
+            format!("the character `{first}` means nothing in Buzz")
+        };
+        let help = match first {
+            '?' => "Buzz has no `? :`; use `if(condition) ... else ...`",
+            ':' => "a table is written `{.name = value}`, and blocks stand in braces",
+            '`' => "strings stand in straight quotes, `\"` or `'`",
+            '@' | '$' => "names consist of the letters a to z, digits and `_`",
+            '\\' => "a statement may go on over the end of a line without a sign for it",
+            c if c.is_whitespace() || is_invisible(c) => "use ordinary spaces",
+            _ => "remove it, or put it in quotes if it belongs to a text",
+        };
+        self.report(Code::UnknownCharacter, message, help);
+        // Strange blanks separate tokens as spaces do.
+        if !text.chars().all(|c| c.is_whitespace() || is_invisible(c)) {
+            self.push(TokenKind::Error);
+        }
+    }
+}
+
+/// True for characters that begin no token and separate none.
+fn is_unknown(c: char) -> bool {
+    match c {
+        ' ' | '\t' | '\r' | '\n' | ';' | '#' | '"' | '\'' | '_' | '~' => false,
+        _ if c.is_alphabetic() || c.is_ascii_digit() => false,
+        _ if TYPOGRAPHIC_QUOTES.contains(&c) => false,
+        _ => !OPERATORS.into_iter().any(|operator| operator.text().starts_with(c)),
+    }
+}
+
+/// Zero-width characters and the like, which come along when text is copied from a web page.
+fn is_invisible(c: char) -> bool {
+    matches!(c, '\u{200b}'..='\u{200f}' | '\u{2060}' | '\u{feff}' | '\u{ad}')
+}
+
+/// The first characters of a long run.
+fn shorten(text: &str) -> String {
+    const SHOWN: usize = 12;
+    let mut shown: String =
+        text.chars().take(SHOWN).map(|c| if c.is_control() { '?' } else { c }).collect();
+    if text.chars().nth(SHOWN).is_some() {
+        shown.push('…');
+    }
+    shown
+}

@@ -1,0 +1,237 @@
+//! From tokens to the syntax tree, by recursive descent.
+//!
+//! Errors: a function that reported one returns `Err(Reported)`. Brackets catch it and go on behind their closing
+//! bracket; what no bracket catches, the statement list does, and goes on at the next statement. So one mistake
+//! gives one message, and many mistakes are found in one run.
+
+mod brackets;
+mod expression;
+mod function;
+mod grouping;
+mod loops;
+mod operand;
+mod recovery;
+mod statement;
+mod words;
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use crate::ast::{Expr, ExprKind, Script};
+use crate::codes::Code;
+use crate::diagnostic::Diagnostic;
+use crate::include::{Loaded, Loader, load_file, load_text};
+use crate::source::{SourceMap, Span};
+use crate::token::{Fixed, Token, TokenKind, hash_tokens};
+use brackets::Brackets;
+
+/// How deep expressions, blocks and includes may nest, and how high the syntax tree may grow: whoever walks the
+/// tree recursively may rely on it. Far beyond what people write, far below what overflows a thread's stack.
+pub const MAX_NESTING: u32 = 200;
+
+/// What the front end makes of a script.
+#[derive(Debug, Clone, Default)]
+pub struct Parsed {
+    /// The syntax tree, as far as it could be built.
+    pub script: Script,
+    /// The script and everything that it includes.
+    pub sources: SourceMap,
+    /// In the order of the sources.
+    pub diagnostics: Vec<Diagnostic>,
+    /// Hash of the tokens after includes, see [`hash_tokens`].
+    pub token_hash: u32,
+    /// Every string literal and every name of a field: the strings of the script, ordered by text.
+    pub strings: BTreeSet<String>,
+}
+
+impl Parsed {
+    /// True if there is an error among the diagnostics, not only warnings.
+    pub fn has_errors(&self) -> bool {
+        use crate::diagnostic::Severity;
+        self.diagnostics.iter().any(|d| d.severity() == Severity::Error)
+    }
+}
+
+/// Parses the script `text`; `main` is its path, from which includes are searched.
+pub fn parse(main: &Path, text: String, loader: &Loader) -> Parsed {
+    parse_loaded(load_text(main, text, loader))
+}
+
+/// Reads and parses the script at `main`.
+pub fn parse_file(main: &Path, loader: &Loader) -> Parsed {
+    parse_loaded(load_file(main, loader))
+}
+
+fn parse_loaded(loaded: Loaded) -> Parsed {
+    let Loaded { tokens, sources, mut diagnostics } = loaded;
+    let token_hash = hash_tokens(&tokens);
+    let mut parser = Parser::new(&tokens, &sources);
+    let script = Script { stmts: parser.statements(false) };
+    let strings = parser.strings;
+    diagnostics.append(&mut parser.diagnostics);
+    diagnostics.sort_by_key(|diagnostic| (diagnostic.span.file, diagnostic.span.start));
+    Parsed { script, sources, diagnostics, token_hash, strings }
+}
+
+/// Proof that a diagnostic was issued for what could not be parsed.
+#[derive(Debug, Clone, Copy)]
+struct Reported;
+
+type Parse<T> = Result<T, Reported>;
+
+struct Parser<'a> {
+    /// Never empty; the last one is [`TokenKind::FileEnd`] and is never consumed.
+    tokens: &'a [Token],
+    sources: &'a SourceMap,
+    brackets: Brackets,
+    position: usize,
+    diagnostics: Vec<Diagnostic>,
+    /// The token of the last error: a second error at one token is a consequence of the first.
+    last_error: Option<usize>,
+    /// Set by an error after which nothing else can be said.
+    gave_up: bool,
+    /// How many levels are open here.
+    depth: u32,
+    /// The height of the tree built so far inside the innermost level.
+    height: u32,
+    /// The brackets that are open here, as token positions; those of statement blocks too.
+    open: Vec<usize>,
+    /// How many statement blocks are open here.
+    blocks: u32,
+    strings: BTreeSet<String>,
+}
+
+impl<'a> Parser<'a> {
+    fn new(tokens: &'a [Token], sources: &'a SourceMap) -> Self {
+        Parser {
+            tokens,
+            sources,
+            brackets: Brackets::new(tokens),
+            position: 0,
+            diagnostics: Vec::new(),
+            last_error: None,
+            gave_up: false,
+            depth: 0,
+            height: 0,
+            open: Vec::new(),
+            blocks: 0,
+            strings: BTreeSet::new(),
+        }
+    }
+
+    fn token(&self) -> &'a Token {
+        self.token_at(self.position)
+    }
+
+    /// The token at `position`, the final one for every position behind it.
+    fn token_at(&self, position: usize) -> &'a Token {
+        static END: Token = Token {
+            kind: TokenKind::FileEnd,
+            span: Span { file: crate::source::FileId(0), start: 0, end: 0 },
+            separation: crate::token::Separation::Newline,
+        };
+        self.tokens.get(position).or(self.tokens.last()).unwrap_or(&END)
+    }
+
+    fn kind(&self) -> &'a TokenKind {
+        &self.token().kind
+    }
+
+    /// The keyword, operator or bracket here, if it is one.
+    fn fixed(&self) -> Option<Fixed> {
+        self.fixed_at(self.position)
+    }
+
+    fn fixed_at(&self, position: usize) -> Option<Fixed> {
+        match self.token_at(position).kind {
+            TokenKind::Fixed(fixed) => Some(fixed),
+            _ => None,
+        }
+    }
+
+    fn name_at(&self, position: usize) -> Option<&'a str> {
+        match &self.token_at(position).kind {
+            TokenKind::Name(name) => Some(name),
+            _ => None,
+        }
+    }
+
+    fn at(&self, fixed: Fixed) -> bool {
+        self.fixed() == Some(fixed)
+    }
+
+    fn at_end(&self) -> bool {
+        *self.kind() == TokenKind::FileEnd
+    }
+
+    /// The token here; the parser moves behind it.
+    fn advance(&mut self) -> &'a Token {
+        let token = self.token();
+        if self.position + 1 < self.tokens.len() {
+            self.position += 1;
+        }
+        token
+    }
+
+    fn eat(&mut self, fixed: Fixed) -> bool {
+        let found = self.at(fixed);
+        if found {
+            self.advance();
+        }
+        found
+    }
+
+    fn span(&self) -> Span {
+        self.token().span
+    }
+
+    /// The token before this one, or this one where there is none.
+    fn previous(&self) -> &'a Token {
+        self.token_at(self.position.saturating_sub(1))
+    }
+
+    /// From `start` to the last token that was consumed.
+    fn span_since(&self, start: Span) -> Span {
+        start.to(self.previous().span)
+    }
+
+    /// True inside the parentheses, brackets or braces of an expression, where no statement can begin.
+    fn is_enclosed(&self) -> bool {
+        self.open.last().is_some_and(|open| !self.brackets.is_block(*open))
+    }
+
+    /// Parses one level deeper.
+    fn nested<T>(&mut self, parse: impl FnOnce(&mut Self) -> Parse<T>) -> Parse<T> {
+        if self.depth >= MAX_NESTING {
+            return Err(self.too_deep());
+        }
+        self.depth += 1;
+        let outside = std::mem::take(&mut self.height);
+        let result = parse(self);
+        self.height = outside.max(self.height + 1);
+        self.depth -= 1;
+        result
+    }
+
+    /// Accounts for a node on top of all that was built inside this level: `a + b + c` needs no recursion to
+    /// parse, but makes a tree that grows with every operator.
+    fn grow(&mut self) -> Parse<()> {
+        self.height += 1;
+        if self.height + self.depth > MAX_NESTING { Err(self.too_deep()) } else { Ok(()) }
+    }
+
+    fn too_deep(&mut self) -> Reported {
+        let message = format!("this is nested more than {MAX_NESTING} levels deep");
+        let diagnostic = Diagnostic::new(Code::NestingTooDeep, self.span(), message)
+            .help("give a part of it a name: store it in a variable, or make a function of it");
+        let reported = self.report(diagnostic);
+        // What follows is most likely not meant for people; its errors would not help anybody.
+        self.gave_up = true;
+        self.position = self.tokens.len().saturating_sub(1);
+        reported
+    }
+
+    fn expr(&self, kind: ExprKind, start: Span) -> Expr {
+        Expr { kind, span: self.span_since(start) }
+    }
+}

@@ -1,0 +1,81 @@
+//! Which bracket closes which, found in advance: errors are recovered from behind the closing bracket.
+
+use crate::token::{Fixed, Token, TokenKind};
+
+/// The partner of every bracket.
+pub(super) struct Brackets {
+    /// For each token the position of its partner; [`NONE`] for other tokens and for brackets without one.
+    partner: Vec<u32>,
+    /// Which `{` the parser took for the beginning of a statement block.
+    blocks: Vec<bool>,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl Brackets {
+    pub(super) fn new(tokens: &[Token]) -> Self {
+        let mut partner = vec![NONE; tokens.len()];
+        let mut open: Vec<(usize, TokenKind)> = Vec::new();
+        for (position, token) in tokens.iter().enumerate() {
+            let wanted = match &token.kind {
+                TokenKind::FileStart => {
+                    open.push((position, TokenKind::FileEnd));
+                    continue;
+                }
+                TokenKind::Fixed(fixed) => match fixed.closing() {
+                    Some(closing) => {
+                        open.push((position, TokenKind::Fixed(closing)));
+                        continue;
+                    }
+                    None => &token.kind,
+                },
+                TokenKind::FileEnd => &token.kind,
+                _ => continue,
+            };
+            if let Some(opening) = Self::close(&mut open, wanted)
+                && let [Some(a), Some(b)] = [opening, position].map(|i| u32::try_from(i).ok())
+            {
+                partner[opening] = b;
+                partner[position] = a;
+            }
+        }
+        Brackets { blocks: vec![false; tokens.len()], partner }
+    }
+
+    /// Takes the bracket that `closing` closes from the stack. A `}` also ends forgotten parentheses inside its
+    /// block, and the end of a file ends all that is open in it; a stray `)` or `]` ends nothing else.
+    fn close(open: &mut Vec<(usize, TokenKind)>, closing: &TokenKind) -> Option<usize> {
+        let wanted = match closing {
+            TokenKind::FileEnd => open.iter().rposition(|(_, kind)| *kind == TokenKind::FileEnd)?,
+            TokenKind::Fixed(Fixed::CloseBrace) => {
+                let weak = |kind: &TokenKind| {
+                    matches!(kind, TokenKind::Fixed(Fixed::CloseParen | Fixed::CloseBracket))
+                };
+                open.iter().rposition(|(_, kind)| !weak(kind)).filter(|i| open[*i].1 == *closing)?
+            }
+            TokenKind::Fixed(Fixed::CloseParen | Fixed::CloseBracket) => {
+                open.len().checked_sub(1).filter(|i| open[*i].1 == *closing)?
+            }
+            _ => return None,
+        };
+        let opening = open[wanted].0;
+        open.truncate(wanted);
+        Some(opening)
+    }
+
+    /// The position of the bracket that belongs to the one at `position`; for the begin of an included file its
+    /// end, and the other way round.
+    pub(super) fn partner(&self, position: usize) -> Option<usize> {
+        self.partner.get(position).filter(|partner| **partner != NONE).map(|p| *p as usize)
+    }
+
+    pub(super) fn mark_block(&mut self, position: usize) {
+        if let Some(block) = self.blocks.get_mut(position) {
+            *block = true;
+        }
+    }
+
+    pub(super) fn is_block(&self, position: usize) -> bool {
+        self.blocks.get(position) == Some(&true)
+    }
+}

@@ -1,0 +1,142 @@
+//! Named functions and lambdas.
+
+use super::{Parse, Parser};
+use crate::ast::{Expr, ExprKind, Function, Ident, StmtKind};
+use crate::codes::Code;
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+use crate::token::{Fixed, TokenKind};
+
+impl Parser<'_> {
+    /// `function name(params) "docstring" { body }`
+    pub(super) fn function_statement(&mut self) -> Parse<StmtKind> {
+        let start = self.advance().span;
+        if self.at(Fixed::OpenParen) {
+            return self.function_without_name(start);
+        }
+        let name = self.name("the name of the function")?;
+        if matches!(self.fixed(), Some(Fixed::Dot | Fixed::OpenBracket)) {
+            return self.function_in_table(name, start);
+        }
+        if self.blocks > 0 {
+            self.complain(
+                Diagnostic::new(
+                    Code::NestedFunction,
+                    name.span,
+                    format!("the function `{}` is defined inside a block", name.name),
+                )
+                .label("named functions stand outside of all braces")
+                .help(format!("make it a lambda: `var {} = function(...) {{ ... }}`", name.name)),
+            );
+            let function = self.function(start, true)?;
+            let value = Some(self.expr(ExprKind::Lambda(function), start));
+            return Ok(StmtKind::Var { name, value });
+        }
+        let function = self.function(start, true)?;
+        Ok(StmtKind::Function { name, function })
+    }
+
+    /// A lambda as a statement: parsed for the errors in it.
+    fn function_without_name(&mut self, start: Span) -> Parse<StmtKind> {
+        let diagnostic =
+            Diagnostic::new(Code::FunctionWithoutName, start, "this function has no name")
+                .label("expected a name behind `function`")
+                .help("name it: `function f(...)`; or store it: `f = function(...) { ... }`");
+        let reported = self.report(diagnostic);
+        self.function(start, true)?;
+        Err(reported)
+    }
+
+    /// `function t.f() {}` means what `t.f = function() {}` says.
+    fn function_in_table(&mut self, name: Ident, start: Span) -> Parse<StmtKind> {
+        let mut target = Expr { kind: ExprKind::Name(name.name), span: name.span };
+        while self.at(Fixed::Dot) {
+            let kind = self.field(target)?;
+            target = self.expr(kind, name.span);
+            self.grow()?;
+        }
+        let written = self.sources.text(target.span);
+        let diagnostic = Diagnostic::new(
+            Code::UnexpectedToken,
+            target.span,
+            "the name of a function cannot have a dot or a bracket",
+        )
+        .help(format!("store a lambda: `{written} = function(...) {{ ... }}`"));
+        let reported = self.report(diagnostic);
+        if !self.at(Fixed::OpenParen) {
+            return Err(reported);
+        }
+        let function = self.function(start, true)?;
+        Ok(StmtKind::Assign { target, value: self.expr(ExprKind::Lambda(function), start) })
+    }
+
+    /// `function(params) { body }`
+    pub(super) fn lambda(&mut self) -> Parse<Expr> {
+        let start = self.advance().span;
+        if let TokenKind::Name(_) = self.kind() {
+            let diagnostic = self.unexpected("`(`").help(
+                "a function inside an expression has no name; it is known by the variable that \
+                 it is stored in",
+            );
+            self.complain(diagnostic);
+            self.advance();
+        }
+        let function = self.function(start, false)?;
+        Ok(self.expr(ExprKind::Lambda(function), start))
+    }
+
+    /// Parameters and body.
+    fn function(&mut self, start: Span, named: bool) -> Parse<Function> {
+        if !self.at(Fixed::OpenParen) {
+            let diagnostic = self.unexpected("`(`");
+            return Err(self.report(diagnostic));
+        }
+        self.open();
+        let params =
+            self.enclosed("`,` or `)`", |parser| parser.list(Fixed::CloseParen, Self::parameter))?;
+        let mut help = "the body of a function stands in braces";
+        if let TokenKind::Str(_) = self.kind() {
+            if named {
+                // A docstring.
+                self.advance();
+            } else {
+                help = "only named functions have a docstring; write a comment with `#`";
+            }
+        }
+        if !self.at(Fixed::OpenBrace) {
+            let diagnostic = self.unexpected("`{`").help(help);
+            return Err(self.report(diagnostic));
+        }
+        let body = self.block()?;
+        Ok(Function { params: params.unwrap_or_default(), body, span: self.span_since(start) })
+    }
+
+    fn parameter(&mut self) -> Parse<Ident> {
+        let parameter = self.name("the name of a parameter")?;
+        if self.at(Fixed::Assign) {
+            let diagnostic = self
+                .unexpected("`,` or `)`")
+                .help("parameters have no default values; every call passes all arguments");
+            return Err(self.report(diagnostic));
+        }
+        Ok(parameter)
+    }
+
+    /// A name that is about to be defined.
+    pub(super) fn name(&mut self, expected: &str) -> Parse<Ident> {
+        let token = self.token();
+        if let TokenKind::Name(name) = &token.kind {
+            self.advance();
+            return Ok(Ident { name: name.clone(), span: token.span });
+        }
+        let mut diagnostic = self.unexpected(expected);
+        if let TokenKind::Fixed(keyword) = token.kind
+            && keyword.is_keyword()
+            && !token.is_separated()
+        {
+            let help = format!("`{}` is a keyword; choose another name", keyword.text());
+            diagnostic = diagnostic.help(help);
+        }
+        Err(self.report(diagnostic))
+    }
+}

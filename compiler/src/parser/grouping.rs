@@ -1,0 +1,196 @@
+//! Warnings about operators that a person would group otherwise than Buzz does.
+//!
+//! Buzz groups bit operators and shifts tighter than arithmetic, `%` tighter than `*`, `and` like `or`, and lets
+//! `not` take everything to its right. Parentheses silence every one of these warnings.
+
+use super::Parser;
+use crate::ast::{BinaryOp, Expr, ExprKind, UnaryOp};
+use crate::codes::Code;
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+
+/// How C and Python programmers expect an operator to bind: the larger, the tighter.
+fn expected_power(op: BinaryOp) -> u8 {
+    match op {
+        BinaryOp::Or => 1,
+        BinaryOp::And => 2,
+        BinaryOp::Eq
+        | BinaryOp::NotEq
+        | BinaryOp::Less
+        | BinaryOp::LessEq
+        | BinaryOp::Greater
+        | BinaryOp::GreaterEq => 3,
+        BinaryOp::BitOr => 4,
+        BinaryOp::BitAnd => 5,
+        BinaryOp::ShiftLeft | BinaryOp::ShiftRight => 6,
+        BinaryOp::Add | BinaryOp::Sub => 7,
+        BinaryOp::Mul | BinaryOp::Div | BinaryOp::Mod => 8,
+        BinaryOp::Pow => 9,
+    }
+}
+
+fn is_bit_logic(op: BinaryOp) -> bool {
+    matches!(op, BinaryOp::BitAnd | BinaryOp::BitOr)
+}
+
+/// The sides of an operator.
+#[derive(Clone, Copy, PartialEq)]
+enum Side {
+    Left,
+    Right,
+}
+
+/// True if `inner`, which Buzz computes first, would be computed later by a person.
+fn surprises(outer: BinaryOp, inner: BinaryOp, side: Side) -> bool {
+    let (outer_power, inner_power) = (expected_power(outer), expected_power(inner));
+    // `a & b == c` groups alike in Buzz and Python, but not in C.
+    let is_comparison = outer_power == expected_power(BinaryOp::Eq);
+    if is_comparison && is_bit_logic(inner) {
+        return true;
+    }
+    match inner_power.cmp(&outer_power) {
+        std::cmp::Ordering::Less => true,
+        std::cmp::Ordering::Greater => false,
+        // Operators of one level are read from the left, powers from the right.
+        std::cmp::Ordering::Equal => (side == Side::Right) != (outer == BinaryOp::Pow),
+    }
+}
+
+fn is_logic(op: BinaryOp) -> bool {
+    matches!(op, BinaryOp::And | BinaryOp::Or)
+}
+
+/// The operator of a binary expression without parentheses around it.
+fn binary_op(expr: &Expr) -> Option<BinaryOp> {
+    match &expr.kind {
+        ExprKind::Binary { op, .. } => Some(*op),
+        _ => None,
+    }
+}
+
+impl Parser<'_> {
+    /// At a new binary node.
+    pub(super) fn warn_grouping(&mut self, node: &Expr) {
+        let ExprKind::Binary { op, left, right } = &node.kind else { return };
+        for (operand, side) in [(left, Side::Left), (right, Side::Right)] {
+            let Some(inner) = binary_op(operand).filter(|inner| surprises(*op, *inner, side))
+            else {
+                continue;
+            };
+            if is_logic(*op) && is_logic(inner) {
+                self.warn_reading(
+                    Code::MixedAndOr,
+                    node.span,
+                    operand.span,
+                    "`and` binds like `or`",
+                );
+            } else {
+                let why = "these operators group otherwise than in C or Python";
+                self.warn_reading(Code::OperatorGrouping, node.span, operand.span, why);
+            }
+        }
+        let is_negative = match left.kind {
+            ExprKind::Int(value) => value < 0,
+            ExprKind::Float(value) => value.is_sign_negative(),
+            _ => false,
+        };
+        if *op == BinaryOp::Pow && is_negative {
+            let why = "the minus sign belongs to the number, the power comes after it";
+            self.warn_reading(Code::OperatorGrouping, node.span, left.span, why);
+        }
+    }
+
+    /// At a sign in front of something else than a literal.
+    pub(super) fn warn_sign_grouping(&mut self, node: &Expr) {
+        let ExprKind::Unary { operand, .. } = &node.kind else { return };
+        if binary_op(operand).is_some_and(|op| op != BinaryOp::Pow) {
+            let why = "the sign applies to the whole operation behind it";
+            self.warn_reading(Code::OperatorGrouping, node.span, operand.span, why);
+        }
+    }
+
+    /// At a `not` with its operand.
+    pub(super) fn warn_wide_not(&mut self, node: &Expr) {
+        let ExprKind::Unary { operand, .. } = &node.kind else { return };
+        if binary_op(operand).is_some_and(is_logic) {
+            let why = "`not` covers everything to its right";
+            self.warn_reading(Code::WideNot, node.span, operand.span, why);
+        }
+    }
+
+    /// At a `!`: of a condition it gives -1 or -2, which are both true.
+    pub(super) fn warn_bit_not_of_condition(&mut self, node: &Expr) {
+        let ExprKind::Unary { operand, .. } = &node.kind else { return };
+        let ExprKind::Paren(inner) = &operand.kind else { return };
+        if is_condition(inner) {
+            self.warn(
+                Diagnostic::new(
+                    Code::BitwiseNotOfCondition,
+                    node.span,
+                    "`!` inverts bits: of a condition it gives -1 or -2, which are both true",
+                )
+                .help("the logical operator is the word `not`"),
+            );
+        }
+    }
+
+    /// On the right side of `=`: `and` and `or` give 0 or 1, not one of their operands.
+    pub(super) fn warn_condition_value(&mut self, value: &Expr) {
+        let mut rest = value;
+        while let ExprKind::Binary { op, left, right } = &rest.kind {
+            if !is_logic(*op) {
+                return;
+            }
+            if !may_be_condition(right) {
+                let name = if *op == BinaryOp::And { "and" } else { "or" };
+                self.warn(
+                    Diagnostic::new(
+                        Code::ConditionValue,
+                        value.span,
+                        format!("the value of this `{name}` is 0 or 1"),
+                    )
+                    .related(right.span, "this value is only tested, never taken")
+                    .help("choose a value with `if`; if 0 or 1 is meant, put it in parentheses"),
+                );
+                return;
+            }
+            rest = left;
+        }
+    }
+
+    fn warn_reading(&mut self, code: Code, whole: Span, first: Span, why: &str) {
+        let mut diagnostic = Diagnostic::new(code, whole, why);
+        if let Some(reading) = self.with_parentheses(whole, first) {
+            diagnostic = diagnostic.label(format!("this is `{reading}`"));
+        }
+        self.warn(diagnostic.help("write the parentheses that you mean"));
+    }
+
+    /// The text of `whole` with parentheses around the part `first`, unless that is too long to help.
+    fn with_parentheses(&self, whole: Span, first: Span) -> Option<String> {
+        const LONGEST: usize = 60;
+        let part = |start, end| self.sources.text(Span { start, end, ..whole });
+        let text = format!(
+            "{}({}){}",
+            part(whole.start, first.start),
+            part(first.start, first.end),
+            part(first.end, whole.end)
+        );
+        (text.len() <= LONGEST && !text.contains(['\n', '#'])).then_some(text)
+    }
+}
+
+/// True for expressions that give 0 or 1.
+fn is_condition(expr: &Expr) -> bool {
+    match &expr.kind {
+        ExprKind::Binary { op, .. } => expected_power(*op) <= expected_power(BinaryOp::Eq),
+        ExprKind::Unary { op, .. } => *op == UnaryOp::Not,
+        ExprKind::Paren(inner) => is_condition(inner),
+        _ => false,
+    }
+}
+
+/// True for expressions that may well be meant as a condition: those that are one, and calls such as `isnil(x)`.
+fn may_be_condition(expr: &Expr) -> bool {
+    matches!(expr.kind, ExprKind::Call { .. } | ExprKind::Error) || is_condition(expr)
+}

@@ -1,0 +1,337 @@
+//! Operands: literals, names with what is called and taken from them, parentheses, tables.
+
+use super::expression::Power;
+use super::{Parse, Parser};
+use crate::ast::{Expr, ExprKind, FieldKey, Ident, TableField, UnaryOp};
+use crate::codes::Code;
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+use crate::token::{Fixed, TokenKind};
+
+impl Parser<'_> {
+    pub(super) fn operand(&mut self) -> Parse<Expr> {
+        let start = self.span();
+        let value = match self.kind() {
+            TokenKind::Name(_) if !self.next_line_assigns() => return self.reference(),
+            TokenKind::Fixed(Fixed::Bang) => return self.bit_not(),
+            TokenKind::Fixed(Fixed::Plus | Fixed::Minus) => return self.signed(),
+            TokenKind::Fixed(Fixed::Not) => return self.misplaced_not(),
+            TokenKind::Fixed(Fixed::Function) => self.lambda()?,
+            TokenKind::Fixed(Fixed::OpenParen) => self.parenthesised()?,
+            TokenKind::Fixed(Fixed::OpenBrace) => {
+                let table = self.table()?;
+                self.complain_about_table(&table);
+                table
+            }
+            TokenKind::Fixed(Fixed::Nil) => {
+                self.advance();
+                self.expr(ExprKind::Nil, start)
+            }
+            TokenKind::Int(value) => {
+                self.advance();
+                self.expr(ExprKind::Int(*value), start)
+            }
+            TokenKind::Float(value) => {
+                self.advance();
+                self.expr(ExprKind::Float(*value), start)
+            }
+            TokenKind::Str(text) => {
+                self.advance();
+                self.strings.insert(text.clone());
+                self.expr(ExprKind::Str(text.clone()), start)
+            }
+            _ => {
+                let diagnostic = self.unexpected("a value");
+                return Err(self.report(diagnostic));
+            }
+        };
+        self.reject_direct_use(value)
+    }
+
+    /// `!x`; binds tighter than everything.
+    fn bit_not(&mut self) -> Parse<Expr> {
+        let start = self.advance().span;
+        let operand = Box::new(self.nested(Self::operand)?);
+        let not = self.expr(ExprKind::Unary { op: UnaryOp::BitNot, operand }, start);
+        self.warn_bit_not_of_condition(&not);
+        Ok(not)
+    }
+
+    /// A sign belongs to the literal behind it; else it applies to a whole power: `-y^2` is `-(y^2)`.
+    fn signed(&mut self) -> Parse<Expr> {
+        let start = self.span();
+        let is_negative = self.at(Fixed::Minus);
+        self.advance();
+        let literal = match *self.kind() {
+            TokenKind::Int(value) => ExprKind::Int(if is_negative { -value } else { value }),
+            TokenKind::Float(value) => ExprKind::Float(if is_negative { -value } else { value }),
+            _ => {
+                let op = if is_negative { UnaryOp::Negate } else { UnaryOp::Plus };
+                let operand = Box::new(self.nested(|parser| parser.binary(Power::Exponent))?);
+                let signed = self.expr(ExprKind::Unary { op, operand }, start);
+                self.warn_sign_grouping(&signed);
+                return Ok(signed);
+            }
+        };
+        self.advance();
+        let literal = self.expr(literal, start);
+        self.reject_direct_use(literal)
+    }
+
+    /// `1 + not a`, `a == not b`: understood, but `not` is too loose to stand there.
+    fn misplaced_not(&mut self) -> Parse<Expr> {
+        let start = self.advance().span;
+        self.complain(
+            Diagnostic::new(
+                Code::UnexpectedToken,
+                start,
+                "`not` cannot stand behind this operator",
+            )
+            .help("put it in parentheses with its operand: `(not x)`"),
+        );
+        let operand = Box::new(self.nested(Self::operand)?);
+        Ok(self.expr(ExprKind::Unary { op: UnaryOp::Not, operand }, start))
+    }
+
+    fn parenthesised(&mut self) -> Parse<Expr> {
+        let start = self.span();
+        self.open();
+        let inner = self.enclosed("an operator or `)`", Self::condition)?;
+        Ok(match inner {
+            Some(inner) => self.expr(ExprKind::Paren(Box::new(inner)), start),
+            None => self.expr(ExprKind::Error, start),
+        })
+    }
+
+    /// Only what begins with a name can be called or indexed on the spot.
+    pub(super) fn reject_direct_use(&mut self, value: Expr) -> Parse<Expr> {
+        let Some(Fixed::OpenParen | Fixed::OpenBracket | Fixed::Dot) = self.fixed() else {
+            return Ok(value);
+        };
+        if self.token().is_separated() {
+            return Ok(value);
+        }
+        let verb = if self.at(Fixed::OpenParen) { "called" } else { "indexed" };
+        let what = match value.kind {
+            ExprKind::Lambda(_) => "a lambda",
+            ExprKind::Table(_) => "a table literal",
+            ExprKind::Str(_) => "a string",
+            ExprKind::Int(_) | ExprKind::Float(_) => "a number",
+            ExprKind::Paren(_) => "a value in parentheses",
+            _ => "this value",
+        };
+        self.complain(
+            Diagnostic::new(
+                Code::CallOfValue,
+                self.span(),
+                format!("{what} cannot be {verb} directly"),
+            )
+            .related(value.span, "this value")
+            .help("store it in a variable first"),
+        );
+        self.suffixes(value)
+    }
+
+    /// A name and everything that is called and taken from it: `t.a[1].b(2)`.
+    pub(super) fn reference(&mut self) -> Parse<Expr> {
+        let start = self.span();
+        let TokenKind::Name(name) = self.kind() else {
+            let diagnostic = self.unexpected("a name");
+            return Err(self.report(diagnostic));
+        };
+        self.advance();
+        let name = self.expr(ExprKind::Name(name.clone()), start);
+        self.suffixes(name)
+    }
+
+    fn suffixes(&mut self, mut value: Expr) -> Parse<Expr> {
+        let start = value.span;
+        loop {
+            let kind = match self.fixed() {
+                Some(Fixed::Dot) => self.field(value)?,
+                Some(Fixed::OpenBracket) => {
+                    self.warn_if_running_on();
+                    self.open();
+                    let index = self.enclosed("an operator or `]`", Self::condition)?;
+                    let index = index.unwrap_or_else(|| self.error_here());
+                    ExprKind::Index { object: Box::new(value), index: Box::new(index) }
+                }
+                Some(Fixed::OpenParen) => {
+                    self.warn_if_running_on();
+                    self.open();
+                    let args = self.enclosed("`,` or `)`", |parser| {
+                        parser.list(Fixed::CloseParen, Self::condition)
+                    })?;
+                    ExprKind::Call { callee: Box::new(value), args: args.unwrap_or_default() }
+                }
+                _ => return Ok(value),
+            };
+            value = self.expr(kind, start);
+            self.grow()?;
+        }
+    }
+
+    fn error_here(&self) -> Expr {
+        Expr { kind: ExprKind::Error, span: self.previous().span }
+    }
+
+    /// `.name` behind `object`.
+    pub(super) fn field(&mut self, object: Expr) -> Parse<ExprKind> {
+        let dot = self.advance().span;
+        let object = Box::new(object);
+        let token = self.token();
+        let number = match token.kind {
+            TokenKind::Int(value) => ExprKind::Int(value),
+            TokenKind::Float(value) => ExprKind::Float(value),
+            _ => {
+                let key = self.field_name()?;
+                self.strings.insert(key.name.clone());
+                return Ok(ExprKind::Field { object, key });
+            }
+        };
+        self.advance();
+        let written = self.sources.text(token.span);
+        self.complain(
+            Diagnostic::new(
+                Code::NumberAsField,
+                dot.to(token.span),
+                "a number cannot stand behind a dot here",
+            )
+            .help(format!("write `[{written}]`")),
+        );
+        Ok(ExprKind::Index { object, index: Box::new(self.expr(number, token.span)) })
+    }
+
+    /// The name behind a dot. A keyword is reported, but taken for a name.
+    fn field_name(&mut self) -> Parse<Ident> {
+        let token = self.token();
+        match &token.kind {
+            TokenKind::Name(name) => {
+                self.advance();
+                Ok(Ident { name: name.clone(), span: token.span })
+            }
+            TokenKind::Fixed(keyword) if keyword.is_keyword() && !token.is_separated() => {
+                let name = keyword.text();
+                let diagnostic = self.unexpected("the name of a field").help(format!(
+                    "`{name}` is a keyword; as a key it can only be written `[\"{name}\"]`"
+                ));
+                self.complain(diagnostic);
+                self.advance();
+                Ok(Ident { name: name.to_owned(), span: token.span })
+            }
+            _ => {
+                let diagnostic = self.unexpected("the name of a field");
+                Err(self.report(diagnostic))
+            }
+        }
+    }
+
+    /// Items with commas between them, up to the bracket `closing`.
+    pub(super) fn list<T>(
+        &mut self,
+        closing: Fixed,
+        item: impl Fn(&mut Self) -> Parse<T>,
+    ) -> Parse<Vec<T>> {
+        let mut items = Vec::new();
+        if self.at(closing) {
+            return Ok(items);
+        }
+        loop {
+            items.push(item(self)?);
+            let comma = self.span();
+            // A field that begins where a comma is missing is no reason to give up the table.
+            let is_next_field = closing == Fixed::CloseBrace && self.at(Fixed::Dot);
+            if !is_next_field && !self.eat(Fixed::Comma) {
+                return Ok(items);
+            }
+            if is_next_field {
+                let diagnostic =
+                    self.unexpected("`,` or `}`").help("fields are separated by commas");
+                self.complain(diagnostic);
+            }
+            if self.at(closing) {
+                self.complain(
+                    Diagnostic::new(
+                        Code::TrailingComma,
+                        comma,
+                        format!("there is nothing between this comma and the `{}`", closing.text()),
+                    )
+                    .help("remove the comma"),
+                );
+                return Ok(items);
+            }
+        }
+    }
+
+    /// `{.x = 1, .2 = "a"}`
+    pub(super) fn table(&mut self) -> Parse<Expr> {
+        let start = self.span();
+        self.open();
+        let fields = self
+            .enclosed("`,` or `}`", |parser| parser.list(Fixed::CloseBrace, Self::table_field))?;
+        Ok(match fields {
+            Some(fields) => self.expr(ExprKind::Table(fields), start),
+            None => self.expr(ExprKind::Error, start),
+        })
+    }
+
+    fn table_field(&mut self) -> Parse<TableField> {
+        let key_span = self.field_dot()?;
+        let key = match *self.kind() {
+            TokenKind::Int(value) => {
+                self.advance();
+                FieldKey::Int(value)
+            }
+            TokenKind::Float(value) => {
+                self.advance();
+                FieldKey::Float(value)
+            }
+            _ => {
+                let name = self.field_name()?.name;
+                self.strings.insert(name.clone());
+                FieldKey::Name(name)
+            }
+        };
+        self.expect(Fixed::Assign)?;
+        let value = self.condition()?;
+        self.warn_condition_value(&value);
+        Ok(TableField { key, key_span, value })
+    }
+
+    /// Consumes the dot of a field; the place of the key behind it.
+    fn field_dot(&mut self) -> Parse<Span> {
+        let token = self.token();
+        if self.at(Fixed::Dot) {
+            self.advance();
+            if !self.at(Fixed::Minus) {
+                return Ok(self.span());
+            }
+        }
+        let is_assignment = self.fixed_at(self.position + 1) == Some(Fixed::Assign);
+        let help = match &token.kind {
+            TokenKind::Name(name) => format!("write `.{name} = value`"),
+            TokenKind::Str(text) => {
+                format!(
+                    "write `.{text} = value`, or `t[\"{text}\"] = value` after the table is made"
+                )
+            }
+            TokenKind::Fixed(Fixed::OpenBracket | Fixed::Dot) => {
+                "a key that is no name and no plain number is stored after the table is made: \
+                 `t[key] = value`"
+                    .to_owned()
+            }
+            _ => "a list is a table with numbers as keys: `{.0 = \"a\", .1 = \"b\"}`".to_owned(),
+        };
+        let diagnostic = Diagnostic::new(
+            Code::FieldWithoutDot,
+            token.span,
+            "a table field is written `.name = value`",
+        )
+        .help(help);
+        if matches!(token.kind, TokenKind::Name(_)) && is_assignment {
+            self.complain(diagnostic);
+            return Ok(token.span);
+        }
+        Err(self.report(diagnostic))
+    }
+}

@@ -1,0 +1,213 @@
+//! Reporting errors, and going on behind them.
+
+use super::{Parse, Parser, Reported};
+use crate::codes::Code;
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+use crate::token::{Fixed, Separation, TokenKind};
+
+impl Parser<'_> {
+    /// Issues an error at the current token, unless it follows from one that was issued before.
+    pub(super) fn report(&mut self, diagnostic: Diagnostic) -> Reported {
+        let is_consequence =
+            self.last_error == Some(self.position) || *self.kind() == TokenKind::Error;
+        if !is_consequence && !self.gave_up {
+            self.diagnostics.push(diagnostic);
+        }
+        self.last_error = Some(self.position);
+        Reported
+    }
+
+    /// Issues an error about something that was understood all the same, so that nothing has to be skipped.
+    pub(super) fn complain(&mut self, diagnostic: Diagnostic) {
+        if !self.gave_up {
+            self.diagnostics.push(diagnostic);
+        }
+    }
+
+    /// Issues a warning, unless there is one of the same kind about a part of the same place.
+    pub(super) fn warn(&mut self, diagnostic: Diagnostic) {
+        let span = diagnostic.span;
+        let is_repetition = self.diagnostics.iter().rev().take(4).any(|d| {
+            d.code == diagnostic.code
+                && d.span.file == span.file
+                && d.span.start >= span.start
+                && d.span.end <= span.end
+        });
+        if !is_repetition {
+            self.complain(diagnostic);
+        }
+    }
+
+    /// The place right behind the previous token, where something is missing.
+    pub(super) fn gap(&self) -> Span {
+        let previous = self.previous().span;
+        let here = self.span();
+        if previous.file == here.file && self.position > 0 {
+            Span { start: previous.end, ..previous }
+        } else {
+            Span { end: here.start, ..here }
+        }
+    }
+
+    /// "expected X, found Y". Where the found token is on another line, the place is the end of this line.
+    pub(super) fn unexpected(&mut self, expected: &str) -> Diagnostic {
+        let token = self.token();
+        if token.kind == TokenKind::FileStart && !token.is_separated() {
+            return Diagnostic::new(
+                Code::IncludeMisplaced,
+                token.span,
+                "an include cannot stand inside a statement",
+            )
+            .label(format!("expected {expected}"))
+            .help("put it on a line of its own, where a statement may stand");
+        }
+        let is_elsewhere = token.is_separated() || self.at_end();
+        let span = if is_elsewhere { self.gap() } else { token.span };
+        let message = format!("expected {expected}, found {}", token.kind.describe());
+        Diagnostic::new(Code::UnexpectedToken, span, message).label(format!("expected {expected}"))
+    }
+
+    /// Consumes `fixed`, or reports that it is missing.
+    pub(super) fn expect(&mut self, fixed: Fixed) -> Parse<()> {
+        if self.eat(fixed) {
+            return Ok(());
+        }
+        let diagnostic = self.unexpected(&format!("`{}`", fixed.text()));
+        Err(self.report(diagnostic))
+    }
+
+    /// Consumes an opening bracket and remembers it until [`Self::close`].
+    pub(super) fn open(&mut self) {
+        self.open.push(self.position);
+        self.advance();
+    }
+
+    /// Consumes the bracket that closes the innermost open one. If something else stands here, reports it; then
+    /// goes on behind the closing bracket, or right here if there is none.
+    pub(super) fn close(&mut self, expected: &str) -> Parse<()> {
+        let Some(opening) = self.open.last().copied() else { return Ok(()) };
+        let Some(closing) = self.fixed_at(opening).and_then(Fixed::closing) else { return Ok(()) };
+        if self.eat(closing) {
+            self.open.pop();
+            return Ok(());
+        }
+        if self.partner_ahead(opening).is_some() {
+            let mut diagnostic = self.unexpected(expected);
+            if self.at(Fixed::Assign) {
+                diagnostic = diagnostic.help("an assignment is a statement, it has no value");
+            }
+            self.report(diagnostic);
+            self.skip_to_closing();
+            return Ok(());
+        }
+        let diagnostic = self.unclosed(opening, closing);
+        let reported = self.report(diagnostic);
+        self.open.pop();
+        // What stands on the next line, or begins a block, does not belong to the unclosed bracket.
+        let goes_on = self.token().is_separated()
+            || matches!(self.fixed(), Some(Fixed::OpenBrace | Fixed::CloseBrace))
+            || self.at_end();
+        if goes_on { Ok(()) } else { Err(reported) }
+    }
+
+    pub(super) fn unclosed(&self, opening: usize, closing: Fixed) -> Diagnostic {
+        let open = self.token_at(opening);
+        let (closing, kind) = (closing.text(), open.kind.describe());
+        Diagnostic::new(Code::UnclosedBracket, self.gap(), format!("{kind} is never closed"))
+            .label(format!("`{closing}` is missing"))
+            .related(open.span, format!("this {kind} is open"))
+    }
+
+    /// The closing bracket of `opening`, if the parser has not gone past it.
+    fn partner_ahead(&self, opening: usize) -> Option<usize> {
+        self.brackets.partner(opening).filter(|closing| *closing >= self.position)
+    }
+
+    /// Goes behind the bracket that closes the innermost open one, after an error inside; false if there is none.
+    pub(super) fn skip_to_closing(&mut self) -> bool {
+        let Some(opening) = self.open.pop() else { return false };
+        let Some(closing) = self.partner_ahead(opening) else { return false };
+        self.position = closing;
+        self.advance();
+        true
+    }
+
+    /// Parses the content of a bracket that was opened with [`Self::open`]; after an error inside goes on behind
+    /// it, with nothing for its content.
+    pub(super) fn enclosed<T>(
+        &mut self,
+        expected: &str,
+        parse: impl FnOnce(&mut Self) -> Parse<T>,
+    ) -> Parse<Option<T>> {
+        let level = self.open.len();
+        match parse(self) {
+            Ok(content) => {
+                self.close(expected)?;
+                Ok(Some(content))
+            }
+            Err(reported) => {
+                self.open.truncate(level);
+                if self.skip_to_closing() { Ok(None) } else { Err(reported) }
+            }
+        }
+    }
+
+    /// After an error in the statement that began at the token `start`: skips to where the next statement is likely
+    /// to begin, or to the end of the block.
+    pub(super) fn skip_statement(&mut self, start: usize) {
+        loop {
+            let moved = self.position > start;
+            match self.kind() {
+                TokenKind::FileEnd | TokenKind::Fixed(Fixed::CloseBrace) => return,
+                TokenKind::FileStart | TokenKind::Fixed(Fixed::OpenBrace)
+                    if moved && self.token().is_separated() =>
+                {
+                    return;
+                }
+                kind if moved && self.starts_statement(kind) => return,
+                _ => {}
+            }
+            match self.brackets.partner(self.position) {
+                Some(closing) if closing > self.position => self.position = closing,
+                _ => {}
+            }
+            self.advance();
+        }
+    }
+
+    /// A guess, for recovery only.
+    fn starts_statement(&self, kind: &TokenKind) -> bool {
+        match kind {
+            TokenKind::Fixed(
+                Fixed::Var | Fixed::If | Fixed::For | Fixed::While | Fixed::Return,
+            ) => true,
+            TokenKind::Name(_) | TokenKind::Fixed(Fixed::Function) => self.token().is_separated(),
+            _ => false,
+        }
+    }
+
+    /// True if the tokens from `position` on are a target and `=`.
+    pub(super) fn starts_assignment(&self, position: usize) -> bool {
+        let mut next = position + 1;
+        if self.name_at(position).is_none() {
+            return false;
+        }
+        loop {
+            match self.fixed_at(next) {
+                Some(Fixed::Assign) => return true,
+                Some(Fixed::Dot) if self.name_at(next + 1).is_some() => next += 2,
+                Some(Fixed::OpenParen | Fixed::OpenBracket) => match self.brackets.partner(next) {
+                    Some(closing) => next = closing + 1,
+                    None => return false,
+                },
+                _ => return false,
+            }
+        }
+    }
+
+    /// True if this token begins the next line and an assignment: then it cannot belong to the line before.
+    pub(super) fn next_line_assigns(&self) -> bool {
+        self.token().separation >= Separation::Newline && self.starts_assignment(self.position)
+    }
+}

@@ -1,0 +1,405 @@
+//! Statements and blocks.
+
+use super::{Parse, Parser, Reported};
+use crate::ast::{Block, Expr, ExprKind, Stmt, StmtKind};
+use crate::codes::Code;
+use crate::diagnostic::Diagnostic;
+use crate::token::{Fixed, Separation, TokenKind};
+
+impl Parser<'_> {
+    /// The statements of a file, or of a block up to its `}`.
+    pub(super) fn statements(&mut self, in_block: bool) -> Vec<Stmt> {
+        let mut stmts = Vec::new();
+        loop {
+            let start = self.position;
+            match self.kind() {
+                TokenKind::FileEnd => return stmts,
+                TokenKind::FileStart => stmts.append(&mut self.included()),
+                TokenKind::Fixed(Fixed::CloseBrace) if in_block => return stmts,
+                TokenKind::Fixed(Fixed::CloseBrace) => self.unmatched_closing(),
+                _ if in_block && self.is_next_function() => return stmts,
+                _ => {
+                    let level = self.open.len();
+                    match self.nested(Self::statement) {
+                        Ok(stmt) => stmts.push(stmt),
+                        Err(_) => self.recover(start, level),
+                    }
+                }
+            }
+            if self.position == start {
+                self.advance();
+            }
+        }
+    }
+
+    /// Goes on behind a statement that could not be parsed.
+    fn recover(&mut self, start: usize, open: usize) {
+        self.open.truncate(open);
+        self.skip_statement(start);
+        // The `if` of this `else` may have been skipped.
+        while self.eat(Fixed::Else) {
+            let body = self.position;
+            if self.at(Fixed::OpenBrace) {
+                let _ = self.block();
+            } else if self.nested(Self::statement).is_err() {
+                self.open.truncate(open);
+                self.skip_statement(body);
+            }
+        }
+    }
+
+    /// The statements of an included file.
+    fn included(&mut self) -> Vec<Stmt> {
+        self.advance();
+        let stmts = self.nested(|parser| Ok(parser.statements(false))).unwrap_or_default();
+        if self.at_end() {
+            self.advance();
+        }
+        stmts
+    }
+
+    /// True at a named function inside a block that is never closed: the `}` is missing before it.
+    fn is_next_function(&self) -> bool {
+        self.at(Fixed::Function)
+            && self.token().is_separated()
+            && self.name_at(self.position + 1).is_some()
+            && self.open.last().is_some_and(|open| self.brackets.partner(*open).is_none())
+    }
+
+    fn unmatched_closing(&mut self) {
+        let found = self.kind().describe();
+        let diagnostic = Diagnostic::new(
+            Code::UnmatchedClosing,
+            self.span(),
+            format!("this {found} closes nothing"),
+        )
+        .help("remove it, or look for a bracket too many further up");
+        self.report(diagnostic);
+        self.advance();
+    }
+
+    /// `{ ... }`
+    pub(super) fn block(&mut self) -> Parse<Block> {
+        let start = self.span();
+        let opening = self.position;
+        self.brackets.mark_block(opening);
+        self.open();
+        let level = self.open.len();
+        self.blocks += 1;
+        let stmts = self.statements(true);
+        self.blocks -= 1;
+        self.open.truncate(level);
+        self.open.pop();
+        if !self.eat(Fixed::CloseBrace) {
+            let diagnostic = self.unclosed(opening, Fixed::CloseBrace);
+            self.report(diagnostic);
+        }
+        Ok(Block { stmts, span: self.span_since(start) })
+    }
+
+    pub(super) fn statement(&mut self) -> Parse<Stmt> {
+        let start = self.span();
+        let kind = match self.fixed() {
+            Some(Fixed::Var) => self.var_statement()?,
+            Some(Fixed::If) => self.if_statement()?,
+            Some(Fixed::For) => self.for_statement()?,
+            Some(Fixed::While) => self.while_statement()?,
+            Some(Fixed::Return) => self.return_statement()?,
+            Some(Fixed::Function) => self.function_statement()?,
+            Some(Fixed::Else) => return Err(self.else_without_if()),
+            Some(Fixed::OpenBrace) => return Err(self.bare_block()),
+            _ => return self.assignment_or_call(),
+        };
+        Ok(Stmt { kind, span: self.span_since(start) })
+    }
+
+    fn var_statement(&mut self) -> Parse<StmtKind> {
+        let start = self.position;
+        self.advance();
+        let name = self.name("the name of a variable")?;
+        let assigns = self.at(Fixed::Assign) || self.comparison_for_assignment();
+        if assigns {
+            self.advance();
+            let value = self.value(start)?;
+            return Ok(StmtKind::Var { name, value: Some(value) });
+        }
+        if !self.token().is_separated() {
+            let help = match self.fixed() {
+                Some(Fixed::Comma) => "each variable has its own `var`",
+                Some(Fixed::Dot | Fixed::OpenBracket) => {
+                    "a field belongs to its table: assign it without `var`"
+                }
+                _ => return Ok(StmtKind::Var { name, value: None }),
+            };
+            let diagnostic = self.unexpected("`=` or the next statement").help(help);
+            self.report(diagnostic);
+            self.skip_statement(start);
+        }
+        Ok(StmtKind::Var { name, value: None })
+    }
+
+    /// Reports a `==` that stands where only `=` can stand.
+    fn comparison_for_assignment(&mut self) -> bool {
+        if !self.at(Fixed::Equal) {
+            return false;
+        }
+        let diagnostic = Diagnostic::new(
+            Code::ComparisonAsStatement,
+            self.span(),
+            "`==` compares, it does not assign",
+        )
+        .help("write `=`");
+        self.complain(diagnostic);
+        true
+    }
+
+    /// The right side of `=`. After an error in it the statement is kept, so that its target counts as assigned.
+    fn value(&mut self, statement: usize) -> Parse<Expr> {
+        let level = self.open.len();
+        match self.condition() {
+            Ok(value) => {
+                self.warn_condition_value(&value);
+                Ok(value)
+            }
+            Err(reported) if self.is_enclosed() => Err(reported),
+            Err(_) => {
+                self.open.truncate(level);
+                let span = self.gap();
+                self.skip_statement(statement);
+                Ok(Expr { kind: ExprKind::Error, span })
+            }
+        }
+    }
+
+    fn return_statement(&mut self) -> Parse<StmtKind> {
+        let start = self.position;
+        let keyword = self.advance().span;
+        if self.is_bare_return() {
+            return Ok(StmtKind::Return { value: None });
+        }
+        let is_on_next_line = self.token().is_separated();
+        let value = self.value_of_return(start)?;
+        if is_on_next_line {
+            self.warn(
+                Diagnostic::new(
+                    Code::ReturnFromNextLine,
+                    value.span,
+                    "this is the value of the `return` on a line above",
+                )
+                .related(keyword, "the `return`")
+                .help("write `return;` to return nothing, or the value on the line of `return`"),
+            );
+        }
+        Ok(StmtKind::Return { value: Some(value) })
+    }
+
+    /// As [`Self::value`], but `return a or b` is fine: a function may well answer 0 or 1.
+    fn value_of_return(&mut self, statement: usize) -> Parse<Expr> {
+        let level = self.open.len();
+        self.condition().or_else(|_| {
+            self.open.truncate(level);
+            let span = self.gap();
+            self.skip_statement(statement);
+            Ok(Expr { kind: ExprKind::Error, span })
+        })
+    }
+
+    fn is_bare_return(&self) -> bool {
+        if self.token().separation == Separation::Semicolon {
+            return true;
+        }
+        match self.kind() {
+            TokenKind::FileEnd | TokenKind::FileStart => true,
+            TokenKind::Fixed(fixed) => match fixed {
+                Fixed::CloseBrace
+                | Fixed::Var
+                | Fixed::If
+                | Fixed::While
+                | Fixed::For
+                | Fixed::Return
+                | Fixed::Else => true,
+                // A named function is no value.
+                Fixed::Function => self.name_at(self.position + 1).is_some(),
+                _ => false,
+            },
+            _ => self.next_line_assigns(),
+        }
+    }
+
+    fn else_without_if(&mut self) -> Reported {
+        let diagnostic = Diagnostic::new(
+            Code::ElseWithoutIf,
+            self.span(),
+            "this `else` belongs to no `if`",
+        )
+        .help("without braces only one statement belongs to an `if`; with more, put braces around");
+        let reported = self.report(diagnostic);
+        self.advance();
+        if self.at(Fixed::OpenBrace) {
+            let _ = self.block();
+        }
+        reported
+    }
+
+    fn bare_block(&mut self) -> Reported {
+        let is_table = self.fixed_at(self.position + 1) == Some(Fixed::Dot);
+        let diagnostic = if is_table {
+            Diagnostic::new(Code::ValueAsStatement, self.span(), "this table is not used")
+                .help("assign it to a variable")
+        } else {
+            Diagnostic::new(
+                Code::BareBlock,
+                self.span(),
+                "a block can only stand behind `if`, `else`, `for`, `while` and `function(...)`",
+            )
+            .help("remove the braces; a table literal needs a variable: `t = {.x = 1}`")
+        };
+        let reported = self.report(diagnostic);
+        if is_table {
+            self.open();
+            self.skip_to_closing();
+        } else {
+            let _ = self.block();
+        }
+        reported
+    }
+
+    /// What stands alone, and may stand in the head of a `for`: `target = value` or a call.
+    pub(super) fn assignment_or_call(&mut self) -> Parse<Stmt> {
+        let (start, span) = (self.position, self.span());
+        if !matches!(self.kind(), TokenKind::Name(_)) {
+            return Err(self.stray());
+        }
+        let target = self.reference()?;
+        let is_call = matches!(target.kind, ExprKind::Call { .. });
+        if self.at(Fixed::Assign) {
+            if is_call {
+                self.complain(
+                    Diagnostic::new(
+                        Code::AssignToCall,
+                        target.span,
+                        "the result of a call cannot be assigned to",
+                    )
+                    .help("assign to a variable or to a field: `t = f()`, then `t.x = 1`"),
+                );
+            }
+            self.advance();
+            let value = self.value(start)?;
+            let kind = match is_call {
+                true => StmtKind::Call(target),
+                false => StmtKind::Assign { target, value },
+            };
+            return Ok(Stmt { kind, span: self.span_since(span) });
+        }
+        if self.increment() {
+            let value = Expr { kind: ExprKind::Error, span: self.previous().span };
+            let kind = StmtKind::Assign { target, value };
+            return Ok(Stmt { kind, span: self.span_since(span) });
+        }
+        if self.operator().is_some() {
+            return Err(self.lone_operation(target)?);
+        }
+        if is_call {
+            self.reject_foreign_call(&target)?;
+            return Ok(Stmt { kind: StmtKind::Call(target), span: self.span_since(span) });
+        }
+        Err(self.lone_name(&target))
+    }
+
+    /// `x == 1` or `x + 1` as a statement.
+    fn lone_operation(&mut self, first: Expr) -> Parse<Reported> {
+        let is_comparison = self.at(Fixed::Equal);
+        let operator = self.span();
+        let target = self.sources.text(first.span).to_owned();
+        let warnings = self.diagnostics.len();
+        let is_call = matches!(first.kind, ExprKind::Call { .. });
+        let value = self.condition_rest(first)?;
+        // How the value is computed does not matter any more.
+        self.diagnostics.truncate(warnings);
+        let diagnostic = if is_comparison && !is_call {
+            Diagnostic::new(
+                Code::ComparisonAsStatement,
+                operator,
+                "this compares, and nothing is done with the result",
+            )
+            .help(format!("to assign, write `{target} = ...`"))
+        } else {
+            Diagnostic::new(Code::ValueAsStatement, value.span, "nothing is done with this value")
+                .help("assign it to a variable, or pass it to a function")
+        };
+        Ok(self.report(diagnostic))
+    }
+
+    /// Something that begins no statement.
+    fn stray(&mut self) -> Reported {
+        if let TokenKind::Fixed(Fixed::CloseParen | Fixed::CloseBracket) = self.kind() {
+            self.unmatched_closing();
+            return Reported;
+        }
+        let continues_line = self.position > 0
+            && !self.token().is_separated()
+            && !matches!(self.previous().kind, TokenKind::Fixed(_) | TokenKind::FileStart);
+        if continues_line {
+            let diagnostic = self.unexpected("an operator or the next statement");
+            return self.report(diagnostic);
+        }
+        let begins_value = match self.kind() {
+            TokenKind::Int(_) | TokenKind::Float(_) | TokenKind::Str(_) => true,
+            TokenKind::Fixed(fixed) => matches!(
+                fixed,
+                Fixed::OpenParen
+                    | Fixed::Plus
+                    | Fixed::Minus
+                    | Fixed::Bang
+                    | Fixed::Not
+                    | Fixed::Nil
+            ),
+            _ => false,
+        };
+        if !begins_value {
+            let mut diagnostic = self.unexpected("a statement");
+            if self.at(Fixed::Assign) {
+                diagnostic = diagnostic.help(
+                    "a statement may go on over the end of a line: is the line above complete?",
+                );
+            }
+            return self.report(diagnostic);
+        }
+        if let Some(reported) = self.foreign_prefix() {
+            return reported;
+        }
+        let (start, diagnostics) = (self.span(), self.diagnostics.len());
+        match self.condition() {
+            Ok(value) => {
+                self.diagnostics.truncate(diagnostics);
+                let span = start.to(value.span);
+                self.complain(
+                    Diagnostic::new(
+                        Code::ValueAsStatement,
+                        span,
+                        "nothing is done with this value",
+                    )
+                    .help("assign it to a variable, or pass it to a function"),
+                );
+                Reported
+            }
+            Err(reported) => reported,
+        }
+    }
+
+    /// `++i` and `-- comment`.
+    fn foreign_prefix(&mut self) -> Option<Reported> {
+        let sign @ (Fixed::Plus | Fixed::Minus) = self.fixed()? else { return None };
+        if self.fixed_at(self.position + 1) != Some(sign) {
+            return None;
+        }
+        let sign = sign.text();
+        let help = match sign {
+            "-" => "write `x = x - 1`; a comment starts with `#`",
+            _ => "write `x = x + 1`",
+        };
+        let span = self.span().to(self.token_at(self.position + 1).span);
+        let message = format!("Buzz has no operator `{sign}{sign}`");
+        Some(self.report(Diagnostic::new(Code::ForeignOperator, span, message).help(help)))
+    }
+}

@@ -1,0 +1,163 @@
+//! Words that are keywords in other languages, and keywords that are misspelt.
+//!
+//! In Buzz they are ordinary names; so they are looked at only where a statement cannot be right anyway.
+
+use super::{Parse, Parser, Reported};
+use crate::ast::{Expr, ExprKind};
+use crate::codes::Code;
+use crate::diagnostic::Diagnostic;
+use crate::token::{Fixed, KEYWORDS, TokenKind};
+
+/// What Buzz has instead of a word of another language.
+fn instead_of(word: &str) -> Option<&'static str> {
+    Some(match word {
+        "elseif" | "elif" | "elsif" => "write `else if(...)`",
+        "break" | "continue" => {
+            "leave a loop by its condition, or put it into a function and `return`"
+        }
+        "then" | "do" | "end" | "begin" | "endif" | "done" => "blocks stand in braces: `{ ... }`",
+        "local" | "let" | "const" | "int" | "float" | "double" | "char" | "bool" | "auto"
+        | "uint8_t" | "int16_t" | "string" => "a variable is declared with `var`",
+        "def" | "func" | "fn" | "fun" | "void" | "proc" | "sub" => {
+            "a function is defined with `function name(...) { ... }`"
+        }
+        "pass" => "write `{}` for a block that does nothing",
+        "switch" | "case" | "default" | "match" | "unless" => "use `if` and `else if`",
+        "foreach" => "`foreach` is a function: `foreach(t, function(key, value) { ... })`",
+        "repeat" | "until" | "loop" => "the loops of Buzz are `while` and `for`",
+        "import" | "require" | "using" | "use" => "write `include \"file.bzz\"`",
+        "class" | "struct" | "enum" => "use a table: `t = {.x = 1}`",
+        "try" | "catch" | "throw" | "raise" => {
+            "a script cannot catch errors; check values before you use them"
+        }
+        "global" | "nonlocal" | "static" | "public" | "private" => {
+            "a variable without `var` is global"
+        }
+        _ => return None,
+    })
+}
+
+/// The keyword that `word` is most likely meant to be.
+fn misspelt_keyword(word: &str) -> Option<&'static str> {
+    let words = KEYWORDS.into_iter().map(Fixed::text).chain(["include"]);
+    let lower = word.to_lowercase();
+    words
+        .map(|keyword| (strsim::osa_distance(&lower, keyword), keyword))
+        .min()
+        .filter(|(distance, keyword)| {
+            *distance == 0 || (*distance <= 2 && *distance * 3 < keyword.len() + 1)
+        })
+        .map(|(_, keyword)| keyword)
+}
+
+impl Parser<'_> {
+    /// Reports `elseif` behind the block of an `if`, and skips it.
+    pub(super) fn foreign_else_if(&mut self) -> bool {
+        let Some(word @ ("elseif" | "elif" | "elsif")) = self.name_at(self.position) else {
+            return false;
+        };
+        if self.fixed_at(self.position + 1) != Some(Fixed::OpenParen) {
+            return false;
+        }
+        let diagnostic =
+            Diagnostic::new(Code::ForeignWord, self.span(), format!("Buzz has no `{word}`"))
+                .help("write `else if(...)`");
+        self.complain(diagnostic);
+        self.advance();
+        true
+    }
+
+    /// Reports a call that is no call: `switch(x) { ... }`, `include("file.bzz")`.
+    pub(super) fn reject_foreign_call(&mut self, call: &Expr) -> Parse<()> {
+        let ExprKind::Call { callee, args } = &call.kind else { return Ok(()) };
+        let ExprKind::Name(name) = &callee.kind else { return Ok(()) };
+        if let ("include", [Expr { kind: ExprKind::Str(path), .. }]) = (&**name, args.as_slice()) {
+            let diagnostic = Diagnostic::new(
+                Code::IncludeWithoutString,
+                call.span,
+                "the file name of an include stands without parentheses",
+            )
+            .help(format!("write `include \"{path}\"`"));
+            self.complain(diagnostic);
+            return Ok(());
+        }
+        if !self.at(Fixed::OpenBrace) || self.token().is_separated() {
+            return Ok(());
+        }
+        let Some(help) = explain(name) else { return Ok(()) };
+        let message = format!("`{name}` begins no statement in Buzz");
+        let diagnostic = Diagnostic::new(Code::ForeignWord, callee.span, message).help(help);
+        let reported = self.report(diagnostic);
+        // The block may hold more errors.
+        let _ = self.block();
+        Err(reported)
+    }
+
+    /// Reports a name, or a field of a table, that stands alone.
+    pub(super) fn lone_name(&mut self, value: &Expr) -> Reported {
+        let written = self.sources.text(value.span).to_owned();
+        let next = self.token();
+        let same_line = !next.is_separated();
+        if self.at(Fixed::Comma) && !self.is_enclosed() {
+            let diagnostic = self
+                .unexpected("`=` or a call")
+                .help("only one variable can be assigned at a time: `a = 1` and then `b = 2`");
+            return self.report(diagnostic);
+        }
+        if let ExprKind::Name(name) = &value.kind {
+            if name == "include" {
+                let diagnostic = Diagnostic::new(
+                    Code::IncludeWithoutString,
+                    value.span,
+                    "expected the name of a file in quotes behind `include`",
+                )
+                .help("write `include \"file.bzz\"`");
+                return self.report(diagnostic);
+            }
+            let goes_on = matches!(
+                next.kind,
+                TokenKind::Name(_)
+                    | TokenKind::Int(_)
+                    | TokenKind::Float(_)
+                    | TokenKind::Str(_)
+                    | TokenKind::Fixed(Fixed::OpenBrace | Fixed::Function)
+            );
+            let help = match same_line && goes_on {
+                true => explain(name),
+                false => instead_of(name).map(str::to_owned),
+            };
+            if let Some(help) = help {
+                let message = format!("`{name}` is no keyword of Buzz");
+                let diagnostic = Diagnostic::new(Code::ForeignWord, value.span, message);
+                return self.report(diagnostic.help(help));
+            }
+        }
+        let before = self.token_at(self.start_of(value).saturating_sub(1));
+        let follows_number = matches!(before.kind, TokenKind::Int(_) | TokenKind::Float(_))
+            && before.span.file == value.span.file
+            && before.span.end == value.span.start;
+        let help = if follows_number {
+            "a letter cannot follow a number; a product is written with `*`".to_owned()
+        } else {
+            format!("call it: `{written}()`, or assign to it: `{written} = ...`")
+        };
+        let message = format!("`{written}` stands alone: it is neither called nor assigned");
+        let diagnostic = Diagnostic::new(Code::ValueAsStatement, value.span, message);
+        self.report(diagnostic.help(help))
+    }
+
+    /// The position of the first token of `value`, which ends right before the current token.
+    fn start_of(&self, value: &Expr) -> usize {
+        let mut position = self.position;
+        while position > 0 && self.token_at(position).span.start > value.span.start {
+            position -= 1;
+        }
+        position
+    }
+}
+
+/// What to write instead of a word at the beginning of a statement that cannot be right.
+fn explain(word: &str) -> Option<String> {
+    let misspelt = || misspelt_keyword(word).map(|keyword| format!("did you mean `{keyword}`?"));
+    instead_of(word).map(str::to_owned).or_else(misspelt)
+}

@@ -1,0 +1,244 @@
+//! Tokens: what the lexer makes of the text and the parser reads.
+
+use crate::source::Span;
+
+/// What stands between a token and the one before it, apart from blanks and comments.
+///
+/// To the grammar a newline and a `;` mean nothing; they matter only to warnings and to a bare `return`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Separation {
+    /// Both tokens are on one line.
+    SameLine,
+    /// At least one newline.
+    Newline,
+    /// At least one `;`, perhaps newlines too.
+    Semicolon,
+}
+
+/// One token with its place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Token {
+    /// What it is.
+    pub kind: TokenKind,
+    /// Where it stands.
+    pub span: Span,
+    /// What separates it from the token before.
+    pub separation: Separation,
+}
+
+impl Token {
+    /// True if a newline or a `;` stands before this token.
+    pub fn is_separated(&self) -> bool {
+        self.separation != Separation::SameLine
+    }
+}
+
+/// The kinds of tokens, with the value of those that have one.
+#[derive(Debug, Clone, PartialEq)]
+pub enum TokenKind {
+    /// An identifier.
+    Name(String),
+    /// An integer literal, without sign.
+    Int(i64),
+    /// A float literal, without sign.
+    Float(f64),
+    /// A string literal, escapes resolved.
+    Str(String),
+    /// A keyword, an operator or a bracket.
+    Fixed(Fixed),
+    /// `include "path"`. Loading replaces it by [`TokenKind::FileStart`] ... [`TokenKind::FileEnd`].
+    Include(String),
+    /// The tokens of an included file follow, up to its [`TokenKind::FileEnd`].
+    FileStart,
+    /// A file is over: an included one, or the script.
+    FileEnd,
+    /// Stands where the lexer reported an error that left no usable token.
+    Error,
+}
+
+macro_rules! fixed_tokens {
+    ($($variant:ident = $text:literal,)*) => {
+        /// The tokens that are always spelled the same.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum Fixed { $(#[doc = concat!("`", $text, "`")] $variant,)* }
+
+        impl Fixed {
+            /// As it is written in a script.
+            pub fn text(self) -> &'static str {
+                match self { $(Fixed::$variant => $text,)* }
+            }
+        }
+    };
+}
+
+fixed_tokens! {
+    Var = "var",
+    If = "if",
+    Else = "else",
+    Function = "function",
+    Return = "return",
+    For = "for",
+    While = "while",
+    And = "and",
+    Or = "or",
+    Not = "not",
+    Nil = "nil",
+    Plus = "+",
+    Minus = "-",
+    Star = "*",
+    Slash = "/",
+    Percent = "%",
+    Caret = "^",
+    Ampersand = "&",
+    Pipe = "|",
+    Bang = "!",
+    ShiftLeft = "<<",
+    ShiftRight = ">>",
+    Equal = "==",
+    NotEqual = "!=",
+    Less = "<",
+    LessEqual = "<=",
+    Greater = ">",
+    GreaterEqual = ">=",
+    Assign = "=",
+    Dot = ".",
+    Comma = ",",
+    OpenParen = "(",
+    CloseParen = ")",
+    OpenBracket = "[",
+    CloseBracket = "]",
+    OpenBrace = "{",
+    CloseBrace = "}",
+}
+
+/// Every keyword; `include` is not one, it is special only before a string.
+pub const KEYWORDS: [Fixed; 11] = [
+    Fixed::Var,
+    Fixed::If,
+    Fixed::Else,
+    Fixed::Function,
+    Fixed::Return,
+    Fixed::For,
+    Fixed::While,
+    Fixed::And,
+    Fixed::Or,
+    Fixed::Not,
+    Fixed::Nil,
+];
+
+impl Fixed {
+    /// The keyword that `word` spells.
+    pub fn keyword(word: &str) -> Option<Fixed> {
+        KEYWORDS.into_iter().find(|keyword| keyword.text() == word)
+    }
+
+    /// True for `var`, `if`, `and` and the like.
+    pub fn is_keyword(self) -> bool {
+        KEYWORDS.contains(&self)
+    }
+
+    /// The bracket that closes this one.
+    pub fn closing(self) -> Option<Fixed> {
+        match self {
+            Fixed::OpenParen => Some(Fixed::CloseParen),
+            Fixed::OpenBracket => Some(Fixed::CloseBracket),
+            Fixed::OpenBrace => Some(Fixed::CloseBrace),
+            _ => None,
+        }
+    }
+}
+
+impl TokenKind {
+    /// How a message names this token.
+    pub fn describe(&self) -> String {
+        match self {
+            TokenKind::Name(name) => format!("`{name}`"),
+            TokenKind::Int(value) => format!("the number `{value}`"),
+            TokenKind::Float(value) => format!("the number `{value:?}`"),
+            TokenKind::Str(_) => "a string".to_owned(),
+            TokenKind::Fixed(fixed) if fixed.is_keyword() => {
+                format!("the keyword `{}`", fixed.text())
+            }
+            TokenKind::Fixed(fixed) => format!("`{}`", fixed.text()),
+            TokenKind::Include(_) | TokenKind::FileStart => "an `include`".to_owned(),
+            TokenKind::FileEnd => "the end of the file".to_owned(),
+            TokenKind::Error => "something unreadable".to_owned(),
+        }
+    }
+}
+
+/// FNV-1a over the tokens' kinds and values: equal for scripts that differ only in layout, comments, file names
+/// or in how they are split into included files.
+///
+/// The one separator that changes what a script means, a `;` after `return`, is part of it.
+pub fn hash_tokens(tokens: &[Token]) -> u32 {
+    let mut hash = Fnv1a::default();
+    let mut after_return = false;
+    for token in tokens {
+        if after_return && token.separation == Separation::Semicolon {
+            hash.add(b";");
+        }
+        after_return = token.kind == TokenKind::Fixed(Fixed::Return);
+        match &token.kind {
+            TokenKind::Name(name) => hash.add_tagged(1, name.as_bytes()),
+            TokenKind::Int(value) => hash.add_tagged(2, &value.to_le_bytes()),
+            TokenKind::Float(value) => hash.add_tagged(3, &value.to_bits().to_le_bytes()),
+            TokenKind::Str(text) => hash.add_tagged(4, text.as_bytes()),
+            TokenKind::Fixed(fixed) => hash.add_tagged(5, fixed.text().as_bytes()),
+            TokenKind::Include(_)
+            | TokenKind::FileStart
+            | TokenKind::FileEnd
+            | TokenKind::Error => {}
+        }
+    }
+    hash.0
+}
+
+/// The 32-bit FNV-1a hash.
+struct Fnv1a(u32);
+
+impl Default for Fnv1a {
+    fn default() -> Self {
+        Fnv1a(0x811c_9dc5)
+    }
+}
+
+impl Fnv1a {
+    fn add(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.0 = (self.0 ^ u32::from(*byte)).wrapping_mul(0x0100_0193);
+        }
+    }
+
+    /// The length keeps neighbouring values apart: `"ab" "c"` is not `"a" "bc"`.
+    fn add_tagged(&mut self, tag: u8, bytes: &[u8]) {
+        self.add(&[tag]);
+        self.add(&(bytes.len() as u32).to_le_bytes());
+        self.add(bytes);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fnv1a_gives_the_published_test_vectors() {
+        for (text, expected) in [("", 0x811c_9dc5), ("a", 0xe40c_292c), ("foobar", 0xbf9c_f968_u32)]
+        {
+            let mut hash = Fnv1a::default();
+            hash.add(text.as_bytes());
+            assert_eq!(hash.0, expected, "{text:?}");
+        }
+    }
+
+    #[test]
+    fn keywords_are_those_of_the_language() {
+        let words = "var if else function return for while and or not nil";
+        assert_eq!(KEYWORDS.map(Fixed::text).join(" "), words);
+        for word in words.split(' ') {
+            assert_eq!(Fixed::keyword(word).map(Fixed::text), Some(word));
+        }
+        assert_eq!(Fixed::keyword("include"), None);
+    }
+}
