@@ -1,0 +1,132 @@
+//! The generator of `rand` and `math.rng`: xoroshiro64\*\* of Blackman and Vigna.
+//!
+//! It gives the same numbers on every target, has a period of 2^64 - 1 with 8 bytes of state, passes
+//! the usual statistical tests, and needs only 32-bit multiplications, shifts and exclusive or.
+//! A step with the state `(a, b)`, all modulo 2^32:
+//!
+//! ```text
+//! result = rotate_left(a * 0x9E3779BB, 5) * 5
+//! b = a ^ b
+//! a = rotate_left(a, 26) ^ b ^ (b << 9)
+//! b = rotate_left(b, 13)
+//! ```
+//!
+//! The state is seeded with two numbers that the mixing function of MurmurHash3 makes from the seed
+//! and the robot's id, so that robots, and runs, with consecutive numbers have unlike sequences.
+
+#[cfg(feature = "maths")]
+use super::exponential::{LN_2, log2_wide};
+use super::profile::Profile;
+#[cfg(feature = "maths")]
+use super::wide::Wide;
+use super::wide::multiply;
+
+/// 2^32 divided by the golden ratio: keeps a seed of 0 from giving a state of 0.
+const GOLDEN: u32 = 0x9E37_79B9;
+
+/// The state of the generator, never all zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rng {
+    a: u32,
+    b: u32,
+}
+
+impl Rng {
+    /// The generator of a robot in a run: robots with the same seed get unlike numbers.
+    pub const fn new(seed: u32, robot_id: u16) -> Rng {
+        let a = mix(seed ^ mix((robot_id as u32).wrapping_add(GOLDEN)));
+        let b = mix(a.wrapping_add(GOLDEN));
+        // Both are zero for no seed, since mixing maps only 0 to 0.
+        Rng { a, b }
+    }
+
+    /// The generator after `math.rng.setseed(seed)`: the same numbers on every robot.
+    pub const fn from_seed(seed: u32) -> Rng {
+        Rng::new(seed, 0)
+    }
+
+    /// 32 random bits.
+    #[inline(never)]
+    pub fn next_u32(&mut self) -> u32 {
+        let result = self.a.wrapping_mul(0x9E37_79BB).rotate_left(5).wrapping_mul(5);
+        self.b ^= self.a;
+        self.a = self.a.rotate_left(26) ^ self.b ^ self.b << 9;
+        self.b = self.b.rotate_left(13);
+        result
+    }
+
+    /// `rand()`: an integer in 0..=32767.
+    pub fn rand(&mut self) -> i32 {
+        (self.next_u32() >> 17) as i32
+    }
+
+    /// An integer from `a` up to but not including `b`; in `b..a` if `b` is less, `a` if they are
+    /// equal.
+    ///
+    /// Scaling 32 random bits makes some of `n` integers likelier than others, by at most `n / 2^32`
+    /// of their probability: not to be noticed in the tiny profile, where `n` is below 2^16.
+    pub fn uniform_int(&mut self, a: i32, b: i32) -> i32 {
+        let (low, high) = (a.min(b), a.max(b));
+        let count = (high as u32).wrapping_sub(low as u32);
+        let (offset, _) = multiply(self.next_u32(), count);
+        low.wrapping_add(offset as i32)
+    }
+
+    /// A float of the profile from `a` up to but not including `b`; in `b..a` if `b` is less, `a` if
+    /// they are equal.
+    ///
+    /// It is one of 2^24 equally spaced numbers, rounded to the profile's floats. What rounds to `b`
+    /// becomes `a`, which makes up for the numbers below `a` that would round to it.
+    pub fn uniform_float<P: Profile>(&mut self, a: f32, b: f32) -> f32 {
+        let (low, high) = if b < a { (b, a) } else { (a, b) };
+        let part = (self.next_u32() >> 8) as f32 / 16_777_216.0;
+        // Unlike low + part * (high - low) this does not overflow.
+        let float = low * (1.0 - part) + high * part;
+        let float = P::float_to_f32(P::float_from_f32(float));
+        if float >= low && float < high { float } else { low }
+    }
+
+    /// A normally distributed float.
+    ///
+    /// The polar method of Marsaglia, on points whose coordinates are 16-bit integers: no result
+    /// is farther from the mean than 6.5 standard deviations.
+    #[cfg(feature = "maths")]
+    pub fn gaussian(&mut self, deviation: f32, mean: f32) -> f32 {
+        let radius: u32 = 1 << 30;
+        loop {
+            let bits = self.next_u32();
+            let (x, y) = (i32::from(bits as i16), i32::from((bits >> 16) as i16));
+            let square = (x.wrapping_mul(x) as u32).wrapping_add(y.wrapping_mul(y) as u32);
+            if x != 0 && square < radius {
+                // x * sqrt(-2 ln(s) / s), where s = square / radius
+                let magnitude = minus_log(square, 30);
+                let ratio = Wide { exponent: magnitude.exponent.wrapping_add(1), ..magnitude }
+                    .div(Wide::new(square, 32));
+                let normal = ratio.sqrt().mul(Wide::new(x.unsigned_abs(), 32)).to_f32(x < 0);
+                return normal * deviation + mean;
+            }
+        }
+    }
+
+    /// An exponentially distributed float.
+    #[cfg(feature = "maths")]
+    pub fn exponential(&mut self, mean: f32) -> f32 {
+        // From 1 to 2^24 - 1: the logarithm of 1, zero, is no `Wide`.
+        let bits = (self.next_u32() >> 8).max(1);
+        minus_log(bits, 24).to_f32(false) * mean
+    }
+}
+
+/// `-ln(part / 2^bits)`, where `part` is from 1 to `2^bits - 1`.
+#[cfg(feature = "maths")]
+fn minus_log(part: u32, bits: i16) -> Wide {
+    let scaled = Wide::new(part, 32_i16.wrapping_sub(bits)).to_f32(false);
+    if scaled < 1.0 { log2_wide(scaled).0.mul(LN_2) } else { Wide::new(1, 32 - 24) }
+}
+
+/// The finalizer of MurmurHash3: a bijection that spreads every bit over all.
+const fn mix(bits: u32) -> u32 {
+    let bits = (bits ^ bits >> 16).wrapping_mul(0x85EB_CA6B);
+    let bits = (bits ^ bits >> 13).wrapping_mul(0xC2B2_AE35);
+    bits ^ bits >> 16
+}
