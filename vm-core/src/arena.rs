@@ -82,11 +82,6 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         }
     }
 
-    /// Slots `from..to`.
-    pub(crate) fn slice(&self, from: usize, to: usize) -> &[Value<P>] {
-        self.slots.get(from..to).unwrap_or(&[])
-    }
-
     /// Moves the `count` slots from `from` on down by `by`.
     #[inline(never)]
     pub(crate) fn shift_down(&mut self, from: usize, count: usize, by: usize) {

@@ -3,12 +3,14 @@
 use core::cmp::Ordering;
 
 use super::Vm;
-use super::slow::wrong_type;
+use super::slow::{as_f32, wrong_type};
 use crate::builtin::{self, string};
 use crate::bytecode::ByteCode;
 use crate::fault::{Cause, FaultCode};
 use crate::host::{Arguments, Host};
-use crate::number::{Number, Profile, Rng, maths};
+#[cfg(feature = "maths")]
+use crate::number::maths;
+use crate::number::{self, Number, Profile, Rng};
 use crate::value::{Tag, Type, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
@@ -72,7 +74,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             builtin::IS_TABLE => is(Type::Table),
             builtin::IS_CLOSURE => is(Type::Closure),
             builtin::IS_USERDATA => Ok(Value::truth(false)),
-            builtin::TO_INT => Ok(Value::int(need_number(a)?.to_int::<P>())),
+            builtin::TO_INT => Ok(saturated(number::to_int(need_number(a)?))),
             builtin::TO_FLOAT => Ok(Value::float(need_float(a)?)),
             builtin::ASSERT => {
                 if !a.is_false() {
@@ -84,12 +86,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             builtin::MIN | builtin::MAX => self.extreme(a, b, number == builtin::MAX),
             builtin::ABS => match need_number(a)? {
                 Number::Int(value) if value < 0 => Ok(Value::new(Tag::INT, P::neg(a.raw()))),
-                Number::Float(value) => Ok(Value::float(value.abs())),
+                Number::Float(value) => Ok(Value::float(number::abs(value))),
                 Number::Int(_) => Ok(a),
             },
-            builtin::FLOOR => Ok(rounded(a, need_number(a)?, maths::floor::<P>)),
-            builtin::CEIL => Ok(rounded(a, need_number(a)?, maths::ceil::<P>)),
-            builtin::ROUND => Ok(rounded(a, need_number(a)?, maths::round::<P>)),
+            builtin::FLOOR => Ok(rounded(a, need_number(a)?, number::floor)),
+            builtin::CEIL => Ok(rounded(a, need_number(a)?, number::ceil)),
+            builtin::ROUND => Ok(rounded(a, need_number(a)?, number::round)),
             builtin::SET_SEED => {
                 let Number::Int(seed) = need_number(a)? else { return Err(wrong_type(a, a)) };
                 self.rng = Rng::from_seed(seed as u32);
@@ -155,7 +157,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(match (low, high) {
             (Number::Int(low), Number::Int(high)) => Value::int(self.rng.uniform_int(low, high)),
             (low, high) => Value::float(
-                self.rng.uniform_float(low.to_f32(), high.to_f32()),
+                self.rng.uniform_float::<P>(as_f32(low), as_f32(high)),
             ),
         })
     }
@@ -174,10 +176,15 @@ fn float_or<P: Profile>(value: Value<P>, default: f32) -> Result<f32, Cause> {
     if value.is(Tag::UNSET) { Ok(default) } else { need_float(value) }
 }
 
+/// The integer, or the nearest that the profile has.
+fn saturated<P: Profile>(value: i32) -> Value<P> {
+    Value::int(value.clamp(P::INT_MIN, P::INT_MAX))
+}
+
 /// Integers are themselves; floats are rounded and saturate.
 fn rounded<P: Profile>(value: Value<P>, number: Number, round: fn(f32) -> i32) -> Value<P> {
     match number {
         Number::Int(_) => value,
-        Number::Float(float) => Value::int(round(float)),
+        Number::Float(float) => saturated(round(float)),
     }
 }

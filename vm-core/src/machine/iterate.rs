@@ -85,7 +85,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             Native::Exit => return Ok(Flow::Done),
             Native::Robot => return self.poll_robot(host),
             Native::Delay => {
-                let ms = self.local(-1).as_number().map_or(0, |ms| ms.to_int::<P>());
+                let ms = self.local(-1).as_number().map_or(0, crate::number::to_int);
                 let again = !self.local(1).is_false();
                 self.set_local(1, Value::truth(true));
                 if !host.delay_is_over(ms, again) {

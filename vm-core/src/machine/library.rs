@@ -10,7 +10,7 @@ use crate::fault::{Cause, FaultCode};
 use crate::heap::{Cursor, NoCell};
 use crate::host::{Axis, Host};
 use crate::image::USES_SELF;
-use crate::number::Profile;
+use crate::number::{self, Profile};
 use crate::value::{Tag, Type, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
@@ -64,7 +64,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         match key.tag() {
             Tag::INT | Tag::STRING | Tag::TEXT => Ok(key),
             Tag::FLOAT => {
-                Ok(key.as_number().map_or(key, |number| Value::number(number.key::<P>())))
+                Ok(key.as_f32().map_or(key, |float| Value::number(number::normalize_key::<P>(float))))
             }
             _ => Err(Cause::of(FaultCode::BadKey, key.type_of(), Type::Nil)),
         }

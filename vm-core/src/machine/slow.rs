@@ -6,7 +6,7 @@ use crate::bytecode::ByteCode;
 use crate::fault::{Cause, FaultCode};
 use crate::host::Host;
 use crate::image::USES_SELF;
-use crate::number::{self, Profile};
+use crate::number::{self, Number, Profile};
 use crate::opcode::{self, DROP_RESULT};
 use crate::value::{Tag, Type, Value};
 
@@ -187,17 +187,25 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let (Some(x), Some(y)) = (a.as_number(), b.as_number()) else {
             return Err(wrong_type(a, b));
         };
-        let (f, g) = (x.to_f32(), y.to_f32());
+        let (f, g) = (as_f32(x), as_f32(y));
         let result = match op {
             opcode::ADD => f + g,
             opcode::SUB => f - g,
             opcode::MUL => f * g,
             opcode::DIV => f / g,
-            opcode::MOD => number::modulo::<P>(f, g),
-            opcode::POW => number::pow(f, g),
+            opcode::MOD => number::float_modulo::<P>(f, g),
+            opcode::POW => number::power(f, g),
             _ => return Err(wrong_type(a, b)),
         };
         Ok(Value::float(result))
+    }
+}
+
+/// Integers of the full profile round to the nearest float, as a float literal would.
+pub(super) fn as_f32(number: Number) -> f32 {
+    match number {
+        Number::Int(value) => value as f32,
+        Number::Float(value) => value,
     }
 }
 
