@@ -38,6 +38,7 @@ mod generate;
 mod read;
 mod signature;
 
+use bittybuzz_vm_core::{Value, number};
 use std::path::Path;
 
 pub use bittybuzz_vm_core::link::name_hash;
@@ -88,12 +89,13 @@ impl Profile {
         }
     }
 
-    /// Bytes of an arena slot: a tag and a payload of the profile's word.
+    /// Bytes of a slot of the machine's arena.
     pub const fn slot_bytes(self) -> u32 {
-        match self {
-            Profile::Tiny => 3,
-            Profile::Full => 5,
-        }
+        let bytes = match self {
+            Profile::Tiny => size_of::<Value<number::Tiny>>(),
+            Profile::Full => size_of::<Value<number::Full>>(),
+        };
+        bytes as u32
     }
 }
 

@@ -4,6 +4,7 @@ use crate::error::{Cause, Place, RobotError};
 use crate::generate::constant;
 use crate::signature::{self, Parameter, Type};
 use crate::{Budget, Function, Profile, Robot, SensorTable, VmSizes, name_hash};
+use bittybuzz_vm_core::builtin::{self, Library};
 use std::ops::{Range, RangeInclusive};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -13,36 +14,8 @@ const KEYWORDS: &[&str] = &[
     "var", "if", "else", "function", "return", "for", "while", "and", "or", "not", "nil", "include",
 ];
 
-/// The globals of the language. A robot's table may be named `pos`, as the language knows that one.
-const BUILTINS: &[&str] = &[
-    "size",
-    "foreach",
-    "map",
-    "filter",
-    "reduce",
-    "type",
-    "isnil",
-    "isint",
-    "isfloat",
-    "isstring",
-    "istable",
-    "isclosure",
-    "isuserdata",
-    "int",
-    "float",
-    "clone",
-    "log",
-    "assert",
-    "delay",
-    "rand",
-    "id",
-    "math",
-    "string",
-    "neighbors",
-    "swarm",
-    "stigmergy",
-    "pos",
-];
+/// The global that holds the robot's id.
+const ID: &str = "id";
 
 pub fn robot(text: &str, path: &str) -> Result<Robot, RobotError> {
     let file = File { text, path };
@@ -109,7 +82,7 @@ fn vm_sizes(vm: &Section<'_>, profile: Profile) -> Result<VmSizes, RobotError> {
     ])?;
     let sizes = VmSizes {
         memory: vm.integer("memory", 256..=262_144)?,
-        slots: vm.integer("slots", 32..=32_767)?,
+        slots: vm.integer("slots", 32..=65_520)?,
         neighbors: vm.integer("neighbors", 0..=255)?,
         in_queue: vm.integer("in_queue", 1..=255)?,
         out_queue: vm.integer("out_queue", 1..=255)?,
@@ -176,7 +149,9 @@ struct Names {
 
 impl Names {
     fn add_table(&mut self, section: &Section<'_>, name: &str) -> Result<(), RobotError> {
-        self.add(section, name, is_reserved(name) && name != "pos")
+        // `pos` is known to the language as the table that some robots keep.
+        let position = Library::Position.global_name() == Some(name);
+        self.add(section, name, is_reserved(name) && !position)
     }
 
     fn add_function(&mut self, section: &Section<'_>, name: &str) -> Result<(), RobotError> {
@@ -210,7 +185,10 @@ impl Names {
 }
 
 fn is_reserved(name: &str) -> bool {
-    KEYWORDS.contains(&name) || BUILTINS.contains(&name)
+    KEYWORDS.contains(&name)
+        || name == ID
+        || builtin::find(Library::Global, name).is_some()
+        || Library::ALL.iter().any(|library| library.global_name() == Some(name))
 }
 
 /// The file that is read, for the places of errors.

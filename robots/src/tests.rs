@@ -128,7 +128,7 @@ fn every_error_has_its_place() {
         ),
         ("[\"x: number, y: number\"]", "\"\"", Expected("WrongType", 33, 11, "must be an array")),
         ("[\"x: number, y: number\"]", "[1]", Expected("WrongType", 33, 12, "must be a string")),
-        ("slots = 400", "slots = 0", Expected("OutOfRange", 10, 9, "a number from 32 to 32767")),
+        ("slots = 400", "slots = 0", Expected("OutOfRange", 10, 9, "a number from 32 to 65520")),
         ("slots = 400", "slots = 31", Expected("OutOfRange", 10, 9, "cannot be 31")),
         ("slots = 400", "slots = -1", Expected("OutOfRange", 10, 9, "cannot be -1")),
         ("slots = 400", "slots = 99999999999999999999", Expected("OutOfRange", 10, 9, "9999")),
@@ -187,6 +187,18 @@ fn every_error_has_its_place() {
         assert!(format!("{:?}", error.cause).starts_with(cause), "{to}: {:?}", error.cause);
         assert!(message.starts_with(&format!("toy.toml:{line}:{column}: ")), "{to}:\n{message}");
         assert!(message.contains(part), "{to}: wanted {part}\n{message}");
+    }
+}
+
+/// The names that a user would be told are taken: the globals of the language manual.
+#[test]
+fn names_of_the_language_are_taken() {
+    let names = "size foreach map reduce filter type isnil isint isfloat isstring istable isclosure isuserdata \
+                 int float clone log assert id delay rand math string neighbors swarm stigmergy pos \
+                 var if else function return for while and or not nil include";
+    for name in names.split_whitespace() {
+        let error = error_of(&GOOD.replacen("\"led\"", &format!("{name:?}"), 1));
+        assert_eq!(error.cause, Cause::Reserved { name: name.to_owned() });
     }
 }
 
