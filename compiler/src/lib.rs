@@ -4,10 +4,17 @@
 //! can be found are found in one run, each with a [`codes::Code`], a place and help.
 
 pub mod ast;
+pub mod check;
+pub mod codegen;
 pub mod codes;
 pub mod diagnostic;
+pub mod image;
 pub mod include;
 pub mod lexer;
 pub mod parser;
+pub mod render;
 pub mod source;
+pub mod strings;
+pub mod symbols;
+pub mod compile;
 pub mod token;

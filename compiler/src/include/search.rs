@@ -93,13 +93,14 @@ impl NotFound {
 
 /// The candidate that is most like `name`, if one is like it at all.
 fn likely(name: &str, candidates: impl Iterator<Item = String>) -> Option<String> {
-    let wanted = name.to_lowercase();
+    let stem = |file: &str| file.trim_end_matches(".bzz").to_lowercase();
+    let wanted = stem(name);
     let scored = candidates.filter(|file| file.ends_with(".bzz")).map(|file| {
-        let likeness = strsim::jaro_winkler(&wanted, &file.to_lowercase());
+        let likeness = strsim::normalized_damerau_levenshtein(&wanted, &stem(&file));
         (likeness, file)
     });
     let best = scored.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (best.0 > 0.85).then_some(best.1)
+    (best.0 >= 0.5).then_some(best.1)
 }
 
 fn shown(folder: &Path) -> String {

@@ -235,6 +235,7 @@ impl Parser<'_> {
         self.warn(
             Diagnostic::new(Code::RunOnStatement, token.span, what)
                 .label(format!("this {found} continues the statement above"))
+                .related(self.previous().span, "which goes on behind this")
                 .help(
                     "newlines and `;` do not end a statement; if it is meant to go on, put it in \
                      parentheses or the operator at the end of the line above",

@@ -129,14 +129,16 @@ impl Parser<'_> {
             self.advance();
             return Ok(Ident { name: name.clone(), span: token.span });
         }
-        let mut diagnostic = self.unexpected(expected);
-        if let TokenKind::Fixed(keyword) = token.kind
-            && keyword.is_keyword()
-            && !token.is_separated()
-        {
-            let help = format!("`{}` is a keyword; choose another name", keyword.text());
-            diagnostic = diagnostic.help(help);
+        let diagnostic = self.unexpected(expected);
+        match token.kind {
+            TokenKind::Fixed(keyword) if keyword.is_keyword() && !token.is_separated() => {
+                let name = keyword.text().to_owned();
+                let help = format!("`{name}` is a keyword; choose another name");
+                self.complain(diagnostic.help(help));
+                self.advance();
+                Ok(Ident { name, span: token.span })
+            }
+            _ => Err(self.report(diagnostic)),
         }
-        Err(self.report(diagnostic))
     }
 }

@@ -41,7 +41,11 @@ impl Parser<'_> {
                 self.expr(ExprKind::Str(text.clone()), start)
             }
             _ => {
-                let diagnostic = self.unexpected("a value");
+                let mut diagnostic = self.unexpected("a value");
+                if self.at(Fixed::OpenBracket) {
+                    diagnostic = diagnostic
+                        .help("a list is a table with numbers as keys: `{.0 = \"a\", .1 = \"b\"}`");
+                }
                 return Err(self.report(diagnostic));
             }
         };
@@ -108,7 +112,7 @@ impl Parser<'_> {
         let Some(Fixed::OpenParen | Fixed::OpenBracket | Fixed::Dot) = self.fixed() else {
             return Ok(value);
         };
-        if self.token().is_separated() {
+        if self.token().is_separated() || self.is_table_field() {
             return Ok(value);
         }
         let verb = if self.at(Fixed::OpenParen) { "called" } else { "indexed" };
@@ -130,6 +134,15 @@ impl Parser<'_> {
             .help("store it in a variable first"),
         );
         self.suffixes(value)
+    }
+
+    /// True inside a table at `.key =`: a field that begins where a comma is missing.
+    fn is_table_field(&self) -> bool {
+        let is_in_table = self.is_enclosed()
+            && self.open.last().is_some_and(|open| self.fixed_at(*open) == Some(Fixed::OpenBrace));
+        is_in_table
+            && self.at(Fixed::Dot)
+            && self.fixed_at(self.position + 2) == Some(Fixed::Assign)
     }
 
     /// A name and everything that is called and taken from it: `t.a[1].b(2)`.
@@ -240,7 +253,7 @@ impl Parser<'_> {
             items.push(item(self)?);
             let comma = self.span();
             // A field that begins where a comma is missing is no reason to give up the table.
-            let is_next_field = closing == Fixed::CloseBrace && self.at(Fixed::Dot);
+            let is_next_field = self.is_table_field();
             if !is_next_field && !self.eat(Fixed::Comma) {
                 return Ok(items);
             }
@@ -300,6 +313,10 @@ impl Parser<'_> {
 
     /// Consumes the dot of a field; the place of the key behind it.
     fn field_dot(&mut self) -> Parse<Span> {
+        if self.at_end() {
+            let diagnostic = self.unexpected("a field");
+            return Err(self.report(diagnostic));
+        }
         let token = self.token();
         if self.at(Fixed::Dot) {
             self.advance();

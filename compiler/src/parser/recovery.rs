@@ -62,6 +62,13 @@ impl Parser<'_> {
             .label(format!("expected {expected}"))
             .help("put it on a line of its own, where a statement may stand");
         }
+        if self.at_end()
+            && self.is_enclosed()
+            && let Some(opening) = self.open.last().copied()
+            && let Some(closing) = self.fixed_at(opening).and_then(Fixed::closing)
+        {
+            return self.unclosed(opening, closing);
+        }
         let is_elsewhere = token.is_separated() || self.at_end();
         let span = if is_elsewhere { self.gap() } else { token.span };
         let message = format!("expected {expected}, found {}", token.kind.describe());
@@ -95,7 +102,10 @@ impl Parser<'_> {
         if self.partner_ahead(opening).is_some() {
             let mut diagnostic = self.unexpected(expected);
             if self.at(Fixed::Assign) {
-                diagnostic = diagnostic.help("an assignment is a statement, it has no value");
+                diagnostic = diagnostic.help(match closing {
+                    Fixed::CloseBrace => "is a comma missing before this field?",
+                    _ => "an assignment is a statement, it has no value",
+                });
             }
             self.report(diagnostic);
             self.skip_to_closing();
@@ -156,6 +166,13 @@ impl Parser<'_> {
     /// After an error in the statement that began at the token `start`: skips to where the next statement is likely
     /// to begin, or to the end of the block.
     pub(super) fn skip_statement(&mut self, start: usize) {
+        // A keyword in the place of a value, as in `x = if`, begins nothing.
+        if self.last_error == Some(self.position)
+            && matches!(self.fixed(), Some(fixed) if fixed.is_keyword())
+            && !self.token().is_separated()
+        {
+            self.advance();
+        }
         loop {
             let moved = self.position > start;
             match self.kind() {

@@ -1,0 +1,205 @@
+//! Diagnostics as text for people, and as JSON for programs.
+
+use std::ops::Range;
+
+use annotate_snippets::{
+    Annotation, AnnotationKind, Element, Group, Level, Origin, Renderer as Style, Snippet,
+};
+use serde_json::{Value, json};
+
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::source::{FileId, LineColumn, SourceMap, Span};
+
+/// The longest source line that is shown, in bytes; of longer ones only the place is named.
+const LONGEST_LINE: usize = 400;
+
+/// The most source lines that one mark covers; a longer span is marked in its first line only.
+const MOST_MARKED_LINES: usize = 6;
+
+/// Places at most so many lines apart are shown in one piece of source text.
+const NEAR: usize = 10;
+
+/// Writes the diagnostics of one compilation.
+///
+/// The lines of every file are counted once, and a diagnostic touches only the lines around it: so the time taken
+/// grows with the sizes of files and diagnostics, not with their product.
+pub struct Renderer<'a> {
+    sources: &'a SourceMap,
+    /// For each file the offsets at which its lines begin.
+    line_starts: Vec<Vec<usize>>,
+}
+
+/// Whether text output is coloured with ANSI escape sequences.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Color {
+    /// Plain text.
+    Never,
+    /// For a terminal.
+    Always,
+}
+
+impl<'a> Renderer<'a> {
+    /// A renderer for diagnostics about `sources`.
+    pub fn new(sources: &'a SourceMap) -> Self {
+        let starts = |text: &str| {
+            let behind_newlines = text.match_indices('\n').map(|(at, _)| at + 1);
+            std::iter::once(0).chain(behind_newlines).collect()
+        };
+        let line_starts = sources.files().map(|(_, file)| starts(&file.text)).collect();
+        Renderer { sources, line_starts }
+    }
+
+    /// Several lines of text, the last one ended by a newline: headline, place, source, help.
+    pub fn text(&self, diagnostic: &Diagnostic, color: Color) -> String {
+        let level = match diagnostic.severity() {
+            Severity::Error => Level::ERROR,
+            Severity::Warning => Level::WARNING,
+        };
+        let title = level.primary_title(printable(&diagnostic.message)).id(diagnostic.code.text());
+        let mut report = title.elements(self.places(diagnostic));
+        if let Some(help) = &diagnostic.help {
+            report = report.element(Level::HELP.message(printable(help)));
+        }
+        let style = match color {
+            Color::Never => Style::plain(),
+            Color::Always => Style::styled(),
+        };
+        let mut text = style.render(&[report] as &[Group]);
+        text.push('\n');
+        text
+    }
+
+    /// One JSON object on one line.
+    pub fn json(&self, diagnostic: &Diagnostic) -> String {
+        let related = diagnostic.related.iter().map(|(span, text)| {
+            let mut object = self.place_json(*span);
+            object["label"] = json!(text);
+            object
+        });
+        let related: Vec<Value> = related.collect();
+        let mut object = self.place_json(diagnostic.span);
+        object["code"] = json!(diagnostic.code.text());
+        object["severity"] = json!(match diagnostic.severity() {
+            Severity::Error => "error",
+            Severity::Warning => "warning",
+        });
+        object["message"] = json!(diagnostic.message);
+        object["label"] = json!(diagnostic.label);
+        object["help"] = json!(diagnostic.help);
+        object["related"] = json!(related);
+        object.to_string()
+    }
+
+    fn place_json(&self, span: Span) -> Value {
+        let start = self.position(span.file, span.start as usize);
+        let end = self.position(span.file, span.end as usize);
+        json!({
+            "file": self.sources.path(span.file).display().to_string(),
+            "line": start.line,
+            "column": start.column,
+            "end_line": end.line,
+            "end_column": end.column,
+        })
+    }
+
+    /// As [`SourceMap::line_column`], without reading the file from its beginning.
+    fn position(&self, file: FileId, offset: usize) -> LineColumn {
+        let line = self.line_of(file, offset);
+        let before = self.source(file, self.line_start(file, line)..offset);
+        LineColumn { line: line as u32 + 1, column: before.chars().count() as u32 + 1 }
+    }
+
+    /// The line, counted from 0, that holds the byte at `offset`.
+    fn line_of(&self, file: FileId, offset: usize) -> usize {
+        let starts = self.line_starts.get(file.0 as usize).map_or(&[][..], Vec::as_slice);
+        starts.partition_point(|start| *start <= offset).saturating_sub(1)
+    }
+
+    /// Where a line begins; for lines behind the last one, where the file ends.
+    fn line_start(&self, file: FileId, line: usize) -> usize {
+        let starts = self.line_starts.get(file.0 as usize);
+        starts
+            .and_then(|starts| starts.get(line).copied())
+            .unwrap_or(self.sources.file(file).text.len())
+    }
+
+    fn source(&self, file: FileId, range: Range<usize>) -> &'a str {
+        self.sources.file(file).text.get(range).unwrap_or_default()
+    }
+
+    /// The source text around the place of a diagnostic and around those that explain it.
+    fn places(&self, diagnostic: &'a Diagnostic) -> Vec<Element<'a>> {
+        let primary = Mark { span: diagnostic.span, label: &diagnostic.label, primary: true };
+        let mut pieces = vec![vec![primary]];
+        for (span, label) in &diagnostic.related {
+            let mark = Mark { span: *span, label, primary: false };
+            match pieces.first_mut() {
+                Some(piece) if self.are_near(diagnostic.span, *span) => piece.push(mark),
+                _ => pieces.push(vec![mark]),
+            }
+        }
+        pieces.into_iter().map(|piece| self.piece(&piece)).collect()
+    }
+
+    fn are_near(&self, a: Span, b: Span) -> bool {
+        let distance = || self.lines(a).start.abs_diff(self.lines(b).start);
+        a.file == b.file && distance() <= NEAR
+    }
+
+    /// The lines that are shown of a span.
+    fn lines(&self, span: Span) -> Range<usize> {
+        let first = self.line_of(span.file, span.start as usize);
+        let last = self.line_of(span.file, span.end as usize).max(first);
+        if last - first < MOST_MARKED_LINES { first..last + 1 } else { first..first + 1 }
+    }
+
+    /// A piece of source text with marks; all marks are in one file.
+    fn piece(&self, marks: &[Mark<'a>]) -> Element<'a> {
+        let Some(Span { file, start, .. }) = marks.first().map(|mark| mark.span) else {
+            return Level::NOTE.message("").into();
+        };
+        let path = self.sources.path(file).display().to_string();
+        let lines = || marks.iter().map(|mark| self.lines(mark.span));
+        let first = lines().map(|lines| lines.start).min().unwrap_or(0);
+        let last = lines().map(|lines| lines.end).max().unwrap_or(first + 1);
+        let too_long = (first..last).any(|line| {
+            self.line_start(file, line + 1) - self.line_start(file, line) > LONGEST_LINE
+        });
+        if too_long {
+            let at = self.position(file, start as usize);
+            let origin = Origin::path(path).line(at.line as usize).char_column(at.column as usize);
+            return origin.into();
+        }
+        let (begin, end) = (self.line_start(file, first), self.line_start(file, last));
+        let text = self.source(file, begin..end);
+        Snippet::source(text)
+            .line_start(first + 1)
+            .path(path)
+            .annotations(marks.iter().map(|mark| self.annotation(mark, begin..end)))
+            .into()
+    }
+
+    fn annotation(&self, mark: &Mark<'a>, piece: Range<usize>) -> Annotation<'a> {
+        let end_of_lines = self.line_start(mark.span.file, self.lines(mark.span).end);
+        let start = mark.span.start as usize - piece.start;
+        let end = (mark.span.end as usize).min(end_of_lines).min(piece.end) - piece.start;
+        let kind = match mark.primary {
+            true => AnnotationKind::Primary,
+            false => AnnotationKind::Context,
+        };
+        let label = (!mark.label.is_empty()).then(|| printable(mark.label));
+        kind.span(start..end).label(label)
+    }
+}
+
+/// A place in the source text with what is written under it.
+struct Mark<'a> {
+    span: Span,
+    label: &'a str,
+    primary: bool,
+}
+
+/// Text from a script must not control the terminal.
+fn printable(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
+}
