@@ -78,6 +78,8 @@ mod tests {
 
     #[test]
     fn a_missing_file_is_a_failure_not_an_empty_list() {
-        assert!(std::panic::catch_unwind(|| with_extension("tests/no such folder", "bzz")).is_err());
+        assert!(
+            std::panic::catch_unwind(|| with_extension("tests/no such folder", "bzz")).is_err()
+        );
     }
 }

@@ -13,7 +13,9 @@ fn scripts_print_what_the_reference_prints() {
         let name = path.rsplit('/').next().unwrap_or(path);
         !SWARM_SCRIPTS.iter().any(|prefix| name.starts_with(prefix))
     });
-    let failures: Vec<_> =
-        files::in_parallel(&paths, |path| conformance::run(path, &[])).into_iter().flatten().collect();
+    let failures: Vec<_> = files::in_parallel(&paths, |path| conformance::run(path, &[]))
+        .into_iter()
+        .flatten()
+        .collect();
     report::conclude("conformance", paths.len(), 44, &failures);
 }

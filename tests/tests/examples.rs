@@ -1,0 +1,34 @@
+//! The shipped examples do what their headers say, on every robot that they name.
+
+use bittybuzz_tests::{bbz, diagnostics, example, files, report};
+
+#[test]
+fn examples_keep_their_promises() {
+    bbz::path();
+    let mut paths = files::with_extension("examples", "bzz");
+    paths.retain(|path| !path.starts_with("examples/errors/"));
+    let failures: Vec<_> =
+        files::in_parallel(&paths, |path| example::check(path)).into_iter().flatten().collect();
+    report::conclude("examples", paths.len(), 10, &failures);
+}
+
+/// Each shows one mistake, in the line that says so.
+#[test]
+fn mistakes_are_found_where_they_are() {
+    bbz::path();
+    let paths = files::with_extension("examples/errors", "bzz");
+    let failures: Vec<_> = files::in_parallel(&paths, |path| {
+        let text = files::read(path);
+        let mistake = text.lines().position(|line| line.contains("<- mistake"));
+        let line = 1 + mistake.unwrap_or_else(|| panic!("{path} marks no mistake"));
+        let outcome = bbz::run(&["check", path], &[]);
+        let found = diagnostics::parse(&outcome.stderr);
+        let places: Vec<_> = found.iter().filter_map(|d| d.place.clone()).collect();
+        let expected = places == [(path.clone(), line)] && outcome.status == Some(2);
+        (!expected).then(|| format!("{path}:{line}: {:?}\n{}", outcome.status, outcome.stderr))
+    })
+    .into_iter()
+    .flatten()
+    .collect();
+    report::conclude("examples/errors", paths.len(), 3, &failures);
+}
