@@ -66,8 +66,31 @@ codes! {
     FileTooLarge = "E0305", "a file that is too large for a script";
     IncludeWithoutString = "E0306", "an include without a file name in quotes";
     // Names, functions and arguments: E04..
+    UnknownFunction = "E0401", "a call of a function that nothing defines";
+    MissingRobotFunction = "E0402", "a function that this robot lacks";
+    BuiltinArguments = "E0403", "a wrong number of arguments for a built-in function";
+    RobotArguments = "E0404", "a wrong number of arguments for a robot function";
+    RobotArgumentType = "E0405", "an argument of the wrong type for a robot function";
+    DuplicateVariable = "E0406", "a local variable declared twice";
+    DuplicateParameter = "E0407", "two parameters of one name";
+    SelfAssigned = "E0408", "self declared or assigned";
+    NoFiles = "E0409", "files on a robot";
+    UnknownMemberCalled = "E0410", "a call of a library function that does not exist";
+    NotCallable = "E0411", "a call of something that is no function";
+    ProfileLacks = "E0412", "a function that the number profile lacks";
     // Literals and types: E05..
+    IntegerRange = "E0501", "an integer that does not fit the number profile";
+    FloatRange = "E0502", "a float that does not fit the number profile";
+    Incomparable = "E0503", "an order between values that have none";
     // Limits of the image and of the robot: E06..
+    TooManyParameters = "E0601", "too many parameters";
+    FunctionTooDeep = "E0602", "a function that needs too many values at a time";
+    TooManyArguments = "E0603", "too many arguments or captured variables";
+    FunctionTooLong = "E0604", "a statement that is too long";
+    ImageTooLarge = "E0605", "a script that does not fit an image";
+    TooManyGlobals = "E0606", "more globals than the robot has room for";
+    FlashBudget = "E0607", "an image that is larger than the robot's flash";
+    Internal = "E0699", "a mistake in the compiler";
     // Warnings: W01.. syntax, W02.. names, W03.. values
     RunOnStatement = "W0101", "a statement that runs on over the line";
     ConditionValue = "W0102", "and/or as a value is only 0 or 1";
@@ -79,6 +102,22 @@ codes! {
     BitwiseNotOfCondition = "W0108", "`!` in front of a condition";
     SemicolonBeforeBody = "W0109", "a `;` between a condition and its body";
     EmptyBody = "W0110", "an if, else or loop without a body";
+    NeverAssigned = "W0201", "a name that nothing defines: it is nil";
+    RobotNameTaken = "W0202", "a robot function's name used for something else";
+    BuiltinNameTaken = "W0203", "a built-in name used for something else";
+    FunctionRedefined = "W0204", "a function defined twice";
+    MissingArguments = "W0205", "a call with fewer arguments than parameters";
+    ExtraArguments = "W0206", "a call with more arguments than parameters";
+    CaptureAssigned = "W0207", "an assignment that changes only a copy";
+    UnknownMember = "W0208", "a field of a library that does not exist: it is nil";
+    SelfIsNil = "W0209", "self where it is always nil";
+    OwnInitializer = "W0210", "a variable used in its own first value";
+    Unreachable = "W0211", "code that can never run";
+    ImpossibleOperation = "W0301", "an operation that always fails";
+    DivisionByZero = "W0302", "a division by zero";
+    ShiftCount = "W0303", "a shift by an impossible count";
+    BadKey = "W0304", "a value that cannot be a table key";
+    NeverEqual = "W0305", "a comparison of different types: always unequal";
 }
 
 impl Code {

@@ -1,0 +1,52 @@
+//! Checks a script as a whole: what its names mean, and what can be seen to go wrong before it runs.
+
+pub mod names;
+pub mod resolve;
+pub mod robots;
+pub mod tree;
+
+use crate::ast::Script;
+use crate::codegen::constant::Profile;
+use crate::diagnostic::Diagnostic;
+use names::Meanings;
+use robots::Robots;
+use tree::Program;
+
+/// A script whose names are resolved, and what is to be said about it.
+#[derive(Debug, Clone)]
+pub struct Checked<'a> {
+    /// The script.
+    pub program: Program,
+    /// What its names mean.
+    pub meanings: Meanings<'a>,
+    /// Errors and warnings.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// Checks a script. `is_partial` tells that syntax errors hide parts of it, so that nothing may be said about what
+/// it does not define.
+pub fn check<'a>(
+    script: &Script,
+    robots: Robots<'a>,
+    profile: Profile,
+    is_partial: bool,
+) -> Checked<'a> {
+    let (mut program, mut diagnostics) = resolve::resolve(script);
+    let meanings = Meanings::new(&program, robots);
+    pass_self_on(&mut program, &meanings);
+    Checked { program, meanings, diagnostics }
+}
+
+/// A lambda has the self of the function that creates it, which therefore needs its self, too.
+fn pass_self_on(program: &mut Program, meanings: &Meanings<'_>) {
+    // Lambdas come after their creators.
+    for number in (0..program.functions.len()).rev() {
+        let Some(function) = program.functions.get(number) else { continue };
+        let Some(creator) = function.creator.filter(|_| function.uses_self) else { continue };
+        if !meanings.self_is_nil(creator)
+            && let Some(creator) = program.functions.get_mut(creator.0)
+        {
+            creator.uses_self = true;
+        }
+    }
+}

@@ -1,0 +1,264 @@
+//! What every name of a script means: a constant function, a variable, or something that machine or robot offer.
+//!
+//! The whole program is known, so a function that is never assigned again needs no variable, and a function of an
+//! untouched library is known where it is called.
+
+use std::collections::BTreeSet;
+
+use bittybuzz_vm_core::builtin::{self, Library};
+
+use crate::ast::{BinaryOp, UnaryOp};
+use crate::check::robots::Robots;
+use crate::check::tree::{
+    Block, Expr, ExprKind, FunctionId, Name, NameId, Program, Stmt, StmtKind, children,
+};
+
+/// What a name that is no local means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Meaning {
+    /// Nothing defines it: it reads nil.
+    Nil,
+    /// A script function that is never assigned.
+    Function(FunctionId),
+    /// A variable.
+    Global,
+    /// A built-in function.
+    Builtin(u8),
+    /// A library.
+    Library(Library),
+    /// A function of the robot.
+    Robot,
+    /// `id`
+    RobotId,
+}
+
+/// What a field of a library is.
+#[derive(Debug, Clone, Copy)]
+pub enum Member {
+    /// Always this built-in.
+    Known(&'static builtin::Info),
+    /// Always nil.
+    Absent,
+    /// The script may change it.
+    Changing,
+}
+
+/// The meaning of every name of a program.
+#[derive(Debug, Clone)]
+pub struct Meanings<'a> {
+    robots: Robots<'a>,
+    names: Vec<Meaning>,
+    /// Libraries that the script uses as values, so that anything may happen to them.
+    escaped: BTreeSet<Library>,
+    /// Fields that the script assigns.
+    assigned: BTreeSet<(Library, String)>,
+    /// For every function, whether its self is always nil.
+    self_is_nil: Vec<bool>,
+}
+
+/// What machine and robot offer under a name.
+pub fn offered(robots: Robots<'_>, name: &str) -> Meaning {
+    if name == "id" {
+        return Meaning::RobotId;
+    }
+    if let Some(info) = builtin::find(Library::Global, name) {
+        return Meaning::Builtin(info.number);
+    }
+    let library = Library::ALL.into_iter().find(|library| library.global_name() == Some(name));
+    match library {
+        Some(Library::Position) if !robots.has_table(name) => {}
+        Some(library) => return Meaning::Library(library),
+        None => {}
+    }
+    if robots.functions(name).is_empty() { Meaning::Nil } else { Meaning::Robot }
+}
+
+impl<'a> Meanings<'a> {
+    /// Finds the meaning of every name.
+    pub fn new(program: &Program, robots: Robots<'a>) -> Self {
+        let names: Vec<Meaning> = program.names.iter().map(|name| meaning(robots, name)).collect();
+        let mut meanings = Meanings {
+            robots,
+            names,
+            escaped: BTreeSet::new(),
+            assigned: BTreeSet::new(),
+            self_is_nil: Vec::new(),
+        };
+        // Twice: whether `math.rng` is the library depends on whether the script assigns it.
+        for _ in 0..2 {
+            let mut scan = LibraryScan {
+                meanings: &meanings,
+                escaped: BTreeSet::new(),
+                assigned: BTreeSet::new(),
+            };
+            for function in &program.functions {
+                scan.stmts(&function.body);
+            }
+            let (escaped, assigned) = (scan.escaped, scan.assigned);
+            meanings.escaped = escaped;
+            meanings.assigned = assigned;
+            if meanings.escaped.contains(&Library::Math)
+                || meanings.is_assigned(Library::Math, "rng")
+            {
+                meanings.escaped.insert(Library::Rng);
+            }
+        }
+        meanings.self_is_nil = program
+            .functions
+            .iter()
+            .enumerate()
+            .map(|(number, function)| match &function.name {
+                Some(name) => program.find_name(name).is_some_and(|id| {
+                    meanings.of(id) == Meaning::Function(FunctionId(number))
+                        && program.name(id).reads.is_empty()
+                }),
+                None => number == FunctionId::GLOBAL.0,
+            })
+            .collect();
+        meanings
+    }
+
+    /// The robots.
+    pub fn robots(&self) -> Robots<'a> {
+        self.robots
+    }
+
+    /// The meaning of a name.
+    pub fn of(&self, name: NameId) -> Meaning {
+        self.names.get(name.0).copied().unwrap_or(Meaning::Nil)
+    }
+
+    /// Whether a function's self is always nil, because nothing can put it into a table.
+    pub fn self_is_nil(&self, function: FunctionId) -> bool {
+        self.self_is_nil.get(function.0).copied().unwrap_or(false)
+    }
+
+    /// The library that an expression names for certain.
+    pub fn library(&self, expr: &Expr) -> Option<Library> {
+        match &expr.kind {
+            ExprKind::Name(name) => match self.of(*name) {
+                Meaning::Library(library) => Some(library),
+                _ => None,
+            },
+            ExprKind::Field { object, key, .. } if key == "rng" => {
+                let is_math = self.library(object) == Some(Library::Math);
+                let known =
+                    !self.escaped.contains(&Library::Math) && !self.is_assigned(Library::Math, key);
+                (is_math && known).then_some(Library::Rng)
+            }
+            _ => None,
+        }
+    }
+
+    /// What a field of a library is.
+    pub fn member(&self, library: Library, key: &str) -> Member {
+        if self.escaped.contains(&library) || self.is_assigned(library, key) {
+            return Member::Changing;
+        }
+        self.robots.member(library, key).map_or(Member::Absent, Member::Known)
+    }
+
+    /// Libraries that the script uses as values.
+    pub fn escaped(&self) -> &BTreeSet<Library> {
+        &self.escaped
+    }
+
+    /// Whether the script assigns that field of a library.
+    pub fn is_assigned(&self, library: Library, key: &str) -> bool {
+        self.assigned.contains(&(library, key.to_owned()))
+    }
+}
+
+fn meaning(robots: Robots<'_>, name: &Name) -> Meaning {
+    match name.definitions.last() {
+        // The last definition wins before the first line runs.
+        Some((function, _)) if name.writes.is_empty() => Meaning::Function(*function),
+        None if name.writes.is_empty() => offered(robots, &name.text),
+        _ => Meaning::Global,
+    }
+}
+
+/// Looks for uses of libraries.
+struct LibraryScan<'m> {
+    meanings: &'m Meanings<'m>,
+    escaped: BTreeSet<Library>,
+    assigned: BTreeSet<(Library, String)>,
+}
+
+impl LibraryScan<'_> {
+    fn block(&mut self, block: &Block) {
+        self.stmts(&block.stmts);
+    }
+
+    fn stmts(&mut self, stmts: &[Stmt]) {
+        for stmt in stmts {
+            self.stmt(stmt);
+        }
+    }
+
+    fn stmt(&mut self, stmt: &Stmt) {
+        match &stmt.kind {
+            StmtKind::Var { value, .. } | StmtKind::Return(value) => {
+                if let Some(value) = value {
+                    self.value(value);
+                }
+            }
+            StmtKind::Assign { target, value } => {
+                match &target.kind {
+                    ExprKind::Field { object, key, .. } => match self.meanings.library(object) {
+                        Some(library) => {
+                            self.assigned.insert((library, key.clone()));
+                        }
+                        None => self.value(object),
+                    },
+                    _ => children(target, |child| self.value(child)),
+                }
+                self.value(value);
+            }
+            StmtKind::If { condition, then, otherwise } => {
+                self.tested(condition);
+                self.block(then);
+                self.block(otherwise);
+            }
+            StmtKind::While { condition, body, update } => {
+                self.tested(condition);
+                self.block(body);
+                if let Some(update) = update {
+                    self.stmt(update);
+                }
+            }
+            StmtKind::Call(call) => self.value(call),
+        }
+    }
+
+    /// An expression of which only the truth counts.
+    fn tested(&mut self, expr: &Expr) {
+        if self.meanings.library(expr).is_none() {
+            self.value(expr);
+        }
+    }
+
+    fn value(&mut self, expr: &Expr) {
+        if let Some(library) = self.meanings.library(expr) {
+            self.escaped.insert(library);
+            return;
+        }
+        match &expr.kind {
+            ExprKind::Field { object, .. } => self.tested(object),
+            ExprKind::Unary { op: UnaryOp::Not, operand } => self.tested(operand),
+            ExprKind::Binary { op: BinaryOp::And | BinaryOp::Or, left, right } => {
+                self.tested(left);
+                self.tested(right);
+            }
+            ExprKind::Call { callee, args } if self.is_isnil(callee) => {
+                args.iter().for_each(|arg| self.tested(arg));
+            }
+            _ => children(expr, |child| self.value(child)),
+        }
+    }
+
+    fn is_isnil(&self, callee: &Expr) -> bool {
+        matches!(callee.kind, ExprKind::Name(name)
+            if self.meanings.of(name) == Meaning::Builtin(builtin::IS_NIL))
+    }
+}

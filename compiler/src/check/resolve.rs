@@ -1,0 +1,498 @@
+//! Resolves names: which are parameters and variables of which function, which are captured, which are global.
+//!
+//! A `var` inside a function or block is a local until its block ends; every other name, a `var` at the top level
+//! included, is global. A lambda sees the locals of the functions around it and takes a copy of those that it uses.
+
+use crate::ast;
+use crate::ast::UnaryOp;
+use crate::check::tree::{
+    Block, Expr, ExprKind, Function, FunctionId, Local, LocalId, LocalKind, Name, NameId, Program,
+    Stmt, StmtKind,
+};
+use crate::codes::Code;
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+
+/// Resolves a script.
+pub fn resolve(script: &ast::Script) -> (Program, Vec<Diagnostic>) {
+    let span = match (script.stmts.first(), script.stmts.last()) {
+        (Some(first), Some(last)) => first.span.to(last.span),
+        _ => Span::default(),
+    };
+    let mut resolver = Resolver {
+        program: Program {
+            functions: vec![Function { span, ..Function::default() }],
+            names: Vec::new(),
+        },
+        contexts: vec![Context::new(FunctionId::GLOBAL)],
+        diagnostics: Vec::new(),
+    };
+    // Functions exist before the first global line runs, so their names come first.
+    for stmt in &script.stmts {
+        if let ast::StmtKind::Function { name, .. } = &stmt.kind {
+            resolver.name(&name.name);
+        }
+    }
+    let body = resolver.stmts(&script.stmts);
+    resolver.program.functions[0].body = body;
+    (resolver.program, resolver.diagnostics)
+}
+
+/// A function while its body is resolved.
+struct Context {
+    function: FunctionId,
+    /// Names of each open block, innermost last.
+    blocks: Vec<Vec<(String, Binding)>>,
+}
+
+#[derive(Clone, Copy)]
+enum Binding {
+    Local(LocalId),
+    /// The variable whose first value is just being computed: nil until then.
+    Unborn,
+}
+
+impl Context {
+    fn new(function: FunctionId) -> Self {
+        Context { function, blocks: vec![Vec::new()] }
+    }
+
+    fn find(&self, name: &str) -> Option<Binding> {
+        let names = self.blocks.iter().rev().flat_map(|block| block.iter().rev());
+        names.into_iter().find(|(bound, _)| bound == name).map(|(_, binding)| *binding)
+    }
+}
+
+struct Resolver {
+    program: Program,
+    /// The functions around the place, each a lambda in the one before.
+    contexts: Vec<Context>,
+    diagnostics: Vec<Diagnostic>,
+}
+
+impl Resolver {
+    fn report(&mut self, diagnostic: Diagnostic) {
+        self.diagnostics.push(diagnostic);
+    }
+
+    fn function(&mut self) -> &mut Function {
+        let id = self.contexts.last().map_or(FunctionId::GLOBAL, |context| context.function);
+        &mut self.program.functions[id.0]
+    }
+
+    /// Whether the place belongs to the global code, in a block or not.
+    fn is_global_code(&self) -> bool {
+        self.contexts.last().is_some_and(|context| context.function == FunctionId::GLOBAL)
+    }
+
+    /// Whether a `var` here declares a global.
+    fn is_top_level(&self) -> bool {
+        self.is_global_code()
+            && self.contexts.last().is_some_and(|context| context.blocks.len() == 1)
+    }
+
+    fn name(&mut self, text: &str) -> NameId {
+        self.program.find_name(text).unwrap_or_else(|| {
+            self.program.names.push(Name { text: text.to_owned(), ..Name::default() });
+            NameId(self.program.names.len() - 1)
+        })
+    }
+
+    fn bind(&mut self, name: &str, binding: Binding) {
+        if let Some(block) = self.contexts.last_mut().and_then(|context| context.blocks.last_mut())
+        {
+            block.push((name.to_owned(), binding));
+        }
+    }
+
+    fn unbind(&mut self) {
+        if let Some(block) = self.contexts.last_mut().and_then(|context| context.blocks.last_mut())
+        {
+            block.pop();
+        }
+    }
+
+    fn declare(&mut self, name: &ast::Ident, kind: LocalKind) -> LocalId {
+        let function = self.function();
+        function.locals.push(Local { name: name.name.clone(), span: name.span, kind });
+        LocalId(function.locals.len() - 1)
+    }
+
+    /// What a name means here; `None` for a global. Captures it where it belongs to a function around this one.
+    fn find(&mut self, name: &str) -> Option<Binding> {
+        let owner =
+            (0..self.contexts.len()).rev().find(|&at| self.contexts[at].find(name).is_some())?;
+        let mut binding = self.contexts[owner].find(name)?;
+        for at in owner + 1..self.contexts.len() {
+            let Binding::Local(outer) = binding else { return Some(binding) };
+            let creator = self.contexts[at - 1].function;
+            let span = self.program.function(creator).local(outer).span;
+            let function = &mut self.program.functions[self.contexts[at].function.0];
+            let known = function.captures.iter().position(|capture| *capture == outer);
+            let index = known.unwrap_or_else(|| {
+                function.captures.push(outer);
+                function.captures.len() - 1
+            });
+            let is_it = |local: &Local| matches!(local.kind, LocalKind::Captured { index: i, .. } if i == index);
+            let local = function.locals.iter().position(is_it).unwrap_or_else(|| {
+                let kind = LocalKind::Captured { index, assigned: false };
+                function.locals.push(Local { name: name.to_owned(), span, kind });
+                function.locals.len() - 1
+            });
+            binding = Binding::Local(LocalId(local));
+        }
+        Some(binding)
+    }
+
+    fn stmts(&mut self, stmts: &[ast::Stmt]) -> Vec<Stmt> {
+        let mut resolved = Vec::with_capacity(stmts.len());
+        let mut ended: Option<Span> = None;
+        for stmt in stmts {
+            // A named function exists whether control comes by or not.
+            let runs = !matches!(stmt.kind, ast::StmtKind::Function { .. });
+            if let Some(end) = ended
+                && runs
+            {
+                self.report(
+                    Diagnostic::new(Code::Unreachable, stmt.span, "this code can never run")
+                        .label("unreachable")
+                        .related(end, "the function is left here"),
+                );
+                ended = None;
+            }
+            self.stmt(stmt, &mut resolved);
+            if resolved.last().is_some_and(|last| runs && leaves(last)) {
+                ended = Some(stmt.span);
+            }
+        }
+        resolved
+    }
+
+    fn block(&mut self, block: &ast::Block) -> Block {
+        if let Some(context) = self.contexts.last_mut() {
+            context.blocks.push(Vec::new());
+        }
+        let stmts = self.stmts(&block.stmts);
+        if let Some(context) = self.contexts.last_mut() {
+            context.blocks.pop();
+        }
+        Block { stmts, span: block.span }
+    }
+
+    fn stmt(&mut self, stmt: &ast::Stmt, out: &mut Vec<Stmt>) {
+        let span = stmt.span;
+        match &stmt.kind {
+            ast::StmtKind::Var { name, value } => out.push(self.var(name, value.as_ref(), span)),
+            ast::StmtKind::Function { name, function } => self.named_function(name, function),
+            ast::StmtKind::If { condition, then, otherwise } => {
+                let condition = self.expr(condition);
+                let then = self.block(then);
+                let otherwise =
+                    otherwise.as_ref().map_or_else(Block::default, |block| self.block(block));
+                out.push(Stmt { kind: StmtKind::If { condition, then, otherwise }, span });
+            }
+            ast::StmtKind::While { condition, body } => {
+                let condition = self.expr(condition);
+                let body = self.block(body);
+                out.push(Stmt { kind: StmtKind::While { condition, body, update: None }, span });
+            }
+            ast::StmtKind::For { init, condition, update, body } => {
+                self.stmt(init, out);
+                let condition = self.expr(condition);
+                let mut updates = Vec::new();
+                self.stmt(update, &mut updates);
+                let update = updates.pop().map(Box::new);
+                let body = self.block(body);
+                out.push(Stmt { kind: StmtKind::While { condition, body, update }, span });
+            }
+            ast::StmtKind::Return { value } => {
+                let value = value.as_ref().map(|value| self.expr(value));
+                out.push(Stmt { kind: StmtKind::Return(value), span });
+            }
+            ast::StmtKind::Assign { target, value } => {
+                out.push(self.assign(target, value, span));
+            }
+            ast::StmtKind::Call(call) => {
+                let call = self.expr(call);
+                out.push(Stmt { kind: StmtKind::Call(call), span });
+            }
+        }
+    }
+
+    fn var(&mut self, name: &ast::Ident, value: Option<&ast::Expr>, span: Span) -> Stmt {
+        self.refuse_self(name);
+        if self.is_top_level() {
+            let id = self.name(&name.name);
+            self.program.names[id.0].writes.push(name.span);
+            let target = Expr { kind: ExprKind::Name(id), span: name.span };
+            let nil = Expr { kind: ExprKind::Nil, span };
+            let value = value.map_or(nil, |value| self.expr(value));
+            return Stmt { kind: StmtKind::Assign { target, value }, span };
+        }
+        if let Some(earlier) = self.visible_local(&name.name) {
+            self.report(
+                Diagnostic::new(
+                    Code::DuplicateVariable,
+                    name.span,
+                    format!("there is already a local variable `{}` here", name.name),
+                )
+                .label("declared a second time")
+                .related(earlier, "first declared here")
+                .help("choose another name, or assign it without `var`"),
+            );
+        }
+        self.bind(&name.name, Binding::Unborn);
+        let value = value.map(|value| self.expr(value));
+        self.unbind();
+        let local = self.declare(name, LocalKind::Variable);
+        self.bind(&name.name, Binding::Local(local));
+        Stmt { kind: StmtKind::Var { local, value }, span }
+    }
+
+    /// Where the local variable of that name is declared that can be seen from here, also from inside a lambda.
+    fn visible_local(&self, name: &str) -> Option<Span> {
+        self.contexts.iter().rev().find_map(|context| match context.find(name)? {
+            Binding::Local(local) => {
+                Some(self.program.function(context.function).local(local).span)
+            }
+            Binding::Unborn => None,
+        })
+    }
+
+    fn refuse_self(&mut self, name: &ast::Ident) {
+        if name.name == "self" {
+            self.report(self_assigned(name.span));
+        }
+    }
+
+    fn assign(&mut self, target: &ast::Expr, value: &ast::Expr, span: Span) -> Stmt {
+        let target = match &target.kind {
+            ast::ExprKind::Name(name) => self.assigned_name(name, target.span),
+            _ => self.expr(target),
+        };
+        let value = self.expr(value);
+        Stmt { kind: StmtKind::Assign { target, value }, span }
+    }
+
+    fn assigned_name(&mut self, name: &str, span: Span) -> Expr {
+        if name == "self" {
+            self.report(self_assigned(span));
+            return Expr { kind: ExprKind::Error, span };
+        }
+        let kind = match self.find(name) {
+            Some(Binding::Local(local)) => {
+                self.note_captured_assignment(local, span);
+                ExprKind::Local(local)
+            }
+            // Only a statement assigns, and none can stand in the first value of a variable but in a lambda there.
+            Some(Binding::Unborn) => {
+                self.report(own_initializer(name, span));
+                ExprKind::Error
+            }
+            None => {
+                let id = self.name(name);
+                self.program.names[id.0].writes.push(span);
+                ExprKind::Name(id)
+            }
+        };
+        Expr { kind, span }
+    }
+
+    fn note_captured_assignment(&mut self, local: LocalId, span: Span) {
+        let Some(variable) = self.function().locals.get_mut(local.0) else { return };
+        let LocalKind::Captured { assigned, .. } = &mut variable.kind else { return };
+        let first = !*assigned;
+        *assigned = true;
+        let (name, declared) = (variable.name.clone(), variable.span);
+        if first {
+            self.report(
+                Diagnostic::new(
+                    Code::CaptureAssigned,
+                    span,
+                    format!("this changes only this call's copy of `{name}`"),
+                )
+                .label("the change is lost when the function returns")
+                .related(declared, "the variable that was copied when the function was created")
+                .help("to keep a changing value, capture a table and change a field of it"),
+            );
+        }
+    }
+
+    fn named_function(&mut self, name: &ast::Ident, function: &ast::Function) {
+        let outer = std::mem::take(&mut self.contexts);
+        let id = self.new_function(Some(name.name.clone()), function, None);
+        self.contexts = outer;
+        let name_id = self.name(&name.name);
+        self.program.names[name_id.0].definitions.push((id, name.span));
+    }
+
+    fn new_function(
+        &mut self,
+        name: Option<String>,
+        function: &ast::Function,
+        creator: Option<FunctionId>,
+    ) -> FunctionId {
+        let id = FunctionId(self.program.functions.len());
+        self.program.functions.push(Function {
+            name,
+            span: function.span,
+            parameters: function.params.len(),
+            creator,
+            ..Function::default()
+        });
+        self.contexts.push(Context::new(id));
+        for (number, parameter) in function.params.iter().enumerate() {
+            self.refuse_self(parameter);
+            let earlier = function.params.iter().take(number).find(|p| p.name == parameter.name);
+            if let Some(earlier) = earlier {
+                self.report(
+                    Diagnostic::new(
+                        Code::DuplicateParameter,
+                        parameter.span,
+                        format!("two parameters are called `{}`", parameter.name),
+                    )
+                    .label("used a second time")
+                    .related(earlier.span, "first used here"),
+                );
+            }
+            let local = self.declare(parameter, LocalKind::Parameter(number));
+            self.bind(&parameter.name, Binding::Local(local));
+        }
+        // The body shares the block of the parameters: a `var` cannot take a parameter's name.
+        let body = self.stmts(&function.body.stmts);
+        self.contexts.pop();
+        self.program.functions[id.0].body = body;
+        id
+    }
+
+    fn boxed(&mut self, expr: &ast::Expr) -> Box<Expr> {
+        Box::new(self.expr(expr))
+    }
+
+    fn expr(&mut self, expr: &ast::Expr) -> Expr {
+        Expr { kind: self.expr_kind(expr), span: expr.span }
+    }
+
+    fn expr_kind(&mut self, expr: &ast::Expr) -> ExprKind {
+        match &expr.kind {
+            ast::ExprKind::Nil => ExprKind::Nil,
+            ast::ExprKind::Int(value) => ExprKind::Int(*value),
+            ast::ExprKind::Float(value) => ExprKind::Float(*value),
+            ast::ExprKind::Str(text) => ExprKind::Str(text.clone()),
+            ast::ExprKind::Name(name) => self.name_read(name, expr.span),
+            ast::ExprKind::Field { object, key } => ExprKind::Field {
+                object: self.boxed(object),
+                key: key.name.clone(),
+                key_span: key.span,
+            },
+            ast::ExprKind::Index { object, index } => {
+                let (object, index) = (self.boxed(object), self.boxed(index));
+                // `t["x"]` is `t.x`.
+                match index.kind {
+                    ExprKind::Str(key) => ExprKind::Field { object, key, key_span: index.span },
+                    _ => ExprKind::Index { object, index },
+                }
+            }
+            ast::ExprKind::Call { callee, args } => {
+                let callee = self.callee(callee);
+                let args = args.iter().map(|arg| self.expr(arg)).collect();
+                ExprKind::Call { callee: Box::new(callee), args }
+            }
+            ast::ExprKind::Table(fields) => {
+                ExprKind::Table(fields.iter().map(|field| self.field(field)).collect())
+            }
+            ast::ExprKind::Lambda(function) => {
+                let creator = self.contexts.last().map(|context| context.function);
+                ExprKind::Lambda(self.new_function(None, function, creator))
+            }
+            ast::ExprKind::Unary { op: UnaryOp::Plus, operand } => self.expr(operand).kind,
+            ast::ExprKind::Unary { op, operand } => {
+                ExprKind::Unary { op: *op, operand: self.boxed(operand) }
+            }
+            ast::ExprKind::Binary { op, left, right } => {
+                ExprKind::Binary { op: *op, left: self.boxed(left), right: self.boxed(right) }
+            }
+            ast::ExprKind::Paren(inner) => self.expr(inner).kind,
+            ast::ExprKind::Error => ExprKind::Error,
+        }
+    }
+
+    fn field(&mut self, field: &ast::TableField) -> (Expr, Expr) {
+        let kind = match &field.key {
+            ast::FieldKey::Name(name) => ExprKind::Str(name.clone()),
+            ast::FieldKey::Int(value) => ExprKind::Int(*value),
+            ast::FieldKey::Float(value) => ExprKind::Float(*value),
+        };
+        (Expr { kind, span: field.key_span }, self.expr(&field.value))
+    }
+
+    fn callee(&mut self, callee: &ast::Expr) -> Expr {
+        let resolved = self.expr(callee);
+        // A call is counted apart from other uses of the name.
+        if let ExprKind::Name(id) = resolved.kind {
+            let name = &mut self.program.names[id.0];
+            name.reads.pop();
+            name.calls.push(resolved.span);
+        }
+        resolved
+    }
+
+    fn name_read(&mut self, name: &str, span: Span) -> ExprKind {
+        if name == "self" {
+            if self.is_global_code() {
+                self.report(self_is_nil(span, "outside functions `self` is always nil"));
+                return ExprKind::Nil;
+            }
+            self.function().uses_self = true;
+            return ExprKind::SelfValue;
+        }
+        match self.find(name) {
+            Some(Binding::Local(local)) => ExprKind::Local(local),
+            Some(Binding::Unborn) => {
+                self.report(own_initializer(name, span));
+                ExprKind::Nil
+            }
+            None => {
+                let id = self.name(name);
+                self.program.names[id.0].reads.push(span);
+                ExprKind::Name(id)
+            }
+        }
+    }
+}
+
+/// Whether control never comes behind the statement.
+fn leaves(stmt: &Stmt) -> bool {
+    let block_leaves = |block: &Block| block.stmts.iter().any(leaves);
+    match &stmt.kind {
+        StmtKind::Return(_) => true,
+        StmtKind::If { then, otherwise, .. } => block_leaves(then) && block_leaves(otherwise),
+        _ => false,
+    }
+}
+
+/// The warning for a `self` that is always nil.
+pub fn self_is_nil(span: Span, message: &str) -> Diagnostic {
+    Diagnostic::new(Code::SelfIsNil, span, message)
+        .label("nil")
+        .help("`self` is the table `t` inside a function called as `t.f()`")
+}
+
+fn self_assigned(span: Span) -> Diagnostic {
+    Diagnostic::new(Code::SelfAssigned, span, "`self` cannot be declared or assigned")
+        .label("`self` is set by the call `t.f()`")
+        .help("use another name")
+}
+
+fn own_initializer(name: &str, span: Span) -> Diagnostic {
+    Diagnostic::new(
+        Code::OwnInitializer,
+        span,
+        format!("`{name}` is nil while its own first value is computed"),
+    )
+    .label("nil here")
+    .help(
+        "give the new variable another name; a function that calls itself must be a named function or stand in a \
+         global or a field",
+    )
+}

@@ -1,0 +1,65 @@
+//! What the robots offer to the script: those of one robot, or of every known robot when none is named.
+
+use bittybuzz_robots::{Function, Robot};
+use bittybuzz_vm_core::builtin::{self, Library};
+
+/// The robots that a script is compiled for.
+#[derive(Debug, Clone, Copy)]
+pub struct Robots<'a> {
+    /// The robot that the script is built for; `None` to accept what any robot accepts.
+    pub target: Option<&'a Robot>,
+    /// Every robot that is known.
+    pub known: &'a [Robot],
+}
+
+impl<'a> Robots<'a> {
+    /// The robots that run the script.
+    fn targets(self) -> impl Iterator<Item = &'a Robot> {
+        let any: &[Robot] = if self.target.is_some() { &[] } else { self.known };
+        self.target.into_iter().chain(any)
+    }
+
+    /// The functions of that name on the robots that run the script; more than one only where no robot is named.
+    pub fn functions(self, name: &str) -> Vec<&'a Function> {
+        self.targets().filter_map(|robot| robot.function(name)).collect()
+    }
+
+    /// Whether the table exists on a robot that runs the script.
+    pub fn has_table(self, name: &str) -> bool {
+        self.targets().any(|robot| robot.table(name).is_some())
+    }
+
+    /// Whether the field of a table exists on a robot that runs the script.
+    pub fn has_field(self, table: &str, field: &str) -> bool {
+        let mut tables = self.targets().filter_map(|robot| robot.table(table));
+        tables.any(|table| table.fields.iter().any(|known| known.name == field))
+    }
+
+    /// Titles of the other robots that have a function or table of that name.
+    pub fn elsewhere(self, name: &str) -> Vec<&'a str> {
+        let has = |robot: &&Robot| robot.function(name).is_some() || robot.table(name).is_some();
+        self.known.iter().filter(has).map(|robot| robot.title.as_str()).collect()
+    }
+
+    /// Every name that a robot that runs the script has.
+    pub fn names(self) -> impl Iterator<Item = &'a str> {
+        self.targets().flat_map(|robot| {
+            let functions = robot.functions.iter().map(|function| function.name.as_str());
+            functions.chain(robot.tables.iter().map(|table| table.name.as_str()))
+        })
+    }
+
+    /// The members of a library that exist for the script.
+    pub fn members(self, library: Library) -> impl Iterator<Item = &'static builtin::Info> {
+        let of_library = builtin::TABLE.iter().filter(move |info| info.library == library);
+        of_library.filter(move |info| match (library, library.global_name()) {
+            (Library::Position, Some(table)) => self.has_field(table, info.name),
+            _ => true,
+        })
+    }
+
+    /// The member of a library with that name, if it exists for the script.
+    pub fn member(self, library: Library, name: &str) -> Option<&'static builtin::Info> {
+        self.members(library).find(|info| info.name == name)
+    }
+}

@@ -1,0 +1,287 @@
+//! The script with its names resolved: what [`super::resolve`] makes of the syntax tree, and what checks and code
+//! generator work on.
+//!
+//! Functions lie in one list; number 0 is the global code. Parentheses are gone, `for` is a `while` with an update.
+
+use crate::ast::{BinaryOp, UnaryOp};
+use crate::source::Span;
+
+/// Index into [`Program::functions`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct FunctionId(pub usize);
+
+/// Index into [`Program::names`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct NameId(pub usize);
+
+/// Index into [`Function::locals`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct LocalId(pub usize);
+
+impl FunctionId {
+    /// The global code.
+    pub const GLOBAL: FunctionId = FunctionId(0);
+}
+
+/// A whole script.
+#[derive(Debug, Clone, Default)]
+pub struct Program {
+    /// Number 0 is the global code; a lambda comes after the function that creates it.
+    pub functions: Vec<Function>,
+    /// Names that are no locals, in order of first appearance.
+    pub names: Vec<Name>,
+}
+
+impl Program {
+    /// The function with that number.
+    pub fn function(&self, id: FunctionId) -> &Function {
+        &self.functions[id.0]
+    }
+
+    /// The name with that number.
+    pub fn name(&self, id: NameId) -> &Name {
+        &self.names[id.0]
+    }
+
+    /// The number of a name that occurs in the script.
+    pub fn find_name(&self, text: &str) -> Option<NameId> {
+        self.names.iter().position(|name| name.text == text).map(NameId)
+    }
+}
+
+/// A name that is no local, and where the script uses it.
+#[derive(Debug, Clone, Default)]
+pub struct Name {
+    /// As written.
+    pub text: String,
+    /// Places that read it, but for direct calls.
+    pub reads: Vec<Span>,
+    /// Places that call it directly.
+    pub calls: Vec<Span>,
+    /// Places that assign it, `var` at the top level included.
+    pub writes: Vec<Span>,
+    /// Named functions of that name, in order.
+    pub definitions: Vec<(FunctionId, Span)>,
+}
+
+/// A named function, a lambda, or the global code.
+#[derive(Debug, Clone, Default)]
+pub struct Function {
+    /// `None` for a lambda and for the global code.
+    pub name: Option<String>,
+    /// From `function` to the closing brace.
+    pub span: Span,
+    /// Number of parameters; they are the first locals.
+    pub parameters: usize,
+    /// Parameters, variables and captured values.
+    pub locals: Vec<Local>,
+    /// Locals of the creating function that are captured, in the order of their numbers.
+    pub captures: Vec<LocalId>,
+    /// `self` occurs in it, or in a lambda that takes its self from here.
+    pub uses_self: bool,
+    /// The function that creates this lambda.
+    pub creator: Option<FunctionId>,
+    /// Statements.
+    pub body: Vec<Stmt>,
+}
+
+impl Function {
+    /// The local with that number.
+    pub fn local(&self, id: LocalId) -> &Local {
+        &self.locals[id.0]
+    }
+}
+
+/// A local variable.
+#[derive(Debug, Clone)]
+pub struct Local {
+    /// As written.
+    pub name: String,
+    /// Where it is declared.
+    pub span: Span,
+    /// What it is.
+    pub kind: LocalKind,
+}
+
+/// What a local variable is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LocalKind {
+    /// Parameter number, from 0.
+    Parameter(usize),
+    /// `var`
+    Variable,
+    /// A captured value: its number, and whether the lambda assigns it, which needs a copy.
+    Captured {
+        /// Position in [`Function::captures`].
+        index: usize,
+        /// The lambda assigns it.
+        assigned: bool,
+    },
+}
+
+/// A statement.
+#[derive(Debug, Clone)]
+pub struct Stmt {
+    /// What it does.
+    pub kind: StmtKind,
+    /// Its source.
+    pub span: Span,
+}
+
+/// What a statement does.
+#[derive(Debug, Clone)]
+pub enum StmtKind {
+    /// Declares a local; a `var` that declares a global is an [`StmtKind::Assign`].
+    Var {
+        /// The local.
+        local: LocalId,
+        /// nil without.
+        value: Option<Expr>,
+    },
+    /// Assigns.
+    Assign {
+        /// [`ExprKind::Local`], [`ExprKind::Name`], [`ExprKind::Field`] or [`ExprKind::Index`].
+        target: Expr,
+        /// The new value.
+        value: Expr,
+    },
+    /// `if`
+    If {
+        /// The condition.
+        condition: Expr,
+        /// If it is true.
+        then: Block,
+        /// If it is false.
+        otherwise: Block,
+    },
+    /// `while`, or what follows the first part of a `for`.
+    While {
+        /// The condition.
+        condition: Expr,
+        /// The body.
+        body: Block,
+        /// The last part of a `for`.
+        update: Option<Box<Stmt>>,
+    },
+    /// Leaves the function.
+    Return(Option<Expr>),
+    /// A call for its effect.
+    Call(Expr),
+}
+
+/// Statements whose `var`s end with them.
+#[derive(Debug, Clone, Default)]
+pub struct Block {
+    /// The statements.
+    pub stmts: Vec<Stmt>,
+    /// Its source.
+    pub span: Span,
+}
+
+/// An expression.
+#[derive(Debug, Clone)]
+pub struct Expr {
+    /// What it computes.
+    pub kind: ExprKind,
+    /// Its source.
+    pub span: Span,
+}
+
+/// What an expression computes.
+#[derive(Debug, Clone)]
+pub enum ExprKind {
+    /// nil
+    Nil,
+    /// An integer literal.
+    Int(i64),
+    /// A float literal.
+    Float(f64),
+    /// A string literal.
+    Str(String),
+    /// A local variable.
+    Local(LocalId),
+    /// Any other name.
+    Name(NameId),
+    /// `self` inside a function.
+    SelfValue,
+    /// `object.key`
+    Field {
+        /// The table.
+        object: Box<Expr>,
+        /// Name of the field.
+        key: String,
+        /// Where the name stands.
+        key_span: Span,
+    },
+    /// `object[index]`
+    Index {
+        /// The table.
+        object: Box<Expr>,
+        /// The key.
+        index: Box<Expr>,
+    },
+    /// `callee(args)`; a callee that is a field or an element makes its table the `self` of the call.
+    Call {
+        /// What is called.
+        callee: Box<Expr>,
+        /// Its arguments.
+        args: Vec<Expr>,
+    },
+    /// A table literal.
+    Table(Vec<(Expr, Expr)>),
+    /// A lambda.
+    Lambda(FunctionId),
+    /// An operation on one value.
+    Unary {
+        /// The operation; never [`UnaryOp::Plus`].
+        op: UnaryOp,
+        /// The value.
+        operand: Box<Expr>,
+    },
+    /// An operation on two values.
+    Binary {
+        /// The operation.
+        op: BinaryOp,
+        /// Evaluated first.
+        left: Box<Expr>,
+        /// Evaluated second.
+        right: Box<Expr>,
+    },
+    /// Source that could not be understood; an error was reported.
+    Error,
+}
+
+/// Calls `visit` for every expression directly below this one.
+pub fn children<'a>(expr: &'a Expr, mut visit: impl FnMut(&'a Expr)) {
+    match &expr.kind {
+        ExprKind::Field { object, .. } => visit(object),
+        ExprKind::Index { object, index } => {
+            visit(object);
+            visit(index);
+        }
+        ExprKind::Call { callee, args } => {
+            visit(callee);
+            args.iter().for_each(visit);
+        }
+        ExprKind::Table(entries) => {
+            for (key, value) in entries {
+                visit(key);
+                visit(value);
+            }
+        }
+        ExprKind::Unary { operand, .. } => visit(operand),
+        ExprKind::Binary { left, right, .. } => {
+            visit(left);
+            visit(right);
+        }
+        ExprKind::Nil
+        | ExprKind::Int(_)
+        | ExprKind::Float(_)
+        | ExprKind::Str(_)
+        | ExprKind::Local(_)
+        | ExprKind::Name(_)
+        | ExprKind::SelfValue
+        | ExprKind::Lambda(_)
+        | ExprKind::Error => {}
+    }
+}

@@ -1,0 +1,596 @@
+//! Assembler for one function of an image.
+//!
+//! [`FunctionBuilder`] takes instructions in order and gives the bytes of the function, following every rule that
+//! the verifier checks (`docs/image-format.md`): it counts the depth of the operand stack, drops instructions that
+//! nothing can reach, picks the shortest form of every operand and lets loops be entered in the one allowed way. It
+//! knows nothing of the syntax tree, so that every producer of images can use it.
+
+use bittybuzz_vm_core::opcode::{self, DROP_RESULT, Operand, SHORTS, Trailer, WIDE};
+
+use crate::source::Span;
+
+/// The most parameters that a function header can name.
+pub const MAX_PARAMETERS: usize = 31;
+/// The most slots that a function may need above its frame record.
+pub const MAX_DEPTH: usize = 200;
+/// The most arguments that a call of a built-in or robot function can name.
+pub const MAX_ARGUMENTS: usize = 127;
+/// The most values that a closure can capture, its self included.
+pub const MAX_CAPTURES: usize = 199;
+
+/// What the header of a function says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Shape {
+    /// Number of parameters.
+    pub parameters: usize,
+    /// The function has captured values; its first hidden slot is the closure.
+    pub captures: bool,
+    /// The function uses `self`, in the next hidden slot.
+    pub uses_self: bool,
+}
+
+impl Shape {
+    /// Hidden slots at the bottom of the frame.
+    pub fn hidden(self) -> usize {
+        usize::from(self.captures) + usize::from(self.uses_self)
+    }
+
+    /// Number of the local that holds the closure's or caller's self, if the function uses it.
+    pub fn self_local(self) -> i32 {
+        1 + i32::from(self.captures)
+    }
+}
+
+/// A place that jumps lead to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Label(usize);
+
+/// Why a function cannot be assembled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AsmErrorKind {
+    /// More than [`MAX_PARAMETERS`] parameters.
+    TooManyParameters,
+    /// More than [`MAX_DEPTH`] slots.
+    TooDeep,
+    /// More than [`MAX_ARGUMENTS`] arguments or [`MAX_CAPTURES`] captured values.
+    TooManyArguments,
+    /// An operand outside -32768 to 32767.
+    OperandRange,
+    /// A jump over more than 32767 bytes.
+    JumpTooFar,
+    /// The byte is no opcode of that form: a mistake of the caller.
+    BadOpcode,
+    /// More values are taken from the stack than it has: a mistake of the caller.
+    Underflow,
+    /// Two ways to one instruction leave different numbers of values: a mistake of the caller.
+    DepthMismatch,
+    /// A jump to a label that was never bound, or backwards to one that starts no loop: a mistake of the caller.
+    BadLabel,
+}
+
+/// Why and where a function cannot be assembled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AsmError {
+    /// The cause.
+    pub kind: AsmErrorKind,
+    /// Source of the instruction.
+    pub span: Span,
+}
+
+/// An assembled function.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FunctionCode {
+    /// Header and instructions.
+    pub bytes: Vec<u8>,
+    /// Where the instructions come from: offset in `bytes` of the first of a run with one span; ascending.
+    pub lines: Vec<(usize, Span)>,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Argument {
+    Value(i16),
+    Target(Label),
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Item {
+    opcode: u8,
+    argument: Argument,
+    trailer: [u8; 4],
+    trailer_length: usize,
+    span: Span,
+    /// This `JUMP` enters the loop whose head follows it.
+    enters: Option<Label>,
+    /// Replaced by nothing; stays in the list so that labels keep their position.
+    removed: bool,
+    /// A jump that needs the wide form.
+    wide: bool,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct LabelState {
+    /// Index of the instruction it stands before.
+    position: Option<usize>,
+    /// Depth with which jumps arrive.
+    depth: Option<usize>,
+    is_loop_head: bool,
+}
+
+/// Builds one function.
+#[derive(Debug)]
+pub struct FunctionBuilder {
+    shape: Shape,
+    word_bytes: usize,
+    items: Vec<Item>,
+    labels: Vec<LabelState>,
+    depth: usize,
+    deepest: usize,
+    reachable: bool,
+    error: Option<AsmError>,
+}
+
+impl FunctionBuilder {
+    /// A function without instructions yet. `word_bytes` is the profile's size of a literal; `span` is where an
+    /// impossible shape is reported.
+    pub fn new(shape: Shape, word_bytes: usize, span: Span) -> Self {
+        let mut builder = FunctionBuilder {
+            shape,
+            word_bytes,
+            items: Vec::new(),
+            labels: Vec::new(),
+            depth: shape.hidden(),
+            deepest: shape.hidden(),
+            reachable: true,
+            error: None,
+        };
+        if shape.parameters > MAX_PARAMETERS {
+            builder.fail(AsmErrorKind::TooManyParameters, span);
+        }
+        builder
+    }
+
+    /// Slots in use above the frame record. The next value pushed is local number `depth() + 1`.
+    pub fn depth(&self) -> usize {
+        self.depth
+    }
+
+    /// Whether control can come here; instructions are dropped where it cannot.
+    pub fn is_reachable(&self) -> bool {
+        self.reachable
+    }
+
+    /// An instruction without operand.
+    pub fn plain(&mut self, opcode: u8, span: Span) {
+        self.push(opcode, Argument::Value(0), &[], (0, 0), span);
+    }
+
+    /// An instruction with an operand and without trailer.
+    pub fn operand(&mut self, opcode: u8, operand: i32, span: Span) {
+        let counted = match opcode {
+            opcode::CALL | opcode::CALL_METHOD | opcode::POP_N => {
+                usize::try_from(operand).unwrap_or(0)
+            }
+            _ => 0,
+        };
+        let argument = self.value(operand, span);
+        self.push(opcode, argument, &[], (counted, 0), span);
+    }
+
+    /// `CALL_FUNCTION` with the number of parameters of that function.
+    pub fn call_function(&mut self, function: i32, parameters: usize, span: Span) {
+        let argument = self.value(function, span);
+        self.push(opcode::CALL_FUNCTION, argument, &[], (parameters, 0), span);
+    }
+
+    /// `CALL_BUILTIN` or `CALL_ROBOT`, with or without its result.
+    pub fn call_native(
+        &mut self,
+        opcode: u8,
+        number: i32,
+        arguments: usize,
+        drop: bool,
+        span: Span,
+    ) {
+        let argument = self.value(number, span);
+        if arguments > MAX_ARGUMENTS {
+            self.fail(AsmErrorKind::TooManyArguments, span);
+        }
+        let count = arguments.min(MAX_ARGUMENTS) as u8 | if drop { DROP_RESULT } else { 0 };
+        self.push(opcode, argument, &[count], (arguments, usize::from(drop)), span);
+    }
+
+    /// `CLOSURE`; the captured values, self first if the function uses it, are on the stack.
+    pub fn closure(&mut self, function: i32, captures: usize, span: Span) {
+        let argument = self.value(function, span);
+        if captures > MAX_CAPTURES {
+            self.fail(AsmErrorKind::TooManyArguments, span);
+        }
+        let count = captures.min(MAX_CAPTURES) as u8;
+        self.push(opcode::CLOSURE, argument, &[count], (captures, 0), span);
+    }
+
+    /// `LOCAL_ADD`
+    pub fn local_add(&mut self, local: i32, immediate: i8, span: Span) {
+        let argument = self.value(local, span);
+        self.push(opcode::LOCAL_ADD, argument, &immediate.to_le_bytes(), (0, 0), span);
+    }
+
+    /// An integer literal of the profile, in its shortest form.
+    pub fn int(&mut self, value: i32, span: Span) {
+        if i16::try_from(value).is_ok() {
+            self.operand(opcode::INT, value, span);
+        } else {
+            self.word(opcode::INT_WORD, value as u32, span);
+        }
+    }
+
+    /// `FLOAT` or `INT_WORD` with the payload of the profile.
+    pub fn word(&mut self, opcode: u8, bits: u32, span: Span) {
+        let bytes = bits.to_le_bytes();
+        let trailer = bytes.get(..self.word_bytes).unwrap_or(&bytes);
+        self.push(opcode, Argument::Value(0), trailer, (0, 0), span);
+    }
+
+    /// Takes `count` values from the stack.
+    pub fn pop(&mut self, count: usize, span: Span) {
+        match count {
+            0 => {}
+            1 => self.plain(opcode::POP, span),
+            _ => self.operand(opcode::POP_N, count as i32, span),
+        }
+    }
+
+    /// Leaves the function with the value on top of the stack.
+    pub fn ret(&mut self, span: Span) {
+        self.operand(opcode::RETURN, self.shape.parameters as i32, span);
+    }
+
+    /// Leaves the function with nil.
+    pub fn ret_nil(&mut self, span: Span) {
+        self.operand(opcode::RETURN_NIL, self.shape.parameters as i32, span);
+    }
+
+    /// A new label, to be bound later.
+    pub fn label(&mut self) -> Label {
+        self.labels.push(LabelState::default());
+        Label(self.labels.len() - 1)
+    }
+
+    /// Any jump, `AND` and `OR`; backwards only to a label of [`FunctionBuilder::loop_head`].
+    pub fn jump(&mut self, opcode: u8, target: Label, span: Span) {
+        if !self.reachable {
+            return;
+        }
+        self.push(opcode, Argument::Target(target), &[], (0, 0), span);
+        // AND and OR put their result back where they jump.
+        let kept = usize::from(matches!(opcode, opcode::AND | opcode::OR));
+        self.arrive(target, self.depth + kept, span);
+    }
+
+    /// Binds a label to the next instruction.
+    pub fn bind(&mut self, label: Label, span: Span) {
+        let Some(state) = self.labels.get_mut(label.0) else {
+            return self.fail(AsmErrorKind::BadLabel, span);
+        };
+        if state.position.is_some() {
+            return self.fail(AsmErrorKind::BadLabel, span);
+        }
+        state.position = Some(self.items.len());
+        match state.depth {
+            Some(depth) if self.reachable && depth != self.depth => {
+                self.fail(AsmErrorKind::DepthMismatch, span);
+            }
+            Some(depth) => {
+                self.depth = depth;
+                self.reachable = true;
+            }
+            // Nothing jumps here yet, and only the head of a loop may be jumped to from behind.
+            None => {}
+        }
+    }
+
+    /// Starts a loop: jumps to `entry`, or to the first instruction of the loop without, and gives the label of
+    /// that first instruction for the jump back.
+    pub fn loop_head(&mut self, entry: Option<Label>, span: Span) -> Label {
+        let head = self.label();
+        let reachable = self.reachable;
+        if reachable {
+            self.jump(opcode::JUMP, entry.unwrap_or(head), span);
+            if let Some(item) = self.items.last_mut() {
+                item.enters = Some(head);
+            }
+        }
+        let (position, depth) = (self.items.len(), self.depth);
+        if let Some(state) = self.labels.get_mut(head.0) {
+            *state =
+                LabelState { position: Some(position), depth: Some(depth), is_loop_head: true };
+        }
+        self.reachable = reachable;
+        head
+    }
+
+    /// The function's bytes. Where its end can be reached it returns nil, for which `end` is the source.
+    pub fn finish(mut self, end: Span) -> Result<FunctionCode, AsmError> {
+        if self.reachable {
+            self.ret_nil(end);
+        }
+        if let Some(error) = self.error {
+            return Err(error);
+        }
+        self.check_jumps()?;
+        self.shorten_jumps();
+        let offsets = self.layout()?;
+        self.encode(&offsets)
+    }
+
+    fn value(&mut self, operand: i32, span: Span) -> Argument {
+        match i16::try_from(operand) {
+            Ok(operand) => Argument::Value(operand),
+            Err(_) => {
+                self.fail(AsmErrorKind::OperandRange, span);
+                Argument::Value(0)
+            }
+        }
+    }
+
+    fn fail(&mut self, kind: AsmErrorKind, span: Span) {
+        // The first is the cause of those that follow.
+        self.error.get_or_insert(AsmError { kind, span });
+    }
+
+    /// Appends an instruction. `counted` values are popped beyond those of the table, and `dropped` of those that
+    /// it would push are not.
+    fn push(
+        &mut self,
+        opcode: u8,
+        argument: Argument,
+        trailer: &[u8],
+        (counted, dropped): (usize, usize),
+        span: Span,
+    ) {
+        if !self.reachable {
+            return;
+        }
+        let Some(effect) = opcode::effect(opcode) else {
+            return self.fail(AsmErrorKind::BadOpcode, span);
+        };
+        let expected = match effect.trailer {
+            Trailer::None => 0,
+            Trailer::Arguments | Trailer::Captures | Trailer::Immediate => 1,
+            Trailer::Word => self.word_bytes,
+        };
+        let is_jump = matches!(argument, Argument::Target(_));
+        if expected != trailer.len() || is_jump != (effect.operand == Operand::Jump) {
+            return self.fail(AsmErrorKind::BadOpcode, span);
+        }
+        let Some(left) = self.depth.checked_sub(usize::from(effect.pops) + counted) else {
+            return self.fail(AsmErrorKind::Underflow, span);
+        };
+        if left < self.shape.hidden() {
+            return self.fail(AsmErrorKind::Underflow, span);
+        }
+        self.depth = left + usize::from(effect.pushes) - dropped.min(usize::from(effect.pushes));
+        self.deepest = self.deepest.max(self.depth);
+        if self.deepest > MAX_DEPTH {
+            self.fail(AsmErrorKind::TooDeep, span);
+        }
+        let mut bytes = [0; 4];
+        for (to, from) in bytes.iter_mut().zip(trailer) {
+            *to = *from;
+        }
+        self.items.push(Item {
+            opcode,
+            argument,
+            trailer: bytes,
+            trailer_length: trailer.len(),
+            span,
+            enters: None,
+            removed: false,
+            wide: false,
+        });
+        if is_terminator(opcode) {
+            self.reachable = false;
+        }
+    }
+
+    fn arrive(&mut self, target: Label, depth: usize, span: Span) {
+        let mismatch = match self.labels.get_mut(target.0) {
+            None => return self.fail(AsmErrorKind::BadLabel, span),
+            Some(state) => {
+                let backward = state.position.is_some();
+                if backward && !state.is_loop_head {
+                    return self.fail(AsmErrorKind::BadLabel, span);
+                }
+                *state.depth.get_or_insert(depth) != depth
+            }
+        };
+        if mismatch {
+            self.fail(AsmErrorKind::DepthMismatch, span);
+        }
+    }
+
+    /// The instruction that a label stands before; those that were removed are skipped.
+    fn target(&self, label: Label) -> Option<usize> {
+        let position = self.labels.get(label.0)?.position?;
+        (position..self.items.len())
+            .find(|&at| self.items.get(at).is_some_and(|item| !item.removed))
+    }
+
+    fn check_jumps(&self) -> Result<(), AsmError> {
+        for item in &self.items {
+            if let Argument::Target(label) = item.argument
+                && self.target(label).is_none()
+            {
+                return Err(AsmError { kind: AsmErrorKind::BadLabel, span: item.span });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a jump other than the one that enters the loop leads to that label.
+    fn is_repeated(&self, head: Label) -> bool {
+        self.items.iter().any(|item| {
+            !item.removed
+                && item.enters != Some(head)
+                && matches!(item.argument, Argument::Target(label) if label == head)
+        })
+    }
+
+    /// Removes jumps to the next instruction, returns nil at once instead of jumping to where nil is returned, and
+    /// drops a last `RETURN_NIL` that nothing reaches any more.
+    fn shorten_jumps(&mut self) {
+        for at in 0..self.items.len() {
+            let Some(item) = self.items.get(at).copied() else { continue };
+            let Argument::Target(label) = item.argument else { continue };
+            let needed = item.enters.is_some_and(|head| self.is_repeated(head));
+            if item.opcode != opcode::JUMP || needed {
+                continue;
+            }
+            let Some(to) = self.target(label) else { continue };
+            let between = self.items.get(at + 1..to).unwrap_or_default();
+            let is_next = to > at && between.iter().all(|item| item.removed);
+            let returns =
+                self.items.get(to).copied().filter(|item| item.opcode == opcode::RETURN_NIL);
+            if let Some(item) = self.items.get_mut(at) {
+                if is_next {
+                    item.removed = true;
+                } else if let Some(returns) = returns {
+                    *item = returns;
+                }
+            }
+        }
+        let Some(last) = self.items.len().checked_sub(1) else { return };
+        let follows_terminator = self
+            .items
+            .get(..last)
+            .and_then(|before| before.iter().rev().find(|item| !item.removed))
+            .is_some_and(|item| is_terminator(item.opcode));
+        let is_target = self.items.iter().any(|item| match item.argument {
+            Argument::Target(label) => !item.removed && self.target(label) == Some(last),
+            Argument::Value(_) => false,
+        });
+        if let Some(item) = self.items.get_mut(last)
+            && item.opcode == opcode::RETURN_NIL
+            && follows_terminator
+            && !is_target
+        {
+            item.removed = true;
+        }
+    }
+
+    /// Offsets of all instructions and of the end, counted from the first one. A jump starts narrow and grows
+    /// where it must; growing only ever makes other jumps longer, so this ends.
+    fn layout(&mut self) -> Result<Vec<usize>, AsmError> {
+        loop {
+            let mut offsets = Vec::with_capacity(self.items.len() + 1);
+            let mut offset = 0;
+            for item in &self.items {
+                offsets.push(offset);
+                offset += length(item);
+            }
+            offsets.push(offset);
+            let mut grown = Vec::new();
+            for (at, item) in self.items.iter().enumerate() {
+                let Argument::Target(label) = item.argument else { continue };
+                if item.removed {
+                    continue;
+                }
+                let distance = self.distance(&offsets, at, label);
+                if i16::try_from(distance).is_err() {
+                    return Err(AsmError { kind: AsmErrorKind::JumpTooFar, span: item.span });
+                }
+                if !item.wide && i8::try_from(distance).is_err() {
+                    grown.push(at);
+                }
+            }
+            if grown.is_empty() {
+                return Ok(offsets);
+            }
+            for at in grown {
+                if let Some(item) = self.items.get_mut(at) {
+                    item.wide = true;
+                }
+            }
+        }
+    }
+
+    /// From the end of the jump at `at` to its target.
+    fn distance(&self, offsets: &[usize], at: usize, label: Label) -> i64 {
+        let offset = |index: usize| offsets.get(index).map_or(0, |&offset| offset as i64);
+        let target = self.target(label).unwrap_or(self.items.len());
+        offset(target) - offset(at + 1)
+    }
+
+    fn encode(&self, offsets: &[usize]) -> Result<FunctionCode, AsmError> {
+        let flags = u8::from(self.shape.captures) << 6 | u8::from(self.shape.uses_self) << 7;
+        let mut bytes = vec![self.shape.parameters as u8 | flags, self.deepest as u8];
+        let mut lines: Vec<(usize, Span)> = Vec::new();
+        for (at, item) in self.items.iter().enumerate() {
+            if item.removed {
+                continue;
+            }
+            if lines.last().is_none_or(|(_, span)| *span != item.span) {
+                lines.push((bytes.len(), item.span));
+            }
+            match item.argument {
+                Argument::Value(_) if item.opcode < 0x40 => bytes.push(item.opcode),
+                Argument::Value(operand) => encode_operand(&mut bytes, item.opcode, operand),
+                Argument::Target(label) => {
+                    let distance = self.distance(offsets, at, label);
+                    let Ok(distance) = i16::try_from(distance) else {
+                        return Err(AsmError { kind: AsmErrorKind::JumpTooFar, span: item.span });
+                    };
+                    let [low, high] = distance.to_le_bytes();
+                    if item.wide {
+                        bytes.extend([item.opcode | WIDE, low, high]);
+                    } else {
+                        bytes.extend([item.opcode, low]);
+                    }
+                }
+            }
+            bytes.extend(item.trailer.iter().take(item.trailer_length));
+        }
+        Ok(FunctionCode { bytes, lines })
+    }
+}
+
+fn is_terminator(opcode: u8) -> bool {
+    matches!(opcode, opcode::JUMP | opcode::RETURN | opcode::RETURN_NIL)
+}
+
+fn length(item: &Item) -> usize {
+    if item.removed {
+        return 0;
+    }
+    let own = match item.argument {
+        Argument::Value(_) if item.opcode < 0x40 => 1,
+        Argument::Value(operand) => {
+            if short_form(item.opcode, operand).is_some() {
+                1
+            } else if i8::try_from(operand).is_ok() {
+                2
+            } else {
+                3
+            }
+        }
+        Argument::Target(_) => 2 + usize::from(item.wide),
+    };
+    own + item.trailer_length
+}
+
+fn short_form(opcode: u8, operand: i16) -> Option<u8> {
+    let form = SHORTS.iter().find(|form| form.opcode == opcode)?;
+    let step = u8::try_from(operand.checked_sub(form.low)?).ok()?;
+    (step < form.count).then(|| form.first + step)
+}
+
+fn encode_operand(bytes: &mut Vec<u8>, opcode: u8, operand: i16) {
+    let [low, high] = operand.to_le_bytes();
+    if let Some(byte) = short_form(opcode, operand) {
+        bytes.push(byte);
+    } else if i8::try_from(operand).is_ok() {
+        bytes.extend([opcode, low]);
+    } else {
+        bytes.extend([opcode | WIDE, low, high]);
+    }
+}

@@ -1,0 +1,187 @@
+//! Arithmetic on constants, exactly as the virtual machine does it in the profile of the image.
+
+use bittybuzz_vm_core::number::{Full, Profile as _, Tiny};
+
+use crate::ast::{BinaryOp, UnaryOp};
+use crate::check::tree::{Expr, ExprKind};
+
+pub use bittybuzz_robots::Profile;
+
+/// A number that is known when the script is compiled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Number {
+    /// In the range of the profile.
+    Int(i32),
+    /// A value that the profile can hold; `f32` holds all of both profiles.
+    Float(f32),
+}
+
+impl Number {
+    /// The number that an expression is, literal or folded.
+    pub fn of(profile: Profile, expr: &Expr) -> Option<Number> {
+        match expr.kind {
+            ExprKind::Int(value) => i32::try_from(value).ok().map(Number::Int),
+            ExprKind::Float(value) => {
+                Some(Number::Float(from_bits(profile, float_bits(profile, value))))
+            }
+            _ => None,
+        }
+    }
+
+    /// The expression that it is.
+    pub fn to_expr(self) -> ExprKind {
+        match self {
+            Number::Int(value) => ExprKind::Int(i64::from(value)),
+            Number::Float(value) => ExprKind::Float(f64::from(value)),
+        }
+    }
+
+    fn to_float(self, profile: Profile) -> f32 {
+        match self {
+            // Rounds once: an integer of the tiny profile is exact in binary32.
+            Number::Int(value) => round(profile, value as f32),
+            Number::Float(value) => value,
+        }
+    }
+}
+
+/// Smallest and largest integer of a profile.
+pub fn int_range(profile: Profile) -> (i32, i32) {
+    match profile {
+        Profile::Tiny => (Tiny::INT_MIN, Tiny::INT_MAX),
+        Profile::Full => (Full::INT_MIN, Full::INT_MAX),
+    }
+}
+
+/// Bytes of a literal.
+pub fn word_bytes(profile: Profile) -> usize {
+    match profile {
+        Profile::Tiny => Tiny::WORD_BYTES,
+        Profile::Full => Full::WORD_BYTES,
+    }
+}
+
+/// The payload of the float nearest to a literal.
+pub fn float_bits(profile: Profile, value: f64) -> u32 {
+    match profile {
+        Profile::Tiny => u32::from(Tiny::float_from_f32(to_odd(value))),
+        Profile::Full => Full::float_from_f32(value as f32),
+    }
+}
+
+/// The value of a float's payload.
+pub fn from_bits(profile: Profile, bits: u32) -> f32 {
+    match profile {
+        Profile::Tiny => Tiny::float_to_f32(bits as u16),
+        Profile::Full => Full::float_to_f32(bits),
+    }
+}
+
+/// To binary32, truncated but with the last bit set where something was cut off. Rounding that once more to fewer
+/// bits gives what rounding the binary64 at once would have given.
+fn to_odd(value: f64) -> f32 {
+    let nearest = value as f32;
+    if f64::from(nearest) == value || !nearest.is_finite() || nearest == 0.0 {
+        return nearest;
+    }
+    let away = f64::from(nearest).abs() > value.abs();
+    let truncated = if away { nearest.to_bits() - 1 } else { nearest.to_bits() };
+    f32::from_bits(truncated | 1)
+}
+
+fn round(profile: Profile, value: f32) -> f32 {
+    match profile {
+        Profile::Tiny => Tiny::float_to_f32(Tiny::float_from_f32(value)),
+        Profile::Full => value,
+    }
+}
+
+/// The result of an operation on one number; `None` if the machine has to do it.
+pub fn unary(profile: Profile, op: UnaryOp, operand: Number) -> Option<Number> {
+    match (op, operand) {
+        (UnaryOp::Negate, Number::Int(value)) => {
+            Some(int(profile, i64::from(value).wrapping_neg()))
+        }
+        (UnaryOp::Negate, Number::Float(value)) => Some(Number::Float(-value)),
+        (UnaryOp::BitNot, Number::Int(value)) => Some(int(profile, i64::from(!value))),
+        _ => None,
+    }
+}
+
+/// The result of arithmetic on two numbers; `None` if it is a fault or the machine has to do it.
+pub fn arithmetic(profile: Profile, op: BinaryOp, left: Number, right: Number) -> Option<Number> {
+    match (left, right) {
+        (Number::Int(a), Number::Int(b)) => match profile {
+            Profile::Tiny => integer::<Tiny>(op, a, b),
+            Profile::Full => integer::<Full>(op, a, b),
+        },
+        _ => {
+            let (a, b) = (left.to_float(profile), right.to_float(profile));
+            let exact = match op {
+                BinaryOp::Add => a + b,
+                BinaryOp::Sub => a - b,
+                BinaryOp::Mul => a * b,
+                BinaryOp::Div => a / b,
+                _ => return None,
+            };
+            let result = round(profile, exact);
+            (!result.is_nan()).then_some(Number::Float(result))
+        }
+    }
+}
+
+fn integer<P: bittybuzz_vm_core::number::Profile>(op: BinaryOp, a: i32, b: i32) -> Option<Number> {
+    let (a, b) = (P::int_from_i32(a), P::int_from_i32(b));
+    let result = match op {
+        BinaryOp::Add => P::add(a, b),
+        BinaryOp::Sub => P::sub(a, b),
+        BinaryOp::Mul => P::mul(a, b),
+        BinaryOp::Div => P::div(a, b)?,
+        BinaryOp::Mod => P::modulo(a, b)?,
+        BinaryOp::BitAnd => P::and(a, b),
+        BinaryOp::BitOr => P::or(a, b),
+        BinaryOp::ShiftLeft => P::shl(a, b)?,
+        BinaryOp::ShiftRight => P::shr(a, b)?,
+        _ => return None,
+    };
+    Some(Number::Int(P::int_to_i32(result)))
+}
+
+fn int(profile: Profile, value: i64) -> Number {
+    match profile {
+        Profile::Tiny => Number::Int(Tiny::int_to_i32(Tiny::int_from_i32(value as i32))),
+        Profile::Full => Number::Int(value as i32),
+    }
+}
+
+/// The result of a comparison of two numbers.
+pub fn compare(profile: Profile, op: BinaryOp, left: Number, right: Number) -> Option<bool> {
+    let order = match (left, right) {
+        (Number::Int(a), Number::Int(b)) => Some(a.cmp(&b)),
+        // Whether the machine compares a mix as floats is its affair.
+        (Number::Float(a), Number::Float(b)) => a.partial_cmp(&b),
+        (a, b)
+            if a.to_float(profile) as f64 == exact(a) && b.to_float(profile) as f64 == exact(b) =>
+        {
+            exact(a).partial_cmp(&exact(b))
+        }
+        _ => return None,
+    };
+    let order = order?;
+    Some(match op {
+        BinaryOp::Eq => order.is_eq(),
+        BinaryOp::NotEq => order.is_ne(),
+        BinaryOp::Less => order.is_lt(),
+        BinaryOp::LessEq => order.is_le(),
+        BinaryOp::Greater => order.is_gt(),
+        BinaryOp::GreaterEq => order.is_ge(),
+        _ => return None,
+    })
+}
+
+fn exact(number: Number) -> f64 {
+    match number {
+        Number::Int(value) => f64::from(value),
+        Number::Float(value) => f64::from(value),
+    }
+}

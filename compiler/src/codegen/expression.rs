@@ -1,0 +1,271 @@
+//! Code of expressions: each leaves one value on the stack.
+
+use bittybuzz_vm_core::builtin::{self, Library};
+use bittybuzz_vm_core::opcode;
+
+use crate::ast::{BinaryOp, UnaryOp};
+use crate::check::names::{Meaning, Member};
+use crate::check::tree::{Expr, ExprKind, FunctionId, LocalId};
+use crate::codegen::asm::Label;
+use crate::codegen::fold::is_truth_value;
+use crate::codegen::function::{Code, shape};
+use crate::codegen::operands::{added_literal, is_number_or_nil};
+use crate::codegen::{constant, operand};
+use crate::source::Span;
+
+impl<'a> Code<'_, 'a> {
+    /// Puts the value of an expression on the stack.
+    pub fn expr(&mut self, expr: &'a Expr) {
+        let span = expr.span;
+        match &expr.kind {
+            ExprKind::Nil | ExprKind::Error => self.builder.plain(opcode::NIL, span),
+            ExprKind::Int(value) => self.builder.int(*value as i32, span),
+            ExprKind::Float(value) => {
+                let bits = constant::float_bits(self.generator.profile, *value);
+                self.builder.word(opcode::FLOAT, bits, span);
+            }
+            ExprKind::Str(text) => {
+                let number = self.generator.string(text);
+                self.builder.operand(opcode::STRING, number, span);
+            }
+            ExprKind::Local(local) => self.read_local(*local, span),
+            ExprKind::Name(name) => match self.generator.meanings.of(*name) {
+                Meaning::Global => {
+                    let global = self.generator.global(*name);
+                    self.builder.operand(opcode::GLOBAL_GET, global, span);
+                }
+                meaning => {
+                    let text = &self.generator.program.name(*name).text;
+                    self.offered_value(meaning, text, span);
+                }
+            },
+            ExprKind::SelfValue => self.self_value(span),
+            ExprKind::Field { object, key, .. } => self.field(object, key, span),
+            ExprKind::Index { object, index } => {
+                self.expr(object);
+                self.expr(index);
+                self.builder.plain(opcode::INDEX_GET, span);
+            }
+            ExprKind::Call { callee, args } => self.call(callee, args, false, span),
+            ExprKind::Table(entries) => self.table(entries, span),
+            ExprKind::Lambda(function) => self.lambda(*function, span),
+            ExprKind::Unary { op, operand } => self.unary(*op, operand, span),
+            ExprKind::Binary { op: op @ (BinaryOp::And | BinaryOp::Or), .. } => {
+                let end = self.builder.label();
+                self.logic(expr, *op, end);
+                self.builder.bind(end, span);
+            }
+            ExprKind::Binary { op, left, right } => self.binary(*op, left, right, span),
+        }
+    }
+
+    /// Evaluates an expression for what it does, not for its value.
+    pub fn effect(&mut self, expr: &'a Expr) {
+        match &expr.kind {
+            ExprKind::Call { callee, args } => self.call(callee, args, true, expr.span),
+            ExprKind::Nil
+            | ExprKind::Int(_)
+            | ExprKind::Float(_)
+            | ExprKind::Str(_)
+            | ExprKind::Name(_)
+            | ExprKind::SelfValue
+            | ExprKind::Error => {}
+            _ => {
+                self.expr(expr);
+                self.builder.pop(1, expr.span);
+            }
+        }
+    }
+
+    fn read_local(&mut self, local: LocalId, span: Span) {
+        match self.slot(local) {
+            Some(slot) => self.builder.operand(opcode::LOCAL_GET, slot, span),
+            None => {
+                if let crate::check::tree::LocalKind::Captured { index, .. } =
+                    self.function.local(local).kind
+                {
+                    self.builder.operand(opcode::CAPTURE_GET, operand(index), span);
+                }
+            }
+        }
+    }
+
+    fn self_value(&mut self, span: Span) {
+        if self.shape.uses_self {
+            let local = self.shape.self_local();
+            self.builder.operand(opcode::LOCAL_GET, local, span);
+        } else {
+            self.builder.plain(opcode::NIL, span);
+        }
+    }
+
+    /// A value that is no variable.
+    pub fn offered_value(&mut self, meaning: Meaning, name: &str, span: Span) {
+        match meaning {
+            Meaning::Nil | Meaning::Global => self.builder.plain(opcode::NIL, span),
+            Meaning::Function(function) => self.function_value(function, span),
+            Meaning::Builtin(number) => match builtin::info(number) {
+                Some(info) => {
+                    let number = self.generator.builtin(info);
+                    self.builder.operand(opcode::BUILTIN, number, span);
+                }
+                None => self.builder.plain(opcode::NIL, span),
+            },
+            Meaning::Library(library) => self.library_value(library, span),
+            Meaning::Robot => {
+                let import = self.generator.import(name);
+                self.builder.operand(opcode::ROBOT, import, span);
+            }
+            Meaning::RobotId => self.builder.plain(opcode::ROBOT_ID, span),
+        }
+    }
+
+    fn library_value(&mut self, library: Library, span: Span) {
+        let number = self.generator.library(library);
+        self.builder.operand(opcode::LIBRARY, number, span);
+    }
+
+    /// A function that captures nothing.
+    pub fn function_value(&mut self, function: FunctionId, span: Span) {
+        let number = self.generator.function(function);
+        self.builder.operand(opcode::FUNCTION, number, span);
+    }
+
+    fn field(&mut self, object: &'a Expr, key: &str, span: Span) {
+        if let Some(library) = self.generator.meanings.library(object)
+            && let Member::Known(info) = self.generator.meanings.member(library, key)
+        {
+            if info.number == builtin::RNG {
+                return self.library_value(Library::Rng, span);
+            }
+            if info.kind != builtin::Kind::Value {
+                let number = self.generator.builtin(info);
+                return self.builder.operand(opcode::BUILTIN, number, span);
+            }
+        }
+        self.expr(object);
+        let key = self.generator.string(key);
+        self.builder.operand(opcode::FIELD_GET, key, span);
+    }
+
+    fn table(&mut self, entries: &'a [(Expr, Expr)], span: Span) {
+        self.builder.plain(opcode::TABLE_NEW, span);
+        for (key, value) in entries {
+            let entry = key.span.to(value.span);
+            if let ExprKind::Str(name) = &key.kind {
+                self.expr(value);
+                let name = self.generator.string(name);
+                self.builder.operand(opcode::FIELD_INIT, name, entry);
+            } else {
+                self.expr(key);
+                self.expr(value);
+                self.builder.plain(opcode::INDEX_INIT, entry);
+            }
+        }
+    }
+
+    fn lambda(&mut self, id: FunctionId, span: Span) {
+        let function = self.generator.program.function(id);
+        let shape = shape(self.generator, id);
+        // A self that is always nil need not be bound: a plain call finds nil anyway.
+        let has_self = shape.uses_self && self.shape.uses_self;
+        if !shape.captures && !has_self {
+            return self.function_value(id, span);
+        }
+        if shape.uses_self {
+            self.self_value(span);
+        }
+        for captured in &function.captures {
+            self.read_local(*captured, span);
+        }
+        let number = self.generator.function(id);
+        let count = function.captures.len() + usize::from(shape.uses_self);
+        self.builder.closure(number, count, span);
+    }
+
+    fn unary(&mut self, op: UnaryOp, operand: &'a Expr, span: Span) {
+        let opcode = match op {
+            UnaryOp::Plus => return self.expr(operand),
+            UnaryOp::Negate => opcode::NEG,
+            UnaryOp::BitNot => opcode::BNOT,
+            UnaryOp::Not => match &operand.kind {
+                ExprKind::Unary { op: UnaryOp::Not, operand } => {
+                    self.expr(operand);
+                    return if is_truth_value(operand) {
+                    } else {
+                        self.builder.plain(opcode::TRUTH, span);
+                    };
+                }
+                _ => opcode::NOT,
+            },
+        };
+        self.expr(operand);
+        self.builder.plain(opcode, span);
+    }
+
+    /// Puts 0 or 1 on the stack, or jumps to `end` with it.
+    fn logic(&mut self, expr: &'a Expr, op: BinaryOp, end: Label) {
+        let ExprKind::Binary { left, right, .. } = &expr.kind else { return };
+        self.tested(left);
+        let opcode = if op == BinaryOp::And { opcode::AND } else { opcode::OR };
+        self.builder.jump(opcode, end, left.span);
+        self.tested(right);
+        if !is_truth_value(right) {
+            self.builder.plain(opcode::TRUTH, right.span);
+        }
+    }
+
+    /// A value of which only the truth counts.
+    fn tested(&mut self, expr: &'a Expr) {
+        match &expr.kind {
+            ExprKind::Unary { op: UnaryOp::Not, operand } => match &operand.kind {
+                ExprKind::Unary { op: UnaryOp::Not, operand } => self.tested(operand),
+                _ => self.expr(expr),
+            },
+            _ => self.expr(expr),
+        }
+    }
+
+    fn binary(&mut self, op: BinaryOp, left: &'a Expr, right: &'a Expr, span: Span) {
+        if let Some((rest, literal)) = added_literal(op, left, right) {
+            self.expr(rest);
+            return self.builder.operand(opcode::ADD_INT, i32::from(literal), span);
+        }
+        self.expr(left);
+        self.expr(right);
+        let opcode = match op {
+            BinaryOp::Add => opcode::ADD,
+            BinaryOp::Sub => opcode::SUB,
+            BinaryOp::Mul => opcode::MUL,
+            BinaryOp::Div => opcode::DIV,
+            BinaryOp::Mod => opcode::MOD,
+            BinaryOp::Pow => opcode::POW,
+            BinaryOp::BitAnd => opcode::BAND,
+            BinaryOp::BitOr => opcode::BOR,
+            BinaryOp::ShiftLeft => opcode::SHL,
+            BinaryOp::ShiftRight => opcode::SHR,
+            BinaryOp::Eq => opcode::EQ,
+            BinaryOp::NotEq => opcode::NE,
+            BinaryOp::Less => opcode::LT,
+            BinaryOp::LessEq => opcode::LE,
+            BinaryOp::Greater => opcode::GT,
+            BinaryOp::GreaterEq => opcode::GE,
+            // Handled by `logic`.
+            BinaryOp::And | BinaryOp::Or => return,
+        };
+        self.note_order(op, left, right);
+        self.builder.plain(opcode, span);
+    }
+
+    /// Remembers that strings may be compared by order.
+    pub fn note_order(&mut self, op: BinaryOp, left: &Expr, right: &Expr) {
+        let orders = matches!(
+            op,
+            BinaryOp::Less | BinaryOp::LessEq | BinaryOp::Greater | BinaryOp::GreaterEq
+        );
+        let meanings = self.generator.meanings;
+        if orders && !is_number_or_nil(left, meanings) && !is_number_or_nil(right, meanings) {
+            self.generator.orders_strings = true;
+        }
+    }
+}

@@ -1,0 +1,297 @@
+//! Computes what is known when the script is compiled, and empties the branches that can never run.
+//!
+//! Nothing that could fault is computed here: it has to fault where and when the script gets there.
+
+use bittybuzz_vm_core::builtin::{self, Library};
+
+use crate::ast::{BinaryOp, UnaryOp};
+use crate::check::names::{Meaning, Meanings, Member};
+use crate::check::tree::{Block, Expr, ExprKind, FunctionId, Program, Stmt, StmtKind};
+use crate::codegen::constant::{self, Number, Profile};
+
+/// Folds every function of a program.
+pub fn fold(program: &mut Program, meanings: &Meanings<'_>, profile: Profile) {
+    for (number, function) in program.functions.iter_mut().enumerate() {
+        let folder =
+            Folder { meanings, profile, self_is_nil: meanings.self_is_nil(FunctionId(number)) };
+        folder.stmts(&mut function.body);
+    }
+}
+
+/// Whether an expression is true, where that is known and evaluating it does nothing.
+pub fn truth(expr: &Expr, meanings: &Meanings<'_>) -> Option<bool> {
+    match &expr.kind {
+        ExprKind::Nil => Some(false),
+        ExprKind::Int(value) => Some(*value != 0),
+        ExprKind::Float(_) | ExprKind::Str(_) => Some(true),
+        ExprKind::Name(name) => match meanings.of(*name) {
+            Meaning::Function(_) | Meaning::Builtin(_) | Meaning::Library(_) | Meaning::Robot => {
+                Some(true)
+            }
+            Meaning::Nil => Some(false),
+            Meaning::Global | Meaning::RobotId => None,
+        },
+        _ => None,
+    }
+}
+
+/// Whether the value of an expression is 0 or 1 for certain.
+pub fn is_truth_value(expr: &Expr) -> bool {
+    match &expr.kind {
+        ExprKind::Int(value) => matches!(value, 0 | 1),
+        ExprKind::Unary { op: UnaryOp::Not, .. } => true,
+        ExprKind::Binary { op, .. } => matches!(
+            op,
+            BinaryOp::And
+                | BinaryOp::Or
+                | BinaryOp::Eq
+                | BinaryOp::NotEq
+                | BinaryOp::Less
+                | BinaryOp::LessEq
+                | BinaryOp::Greater
+                | BinaryOp::GreaterEq
+        ),
+        _ => false,
+    }
+}
+
+struct Folder<'a> {
+    meanings: &'a Meanings<'a>,
+    profile: Profile,
+    self_is_nil: bool,
+}
+
+impl Folder<'_> {
+    fn block(&self, block: &mut Block) {
+        self.stmts(&mut block.stmts);
+    }
+
+    fn stmts(&self, stmts: &mut [Stmt]) {
+        for stmt in stmts {
+            self.stmt(stmt);
+        }
+    }
+
+    fn stmt(&self, stmt: &mut Stmt) {
+        match &mut stmt.kind {
+            StmtKind::Var { value, .. } | StmtKind::Return(value) => {
+                if let Some(value) = value {
+                    self.expr(value);
+                }
+            }
+            StmtKind::Assign { target, value } => {
+                match &mut target.kind {
+                    ExprKind::Field { object, .. } => self.expr(object),
+                    ExprKind::Index { object, index } => {
+                        self.expr(object);
+                        self.expr(index);
+                    }
+                    _ => {}
+                }
+                self.expr(value);
+            }
+            StmtKind::If { condition, then, otherwise } => {
+                self.expr(condition);
+                match truth(condition, self.meanings) {
+                    Some(true) => otherwise.stmts.clear(),
+                    Some(false) => then.stmts.clear(),
+                    None => {}
+                }
+                self.block(then);
+                self.block(otherwise);
+            }
+            StmtKind::While { condition, body, update } => {
+                self.expr(condition);
+                if truth(condition, self.meanings) == Some(false) {
+                    body.stmts.clear();
+                    *update = None;
+                }
+                self.block(body);
+                if let Some(update) = update {
+                    self.stmt(update);
+                }
+            }
+            StmtKind::Call(call) => self.expr(call),
+        }
+    }
+
+    fn expr(&self, expr: &mut Expr) {
+        let folded = match &mut expr.kind {
+            ExprKind::Name(name) => {
+                (self.meanings.of(*name) == Meaning::Nil).then_some(ExprKind::Nil)
+            }
+            ExprKind::SelfValue => self.self_is_nil.then_some(ExprKind::Nil),
+            ExprKind::Field { object, key, .. } => match self.meanings.library(object) {
+                Some(library) => self.member(library, key),
+                None => {
+                    self.expr(object);
+                    None
+                }
+            },
+            ExprKind::Index { object, index } => {
+                self.expr(object);
+                self.expr(index);
+                None
+            }
+            ExprKind::Call { callee, args } => {
+                args.iter_mut().for_each(|arg| self.expr(arg));
+                self.call(callee, args)
+            }
+            ExprKind::Table(entries) => {
+                entries.iter_mut().for_each(|(_, value)| self.expr(value));
+                None
+            }
+            ExprKind::Unary { op, operand } => {
+                self.expr(operand);
+                self.unary(*op, operand)
+            }
+            ExprKind::Binary { op, left, right } => {
+                self.expr(left);
+                self.expr(right);
+                self.binary(*op, left, right)
+            }
+            ExprKind::Int(_)
+            | ExprKind::Float(_)
+            | ExprKind::Str(_)
+            | ExprKind::Nil
+            | ExprKind::Local(_)
+            | ExprKind::Lambda(_)
+            | ExprKind::Error => None,
+        };
+        if let Some(kind) = folded {
+            expr.kind = kind;
+        }
+    }
+
+    fn member(&self, library: Library, key: &str) -> Option<ExprKind> {
+        match self.meanings.member(library, key) {
+            Member::Known(info) if info.number == builtin::PI => {
+                Some(ExprKind::Float(std::f64::consts::PI))
+            }
+            Member::Absent => Some(ExprKind::Nil),
+            Member::Known(_) | Member::Changing => None,
+        }
+    }
+
+    fn call(&self, callee: &mut Expr, args: &[Expr]) -> Option<ExprKind> {
+        let ExprKind::Name(name) = callee.kind else {
+            self.callee(callee);
+            return None;
+        };
+        let is_isnil = self.meanings.of(name) == Meaning::Builtin(builtin::IS_NIL);
+        match args {
+            [arg] if is_isnil => self.is_nil(arg).map(truth_value),
+            _ => None,
+        }
+    }
+
+    /// The parts of a callee, but not itself: that it is a field or a name decides how it is called.
+    fn callee(&self, callee: &mut Expr) {
+        match &mut callee.kind {
+            ExprKind::Field { object, .. } if self.meanings.library(object).is_none() => {
+                self.expr(object)
+            }
+            ExprKind::Field { .. } => {}
+            ExprKind::Index { object, index } => {
+                self.expr(object);
+                self.expr(index);
+            }
+            _ => self.expr(callee),
+        }
+    }
+
+    /// Whether a constant is nil.
+    fn is_nil(&self, expr: &Expr) -> Option<bool> {
+        match expr.kind {
+            ExprKind::Nil => Some(true),
+            ExprKind::Int(_) | ExprKind::Float(_) | ExprKind::Str(_) => Some(false),
+            // The other constants are functions and libraries.
+            ExprKind::Name(_) => truth(expr, self.meanings).map(|truth| !truth),
+            _ => None,
+        }
+    }
+
+    fn unary(&self, op: UnaryOp, operand: &Expr) -> Option<ExprKind> {
+        if op == UnaryOp::Not {
+            return truth(operand, self.meanings).map(|truth| truth_value(!truth));
+        }
+        let operand = Number::of(self.profile, operand)?;
+        constant::unary(self.profile, op, operand).map(Number::to_expr)
+    }
+
+    fn binary(&self, op: BinaryOp, left: &mut Expr, right: &mut Expr) -> Option<ExprKind> {
+        match op {
+            BinaryOp::And | BinaryOp::Or => {
+                let known = truth(left, self.meanings)?;
+                if known == (op == BinaryOp::Or) {
+                    return Some(truth_value(known));
+                }
+                // The left side decides nothing, so the result is the truth of the right side.
+                match truth(right, self.meanings) {
+                    Some(truth) => Some(truth_value(truth)),
+                    None if is_truth_value(right) => Some(take(right).kind),
+                    None => Some(not(not(take(right))).kind),
+                }
+            }
+            BinaryOp::Eq
+            | BinaryOp::NotEq
+            | BinaryOp::Less
+            | BinaryOp::LessEq
+            | BinaryOp::Greater
+            | BinaryOp::GreaterEq => self.compare(op, left, right).map(truth_value),
+            _ => {
+                let left = Number::of(self.profile, left)?;
+                let right = Number::of(self.profile, right)?;
+                constant::arithmetic(self.profile, op, left, right).map(Number::to_expr)
+            }
+        }
+    }
+
+    fn compare(&self, op: BinaryOp, left: &Expr, right: &Expr) -> Option<bool> {
+        if let (ExprKind::Str(a), ExprKind::Str(b)) = (&left.kind, &right.kind) {
+            return match op {
+                BinaryOp::Eq => Some(a == b),
+                BinaryOp::NotEq => Some(a != b),
+                BinaryOp::Less => Some(a < b),
+                BinaryOp::LessEq => Some(a <= b),
+                BinaryOp::Greater => Some(a > b),
+                BinaryOp::GreaterEq => Some(a >= b),
+                _ => None,
+            };
+        }
+        if let (Some(a), Some(b)) =
+            (Number::of(self.profile, left), Number::of(self.profile, right))
+        {
+            return constant::compare(self.profile, op, a, b);
+        }
+        // nil is below everything and equals only itself.
+        let order = match (self.is_nil(left)?, self.is_nil(right)?) {
+            (true, true) => std::cmp::Ordering::Equal,
+            (true, false) => std::cmp::Ordering::Less,
+            (false, true) => std::cmp::Ordering::Greater,
+            (false, false) => return None,
+        };
+        match op {
+            BinaryOp::Eq => Some(order.is_eq()),
+            BinaryOp::NotEq => Some(order.is_ne()),
+            BinaryOp::Less => Some(order.is_lt()),
+            BinaryOp::LessEq => Some(order.is_le()),
+            BinaryOp::Greater => Some(order.is_gt()),
+            BinaryOp::GreaterEq => Some(order.is_ge()),
+            _ => None,
+        }
+    }
+}
+
+fn truth_value(truth: bool) -> ExprKind {
+    ExprKind::Int(i64::from(truth))
+}
+
+fn take(expr: &mut Expr) -> Expr {
+    Expr { kind: std::mem::replace(&mut expr.kind, ExprKind::Nil), span: expr.span }
+}
+
+fn not(operand: Expr) -> Expr {
+    let span = operand.span;
+    Expr { kind: ExprKind::Unary { op: UnaryOp::Not, operand: Box::new(operand) }, span }
+}

@@ -1,0 +1,257 @@
+//! Code of one function: its frame and its statements.
+
+use bittybuzz_vm_core::opcode;
+
+use crate::check::names::{Meaning, offered};
+use crate::check::tree::{
+    Block, Expr, ExprKind, Function, FunctionId, LocalId, LocalKind, NameId, Stmt, StmtKind,
+};
+use crate::codegen::asm::{AsmError, FunctionBuilder, FunctionCode, Shape};
+use crate::codegen::operands::added_literal;
+use crate::codegen::{Generator, constant, fold, nowhere, operand};
+use crate::source::Span;
+
+/// Generates a function.
+pub fn generate(generator: &mut Generator<'_>, id: FunctionId) -> Result<FunctionCode, AsmError> {
+    let program = generator.program;
+    let function = program.function(id);
+    let shape = shape(generator, id);
+    let word_bytes = constant::word_bytes(generator.profile);
+    let mut code = Code {
+        function,
+        id,
+        shape,
+        builder: FunctionBuilder::new(shape, word_bytes, function.span),
+        slots: vec![0; function.locals.len()],
+        generator,
+    };
+    if id == FunctionId::GLOBAL {
+        code.first_values();
+    }
+    code.copy_assigned_captures();
+    code.stmts(&function.body);
+    code.builder.finish(end_of(function.span))
+}
+
+/// What the header of a function says.
+pub fn shape(generator: &Generator<'_>, id: FunctionId) -> Shape {
+    let function = generator.program.function(id);
+    Shape {
+        parameters: function.parameters,
+        captures: !function.captures.is_empty(),
+        uses_self: function.uses_self && !generator.meanings.self_is_nil(id),
+    }
+}
+
+/// The closing brace, for the return that stands there unwritten.
+fn end_of(span: Span) -> Span {
+    Span { start: span.end.saturating_sub(1).max(span.start), ..span }
+}
+
+/// One function while it is generated.
+pub struct Code<'g, 'a> {
+    pub function: &'a Function,
+    pub id: FunctionId,
+    pub shape: Shape,
+    pub builder: FunctionBuilder,
+    /// Offset of each local from the frame record, once it is there.
+    pub slots: Vec<i32>,
+    pub generator: &'g mut Generator<'a>,
+}
+
+impl<'a> Code<'_, 'a> {
+    /// Globals that have a value before the first line runs: functions that the script assigns later, and what
+    /// machine and robot offer under names that the script assigns.
+    fn first_values(&mut self) {
+        for number in 0..self.generator.program.names.len() {
+            let id = NameId(number);
+            if self.generator.meanings.of(id) != Meaning::Global {
+                continue;
+            }
+            let name = self.generator.program.name(id);
+            let span = nowhere();
+            match name.definitions.last() {
+                Some((function, _)) => self.function_value(*function, span),
+                None => match offered(self.generator.robots(), &name.text) {
+                    Meaning::Nil => continue,
+                    meaning => self.offered_value(meaning, &name.text, span),
+                },
+            }
+            let global = self.generator.global(id);
+            self.builder.operand(opcode::GLOBAL_SET, global, span);
+        }
+    }
+
+    /// Captured values cannot be written, so those that the lambda assigns become variables of its own.
+    fn copy_assigned_captures(&mut self) {
+        let function = self.function;
+        for (number, local) in function.locals.iter().enumerate() {
+            if let LocalKind::Captured { index, assigned: true } = local.kind {
+                self.builder.operand(opcode::CAPTURE_GET, operand(index), local.span);
+                self.place(LocalId(number));
+            }
+        }
+    }
+
+    /// The value on top of the stack is that local from now on.
+    fn place(&mut self, local: LocalId) {
+        let depth = operand(self.builder.depth());
+        if let Some(slot) = self.slots.get_mut(local.0) {
+            *slot = depth;
+        }
+    }
+
+    /// Where a local is in the frame; `None` for a captured value.
+    pub fn slot(&self, local: LocalId) -> Option<i32> {
+        match self.function.local(local).kind {
+            LocalKind::Parameter(number) => {
+                Some(operand(number) - operand(self.function.parameters))
+            }
+            LocalKind::Variable | LocalKind::Captured { assigned: true, .. } => {
+                self.slots.get(local.0).copied()
+            }
+            LocalKind::Captured { assigned: false, .. } => None,
+        }
+    }
+
+    fn stmts(&mut self, stmts: &'a [Stmt]) {
+        for stmt in stmts {
+            // What stands behind a return must not bring functions or imports into the image.
+            if !self.builder.is_reachable() {
+                return;
+            }
+            self.stmt(stmt);
+        }
+    }
+
+    fn block(&mut self, block: &'a Block) {
+        let depth = self.builder.depth();
+        self.stmts(&block.stmts);
+        if self.builder.is_reachable() {
+            self.builder.pop(self.builder.depth().saturating_sub(depth), end_of(block.span));
+        }
+    }
+
+    fn stmt(&mut self, stmt: &'a Stmt) {
+        match &stmt.kind {
+            StmtKind::Var { local, value } => {
+                match value {
+                    Some(value) => self.expr(value),
+                    None => self.builder.plain(opcode::NIL, stmt.span),
+                }
+                self.place(*local);
+            }
+            StmtKind::Assign { target, value } => self.assign(target, value, stmt.span),
+            StmtKind::If { condition, then, otherwise } => {
+                self.if_else(condition, then, otherwise);
+            }
+            StmtKind::While { condition, body, update } => {
+                self.repeat(condition, body, update.as_deref(), stmt.span);
+            }
+            StmtKind::Return(None) => self.builder.ret_nil(stmt.span),
+            StmtKind::Return(Some(value)) if matches!(value.kind, ExprKind::Nil) => {
+                self.builder.ret_nil(stmt.span);
+            }
+            StmtKind::Return(Some(value)) => {
+                self.expr(value);
+                self.builder.ret(stmt.span);
+            }
+            StmtKind::Call(call) => self.effect(call),
+        }
+    }
+
+    fn if_else(&mut self, condition: &'a Expr, then: &'a Block, otherwise: &'a Block) {
+        match fold::truth(condition, self.generator.meanings) {
+            Some(true) => return self.block(then),
+            Some(false) => return self.block(otherwise),
+            None => {}
+        }
+        if then.stmts.is_empty() && otherwise.stmts.is_empty() {
+            return self.effect(condition);
+        }
+        let end = self.builder.label();
+        if then.stmts.is_empty() {
+            self.condition(condition, true, end);
+            self.block(otherwise);
+        } else if otherwise.stmts.is_empty() {
+            self.condition(condition, false, end);
+            self.block(then);
+        } else {
+            let other = self.builder.label();
+            self.condition(condition, false, other);
+            self.block(then);
+            self.builder.jump(opcode::JUMP, end, end_of(then.span));
+            self.builder.bind(other, otherwise.span);
+            self.block(otherwise);
+        }
+        self.builder.bind(end, end_of(condition.span));
+    }
+
+    /// The condition stands at the end, so that a round costs one jump.
+    fn repeat(
+        &mut self,
+        condition: &'a Expr,
+        body: &'a Block,
+        update: Option<&'a Stmt>,
+        span: Span,
+    ) {
+        let known = fold::truth(condition, self.generator.meanings);
+        if known == Some(false) {
+            return;
+        }
+        let entry = if known == Some(true) { None } else { Some(self.builder.label()) };
+        let head = self.builder.loop_head(entry, condition.span);
+        self.block(body);
+        if let Some(update) = update
+            && self.builder.is_reachable()
+        {
+            self.stmt(update);
+        }
+        match entry {
+            Some(entry) => {
+                self.builder.bind(entry, condition.span);
+                self.condition(condition, true, head);
+            }
+            None => self.builder.jump(opcode::JUMP, head, span),
+        }
+    }
+
+    fn assign(&mut self, target: &'a Expr, value: &'a Expr, span: Span) {
+        match &target.kind {
+            ExprKind::Local(local) => self.assign_local(*local, value, span),
+            ExprKind::Name(name) => {
+                self.expr(value);
+                let global = self.generator.global(*name);
+                self.builder.operand(opcode::GLOBAL_SET, global, span);
+            }
+            ExprKind::Field { object, key, .. } => {
+                self.expr(object);
+                self.expr(value);
+                let key = self.generator.string(key);
+                self.builder.operand(opcode::FIELD_SET, key, span);
+            }
+            ExprKind::Index { object, index } => {
+                self.expr(object);
+                self.expr(index);
+                self.expr(value);
+                self.builder.plain(opcode::INDEX_SET, span);
+            }
+            // An error was reported.
+            _ => {}
+        }
+    }
+
+    fn assign_local(&mut self, local: LocalId, value: &'a Expr, span: Span) {
+        let Some(slot) = self.slot(local) else { return };
+        if let ExprKind::Binary { op, left, right } = &value.kind
+            && let Some((rest, literal)) = added_literal(*op, left, right)
+            && let Ok(immediate) = i8::try_from(literal)
+            && matches!(rest.kind, ExprKind::Local(read) if read == local)
+        {
+            // Faults where the addition is written.
+            return self.builder.local_add(slot, immediate, value.span);
+        }
+        self.expr(value);
+        self.builder.operand(opcode::LOCAL_SET, slot, span);
+    }
+}

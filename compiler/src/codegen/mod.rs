@@ -1,0 +1,309 @@
+//! From the checked program to the parts of an image.
+//!
+//! Functions are generated when something first refers to them, so what nothing uses is not in the image. What is
+//! known of the whole program decides the form of the code: functions that never change are called by number,
+//! members of untouched libraries without a look-up, and the globals used most get the shortest instructions.
+
+pub mod asm;
+mod call;
+mod condition;
+pub mod constant;
+mod expression;
+pub mod fold;
+mod function;
+mod globals;
+mod operands;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use bittybuzz_vm_core::builtin::{self, Feature, Library};
+use bittybuzz_vm_core::image::EntryPoint;
+use bittybuzz_vm_core::link::name_hash;
+
+use crate::check::names::{Meaning, Meanings};
+use crate::check::robots::Robots;
+use crate::check::tree::{FunctionId, NameId, Program};
+use crate::codes::Code;
+use crate::diagnostic::Diagnostic;
+use crate::image::{LibraryRow, Parts};
+use crate::source::Span;
+use crate::strings::StringTable;
+use asm::{AsmError, AsmErrorKind, FunctionCode};
+use constant::Profile;
+
+/// The functions that the host calls, in the order of the image header.
+pub const ENTRIES: [&str; 4] = ["init", "step", "reset", "destroy"];
+
+/// What the code generator makes.
+#[derive(Debug, Clone)]
+pub struct Generated {
+    /// Everything for the image, but for the script hash.
+    pub parts: Parts,
+    /// The functions, by number.
+    pub functions: Vec<SourceFunction>,
+    /// Names of the globals, by number.
+    pub globals: Vec<String>,
+    /// Names of the imported robot functions, by number.
+    pub imports: Vec<String>,
+}
+
+/// A function in the source.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SourceFunction {
+    /// `None` for a lambda.
+    pub name: Option<String>,
+    /// Where it is.
+    pub span: Span,
+}
+
+/// The name under which the global code appears among the functions.
+pub const GLOBAL_CODE: &str = "global code";
+
+/// Generates code for a program without errors. `strings` are all strings of the source.
+pub fn generate(
+    mut program: Program,
+    meanings: &Meanings<'_>,
+    profile: Profile,
+    strings: &BTreeSet<String>,
+) -> Result<Generated, Vec<Diagnostic>> {
+    fold::fold(&mut program, meanings, profile);
+    let mut names: BTreeSet<&str> = strings.iter().map(String::as_str).collect();
+    // A library that the script uses as a value has all its members, for every robot alike.
+    for library in meanings.escaped() {
+        names.extend(builtin::TABLE.iter().filter(|b| b.library == *library).map(|b| b.name));
+    }
+    let globals = globals::number(&program, meanings);
+    let mut generator = Generator {
+        program: &program,
+        meanings,
+        profile,
+        strings: StringTable::new(names),
+        globals: globals.iter().enumerate().map(|(number, id)| (*id, number)).collect(),
+        functions: vec![FunctionId::GLOBAL],
+        imports: Vec::new(),
+        features: 0,
+        libraries: BTreeSet::new(),
+        objects: BTreeSet::new(),
+        orders_strings: false,
+        diagnostics: Vec::new(),
+    };
+    // The numbers of the entries come first, so that the code can be generated in one go.
+    let entries = ENTRIES.map(|name| generator.entry(name).to_count());
+    let mut codes: Vec<FunctionCode> = Vec::new();
+    while let Some(id) = generator.functions.get(codes.len()).copied() {
+        match function::generate(&mut generator, id) {
+            Ok(code) => codes.push(code),
+            Err(error) => {
+                generator.diagnostics.push(asm_diagnostic(error));
+                codes.push(FunctionCode { bytes: Vec::new(), lines: Vec::new() });
+            }
+        }
+    }
+    if !generator.diagnostics.is_empty() {
+        return Err(generator.diagnostics);
+    }
+    let libraries = generator.library_rows();
+    let text = generator.features & Feature::Strings as u8 != 0;
+    let order = generator.orders_strings && !generator.strings.script().is_empty();
+    let parts = Parts {
+        full: profile == Profile::Full,
+        features: generator.features,
+        script_hash: 0,
+        entries,
+        globals: globals.len(),
+        imports: generator.imports.iter().map(|name| name_hash(name)).collect(),
+        order,
+        text,
+        libraries,
+        functions: codes,
+        strings: generator.strings,
+    };
+    Ok(Generated {
+        parts,
+        functions: generator.functions.iter().map(|id| source_function(&program, *id)).collect(),
+        globals: globals.iter().map(|id| program.name(*id).text.clone()).collect(),
+        imports: generator.imports,
+    })
+}
+
+fn source_function(program: &Program, id: FunctionId) -> SourceFunction {
+    let function = program.function(id);
+    let global = (id == FunctionId::GLOBAL).then(|| GLOBAL_CODE.to_owned());
+    SourceFunction { name: function.name.clone().or(global), span: function.span }
+}
+
+/// What all functions of a program share while they are generated.
+struct Generator<'a> {
+    program: &'a Program,
+    meanings: &'a Meanings<'a>,
+    profile: Profile,
+    strings: StringTable,
+    globals: BTreeMap<NameId, usize>,
+    /// Functions by number; those behind the one being generated wait for their turn.
+    functions: Vec<FunctionId>,
+    imports: Vec<String>,
+    features: u8,
+    /// Libraries and objects whose members the machine may have to find by name.
+    libraries: BTreeSet<Library>,
+    /// Of these, the ones that built-ins return: `swarm.create(1)`, `neighbors.kin()`.
+    objects: BTreeSet<Library>,
+    /// Strings may be compared by order.
+    orders_strings: bool,
+    diagnostics: Vec<Diagnostic>,
+}
+
+impl Generator<'_> {
+    fn robots(&self) -> Robots<'_> {
+        self.meanings.robots()
+    }
+
+    fn entry(&mut self, name: &str) -> EntryPoint {
+        let Some(id) = self.program.find_name(name) else { return EntryPoint::None };
+        match self.meanings.of(id) {
+            Meaning::Function(function) => EntryPoint::Function(self.function(function) as u16),
+            Meaning::Global => match self.globals.get(&id) {
+                Some(number) => EntryPoint::Global(*number as u16),
+                None => EntryPoint::None,
+            },
+            _ => EntryPoint::None,
+        }
+    }
+
+    /// The number of a function; the first use puts it into the image.
+    fn function(&mut self, id: FunctionId) -> i32 {
+        let number = self.functions.iter().position(|known| *known == id).unwrap_or_else(|| {
+            self.functions.push(id);
+            self.functions.len() - 1
+        });
+        operand(number)
+    }
+
+    fn import(&mut self, name: &str) -> i32 {
+        let number = self.imports.iter().position(|known| known == name).unwrap_or_else(|| {
+            self.imports.push(name.to_owned());
+            self.imports.len() - 1
+        });
+        operand(number)
+    }
+
+    fn string(&self, text: &str) -> i32 {
+        self.strings.number(text).map_or(i32::MAX, i32::from)
+    }
+
+    fn global(&self, name: NameId) -> i32 {
+        self.globals.get(&name).map_or(i32::MAX, |number| operand(*number))
+    }
+
+    /// The number of a built-in that the code uses. Notes what it brings with it: the part of the machine, objects
+    /// that it returns, strings that it orders.
+    fn builtin(&mut self, info: &builtin::Info) -> i32 {
+        self.features |= info.feature as u8;
+        match info.number {
+            builtin::MIN | builtin::MAX => self.orders_strings = true,
+            builtin::RNG => {
+                self.libraries.insert(Library::Rng);
+            }
+            builtin::SWARM_CREATE
+            | builtin::SWARM_UNION
+            | builtin::SWARM_INTERSECTION
+            | builtin::SWARM_DIFFERENCE
+            | builtin::SWARM_OTHERS => {
+                self.objects.insert(Library::SwarmObject);
+            }
+            builtin::STIGMERGY_CREATE => {
+                self.objects.insert(Library::StigmergyObject);
+            }
+            builtin::NEIGHBORS_MAP
+            | builtin::NEIGHBORS_FILTER
+            | builtin::NEIGHBORS_KIN
+            | builtin::NEIGHBORS_NONKIN => {
+                self.objects.insert(Library::Neighbors);
+            }
+            _ => {}
+        }
+        i32::from(info.number)
+    }
+
+    /// The number of a library that the code uses as a value.
+    fn library(&mut self, library: Library) -> i32 {
+        self.libraries.insert(library);
+        i32::from(library as u8)
+    }
+
+    /// The rows of the library table: what the machine has to find by name at run time. Of a library that the script
+    /// uses as a value these are all members; of one that it only changes, the changed ones; of objects and `pos`,
+    /// those whose name occurs in the script.
+    fn library_rows(&mut self) -> Vec<LibraryRow> {
+        let meanings = self.meanings;
+        let mut done = BTreeSet::new();
+        let mut rows = Vec::new();
+        // A member may bring another library with it.
+        while let Some(library) =
+            self.libraries.union(&self.objects).copied().find(|library| !done.contains(library))
+        {
+            done.insert(library);
+            for info in meanings.robots().members(library) {
+                let wanted = meanings.escaped().contains(&library)
+                    || meanings.is_assigned(library, info.name)
+                    || self.objects.contains(&library)
+                    || library == Library::Position;
+                let number = self.strings.number(info.name);
+                if let Some(string) = number.filter(|_| wanted) {
+                    self.builtin(info);
+                    rows.push(LibraryRow { library: library as u8, string, builtin: info.number });
+                }
+            }
+        }
+        rows
+    }
+}
+
+/// As an operand; what does not fit is refused by the assembler.
+fn operand(number: usize) -> i32 {
+    i32::try_from(number).unwrap_or(i32::MAX)
+}
+
+fn asm_diagnostic(error: AsmError) -> Diagnostic {
+    let (code, message, help) = match error.kind {
+        AsmErrorKind::TooManyParameters => (
+            Code::TooManyParameters,
+            format!("a function can have at most {} parameters", asm::MAX_PARAMETERS),
+            "pass a table",
+        ),
+        AsmErrorKind::TooDeep => (
+            Code::FunctionTooDeep,
+            format!("this function needs more than {} values at a time", asm::MAX_DEPTH),
+            "use fewer local variables, shorter argument lists, or a table",
+        ),
+        AsmErrorKind::TooManyArguments => (
+            Code::TooManyArguments,
+            format!("a call can pass at most {} arguments", asm::MAX_ARGUMENTS),
+            "pass a table, or call several times",
+        ),
+        AsmErrorKind::OperandRange => (
+            Code::ImageTooLarge,
+            "the script has more names, strings or functions than an image can number".to_owned(),
+            "at most 32767 of each are possible",
+        ),
+        AsmErrorKind::JumpTooFar => (
+            Code::FunctionTooLong,
+            "the code between here and the end of this statement is too long to jump over"
+                .to_owned(),
+            "move a part of it into a function",
+        ),
+        AsmErrorKind::BadOpcode
+        | AsmErrorKind::Underflow
+        | AsmErrorKind::DepthMismatch
+        | AsmErrorKind::BadLabel => (
+            Code::Internal,
+            format!("the compiler made wrong code here ({:?})", error.kind),
+            "this is a mistake in the compiler: please report it with the script",
+        ),
+    };
+    Diagnostic::new(code, error.span, message).help(help)
+}
+
+/// Where code comes from that no line of the script shows: the start of the script.
+fn nowhere() -> Span {
+    Span::default()
+}

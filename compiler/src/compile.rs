@@ -1,0 +1,191 @@
+//! From a script to an image and its symbols, in one call.
+
+use std::path::Path;
+
+use bittybuzz_robots::Robot;
+
+use crate::check::{self, robots::Robots};
+use crate::codegen::constant::Profile;
+use crate::codegen::{self, Generated};
+use crate::codes::Code;
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::image::{Image, ImageError};
+use crate::include::Loader;
+use crate::parser::{Parsed, parse};
+use crate::source::{SourceMap, Span};
+use crate::symbols::{FORMAT, FunctionSymbol, LineEntry, Place, Symbols};
+
+/// What a script is compiled for.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// The number profile; without, the robot's, and `full` where no robot is named.
+    pub profile: Option<Profile>,
+    /// The robot; without, every function of every known robot may be called.
+    pub robot: Option<Robot>,
+    /// Every robot that is known.
+    pub robots: Vec<Robot>,
+}
+
+impl Options {
+    fn effective_profile(&self) -> Profile {
+        let of_robot = self.robot.as_ref().map(|robot| robot.profile);
+        self.profile.or(of_robot).unwrap_or(Profile::Full)
+    }
+}
+
+/// What comes of a script.
+#[derive(Debug, Clone)]
+pub struct Compiled {
+    /// The image; `None` if there are errors.
+    pub image: Option<Vec<u8>>,
+    /// The symbols of the image.
+    pub symbols: Option<Symbols>,
+    /// Errors and warnings, in the order of the source.
+    pub diagnostics: Vec<Diagnostic>,
+    /// The script and everything that it includes.
+    pub sources: SourceMap,
+}
+
+/// Compiles the script `text`; `main` is its path, from which includes are searched.
+pub fn compile(main: &Path, text: String, loader: &Loader<'_>, options: &Options) -> Compiled {
+    compile_parsed(parse(main, text, loader), options)
+}
+
+/// Compiles a script that was parsed.
+pub fn compile_parsed(parsed: Parsed, options: &Options) -> Compiled {
+    let has_syntax_errors = parsed.has_errors();
+    let Parsed { script, sources, mut diagnostics, token_hash, strings } = parsed;
+    let profile = options.effective_profile();
+    let robots = Robots { target: options.robot.as_ref(), known: &options.robots };
+    let checked = check::check(&script, robots, profile, has_syntax_errors);
+    diagnostics.extend(checked.diagnostics);
+    let mut image = None;
+    let mut symbols = None;
+    if !diagnostics.iter().any(|diagnostic| diagnostic.severity() == Severity::Error) {
+        let hash = script_hash(token_hash, profile);
+        let built = codegen::generate(checked.program, &checked.meanings, profile, &strings)
+            .and_then(|mut generated| {
+                generated.parts.script_hash = hash;
+                let written = write(&generated).map_err(|error| vec![error])?;
+                let refused =
+                    robots.target.map_or(Vec::new(), |robot| fit(&generated, &written, robot));
+                if refused.is_empty() { Ok((generated, written)) } else { Err(refused) }
+            });
+        match built {
+            Ok((generated, written)) => {
+                symbols = Some(make_symbols(&generated, &written, &sources, profile, options));
+                image = Some(written.bytes);
+            }
+            Err(errors) => diagnostics.extend(errors),
+        }
+    }
+    diagnostics.sort_by_key(|diagnostic| (diagnostic.span.file, diagnostic.span.start));
+    Compiled { image, symbols, diagnostics, sources }
+}
+
+/// Names a script and its profile: one more step of the FNV-1a hash of the tokens.
+pub fn script_hash(token_hash: u32, profile: Profile) -> u32 {
+    (token_hash ^ u32::from(profile == Profile::Full)).wrapping_mul(0x0100_0193)
+}
+
+fn write(generated: &Generated) -> Result<Image, Diagnostic> {
+    generated.parts.write().map_err(|error| {
+        let help = match error {
+            ImageError::Length(_) => "leave out what the robots do not need",
+            ImageError::Count { .. } => "use fewer of them",
+            ImageError::StringLength(_) => "make it shorter",
+        };
+        Diagnostic::new(Code::ImageTooLarge, Span::default(), error.to_string()).help(help)
+    })
+}
+
+/// What keeps an image off a robot, as far as its file tells.
+fn fit(generated: &Generated, image: &Image, robot: &Robot) -> Vec<Diagnostic> {
+    let mut refused = Vec::new();
+    let (globals, slots) = (generated.globals.len(), robot.vm.slots as usize);
+    if globals > slots {
+        refused.push(
+            Diagnostic::new(
+                Code::TooManyGlobals,
+                Span::default(),
+                format!(
+                    "the script has {globals} globals, the {} has room for {slots} values",
+                    robot.title
+                ),
+            )
+            .help("use local variables, or keep values in a table"),
+        );
+    }
+    if let Some(budget) = robot.budget
+        && image.bytes.len() > budget.flash_bytes as usize
+    {
+        refused.push(Diagnostic::new(
+            Code::FlashBudget,
+            Span::default(),
+            format!(
+                "the image has {} bytes, the flash of the {} {}",
+                image.bytes.len(),
+                robot.title,
+                budget.flash_bytes
+            ),
+        ));
+    }
+    refused
+}
+
+fn make_symbols(
+    generated: &Generated,
+    image: &Image,
+    sources: &SourceMap,
+    profile: Profile,
+    options: &Options,
+) -> Symbols {
+    let functions = generated
+        .functions
+        .iter()
+        .zip(&image.functions)
+        .map(|(source, offset)| FunctionSymbol {
+            name: match &source.name {
+                Some(name) => name.clone(),
+                None => lambda_name(sources, source.span),
+            },
+            offset: *offset as u32,
+        })
+        .collect();
+    Symbols {
+        format: FORMAT,
+        profile: profile.name().to_owned(),
+        script_hash: generated.parts.script_hash,
+        robot: options.robot.as_ref().map(|robot| robot.name.clone()),
+        files: sources.files().map(|(_, file)| file.path.display().to_string()).collect(),
+        functions,
+        strings: generated.parts.strings.script().to_vec(),
+        globals: generated.globals.clone(),
+        imports: generated.imports.clone(),
+        lines: image
+            .lines
+            .iter()
+            .map(|(offset, span)| LineEntry {
+                offset: *offset as u32,
+                place: place(sources, *span),
+            })
+            .collect(),
+    }
+}
+
+fn lambda_name(sources: &SourceMap, span: Span) -> String {
+    let line = sources.line_column(span).line;
+    format!("lambda at {}:{line}", sources.path(span.file).display())
+}
+
+fn place(sources: &SourceMap, span: Span) -> Place {
+    let start = sources.line_column(span);
+    let end = sources.line_column(Span { start: span.end, ..span });
+    Place {
+        file: span.file.0,
+        line: start.line,
+        column: start.column,
+        end_line: end.line,
+        end_column: end.column,
+    }
+}

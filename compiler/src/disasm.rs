@@ -1,0 +1,324 @@
+//! Images as readable text.
+//!
+//! Any bytes can be given: what cannot be understood is said to be so, and nothing is trusted.
+
+use std::fmt::Write as _;
+
+use bittybuzz_vm_core::builtin::{self, Feature, Library};
+use bittybuzz_vm_core::image::{
+    CAPTURES, EntryPoint, FORM_ORDER, FORM_TEXT, Header, Image, PARAMETERS, USES_SELF,
+};
+use bittybuzz_vm_core::link::name_hash;
+use bittybuzz_vm_core::number::{Full, Profile as _, Tiny};
+use bittybuzz_vm_core::opcode::{self, DROP_RESULT, Decoded, Operand, Trailer};
+
+use crate::codegen::ENTRIES;
+use crate::symbols::{Place, Symbols};
+
+/// The image as text. With its symbols the text names functions, globals and source lines.
+pub fn disassemble(image: &[u8], symbols: Option<&Symbols>) -> String {
+    let mut text = String::new();
+    // Writing to a string does not fail.
+    let _ = match Image::new(image).header() {
+        Ok(header) => {
+            let view = View { image, header, symbols };
+            view.write(&mut text)
+        }
+        Err(error) => writeln!(text, "not an image: {error:?}"),
+    };
+    text
+}
+
+struct View<'a> {
+    image: &'a [u8],
+    header: Header,
+    symbols: Option<&'a Symbols>,
+}
+
+impl View<'_> {
+    fn write(&self, out: &mut String) -> std::fmt::Result {
+        self.write_header(out)?;
+        let starts: Vec<usize> = (0..self.header.functions)
+            .map(|number| {
+                usize::from(self.word(self.header.functions_at, number))
+                    + usize::from(self.header.code_at)
+            })
+            .collect();
+        for (number, start) in starts.iter().enumerate() {
+            let end = starts.get(number + 1).copied().unwrap_or(self.image.len());
+            writeln!(out)?;
+            self.write_function(out, number, *start, end.min(self.image.len()))?;
+        }
+        Ok(())
+    }
+
+    fn write_header(&self, out: &mut String) -> std::fmt::Result {
+        let header = &self.header;
+        let profile = if header.is_full() { "full" } else { "tiny" };
+        writeln!(out, "profile      {profile}")?;
+        writeln!(out, "script hash  {:08x}", header.hash)?;
+        writeln!(out, "bytes        {} ({} code)", self.image.len(), self.code_length())?;
+        let features = [
+            (Feature::Maths, "maths"),
+            (Feature::Strings, "strings"),
+            (Feature::Neighbors, "neighbors"),
+            (Feature::Swarm, "swarm"),
+            (Feature::Stigmergy, "stigmergy"),
+        ];
+        let needed: Vec<&str> = features
+            .into_iter()
+            .filter(|(feature, _)| header.features & *feature as u8 != 0)
+            .map(|(_, name)| name)
+            .collect();
+        writeln!(out, "features     {}", list(&needed))?;
+        for (name, count) in ENTRIES.into_iter().zip(header.entries) {
+            match EntryPoint::from_count(count) {
+                EntryPoint::None => {}
+                EntryPoint::Function(number) => {
+                    writeln!(out, "{name:<12} {}", self.function_name(number))?;
+                }
+                EntryPoint::Global(number) => {
+                    writeln!(out, "{name:<12} global {}", self.global_name(number))?;
+                }
+            }
+        }
+        writeln!(out, "globals      {}", header.globals)?;
+        for number in 0..header.imports {
+            writeln!(out, "import {number:<5} {}", self.import_name(number))?;
+        }
+        for number in 0..header.strings {
+            let number = number.saturating_add(builtin::string::COUNT);
+            writeln!(out, "string {number:<5} {}", self.string_name(number))?;
+        }
+        if header.form & FORM_ORDER != 0 {
+            writeln!(out, "order table")?;
+        }
+        if header.form & FORM_TEXT != 0 {
+            writeln!(out, "text")?;
+        }
+        for row in 0..header.library_rows {
+            let at = usize::from(header.libraries_at) + 4 * usize::from(row);
+            let string = u16::from_le_bytes([self.byte(at + 1), self.byte(at + 2)]);
+            writeln!(
+                out,
+                "member       {}.{} = {}",
+                library_name(self.byte(at)),
+                self.string_name(string),
+                builtin_name(i32::from(self.byte(at + 3)))
+            )?;
+        }
+        Ok(())
+    }
+
+    fn write_function(
+        &self,
+        out: &mut String,
+        number: usize,
+        start: usize,
+        end: usize,
+    ) -> std::fmt::Result {
+        let name =
+            u16::try_from(number).map_or_else(|_| number.to_string(), |n| self.function_name(n));
+        let head = self.byte(start);
+        write!(
+            out,
+            "function {number}: {name}, {} parameters, {} slots",
+            head & PARAMETERS,
+            self.byte(start + 1)
+        )?;
+        write!(out, "{}", if head & CAPTURES != 0 { ", has captured values" } else { "" })?;
+        writeln!(out, "{}", if head & USES_SELF != 0 { ", uses self" } else { "" })?;
+        let mut at = start + 2;
+        let mut place = None;
+        while at < end {
+            let bytes = [self.byte(at), self.byte(at + 1), self.byte(at + 2)];
+            let instruction = opcode::decode(bytes);
+            let offset = at.saturating_sub(usize::from(self.header.code_at));
+            let here = self.place(offset);
+            let Some(info) = opcode::TABLE.iter().find(|info| info.byte == instruction.opcode)
+            else {
+                writeln!(out, "{offset:>5}: {:#04x} is no instruction", bytes[0])?;
+                return Ok(());
+            };
+            let trailer = at + usize::from(instruction.length);
+            let next = trailer
+                + match info.trailer {
+                    Trailer::None => 0,
+                    Trailer::Arguments | Trailer::Captures | Trailer::Immediate => 1,
+                    Trailer::Word => self.word_bytes(),
+                };
+            let operand = match info.operand {
+                Operand::None => String::new(),
+                Operand::Jump => {
+                    let target = next as i64 + i64::from(instruction.operand);
+                    format!(" {}", target - i64::from(self.header.code_at))
+                }
+                _ => format!(" {}", instruction.operand),
+            };
+            let code = format!("{}{operand}{}", info.name, self.trailer(info.trailer, trailer));
+            let mut comment = self.meaning(info, &instruction, trailer);
+            if here.is_some() && here != place {
+                place = here;
+                if let Some(source) = here.and_then(|place| self.source(place)) {
+                    let gap = if comment.is_empty() { "" } else { "  " };
+                    comment = format!("{comment}{gap}[{source}]");
+                }
+            }
+            let line = format!("{offset:>5}: {code:<24} ; {comment}");
+            writeln!(out, "{}", line.trim_end_matches([' ', ';']))?;
+            if next > end {
+                writeln!(out, "       runs over the end of the function")?;
+            }
+            at = next;
+        }
+        Ok(())
+    }
+
+    /// Names what the operand stands for.
+    fn meaning(&self, info: &opcode::Info, instruction: &Decoded, trailer: usize) -> String {
+        let number = instruction.operand;
+        let index = u16::try_from(number).ok();
+        let named = |name: &dyn Fn(u16) -> String| index.map_or_else(String::new, name);
+        match info.operand {
+            Operand::String => named(&|n| self.string_name(n)),
+            Operand::Function => named(&|n| self.function_name(n)),
+            Operand::Builtin => builtin_name(i32::from(number)),
+            Operand::Robot => named(&|n| self.import_name(n)),
+            Operand::Library => u8::try_from(number).map_or_else(|_| "?".to_owned(), library_name),
+            Operand::Global => named(&|n| self.global_name(n)),
+            Operand::None if info.trailer == Trailer::Word => {
+                self.literal(instruction.opcode, trailer)
+            }
+            _ => String::new(),
+        }
+    }
+
+    fn trailer(&self, trailer: Trailer, at: usize) -> String {
+        let byte = self.byte(at);
+        match trailer {
+            Trailer::None | Trailer::Word => String::new(),
+            Trailer::Arguments if byte & DROP_RESULT != 0 => {
+                format!(" {} drop", byte & !DROP_RESULT)
+            }
+            Trailer::Arguments | Trailer::Captures => format!(" {byte}"),
+            Trailer::Immediate => format!(" {}", byte as i8),
+        }
+    }
+
+    fn literal(&self, opcode: u8, at: usize) -> String {
+        let bytes = [self.byte(at), self.byte(at + 1), self.byte(at + 2), self.byte(at + 3)];
+        let (int, float) = if self.header.is_full() {
+            let raw = Full::literal_from_le(bytes);
+            (Full::int_to_i32(raw), Full::float_to_f32(raw))
+        } else {
+            let raw = Tiny::literal_from_le(bytes);
+            (Tiny::int_to_i32(raw), Tiny::float_to_f32(raw))
+        };
+        if opcode == opcode::FLOAT { format!("{float:?}") } else { int.to_string() }
+    }
+
+    fn word_bytes(&self) -> usize {
+        if self.header.is_full() { Full::WORD_BYTES } else { Tiny::WORD_BYTES }
+    }
+
+    fn byte(&self, at: usize) -> u8 {
+        self.image.get(at).copied().unwrap_or(0)
+    }
+
+    fn word(&self, table: u16, row: u16) -> u16 {
+        let at = usize::from(table) + 2 * usize::from(row);
+        u16::from_le_bytes([self.byte(at), self.byte(at + 1)])
+    }
+
+    fn code_length(&self) -> usize {
+        self.image.len().saturating_sub(usize::from(self.header.code_at))
+    }
+
+    fn place(&self, offset: usize) -> Option<Place> {
+        self.symbols?.position(u32::try_from(offset).ok()?)
+    }
+
+    fn source(&self, place: Place) -> Option<String> {
+        let file = self.symbols?.file(place.file)?;
+        Some(format!("{file}:{}:{}", place.line, place.column))
+    }
+
+    fn function_name(&self, number: u16) -> String {
+        let known = self.symbols.and_then(|symbols| symbols.functions.get(usize::from(number)));
+        known.map_or_else(|| format!("function {number}"), |function| function.name.clone())
+    }
+
+    fn global_name(&self, number: u16) -> String {
+        let known = self.symbols.and_then(|symbols| symbols.globals.get(usize::from(number)));
+        known.cloned().unwrap_or_else(|| number.to_string())
+    }
+
+    fn import_name(&self, number: u16) -> String {
+        let hash = self.word(self.header.imports_at, number);
+        let known = self.symbols.and_then(|symbols| symbols.imports.get(usize::from(number)));
+        match known.filter(|name| name_hash(name) == hash) {
+            Some(name) => name.clone(),
+            None => format!("robot function {hash:#06x}"),
+        }
+    }
+
+    fn string_name(&self, number: u16) -> String {
+        let own = builtin::STRINGS.get(usize::from(number)).copied();
+        let text = own.or_else(|| self.symbols?.string(number)).map(str::to_owned);
+        text.or_else(|| self.image_text(number))
+            .map_or_else(|| format!("string {number}"), |t| format!("{t:?}"))
+    }
+
+    /// The text of a string, where the image has it.
+    fn image_text(&self, number: u16) -> Option<String> {
+        if self.header.form & FORM_TEXT == 0 {
+            return None;
+        }
+        let index = number.checked_sub(builtin::string::COUNT)?;
+        let mut at = usize::from(self.header.text_at);
+        for current in 0..self.header.strings {
+            let first = self.byte(at);
+            at += 1;
+            let mut length = usize::from(first);
+            if first & 0x80 != 0 {
+                length = usize::from(first & 0x7f) << 8 | usize::from(self.byte(at));
+                at += 1;
+            }
+            if current == index {
+                return Some(
+                    String::from_utf8_lossy(self.image.get(at..at + length)?).into_owned(),
+                );
+            }
+            at += length;
+        }
+        None
+    }
+}
+
+fn list(names: &[&str]) -> String {
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}
+
+fn library_name(number: u8) -> String {
+    match Library::ALL.get(usize::from(number)) {
+        Some(library) => match library.global_name() {
+            Some(name) => name.to_owned(),
+            None => format!("{library:?}"),
+        },
+        None => format!("library {number}"),
+    }
+}
+
+fn builtin_name(number: i32) -> String {
+    let Some(info) = u8::try_from(number).ok().and_then(builtin::info) else {
+        return format!("built-in {number}");
+    };
+    match info.library {
+        Library::Global => info.name.to_owned(),
+        Library::Rng => format!("math.rng.{}", info.name),
+        library => match library.global_name() {
+            Some(global) => format!("{global}.{}", info.name),
+            None => format!("{library:?}.{}", info.name),
+        },
+    }
+}

@@ -1,0 +1,178 @@
+//! Writes images, as `docs/image-format.md` lays them out.
+
+use std::fmt;
+
+use bittybuzz_vm_core::image::{
+    COUNT_MAX, FORM_FULL, FORM_LIBRARIES, FORM_ORDER, FORM_TEXT, MAGIC, VERSION,
+};
+
+use crate::codegen::asm::FunctionCode;
+use crate::source::Span;
+use crate::strings::StringTable;
+
+pub use bittybuzz_vm_core::image::EntryPoint;
+
+/// The most bytes of an image.
+pub const MAX_BYTES: usize = 0xff00;
+
+/// A row of the library table: the built-in under a name of a library.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct LibraryRow {
+    /// Number of the library.
+    pub library: u8,
+    /// Number of the name.
+    pub string: u16,
+    /// Number of the built-in.
+    pub builtin: u8,
+}
+
+/// Everything that an image holds.
+#[derive(Debug, Clone, Default)]
+pub struct Parts {
+    /// The number profile is `full`.
+    pub full: bool,
+    /// Feature bits.
+    pub features: u8,
+    /// Names the source.
+    pub script_hash: u32,
+    /// `init`, `step`, `reset`, `destroy`, as [`EntryPoint::to_count`] codes them.
+    pub entries: [u16; 4],
+    /// Number of globals.
+    pub globals: usize,
+    /// Name hashes of imported robot functions.
+    pub imports: Vec<u16>,
+    /// The strings.
+    pub strings: StringTable,
+    /// Write the order table.
+    pub order: bool,
+    /// Write the text of the strings.
+    pub text: bool,
+    /// Rows of the library table, in any order.
+    pub libraries: Vec<LibraryRow>,
+    /// The functions; number 0 is the global code.
+    pub functions: Vec<FunctionCode>,
+}
+
+/// An image with what is known of its layout.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Image {
+    /// The bytes.
+    pub bytes: Vec<u8>,
+    /// Where the code starts in them. Everything below is counted from there, as faults are.
+    pub code_at: usize,
+    /// Where each function's header is.
+    pub functions: Vec<usize>,
+    /// Where the instructions come from: offset of the first of a run with one span; ascending.
+    pub lines: Vec<(usize, Span)>,
+}
+
+/// Why there is no image of a script.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ImageError {
+    /// A count in the header would exceed 32767.
+    Count {
+        /// What there is too much of.
+        what: &'static str,
+        /// How many.
+        count: usize,
+    },
+    /// A string of more than 32767 bytes.
+    StringLength(usize),
+    /// The whole image would exceed [`MAX_BYTES`].
+    Length(usize),
+}
+
+impl fmt::Display for ImageError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ImageError::Count { what, count } => {
+                write!(f, "{count} {what}, at most {COUNT_MAX} fit an image")
+            }
+            ImageError::StringLength(length) => {
+                write!(f, "a string of {length} bytes, at most {COUNT_MAX} fit an image")
+            }
+            ImageError::Length(length) => {
+                write!(f, "the image would have {length} bytes, at most {MAX_BYTES} are possible")
+            }
+        }
+    }
+}
+
+impl std::error::Error for ImageError {}
+
+impl Parts {
+    /// The image.
+    pub fn write(&self) -> Result<Image, ImageError> {
+        let mut form = VERSION;
+        form |= if self.full { FORM_FULL } else { 0 };
+        form |= if self.order { FORM_ORDER } else { 0 };
+        form |= if self.text { FORM_TEXT } else { 0 };
+        form |= if self.libraries.is_empty() { 0 } else { FORM_LIBRARIES };
+        let mut bytes = vec![MAGIC, form, self.features];
+        bytes.extend(self.script_hash.to_le_bytes());
+        for entry in self.entries {
+            count(&mut bytes, "entries", usize::from(entry))?;
+        }
+        count(&mut bytes, "globals", self.globals)?;
+        count(&mut bytes, "functions", self.functions.len())?;
+        count(&mut bytes, "robot functions", self.imports.len())?;
+        count(&mut bytes, "strings", self.strings.script().len())?;
+        for import in &self.imports {
+            bytes.extend(import.to_le_bytes());
+        }
+        if self.order {
+            bytes.extend(self.strings.order());
+        }
+        if !self.libraries.is_empty() {
+            let mut rows = self.libraries.clone();
+            rows.sort_unstable();
+            rows.dedup();
+            count(&mut bytes, "library members", rows.len())?;
+            for row in rows {
+                bytes.push(row.library);
+                bytes.extend(row.string.to_le_bytes());
+                bytes.push(row.builtin);
+            }
+        }
+        let mut offset = 0;
+        for function in &self.functions {
+            // Too large an offset is caught below, because it makes too large an image.
+            bytes.extend((offset as u16).to_le_bytes());
+            offset += function.bytes.len();
+        }
+        if self.text {
+            for text in self.strings.script() {
+                if text.len() > COUNT_MAX {
+                    return Err(ImageError::StringLength(text.len()));
+                }
+                count(&mut bytes, "bytes", text.len())?;
+                bytes.extend(text.as_bytes());
+            }
+        }
+        let code_at = bytes.len();
+        let mut functions = Vec::with_capacity(self.functions.len());
+        let mut lines = Vec::new();
+        for function in &self.functions {
+            let start = bytes.len() - code_at;
+            functions.push(start);
+            lines.extend(function.lines.iter().map(|(at, span)| (start + at, *span)));
+            bytes.extend(&function.bytes);
+        }
+        if bytes.len() > MAX_BYTES {
+            return Err(ImageError::Length(bytes.len()));
+        }
+        Ok(Image { bytes, code_at, functions, lines })
+    }
+}
+
+fn count(bytes: &mut Vec<u8>, what: &'static str, number: usize) -> Result<(), ImageError> {
+    if number > COUNT_MAX {
+        return Err(ImageError::Count { what, count: number });
+    }
+    if number < 0x80 {
+        bytes.push(number as u8);
+    } else {
+        bytes.extend([(number >> 8) as u8 | 0x80, number as u8]);
+    }
+    Ok(())
+}

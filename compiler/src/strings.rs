@@ -1,0 +1,78 @@
+//! The numbers of strings.
+//!
+//! Robots send string numbers to each other, so all that are built from one source must agree on them: the machine's
+//! own strings come first, then all strings of the source, used or not, sorted by their bytes.
+
+use std::collections::BTreeSet;
+
+use bittybuzz_vm_core::builtin;
+
+/// Every string of a script, by number.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct StringTable {
+    /// Strings that the machine does not know itself, sorted.
+    script: Vec<String>,
+}
+
+impl StringTable {
+    /// Numbers the strings of a script, which may come in any order and more than once.
+    pub fn new<'a>(strings: impl IntoIterator<Item = &'a str>) -> Self {
+        let unique: BTreeSet<&str> =
+            strings.into_iter().filter(|s| own_number(s).is_none()).collect();
+        StringTable { script: unique.into_iter().map(str::to_owned).collect() }
+    }
+
+    /// The strings that the machine does not know itself, in the order of their numbers.
+    pub fn script(&self) -> &[String] {
+        &self.script
+    }
+
+    /// The number of a string that is in the table.
+    pub fn number(&self, text: &str) -> Option<u16> {
+        if let Some(number) = own_number(text) {
+            return Some(number);
+        }
+        let index = self.script.binary_search_by(|s| s.as_str().cmp(text)).ok()?;
+        u16::try_from(index).ok()?.checked_add(builtin::string::COUNT)
+    }
+
+    /// For every string of the script, how many of the machine's own sort before it.
+    pub fn order(&self) -> impl Iterator<Item = u8> {
+        let before = |text: &str| builtin::STRINGS.iter().filter(|own| **own < text).count();
+        self.script.iter().map(move |text| before(text) as u8)
+    }
+}
+
+/// The number of a string that the machine knows itself.
+pub fn own_number(text: &str) -> Option<u16> {
+    builtin::STRINGS.binary_search(&text).ok().and_then(|index| u16::try_from(index).ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn own_strings_keep_their_numbers_and_are_not_repeated() {
+        let table = StringTable::new(["robot", "zebra", "distance", "apple", "zebra"]);
+        assert_eq!(table.script(), ["apple", "zebra"]);
+        assert_eq!(table.number("robot"), Some(builtin::string::ROBOT));
+        assert_eq!(table.number("apple"), Some(builtin::string::COUNT));
+        assert_eq!(table.number("zebra"), Some(builtin::string::COUNT + 1));
+        assert_eq!(table.number("absent"), None);
+    }
+
+    #[test]
+    fn order_counts_own_strings_before() {
+        let table = StringTable::new(["", "azimuth2", "zzz", "nim"]);
+        let order: Vec<u8> = table.order().collect();
+        // "" < azimuth < azimuth2 < closure ... integer < nil < nim < robot ... < timestamp < zzz
+        assert_eq!(order, [0, 1, 8, 12]);
+    }
+
+    #[test]
+    fn bytes_decide_not_letters() {
+        let table = StringTable::new(["b", "a", "Z", "\u{e9}"]);
+        assert_eq!(table.script(), ["Z", "a", "b", "\u{e9}"]);
+    }
+}
