@@ -14,9 +14,9 @@ use crate::value::{Tag, Value};
 /// Slots of a heap cell: a header and six others.
 pub(crate) const CELL: usize = 7;
 
-/// See the module.
+/// See the module. The slots come last, so that the AVR reaches the other fields with short instructions.
+#[repr(C)]
 pub(crate) struct Arena<P: Profile, const SLOTS: usize> {
-    slots: [Value<P>; SLOTS],
     /// The slots in use are those below; at most `SLOTS`.
     top: u16,
     /// Lowest cell in use or free-listed.
@@ -27,6 +27,7 @@ pub(crate) struct Arena<P: Profile, const SLOTS: usize> {
     pub(crate) reserved: u16,
     /// A cell was taken since the last collection.
     pub(crate) allocated: bool,
+    slots: [Value<P>; SLOTS],
 }
 
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
@@ -66,20 +67,33 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// The slot, nil if there is none of that number: verified code and the machine itself never ask for one.
+    /// For the few places where speed counts; elsewhere [`Arena::get`] is smaller.
     #[inline(always)]
-    pub(crate) fn get(&self, at: usize) -> Value<P> {
+    pub(crate) fn get_fast(&self, at: usize) -> Value<P> {
         match self.slots.get(at) {
             Some(slot) => *slot,
             None => Value::nil(),
         }
     }
 
-    /// Writes a slot.
+    /// Writes a slot; see [`Arena::get_fast`].
     #[inline(always)]
-    pub(crate) fn set(&mut self, at: usize, value: Value<P>) {
+    pub(crate) fn set_fast(&mut self, at: usize, value: Value<P>) {
         if let Some(slot) = self.slots.get_mut(at) {
             *slot = value;
         }
+    }
+
+    /// The slot.
+    #[inline(never)]
+    pub(crate) fn get(&self, at: usize) -> Value<P> {
+        self.get_fast(at)
+    }
+
+    /// Writes a slot.
+    #[inline(never)]
+    pub(crate) fn set(&mut self, at: usize, value: Value<P>) {
+        self.set_fast(at, value);
     }
 
     /// Moves the `count` slots from `from` on down by `by`.

@@ -63,32 +63,15 @@ pub struct Fault {
     pub detail: u16,
 }
 
-/// A cause on its way from the place that finds it to the interpreter, which adds the position.
+/// A fault that a robot function reports instead of a result.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Cause {
-    pub(crate) code: FaultCode,
-    pub(crate) operands: [Type; 2],
-    pub(crate) detail: u16,
+pub enum RobotFault {
+    /// An argument is not of a type that the function takes.
+    WrongType(Type),
+    /// The function cannot do it; the number tells which of its reasons.
+    Refused(u16),
 }
 
-impl Cause {
-    #[inline(never)]
-    pub(crate) fn new(code: FaultCode) -> Self {
-        Cause { code, operands: [Type::Nil; 2], detail: 0 }
-    }
-
-    #[inline(never)]
-    pub(crate) fn of(code: FaultCode, first: Type, second: Type) -> Self {
-        Cause { code, operands: [first, second], detail: 0 }
-    }
-
-    /// The fault that a robot function reports: `detail` tells which of its reasons.
-    pub fn robot(detail: u16) -> Self {
-        Cause { detail, ..Cause::new(FaultCode::RobotRefused) }
-    }
-
-    /// The fault that a robot function reports for an argument of the wrong type.
-    pub fn argument(found: Type) -> Self {
-        Cause::of(FaultCode::WrongType, found, found)
-    }
-}
+/// The script has stopped: the machine holds the fault already. Costs nothing on its way out.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Stopped;

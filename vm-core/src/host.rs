@@ -1,7 +1,7 @@
 //! What the machine asks of the robot, or of the host program that plays one.
 
 use crate::bytecode::ByteCode;
-use crate::fault::Cause;
+use crate::fault::RobotFault;
 use crate::machine::Vm;
 use crate::number::Profile;
 use crate::value::{Tag, Value};
@@ -37,7 +37,7 @@ pub trait Host<P: Profile> {
         function: u16,
         arguments: Arguments<'_, P, C, SLOTS>,
         again: bool,
-    ) -> Result<Reply<P>, Cause>;
+    ) -> Result<Reply<P>, RobotFault>;
 
     /// `log(...)`
     fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>);

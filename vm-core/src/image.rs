@@ -204,6 +204,7 @@ impl<C: ByteCode> Reader<'_, C> {
 }
 
 impl Header {
+    #[inline(never)]
     fn read<C: ByteCode>(code: &C) -> Result<Header, ImageError> {
         // Positions at the end of 16 bits are return addresses of the machine itself.
         if code.len() > 0xff00 {

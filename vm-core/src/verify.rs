@@ -22,6 +22,7 @@ pub const FEATURES: u8 = if cfg!(feature = "maths") { Feature::Maths as u8 } els
 impl<C: ByteCode> Image<C> {
     /// Checks every byte that the machine will rely on. `is_robot_function` tells whether the robot has a function
     /// of that name hash.
+    #[inline(never)]
     pub(crate) fn verify<P: Profile, const SLOTS: usize>(
         self,
         scratch: &mut Arena<P, SLOTS>,
@@ -135,6 +136,7 @@ struct Pass<'a, C: ByteCode, P: Profile, const SLOTS: usize> {
 }
 
 impl<C: ByteCode, P: Profile, const SLOTS: usize> Pass<'_, C, P, SLOTS> {
+    #[inline(never)]
     fn run(mut self, mut at: usize) -> Result<(), ImageError> {
         // Whether the way from the instruction before leads here.
         let mut reached = true;
@@ -165,9 +167,8 @@ impl<C: ByteCode, P: Profile, const SLOTS: usize> Pass<'_, C, P, SLOTS> {
             let mut pushes = effect.pushes;
             let byte = self.code.byte(trailer);
             let operand = u16::try_from(instruction.operand).ok();
-            let fits = self.operand(&instruction, effect.operand, operand);
-            let mut fits = fits && instruction.opcode != opcode::LOCAL_SET
-                || self.writable(&instruction);
+            let mut fits = self.operand(&instruction, effect.operand, operand)
+                && self.writable(&instruction);
             match effect.trailer {
                 Trailer::Arguments => {
                     let count = byte & !DROP_RESULT;
@@ -184,8 +185,7 @@ impl<C: ByteCode, P: Profile, const SLOTS: usize> Pass<'_, C, P, SLOTS> {
                     fits &= byte > 0 && byte < DEPTH_MAX;
                     pops = pops.saturating_add(byte);
                 }
-                Trailer::Immediate => fits &= self.writable(&instruction),
-                Trailer::None | Trailer::Word => {}
+                Trailer::None | Trailer::Immediate | Trailer::Word => {}
             }
             if effect.operand == Operand::Count {
                 pops = pops.saturating_add(operand.unwrap_or(0).min(255) as u8);
@@ -296,6 +296,13 @@ impl<C: ByteCode, P: Profile, const SLOTS: usize> Pass<'_, C, P, SLOTS> {
         }
         self.forward = kept;
         self.next_target = next_target;
+        // A backward jump may lead here as well, if a `JUMP` stands before: with the depth found now.
+        if self.backward > 0 {
+            let last = self.memory.top() - self.backward;
+            if self.memory.get(last).index() == at {
+                self.memory.set(last, Value::indexed(Tag(self.depth), at as u16));
+            }
+        }
         Ok(())
     }
 

@@ -16,12 +16,12 @@ const LINK: usize = CELL;
 
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     fn marked(&self, cell: usize) -> bool {
-        self.get(cell).tag().0 & MARK != 0
+        self.get_fast(cell).tag().0 & MARK != 0
     }
 
     fn set_header(&mut self, cell: usize, tag: u8) {
-        let header = self.get(cell);
-        self.set(cell, Value::new(Tag(tag), header.raw()));
+        let header = self.get_fast(cell);
+        self.set_fast(cell, Value::new(Tag(tag), header.raw()));
     }
 
     /// The cell that slot `number` of `cell` leads to, 0 if none.
@@ -30,7 +30,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         if number == LINK {
             return self.link(cell);
         }
-        let value = self.get(cell + number);
+        let value = self.get_fast(cell + number);
         if value.is_heap() { value.index() } else { 0 }
     }
 
@@ -53,17 +53,17 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         let kind = |tag: Tag| tag.0 & (MARK - 1);
         let mut before = 0;
         let mut number = 1;
-        self.set_header(cell, kind(self.get(cell).tag()) | MARK);
+        self.set_header(cell, kind(self.get_fast(cell).tag()) | MARK);
         loop {
             while number <= LINK {
                 let child = self.child(cell, number);
                 if child != 0 && !self.marked(child) {
-                    let tag = kind(self.get(cell).tag()) | MARK;
+                    let tag = kind(self.get_fast(cell).tag()) | MARK;
                     self.set_header(cell, tag | ((number as u8) << FOLLOWED_SHIFT));
                     self.redirect(cell, number, before);
                     before = cell;
                     cell = child;
-                    self.set_header(cell, kind(self.get(cell).tag()) | MARK);
+                    self.set_header(cell, kind(self.get_fast(cell).tag()) | MARK);
                     number = 1;
                 } else {
                     number += 1;
@@ -73,11 +73,11 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
                 return;
             }
             // Back to the cell before: the slot that was followed gets its own value again.
-            number = (self.get(before).tag().0 >> FOLLOWED_SHIFT) as usize;
+            number = (self.get_fast(before).tag().0 >> FOLLOWED_SHIFT) as usize;
             let back = if number == LINK {
                 self.link(before)
             } else {
-                self.get(before + number).index()
+                self.get_fast(before + number).index()
             };
             self.redirect(before, number, cell);
             cell = before;
@@ -94,12 +94,12 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         let mut free = 0;
         let mut bottom = self.top();
         while cell < self.top() {
-            let header = self.get(cell);
+            let header = self.get_fast(cell);
             if header.tag().0 & MARK != 0 {
-                self.set(cell, Value::new(Tag(header.tag().0 & (MARK - 1)), header.raw()));
+                self.set_fast(cell, Value::new(Tag(header.tag().0 & (MARK - 1)), header.raw()));
                 bottom = bottom.min(cell);
             } else if bottom < cell {
-                self.set(cell, Value::indexed(Tag(0), free as u16));
+                self.set_fast(cell, Value::indexed(Tag(0), free as u16));
                 free = cell;
             }
             cell += CELL;

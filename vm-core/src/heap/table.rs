@@ -295,7 +295,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
 
     #[cfg(not(feature = "strings"))]
     #[inline(always)]
-    fn same_text(&self, _: Value<P>, _: Value<P>) -> bool {
+    pub(crate) fn same_text(&self, _: Value<P>, _: Value<P>) -> bool {
         false
     }
 }

@@ -3,10 +3,10 @@
 use core::cmp::Ordering;
 
 use super::Vm;
-use super::slow::{as_f32, wrong_type};
+use super::slow::as_f32;
 use crate::builtin::{self, string};
 use crate::bytecode::ByteCode;
-use crate::fault::{Cause, FaultCode};
+use crate::fault::{FaultCode, Stopped};
 use crate::host::{Arguments, Host};
 #[cfg(feature = "maths")]
 use crate::number::maths;
@@ -21,13 +21,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         host: &mut H,
         number: u8,
         count: usize,
-    ) -> Result<Value<P>, Cause> {
+    ) -> Result<Value<P>, Stopped> {
         let first = usize::from(self.sp) - count;
         let end = usize::from(self.sp);
         if number == builtin::LOG {
             for slot in first..end {
                 if self.arena.get(slot).is(Tag::LIBRARY) {
-                    self.to_table(host, slot)?;
+                    self.library_to_table(host, slot)?;
                 }
             }
             host.log(Arguments { vm: self, end, count });
@@ -42,20 +42,20 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             builtin::UNIFORM => return self.uniform(a, b),
             #[cfg(feature = "maths")]
             builtin::GAUSSIAN => {
-                let deviation = float_or(a, 1.0)?;
-                let mean = float_or(b, 0.0)?;
+                let deviation = self.float_or(a, 1.0)?;
+                let mean = self.float_or(b, 0.0)?;
                 return Ok(Value::float(self.rng.gaussian(deviation, mean)));
             }
             _ => {}
         }
         // All others need their first argument.
         if a.is(Tag::UNSET) {
-            return Err(Cause::new(FaultCode::MissingArgument));
+            return Err(self.fail(FaultCode::MissingArgument));
         }
         let is = |wanted: Type| Ok(Value::truth(a.type_of() == wanted));
         match number {
             builtin::SIZE => {
-                self.to_table(host, first)?;
+                self.library_to_table(host, first)?;
                 let size = self.table_size(self.arena.get(first));
                 Ok(Value::int(size as i32))
             }
@@ -74,37 +74,37 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             builtin::IS_TABLE => is(Type::Table),
             builtin::IS_CLOSURE => is(Type::Closure),
             builtin::IS_USERDATA => Ok(Value::truth(false)),
-            builtin::TO_INT => Ok(saturated(number::to_int(need_number(a)?))),
-            builtin::TO_FLOAT => Ok(Value::float(need_float(a)?)),
+            builtin::TO_INT => Ok(saturated(number::to_int(self.need_number(a)?))),
+            builtin::TO_FLOAT => Ok(Value::float(self.need_float(a)?)),
             builtin::ASSERT => {
                 if !a.is_false() {
                     return Ok(Value::nil());
                 }
                 let detail = b.as_string().map_or(0, |number| number.wrapping_add(1));
-                Err(Cause { detail, ..Cause::new(FaultCode::AssertFailed) })
+                Err(self.fail_with(FaultCode::AssertFailed, [Type::Nil; 2], detail))
             }
             builtin::MIN | builtin::MAX => self.extreme(a, b, number == builtin::MAX),
-            builtin::ABS => match need_number(a)? {
+            builtin::ABS => match self.need_number(a)? {
                 Number::Int(value) if value < 0 => Ok(Value::new(Tag::INT, P::neg(a.raw()))),
                 Number::Float(value) => Ok(Value::float(number::abs(value))),
                 Number::Int(_) => Ok(a),
             },
-            builtin::FLOOR => Ok(rounded(a, need_number(a)?, number::floor)),
-            builtin::CEIL => Ok(rounded(a, need_number(a)?, number::ceil)),
-            builtin::ROUND => Ok(rounded(a, need_number(a)?, number::round)),
+            builtin::FLOOR => Ok(rounded(a, self.need_number(a)?, number::floor)),
+            builtin::CEIL => Ok(rounded(a, self.need_number(a)?, number::ceil)),
+            builtin::ROUND => Ok(rounded(a, self.need_number(a)?, number::round)),
             builtin::SET_SEED => {
-                let Number::Int(seed) = need_number(a)? else { return Err(wrong_type(a, a)) };
+                let Number::Int(seed) = self.need_number(a)? else { return Err(self.wrong_type(a, a)) };
                 self.rng = Rng::from_seed(seed as u32);
                 Ok(Value::nil())
             }
             #[cfg(feature = "maths")]
             builtin::EXPONENTIAL => {
-                let mean = need_float(a)?;
+                let mean = self.need_float(a)?;
                 Ok(Value::float(self.rng.exponential(mean)))
             }
             #[cfg(feature = "maths")]
             builtin::SQRT..=builtin::ATAN => {
-                let x = need_float(a)?;
+                let x = self.need_float(a)?;
                 Ok(Value::float(match number {
                     builtin::SQRT => maths::sqrt(x),
                     builtin::EXP => maths::exp(x),
@@ -116,13 +116,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     builtin::TAN => maths::tan(x),
                     builtin::ASIN => maths::asin(x),
                     builtin::ACOS => maths::acos(x),
-                    _ => maths::atan2(x, need_float(b)?),
+                    _ => maths::atan2(x, self.need_float(b)?),
                 }))
             }
             #[cfg(feature = "strings")]
             builtin::LENGTH..=builtin::STRING_TO_FLOAT => {
                 if a.is(Tag::LIBRARY) {
-                    self.to_table(host, first)?;
+                    self.library_to_table(host, first)?;
                 }
                 self.string_builtin(number, first, end)
             }
@@ -137,9 +137,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// `math.min` and `math.max`.
-    fn extreme(&self, a: Value<P>, b: Value<P>, max: bool) -> Result<Value<P>, Cause> {
+    fn extreme(&mut self, a: Value<P>, b: Value<P>, max: bool) -> Result<Value<P>, Stopped> {
         if b.is(Tag::UNSET) {
-            return Err(Cause::new(FaultCode::MissingArgument));
+            return Err(self.fail(FaultCode::MissingArgument));
         }
         if a.is_nil() || b.is_nil() {
             return Ok(if a.is_nil() { b } else { a });
@@ -148,12 +148,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(if self.order(a, b)? == Some(other) { b } else { a })
     }
 
-    fn uniform(&mut self, a: Value<P>, b: Value<P>) -> Result<Value<P>, Cause> {
+    fn uniform(&mut self, a: Value<P>, b: Value<P>) -> Result<Value<P>, Stopped> {
         if a.is(Tag::UNSET) {
             return Ok(Value::int(self.rng.next_u32() as i32));
         }
         let (low, high) =
-            if b.is(Tag::UNSET) { (Number::Int(0), need_number(a)?) } else { (need_number(a)?, need_number(b)?) };
+            if b.is(Tag::UNSET) { (Number::Int(0), self.need_number(a)?) } else { (self.need_number(a)?, self.need_number(b)?) };
         Ok(match (low, high) {
             (Number::Int(low), Number::Int(high)) => Value::int(self.rng.uniform_int(low, high)),
             (low, high) => Value::float(
@@ -161,19 +161,22 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             ),
         })
     }
-}
 
-fn need_number<P: Profile>(value: Value<P>) -> Result<Number, Cause> {
-    value.as_number().ok_or_else(|| wrong_type(value, value))
-}
+    fn need_number(&mut self, value: Value<P>) -> Result<Number, Stopped> {
+        match value.as_number() {
+            Some(number) => Ok(number),
+            None => Err(self.wrong_type(value, value)),
+        }
+    }
 
-fn need_float<P: Profile>(value: Value<P>) -> Result<f32, Cause> {
-    value.as_f32().ok_or_else(|| wrong_type(value, value))
-}
+    fn need_float(&mut self, value: Value<P>) -> Result<f32, Stopped> {
+        self.need_number(value).map(as_f32)
+    }
 
-#[cfg(feature = "maths")]
-fn float_or<P: Profile>(value: Value<P>, default: f32) -> Result<f32, Cause> {
-    if value.is(Tag::UNSET) { Ok(default) } else { need_float(value) }
+    #[cfg(feature = "maths")]
+    fn float_or(&mut self, value: Value<P>, default: f32) -> Result<f32, Stopped> {
+        if value.is(Tag::UNSET) { Ok(default) } else { self.need_float(value) }
+    }
 }
 
 /// The integer, or the nearest that the profile has.

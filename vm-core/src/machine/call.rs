@@ -3,7 +3,7 @@
 use super::{Flow, Native, Vm, record};
 use crate::builtin::{self, Kind};
 use crate::bytecode::ByteCode;
-use crate::fault::{Cause, FaultCode};
+use crate::fault::{FaultCode, RobotFault, Stopped};
 use crate::host::{Arguments, Host, Reply};
 use crate::image::{CAPTURES, USES_SELF};
 use crate::number::Profile;
@@ -45,7 +45,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         host: &mut H,
         count: usize,
         below: usize,
-    ) -> Result<(), Cause> {
+    ) -> Result<(), Stopped> {
         let callee = self.top(count + 1);
         let self_value = if below == 2 { self.top(count + 2) } else { Value::nil() };
         match callee.tag() {
@@ -63,7 +63,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         host: &mut H,
         callee: Value<P>,
         count: usize,
-    ) -> Result<(), Cause> {
+    ) -> Result<(), Stopped> {
         let number = callee.index() as u16;
         if callee.is(Tag::ROBOT) {
             return self.call_robot(host, number, count, false);
@@ -91,7 +91,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         count: usize,
         below: usize,
         self_value: Value<P>,
-    ) -> Result<(), Cause> {
+    ) -> Result<(), Stopped> {
         let callee = self.top(count + 1);
         let mut function = callee;
         let mut closure = Value::nil();
@@ -110,7 +110,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
         }
         if !function.is(Tag::FUNCTION) {
-            return Err(Cause::of(FaultCode::NotCallable, callee.type_of(), Type::Nil));
+            return Err(self.fail_on(FaultCode::NotCallable, callee, callee));
         }
         let Some(program) = &self.program else { return Ok(()) };
         let function = program.function(function.index() as u16);
@@ -139,7 +139,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Makes a frame for a built-in that takes `count` arguments and goes on at `native`.
-    pub(super) fn enter_native(&mut self, native: Native) -> Result<(), Cause> {
+    pub(super) fn enter_native(&mut self, native: Native) -> Result<(), Stopped> {
         let fp = usize::from(self.sp);
         self.ensure(fp + 1 + super::NATIVE_ROOM)?;
         self.arena.set(fp, record(fp - usize::from(self.fp), usize::from(self.pc)));
@@ -167,7 +167,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         number: u16,
         count: usize,
         drop_result: bool,
-    ) -> Result<(), Cause> {
+    ) -> Result<(), Stopped> {
         match self.ask_robot(host, number, count, usize::from(self.sp), false)? {
             Reply::Value(result) => {
                 self.sp -= count as u16;
@@ -192,19 +192,27 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         count: usize,
         end: usize,
         again: bool,
-    ) -> Result<Reply<P>, Cause> {
+    ) -> Result<Reply<P>, Stopped> {
         let Some(program) = &self.program else { return Ok(Reply::Wait) };
         let hash = program.import(number);
         for slot in end - count..end {
             if self.arena.get(slot).is(Tag::UNSET) {
-                return Err(Cause::new(FaultCode::MissingArgument));
+                return Err(self.fail(FaultCode::MissingArgument));
             }
         }
-        host.call(hash, Arguments { vm: self, end, count }, again)
+        match host.call(hash, Arguments { vm: self, end, count }, again) {
+            Ok(reply) => Ok(reply),
+            Err(RobotFault::WrongType(found)) => {
+                Err(self.fail_with(FaultCode::WrongType, [found; 2], 0))
+            }
+            Err(RobotFault::Refused(detail)) => {
+                Err(self.fail_with(FaultCode::RobotRefused, [Type::Nil; 2], detail))
+            }
+        }
     }
 
     /// Asks the robot function of the running frame whether it is finished.
-    pub(super) fn poll_robot<H: Host<P>>(&mut self, host: &mut H) -> Result<Flow, Cause> {
+    pub(super) fn poll_robot<H: Host<P>>(&mut self, host: &mut H) -> Result<Flow, Stopped> {
         let number = self.local(1).index() as u16;
         let count = self.local(2).index();
         let drop_result = !self.local(3).is_false();

@@ -5,7 +5,7 @@ use core::cmp::Ordering;
 use super::Vm;
 use crate::builtin::string;
 use crate::bytecode::ByteCode;
-use crate::fault::{Cause, FaultCode};
+use crate::fault::{FaultCode, Stopped};
 use crate::number::{self, Profile};
 use crate::opcode;
 use crate::value::{Tag, Value};
@@ -35,7 +35,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// The order of `a` and `b`: `None` if one is not a number, a fault if they have no order.
     #[inline(never)]
-    pub(super) fn order(&self, a: Value<P>, b: Value<P>) -> Result<Option<Ordering>, Cause> {
+    pub(super) fn order(&mut self, a: Value<P>, b: Value<P>) -> Result<Option<Ordering>, Stopped> {
         match (a.is_nil(), b.is_nil()) {
             (true, true) => return Ok(Some(Ordering::Equal)),
             (true, false) => return Ok(Some(Ordering::Less)),
@@ -52,7 +52,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if self.is_text(a) && self.is_text(b) {
             return Ok(Some(self.order_of_texts(a, b)));
         }
-        Err(Cause::of(FaultCode::Unordered, a.type_of(), b.type_of()))
+        Err(self.fail_on(FaultCode::Unordered, a, b))
     }
 
     /// The machine's own strings and those of the script are each numbered in order; the image's order table tells
@@ -78,11 +78,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Whether the relation of an instruction holds.
     #[inline(never)]
     pub(super) fn compare_slow(
-        &self,
+        &mut self,
         instruction: u8,
         a: Value<P>,
         b: Value<P>,
-    ) -> Result<bool, Cause> {
+    ) -> Result<bool, Stopped> {
         match instruction {
             opcode::EQ => return Ok(self.equal(a, b)),
             opcode::NE => return Ok(!self.equal(a, b)),

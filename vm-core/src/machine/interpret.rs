@@ -5,7 +5,7 @@
 
 use super::{Flow, GLOBALS, Native, SPECIAL, Vm, record};
 use crate::bytecode::ByteCode;
-use crate::fault::{Cause, FaultCode};
+use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
 use crate::image::{PARAMETERS, USES_SELF};
 use crate::number::Profile;
@@ -14,11 +14,12 @@ use crate::value::{Tag, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Runs at most `budget` instructions: `Continue` means that it is used up.
+    #[inline(never)]
     pub(super) fn interpret<H: Host<P>>(
         &mut self,
         host: &mut H,
         mut budget: u16,
-    ) -> Result<Flow, Cause> {
+    ) -> Result<Flow, Stopped> {
         let Some(program) = self.program else { return Ok(Flow::Done) };
         let code = program.code;
         let mut pc = usize::from(self.pc);
@@ -42,13 +43,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         macro_rules! push {
             ($value:expr) => {{
                 let value = $value;
-                self.arena.set(sp, value);
+                self.arena.set_fast(sp, value);
                 sp = sp.wrapping_add(1);
             }};
         }
         macro_rules! top {
             ($below:literal) => {
-                self.arena.get(sp.wrapping_sub($below))
+                self.arena.get_fast(sp.wrapping_sub($below))
             };
         }
         // The rest of the machine works on the stored registers.
@@ -97,7 +98,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     slow!(self.binary($opcode, a, b))
                 };
                 sp = sp.wrapping_sub(1);
-                self.arena.set(sp.wrapping_sub(1), result);
+                self.arena.set_fast(sp.wrapping_sub(1), result);
             }};
         }
 
@@ -142,10 +143,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 // Short forms, by the ranges of `opcode::SHORTS`.
                 0x80..=0x8f => {
                     arg = i16::from(byte & 0x0f) + opcode::SHORT_LOCAL_GET.low;
-                    let value = self.arena.get(fp.wrapping_add_signed(isize::from(arg)));
+                    let value = self.arena.get_fast(fp.wrapping_add_signed(isize::from(arg)));
                     if value.is(Tag::UNSET) {
                         store!();
-                        return Err(Cause::new(FaultCode::MissingArgument));
+                        return Err(self.fail(FaultCode::MissingArgument));
                     }
                     push!(value);
                 }
@@ -153,27 +154,27 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     let number = i16::from(byte & 0x0f) + opcode::SHORT_INT.low;
                     push!(Value::int(i32::from(number)));
                 }
-                0xa0..=0xaf => push!(self.arena.get(GLOBALS + usize::from(byte & 0x0f))),
+                0xa0..=0xaf => push!(self.arena.get_fast(GLOBALS + usize::from(byte & 0x0f))),
                 0xb0..=0xb7 => {
                     sp = sp.wrapping_sub(1);
-                    self.arena.set(GLOBALS + usize::from(byte & 0x07), self.arena.get(sp));
+                    self.arena.set_fast(GLOBALS + usize::from(byte & 0x07), self.arena.get_fast(sp));
                 }
                 opcode::LOCAL_GET => {
-                    let value = self.arena.get(fp.wrapping_add_signed(isize::from(arg)));
+                    let value = self.arena.get_fast(fp.wrapping_add_signed(isize::from(arg)));
                     if value.is(Tag::UNSET) {
                         store!();
-                        return Err(Cause::new(FaultCode::MissingArgument));
+                        return Err(self.fail(FaultCode::MissingArgument));
                     }
                     push!(value);
                 }
                 opcode::LOCAL_SET => {
                     sp = sp.wrapping_sub(1);
-                    self.arena.set(fp.wrapping_add_signed(isize::from(arg)), self.arena.get(sp));
+                    self.arena.set_fast(fp.wrapping_add_signed(isize::from(arg)), self.arena.get_fast(sp));
                 }
-                opcode::GLOBAL_GET => push!(self.arena.get(GLOBALS + arg as usize)),
+                opcode::GLOBAL_GET => push!(self.arena.get_fast(GLOBALS + arg as usize)),
                 opcode::GLOBAL_SET => {
                     sp = sp.wrapping_sub(1);
-                    self.arena.set(GLOBALS + arg as usize, self.arena.get(sp));
+                    self.arena.set_fast(GLOBALS + arg as usize, self.arena.get_fast(sp));
                 }
                 opcode::INT => push!(Value::int(i32::from(arg))),
                 opcode::NIL => push!(Value::nil()),
@@ -191,31 +192,31 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     } else {
                         slow!(self.binary(opcode::ADD, a, b))
                     };
-                    self.arena.set(sp.wrapping_sub(1), result);
+                    self.arena.set_fast(sp.wrapping_sub(1), result);
                 }
                 opcode::LOCAL_ADD => {
                     let local = fp.wrapping_add_signed(isize::from(arg));
                     let b = Value::int(i32::from(code.byte(pc) as i8));
                     pc = pc.wrapping_add(1);
-                    let a = self.arena.get(local);
+                    let a = self.arena.get_fast(local);
                     let result = if a.is(Tag::INT) {
                         Value::new(Tag::INT, P::add(a.raw(), b.raw()))
                     } else {
                         slow!(self.binary(opcode::ADD, a, b))
                     };
-                    self.arena.set(local, result);
+                    self.arena.set_fast(local, result);
                 }
 
                 opcode::JUMP => jump!(arg),
                 opcode::JUMP_FALSE => {
                     sp = sp.wrapping_sub(1);
-                    if self.arena.get(sp).is_false() {
+                    if self.arena.get_fast(sp).is_false() {
                         jump!(arg);
                     }
                 }
                 opcode::JUMP_TRUE => {
                     sp = sp.wrapping_sub(1);
-                    if !self.arena.get(sp).is_false() {
+                    if !self.arena.get_fast(sp).is_false() {
                         jump!(arg);
                     }
                 }
@@ -239,7 +240,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         store!();
                         self.ensure(limit)?;
                     }
-                    self.arena.set(sp, record(sp - fp, pc));
+                    self.arena.set_fast(sp, record(sp - fp, pc));
                     fp = sp;
                     sp += 1;
                     if head & USES_SELF != 0 {
@@ -252,7 +253,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         arg = i16::from(byte & 0x03);
                     }
                     let value = top!(1);
-                    let outer = self.arena.get(fp);
+                    let outer = self.arena.get_fast(fp);
                     sp = fp - arg as usize;
                     push!(value);
                     fp -= usize::from(outer.tag().0);
@@ -262,14 +263,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     if op != opcode::RETURN_NIL {
                         arg = i16::from(byte & 0x03);
                     }
-                    let outer = self.arena.get(fp);
+                    let outer = self.arena.get_fast(fp);
                     sp = fp - arg as usize;
                     push!(Value::nil());
                     fp -= usize::from(outer.tag().0);
                     pc = outer.index();
                 }
                 opcode::CAPTURE_GET => {
-                    let closure = self.arena.get(fp.wrapping_add(1)).index();
+                    let closure = self.arena.get_fast(fp.wrapping_add(1)).index();
                     push!(self.arena.captured(closure, arg as usize));
                 }
                 _ => slow!(self.slow(host, op, arg)),

@@ -4,11 +4,11 @@
 use super::{Flow, Native, Vm};
 use crate::builtin;
 use crate::bytecode::ByteCode;
-use crate::fault::{Cause, FaultCode};
+use crate::fault::{FaultCode, Stopped};
 use crate::heap::Cursor;
 use crate::host::Host;
 use crate::number::Profile;
-use crate::value::{Tag, Type, Value};
+use crate::value::{Tag, Value};
 
 // Locals of an iterating frame.
 const CURSOR: isize = 1;
@@ -28,7 +28,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         host: &mut H,
         number: u8,
         count: usize,
-    ) -> Result<(), Cause> {
+    ) -> Result<(), Stopped> {
         let (native, wanted) = match number {
             builtin::FOREACH => (Native::Foreach, 2),
             builtin::MAP => (Native::Map, 2),
@@ -38,14 +38,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             _ => (Native::Delay, 1),
         };
         if count < wanted {
-            return Err(Cause::new(FaultCode::MissingArgument));
+            return Err(self.fail(FaultCode::MissingArgument));
         }
         // Extra arguments are ignored.
         self.sp -= (count - wanted) as u16;
         if native == Native::Delay {
             let ms = self.top(1);
             if ms.as_number().is_none() {
-                return Err(Cause::of(FaultCode::WrongType, ms.type_of(), Type::Nil));
+                return Err(self.fail_on(FaultCode::WrongType, ms, ms));
             }
             self.enter_native(native)?;
             self.push(Value::truth(false));
@@ -58,7 +58,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 return Ok(());
             }
         }
-        self.to_table(host, table)?;
+        self.library_to_table(host, table)?;
         self.enter_native(native)?;
         let [cursor, gap] = Cursor::START.pack();
         self.push(cursor);
@@ -79,7 +79,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Goes on in the built-in at the stored position.
     #[inline(never)]
-    pub(super) fn resume<H: Host<P>>(&mut self, host: &mut H) -> Result<Flow, Cause> {
+    pub(super) fn resume<H: Host<P>>(&mut self, host: &mut H) -> Result<Flow, Stopped> {
         let native = Native::at(usize::from(self.pc));
         match native {
             Native::Exit => return Ok(Flow::Done),
@@ -138,7 +138,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Uses what the callback, or the clone of an element, has left on top.
-    fn take_result(&mut self, native: Native) -> Result<(), Cause> {
+    fn take_result(&mut self, native: Native) -> Result<(), Stopped> {
         let value = self.top(1);
         let key = self.local(KEY);
         let result = self.local(RESULT);

@@ -6,12 +6,12 @@
 use super::{OVERLAYS, Vm};
 use crate::builtin::{self, Library};
 use crate::bytecode::ByteCode;
-use crate::fault::{Cause, FaultCode};
+use crate::fault::{FaultCode, Stopped};
 use crate::heap::{Cursor, NoCell};
 use crate::host::{Axis, Host};
 use crate::image::USES_SELF;
 use crate::number::{self, Profile};
-use crate::value::{Tag, Type, Value};
+use crate::value::{Tag, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(crate) fn slot(&self, at: usize) -> Value<P> {
@@ -28,10 +28,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn allocate<T>(
         &mut self,
         mut make: impl FnMut(&mut Self) -> Result<T, NoCell>,
-    ) -> Result<T, Cause> {
+    ) -> Result<T, Stopped> {
         #[cfg(feature = "torture")]
         if self.torture.refuses() {
-            return Err(Cause::new(FaultCode::OutOfMemory));
+            return Err(self.fail(FaultCode::OutOfMemory));
         } else if self.torture.collect_always {
             self.collect();
         }
@@ -39,11 +39,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return Ok(made);
         }
         self.collect();
-        make(self).map_err(|NoCell| Cause::new(FaultCode::OutOfMemory))
+        match make(self) {
+            Ok(made) => Ok(made),
+            Err(NoCell) => Err(self.fail(FaultCode::OutOfMemory)),
+        }
     }
 
     #[inline(never)]
-    pub(super) fn new_table(&mut self) -> Result<Value<P>, Cause> {
+    pub(super) fn new_table(&mut self) -> Result<Value<P>, Stopped> {
         self.allocate(|vm| vm.arena.new_table())
     }
 
@@ -54,19 +57,19 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         table: Value<P>,
         key: Value<P>,
         value: Value<P>,
-    ) -> Result<(), Cause> {
+    ) -> Result<(), Stopped> {
         self.allocate(|vm| vm.arena.table_set(table.index(), key, value))
     }
 
     /// The key as tables hold it: a float that is an integer becomes that integer.
     #[inline(never)]
-    pub(super) fn key(key: Value<P>) -> Result<Value<P>, Cause> {
+    pub(super) fn key(&mut self, key: Value<P>) -> Result<Value<P>, Stopped> {
         match key.tag() {
             Tag::INT | Tag::STRING | Tag::TEXT => Ok(key),
             Tag::FLOAT => {
                 Ok(key.as_f32().map_or(key, |float| Value::number(number::normalize_key::<P>(float))))
             }
-            _ => Err(Cause::of(FaultCode::BadKey, key.type_of(), Type::Nil)),
+            _ => Err(self.fail_on(FaultCode::BadKey, key, key)),
         }
     }
 
@@ -79,18 +82,17 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         table: Value<P>,
         key: Value<P>,
         bind: bool,
-    ) -> Result<Value<P>, Cause> {
+    ) -> Result<Value<P>, Stopped> {
         let value = match table.tag() {
             Tag::TABLE => {
-                let key = if key.is(Tag::FLOAT) || !key.is(Tag::INT) && !key.is(Tag::STRING) {
-                    Self::key(key)?
-                } else {
-                    key
-                };
+                let key = self.key(key)?;
                 self.arena.table_get(table.index(), key)
             }
-            Tag::LIBRARY => self.library_get(host, table, Self::key(key)?),
-            _ => return Err(Cause::of(FaultCode::NotATable, table.type_of(), key.type_of())),
+            Tag::LIBRARY => {
+                let key = self.key(key)?;
+                self.library_get(host, table, key)
+            }
+            _ => return Err(self.fail_on(FaultCode::NotATable, table, key)),
         };
         if bind { self.bind(value, table) } else { Ok(value) }
     }
@@ -102,22 +104,25 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         table: Value<P>,
         key: Value<P>,
         value: Value<P>,
-    ) -> Result<(), Cause> {
+    ) -> Result<(), Stopped> {
         match table.tag() {
-            Tag::TABLE => self.table_set(table, Self::key(key)?, value),
+            Tag::TABLE => {
+                let key = self.key(key)?;
+                self.table_set(table, key, value)
+            }
             Tag::LIBRARY => {
-                let key = Self::key(key)?;
+                let key = self.key(key)?;
                 let overlay = self.overlay(table)?;
                 let value = if value.is_nil() { Value::unset() } else { value };
                 self.table_set(overlay, key, value)
             }
-            _ => Err(Cause::of(FaultCode::NotATable, table.type_of(), key.type_of())),
+            _ => Err(self.fail_on(FaultCode::NotATable, table, key)),
         }
     }
 
     /// The value as read out of a table: a function that uses self gets the table as its self.
     #[inline(always)]
-    pub(super) fn bind(&mut self, value: Value<P>, table: Value<P>) -> Result<Value<P>, Cause> {
+    pub(super) fn bind(&mut self, value: Value<P>, table: Value<P>) -> Result<Value<P>, Stopped> {
         match value.tag() {
             Tag::FUNCTION | Tag::CLOSURE | Tag::BOUND => self.bind_function(value, table),
             _ => Ok(value),
@@ -125,7 +130,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     #[inline(never)]
-    fn bind_function(&mut self, value: Value<P>, table: Value<P>) -> Result<Value<P>, Cause> {
+    fn bind_function(&mut self, value: Value<P>, table: Value<P>) -> Result<Value<P>, Stopped> {
         let mut plain = value;
         if plain.is(Tag::BOUND) {
             plain = self.arena.closure_function(plain.index());
@@ -148,7 +153,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// The table of changes of a library, made if there is none.
-    fn overlay(&mut self, library: Value<P>) -> Result<Value<P>, Cause> {
+    fn overlay(&mut self, library: Value<P>) -> Result<Value<P>, Stopped> {
         if self.arena.get(OVERLAYS).is_nil() {
             let overlays = self.new_table()?;
             self.arena.set(OVERLAYS, overlays);
@@ -168,7 +173,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Pushes nil on the operands of a frame that may be full already.
-    pub(super) fn reserve(&mut self) -> Result<(), Cause> {
+    pub(super) fn reserve(&mut self) -> Result<(), Stopped> {
         self.ensure(usize::from(self.sp) + 1)?;
         self.push(Value::nil());
         Ok(())
@@ -225,13 +230,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Puts a real table in the place of a library in that slot, with the same entries; tables stay.
     #[inline(never)]
-    pub(super) fn to_table<H: Host<P>>(&mut self, host: &mut H, slot: usize) -> Result<(), Cause> {
+    pub(super) fn library_to_table<H: Host<P>>(&mut self, host: &mut H, slot: usize) -> Result<(), Stopped> {
         let library = self.arena.get(slot);
         if library.is(Tag::TABLE) {
             return Ok(());
         }
         if !library.is(Tag::LIBRARY) {
-            return Err(Cause::of(FaultCode::NotATable, library.type_of(), Type::Nil));
+            return Err(self.fail_on(FaultCode::NotATable, library, library));
         }
         let table = self.new_table()?;
         self.arena.set(slot, table);

@@ -23,11 +23,11 @@ mod text;
 
 use crate::arena::Arena;
 use crate::bytecode::ByteCode;
-use crate::fault::{Cause, Fault, FaultCode};
+use crate::fault::{Fault, FaultCode, Stopped};
 use crate::host::Host;
 use crate::image::{Entry, EntryPoint, Header, Image, ImageError, Verified};
 use crate::number::{Profile, Rng};
-use crate::value::{Tag, Value};
+use crate::value::{Tag, Type, Value};
 
 /// The slot of the machine's own global: changes that the script made to libraries, see [`library`].
 const OVERLAYS: usize = 0;
@@ -98,9 +98,8 @@ enum State {
 }
 
 /// A virtual machine with `SLOTS` slots of memory for one script.
+#[repr(C)]
 pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
-    arena: Arena<P, SLOTS>,
-    program: Option<Verified<C>>,
     /// Position of the next instruction, or that of a [`Native`].
     pc: u16,
     /// Slot of the running frame's record.
@@ -113,6 +112,9 @@ pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
     /// What tests do to allocations.
     #[cfg(feature = "torture")]
     pub torture: crate::torture::Torture,
+    program: Option<Verified<C>>,
+    // Last, so that the AVR reaches the other fields with short instructions.
+    arena: Arena<P, SLOTS>,
 }
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
@@ -192,14 +194,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return false;
         }
         self.state = State::Running;
-        if let Err(cause) = self.start(callee) {
-            self.stop(cause);
-        }
+        // A fault is reported by the next run.
+        let _ = self.start(callee);
         true
     }
 
     /// Makes the outermost frame and enters the callee.
-    fn start(&mut self, callee: Value<P>) -> Result<(), Cause> {
+    fn start(&mut self, callee: Value<P>) -> Result<(), Stopped> {
         let base = usize::from(self.sp);
         self.pc = Native::Exit.position() as u16;
         self.ensure(base + 1 + NATIVE_ROOM)?;
@@ -223,7 +224,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
             Ok(Flow::Waiting) => Outcome::Waiting,
             Ok(Flow::Continue) => Outcome::Pending,
-            Err(cause) => Outcome::Fault(self.stop(cause)),
+            Err(Stopped) => match self.state {
+                State::Faulted(fault) => Outcome::Fault(fault),
+                _ => Outcome::Done,
+            },
         }
     }
 
@@ -297,7 +301,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Makes sure that the stack may grow up to slot `limit`.
     #[inline(always)]
-    fn ensure(&mut self, limit: usize) -> Result<(), Cause> {
+    fn ensure(&mut self, limit: usize) -> Result<(), Stopped> {
         if limit > usize::from(self.arena.bottom) {
             return self.ensure_after_collection(limit);
         }
@@ -308,22 +312,40 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     #[inline(never)]
-    fn ensure_after_collection(&mut self, limit: usize) -> Result<(), Cause> {
+    fn ensure_after_collection(&mut self, limit: usize) -> Result<(), Stopped> {
         self.collect();
         if limit > usize::from(self.arena.bottom) {
-            return Err(Cause::new(FaultCode::StackOverflow));
+            return Err(self.fail(FaultCode::StackOverflow));
         }
         self.arena.reserved = self.arena.reserved.max(limit as u16);
         Ok(())
     }
 
-    /// Adds the position to the cause of a fault and stops the script.
-    fn stop(&mut self, cause: Cause) -> Fault {
+    /// Stops the script with a fault at the instruction before `pc`, which concerns no operands.
+    #[inline(never)]
+    fn fail(&mut self, code: FaultCode) -> Stopped {
+        self.fail_with(code, [Type::Nil; 2], 0)
+    }
+
+    /// Stops the script with a fault that concerns one or two values.
+    #[inline(never)]
+    fn fail_on(&mut self, code: FaultCode, first: Value<P>, second: Value<P>) -> Stopped {
+        // An argument that was not passed is a fault of its own, whatever was done with it.
+        if first.is(Tag::UNSET) || second.is(Tag::UNSET) {
+            return self.fail(FaultCode::MissingArgument);
+        }
+        self.fail_with(code, [first.type_of(), second.type_of()], 0)
+    }
+
+    fn wrong_type(&mut self, first: Value<P>, second: Value<P>) -> Stopped {
+        self.fail_on(FaultCode::WrongType, first, second)
+    }
+
+    #[inline(never)]
+    fn fail_with(&mut self, code: FaultCode, operands: [Type; 2], detail: u16) -> Stopped {
         let position = self.calls().next().unwrap_or(0);
-        let Cause { code, operands, detail } = cause;
-        let fault = Fault { code, position, operands, detail };
-        self.state = State::Faulted(fault);
-        fault
+        self.state = State::Faulted(Fault { code, position, operands, detail });
+        Stopped
     }
 }
 

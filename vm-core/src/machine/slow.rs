@@ -3,12 +3,12 @@
 use super::Vm;
 use crate::builtin;
 use crate::bytecode::ByteCode;
-use crate::fault::{Cause, FaultCode};
+use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
 use crate::image::USES_SELF;
 use crate::number::{self, Number, Profile};
 use crate::opcode::{self, DROP_RESULT};
-use crate::value::{Tag, Type, Value};
+use crate::value::{Tag, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Executes one instruction; `pc` is behind opcode and operand.
@@ -18,7 +18,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         host: &mut H,
         op: u8,
         arg: i16,
-    ) -> Result<(), Cause> {
+    ) -> Result<(), Stopped> {
         let number = arg as u16;
         match op {
             opcode::UNSET => self.push(Value::unset()),
@@ -32,14 +32,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 let result = match a.tag() {
                     Tag::INT => Value::new(Tag::INT, P::neg(a.raw())),
                     Tag::FLOAT => Value::float(-P::float_to_f32(a.raw())),
-                    _ => return Err(wrong_type(a, a)),
+                    _ => return Err(self.wrong_type(a, a)),
                 };
                 self.replace(1, result);
             }
             opcode::BNOT => {
                 let a = self.top(1);
                 if !a.is(Tag::INT) {
-                    return Err(wrong_type(a, a));
+                    return Err(self.wrong_type(a, a));
                 }
                 self.replace(1, Value::new(Tag::INT, P::not(a.raw())));
             }
@@ -149,7 +149,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Makes a closure of the `count` values on top, the first of which is self if the function uses it.
-    fn make_closure(&mut self, number: u16, count: usize) -> Result<(), Cause> {
+    fn make_closure(&mut self, number: u16, count: usize) -> Result<(), Stopped> {
         let Some(program) = &self.program else { return Ok(()) };
         let uses_self = program.code.byte(program.function(number)) & USES_SELF != 0;
         let first = usize::from(self.sp) - count;
@@ -166,26 +166,24 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Arithmetic and bit operations on any two values.
     #[inline(never)]
-    pub(super) fn binary(&self, op: u8, a: Value<P>, b: Value<P>) -> Result<Value<P>, Cause> {
+    pub(super) fn binary(&mut self, op: u8, a: Value<P>, b: Value<P>) -> Result<Value<P>, Stopped> {
         if a.is(Tag::INT) && b.is(Tag::INT) && op != opcode::POW {
             let (x, y) = (a.raw(), b.raw());
-            let zero = Cause::new(FaultCode::DivisionByZero);
-            let range = Cause::new(FaultCode::ShiftRange);
             let result = match op {
                 opcode::ADD => P::add(x, y),
                 opcode::SUB => P::sub(x, y),
                 opcode::MUL => P::mul(x, y),
-                opcode::DIV => P::div(x, y).ok_or(zero)?,
-                opcode::MOD => P::modulo(x, y).ok_or(zero)?,
+                opcode::DIV => return self.checked(P::div(x, y), FaultCode::DivisionByZero),
+                opcode::MOD => return self.checked(P::modulo(x, y), FaultCode::DivisionByZero),
                 opcode::BAND => P::and(x, y),
                 opcode::BOR => P::or(x, y),
-                opcode::SHL => P::shl(x, y).ok_or(range)?,
-                _ => P::shr(x, y).ok_or(range)?,
+                opcode::SHL => return self.checked(P::shl(x, y), FaultCode::ShiftRange),
+                _ => return self.checked(P::shr(x, y), FaultCode::ShiftRange),
             };
             return Ok(Value::new(Tag::INT, result));
         }
         let (Some(x), Some(y)) = (a.as_number(), b.as_number()) else {
-            return Err(wrong_type(a, b));
+            return Err(self.wrong_type(a, b));
         };
         let (f, g) = (as_f32(x), as_f32(y));
         let result = match op {
@@ -195,9 +193,17 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             opcode::DIV => f / g,
             opcode::MOD => number::float_modulo::<P>(f, g),
             opcode::POW => number::power(f, g),
-            _ => return Err(wrong_type(a, b)),
+            _ => return Err(self.wrong_type(a, b)),
         };
         Ok(Value::float(result))
+    }
+
+    /// The result of an integer operation that has none for some operands.
+    fn checked(&mut self, result: Option<P::Raw>, code: FaultCode) -> Result<Value<P>, Stopped> {
+        match result {
+            Some(raw) => Ok(Value::new(Tag::INT, raw)),
+            None => Err(self.fail(code)),
+        }
     }
 }
 
@@ -207,13 +213,4 @@ pub(super) fn as_f32(number: Number) -> f32 {
         Number::Int(value) => value as f32,
         Number::Float(value) => value,
     }
-}
-
-/// An operation does not take these operands; an argument that was not passed is a fault of its own.
-pub(super) fn wrong_type<P: Profile>(a: Value<P>, b: Value<P>) -> Cause {
-    if a.is(Tag::UNSET) || b.is(Tag::UNSET) {
-        return Cause::new(FaultCode::MissingArgument);
-    }
-    let types: (Type, Type) = (a.type_of(), b.type_of());
-    Cause::of(FaultCode::WrongType, types.0, types.1)
 }

@@ -3,10 +3,9 @@
 use core::cmp::Ordering;
 
 use super::Vm;
-use super::slow::wrong_type;
 use crate::builtin::{self, string};
 use crate::bytecode::ByteCode;
-use crate::fault::{Cause, FaultCode};
+use crate::fault::{FaultCode, Stopped};
 use crate::heap::TextBuilder;
 use crate::number::{self, Number, Profile};
 use crate::value::{Tag, Value};
@@ -80,18 +79,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Begins a text and puts it on the stack, so that a collection finds it.
-    fn begin_text(&mut self) -> Result<TextBuilder, Cause> {
+    fn begin_text(&mut self) -> Result<TextBuilder, Stopped> {
         self.reserve()?;
         let text = self.allocate(|vm| vm.arena.new_text())?;
         self.set_top(self.arena.built(&text));
         Ok(text)
     }
 
-    fn add(&mut self, text: &mut TextBuilder, byte: u8) -> Result<(), Cause> {
+    fn add(&mut self, text: &mut TextBuilder, byte: u8) -> Result<(), Stopped> {
         self.allocate(|vm| vm.arena.text_push(text, byte))
     }
 
-    fn add_string(&mut self, text: &mut TextBuilder, value: Value<P>) -> Result<(), Cause> {
+    fn add_string(&mut self, text: &mut TextBuilder, value: Value<P>) -> Result<(), Stopped> {
         self.add_part(text, value, 0, self.text_length(value))
     }
 
@@ -101,7 +100,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         value: Value<P>,
         from: usize,
         to: usize,
-    ) -> Result<(), Cause> {
+    ) -> Result<(), Stopped> {
         for index in from..to {
             self.add(text, self.text_byte(value, index))?;
         }
@@ -129,16 +128,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         number: u8,
         first: usize,
         end: usize,
-    ) -> Result<Value<P>, Cause> {
+    ) -> Result<Value<P>, Stopped> {
         let a = self.argument(first, end);
         if a.is(Tag::UNSET) {
-            return Err(Cause::new(FaultCode::MissingArgument));
+            return Err(self.fail(FaultCode::MissingArgument));
         }
         if number == builtin::TO_STRING {
-            return self.to_text(a);
+            return self.text_of(a);
         }
         if !self.is_text(a) {
-            return Err(wrong_type(a, a));
+            return Err(self.wrong_type(a, a));
         }
         let length = self.text_length(a);
         match number {
@@ -146,11 +145,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             builtin::SUB => {
                 let from = self.argument(first + 1, end);
                 let to = self.argument(first + 2, end);
-                let Some(from_index) = from.as_int() else { return Err(wrong_type(from, from)) };
+                let Some(from_index) = from.as_int() else { return Err(self.wrong_type(from, from)) };
                 let to_index = match to.as_int() {
                     Some(index) => index,
                     None if to.is(Tag::UNSET) => i32::MAX,
-                    None => return Err(wrong_type(to, to)),
+                    None => return Err(self.wrong_type(to, to)),
                 };
                 let from = from_index.max(0) as usize;
                 if from >= length || to_index < from_index {
@@ -163,12 +162,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
             builtin::CONCAT => {
                 if end < first + 2 {
-                    return Err(Cause::new(FaultCode::MissingArgument));
+                    return Err(self.fail(FaultCode::MissingArgument));
                 }
                 for slot in first..end {
                     let part = self.arena.get(slot);
                     if !self.is_text(part) {
-                        return Err(wrong_type(part, part));
+                        return Err(self.wrong_type(part, part));
                     }
                 }
                 let mut text = self.begin_text()?;
@@ -189,7 +188,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// The string that `log` would print for a value.
-    fn to_text(&mut self, value: Value<P>) -> Result<Value<P>, Cause> {
+    fn text_of(&mut self, value: Value<P>) -> Result<Value<P>, Stopped> {
         if self.is_text(value) {
             return Ok(value);
         }
@@ -208,11 +207,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(self.end_text())
     }
 
-    fn add_bytes(&mut self, text: &mut TextBuilder, bytes: &[u8]) -> Result<(), Cause> {
+    fn add_bytes(&mut self, text: &mut TextBuilder, bytes: &[u8]) -> Result<(), Stopped> {
         bytes.iter().try_for_each(|byte| self.add(text, *byte))
     }
 
-    fn add_number(&mut self, text: &mut TextBuilder, number: Number) -> Result<(), Cause> {
+    fn add_number(&mut self, text: &mut TextBuilder, number: Number) -> Result<(), Stopped> {
         let mut result = Ok(());
         let mut sink = |byte| {
             if result.is_ok() {

@@ -3,7 +3,7 @@
 
 use bittybuzz_vm_core::image::{EntryPoint, MAGIC, VERSION};
 use bittybuzz_vm_core::number::Profile;
-use bittybuzz_vm_core::{Arguments, Axis, ByteCode, Cause, Host, Item, Reply, Value};
+use bittybuzz_vm_core::{Arguments, Axis, ByteCode, RobotFault, Host, Item, Reply, Value};
 
 /// Parts of an image; `build` lays them out as docs/image-format.md says.
 #[derive(Clone)]
@@ -77,9 +77,9 @@ impl<P: Profile> Host<P> for Recorder {
         function: u16,
         arguments: Arguments<'_, P, C, SLOTS>,
         again: bool,
-    ) -> Result<Reply<P>, Cause> {
+    ) -> Result<Reply<P>, RobotFault> {
         if function == 9 {
-            return Err(Cause::robot(3));
+            return Err(RobotFault::Refused(3));
         }
         if function == 7 {
             self.polls += 1;
