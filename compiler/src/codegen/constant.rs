@@ -1,6 +1,6 @@
 //! Arithmetic on constants, exactly as the virtual machine does it in the profile of the image.
 
-use bittybuzz_vm_core::number::{Full, Profile as _, Tiny};
+use bittybuzz_vm_core::number::{self, Full, Profile as _, Tiny};
 
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::tree::{Expr, ExprKind};
@@ -36,11 +36,17 @@ impl Number {
         }
     }
 
-    fn to_float(self, profile: Profile) -> f32 {
+    fn to_float(self) -> f32 {
         match self {
-            // Rounds once: an integer of the tiny profile is exact in binary32.
-            Number::Int(value) => round(profile, value as f32),
+            Number::Int(value) => value as f32,
             Number::Float(value) => value,
+        }
+    }
+
+    fn to_machine(self) -> number::Number {
+        match self {
+            Number::Int(value) => number::Number::Int(value),
+            Number::Float(value) => number::Number::Float(value),
         }
     }
 }
@@ -100,28 +106,33 @@ fn round(profile: Profile, value: f32) -> f32 {
 pub fn unary(profile: Profile, op: UnaryOp, operand: Number) -> Option<Number> {
     match (op, operand) {
         (UnaryOp::Negate, Number::Int(value)) => {
-            Some(int(profile, i64::from(value).wrapping_neg()))
+            Some(int(profile, value.wrapping_neg()))
         }
         (UnaryOp::Negate, Number::Float(value)) => Some(Number::Float(-value)),
-        (UnaryOp::BitNot, Number::Int(value)) => Some(int(profile, i64::from(!value))),
+        (UnaryOp::BitNot, Number::Int(value)) => Some(int(profile, !value)),
         _ => None,
     }
 }
 
-/// The result of arithmetic on two numbers; `None` if it is a fault or the machine has to do it.
+/// The result of arithmetic on two numbers; `None` if it is a fault, or the machine has to do it.
 pub fn arithmetic(profile: Profile, op: BinaryOp, left: Number, right: Number) -> Option<Number> {
     match (left, right) {
-        (Number::Int(a), Number::Int(b)) => match profile {
+        (Number::Int(a), Number::Int(b)) if op != BinaryOp::Pow => match profile {
             Profile::Tiny => integer::<Tiny>(op, a, b),
             Profile::Full => integer::<Full>(op, a, b),
         },
         _ => {
-            let (a, b) = (left.to_float(profile), right.to_float(profile));
+            let (a, b) = (left.to_float(), right.to_float());
             let exact = match op {
                 BinaryOp::Add => a + b,
                 BinaryOp::Sub => a - b,
                 BinaryOp::Mul => a * b,
                 BinaryOp::Div => a / b,
+                BinaryOp::Mod => match profile {
+                    Profile::Tiny => number::float_modulo::<Tiny>(a, b),
+                    Profile::Full => number::float_modulo::<Full>(a, b),
+                },
+                BinaryOp::Pow => number::power(a, b),
                 _ => return None,
             };
             let result = round(profile, exact);
@@ -130,7 +141,7 @@ pub fn arithmetic(profile: Profile, op: BinaryOp, left: Number, right: Number) -
     }
 }
 
-fn integer<P: bittybuzz_vm_core::number::Profile>(op: BinaryOp, a: i32, b: i32) -> Option<Number> {
+fn integer<P: number::Profile>(op: BinaryOp, a: i32, b: i32) -> Option<Number> {
     let (a, b) = (P::int_from_i32(a), P::int_from_i32(b));
     let result = match op {
         BinaryOp::Add => P::add(a, b),
@@ -147,27 +158,16 @@ fn integer<P: bittybuzz_vm_core::number::Profile>(op: BinaryOp, a: i32, b: i32) 
     Some(Number::Int(P::int_to_i32(result)))
 }
 
-fn int(profile: Profile, value: i64) -> Number {
+fn int(profile: Profile, value: i32) -> Number {
     match profile {
-        Profile::Tiny => Number::Int(Tiny::int_to_i32(Tiny::int_from_i32(value as i32))),
-        Profile::Full => Number::Int(value as i32),
+        Profile::Tiny => Number::Int(Tiny::int_to_i32(Tiny::int_from_i32(value))),
+        Profile::Full => Number::Int(value),
     }
 }
 
 /// The result of a comparison of two numbers.
-pub fn compare(profile: Profile, op: BinaryOp, left: Number, right: Number) -> Option<bool> {
-    let order = match (left, right) {
-        (Number::Int(a), Number::Int(b)) => Some(a.cmp(&b)),
-        // Whether the machine compares a mix as floats is its affair.
-        (Number::Float(a), Number::Float(b)) => a.partial_cmp(&b),
-        (a, b)
-            if a.to_float(profile) as f64 == exact(a) && b.to_float(profile) as f64 == exact(b) =>
-        {
-            exact(a).partial_cmp(&exact(b))
-        }
-        _ => return None,
-    };
-    let order = order?;
+pub fn compare(op: BinaryOp, left: Number, right: Number) -> Option<bool> {
+    let order = number::compare(left.to_machine(), right.to_machine())?;
     Some(match op {
         BinaryOp::Eq => order.is_eq(),
         BinaryOp::NotEq => order.is_ne(),
@@ -177,11 +177,4 @@ pub fn compare(profile: Profile, op: BinaryOp, left: Number, right: Number) -> O
         BinaryOp::GreaterEq => order.is_ge(),
         _ => return None,
     })
-}
-
-fn exact(number: Number) -> f64 {
-    match number {
-        Number::Int(value) => f64::from(value),
-        Number::Float(value) => f64::from(value),
-    }
 }

@@ -262,7 +262,7 @@ impl Folder<'_> {
         if let (Some(a), Some(b)) =
             (Number::of(self.profile, left), Number::of(self.profile, right))
         {
-            return constant::compare(self.profile, op, a, b);
+            return constant::compare(op, a, b);
         }
         // nil is below everything and equals only itself.
         let order = match (self.is_nil(left)?, self.is_nil(right)?) {
