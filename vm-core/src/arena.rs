@@ -99,9 +99,9 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// Moves the `count` slots from `from` on down by `by`.
     #[inline(never)]
     pub(crate) fn shift_down(&mut self, from: usize, count: usize, by: usize) {
-        let end = from.wrapping_add(count);
-        if end <= SLOTS && by <= from {
-            self.slots.copy_within(from..end, from - by);
+        // Not `copy_within`, which could panic.
+        for at in from..from.wrapping_add(count) {
+            self.set(at.wrapping_sub(by), self.get(at));
         }
     }
 

@@ -5,7 +5,7 @@ use crate::builtin::{self, Kind};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, RobotFault, Stopped};
 use crate::host::{Arguments, Host, Reply};
-use crate::image::{CAPTURES, USES_SELF};
+use crate::image::{CAPTURES, PARAMETERS, USES_SELF};
 use crate::number::Profile;
 use crate::value::{Tag, Type, Value};
 
@@ -112,11 +112,23 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if !function.is(Tag::FUNCTION) {
             return Err(self.fail_on(FaultCode::NotCallable, callee, callee));
         }
+        self.enter(function.index() as u16, count, below, [closure, self_value])
+    }
+
+    /// Enters script function `number`; `hidden` are its closure and self, if it has such.
+    #[inline(never)]
+    pub(super) fn enter(
+        &mut self,
+        number: u16,
+        count: usize,
+        below: usize,
+        hidden: [Value<P>; 2],
+    ) -> Result<(), Stopped> {
         let Some(program) = &self.program else { return Ok(()) };
-        let function = program.function(function.index() as u16);
+        let function = program.function(number);
         let head = program.code.byte(function);
         let room = usize::from(program.code.byte(function + 1));
-        let wanted = self.parameters(function);
+        let wanted = usize::from(head & PARAMETERS);
         // The record's slot, wherever the arguments end.
         let fp = usize::from(self.sp) - below - count + wanted;
         // Until the callee is out of the way the stack is as high as it was.
@@ -129,10 +141,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.fp = fp as u16;
         self.sp = fp as u16 + 1;
         if head & CAPTURES != 0 {
-            self.push(closure);
+            self.push(hidden[0]);
         }
         if head & USES_SELF != 0 {
-            self.push(self_value);
+            self.push(hidden[1]);
         }
         self.pc = function as u16 + 2;
         Ok(())

@@ -84,16 +84,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         b: Value<P>,
     ) -> Result<bool, Stopped> {
         match instruction {
-            opcode::EQ => return Ok(self.equal(a, b)),
-            opcode::NE => return Ok(!self.equal(a, b)),
+            opcode::EQ | opcode::JUMP_EQ => return Ok(self.equal(a, b)),
+            opcode::NE | opcode::JUMP_NE => return Ok(!self.equal(a, b)),
             _ => {}
         }
         let order = self.order(a, b)?;
         Ok(match instruction {
-            opcode::LT => order == Some(Ordering::Less),
-            opcode::GT => order == Some(Ordering::Greater),
-            opcode::LE => matches!(order, Some(Ordering::Less | Ordering::Equal)),
-            opcode::GE => matches!(order, Some(Ordering::Greater | Ordering::Equal)),
+            opcode::LT | opcode::JUMP_LT => order == Some(Ordering::Less),
+            opcode::GT | opcode::JUMP_GT => order == Some(Ordering::Greater),
+            opcode::LE | opcode::JUMP_LE => matches!(order, Some(Ordering::Less | Ordering::Equal)),
+            opcode::GE | opcode::JUMP_GE => matches!(order, Some(Ordering::Greater | Ordering::Equal)),
             opcode::JUMP_NOT_LT => order != Some(Ordering::Less),
             opcode::JUMP_NOT_GT => order != Some(Ordering::Greater),
             opcode::JUMP_NOT_LE => !matches!(order, Some(Ordering::Less | Ordering::Equal)),

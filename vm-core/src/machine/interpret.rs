@@ -1,13 +1,14 @@
 //! The interpreter loop.
 //!
-//! Position, frame and stack pointer are locals of one loop over one `match`; what most instructions do with integers
-//! is done here, everything else in [`super::slow`], never inlined, with the registers stored.
+//! Position, frame and stack pointer are locals of one loop over one `match`. An arm does what its instruction mostly
+//! does, with integers, and goes on; everything else falls through to [`super::slow`], which works on the stored
+//! registers. The arms change nothing before they are sure to finish.
 
 use super::{Flow, GLOBALS, Native, SPECIAL, Vm, record};
 use crate::bytecode::ByteCode;
-use crate::fault::{FaultCode, Stopped};
+use crate::fault::Stopped;
 use crate::host::Host;
-use crate::image::{PARAMETERS, USES_SELF};
+use crate::image::USES_SELF;
 use crate::number::Profile;
 use crate::opcode::{self, WIDE};
 use crate::value::{Tag, Value};
@@ -22,43 +23,25 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) -> Result<Flow, Stopped> {
         let Some(program) = self.program else { return Ok(Flow::Done) };
         let code = program.code;
-        let mut pc = usize::from(self.pc);
-        let mut fp = usize::from(self.fp);
-        let mut sp = usize::from(self.sp);
+        let mut pc;
+        let mut fp;
+        let mut sp;
 
-        macro_rules! store {
-            () => {
-                self.pc = pc as u16;
-                self.fp = fp as u16;
-                self.sp = sp as u16;
+        macro_rules! get {
+            ($at:expr) => {
+                self.arena.get_fast($at)
             };
         }
-        macro_rules! load {
-            () => {
-                pc = usize::from(self.pc);
-                fp = usize::from(self.fp);
-                sp = usize::from(self.sp);
+        macro_rules! set {
+            ($at:expr, $value:expr) => {
+                self.arena.set_fast($at, $value)
             };
         }
         macro_rules! push {
             ($value:expr) => {{
                 let value = $value;
-                self.arena.set_fast(sp, value);
+                set!(sp, value);
                 sp = sp.wrapping_add(1);
-            }};
-        }
-        macro_rules! top {
-            ($below:literal) => {
-                self.arena.get_fast(sp.wrapping_sub($below))
-            };
-        }
-        // The rest of the machine works on the stored registers.
-        macro_rules! slow {
-            ($call:expr) => {{
-                store!();
-                let result = $call?;
-                load!();
-                result
             }};
         }
         macro_rules! jump {
@@ -66,49 +49,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 pc = pc.wrapping_add_signed($offset as isize)
             };
         }
-        // Compares the two values on top, integers at once.
-        macro_rules! compare {
-            ($opcode:expr, $a:ident, $b:ident, $fast:expr) => {{
-                let $a = top!(2);
-                let $b = top!(1);
-                if $a.is(Tag::INT) && $b.is(Tag::INT) {
-                    let ($a, $b) = ($a.raw(), $b.raw());
-                    $fast
-                } else {
-                    slow!(self.compare_slow($opcode, $a, $b))
-                }
-            }};
-        }
-        macro_rules! jump_if {
-            ($opcode:expr, $offset:expr, $a:ident, $b:ident, $fast:expr) => {{
-                let holds = compare!($opcode, $a, $b, $fast);
-                sp = sp.wrapping_sub(2);
-                if holds {
-                    jump!($offset);
-                }
-            }};
-        }
-        macro_rules! arithmetic {
-            ($opcode:expr, $operation:path) => {{
-                let a = top!(2);
-                let b = top!(1);
-                let result = if a.is(Tag::INT) && b.is(Tag::INT) {
-                    Value::new(Tag::INT, $operation(a.raw(), b.raw()))
-                } else {
-                    slow!(self.binary($opcode, a, b))
-                };
-                sp = sp.wrapping_sub(1);
-                self.arena.set_fast(sp.wrapping_sub(1), result);
-            }};
-        }
 
         loop {
+            pc = usize::from(self.pc);
+            fp = usize::from(self.fp);
+            sp = usize::from(self.sp);
             if pc >= SPECIAL {
-                // Going on in a built-in counts as an instruction.
-                store!();
                 if pc == Native::Exit.position() {
                     return Ok(Flow::Done);
                 }
+                // Going on in a built-in counts as an instruction.
                 if budget == 0 {
                     return Ok(Flow::Continue);
                 }
@@ -116,173 +66,212 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 if self.resume(host)? == Flow::Waiting {
                     return Ok(Flow::Waiting);
                 }
-                load!();
                 continue;
             }
-            if budget == 0 {
-                store!();
-                return Ok(Flow::Continue);
-            }
-            budget -= 1;
 
-            let byte = code.byte(pc);
-            pc = pc.wrapping_add(1);
-            let mut op = byte;
-            let mut arg: i16 = 0;
-            if byte & 0x40 != 0 {
-                if byte & WIDE == 0 {
-                    arg = i16::from(code.byte(pc) as i8);
-                    pc = pc.wrapping_add(1);
-                } else {
-                    arg = code.word(pc) as i16;
-                    pc = pc.wrapping_add(2);
-                    op = byte & !WIDE;
+            let mut op;
+            let mut arg: i16;
+            // Runs until an instruction is not done by its arm.
+            let left = loop {
+                if budget == 0 {
+                    op = opcode::NIL;
+                    arg = 0;
+                    break Left::BudgetSpent;
                 }
-            }
-            match op {
-                // Short forms, by the ranges of `opcode::SHORTS`.
-                0x80..=0x8f => {
-                    arg = i16::from(byte & 0x0f) + opcode::SHORT_LOCAL_GET.low;
-                    let value = self.arena.get_fast(fp.wrapping_add_signed(isize::from(arg)));
-                    if value.is(Tag::UNSET) {
-                        store!();
-                        return Err(self.fail(FaultCode::MissingArgument));
-                    }
-                    push!(value);
-                }
-                0x90..=0x9f => {
-                    let number = i16::from(byte & 0x0f) + opcode::SHORT_INT.low;
-                    push!(Value::int(i32::from(number)));
-                }
-                0xa0..=0xaf => push!(self.arena.get_fast(GLOBALS + usize::from(byte & 0x0f))),
-                0xb0..=0xb7 => {
-                    sp = sp.wrapping_sub(1);
-                    self.arena.set_fast(GLOBALS + usize::from(byte & 0x07), self.arena.get_fast(sp));
-                }
-                opcode::LOCAL_GET => {
-                    let value = self.arena.get_fast(fp.wrapping_add_signed(isize::from(arg)));
-                    if value.is(Tag::UNSET) {
-                        store!();
-                        return Err(self.fail(FaultCode::MissingArgument));
-                    }
-                    push!(value);
-                }
-                opcode::LOCAL_SET => {
-                    sp = sp.wrapping_sub(1);
-                    self.arena.set_fast(fp.wrapping_add_signed(isize::from(arg)), self.arena.get_fast(sp));
-                }
-                opcode::GLOBAL_GET => push!(self.arena.get_fast(GLOBALS + arg as usize)),
-                opcode::GLOBAL_SET => {
-                    sp = sp.wrapping_sub(1);
-                    self.arena.set_fast(GLOBALS + arg as usize, self.arena.get_fast(sp));
-                }
-                opcode::INT => push!(Value::int(i32::from(arg))),
-                opcode::NIL => push!(Value::nil()),
-                opcode::POP => sp = sp.wrapping_sub(1),
-                opcode::POP_N => sp = sp.wrapping_sub(arg as usize),
+                budget -= 1;
 
-                opcode::ADD => arithmetic!(op, P::add),
-                opcode::SUB => arithmetic!(op, P::sub),
-                opcode::MUL => arithmetic!(op, P::mul),
-                opcode::ADD_INT => {
-                    let a = top!(1);
-                    let b = Value::int(i32::from(arg));
-                    let result = if a.is(Tag::INT) {
-                        Value::new(Tag::INT, P::add(a.raw(), b.raw()))
+                op = code.byte(pc);
+                pc = pc.wrapping_add(1);
+                arg = 0;
+                if op & 0x40 != 0 {
+                    if op & WIDE == 0 {
+                        arg = i16::from(code.byte(pc) as i8);
+                        pc = pc.wrapping_add(1);
                     } else {
-                        slow!(self.binary(opcode::ADD, a, b))
-                    };
-                    self.arena.set_fast(sp.wrapping_sub(1), result);
+                        arg = code.word(pc) as i16;
+                        pc = pc.wrapping_add(2);
+                        op &= !WIDE;
+                    }
                 }
-                opcode::LOCAL_ADD => {
-                    let local = fp.wrapping_add_signed(isize::from(arg));
-                    let b = Value::int(i32::from(code.byte(pc) as i8));
-                    pc = pc.wrapping_add(1);
-                    let a = self.arena.get_fast(local);
-                    let result = if a.is(Tag::INT) {
-                        Value::new(Tag::INT, P::add(a.raw(), b.raw()))
-                    } else {
-                        slow!(self.binary(opcode::ADD, a, b))
-                    };
-                    self.arena.set_fast(local, result);
-                }
-
-                opcode::JUMP => jump!(arg),
-                opcode::JUMP_FALSE => {
-                    sp = sp.wrapping_sub(1);
-                    if self.arena.get_fast(sp).is_false() {
+                match op {
+                    // Short forms, by the ranges of `opcode::SHORTS`.
+                    0x80..=0x8f | opcode::LOCAL_GET => {
+                        if op != opcode::LOCAL_GET {
+                            arg = i16::from(op & 0x0f) + opcode::SHORT_LOCAL_GET.low;
+                            op = opcode::LOCAL_GET;
+                        }
+                        let value = get!(fp.wrapping_add_signed(isize::from(arg)));
+                        if !value.is(Tag::UNSET) {
+                            push!(value);
+                            continue;
+                        }
+                    }
+                    0x90..=0x9f => {
+                        let number = i16::from(op & 0x0f) + opcode::SHORT_INT.low;
+                        push!(Value::int(i32::from(number)));
+                        continue;
+                    }
+                    0xa0..=0xaf | opcode::GLOBAL_GET => {
+                        let number = if op == opcode::GLOBAL_GET {
+                            arg as usize
+                        } else {
+                            usize::from(op & 0x0f)
+                        };
+                        push!(get!(GLOBALS + number));
+                        continue;
+                    }
+                    0xb0..=0xb7 | opcode::GLOBAL_SET => {
+                        let number = if op == opcode::GLOBAL_SET {
+                            arg as usize
+                        } else {
+                            usize::from(op & 0x07)
+                        };
+                        sp = sp.wrapping_sub(1);
+                        set!(GLOBALS + number, get!(sp));
+                        continue;
+                    }
+                    opcode::LOCAL_SET => {
+                        sp = sp.wrapping_sub(1);
+                        set!(fp.wrapping_add_signed(isize::from(arg)), get!(sp));
+                        continue;
+                    }
+                    opcode::INT => {
+                        push!(Value::int(i32::from(arg)));
+                        continue;
+                    }
+                    opcode::POP => {
+                        sp = sp.wrapping_sub(1);
+                        continue;
+                    }
+                    opcode::POP_N => {
+                        sp = sp.wrapping_sub(arg as usize);
+                        continue;
+                    }
+                    opcode::ADD..=opcode::MUL => {
+                        let a = get!(sp.wrapping_sub(2));
+                        let b = get!(sp.wrapping_sub(1));
+                        if a.is(Tag::INT) && b.is(Tag::INT) {
+                            let result = match op {
+                                opcode::ADD => P::add(a.raw(), b.raw()),
+                                opcode::SUB => P::sub(a.raw(), b.raw()),
+                                _ => P::mul(a.raw(), b.raw()),
+                            };
+                            sp = sp.wrapping_sub(1);
+                            set!(sp.wrapping_sub(1), Value::new(Tag::INT, result));
+                            continue;
+                        }
+                    }
+                    opcode::ADD_INT => {
+                        let at = sp.wrapping_sub(1);
+                        let a = get!(at);
+                        if a.is(Tag::INT) {
+                            let b = P::int_from_i32(i32::from(arg));
+                            set!(at, Value::new(Tag::INT, P::add(a.raw(), b)));
+                            continue;
+                        }
+                    }
+                    opcode::LOCAL_ADD => {
+                        let at = fp.wrapping_add_signed(isize::from(arg));
+                        let a = get!(at);
+                        if a.is(Tag::INT) {
+                            let b = P::int_from_i32(i32::from(code.byte(pc) as i8));
+                            pc = pc.wrapping_add(1);
+                            set!(at, Value::new(Tag::INT, P::add(a.raw(), b)));
+                            continue;
+                        }
+                    }
+                    opcode::JUMP => {
                         jump!(arg);
+                        continue;
                     }
-                }
-                opcode::JUMP_TRUE => {
-                    sp = sp.wrapping_sub(1);
-                    if !self.arena.get_fast(sp).is_false() {
-                        jump!(arg);
+                    opcode::JUMP_FALSE | opcode::JUMP_TRUE => {
+                        sp = sp.wrapping_sub(1);
+                        if get!(sp).is_false() == (op == opcode::JUMP_FALSE) {
+                            jump!(arg);
+                        }
+                        continue;
                     }
-                }
-                opcode::JUMP_EQ => jump_if!(opcode::EQ, arg, a, b, a == b),
-                opcode::JUMP_NE => jump_if!(opcode::NE, arg, a, b, a != b),
-                opcode::JUMP_LT => jump_if!(opcode::LT, arg, a, b, P::int_less(a, b)),
-                opcode::JUMP_LE => jump_if!(opcode::LE, arg, a, b, !P::int_less(b, a)),
-                opcode::JUMP_GT => jump_if!(opcode::GT, arg, a, b, P::int_less(b, a)),
-                opcode::JUMP_GE => jump_if!(opcode::GE, arg, a, b, !P::int_less(a, b)),
-                opcode::JUMP_NOT_LT => jump_if!(op, arg, a, b, !P::int_less(a, b)),
-                opcode::JUMP_NOT_LE => jump_if!(op, arg, a, b, P::int_less(b, a)),
-                opcode::JUMP_NOT_GT => jump_if!(op, arg, a, b, !P::int_less(b, a)),
-                opcode::JUMP_NOT_GE => jump_if!(op, arg, a, b, P::int_less(a, b)),
-
-                opcode::CALL_FUNCTION => {
-                    let function = program.function(arg as u16);
-                    let head = code.byte(function);
-                    let room = usize::from(code.byte(function.wrapping_add(1)));
-                    let limit = sp + 1 + room;
-                    if limit > usize::from(self.arena.reserved) {
-                        store!();
-                        self.ensure(limit)?;
+                    opcode::JUMP_EQ..=opcode::JUMP_NOT_GE => {
+                        let a = get!(sp.wrapping_sub(2));
+                        let b = get!(sp.wrapping_sub(1));
+                        if a.is(Tag::INT) && b.is(Tag::INT) {
+                            sp = sp.wrapping_sub(2);
+                            let (a, b) = (a.raw(), b.raw());
+                            let holds = match op {
+                                opcode::JUMP_EQ => a == b,
+                                opcode::JUMP_NE => a != b,
+                                opcode::JUMP_LT | opcode::JUMP_NOT_GE => P::int_less(a, b),
+                                opcode::JUMP_GE | opcode::JUMP_NOT_LT => !P::int_less(a, b),
+                                opcode::JUMP_GT | opcode::JUMP_NOT_LE => P::int_less(b, a),
+                                _ => !P::int_less(b, a),
+                            };
+                            if holds {
+                                jump!(arg);
+                            }
+                            continue;
+                        }
                     }
-                    self.arena.set_fast(sp, record(sp - fp, pc));
-                    fp = sp;
-                    sp += 1;
-                    if head & USES_SELF != 0 {
-                        push!(Value::nil());
+                    opcode::CALL_FUNCTION => {
+                        let function = program.function(arg as u16);
+                        let room = usize::from(code.byte(function.wrapping_add(1)));
+                        if sp.wrapping_add(1).wrapping_add(room) <= usize::from(self.arena.reserved)
+                        {
+                            let uses_self = code.byte(function) & USES_SELF != 0;
+                            set!(sp, record(sp.wrapping_sub(fp), pc));
+                            fp = sp;
+                            sp = sp.wrapping_add(1);
+                            if uses_self {
+                                push!(Value::nil());
+                            }
+                            pc = function.wrapping_add(2);
+                            continue;
+                        }
                     }
-                    pc = function + 2;
-                }
-                0xb8..=0xbb | opcode::RETURN => {
-                    if op != opcode::RETURN {
-                        arg = i16::from(byte & 0x03);
+                    0xb8..=0xbf | opcode::RETURN | opcode::RETURN_NIL => {
+                        if op & WIDE != 0 {
+                            arg = i16::from(op & 0x03);
+                        }
+                        let value = if op == opcode::RETURN || op & 0xfc == 0xb8 {
+                            get!(sp.wrapping_sub(1))
+                        } else {
+                            Value::nil()
+                        };
+                        let outer = get!(fp);
+                        sp = fp.wrapping_sub(arg as usize);
+                        push!(value);
+                        fp = fp.wrapping_sub(usize::from(outer.tag().0));
+                        pc = outer.index();
+                        if pc < SPECIAL {
+                            continue;
+                        }
+                        break Left::Returned;
                     }
-                    let value = top!(1);
-                    let outer = self.arena.get_fast(fp);
-                    sp = fp - arg as usize;
-                    push!(value);
-                    fp -= usize::from(outer.tag().0);
-                    pc = outer.index();
-                }
-                0xbc..=0xbf | opcode::RETURN_NIL => {
-                    if op != opcode::RETURN_NIL {
-                        arg = i16::from(byte & 0x03);
+                    opcode::CAPTURE_GET => {
+                        let closure = get!(fp.wrapping_add(1)).index();
+                        push!(self.arena.captured(closure, arg as usize));
+                        continue;
                     }
-                    let outer = self.arena.get_fast(fp);
-                    sp = fp - arg as usize;
-                    push!(Value::nil());
-                    fp -= usize::from(outer.tag().0);
-                    pc = outer.index();
+                    _ => {}
                 }
-                opcode::CAPTURE_GET => {
-                    let closure = self.arena.get_fast(fp.wrapping_add(1)).index();
-                    push!(self.arena.captured(closure, arg as usize));
-                }
-                _ => slow!(self.slow(host, op, arg)),
+                break Left::Undone;
+            };
+            self.pc = pc as u16;
+            self.fp = fp as u16;
+            self.sp = sp as u16;
+            match left {
+                Left::BudgetSpent => return Ok(Flow::Continue),
+                Left::Undone => self.slow(host, op, arg)?,
+                Left::Returned => {}
             }
         }
     }
+}
 
-    /// Parameters of the function whose header is at `function`.
-    pub(super) fn parameters(&self, function: usize) -> usize {
-        match &self.program {
-            Some(program) => usize::from(program.code.byte(function) & PARAMETERS),
-            None => 0,
-        }
-    }
+/// Why the inner loop was left.
+enum Left {
+    /// The instruction is decoded, but not done.
+    Undone,
+    /// A function returned to the machine itself.
+    Returned,
+    BudgetSpent,
 }

@@ -5,7 +5,7 @@ use crate::builtin;
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
-use crate::image::USES_SELF;
+use crate::image::{PARAMETERS, USES_SELF};
 use crate::number::{self, Number, Profile};
 use crate::opcode::{self, DROP_RESULT};
 use crate::value::{Tag, Value};
@@ -21,9 +21,33 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) -> Result<(), Stopped> {
         let number = arg as u16;
         match op {
+            opcode::NIL => self.push(Value::nil()),
+            // The loop reads every other local itself.
+            opcode::LOCAL_GET => return Err(self.fail(FaultCode::MissingArgument)),
+            opcode::ADD_INT => {
+                let result = self.binary(opcode::ADD, self.top(1), Value::int(i32::from(arg)))?;
+                self.replace(1, result);
+            }
+            opcode::LOCAL_ADD => {
+                let b = Value::int(i32::from(self.next_byte() as i8));
+                let local = isize::from(arg);
+                let result = self.binary(opcode::ADD, self.local(local), b)?;
+                self.set_local(local, result);
+            }
+            opcode::JUMP_EQ..=opcode::JUMP_NOT_GE => {
+                if self.compare_slow(op, self.top(2), self.top(1))? {
+                    self.pc = self.pc.wrapping_add_signed(arg);
+                }
+                self.sp = self.sp.wrapping_sub(2);
+            }
+            opcode::CALL_FUNCTION => {
+                let Some(program) = &self.program else { return Ok(()) };
+                let count = program.code.byte(program.function(number)) & PARAMETERS;
+                return self.enter(number, usize::from(count), 0, [Value::nil(); 2]);
+            }
             opcode::UNSET => self.push(Value::unset()),
             opcode::DUP => self.push(self.top(1)),
-            opcode::DIV..=opcode::POW | opcode::BAND | opcode::BOR | opcode::SHL | opcode::SHR => {
+            opcode::ADD..=opcode::POW | opcode::BAND | opcode::BOR | opcode::SHL | opcode::SHR => {
                 let result = self.binary(op, self.top(2), self.top(1))?;
                 self.replace(2, result);
             }
