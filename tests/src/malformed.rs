@@ -3,12 +3,14 @@
 //! ```toml
 //! [[case]]
 //! name = "what is wrong, in a few words"
-//! script = "x = "              # or `hex`, the bytes of a file; or neither, for bad command lines
+//! script = "x = "              # or `hex`, the bytes of a file, or `pieces`; or none, for bad command lines
 //! extension = "bbi"            # of that file; `bzz` if not given
 //! args = ["run", "{file}"]     # this, if not given; `{file}` stands for the path
 //! status = 2
 //! stderr = ["E0201"]           # each must occur in standard error
 //! ```
+//!
+//! `pieces = [["x = ", 1], ["(", 5000]]` is a text in pieces, each repeated so many times.
 
 use std::fs;
 use std::path::Path;
@@ -66,6 +68,7 @@ fn case(row: &DeTable) -> Result<Case, String> {
         match key.get_ref().as_ref() {
             "name" => case.name = text(value)?,
             "script" => file = Some(text(value)?.into_bytes()),
+            "pieces" => file = Some(pieces(value)?.into_bytes()),
             "hex" => file = Some(bytes(&text(value)?)?),
             "extension" => extension = text(value)?,
             "args" => case.arguments = texts(value)?,
@@ -99,6 +102,23 @@ fn number(value: &DeValue) -> Result<i32, String> {
         }
         other => Err(format!("{other:?} is no integer")),
     }
+}
+
+/// Texts, each with how often it is repeated.
+fn pieces(value: &DeValue) -> Result<String, String> {
+    let DeValue::Array(pieces) = value else {
+        return Err(format!("{value:?} is no list of pieces"));
+    };
+    let mut whole = String::new();
+    for piece in pieces.iter() {
+        let DeValue::Array(pair) = piece.get_ref() else {
+            return Err(format!("{piece:?} is no pair"));
+        };
+        let [piece, count] = &pair[..] else { return Err(format!("{pair:?} is no pair")) };
+        let count = usize::try_from(number(count.get_ref())?).map_err(|e| e.to_string())?;
+        whole.push_str(&text(piece.get_ref())?.repeat(count));
+    }
+    Ok(whole)
 }
 
 /// Pairs of hexadecimal digits; blanks between them and `#` comments do not count.
@@ -159,6 +179,12 @@ mod tests {
         assert_eq!(bytes("b5 81 # magic\n00ff").unwrap(), [0xb5, 0x81, 0x00, 0xff]);
         assert!(bytes("b").is_err());
         assert!(bytes("zz").is_err());
+    }
+
+    #[test]
+    fn pieces_are_repeated() {
+        let table = DeTable::parse("p = [['a', 3], ['b', 1]]").unwrap();
+        assert_eq!(pieces(table.get_ref()["p"].get_ref()).unwrap(), "aaab");
     }
 
     #[test]
