@@ -1,2 +1,101 @@
-//! x
-fn main() {}
+//! The command line tool of BittyBuzz: checks, builds, runs and explains Buzz scripts.
+//!
+//! # Principles
+//! * Results go to standard output, messages to standard error.
+//! * The exit status tells what happened: see [`Ending`].
+//! * A message names the place and says what to do.
+//! * No robot is needed: a script runs on the very virtual machine that the robots carry.
+//!
+//! # What it will not do
+//! It knows no robot by itself: the files of `robots/` do.
+
+mod build;
+mod check;
+mod disasm;
+mod drive;
+
+mod fault;
+mod host;
+mod instruction;
+mod interrupt;
+mod json;
+mod library;
+mod output;
+mod problem;
+mod program;
+mod refusal;
+mod report;
+mod run;
+mod selection;
+mod trace;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+const EXAMPLES: &str = "\
+Examples:
+  bbz run hello.bzz                      run a script on this computer
+  bbz check hello.bzz --robot kilobot    find mistakes without running it
+  bbz build hello.bzz --robot kilobot    make the image that the robot runs
+  bbz explain E0201                      explain a message
+
+Exit status: 0, or 1 run-time error, 2 compile error, 3 wrong command line or file.";
+
+#[derive(Debug, Parser)]
+#[command(version, about = "Checks, builds, runs and explains Buzz scripts for robots", after_help = EXAMPLES)]
+struct CommandLine {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Find the mistakes of a script
+    Check(check::Arguments),
+    /// Make the image that a robot runs
+    Build(build::Arguments),
+    /// Run a script on this computer
+    Run(run::Arguments),
+    /// Show the instructions that a script compiles to
+    Disasm(disasm::Arguments),
+}
+
+/// How a command ended: its exit status.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Ending {
+    Success = 0,
+    RuntimeError = 1,
+    CompileError = 2,
+    /// A wrong command line, a file that cannot be read or written, an image that is refused.
+    Usage = 3,
+}
+
+impl From<Ending> for ExitCode {
+    fn from(ending: Ending) -> ExitCode {
+        ExitCode::from(ending as u8)
+    }
+}
+
+fn main() -> ExitCode {
+    let command_line = match CommandLine::try_parse() {
+        Ok(command_line) => command_line,
+        Err(message) => {
+            // Help is a message too, but no mistake. If it cannot be printed there is nobody to tell.
+            let _ = message.print();
+            let ending = if message.use_stderr() { Ending::Usage } else { Ending::Success };
+            return ending.into();
+        }
+    };
+    let ending = match &command_line.command {
+        Command::Check(arguments) => check::execute(arguments),
+        Command::Build(arguments) => build::execute(arguments),
+        Command::Run(arguments) => run::execute(arguments),
+        Command::Disasm(arguments) => disasm::execute(arguments),
+    };
+    let ending = ending.unwrap_or_else(|problem| {
+        report::error(&problem.to_string(), problem.help().as_deref());
+        Ending::Usage
+    });
+    ending.into()
+}

@@ -1,0 +1,136 @@
+//! `bbz build`: writes the image of a script, and its symbols, for a robot.
+
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process;
+
+use bittybuzz_compiler::compile::Compiled;
+use bittybuzz_robots::Profile;
+use bittybuzz_vm_core::number::{Full, Tiny};
+use clap::Args;
+use serde_json::json;
+
+use crate::Ending;
+use crate::drive;
+use crate::json;
+use crate::output;
+use crate::problem::Problem;
+use crate::program::{self, Kind};
+use crate::report;
+use crate::selection::{ProfileName, Selection};
+
+const EXAMPLES: &str = "\
+Examples:
+  bbz build blink.bzz --robot kilobot                 writes blink.bbi and blink.sym beside the script
+  bbz build blink.bzz --robot kilobot -o out/blink    writes out/blink.bbi and out/blink.sym
+  bbz build swarm.bzz --robot crazyflie --profile tiny    for a swarm with smaller robots in it
+
+Exit status: 0, or 2 compile error, 3 wrong command line or file.";
+
+/// Arguments of `bbz build`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Script (.bzz)
+    file: PathBuf,
+    /// Robot: its name (kilobot, zooids, crazyflie) or the path of a robot file (*.toml)
+    #[arg(long, value_name = "NAME|PATH.toml")]
+    robot: String,
+    /// Number profile [default: the robot's]
+    #[arg(long)]
+    profile: Option<ProfileName>,
+    /// Write OUT.bbi and OUT.sym [default: beside the script]
+    #[arg(short, long, value_name = "OUT")]
+    output: Option<PathBuf>,
+    /// Folder to search for included files; may be given several times
+    #[arg(short = 'I', value_name = "DIR")]
+    include: Vec<PathBuf>,
+    /// Write messages and sizes to standard output, as a JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Carries out the command.
+pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+    if Kind::of(&arguments.file)? == Kind::Image {
+        return Err(Problem::NotAScript(arguments.file.clone()));
+    }
+    let selection = Selection::new(Some(&arguments.robot), arguments.profile)?;
+    let Compiled { image, symbols, diagnostics, sources } =
+        program::compiled(&arguments.file, &arguments.include, &selection)?;
+    if !arguments.json {
+        report::diagnostics(&sources, &diagnostics);
+    }
+    let mut result = json::diagnostics(&sources, &diagnostics);
+    let (Some(image), Some(symbols), Some(robot)) = (image, symbols, &selection.robot) else {
+        if arguments.json {
+            output::write(&format!("{result}\n"))?;
+        }
+        return Ok(Ending::CompileError);
+    };
+    let verify = match selection.effective_profile() {
+        Profile::Tiny => drive::verify::<Tiny>,
+        Profile::Full => drive::verify::<Full>,
+    };
+    let has_function = |hash| selection.has_function(hash);
+    verify(&image, robot.vm.slots as usize, &has_function)
+        .map_err(|cause| Problem::refused(&arguments.file, cause))?;
+
+    let base = base(&arguments.file, arguments.output.as_deref());
+    let (image_path, symbols_path) = (with_suffix(&base, ".bbi"), with_suffix(&base, ".sym"));
+    // The image comes last: a new one never lies beside older symbols.
+    write_whole(&symbols_path, symbols.to_json().as_bytes())?;
+    write_whole(&image_path, &image)?;
+
+    let budget = robot.budget.map(|budget| budget.flash_bytes);
+    if arguments.json {
+        result["image"] = json!({
+            "path": image_path.display().to_string(),
+            "symbols": symbols_path.display().to_string(),
+            "bytes": image.len(),
+            "script_hash": format!("{:08x}", symbols.script_hash),
+            "robot": robot.name,
+            "profile": selection.effective_profile().name(),
+            "flash_budget": budget,
+        });
+        return output::write(&format!("{result}\n")).map(|()| Ending::Success);
+    }
+    let mut line = format!("{}: {} bytes for {}", image_path.display(), image.len(), robot.title);
+    if let Some(budget) = budget {
+        line.push_str(&format!(", whose flash holds {budget} bytes of firmware and script"));
+    }
+    output::write(&format!("{line}\n"))?;
+    Ok(Ending::Success)
+}
+
+/// What the names of the written files begin with.
+fn base(script: &Path, output: Option<&Path>) -> PathBuf {
+    match output {
+        Some(output) if output.extension().is_some_and(|extension| extension == "bbi") => {
+            output.with_extension("")
+        }
+        Some(output) => output.to_owned(),
+        None => script.with_extension(""),
+    }
+}
+
+fn with_suffix(base: &Path, suffix: &str) -> PathBuf {
+    let mut path = OsString::from(base);
+    path.push(suffix);
+    PathBuf::from(path)
+}
+
+/// Writes a file whole or not at all: whoever reads it meanwhile, or after a failure, sees the old one.
+fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Problem> {
+    let temporary = with_suffix(path, &format!(".{}", process::id()));
+    let written = File::create_new(&temporary)
+        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
+        .and_then(|()| fs::rename(&temporary, path));
+    written.map_err(|error| {
+        // It may not even exist.
+        let _ = fs::remove_file(&temporary);
+        Problem::unwritable(path, error)
+    })
+}

@@ -1,0 +1,182 @@
+//! Driving the virtual machine: global code, `init()`, steps, `destroy()`.
+
+use std::time::{Duration, Instant};
+
+use bittybuzz_vm_core::number::Profile;
+use bittybuzz_vm_core::{Entry, Fault, Image, ImageError, Outcome, Vm};
+
+use crate::host::{Clock, HostRobot};
+use crate::interrupt::Interrupt;
+
+/// Slots of the machine that plays all robots, as many as there can be.
+pub const SLOTS: usize = 65_520;
+
+/// Instructions between two looks at Ctrl-C.
+const SLICE: u16 = 50_000;
+
+/// Slices that the running entry, and then `destroy()`, still get after Ctrl-C.
+const LAST_SLICES: usize = 4;
+
+/// How to run.
+pub struct Settings {
+    /// Id of the robot.
+    pub id: u16,
+    /// Seed of the run.
+    pub seed: u32,
+    /// Slots of the robot's machine.
+    pub slots: usize,
+    /// Steps at full speed, or without end in real time.
+    pub steps: Option<u64>,
+    /// Time between two steps.
+    pub period: Duration,
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// As the script and the settings say.
+    Complete,
+    /// A run-time error.
+    Fault(Fault),
+    /// Ctrl-C, in an entry that would not end.
+    Interrupted,
+    /// Nobody reads the output any more.
+    OutputClosed,
+}
+
+/// A run that has ended, and where.
+pub struct Ended {
+    /// How.
+    pub end: End,
+    /// Where the machine is: positions in the code, innermost first.
+    pub positions: Vec<u16>,
+}
+
+/// Runs an image.
+pub fn drive<P: Profile>(
+    image: &[u8],
+    settings: &Settings,
+    is_robot_function: &dyn Fn(u16) -> bool,
+    host: &mut HostRobot<'_>,
+    interrupt: &mut Interrupt,
+) -> Result<Ended, ImageError> {
+    let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new(settings.id));
+    vm.load_limited(Image::new(image), settings.slots, is_robot_function)?;
+    vm.seed(settings.seed);
+    let mut run = Run { vm, host, interrupt };
+    let mut end = run.all(settings);
+    if end == End::Interrupted {
+        end = run.last_words();
+    }
+    run.host.output.flush();
+    Ok(Ended { end, positions: run.vm.calls().collect() })
+}
+
+/// Whether a robot with so many slots would run an image.
+pub fn verify<P: Profile>(
+    image: &[u8],
+    slots: usize,
+    is_robot_function: &dyn Fn(u16) -> bool,
+) -> Result<(), ImageError> {
+    let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new(0));
+    vm.load_limited(Image::new(image), slots, is_robot_function)
+}
+
+struct Run<'a, 'h, 'i, P: Profile> {
+    vm: Box<Vm<P, &'i [u8], SLOTS>>,
+    host: &'a mut HostRobot<'h>,
+    interrupt: &'a mut Interrupt,
+}
+
+impl<P: Profile> Run<'_, '_, '_, P> {
+    fn all(&mut self, settings: &Settings) -> End {
+        match self.run(settings) {
+            Ok(()) => End::Complete,
+            Err(end) => end,
+        }
+    }
+
+    fn run(&mut self, settings: &Settings) -> Result<(), End> {
+        self.entry(Entry::Global)?;
+        self.entry(Entry::Init)?;
+        match settings.steps {
+            Some(steps) => {
+                for _ in 0..steps {
+                    self.entry(Entry::Step)?;
+                }
+                Ok(())
+            }
+            None => self.tick(settings.period),
+        }
+    }
+
+    /// Steps in real time, as long as the script has a step function. A step that takes longer than a period misses
+    /// ticks; they are not made up for.
+    fn tick(&mut self, period: Duration) -> Result<(), End> {
+        let mut tick = Instant::now();
+        while self.entry(Entry::Step)? {
+            self.host.output.flush();
+            let now = Instant::now();
+            while tick <= now {
+                tick += period;
+            }
+            self.interrupt.wait(tick - now);
+            self.look_up()?;
+        }
+        Ok(())
+    }
+
+    /// Runs an entry to its end. False if the script does not have it.
+    fn entry(&mut self, entry: Entry) -> Result<bool, End> {
+        if !self.vm.begin(entry) {
+            return Ok(false);
+        }
+        loop {
+            match self.vm.run(self.host, SLICE) {
+                Outcome::Done => {
+                    self.look_up()?;
+                    return Ok(true);
+                }
+                Outcome::Fault(fault) => return Err(End::Fault(fault)),
+                Outcome::Pending => self.host.output.flush(),
+                Outcome::Waiting => {
+                    self.host.output.flush();
+                    self.interrupt.wait(self.host.remaining_delay());
+                }
+            }
+            self.look_up()?;
+        }
+    }
+
+    /// Whether there is a reason to end from outside.
+    fn look_up(&mut self) -> Result<(), End> {
+        if self.host.output.has_failed() {
+            return Err(End::OutputClosed);
+        }
+        if self.interrupt.is_raised() { Err(End::Interrupted) } else { Ok(()) }
+    }
+
+    /// After Ctrl-C: the running entry may end, unless it waits, and then the script may say goodbye. Neither may take
+    /// long.
+    fn last_words(&mut self) -> End {
+        if let Some(end) = self.run_out() {
+            return end;
+        }
+        self.host.clock = Clock::Simulated;
+        self.vm.begin(Entry::Destroy);
+        self.run_out().unwrap_or(End::Complete)
+    }
+
+    /// Runs the entry to its end, if that comes soon; else tells what kept it.
+    fn run_out(&mut self) -> Option<End> {
+        for _ in 0..LAST_SLICES {
+            match self.vm.run(self.host, SLICE) {
+                Outcome::Done => return None,
+                Outcome::Fault(fault) => return Some(End::Fault(fault)),
+                Outcome::Pending => {}
+                Outcome::Waiting => break,
+            }
+        }
+        Some(End::Interrupted)
+    }
+}

@@ -1,0 +1,239 @@
+//! Run-time errors: their codes, and what they mean in this script.
+//!
+//! The machine tells a cause, the types of the operands and a position. The instruction there tells the operation, the
+//! symbols tell the place: together they make a sentence about the script.
+
+use bittybuzz_robots::Profile;
+use bittybuzz_vm_core::builtin::{self, Library};
+use bittybuzz_vm_core::{Fault, FaultCode, Type, opcode};
+
+use crate::instruction::{self, Instruction};
+use crate::program::Program;
+
+/// The code of a cause, as it is printed: `R0005`. `docs/diagnostics.md` explains each.
+pub fn code(cause: FaultCode) -> String {
+    format!("R{:04}", cause as u8)
+}
+
+/// One line that names the cause.
+pub fn title(cause: FaultCode) -> &'static str {
+    match cause {
+        FaultCode::WrongType => "an operand of the wrong type",
+        FaultCode::NotATable => "a field of something that is no table",
+        FaultCode::NotCallable => "a call of something that is no function",
+        FaultCode::BadKey => "a table key that is neither number nor string",
+        FaultCode::DivisionByZero => "an integer division by zero",
+        FaultCode::ShiftRange => "a shift by more bits than an integer has",
+        FaultCode::MissingArgument => "an argument that was not passed",
+        FaultCode::Unordered => "a comparison of values that have no order",
+        FaultCode::StackOverflow => "calls that are nested too deep",
+        FaultCode::OutOfMemory => "no memory for a table, closure or string",
+        FaultCode::AssertFailed => "an assertion that failed",
+        FaultCode::RobotRefused => "a robot function that refused its arguments",
+    }
+}
+
+/// A fault in words.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Words {
+    /// What is wrong, in one sentence without a full stop.
+    pub headline: String,
+    /// What to do about it.
+    pub help: Option<String>,
+}
+
+/// Says what is wrong. `marked` is the source text of the instruction, if it is known, and `refusal` what the robot
+/// function expects that did not accept its arguments.
+pub fn describe(
+    fault: &Fault,
+    program: &Program,
+    marked: Option<&str>,
+    refusal: Option<&str>,
+) -> Words {
+    let instruction = instruction::ending_at(&program.image, fault.position);
+    let what = What { fault, program, instruction, callee: callee(instruction, program) };
+    Words { headline: what.headline(marked), help: what.help(refusal) }
+}
+
+struct What<'a> {
+    fault: &'a Fault,
+    program: &'a Program,
+    instruction: Option<Instruction>,
+    /// The built-in or robot function that was called.
+    callee: Option<String>,
+}
+
+impl What<'_> {
+    fn headline(&self, marked: Option<&str>) -> String {
+        let [first, second] = self.fault.operands.map(with_article);
+        match self.fault.code {
+            FaultCode::WrongType => self.wrong_type(first, second),
+            FaultCode::NotATable => self.no_table(first),
+            FaultCode::NotCallable => match &self.callee {
+                Some(callee) => format!("{callee} needs a function to call, not {first}"),
+                None => format!("cannot call {first}"),
+            },
+            FaultCode::BadKey => format!("a table key must be a number or a string, not {first}"),
+            FaultCode::DivisionByZero => match self.opcode() {
+                Some(opcode::MOD) => "integer modulo by zero".to_owned(),
+                _ => "integer division by zero".to_owned(),
+            },
+            FaultCode::ShiftRange => "the shift count is outside the bits of an integer".to_owned(),
+            FaultCode::MissingArgument => self.missing_argument(marked),
+            FaultCode::Unordered => match &self.callee {
+                Some(callee) => format!("{callee} cannot order {first} and {second}"),
+                None => format!("cannot order {first} and {second}"),
+            },
+            FaultCode::StackOverflow => "stack overflow: calls are nested too deep".to_owned(),
+            FaultCode::OutOfMemory => "out of memory: no room for another value".to_owned(),
+            FaultCode::AssertFailed => match self.message() {
+                Some(message) => format!("assertion failed: {message}"),
+                None => "assertion failed".to_owned(),
+            },
+            FaultCode::RobotRefused => match &self.callee {
+                Some(callee) => format!("{callee} does not take these arguments"),
+                None => "the robot function does not take these arguments".to_owned(),
+            },
+        }
+    }
+
+    fn wrong_type(&self, first: &str, second: &str) -> String {
+        match self.opcode() {
+            Some(opcode::ADD_INT) if self.instruction.is_some_and(|add| add.operand < 0) => {
+                format!("cannot subtract {second} from {first}")
+            }
+            Some(opcode::ADD | opcode::ADD_INT | opcode::LOCAL_ADD) => {
+                format!("cannot add {first} and {second}")
+            }
+            Some(opcode::SUB) => format!("cannot subtract {second} from {first}"),
+            Some(opcode::MUL) => format!("cannot multiply {first} by {second}"),
+            Some(opcode::DIV) => format!("cannot divide {first} by {second}"),
+            Some(opcode::MOD) => format!("cannot take {first} modulo {second}"),
+            Some(opcode::POW) => format!("cannot raise {first} to the power of {second}"),
+            Some(opcode::NEG) => format!("cannot negate {first}"),
+            Some(opcode::BAND | opcode::BOR) => {
+                format!("cannot combine the bits of {first} and {second}")
+            }
+            Some(opcode::BNOT) => format!("cannot invert the bits of {first}"),
+            Some(opcode::SHL | opcode::SHR) => format!("cannot shift {first} by {second}"),
+            _ => match &self.callee {
+                Some(callee) => format!("{callee} does not take {first}"),
+                None => format!("the function does not take {first}"),
+            },
+        }
+    }
+
+    fn no_table(&self, first: &str) -> String {
+        match (self.opcode(), self.operand_string(), &self.callee) {
+            (Some(opcode::FIELD_GET | opcode::FIELD_METHOD), Some(name), _) => {
+                format!("cannot read field `{name}` of {first}")
+            }
+            (Some(opcode::FIELD_SET | opcode::FIELD_INIT), Some(name), _) => {
+                format!("cannot set field `{name}` of {first}")
+            }
+            (Some(opcode::INDEX_SET | opcode::INDEX_INIT), ..) => {
+                format!("cannot set an entry of {first}")
+            }
+            (_, _, Some(callee)) => format!("{callee} needs a table, not {first}"),
+            _ => format!("cannot read an entry of {first}"),
+        }
+    }
+
+    fn missing_argument(&self, marked: Option<&str>) -> String {
+        match (self.opcode(), marked, &self.callee) {
+            (Some(opcode::LOCAL_GET), Some(name), _) if is_name(name) => {
+                format!("argument `{name}` was not passed")
+            }
+            (Some(opcode::LOCAL_GET), ..) => "an argument that was not passed is read".to_owned(),
+            (_, _, Some(callee)) => format!("an argument of {callee} is missing"),
+            _ => "an argument that was not passed is used".to_owned(),
+        }
+    }
+
+    fn help(&self, refusal: Option<&str>) -> Option<String> {
+        let is_nil = self.fault.operands.contains(&Type::Nil);
+        Some(match self.fault.code {
+            FaultCode::WrongType | FaultCode::RobotRefused if refusal.is_some() => {
+                return refusal.map(str::to_owned);
+            }
+            FaultCode::WrongType | FaultCode::NotATable if is_nil => {
+                "a variable or field that was never assigned is nil; `isnil(x)` tells".to_owned()
+            }
+            FaultCode::WrongType => "`type(x)` tells what a value is".to_owned(),
+            FaultCode::NotATable => "only tables have entries".to_owned(),
+            FaultCode::NotCallable if is_nil => {
+                "is the name spelt as in its definition, and is it assigned before this call?"
+                    .to_owned()
+            }
+            FaultCode::BadKey => "an entry is found by a number or a string only".to_owned(),
+            FaultCode::DivisionByZero => "test the divisor first, as in `if(n != 0)`".to_owned(),
+            FaultCode::ShiftRange => match self.program.profile {
+                Profile::Tiny => "the count must be 0 to 15 in the tiny profile".to_owned(),
+                Profile::Full => "the count must be 0 to 31 in the full profile".to_owned(),
+            },
+            FaultCode::MissingArgument => "every parameter that is read must be passed".to_owned(),
+            FaultCode::Unordered => {
+                "numbers are ordered, and strings; nil is below everything".to_owned()
+            }
+            FaultCode::StackOverflow => "does this function call itself without end?".to_owned(),
+            FaultCode::OutOfMemory => {
+                "keep fewer tables, closures and strings; storing nil removes an entry".to_owned()
+            }
+            FaultCode::NotCallable | FaultCode::AssertFailed | FaultCode::RobotRefused => {
+                return None;
+            }
+        })
+    }
+
+    fn opcode(&self) -> Option<u8> {
+        self.instruction.map(|instruction| instruction.opcode)
+    }
+
+    /// The string that the instruction names.
+    fn operand_string(&self) -> Option<&str> {
+        self.program.string(self.instruction?.operand as u16)
+    }
+
+    /// The message of a failed assertion.
+    fn message(&self) -> Option<&str> {
+        self.program.string(self.fault.detail.checked_sub(1)?)
+    }
+}
+
+/// The built-in or robot function that an instruction calls, quoted.
+fn callee(instruction: Option<Instruction>, program: &Program) -> Option<String> {
+    let Instruction { opcode, operand } = instruction?;
+    match opcode {
+        opcode::CALL_BUILTIN => {
+            let info = builtin::info(u8::try_from(operand).ok()?)?;
+            Some(match info.library {
+                Library::Rng => format!("`math.rng.{}`", info.name),
+                library => match library.global_name() {
+                    Some(name) => format!("`{name}.{}`", info.name),
+                    None => format!("`{}`", info.name),
+                },
+            })
+        }
+        opcode::CALL_ROBOT => {
+            let imports = &program.symbols.as_ref()?.imports;
+            Some(format!("`{}`", imports.get(usize::try_from(operand).ok()?)?))
+        }
+        _ => None,
+    }
+}
+
+fn with_article(kind: Type) -> &'static str {
+    match kind {
+        Type::Nil => "nil",
+        Type::Int => "an integer",
+        Type::Float => "a float",
+        Type::String => "a string",
+        Type::Table => "a table",
+        Type::Closure => "a closure",
+        Type::Unset => "an argument that was not passed",
+    }
+}
+
+fn is_name(text: &str) -> bool {
+    text.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
+}

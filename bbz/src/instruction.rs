@@ -1,0 +1,43 @@
+//! Finding an instruction in an image: what was the machine doing when it stopped?
+
+use bittybuzz_vm_core::Image;
+use bittybuzz_vm_core::opcode::{self, Trailer, WIDE};
+
+/// An instruction with its operand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Instruction {
+    /// Plain or narrow opcode.
+    pub opcode: u8,
+    /// Operand, 0 if there is none.
+    pub operand: i16,
+}
+
+/// The instruction of a verified image whose last byte is at `position`, counted from the start of the code.
+pub fn ending_at(image: &[u8], position: u16) -> Option<Instruction> {
+    let header = Image::new(image).header().ok()?;
+    let word_bytes = if header.is_full() { 4 } else { 2 };
+    let table = image.get(usize::from(header.functions_at)..)?.chunks_exact(2);
+    let starts = table
+        .take(usize::from(header.functions))
+        .filter_map(|row| Some(u16::from_le_bytes(row.try_into().ok()?)));
+    let code = image.get(usize::from(header.code_at)..)?;
+    let position = usize::from(position);
+    // The function's header of two bytes comes first.
+    let mut at = usize::from(starts.filter(|start| usize::from(*start) <= position).max()?) + 2;
+    while at <= position {
+        let byte = |offset: usize| code.get(at + offset).copied().unwrap_or(0);
+        let decoded = opcode::decode([byte(0), byte(1), byte(2)]);
+        let trailer = match opcode::effect(decoded.opcode)?.trailer {
+            Trailer::None => 0,
+            Trailer::Arguments | Trailer::Captures | Trailer::Immediate => 1,
+            Trailer::Word => word_bytes,
+        };
+        at += usize::from(decoded.length) + trailer;
+        if at == position + 1 {
+            // Decoding has turned the wide form into the narrow one.
+            debug_assert!(decoded.opcode & WIDE == 0);
+            return Some(Instruction { opcode: decoded.opcode, operand: decoded.operand });
+        }
+    }
+    None
+}

@@ -1,0 +1,86 @@
+//! Why the virtual machine refuses an image, in sentences.
+
+use bittybuzz_vm_core::ImageError;
+use bittybuzz_vm_core::builtin::Feature;
+use bittybuzz_vm_core::image::VERSION;
+
+/// What is wrong, behind the name of the image.
+pub fn sentence(cause: &ImageError) -> String {
+    match cause {
+        ImageError::NotAnImage => "is not an image".to_owned(),
+        ImageError::Version(version) => {
+            format!("is an image of version {version}, this virtual machine runs version {VERSION}")
+        }
+        ImageError::Profile => "was built for the other number profile".to_owned(),
+        ImageError::Truncated => "is cut off: it ends in the middle of its tables".to_owned(),
+        ImageError::TooLong => "is too long for an image".to_owned(),
+        ImageError::Features(missing) => {
+            format!("needs {}, which this virtual machine lacks", features(*missing))
+        }
+        ImageError::RobotFunction(hash) => {
+            format!("calls a function that the robot does not have (name hash {hash:04x})")
+        }
+        ImageError::TooManyGlobals(globals) => {
+            format!("has {globals} globals, which alone fill the memory of the robot")
+        }
+        ImageError::TooManyJumps(_) => {
+            "has a function with so many jumps that the robot has no memory to check them"
+                .to_owned()
+        }
+        ImageError::Entry(number) => {
+            let name = ["init", "step", "reset", "destroy"].get(usize::from(*number));
+            damaged(&format!("it names no function for {}()", name.unwrap_or(&"an entry")))
+        }
+        ImageError::LibraryTable(row) => {
+            damaged(&format!("row {row} of its library table is wrong"))
+        }
+        ImageError::Function(number) => {
+            damaged(&format!("the header of function {number} is wrong"))
+        }
+        ImageError::Instruction(at) => damaged(&format!("there is no such instruction at {at}")),
+        ImageError::Operand(at) => {
+            damaged(&format!("the instruction at {at} names something that does not exist"))
+        }
+        ImageError::Depth(at) => damaged(&format!("the operand stack does not add up at {at}")),
+        ImageError::Jump(at) => damaged(&format!("the jump at {at} leads nowhere")),
+        ImageError::NoReturn(number) => damaged(&format!("function {number} runs over its end")),
+        // The list of causes may grow.
+        other => damaged(&format!("{other:?}")),
+    }
+}
+
+/// What to do about it.
+pub fn help(cause: &ImageError) -> Option<String> {
+    let help = match cause {
+        ImageError::Features(_) => "leave it out of the script",
+        ImageError::RobotFunction(_) => {
+            "build the script for this robot, or name its robot with --robot"
+        }
+        ImageError::TooManyGlobals(_) => "use local variables, or keep values in a table",
+        ImageError::TooManyJumps(_) => "split the function, or build for a robot with more memory",
+        _ => "build it again from its script with this `bbz`",
+    };
+    Some(help.to_owned())
+}
+
+fn damaged(how: &str) -> String {
+    format!("is damaged: {how}")
+}
+
+/// The names of features, by their bits.
+fn features(bits: u8) -> String {
+    let named = [
+        (Feature::Maths, "the functions of `math`"),
+        (Feature::Strings, "strings made at run time (`string`)"),
+        (Feature::Neighbors, "`neighbors`"),
+        (Feature::Swarm, "`swarm`"),
+        (Feature::Stigmergy, "`stigmergy`"),
+    ];
+    let known = named.iter().fold(0, |bits, (feature, _)| bits | *feature as u8);
+    let names = named.iter().filter(|(feature, _)| bits & *feature as u8 != 0);
+    let mut names: Vec<&str> = names.map(|(_, name)| *name).collect();
+    if bits & !known != 0 {
+        names.push("parts that this version does not know");
+    }
+    names.join(", ")
+}

@@ -1,0 +1,120 @@
+//! `bbz run`: runs a script on this computer.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use annotate_snippets::{Group, Level};
+use bittybuzz_robots::Profile;
+use bittybuzz_vm_core::Fault;
+use bittybuzz_vm_core::number::{Full, Tiny};
+use clap::Args;
+
+use crate::Ending;
+use crate::drive::{self, End, Ended, SLOTS, Settings};
+use crate::fault;
+use crate::host::{Clock, HostRobot};
+use crate::interrupt::Interrupt;
+use crate::problem::Problem;
+use crate::program::{Kind, Program};
+use crate::report;
+use crate::selection::SelectionArguments;
+use crate::trace::Trace;
+
+/// Steps per second where no robot is named.
+const TICK_HZ: u32 = 10;
+
+const EXAMPLES: &str = "\
+Examples:
+  bbz run hello.bzz                          global code and init(), then step() at 10 Hz until Ctrl-C
+  bbz run hello.bzz --steps 100              100 steps at full speed
+  bbz run blink.bzz --robot kilobot          with the functions, profile and memory of the Kilobot
+  bbz run walk.bzz --steps 50 --id 3 --seed 7  as robot 3, with other random numbers
+  bbz run follow.bzz -I behaviours           search behaviours/ for included files
+  bbz run blink.bbi                          what `bbz build` has made
+
+Robot functions print their calls, such as led(3). They are finished at once and return 0, 0.0 or nil.
+A delay takes its time in real time, none at full speed.
+
+Exit status: 0, or 1 run-time error, 2 compile error, 3 wrong command line or file.";
+
+/// Arguments of `bbz run`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Script (.bzz) or image (.bbi)
+    file: PathBuf,
+    #[command(flatten)]
+    selection: SelectionArguments,
+    /// Run so many steps at full speed [default: 10 steps per second until Ctrl-C]
+    #[arg(long, value_name = "N")]
+    steps: Option<u64>,
+    /// Id of the robot
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    id: u16,
+    /// Seed of the random numbers
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u32,
+    /// Folder to search for included files; may be given several times
+    #[arg(short = 'I', value_name = "DIR")]
+    include: Vec<PathBuf>,
+}
+
+/// Carries out the command.
+pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+    let kind = Kind::of(&arguments.file)?;
+    let selection = arguments.selection.select()?;
+    let program = match kind {
+        Kind::Script => {
+            let compiled = Program::compile(&arguments.file, &arguments.include, &selection)?;
+            let Some(program) = compiled else { return Ok(Ending::CompileError) };
+            program
+        }
+        Kind::Image => Program::load(&arguments.file, &selection)?,
+    };
+    let robot = selection.robot.as_ref();
+    let settings = Settings {
+        id: arguments.id,
+        seed: arguments.seed,
+        slots: robot.map_or(SLOTS, |robot| robot.vm.slots as usize),
+        steps: arguments.steps,
+        period: Duration::from_secs(1) / robot.map_or(TICK_HZ, |robot| robot.tick_hz),
+    };
+    let clock = match arguments.steps {
+        Some(_) => Clock::Simulated,
+        None => Clock::Real { until: None },
+    };
+    let mut host = HostRobot::new(selection.playable(), &program, clock);
+    let mut interrupt = Interrupt::install().map_err(Problem::Interrupt)?;
+    let drive = match program.profile {
+        Profile::Tiny => drive::drive::<Tiny>,
+        Profile::Full => drive::drive::<Full>,
+    };
+    let is_known = |hash| selection.has_function(hash);
+    let Ended { end, positions } =
+        drive(&program.image, &settings, &is_known, &mut host, &mut interrupt)
+            .map_err(|cause| Problem::refused(&arguments.file, cause))?;
+    let refusal = host.refusal.take();
+    host.output.finish()?;
+    let trace = Trace::new(&program, positions);
+    match end {
+        End::Complete | End::OutputClosed => Ok(Ending::Success),
+        End::Interrupted => {
+            report::print(
+                Group::with_title(Level::NOTE.primary_title("stopped by Ctrl-C"))
+                    .elements(trace.elements()),
+            );
+            Ok(Ending::Success)
+        }
+        End::Fault(fault) => {
+            print_fault(&fault, &program, &trace, refusal.as_deref());
+            Ok(Ending::RuntimeError)
+        }
+    }
+}
+
+fn print_fault(fault: &Fault, program: &Program, trace: &Trace<'_>, refusal: Option<&str>) {
+    let words = fault::describe(fault, program, trace.marked().as_deref(), refusal);
+    let title = Level::ERROR.primary_title(words.headline).id(fault::code(fault.code));
+    let help = words.help.map(|help| Level::HELP.message(help));
+    report::print(title.elements(trace.elements()).elements(help));
+}

@@ -1,0 +1,73 @@
+//! The robots and the profile that the command line selects.
+
+use bittybuzz_robots::{self as robots, Profile, Robot};
+use clap::{Args, ValueEnum};
+
+use crate::problem::Problem;
+
+/// `--robot` and `--profile`.
+#[derive(Debug, Args)]
+pub struct SelectionArguments {
+    /// Robot: its name (kilobot, zooids, crazyflie) or the path of a robot file (*.toml)
+    #[arg(long, value_name = "NAME|PATH.toml")]
+    robot: Option<String>,
+    /// Number profile [default: the robot's, else full]
+    #[arg(long)]
+    profile: Option<ProfileName>,
+}
+
+/// `tiny` or `full`, as the command line spells them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ProfileName {
+    /// 16-bit numbers
+    Tiny,
+    /// 32-bit numbers
+    Full,
+}
+
+/// The robots of a command.
+pub struct Selection {
+    /// The one that `--robot` names.
+    pub robot: Option<Robot>,
+    /// Every robot that is known.
+    pub known: Vec<Robot>,
+    /// The profile that `--profile` names.
+    pub profile: Option<Profile>,
+}
+
+impl SelectionArguments {
+    /// Finds the robot.
+    pub fn select(&self) -> Result<Selection, Problem> {
+        Selection::new(self.robot.as_deref(), self.profile)
+    }
+}
+
+impl Selection {
+    /// The robot of that name or path.
+    pub fn new(robot: Option<&str>, profile: Option<ProfileName>) -> Result<Self, Problem> {
+        let robot = robot.map(robots::find).transpose().map_err(Problem::Robot)?;
+        let profile = profile.map(|name| match name {
+            ProfileName::Tiny => Profile::Tiny,
+            ProfileName::Full => Profile::Full,
+        });
+        Ok(Selection { robot, known: robots::all_shipped(), profile })
+    }
+
+    /// The profile to compile for.
+    pub fn effective_profile(&self) -> Profile {
+        let of_robot = self.robot.as_ref().map(|robot| robot.profile);
+        self.profile.or(of_robot).unwrap_or(Profile::Full)
+    }
+
+    /// The robots whose functions a script may call: the one that is named, else all.
+    pub fn playable(&self) -> impl Iterator<Item = &Robot> + Clone {
+        let all: &[Robot] = if self.robot.is_some() { &[] } else { &self.known };
+        self.robot.iter().chain(all)
+    }
+
+    /// Whether one of them has a function of that name hash.
+    pub fn has_function(&self, hash: u16) -> bool {
+        let mut functions = self.playable().flat_map(|robot| &robot.functions);
+        functions.any(|function| function.hash() == hash)
+    }
+}

@@ -1,0 +1,124 @@
+//! Where a script was: the source line, and the calls that led there.
+
+use annotate_snippets::{AnnotationKind, Element, Level, Origin, Snippet};
+use bittybuzz_compiler::codegen::GLOBAL_CODE;
+use bittybuzz_compiler::symbols::{Place, Symbols};
+
+use crate::program::Program;
+
+/// A source line longer than this is not shown, in bytes.
+const LONGEST_LINE: usize = 400;
+
+/// Calls that are shown from the innermost on. A recursion without end has thousands.
+const INNERMOST: usize = 6;
+
+/// The outermost calls, which are shown too.
+const OUTERMOST: usize = 2;
+
+/// Where the machine stopped.
+pub struct Trace<'a> {
+    program: &'a Program,
+    /// Positions in the code: the instruction that stopped, then the calls that led there.
+    positions: Vec<u16>,
+}
+
+impl<'a> Trace<'a> {
+    /// The positions that the machine tells, innermost first.
+    pub fn new(program: &'a Program, positions: Vec<u16>) -> Self {
+        Trace { program, positions }
+    }
+
+    /// The source text of the instruction, if it is on one line.
+    pub fn marked(&self) -> Option<String> {
+        let place = self.place().filter(|place| place.line == place.end_line)?;
+        let source = self.program.source(place.file)?;
+        let line = source.lines().nth(index(place.line))?;
+        let (start, end) = (index(place.column), index(place.end_column));
+        Some(line.chars().take(end).skip(start).collect())
+    }
+
+    /// Place, source line and calls, for a message.
+    pub fn elements(&self) -> Vec<Element<'static>> {
+        let mut elements = Vec::new();
+        match (self.place(), &self.program.symbols, self.positions.first()) {
+            (Some(place), Some(symbols), _) => elements.push(self.source(place, symbols)),
+            (_, _, Some(position)) => elements.push(note(format!(
+                "at position {position} of the code; there are no symbols to tell file and line"
+            ))),
+            _ => {}
+        }
+        elements.extend(self.calls().into_iter().map(note));
+        elements
+    }
+
+    fn place(&self) -> Option<Place> {
+        self.program.symbols.as_ref()?.position(u32::from(*self.positions.first()?))
+    }
+
+    /// The source line with the instruction marked, or only the place if there is no such line.
+    fn source(&self, place: Place, symbols: &Symbols) -> Element<'static> {
+        let path = symbols.file(place.file).unwrap_or("<unknown>").to_owned();
+        let source = self.program.source(place.file);
+        let line = source.as_deref().and_then(|text| text.lines().nth(index(place.line)));
+        let Some(line) = line.filter(|line| line.len() <= LONGEST_LINE) else {
+            let (line, column) = (index(place.line) + 1, index(place.column) + 1);
+            return Origin::path(path).line(line).char_column(column).into();
+        };
+        let byte =
+            |column: u32| line.char_indices().nth(index(column)).map_or(line.len(), |(at, _)| at);
+        let start = byte(place.column);
+        // Of an instruction that goes on over the line the rest of the line is marked.
+        let end = if place.end_line == place.line { byte(place.end_column) } else { line.len() };
+        Snippet::source(line.to_owned())
+            .line_start(index(place.line) + 1)
+            .path(path)
+            .annotation(AnnotationKind::Primary.span(start..end.max(start)))
+            .into()
+    }
+
+    /// A line for each function that was running, innermost first.
+    fn calls(&self) -> Vec<String> {
+        let Some(symbols) = &self.program.symbols else { return Vec::new() };
+        let name = |position: u16| match symbols.function(u32::from(position)) {
+            Some(function) if function.name == GLOBAL_CODE => function.name.clone(),
+            Some(function) => format!("`{}`", function.name),
+            None => "an unknown function".to_owned(),
+        };
+        // Nothing has called the global code.
+        if let [only] = self.positions[..]
+            && name(only) == GLOBAL_CODE
+        {
+            return Vec::new();
+        }
+        let count = self.positions.len();
+        let mut lines = Vec::new();
+        for (number, position) in self.positions.iter().enumerate() {
+            if number == INNERMOST && count > INNERMOST + OUTERMOST {
+                lines.push(format!("... {} more calls ...", count - INNERMOST - OUTERMOST));
+            }
+            if number >= INNERMOST && number + OUTERMOST < count {
+                continue;
+            }
+            let caller = self.positions.get(number + 1);
+            let place = caller.and_then(|caller| symbols.position(u32::from(*caller)));
+            lines.push(match place {
+                Some(Place { file, line, column, .. }) => format!(
+                    "in {}, called at {}:{line}:{column}",
+                    name(*position),
+                    symbols.file(file).unwrap_or("<unknown>")
+                ),
+                None => format!("in {}", name(*position)),
+            });
+        }
+        lines
+    }
+}
+
+fn note(text: String) -> Element<'static> {
+    Level::NOTE.message(text).into()
+}
+
+/// From a line or column that counts from 1.
+fn index(number: u32) -> usize {
+    number.saturating_sub(1) as usize
+}
