@@ -19,11 +19,11 @@ const SQRT_HALF: u32 = 0xB504_F334;
 /// odd number that fits binary32, 3^20 the last that fits a word.
 const LONGEST_PRODUCT: i32 = 20;
 
-/// The magnitude of `log2 x`, and whether it is negative. `x` is positive, finite and not 1.
+/// The magnitude of `log2 x`, and whether it is negative. `x` is not 1.
 #[inline(never)]
-pub fn log2_wide(x: f32) -> (Wide, bool) {
-    let Wide { significand, exponent } = Wide::from_f32(x);
-    // x = 2^power * (1 + f), where 1 + f is from sqrt(1/2) to sqrt(2); |f| and 2 + f are exact.
+pub fn log2_wide(x: Wide) -> (Wide, bool) {
+    let Wide { significand, exponent } = x;
+    // x = 2^power * (1 + f), where 1 + f is from sqrt(1/2) to sqrt(2).
     let (power, f_negative, f, two_plus_f) = if significand >= SQRT_HALF {
         let f = significand.wrapping_neg();
         let denominator = Wide { significand: (f >> 1).wrapping_neg(), exponent: 1 };
@@ -164,7 +164,7 @@ pub fn power(x: f32, y: f32) -> f32 {
     {
         return power;
     }
-    let (log, log_negative) = log2_wide(x.abs());
+    let (log, log_negative) = log2_wide(Wide::from_f32(x));
     exp2_product(y, log, log_negative, negative)
 }
 
@@ -184,7 +184,7 @@ fn scaled_log(x: f32, scale: Option<Wide>) -> f32 {
     if x.is_infinite() {
         return x;
     }
-    let (log2, negative) = log2_wide(x);
+    let (log2, negative) = log2_wide(Wide::from_f32(x));
     let log = match scale {
         Some(scale) => log2.mul(scale),
         None => log2,

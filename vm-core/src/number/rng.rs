@@ -120,8 +120,8 @@ impl Rng {
 /// `-ln(part / 2^bits)`, where `part` is from 1 to `2^bits - 1`.
 #[cfg(feature = "maths")]
 fn minus_log(part: u32, bits: i16) -> Wide {
-    let scaled = Wide::new(part, 32_i16.wrapping_sub(bits)).to_f32(false);
-    if scaled < 1.0 { log2_wide(scaled).0.mul(LN_2) } else { Wide::new(1, 32 - 24) }
+    let (log, _) = log2_wide(Wide::new(part, 32_i16.wrapping_sub(bits)));
+    log.mul(LN_2)
 }
 
 /// The finalizer of MurmurHash3: a bijection that spreads every bit over all.
