@@ -158,6 +158,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.reset(slots);
         let base = GLOBALS + usize::from(verified.header().globals);
         self.arena.reserved = base as u16;
+        self.fp = base as u16;
         self.sp = base as u16;
         self.program = Some(verified);
         self.state = State::Idle;
