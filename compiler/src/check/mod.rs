@@ -1,13 +1,18 @@
 //! Checks a script as a whole: what its names mean, and what can be seen to go wrong before it runs.
 
+mod calls;
 pub mod names;
 pub mod resolve;
 pub mod robots;
+mod suggest;
+mod taken;
 pub mod tree;
+mod values;
+mod walk;
 
 use crate::ast::Script;
 use crate::codegen::constant::Profile;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Severity};
 use names::Meanings;
 use robots::Robots;
 use tree::Program;
@@ -32,7 +37,13 @@ pub fn check<'a>(
     is_partial: bool,
 ) -> Checked<'a> {
     let (mut program, mut diagnostics) = resolve::resolve(script);
-    let meanings = Meanings::new(&program, robots);
+    let meanings = Meanings::new(&program, robots, profile);
+    diagnostics.extend(taken::check_names(&program, robots, profile));
+    diagnostics.extend(walk::check_expressions(&program, &meanings, profile, is_partial));
+    if is_partial {
+        // What a mended syntax error would change is worth no warning.
+        diagnostics.retain(|diagnostic| diagnostic.severity() == Severity::Error);
+    }
     pass_self_on(&mut program, &meanings);
     Checked { program, meanings, diagnostics }
 }

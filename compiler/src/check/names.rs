@@ -9,6 +9,7 @@ use bittybuzz_vm_core::builtin::{self, Library};
 
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::robots::Robots;
+use crate::codegen::constant::Profile;
 use crate::check::tree::{
     Block, Expr, ExprKind, FunctionId, Name, NameId, Program, Stmt, StmtKind, children,
 };
@@ -47,6 +48,7 @@ pub enum Member {
 #[derive(Debug, Clone)]
 pub struct Meanings<'a> {
     robots: Robots<'a>,
+    profile: Profile,
     names: Vec<Meaning>,
     /// Libraries that the script uses as values, so that anything may happen to them.
     escaped: BTreeSet<Library>,
@@ -57,7 +59,7 @@ pub struct Meanings<'a> {
 }
 
 /// What machine and robot offer under a name.
-pub fn offered(robots: Robots<'_>, name: &str) -> Meaning {
+pub fn offered(robots: Robots<'_>, profile: Profile, name: &str) -> Meaning {
     if name == "id" {
         return Meaning::RobotId;
     }
@@ -67,6 +69,8 @@ pub fn offered(robots: Robots<'_>, name: &str) -> Meaning {
     let library = Library::ALL.into_iter().find(|library| library.global_name() == Some(name));
     match library {
         Some(Library::Position) if !robots.has_table(name) => {}
+        // Strings are made at run time in the full profile only.
+        Some(Library::String) if profile == Profile::Tiny => return Meaning::Nil,
         Some(library) => return Meaning::Library(library),
         None => {}
     }
@@ -75,10 +79,12 @@ pub fn offered(robots: Robots<'_>, name: &str) -> Meaning {
 
 impl<'a> Meanings<'a> {
     /// Finds the meaning of every name.
-    pub fn new(program: &Program, robots: Robots<'a>) -> Self {
-        let names: Vec<Meaning> = program.names.iter().map(|name| meaning(robots, name)).collect();
+    pub fn new(program: &Program, robots: Robots<'a>, profile: Profile) -> Self {
+        let names: Vec<Meaning> = 
+            program.names.iter().map(|name| meaning(robots, profile, name)).collect();
         let mut meanings = Meanings {
             robots,
+            profile,
             names,
             escaped: BTreeSet::new(),
             assigned: BTreeSet::new(),
@@ -121,6 +127,11 @@ impl<'a> Meanings<'a> {
     /// The robots.
     pub fn robots(&self) -> Robots<'a> {
         self.robots
+    }
+
+    /// What machine and robot offer under a name.
+    pub fn offered(&self, name: &str) -> Meaning {
+        offered(self.robots, self.profile, name)
     }
 
     /// The meaning of a name.
@@ -169,11 +180,11 @@ impl<'a> Meanings<'a> {
     }
 }
 
-fn meaning(robots: Robots<'_>, name: &Name) -> Meaning {
+fn meaning(robots: Robots<'_>, profile: Profile, name: &Name) -> Meaning {
     match name.definitions.last() {
         // The last definition wins before the first line runs.
         Some((function, _)) if name.writes.is_empty() => Meaning::Function(*function),
-        None if name.writes.is_empty() => offered(robots, &name.text),
+        None if name.writes.is_empty() => offered(robots, profile, &name.text),
         _ => Meaning::Global,
     }
 }

@@ -9,6 +9,7 @@ use crate::check::tree::{
     Block, Expr, ExprKind, Function, FunctionId, Local, LocalId, LocalKind, Name, NameId, Program,
     Stmt, StmtKind,
 };
+use crate::codegen::asm::MAX_PARAMETERS;
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
@@ -341,6 +342,17 @@ impl Resolver {
             ..Function::default()
         });
         self.contexts.push(Context::new(id));
+        if let Some(excess) = function.params.get(MAX_PARAMETERS) {
+            self.report(
+                Diagnostic::new(
+                    Code::TooManyParameters,
+                    excess.span,
+                    format!("a function can have at most {MAX_PARAMETERS} parameters"),
+                )
+                .label("one too many")
+                .help("pass a table"),
+            );
+        }
         for (number, parameter) in function.params.iter().enumerate() {
             self.refuse_self(parameter);
             let earlier = function.params.iter().take(number).find(|p| p.name == parameter.name);

@@ -2,7 +2,7 @@
 
 use bittybuzz_vm_core::opcode;
 
-use crate::check::names::{Meaning, offered};
+use crate::check::names::Meaning;
 use crate::check::tree::{
     Block, Expr, ExprKind, Function, FunctionId, LocalId, LocalKind, NameId, Stmt, StmtKind,
 };
@@ -19,7 +19,6 @@ pub fn generate(generator: &mut Generator<'_>, id: FunctionId) -> Result<Functio
     let word_bytes = constant::word_bytes(generator.profile);
     let mut code = Code {
         function,
-        id,
         shape,
         builder: FunctionBuilder::new(shape, word_bytes, function.span),
         slots: vec![0; function.locals.len()],
@@ -51,7 +50,6 @@ fn end_of(span: Span) -> Span {
 /// One function while it is generated.
 pub struct Code<'g, 'a> {
     pub function: &'a Function,
-    pub id: FunctionId,
     pub shape: Shape,
     pub builder: FunctionBuilder,
     /// Offset of each local from the frame record, once it is there.
@@ -72,7 +70,7 @@ impl<'a> Code<'_, 'a> {
             let span = nowhere();
             match name.definitions.last() {
                 Some((function, _)) => self.function_value(*function, span),
-                None => match offered(self.generator.robots(), &name.text) {
+                None => match self.generator.meanings.offered(&name.text) {
                     Meaning::Nil => continue,
                     meaning => self.offered_value(meaning, &name.text, span),
                 },

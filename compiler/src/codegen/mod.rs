@@ -21,7 +21,6 @@ use bittybuzz_vm_core::image::EntryPoint;
 use bittybuzz_vm_core::link::name_hash;
 
 use crate::check::names::{Meaning, Meanings};
-use crate::check::robots::Robots;
 use crate::check::tree::{FunctionId, NameId, Program};
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
@@ -153,10 +152,6 @@ struct Generator<'a> {
 }
 
 impl Generator<'_> {
-    fn robots(&self) -> Robots<'_> {
-        self.meanings.robots()
-    }
-
     fn entry(&mut self, name: &str) -> EntryPoint {
         let Some(id) = self.program.find_name(name) else { return EntryPoint::None };
         match self.meanings.of(id) {

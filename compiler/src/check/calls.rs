@@ -1,0 +1,275 @@
+//! Checks calls: whether the callee exists here, and whether it takes these arguments.
+
+use bittybuzz_robots::{Function, Parameter, Type};
+use bittybuzz_vm_core::builtin::{self, Library};
+
+use crate::check::names::{Meaning, Member};
+use crate::check::suggest;
+use crate::check::tree::{Expr, ExprKind, FunctionId, NameId};
+use crate::check::values::{Kind, kind_of};
+use crate::check::walk::Checker;
+use crate::codes::Code;
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+
+impl Checker<'_> {
+    /// Checks the callee and its arguments; what they are made of is checked elsewhere.
+    pub fn check_call(&mut self, callee: &Expr, args: &[Expr], span: Span) {
+        match &callee.kind {
+            ExprKind::Name(name) => self.check_named_call(*name, args, callee.span, span),
+            ExprKind::Field { object, key, key_span } => {
+                if let Some(library) = self.meanings.library(object) {
+                    self.check_member_call(library, key, args, *key_span, span);
+                }
+            }
+            _ => {
+                if let Some(kind) = kind_of(callee, self.meanings).filter(|kind| *kind != Kind::Function) {
+                    self.not_callable(callee.span, kind.name());
+                }
+            }
+        }
+    }
+
+    fn check_named_call(&mut self, name: NameId, args: &[Expr], callee: Span, span: Span) {
+        let text = &self.program.name(name).text;
+        match self.meanings.of(name) {
+            Meaning::Function(function) => self.check_script_call(text, function, args, span),
+            Meaning::Builtin(number) => {
+                if let Some(info) = builtin::info(number) {
+                    self.check_builtin_call(info, args, span);
+                }
+            }
+            Meaning::Robot => self.check_robot_call(text, args, span),
+            meaning @ (Meaning::Library(_) | Meaning::RobotId) => {
+                self.not_callable(callee, suggest::describe(meaning));
+            }
+            Meaning::Nil => self.unknown_call(name, callee),
+            Meaning::Global => {}
+        }
+    }
+
+    fn not_callable(&mut self, span: Span, what: &str) {
+        self.report(
+            Diagnostic::new(Code::NotCallable, span, format!("this is {what} and cannot be called"))
+                .label("not a function"),
+        );
+    }
+
+    fn unknown_call(&mut self, name: NameId, span: Span) {
+        if self.is_partial || self.is_guarded(name) {
+            return;
+        }
+        let robots = self.meanings.robots();
+        let text = &self.program.name(name).text;
+        let others = robots.elsewhere(text);
+        if let Some(robot) = robots.target.filter(|_| !others.is_empty()) {
+            self.report(
+                Diagnostic::new(
+                    Code::MissingRobotFunction,
+                    span,
+                    format!("the {} has no function `{text}`", robot.title),
+                )
+                .label("not on this robot")
+                .help(format!(
+                    "{}: a script for unlike robots calls it under `if({text}) {{ ... }}`",
+                    who_has_it(&others)
+                )),
+            );
+            return;
+        }
+        let mut diagnostic = Diagnostic::new(
+            Code::UnknownFunction,
+            span,
+            format!("there is no function `{text}`"),
+        )
+        .label("nothing defines this name");
+        diagnostic.help = suggest::for_name(text, self.program, self.function, robots);
+        self.report(diagnostic);
+    }
+
+    fn check_script_call(&mut self, name: &str, id: FunctionId, args: &[Expr], span: Span) {
+        let function = self.program.function(id);
+        let (wanted, given) = (function.parameters, args.len());
+        if given == wanted {
+            return;
+        }
+        let code = if given < wanted { Code::MissingArguments } else { Code::ExtraArguments };
+        let message = format!(
+            "`{name}` has {}, but gets {}",
+            counted(wanted, "parameter"),
+            counted(given, "argument")
+        );
+        let mut diagnostic = Diagnostic::new(code, span, message);
+        if let Some((_, defined)) = self.program.find_name(name).and_then(|id| self.program.name(id).definitions.last())
+        {
+            diagnostic = diagnostic.related(*defined, "defined here");
+        }
+        self.report(if given < wanted {
+            let missing: Vec<String> = function
+                .locals
+                .iter()
+                .take(wanted)
+                .skip(given)
+                .map(|parameter| format!("`{}`", parameter.name))
+                .collect();
+            diagnostic
+                .label(format!("{} not passed", missing.join(", ")))
+                .help("a function that reads a parameter which was not passed stops the script; pass nil if it is unknown")
+        } else {
+            diagnostic.label("what is too much is ignored")
+        });
+    }
+
+    /// A call of a field of a library.
+    fn check_member_call(&mut self, library: Library, key: &str, args: &[Expr], key_span: Span, span: Span) {
+        match self.meanings.member(library, key) {
+            Member::Known(info) if info.kind == builtin::Kind::Value => {
+                let what = match info.number {
+                    builtin::RNG => "a table",
+                    _ => "a number",
+                };
+                self.not_callable(key_span, what);
+            }
+            Member::Known(info) => self.check_builtin_call(info, args, span),
+            Member::Absent if !self.is_partial => {
+                let mut diagnostic = Diagnostic::new(
+                    Code::UnknownMemberCalled,
+                    key_span,
+                    format!("`{}` has no function `{key}`", suggest::library_path(library)),
+                )
+                .label("does not exist");
+                diagnostic.help = suggest::for_member(library, key, self.meanings.robots());
+                self.report(diagnostic);
+            }
+            Member::Absent | Member::Changing => {}
+        }
+    }
+
+    fn check_builtin_call(&mut self, info: &builtin::Info, args: &[Expr], span: Span) {
+        let (min, max) = (usize::from(info.min), usize::from(info.max));
+        let is_open = info.max == u8::MAX;
+        if args.len() >= min && (is_open || args.len() <= max) {
+            return;
+        }
+        let wanted = match (min, is_open) {
+            (_, true) => format!("at least {}", counted(min, "argument")),
+            _ if min == max => counted(min, "argument"),
+            _ => format!("{min} to {}", counted(max, "argument")),
+        };
+        self.report(
+            Diagnostic::new(
+                Code::BuiltinArguments,
+                span,
+                format!("`{}` takes {wanted}, not {}", suggest::path(info), args.len()),
+            )
+            .label("wrong number of arguments")
+            .help(info.help),
+        );
+    }
+
+    fn check_robot_call(&mut self, name: &str, args: &[Expr], span: Span) {
+        let functions = self.meanings.robots().functions(name);
+        let of_count: Vec<&Vec<Parameter>> = functions
+            .iter()
+            .flat_map(|function| &function.accepts)
+            .filter(|list| list.len() == args.len())
+            .collect();
+        if of_count.is_empty() {
+            self.report(
+                Diagnostic::new(
+                    Code::RobotArguments,
+                    span,
+                    format!("`{name}` does not take {}", counted(args.len(), "argument")),
+                )
+                .label("wrong number of arguments")
+                .help(accepted_forms(name, &functions)),
+            );
+            return;
+        }
+        let kinds: Vec<Option<Kind>> = args.iter().map(|arg| kind_of(arg, self.meanings)).collect();
+        let takes = |list: &&Vec<Parameter>| {
+            list.iter().zip(&kinds).all(|(parameter, kind)| accepts(parameter.kind, *kind))
+        };
+        if of_count.iter().any(|list| takes(list)) {
+            return;
+        }
+        // Of the lists of this length the first explains: that there are several is rare.
+        let wrong = of_count.first().and_then(|list| {
+            let mut pairs = list.iter().zip(args.iter().zip(&kinds));
+            pairs.find(|(parameter, (_, kind))| !accepts(parameter.kind, **kind))
+        });
+        if let Some((parameter, (arg, Some(kind)))) = wrong {
+            self.report(
+                Diagnostic::new(
+                    Code::RobotArgumentType,
+                    arg.span,
+                    format!(
+                        "`{}` of `{name}` is {}, not {}",
+                        parameter.name,
+                        type_name(parameter.kind),
+                        kind.name()
+                    ),
+                )
+                .label("wrong type")
+                .help(accepted_forms(name, &functions)),
+            );
+        }
+    }
+}
+
+/// Whether a parameter takes a value of that type; what is not known may fit.
+fn accepts(parameter: Type, kind: Option<Kind>) -> bool {
+    match (parameter, kind) {
+        (Type::Any, _) | (_, None) => true,
+        (Type::Int, Some(kind)) => matches!(kind, Kind::Int | Kind::Number),
+        (Type::Number, Some(kind)) => matches!(kind, Kind::Int | Kind::Float | Kind::Number),
+        (Type::String, Some(kind)) => kind == Kind::String,
+        (Type::Table, Some(kind)) => kind == Kind::Table,
+        (Type::Function, Some(kind)) => kind == Kind::Function,
+    }
+}
+
+fn type_name(kind: Type) -> &'static str {
+    match kind {
+        Type::Int => "an integer",
+        Type::Number => "a number",
+        Type::String => "a string",
+        Type::Table => "a table",
+        Type::Function => "a function",
+        Type::Any => "any value",
+    }
+}
+
+fn accepted_forms(name: &str, functions: &[&Function]) -> String {
+    let mut forms: Vec<String> = Vec::new();
+    for function in functions {
+        for list in &function.accepts {
+            let parameters: Vec<String> = list.iter().map(Parameter::to_string).collect();
+            let form = format!("`{name}({})`", parameters.join(", "));
+            if !forms.contains(&form) {
+                forms.push(form);
+            }
+        }
+    }
+    let help = functions.first().map_or("", |function| function.help.as_str());
+    format!("write {}: {help}", forms.join(" or "))
+}
+
+fn who_has_it(titles: &[&str]) -> String {
+    match titles {
+        [one] => format!("the {one} has it"),
+        [first @ .., last] => {
+            let first: Vec<String> = first.iter().map(|title| format!("the {title}")).collect();
+            format!("{} and the {last} have it", first.join(", "))
+        }
+        [] => String::new(),
+    }
+}
+
+fn counted(count: usize, noun: &str) -> String {
+    match count {
+        0 => format!("no {noun}s"),
+        1 => format!("1 {noun}"),
+        _ => format!("{count} {noun}s"),
+    }
+}

@@ -1,0 +1,139 @@
+//! Likely names: what the author may have meant by a name that nothing defines.
+
+use bittybuzz_vm_core::builtin::{self, Library};
+
+use crate::check::names::Meaning;
+use crate::check::robots::Robots;
+use crate::check::tree::{FunctionId, Program};
+
+/// The candidate that is most like `name`, if one is alike enough to be meant.
+pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let limit = (name.chars().count() / 3).max(1);
+    let lower = name.to_lowercase();
+    candidates
+        .into_iter()
+        .filter(|candidate| *candidate != name)
+        .map(|candidate| {
+            let distance = strsim::damerau_levenshtein(&lower, &candidate.to_lowercase());
+            (distance, candidate)
+        })
+        // A name of one letter is like every other.
+        .filter(|(distance, candidate)| *distance <= limit && *distance < candidate.chars().count())
+        .min()
+        .map(|(_, candidate)| candidate)
+}
+
+/// Help for a name that nothing defines; `function` is where it stands.
+pub fn for_name(
+    name: &str,
+    program: &Program,
+    function: FunctionId,
+    robots: Robots<'_>,
+) -> Option<String> {
+    if let Some(help) = foreign(name) {
+        return Some(help.to_owned());
+    }
+    let member = builtin::TABLE.iter().find(|info| info.name == name && path(info).contains('.'));
+    if let Some(info) = member {
+        return Some(format!("did you mean `{}`?", path(info)));
+    }
+    let mut locals = Vec::new();
+    let mut at = Some(function);
+    while let Some(id) = at {
+        let function = program.function(id);
+        locals.extend(function.locals.iter().map(|local| local.name.as_str()));
+        at = function.creator;
+    }
+    let globals = program
+        .names
+        .iter()
+        .filter(|known| !known.writes.is_empty() || !known.definitions.is_empty())
+        .map(|known| known.text.as_str());
+    let builtins = builtin::TABLE.iter().filter(|info| info.library == Library::Global);
+    let libraries = Library::ALL.iter().filter_map(|library| library.global_name());
+    let candidates = locals
+        .into_iter()
+        .chain(globals)
+        .chain(builtins.map(|info| info.name))
+        .chain(libraries)
+        .chain(robots.names())
+        .chain(["id", "self"]);
+    nearest(name, candidates).map(|likely| format!("did you mean `{likely}`?"))
+}
+
+/// Help for a field that a library does not have.
+pub fn for_member(library: Library, key: &str, robots: Robots<'_>) -> Option<String> {
+    if library == Library::Math && matches!(key, "random" | "rand") {
+        return Some("did you mean `math.rng.uniform(a, b)` or `rand()`?".to_owned());
+    }
+    if let Some(likely) = nearest(key, robots.members(library).map(|info| info.name))
+        .and_then(|likely| robots.member(library, likely))
+    {
+        return Some(format!("did you mean `{}`?", path(likely)));
+    }
+    // The same name elsewhere, as `math.uniform` for `math.rng.uniform`.
+    let elsewhere = builtin::TABLE.iter().find(|info| info.name == key && info.library != library);
+    if let Some(info) = elsewhere.filter(|info| is_reached_by_name(info.library)) {
+        return Some(format!("did you mean `{}`?", path(info)));
+    }
+    let starts = robots.members(library).find(|info| key.starts_with(info.name) || is_prefix(key, info.name));
+    starts.map(|info| format!("did you mean `{}`?", path(info)))
+}
+
+/// Whether the first letters say enough, as in `squareroot` and `sqrt`.
+fn is_prefix(key: &str, name: &str) -> bool {
+    key.len() >= 3 && key.chars().take(2).eq(name.chars().take(2)) && key.ends_with(|c| name.ends_with(c))
+}
+
+fn is_reached_by_name(library: Library) -> bool {
+    matches!(library, Library::Global | Library::Rng) || library.global_name().is_some()
+}
+
+/// A built-in as scripts write it.
+pub fn path(info: &builtin::Info) -> String {
+    match (info.library, info.library.global_name()) {
+        (Library::Rng, _) => format!("math.rng.{}", info.name),
+        (_, Some(library)) => format!("{library}.{}", info.name),
+        (_, None) => info.name.to_owned(),
+    }
+}
+
+/// As scripts write a library.
+pub fn library_path(library: Library) -> &'static str {
+    match library {
+        Library::Rng => "math.rng",
+        _ => library.global_name().unwrap_or("the table"),
+    }
+}
+
+/// Words of other languages.
+fn foreign(name: &str) -> Option<&'static str> {
+    Some(match name {
+        "true" | "True" | "TRUE" => "Buzz has no `true`: use 1",
+        "false" | "False" | "FALSE" => "Buzz has no `false`: use 0",
+        "null" | "NULL" | "None" | "none" | "Nil" | "NIL" | "undefined" | "nullptr" => {
+            "the empty value is written `nil`"
+        }
+        "print" | "println" | "printf" | "puts" | "echo" | "debug" | "console" => {
+            "to print values, call `log(...)`"
+        }
+        "len" | "length" | "count" => "the number of entries of a table is `size(t)`",
+        "this" => "the table of a method call is `self`",
+        "sleep" | "wait" | "usleep" => "to wait, call `delay(ms)`",
+        "random" => "random numbers come from `math.rng.uniform(a, b)` or `rand()`",
+        "str" | "tostring" => "a number becomes text by `string.tostring(x)`",
+        "robot_id" | "robotid" | "ID" => "the number of this robot is `id`",
+        _ => return None,
+    })
+}
+
+/// What something is, for messages.
+pub fn describe(meaning: Meaning) -> &'static str {
+    match meaning {
+        Meaning::Nil => "nil",
+        Meaning::Function(_) | Meaning::Builtin(_) | Meaning::Robot => "a function",
+        Meaning::Global => "a variable",
+        Meaning::Library(_) => "a table",
+        Meaning::RobotId => "a number",
+    }
+}

@@ -1,0 +1,58 @@
+//! Names that the script takes from machine or robot, or gives twice.
+
+use crate::check::names::{Meaning, offered};
+use crate::check::robots::Robots;
+use crate::check::tree::{Name, Program};
+use crate::codegen::constant::Profile;
+use crate::codes::Code;
+use crate::diagnostic::Diagnostic;
+
+/// Checks what a script does with names.
+pub fn check_names(program: &Program, robots: Robots<'_>, profile: Profile) -> Vec<Diagnostic> {
+    let mut diagnostics = Vec::new();
+    for name in &program.names {
+        diagnostics.extend(taken(name, robots, profile));
+        diagnostics.extend(redefinitions(name));
+    }
+    diagnostics
+}
+
+fn taken(name: &Name, robots: Robots<'_>, profile: Profile) -> Option<Diagnostic> {
+    let definitions = name.definitions.iter().map(|(_, span)| *span);
+    let first = definitions.chain(name.writes.iter().copied()).min()?;
+    let text = &name.text;
+    let (code, what) = match offered(robots, profile, text) {
+        Meaning::Robot => (Code::RobotNameTaken, of_robot(text, robots)?),
+        Meaning::Builtin(_) => (Code::BuiltinNameTaken, "a built-in function".to_owned()),
+        Meaning::Library(_) => (Code::BuiltinNameTaken, "a built-in table".to_owned()),
+        Meaning::RobotId => (Code::BuiltinNameTaken, "the number of the robot".to_owned()),
+        Meaning::Nil | Meaning::Function(_) | Meaning::Global => return None,
+    };
+    Some(
+        Diagnostic::new(code, first, format!("`{text}` is {what}, and becomes a name of this script"))
+            .label("an ordinary global from here on, everywhere in the script")
+            .help("choose another name, unless you mean to replace it"),
+    )
+}
+
+/// Where no robot is named, a script that takes the name of what only some robots have is none the worse.
+fn of_robot(name: &str, robots: Robots<'_>) -> Option<String> {
+    match robots.target {
+        Some(robot) => Some(format!("a function of the {}", robot.title)),
+        None => (robots.functions(name).len() == robots.known.len())
+            .then(|| "a function of every robot".to_owned()),
+    }
+}
+
+fn redefinitions(name: &Name) -> Vec<Diagnostic> {
+    let Some((_, first)) = name.definitions.first() else { return Vec::new() };
+    let later = name.definitions.iter().skip(1);
+    later
+        .map(|(_, span)| {
+            let message = format!("the function `{}` is defined more than once", name.text);
+            Diagnostic::new(Code::FunctionRedefined, *span, message)
+                .label("the last definition counts, everywhere in the script")
+                .related(*first, "first defined here")
+        })
+        .collect()
+}

@@ -1,0 +1,333 @@
+//! Goes through every expression of a script and has it checked where it stands.
+
+use std::collections::BTreeSet;
+
+use bittybuzz_vm_core::builtin;
+
+use crate::ast::{BinaryOp, UnaryOp};
+use crate::check::names::{Meaning, Meanings, Member};
+use crate::check::resolve::self_is_nil;
+use crate::check::suggest;
+use crate::check::tree::{
+    Block, Expr, ExprKind, FunctionId, NameId, Program, Stmt, StmtKind, children,
+};
+use crate::codegen::constant::Profile;
+use crate::codes::Code;
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+
+/// The state of the walk.
+pub struct Checker<'a> {
+    pub program: &'a Program,
+    pub meanings: &'a Meanings<'a>,
+    pub profile: Profile,
+    /// Syntax errors hide parts of the script.
+    pub is_partial: bool,
+    /// The function that the walk is in.
+    pub function: FunctionId,
+    diagnostics: Vec<Diagnostic>,
+    /// Names that are not nil here, because a condition around this place tests them.
+    guarded: Vec<NameId>,
+    /// Names that were reported as never assigned; once is enough.
+    reported: BTreeSet<NameId>,
+}
+
+/// Checks every expression of a script.
+pub fn check_expressions(
+    program: &Program,
+    meanings: &Meanings<'_>,
+    profile: Profile,
+    is_partial: bool,
+) -> Vec<Diagnostic> {
+    let mut checker = Checker {
+        program,
+        meanings,
+        profile,
+        is_partial,
+        function: FunctionId::GLOBAL,
+        diagnostics: Vec::new(),
+        guarded: Vec::new(),
+        reported: BTreeSet::new(),
+    };
+    for (number, function) in program.functions.iter().enumerate() {
+        // Lambdas are visited where they stand, under the conditions there.
+        if function.creator.is_none() {
+            checker.enter(FunctionId(number));
+        }
+    }
+    checker.diagnostics
+}
+
+impl Checker<'_> {
+    /// Adds a diagnostic.
+    pub fn report(&mut self, diagnostic: Diagnostic) {
+        self.diagnostics.push(diagnostic);
+    }
+
+    /// Whether a condition around this place makes sure that the name is not nil.
+    pub fn is_guarded(&self, name: NameId) -> bool {
+        self.guarded.contains(&name)
+    }
+
+    fn enter(&mut self, id: FunctionId) {
+        let outer = std::mem::replace(&mut self.function, id);
+        let program = self.program;
+        self.stmts(&program.function(id).body);
+        self.function = outer;
+    }
+
+    fn stmts(&mut self, stmts: &[Stmt]) {
+        for stmt in stmts {
+            self.stmt(stmt);
+        }
+    }
+
+    fn block(&mut self, block: &Block) {
+        self.stmts(&block.stmts);
+    }
+
+    fn stmt(&mut self, stmt: &Stmt) {
+        match &stmt.kind {
+            StmtKind::Var { value, .. } | StmtKind::Return(value) => {
+                if let Some(value) = value {
+                    self.expr(value);
+                }
+            }
+            StmtKind::Assign { target, value } => {
+                self.target(target);
+                self.expr(value);
+            }
+            StmtKind::If { condition, then, otherwise } => {
+                self.tested(condition);
+                self.under(not_nil_if(condition, true, self.meanings), |me| me.block(then));
+                self.under(not_nil_if(condition, false, self.meanings), |me| me.block(otherwise));
+            }
+            StmtKind::While { condition, body, update } => {
+                self.tested(condition);
+                self.under(not_nil_if(condition, true, self.meanings), |me| {
+                    me.block(body);
+                    if let Some(update) = update {
+                        me.stmt(update);
+                    }
+                });
+            }
+            StmtKind::Call(call) => self.expr(call),
+        }
+    }
+
+    /// Visits code that runs only if these names are not nil.
+    fn under(&mut self, names: Vec<NameId>, visit: impl FnOnce(&mut Self)) {
+        let before = self.guarded.len();
+        self.guarded.extend(names);
+        visit(self);
+        self.guarded.truncate(before);
+    }
+
+    fn target(&mut self, target: &Expr) {
+        match &target.kind {
+            ExprKind::Field { object, .. } => self.expr(object),
+            ExprKind::Index { object, index } => {
+                self.expr(object);
+                self.expr(index);
+                self.check_key(index);
+            }
+            _ => {}
+        }
+    }
+
+    /// An expression of which only the truth counts: a name may be nil here.
+    fn tested(&mut self, expr: &Expr) {
+        match &expr.kind {
+            ExprKind::Name(name) => self.tested_name(*name, expr.span),
+            ExprKind::Unary { op: UnaryOp::Not, operand } => self.tested(operand),
+            ExprKind::Binary { op: op @ (BinaryOp::And | BinaryOp::Or), left, right } => {
+                self.tested(left);
+                let wanted = *op == BinaryOp::And;
+                self.under(not_nil_if(left, wanted, self.meanings), |me| me.tested(right));
+            }
+            ExprKind::Binary { op: BinaryOp::Eq | BinaryOp::NotEq, left, right } => {
+                match (&left.kind, &right.kind) {
+                    (ExprKind::Name(name), ExprKind::Nil) => self.tested_name(*name, left.span),
+                    (ExprKind::Nil, ExprKind::Name(name)) => self.tested_name(*name, right.span),
+                    _ => self.expr(expr),
+                }
+            }
+            ExprKind::Call { callee, args } => match is_nil_test(callee, args, self.meanings) {
+                Some(name) => self.tested_name(name, args.first().map_or(expr.span, |arg| arg.span)),
+                None => self.expr(expr),
+            },
+            _ => self.expr(expr),
+        }
+    }
+
+    /// Testing for what another robot has is the way to write a script for unlike robots.
+    fn tested_name(&mut self, name: NameId, span: Span) {
+        let text = &self.program.name(name).text;
+        if self.meanings.robots().elsewhere(text).is_empty() && text != "string" {
+            self.name(name, span);
+        }
+    }
+
+    fn expr(&mut self, expr: &Expr) {
+        match &expr.kind {
+            ExprKind::Int(value) => self.check_int(*value, expr.span),
+            ExprKind::Float(value) => self.check_float(*value, expr.span),
+            ExprKind::Name(name) => self.name(*name, expr.span),
+            ExprKind::SelfValue => self.self_value(expr.span),
+            ExprKind::Lambda(function) => self.enter(*function),
+            ExprKind::Call { callee, args } => {
+                self.callee(callee);
+                args.iter().for_each(|arg| self.expr(arg));
+                self.check_call(callee, args, expr.span);
+            }
+            ExprKind::Field { object, key, key_span } => {
+                self.expr(object);
+                self.member(object, key, *key_span);
+            }
+            ExprKind::Binary { op: BinaryOp::And | BinaryOp::Or, .. }
+            | ExprKind::Unary { op: UnaryOp::Not, .. } => self.tested(expr),
+            ExprKind::Binary { op, left, right } => {
+                self.expr(left);
+                self.expr(right);
+                self.check_binary(*op, left, right, expr.span);
+            }
+            ExprKind::Unary { op, operand } => {
+                self.expr(operand);
+                self.check_unary(*op, operand, expr.span);
+            }
+            ExprKind::Index { object, index } => {
+                self.expr(object);
+                self.expr(index);
+                self.check_key(index);
+            }
+            _ => {
+                let mut below = Vec::new();
+                children(expr, |child| below.push(child));
+                below.into_iter().for_each(|child| self.expr(child));
+            }
+        }
+    }
+
+    /// A callee: names and members are checked with the call.
+    fn callee(&mut self, callee: &Expr) {
+        match &callee.kind {
+            ExprKind::Name(_) => {}
+            ExprKind::Field { object, .. } => self.expr(object),
+            _ => self.expr(callee),
+        }
+    }
+
+    fn self_value(&mut self, span: Span) {
+        if self.is_partial || !self.meanings.self_is_nil(self.function) {
+            return;
+        }
+        if let Some(name) = &self.program.function(self.function).name {
+            let message =
+                format!("`self` is always nil here, because `{name}` is only called as `{name}()`");
+            self.report(self_is_nil(span, &message));
+        }
+    }
+
+    fn name(&mut self, name: NameId, span: Span) {
+        if self.meanings.of(name) != Meaning::Nil || self.is_partial || self.is_guarded(name) {
+            return;
+        }
+        let text = &self.program.name(name).text;
+        let robots = self.meanings.robots();
+        if text == "io" {
+            self.report(
+                Diagnostic::new(Code::NoFiles, span, "a robot has no files: there is no `io`")
+                    .label("does not exist")
+                    .help("to print values, call `log(...)`"),
+            );
+            return;
+        }
+        if text == "string" {
+            self.report(
+                Diagnostic::new(
+                    Code::ProfileLacks,
+                    span,
+                    "the `tiny` profile has no `string`: its strings are those written in the script",
+                )
+                .label("needs the `full` profile")
+                .help("build with `--profile full`, or write the parts that need it under `if(string) { ... }`"),
+            );
+            return;
+        }
+        if !self.reported.insert(name) {
+            return;
+        }
+        let others = robots.elsewhere(text);
+        let mut diagnostic = match robots.target.filter(|_| !others.is_empty()) {
+            Some(robot) => Diagnostic::new(
+                Code::NeverAssigned,
+                span,
+                format!("the {} has no `{text}`: it is nil", robot.title),
+            )
+            .help(format!("a script for unlike robots uses it under `if({text}) {{ ... }}`")),
+            None => Diagnostic::new(
+                Code::NeverAssigned,
+                span,
+                format!("nothing ever assigns `{text}`: it is nil"),
+            ),
+        };
+        if diagnostic.help.is_none() {
+            diagnostic.help = suggest::for_name(text, self.program, self.function, robots);
+        }
+        self.report(diagnostic.label("always nil"));
+    }
+
+    /// A field that is read, not called.
+    fn member(&mut self, object: &Expr, key: &str, span: Span) {
+        let Some(library) = self.meanings.library(object) else { return };
+        if self.is_partial || !matches!(self.meanings.member(library, key), Member::Absent) {
+            return;
+        }
+        let path = suggest::library_path(library);
+        let mut diagnostic =
+            Diagnostic::new(Code::UnknownMember, span, format!("`{path}` has no `{key}`: it is nil"))
+                .label("always nil");
+        diagnostic.help = suggest::for_member(library, key, self.meanings.robots());
+        self.report(diagnostic);
+    }
+}
+
+/// The name that a call of `isnil` tests.
+fn is_nil_test(callee: &Expr, args: &[Expr], meanings: &Meanings<'_>) -> Option<NameId> {
+    let ExprKind::Name(function) = callee.kind else { return None };
+    match args {
+        [arg] if meanings.of(function) == Meaning::Builtin(builtin::IS_NIL) => match arg.kind {
+            ExprKind::Name(name) => Some(name),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+/// The names that cannot be nil where the truth of the condition is `wanted`.
+fn not_nil_if(condition: &Expr, wanted: bool, meanings: &Meanings<'_>) -> Vec<NameId> {
+    match &condition.kind {
+        ExprKind::Name(name) if wanted => vec![*name],
+        ExprKind::Unary { op: UnaryOp::Not, operand } => not_nil_if(operand, !wanted, meanings),
+        // All parts of a true `and` are true, all parts of a false `or` are false.
+        ExprKind::Binary { op: BinaryOp::And, left, right } if wanted => {
+            let mut names = not_nil_if(left, true, meanings);
+            names.extend(not_nil_if(right, true, meanings));
+            names
+        }
+        ExprKind::Binary { op: BinaryOp::Or, left, right } if !wanted => {
+            let mut names = not_nil_if(left, false, meanings);
+            names.extend(not_nil_if(right, false, meanings));
+            names
+        }
+        ExprKind::Binary { op, left, right } => match (op, &left.kind, &right.kind) {
+            (BinaryOp::NotEq, ExprKind::Name(name), ExprKind::Nil) if wanted => vec![*name],
+            (BinaryOp::Eq, ExprKind::Name(name), ExprKind::Nil) if !wanted => vec![*name],
+            _ => Vec::new(),
+        },
+        ExprKind::Call { callee, args } if !wanted => {
+            is_nil_test(callee, args, meanings).into_iter().collect()
+        }
+        _ => Vec::new(),
+    }
+}
