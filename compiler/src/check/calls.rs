@@ -23,7 +23,9 @@ impl Checker<'_> {
                 }
             }
             _ => {
-                if let Some(kind) = kind_of(callee, self.meanings).filter(|kind| *kind != Kind::Function) {
+                if let Some(kind) =
+                    kind_of(callee, self.meanings).filter(|kind| *kind != Kind::Function)
+                {
                     self.not_callable(callee.span, kind.name());
                 }
             }
@@ -50,8 +52,12 @@ impl Checker<'_> {
 
     fn not_callable(&mut self, span: Span, what: &str) {
         self.report(
-            Diagnostic::new(Code::NotCallable, span, format!("this is {what} and cannot be called"))
-                .label("not a function"),
+            Diagnostic::new(
+                Code::NotCallable,
+                span,
+                format!("this is {what} and cannot be called"),
+            )
+            .label("not a function"),
         );
     }
 
@@ -77,12 +83,9 @@ impl Checker<'_> {
             );
             return;
         }
-        let mut diagnostic = Diagnostic::new(
-            Code::UnknownFunction,
-            span,
-            format!("there is no function `{text}`"),
-        )
-        .label("nothing defines this name");
+        let mut diagnostic =
+            Diagnostic::new(Code::UnknownFunction, span, format!("there is no function `{text}`"))
+                .label("nothing defines this name");
         diagnostic.help = suggest::for_name(text, self.program, self.function, robots);
         self.report(diagnostic);
     }
@@ -100,7 +103,8 @@ impl Checker<'_> {
             counted(given, "argument")
         );
         let mut diagnostic = Diagnostic::new(code, span, message);
-        if let Some((_, defined)) = self.program.find_name(name).and_then(|id| self.program.name(id).definitions.last())
+        if let Some((_, defined)) =
+            self.program.find_name(name).and_then(|id| self.program.name(id).definitions.last())
         {
             diagnostic = diagnostic.related(*defined, "defined here");
         }
@@ -121,7 +125,14 @@ impl Checker<'_> {
     }
 
     /// A call of a field of a library.
-    fn check_member_call(&mut self, library: Library, key: &str, args: &[Expr], key_span: Span, span: Span) {
+    fn check_member_call(
+        &mut self,
+        library: Library,
+        key: &str,
+        args: &[Expr],
+        key_span: Span,
+        span: Span,
+    ) {
         match self.meanings.member(library, key) {
             Member::Known(info) if info.kind == builtin::Kind::Value => {
                 let what = match info.number {

@@ -9,10 +9,10 @@ use bittybuzz_vm_core::builtin::{self, Library};
 
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::robots::Robots;
-use crate::codegen::constant::Profile;
 use crate::check::tree::{
     Block, Expr, ExprKind, FunctionId, Name, NameId, Program, Stmt, StmtKind, children,
 };
+use crate::codegen::constant::Profile;
 
 /// What a name that is no local means.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,7 +80,7 @@ pub fn offered(robots: Robots<'_>, profile: Profile, name: &str) -> Meaning {
 impl<'a> Meanings<'a> {
     /// Finds the meaning of every name.
     pub fn new(program: &Program, robots: Robots<'a>, profile: Profile) -> Self {
-        let names: Vec<Meaning> = 
+        let names: Vec<Meaning> =
             program.names.iter().map(|name| meaning(robots, profile, name)).collect();
         let mut meanings = Meanings {
             robots,

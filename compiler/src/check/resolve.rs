@@ -6,8 +6,7 @@
 use crate::ast;
 use crate::ast::UnaryOp;
 use crate::check::tree::{
-    Block, Expr, ExprKind, Function, FunctionId, Local, LocalId, LocalKind, Name, NameId, Program,
-    Stmt, StmtKind,
+    Block, Expr, ExprKind, Function, FunctionId, Local, LocalId, LocalKind, Program, Stmt, StmtKind,
 };
 use crate::codegen::asm::MAX_PARAMETERS;
 use crate::codes::Code;
@@ -21,17 +20,15 @@ pub fn resolve(script: &ast::Script) -> (Program, Vec<Diagnostic>) {
         _ => Span::default(),
     };
     let mut resolver = Resolver {
-        program: Program {
-            functions: vec![Function { span, ..Function::default() }],
-            names: Vec::new(),
-        },
+        program: Program::default(),
         contexts: vec![Context::new(FunctionId::GLOBAL)],
         diagnostics: Vec::new(),
     };
+    resolver.program.functions.push(Function { span, ..Function::default() });
     // Functions exist before the first global line runs, so their names come first.
     for stmt in &script.stmts {
         if let ast::StmtKind::Function { name, .. } = &stmt.kind {
-            resolver.name(&name.name);
+            resolver.program.intern(&name.name);
         }
     }
     let body = resolver.stmts(&script.stmts);
@@ -90,13 +87,6 @@ impl Resolver {
     fn is_top_level(&self) -> bool {
         self.is_global_code()
             && self.contexts.last().is_some_and(|context| context.blocks.len() == 1)
-    }
-
-    fn name(&mut self, text: &str) -> NameId {
-        self.program.find_name(text).unwrap_or_else(|| {
-            self.program.names.push(Name { text: text.to_owned(), ..Name::default() });
-            NameId(self.program.names.len() - 1)
-        })
     }
 
     fn bind(&mut self, name: &str, binding: Binding) {
@@ -223,7 +213,7 @@ impl Resolver {
     fn var(&mut self, name: &ast::Ident, value: Option<&ast::Expr>, span: Span) -> Stmt {
         self.refuse_self(name);
         if self.is_top_level() {
-            let id = self.name(&name.name);
+            let id = self.program.intern(&name.name);
             self.program.names[id.0].writes.push(name.span);
             let target = Expr { kind: ExprKind::Name(id), span: name.span };
             let nil = Expr { kind: ExprKind::Nil, span };
@@ -291,7 +281,7 @@ impl Resolver {
                 ExprKind::Error
             }
             None => {
-                let id = self.name(name);
+                let id = self.program.intern(name);
                 self.program.names[id.0].writes.push(span);
                 ExprKind::Name(id)
             }
@@ -323,7 +313,7 @@ impl Resolver {
         let outer = std::mem::take(&mut self.contexts);
         let id = self.new_function(Some(name.name.clone()), function, None);
         self.contexts = outer;
-        let name_id = self.name(&name.name);
+        let name_id = self.program.intern(&name.name);
         self.program.names[name_id.0].definitions.push((id, name.span));
     }
 
@@ -465,7 +455,7 @@ impl Resolver {
                 ExprKind::Nil
             }
             None => {
-                let id = self.name(name);
+                let id = self.program.intern(name);
                 self.program.names[id.0].reads.push(span);
                 ExprKind::Name(id)
             }

@@ -76,13 +76,17 @@ pub fn for_member(library: Library, key: &str, robots: Robots<'_>) -> Option<Str
     if let Some(info) = elsewhere.filter(|info| is_reached_by_name(info.library)) {
         return Some(format!("did you mean `{}`?", path(info)));
     }
-    let starts = robots.members(library).find(|info| key.starts_with(info.name) || is_prefix(key, info.name));
+    let starts = robots
+        .members(library)
+        .find(|info| key.starts_with(info.name) || is_prefix(key, info.name));
     starts.map(|info| format!("did you mean `{}`?", path(info)))
 }
 
 /// Whether the first letters say enough, as in `squareroot` and `sqrt`.
 fn is_prefix(key: &str, name: &str) -> bool {
-    key.len() >= 3 && key.chars().take(2).eq(name.chars().take(2)) && key.ends_with(|c| name.ends_with(c))
+    key.len() >= 3
+        && key.chars().take(2).eq(name.chars().take(2))
+        && key.ends_with(|c| name.ends_with(c))
 }
 
 fn is_reached_by_name(library: Library) -> bool {

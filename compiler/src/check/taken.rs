@@ -29,9 +29,13 @@ fn taken(name: &Name, robots: Robots<'_>, profile: Profile) -> Option<Diagnostic
         Meaning::Nil | Meaning::Function(_) | Meaning::Global => return None,
     };
     Some(
-        Diagnostic::new(code, first, format!("`{text}` is {what}, and becomes a name of this script"))
-            .label("an ordinary global from here on, everywhere in the script")
-            .help("choose another name, unless you mean to replace it"),
+        Diagnostic::new(
+            code,
+            first,
+            format!("`{text}` is {what}, and becomes a name of this script"),
+        )
+        .label("an ordinary global from here on, everywhere in the script")
+        .help("choose another name, unless you mean to replace it"),
     )
 }
 

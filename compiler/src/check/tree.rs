@@ -3,6 +3,8 @@
 //!
 //! Functions lie in one list; number 0 is the global code. Parentheses are gone, `for` is a `while` with an update.
 
+use std::collections::HashMap;
+
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::source::Span;
 
@@ -30,6 +32,7 @@ pub struct Program {
     pub functions: Vec<Function>,
     /// Names that are no locals, in order of first appearance.
     pub names: Vec<Name>,
+    numbers: HashMap<String, NameId>,
 }
 
 impl Program {
@@ -45,7 +48,18 @@ impl Program {
 
     /// The number of a name that occurs in the script.
     pub fn find_name(&self, text: &str) -> Option<NameId> {
-        self.names.iter().position(|name| name.text == text).map(NameId)
+        self.numbers.get(text).copied()
+    }
+
+    /// The number of a name, which it gets now if it is new.
+    pub fn intern(&mut self, text: &str) -> NameId {
+        if let Some(id) = self.find_name(text) {
+            return id;
+        }
+        let id = NameId(self.names.len());
+        self.names.push(Name { text: text.to_owned(), ..Name::default() });
+        self.numbers.insert(text.to_owned(), id);
+        id
     }
 }
 

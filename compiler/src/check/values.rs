@@ -101,7 +101,9 @@ impl Checker<'_> {
                 )
                 .label(format!("integers go from {low} to {high}"))
                 .help(match self.profile {
-                    Profile::Tiny => "write it as a float, such as 1.0, or build with `--profile full`",
+                    Profile::Tiny => {
+                        "write it as a float, such as 1.0, or build with `--profile full`"
+                    }
                     Profile::Full => "write it as a float, such as 1.0",
                 }),
             );
@@ -123,7 +125,9 @@ impl Checker<'_> {
         };
         let name = self.profile.name();
         let range = match self.profile {
-            Profile::Tiny => "magnitudes go from 2^-30 (about 9.3e-10) to just below 2^32 (about 4.29e9)",
+            Profile::Tiny => {
+                "magnitudes go from 2^-30 (about 9.3e-10) to just below 2^32 (about 4.29e9)"
+            }
             Profile::Full => "magnitudes go from about 1.4e-45 to about 3.4e38",
         };
         self.report(
@@ -256,7 +260,8 @@ impl Checker<'_> {
 
     /// A key between brackets.
     pub fn check_key(&mut self, key: &Expr) {
-        let Some(kind @ (Kind::Nil | Kind::Table | Kind::Function)) = kind_of(key, self.meanings) else {
+        let Some(kind @ (Kind::Nil | Kind::Table | Kind::Function)) = kind_of(key, self.meanings)
+        else {
             return;
         };
         self.report(

@@ -145,15 +145,10 @@ impl Checker<'_> {
                 let wanted = *op == BinaryOp::And;
                 self.under(not_nil_if(left, wanted, self.meanings), |me| me.tested(right));
             }
-            ExprKind::Binary { op: BinaryOp::Eq | BinaryOp::NotEq, left, right } => {
-                match (&left.kind, &right.kind) {
-                    (ExprKind::Name(name), ExprKind::Nil) => self.tested_name(*name, left.span),
-                    (ExprKind::Nil, ExprKind::Name(name)) => self.tested_name(*name, right.span),
-                    _ => self.expr(expr),
-                }
-            }
             ExprKind::Call { callee, args } => match is_nil_test(callee, args, self.meanings) {
-                Some(name) => self.tested_name(name, args.first().map_or(expr.span, |arg| arg.span)),
+                Some(name) => {
+                    self.tested_name(name, args.first().map_or(expr.span, |arg| arg.span))
+                }
                 None => self.expr(expr),
             },
             _ => self.expr(expr),
@@ -187,6 +182,9 @@ impl Checker<'_> {
             ExprKind::Binary { op: BinaryOp::And | BinaryOp::Or, .. }
             | ExprKind::Unary { op: UnaryOp::Not, .. } => self.tested(expr),
             ExprKind::Binary { op, left, right } => {
+                if let Some((name, span)) = compared_with_nil(*op, left, right) {
+                    return self.tested_name(name, span);
+                }
                 self.expr(left);
                 self.expr(right);
                 self.check_binary(*op, left, right, expr.span);
@@ -284,9 +282,12 @@ impl Checker<'_> {
             return;
         }
         let path = suggest::library_path(library);
-        let mut diagnostic =
-            Diagnostic::new(Code::UnknownMember, span, format!("`{path}` has no `{key}`: it is nil"))
-                .label("always nil");
+        let mut diagnostic = Diagnostic::new(
+            Code::UnknownMember,
+            span,
+            format!("`{path}` has no `{key}`: it is nil"),
+        )
+        .label("always nil");
         diagnostic.help = suggest::for_member(library, key, self.meanings.robots());
         self.report(diagnostic);
     }
@@ -300,6 +301,19 @@ fn is_nil_test(callee: &Expr, args: &[Expr], meanings: &Meanings<'_>) -> Option<
             ExprKind::Name(name) => Some(name),
             _ => None,
         },
+        _ => None,
+    }
+}
+
+/// The name in `name == nil`, `nil != name` and the like.
+fn compared_with_nil(op: BinaryOp, left: &Expr, right: &Expr) -> Option<(NameId, Span)> {
+    match (op, &left.kind, &right.kind) {
+        (BinaryOp::Eq | BinaryOp::NotEq, ExprKind::Name(name), ExprKind::Nil) => {
+            Some((*name, left.span))
+        }
+        (BinaryOp::Eq | BinaryOp::NotEq, ExprKind::Nil, ExprKind::Name(name)) => {
+            Some((*name, right.span))
+        }
         _ => None,
     }
 }
@@ -320,11 +334,9 @@ fn not_nil_if(condition: &Expr, wanted: bool, meanings: &Meanings<'_>) -> Vec<Na
             names.extend(not_nil_if(right, false, meanings));
             names
         }
-        ExprKind::Binary { op, left, right } => match (op, &left.kind, &right.kind) {
-            (BinaryOp::NotEq, ExprKind::Name(name), ExprKind::Nil) if wanted => vec![*name],
-            (BinaryOp::Eq, ExprKind::Name(name), ExprKind::Nil) if !wanted => vec![*name],
-            _ => Vec::new(),
-        },
+        ExprKind::Binary { op, left, right } if wanted == (*op == BinaryOp::NotEq) => {
+            compared_with_nil(*op, left, right).map(|(name, _)| name).into_iter().collect()
+        }
         ExprKind::Call { callee, args } if !wanted => {
             is_nil_test(callee, args, meanings).into_iter().collect()
         }

@@ -105,9 +105,7 @@ fn round(profile: Profile, value: f32) -> f32 {
 /// The result of an operation on one number; `None` if the machine has to do it.
 pub fn unary(profile: Profile, op: UnaryOp, operand: Number) -> Option<Number> {
     match (op, operand) {
-        (UnaryOp::Negate, Number::Int(value)) => {
-            Some(int(profile, value.wrapping_neg()))
-        }
+        (UnaryOp::Negate, Number::Int(value)) => Some(int(profile, value.wrapping_neg())),
         (UnaryOp::Negate, Number::Float(value)) => Some(Number::Float(-value)),
         (UnaryOp::BitNot, Number::Int(value)) => Some(int(profile, !value)),
         _ => None,

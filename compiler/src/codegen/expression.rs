@@ -5,7 +5,7 @@ use bittybuzz_vm_core::opcode;
 
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::names::{Meaning, Member};
-use crate::check::tree::{Expr, ExprKind, FunctionId, LocalId};
+use crate::check::tree::{Expr, ExprKind, FunctionId, LocalId, LocalKind};
 use crate::codegen::asm::Label;
 use crate::codegen::fold::is_truth_value;
 use crate::codegen::function::{Code, shape};
@@ -50,10 +50,8 @@ impl<'a> Code<'_, 'a> {
             ExprKind::Table(entries) => self.table(entries, span),
             ExprKind::Lambda(function) => self.lambda(*function, span),
             ExprKind::Unary { op, operand } => self.unary(*op, operand, span),
-            ExprKind::Binary { op: op @ (BinaryOp::And | BinaryOp::Or), .. } => {
-                let end = self.builder.label();
-                self.logic(expr, *op, end);
-                self.builder.bind(end, span);
+            ExprKind::Binary { op: op @ (BinaryOp::And | BinaryOp::Or), left, right } => {
+                self.logic(*op, left, right, span);
             }
             ExprKind::Binary { op, left, right } => self.binary(*op, left, right, span),
         }
@@ -81,9 +79,7 @@ impl<'a> Code<'_, 'a> {
         match self.slot(local) {
             Some(slot) => self.builder.operand(opcode::LOCAL_GET, slot, span),
             None => {
-                if let crate::check::tree::LocalKind::Captured { index, .. } =
-                    self.function.local(local).kind
-                {
+                if let LocalKind::Captured { index, .. } = self.function.local(local).kind {
                     self.builder.operand(opcode::CAPTURE_GET, operand(index), span);
                 }
             }
@@ -189,35 +185,50 @@ impl<'a> Code<'_, 'a> {
             UnaryOp::Negate => opcode::NEG,
             UnaryOp::BitNot => opcode::BNOT,
             UnaryOp::Not => match &operand.kind {
+                // Twice `not` is the truth of a value.
                 ExprKind::Unary { op: UnaryOp::Not, operand } => {
-                    self.expr(operand);
-                    return if is_truth_value(operand) {
-                    } else {
-                        self.builder.plain(opcode::TRUTH, span);
-                    };
+                    self.tested(operand);
+                    return self.builder.plain(opcode::TRUTH, span);
                 }
-                _ => opcode::NOT,
+                _ => {
+                    self.tested(operand);
+                    return self.builder.plain(opcode::NOT, span);
+                }
             },
         };
         self.expr(operand);
         self.builder.plain(opcode, span);
     }
 
-    /// Puts 0 or 1 on the stack, or jumps to `end` with it.
-    fn logic(&mut self, expr: &'a Expr, op: BinaryOp, end: Label) {
-        let ExprKind::Binary { left, right, .. } = &expr.kind else { return };
-        self.tested(left);
-        let opcode = if op == BinaryOp::And { opcode::AND } else { opcode::OR };
-        self.builder.jump(opcode, end, left.span);
-        self.tested(right);
-        if !is_truth_value(right) {
+    /// `and` and `or`: puts 0 or 1 on the stack.
+    fn logic(&mut self, op: BinaryOp, left: &'a Expr, right: &'a Expr, span: Span) {
+        let end = self.short_cut(op, left);
+        if is_truth_value(right) {
+            self.expr(right);
+        } else {
+            self.tested(right);
             self.builder.plain(opcode::TRUTH, right.span);
         }
+        self.builder.bind(end, span);
+    }
+
+    /// Goes on behind the left side of `and` or `or` only if it does not decide.
+    fn short_cut(&mut self, op: BinaryOp, left: &'a Expr) -> Label {
+        self.tested(left);
+        let end = self.builder.label();
+        let opcode = if op == BinaryOp::And { opcode::AND } else { opcode::OR };
+        self.builder.jump(opcode, end, left.span);
+        end
     }
 
     /// A value of which only the truth counts.
     fn tested(&mut self, expr: &'a Expr) {
         match &expr.kind {
+            ExprKind::Binary { op: op @ (BinaryOp::And | BinaryOp::Or), left, right } => {
+                let end = self.short_cut(*op, left);
+                self.tested(right);
+                self.builder.bind(end, expr.span);
+            }
             ExprKind::Unary { op: UnaryOp::Not, operand } => match &operand.kind {
                 ExprKind::Unary { op: UnaryOp::Not, operand } => self.tested(operand),
                 _ => self.expr(expr),
@@ -250,7 +261,7 @@ impl<'a> Code<'_, 'a> {
             BinaryOp::LessEq => opcode::LE,
             BinaryOp::Greater => opcode::GT,
             BinaryOp::GreaterEq => opcode::GE,
-            // Handled by `logic`.
+            // `logic` is their code.
             BinaryOp::And | BinaryOp::Or => return,
         };
         self.note_order(op, left, right);

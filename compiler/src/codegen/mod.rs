@@ -13,6 +13,7 @@ pub mod fold;
 mod function;
 mod globals;
 mod operands;
+mod own_strings;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -65,12 +66,15 @@ pub fn generate(
     profile: Profile,
     strings: &BTreeSet<String>,
 ) -> Result<Generated, Vec<Diagnostic>> {
-    fold::fold(&mut program, meanings, profile);
     let mut names: BTreeSet<&str> = strings.iter().map(String::as_str).collect();
-    // A library that the script uses as a value has all its members, for every robot alike.
-    for library in meanings.escaped() {
-        names.extend(builtin::TABLE.iter().filter(|b| b.library == *library).map(|b| b.name));
+    // A library that the script uses as a value has all its members. Whether `pos` is one differs between robots, but
+    // all that are built from one source must agree on the numbers.
+    let position = program.find_name("pos").map(|_| Library::Position);
+    for library in meanings.escaped().iter().copied().chain(position) {
+        names.extend(builtin::TABLE.iter().filter(|b| b.library == library).map(|b| b.name));
     }
+    let holds_own_strings = own_strings::may_hold(&program, meanings);
+    fold::fold(&mut program, meanings, profile);
     let globals = globals::number(&program, meanings);
     let mut generator = Generator {
         program: &program,
@@ -79,6 +83,7 @@ pub fn generate(
         strings: StringTable::new(names),
         globals: globals.iter().enumerate().map(|(number, id)| (*id, number)).collect(),
         functions: vec![FunctionId::GLOBAL],
+        numbers: BTreeMap::from([(FunctionId::GLOBAL, 0)]),
         imports: Vec::new(),
         features: 0,
         libraries: BTreeSet::new(),
@@ -103,7 +108,10 @@ pub fn generate(
     }
     let libraries = generator.library_rows();
     let text = generator.features & Feature::Strings as u8 != 0;
-    let order = generator.orders_strings && !generator.strings.script().is_empty();
+    // Strings of the script are in order by their numbers; the table puts the machine's own among them.
+    let order = generator.orders_strings
+        && (holds_own_strings || text)
+        && !generator.strings.script().is_empty();
     let parts = Parts {
         full: profile == Profile::Full,
         features: generator.features,
@@ -140,6 +148,7 @@ struct Generator<'a> {
     globals: BTreeMap<NameId, usize>,
     /// Functions by number; those behind the one being generated wait for their turn.
     functions: Vec<FunctionId>,
+    numbers: BTreeMap<FunctionId, usize>,
     imports: Vec<String>,
     features: u8,
     /// Libraries and objects whose members the machine may have to find by name.
@@ -166,10 +175,11 @@ impl Generator<'_> {
 
     /// The number of a function; the first use puts it into the image.
     fn function(&mut self, id: FunctionId) -> i32 {
-        let number = self.functions.iter().position(|known| *known == id).unwrap_or_else(|| {
+        let next = self.functions.len();
+        let number = *self.numbers.entry(id).or_insert(next);
+        if number == next {
             self.functions.push(id);
-            self.functions.len() - 1
-        });
+        }
         operand(number)
     }
 
