@@ -3,17 +3,18 @@
 use std::path::Path;
 
 use bittybuzz_robots::Robot;
+use bittybuzz_vm_core::builtin::Feature;
 
 use crate::check::{self, robots::Robots};
 use crate::codegen::constant::Profile;
-use crate::codegen::{self, Generated};
+use crate::codegen::{self, Generated, SourceFunction};
 use crate::codes::Code;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::image::{Image, ImageError};
 use crate::include::Loader;
 use crate::parser::{Parsed, parse};
 use crate::source::{SourceMap, Span};
-use crate::symbols::{FORMAT, FunctionSymbol, LineEntry, Place, Symbols};
+use crate::symbols::{FORMAT, FunctionSymbol, LineEntry, Places, Symbols};
 
 /// What a script is compiled for.
 #[derive(Debug, Clone, Default)]
@@ -102,6 +103,18 @@ fn write(generated: &Generated) -> Result<Image, Diagnostic> {
 /// What keeps an image off a robot, as far as its file tells.
 fn fit(generated: &Generated, image: &Image, robot: &Robot) -> Vec<Diagnostic> {
     let mut refused = Vec::new();
+    for (feature, size, name) in [
+        (Feature::Neighbors, robot.vm.neighbors, "neighbors"),
+        (Feature::Swarm, robot.vm.swarms, "swarm"),
+        (Feature::Stigmergy, robot.vm.stigmergy_entries, "stigmergy"),
+    ] {
+        if generated.parts.features & feature as u8 != 0 && size == 0 {
+            let message = format!("the {} is built without `{name}`", robot.title);
+            refused.push(Diagnostic::new(Code::MissingFeature, Span::default(), message).help(
+                format!("leave `{name}` out of the script, or give it room in the robot file"),
+            ));
+        }
+    }
     let (globals, slots) = (generated.globals.len(), robot.vm.slots as usize);
     if globals > slots {
         refused.push(
@@ -140,52 +153,30 @@ fn make_symbols(
     profile: Profile,
     options: &Options,
 ) -> Symbols {
-    let functions = generated
-        .functions
-        .iter()
-        .zip(&image.functions)
-        .map(|(source, offset)| FunctionSymbol {
-            name: match &source.name {
-                Some(name) => name.clone(),
-                None => lambda_name(sources, source.span),
-            },
-            offset: *offset as u32,
-        })
-        .collect();
+    let places = Places::new(sources);
+    let name = |source: &SourceFunction| match &source.name {
+        Some(name) => name.clone(),
+        None => {
+            let file = sources.path(source.span.file).display();
+            format!("lambda at {file}:{}", places.place(source.span).line)
+        }
+    };
+    let functions = generated.functions.iter().zip(&image.functions);
+    let lines = image.lines.iter();
     Symbols {
         format: FORMAT,
         profile: profile.name().to_owned(),
         script_hash: generated.parts.script_hash,
         robot: options.robot.as_ref().map(|robot| robot.name.clone()),
         files: sources.files().map(|(_, file)| file.path.display().to_string()).collect(),
-        functions,
+        functions: functions
+            .map(|(source, offset)| FunctionSymbol { name: name(source), offset: *offset as u32 })
+            .collect(),
         strings: generated.parts.strings.script().to_vec(),
         globals: generated.globals.clone(),
         imports: generated.imports.clone(),
-        lines: image
-            .lines
-            .iter()
-            .map(|(offset, span)| LineEntry {
-                offset: *offset as u32,
-                place: place(sources, *span),
-            })
+        lines: lines
+            .map(|(offset, span)| LineEntry { offset: *offset as u32, place: places.place(*span) })
             .collect(),
-    }
-}
-
-fn lambda_name(sources: &SourceMap, span: Span) -> String {
-    let line = sources.line_column(span).line;
-    format!("lambda at {}:{line}", sources.path(span.file).display())
-}
-
-fn place(sources: &SourceMap, span: Span) -> Place {
-    let start = sources.line_column(span);
-    let end = sources.line_column(Span { start: span.end, ..span });
-    Place {
-        file: span.file.0,
-        line: start.line,
-        column: start.column,
-        end_line: end.line,
-        end_column: end.column,
     }
 }

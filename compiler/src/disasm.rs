@@ -38,16 +38,18 @@ struct View<'a> {
 impl View<'_> {
     fn write(&self, out: &mut String) -> std::fmt::Result {
         self.write_header(out)?;
-        let starts: Vec<usize> = (0..self.header.functions)
-            .map(|number| {
-                usize::from(self.word(self.header.functions_at, number))
-                    + usize::from(self.header.code_at)
-            })
-            .collect();
-        for (number, start) in starts.iter().enumerate() {
-            let end = starts.get(number + 1).copied().unwrap_or(self.image.len());
+        let first = usize::from(self.header.code_at);
+        let start_of = |number| first + usize::from(self.word(self.header.functions_at, number));
+        for number in 0..self.header.functions {
+            let start = start_of(number);
+            let next = number.checked_add(1).filter(|next| *next < self.header.functions);
+            let end = next.map_or(self.image.len(), start_of).min(self.image.len());
             writeln!(out)?;
-            self.write_function(out, number, *start, end.min(self.image.len()))?;
+            // Else bytes could be listed any number of times.
+            if start > end {
+                return writeln!(out, "function {number} starts behind its end");
+            }
+            self.write_function(out, number, start, end)?;
         }
         Ok(())
     }
@@ -113,12 +115,11 @@ impl View<'_> {
     fn write_function(
         &self,
         out: &mut String,
-        number: usize,
+        number: u16,
         start: usize,
         end: usize,
     ) -> std::fmt::Result {
-        let name =
-            u16::try_from(number).map_or_else(|_| number.to_string(), |n| self.function_name(n));
+        let name = self.function_name(number);
         let head = self.byte(start);
         write!(
             out,

@@ -9,6 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use bittybuzz_vm_core::builtin;
 
+use crate::source::{FileId, SourceMap, Span};
+
 /// Version of the `.sym` format.
 pub const FORMAT: u32 = 1;
 
@@ -150,5 +152,38 @@ impl Symbols {
             Some(index) => self.strings.get(usize::from(index)).map(String::as_str),
             None => builtin::STRINGS.get(usize::from(number)).copied(),
         }
+    }
+}
+
+/// Finds lines and columns fast enough for every instruction of a long script.
+pub(crate) struct Places<'a> {
+    sources: &'a SourceMap,
+    /// For each file, where its lines start.
+    lines: Vec<Vec<usize>>,
+}
+
+impl<'a> Places<'a> {
+    pub(crate) fn new(sources: &'a SourceMap) -> Self {
+        let starts = |text: &str| {
+            let after_newlines = text.match_indices('\n').map(|(at, _)| at + 1);
+            std::iter::once(0).chain(after_newlines).collect()
+        };
+        Places { sources, lines: sources.files().map(|(_, file)| starts(&file.text)).collect() }
+    }
+
+    pub(crate) fn place(&self, span: Span) -> Place {
+        let (line, column) = self.line_column(span.file, span.start);
+        let (end_line, end_column) = self.line_column(span.file, span.end);
+        Place { file: span.file.0, line, column, end_line, end_column }
+    }
+
+    fn line_column(&self, file: FileId, at: u32) -> (u32, u32) {
+        let Some(lines) = self.lines.get(file.0 as usize) else { return (1, 1) };
+        let text = &self.sources.file(file).text;
+        let at = (at as usize).min(text.len());
+        let line = lines.partition_point(|start| *start <= at).max(1);
+        let start = lines.get(line - 1).copied().unwrap_or(0);
+        let column = text.get(start..at).map_or(0, |before| before.chars().count());
+        (line as u32, column as u32 + 1)
     }
 }

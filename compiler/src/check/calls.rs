@@ -201,7 +201,7 @@ impl Checker<'_> {
         let takes = |list: &&Vec<Parameter>| {
             list.iter().zip(&kinds).all(|(parameter, kind)| accepts(parameter.kind, *kind))
         };
-        if of_count.iter().any(|list| takes(list)) {
+        if of_count.iter().any(takes) {
             return;
         }
         // Of the lists of this length the first explains: that there are several is rare.
