@@ -19,7 +19,9 @@ operand. A jump counts from the end of the instruction. `a b -- c`: b is on top,
 #[test]
 fn instruction_set_is_up_to_date() {
     let mut text = String::from(INTRODUCTION);
-    text.push_str("\n| Byte | Instruction | Operand | Trailer | Stack and meaning |\n|---|---|---|---|---|\n");
+    text.push_str(
+        "\n| Byte | Instruction | Operand | Trailer | Stack and meaning |\n|---|---|---|---|---|\n",
+    );
     for info in TABLE {
         let operand = match info.operand {
             Operand::None => "",
@@ -52,8 +54,12 @@ fn instruction_set_is_up_to_date() {
         let name = TABLE.iter().find(|info| info.byte == form.opcode).unwrap().name;
         let last = form.first + form.count - 1;
         let high = form.low + i16::from(form.count) - 1;
-        writeln!(text, "| `{:#04x}` to `{last:#04x}` | `{name}` {} to {high} |", form.first, form.low)
-            .unwrap();
+        writeln!(
+            text,
+            "| `{:#04x}` to `{last:#04x}` | `{name}` {} to {high} |",
+            form.first, form.low
+        )
+        .unwrap();
     }
     text.push_str("\n## Libraries\n| Number | Name |\n|---|---|\n");
     for library in Library::ALL {

@@ -175,9 +175,8 @@ fn hidden_locals_stay() {
 
 #[test]
 fn locals_are_parameters_or_on_the_stack() {
-    let function = |code: &[u8]| {
-        check_with(0, &[END], |parts| parts.functions.push([&[2, 3], code].concat()))
-    };
+    let function =
+        |code: &[u8]| check_with(0, &[END], |parts| parts.functions.push([&[2, 3], code].concat()));
     assert_eq!(function(&[0x82, 0x83, NIL, POP_N, 3, 0xbe]), Ok(()), "parameters -2, -1");
     assert!(matches!(function(&[0x81, 0xbe]), Err(ImageError::Operand(_))), "-3");
     assert!(matches!(function(&[0x84, 0xbe]), Err(ImageError::Operand(_))), "the record");
@@ -246,14 +245,8 @@ fn backward_jumps_lead_behind_a_jump() {
     // JUMP to the condition, body, condition, jump back to the body.
     assert_eq!(check(2, &[JUMP, 2, NIL, POP, NIL, JUMP_TRUE, 0xfb, END]), Ok(()));
     // To the JUMP itself, to the middle of the body.
-    assert_eq!(
-        check(2, &[JUMP, 2, NIL, POP, NIL, JUMP_TRUE, 0xf9, END]),
-        Err(ImageError::Jump(5))
-    );
-    assert_eq!(
-        check(2, &[JUMP, 2, NIL, POP, NIL, JUMP_TRUE, 0xfc, END]),
-        Err(ImageError::Jump(5))
-    );
+    assert_eq!(check(2, &[JUMP, 2, NIL, POP, NIL, JUMP_TRUE, 0xf9, END]), Err(ImageError::Jump(5)));
+    assert_eq!(check(2, &[JUMP, 2, NIL, POP, NIL, JUMP_TRUE, 0xfc, END]), Err(ImageError::Jump(5)));
     // With another depth than at the JUMP.
     assert_eq!(
         check(3, &[JUMP, 2, NIL, POP, NIL, NIL, JUMP_TRUE, 0xfa, END]),

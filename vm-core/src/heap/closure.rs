@@ -74,3 +74,28 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         if cell == 0 { Value::nil() } else { self.get(cell + 1 + number) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::number::Tiny;
+
+    #[test]
+    fn captures_any_number_of_values() {
+        for count in 0..40 {
+            let mut memory: Arena<Tiny, 200> = Arena::new();
+            for slot in 0..count {
+                memory.set(slot, Value::int(100 + slot as i32));
+            }
+            let function = Value::indexed(Tag::FUNCTION, 3);
+            let closure = memory.new_closure(function, Value::int(9), 0, count).unwrap().index();
+            assert!(memory.closure_function(closure).same(function));
+            assert_eq!(memory.closure_self(closure).as_int(), Some(9));
+            for number in 0..count {
+                assert_eq!(memory.captured(closure, number).as_int(), Some(100 + number as i32));
+            }
+            // More than there are: nil, whatever the number.
+            assert!(memory.captured(closure, count + 10).is_nil());
+        }
+    }
+}

@@ -108,3 +108,92 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.free = free as u16;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use crate::number::Tiny;
+    use std::boxed::Box;
+    use std::vec::Vec;
+
+    #[test]
+    fn keeps_a_list_as_long_as_the_memory() {
+        let mut memory: Box<Arena<Tiny, 60_000>> = Box::new(Arena::new());
+        let mut list = Value::nil();
+        let mut length = 0;
+        while let Ok(node) = memory.new_table() {
+            memory.table_set(node.index(), Value::string(0), list).unwrap();
+            list = node;
+            length += 1;
+        }
+        assert_eq!(length, 60_000 / CELL);
+        memory.mark(list);
+        memory.sweep();
+        assert_eq!(memory.free, 0);
+        for _ in 0..length {
+            assert!(list.is(Tag::TABLE));
+            list = memory.table_get(list.index(), Value::string(0));
+        }
+        assert!(list.is_nil());
+        // Without a root all of it goes.
+        memory.sweep();
+        assert_eq!(usize::from(memory.bottom), memory.top());
+    }
+
+    #[test]
+    fn keeps_exactly_what_can_be_reached() {
+        let mut state = 5u32;
+        let mut random = move |below: usize| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 16) as usize % below
+        };
+        for round in 0..200 {
+            let mut memory: Arena<Tiny, 3000> = Arena::new();
+            let nodes: Vec<Value<Tiny>> = (0..40).map(|_| memory.new_table().unwrap()).collect();
+            let mut edges: Vec<(usize, usize)> = Vec::new();
+            for _ in 0..random(90) {
+                let (from, to) = (random(40), random(40));
+                // Array elements, pairs and closures all lead on.
+                let value = match random(3) {
+                    0 => memory.new_bound(Value::nil(), nodes[to]).unwrap(),
+                    _ => nodes[to],
+                };
+                let size = memory.table_size(nodes[from].index());
+                let key = if random(2) == 0 {
+                    Value::int(size as i32)
+                } else {
+                    Value::string(size as u16)
+                };
+                if memory.table_get(nodes[from].index(), key).is_nil() {
+                    memory.table_set(nodes[from].index(), key, value).unwrap();
+                    edges.push((from, to));
+                }
+            }
+            let mut reached = std::vec![0];
+            let mut next = 0;
+            while next < reached.len() {
+                let from = reached[next];
+                next += 1;
+                for edge in edges.iter().filter(|edge| edge.0 == from) {
+                    if !reached.contains(&edge.1) {
+                        reached.push(edge.1);
+                    }
+                }
+            }
+            let before: Vec<Value<Tiny>> = (0..memory.top()).map(|at| memory.get(at)).collect();
+            memory.mark(nodes[0]);
+            for (number, node) in nodes.iter().enumerate() {
+                assert_eq!(memory.marked(node.index()), reached.contains(&number), "round {round}");
+            }
+            memory.sweep();
+            // The reversed pointers are back where they were.
+            for node in reached.iter().map(|number| nodes[*number].index()) {
+                for slot in node..node + CELL {
+                    assert!(memory.get(slot).same(before[slot]), "round {round}");
+                }
+            }
+        }
+    }
+}

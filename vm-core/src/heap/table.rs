@@ -299,3 +299,209 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         false
     }
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use crate::number::{Full, Tiny};
+    use std::vec::Vec;
+
+    type Memory = Arena<Tiny, 2000>;
+
+    fn key(number: i32) -> Value<Tiny> {
+        // Even numbers are integer keys, odd ones strings.
+        if number % 2 == 0 { Value::int(number / 2) } else { Value::string(number as u16) }
+    }
+
+    fn entries(memory: &Memory, table: usize) -> Vec<(Value<Tiny>, i32)> {
+        let mut cursor = Cursor::START;
+        let mut found = Vec::new();
+        while let Some((key, value)) = memory.table_next(table, &mut cursor) {
+            // What an iteration keeps on the stack tells all of it.
+            let [first, second] = cursor.pack::<Tiny>();
+            cursor = Cursor::unpack(first, second);
+            found.push((key, value.as_int().unwrap()));
+        }
+        found
+    }
+
+    /// A small generator, so that runs are the same everywhere.
+    fn random(state: &mut u32) -> u32 {
+        *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        *state >> 16
+    }
+
+    #[test]
+    fn keeps_insertion_order_behind_the_consecutive_keys() {
+        let mut state = 7;
+        for round in 0..200 {
+            let mut memory = Memory::new();
+            let table = memory.new_table().unwrap().index();
+            let mut model: Vec<(i32, i32)> = Vec::new();
+            for step in 0..random(&mut state) % 60 {
+                let number = (random(&mut state) % 40) as i32;
+                let value = step as i32 + 1;
+                memory.table_set(table, key(number), Value::int(value)).unwrap();
+                match model.iter_mut().find(|entry| entry.0 == number) {
+                    Some(entry) => entry.1 = value,
+                    None => model.push((number, value)),
+                }
+            }
+            let mut expected = Vec::new();
+            for index in 0.. {
+                match model.iter().position(|entry| entry.0 == 2 * index) {
+                    Some(at) => expected.push(model.remove(at)),
+                    None => break,
+                }
+            }
+            expected.extend(model);
+            let found = entries(&memory, table);
+            assert_eq!(found.len(), expected.len(), "round {round}");
+            for (found, expected) in found.iter().zip(&expected) {
+                assert!(found.0.same(key(expected.0)), "round {round}: {found:?} {expected:?}");
+                assert_eq!(found.1, expected.1);
+            }
+            assert_eq!(memory.table_size(table), expected.len());
+        }
+    }
+
+    #[test]
+    fn removal_leaves_every_other_entry() {
+        let mut state = 3;
+        for round in 0..300 {
+            let mut memory = Memory::new();
+            let table = memory.new_table().unwrap().index();
+            let mut model: Vec<(i32, i32)> = Vec::new();
+            for step in 0..random(&mut state) % 120 {
+                let number = (random(&mut state) % 30) as i32;
+                model.retain(|entry| entry.0 != number);
+                if random(&mut state).is_multiple_of(2) {
+                    memory.table_set(table, key(number), Value::nil()).unwrap();
+                } else {
+                    let value = step as i32 + 1;
+                    memory.table_set(table, key(number), Value::int(value)).unwrap();
+                    model.push((number, value));
+                }
+                assert!(
+                    memory.table_get(table, key(number)).is_nil()
+                        == !model.iter().any(|e| e.0 == number)
+                );
+            }
+            let found = entries(&memory, table);
+            assert_eq!(found.len(), model.len(), "round {round}");
+            for entry in &model {
+                let matching = found.iter().filter(|f| f.0.same(key(entry.0)));
+                assert_eq!(matching.map(|f| f.1).collect::<Vec<_>>(), [entry.1], "round {round}");
+            }
+            // The consecutive keys come first, ascending.
+            let run = (0..).take_while(|i| model.iter().any(|e| e.0 == 2 * i)).count();
+            for (index, entry) in found.iter().take(run).enumerate() {
+                assert_eq!(entry.0.as_int(), Some(index as i32), "round {round}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_iteration_survives_any_change() {
+        let mut state = 11;
+        for round in 0..500 {
+            let mut memory = Memory::new();
+            let table = memory.new_table().unwrap().index();
+            for number in 0..random(&mut state) % 25 {
+                let at = (random(&mut state) % 30) as i32;
+                memory.table_set(table, key(at), Value::int(number as i32)).unwrap();
+            }
+            let before: Vec<Value<Tiny>> =
+                entries(&memory, table).iter().map(|entry| entry.0).collect();
+            let mut removed: Vec<Value<Tiny>> = Vec::new();
+            let mut visited: Vec<Value<Tiny>> = Vec::new();
+            let mut cursor = Cursor::START;
+            while let Some((found, _)) = memory.table_next(table, &mut cursor) {
+                assert!(!visited.iter().any(|v| v.same(found)), "round {round}: twice {found:?}");
+                assert!(!removed.iter().any(|v| v.same(found)), "round {round}: removed {found:?}");
+                visited.push(found);
+                assert!(visited.len() < 100, "round {round}: no end");
+                // Remove an old entry, add a new one that no old entry shares its key with, or change one.
+                match random(&mut state) % 3 {
+                    0 if !before.is_empty() => {
+                        let at = before[random(&mut state) as usize % before.len()];
+                        memory.table_set(table, at, Value::nil()).unwrap();
+                        removed.push(at);
+                    }
+                    1 if visited.len() < 40 => {
+                        let at = key(60 + (random(&mut state) % 20) as i32);
+                        memory.table_set(table, at, Value::int(1)).unwrap();
+                    }
+                    _ => {
+                        if !memory.table_get(table, found).is_nil() {
+                            memory.table_set(table, found, Value::int(99)).unwrap();
+                        }
+                    }
+                }
+            }
+            for old in before {
+                let gone = removed.iter().any(|r| r.same(old));
+                assert!(
+                    gone || visited.iter().any(|v| v.same(old)),
+                    "round {round}: missed {old:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn an_array_costs_a_slot_for_each_value_and_gives_it_back() {
+        let mut memory = Memory::new();
+        let empty = memory.unused();
+        let table = memory.new_table().unwrap();
+        memory.reserved = 0;
+        for index in 0..150 {
+            memory.table_set(table.index(), Value::int(index), Value::int(2 * index)).unwrap();
+        }
+        // A head and 25 cells of six values.
+        assert_eq!(empty - memory.unused(), 26 * CELL);
+        for index in (0..150).rev() {
+            assert_eq!(
+                memory.table_get(table.index(), Value::int(index)).as_int(),
+                Some(2 * index)
+            );
+            memory.table_set(table.index(), Value::int(index), Value::nil()).unwrap();
+        }
+        memory.mark(table);
+        memory.sweep();
+        assert_eq!(empty - memory.unused(), CELL);
+    }
+
+    #[test]
+    fn a_full_heap_changes_nothing() {
+        let mut memory: Arena<Tiny, 30> = Arena::new();
+        memory.reserved = 1;
+        let table = memory.new_table().unwrap().index();
+        let mut stored = 0;
+        while memory.table_set(table, Value::string(stored), Value::int(1)).is_ok() {
+            stored += 1;
+        }
+        // Two pairs in the head, three in each of the other three cells.
+        assert_eq!(stored, 11);
+        assert_eq!(memory.table_size(table), 11);
+        assert!(memory.table_set(table, Value::string(3), Value::int(7)).is_ok(), "no new cell");
+        assert!(memory.table_set(table, Value::string(3), Value::nil()).is_ok());
+        assert!(memory.table_set(table, Value::string(99), Value::int(7)).is_ok(), "a free pair");
+        assert_eq!(memory.table_set(table, Value::int(0), Value::int(7)), Err(NoCell));
+    }
+
+    #[test]
+    fn keys_of_the_full_profile_are_not_cut() {
+        let mut memory: Arena<Full, 200> = Arena::new();
+        let table = memory.new_table().unwrap().index();
+        memory.table_set(table, Value::int(0), Value::int(1)).unwrap();
+        for key in [0x1_0000, -0x1_0000, i32::MIN] {
+            assert!(memory.table_get(table, Value::int(key)).is_nil(), "{key}");
+            memory.table_set(table, Value::int(key), Value::int(2)).unwrap();
+        }
+        assert_eq!(memory.table_get(table, Value::int(0)).as_int(), Some(1));
+        assert_eq!(memory.table_size(table), 4);
+    }
+}

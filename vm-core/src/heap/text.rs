@@ -32,11 +32,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// Adds a byte. Changes nothing if it fails.
-    pub(crate) fn text_push(
-        &mut self,
-        text: &mut TextBuilder,
-        byte: u8,
-    ) -> Result<(), NoCell> {
+    pub(crate) fn text_push(&mut self, text: &mut TextBuilder, byte: u8) -> Result<(), NoCell> {
         if text.room == 0 {
             let cell = self.take_cell(LIVE).ok_or(NoCell)?;
             self.set_link(text.cell, cell);
@@ -89,5 +85,45 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         let length = self.made_text_length(a);
         length == self.made_text_length(b)
             && (0..length).all(|i| self.made_text_byte(a, i) == self.made_text_byte(b, i))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::number::Full;
+
+    #[test]
+    fn holds_every_byte_of_any_length() {
+        let mut memory: Arena<Full, 400> = Arena::new();
+        for length in [0, 1, 3, 4, 5, 19, 20, 21, 43, 44, 45, 68, 69, 150] {
+            let mut text = memory.new_text().unwrap();
+            for index in 0..length {
+                memory.text_push(&mut text, (index * 7 + 200) as u8).unwrap();
+            }
+            let made = memory.built(&text).index();
+            assert_eq!(memory.made_text_length(made), length);
+            for index in 0..length {
+                assert_eq!(
+                    memory.made_text_byte(made, index),
+                    (index * 7 + 200) as u8,
+                    "{index} of {length}"
+                );
+            }
+            assert_eq!(memory.made_text_byte(made, length), 0);
+        }
+    }
+
+    #[test]
+    fn equal_bytes_are_the_same_text() {
+        let mut memory: Arena<Full, 400> = Arena::new();
+        let mut make = |bytes: &[u8]| {
+            let mut text = memory.new_text().unwrap();
+            bytes.iter().for_each(|byte| memory.text_push(&mut text, *byte).unwrap());
+            memory.built(&text)
+        };
+        let (a, b, c, d) = (make(b"swarm"), make(b"swarm"), make(b"swarn"), make(b"swar"));
+        assert!(memory.same_text(a, b));
+        assert!(!memory.same_text(a, c) && !memory.same_text(a, d));
     }
 }

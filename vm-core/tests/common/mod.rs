@@ -3,7 +3,7 @@
 
 use bittybuzz_vm_core::image::{EntryPoint, MAGIC, VERSION};
 use bittybuzz_vm_core::number::Profile;
-use bittybuzz_vm_core::{Arguments, Axis, ByteCode, RobotFault, Host, Item, Reply, Value};
+use bittybuzz_vm_core::{Arguments, Axis, ByteCode, Host, Item, Reply, RobotFault, Value};
 
 /// Parts of an image; `build` lays them out as docs/image-format.md says.
 #[derive(Clone)]
