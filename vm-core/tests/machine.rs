@@ -1,0 +1,259 @@
+//! The protocol between host and machine: entries, budgets, waiting, faults.
+
+mod common;
+
+use bittybuzz_vm_core::image::EntryPoint;
+use bittybuzz_vm_core::number::Tiny;
+use bittybuzz_vm_core::opcode::*;
+use bittybuzz_vm_core::{Entry, Fault, FaultCode, Image, Outcome, Type, Vm, builtin};
+use common::{Parts, Recorder};
+
+type Machine<'a> = Vm<Tiny, &'a [u8], 120>;
+
+const END: u8 = 0xbc; // RETURN_NIL 0
+
+fn load(bytes: &[u8]) -> Machine<'_> {
+    let mut vm = Vm::new(5);
+    vm.load(Image::new(bytes), |hash| hash <= 9).expect("the image is sound");
+    vm
+}
+
+/// Runs an entry to its end with this budget for each run; counts the runs.
+fn finish(vm: &mut Machine<'_>, host: &mut Recorder, entry: Entry, budget: u16) -> (Outcome, u32) {
+    assert!(vm.begin(entry), "{entry:?}");
+    for runs in 1..10_000 {
+        match vm.run(host, budget) {
+            Outcome::Pending | Outcome::Waiting => {}
+            outcome => return (outcome, runs),
+        }
+    }
+    panic!("no end");
+}
+
+/// Global code that counts global 0 down from 5 and logs it each time.
+fn countdown() -> Vec<u8> {
+    let body = [0xa0, CALL_BUILTIN, builtin::LOG, 1 | DROP_RESULT, 0xa0, ADD_INT, 0xff, 0xb0];
+    let loop_length = body.len() as u8;
+    let code = [
+        &[0, 2, 0x96, 0xb0, JUMP, loop_length][..],
+        &body,
+        &[0xa0, JUMP_TRUE, (loop_length + 3).wrapping_neg(), END],
+    ];
+    Parts::new(&[&code.concat()]).build()
+}
+
+#[test]
+fn every_budget_gives_the_same_run() {
+    let image = countdown();
+    for budget in [1, 2, 3, 7, 1000, u16::MAX] {
+        let mut vm = load(&image);
+        let mut host = Recorder::default();
+        let (outcome, runs) = finish(&mut vm, &mut host, Entry::Global, budget);
+        assert_eq!(outcome, Outcome::Done);
+        assert_eq!(host.events, ["5", "4", "3", "2", "1"], "budget {budget}");
+        assert_eq!(vm.global(0).and_then(|value| value.as_int()), Some(0));
+        // 3 instructions to begin, 5 turns of 5 and the condition, and the return.
+        if budget == 1 {
+            assert!((35..45).contains(&runs), "{runs} runs");
+        }
+    }
+}
+
+#[test]
+fn a_budget_of_nothing_does_nothing() {
+    let image = countdown();
+    let mut vm = load(&image);
+    let mut host = Recorder::default();
+    assert!(vm.begin(Entry::Global));
+    for _ in 0..10 {
+        assert_eq!(vm.run(&mut host, 0), Outcome::Pending);
+    }
+    assert!(host.events.is_empty());
+    assert_eq!(vm.run(&mut host, 1000), Outcome::Done);
+}
+
+#[test]
+fn entries_begin_only_when_they_exist_and_nothing_runs() {
+    let mut parts = Parts::new(&[&[0, 1, END], &[0, 1, 0x98, 0xb0, END]]);
+    parts.entries[1] = EntryPoint::Function(1);
+    parts.entries[2] = EntryPoint::Global(1);
+    let image = parts.build();
+    let mut vm: Machine<'_> = Vm::new(1);
+    let mut host = Recorder::default();
+    assert!(!vm.begin(Entry::Global), "no program");
+    assert_eq!(vm.run(&mut host, 10), Outcome::Done);
+    vm.load(Image::new(&image), |_| false).unwrap();
+    assert!(!vm.begin(Entry::Init), "the script has no init");
+    assert!(!vm.begin(Entry::Reset), "global 1 is nil");
+    assert!(vm.begin(Entry::Step));
+    assert!(!vm.begin(Entry::Step), "it runs already");
+    assert_eq!(vm.run(&mut host, 10), Outcome::Done);
+    assert_eq!(vm.global(0).and_then(|value| value.as_int()), Some(7));
+    assert!(vm.begin(Entry::Step), "again");
+    assert!(vm.global(2).is_none());
+    // A program that is refused leaves none.
+    assert!(vm.load(Image::new(&[1, 2, 3]), |_| false).is_err());
+    assert!(!vm.begin(Entry::Global));
+}
+
+#[test]
+fn an_entry_in_a_global_may_change() {
+    // Global code puts function 1 into global 1, which is `step`; function 1 puts function 2 there.
+    let mut parts = Parts::new(&[
+        &[0, 1, FUNCTION, 1, 0xb1, END],
+        &[0, 2, 0x92, CALL_BUILTIN, builtin::LOG, 0x81, FUNCTION, 2, 0xb1, END],
+        &[0, 1, 0x93, CALL_BUILTIN, builtin::LOG, 0x81, END],
+    ]);
+    parts.entries[1] = EntryPoint::Global(1);
+    let image = parts.build();
+    let mut vm = load(&image);
+    let mut host = Recorder::default();
+    for entry in [Entry::Global, Entry::Step, Entry::Step, Entry::Step] {
+        assert_eq!(finish(&mut vm, &mut host, entry, 100).0, Outcome::Done);
+    }
+    assert_eq!(host.events, ["1", "2", "2"]);
+}
+
+#[test]
+fn a_robot_function_may_finish_later() {
+    // log(robot7(1, 2)), then a call that drops its result.
+    let mut parts = Parts::new(&[&[
+        0,
+        4,
+        0x92,
+        0x93,
+        CALL_ROBOT,
+        0,
+        2,
+        CALL_BUILTIN,
+        builtin::LOG,
+        0x81,
+        0x99,
+        CALL_ROBOT,
+        1,
+        0x81,
+        END,
+    ]]);
+    parts.imports = vec![7, 3];
+    let image = parts.build();
+    for budget in [1, 100] {
+        let mut vm = load(&image);
+        let mut host = Recorder::default();
+        assert!(vm.begin(Entry::Global));
+        let mut waited = 0;
+        loop {
+            match vm.run(&mut host, budget) {
+                Outcome::Waiting => waited += 1,
+                Outcome::Pending => {}
+                outcome => break assert_eq!(outcome, Outcome::Done),
+            }
+        }
+        // Asked at once, again before the first run ends, and in the second run.
+        assert_eq!((waited, host.polls), (1, 3), "budget {budget}");
+        assert_eq!(host.events, ["70", "3(8)"]);
+    }
+}
+
+#[test]
+fn delay_waits_without_using_the_budget() {
+    let image = Parts::new(&[&[0, 2, INT, 100, CALL_BUILTIN, builtin::DELAY, 1, POP, END]]).build();
+    let mut vm = load(&image);
+    let mut host = Recorder::default();
+    assert!(vm.begin(Entry::Global));
+    assert_eq!(vm.run(&mut host, 1000), Outcome::Waiting);
+    assert_eq!(vm.run(&mut host, 1000), Outcome::Done);
+}
+
+#[test]
+fn a_fault_names_cause_operands_position_and_calls() {
+    // Global code calls function 1, which calls function 2, which adds nil to its argument.
+    let image = Parts::new(&[
+        &[0, 2, 0x92, CALL_FUNCTION, 1, POP, END],
+        &[1, 2, 0x83, CALL_FUNCTION, 2, 0xb9],
+        &[1, 2, 0x83, NIL, ADD, 0xb9],
+    ])
+    .build();
+    let mut vm = load(&image);
+    let mut host = Recorder::default();
+    let (outcome, _) = finish(&mut vm, &mut host, Entry::Global, 100);
+    let fault = Fault {
+        code: FaultCode::WrongType,
+        position: 7 + 6 + 4,
+        operands: [Type::Int, Type::Nil],
+        detail: 0,
+    };
+    assert_eq!(outcome, Outcome::Fault(fault));
+    assert_eq!(vm.calls().collect::<Vec<_>>(), [17, 7 + 4, 4]);
+    // It stays stopped, until it is loaded again.
+    assert_eq!(vm.run(&mut host, 100), Outcome::Fault(fault));
+    assert!(!vm.begin(Entry::Global));
+    vm.load(Image::new(&image), |_| false).unwrap();
+    assert!(vm.begin(Entry::Global));
+}
+
+#[test]
+fn the_calls_of_a_fault_pass_over_built_ins() {
+    // foreach({.0 = 1}, f), f divides by zero.
+    let image = Parts::new(&[
+        &[
+            0,
+            4,
+            TABLE_NEW,
+            0x91,
+            0x92,
+            INDEX_INIT,
+            FUNCTION,
+            1,
+            CALL_BUILTIN,
+            builtin::FOREACH,
+            2,
+            POP,
+            END,
+        ],
+        &[2, 2, 0x83, 0x91, DIV, 0xba],
+    ])
+    .build();
+    let mut vm = load(&image);
+    let (outcome, _) = finish(&mut vm, &mut Recorder::default(), Entry::Global, 100);
+    let Outcome::Fault(fault) = outcome else { panic!("{outcome:?}") };
+    assert_eq!((fault.code, fault.position), (FaultCode::DivisionByZero, 13 + 4));
+    assert_eq!(vm.calls().collect::<Vec<_>>(), [17, 10]);
+}
+
+#[test]
+fn a_robot_function_may_refuse() {
+    let mut parts = Parts::new(&[&[0, 1, CALL_ROBOT, 0, 0, POP, END]]);
+    parts.imports = vec![9];
+    let image = parts.build();
+    let mut vm = load(&image);
+    let (outcome, _) = finish(&mut vm, &mut Recorder::default(), Entry::Global, 100);
+    let Outcome::Fault(fault) = outcome else { panic!("{outcome:?}") };
+    assert_eq!((fault.code, fault.detail, fault.position), (FaultCode::RobotRefused, 3, 4));
+}
+
+#[test]
+fn recursion_meets_the_heap_and_stops() {
+    // f calls itself for ever.
+    let image = Parts::new(&[&[0, 1, CALL_FUNCTION, 1, POP, END], &[0, 1, CALL_FUNCTION, 1, 0xb8]]);
+    let image = image.build();
+    let mut vm = load(&image);
+    let (outcome, _) = finish(&mut vm, &mut Recorder::default(), Entry::Global, 7);
+    let Outcome::Fault(fault) = outcome else { panic!("{outcome:?}") };
+    assert_eq!(fault.code, FaultCode::StackOverflow);
+}
+
+#[test]
+fn the_stack_takes_back_what_the_heap_no_longer_needs() {
+    // Makes garbage until the heap reaches the stack, then calls 8 deep: the frames need the room of the garbage.
+    let image = Parts::new(&[
+        &[0, 2, TABLE_NEW, POP, 0x99, CALL_FUNCTION, 1, POP, END],
+        // d(n): if n is 0 return 0, else return d(n - 1)
+        &[1, 12, 0x83, JUMP_TRUE, 2, 0x91, 0xb9, 0x83, ADD_INT, 0xff, CALL_FUNCTION, 1, 0xb9],
+    ])
+    .build();
+    let mut vm = load(&image);
+    for _ in 0..20 {
+        let (outcome, _) = finish(&mut vm, &mut Recorder::default(), Entry::Global, 100);
+        assert_eq!(outcome, Outcome::Done);
+    }
+}
