@@ -5,7 +5,7 @@
 pub struct Diagnostic {
     /// Whether it is an error; else a warning.
     pub error: bool,
-    /// `E0201`; run-time errors carry none.
+    /// `E0201`, `W0102`, or `R0005` for a run-time error; none for a bad command line.
     pub code: Option<String>,
     /// The headline after the code.
     pub message: String,

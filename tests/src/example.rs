@@ -9,6 +9,8 @@
 //! #   led(0)
 //! ```
 
+use std::path::Path;
+
 use crate::bbz;
 use crate::diff;
 use crate::files;
@@ -25,29 +27,16 @@ struct Header {
     output: Vec<String>,
 }
 
-/// Checks an example: it compiles without a warning and runs for every robot that it names, and prints what
-/// it says that it prints.
-pub fn check(path: &str) -> Vec<Failure> {
+/// Checks an example: it compiles without a warning and runs for every robot that it names, as a script and
+/// as an image alike, and prints what it says that it prints. Images are written to `folder`.
+pub fn check(path: &str, folder: &Path) -> Vec<Failure> {
     let header = match parse(&files::read(path)) {
         Ok(header) => header,
         Err(e) => return vec![format!("{path}:1: {e}\n")],
     };
     let mut failures = Vec::new();
     for robot in &header.robots {
-        for arguments in [
-            vec!["check", path, "--robot", robot],
-            vec!["run", path, "--robot", robot, "--steps", STEPS],
-        ] {
-            let outcome = bbz::run(&arguments, &[]);
-            if outcome.status != Some(0) || !outcome.stderr.is_empty() {
-                failures.push(format!(
-                    "{path}:1: bbz {} ended with {:?}\n{}",
-                    arguments.join(" "),
-                    outcome.status,
-                    outcome.stderr
-                ));
-            }
-        }
+        failures.extend(check_on(path, robot, folder));
     }
     let outcome = bbz::run(&header.command, &[]);
     let actual: Vec<&str> = outcome.stdout.lines().collect();
@@ -57,6 +46,34 @@ pub fn check(path: &str) -> Vec<Failure> {
         failures.push(format!("{path}:1: bbz {command}\n{difference}{}", outcome.stderr));
     }
     failures
+}
+
+/// Checks, runs, builds, and runs what was built.
+fn check_on(path: &str, robot: &str, folder: &Path) -> Option<Failure> {
+    let name = Path::new(path).file_stem()?.to_string_lossy();
+    let image = folder.join(format!("{name}-{robot}.bbi")).to_string_lossy().into_owned();
+    let commands = [
+        vec!["check", path, "--robot", robot],
+        vec!["run", path, "--robot", robot, "--steps", STEPS],
+        vec!["build", path, "--robot", robot, "-o", &image],
+        vec!["run", &image, "--robot", robot, "--steps", STEPS],
+    ];
+    let outcomes = commands.each_ref().map(|command| bbz::run(command, &[]));
+    for (command, outcome) in commands.iter().zip(&outcomes) {
+        // Only `build` has something to say: how large the image is.
+        if outcome.status != Some(0) || command[0] != "build" && !outcome.stderr.is_empty() {
+            return Some(format!(
+                "{path}:1: bbz {} ended with {:?}\n{}",
+                command.join(" "),
+                outcome.status,
+                outcome.stderr
+            ));
+        }
+    }
+    let (script, image): (Vec<_>, Vec<_>) =
+        (outcomes[1].stdout.lines().collect(), outcomes[3].stdout.lines().collect());
+    diff::lines(&script, &image)
+        .map(|difference| format!("{path}:1: the image for {robot} differs\n{difference}"))
 }
 
 fn parse(text: &str) -> Result<Header, String> {

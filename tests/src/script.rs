@@ -28,7 +28,7 @@ pub struct Script {
     /// Line and code, without warnings if those are not checked.
     diagnostics: Vec<(usize, String)>,
     any_warnings: bool,
-    /// Line and part of the message.
+    /// Line, 0 for one in another file, and part of the message.
     fault: Option<(usize, String)>,
     messages: Vec<String>,
 }
@@ -73,10 +73,11 @@ impl Script {
                 let profile = Some(profile_named(subject.trim_start())?);
                 self.output.push(Output { profile, text: value.to_string() });
             }
-            " runtime error" if self.fault.is_some() => {
+            " runtime error" | " runtime error elsewhere" if self.fault.is_some() => {
                 return Err("a run has one run-time error at most\n".to_string());
             }
             " runtime error" => self.fault = Some((line, value.to_string())),
+            " runtime error elsewhere" => self.fault = Some((0, value.to_string())),
             " compile error" => self.codes(line, value, 'E')?,
             " warning" => self.codes(line, value, 'W')?,
             " message" => self.messages.push(value.to_string()),
@@ -240,6 +241,11 @@ mod tests {
         assert_ne!(problems(script, "full", &outcome(0, "", "")), 0);
         let elsewhere = "error: division by zero\n --> s.bzz:3:7\n";
         assert_ne!(problems(script, "full", &outcome(1, "", elsewhere)), 0);
+        let included = "error: division by zero\n --> t.bzz:2:7\n";
+        assert_ne!(problems(script, "full", &outcome(1, "", included)), 0);
+        let script_elsewhere = "# expect runtime error elsewhere: division\n";
+        assert_eq!(problems(script_elsewhere, "full", &outcome(1, "", included)), 0);
+        assert_ne!(problems(script_elsewhere, "full", &outcome(1, "", stderr)), 0);
         let other = "error: nil\n --> s.bzz:2:7\n";
         assert_ne!(problems(script, "full", &outcome(1, "", other)), 0);
     }

@@ -1,5 +1,8 @@
 //! The shipped examples do what their headers say, on every robot that they name.
 
+use std::fs;
+use std::path::Path;
+
 use bittybuzz_tests::{bbz, diagnostics, example, files, report};
 
 #[test]
@@ -7,8 +10,12 @@ fn examples_keep_their_promises() {
     bbz::path();
     let mut paths = files::with_extension("examples", "bzz");
     paths.retain(|path| !path.starts_with("examples/errors/"));
-    let failures: Vec<_> =
-        files::in_parallel(&paths, |path| example::check(path)).into_iter().flatten().collect();
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("examples");
+    fs::create_dir_all(&folder).unwrap();
+    let failures: Vec<_> = files::in_parallel(&paths, |path| example::check(path, &folder))
+        .into_iter()
+        .flatten()
+        .collect();
     report::conclude("examples", paths.len(), 10, &failures);
 }
 
