@@ -4,12 +4,14 @@
 //! can be found are found in one run, each with a [`codes::Code`], a place and help.
 
 pub mod ast;
+pub mod bo;
 pub mod check;
 pub mod codegen;
 pub mod codes;
 pub mod compile;
 pub mod diagnostic;
 pub mod disasm;
+pub mod explain;
 pub mod image;
 pub mod include;
 pub mod lexer;

@@ -1,0 +1,358 @@
+//! With how many arguments functions are called, as far as the program tells.
+//!
+//! A `.bo` file does not say how many parameters a function has. Mostly its own use of locals tells enough, but where
+//! a function creates a lambda, parameters that only the lambda uses look like the lambda's own. Then the calls
+//! decide. To find the calls of a function that is stored, passed on or returned, all places that may hold the same
+//! function are put in one class: globals, fields by name, elements, locals, parameters, results.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use crate::bo::names::Names;
+use crate::bo::structure::{Node, Outline};
+use crate::check::tree::{Expr, ExprKind, NameId};
+
+/// A place that may hold a function.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+enum Place {
+    Global(NameId),
+    /// A field of that name in any table.
+    Field(String),
+    /// An element of any table under a key that is no constant string.
+    Element,
+    /// A local of a chunk, by its number in the file.
+    Local(usize, u32),
+    /// The function of that chunk itself.
+    Function(usize),
+}
+
+/// Number of a class. It may have been merged into another since.
+type Class = usize;
+
+#[derive(Debug, Default)]
+struct Members {
+    /// What it was merged into.
+    into: Option<Class>,
+    /// Numbers of arguments in calls.
+    counts: BTreeSet<usize>,
+    has_function: bool,
+    result: Option<Class>,
+    parameters: BTreeMap<usize, Class>,
+}
+
+/// The classes of a program.
+#[derive(Debug, Default)]
+pub struct Arities {
+    classes: Vec<Members>,
+    places: HashMap<Place, Class>,
+    unknown: BTreeSet<usize>,
+}
+
+impl Arities {
+    /// Looks through a program. `entries` are the names of functions that the host calls without arguments;
+    /// `has_plain_base` tells which functions have their first parameter as local 1.
+    pub fn new(
+        outlines: &[Outline],
+        names: &Names,
+        entries: &[&str],
+        has_plain_base: impl Fn(usize) -> bool,
+    ) -> Self {
+        let mut arities = Arities::default();
+        for (chunk, outline) in outlines.iter().enumerate() {
+            let function = arities.place(Place::Function(chunk));
+            arities.classes[function].has_function = true;
+            if has_plain_base(chunk) {
+                for local in outline.touched.keys() {
+                    let class = arities.place(Place::Local(chunk, *local));
+                    let index = (*local as usize).saturating_sub(1);
+                    arities.classes[function].parameters.insert(index, class);
+                }
+            }
+        }
+        for (id, name) in names.iter() {
+            for chunk in &name.functions {
+                let (global, function) =
+                    (arities.place(Place::Global(id)), arities.place(Place::Function(*chunk)));
+                arities.merge(global, function);
+            }
+            if entries.contains(&name.text.as_str()) {
+                let global = arities.place(Place::Global(id));
+                arities.called(global, 0);
+            }
+        }
+        let mut callbacks = Vec::new();
+        for (chunk, outline) in outlines.iter().enumerate() {
+            let mut scan = Scan { arities: &mut arities, names, chunk, callbacks: &mut callbacks };
+            scan.nodes(&outline.nodes);
+        }
+        for Callback { callee, argument, count } in callbacks {
+            // Unless the program has a function of its own under that name.
+            let callee = arities.find(callee);
+            if !arities.classes[callee].has_function {
+                arities.called(argument, count);
+            }
+        }
+        arities.unknown = arities.calls_of_unknown();
+        arities
+    }
+
+    /// With how many arguments the function of a chunk is called. Nothing means that nothing calls it.
+    pub fn counts(&mut self, chunk: usize) -> &BTreeSet<usize> {
+        let class = self.place(Place::Function(chunk));
+        let class = self.find(class);
+        let counts = &self.classes[class].counts;
+        if counts.is_empty() { &self.unknown } else { counts }
+    }
+
+    /// Calls of locals that hold no function as far as is seen: they may call any function.
+    fn calls_of_unknown(&mut self) -> BTreeSet<usize> {
+        let is_local =
+            |(place, class): (&Place, &Class)| matches!(place, Place::Local(..)).then_some(*class);
+        let locals: Vec<Class> = self.places.iter().filter_map(is_local).collect();
+        let mut counts = BTreeSet::new();
+        for class in locals {
+            let class = self.find(class);
+            if !self.classes[class].has_function {
+                counts.extend(&self.classes[class].counts);
+            }
+        }
+        counts
+    }
+
+    fn place(&mut self, place: Place) -> Class {
+        let next = self.classes.len();
+        let class = *self.places.entry(place).or_insert(next);
+        if class == next {
+            self.classes.push(Members::default());
+        }
+        class
+    }
+
+    fn find(&mut self, class: Class) -> Class {
+        let mut root = class;
+        while let Some(into) = self.classes[root].into {
+            root = into;
+        }
+        let mut at = class;
+        while let Some(into) = self.classes[at].into {
+            self.classes[at].into = Some(root);
+            at = into;
+            if at == root {
+                break;
+            }
+        }
+        root
+    }
+
+    fn called(&mut self, class: Class, count: usize) {
+        let class = self.find(class);
+        self.classes[class].counts.insert(count);
+    }
+
+    /// The class of what a function of this class returns.
+    fn result(&mut self, class: Class) -> Class {
+        let class = self.find(class);
+        if let Some(result) = self.classes[class].result {
+            return result;
+        }
+        self.classes.push(Members::default());
+        let result = self.classes.len() - 1;
+        self.classes[class].result = Some(result);
+        result
+    }
+
+    /// The class of a parameter, counted from 0, of a function of this class.
+    fn parameter(&mut self, class: Class, index: usize) -> Class {
+        let class = self.find(class);
+        if let Some(parameter) = self.classes[class].parameters.get(&index) {
+            return *parameter;
+        }
+        self.classes.push(Members::default());
+        let parameter = self.classes.len() - 1;
+        self.classes[class].parameters.insert(index, parameter);
+        parameter
+    }
+
+    /// Two places may hold the same function: so may their results and parameters.
+    fn merge(&mut self, a: Class, b: Class) {
+        let mut pending = vec![(a, b)];
+        while let Some((a, b)) = pending.pop() {
+            let (a, b) = (self.find(a), self.find(b));
+            if a == b {
+                continue;
+            }
+            let from = std::mem::take(&mut self.classes[b]);
+            self.classes[b].into = Some(a);
+            let to = &mut self.classes[a];
+            to.counts.extend(from.counts);
+            to.has_function |= from.has_function;
+            match (to.result, from.result) {
+                (Some(x), Some(y)) => pending.push((x, y)),
+                (None, result) => to.result = result,
+                (Some(_), None) => {}
+            }
+            for (index, parameter) in from.parameters {
+                match to.parameters.get(&index) {
+                    Some(known) => pending.push((*known, parameter)),
+                    None => {
+                        to.parameters.insert(index, parameter);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// An argument that a built-in function calls.
+struct Callback {
+    callee: Class,
+    argument: Class,
+    count: usize,
+}
+
+/// Looks through the code of one chunk.
+struct Scan<'a> {
+    arities: &'a mut Arities,
+    names: &'a Names,
+    chunk: usize,
+    callbacks: &'a mut Vec<Callback>,
+}
+
+impl Scan<'_> {
+    fn nodes(&mut self, nodes: &[Node]) {
+        for node in nodes {
+            match node {
+                Node::Assign { target, value, .. } => {
+                    let (target, value) = (self.expr(target), self.expr(value));
+                    self.flow(target, value);
+                }
+                Node::Store { local, value, .. } => {
+                    let target = self.arities.place(Place::Local(self.chunk, *local));
+                    let value = self.expr(value);
+                    self.flow(Some(target), value);
+                }
+                Node::Remove { .. } | Node::Return { value: None, .. } => {}
+                Node::Call { call, .. } => {
+                    self.expr(call);
+                }
+                Node::Return { value: Some(value), .. } => {
+                    let value = self.expr(value);
+                    let function = self.arities.place(Place::Function(self.chunk));
+                    let result = self.arities.result(function);
+                    self.flow(Some(result), value);
+                }
+                Node::If { condition, then, otherwise, .. } => {
+                    self.expr(condition);
+                    self.nodes(then);
+                    self.nodes(otherwise);
+                }
+                Node::Loop { condition, update, body, .. } => {
+                    self.expr(condition);
+                    self.nodes(update);
+                    self.nodes(body);
+                }
+            }
+        }
+    }
+
+    fn flow(&mut self, to: Option<Class>, from: Option<Class>) {
+        if let (Some(to), Some(from)) = (to, from) {
+            self.arities.merge(to, from);
+        }
+    }
+
+    /// The class of the function that an expression may be.
+    fn expr(&mut self, expr: &Expr) -> Option<Class> {
+        let place = match &expr.kind {
+            ExprKind::Name(id) => Place::Global(*id),
+            ExprKind::Local(local) => Place::Local(self.chunk, u32::try_from(local.0).ok()?),
+            ExprKind::Lambda(id) => Place::Function(id.0),
+            ExprKind::Field { object, key, .. } => {
+                self.expr(object);
+                Place::Field(key.clone())
+            }
+            ExprKind::Index { object, index } => {
+                self.expr(object);
+                self.expr(index);
+                Place::Element
+            }
+            ExprKind::Call { callee, args } => return self.call(callee, args),
+            ExprKind::Table(entries) => {
+                for (key, value) in entries {
+                    self.expr(key);
+                    let value = self.expr(value);
+                    let place = match &key.kind {
+                        ExprKind::Str(name) => Place::Field(name.clone()),
+                        _ => Place::Element,
+                    };
+                    let place = self.arities.place(place);
+                    self.flow(Some(place), value);
+                }
+                return None;
+            }
+            ExprKind::Unary { operand, .. } => {
+                self.expr(operand);
+                return None;
+            }
+            ExprKind::Binary { left, right, .. } => {
+                self.expr(left);
+                self.expr(right);
+                return None;
+            }
+            ExprKind::Nil
+            | ExprKind::Int(_)
+            | ExprKind::Float(_)
+            | ExprKind::Str(_)
+            | ExprKind::SelfValue
+            | ExprKind::Error => return None,
+        };
+        Some(self.arities.place(place))
+    }
+
+    fn call(&mut self, callee: &Expr, args: &[Expr]) -> Option<Class> {
+        let class = self.expr(callee);
+        if let Some(class) = class {
+            self.arities.called(class, args.len());
+        }
+        for (index, arg) in args.iter().enumerate() {
+            let argument = self.expr(arg);
+            let (Some(callee_class), Some(argument)) = (class, argument) else { continue };
+            if let Some(count) = callback(callee, index, self.names) {
+                self.callbacks.push(Callback { callee: callee_class, argument, count });
+            }
+            let parameter = self.arities.parameter(callee_class, index);
+            self.arities.merge(parameter, argument);
+        }
+        class.map(|class| self.arities.result(class))
+    }
+}
+
+/// With how many arguments a built-in function calls its argument `index`.
+fn callback(callee: &Expr, index: usize, names: &Names) -> Option<usize> {
+    let (name, first, extra) = match &callee.kind {
+        // `foreach(t, f)`: f(key, value)
+        ExprKind::Name(id) => (names.text(*id), 1, 0),
+        // `neighbors.foreach(f)`: f(id, data)
+        ExprKind::Field { object, key, .. } if is_neighbors(object, names) => (key.as_str(), 0, 0),
+        // `v.foreach(f)` of a stigmergy: f(key, value, robot)
+        ExprKind::Field { key, .. } => (key.as_str(), 0, 1),
+        _ => return None,
+    };
+    match (name, index) {
+        ("foreach" | "map" | "filter", _) if index == first => Some(2 + extra),
+        ("reduce", _) if index == first => Some(3 + extra),
+        ("listen", 1) | ("onconflict", 0) => Some(3),
+        ("onconflictlost", 0) => Some(2),
+        ("exec", 0) => Some(0),
+        _ => None,
+    }
+}
+
+/// `neighbors`, or what one of its functions returns.
+fn is_neighbors(expr: &Expr, names: &Names) -> bool {
+    match &expr.kind {
+        ExprKind::Name(id) => names.text(*id) == "neighbors",
+        ExprKind::Field { object, .. } => is_neighbors(object, names),
+        ExprKind::Call { callee, .. } => is_neighbors(callee, names),
+        _ => false,
+    }
+}

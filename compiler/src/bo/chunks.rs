@@ -1,0 +1,150 @@
+//! The parts of a program: registration of the named functions, global code, one chunk per function and lambda.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use crate::bo::error::{BoError, Cause};
+use crate::bo::instruction::Action;
+use crate::bo::read::Bo;
+
+/// The code of a function.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Chunk {
+    /// Its instructions, without the `done` or `ret0` at the end.
+    pub code: Range<usize>,
+    /// The chunk whose code creates this lambda; `None` for the global code and named functions.
+    pub creator: Option<usize>,
+}
+
+/// A named function.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Registration {
+    /// Number of the string that names it.
+    pub name: usize,
+    /// The instruction that pushes the name.
+    pub at: usize,
+    /// Number of its chunk.
+    pub chunk: usize,
+}
+
+/// The parts of a program.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Chunks {
+    /// Named functions, in order; of two with one name the last one counts.
+    pub registrations: Vec<Registration>,
+    /// Number 0 is the global code; the others follow in the order of the file, so a lambda follows its creator.
+    pub chunks: Vec<Chunk>,
+    /// Number of the chunk that starts at an instruction.
+    starts: BTreeMap<usize, usize>,
+}
+
+impl Chunks {
+    /// Finds the parts.
+    pub fn find(bo: &Bo) -> Result<Chunks, BoError> {
+        let (registered, global) = registrations(bo)?;
+        let mut starts = BTreeMap::from([(global, 0)]);
+        for &(_, at, start) in &registered {
+            if starts.insert(start, 0).is_some() {
+                return Err(bo.error(at, Cause::SharedFunction));
+            }
+        }
+        let mut creations = BTreeMap::new();
+        for at in global..bo.code.len() {
+            match bo.action(at) {
+                Action::PushL(start) => {
+                    if starts.insert(start, 0).is_some() {
+                        return Err(bo.error(at, Cause::SharedFunction));
+                    }
+                    creations.insert(start, at);
+                }
+                Action::PushCn(_) => return Err(bo.error(at, Cause::MisplacedFunction)),
+                _ => {}
+            }
+        }
+        let mut bounds: Vec<usize> = Vec::with_capacity(starts.len());
+        for (number, (start, slot)) in starts.iter_mut().enumerate() {
+            *slot = number;
+            bounds.push(*start);
+        }
+        if let Some(early) = bounds.first().filter(|first| **first < global) {
+            return Err(bo.error(*early, Cause::FunctionInGlobalCode));
+        }
+        bounds.push(bo.code.len());
+        let mut chunks = Vec::with_capacity(bounds.len());
+        for (number, bound) in bounds.windows(2).enumerate() {
+            let &[start, end] = bound else { continue };
+            let creator = match creations.get(&start) {
+                None => None,
+                Some(at) => Some(creator(bo, &bounds, number, *at)?),
+            };
+            chunks.push(Chunk { code: start..body_end(bo, number, start, end)?, creator });
+        }
+        let chunk = |start| starts.get(&start).copied().unwrap_or(0);
+        let registrations = registered
+            .into_iter()
+            .map(|(name, at, start)| Registration { name, at, chunk: chunk(start) })
+            .collect();
+        Ok(Chunks { registrations, chunks, starts })
+    }
+
+    /// Where a chunk starts.
+    pub fn start(&self, number: usize) -> usize {
+        self.chunks.get(number).map_or(0, |chunk| chunk.code.start)
+    }
+
+    /// The `done` or `ret0` at the end of a chunk.
+    pub fn end(&self, number: usize) -> usize {
+        self.chunks.get(number).map_or(0, |chunk| chunk.code.end)
+    }
+
+    /// The chunk that starts at an instruction.
+    pub fn starting_at(&self, at: usize) -> Option<usize> {
+        self.starts.get(&at).copied()
+    }
+}
+
+/// Name, place and start of each named function, and where the global code starts.
+#[allow(clippy::type_complexity, reason = "the three numbers are taken apart at once")]
+fn registrations(bo: &Bo) -> Result<(Vec<(usize, usize, usize)>, usize), BoError> {
+    let mut found = Vec::new();
+    let mut at = 0;
+    while bo.action(at) != Action::Nop {
+        match (bo.action(at), bo.action(at + 1), bo.action(at + 2)) {
+            (Action::PushS(name), Action::PushCn(start), Action::Gstore) => {
+                found.push((name, at, start))
+            }
+            _ => return Err(bo.error(at, Cause::NoRegistrationEnd)),
+        }
+        at += 3;
+    }
+    if at >= bo.code.len() {
+        return Err(bo.error(at, Cause::NoRegistrationEnd));
+    }
+    Ok((found, at + 1))
+}
+
+/// The chunk that holds the place where lambda `number` is created.
+fn creator(bo: &Bo, bounds: &[usize], number: usize, at: usize) -> Result<usize, BoError> {
+    let creator = bounds.partition_point(|start| *start <= at).saturating_sub(1);
+    if creator < number { Ok(creator) } else { Err(bo.error(at, Cause::LambdaBeforeCreator)) }
+}
+
+/// Where the code of a chunk ends: before the instruction that ends every chunk of its kind.
+fn body_end(bo: &Bo, number: usize, start: usize, end: usize) -> Result<usize, BoError> {
+    // Of a script without any statement the compiler leaves out the `done`.
+    if number == 0 && start == bo.code.len() {
+        return Ok(start);
+    }
+    let last = end.saturating_sub(1).max(start);
+    let (ending, cause) = match number {
+        0 => (Action::Done, Cause::MisplacedDone),
+        _ => (Action::Ret0, Cause::NoReturn),
+    };
+    if end == start || bo.action(last) != ending {
+        return Err(bo.error(last, cause));
+    }
+    match (start..last).find(|at| bo.action(*at) == Action::Done) {
+        Some(at) => Err(bo.error(at, Cause::MisplacedDone)),
+        None => Ok(last),
+    }
+}

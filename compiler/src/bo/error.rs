@@ -1,0 +1,216 @@
+//! Why a `.bo` file cannot be imported.
+
+use std::collections::BTreeSet;
+use std::fmt;
+
+use crate::codegen::asm::MAX_PARAMETERS;
+
+/// Why and where.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BoError {
+    /// Offset in the file.
+    pub offset: usize,
+    /// The cause.
+    pub cause: Cause,
+}
+
+/// What is wrong with a `.bo` file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Cause {
+    // The file.
+    /// It is too short for the number of strings.
+    NoStringCount,
+    /// It ends inside this string.
+    StringCut(usize),
+    /// This string is not UTF-8.
+    StringNotUtf8(usize),
+    /// There is no instruction with this opcode.
+    UnknownOpcode(u8),
+    /// It ends inside the argument of this instruction.
+    ArgumentCut(&'static str),
+    /// There is no string of this number.
+    UnknownString(i32),
+    /// No instruction starts at the offset that this one leads to.
+    UnknownAddress(i32),
+    /// A number or count of locals is negative.
+    NegativeLocal(i32),
+
+    // The parts of the program: only code that the Buzz compiler did not make has these.
+    /// The registration of named functions does not end with `nop`.
+    NoRegistrationEnd,
+    /// The global code does not end with `done`, or `done` stands elsewhere.
+    MisplacedDone,
+    /// A function does not end with `ret0`.
+    NoReturn,
+    /// A function starts inside the global code.
+    FunctionInGlobalCode,
+    /// A function or lambda is made in more than one place.
+    SharedFunction,
+    /// A lambda stands before the function that creates it.
+    LambdaBeforeCreator,
+    /// A named function is made outside the registration.
+    MisplacedFunction,
+    /// Native functions by number, which differ from machine to machine.
+    NativeFunction,
+    /// A swarm call.
+    SwarmCall,
+
+    // The operand stack.
+    /// An instruction takes a value that is not there.
+    StackEmpty,
+    /// A statement ends with values left on the stack.
+    StackNotEmpty,
+    /// A copy made by `dup` is neither the table of a method call nor of a table literal.
+    StrayCopy,
+    /// The name of a global is computed.
+    ComputedName,
+    /// The name of a global is no identifier.
+    NotAnIdentifier,
+    /// The key of a table literal's field is computed.
+    ComputedField,
+    /// `pop` drops something other than the result of a call.
+    DroppedValue,
+    /// The number of arguments of a call is computed.
+    ComputedArgumentCount,
+    /// A method is called without its table.
+    MethodWithoutTable,
+    /// A table is given to a call of a plain function.
+    SelfOfPlainCall,
+
+    // Jumps.
+    /// A jump that belongs to no `if`, `while` or `for`.
+    StrayJump,
+
+    // Local variables.
+    /// A local variable in the global code.
+    LocalInGlobalCode,
+    /// `self` is assigned.
+    SelfAssigned,
+    /// A local is used that does not exist there, or more are removed than were made.
+    InconsistentLocals,
+    /// What a lambda in this function takes for its own parameters depends on how many the function has, which the
+    /// file does not tell; its calls pass these numbers of arguments.
+    UnknownParameters(BTreeSet<usize>),
+
+    /// A function has more parameters than an image can name.
+    TooManyParameters,
+    /// Statements, expressions or lambdas are nested too deep.
+    TooDeep,
+}
+
+impl Cause {
+    /// Whether the file may be sound but cannot come from the Buzz compiler.
+    fn is_foreign(&self) -> bool {
+        match self {
+            Cause::NoStringCount
+            | Cause::StringCut(_)
+            | Cause::StringNotUtf8(_)
+            | Cause::UnknownOpcode(_)
+            | Cause::ArgumentCut(_)
+            | Cause::UnknownString(_)
+            | Cause::UnknownAddress(_)
+            | Cause::NegativeLocal(_)
+            | Cause::LocalInGlobalCode
+            | Cause::SelfAssigned
+            | Cause::UnknownParameters(_)
+            | Cause::TooManyParameters
+            | Cause::TooDeep => false,
+            Cause::NoRegistrationEnd
+            | Cause::MisplacedDone
+            | Cause::NoReturn
+            | Cause::FunctionInGlobalCode
+            | Cause::SharedFunction
+            | Cause::LambdaBeforeCreator
+            | Cause::MisplacedFunction
+            | Cause::NativeFunction
+            | Cause::SwarmCall
+            | Cause::StackEmpty
+            | Cause::StackNotEmpty
+            | Cause::StrayCopy
+            | Cause::ComputedName
+            | Cause::NotAnIdentifier
+            | Cause::ComputedField
+            | Cause::DroppedValue
+            | Cause::ComputedArgumentCount
+            | Cause::MethodWithoutTable
+            | Cause::SelfOfPlainCall
+            | Cause::StrayJump
+            | Cause::InconsistentLocals => true,
+        }
+    }
+}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.is_foreign() {
+            f.write_str("not produced by the Buzz compiler: ")?;
+        }
+        match self {
+            Cause::NoStringCount => f.write_str("too short to be a Buzz object file"),
+            Cause::StringCut(number) => write!(f, "the file ends inside string {number}"),
+            Cause::StringNotUtf8(number) => {
+                write!(f, "string {number} is not UTF-8; save the script as UTF-8 and compile it again")
+            }
+            Cause::UnknownOpcode(byte) => write!(f, "no instruction has the opcode {byte}"),
+            Cause::ArgumentCut(name) => write!(f, "the file ends inside the argument of `{name}`"),
+            Cause::UnknownString(number) => write!(f, "there is no string {number}"),
+            Cause::UnknownAddress(to) => write!(f, "no instruction starts at offset {to}"),
+            Cause::NegativeLocal(number) => write!(f, "{number} is no number of a local variable"),
+            Cause::NoRegistrationEnd => {
+                f.write_str("the registration of named functions is incomplete")
+            }
+            Cause::MisplacedDone => f.write_str("the global code does not end with its only `done`"),
+            Cause::NoReturn => f.write_str("a function does not end with `ret0`"),
+            Cause::FunctionInGlobalCode => f.write_str("a function starts inside the global code"),
+            Cause::SharedFunction => f.write_str("one function is made in two places"),
+            Cause::LambdaBeforeCreator => {
+                f.write_str("a lambda stands before the function that creates it")
+            }
+            Cause::MisplacedFunction => {
+                f.write_str("a named function is made outside the registration")
+            }
+            Cause::NativeFunction => f.write_str("it names a native function by its number"),
+            Cause::SwarmCall => f.write_str("it makes a swarm call"),
+            Cause::StackEmpty => f.write_str("this instruction takes a value that is not there"),
+            Cause::StackNotEmpty => f.write_str("a statement leaves values on the stack"),
+            Cause::StrayCopy => f.write_str("a copied value is used otherwise than as a table"),
+            Cause::ComputedName => f.write_str("the name of a global variable is computed"),
+            Cause::NotAnIdentifier => f.write_str("the name of a global variable is no identifier"),
+            Cause::ComputedField => f.write_str("the key of a field in a table literal is computed"),
+            Cause::DroppedValue => f.write_str("a value that comes from no call is dropped"),
+            Cause::ComputedArgumentCount => f.write_str("the number of arguments is computed"),
+            Cause::MethodWithoutTable => f.write_str("a method is called without its table"),
+            Cause::SelfOfPlainCall => f.write_str("a plain call is given a table as self"),
+            Cause::StrayJump => f.write_str("this jump belongs to no `if`, `while` or `for`"),
+            Cause::LocalInGlobalCode => f.write_str(
+                "`var` in a block of the global code: Buzz itself crashes here; compile the script instead of \
+                 the .bo file",
+            ),
+            Cause::SelfAssigned => f.write_str("`self` is assigned"),
+            Cause::InconsistentLocals => {
+                f.write_str("no number of parameters fits the local variables of this function")
+            }
+            Cause::UnknownParameters(counts) => {
+                let counts: Vec<String> = counts.iter().map(usize::to_string).collect();
+                write!(
+                    f,
+                    "a .bo file does not say how many parameters a function has; this one creates a function that \
+                     depends on it, and is called with {} arguments; compile the script instead of the .bo file",
+                    counts.join(" and ")
+                )
+            }
+            Cause::TooManyParameters => {
+                write!(f, "a function can have at most {MAX_PARAMETERS} parameters")
+            }
+            Cause::TooDeep => f.write_str("this is nested too deep"),
+        }
+    }
+}
+
+impl fmt::Display for BoError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} (offset {})", self.cause, self.offset)
+    }
+}
+
+impl std::error::Error for BoError {}

@@ -1,0 +1,177 @@
+//! Buzz object files (`.bo`), as the compiler of the reference implementation writes them, to the same image as from
+//! source.
+//!
+//! That compiler does not optimise: from its instructions the statements of the script can be read again, but for names
+//! of locals and numbers of parameters. [`import`] makes a syntax tree of them and compiles it like any other; so
+//! everything that checks and code generator know about a script holds for a `.bo` file, too. Code of other origin is
+//! refused rather than guessed at.
+//!
+//! # Steps
+//! | | |
+//! |---|---|
+//! | [`read`] | bytes to instructions |
+//! | `chunks` | instructions to global code, functions and lambdas |
+//! | `structure`, `stack` | instructions of each to statements and expressions |
+//! | `locals`, `arity` | how many parameters each function has |
+//! | `script` | all that to a syntax tree |
+//!
+//! # What differs from the script
+//! * `land` and `lor` evaluate both sides, as they always did in Buzz.
+//! * The script hash covers the bytes of the file, so robots with the image of the script and of the `.bo` file do not
+//!   talk to each other.
+//! * Places in diagnostics and symbols are lines of the [`listing`]; with the `.bdb` file beside it, symbols name
+//!   lines of the script.
+
+mod arity;
+mod chunks;
+pub mod debug;
+pub mod error;
+pub mod instruction;
+pub mod listing;
+mod locals;
+mod names;
+pub mod read;
+mod script;
+mod stack;
+mod structure;
+
+use std::fmt;
+use std::path::Path;
+
+use crate::codes::Code;
+use crate::compile::{Compiled, Options, compile_parsed};
+use crate::parser::Parsed;
+use crate::source::SourceMap;
+use crate::symbols::{Place, Symbols};
+use debug::{DebugError, DebugInfo};
+use error::BoError;
+use listing::Listing;
+use read::Bo;
+
+/// What comes of a `.bo` file.
+#[derive(Debug, Clone)]
+pub struct Imported {
+    /// As of a script. Its source is the listing.
+    pub compiled: Compiled,
+    /// What is to be said about the file itself.
+    pub warnings: Vec<Warning>,
+}
+
+/// What is wrong with a `.bo` file that can be run all the same.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Warning {
+    /// The debug file is of no use.
+    Debug(DebugError),
+    /// The lambda at this offset, created in a block of the global code, names local 0. That is `self`, but where the
+    /// block has braces the Buzz compiler means the first parameter.
+    TopLevelLambda(usize),
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Warning::Debug(error) => error.fmt(f),
+            Warning::TopLevelLambda(offset) => write!(
+                f,
+                "the function at offset {offset} may find nil instead of its first argument: in a block of the \
+                 global code the Buzz compiler numbers parameters wrongly; compile the script instead of the .bo file"
+            ),
+        }
+    }
+}
+
+/// Makes an image of the `.bo` file at `path`; `debug` is the `.bdb` file beside it.
+pub fn import(
+    path: &Path,
+    bytes: &[u8],
+    debug: Option<&[u8]>,
+    options: &Options,
+) -> Result<Imported, BoError> {
+    let bo = Bo::read(bytes)?;
+    let listing = Listing::new(&bo);
+    let recovered = script::recover(&bo, &listing)?;
+    let doubtful = recovered.doubtful_lambdas.iter();
+    let mut warnings: Vec<Warning> =
+        doubtful.map(|start| Warning::TopLevelLambda(bo.offset(*start))).collect();
+    let debug = debug.and_then(|bytes| {
+        DebugInfo::read(bytes, &bo).map_err(|error| warnings.push(Warning::Debug(error))).ok()
+    });
+    let mut sources = SourceMap::default();
+    sources.add(path, listing.text.clone());
+    let mut compiled = compile_parsed(
+        Parsed {
+            script: recovered.script,
+            sources,
+            diagnostics: Vec::new(),
+            token_hash: fnv1a(bytes),
+            strings: recovered.strings,
+        },
+        options,
+    );
+    // A parameter that a function does not use is not seen, so this may not be true.
+    compiled.diagnostics.retain(|diagnostic| diagnostic.code != Code::ExtraArguments);
+    if let Some(debug) = debug {
+        let script = ScriptPlaces { bo: &bo, debug };
+        for diagnostic in &mut compiled.diagnostics {
+            if let Some(text) = script.text(listing.instruction(diagnostic.span)) {
+                let separator = if diagnostic.label.is_empty() { "" } else { " " };
+                diagnostic.label.push_str(&format!("{separator}({text})"));
+            }
+        }
+        if let Some(symbols) = &mut compiled.symbols {
+            script.translate(symbols);
+        }
+    }
+    Ok(Imported { compiled, warnings })
+}
+
+/// The text of a `.bo` file, one line per instruction: `OFFSET: mnemonic argument`.
+pub fn disassemble(bytes: &[u8]) -> Result<String, BoError> {
+    Ok(Listing::new(&Bo::read(bytes)?).text)
+}
+
+/// Places in the script instead of lines of the listing.
+struct ScriptPlaces<'a> {
+    bo: &'a Bo,
+    debug: DebugInfo,
+}
+
+impl ScriptPlaces<'_> {
+    /// The place that instruction number `at` comes from.
+    fn text(&self, at: usize) -> Option<String> {
+        let place = self.debug.place(self.bo.offset(at))?;
+        let file = self.debug.files.get(place.file)?;
+        Some(format!("{file}:{}:{}", place.line, place.column))
+    }
+
+    fn translate(&self, symbols: &mut Symbols) {
+        let first = symbols.files.len() as u32;
+        let listing = symbols.files.first().cloned().unwrap_or_default();
+        symbols.files.extend(self.debug.files.iter().cloned());
+        for entry in &mut symbols.lines {
+            // Line 1 is instruction 0.
+            let at = entry.place.line.saturating_sub(1) as usize;
+            if let Some(place) = self.debug.place(self.bo.offset(at)) {
+                let (line, column) = (place.line, place.column);
+                let file = first + place.file as u32;
+                entry.place = Place { file, line, column, end_line: line, end_column: column };
+            }
+        }
+        for function in &mut symbols.functions {
+            let line = function.name.strip_prefix("lambda at ").and_then(|place| {
+                place.strip_prefix(&listing)?.strip_prefix(':')?.parse::<usize>().ok()
+            });
+            if let Some(at) = line.and_then(|line| line.checked_sub(1))
+                && let Some(place) = self.debug.place(self.bo.offset(at))
+                && let Some(file) = self.debug.files.get(place.file)
+            {
+                function.name = format!("lambda at {file}:{}", place.line);
+            }
+        }
+    }
+}
+
+/// The 32-bit FNV-1a hash.
+fn fnv1a(bytes: &[u8]) -> u32 {
+    bytes.iter().fold(0x811c_9dc5, |hash, byte| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193))
+}

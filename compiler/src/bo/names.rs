@@ -1,0 +1,54 @@
+//! The global names of a program, numbered.
+
+use std::collections::HashMap;
+
+use crate::bo::error::Cause;
+use crate::check::tree::NameId;
+
+/// A global name.
+#[derive(Debug, Default)]
+pub struct GlobalName {
+    /// The name.
+    pub text: String,
+    /// Whether any code reads it.
+    pub is_read: bool,
+    /// Chunks of the named functions of that name; the last one counts.
+    pub functions: Vec<usize>,
+}
+
+/// Every global name.
+#[derive(Debug, Default)]
+pub struct Names {
+    names: Vec<GlobalName>,
+    numbers: HashMap<String, NameId>,
+}
+
+impl Names {
+    /// The entry of a name, made if there is none yet.
+    pub fn entry(&mut self, text: &str) -> (NameId, &mut GlobalName) {
+        let next = NameId(self.names.len());
+        let id = *self.numbers.entry(text.to_owned()).or_insert(next);
+        if id == next {
+            self.names.push(GlobalName { text: text.to_owned(), ..GlobalName::default() });
+        }
+        (id, &mut self.names[id.0])
+    }
+
+    /// The text of a name.
+    pub fn text(&self, id: NameId) -> &str {
+        self.names.get(id.0).map_or("", |name| &name.text)
+    }
+
+    /// All of them.
+    pub fn iter(&self) -> impl Iterator<Item = (NameId, &GlobalName)> {
+        self.names.iter().enumerate().map(|(number, name)| (NameId(number), name))
+    }
+}
+
+/// Whether a script could use the text as a name.
+pub fn check_name(text: &str) -> Result<(), Cause> {
+    let mut characters = text.chars();
+    let is_identifier = characters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
+        && characters.all(|c| c.is_ascii_alphanumeric() || c == '_');
+    if is_identifier { Ok(()) } else { Err(Cause::NotAnIdentifier) }
+}

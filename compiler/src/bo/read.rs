@@ -1,0 +1,134 @@
+//! Reads a `.bo` file: number of strings, strings, instructions; all integers little-endian.
+
+use crate::bo::error::{BoError, Cause};
+use crate::bo::instruction::{Action, Form, Instruction, TABLE};
+
+/// A `.bo` file of which every number is sound. What its instructions do together is not checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bo {
+    /// Strings by number.
+    pub strings: Vec<String>,
+    /// Instructions in the order of the file.
+    pub code: Vec<Instruction>,
+    /// Length of the file.
+    pub length: usize,
+}
+
+impl Bo {
+    /// Reads a file.
+    pub fn read(bytes: &[u8]) -> Result<Bo, BoError> {
+        let mut reader = Reader { bytes, at: 0 };
+        let strings = reader.strings()?;
+        let raw = reader.instructions()?;
+        let mut code = Vec::with_capacity(raw.len());
+        for &Raw { offset, mnemonic, form, argument } in &raw {
+            let fail = |cause| Err(BoError { offset, cause });
+            let number = argument as i32;
+            let action = match form {
+                Form::Plain(action) => action,
+                Form::Float(make) => make(f32::from_bits(argument)),
+                Form::Int(make) => make(number),
+                Form::String(make) => match usize::try_from(number) {
+                    Ok(string) if string < strings.len() => make(string),
+                    _ => return fail(Cause::UnknownString(number)),
+                },
+                Form::Locals(make) => match u32::try_from(number) {
+                    Ok(locals) => make(locals),
+                    Err(_) => return fail(Cause::NegativeLocal(number)),
+                },
+                Form::Address(make) => {
+                    let to = usize::try_from(number).ok();
+                    match to.and_then(|to| raw.binary_search_by_key(&to, |raw| raw.offset).ok()) {
+                        Some(index) => make(index),
+                        None => return fail(Cause::UnknownAddress(number)),
+                    }
+                }
+            };
+            code.push(Instruction { offset, mnemonic, action });
+        }
+        Ok(Bo { strings, code, length: bytes.len() })
+    }
+
+    /// The action at a place; behind the last instruction nothing happens.
+    pub fn action(&self, at: usize) -> Action {
+        self.code.get(at).map_or(Action::Nop, |instruction| instruction.action)
+    }
+
+    /// Offset of an instruction; the length of the file behind the last one.
+    pub fn offset(&self, at: usize) -> usize {
+        self.code.get(at).map_or(self.length, |instruction| instruction.offset)
+    }
+
+    /// An error at an instruction.
+    pub fn error(&self, at: usize, cause: Cause) -> BoError {
+        BoError { offset: self.offset(at), cause }
+    }
+
+    /// The text of a string.
+    pub fn string(&self, number: usize) -> &str {
+        self.strings.get(number).map_or("", String::as_str)
+    }
+}
+
+/// An instruction before addresses are resolved.
+#[derive(Clone, Copy)]
+struct Raw {
+    offset: usize,
+    mnemonic: &'static str,
+    form: Form,
+    argument: u32,
+}
+
+struct Reader<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl Reader<'_> {
+    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let taken = self.bytes.get(self.at..)?.first_chunk::<N>()?;
+        self.at += N;
+        Some(*taken)
+    }
+
+    fn strings(&mut self) -> Result<Vec<String>, BoError> {
+        let count = self
+            .take()
+            .map(u16::from_le_bytes)
+            .ok_or(BoError { offset: 0, cause: Cause::NoStringCount })?;
+        let mut strings = Vec::with_capacity(usize::from(count));
+        for number in 0..usize::from(count) {
+            let offset = self.at;
+            let rest = self.bytes.get(offset..).unwrap_or_default();
+            let Some(length) = rest.iter().position(|byte| *byte == 0) else {
+                return Err(BoError { offset, cause: Cause::StringCut(number) });
+            };
+            let text = rest.get(..length).unwrap_or_default();
+            let Ok(text) = std::str::from_utf8(text) else {
+                return Err(BoError { offset, cause: Cause::StringNotUtf8(number) });
+            };
+            strings.push(text.to_owned());
+            self.at += length + 1;
+        }
+        Ok(strings)
+    }
+
+    fn instructions(&mut self) -> Result<Vec<Raw>, BoError> {
+        let mut raw = Vec::new();
+        loop {
+            let offset = self.at;
+            let Some([opcode]) = self.take() else { return Ok(raw) };
+            let Some(&(mnemonic, form)) = TABLE.get(usize::from(opcode)) else {
+                return Err(BoError { offset, cause: Cause::UnknownOpcode(opcode) });
+            };
+            let argument = match form {
+                Form::Plain(_) => 0,
+                _ => self
+                    .take()
+                    .map(u32::from_le_bytes)
+                    .ok_or(BoError { offset, cause: Cause::ArgumentCut(mnemonic) })?,
+            };
+            raw.push(Raw { offset, mnemonic, form, argument });
+        }
+    }
+}

@@ -1,0 +1,366 @@
+//! From the statements of all chunks to the syntax tree of a script that means the same.
+//!
+//! Locals get their numbers as names. A lambda numbers its creator's locals as the creator does, so resolving the names
+//! finds what it captures.
+
+use std::collections::BTreeSet;
+
+use crate::ast::{
+    Block, Expr, ExprKind, FieldKey, Function, Ident, Script, Stmt, StmtKind, TableField,
+};
+use crate::bo::arity::Arities;
+use crate::bo::chunks::Chunks;
+use crate::bo::error::{BoError, Cause};
+use crate::bo::listing::Listing;
+use crate::bo::locals::{Parameters, parameters};
+use crate::bo::names::{Names, check_name};
+use crate::bo::read::Bo;
+use crate::bo::structure::{Node, Outline, outlines};
+use crate::check::tree;
+use crate::codegen::ENTRIES;
+use crate::codegen::asm::MAX_PARAMETERS;
+
+/// A script made of a `.bo` file.
+#[derive(Debug)]
+pub struct Recovered {
+    /// The script. Its spans are lines of the listing.
+    pub script: Script,
+    /// Its string literals and names of fields.
+    pub strings: BTreeSet<String>,
+    /// Lambdas of the global code that stand in a block and name local 0, by their first instruction.
+    pub doubtful_lambdas: Vec<usize>,
+}
+
+/// Makes the script.
+pub fn recover(bo: &Bo, listing: &Listing) -> Result<Recovered, BoError> {
+    let chunks = Chunks::find(bo)?;
+    let mut names = Names::default();
+    for registration in &chunks.registrations {
+        let text = bo.string(registration.name);
+        check_name(text).map_err(|cause| bo.error(registration.at, cause))?;
+        if text == "self" {
+            return Err(bo.error(registration.at, Cause::SelfAssigned));
+        }
+        names.entry(text).1.functions.push(registration.chunk);
+    }
+    let outlines = outlines(bo, listing, &chunks, &mut names)?;
+    // Lambdas of the global code capture nothing, so their parameters start where those of named functions do.
+    let starts_at_1 = |number: usize| {
+        chunks.chunks.get(number).is_some_and(|chunk| chunk.creator.unwrap_or(0) == 0)
+    };
+    let arities = Arities::new(&outlines, &names, &ENTRIES, starts_at_1);
+    let mut builder = Builder {
+        bo,
+        listing,
+        chunks: &chunks,
+        outlines: &outlines,
+        names: &names,
+        arities,
+        strings: BTreeSet::new(),
+        live: 1,
+    };
+    let mut stmts = Vec::new();
+    for registration in &chunks.registrations {
+        let name = Ident {
+            name: bo.string(registration.name).to_owned(),
+            span: listing.span(registration.at),
+        };
+        let function = builder.function(registration.chunk)?;
+        let span = function.span;
+        stmts.push(Stmt { kind: StmtKind::Function { name, function }, span });
+    }
+    let global = outlines.first().map_or(&[][..], |outline| &outline.nodes);
+    stmts.extend(builder.block(global)?.0);
+    let strings = builder.strings;
+    let of_global_code = outlines.first().into_iter().flat_map(|outline| &outline.lambdas);
+    let doubtful = of_global_code.filter(|(chunk, in_block)| {
+        *in_block && outlines.get(*chunk).is_some_and(|outline| outline.names_self)
+    });
+    let doubtful_lambdas = doubtful.map(|(chunk, _)| chunks.start(*chunk)).collect();
+    Ok(Recovered { script: Script { stmts }, strings, doubtful_lambdas })
+}
+
+struct Builder<'a> {
+    bo: &'a Bo,
+    listing: &'a Listing,
+    chunks: &'a Chunks,
+    outlines: &'a [Outline],
+    names: &'a Names,
+    arities: Arities,
+    strings: BTreeSet<String>,
+    /// How many locals exist at this place, `self` and those of the creators included.
+    live: u32,
+}
+
+/// The name of a local: one that no global can have.
+fn local_name(number: usize) -> String {
+    format!("local {number}")
+}
+
+impl Builder<'_> {
+    /// The function of a chunk that is created here.
+    fn function(&mut self, number: usize) -> Result<Function, BoError> {
+        let outlines = self.outlines;
+        let base = self.live;
+        let start = self.chunks.start(number);
+        let span = self.listing.span(start).to(self.listing.span(self.chunks.end(number)));
+        let nodes = outlines.get(number).map_or(&[][..], |outline| &outline.nodes);
+        let parameters = self.parameters(number, base)?;
+        self.live = base + parameters;
+        let params = (base..self.live)
+            .map(|local| Ident { name: local_name(local as usize), span: self.listing.span(start) })
+            .collect();
+        let (stmts, _) = self.block(nodes)?;
+        self.live = base;
+        Ok(Function { params, body: Block { stmts, span }, span })
+    }
+
+    /// How many parameters a function has.
+    fn parameters(&mut self, number: usize, base: u32) -> Result<u32, BoError> {
+        let start = self.chunks.start(number);
+        let Some(outline) = self.outlines.get(number) else { return Ok(0) };
+        let least = match parameters(outline, base, self.listing) {
+            Parameters::None(at) => return Err(self.bo.error(at, Cause::InconsistentLocals)),
+            Parameters::Exactly(count) | Parameters::AtLeast(count)
+                if count as usize > MAX_PARAMETERS =>
+            {
+                return Err(self.bo.error(start, Cause::TooManyParameters));
+            }
+            Parameters::Exactly(count) => return Ok(count),
+            Parameters::AtLeast(count) => count,
+        };
+        let inner = outline.lambdas.iter().filter_map(|(lambda, _)| self.outlines.get(*lambda));
+        let highest = inner.filter_map(|lambda| lambda.reach.last()).max();
+        if highest.is_none_or(|local| *local < base + least) || self.is_dead(number) {
+            return Ok(least);
+        }
+        let counts = self.arities.counts(number);
+        let possible = counts.iter().filter(|count| **count >= least as usize);
+        match possible.copied().collect::<Vec<_>>().as_slice() {
+            [count] if *count <= MAX_PARAMETERS => Ok(*count as u32),
+            [] if counts.is_empty() => Ok(least),
+            _ => {
+                let cause = Cause::UnknownParameters(counts.clone());
+                Err(self.bo.error(start, cause))
+            }
+        }
+    }
+
+    /// Whether nothing reads the name of a named function.
+    fn is_dead(&self, number: usize) -> bool {
+        let mut names = self.names.iter().filter(|(_, name)| name.functions.contains(&number));
+        names.any(|(_, name)| !name.is_read && !ENTRIES.contains(&name.text.as_str()))
+    }
+
+    /// The statements of a block, and its variables that did not end with it: those of a `var` without braces, which
+    /// belongs to the block around.
+    fn block(&mut self, nodes: &[Node]) -> Result<(Vec<Stmt>, Vec<Ident>), BoError> {
+        let mut stmts = Vec::new();
+        let mut open = Vec::new();
+        for node in nodes {
+            match node {
+                Node::Store { local, value, at } => {
+                    self.store(*local, value, *at, &mut stmts, &mut open)?;
+                }
+                Node::Remove { count, .. } => {
+                    self.live = self.live.saturating_sub(*count);
+                    open.clear();
+                }
+                Node::Assign { target, value, at } => {
+                    let (target, value) = (self.expr(target)?, self.expr(value)?);
+                    stmts.push(self.stmt(StmtKind::Assign { target, value }, *at));
+                }
+                Node::Call { call, at } => {
+                    let call = self.expr(call)?;
+                    stmts.push(self.stmt(StmtKind::Call(call), *at));
+                }
+                Node::Return { value, at } => {
+                    let value = value.as_ref().map(|value| self.expr(value)).transpose()?;
+                    stmts.push(self.stmt(StmtKind::Return { value }, *at));
+                }
+                Node::If { condition, then, otherwise, at } => {
+                    let condition = self.expr(condition)?;
+                    let then = self.inner_block(then, *at, &mut stmts, &mut open)?;
+                    let otherwise = match otherwise.is_empty() {
+                        true => None,
+                        false => Some(self.inner_block(otherwise, *at, &mut stmts, &mut open)?),
+                    };
+                    stmts.push(self.stmt(StmtKind::If { condition, then, otherwise }, *at));
+                }
+                Node::Loop { condition, update, body, at } => {
+                    // The statement before a `for` is its first part; it comes before what the body declares, too.
+                    let is_simple = |stmt: &mut Stmt| {
+                        matches!(stmt.kind, StmtKind::Assign { .. } | StmtKind::Call(_))
+                    };
+                    let init = if update.is_empty() { None } else { stmts.pop_if(is_simple) };
+                    let condition = self.expr(condition)?;
+                    let update = self.inner_block(update, *at, &mut stmts, &mut open)?;
+                    let body = self.inner_block(body, *at, &mut stmts, &mut open)?;
+                    let kind = repeat(init, condition, update, body, &mut stmts);
+                    stmts.push(self.stmt(kind, *at));
+                }
+            }
+        }
+        Ok((stmts, open))
+    }
+
+    fn stmt(&self, kind: StmtKind, at: usize) -> Stmt {
+        Stmt { kind, span: self.listing.span(at) }
+    }
+
+    /// A block inside a statement. Variables that outlive it are declared before the statement.
+    fn inner_block(
+        &mut self,
+        nodes: &[Node],
+        at: usize,
+        outer: &mut Vec<Stmt>,
+        open: &mut Vec<Ident>,
+    ) -> Result<Block, BoError> {
+        let (mut stmts, left) = self.block(nodes)?;
+        for local in left {
+            for stmt in &mut stmts {
+                if let StmtKind::Var { name, value } = &mut stmt.kind
+                    && name.name == local.name
+                {
+                    let span = stmt.span;
+                    let target = Expr { kind: ExprKind::Name(local.name.clone()), span };
+                    let value = value.take().unwrap_or(Expr { kind: ExprKind::Nil, span });
+                    stmt.kind = StmtKind::Assign { target, value };
+                }
+            }
+            outer.push(self.stmt(StmtKind::Var { name: local.clone(), value: None }, at));
+            open.push(local);
+        }
+        Ok(Block { stmts, span: self.listing.span(at) })
+    }
+
+    fn store(
+        &mut self,
+        local: u32,
+        value: &tree::Expr,
+        at: usize,
+        stmts: &mut Vec<Stmt>,
+        open: &mut Vec<Ident>,
+    ) -> Result<(), BoError> {
+        let span = self.listing.span(at);
+        let text = local_name(local as usize);
+        if local >= self.live {
+            let name = Ident { name: text, span };
+            open.push(name.clone());
+            stmts.push(self.stmt(StmtKind::Var { name, value: None }, at));
+            self.live += 1;
+            return Ok(());
+        }
+        let names_itself = self.names_local(value, local);
+        let value = self.expr(value)?;
+        // `var x = value` is written as `var x` and `x = value`, so `value` finds x nil.
+        if let Some(Stmt { kind: StmtKind::Var { name, value: first @ None }, .. }) =
+            stmts.last_mut()
+            && name.name == text
+            && !names_itself
+        {
+            *first = Some(value);
+            return Ok(());
+        }
+        let target = Expr { kind: ExprKind::Name(text), span };
+        stmts.push(self.stmt(StmtKind::Assign { target, value }, at));
+        Ok(())
+    }
+
+    /// Whether an expression, or a lambda in it, names a local.
+    fn names_local(&self, expr: &tree::Expr, number: u32) -> bool {
+        let mut found = match expr.kind {
+            tree::ExprKind::Local(local) => local.0 == number as usize,
+            tree::ExprKind::Lambda(id) => {
+                self.outlines.get(id.0).is_some_and(|lambda| lambda.reach.contains(&number))
+            }
+            _ => false,
+        };
+        tree::children(expr, |child| found |= self.names_local(child, number));
+        found
+    }
+
+    fn expr(&mut self, expr: &tree::Expr) -> Result<Expr, BoError> {
+        let kind = match &expr.kind {
+            tree::ExprKind::Nil | tree::ExprKind::Error => ExprKind::Nil,
+            tree::ExprKind::Int(value) => ExprKind::Int(*value),
+            tree::ExprKind::Float(value) => ExprKind::Float(*value),
+            tree::ExprKind::Str(text) => {
+                self.strings.insert(text.clone());
+                ExprKind::Str(text.clone())
+            }
+            tree::ExprKind::Local(local) => ExprKind::Name(local_name(local.0)),
+            tree::ExprKind::Name(name) => ExprKind::Name(self.names.text(*name).to_owned()),
+            tree::ExprKind::SelfValue => ExprKind::Name("self".to_owned()),
+            tree::ExprKind::Field { object, key, key_span } => {
+                self.strings.insert(key.clone());
+                let key = Ident { name: key.clone(), span: *key_span };
+                ExprKind::Field { object: self.boxed(object)?, key }
+            }
+            tree::ExprKind::Index { object, index } => {
+                ExprKind::Index { object: self.boxed(object)?, index: self.boxed(index)? }
+            }
+            tree::ExprKind::Call { callee, args } => {
+                let callee = self.boxed(callee)?;
+                let args = args.iter().map(|arg| self.expr(arg)).collect::<Result<_, _>>()?;
+                ExprKind::Call { callee, args }
+            }
+            tree::ExprKind::Table(entries) => {
+                let fields = entries.iter().map(|(key, value)| self.field(key, value));
+                ExprKind::Table(fields.collect::<Result<_, _>>()?)
+            }
+            tree::ExprKind::Lambda(id) => ExprKind::Lambda(self.function(id.0)?),
+            tree::ExprKind::Unary { op, operand } => {
+                ExprKind::Unary { op: *op, operand: self.boxed(operand)? }
+            }
+            tree::ExprKind::Binary { op, left, right } => {
+                ExprKind::Binary { op: *op, left: self.boxed(left)?, right: self.boxed(right)? }
+            }
+        };
+        Ok(Expr { kind, span: expr.span })
+    }
+
+    fn boxed(&mut self, expr: &tree::Expr) -> Result<Box<Expr>, BoError> {
+        self.expr(expr).map(Box::new)
+    }
+
+    fn field(&mut self, key: &tree::Expr, value: &tree::Expr) -> Result<TableField, BoError> {
+        let key_span = key.span;
+        let key = match &key.kind {
+            tree::ExprKind::Str(name) => {
+                self.strings.insert(name.clone());
+                FieldKey::Name(name.clone())
+            }
+            tree::ExprKind::Int(number) => FieldKey::Int(*number),
+            tree::ExprKind::Float(number) => FieldKey::Float(*number),
+            _ => {
+                let at = self.listing.instruction(key_span);
+                return Err(self.bo.error(at, Cause::ComputedField));
+            }
+        };
+        Ok(TableField { key, key_span, value: self.expr(value)? })
+    }
+}
+
+/// A loop. What cannot be a `for` becomes a `while` that does the update at the end of its body.
+fn repeat(
+    init: Option<Stmt>,
+    condition: Expr,
+    mut update: Block,
+    mut body: Block,
+    stmts: &mut Vec<Stmt>,
+) -> StmtKind {
+    let is_simple = |stmt: &Stmt| matches!(stmt.kind, StmtKind::Assign { .. } | StmtKind::Call(_));
+    if let Some(init) = init {
+        if let [only] = update.stmts.as_slice()
+            && is_simple(only)
+            && let Some(update) = update.stmts.pop()
+        {
+            let (init, update) = (Box::new(init), Box::new(update));
+            return StmtKind::For { init, condition, update, body };
+        }
+        stmts.push(init);
+    }
+    body.stmts.append(&mut update.stmts);
+    StmtKind::While { condition, body }
+}

@@ -1,0 +1,273 @@
+//! The operand stack while code is read: what each instruction pushes is the expression that it computes.
+//!
+//! The Buzz compiler writes every expression from left to right and leaves the stack empty behind every statement. So
+//! the expression that an instruction takes from the stack is the one that the script had there.
+
+use crate::ast::{BinaryOp, UnaryOp};
+use crate::bo::error::Cause;
+use crate::bo::names::check_name;
+use crate::check::tree::{Expr, ExprKind};
+use crate::codegen::fold::is_truth_value;
+use crate::parser::MAX_NESTING;
+use crate::source::Span;
+
+/// An entry of the stack.
+#[derive(Debug)]
+enum Entry {
+    /// A value.
+    Value(Expr),
+    /// What `dup` made of the table below it.
+    Copy,
+    /// The function found under this key in the table below it.
+    Method(Expr),
+}
+
+/// The stack.
+#[derive(Debug, Default)]
+pub struct Stack {
+    /// Each with the height of its expression.
+    entries: Vec<(Entry, u32)>,
+    /// How many blocks are open: the tree is that much higher.
+    pub depth: u32,
+    /// The height of the tree so far, open blocks included.
+    pub highest: u32,
+}
+
+/// What a table access makes: `t.x` where the key is a string.
+pub fn element(table: Expr, key: Expr, span: Span) -> Expr {
+    let object = Box::new(table);
+    let kind = match key.kind {
+        ExprKind::Str(text) => ExprKind::Field { object, key: text, key_span: key.span },
+        _ => ExprKind::Index { object, index: Box::new(key) },
+    };
+    Expr { kind, span }
+}
+
+impl Stack {
+    /// Whether nothing is on it.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// Nothing may be on it.
+    pub fn expect_empty(&self) -> Result<(), Cause> {
+        if self.is_empty() { Ok(()) } else { Err(Cause::StackNotEmpty) }
+    }
+
+    /// Pushes an expression without parts.
+    pub fn push(&mut self, kind: ExprKind, span: Span) -> Result<(), Cause> {
+        self.push_value(Expr { kind, span }, 1)
+    }
+
+    /// Pushes an expression of that height.
+    pub fn push_value(&mut self, expr: Expr, height: u32) -> Result<(), Cause> {
+        self.check_height(height)?;
+        self.entries.push((Entry::Value(expr), height));
+        Ok(())
+    }
+
+    fn check_height(&mut self, height: u32) -> Result<(), Cause> {
+        self.highest = self.highest.max(height + self.depth);
+        if self.highest > MAX_NESTING { Err(Cause::TooDeep) } else { Ok(()) }
+    }
+
+    /// Enters a block.
+    pub fn open_block(&mut self) -> Result<(), Cause> {
+        self.depth += 1;
+        self.check_height(0)
+    }
+
+    /// Leaves a block.
+    pub fn close_block(&mut self) {
+        self.depth -= 1;
+    }
+
+    /// Takes a value.
+    pub fn pop(&mut self) -> Result<Expr, Cause> {
+        self.pop_with_height().map(|(expr, _)| expr)
+    }
+
+    fn pop_with_height(&mut self) -> Result<(Expr, u32), Cause> {
+        match self.entries.pop() {
+            Some((Entry::Value(expr), height)) => Ok((expr, height)),
+            Some((Entry::Copy, _)) => Err(Cause::StrayCopy),
+            Some((Entry::Method(_), _)) => Err(Cause::MethodWithoutTable),
+            None => Err(Cause::StackEmpty),
+        }
+    }
+
+    /// Takes a string constant: the name of a global.
+    pub fn pop_name(&mut self) -> Result<(String, Span), Cause> {
+        match self.pop()? {
+            Expr { kind: ExprKind::Str(name), span } => {
+                check_name(&name)?;
+                Ok((name, span))
+            }
+            _ => Err(Cause::ComputedName),
+        }
+    }
+
+    /// `dup`
+    pub fn copy(&mut self) -> Result<(), Cause> {
+        match self.entries.last() {
+            Some((Entry::Value(_), _)) => {
+                self.entries.push((Entry::Copy, 0));
+                Ok(())
+            }
+            Some(_) => Err(Cause::StrayCopy),
+            None => Err(Cause::StackEmpty),
+        }
+    }
+
+    /// `tget`
+    pub fn get(&mut self, span: Span) -> Result<(), Cause> {
+        let (key, key_height) = self.pop_with_height()?;
+        if let Some((entry @ Entry::Copy, height)) = self.entries.last_mut() {
+            *entry = Entry::Method(key);
+            *height = key_height;
+            return Ok(());
+        }
+        let (table, height) = self.pop_with_height()?;
+        self.push_value(element(table, key, span), 1 + height.max(key_height))
+    }
+
+    /// `tput`: a field of the table literal below, or the target and value of an assignment.
+    pub fn put(&mut self, span: Span) -> Result<Option<(Expr, Expr)>, Cause> {
+        let (value, value_height) = self.pop_with_height()?;
+        let (key, key_height) = self.pop_with_height()?;
+        let height = 1 + value_height.max(key_height);
+        if !matches!(self.entries.last(), Some((Entry::Copy, _))) {
+            let (table, table_height) = self.pop_with_height()?;
+            self.check_height(height.max(1 + table_height))?;
+            return Ok(Some((element(table, key, span), value)));
+        }
+        self.entries.pop();
+        if !matches!(key.kind, ExprKind::Str(_) | ExprKind::Int(_) | ExprKind::Float(_)) {
+            return Err(Cause::ComputedField);
+        }
+        match self.entries.last_mut() {
+            Some((Entry::Value(Expr { kind: ExprKind::Table(fields), .. }), of_table)) => {
+                fields.push((key, value));
+                *of_table = height.max(*of_table);
+                self.check_height(height).map(|()| None)
+            }
+            _ => Err(Cause::StrayCopy),
+        }
+    }
+
+    /// `callc`
+    pub fn call(&mut self, span: Span) -> Result<(), Cause> {
+        let count = match self.pop()?.kind {
+            ExprKind::Int(count) => {
+                usize::try_from(count).map_err(|_| Cause::ComputedArgumentCount)?
+            }
+            _ => return Err(Cause::ComputedArgumentCount),
+        };
+        if count >= self.entries.len() {
+            return Err(Cause::StackEmpty);
+        }
+        let mut args = Vec::with_capacity(count);
+        let mut height = 0;
+        for _ in 0..count {
+            let (arg, arg_height) = self.pop_with_height()?;
+            args.push(arg);
+            height = height.max(arg_height);
+        }
+        args.reverse();
+        let callee = match self.entries.pop() {
+            Some((Entry::Method(key), key_height)) => {
+                let (table, table_height) = self.pop_with_height()?;
+                height = height.max(1 + key_height.max(table_height));
+                let key_span = key.span;
+                element(table, key, key_span)
+            }
+            Some((Entry::Value(callee), callee_height)) => {
+                let (self_value, _) = self.pop_with_height()?;
+                // With a table access as callee the tree would mean a method call.
+                let is_element =
+                    matches!(callee.kind, ExprKind::Field { .. } | ExprKind::Index { .. });
+                if !matches!(self_value.kind, ExprKind::Nil) || is_element {
+                    return Err(Cause::SelfOfPlainCall);
+                }
+                height = height.max(callee_height);
+                callee
+            }
+            Some((Entry::Copy, _)) => return Err(Cause::StrayCopy),
+            None => return Err(Cause::StackEmpty),
+        };
+        let kind = ExprKind::Call { callee: Box::new(callee), args };
+        self.push_value(Expr { kind, span }, 1 + height)
+    }
+
+    /// An operation on one value.
+    pub fn unary(&mut self, op: UnaryOp, span: Span) -> Result<(), Cause> {
+        let (operand, height) = self.pop_with_height()?;
+        let kind = ExprKind::Unary { op, operand: Box::new(operand) };
+        self.push_value(Expr { kind, span }, 1 + height)
+    }
+
+    /// An operation on two values.
+    pub fn binary(&mut self, op: BinaryOp, span: Span) -> Result<(), Cause> {
+        let (mut right, mut right_height) = self.pop_with_height()?;
+        let (mut left, mut left_height) = self.pop_with_height()?;
+        let mut op = op;
+        if matches!(op, BinaryOp::And | BinaryOp::Or) && !does_nothing(&right) {
+            // `land` and `lor` evaluate their right side always, so it must not be skipped.
+            op = if op == BinaryOp::And { BinaryOp::BitAnd } else { BinaryOp::BitOr };
+            (left, left_height) = truth(left, left_height);
+            (right, right_height) = truth(right, right_height);
+        }
+        let kind = ExprKind::Binary { op, left: Box::new(left), right: Box::new(right) };
+        self.push_value(Expr { kind, span }, 1 + left_height.max(right_height))
+    }
+}
+
+/// Whether it makes no difference that an expression is not evaluated: it has no effect and cannot fault.
+fn does_nothing(expr: &Expr) -> bool {
+    match &expr.kind {
+        ExprKind::Nil
+        | ExprKind::Int(_)
+        | ExprKind::Float(_)
+        | ExprKind::Str(_)
+        | ExprKind::Name(_)
+        | ExprKind::SelfValue => true,
+        ExprKind::Unary { op: UnaryOp::Not, operand } => does_nothing(operand),
+        ExprKind::Binary { op, left, right } => {
+            matches!(op, BinaryOp::And | BinaryOp::Or | BinaryOp::Eq | BinaryOp::NotEq)
+                && does_nothing(left)
+                && does_nothing(right)
+        }
+        // A parameter may be missing.
+        _ => false,
+    }
+}
+
+/// An expression made 0 or 1.
+fn truth(expr: Expr, height: u32) -> (Expr, u32) {
+    let is_truth = match &expr.kind {
+        // What `binary` has made of another `land` or `lor`.
+        ExprKind::Binary { op: BinaryOp::BitAnd | BinaryOp::BitOr, left, right } => {
+            is_made_truth(left) && is_made_truth(right)
+        }
+        _ => is_truth_value(&expr),
+    };
+    if is_truth {
+        return (expr, height);
+    }
+    let span = expr.span;
+    let not = |operand| Expr {
+        kind: ExprKind::Unary { op: UnaryOp::Not, operand: Box::new(operand) },
+        span,
+    };
+    (not(not(expr)), height + 2)
+}
+
+/// Whether an operand of `&` or `|` is 0 or 1, at every depth.
+fn is_made_truth(expr: &Expr) -> bool {
+    match &expr.kind {
+        ExprKind::Binary { op: BinaryOp::BitAnd | BinaryOp::BitOr, left, right } => {
+            is_made_truth(left) && is_made_truth(right)
+        }
+        _ => is_truth_value(expr),
+    }
+}

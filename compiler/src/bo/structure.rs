@@ -1,0 +1,349 @@
+//! From the instructions of a chunk to its statements.
+//!
+//! The Buzz compiler makes these forms, in which every jump has its place:
+//! ```text
+//! if(c) A            c jumpz 1  A  1:
+//! if(c) A else B     c jumpz 1  A jump 2  1: B  2:
+//! while(c) A         1: c jumpz 2  A jump 1  2:
+//! for(i, c, u) A     i  1: c jumpnz 3  jump 4  2: u jump 1  3: A jump 2  4:
+//! ```
+//! Locals stay numbers here, and lambdas the numbers of their chunks.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+use crate::bo::chunks::Chunks;
+use crate::bo::error::{BoError, Cause};
+use crate::bo::instruction::Action;
+use crate::bo::listing::Listing;
+use crate::bo::names::Names;
+use crate::bo::read::Bo;
+use crate::bo::stack::Stack;
+use crate::check::tree::{Expr, ExprKind, FunctionId, LocalId};
+
+/// A statement. Expressions name locals by the numbers of the file.
+#[derive(Debug, Clone)]
+pub enum Node {
+    /// `target = value` for a global or a table element.
+    Assign {
+        /// The global or element.
+        target: Expr,
+        /// The value.
+        value: Expr,
+        /// The instruction.
+        at: usize,
+    },
+    /// `lstore`
+    Store {
+        /// Number of the local.
+        local: u32,
+        /// The value.
+        value: Expr,
+        /// The instruction.
+        at: usize,
+    },
+    /// `lremove`
+    Remove {
+        /// How many locals end.
+        count: u32,
+        /// The instruction.
+        at: usize,
+    },
+    /// A call whose result is dropped.
+    Call {
+        /// The call.
+        call: Expr,
+        /// The instruction.
+        at: usize,
+    },
+    /// `ret0` and `ret1`
+    Return {
+        /// The value.
+        value: Option<Expr>,
+        /// The instruction.
+        at: usize,
+    },
+    /// `if`
+    If {
+        /// The condition.
+        condition: Expr,
+        /// If it is true.
+        then: Vec<Node>,
+        /// If it is false.
+        otherwise: Vec<Node>,
+        /// The jump.
+        at: usize,
+    },
+    /// `while` and `for`
+    Loop {
+        /// The condition.
+        condition: Expr,
+        /// What `for` does after each round; the file has it before the body.
+        update: Vec<Node>,
+        /// The body.
+        body: Vec<Node>,
+        /// The jump.
+        at: usize,
+    },
+}
+
+/// What a chunk does, but for the meaning of its locals.
+#[derive(Debug, Clone, Default)]
+pub struct Outline {
+    /// Its statements.
+    pub nodes: Vec<Node>,
+    /// For every local that it names, 0 aside, whether that starts with `pushnil; lstore`, as a `var` does.
+    pub touched: BTreeMap<u32, bool>,
+    /// Every local that it or a lambda in it names.
+    pub reach: BTreeSet<u32>,
+    /// Whether it names local 0.
+    pub names_self: bool,
+    /// The lambdas that it creates, and whether inside an `if`, `while` or `for`.
+    pub lambdas: Vec<(usize, bool)>,
+    /// Height of its tree, lambdas included.
+    pub height: u32,
+}
+
+/// Reads every chunk.
+pub fn outlines(
+    bo: &Bo,
+    listing: &Listing,
+    chunks: &Chunks,
+    names: &mut Names,
+) -> Result<Vec<Outline>, BoError> {
+    let mut outlines = vec![Outline::default(); chunks.chunks.len()];
+    // Lambdas before the functions that create them, so that their heights are known.
+    for (number, chunk) in chunks.chunks.iter().enumerate().rev() {
+        let mut reader = Reader {
+            bo,
+            listing,
+            chunks,
+            names,
+            outlines: &outlines,
+            is_global: number == 0,
+            stack: Stack::default(),
+            outline: Outline::default(),
+        };
+        reader.outline.nodes = reader.block(chunk.code.clone())?;
+        let mut outline = reader.outline;
+        outline.height = reader.stack.highest;
+        outline.reach.extend(outline.touched.keys());
+        for (lambda, _) in &outline.lambdas {
+            outline.reach.extend(outlines.get(*lambda).into_iter().flat_map(|inner| &inner.reach));
+        }
+        if let Some(slot) = outlines.get_mut(number) {
+            *slot = outline;
+        }
+    }
+    Ok(outlines)
+}
+
+struct Reader<'a> {
+    bo: &'a Bo,
+    listing: &'a Listing,
+    chunks: &'a Chunks,
+    names: &'a mut Names,
+    /// Those of the lambdas are known.
+    outlines: &'a [Outline],
+    is_global: bool,
+    stack: Stack,
+    outline: Outline,
+}
+
+impl Reader<'_> {
+    /// The statements of a range of instructions, which no jump leaves.
+    fn block(&mut self, range: Range<usize>) -> Result<Vec<Node>, BoError> {
+        self.stack.open_block().map_err(|cause| self.bo.error(range.start, cause))?;
+        let mut nodes = Vec::new();
+        let mut at = range.start;
+        // Where the statement begins, which is where a loop jumps back to.
+        let mut begin = at;
+        while at < range.end {
+            let place = at;
+            let fail = |cause| self.bo.error(place, cause);
+            match self.bo.action(at) {
+                Action::Jumpz(to) => {
+                    let condition = self.condition(at)?;
+                    let (node, next) = self.if_or_while(begin..range.end, at, to, condition)?;
+                    nodes.push(node);
+                    at = next;
+                }
+                Action::Jumpnz(to) => {
+                    let condition = self.condition(at)?;
+                    let (node, next) = self.for_loop(begin..range.end, at, to, condition)?;
+                    nodes.push(node);
+                    at = next;
+                }
+                // The end of a `then` before an empty `else`.
+                Action::Jump(to) if to == at + 1 && self.stack.is_empty() => at = to,
+                Action::Jump(_) => return Err(fail(Cause::StrayJump)),
+                action => {
+                    nodes.extend(self.instruction(at, action).map_err(fail)?);
+                    at += 1;
+                }
+            }
+            if self.stack.is_empty() {
+                begin = at;
+            }
+        }
+        self.stack.close_block();
+        self.stack.expect_empty().map_err(|cause| self.bo.error(at.saturating_sub(1), cause))?;
+        Ok(nodes)
+    }
+
+    fn condition(&mut self, at: usize) -> Result<Expr, BoError> {
+        let condition = self.stack.pop().and_then(|condition| {
+            self.stack.expect_empty()?;
+            Ok(condition)
+        });
+        condition.map_err(|cause| self.bo.error(at, cause))
+    }
+
+    /// The statement that starts at `within.start` with a `jumpz` at `at`, and where it ends.
+    fn if_or_while(
+        &mut self,
+        within: Range<usize>,
+        at: usize,
+        to: usize,
+        condition: Expr,
+    ) -> Result<(Node, usize), BoError> {
+        if to <= at || to > within.end {
+            return Err(self.bo.error(at, Cause::StrayJump));
+        }
+        let last = to - 1;
+        match self.bo.action(last) {
+            Action::Jump(back) if last > at && back == within.start => {
+                let body = self.block(at + 1..last)?;
+                Ok((Node::Loop { condition, update: Vec::new(), body, at }, to))
+            }
+            Action::Jump(end) if last > at && end > to => {
+                if end > within.end {
+                    return Err(self.bo.error(last, Cause::StrayJump));
+                }
+                let then = self.block(at + 1..last)?;
+                let otherwise = self.block(to..end)?;
+                Ok((Node::If { condition, then, otherwise, at }, end))
+            }
+            _ => {
+                let then = self.block(at + 1..to)?;
+                Ok((Node::If { condition, then, otherwise: Vec::new(), at }, to))
+            }
+        }
+    }
+
+    /// The loop that starts at `within.start` with a `jumpnz` at `at`, and where it ends.
+    fn for_loop(
+        &mut self,
+        within: Range<usize>,
+        at: usize,
+        to: usize,
+        condition: Expr,
+    ) -> Result<(Node, usize), BoError> {
+        let stray = |at| Err(self.bo.error(at, Cause::StrayJump));
+        let Action::Jump(end) = self.bo.action(at + 1) else { return stray(at) };
+        let first = at + 2;
+        if to <= first || end <= to || end > within.end {
+            return stray(at);
+        }
+        if self.bo.action(to - 1) != Action::Jump(within.start) {
+            return stray(to - 1);
+        }
+        if self.bo.action(end - 1) != Action::Jump(first) {
+            return stray(end - 1);
+        }
+        let update = self.block(first..to - 1)?;
+        let body = self.block(to..end - 1)?;
+        Ok((Node::Loop { condition, update, body, at }, end))
+    }
+
+    /// Any instruction but jumps; gives the statement that it completes.
+    fn instruction(&mut self, at: usize, action: Action) -> Result<Option<Node>, Cause> {
+        let span = self.listing.span(at);
+        let kind = match action {
+            Action::Lload(_) | Action::Lstore(_) | Action::Lremove(_) if self.is_global => {
+                return Err(Cause::LocalInGlobalCode);
+            }
+            Action::Nop => return Ok(None),
+            Action::PushNil => ExprKind::Nil,
+            Action::PushF(value) => ExprKind::Float(f64::from(value)),
+            Action::PushI(value) => ExprKind::Int(i64::from(value)),
+            Action::PushS(number) => ExprKind::Str(self.bo.string(number).to_owned()),
+            Action::PushT => ExprKind::Table(Vec::new()),
+            Action::PushL(start) => {
+                let chunk = self.chunks.starting_at(start).unwrap_or(0);
+                self.outline.lambdas.push((chunk, self.stack.depth > 1));
+                let height = self.outlines.get(chunk).map_or(0, |lambda| lambda.height);
+                let kind = ExprKind::Lambda(FunctionId(chunk));
+                return self.stack.push_value(Expr { kind, span }, 1 + height).map(|()| None);
+            }
+            Action::Lload(0) => {
+                self.outline.names_self = true;
+                ExprKind::SelfValue
+            }
+            Action::Lload(local) => {
+                self.outline.touched.entry(local).or_insert(false);
+                ExprKind::Local(LocalId(local as usize))
+            }
+            Action::Gload => {
+                let (name, span) = self.stack.pop_name()?;
+                // A global that no script can assign here, so it is nil.
+                if name == "self" {
+                    return self.stack.push(ExprKind::Nil, span).map(|()| None);
+                }
+                let (id, global) = self.names.entry(&name);
+                global.is_read = true;
+                return self.stack.push(ExprKind::Name(id), span).map(|()| None);
+            }
+            Action::Dup => return self.stack.copy().map(|()| None),
+            Action::Tget => return self.stack.get(span).map(|()| None),
+            Action::Unary(op) => return self.stack.unary(op, span).map(|()| None),
+            Action::Binary(op) => return self.stack.binary(op, span).map(|()| None),
+            Action::Callc => return self.stack.call(span).map(|()| None),
+            _ => {
+                let node = self.statement(at, action)?;
+                if node.is_some() {
+                    self.stack.expect_empty()?;
+                }
+                return Ok(node);
+            }
+        };
+        self.stack.push(kind, span).map(|()| None)
+    }
+
+    /// The instructions that end statements.
+    fn statement(&mut self, at: usize, action: Action) -> Result<Option<Node>, Cause> {
+        Ok(Some(match action {
+            Action::Gstore => {
+                let value = self.stack.pop()?;
+                let (name, span) = self.stack.pop_name()?;
+                if name == "self" {
+                    return Err(Cause::SelfAssigned);
+                }
+                let (id, _) = self.names.entry(&name);
+                Node::Assign { target: Expr { kind: ExprKind::Name(id), span }, value, at }
+            }
+            Action::Tput => match self.stack.put(self.listing.span(at))? {
+                Some((target, value)) => Node::Assign { target, value, at },
+                None => return Ok(None),
+            },
+            Action::Lstore(0) => return Err(Cause::SelfAssigned),
+            Action::Lstore(local) => {
+                let value = self.stack.pop()?;
+                let is_nil = matches!(value.kind, ExprKind::Nil);
+                self.outline.touched.entry(local).or_insert(is_nil);
+                Node::Store { local, value, at }
+            }
+            Action::Lremove(count) => Node::Remove { count, at },
+            Action::Pop => match self.stack.pop()? {
+                call @ Expr { kind: ExprKind::Call { .. }, .. } => Node::Call { call, at },
+                _ => return Err(Cause::DroppedValue),
+            },
+            Action::Ret0 => Node::Return { value: None, at },
+            Action::Ret1 => Node::Return { value: Some(self.stack.pop()?), at },
+            Action::PushCn(_) => return Err(Cause::MisplacedFunction),
+            Action::PushCc(_) => return Err(Cause::NativeFunction),
+            Action::Calls => return Err(Cause::SwarmCall),
+            _ => return Err(Cause::MisplacedDone),
+        }))
+    }
+}
