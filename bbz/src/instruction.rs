@@ -27,7 +27,7 @@ pub fn ending_at(image: &[u8], position: u16) -> Option<Instruction> {
     while at <= position {
         let byte = |offset: usize| code.get(at + offset).copied().unwrap_or(0);
         let decoded = opcode::decode([byte(0), byte(1), byte(2)]);
-        let trailer = match opcode::effect(decoded.opcode)?.trailer {
+        let trailer = match opcode::info(decoded.opcode)?.trailer {
             Trailer::None => 0,
             Trailer::Arguments | Trailer::Captures | Trailer::Immediate => 1,
             Trailer::Word => word_bytes,

@@ -118,15 +118,6 @@ macro_rules! builtins {
             number: $number, library: Library::$library, name: $name, min: $min, max: $max,
             kind: Kind::$kind, feature: Feature::$feature, help: $help,
         },)*];
-
-        /// What the verifier needs of a built-in. A match, because a table would be copied to RAM on the AVR.
-        #[inline(never)]
-        pub const fn needs(number: u8) -> Option<(Kind, Feature)> {
-            match number {
-                $($number => Some((Kind::$kind, Feature::$feature)),)*
-                _ => None,
-            }
-        }
     };
 }
 

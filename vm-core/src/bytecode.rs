@@ -1,5 +1,7 @@
 //! Where an image is kept.
 
+use crate::rom;
+
 /// Read-only bytes: an image in memory or in flash.
 ///
 /// ARM and the host use a slice; on the AVR the firmware implements it by `lpm`, so that no copy is in RAM. It is
@@ -15,6 +17,15 @@ pub trait ByteCode: Copy {
     #[inline(always)]
     fn word(&self, at: usize) -> u16 {
         u16::from_le_bytes([self.byte(at), self.byte(at.wrapping_add(1))])
+    }
+
+    /// Byte `at` of the machine's own tables, [`crate::rom::BYTES`].
+    #[inline(always)]
+    fn rom(at: usize) -> u8 {
+        match rom::BYTES.get(at) {
+            Some(byte) => *byte,
+            None => 0,
+        }
     }
 
     /// Whether there are no bytes.

@@ -44,6 +44,7 @@ pub mod link;
 mod machine;
 pub mod number;
 pub mod opcode;
+pub mod rom;
 #[cfg(feature = "torture")]
 mod torture;
 mod value;

@@ -31,6 +31,17 @@ pub enum Trailer {
     Word,
 }
 
+impl Trailer {
+    /// Every kind, by number.
+    pub const ALL: [Trailer; 5] = [
+        Trailer::None,
+        Trailer::Arguments,
+        Trailer::Captures,
+        Trailer::Immediate,
+        Trailer::Word,
+    ];
+}
+
 /// In an argument count byte: the result is not pushed.
 pub const DROP_RESULT: u8 = 0x80;
 
@@ -65,6 +76,30 @@ pub enum Operand {
     Jump,
 }
 
+impl Operand {
+    /// Every kind, by number.
+    pub const ALL: [Operand; 13] = [
+        Operand::None,
+        Operand::Int,
+        Operand::String,
+        Operand::Function,
+        Operand::Builtin,
+        Operand::Robot,
+        Operand::Library,
+        Operand::Local,
+        Operand::Global,
+        Operand::Capture,
+        Operand::Count,
+        Operand::Parameters,
+        Operand::Jump,
+    ];
+}
+
+/// The row of a plain or narrow opcode.
+pub fn info(opcode: u8) -> Option<&'static Info> {
+    TABLE.iter().find(|info| info.byte == opcode)
+}
+
 /// A row of the instruction table.
 #[derive(Debug, Clone, Copy)]
 pub struct Info {
@@ -93,30 +128,7 @@ macro_rules! opcodes {
             name: stringify!($name), byte: $byte, operand: Operand::$operand, trailer: Trailer::$trailer,
             pops: $pops, pushes: $pushes, meaning: $meaning,
         },)*];
-
-        /// The row of a plain or narrow opcode. A match and not a table look-up, because a table would be
-        /// copied to RAM on the AVR.
-        #[inline(never)]
-        pub const fn effect(byte: u8) -> Option<Effect> {
-            match byte {
-                $($byte => Some(Effect { operand: Operand::$operand, trailer: Trailer::$trailer, pops: $pops, pushes: $pushes }),)*
-                _ => None,
-            }
-        }
     };
-}
-
-/// The part of [`Info`] that the verifier needs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Effect {
-    /// Meaning of the operand.
-    pub operand: Operand,
-    /// What follows.
-    pub trailer: Trailer,
-    /// As in [`Info`].
-    pub pops: u8,
-    /// As in [`Info`].
-    pub pushes: u8,
 }
 
 opcodes! {

@@ -5,7 +5,7 @@
 //! `docs/image-format.md`.
 
 use crate::arena::Arena;
-use crate::builtin::{self, Feature, Kind, Library};
+use crate::builtin::{Feature, Kind, Library};
 use crate::bytecode::ByteCode;
 use crate::image::{
     CAPTURES, DEPTH_MAX, EntryPoint, FORM_ORDER, FORM_TEXT, Header, Image, ImageError, PARAMETERS,
@@ -13,6 +13,7 @@ use crate::image::{
 };
 use crate::number::Profile;
 use crate::opcode::{self, DROP_RESULT, Decoded, Operand, Trailer};
+use crate::rom::{self, Needs};
 use crate::value::{Tag, Value};
 
 /// The features of this build.
@@ -65,7 +66,8 @@ impl<C: ByteCode> Image<C> {
         }
         for row in 0..header.library_rows {
             let (library, string, number) = verified.library_row(row);
-            let in_build = builtin::needs(number).is_some_and(|(_, feature)| in_build(feature));
+            let needs = Needs::of::<C>(u16::from(number));
+            let in_build = needs.is_some_and(|needs| needs.is_in(FEATURES));
             let known = (library as usize) < Library::ALL.len() && header.has_string(string);
             if !known || !in_build {
                 return Err(ImageError::LibraryTable(row));
@@ -106,10 +108,6 @@ impl<C: ByteCode> Image<C> {
         }
         Ok(verified)
     }
-}
-
-fn in_build(feature: Feature) -> bool {
-    feature as u8 & !FEATURES == 0
 }
 
 /// No forward jump is pending.
@@ -153,7 +151,7 @@ impl<C: ByteCode, P: Profile, const SLOTS: usize> Pass<'_, C, P, SLOTS> {
             let instruction = opcode::decode(start);
             let trailer = at + usize::from(instruction.length);
             let effect =
-                opcode::effect(instruction.opcode).ok_or(ImageError::Instruction(here))?;
+                rom::effect::<C>(instruction.opcode).ok_or(ImageError::Instruction(here))?;
             at = trailer
                 + match effect.trailer {
                     Trailer::None => 0,
@@ -176,8 +174,9 @@ impl<C: ByteCode, P: Profile, const SLOTS: usize> Pass<'_, C, P, SLOTS> {
                     if byte & DROP_RESULT != 0 {
                         pushes = 0;
                         fits &= instruction.opcode != opcode::CALL_BUILTIN
-                            || operand.and_then(|n| builtin::needs(n as u8))
-                                .is_some_and(|(kind, _)| kind == Kind::Plain);
+                            || operand
+                                .and_then(Needs::of::<C>)
+                                .is_some_and(|needs| needs.is(Kind::Plain));
                     }
                 }
                 Trailer::Captures => {
@@ -251,10 +250,8 @@ impl<C: ByteCode, P: Profile, const SLOTS: usize> Pass<'_, C, P, SLOTS> {
                     _ => head & CAPTURES == 0,
                 }
             }),
-            (Operand::Builtin, Some(number)) => u8::try_from(number)
-                .ok()
-                .and_then(builtin::needs)
-                .is_some_and(|(kind, feature)| kind != Kind::Value && in_build(feature)),
+            (Operand::Builtin, Some(number)) => Needs::of::<C>(number)
+                .is_some_and(|needs| !needs.is(Kind::Value) && needs.is_in(FEATURES)),
             (Operand::Robot, Some(number)) => number < self.header.imports,
             (Operand::Library, Some(number)) => usize::from(number) < Library::ALL.len(),
             (Operand::Global, Some(number)) => number < self.header.globals,

@@ -351,7 +351,7 @@ impl FunctionBuilder {
         if !self.reachable {
             return;
         }
-        let Some(effect) = opcode::effect(opcode) else {
+        let Some(effect) = opcode::info(opcode) else {
             return self.fail(AsmErrorKind::BadOpcode, span);
         };
         let expected = match effect.trailer {

@@ -11,7 +11,7 @@ use core::arch::asm;
 use core::ptr::{read_volatile, write_volatile};
 
 use bittybuzz_vm_core::number::Tiny;
-use bittybuzz_vm_core::{Arguments, Axis, ByteCode, Entry, Host, Image, Outcome, Reply, RobotFault, Value, Vm};
+use bittybuzz_vm_core::{Arguments, Axis, ByteCode, Entry, Host, Image, Outcome, Reply, RobotFault, Value, Vm, rom};
 
 // avr-libc's float and memory functions are smaller and faster than those of compiler_builtins.
 #[link(name = "m", kind = "static", modifiers = "-bundle")]
@@ -32,6 +32,21 @@ include!(concat!(env!("OUT_DIR"), "/script.rs"));
 #[unsafe(link_section = ".progmem.data")]
 static SCRIPT: [u8; IMAGE.len()] = *IMAGE;
 
+#[unsafe(link_section = ".progmem.data")]
+static ROM: [u8; rom::LENGTH] = rom::BYTES;
+
+/// A byte of flash.
+#[inline(always)]
+fn lpm(address: usize) -> u8 {
+    let byte: u8;
+    // SAFETY: `lpm` reads program memory, all of which may be read.
+    unsafe {
+        asm!("lpm {b}, Z", b = out(reg) byte, in("Z") address as u16,
+            options(pure, nomem, nostack, preserves_flags));
+    }
+    byte
+}
+
 /// The image in flash.
 #[derive(Clone, Copy)]
 struct Flash;
@@ -43,14 +58,11 @@ impl ByteCode for Flash {
 
     #[inline(always)]
     fn byte(&self, at: usize) -> u8 {
-        let address = (&raw const SCRIPT as usize).wrapping_add(at);
-        let byte: u8;
-        // SAFETY: `lpm` reads program memory, all of which may be read.
-        unsafe {
-            asm!("lpm {b}, Z", b = out(reg) byte, in("Z") address as u16,
-                options(pure, nomem, nostack, preserves_flags));
-        }
-        byte
+        lpm((&raw const SCRIPT as usize).wrapping_add(at))
+    }
+
+    fn rom(at: usize) -> u8 {
+        lpm((&raw const ROM as usize).wrapping_add(at))
     }
 
     #[inline(always)]

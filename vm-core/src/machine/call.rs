@@ -1,12 +1,13 @@
 //! Calls of values: the callee is known only when it is called.
 
 use super::{Flow, Native, Vm, record};
-use crate::builtin::{self, Kind};
+use crate::builtin::Kind;
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, RobotFault, Stopped};
 use crate::host::{Arguments, Host, Reply};
 use crate::image::{CAPTURES, PARAMETERS, USES_SELF};
 use crate::number::Profile;
+use crate::rom::Needs;
 use crate::value::{Tag, Type, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
@@ -68,13 +69,26 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if callee.is(Tag::ROBOT) {
             return self.call_robot(host, number, count, false);
         }
-        let number = number as u8;
-        if let Some((Kind::Calls, _)) = builtin::needs(number) {
+        self.call_builtin(host, number as u8, count, false)
+    }
+
+    /// Calls a built-in, whose arguments are on top.
+    #[inline(never)]
+    pub(super) fn call_builtin<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        number: u8,
+        count: usize,
+        drop_result: bool,
+    ) -> Result<(), Stopped> {
+        if Needs::of::<C>(u16::from(number)).is_some_and(|needs| needs.is(Kind::Calls)) {
             return self.begin_native(host, number, count);
         }
         let result = self.builtin(host, number, count)?;
         self.sp -= count as u16;
-        self.push(result);
+        if !drop_result {
+            self.push(result);
+        }
         Ok(())
     }
 

@@ -1,7 +1,6 @@
 //! The instructions that the loop does not do itself, and arithmetic beyond two integers.
 
 use super::Vm;
-use crate::builtin;
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
@@ -122,22 +121,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             opcode::CALL => return self.call_value(host, usize::from(number), 1),
             opcode::CALL_METHOD => return self.call_value(host, usize::from(number), 2),
             opcode::CALL_BUILTIN => {
-                let count = self.next_byte();
-                let number = number as u8;
-                let arguments = usize::from(count & !DROP_RESULT);
-                if let Some((builtin::Kind::Calls, _)) = builtin::needs(number) {
-                    return self.begin_native(host, number, arguments);
-                }
-                let result = self.builtin(host, number, arguments)?;
-                self.sp -= arguments as u16;
-                if count & DROP_RESULT == 0 {
-                    self.push(result);
-                }
+                let (count, drop_result) = self.arguments();
+                return self.call_builtin(host, number as u8, count, drop_result);
             }
             opcode::CALL_ROBOT => {
-                let count = self.next_byte();
-                let drop_result = count & DROP_RESULT != 0;
-                let arguments = usize::from(count & !DROP_RESULT);
+                let (arguments, drop_result) = self.arguments();
                 return self.call_robot(host, number, arguments, drop_result);
             }
             opcode::CLOSURE => {
@@ -162,6 +150,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let at = usize::from(self.pc);
         self.pc = self.pc.wrapping_add(1);
         self.program.as_ref().map_or(0, |program| program.code.byte(at))
+    }
+
+    /// The trailer of a call: how many arguments, and whether the result is dropped.
+    fn arguments(&mut self) -> (usize, bool) {
+        let byte = self.next_byte();
+        (usize::from(byte & !DROP_RESULT), byte & DROP_RESULT != 0)
     }
 
     fn literal(&mut self) -> P::Raw {
