@@ -25,8 +25,15 @@ const NEAR: usize = 10;
 /// grows with the sizes of files and diagnostics, not with their product.
 pub struct Renderer<'a> {
     sources: &'a SourceMap,
-    /// For each file the offsets at which its lines begin.
-    line_starts: Vec<Vec<usize>>,
+    layouts: Vec<Layout>,
+}
+
+/// What is computed once of a file.
+struct Layout {
+    /// The offsets at which its lines begin.
+    line_starts: Vec<usize>,
+    /// Then a column is a difference of offsets, however long the line is.
+    is_ascii: bool,
 }
 
 /// Whether text output is coloured with ANSI escape sequences.
@@ -41,12 +48,15 @@ pub enum Color {
 impl<'a> Renderer<'a> {
     /// A renderer for diagnostics about `sources`.
     pub fn new(sources: &'a SourceMap) -> Self {
-        let starts = |text: &str| {
+        let layout = |text: &str| {
             let behind_newlines = text.match_indices('\n').map(|(at, _)| at + 1);
-            std::iter::once(0).chain(behind_newlines).collect()
+            Layout {
+                line_starts: std::iter::once(0).chain(behind_newlines).collect(),
+                is_ascii: text.is_ascii(),
+            }
         };
-        let line_starts = sources.files().map(|(_, file)| starts(&file.text)).collect();
-        Renderer { sources, line_starts }
+        let layouts = sources.files().map(|(_, file)| layout(&file.text)).collect();
+        Renderer { sources, layouts }
     }
 
     /// Several lines of text, the last one ended by a newline: headline, place, source, help.
@@ -105,22 +115,28 @@ impl<'a> Renderer<'a> {
     /// As [`SourceMap::line_column`], without reading the file from its beginning.
     fn position(&self, file: FileId, offset: usize) -> LineColumn {
         let line = self.line_of(file, offset);
-        let before = self.source(file, self.line_start(file, line)..offset);
-        LineColumn { line: line as u32 + 1, column: before.chars().count() as u32 + 1 }
+        let start = self.line_start(file, line);
+        let column = match self.layout(file) {
+            Some(layout) if layout.is_ascii => offset.saturating_sub(start),
+            _ => self.source(file, start..offset).chars().count(),
+        };
+        LineColumn { line: line as u32 + 1, column: column as u32 + 1 }
+    }
+
+    fn layout(&self, file: FileId) -> Option<&Layout> {
+        self.layouts.get(file.0 as usize)
     }
 
     /// The line, counted from 0, that holds the byte at `offset`.
     fn line_of(&self, file: FileId, offset: usize) -> usize {
-        let starts = self.line_starts.get(file.0 as usize).map_or(&[][..], Vec::as_slice);
+        let starts = self.layout(file).map_or(&[][..], |layout| &layout.line_starts);
         starts.partition_point(|start| *start <= offset).saturating_sub(1)
     }
 
     /// Where a line begins; for lines behind the last one, where the file ends.
     fn line_start(&self, file: FileId, line: usize) -> usize {
-        let starts = self.line_starts.get(file.0 as usize);
-        starts
-            .and_then(|starts| starts.get(line).copied())
-            .unwrap_or(self.sources.file(file).text.len())
+        let start = self.layout(file).and_then(|layout| layout.line_starts.get(line).copied());
+        start.unwrap_or(self.sources.file(file).text.len())
     }
 
     fn source(&self, file: FileId, range: Range<usize>) -> &'a str {

@@ -100,7 +100,7 @@ fn likely(name: &str, candidates: impl Iterator<Item = String>) -> Option<String
         (likeness, file)
     });
     let best = scored.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (best.0 >= 0.5).then_some(best.1)
+    (best.0 > 0.6).then_some(best.1)
 }
 
 fn shown(folder: &Path) -> String {

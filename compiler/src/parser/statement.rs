@@ -76,6 +76,15 @@ impl Parser<'_> {
         .help("remove it, or look for a bracket too many further up");
         self.report(diagnostic);
         self.advance();
+        // One message for `}}}`.
+        while matches!(
+            self.fixed(),
+            Some(Fixed::CloseBrace | Fixed::CloseParen | Fixed::CloseBracket)
+        ) && !self.token().is_separated()
+            && self.brackets.partner(self.position).is_none()
+        {
+            self.advance();
+        }
     }
 
     /// `{ ... }`
