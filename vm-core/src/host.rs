@@ -75,6 +75,7 @@ pub enum Item<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
 
 /// A string, as a robot function sees it.
 pub struct Text<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
+    #[cfg_attr(not(feature = "strings"), allow(dead_code, reason = "only text needs it"))]
     vm: &'a Vm<P, C, SLOTS>,
     value: Value<P>,
 }

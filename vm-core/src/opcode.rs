@@ -32,14 +32,16 @@ pub enum Trailer {
 }
 
 impl Trailer {
-    /// Every kind, by number.
-    pub const ALL: [Trailer; 5] = [
-        Trailer::None,
-        Trailer::Arguments,
-        Trailer::Captures,
-        Trailer::Immediate,
-        Trailer::Word,
-    ];
+    /// The kind of that number. A match, because a table would be in RAM on the AVR.
+    pub(crate) fn numbered(number: u8) -> Trailer {
+        match number {
+            0 => Trailer::None,
+            1 => Trailer::Arguments,
+            2 => Trailer::Captures,
+            3 => Trailer::Immediate,
+            _ => Trailer::Word,
+        }
+    }
 }
 
 /// In an argument count byte: the result is not pushed.
@@ -77,22 +79,24 @@ pub enum Operand {
 }
 
 impl Operand {
-    /// Every kind, by number.
-    pub const ALL: [Operand; 13] = [
-        Operand::None,
-        Operand::Int,
-        Operand::String,
-        Operand::Function,
-        Operand::Builtin,
-        Operand::Robot,
-        Operand::Library,
-        Operand::Local,
-        Operand::Global,
-        Operand::Capture,
-        Operand::Count,
-        Operand::Parameters,
-        Operand::Jump,
-    ];
+    /// The kind of that number.
+    pub(crate) fn numbered(number: u8) -> Operand {
+        match number {
+            0 => Operand::None,
+            1 => Operand::Int,
+            2 => Operand::String,
+            3 => Operand::Function,
+            4 => Operand::Builtin,
+            5 => Operand::Robot,
+            6 => Operand::Library,
+            7 => Operand::Local,
+            8 => Operand::Global,
+            9 => Operand::Capture,
+            10 => Operand::Count,
+            11 => Operand::Parameters,
+            _ => Operand::Jump,
+        }
+    }
 }
 
 /// The row of a plain or narrow opcode.

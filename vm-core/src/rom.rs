@@ -60,8 +60,8 @@ pub(crate) fn effect<C: ByteCode>(opcode: u8) -> Option<Effect> {
         return None;
     }
     Some(Effect {
-        operand: Operand::ALL.get(usize::from(first & !KNOWN)).copied()?,
-        trailer: Trailer::ALL.get(usize::from(second >> 4)).copied()?,
+        operand: Operand::numbered(first & !KNOWN),
+        trailer: Trailer::numbered(second >> 4),
         pops: second >> 2 & 3,
         pushes: second & 3,
     })

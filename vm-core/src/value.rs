@@ -9,12 +9,12 @@ use crate::number::{Number, Profile};
 pub struct Tag(pub u8);
 
 impl Tag {
-    /// Integer; 0 and nil are the false values, told apart from the rest by one bit test.
-    pub const INT: Tag = Tag(0);
+    /// nil. Zero, so that empty memory needs no image in flash.
+    pub const NIL: Tag = Tag(0);
     /// Float.
     pub const FLOAT: Tag = Tag(1);
-    /// nil
-    pub const NIL: Tag = Tag(2);
+    /// Integer; one bit tells nil and integers, of which some are false, from the rest.
+    pub const INT: Tag = Tag(2);
     /// Constant string, by number.
     pub const STRING: Tag = Tag(3);
     /// Script function that captures nothing, by number.
@@ -190,7 +190,7 @@ impl<P: Profile> Value<P> {
     /// nil and integer 0 are false, all else is true.
     #[inline(always)]
     pub fn is_false(self) -> bool {
-        self.tag.0 & !Tag::NIL.0 == Tag::INT.0 && P::is_zero(self.raw)
+        self.tag.0 & !Tag::INT.0 == Tag::NIL.0 && P::is_zero(self.raw)
     }
 
     /// As an integer, if it is one.

@@ -161,6 +161,9 @@ impl<C: ByteCode, P: Profile, const SLOTS: usize> Pass<'_, C, P, SLOTS> {
             if at > self.end {
                 return Err(ImageError::Instruction(here));
             }
+            if instruction.opcode == opcode::POW && FEATURES & Feature::Maths as u8 == 0 {
+                return Err(ImageError::Features(Feature::Maths as u8));
+            }
             let mut pops = effect.pops;
             let mut pushes = effect.pushes;
             let byte = self.code.byte(trailer);
@@ -339,6 +342,7 @@ impl<C: ByteCode, P: Profile, const SLOTS: usize> Pass<'_, C, P, SLOTS> {
 }
 
 /// Whether the header promises what string operations need.
+#[cfg(feature = "strings")]
 pub(crate) fn has_text(header: &Header) -> bool {
     header.form & FORM_TEXT != 0
 }

@@ -68,6 +68,16 @@ impl Line {
         self
     }
 
+    /// Runs in a folder that is a workspace of its own: its toolchain and flags must hold there, not those of the
+    /// cargo that runs this program.
+    pub fn in_workspace(mut self, folder: &str) -> Line {
+        self.text = format!("cd {folder} && {}", self.text);
+        self.command.current_dir(root().join(folder));
+        ["RUSTUP_TOOLCHAIN", "RUSTFLAGS", "CARGO", "CARGO_ENCODED_RUSTFLAGS"]
+            .iter()
+            .fold(self, |line, name| line.without_env(name))
+    }
+
     /// Clears an environment variable.
     pub fn without_env(mut self, name: &str) -> Line {
         self.command.env_remove(name);

@@ -1,6 +1,6 @@
 //! Code of expressions: each leaves one value on the stack.
 
-use bittybuzz_vm_core::builtin::{self, Library};
+use bittybuzz_vm_core::builtin::{self, Feature, Library};
 use bittybuzz_vm_core::opcode;
 
 use crate::ast::{BinaryOp, UnaryOp};
@@ -264,6 +264,9 @@ impl<'a> Code<'_, 'a> {
             // `logic` is their code.
             BinaryOp::And | BinaryOp::Or => return,
         };
+        if op == BinaryOp::Pow {
+            self.generator.features |= Feature::Maths as u8;
+        }
         self.note_order(op, left, right);
         self.builder.plain(opcode, span);
     }

@@ -190,8 +190,8 @@ mod tests {
             memory.sweep();
             // The reversed pointers are back where they were.
             for node in reached.iter().map(|number| nodes[*number].index()) {
-                for slot in node..node + CELL {
-                    assert!(memory.get(slot).same(before[slot]), "round {round}");
+                for (slot, old) in before.iter().enumerate().skip(node).take(CELL) {
+                    assert!(memory.get(slot).same(*old), "round {round}");
                 }
             }
         }

@@ -384,10 +384,8 @@ mod tests {
                     memory.table_set(table, key(number), Value::int(value)).unwrap();
                     model.push((number, value));
                 }
-                assert!(
-                    memory.table_get(table, key(number)).is_nil()
-                        == !model.iter().any(|e| e.0 == number)
-                );
+                let there = model.iter().any(|entry| entry.0 == number);
+                assert_eq!(!memory.table_get(table, key(number)).is_nil(), there);
             }
             let found = entries(&memory, table);
             assert_eq!(found.len(), model.len(), "round {round}");

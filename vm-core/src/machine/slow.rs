@@ -210,6 +210,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             opcode::MUL => f * g,
             opcode::DIV => f / g,
             opcode::MOD => number::float_modulo::<P>(f, g),
+            #[cfg(feature = "maths")]
             opcode::POW => number::power(f, g),
             _ => return Err(self.wrong_type(a, b)),
         };

@@ -5,6 +5,7 @@
 //! IEEE binary32 `+ - * /`, which hardware and soft-float libraries round alike, and integers.
 //! Nothing here panics: integer operations wrap, and no table is indexed by a computed value.
 
+#[cfg(feature = "maths")]
 mod exponential;
 mod float16;
 mod format;
@@ -17,6 +18,7 @@ mod rounding;
 mod trigonometry;
 mod wide;
 
+#[cfg(feature = "maths")]
 pub use exponential::power;
 pub use float16::F16;
 pub use format::{format_float, format_int, parse_float, parse_int};

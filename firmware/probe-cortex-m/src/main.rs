@@ -1,0 +1,68 @@
+//! Loads an image and runs its entries. Linked only to be measured: it is not started.
+//!
+//! The panic handler calls a function that does not exist: the program links only if no panic is left in it.
+
+#![no_std]
+#![no_main]
+
+#[cfg(not(feature = "full"))]
+use bittybuzz_vm_core::number::Tiny as Numbers;
+#[cfg(feature = "full")]
+use bittybuzz_vm_core::number::Full as Numbers;
+use bittybuzz_vm_core::{Arguments, Axis, ByteCode, Entry, Host, Image, Reply, RobotFault, Value, Vm};
+
+const SLOTS: usize = 640;
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo) -> ! {
+    unsafe extern "C" {
+        fn the_program_contains_a_panic() -> !;
+    }
+    // SAFETY: it does not exist, so this never links.
+    unsafe { the_program_contains_a_panic() }
+}
+
+struct Probe;
+
+impl Host<Numbers> for Probe {
+    fn call<C: ByteCode, const SLOTS: usize>(
+        &mut self,
+        _: u16,
+        _: Arguments<'_, Numbers, C, SLOTS>,
+        _: bool,
+    ) -> Result<Reply<Numbers>, RobotFault> {
+        Ok(Reply::Value(Value::nil()))
+    }
+
+    fn log<C: ByteCode, const SLOTS: usize>(&mut self, _: Arguments<'_, Numbers, C, SLOTS>) {}
+
+    fn delay_is_over(&mut self, _: i32, again: bool) -> bool {
+        again
+    }
+
+    fn position(&mut self, _: Axis) -> Option<f32> {
+        None
+    }
+}
+
+/// Not constant, so that the compiler cannot foresee the script.
+#[used]
+static IMAGE: [u8; 64] = [0; 64];
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    // The entry macro makes it a reference: main runs once.
+    static mut VM: Option<Vm<Numbers, &'static [u8], SLOTS>> = None;
+    if cfg!(not(feature = "empty")) {
+        let image: &'static [u8] = core::hint::black_box(&IMAGE);
+        let vm = VM.insert(Vm::new(1));
+        if vm.load(Image::new(image), |hash| hash == 1).is_ok() {
+            for entry in [Entry::Global, Entry::Init, Entry::Step, Entry::Reset, Entry::Destroy] {
+                if vm.begin(entry) {
+                    core::hint::black_box(vm.run(&mut Probe, 1000));
+                }
+            }
+        }
+    }
+    loop {}
+}
