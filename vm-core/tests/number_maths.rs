@@ -58,7 +58,7 @@ fn worst((_, function, exact, _): Unary, arguments: impl Iterator<Item = u32>) -
 #[test]
 fn errors_are_as_documented() {
     for unary in UNARY {
-        let (error, x) = worst(unary, (0..=u32::MAX).step_by(10_007));
+        let (error, x) = worst(unary, (0..=u32::MAX).step_by(40_009));
         assert!(error <= unary.3, "{} is {error} units off for {x:e}", unary.0);
     }
 }
@@ -80,7 +80,7 @@ fn errors_of_every_float() {
 #[test]
 fn square_roots_are_correctly_rounded() {
     // The square root of the standard library is, by IEEE 754.
-    for bits in (0..=u32::MAX).step_by(4_099) {
+    for bits in (0..=u32::MAX).step_by(16_411) {
         let x = f32::from_bits(bits);
         let (root, exact) = (maths::sqrt(x), x.sqrt());
         assert!(root.to_bits() == exact.to_bits() || root.is_nan() && exact.is_nan(), "{x:e}");
@@ -91,7 +91,7 @@ fn square_roots_are_correctly_rounded() {
 #[test]
 fn angles_next_to_quarter_turns() {
     let sines: [Unary; 3] = [UNARY[5], UNARY[6], UNARY[7]];
-    for quarters in 1..200_000_u32 {
+    for quarters in 1..60_000_u32 {
         let near = (f64::from(quarters) * std::f64::consts::FRAC_PI_2) as f32;
         for bits in near.to_bits() - 1..=near.to_bits() + 1 {
             for (name, function, exact, _) in sines {
@@ -109,7 +109,7 @@ fn angles_next_to_quarter_turns() {
 #[test]
 fn angles_of_points() {
     let mut random = Random(7);
-    for round in 0..300_000 {
+    for round in 0..100_000 {
         let mut coordinate = || {
             let bits = random.next();
             match round % 3 {
@@ -174,7 +174,7 @@ fn zeros_infinities_and_nan() {
             assert!(error(result, exact) <= 0.6, "atan2({x}, {y}) = {result}");
             assert!(result.is_nan() || result.is_sign_negative() == exact.is_sign_negative());
             let (result, exact) = (power(x, y), f64::from(x).powf(y.into()));
-            assert!(error(result, exact) <= 2.0, "{x} ^ {y} = {result}, not {exact}");
+            assert!(error(result, exact) <= 1.5, "{x} ^ {y} = {result}, not {exact}");
             let sign = result.is_nan() || result.is_sign_negative() == exact.is_sign_negative();
             assert!(sign, "{x} ^ {y} = {result}");
         }
@@ -191,7 +191,7 @@ fn powers() {
             worst = (error, x, y);
         }
     };
-    for _ in 0..300_000 {
+    for _ in 0..100_000 {
         let bits = random.next();
         // A base and an exponent for which the result is about 2^-160 to 2^160.
         let x = f32::from_bits(bits as u32 & 0x7FFF_FFFF);
@@ -203,7 +203,7 @@ fn powers() {
         check((bits & 0xFFFF) as f32, (bits >> 32 & 1023) as f32 / 64.0 - 8.0);
         check(f32::from_bits(bits as u32), f32::from_bits((bits >> 32) as u32));
     }
-    assert!(worst.0 <= 2.0, "{worst:?}");
+    assert!(worst.0 <= 1.5, "{worst:?}");
 }
 
 #[test]

@@ -62,16 +62,16 @@ pub fn format_float(value: f32, sink: &mut impl FnMut(u8)) {
 /// `fraction * 1000000 / 2^shift`, rounded to the nearest integer, ties to even.
 fn scaled_down(fraction: u32, shift: u32) -> u32 {
     // 24 and 20 bits, so nothing is left of 44 shifted by more than 45.
-    let (mut high, mut low) = multiply(fraction, MILLION);
+    let mut scaled = multiply(fraction, MILLION);
     let mut half = 0;
     let mut rest = 0;
     for _ in 0..shift.min(46) {
         rest |= half;
-        half = low & 1;
-        low = low >> 1 | high << 31;
-        high >>= 1;
+        half = scaled as u32 & 1;
+        scaled >>= 1;
     }
-    low.wrapping_add(half & (rest | low))
+    let whole = scaled as u32;
+    whole.wrapping_add(half & (rest | whole))
 }
 
 /// Prints an integer in decimal, with at least `digits` digits.
@@ -297,7 +297,7 @@ pub fn parse_float(text: impl Iterator<Item = u8>) -> Option<f32> {
             }
         }
         let (bits, extra) = big.leading();
-        Wide::new(bits | u32::from(inexact), scale.wrapping_add(extra)).to_f32(false)
+        Wide::from_fraction(bits | u32::from(inexact), scale.wrapping_add(extra)).to_f32(false)
     };
     Some(if negative { -magnitude } else { magnitude })
 }

@@ -6,10 +6,14 @@
 //! | Function | Error |
 //! |---|---|
 //! | `sqrt` | 0.5: correctly rounded |
-//! | `exp`, `log`, `log2`, `log10` | 0.6 |
+//! | `log`, `log2`, `log10` | 0.6 |
+//! | `exp` | 0.7 |
 //! | `sin`, `cos`, `tan`, for every finite angle | 0.6 |
 //! | `asin`, `acos`, `atan2` | 0.6 |
-//! | `^` ([`super::power`]) | 0.5 where an integer power is exact, else 2 |
+//! | `^` ([`super::power`]) | 1.5; none where an integer power is a float |
+//!
+//! In the tiny profile the results of all its 65,536 arguments are the nearest 16-bit floats, but for
+//! less than one in ten thousand.
 
 #[cfg(feature = "maths")]
 pub use super::exponential::{exp, log, log2, log10};
@@ -24,11 +28,13 @@ pub const PI: f32 = core::f32::consts::PI;
 /// The square root, correctly rounded; NaN for negative numbers.
 #[cfg(feature = "maths")]
 pub fn sqrt(x: f32) -> f32 {
-    if x == 0.0 || x == f32::INFINITY {
-        x
-    } else if x > 0.0 {
-        Wide::from_f32(x).sqrt().to_f32(false)
-    } else {
+    // Written so that NaN fails.
+    let valid = x >= 0.0;
+    if !valid {
         f32::NAN
+    } else if x == f32::INFINITY {
+        x
+    } else {
+        Wide::from_f32(x).sqrt().to_f32(x.is_sign_negative())
     }
 }

@@ -1,43 +1,48 @@
-//! The generator of `rand` and `math.rng`: xoroshiro64\*\* of Blackman and Vigna.
+//! The generator of `rand` and `math.rng`: SplitMix of Steele, Lea and Flood, with words of 32 bits
+//! and the finalizer of MurmurHash3.
 //!
-//! It gives the same numbers on every target, has a period of 2^64 - 1 with 8 bytes of state, passes
-//! the usual statistical tests, and needs only 32-bit multiplications, shifts and exclusive or.
-//! A step with the state `(a, b)`, all modulo 2^32:
+//! It gives the same numbers on every target and needs two 32-bit multiplications a number, no table
+//! and 8 bytes of state, of which all values are good. A step, modulo 2^32:
 //!
 //! ```text
-//! result = rotate_left(a * 0x9E3779BB, 5) * 5
-//! b = a ^ b
-//! a = rotate_left(a, 26) ^ b ^ (b << 9)
-//! b = rotate_left(b, 13)
+//! state = state + increment
+//! result = mix(state)
+//!
+//! mix(x):  x = (x ^ x >> 16) * 0x85EBCA6B
+//!          x = (x ^ x >> 13) * 0xC2B2AE35
+//!          x ^ x >> 16
 //! ```
 //!
-//! The state is seeded with two numbers that the mixing function of MurmurHash3 makes from the seed
-//! and the robot's id, so that robots, and runs, with consecutive numbers have unlike sequences.
+//! The increment is odd, so the period is 2^32: years of a script. Seed and robot id give both words,
+//! so that robots have unlike sequences, not parts of one:
+//!
+//! ```text
+//! state = mix(seed ^ mix(id + 0x9E3779B9))
+//! increment = mix(state + 0x9E3779B9) | 1
+//! ```
 
 #[cfg(feature = "maths")]
 use super::exponential::{LN_2, log2_wide};
 use super::profile::Profile;
 #[cfg(feature = "maths")]
 use super::wide::Wide;
-use super::wide::multiply;
+use super::wide::multiply_high;
 
-/// 2^32 divided by the golden ratio: keeps a seed of 0 from giving a state of 0.
+/// 2^32 divided by the golden ratio: any constant with irregular bits would do.
 const GOLDEN: u32 = 0x9E37_79B9;
 
-/// The state of the generator, never all zero.
+/// The state of the generator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rng {
-    a: u32,
-    b: u32,
+    state: u32,
+    increment: u32,
 }
 
 impl Rng {
     /// The generator of a robot in a run: robots with the same seed get unlike numbers.
     pub const fn new(seed: u32, robot_id: u16) -> Rng {
-        let a = mix(seed ^ mix((robot_id as u32).wrapping_add(GOLDEN)));
-        let b = mix(a.wrapping_add(GOLDEN));
-        // Both are zero for no seed, since mixing maps only 0 to 0.
-        Rng { a, b }
+        let state = mix(seed ^ mix((robot_id as u32).wrapping_add(GOLDEN)));
+        Rng { state, increment: mix(state.wrapping_add(GOLDEN)) | 1 }
     }
 
     /// The generator after `math.rng.setseed(seed)`: the same numbers on every robot.
@@ -48,11 +53,8 @@ impl Rng {
     /// 32 random bits.
     #[inline(never)]
     pub fn next_u32(&mut self) -> u32 {
-        let result = self.a.wrapping_mul(0x9E37_79BB).rotate_left(5).wrapping_mul(5);
-        self.b ^= self.a;
-        self.a = self.a.rotate_left(26) ^ self.b ^ self.b << 9;
-        self.b = self.b.rotate_left(13);
-        result
+        self.state = self.state.wrapping_add(self.increment);
+        mix(self.state)
     }
 
     /// `rand()`: an integer in 0..=32767.
@@ -68,8 +70,7 @@ impl Rng {
     pub fn uniform_int(&mut self, a: i32, b: i32) -> i32 {
         let (low, high) = (a.min(b), a.max(b));
         let count = (high as u32).wrapping_sub(low as u32);
-        let (offset, _) = multiply(self.next_u32(), count);
-        low.wrapping_add(offset as i32)
+        low.wrapping_add(multiply_high(self.next_u32(), count) as i32)
     }
 
     /// A float of the profile from `a` up to but not including `b`; in `b..a` if `b` is less, `a` if
@@ -100,9 +101,9 @@ impl Rng {
             if x != 0 && square < radius {
                 // x * sqrt(-2 ln(s) / s), where s = square / radius
                 let magnitude = minus_log(square, 30);
-                let ratio = Wide { exponent: magnitude.exponent.wrapping_add(1), ..magnitude }
-                    .div(Wide::new(square, 32));
-                let normal = ratio.sqrt().mul(Wide::new(x.unsigned_abs(), 32)).to_f32(x < 0);
+                let ratio = magnitude.div(Wide::from_fraction(square, 31));
+                let factor = Wide::from_fraction(x.unsigned_abs(), 32);
+                let normal = ratio.sqrt().mul(factor).to_f32(x < 0);
                 return normal * deviation + mean;
             }
         }
@@ -120,11 +121,11 @@ impl Rng {
 /// `-ln(part / 2^bits)`, where `part` is from 1 to `2^bits - 1`.
 #[cfg(feature = "maths")]
 fn minus_log(part: u32, bits: i16) -> Wide {
-    let (log, _) = log2_wide(Wide::new(part, 32_i16.wrapping_sub(bits)));
-    log.mul(LN_2)
+    log2_wide(Wide::from_fraction(part, 32_i16.wrapping_sub(bits))).mul(LN_2)
 }
 
 /// The finalizer of MurmurHash3: a bijection that spreads every bit over all.
+#[inline(never)]
 const fn mix(bits: u32) -> u32 {
     let bits = (bits ^ bits >> 16).wrapping_mul(0x85EB_CA6B);
     let bits = (bits ^ bits >> 13).wrapping_mul(0xC2B2_AE35);

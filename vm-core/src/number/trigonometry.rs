@@ -4,188 +4,164 @@
 //! so results are right for every float, however large. Polynomials are minimax approximations with
 //! errors of 2^-33 or less.
 
-use super::wide::{Wide, horner_sub, multiply, multiply_high};
+use super::wide::{Wide, horner_sub, multiply_high};
 
 /// The fraction 0.785..., pi/4; with exponent 1 and 2 pi/2 and pi.
 const QUARTER_PI: u32 = 0xC90F_DAA2;
-const TWO_OVER_PI: Wide = Wide { significand: 0xA2F9_836E, exponent: 0 };
+const TWO_OVER_PI: Wide = Wide::new(0xA2F9_836E, 0);
 /// `tan(pi / 8)`, as a fraction.
 const TAN_EIGHTH: u32 = 0x6A09_E668;
 
-/// The fraction bits of 2/pi in words, from the first; 0 before them.
+/// The fraction bits of 2/pi in words.
 ///
 /// A match, because an array would take RAM on the AVR.
 fn two_over_pi(word: u8) -> u32 {
     match word {
-        1 => 0xA2F9_836E,
-        2 => 0x4E44_1529,
-        3 => 0xFC27_57D1,
-        4 => 0xF534_DDC0,
-        5 => 0xDB62_9599,
-        6 => 0x3C43_9041,
-        7 => 0xFE51_63AB,
-        _ => 0,
+        0 => 0xA2F9_836E,
+        1 => 0x4E44_1529,
+        2 => 0xFC27_57D1,
+        3 => 0xF534_DDC0,
+        4 => 0xDB62_9599,
+        _ => 0x3C43_9041,
     }
 }
 
-/// An angle as `quarters + distance` quarter turns, where `|distance|` is at most 1/2.
-struct QuarterTurns {
-    /// Modulo 4.
-    quarters: u8,
-    distance: Wide,
-    negative: bool,
-}
-
-/// Takes the magnitude of an angle that is finite and not 0.
-#[inline(never)]
-fn quarter_turns(angle: f32) -> QuarterTurns {
-    let x = Wide::from_f32(angle);
-    if x.exponent < 0 {
-        return QuarterTurns { quarters: 0, distance: x.mul(TWO_OVER_PI), negative: false };
+/// The number of quarter turns in an angle of 1/2 or more, modulo 4; their fraction in 64 bits.
+fn quarter_turns(angle: Wide) -> (u8, u64) {
+    // Long multiplication by the bytes of 2/pi, first to last, keeping 96 bits: what is lost in front
+    // are multiples of four quarter turns. The result has its point 24 + 8 n - exponent bits from the
+    // end after n bytes. At 87 bits and more, the bytes that are left out change less than 2^-63.
+    let factor = angle.significand() >> 8;
+    let (mut high, mut low) = (0_u64, 0_u32);
+    let mut point = 24_i16.wrapping_sub(angle.exponent());
+    let mut bytes = 0;
+    for index in 0..24_u8 {
+        if index & 3 == 0 {
+            bytes = two_over_pi(index >> 2);
+        }
+        high = high << 8 | u64::from(low >> 24);
+        let (sum, carry) = (low << 8).overflowing_add(factor.wrapping_mul(bytes >> 24));
+        low = sum;
+        high = high.wrapping_add(u64::from(carry));
+        bytes <<= 8;
+        point = point.wrapping_add(8);
+        if point >= 87 {
+            break;
+        }
     }
-    // Of 2/pi only a window of 96 bits counts: what stands before it gives multiples of four
-    // quarter turns, what stands after it less than 2^-70. It starts at bit `exponent - 26`; with
-    // a word of zeros in front that is never negative.
-    let start = x.exponent.wrapping_add(32 - 26) as u8;
-    let (word, bit) = (start >> 5, u32::from(start & 31));
-    let window = |index: u8| {
-        let word = word.wrapping_add(index);
-        let next = two_over_pi(word.wrapping_add(1));
-        two_over_pi(word) << bit | next >> 1 >> (31 - bit)
-    };
-    let (top, upper) = multiply(x.significand, window(0));
-    let (middle, lower) = multiply(x.significand, window(1));
-    let (last, _) = multiply(x.significand, window(2));
-    let (lower, carry) = lower.overflowing_add(last);
-    let (upper, carry) = {
-        let (sum, first) = upper.overflowing_add(middle);
-        let (sum, second) = sum.overflowing_add(u32::from(carry));
-        (sum, first | second)
-    };
-    let top = top.wrapping_add(u32::from(carry));
-
-    // The point is below bit 6 of the top word.
-    let mut quarters = (top >> 6) as u8;
-    let mut high = top << 26 | upper >> 6;
-    let mut low = upper << 26 | lower >> 6;
-    let negative = high >> 31 != 0;
-    if negative {
-        // Nearer to the next quarter turn.
-        quarters = quarters.wrapping_add(1);
-        high = !high;
-        low = !low;
-    }
-    let mut exponent = 0_i16;
-    while high >> 31 == 0 && exponent > -63 {
-        high = high << 1 | low >> 31;
+    // The point comes to 96 bits from the end, what was before it into the quarters.
+    let mut quarters = 0;
+    while point < 96 {
+        quarters = quarters << 1 | (high >> 63) as u8;
+        high = high << 1 | u64::from(low >> 31);
         low <<= 1;
-        exponent = exponent.wrapping_sub(1);
+        point = point.wrapping_add(1);
     }
-    QuarterTurns {
-        quarters: quarters & 3,
-        distance: Wide { significand: high, exponent },
-        negative,
-    }
+    (quarters, high)
 }
 
-/// The sine of up to half a quarter turn.
+/// A function of an angle.
+#[derive(Clone, Copy, PartialEq)]
+enum Function {
+    Sine,
+    Cosine,
+    Tangent,
+}
+
+/// One body for three functions that differ in a quarter turn and a division.
 #[inline(never)]
-fn sine(distance: Wide) -> Wide {
+fn evaluate(function: Function, x: f32) -> f32 {
+    // Written so that NaN fails.
+    let finite = x.abs() < f32::INFINITY;
+    if !finite {
+        return f32::NAN;
+    }
+    // The angle is `quarters` quarter turns and a distance of half a quarter turn at most, which is
+    // subtracted if `back`.
+    let angle = Wide::from_f32(x);
+    let (mut quarters, mut back) = (0, false);
+    let distance = if angle.exponent() < 0 {
+        angle.mul(TWO_OVER_PI)
+    } else {
+        let (count, mut fraction) = quarter_turns(angle);
+        quarters = count;
+        back = fraction >> 63 != 0;
+        if back {
+            quarters = quarters.wrapping_add(1);
+            fraction = !fraction;
+        }
+        Wide::normalize(fraction, 0)
+    };
+    let mut negative = x.is_sign_negative();
+    if function == Function::Cosine {
+        quarters = quarters.wrapping_add(1);
+        negative = false;
+    }
+
     let fixed = distance.fraction(0);
     let z = multiply_high(fixed, fixed);
     let series = horner_sub(0x0132_CA85, z, 0x000A_5E13);
     let series = horner_sub(0x1466_BBA9, z, series);
     let series = horner_sub(0xA55D_E72B, z, series);
     let factor = 0xC90F_DAA2_u32.wrapping_sub(multiply_high(z, series) >> 1);
-    distance.mul(Wide { significand: factor, exponent: 1 })
-}
+    let sine = distance.mul(Wide::new(factor, 1));
 
-/// The cosine of up to half a quarter turn.
-#[inline(never)]
-fn cosine(distance: Wide) -> Wide {
-    let fixed = distance.fraction(0);
-    let z = multiply_high(fixed, fixed);
     let series = horner_sub(0x0557_177F, z, 0x003B_3AB0);
     let series = horner_sub(0x40F0_7766, z, series);
     let series = 0x9DE9_E63E_u32.wrapping_sub(multiply_high(z, series) >> 1);
-    Wide::new((1_u32 << 31).wrapping_sub(multiply_high(z, series)), 1)
+    let cosine = Wide::from_fraction((1_u32 << 31).wrapping_sub(multiply_high(z, series)), 1);
+
+    let odd = quarters & 1 != 0;
+    let result = if function == Function::Tangent {
+        negative ^= back ^ odd;
+        if odd { cosine.div(sine) } else { sine.div(cosine) }
+    } else {
+        negative ^= quarters & 2 != 0;
+        if odd {
+            cosine
+        } else {
+            negative ^= back;
+            sine
+        }
+    };
+    result.to_f32(negative)
 }
 
 /// The sine of an angle in radians; NaN for infinity.
 pub fn sin(x: f32) -> f32 {
-    if x.is_nan() || x.is_infinite() {
-        return f32::NAN;
-    }
-    if x == 0.0 {
-        return x;
-    }
-    quarter_sine(quarter_turns(x), x.is_sign_negative())
+    evaluate(Function::Sine, x)
 }
 
 /// The cosine of an angle in radians; NaN for infinity.
 pub fn cos(x: f32) -> f32 {
-    if x.is_nan() || x.is_infinite() {
-        return f32::NAN;
-    }
-    if x == 0.0 {
-        return 1.0;
-    }
-    let mut turns = quarter_turns(x);
-    turns.quarters = turns.quarters.wrapping_add(1);
-    quarter_sine(turns, false)
-}
-
-/// The sine of an angle in quarter turns.
-fn quarter_sine(turns: QuarterTurns, negative: bool) -> f32 {
-    let lower_half = turns.quarters & 2 != 0;
-    if turns.quarters & 1 == 0 {
-        sine(turns.distance).to_f32(negative ^ lower_half ^ turns.negative)
-    } else {
-        cosine(turns.distance).to_f32(negative ^ lower_half)
-    }
+    evaluate(Function::Cosine, x)
 }
 
 /// The tangent of an angle in radians; NaN for infinity.
 pub fn tan(x: f32) -> f32 {
-    if x.is_nan() || x.is_infinite() {
-        return f32::NAN;
-    }
-    if x == 0.0 {
-        return x;
-    }
-    let turns = quarter_turns(x);
-    let (sine, cosine) = (sine(turns.distance), cosine(turns.distance));
-    let negative = x.is_sign_negative() ^ turns.negative;
-    if turns.quarters & 1 == 0 {
-        sine.div(cosine).to_f32(negative)
-    } else {
-        cosine.div(sine).to_f32(!negative)
-    }
+    evaluate(Function::Tangent, x)
 }
 
-/// The angle of the point with these coordinates, from 0 to pi.
+/// The angle of the point with these coordinates, from 0 to pi. Not both are zero.
 #[inline(never)]
-fn angle(y: Wide, x: Wide, x_negative: bool) -> Wide {
-    let steep = (y.exponent, y.significand) > (x.exponent, x.significand);
+extern "C" fn angle(y: Wide, x: Wide, x_negative: bool) -> Wide {
+    let mut ratio = y.div(x);
+    let steep = ratio.exponent() > 0;
     let (small, large) = if steep { (x, y) } else { (y, x) };
-    let ratio = small.div(large);
-    let beyond_eighth = ratio.exponent > 0 || ratio.fraction(0) > TAN_EIGHTH;
-    let tangent = if beyond_eighth {
+    if steep {
+        ratio = small.div(large);
+    }
+    let beyond_eighth = ratio.exponent() > 0 || ratio.fraction(0) > TAN_EIGHTH;
+    if beyond_eighth {
         // atan t = pi/4 - atan((1 - t) / (1 + t))
-        let aligned = small.fraction(large.exponent);
-        let difference = large.significand.wrapping_sub(aligned);
-        if difference == 0 {
-            // An angle that vanishes beside pi/4.
-            Wide { significand: 1 << 31, exponent: -40 }
-        } else {
-            let mean = (large.significand >> 1).wrapping_add(aligned >> 1);
-            Wide::new(difference, -1).div(Wide::new(mean, 0))
-        }
-    } else {
-        ratio
-    };
+        let aligned = small.fraction(large.exponent());
+        let mean = (large.significand() >> 1).wrapping_add(aligned >> 1);
+        // Equal coordinates give a difference that vanishes beside pi/4.
+        let difference = u64::from(large.significand().wrapping_sub(aligned)) << 32 | 1;
+        ratio = Wide::normalize(difference, -1).div(Wide::from_fraction(mean, 0));
+    }
 
-    let fixed = tangent.fraction(0);
+    let fixed = ratio.fraction(0);
     let z = multiply_high(fixed, fixed);
     let series = horner_sub(0x15B3_0289, z, 0x0C25_1089);
     let series = horner_sub(0x1C46_3FD9, z, series);
@@ -193,7 +169,7 @@ fn angle(y: Wide, x: Wide, x_negative: bool) -> Wide {
     let series = horner_sub(0x3333_2314, z, series);
     let series = horner_sub(0x5555_5532, z, series);
     let factor = (1_u32 << 31).wrapping_sub(multiply_high(z, series) >> 1);
-    let arc = tangent.mul(Wide { significand: factor, exponent: 1 });
+    let arc = ratio.mul(Wide::new(factor, 1));
     if !(beyond_eighth || steep || x_negative) {
         return arc;
     }
@@ -209,12 +185,7 @@ fn angle(y: Wide, x: Wide, x_negative: bool) -> Wide {
     if x_negative {
         angle = QUARTER_PI.wrapping_sub(angle);
     }
-    Wide::new(angle, 2)
-}
-
-/// A quarter turn, or half a turn, with a sign.
-fn right_angles(count: i16, negative: bool) -> f32 {
-    Wide { significand: QUARTER_PI, exponent: count }.to_f32(negative)
+    Wide::from_fraction(angle, 2)
 }
 
 /// The angle of the point `(x, y)`, from -pi to pi, like `atan2` of C.
@@ -222,62 +193,53 @@ pub fn atan2(y: f32, x: f32) -> f32 {
     if x.is_nan() || y.is_nan() {
         return f32::NAN;
     }
-    let negative = y.is_sign_negative();
-    // At infinity only the direction counts.
-    let (y, x) = match (y.is_infinite(), x.is_infinite()) {
-        (false, false) => (y, x),
-        (true, false) => (1.0, 0.0),
-        (false, true) => (0.0, 1.0_f32.copysign(x)),
-        (true, true) => (1.0, 1.0_f32.copysign(x)),
-    };
-    if y == 0.0 {
-        if x.is_sign_negative() {
-            right_angles(2, negative)
-        } else {
-            0.0_f32.copysign(if negative { -1.0 } else { 1.0 })
-        }
-    } else if x == 0.0 {
-        right_angles(1, negative)
-    } else {
-        angle(Wide::from_f32(y), Wide::from_f32(x), x < 0.0).to_f32(negative)
+    // Beside zero or infinity only a direction counts.
+    let (mut ahead, mut aside) = (x, y);
+    if y.is_infinite() {
+        aside = 1.0;
+        ahead = if x.is_infinite() { 1.0_f32.copysign(x) } else { 0.0 };
+    } else if y == 0.0 || x.is_infinite() {
+        aside = 0.0;
+        ahead = 1.0_f32.copysign(x);
     }
+    let angle = angle(Wide::from_f32(aside), Wide::from_f32(ahead), ahead < 0.0);
+    angle.to_f32(y.is_sign_negative())
 }
 
-/// The other leg of a triangle with hypotenuse 1: `sqrt(1 - x^2)`, where `0 < |x| < 1`.
-fn other_leg(x: Wide) -> Wide {
-    let fraction = x.fraction(0);
-    let sum = Wide { significand: fraction >> 1 | 1 << 31, exponent: 1 };
-    let product = if fraction == 0 { sum } else { sum.mul(Wide::new(fraction.wrapping_neg(), 0)) };
-    product.sqrt()
+/// The angle of a right-angled triangle with hypotenuse 1, in which `x` is the adjacent leg if
+/// `adjacent`, else the opposite leg.
+#[inline(never)]
+fn triangle(x: f32, adjacent: bool) -> f32 {
+    // Written so that NaN fails.
+    let valid = x.abs() <= 1.0;
+    if !valid {
+        return f32::NAN;
+    }
+    let leg = Wide::from_f32(x);
+    // The other leg is sqrt((1 + x) (1 - x)).
+    let (mut sum, mut difference) = (Wide::ONE, Wide::ONE);
+    let fixed = leg.fraction(0);
+    if leg.exponent() > 0 {
+        difference = Wide::from_f32(0.0);
+    } else if fixed != 0 {
+        sum = Wide::new(fixed >> 1 | 1 << 31, 1);
+        difference = Wide::from_fraction(fixed.wrapping_neg(), 0);
+    }
+    let other = sum.mul(difference).sqrt();
+    let negative = x.is_sign_negative();
+    if adjacent {
+        angle(other, leg, negative).to_f32(false)
+    } else {
+        angle(leg, other, false).to_f32(negative)
+    }
 }
 
 /// The angle in `-pi/2..=pi/2` whose sine is `x`; NaN beyond -1 and 1.
 pub fn asin(x: f32) -> f32 {
-    let negative = x.is_sign_negative();
-    if x == 0.0 {
-        x
-    } else if x.abs() < 1.0 {
-        let opposite = Wide::from_f32(x);
-        angle(opposite, other_leg(opposite), false).to_f32(negative)
-    } else if x.abs() == 1.0 {
-        right_angles(1, negative)
-    } else {
-        f32::NAN
-    }
+    triangle(x, false)
 }
 
 /// The angle in `0..=pi` whose cosine is `x`; NaN beyond -1 and 1.
 pub fn acos(x: f32) -> f32 {
-    if x == 0.0 {
-        right_angles(1, false)
-    } else if x.abs() < 1.0 {
-        let adjacent = Wide::from_f32(x);
-        angle(other_leg(adjacent), adjacent, x < 0.0).to_f32(false)
-    } else if x == 1.0 {
-        0.0
-    } else if x == -1.0 {
-        right_angles(2, false)
-    } else {
-        f32::NAN
-    }
+    triangle(x, true)
 }
