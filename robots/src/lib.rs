@@ -92,8 +92,8 @@ impl Profile {
     /// Bytes of a slot of the machine's arena.
     pub const fn slot_bytes(self) -> u32 {
         let bytes = match self {
-            Profile::Tiny => size_of::<Value<number::Tiny>>(),
-            Profile::Full => size_of::<Value<number::Full>>(),
+            Profile::Tiny => Value::<number::Tiny>::SLOT_BYTES,
+            Profile::Full => Value::<number::Full>::SLOT_BYTES,
         };
         bytes as u32
     }

@@ -1,4 +1,4 @@
-//! The memory of a script: one array of slots.
+//! The memory of a script: slots, each a tag byte and a payload.
 //!
 //! ```text
 //! 0            base          sp                 bottom            top
@@ -27,7 +27,10 @@ pub(crate) struct Arena<P: Profile, const SLOTS: usize> {
     pub(crate) reserved: u16,
     /// A cell was taken since the last collection.
     pub(crate) allocated: bool,
-    slots: [Value<P>; SLOTS],
+    /// Tags and payloads stand apart: no padding on any chip, and no multiplication by an odd size to reach a slot, which
+    /// would double the code on the AVR.
+    tags: [Tag; SLOTS],
+    payloads: [P::Raw; SLOTS],
 }
 
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
@@ -35,12 +38,13 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     pub(crate) fn new() -> Self {
         const { assert!(SLOTS <= 0xfff0, "slots are numbered in 16 bits") }
         Arena {
-            slots: [Value::nil(); SLOTS],
             top: SLOTS as u16,
             bottom: SLOTS as u16,
             free: 0,
             reserved: 0,
             allocated: false,
+            tags: [Tag::NIL; SLOTS],
+            payloads: [P::Raw::default(); SLOTS],
         }
     }
 
@@ -56,8 +60,8 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
 
     /// Sets slots `from..to` to nil.
     pub(crate) fn fill(&mut self, from: usize, to: usize) {
-        if let Some(slots) = self.slots.get_mut(from..to) {
-            slots.fill(Value::nil());
+        for at in from..to {
+            self.set_fast(at, Value::nil());
         }
     }
 
@@ -70,17 +74,18 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// For the few places where speed counts; elsewhere [`Arena::get`] is smaller.
     #[inline(always)]
     pub(crate) fn get_fast(&self, at: usize) -> Value<P> {
-        match self.slots.get(at) {
-            Some(slot) => *slot,
-            None => Value::nil(),
+        match (self.tags.get(at), self.payloads.get(at)) {
+            (Some(tag), Some(payload)) => Value::new(*tag, *payload),
+            _ => Value::nil(),
         }
     }
 
     /// Writes a slot; see [`Arena::get_fast`].
     #[inline(always)]
     pub(crate) fn set_fast(&mut self, at: usize, value: Value<P>) {
-        if let Some(slot) = self.slots.get_mut(at) {
-            *slot = value;
+        if let (Some(tag), Some(payload)) = (self.tags.get_mut(at), self.payloads.get_mut(at)) {
+            *tag = value.tag();
+            *payload = value.raw();
         }
     }
 

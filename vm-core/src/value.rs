@@ -1,4 +1,4 @@
-//! Values: a tag byte and the profile's payload, three bytes in `tiny` and five in `full`.
+//! Values: a tag and the profile's payload.
 //!
 //! Only values whose tag has [`Tag::HEAP_BIT`] refer to the heap; all others are complete in themselves.
 
@@ -77,28 +77,16 @@ impl Type {
 }
 
 /// A value, or another occupant of a slot of the arena.
-#[repr(C, packed)]
+#[derive(Clone, Copy, Debug)]
 pub struct Value<P: Profile> {
     tag: Tag,
     raw: P::Raw,
 }
 
-impl<P: Profile> Clone for Value<P> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<P: Profile> Copy for Value<P> {}
-
-impl<P: Profile> core::fmt::Debug for Value<P> {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let (tag, raw) = (self.tag, self.raw);
-        write!(f, "Value({:#x}, {raw:?})", tag.0)
-    }
-}
-
 impl<P: Profile> Value<P> {
+    /// What a value takes in memory.
+    pub const SLOT_BYTES: usize = 1 + size_of::<P::Raw>();
+
     /// A slot with any tag and payload.
     #[inline(always)]
     pub(crate) fn new(tag: Tag, raw: P::Raw) -> Self {
@@ -241,7 +229,6 @@ impl<P: Profile> Value<P> {
     /// Same tag and payload: equality of keys after normalisation, identity of tables and closures.
     #[inline(always)]
     pub(crate) fn same(self, other: Self) -> bool {
-        let (a, b) = (self.raw, other.raw);
-        self.tag == other.tag && a == b
+        self.tag == other.tag && self.raw == other.raw
     }
 }
