@@ -58,4 +58,4 @@ pub use machine::{Calls, Outcome, Vm};
 #[cfg(feature = "torture")]
 pub use torture::Torture;
 pub use value::{Type, Value};
-pub use verify::FEATURES;
+pub use verify::features;

@@ -16,9 +16,11 @@ use crate::opcode::{self, DROP_RESULT, Decoded, Operand, Trailer};
 use crate::rom::{self, Needs};
 use crate::value::{Tag, Value};
 
-/// The features of this build.
-pub const FEATURES: u8 = if cfg!(feature = "maths") { Feature::Maths as u8 } else { 0 }
-    | if cfg!(feature = "strings") { Feature::Strings as u8 } else { 0 };
+/// The bits of [`Feature`] that the machine of this build offers in a profile: strings made at run time need `full`.
+pub const fn features<P: Profile>() -> u8 {
+    (if cfg!(feature = "maths") { Feature::Maths as u8 } else { 0 })
+        | (if cfg!(feature = "strings") && P::FULL { Feature::Strings as u8 } else { 0 })
+}
 
 impl<C: ByteCode> Image<C> {
     /// Checks every byte that the machine will rely on. `is_robot_function` tells whether the robot has a function
@@ -33,7 +35,7 @@ impl<C: ByteCode> Image<C> {
         if header.is_full() != P::FULL {
             return Err(ImageError::Profile);
         }
-        let missing = header.features & !FEATURES;
+        let missing = header.features & !features::<P>();
         if missing != 0 {
             return Err(ImageError::Features(missing));
         }
@@ -67,7 +69,7 @@ impl<C: ByteCode> Image<C> {
         for row in 0..header.library_rows {
             let (library, string, number) = verified.library_row(row);
             let needs = Needs::of::<C>(u16::from(number));
-            let in_build = needs.is_some_and(|needs| needs.is_in(FEATURES));
+            let in_build = needs.is_some_and(|needs| needs.is_in(features::<P>()));
             let known = (library as usize) < Library::ALL.len() && header.has_string(string);
             if !known || !in_build {
                 return Err(ImageError::LibraryTable(row));
@@ -161,7 +163,7 @@ impl<C: ByteCode, P: Profile, const SLOTS: usize> Pass<'_, C, P, SLOTS> {
             if at > self.end {
                 return Err(ImageError::Instruction(here));
             }
-            if instruction.opcode == opcode::POW && FEATURES & Feature::Maths as u8 == 0 {
+            if instruction.opcode == opcode::POW && features::<P>() & Feature::Maths as u8 == 0 {
                 return Err(ImageError::Features(Feature::Maths as u8));
             }
             let mut pops = effect.pops;
@@ -254,7 +256,7 @@ impl<C: ByteCode, P: Profile, const SLOTS: usize> Pass<'_, C, P, SLOTS> {
                 }
             }),
             (Operand::Builtin, Some(number)) => Needs::of::<C>(number)
-                .is_some_and(|needs| !needs.is(Kind::Value) && needs.is_in(FEATURES)),
+                .is_some_and(|needs| !needs.is(Kind::Value) && needs.is_in(features::<P>())),
             (Operand::Robot, Some(number)) => number < self.header.imports,
             (Operand::Library, Some(number)) => usize::from(number) < Library::ALL.len(),
             (Operand::Global, Some(number)) => number < self.header.globals,

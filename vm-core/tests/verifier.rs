@@ -277,3 +277,18 @@ fn its_memory_is_the_arena() {
     let code = [&jumps[..], &[NIL, POP].repeat(200), &[END]].concat();
     assert!(matches!(check(2, &code), Err(ImageError::TooManyJumps(_) | ImageError::Jump(_))));
 }
+
+#[test]
+fn strings_made_at_run_time_need_the_full_profile() {
+    let mut parts = Parts::new(&[&[0, 1, STRING, 3, CALL_BUILTIN, builtin::LENGTH, 1, POP, END]]);
+    assert_eq!(
+        load(&parts.build()),
+        Err(ImageError::Operand(parts.build().len() as u16 - 5)),
+        "in code"
+    );
+    parts.features = 1 << 1;
+    assert_eq!(load(&parts.build()), Err(ImageError::Features(2)), "in the header");
+    parts.form |= FORM_FULL;
+    let mut vm: Vm<Full, &[u8], 64> = Vm::new(1);
+    assert_eq!(vm.load(Image::new(&parts.build()), |_| false), Ok(()));
+}
