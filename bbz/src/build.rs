@@ -38,7 +38,7 @@ pub struct Arguments {
     /// Robot: its name (kilobot, zooids, crazyflie) or the path of a robot file (*.toml)
     #[arg(long, value_name = "NAME|PATH.toml")]
     robot: String,
-    /// Number profile [default: the robot's]
+    /// Number profile: 16-bit or 32-bit numbers [default: the robot's]
     #[arg(long)]
     profile: Option<ProfileName>,
     /// Write OUT.bbi and OUT.sym [default: beside the script]
@@ -105,14 +105,16 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     Ok(Ending::Success)
 }
 
-/// What the names of the written files begin with.
+/// What the names of the written files begin with. A folder gets the name of the script.
 fn base(script: &Path, output: Option<&Path>) -> PathBuf {
-    match output {
-        Some(output) if output.extension().is_some_and(|extension| extension == "bbi") => {
+    let Some(output) = output else { return script.with_extension("") };
+    let ends_in_separator = output.to_string_lossy().ends_with(std::path::is_separator);
+    match (ends_in_separator || output.is_dir(), script.file_stem()) {
+        (true, Some(stem)) => output.join(stem),
+        _ if output.extension().is_some_and(|extension| extension == "bbi") => {
             output.with_extension("")
         }
-        Some(output) => output.to_owned(),
-        None => script.with_extension(""),
+        _ => output.to_owned(),
     }
 }
 

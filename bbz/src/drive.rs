@@ -50,6 +50,8 @@ pub struct Ended {
     pub end: End,
     /// Where the machine is: positions in the code, innermost first.
     pub positions: Vec<u16>,
+    /// What was called last.
+    pub entry: Entry,
 }
 
 /// Runs an image.
@@ -63,13 +65,13 @@ pub fn drive<P: Profile>(
     let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new(settings.id));
     vm.load_limited(Image::new(image), settings.slots, is_robot_function)?;
     vm.seed(settings.seed);
-    let mut run = Run { vm, host, interrupt };
+    let mut run = Run { vm, host, interrupt, entry: Entry::Global };
     let mut end = run.all(settings);
     if end == End::Interrupted {
         end = run.last_words();
     }
     run.host.output.flush();
-    Ok(Ended { end, positions: run.vm.calls().collect() })
+    Ok(Ended { end, positions: run.vm.calls().collect(), entry: run.entry })
 }
 
 /// Whether a robot with so many slots would run an image.
@@ -86,6 +88,8 @@ struct Run<'a, 'h, 'i, P: Profile> {
     vm: Box<Vm<P, &'i [u8], SLOTS>>,
     host: &'a mut HostRobot<'h>,
     interrupt: &'a mut Interrupt,
+    /// What was called last.
+    entry: Entry,
 }
 
 impl<P: Profile> Run<'_, '_, '_, P> {
@@ -126,9 +130,14 @@ impl<P: Profile> Run<'_, '_, '_, P> {
         Ok(())
     }
 
+    fn begin(&mut self, entry: Entry) -> bool {
+        self.entry = entry;
+        self.vm.begin(entry)
+    }
+
     /// Runs an entry to its end. False if the script does not have it.
     fn entry(&mut self, entry: Entry) -> Result<bool, End> {
-        if !self.vm.begin(entry) {
+        if !self.begin(entry) {
             return Ok(false);
         }
         loop {
@@ -138,7 +147,7 @@ impl<P: Profile> Run<'_, '_, '_, P> {
                     return Ok(true);
                 }
                 Outcome::Fault(fault) => return Err(End::Fault(fault)),
-                Outcome::Pending => self.host.output.flush(),
+                Outcome::Pending => {}
                 Outcome::Waiting => {
                     self.host.output.flush();
                     self.interrupt.wait(self.host.remaining_delay());
@@ -150,6 +159,7 @@ impl<P: Profile> Run<'_, '_, '_, P> {
 
     /// Whether there is a reason to end from outside.
     fn look_up(&mut self) -> Result<(), End> {
+        self.host.output.refresh();
         if self.host.output.has_failed() {
             return Err(End::OutputClosed);
         }
@@ -163,7 +173,7 @@ impl<P: Profile> Run<'_, '_, '_, P> {
             return end;
         }
         self.host.clock = Clock::Simulated;
-        self.vm.begin(Entry::Destroy);
+        self.begin(Entry::Destroy);
         self.run_out().unwrap_or(End::Complete)
     }
 

@@ -94,7 +94,7 @@ fn main() -> ExitCode {
         Command::Disasm(arguments) => disasm::execute(arguments),
     };
     let ending = ending.unwrap_or_else(|problem| {
-        report::error(&problem.to_string(), problem.help().as_deref());
+        report::problem(&problem);
         Ending::Usage
     });
     ending.into()

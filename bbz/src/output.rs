@@ -1,20 +1,25 @@
 //! Standard output, in order with what goes to standard error.
 
 use std::io::{self, BufWriter, Stdout, Write};
+use std::time::{Duration, Instant};
 
 use crate::problem::Problem;
+
+/// How long a person may wait to see a line.
+const PATIENCE: Duration = Duration::from_millis(50);
 
 /// Results of a run. Buffered, because a script may log thousands of lines in a second; whoever writes to standard
 /// error or waits flushes first.
 pub struct Output {
     stdout: BufWriter<Stdout>,
+    flushed: Instant,
     error: Option<io::Error>,
 }
 
 impl Output {
     /// The standard output of this process.
     pub fn new() -> Self {
-        Output { stdout: BufWriter::new(io::stdout()), error: None }
+        Output { stdout: BufWriter::new(io::stdout()), flushed: Instant::now(), error: None }
     }
 
     /// Writes a line. Bytes, because a script can cut a string in the middle of a character.
@@ -28,6 +33,14 @@ impl Output {
     /// Makes everything written visible.
     pub fn flush(&mut self) {
         self.attempt(BufWriter::flush);
+        self.flushed = Instant::now();
+    }
+
+    /// Makes visible what has waited for long enough: for runs without pauses.
+    pub fn refresh(&mut self) {
+        if self.flushed.elapsed() >= PATIENCE {
+            self.flush();
+        }
     }
 
     /// Whether nothing more can be written.

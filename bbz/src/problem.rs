@@ -4,7 +4,7 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use bittybuzz_robots::{Profile, RobotError};
+use bittybuzz_robots::{Place, Profile, RobotError};
 use bittybuzz_vm_core::ImageError;
 
 use crate::refusal;
@@ -77,6 +77,14 @@ impl Problem {
         Problem::Refused { path: path.to_owned(), cause }
     }
 
+    /// Where it is, if it is in a robot file.
+    pub fn place(&self) -> Option<&Place> {
+        match self {
+            Problem::Robot(error) => error.place.as_deref(),
+            _ => None,
+        }
+    }
+
     /// What to do about it.
     pub fn help(&self) -> Option<String> {
         match self {
@@ -102,8 +110,8 @@ impl Problem {
                 Some(likely) => format!("did you mean {likely}? `bbz explain` lists all codes"),
                 None => "`bbz explain` lists all codes".to_owned(),
             }),
+            Problem::Robot(error) => error.cause.help(),
             Problem::Unreadable { .. }
-            | Problem::Robot(_)
             | Problem::Unwritable { .. }
             | Problem::Interrupt(_)
             | Problem::Output(_) => None,
@@ -128,7 +136,7 @@ impl fmt::Display for Problem {
             Problem::NotAScript(path) => {
                 write!(f, "`{}` is an image already", path.display())
             }
-            Problem::Robot(error) => error.fmt(f),
+            Problem::Robot(error) => error.cause.fmt(f),
             Problem::Profile { path, image } => write!(
                 f,
                 "`{}` was built for the {} profile, which --profile cannot change",

@@ -1,9 +1,11 @@
 //! Messages on standard error.
 
-use annotate_snippets::{Group, Level, Renderer as Style};
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer as Style, Snippet};
 use bittybuzz_compiler::diagnostic::{Diagnostic, Severity};
 use bittybuzz_compiler::render::{Color, Renderer};
 use bittybuzz_compiler::source::SourceMap;
+
+use crate::problem::Problem;
 
 /// Prints what the compiler says about a script.
 pub fn diagnostics(sources: &SourceMap, diagnostics: &[Diagnostic]) {
@@ -21,19 +23,28 @@ pub fn count(diagnostics: &[Diagnostic]) -> (usize, usize) {
     (errors, diagnostics.len() - errors)
 }
 
-/// Prints an error that concerns no place in a script.
-pub fn error(message: &str, help: Option<&str>) {
-    let mut group = Group::with_title(Level::ERROR.primary_title(message));
-    if let Some(help) = help {
-        group = group.element(Level::HELP.message(help));
-    }
-    print(group);
+/// Prints what is wrong with the command line or a file.
+pub fn problem(problem: &Problem) {
+    let title = Level::ERROR.primary_title(problem.to_string());
+    let Some(place) = problem.place() else {
+        print(Group::with_title(title));
+        if let Some(help) = problem.help() {
+            print(Group::with_title(Level::HELP.primary_title(help)));
+        }
+        return;
+    };
+    let start = place.source.char_indices().nth(place.column - 1).map_or(0, |(at, _)| at);
+    let end = place.source[start..].char_indices().nth(place.width).map(|(at, _)| start + at);
+    let mark = AnnotationKind::Primary.span(start..end.unwrap_or(place.source.len()));
+    let snippet = Snippet::source(&place.source).line_start(place.line).path(&place.path);
+    let help = problem.help().map(|help| Level::HELP.message(help));
+    print(title.element(snippet.annotation(mark)).elements(help));
 }
 
 /// Prints a warning that concerns no place in a script.
 pub fn warning(message: &str, note: &str) {
-    let group = Group::with_title(Level::WARNING.primary_title(message));
-    print(group.element(Level::NOTE.message(note)));
+    print(Group::with_title(Level::WARNING.primary_title(message)));
+    print(Group::with_title(Level::NOTE.primary_title(note)));
 }
 
 /// Prints a message.

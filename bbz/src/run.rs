@@ -25,12 +25,12 @@ const TICK_HZ: u32 = 10;
 
 const EXAMPLES: &str = "\
 Examples:
-  bbz run hello.bzz                          global code and init(), then step() at 10 Hz until Ctrl-C
-  bbz run hello.bzz --steps 100              100 steps at full speed
-  bbz run blink.bzz --robot kilobot          with the functions, profile and memory of the Kilobot
-  bbz run walk.bzz --steps 50 --id 3 --seed 7  as robot 3, with other random numbers
-  bbz run follow.bzz -I behaviours           search behaviours/ for included files
-  bbz run blink.bbi                          what `bbz build` has made
+  bbz run hello.bzz                      global code and init(), then step() at 10 Hz until Ctrl-C
+  bbz run hello.bzz --steps 100          100 steps at full speed
+  bbz run blink.bzz --robot kilobot      with functions, profile and memory of the Kilobot
+  bbz run walk.bzz --id 3 --seed 7       as robot 3, with other random numbers
+  bbz run follow.bzz -I behaviours       search behaviours/ for included files
+  bbz run blink.bbi                      what `bbz build` has made
 
 Robot functions print their calls, such as led(3). They are finished at once and return 0, 0.0 or nil.
 A delay takes its time in real time, none at full speed.
@@ -90,19 +90,17 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         Profile::Full => drive::drive::<Full>,
     };
     let is_known = |hash| selection.has_function(hash);
-    let Ended { end, positions } =
+    let Ended { end, positions, entry } =
         drive(&program.image, &settings, &is_known, &mut host, &mut interrupt)
             .map_err(|cause| Problem::refused(&arguments.file, cause))?;
     let refusal = host.refusal.take();
     host.output.finish()?;
-    let trace = Trace::new(&program, positions);
+    let trace = Trace::new(&program, positions, entry);
     match end {
         End::Complete | End::OutputClosed => Ok(Ending::Success),
         End::Interrupted => {
-            report::print(
-                Group::with_title(Level::NOTE.primary_title("stopped by Ctrl-C"))
-                    .elements(trace.elements()),
-            );
+            let title = Level::NOTE.primary_title("stopped by Ctrl-C");
+            report::print(Group::with_title(title).elements(trace.elements()));
             Ok(Ending::Success)
         }
         End::Fault(fault) => {

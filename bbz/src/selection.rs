@@ -11,17 +11,15 @@ pub struct SelectionArguments {
     /// Robot: its name (kilobot, zooids, crazyflie) or the path of a robot file (*.toml)
     #[arg(long, value_name = "NAME|PATH.toml")]
     robot: Option<String>,
-    /// Number profile [default: the robot's, else full]
+    /// Number profile: 16-bit or 32-bit numbers [default: the robot's, else full]
     #[arg(long)]
     profile: Option<ProfileName>,
 }
 
-/// `tiny` or `full`, as the command line spells them.
+// No comments on the variants: they would be printed as help.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ProfileName {
-    /// 16-bit numbers
     Tiny,
-    /// 32-bit numbers
     Full,
 }
 

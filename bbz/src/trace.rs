@@ -3,6 +3,7 @@
 use annotate_snippets::{AnnotationKind, Element, Level, Origin, Snippet};
 use bittybuzz_compiler::codegen::GLOBAL_CODE;
 use bittybuzz_compiler::symbols::{Place, Symbols};
+use bittybuzz_vm_core::Entry;
 
 use crate::program::Program;
 
@@ -20,12 +21,14 @@ pub struct Trace<'a> {
     program: &'a Program,
     /// Positions in the code: the instruction that stopped, then the calls that led there.
     positions: Vec<u16>,
+    /// What the robot called.
+    entry: Entry,
 }
 
 impl<'a> Trace<'a> {
     /// The positions that the machine tells, innermost first.
-    pub fn new(program: &'a Program, positions: Vec<u16>) -> Self {
-        Trace { program, positions }
+    pub fn new(program: &'a Program, positions: Vec<u16>, entry: Entry) -> Self {
+        Trace { program, positions, entry }
     }
 
     /// The source text of the instruction, if it is on one line.
@@ -45,10 +48,21 @@ impl<'a> Trace<'a> {
             (_, _, Some(position)) => elements.push(note(format!(
                 "at position {position} of the code; there are no symbols to tell file and line"
             ))),
-            _ => {}
+            // The function itself could not be called.
+            (_, _, None) => elements.push(note(format!("the robot called {}", self.entry_name()))),
         }
         elements.extend(self.calls().into_iter().map(note));
         elements
+    }
+
+    fn entry_name(&self) -> &'static str {
+        match self.entry {
+            Entry::Global => GLOBAL_CODE,
+            Entry::Init => "`init`",
+            Entry::Step => "`step`",
+            Entry::Reset => "`reset`",
+            Entry::Destroy => "`destroy`",
+        }
     }
 
     fn place(&self) -> Option<Place> {
@@ -80,7 +94,8 @@ impl<'a> Trace<'a> {
     fn calls(&self) -> Vec<String> {
         let Some(symbols) = &self.program.symbols else { return Vec::new() };
         let name = |position: u16| match symbols.function(u32::from(position)) {
-            Some(function) if function.name == GLOBAL_CODE => function.name.clone(),
+            // The global code and lambdas have descriptions in place of names.
+            Some(function) if function.name.contains(' ') => function.name.clone(),
             Some(function) => format!("`{}`", function.name),
             None => "an unknown function".to_owned(),
         };

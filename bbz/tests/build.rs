@@ -1,0 +1,175 @@
+//! `bbz build`, and what can be done with the files that it writes.
+
+mod support;
+
+use serde_json::Value;
+use support::Folder;
+
+const SCRIPT: &str =
+    "word = \"hello\"\nfunction init() { log(word, id) }\nfunction step() { led(7 / (id - 1)) }\n";
+
+#[test]
+fn writes_image_and_symbols_that_run() {
+    let folder = Folder::with("build", "s.bzz", SCRIPT);
+    let built = folder.bbz(&["build", "s.bzz", "--robot", "kilobot"]);
+    assert_eq!((built.status, built.stderr.as_str()), (Some(0), ""));
+    let bytes = folder.read("s.bbi").len();
+    for part in ["s.bbi", &format!("{bytes} bytes"), "Kilobot", "28160"] {
+        assert!(built.stdout.contains(part), "{}", built.stdout);
+    }
+    assert_eq!(folder.names(), ["s.bbi", "s.bzz", "s.sym"]);
+    folder
+        .bbz(&["run", "s.bbi", "--robot", "kilobot", "--id", "2", "--steps", "1"])
+        .succeeds_with("hello2\nled(7)\n");
+    // Text, place and calls come from the symbols.
+    let fault = folder.bbz(&["run", "s.bbi", "--steps", "1"]);
+    assert_eq!((fault.status, fault.stdout.as_str()), (Some(1), "hello1\n"));
+    fault.says(&["error[R0005]", "--> s.bzz:3:23", "led(7 / (id - 1))", "in `step`"]);
+}
+
+#[test]
+fn the_output_may_be_a_name_an_image_or_a_folder() {
+    let folder = Folder::with("build_output", "s.bzz", SCRIPT);
+    std::fs::create_dir(folder.path("out")).unwrap();
+    for (output, base) in [
+        ("v1.2", "v1.2"),
+        ("named.bbi", "named"),
+        ("out", "out/s"),
+        ("out/", "out/s"),
+        ("out/x", "out/x"),
+    ] {
+        let built = folder.bbz(&["build", "s.bzz", "--robot", "kilobot", "-o", output]);
+        assert_eq!(built.status, Some(0), "{}", built.stderr);
+        for suffix in ["bbi", "sym"] {
+            let path = folder.path(&format!("{base}.{suffix}"));
+            assert!(path.is_file(), "{output}: {}", path.display());
+            std::fs::remove_file(path).unwrap();
+        }
+    }
+    assert_eq!(folder.names(), ["out", "s.bzz"]);
+}
+
+#[test]
+fn profiles_are_built_as_asked() {
+    let folder = Folder::with("build_profile", "s.bzz", SCRIPT);
+    assert_eq!(folder.bbz(&["build", "s.bzz", "--robot", "crazyflie"]).status, Some(0));
+    folder
+        .bbz(&["run", "s.bbi", "--profile", "tiny"])
+        .fails_with(3, &["full profile", "--profile"]);
+    let tiny = folder.bbz(&["build", "s.bzz", "--robot", "crazyflie", "--profile", "tiny"]);
+    assert_eq!(tiny.status, Some(0));
+    folder
+        .bbz(&["run", "s.bbi", "--profile", "full"])
+        .fails_with(3, &["tiny profile", "--profile"]);
+    // The image decides.
+    folder.bbz(&["run", "s.bbi", "--id", "2", "--steps", "1"]).succeeds_with("hello2\nled(7)\n");
+}
+
+#[test]
+fn a_failure_leaves_nothing_and_spoils_nothing() {
+    let folder = Folder::with("build_failure", "s.bzz", "log(\n");
+    folder.write("s.bbi", "an older image");
+    folder.bbz(&["build", "s.bzz", "--robot", "kilobot"]).fails_with(2, &["error[E", "s.bzz:"]);
+    folder.write("s.bzz", SCRIPT);
+    let nowhere = ["build", "s.bzz", "--robot", "kilobot", "-o", "no/such/folder"];
+    folder.bbz(&nowhere).fails_with(3, &["cannot write", "no/such"]);
+    // The image cannot replace a folder, the symbols could be written.
+    std::fs::create_dir(folder.path("d.bbi")).unwrap();
+    folder.bbz(&["build", "s.bzz", "--robot", "kilobot", "-o", "d.bbi"]);
+    folder.bbz(&["build", "s.bzz", "--robot", "kilobot", "-o", "d"]).fails_with(3, &["d.bbi"]);
+    assert_eq!(folder.read("s.bbi"), b"an older image");
+    let left: Vec<String> =
+        folder.names().into_iter().filter(|name| name.contains(".bbi.")).collect();
+    assert!(left.is_empty(), "{left:?}");
+}
+
+#[test]
+fn what_a_robot_cannot_run_is_not_built() {
+    let folder = Folder::with("build_refused", "s.bzz", "takeoff(100)\n");
+    folder.bbz(&["build", "s.bzz", "--robot", "kilobot"]).fails_with(2, &["takeoff", "Kilobot"]);
+    folder.bbz(&["build", "s.bzz"]).fails_with(3, &["--robot"]);
+    folder
+        .bbz(&["build", "s.bzz", "--robot", "kilobott"])
+        .fails_with(3, &["kilobott", "`kilobot`"]);
+    assert_eq!(folder.names(), ["s.bzz"]);
+}
+
+#[test]
+fn json_tells_sizes_or_errors() {
+    let folder = Folder::with("build_json", "s.bzz", SCRIPT);
+    let built = folder.bbz(&["build", "s.bzz", "--robot", "kilobot", "--json"]);
+    assert_eq!((built.status, built.stderr.as_str()), (Some(0), ""));
+    let result: Value = serde_json::from_str(&built.stdout).unwrap();
+    assert_eq!(result["errors"], 0);
+    assert_eq!(result["image"]["path"], "s.bbi");
+    assert_eq!(result["image"]["bytes"], folder.read("s.bbi").len());
+    assert_eq!(result["image"]["profile"], "tiny");
+    assert_eq!(result["image"]["flash_budget"], 28160);
+
+    folder.write("s.bzz", "log(\ntakeoff(1\n");
+    let failed = folder.bbz(&["build", "s.bzz", "--robot", "kilobot", "--json"]);
+    assert_eq!((failed.status, failed.stderr.as_str()), (Some(2), ""));
+    let result: Value = serde_json::from_str(&failed.stdout).unwrap();
+    assert_eq!(result["image"], Value::Null);
+    let diagnostics = result["diagnostics"].as_array().unwrap();
+    assert_eq!(result["errors"], diagnostics.len());
+    assert!(diagnostics[0]["code"].as_str().unwrap().starts_with('E'));
+    assert_eq!(diagnostics[0]["file"], "s.bzz");
+    assert!(diagnostics[0]["line"].is_u64());
+}
+
+#[test]
+fn symbols_that_do_not_belong_to_the_image_are_ignored_with_a_warning() {
+    let folder = Folder::with("symbols", "s.bzz", SCRIPT);
+    assert_eq!(folder.bbz(&["build", "s.bzz", "--robot", "kilobot"]).status, Some(0));
+    let own = folder.read("s.sym");
+    folder.write("other.bzz", "log(1)\n");
+    assert_eq!(folder.bbz(&["build", "other.bzz", "--robot", "kilobot"]).status, Some(0));
+    let run = || folder.bbz(&["run", "s.bbi", "--id", "2", "--steps", "0"]);
+    for (symbols, reason) in [
+        (folder.read("other.sym"), "belongs to script"),
+        (own[..own.len() / 2].to_vec(), "not a symbol file"),
+        (b"{\"format\":999}".to_vec(), "format 999"),
+        (b"\xff\xfe".to_vec(), "cannot read"),
+        (Vec::new(), "not a symbol file"),
+    ] {
+        folder.write("s.sym", symbols);
+        let outcome = run();
+        assert_eq!(outcome.status, Some(0), "{reason}");
+        // The tiny image carries no text.
+        assert_eq!(outcome.stdout, "[string 12]2\n", "{reason}");
+        outcome.says(&["warning: ", "s.sym", reason]);
+    }
+    // No symbols at all are no mistake; a fault then has a position.
+    std::fs::remove_file(folder.path("s.sym")).unwrap();
+    run().succeeds_with("[string 12]2\n");
+    let fault = folder.bbz(&["run", "s.bbi", "--steps", "1"]);
+    assert_eq!(fault.status, Some(1));
+    fault.says(&["error[R0005]", "position"]);
+}
+
+#[test]
+fn a_source_that_has_gone_leaves_the_place() {
+    let folder = Folder::with("no_source", "s.bzz", SCRIPT);
+    assert_eq!(folder.bbz(&["build", "s.bzz", "--robot", "kilobot"]).status, Some(0));
+    std::fs::remove_file(folder.path("s.bzz")).unwrap();
+    folder.bbz(&["run", "s.bbi", "--steps", "1"]).says(&["error[R0005]", "--> s.bzz:3:23"]);
+    // As after a change that made it shorter.
+    folder.write("s.bzz", "\n");
+    folder.bbz(&["run", "s.bbi", "--steps", "1"]).says(&["error[R0005]", "--> s.bzz:3:23"]);
+}
+
+#[test]
+fn disassembly_names_what_the_symbols_know() {
+    let folder = Folder::with("disasm", "s.bzz", SCRIPT);
+    assert_eq!(folder.bbz(&["build", "s.bzz", "--robot", "kilobot"]).status, Some(0));
+    for arguments in [&["disasm", "s.bzz"][..], &["disasm", "s.bbi"]] {
+        let outcome = folder.bbz(arguments);
+        assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+        for part in ["CALL_ROBOT", "led", "step", "word"] {
+            assert!(outcome.stdout.contains(part), "{part}: {}", outcome.stdout);
+        }
+    }
+    folder.write("s.bzz", "log(\n");
+    folder.bbz(&["disasm", "s.bzz"]).fails_with(2, &["error[E"]);
+}

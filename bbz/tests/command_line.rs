@@ -1,0 +1,189 @@
+//! What is wrong with a command line is said clearly, with exit status 3; help helps.
+
+mod support;
+
+use serde_json::Value;
+use support::Folder;
+
+#[test]
+fn help_has_examples_and_goes_to_standard_output() {
+    let folder = Folder::new("help");
+    for command in ["check", "build", "run", "disasm"] {
+        let outcome = folder.bbz(&[command, "--help"]);
+        assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+        for part in ["Examples:", &format!("\n  bbz {command} "), "Usage:", "--robot"] {
+            assert!(outcome.stdout.contains(part), "{command}: {}", outcome.stdout);
+        }
+    }
+    let outcome = folder.bbz(&["--help"]);
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+    assert!(outcome.stdout.contains("Examples:"));
+    assert_eq!(folder.bbz(&["--version"]).status, Some(0));
+}
+
+#[test]
+fn wrong_options_are_usage_errors() {
+    let folder = Folder::with("options", "s.bzz", "log(1)\n");
+    let cases: [(&[&str], &[&str]); 10] = [
+        (&[], &["Usage"]),
+        (&["fly"], &["fly"]),
+        (&["run"], &["FILE"]),
+        (&["run", "s.bzz", "--steps", "abc"], &["--steps", "abc"]),
+        (&["run", "s.bzz", "--steps", "-1"], &["-1"]),
+        (&["run", "s.bzz", "--id", "70000"], &["--id", "70000"]),
+        (&["run", "s.bzz", "--profile", "huge"], &["huge", "tiny", "full"]),
+        (&["run", "s.bzz", "--robot", "zooid"], &["zooid", "did you mean `zooids`?"]),
+        (&["run", "s.bzz", "--robot", "none.toml"], &["none.toml"]),
+        (&["run", "s.bzz", "t.bzz"], &["t.bzz"]),
+    ];
+    for (arguments, parts) in cases {
+        folder.bbz(arguments).fails_with(3, parts);
+    }
+}
+
+#[test]
+fn files_that_cannot_be_read_are_usage_errors() {
+    let folder = Folder::with("files", "script.bzz", "log(1)\n");
+    folder.write("notes.txt", "");
+    folder.write("none", "");
+    std::fs::create_dir(folder.path("folder.bzz")).unwrap();
+    for command in ["check", "run", "disasm"] {
+        folder
+            .bbz(&[command, "scrip.bzz"])
+            .fails_with(3, &["there is no file `scrip.bzz`", "did you mean `script.bzz`?"]);
+        folder.bbz(&[command, "no/such.bzz"]).fails_with(3, &["no/such.bzz"]);
+        folder.bbz(&[command, "folder.bzz"]).fails_with(3, &["`folder.bzz` is a folder"]);
+        folder.bbz(&[command, "notes.txt"]).fails_with(3, &["notes.txt", ".bzz", ".bbi"]);
+        folder.bbz(&[command, "none"]).fails_with(3, &["`none`", ".bzz"]);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_file_without_permission() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::with("permission", "s.bzz", "log(1)\n");
+    let closed = std::fs::Permissions::from_mode(0o000);
+    std::fs::set_permissions(folder.path("s.bzz"), closed).unwrap();
+    // The superuser may read everything.
+    if std::fs::read(folder.path("s.bzz")).is_err() {
+        folder.bbz(&["run", "s.bzz"]).fails_with(3, &["permission", "s.bzz"]);
+    }
+}
+
+#[test]
+fn an_empty_script_is_a_script_and_an_empty_image_is_none() {
+    let folder = Folder::with("empty", "s.bzz", "");
+    folder.write("s.bbi", "");
+    folder.bbz(&["run", "s.bzz"]).succeeds_with("");
+    folder.bbz(&["check", "s.bzz"]).succeeds_with("");
+    folder.bbz(&["run", "s.bbi"]).fails_with(3, &["s.bbi", "cut off"]);
+}
+
+#[test]
+fn images_that_are_none_are_refused() {
+    let folder =
+        Folder::with("refused", "s.bzz", "function init() { log(math.sqrt(2)) }\nled(1)\n");
+    assert_eq!(folder.bbz(&["build", "s.bzz", "--robot", "zooids"]).status, Some(0));
+    std::fs::remove_file(folder.path("s.sym")).unwrap();
+    let good = folder.read("s.bbi");
+    let changed = |at: usize, byte: u8| {
+        let mut bytes = good.clone();
+        bytes[at] = byte;
+        bytes
+    };
+    for (bytes, reason) in [
+        (b"log(1)\n".to_vec(), "is not an image"),
+        (changed(1, good[1] & 0xf0 | 2), "version 2"),
+        (changed(2, 0b100), "`neighbors`"),
+        (changed(2, 0b1_1000), "`swarm`, `stigmergy`"),
+        (good[..good.len() - 1].to_vec(), "is damaged"),
+        (good[..9].to_vec(), "is cut off"),
+    ] {
+        folder.write("bad.bbi", &bytes);
+        folder.bbz(&["run", "bad.bbi"]).fails_with(3, &["`bad.bbi`", reason]);
+    }
+    // It is in order, but for another robot.
+    folder.write("car.toml", CAR);
+    folder.bbz(&["run", "s.bbi", "--robot", "car.toml"]).fails_with(3, &["function", "robot"]);
+}
+
+/// A robot without functions.
+const CAR: &str = "name = \"car\"\ntitle = \"Car\"\nprofile = \"tiny\"\ntick_hz = 10\nmessage_bytes = 9\n\
+    [vm]\nmemory = 2000\nslots = 300\nneighbors = 4\nin_queue = 4\nout_queue = 4\n\
+    stigmergy_entries = 2\nswarms = 2\n";
+
+#[test]
+fn a_mistake_in_a_robot_file_has_a_place() {
+    let folder = Folder::with("robot_file", "s.bzz", "");
+    folder.write("car.toml", CAR.replace("tick_hz = 10", "tick_hz = 0"));
+    folder
+        .bbz(&["check", "s.bzz", "--robot", "car.toml"])
+        .fails_with(3, &["car.toml:4:", "tick_hz", "from 1 to 100"]);
+}
+
+#[test]
+fn check_reports_all_mistakes_and_only_errors_count() {
+    let folder = Folder::with("check", "s.bzz", "log(1\nlog(2))\n");
+    folder.bbz(&["check", "s.bzz"]).fails_with(2, &["error[E", "s.bzz:"]);
+    folder.write("s.bzz", "log(unknown_thing)\n");
+    let warned = folder.bbz(&["check", "s.bzz"]);
+    assert_eq!((warned.status, warned.stdout.as_str()), (Some(0), ""));
+    warned.says(&["warning[W", "s.bzz:1:5"]);
+}
+
+#[test]
+fn check_without_a_robot_knows_the_functions_of_all() {
+    let folder = Folder::with("check_robots", "s.bzz", "takeoff(100)\nset_motor(1, 2)\n");
+    folder.bbz(&["check", "s.bzz"]).succeeds_with("");
+    folder.bbz(&["check", "s.bzz", "--robot", "crazyflie"]).succeeds_with("");
+    folder.bbz(&["check", "s.bzz", "--robot", "kilobot"]).fails_with(2, &["takeoff", "s.bzz:1:1"]);
+}
+
+#[test]
+fn check_knows_the_profile() {
+    let folder = Folder::with("check_profile", "s.bzz", "x = 40000\n");
+    folder.bbz(&["check", "s.bzz"]).succeeds_with("");
+    folder.bbz(&["check", "s.bzz", "--robot", "kilobot"]).fails_with(2, &["40000", "s.bzz:1:5"]);
+    folder.bbz(&["check", "s.bzz", "--profile", "tiny"]).fails_with(2, &["40000"]);
+    folder.bbz(&["check", "s.bzz", "--robot", "kilobot", "--profile", "full"]).succeeds_with("");
+}
+
+#[test]
+fn check_json_is_one_object_on_standard_output() {
+    let folder = Folder::with("check_json", "s.bzz", "log(\"\u{e9}\u{1}\ny = unknown_thing\n");
+    for text in ["", "log(unknown_thing)\n", "log(\"\u{e9}\u{1}\"\nx = )\n"] {
+        folder.write("s.bzz", text);
+        let outcome = folder.bbz(&["check", "s.bzz", "--json"]);
+        assert_eq!(outcome.stderr, "");
+        assert_eq!(outcome.stdout.lines().count(), 1);
+        let result: Value = serde_json::from_str(&outcome.stdout).unwrap();
+        let count = |name: &str| result[name].as_u64().unwrap();
+        let diagnostics = result["diagnostics"].as_array().unwrap();
+        assert_eq!(count("errors") + count("warnings"), diagnostics.len() as u64);
+        assert_eq!(outcome.status, Some(if count("errors") == 0 { 0 } else { 2 }));
+        for diagnostic in diagnostics {
+            assert!(
+                diagnostic["message"].is_string() && diagnostic["line"].is_u64(),
+                "{diagnostic}"
+            );
+        }
+    }
+}
+
+#[test]
+fn only_scripts_can_be_checked_and_built() {
+    let folder = Folder::with("only_scripts", "s.bbi", "");
+    folder.bbz(&["check", "s.bbi"]).fails_with(3, &["s.bbi", ".bzz"]);
+    folder.bbz(&["build", "s.bbi", "--robot", "kilobot"]).fails_with(3, &["s.bbi", ".bzz"]);
+}
+
+#[test]
+fn colours_are_for_terminals_only() {
+    let folder = Folder::with("colours", "s.bzz", "log(1 +)\n");
+    assert!(!folder.bbz(&["run", "s.bzz"]).stderr.contains('\u{1b}'));
+    let forced = folder.command(&["run", "s.bzz"]).env("CLICOLOR_FORCE", "1").spawn();
+    assert!(support::finish(forced.unwrap()).stderr.contains('\u{1b}'));
+    let refused = folder.command(&["run", "s.bzz"]).env("NO_COLOR", "1").spawn();
+    assert!(!support::finish(refused.unwrap()).stderr.contains('\u{1b}'));
+}

@@ -1,0 +1,138 @@
+//! Running `bbz` on scripts in a folder of the test's own.
+
+// Each test program uses its part of this module.
+#![allow(dead_code)]
+
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// How long a run may take before it counts as hanging: far above any test's need.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// An empty folder that belongs to one test.
+pub struct Folder(PathBuf);
+
+/// What a run did.
+#[derive(Debug)]
+pub struct Outcome {
+    /// Exit status; `None` if a signal ended it.
+    pub status: Option<i32>,
+    pub stdout: String,
+    pub stderr: String,
+}
+
+impl Folder {
+    /// The folder of the test of that name.
+    pub fn new(test: &str) -> Self {
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(&path).unwrap();
+        Folder(path)
+    }
+
+    /// The folder with one script in it.
+    pub fn with(test: &str, name: &str, text: &str) -> Self {
+        let folder = Folder::new(test);
+        folder.write(name, text);
+        folder
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
+        fs::write(self.path(name), bytes).unwrap();
+    }
+
+    pub fn read(&self, name: &str) -> Vec<u8> {
+        fs::read(self.path(name)).unwrap()
+    }
+
+    /// The names of what is in it, sorted.
+    pub fn names(&self) -> Vec<String> {
+        let entries = fs::read_dir(&self.0).unwrap();
+        let mut names: Vec<String> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    /// A command that runs `bbz` in this folder, with piped output.
+    pub fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_bbz"));
+        command
+            .args(arguments)
+            .current_dir(&self.0)
+            .env_remove("BUZZ_INCLUDE_PATH")
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
+        command
+    }
+
+    /// Runs `bbz` in this folder.
+    pub fn bbz(&self, arguments: &[&str]) -> Outcome {
+        finish(self.command(arguments).spawn().unwrap())
+    }
+}
+
+/// Waits for the end of a process and reads what it printed.
+pub fn finish(mut child: Child) -> Outcome {
+    let stdout = child.stdout.take().map(read_aside);
+    let stderr = child.stderr.take().map(read_aside);
+    let start = Instant::now();
+    let status = loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            break status;
+        }
+        if start.elapsed() > PATIENCE {
+            child.kill().unwrap();
+            child.wait().unwrap();
+            panic!("bbz hangs");
+        }
+        thread::sleep(Duration::from_millis(2));
+    };
+    let text = |reader: Option<thread::JoinHandle<String>>| {
+        reader.map_or(String::new(), |reader| reader.join().unwrap())
+    };
+    Outcome { status: status.code(), stdout: text(stdout), stderr: text(stderr) }
+}
+
+fn read_aside(mut pipe: impl Read + Send + 'static) -> thread::JoinHandle<String> {
+    thread::spawn(move || {
+        let mut bytes = Vec::new();
+        pipe.read_to_end(&mut bytes).unwrap();
+        String::from_utf8(bytes).unwrap()
+    })
+}
+
+impl Outcome {
+    /// Asserts status and standard output, and that nothing went to standard error.
+    #[track_caller]
+    pub fn succeeds_with(&self, stdout: &str) {
+        assert_eq!(
+            (self.status, self.stdout.as_str(), self.stderr.as_str()),
+            (Some(0), stdout, "")
+        );
+    }
+
+    /// Asserts status, that standard error says all this, and that standard output is empty.
+    #[track_caller]
+    pub fn fails_with(&self, status: i32, parts: &[&str]) {
+        assert_eq!((self.status, self.stdout.as_str()), (Some(status), ""), "{}", self.stderr);
+        self.says(parts);
+    }
+
+    /// Asserts that standard error says all this.
+    #[track_caller]
+    pub fn says(&self, parts: &[&str]) {
+        for part in parts {
+            assert!(self.stderr.contains(part), "`{part}` is not in:\n{}", self.stderr);
+        }
+    }
+}
