@@ -169,6 +169,12 @@ impl<P: Profile> Value<P> {
         self.tag.0 & Tag::HEAP_BIT != 0
     }
 
+    /// Whether reading it out of a table may have to bind it.
+    #[inline(always)]
+    pub(crate) fn may_use_self(self) -> bool {
+        matches!(self.tag, Tag::FUNCTION | Tag::CLOSURE | Tag::BOUND)
+    }
+
     /// Whether it is nil.
     #[inline(always)]
     pub fn is_nil(self) -> bool {

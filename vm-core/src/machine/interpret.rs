@@ -246,6 +246,53 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         }
                         break Left::Returned;
                     }
+                    // Tables under plain keys; libraries, other keys, functions that may have to be bound and
+                    // allocations that need a collection are slow.
+                    opcode::FIELD_GET | opcode::FIELD_METHOD => {
+                        let at = sp.wrapping_sub(1);
+                        let table = get!(at);
+                        if table.is(Tag::TABLE) {
+                            let key = Value::string(arg as u16);
+                            let value = self.arena.table_get(table.index(), key);
+                            if op == opcode::FIELD_METHOD {
+                                push!(value);
+                                continue;
+                            } else if !value.may_use_self() {
+                                set!(at, value);
+                                continue;
+                            }
+                        }
+                    }
+                    opcode::INDEX_GET => {
+                        let table = get!(sp.wrapping_sub(2));
+                        let key = get!(sp.wrapping_sub(1));
+                        if table.is(Tag::TABLE) && key.is(Tag::INT) {
+                            let value = self.arena.table_get(table.index(), key);
+                            if !value.may_use_self() {
+                                sp = sp.wrapping_sub(1);
+                                set!(sp.wrapping_sub(1), value);
+                                continue;
+                            }
+                        }
+                    }
+                    opcode::FIELD_SET => {
+                        let table = get!(sp.wrapping_sub(2));
+                        let key = Value::string(arg as u16);
+                        if self.set_quickly(table, key, get!(sp.wrapping_sub(1))) {
+                            sp = sp.wrapping_sub(2);
+                            continue;
+                        }
+                    }
+                    opcode::INDEX_SET => {
+                        let table = get!(sp.wrapping_sub(3));
+                        let key = get!(sp.wrapping_sub(2));
+                        if key.is(Tag::INT)
+                            && self.set_quickly(table, key, get!(sp.wrapping_sub(1)))
+                        {
+                            sp = sp.wrapping_sub(3);
+                            continue;
+                        }
+                    }
                     opcode::CAPTURE_GET => {
                         let closure = get!(fp.wrapping_add(1)).index();
                         push!(self.arena.captured(closure, arg as usize));
@@ -264,6 +311,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 Left::Returned => {}
             }
         }
+    }
+}
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
+    /// Stores into a table if no collection is needed for it. Tests of scarce memory want all allocations in one place.
+    #[inline(always)]
+    fn set_quickly(&mut self, table: Value<P>, key: Value<P>, value: Value<P>) -> bool {
+        cfg!(not(feature = "torture"))
+            && table.is(Tag::TABLE)
+            && self.arena.table_set(table.index(), key, value).is_ok()
     }
 }
 

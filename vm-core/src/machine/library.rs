@@ -123,10 +123,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The value as read out of a table: a function that uses self gets the table as its self.
     #[inline(always)]
     pub(super) fn bind(&mut self, value: Value<P>, table: Value<P>) -> Result<Value<P>, Stopped> {
-        match value.tag() {
-            Tag::FUNCTION | Tag::CLOSURE | Tag::BOUND => self.bind_function(value, table),
-            _ => Ok(value),
-        }
+        if value.may_use_self() { self.bind_function(value, table) } else { Ok(value) }
     }
 
     #[inline(never)]
