@@ -90,7 +90,8 @@ impl Rng {
     /// A normally distributed float.
     ///
     /// The polar method of Marsaglia, on points whose coordinates are 16-bit integers: no result
-    /// is farther from the mean than 6.5 standard deviations.
+    /// is farther from the mean than 6.5 standard deviations. It tries 1.3 points on average, and
+    /// always ends, since the generator comes to every number.
     #[cfg(feature = "maths")]
     pub fn gaussian(&mut self, deviation: f32, mean: f32) -> f32 {
         let radius: u32 = 1 << 30;
@@ -112,7 +113,7 @@ impl Rng {
     /// An exponentially distributed float.
     #[cfg(feature = "maths")]
     pub fn exponential(&mut self, mean: f32) -> f32 {
-        // From 1 to 2^24 - 1: the logarithm of 1, zero, is no `Wide`.
+        // 0 has no logarithm.
         let bits = (self.next_u32() >> 8).max(1);
         minus_log(bits, 24).to_f32(false) * mean
     }
