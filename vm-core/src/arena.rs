@@ -106,7 +106,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     pub(crate) fn shift_down(&mut self, from: usize, count: usize, by: usize) {
         // Not `copy_within`, which could panic.
         for at in from..from.wrapping_add(count) {
-            self.set(at.wrapping_sub(by), self.get(at));
+            self.set_fast(at.wrapping_sub(by), self.get_fast(at));
         }
     }
 

@@ -50,6 +50,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let callee = self.top(count + 1);
         let self_value = if below == 2 { self.top(count + 2) } else { Value::nil() };
         match callee.tag() {
+            Tag::FUNCTION => {
+                self.enter(callee.index() as u16, count, below, [Value::nil(), self_value])
+            }
             Tag::BUILTIN | Tag::ROBOT => {
                 self.remove_callee(count, below);
                 self.call_native(host, callee, count)
