@@ -13,6 +13,7 @@ mod build;
 mod check;
 mod disasm;
 mod drive;
+mod explain;
 
 mod fault;
 mod host;
@@ -59,6 +60,8 @@ enum Command {
     Run(run::Arguments),
     /// Show the instructions that a script compiles to
     Disasm(disasm::Arguments),
+    /// Explain the code of a message
+    Explain(explain::Arguments),
 }
 
 /// How a command ended: its exit status.
@@ -92,6 +95,7 @@ fn main() -> ExitCode {
         Command::Build(arguments) => build::execute(arguments),
         Command::Run(arguments) => run::execute(arguments),
         Command::Disasm(arguments) => disasm::execute(arguments),
+        Command::Explain(arguments) => explain::execute(arguments),
     };
     let ending = ending.unwrap_or_else(|problem| {
         report::problem(&problem);

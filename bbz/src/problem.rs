@@ -53,7 +53,7 @@ pub enum Problem {
         /// The code.
         code: String,
         /// The code that was probably meant.
-        likely: Option<&'static str>,
+        likely: Option<String>,
     },
     /// Ctrl-C cannot be taken over.
     Interrupt(ctrlc::Error),

@@ -22,6 +22,25 @@ fn help_has_examples_and_goes_to_standard_output() {
 }
 
 #[test]
+fn explain_explains_any_code_and_lists_all() {
+    let folder = Folder::new("explain");
+    for code in ["E0201", "w0102", "R0005"] {
+        let outcome = folder.bbz(&["explain", code]);
+        assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+        assert!(outcome.stdout.contains(&code.to_uppercase()), "{}", outcome.stdout);
+        assert_eq!(outcome.stdout.matches("```buzz").count(), 1, "one section only");
+    }
+    let list = folder.bbz(&["explain"]);
+    assert_eq!((list.status, list.stderr.as_str()), (Some(0), ""));
+    for code in list.stdout.lines().filter_map(|line| line.split_whitespace().next()) {
+        assert_eq!(folder.bbz(&["explain", code]).status, Some(0), "{code}");
+    }
+    folder.bbz(&["explain", "R00055"]).fails_with(3, &["`R00055`", "did you mean R0005?"]);
+    folder.bbz(&["explain", "nonsense"]).fails_with(3, &["`nonsense`", "bbz explain"]);
+    assert!(folder.bbz(&["explain", "--help"]).stdout.contains("Examples:\n  bbz explain "));
+}
+
+#[test]
 fn wrong_options_are_usage_errors() {
     let folder = Folder::with("options", "s.bzz", "log(1)\n");
     let cases: [(&[&str], &[&str]); 10] = [

@@ -1,5 +1,6 @@
 //! `bbz run` in real time, and Ctrl-C.
 #![cfg(unix)]
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 mod support;
 

@@ -182,6 +182,24 @@ fn every_kind_of_fault_says_what_went_wrong() {
 }
 
 #[test]
+fn examples_of_run_time_errors_give_the_code_that_they_explain() {
+    let folder = Folder::new("explained");
+    let text = include_str!("../../docs/run-time-errors.md");
+    let mut examples = 0;
+    for section in text.split("\n## ").skip(1) {
+        let code = section.split_whitespace().next().unwrap();
+        let (_, example) = section.split_once("```buzz\n").unwrap();
+        let (example, _) = example.split_once("```").unwrap();
+        folder.write("s.bzz", example);
+        let outcome = folder.bbz(&["run", "s.bzz"]);
+        assert_eq!(outcome.status, Some(1), "{code}");
+        outcome.says(&[&format!("error[{code}]"), "--> s.bzz:"]);
+        examples += 1;
+    }
+    assert!(examples >= 12);
+}
+
+#[test]
 fn storing_into_no_table() {
     let folder = Folder::new("storing");
     for (statement, message) in

@@ -1,7 +1,7 @@
 //! Running `bbz` on scripts in a folder of the test's own.
 
-// Each test program uses its part of this module.
-#![allow(dead_code)]
+#![allow(dead_code, reason = "each test program uses its part of this module")]
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use std::fs;
 use std::io::Read;

@@ -1,0 +1,99 @@
+//! `bbz explain`: what a code means, and what to do about it.
+
+use bittybuzz_compiler::codes::Code;
+use bittybuzz_compiler::explain;
+use bittybuzz_vm_core::FaultCode;
+use clap::Args;
+
+use crate::Ending;
+use crate::fault;
+use crate::output;
+use crate::problem::Problem;
+
+/// The sections about run-time errors; those of the compiler's messages are the compiler's.
+const RUN_TIME_ERRORS: &str = include_str!("../../docs/run-time-errors.md");
+
+/// Two codes that differ in more characters are not alike.
+const MOST_DIFFERENCES: usize = 1;
+
+const EXAMPLES: &str = "\
+Examples:
+  bbz explain E0201    an error of the compiler
+  bbz explain W0102    a warning
+  bbz explain R0005    a run-time error
+  bbz explain          a list of all codes";
+
+/// Arguments of `bbz explain`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Code of a message, such as E0201; without, all are listed
+    code: Option<String>,
+}
+
+/// Carries out the command.
+pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+    let Some(code) = &arguments.code else {
+        let lines = codes().map(|(code, title)| format!("{code}  {title}\n"));
+        output::write(&lines.collect::<String>())?;
+        return Ok(Ending::Success);
+    };
+    let wanted = code.to_uppercase();
+    let section = explain::explain(&wanted).or_else(|| run_time_error(&wanted));
+    let Some(section) = section else {
+        return Err(Problem::UnknownCode { code: code.clone(), likely: likely(&wanted) });
+    };
+    output::write(&format!("{section}\n"))?;
+    Ok(Ending::Success)
+}
+
+/// Every code with its title.
+fn codes() -> impl Iterator<Item = (String, &'static str)> {
+    let compiler = Code::ALL.iter().map(|code| (code.text().to_owned(), code.title()));
+    let run_time = FaultCode::ALL.iter().map(|cause| (fault::code(*cause), fault::title(*cause)));
+    compiler.chain(run_time)
+}
+
+/// The section about the code of a run-time error.
+fn run_time_error(code: &str) -> Option<&'static str> {
+    let (_, sections) = RUN_TIME_ERRORS.split_once("\n## ")?;
+    let mut sections = sections.split("\n## ");
+    sections.find(|section| section.split_whitespace().next() == Some(code)).map(str::trim_end)
+}
+
+/// The code that was probably meant.
+fn likely(wanted: &str) -> Option<String> {
+    let compared = codes().map(|(code, _)| (strsim::damerau_levenshtein(wanted, &code), code));
+    compared.min().filter(|(differences, _)| *differences <= MOST_DIFFERENCES).map(|(_, code)| code)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_run_time_error_has_a_section_with_its_title_and_an_example() {
+        for cause in FaultCode::ALL {
+            let code = fault::code(cause);
+            let section = run_time_error(&code).unwrap_or_else(|| panic!("{code} is missing"));
+            let heading = format!("{code} — {}\n", fault::title(cause));
+            assert!(section.starts_with(&heading), "{section}");
+            assert!(section.contains("\n```buzz\n"), "{code} has no example");
+        }
+        let sections = RUN_TIME_ERRORS.matches("\n## ").count();
+        assert_eq!(sections, FaultCode::ALL.len(), "a section of no code");
+    }
+
+    #[test]
+    fn a_slip_of_the_finger_has_a_suggestion() {
+        for (wanted, expected) in [
+            ("R005", Some("R0005")),
+            ("E020", Some("E0201")),
+            ("R00050", Some("R0005")),
+            ("X", None),
+            ("", None),
+        ] {
+            assert_eq!(likely(wanted).as_deref(), expected, "{wanted}");
+        }
+    }
+}
