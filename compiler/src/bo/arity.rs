@@ -7,6 +7,8 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+use bittybuzz_vm_core::builtin::{Library, find};
+
 use crate::bo::names::Names;
 use crate::bo::structure::{Node, Outline};
 use crate::check::tree::{Expr, ExprKind, NameId};
@@ -15,8 +17,10 @@ use crate::check::tree::{Expr, ExprKind, NameId};
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 enum Place {
     Global(NameId),
-    /// A field of that name in any table.
+    /// A field of that name in any table but the libraries.
     Field(String),
+    /// A function of a library.
+    Member(Library, String),
     /// An element of any table under a key that is no constant string.
     Element,
     /// A local of a chunk, by its number in the file.
@@ -95,12 +99,16 @@ impl Arities {
         arities
     }
 
-    /// With how many arguments the function of a chunk is called. Nothing means that nothing calls it.
+    /// With how many arguments the function of a chunk is called, if it is.
     pub fn counts(&mut self, chunk: usize) -> &BTreeSet<usize> {
         let class = self.place(Place::Function(chunk));
         let class = self.find(class);
-        let counts = &self.classes[class].counts;
-        if counts.is_empty() { &self.unknown } else { counts }
+        &self.classes[class].counts
+    }
+
+    /// With how many arguments functions are called that may be any.
+    pub fn unknown(&self) -> &BTreeSet<usize> {
+        &self.unknown
     }
 
     /// Calls of locals that hold no function as far as is seen: they may call any function.
@@ -268,7 +276,11 @@ impl Scan<'_> {
             ExprKind::Lambda(id) => Place::Function(id.0),
             ExprKind::Field { object, key, .. } => {
                 self.expr(object);
-                Place::Field(key.clone())
+                let members = library(object, self.names).filter(|l| find(*l, key).is_some());
+                match members {
+                    Some(library) => Place::Member(library, key.clone()),
+                    None => Place::Field(key.clone()),
+                }
             }
             ExprKind::Index { object, index } => {
                 self.expr(object);
@@ -323,6 +335,20 @@ impl Scan<'_> {
             self.arities.merge(parameter, argument);
         }
         class.map(|class| self.arities.result(class))
+    }
+}
+
+/// The library that an expression names.
+fn library(expr: &Expr, names: &Names) -> Option<Library> {
+    match &expr.kind {
+        ExprKind::Name(id) => {
+            let name = Some(names.text(*id));
+            Library::ALL.into_iter().find(|library| library.global_name() == name)
+        }
+        ExprKind::Field { object, key, .. } if key == "rng" => {
+            library(object, names).filter(|l| *l == Library::Math).map(|_| Library::Rng)
+        }
+        _ => None,
     }
 }
 

@@ -131,8 +131,8 @@ fn creator(bo: &Bo, bounds: &[usize], number: usize, at: usize) -> Result<usize,
 
 /// Where the code of a chunk ends: before the instruction that ends every chunk of its kind.
 fn body_end(bo: &Bo, number: usize, start: usize, end: usize) -> Result<usize, BoError> {
-    // Of a script without any statement the compiler leaves out the `done`.
-    if number == 0 && start == bo.code.len() {
+    // For a script without any statement the compiler writes no `done`.
+    if number == 0 && start == bo.code.len() && bo.strings.is_empty() {
         return Ok(start);
     }
     let last = end.saturating_sub(1).max(start);

@@ -134,15 +134,16 @@ impl Builder<'_> {
         if highest.is_none_or(|local| *local < base + least) || self.is_dead(number) {
             return Ok(least);
         }
-        let counts = self.arities.counts(number);
-        let possible = counts.iter().filter(|count| **count >= least as usize);
-        match possible.copied().collect::<Vec<_>>().as_slice() {
-            [count] if *count <= MAX_PARAMETERS => Ok(*count as u32),
-            [] if counts.is_empty() => Ok(least),
-            _ => {
-                let cause = Cause::UnknownParameters(counts.clone());
-                Err(self.bo.error(start, cause))
-            }
+        let mut counts = self.arities.counts(number).clone();
+        let is_called = !counts.is_empty();
+        if !is_called {
+            counts.clone_from(self.arities.unknown());
+        }
+        let mut possible = counts.iter().copied().filter(|count| *count >= least as usize);
+        match (possible.next(), possible.next()) {
+            (Some(count), None) if count <= MAX_PARAMETERS => Ok(count as u32),
+            (None, _) if !is_called => Ok(least),
+            _ => Err(self.bo.error(start, Cause::UnknownParameters(counts))),
         }
     }
 
