@@ -76,6 +76,9 @@ impl<'a> Lexer<'a> {
                 _ => self.operator(next),
             }
         }
+        // Behind the last text: an empty line has nothing to show.
+        self.position = self.text.trim_end().len();
+        self.start = self.position;
         self.push(TokenKind::FileEnd);
     }
 

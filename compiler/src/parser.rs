@@ -213,10 +213,10 @@ impl<'a> Parser<'a> {
         result
     }
 
-    /// Accounts for a node on top of all that was built inside this level: `a + b + c` needs no recursion to
-    /// parse, but makes a tree that grows with every operator.
-    fn grow(&mut self) -> Parse<()> {
-        self.height += 1;
+    /// Accounts for a node on top of one of that height: `a + b + c` needs no recursion to parse, but makes a tree
+    /// that grows with every operator.
+    fn grow(&mut self, height: u32) -> Parse<()> {
+        self.height = self.height.max(height + 1);
         if self.height + self.depth > MAX_NESTING { Err(self.too_deep()) } else { Ok(()) }
     }
 

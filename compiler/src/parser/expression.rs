@@ -7,7 +7,7 @@ use super::{Parse, Parser};
 use crate::ast::{BinaryOp, Expr, ExprKind, UnaryOp};
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
-use crate::token::{Fixed, Separation};
+use crate::token::{Fixed, Separation, TokenKind};
 
 /// How tightly a binary operator binds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -76,16 +76,17 @@ impl Parser<'_> {
             if parser.at(Fixed::Not) {
                 return parser.negation();
             }
-            let first = parser.comparison()?;
-            parser.logic_rest(first)
+            let mut value = parser.comparison()?;
+            parser.logic_rest(&mut value)?;
+            Ok(value)
         })
     }
 
     /// What may follow when the first operand has been read already.
-    pub(super) fn condition_rest(&mut self, operand: Expr) -> Parse<Expr> {
-        let sum = self.binary_rest(operand, Power::Sum)?;
-        let comparison = self.comparison_rest(sum)?;
-        self.logic_rest(comparison)
+    pub(super) fn condition_rest(&mut self, value: &mut Expr) -> Parse<()> {
+        self.binary_rest(value, Power::Sum)?;
+        self.comparison_rest(value)?;
+        self.logic_rest(value)
     }
 
     /// `not` takes everything to its right.
@@ -97,54 +98,62 @@ impl Parser<'_> {
         Ok(not)
     }
 
-    fn logic_rest(&mut self, mut left: Expr) -> Parse<Expr> {
+    fn logic_rest(&mut self, left: &mut Expr) -> Parse<()> {
         while let Some((op, Power::Logic)) = self.operator() {
             self.advance();
-            let right = if self.at(Fixed::Not) { self.condition()? } else { self.comparison()? };
-            left = self.binary_node(op, left, right)?;
+            let right = if self.at(Fixed::Not) { self.condition() } else { self.comparison() };
+            self.join(op, left, right?, self.height)?;
         }
-        Ok(left)
+        Ok(())
     }
 
     fn comparison(&mut self) -> Parse<Expr> {
-        let first = self.sum()?;
-        self.comparison_rest(first)
+        let mut value = self.sum()?;
+        self.comparison_rest(&mut value)?;
+        Ok(value)
     }
 
-    fn comparison_rest(&mut self, mut left: Expr) -> Parse<Expr> {
+    fn comparison_rest(&mut self, left: &mut Expr) -> Parse<()> {
         let mut compared = false;
         while let Some((op, Power::Comparison)) = self.operator() {
-            let operator = self.advance().span;
             if compared {
-                self.complain(
-                    Diagnostic::new(
-                        Code::ChainedComparison,
-                        operator,
-                        "comparisons cannot be put in a row",
-                    )
-                    .label("the second comparison")
-                    .related(left.span, "the first one ends here")
-                    .help("write `a < b and b < c`, or put the first one in parentheses"),
-                );
+                self.complain_about_chain(left);
             }
             compared = true;
+            self.advance();
             let right = self.sum()?;
-            left = self.binary_node(op, left, right)?;
+            self.join(op, left, right, self.height)?;
         }
-        Ok(left)
+        Ok(())
+    }
+
+    fn complain_about_chain(&mut self, first: &Expr) {
+        let operator = self.span();
+        self.complain(
+            Diagnostic::new(
+                Code::ChainedComparison,
+                operator,
+                "comparisons cannot be put in a row",
+            )
+            .label("the second comparison")
+            .related(first.span, "the first one ends here")
+            .help("write `a < b and b < c`, or put the first one in parentheses"),
+        );
     }
 
     /// A table literal stands alone here; it is no operand of `+` and the like.
     fn sum(&mut self) -> Parse<Expr> {
-        if !self.at(Fixed::OpenBrace) {
-            return self.binary(Power::Sum);
-        }
+        if self.at(Fixed::OpenBrace) { self.lone_table() } else { self.binary(Power::Sum) }
+    }
+
+    fn lone_table(&mut self) -> Parse<Expr> {
         let table = self.table()?;
-        let table = self.reject_direct_use(table)?;
+        let mut table = self.reject_direct_use(table)?;
         if self.operator().is_some_and(|(_, power)| power >= Power::Sum) {
             self.complain_about_table(&table);
         }
-        self.binary_rest(table, Power::Sum)
+        self.binary_rest(&mut table, Power::Sum)?;
+        Ok(table)
     }
 
     pub(super) fn complain_about_table(&mut self, table: &Expr) {
@@ -161,11 +170,12 @@ impl Parser<'_> {
 
     /// Operators that bind at least as tightly as `least`.
     pub(super) fn binary(&mut self, least: Power) -> Parse<Expr> {
-        let first = self.operand()?;
-        self.binary_rest(first, least)
+        let mut value = self.operand()?;
+        self.binary_rest(&mut value, least)?;
+        Ok(value)
     }
 
-    fn binary_rest(&mut self, mut left: Expr, least: Power) -> Parse<Expr> {
+    fn binary_rest(&mut self, left: &mut Expr, least: Power) -> Parse<()> {
         while let Some((op, power)) = self.operator().filter(|(_, power)| *power >= least) {
             if self.increment() {
                 continue;
@@ -174,23 +184,27 @@ impl Parser<'_> {
                 self.warn_if_running_on();
             }
             self.advance();
+            let height = self.height;
             let right = match op {
                 // To the right: `2^3^2` is `2^(3^2)`.
-                BinaryOp::Pow => self.nested(|parser| parser.binary(Power::Exponent))?,
-                _ => self.binary(power.next())?,
+                BinaryOp::Pow => self.nested(|parser| parser.binary(Power::Exponent)),
+                _ => self.binary(power.next()),
             };
-            left = self.binary_node(op, left, right)?;
+            let height = if op == BinaryOp::Pow { height } else { self.height };
+            self.join(op, left, right?, height)?;
         }
-        Ok(left)
+        Ok(())
     }
 
-    fn binary_node(&mut self, op: BinaryOp, left: Expr, right: Expr) -> Parse<Expr> {
-        self.grow()?;
+    /// Makes `left` the operation on it and `right`. The higher of the two, if it is not in a level of its own, has
+    /// that height.
+    fn join(&mut self, op: BinaryOp, left: &mut Expr, right: Expr, height: u32) -> Parse<()> {
+        self.grow(height)?;
         let span = left.span.to(right.span);
-        let kind = ExprKind::Binary { op, left: Box::new(left), right: Box::new(right) };
-        let node = Expr { kind, span };
-        self.warn_grouping(&node);
-        Ok(node)
+        let first = std::mem::replace(left, Expr { kind: ExprKind::Error, span });
+        left.kind = ExprKind::Binary { op, left: Box::new(first), right: Box::new(right) };
+        self.warn_grouping(left);
+        Ok(())
     }
 
     /// Reports and skips `++` or `--` behind a value; `a ++b` and `a + +b` are sums.
@@ -200,10 +214,14 @@ impl Parser<'_> {
         let behind = self.token_at(self.position + 2);
         let touching = first.span.end == second.span.start && !first.is_separated();
         let ends_here = behind.is_separated()
-            || matches!(
-                self.fixed_at(self.position + 2),
-                Some(Fixed::CloseParen | Fixed::CloseBrace | Fixed::CloseBracket | Fixed::Comma)
-            );
+            || match behind.kind {
+                TokenKind::FileEnd => true,
+                TokenKind::Fixed(fixed) => matches!(
+                    fixed,
+                    Fixed::CloseParen | Fixed::CloseBrace | Fixed::CloseBracket | Fixed::Comma
+                ),
+                _ => false,
+            };
         if self.fixed_at(self.position + 1) != Some(sign) || !touching || !ends_here {
             return false;
         }

@@ -53,7 +53,7 @@ impl Parser<'_> {
         while self.at(Fixed::Dot) {
             let kind = self.field(target)?;
             target = self.expr(kind, name.span);
-            self.grow()?;
+            self.grow(self.height)?;
         }
         let written = self.sources.text(target.span);
         let diagnostic = Diagnostic::new(

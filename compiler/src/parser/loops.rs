@@ -1,17 +1,19 @@
 //! Statements with a head in parentheses: `if`, `while`, `for`.
 
-use super::{Parse, Parser};
+use super::{Parse, Parser, Reported};
 use crate::ast::{Block, Expr, ExprKind, Stmt, StmtKind};
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 use crate::token::{Fixed, Separation, TokenKind};
 
+const FOR_HELP: &str = "a loop is written `for(i = 0, i < 5, i = i + 1) { ... }`";
+
 /// What stands in the parentheses behind `for`.
 struct ForHead {
-    init: Stmt,
+    init: Box<Stmt>,
     condition: Expr,
-    update: Stmt,
+    update: Box<Stmt>,
 }
 
 impl Parser<'_> {
@@ -20,21 +22,26 @@ impl Parser<'_> {
         self.if_rest()
     }
 
-    /// Behind `if`, and behind an `elseif` that was reported.
+    /// Behind `if`.
     fn if_rest(&mut self) -> Parse<StmtKind> {
         let condition = self.head_condition("if")?;
         let then = self.body("if")?;
         let otherwise = if self.eat(Fixed::Else) {
             Some(self.body("else")?)
         } else if self.foreign_else_if() {
-            let start = self.span();
-            let kind = self.nested(Self::if_rest)?;
-            let span = self.span_since(start);
-            Some(Block { stmts: vec![Stmt { kind, span }], span })
+            Some(self.nested(Self::else_if)?)
         } else {
             None
         };
         Ok(StmtKind::If { condition, then, otherwise })
+    }
+
+    /// Behind an `elseif` that was reported.
+    fn else_if(&mut self) -> Parse<Block> {
+        let start = self.span();
+        let kind = self.if_rest()?;
+        let span = self.span_since(start);
+        Ok(Block { stmts: vec![Stmt { kind, span }], span })
     }
 
     pub(super) fn while_statement(&mut self) -> Parse<StmtKind> {
@@ -47,22 +54,24 @@ impl Parser<'_> {
     pub(super) fn for_statement(&mut self) -> Parse<StmtKind> {
         self.advance();
         if !self.at(Fixed::OpenParen) {
-            let diagnostic = self
-                .unexpected("`(`")
-                .help("a loop is written `for(i = 0, i < 5, i = i + 1) { ... }`");
-            let reported = self.report(diagnostic);
-            if self.skip_to_block() {
-                self.body("for")?;
-            }
-            return Err(reported);
+            return Err(self.for_without_parentheses());
         }
         self.open();
         let head = self.enclosed("`)`", Self::for_head)?;
         let body = self.body("for")?;
         let Some(ForHead { init, condition, update }) = head else {
-            return Err(super::Reported);
+            return Err(Reported);
         };
-        Ok(StmtKind::For { init: Box::new(init), condition, update: Box::new(update), body })
+        Ok(StmtKind::For { init, condition, update, body })
+    }
+
+    fn for_without_parentheses(&mut self) -> Reported {
+        let diagnostic = self.unexpected("`(`").help(FOR_HELP);
+        let reported = self.report(diagnostic);
+        if self.skip_to_block() {
+            let _ = self.block();
+        }
+        reported
     }
 
     fn for_head(&mut self) -> Parse<ForHead> {
@@ -79,11 +88,11 @@ impl Parser<'_> {
                     .help("write `var` on the line before: `var i = 0`"),
             );
         }
-        let init = self.assignment_or_call()?;
+        let init = Box::new(self.assignment_or_call()?);
         self.for_comma(&mut complained)?;
         let condition = self.condition()?;
         self.for_comma(&mut complained)?;
-        let update = self.assignment_or_call()?;
+        let update = Box::new(self.assignment_or_call()?);
         Ok(ForHead { init, condition, update })
     }
 
@@ -92,9 +101,7 @@ impl Parser<'_> {
             return Ok(());
         }
         if self.token().separation != Separation::Semicolon {
-            let diagnostic = self
-                .unexpected("`,`")
-                .help("a loop is written `for(i = 0, i < 5, i = i + 1) { ... }`");
+            let diagnostic = self.unexpected("`,`").help(FOR_HELP);
             return Err(self.report(diagnostic));
         }
         if !*complained {
@@ -111,7 +118,7 @@ impl Parser<'_> {
             self.semicolon_before(),
             "the parts of a `for` are separated by commas",
         )
-        .help("write `for(i = 0, i < 5, i = i + 1)`")
+        .help(FOR_HELP)
     }
 
     /// The place of a `;` between the previous token and this one.
@@ -147,36 +154,28 @@ impl Parser<'_> {
 
     /// The condition behind `if` or `while`, in its parentheses.
     fn head_condition(&mut self, keyword: &str) -> Parse<Expr> {
-        let start = self.span();
-        let has_parentheses = self.at(Fixed::OpenParen);
+        let (start, has_parentheses) = (self.span(), self.at(Fixed::OpenParen));
         let result = if has_parentheses {
             self.open();
             self.enclosed("an operator or `)`", Self::condition_or_assignment)
         } else {
             self.condition_or_assignment().map(Some)
         };
-        let condition = match result {
-            Ok(Some(condition)) => condition,
-            Ok(None) => Expr { kind: ExprKind::Error, span: self.span_since(start) },
-            Err(reported) => {
-                if !self.skip_to_block() {
-                    return Err(reported);
-                }
-                return Ok(Expr { kind: ExprKind::Error, span: start });
-            }
-        };
-        let goes_on = self.operator().is_some();
-        if has_parentheses && !goes_on {
-            return Ok(condition);
+        match result {
+            Ok(Some(condition)) if has_parentheses && self.operator().is_none() => Ok(condition),
+            Ok(Some(condition)) => self.bare_condition(condition, start, keyword),
+            Err(reported) if !self.skip_to_block() => Err(reported),
+            Ok(None) | Err(_) => Ok(Expr { kind: ExprKind::Error, span: start }),
         }
-        // `if (a) and (b)`, `if a < 3`: understood all the same.
-        let span = self.span_since(start);
-        let condition = match has_parentheses {
-            true => {
-                self.condition_rest(Expr { kind: ExprKind::Paren(Box::new(condition)), span })?
-            }
-            false => condition,
-        };
+    }
+
+    /// `if (a) and (b)`, `if a < 3`: understood all the same.
+    fn bare_condition(&mut self, first: Expr, start: Span, keyword: &str) -> Parse<Expr> {
+        let mut condition = first;
+        if self.operator().is_some() {
+            condition = self.expr(ExprKind::Paren(Box::new(condition)), start);
+            self.condition_rest(&mut condition)?;
+        }
         let span = self.span_since(start);
         let written = self.sources.text(span);
         self.complain(
@@ -227,39 +226,21 @@ impl Parser<'_> {
 
     /// A block, or the one statement that takes its place.
     fn body(&mut self, owner: &str) -> Parse<Block> {
-        if self.at(Fixed::OpenBrace) {
-            self.warn_semicolon_before_body(owner);
-            return self.block();
-        }
         if self.at(Fixed::CloseBrace) || self.at_end() {
-            let gap = self.gap();
-            self.warn(
-                Diagnostic::new(
-                    Code::EmptyBody,
-                    self.previous().span,
-                    format!("this `{owner}` has no body"),
-                )
-                .help("write `{}` if nothing is to be done"),
-            );
-            return Ok(Block { stmts: Vec::new(), span: gap });
+            return Ok(self.empty_body(owner));
         }
         self.warn_semicolon_before_body(owner);
+        match self.kind() {
+            TokenKind::Fixed(Fixed::OpenBrace) => self.block(),
+            TokenKind::FileStart => Ok(self.include_as_body(owner)),
+            _ => Ok(self.single_statement()),
+        }
+    }
+
+    fn single_statement(&mut self) -> Block {
         let (start, span, level) = (self.position, self.span(), self.open.len());
         self.blocks += 1;
-        let result = match self.kind() {
-            TokenKind::FileStart => {
-                let diagnostic = Diagnostic::new(
-                    Code::IncludeMisplaced,
-                    span,
-                    format!("an include cannot be the body of this `{owner}`"),
-                )
-                .help("put braces around it");
-                Err(self.report(diagnostic))
-            }
-            _ => self.nested(Self::statement),
-        };
-        self.blocks -= 1;
-        let stmts = match result {
+        let stmts = match self.nested(Self::statement) {
             Ok(stmt) => vec![stmt],
             Err(_) => {
                 self.open.truncate(level);
@@ -267,7 +248,30 @@ impl Parser<'_> {
                 Vec::new()
             }
         };
-        Ok(Block { stmts, span: self.span_since(span) })
+        self.blocks -= 1;
+        Block { stmts, span: self.span_since(span) }
+    }
+
+    fn empty_body(&mut self, owner: &str) -> Block {
+        self.warn(
+            Diagnostic::new(
+                Code::EmptyBody,
+                self.previous().span,
+                format!("this `{owner}` has no body"),
+            )
+            .help("write `{}` if nothing is to be done"),
+        );
+        Block { stmts: Vec::new(), span: self.gap() }
+    }
+
+    fn include_as_body(&mut self, owner: &str) -> Block {
+        let (start, span) = (self.position, self.span());
+        let message = format!("an include cannot be the body of this `{owner}`");
+        let diagnostic =
+            Diagnostic::new(Code::IncludeMisplaced, span, message).help("put braces around it");
+        self.report(diagnostic);
+        self.skip_statement(start);
+        Block { stmts: Vec::new(), span }
     }
 
     fn warn_semicolon_before_body(&mut self, owner: &str) {

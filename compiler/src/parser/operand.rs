@@ -10,35 +10,31 @@ use crate::token::{Fixed, TokenKind};
 
 impl Parser<'_> {
     pub(super) fn operand(&mut self) -> Parse<Expr> {
-        let start = self.span();
+        // One `?` for all: in a function that recurses each one would take its share of the stack.
         let value = match self.kind() {
             TokenKind::Name(_) if !self.next_line_assigns() => return self.reference(),
             TokenKind::Fixed(Fixed::Bang) => return self.bit_not(),
             TokenKind::Fixed(Fixed::Plus | Fixed::Minus) => return self.signed(),
             TokenKind::Fixed(Fixed::Not) => return self.misplaced_not(),
-            TokenKind::Fixed(Fixed::Function) => self.lambda()?,
-            TokenKind::Fixed(Fixed::OpenParen) => self.parenthesised()?,
+            TokenKind::Fixed(Fixed::Function) => self.lambda(),
+            TokenKind::Fixed(Fixed::OpenParen) => self.parenthesised(),
             TokenKind::Fixed(Fixed::OpenBrace) => {
-                let table = self.table()?;
-                self.complain_about_table(&table);
-                table
+                self.table().inspect(|table| self.complain_about_table(table))
             }
-            TokenKind::Fixed(Fixed::Nil) => {
-                self.advance();
-                self.expr(ExprKind::Nil, start)
-            }
-            TokenKind::Int(value) => {
-                self.advance();
-                self.expr(ExprKind::Int(*value), start)
-            }
-            TokenKind::Float(value) => {
-                self.advance();
-                self.expr(ExprKind::Float(*value), start)
-            }
+            _ => self.literal(),
+        };
+        self.reject_direct_use(value?)
+    }
+
+    fn literal(&mut self) -> Parse<Expr> {
+        let start = self.span();
+        let kind = match self.kind() {
+            TokenKind::Fixed(Fixed::Nil) => ExprKind::Nil,
+            TokenKind::Int(value) => ExprKind::Int(*value),
+            TokenKind::Float(value) => ExprKind::Float(*value),
             TokenKind::Str(text) => {
-                self.advance();
                 self.strings.insert(text.clone());
-                self.expr(ExprKind::Str(text.clone()), start)
+                ExprKind::Str(text.clone())
             }
             _ => {
                 let mut diagnostic = self.unexpected("a value");
@@ -49,7 +45,8 @@ impl Parser<'_> {
                 return Err(self.report(diagnostic));
             }
         };
-        self.reject_direct_use(value)
+        self.advance();
+        Ok(self.expr(kind, start))
     }
 
     /// `!x`; binds tighter than everything.
@@ -109,12 +106,16 @@ impl Parser<'_> {
 
     /// Only what begins with a name can be called or indexed on the spot.
     pub(super) fn reject_direct_use(&mut self, value: Expr) -> Parse<Expr> {
-        let Some(Fixed::OpenParen | Fixed::OpenBracket | Fixed::Dot) = self.fixed() else {
-            return Ok(value);
-        };
-        if self.token().is_separated() || self.is_table_field() {
+        let is_used =
+            matches!(self.fixed(), Some(Fixed::OpenParen | Fixed::OpenBracket | Fixed::Dot));
+        if !is_used || self.token().is_separated() || self.is_table_field() {
             return Ok(value);
         }
+        self.complain_about_direct_use(&value);
+        self.suffixes(value)
+    }
+
+    fn complain_about_direct_use(&mut self, value: &Expr) {
         let verb = if self.at(Fixed::OpenParen) { "called" } else { "indexed" };
         let what = match value.kind {
             ExprKind::Lambda(_) => "a lambda",
@@ -133,7 +134,6 @@ impl Parser<'_> {
             .related(value.span, "this value")
             .help("store it in a variable first"),
         );
-        self.suffixes(value)
     }
 
     /// True inside a table at `.key =`: a field that begins where a comma is missing.
@@ -160,28 +160,36 @@ impl Parser<'_> {
     fn suffixes(&mut self, mut value: Expr) -> Parse<Expr> {
         let start = value.span;
         loop {
+            let height = self.height;
             let kind = match self.fixed() {
-                Some(Fixed::Dot) => self.field(value)?,
-                Some(Fixed::OpenBracket) => {
-                    self.warn_if_running_on();
-                    self.open();
-                    let index = self.enclosed("an operator or `]`", Self::condition)?;
-                    let index = index.unwrap_or_else(|| self.error_here());
-                    ExprKind::Index { object: Box::new(value), index: Box::new(index) }
-                }
-                Some(Fixed::OpenParen) => {
-                    self.warn_if_running_on();
-                    self.open();
-                    let args = self.enclosed("`,` or `)`", |parser| {
-                        parser.list(Fixed::CloseParen, Self::condition)
-                    })?;
-                    ExprKind::Call { callee: Box::new(value), args: args.unwrap_or_default() }
-                }
+                Some(Fixed::Dot) => self.field(value),
+                Some(Fixed::OpenBracket) => self.index(value),
+                Some(Fixed::OpenParen) => self.call(value),
                 _ => return Ok(value),
             };
-            value = self.expr(kind, start);
-            self.grow()?;
+            value = self.expr(kind?, start);
+            self.grow(height)?;
         }
+    }
+
+    /// `[index]` behind `object`.
+    fn index(&mut self, object: Expr) -> Parse<ExprKind> {
+        let object = Box::new(object);
+        self.warn_if_running_on();
+        self.open();
+        let index = self.enclosed("an operator or `]`", Self::condition)?;
+        let index = Box::new(index.unwrap_or_else(|| self.error_here()));
+        Ok(ExprKind::Index { object, index })
+    }
+
+    /// `(args)` behind `callee`.
+    fn call(&mut self, callee: Expr) -> Parse<ExprKind> {
+        let callee = Box::new(callee);
+        self.warn_if_running_on();
+        self.open();
+        let args =
+            self.enclosed("`,` or `)`", |parser| parser.list(Fixed::CloseParen, Self::condition))?;
+        Ok(ExprKind::Call { callee, args: args.unwrap_or_default() })
     }
 
     fn error_here(&self) -> Expr {
@@ -251,29 +259,26 @@ impl Parser<'_> {
         }
         loop {
             items.push(item(self)?);
-            let comma = self.span();
             // A field that begins where a comma is missing is no reason to give up the table.
-            let is_next_field = self.is_table_field();
-            if !is_next_field && !self.eat(Fixed::Comma) {
-                return Ok(items);
-            }
-            if is_next_field {
+            if self.is_table_field() {
                 let diagnostic =
                     self.unexpected("`,` or `}`").help("fields are separated by commas");
                 self.complain(diagnostic);
-            }
-            if self.at(closing) {
-                self.complain(
-                    Diagnostic::new(
-                        Code::TrailingComma,
-                        comma,
-                        format!("there is nothing between this comma and the `{}`", closing.text()),
-                    )
-                    .help("remove the comma"),
-                );
+            } else if !self.eat(Fixed::Comma) {
+                return Ok(items);
+            } else if self.at(closing) {
+                self.complain_about_comma(closing);
                 return Ok(items);
             }
         }
+    }
+
+    fn complain_about_comma(&mut self, closing: Fixed) {
+        let message = format!("there is nothing between this comma and the `{}`", closing.text());
+        let comma = self.previous().span;
+        self.complain(
+            Diagnostic::new(Code::TrailingComma, comma, message).help("remove the comma"),
+        );
     }
 
     /// `{.x = 1, .2 = "a"}`
@@ -313,7 +318,7 @@ impl Parser<'_> {
 
     /// Consumes the dot of a field; the place of the key behind it.
     fn field_dot(&mut self) -> Parse<Span> {
-        if self.at_end() {
+        if matches!(self.kind(), TokenKind::FileEnd | TokenKind::FileStart) {
             let diagnostic = self.unexpected("a field");
             return Err(self.report(diagnostic));
         }

@@ -41,12 +41,21 @@ impl Parser<'_> {
 
     /// The place right behind the previous token, where something is missing.
     pub(super) fn gap(&self) -> Span {
-        let previous = self.previous().span;
-        let here = self.span();
-        if previous.file == here.file && self.position > 0 {
-            Span { start: previous.end, ..previous }
-        } else {
-            Span { end: here.start, ..here }
+        let Some(before) = self.position.checked_sub(1) else {
+            return Span { end: self.span().start, ..self.span() };
+        };
+        // Behind an included file: the include.
+        let before = match self.token_at(before).kind {
+            TokenKind::FileEnd => self.brackets.partner(before).unwrap_or(before),
+            _ => before,
+        };
+        let previous = self.token_at(before);
+        match previous.kind {
+            // At the beginning of an included file: there.
+            TokenKind::FileStart if before + 1 == self.position => {
+                Span { end: self.span().start, ..self.span() }
+            }
+            _ => Span { start: previous.span.end, ..previous.span },
         }
     }
 

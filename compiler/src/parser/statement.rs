@@ -108,18 +108,19 @@ impl Parser<'_> {
 
     pub(super) fn statement(&mut self) -> Parse<Stmt> {
         let start = self.span();
+        // One `?` for all: in a function that recurses each one would take its share of the stack.
         let kind = match self.fixed() {
-            Some(Fixed::Var) => self.var_statement()?,
-            Some(Fixed::If) => self.if_statement()?,
-            Some(Fixed::For) => self.for_statement()?,
-            Some(Fixed::While) => self.while_statement()?,
-            Some(Fixed::Return) => self.return_statement()?,
-            Some(Fixed::Function) => self.function_statement()?,
-            Some(Fixed::Else) => return Err(self.else_without_if()),
-            Some(Fixed::OpenBrace) => return Err(self.bare_block()),
+            Some(Fixed::Var) => self.var_statement(),
+            Some(Fixed::If) => self.if_statement(),
+            Some(Fixed::For) => self.for_statement(),
+            Some(Fixed::While) => self.while_statement(),
+            Some(Fixed::Return) => self.return_statement(),
+            Some(Fixed::Function) => self.function_statement(),
+            Some(Fixed::Else) => Err(self.else_without_if()),
+            Some(Fixed::OpenBrace) => Err(self.bare_block()),
             _ => return self.assignment_or_call(),
         };
-        Ok(Stmt { kind, span: self.span_since(start) })
+        kind.map(|kind| Stmt { kind, span: self.span_since(start) })
     }
 
     fn var_statement(&mut self) -> Parse<StmtKind> {
@@ -280,24 +281,8 @@ impl Parser<'_> {
             return Err(self.stray());
         }
         let target = self.reference()?;
-        let is_call = matches!(target.kind, ExprKind::Call { .. });
         if self.at(Fixed::Assign) {
-            if is_call {
-                self.complain(
-                    Diagnostic::new(
-                        Code::AssignToCall,
-                        target.span,
-                        "the result of a call cannot be assigned to",
-                    )
-                    .help("assign to a variable or to a field: `t = f()`, then `t.x = 1`"),
-                );
-            }
-            self.advance();
-            let value = self.value(start)?;
-            let kind = match is_call {
-                true => StmtKind::Call(target),
-                false => StmtKind::Assign { target, value },
-            };
+            let kind = self.assignment(target, start)?;
             return Ok(Stmt { kind, span: self.span_since(span) });
         }
         if self.increment() {
@@ -308,21 +293,41 @@ impl Parser<'_> {
         if self.operator().is_some() {
             return Err(self.lone_operation(target)?);
         }
-        if is_call {
-            self.reject_foreign_call(&target)?;
-            return Ok(Stmt { kind: StmtKind::Call(target), span: self.span_since(span) });
+        if !is_call(&target) {
+            return Err(self.lone_name(&target));
         }
-        Err(self.lone_name(&target))
+        self.reject_foreign_call(&target)?;
+        Ok(Stmt { kind: StmtKind::Call(target), span: self.span_since(span) })
+    }
+
+    /// `= value` behind its target.
+    fn assignment(&mut self, target: Expr, statement: usize) -> Parse<StmtKind> {
+        if is_call(&target) {
+            self.complain(
+                Diagnostic::new(
+                    Code::AssignToCall,
+                    target.span,
+                    "the result of a call cannot be assigned to",
+                )
+                .help("assign to a variable or to a field: `t = f()`, then `t.x = 1`"),
+            );
+        }
+        self.advance();
+        let value = self.value(statement)?;
+        Ok(match is_call(&target) {
+            true => StmtKind::Call(target),
+            false => StmtKind::Assign { target, value },
+        })
     }
 
     /// `x == 1` or `x + 1` as a statement.
-    fn lone_operation(&mut self, first: Expr) -> Parse<Reported> {
+    fn lone_operation(&mut self, mut value: Expr) -> Parse<Reported> {
         let is_comparison = self.at(Fixed::Equal);
         let operator = self.span();
-        let target = self.sources.text(first.span).to_owned();
+        let target = self.sources.text(value.span).to_owned();
         let warnings = self.diagnostics.len();
-        let is_call = matches!(first.kind, ExprKind::Call { .. });
-        let value = self.condition_rest(first)?;
+        let is_call = is_call(&value);
+        self.condition_rest(&mut value)?;
         // How the value is computed does not matter any more.
         self.diagnostics.truncate(warnings);
         let diagnostic = if is_comparison && !is_call {
@@ -411,4 +416,8 @@ impl Parser<'_> {
         let message = format!("Buzz has no operator `{sign}{sign}`");
         Some(self.report(Diagnostic::new(Code::ForeignOperator, span, message).help(help)))
     }
+}
+
+fn is_call(expr: &Expr) -> bool {
+    matches!(expr.kind, ExprKind::Call { .. })
 }

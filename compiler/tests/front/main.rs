@@ -1,0 +1,11 @@
+//! Tests of the front end: lexer, parser, includes, rendering, explanations.
+
+mod errors;
+mod explanations;
+mod grammar;
+mod includes;
+mod lexer;
+mod properties;
+mod rendering;
+mod support;
+mod warnings;

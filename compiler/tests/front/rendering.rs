@@ -1,0 +1,154 @@
+//! Diagnostics as people and programs see them.
+
+use std::path::Path;
+
+use bittybuzz_compiler::include::{Loader, MemoryFiles};
+use bittybuzz_compiler::parser::{Parsed, parse};
+use bittybuzz_compiler::render::{Color, Renderer};
+
+use crate::support::parse_text;
+
+fn text(parsed: &Parsed, index: usize) -> String {
+    Renderer::new(&parsed.sources).text(&parsed.diagnostics[index], Color::Never)
+}
+
+#[test]
+fn headline_place_source_label_and_help() {
+    let parsed = parse_text("a = 1\nif(x = 3) { y = 1 }\n");
+    let expected = "\
+error[E0219]: an assignment is no condition
+ --> main.bzz:2:6
+  |
+2 | if(x = 3) { y = 1 }
+  |      ^
+  |
+  = help: to compare, write `==`
+";
+    assert_eq!(text(&parsed, 0), expected);
+}
+
+#[test]
+fn warnings_say_so() {
+    let parsed = parse_text("if(not a and b) {}");
+    let text = text(&parsed, 0);
+    assert!(text.starts_with("warning[W0104]: "), "{text}");
+    assert!(text.contains("this is `not (a and b)`"), "{text}");
+}
+
+#[test]
+fn related_places_nearby_share_the_source_text() {
+    let parsed = parse_text("function a() {\n  x = 1\n");
+    let expected = "\
+error[E0202]: `{` is never closed
+ --> main.bzz:2:8
+  |
+1 | function a() {
+  |              - this `{` is open
+2 |   x = 1
+  |        ^ `}` is missing
+";
+    assert_eq!(text(&parsed, 0), expected);
+}
+
+#[test]
+fn related_places_far_away_have_their_own() {
+    let parsed = parse_text(&format!("function a() {{\n{}", "  x = 1\n".repeat(100)));
+    let text = text(&parsed, 0);
+    assert!(text.contains("main.bzz:101:8"), "{text}");
+    assert!(text.contains("main.bzz:1:14"), "{text}");
+    assert!(text.lines().count() < 15, "{text}");
+}
+
+#[test]
+fn the_place_is_that_of_the_source_map() {
+    let text = "x = 1\n\n\tlog(“ä”)\r\ny = \"ü\" = 2\nz = (1\n\n\nw = = 3\nv = \n";
+    let parsed = parse_text(text);
+    assert!(parsed.diagnostics.len() >= 5, "{:?}", parsed.diagnostics);
+    for (index, diagnostic) in parsed.diagnostics.iter().enumerate() {
+        let at = parsed.sources.line_column(diagnostic.span);
+        let place = format!("main.bzz:{}:{}", at.line, at.column);
+        assert!(
+            self::text(&parsed, index).contains(&place),
+            "{place}\n{}",
+            self::text(&parsed, index)
+        );
+    }
+}
+
+#[test]
+fn included_files_are_named() {
+    let files = MemoryFiles::default().with("lib/a.bzz", "\nx = = 1");
+    let loader = Loader::new(&files);
+    let parsed = parse(Path::new("main.bzz"), "include \"lib/a.bzz\"".to_owned(), &loader);
+    assert!(text(&parsed, 0).contains("--> lib/a.bzz:2:5"), "{}", text(&parsed, 0));
+}
+
+#[test]
+fn color_is_asked_for() {
+    let parsed = parse_text("x = = 1");
+    let renderer = Renderer::new(&parsed.sources);
+    assert!(!renderer.text(&parsed.diagnostics[0], Color::Never).contains('\u{1b}'));
+    assert!(renderer.text(&parsed.diagnostics[0], Color::Always).contains('\u{1b}'));
+}
+
+#[test]
+fn a_script_cannot_control_the_terminal() {
+    let parsed = parse_text("t = {\"\u{1b}[31m\n\" = 1}\nx = \"\u{1b}[0m\" = 1\n\u{7}\u{1b}");
+    assert_eq!(parsed.diagnostics.len(), 3, "{:?}", parsed.diagnostics);
+    for index in 0..3 {
+        let text = text(&parsed, index);
+        let bad = text.chars().find(|c| c.is_control() && *c != '\n');
+        assert_eq!(bad, None, "{text:?}");
+    }
+}
+
+#[test]
+fn very_long_lines_are_left_out() {
+    let parsed = parse_text(&format!("x = {}= 1", " ".repeat(100_000)));
+    let text = text(&parsed, 0);
+    assert!(text.len() < 300, "{}", text.len());
+    assert!(text.contains("main.bzz:1:100005"), "{text}");
+}
+
+#[test]
+fn long_spans_show_their_first_line() {
+    let lines = "a,\n".repeat(50);
+    let parsed = parse_text(&format!("f({lines}b) + 1"));
+    assert!(text(&parsed, 0).lines().count() < 8, "{}", text(&parsed, 0));
+}
+
+#[test]
+fn json_has_one_object_for_a_diagnostic() {
+    let parsed = parse_text("x = \"ä\" y = (1\nz = 2");
+    let line = Renderer::new(&parsed.sources).json(&parsed.diagnostics[0]);
+    assert!(!line.contains('\n'));
+    let object: serde_json::Value = serde_json::from_str(&line).unwrap();
+    let expected = serde_json::json!({
+        "code": "E0202",
+        "severity": "error",
+        "message": "`(` is never closed",
+        "file": "main.bzz",
+        "line": 1,
+        "column": 15,
+        "end_line": 1,
+        "end_column": 15,
+        "label": "`)` is missing",
+        "help": null,
+        "related": [{
+            "file": "main.bzz",
+            "line": 1,
+            "column": 13,
+            "end_line": 1,
+            "end_column": 14,
+            "label": "this `(` is open",
+        }],
+    });
+    assert_eq!(object, expected);
+}
+
+#[test]
+fn an_empty_file_has_a_place() {
+    let files = MemoryFiles::default();
+    let parsed = bittybuzz_compiler::parser::parse_file(Path::new("x.bzz"), &Loader::new(&files));
+    assert!(text(&parsed, 0).contains("x.bzz:1:1"), "{}", text(&parsed, 0));
+}
