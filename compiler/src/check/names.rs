@@ -94,6 +94,7 @@ impl<'a> Meanings<'a> {
         for _ in 0..2 {
             let mut scan = LibraryScan {
                 meanings: &meanings,
+                position: program.find_name("pos"),
                 escaped: BTreeSet::new(),
                 assigned: BTreeSet::new(),
             };
@@ -192,11 +193,25 @@ fn meaning(robots: Robots<'_>, profile: Profile, name: &Name) -> Meaning {
 /// Looks for uses of libraries.
 struct LibraryScan<'m> {
     meanings: &'m Meanings<'m>,
+    /// The name `pos`. It counts on robots without a position, too: all have to agree on the strings of a script, and
+    /// those of a library that is used as a value belong to them.
+    position: Option<NameId>,
     escaped: BTreeSet<Library>,
     assigned: BTreeSet<(Library, String)>,
 }
 
 impl LibraryScan<'_> {
+    fn library(&self, expr: &Expr) -> Option<Library> {
+        match expr.kind {
+            ExprKind::Name(name)
+                if Some(name) == self.position && self.meanings.of(name) == Meaning::Nil =>
+            {
+                Some(Library::Position)
+            }
+            _ => self.meanings.library(expr),
+        }
+    }
+
     fn block(&mut self, block: &Block) {
         self.stmts(&block.stmts);
     }
@@ -216,7 +231,7 @@ impl LibraryScan<'_> {
             }
             StmtKind::Assign { target, value } => {
                 match &target.kind {
-                    ExprKind::Field { object, key, .. } => match self.meanings.library(object) {
+                    ExprKind::Field { object, key, .. } => match self.library(object) {
                         Some(library) => {
                             self.assigned.insert((library, key.clone()));
                         }
@@ -244,13 +259,13 @@ impl LibraryScan<'_> {
 
     /// An expression of which only the truth counts.
     fn tested(&mut self, expr: &Expr) {
-        if self.meanings.library(expr).is_none() {
+        if self.library(expr).is_none() {
             self.value(expr);
         }
     }
 
     fn value(&mut self, expr: &Expr) {
-        if let Some(library) = self.meanings.library(expr) {
+        if let Some(library) = self.library(expr) {
             self.escaped.insert(library);
             return;
         }

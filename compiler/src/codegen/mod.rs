@@ -67,11 +67,9 @@ pub fn generate(
     strings: &BTreeSet<String>,
 ) -> Result<Generated, Vec<Diagnostic>> {
     let mut names: BTreeSet<&str> = strings.iter().map(String::as_str).collect();
-    // A library that the script uses as a value has all its members. Whether `pos` is one differs between robots, but
-    // all that are built from one source must agree on the numbers.
-    let position = program.find_name("pos").map(|_| Library::Position);
-    for library in meanings.escaped().iter().copied().chain(position) {
-        names.extend(builtin::TABLE.iter().filter(|b| b.library == library).map(|b| b.name));
+    // A library that the script uses as a value has all its members.
+    for library in meanings.escaped() {
+        names.extend(builtin::TABLE.iter().filter(|b| b.library == *library).map(|b| b.name));
     }
     let holds_own_strings = own_strings::may_hold(&program, meanings);
     fold::fold(&mut program, meanings, profile);
@@ -81,6 +79,7 @@ pub fn generate(
         meanings,
         profile,
         strings: StringTable::new(names),
+        mentioned: strings,
         globals: globals.iter().enumerate().map(|(number, id)| (*id, number)).collect(),
         functions: vec![FunctionId::GLOBAL],
         numbers: BTreeMap::from([(FunctionId::GLOBAL, 0)]),
@@ -145,6 +144,8 @@ struct Generator<'a> {
     meanings: &'a Meanings<'a>,
     profile: Profile,
     strings: StringTable,
+    /// The strings of the source.
+    mentioned: &'a BTreeSet<String>,
     globals: BTreeMap<NameId, usize>,
     /// Functions by number; those behind the one being generated wait for their turn.
     functions: Vec<FunctionId>,
@@ -248,10 +249,11 @@ impl Generator<'_> {
         {
             done.insert(library);
             for info in meanings.robots().members(library) {
+                let by_name = library == Library::Position
+                    || (self.objects.contains(&library) && is_member_of_object(info));
                 let wanted = meanings.escaped().contains(&library)
                     || meanings.is_assigned(library, info.name)
-                    || self.objects.contains(&library)
-                    || library == Library::Position;
+                    || (by_name && self.mentioned.contains(info.name));
                 let number = self.strings.number(info.name);
                 if let Some(string) = number.filter(|_| wanted) {
                     self.builtin(info);
@@ -261,6 +263,21 @@ impl Generator<'_> {
         }
         rows
     }
+}
+
+/// Of `neighbors`, what `neighbors.map(f)` and its relatives return has these; other objects have libraries of their
+/// own.
+fn is_member_of_object(info: &builtin::Info) -> bool {
+    info.library != Library::Neighbors
+        || matches!(
+            info.number,
+            builtin::NEIGHBORS_GET
+                | builtin::NEIGHBORS_COUNT
+                | builtin::NEIGHBORS_FOREACH
+                | builtin::NEIGHBORS_MAP
+                | builtin::NEIGHBORS_FILTER
+                | builtin::NEIGHBORS_REDUCE
+        )
 }
 
 /// As an operand; what does not fit is refused by the assembler.

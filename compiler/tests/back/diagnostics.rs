@@ -1,0 +1,262 @@
+//! Every message of the back end: where it is given, and where it is not.
+
+use std::collections::BTreeSet;
+
+use bittybuzz_compiler::codes::Code;
+use bittybuzz_compiler::diagnostic::Diagnostic;
+
+use crate::machine::{FULL, TINY, build, build_for};
+
+/// Code and marked text of every message, in order.
+fn messages(script: &str) -> Vec<(&'static str, String)> {
+    let compiled = build(script, FULL);
+    let marked = |diagnostic: &Diagnostic| {
+        let (start, end) = (diagnostic.span.start as usize, diagnostic.span.end as usize);
+        script.get(start..end).unwrap_or("?").to_owned()
+    };
+    compiled.diagnostics.iter().map(|d| (d.code.text(), marked(d))).collect()
+}
+
+/// Script, code, and what is marked.
+const CASES: &[(&str, &str, &str)] = &[
+    ("nosuch(1)", "E0401", "nosuch"),
+    ("function f() { return function() { nosuch() } } f()", "E0401", "nosuch"),
+    ("log(size())", "E0403", "size()"),
+    ("x = map({})", "E0403", "map({})"),
+    ("x = math.atan(1)", "E0403", "math.atan(1)"),
+    ("x = math.rng.uniform(1, 2, 3)", "E0403", "math.rng.uniform(1, 2, 3)"),
+    ("x = string.concat(\"a\")", "E0403", "string.concat(\"a\")"),
+    ("neighbors.broadcast(\"k\")", "E0403", "neighbors.broadcast(\"k\")"),
+    ("led()", "E0404", "led()"),
+    ("led(\"red\")", "E0405", "\"red\""),
+    ("function f() { var x = 1 var x = 2 } f()", "E0406", "x"),
+    ("function f(a) { var a = 2 } f(1)", "E0406", "a"),
+    ("function f(a) { return function() { var a = 2 } } f(1)", "E0406", "a"),
+    ("if(1) { var x = 1 if(x) { var x = 2 } }", "E0406", "x"),
+    ("function f(a, b, a) { return a } f(1, 2, 3)", "E0407", "a"),
+    ("function f() { self = 1 } f()", "E0408", "self"),
+    ("var self = 1", "E0408", "self"),
+    ("function f(self) { return 1 } f(1)", "E0408", "self"),
+    ("f = io.fopen(\"a\", \"r\")", "E0409", "io"),
+    ("x = math.sqr(1)", "E0410", "sqr"),
+    ("x = math.rng.uniforn(1)", "E0410", "uniforn"),
+    ("math.pi()", "E0411", "pi"),
+    ("math()", "E0411", "math"),
+    ("id()", "E0411", "id"),
+    ("x = 2147483648", "E0501", "2147483648"),
+    ("x = -2147483649", "E0501", "-2147483649"),
+    ("t = { .2147483648 = 1 }", "E0501", "2147483648"),
+    ("x = 1e39", "E0502", "1e39"),
+    ("x = 1e-60", "E0502", "1e-60"),
+    ("x = 1 < \"a\"", "E0503", "1 < \"a\""),
+    ("if(\"a\" >= 2) log(1)", "E0503", "\"a\" >= 2"),
+    ("x = log < 1", "E0503", "log < 1"),
+    ("x = log < log", "E0503", "log < log"),
+    ("counter = 1 log(conter)", "W0201", "conter"),
+    ("size = 3", "W0203", "size"),
+    ("function log(x) { return x } log(1)", "W0203", "log"),
+    ("math = {}", "W0203", "math"),
+    ("id = 3", "W0203", "id"),
+    ("led = 3", "W0202", "led"),
+    ("function f() { return 1 } function f() { return 2 } f()", "W0204", "f"),
+    ("function f(a, b) { return a } f(1)", "W0205", "f(1)"),
+    ("function f(a) { return a } f(1, 2)", "W0206", "f(1, 2)"),
+    ("function f() { var n = 1 return function() { n = 2 n = 3 } } f()", "W0207", "n"),
+    ("x = math.tau", "W0208", "tau"),
+    ("log(self)", "W0209", "self"),
+    ("if(1) { log(self) }", "W0209", "self"),
+    ("function f() { return self } f()", "W0209", "self"),
+    ("function f() { var x = x return x } f()", "W0210", "x"),
+    ("function f() { var x = function() { return x } return x } f()", "W0210", "x"),
+    ("function f() { return 1; log(2) log(3) } f()", "W0211", "log(2)"),
+    ("function f(x) { if(x) { return 1 } else { return 2 } log(3) } f(1)", "W0211", "log(3)"),
+    ("x = 1 + nil", "W0301", "1 + nil"),
+    ("x = \"a\" * 2", "W0301", "\"a\" * 2"),
+    ("x = -\"a\"", "W0301", "-\"a\""),
+    ("x = 1.5 & 1", "W0301", "1.5 & 1"),
+    ("x = !1.5", "W0301", "!1.5"),
+    ("x = 1 - log", "W0301", "1 - log"),
+    ("x = id / 0", "W0302", "id / 0"),
+    ("y = 1 x = y % 0", "W0302", "y % 0"),
+    ("x = 1 << 32", "W0303", "1 << 32"),
+    ("x = 1 >> -1", "W0303", "1 >> -1"),
+    ("t = {} t[nil] = 1", "W0304", "nil"),
+    ("t = {} x = t[log]", "W0304", "log"),
+    ("x = 1 == \"1\"", "W0305", "1 == \"1\""),
+    ("x = log != 3", "W0305", "log != 3"),
+];
+
+#[test]
+fn each_is_given_once_and_marks_its_cause() {
+    for (script, code, marked) in CASES {
+        assert_eq!(messages(script), [(*code, (*marked).to_owned())], "{script}");
+    }
+}
+
+/// Codes that depend on the robot, on the profile or on long scripts are tested where those are.
+const ELSEWHERE: [&str; 11] = [
+    "E0402", "E0412", "E0601", "E0602", "E0603", "E0604", "E0605", "E0606", "E0607", "E0608",
+    "E0699",
+];
+
+#[test]
+fn no_code_of_the_back_end_is_untested() {
+    let ours = |code: &Code| {
+        ["E04", "E05", "E06", "W02", "W03"].iter().any(|prefix| code.text().starts_with(prefix))
+    };
+    let mut tested: BTreeSet<&str> = CASES.iter().map(|(_, code, _)| *code).collect();
+    tested.extend(ELSEWHERE);
+    let untested: Vec<&str> = Code::ALL
+        .iter()
+        .filter(|code| ours(code))
+        .map(|code| code.text())
+        .filter(|c| !tested.contains(c))
+        .collect();
+    assert_eq!(untested, [""; 0]);
+}
+
+#[test]
+fn what_is_right_gets_no_message() {
+    let scripts = [
+        "x = nil if(x == nil) log(1)",
+        "x = 1 < nil y = nil >= \"a\" z = \"a\" < \"b\" w = 1 == 1.0",
+        "x = led == nil y = nil != math z = isnil(log)",
+        "function f(a) { return function(a) { return a } } f(1)",
+        "x = 1 function f() { var x = 2 return x } f()",
+        "x = -2147483648 y = 2147483647 z = 3.4e38 w = 0.0 v = -0.0",
+        "x = 1.0 / 0 y = 1.0 % 0",
+        "x = 1 << 31 y = 1 << 0",
+        "math.sqr = function(x) { return x * x } log(math.sqr(2))",
+        "m = math log(m.nosuch, math.nosuch)",
+        "function f(t) { return self } t = { .f = f } t.f(1)",
+        "t = { .f = function() { return self } } t.f()",
+        "function f() { if(1) return 1 else log(2)  log(3) } f()",
+        "function f() { return 1 } function g() { return 2 } f() g()",
+        "function f() { var t = {} return function() { t.n = 1 } } f()",
+        "var x = 1 var x = 2 log(x)",
+        "log() log(1) log(1, 2, 3)",
+        "x = (1 == 2) + 3",
+    ];
+    for script in scripts {
+        assert_eq!(messages(script), [], "{script}");
+    }
+}
+
+#[test]
+fn help_names_the_likely_name() {
+    let help = |script: &str| {
+        let compiled = build(script, FULL);
+        let found = compiled.diagnostics.first().unwrap_or_else(|| panic!("{script}"));
+        found.help.clone().unwrap_or_default()
+    };
+    let cases = [
+        ("counter = 1 log(conter)", "`counter`"),
+        ("function steer() { } ster()", "`steer`"),
+        ("function f() { var speed = 1 return sped } f()", "`speed`"),
+        ("function f(speed) { return function() { return sped } } f(1)", "`speed`"),
+        ("forwrad()", "`forward`"),
+        ("x = sizee", "`size`"),
+        ("x = neighbours.count()", "`neighbors`"),
+        ("x = sqrt(2)", "`math.sqrt`"),
+        ("broadcast(\"a\", 1)", "`neighbors.broadcast`"),
+        ("uniform(1, 2)", "`math.rng.uniform`"),
+        ("x = math.sqr(1)", "`math.sqrt`"),
+        ("x = math.squareroot(1)", "`math.sqrt`"),
+        ("x = math.uniform(1)", "`math.rng.uniform`"),
+        ("x = math.random(1)", "`math.rng.uniform(a, b)`"),
+        ("neighbors.brodcast(1, 2)", "`neighbors.broadcast`"),
+        ("x = true", "use 1"),
+        ("x = false", "use 0"),
+        ("x = null", "`nil`"),
+        ("println(1)", "`log(...)`"),
+        ("sleep(100)", "`delay(ms)`"),
+        ("x = this", "`self`"),
+        ("log(size())", "size(t)"),
+        ("led()", "`led(color: int)`"),
+    ];
+    for (script, part) in cases {
+        assert!(help(script).contains(part), "{script}: {}", help(script));
+    }
+    // Nothing is like it.
+    assert_eq!(help("qqqqqqqq()"), "");
+}
+
+#[test]
+fn a_name_that_is_nil_everywhere_is_reported_once() {
+    assert_eq!(messages("x = speed y = speed z = speed"), [("W0201", "speed".to_owned())]);
+    // But every call is an error of its own.
+    assert_eq!(messages("nosuch() nosuch()").len(), 2);
+}
+
+#[test]
+fn the_tiny_profile() {
+    let codes = |script: &str| -> Vec<&str> {
+        build(script, TINY).diagnostics.iter().map(|d| d.code.text()).collect()
+    };
+    assert_eq!(codes("x = 32768"), ["E0501"]);
+    assert_eq!(codes("x = -32769"), ["E0501"]);
+    assert_eq!(codes("x = -32768 y = 32767 z = 4.29e9 w = 9.4e-10"), [""; 0]);
+    assert_eq!(codes("x = 4.295e9"), ["E0502"]);
+    assert_eq!(codes("x = 9e-10"), ["E0502"]);
+    assert_eq!(codes("x = 1 << 16"), ["W0303"]);
+    assert_eq!(codes("x = string.length(\"a\")"), ["E0412"]);
+    assert_eq!(codes("s = string"), ["E0412"]);
+    assert_eq!(codes("if(string) log(string.length(\"a\"))"), [""; 0]);
+}
+
+#[test]
+fn limits() {
+    let codes = |script: &str| -> Vec<&str> {
+        build(script, FULL).diagnostics.iter().map(|d| d.code.text()).collect()
+    };
+    let list = |count: usize| (0..count).map(|n| format!("p{n}")).collect::<Vec<_>>().join(", ");
+    assert_eq!(codes(&format!("function f({}) {{ return 1 }}", list(31))), [""; 0]);
+    assert_eq!(codes(&format!("function f({}) {{ return 1 }}", list(32))), ["E0601"]);
+    assert_eq!(codes(&format!("f = function({}) {{ return 1 }}", list(40))), ["E0601"]);
+    let variables = |count: usize| {
+        let body: Vec<String> = (0..count).map(|n| format!("var v{n} = {n}")).collect();
+        format!("function f() {{ {} }} f()", body.join("\n"))
+    };
+    assert_eq!(codes(&variables(200)), [""; 0]);
+    assert_eq!(codes(&variables(201)), ["E0602"]);
+    let arguments = |count: usize| format!("log({})", vec!["1"; count].join(", "));
+    assert_eq!(codes(&arguments(127)), [""; 0]);
+    assert_eq!(codes(&arguments(128)), ["E0603"]);
+}
+
+#[test]
+fn syntax_errors_hide_no_other_errors_but_bring_no_false_ones() {
+    // What is not defined may stand in the part that could not be read.
+    let codes: Vec<&str> =
+        messages("nosuch(1)\nx = 1 +\nfunction f(a, a) { return a }\nlog(size())")
+            .into_iter()
+            .map(|(code, _)| code)
+            .filter(|code| !code.starts_with("E02"))
+            .collect();
+    assert_eq!(codes, ["E0407", "E0403"]);
+}
+
+#[test]
+fn messages_are_in_the_order_of_the_source() {
+    let compiled = build("log(aaaa)\nlog(size())\nfunction f(x, x) { return bbbb }\ncccc()", FULL);
+    let starts: Vec<u32> = compiled.diagnostics.iter().map(|d| d.span.start).collect();
+    assert!(starts.is_sorted(), "{starts:?}");
+    assert_eq!(starts.len(), 5);
+}
+
+#[test]
+fn the_robot_is_named_where_it_matters() {
+    let first = |script: &str, robot| {
+        let compiled = build_for(script, TINY, Some(robot));
+        compiled.diagnostics.first().cloned().expect("a message")
+    };
+    let missing = first("goto(1, 2)", "kilobot");
+    assert_eq!(missing.message, "the Kilobot has no function `goto`");
+    let help = missing.help.unwrap_or_default();
+    assert!(
+        help.contains("Zooid") && help.contains("Crazyflie") && help.contains("if(goto)"),
+        "{help}"
+    );
+    let taken = first("led = 1", "kilobot");
+    assert!(taken.message.contains("Kilobot"), "{}", taken.message);
+}

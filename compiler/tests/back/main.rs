@@ -1,0 +1,16 @@
+//! Tests of the back end: from scripts to diagnostics, images and symbols, and what the virtual machine makes of
+//! the images.
+
+mod asm;
+mod calls;
+mod captures;
+mod control;
+mod diagnostics;
+mod disasm;
+mod folding;
+mod image;
+mod libraries;
+mod machine;
+mod random_scripts;
+mod robots;
+mod symbols;

@@ -1,0 +1,162 @@
+//! Robot functions: linked by name, checked against the robot's file, and left out where a robot lacks them.
+
+use bittybuzz_compiler::compile::{Compiled, Options};
+use bittybuzz_robots::all_shipped;
+use bittybuzz_vm_core::image::Image;
+use bittybuzz_vm_core::link::name_hash;
+
+use crate::machine::{FULL, TINY, build_for, build_with, image, listing, output, robot, run};
+
+fn codes(compiled: &Compiled) -> Vec<&'static str> {
+    compiled.diagnostics.iter().map(|diagnostic| diagnostic.code.text()).collect()
+}
+
+#[test]
+fn imports_are_name_hashes_in_order_of_use() {
+    let (bytes, symbols) = image("motors(1, 2) f = led led(1) f(2)", TINY);
+    assert_eq!(symbols.imports, ["motors", "led"]);
+    let at = usize::from(Image::new(bytes.as_slice()).header().unwrap().imports_at);
+    let hashes = [name_hash("motors"), name_hash("led")].map(u16::to_le_bytes).concat();
+    assert_eq!(bytes[at..at + 4], hashes);
+}
+
+#[test]
+fn robot_functions_are_called_and_are_values() {
+    let script = "led(1) x = led x(2) foreach({ .a = 3 }, function(k, v) { led(v) }) y = goto(1, 2.5) log(y)";
+    let run = run(script, FULL);
+    assert_eq!(run.output, "led(1)\nled(2)\nled(3)\ngoto(1, 2.5)\nnil\n");
+}
+
+#[test]
+fn a_guard_leaves_out_what_the_robot_lacks() {
+    let guards = [
+        "if(goto) goto(1, 2)",
+        "if(not isnil(goto)) { goto(1, 2) }",
+        "if(isnil(goto)) log(1) else goto(1, 2)",
+        "if(goto != nil) goto(1, 2)",
+        "x = goto and goto(1, 2)",
+        "if(id and goto and goto(1, 2)) log(1)",
+        "if(not (isnil(goto) or id == 3)) goto(1, 2)",
+        "while(goto) goto(1, 2)",
+        "if(goto) { f = function() { goto(1, 2) } f() }",
+    ];
+    for guard in guards {
+        let kilobot = build_for(guard, TINY, Some("kilobot"));
+        assert_eq!(codes(&kilobot), [""; 0], "{guard}");
+        let symbols = kilobot.symbols.unwrap();
+        assert_eq!(symbols.imports, [""; 0], "{guard}");
+        let zooid = build_for(guard, TINY, Some("zooids"));
+        assert_eq!(zooid.symbols.unwrap().imports, ["goto"], "{guard}");
+    }
+}
+
+#[test]
+fn what_is_no_guard_does_not_hide_the_error() {
+    let scripts = [
+        "goto(1, 2)",
+        "if(isnil(goto)) goto(1, 2)",
+        "if(not goto) goto(1, 2)",
+        "if(goto) log(1) else goto(1, 2)",
+        "if(goto or id) goto(1, 2)",
+        "x = goto or goto(1, 2)",
+        "if(goto) log(1) goto(1, 2)",
+        "if(led) goto(1, 2)",
+    ];
+    for script in scripts {
+        assert!(codes(&build_for(script, TINY, Some("kilobot"))).contains(&"E0402"), "{script}");
+        assert!(build_for(script, TINY, Some("zooids")).image.is_some(), "{script}");
+    }
+}
+
+#[test]
+fn a_guard_helps_with_names_that_no_known_robot_has() {
+    let script = "if(fly_to) fly_to(1)";
+    assert_eq!(codes(&build_for(script, TINY, Some("kilobot"))), ["W0201"]);
+}
+
+#[test]
+fn robots_of_one_source_agree_on_hash_and_strings() {
+    let script = "
+        if(goto) { goto(1, 2) p = pos log(p.x, \"only here\") }
+        neighbors.broadcast(\"topic\", 1)
+        t = { .field = 2 }";
+    let [kilobot, zooid] = ["kilobot", "zooids"].map(|name| build_for(script, TINY, Some(name)));
+    let [kilobot, zooid] = [kilobot, zooid].map(|compiled| compiled.symbols.expect("compiles"));
+    assert_eq!(kilobot.script_hash, zooid.script_hash);
+    assert_eq!(kilobot.strings, zooid.strings);
+    let full = build_for(script, FULL, Some("zooids")).symbols.unwrap();
+    assert_ne!(full.script_hash, zooid.script_hash);
+}
+
+#[test]
+fn the_robot_chooses_the_profile_unless_one_is_named() {
+    let robots = all_shipped();
+    let kilobot = robots.iter().find(|robot| robot.name == "kilobot").cloned();
+    let profile = |options: Options| build_with("x = 1", &options).symbols.unwrap().profile;
+    assert_eq!(profile(Options::default()), "full");
+    assert_eq!(profile(Options { robot: kilobot.clone(), ..Options::default() }), "tiny");
+    assert_eq!(
+        profile(Options { robot: kilobot, profile: Some(FULL), ..Options::default() }),
+        "full"
+    );
+}
+
+#[test]
+fn the_name_of_a_robot_function_can_be_taken() {
+    assert_eq!(output("led = function(x) { log(\"my \", x) } led(1)"), "my 1\n");
+    // Until it is assigned it is the robot's.
+    assert_eq!(output("old = led led = function(x) { old(x + 1) } led(1)"), "led(2)\n");
+    assert_eq!(
+        codes(&build_for("function led(a, b, c) { return a } led(1, 2, 3)", TINY, Some("kilobot"))),
+        ["W0202"]
+    );
+}
+
+#[test]
+fn argument_lists_of_any_known_robot_are_taken_without_a_named_one() {
+    assert_eq!(codes(&build_for("led(1, 1)", FULL, None)), [""; 0]);
+    assert_eq!(codes(&build_for("led(1, 1)", FULL, Some("crazyflie"))), [""; 0]);
+    assert_eq!(codes(&build_for("led(1, 1)", TINY, Some("kilobot"))), ["E0404"]);
+    assert_eq!(codes(&build_for("led(1, 1, 1)", FULL, None)), ["E0404"]);
+}
+
+#[test]
+fn literal_arguments_have_the_right_type() {
+    let wrong = ["led(\"red\")", "led(1.5)", "led(nil)", "led({})", "led(log)", "led(2 / 4.0)"];
+    for script in wrong {
+        assert_eq!(codes(&build_for(script, TINY, Some("kilobot"))), ["E0405"], "{script}");
+    }
+    let right = ["led(1)", "led(2 * 3)", "x = 1.5 led(x)", "led(id)", "led(rand())", "led(1 == 2)"];
+    for script in right {
+        assert_eq!(codes(&build_for(script, TINY, Some("kilobot"))), [""; 0], "{script}");
+    }
+    assert_eq!(codes(&build_for("hover(1) hover(1.5)", FULL, Some("crazyflie"))), [""; 0]);
+    assert_eq!(codes(&build_for("hover(\"up\")", FULL, Some("crazyflie"))), ["E0405"]);
+}
+
+#[test]
+fn tables_of_the_robot() {
+    assert_eq!(codes(&build_for("log(pos.z)", TINY, Some("zooids"))), ["W0208"]);
+    assert_eq!(codes(&build_for("log(pos.z)", FULL, Some("crazyflie"))), [""; 0]);
+    assert_eq!(codes(&build_for("log(pos.x)", TINY, Some("kilobot"))), ["W0201"]);
+    let guarded = build_for("if(pos) log(pos.x)", TINY, Some("kilobot"));
+    assert_eq!(codes(&guarded), [""; 0]);
+    let (image, symbols) = (guarded.image.unwrap(), guarded.symbols.unwrap());
+    assert!(!listing(&image, &symbols).contains("LIBRARY"));
+}
+
+#[test]
+fn a_script_must_fit_the_robot() {
+    let for_robot = |script: &str, robot| {
+        let options = Options { robot: Some(robot), ..Options::default() };
+        codes(&build_with(script, &options))
+    };
+    let few_slots = robot(|robot| robot.vm.slots = 2);
+    assert_eq!(for_robot("a = 1 b = 2", few_slots.clone()), [""; 0]);
+    assert_eq!(for_robot("a = 1 b = 2 c = 3", few_slots), ["E0606"]);
+    let small = robot(|robot| robot.budget.as_mut().unwrap().flash_bytes = 30);
+    assert_eq!(for_robot("a = 1", small.clone()), [""; 0]);
+    assert_eq!(for_robot("a = 1 b = 2 c = a + b log(a, b, c)", small), ["E0607"]);
+    let deaf = robot(|robot| robot.vm.neighbors = 0);
+    assert_eq!(for_robot("log(neighbors.count())", deaf), ["E0608"]);
+}

@@ -1,0 +1,95 @@
+//! Symbols: from numbers that a robot reports to names and places.
+
+use bittybuzz_compiler::symbols::{FORMAT, Place, Symbols, SymbolsError};
+
+use crate::machine::{FULL, TINY, image, run};
+
+#[test]
+fn a_fault_is_found_in_the_source() {
+    let script = "function inner(x) {\n  return x + nil\n}\n\nlog(inner(1))";
+    let (_, symbols) = image(script, FULL);
+    let fault = run(script, FULL).fault.expect("faults");
+    let place = symbols.position(u32::from(fault.position)).expect("is known");
+    assert_eq!(place, Place { file: 0, line: 2, column: 10, end_line: 2, end_column: 17 });
+    assert_eq!(symbols.function(u32::from(fault.position)).map(|f| f.name.as_str()), Some("inner"));
+    assert_eq!(symbols.file(place.file), Some("test.bzz"));
+}
+
+#[test]
+fn columns_count_characters() {
+    let script = "s = \"\u{e9}\u{e9}\" x = 1 + nil";
+    let (_, symbols) = image(script, FULL);
+    let fault = run(script, FULL).fault.expect("faults");
+    let place = symbols.position(u32::from(fault.position)).expect("is known");
+    assert_eq!((place.column, place.end_column), (14, 21));
+}
+
+#[test]
+fn every_fault_names_its_operation() {
+    // What is marked, and the text that faults.
+    let cases = [
+        ("x = nil y = x.field", "x.field"),
+        ("x = nil x.field = 1", "x.field = 1"),
+        ("x = 5 y = x[1]", "x[1]"),
+        ("x = 5 x()", "x()"),
+        ("t = {} t.f(1)", "t.f(1)"),
+        ("a = 1 b = a / 0", "a / 0"),
+        ("t = {} t[nil] = 1", "t[nil] = 1"),
+        ("x = {} if(x < 1) log(1)", "x < 1"),
+        ("function f(a) { a = a + 1 return a } f(\"x\")", "a + 1"),
+        ("function f(a) { return -a } f(\"x\")", "-a"),
+        ("function f(a) { return 1 + a } f()", "a"),
+        ("x = math.sqrt(\"a\")", "math.sqrt(\"a\")"),
+    ];
+    for (script, marked) in cases {
+        for profile in [TINY, FULL] {
+            let (_, symbols) = image(script, profile);
+            let fault = run(script, profile).fault.expect(script);
+            let place = symbols.position(u32::from(fault.position)).expect("is known");
+            let text = &script[place.column as usize - 1..place.end_column as usize - 1];
+            assert_eq!(text, marked, "{script}: {fault:?}");
+        }
+    }
+}
+
+#[test]
+fn functions_have_names() {
+    let script = "function f() { return function() { return 1 } }\nx = f()\nt = {\n.g = function() { return 2 } }\nx()";
+    let (_, symbols) = image(script, TINY);
+    let names: Vec<&str> = symbols.functions.iter().map(|f| f.name.as_str()).collect();
+    assert_eq!(names, ["global code", "f", "lambda at test.bzz:4", "lambda at test.bzz:1"]);
+    assert_eq!(symbols.function(0).map(|f| f.name.as_str()), Some("global code"));
+    assert_eq!(symbols.function(u32::MAX).map(|f| f.name.as_str()), Some("lambda at test.bzz:1"));
+}
+
+#[test]
+fn json_there_and_back() {
+    let (_, symbols) =
+        image("t = { .key = \"text \\\"quoted\\\"\" } led(1) function step() { log(t) }", TINY);
+    let json = symbols.to_json();
+    assert_eq!(Symbols::from_json(&json).unwrap(), symbols);
+    assert!(
+        json.starts_with(&format!("{{\"format\":{FORMAT},\"profile\":\"tiny\",\"script_hash\":")),
+        "{json}"
+    );
+    // A row of the line table is offset, file, line, column, end line, end column.
+    assert!(json.contains("\"lines\":[[2,0,1,5,"), "{json}");
+}
+
+#[test]
+fn bad_symbol_files_are_refused() {
+    assert!(matches!(Symbols::from_json(""), Err(SymbolsError::Malformed(_))));
+    assert!(matches!(Symbols::from_json("[1]"), Err(SymbolsError::Malformed(_))));
+    assert!(matches!(Symbols::from_json("{\"format\":1}"), Err(SymbolsError::Malformed(_))));
+    assert!(matches!(Symbols::from_json("{\"format\":99}"), Err(SymbolsError::Format(99))));
+}
+
+#[test]
+fn an_empty_table_knows_nothing() {
+    let (_, mut symbols) = image("x = 1", FULL);
+    symbols.lines.clear();
+    symbols.functions.clear();
+    assert_eq!(symbols.position(0), None);
+    assert_eq!(symbols.function(0), None);
+    assert_eq!(symbols.file(7), None);
+}
