@@ -33,10 +33,10 @@ fn accepted(builder: FunctionBuilder, parameters: usize) {
     }
     global.call_function(1, parameters, span());
     global.pop(1, span());
-    let functions = vec![global.finish(span()).unwrap(), builder.finish(span()).unwrap()];
+    let functions = [global, builder].map(|b| b.finish(span()).expect("can be assembled")).to_vec();
     let strings = StringTable::new(["a"]);
     let parts = Parts { full: true, globals: 200, strings, functions, ..Parts::default() };
-    let image = parts.write().unwrap();
+    let image = parts.write().expect("fits an image");
     assert_eq!(verify(&image.bytes, FULL), Ok(()), "{:x?}", image.bytes);
 }
 
