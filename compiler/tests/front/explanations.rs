@@ -34,9 +34,13 @@ fn headings_are_the_titles() {
     }
 }
 
+/// What takes a very long script, a robot of its own, or a mistake in the compiler to happen.
+const WITHOUT_EXAMPLE: [&str; 8] =
+    ["E0602", "E0603", "E0604", "E0605", "E0606", "E0607", "E0608", "E0699"];
+
 #[test]
 fn sections_say_what_it_means_and_how_to_mend_it() {
-    for code in explained() {
+    for code in explained().filter(|code| !WITHOUT_EXAMPLE.contains(&code.text())) {
         let (before, _, after) = parts(code);
         assert!(before.lines().count() > 2, "{}: what it means", code.text());
         assert!(!after.trim().is_empty(), "{}: how to mend it", code.text());
@@ -45,7 +49,7 @@ fn sections_say_what_it_means_and_how_to_mend_it() {
 
 #[test]
 fn examples_give_the_code_that_they_explain() {
-    for code in explained() {
+    for code in explained().filter(|code| !WITHOUT_EXAMPLE.contains(&code.text())) {
         let (_, example, _) = parts(code);
         let found = codes_of(example);
         assert!(found.contains(&code), "{}:\n{example}\ngives {found:?}", code.text());
@@ -65,24 +69,28 @@ fn explained() -> impl Iterator<Item = Code> {
     Code::ALL.iter().copied().filter(|code| explain(code.text()).is_some())
 }
 
-/// A section before its example, the example, and what follows it.
+/// A section before its example, the example with the rest of its fence line (the robot it is built for), and what
+/// follows it.
 fn parts(code: Code) -> (&'static str, &'static str, &'static str) {
     let section = explain(code.text()).unwrap_or_default();
-    let parts = section.split_once("```buzz\n").and_then(|(before, rest)| {
+    let parts = section.split_once("```buzz").and_then(|(before, rest)| {
         rest.split_once("\n```").map(|(example, after)| (before, example, after))
     });
     parts.unwrap_or_else(|| panic!("{} has no example", code.text()))
 }
 
 /// Everything that the compiler says about a script, which has the files that the examples speak of.
-fn codes_of(text: &str) -> Vec<Code> {
+fn codes_of(example: &str) -> Vec<Code> {
+    let (robot, text) = example.split_once('\n').unwrap_or(("", example));
     let files = MemoryFiles::default()
         .with("common.bzz", "common = 1")
         .with("latin1.bzz", b"# caf\xe9".as_slice())
         .with("huge.bzz", vec![b'\n'; MAX_SOURCE_BYTES + 1])
         .with_unreadable("unreadable.bzz");
     let main = Path::new("scripts/main.bzz");
-    let options = Options { robots: bittybuzz_robots::all_shipped(), ..Options::default() };
+    let robots = bittybuzz_robots::all_shipped();
+    let robot = robots.iter().find(|known| known.name == robot.trim()).cloned();
+    let options = Options { robot, robots, profile: None };
     let compiled = compile(main, text.to_owned(), &Loader::new(&files), &options);
     compiled.diagnostics.iter().map(|diagnostic| diagnostic.code).collect()
 }
