@@ -33,7 +33,7 @@ Exit status: 0, or 2 compile error, 3 wrong command line or file.";
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// Script (.bzz)
+    /// Script (.bzz) or Buzz object file (.bo)
     file: PathBuf,
     /// Robot: its name (kilobot, zooids, crazyflie) or the path of a robot file (*.toml)
     #[arg(long, value_name = "NAME|PATH.toml")]
@@ -54,12 +54,10 @@ pub struct Arguments {
 
 /// Carries out the command.
 pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
-    if Kind::of(&arguments.file)? == Kind::Image {
-        return Err(Problem::NotAScript(arguments.file.clone()));
-    }
+    let kind = Kind::of(&arguments.file)?;
     let selection = Selection::new(Some(&arguments.robot), arguments.profile)?;
     let Compiled { image, symbols, diagnostics, sources } =
-        program::compiled(&arguments.file, &arguments.include, &selection)?;
+        program::compiled(&arguments.file, kind, &arguments.include, &selection)?;
     if !arguments.json {
         report::diagnostics(&sources, &diagnostics);
     }

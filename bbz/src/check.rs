@@ -26,7 +26,7 @@ Exit status: 0, or 2 compile error, 3 wrong command line or file. Warnings do no
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// Script (.bzz)
+    /// Script (.bzz) or Buzz object file (.bo)
     file: PathBuf,
     #[command(flatten)]
     selection: SelectionArguments,
@@ -40,12 +40,10 @@ pub struct Arguments {
 
 /// Carries out the command.
 pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
-    if Kind::of(&arguments.file)? == Kind::Image {
-        return Err(Problem::NotAScript(arguments.file.clone()));
-    }
+    let kind = Kind::of(&arguments.file)?;
     let selection = arguments.selection.select()?;
     let Compiled { diagnostics, sources, .. } =
-        program::compiled(&arguments.file, &arguments.include, &selection)?;
+        program::compiled(&arguments.file, kind, &arguments.include, &selection)?;
     if arguments.json {
         output::write(&format!("{}\n", json::diagnostics(&sources, &diagnostics)))?;
     } else {

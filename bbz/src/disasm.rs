@@ -1,27 +1,29 @@
-//! `bbz disasm`: an image as readable text.
+//! `bbz disasm`: an image, or an object file, as readable text.
 
 use std::path::PathBuf;
 
+use bittybuzz_compiler::bo;
 use bittybuzz_compiler::disasm::disassemble;
 use clap::Args;
 
 use crate::Ending;
 use crate::output;
 use crate::problem::Problem;
-use crate::program::{Kind, Program};
+use crate::program::{self, Kind, Program};
 use crate::selection::SelectionArguments;
 
 const EXAMPLES: &str = "\
 Examples:
   bbz disasm hello.bzz                   what the script compiles to
   bbz disasm hello.bzz --profile tiny    with 16-bit numbers
-  bbz disasm hello.bbi                   an image, with names from the .sym file beside it";
+  bbz disasm hello.bbi                   an image, with names from the .sym file beside it
+  bbz disasm hello.bo                    an object file: Buzz's own instructions, which messages about it name";
 
 /// Arguments of `bbz disasm`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// Script (.bzz) or image (.bbi)
+    /// Script (.bzz), Buzz object file (.bo) or image (.bbi)
     file: PathBuf,
     #[command(flatten)]
     selection: SelectionArguments,
@@ -32,16 +34,15 @@ pub struct Arguments {
 
 /// Carries out the command.
 pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
-    let kind = Kind::of(&arguments.file)?;
     let selection = arguments.selection.select()?;
-    let program = match kind {
-        Kind::Script => {
-            let compiled = Program::compile(&arguments.file, &arguments.include, &selection)?;
-            let Some(program) = compiled else { return Ok(Ending::CompileError) };
-            program
-        }
-        Kind::Image => Program::load(&arguments.file, &selection)?,
-    };
+    if Kind::of(&arguments.file)? == Kind::Object {
+        let listing = bo::disassemble(&program::read(&arguments.file)?);
+        let path = arguments.file.clone();
+        output::write(&listing.map_err(|error| Problem::Object { path, error })?)?;
+        return Ok(Ending::Success);
+    }
+    let opened = Program::open(&arguments.file, &arguments.include, &selection)?;
+    let Some(program) = opened else { return Ok(Ending::CompileError) };
     output::write(&disassemble(&program.image, program.symbols.as_ref()))?;
     Ok(Ending::Success)
 }

@@ -4,6 +4,7 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use bittybuzz_compiler::bo::error::BoError;
 use bittybuzz_robots::{Place, Profile, RobotError};
 use bittybuzz_vm_core::ImageError;
 
@@ -25,6 +26,13 @@ pub enum Problem {
     UnknownKind(PathBuf),
     /// An image where a script is needed.
     NotAScript(PathBuf),
+    /// An object file that is damaged, or that no Buzz compiler has made.
+    Object {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: BoError,
+    },
     /// `--robot` names no robot, or the robot file is wrong.
     Robot(RobotError),
     /// `--profile` asks for another profile than the image has.
@@ -92,9 +100,9 @@ impl Problem {
                 likely_file(path).map(|likely| format!("did you mean `{}`?", likely.display()))
             }
             Problem::Folder(_) => Some("name a file in it".to_owned()),
-            Problem::UnknownKind(_) => {
-                Some("a script ends in .bzz, a built image in .bbi".to_owned())
-            }
+            Problem::UnknownKind(_) => Some(
+                "a script ends in .bzz, a Buzz object file in .bo, an image in .bbi".to_owned(),
+            ),
             Problem::NotAScript(_) => {
                 Some("name the .bzz script that it was built from".to_owned())
             }
@@ -111,6 +119,7 @@ impl Problem {
                 None => "`bbz explain` lists all codes".to_owned(),
             }),
             Problem::Robot(error) => error.cause.help(),
+            Problem::Object { .. } => Some("compile its script instead".to_owned()),
             Problem::Unreadable { .. }
             | Problem::Unwritable { .. }
             | Problem::Interrupt(_)
@@ -135,6 +144,9 @@ impl fmt::Display for Problem {
             }
             Problem::NotAScript(path) => {
                 write!(f, "`{}` is an image already", path.display())
+            }
+            Problem::Object { path, error } => {
+                write!(f, "`{}` cannot be used: {error}", path.display())
             }
             Problem::Robot(error) => error.cause.fmt(f),
             Problem::Profile { path, image } => write!(
@@ -165,7 +177,7 @@ fn likely_file(path: &Path) -> Option<PathBuf> {
     let searched = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let names = searched.read_dir().ok()?.flatten().filter_map(|entry| {
         let name = entry.file_name().into_string().ok()?;
-        (name.ends_with(".bzz") || name.ends_with(".bbi")).then_some(name)
+        ([".bzz", ".bo", ".bbi"].iter().any(|end| name.ends_with(end))).then_some(name)
     });
     let scored = names.map(|name| (strsim::jaro_winkler(wanted, &name), name));
     let best = scored.max_by(|a, b| a.0.total_cmp(&b.0))?;

@@ -5,10 +5,11 @@ use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use bittybuzz_compiler::bo;
 use bittybuzz_compiler::compile::{self, Compiled, Options};
 use bittybuzz_compiler::include::{DiskFiles, Loader};
 use bittybuzz_compiler::parser;
-use bittybuzz_compiler::source::{FileId, SourceMap};
+use bittybuzz_compiler::source::SourceMap;
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_robots::Profile;
 use bittybuzz_vm_core::{Image, builtin};
@@ -21,11 +22,16 @@ use crate::selection::Selection;
 /// The environment variable with folders to search for included files.
 const INCLUDE_PATH: &str = "BUZZ_INCLUDE_PATH";
 
+/// What the paths of the shipped library begin with.
+const LIBRARY_FOLDER: &str = "<library>/";
+
 /// What a file holds, by its extension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// `.bzz`
     Script,
+    /// `.bo`, what the compiler of the reference implementation makes of a script
+    Object,
     /// `.bbi`
     Image,
 }
@@ -35,6 +41,7 @@ impl Kind {
     pub fn of(path: &Path) -> Result<Kind, Problem> {
         let kind = match path.extension().and_then(|extension| extension.to_str()) {
             Some("bzz") => Some(Kind::Script),
+            Some("bo") => Some(Kind::Object),
             Some("bbi") => Some(Kind::Image),
             _ => None,
         };
@@ -59,22 +66,27 @@ pub struct Program {
 }
 
 impl Program {
-    /// Compiles a script. Prints errors and warnings; `None` if there are errors.
-    pub fn compile(
+    /// Reads an image, or compiles what is none: prints errors and warnings then, and is `None` if there are errors.
+    pub fn open(
         path: &Path,
         include: &[PathBuf],
         selection: &Selection,
     ) -> Result<Option<Program>, Problem> {
-        let Compiled { image, symbols, diagnostics, sources } = compiled(path, include, selection)?;
+        let kind = Kind::of(path)?;
+        if kind == Kind::Image {
+            return Program::load(path, selection).map(Some);
+        }
+        let Compiled { image, symbols, diagnostics, sources } =
+            compiled(path, kind, include, selection)?;
         report::diagnostics(&sources, &diagnostics);
-        let Some(image) = image else { return Ok(None) };
         let profile = selection.effective_profile();
-        Ok(Some(Program { image, profile, symbols, sources: Some(sources) }))
+        let sources = Some(sources);
+        Ok(image.map(|image| Program { image, profile, symbols, sources }))
     }
 
     /// Reads an image, and the symbols beside it if they belong to it.
-    pub fn load(path: &Path, selection: &Selection) -> Result<Program, Problem> {
-        let image = fs::read(path).map_err(|error| Problem::unreadable(path, error))?;
+    fn load(path: &Path, selection: &Selection) -> Result<Program, Problem> {
+        let image = read(path)?;
         let header = Image::new(image.as_slice()).header();
         let header = header.map_err(|cause| Problem::refused(path, cause))?;
         let profile = if header.is_full() { Profile::Full } else { Profile::Tiny };
@@ -93,28 +105,43 @@ impl Program {
         }
     }
 
-    /// The text of a source file by its number in the symbols. For an image the file is read now, and may have
-    /// changed since.
+    /// The text of a source file by its number in the symbols. What was not compiled just now is read now, and may
+    /// have changed since.
     pub fn source(&self, file: u32) -> Option<Cow<'_, str>> {
-        if let Some(sources) = &self.sources {
-            return Some(Cow::Borrowed(&sources.file(FileId(file)).text));
+        let mut compiled = self.sources.iter().flat_map(SourceMap::files);
+        if let Some((_, source)) = compiled.find(|(id, _)| id.0 == file) {
+            return Some(Cow::Borrowed(&source.text));
         }
         let path = self.symbols.as_ref()?.file(file)?;
-        if let Some((_, text)) =
-            library::FILES.iter().find(|(name, _)| path.strip_prefix("<library>/") == Some(name))
-        {
+        let library_name = path.strip_prefix(LIBRARY_FOLDER);
+        let mut library = library::FILES.iter();
+        if let Some((_, text)) = library.find(|(name, _)| library_name == Some(name)) {
             return Some(Cow::Borrowed(text));
         }
         fs::read_to_string(path).ok().map(Cow::Owned)
     }
 }
 
-/// Compiles a script.
+/// Compiles a script or an object file; an image is an error. Prints warnings about an object file.
 pub fn compiled(
     path: &Path,
+    kind: Kind,
     include: &[PathBuf],
     selection: &Selection,
 ) -> Result<Compiled, Problem> {
+    let options = Options {
+        profile: Some(selection.effective_profile()),
+        robot: selection.robot.clone(),
+        robots: selection.known.clone(),
+    };
+    match kind {
+        Kind::Script => script(path, include, &options),
+        Kind::Object => object(path, &options),
+        Kind::Image => Err(Problem::NotAScript(path.to_owned())),
+    }
+}
+
+fn script(path: &Path, include: &[PathBuf], options: &Options) -> Result<Compiled, Problem> {
     // What the file holds is the compiler's concern, that it can be opened is the command line's.
     fs::File::open(path).map_err(|error| Problem::unreadable(path, error))?;
     let environment = env::var_os(INCLUDE_PATH).unwrap_or_default();
@@ -125,12 +152,23 @@ pub fn compiled(
         library: library::FILES,
         ..Loader::new(&DiskFiles)
     };
-    let options = Options {
-        profile: Some(selection.effective_profile()),
-        robot: selection.robot.clone(),
-        robots: selection.known.clone(),
-    };
-    Ok(compile::compile_parsed(parser::parse_file(path, &loader), &options))
+    Ok(compile::compile_parsed(parser::parse_file(path, &loader), options))
+}
+
+/// Compiles an object file; the `.bdb` file beside it tells places in the script.
+fn object(path: &Path, options: &Options) -> Result<Compiled, Problem> {
+    let debug = fs::read(path.with_extension("bdb")).ok();
+    let imported = bo::import(path, &read(path)?, debug.as_deref(), options)
+        .map_err(|error| Problem::Object { path: path.to_owned(), error })?;
+    for warning in &imported.warnings {
+        report::warning(&format!("`{}`: {warning}", path.display()), None);
+    }
+    Ok(imported.compiled)
+}
+
+/// The bytes of a file.
+pub fn read(path: &Path) -> Result<Vec<u8>, Problem> {
+    fs::read(path).map_err(|error| Problem::unreadable(path, error))
 }
 
 /// The symbols in the `.sym` file beside an image; a warning if there are some that cannot be used.
@@ -140,7 +178,7 @@ fn symbols_beside(image: &Path, hash: u32) -> Option<Symbols> {
         Ok(text) => text,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return None,
         Err(error) => {
-            report::warning(&format!("cannot read `{}`: {error}", path.display()), IGNORED);
+            report::warning(&format!("cannot read `{}`: {error}", path.display()), Some(IGNORED));
             return None;
         }
     };
@@ -152,11 +190,11 @@ fn symbols_beside(image: &Path, hash: u32) -> Option<Symbols> {
                 path.display(),
                 symbols.script_hash
             );
-            report::warning(&message, IGNORED);
+            report::warning(&message, Some(IGNORED));
             None
         }
         Err(error) => {
-            report::warning(&format!("`{}` is {error}", path.display()), IGNORED);
+            report::warning(&format!("`{}` is {error}", path.display()), Some(IGNORED));
             None
         }
     }

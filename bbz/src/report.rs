@@ -42,9 +42,11 @@ pub fn problem(problem: &Problem) {
 }
 
 /// Prints a warning that concerns no place in a script.
-pub fn warning(message: &str, note: &str) {
+pub fn warning(message: &str, note: Option<&str>) {
     print(Group::with_title(Level::WARNING.primary_title(message)));
-    print(Group::with_title(Level::NOTE.primary_title(note)));
+    if let Some(note) = note {
+        print(Group::with_title(Level::NOTE.primary_title(note)));
+    }
 }
 
 /// Prints a message.

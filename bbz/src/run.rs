@@ -15,7 +15,7 @@ use crate::fault;
 use crate::host::{Clock, HostRobot};
 use crate::interrupt::Interrupt;
 use crate::problem::Problem;
-use crate::program::{Kind, Program};
+use crate::program::Program;
 use crate::report;
 use crate::selection::SelectionArguments;
 use crate::trace::Trace;
@@ -41,7 +41,7 @@ Exit status: 0, or 1 run-time error, 2 compile error, 3 wrong command line or fi
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// Script (.bzz) or image (.bbi)
+    /// Script (.bzz), Buzz object file (.bo) or image (.bbi)
     file: PathBuf,
     #[command(flatten)]
     selection: SelectionArguments,
@@ -61,16 +61,9 @@ pub struct Arguments {
 
 /// Carries out the command.
 pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
-    let kind = Kind::of(&arguments.file)?;
     let selection = arguments.selection.select()?;
-    let program = match kind {
-        Kind::Script => {
-            let compiled = Program::compile(&arguments.file, &arguments.include, &selection)?;
-            let Some(program) = compiled else { return Ok(Ending::CompileError) };
-            program
-        }
-        Kind::Image => Program::load(&arguments.file, &selection)?,
-    };
+    let opened = Program::open(&arguments.file, &arguments.include, &selection)?;
+    let Some(program) = opened else { return Ok(Ending::CompileError) };
     let robot = selection.robot.as_ref();
     let settings = Settings {
         id: arguments.id,
