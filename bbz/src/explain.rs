@@ -54,11 +54,11 @@ fn codes() -> impl Iterator<Item = (String, &'static str)> {
     compiler.chain(run_time)
 }
 
-/// The section about the code of a run-time error.
+/// The section about the code of a run-time error, in Markdown with its heading.
 fn run_time_error(code: &str) -> Option<&'static str> {
-    let (_, sections) = RUN_TIME_ERRORS.split_once("\n## ")?;
-    let mut sections = sections.split("\n## ");
-    sections.find(|section| section.split_whitespace().next() == Some(code)).map(str::trim_end)
+    let heading = RUN_TIME_ERRORS.find(&format!("\n## {code} "))?;
+    let section = RUN_TIME_ERRORS.get(heading + 1..)?;
+    section.get(..section.find("\n## ").unwrap_or(section.len())).map(str::trim_end)
 }
 
 /// The code that was probably meant.
@@ -76,7 +76,7 @@ mod tests {
         for cause in FaultCode::ALL {
             let code = fault::code(cause);
             let section = run_time_error(&code).unwrap_or_else(|| panic!("{code} is missing"));
-            let heading = format!("{code} — {}\n", fault::title(cause));
+            let heading = format!("## {code} — {}\n", fault::title(cause));
             assert!(section.starts_with(&heading), "{section}");
             assert!(section.contains("\n```buzz\n"), "{code} has no example");
         }
