@@ -151,7 +151,9 @@ impl What<'_> {
     }
 
     fn help(&self, refusal: Option<&str>) -> Option<String> {
-        let is_nil = self.fault.operands.contains(&Type::Nil);
+        let [first, second] = self.fault.operands;
+        // What has one operand leaves the second nil.
+        let is_nil = first == Type::Nil || (self.is_binary() && second == Type::Nil);
         Some(match self.fault.code {
             FaultCode::WrongType | FaultCode::RobotRefused if refusal.is_some() => {
                 return refusal.map(str::to_owned);
@@ -187,6 +189,26 @@ impl What<'_> {
 
     fn opcode(&self) -> Option<u8> {
         self.instruction.map(|instruction| instruction.opcode)
+    }
+
+    fn is_binary(&self) -> bool {
+        matches!(
+            self.opcode(),
+            Some(
+                opcode::ADD
+                    | opcode::ADD_INT
+                    | opcode::LOCAL_ADD
+                    | opcode::SUB
+                    | opcode::MUL
+                    | opcode::DIV
+                    | opcode::MOD
+                    | opcode::POW
+                    | opcode::BAND
+                    | opcode::BOR
+                    | opcode::SHL
+                    | opcode::SHR
+            )
+        )
     }
 
     /// The string that the instruction names.

@@ -49,6 +49,12 @@ pub fn warning(message: &str, note: Option<&str>) {
     }
 }
 
+/// Text from scripts and symbols must not control the terminal. Titles and source lines are made harmless when they
+/// are printed, other text is not.
+pub fn printable(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
+}
+
 /// Prints a message.
 pub fn print(group: Group<'_>) {
     anstream::eprintln!("{}", Style::styled().render(&[group]));

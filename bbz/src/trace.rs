@@ -6,6 +6,7 @@ use bittybuzz_compiler::symbols::{Place, Symbols};
 use bittybuzz_vm_core::Entry;
 
 use crate::program::Program;
+use crate::report::printable;
 
 /// A source line longer than this is not shown, in bytes.
 const LONGEST_LINE: usize = 400;
@@ -71,7 +72,7 @@ impl<'a> Trace<'a> {
 
     /// The source line with the instruction marked, or only the place if there is no such line.
     fn source(&self, place: Place, symbols: &Symbols) -> Element<'static> {
-        let path = symbols.file(place.file).unwrap_or("<unknown>").to_owned();
+        let path = printable(symbols.file(place.file).unwrap_or("<unknown>"));
         let source = self.program.source(place.file);
         let line = source.as_deref().and_then(|text| text.lines().nth(index(place.line)));
         let Some(line) = line.filter(|line| line.len() <= LONGEST_LINE) else {
@@ -130,7 +131,7 @@ impl<'a> Trace<'a> {
 }
 
 fn note(text: String) -> Element<'static> {
-    Level::NOTE.message(text).into()
+    Level::NOTE.message(printable(&text)).into()
 }
 
 /// From a line or column that counts from 1.

@@ -200,6 +200,37 @@ fn examples_of_run_time_errors_give_the_code_that_they_explain() {
 }
 
 #[test]
+fn help_is_about_the_operand_that_is_wrong() {
+    let with_nil = run("help_nil", "x = nil\nlog(1 + x)\n", &[]);
+    with_nil.fails_with(1, &["never assigned is nil"]);
+    let without = run("help_string", "s = \"x\"\ndelay(s)\n", &[]);
+    without.fails_with(1, &["`delay` does not take a string", "`type(x)`"]);
+    assert!(!without.stderr.contains("nil"), "{}", without.stderr);
+}
+
+#[test]
+fn messages_cannot_control_the_terminal() {
+    // Symbols can come from anywhere.
+    let script = "function f(x) { return 1 / x }\ng = f\nlog(g(0))\n";
+    let folder = Folder::with("control", "s.bzz", script);
+    assert_eq!(folder.bbz(&["build", "s.bzz", "--robot", "kilobot"]).status, Some(0));
+    let symbols = String::from_utf8(folder.read("s.sym")).unwrap();
+    let evil = symbols.replace("\"f\"", "\"\\u001b[2J\"").replace("s.bzz", "\\u001b[2J.bzz");
+    assert_ne!(evil, symbols);
+    folder.write("s.sym", evil);
+    let outcome = folder.bbz(&["run", "s.bbi"]);
+    outcome.fails_with(1, &["R0005"]);
+    let forced = folder.command(&["run", "s.bbi"]).env("CLICOLOR_FORCE", "1").spawn().unwrap();
+    assert!(!support::finish(forced).stderr.contains("\u{1b}[2J"));
+    folder.write("s.bzz", "message = \"\u{1b}[2J\"\nassert(0, message)\n");
+    let forced = folder.command(&["run", "s.bzz"]).env("CLICOLOR_FORCE", "1").spawn().unwrap();
+    let outcome = support::finish(forced);
+    outcome.says(&["R0011"]);
+    let message = outcome.stderr.lines().next().unwrap_or_default();
+    assert!(!message.contains("\u{1b}[2J"), "{message}");
+}
+
+#[test]
 fn storing_into_no_table() {
     let folder = Folder::new("storing");
     for (statement, message) in
