@@ -73,7 +73,7 @@ impl<'a> HostRobot<'a> {
             return known.as_bytes().to_vec();
         }
         match text.number() {
-            Some(number) if text.is_empty() => format!("[string {number}]").into_bytes(),
+            Some(number) if !self.program.has_text() => format!("[string {number}]").into_bytes(),
             _ => (0..text.len()).map(|index| text.byte(index)).collect(),
         }
     }

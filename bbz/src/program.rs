@@ -12,6 +12,7 @@ use bittybuzz_compiler::parser;
 use bittybuzz_compiler::source::SourceMap;
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_robots::Profile;
+use bittybuzz_vm_core::image::FORM_TEXT;
 use bittybuzz_vm_core::{Image, builtin};
 
 use crate::library;
@@ -103,6 +104,12 @@ impl Program {
             Some(symbols) => symbols.string(number),
             None => builtin::STRINGS.get(usize::from(number)).copied(),
         }
+    }
+
+    /// Whether the image itself holds the text of its strings.
+    pub fn has_text(&self) -> bool {
+        let header = Image::new(self.image.as_slice()).header();
+        header.is_ok_and(|header| header.form & FORM_TEXT != 0)
     }
 
     /// The text of a source file by its number in the symbols. What was not compiled just now is read now, and may

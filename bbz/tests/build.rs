@@ -149,6 +149,15 @@ fn symbols_that_do_not_belong_to_the_image_are_ignored_with_a_warning() {
 }
 
 #[test]
+fn an_image_with_text_needs_no_symbols_for_it() {
+    let script = "log(\"\", \"a\", string.length(\"abc\"))\n";
+    let folder = Folder::with("text_in_image", "s.bzz", script);
+    assert_eq!(folder.bbz(&["build", "s.bzz", "--robot", "crazyflie"]).status, Some(0));
+    std::fs::remove_file(folder.path("s.sym")).unwrap();
+    folder.bbz(&["run", "s.bbi"]).succeeds_with("a3\n");
+}
+
+#[test]
 fn a_source_that_has_gone_leaves_the_place() {
     let folder = Folder::with("no_source", "s.bzz", SCRIPT);
     assert_eq!(folder.bbz(&["build", "s.bzz", "--robot", "kilobot"]).status, Some(0));
