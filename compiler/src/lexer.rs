@@ -10,7 +10,8 @@ use crate::diagnostic::Diagnostic;
 use crate::source::{FileId, Span};
 use crate::token::{Fixed, Separation, Token, TokenKind};
 
-/// The tokens of a file, the last one [`TokenKind::FileEnd`]; errors are added to `diagnostics`.
+/// The tokens of a file, the last one [`TokenKind::FileEnd`]; errors are added to `diagnostics`. The text is at most
+/// [`MAX_SOURCE_BYTES`](crate::include::MAX_SOURCE_BYTES) long.
 pub fn lex(file: FileId, text: &str, diagnostics: &mut Vec<Diagnostic>) -> Vec<Token> {
     let mut lexer = Lexer::new(file, text, None);
     lexer.run();

@@ -1,7 +1,8 @@
 //! The Buzz compiler: from the text of a script to diagnostics, an image and its symbols.
 //!
 //! [`parser::parse`] reads a script with everything that it includes and gives the syntax tree. All errors that
-//! can be found are found in one run, each with a [`codes::Code`], a place and help.
+//! can be found are found in one run, each with a [`codes::Code`], a place and help; [`render`] writes them for
+//! people and for programs, [`mod@explain`] explains a code.
 
 pub mod ast;
 pub mod bo;

@@ -174,7 +174,7 @@ impl<'a> Renderer<'a> {
         let Some(Span { file, start, .. }) = marks.first().map(|mark| mark.span) else {
             return Level::NOTE.message("").into();
         };
-        let path = self.sources.path(file).display().to_string();
+        let path = printable(&self.sources.path(file).display().to_string());
         let lines = || marks.iter().map(|mark| self.lines(mark.span));
         let first = lines().map(|lines| lines.start).min().unwrap_or(0);
         let last = lines().map(|lines| lines.end).max().unwrap_or(first + 1);
