@@ -265,7 +265,8 @@ pub enum ExprKind {
     Error,
 }
 
-/// Calls `visit` for every expression directly below this one.
+/// Calls `visit` for every expression directly below this one, but for the keys of table literals, which are
+/// constants.
 pub fn children<'a>(expr: &'a Expr, mut visit: impl FnMut(&'a Expr)) {
     match &expr.kind {
         ExprKind::Field { object, .. } => visit(object),
@@ -278,10 +279,7 @@ pub fn children<'a>(expr: &'a Expr, mut visit: impl FnMut(&'a Expr)) {
             args.iter().for_each(visit);
         }
         ExprKind::Table(entries) => {
-            for (key, value) in entries {
-                visit(key);
-                visit(value);
-            }
+            entries.iter().for_each(|(_, value)| visit(value));
         }
         ExprKind::Unary { operand, .. } => visit(operand),
         ExprKind::Binary { left, right, .. } => {
@@ -298,4 +296,35 @@ pub fn children<'a>(expr: &'a Expr, mut visit: impl FnMut(&'a Expr)) {
         | ExprKind::Lambda(_)
         | ExprKind::Error => {}
     }
+}
+
+/// Calls `visit` for every expression in the statements, outer ones first. Lambdas are functions of their own.
+pub fn each_expr<'a>(stmts: &'a [Stmt], visit: &mut dyn FnMut(&'a Expr)) {
+    for stmt in stmts {
+        match &stmt.kind {
+            StmtKind::Var { value, .. } | StmtKind::Return(value) => {
+                value.iter().for_each(|value| with_children(value, visit));
+            }
+            StmtKind::Assign { target, value } => {
+                with_children(target, visit);
+                with_children(value, visit);
+            }
+            StmtKind::If { condition, then, otherwise } => {
+                with_children(condition, visit);
+                each_expr(&then.stmts, visit);
+                each_expr(&otherwise.stmts, visit);
+            }
+            StmtKind::While { condition, body, update } => {
+                with_children(condition, visit);
+                each_expr(&body.stmts, visit);
+                each_expr(update.as_deref().map_or(&[], std::slice::from_ref), visit);
+            }
+            StmtKind::Call(call) => with_children(call, visit),
+        }
+    }
+}
+
+fn with_children<'a>(expr: &'a Expr, visit: &mut dyn FnMut(&'a Expr)) {
+    visit(expr);
+    children(expr, |child| with_children(child, visit));
 }

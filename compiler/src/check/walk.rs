@@ -8,9 +8,7 @@ use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::names::{Meaning, Meanings, Member};
 use crate::check::resolve::self_is_nil;
 use crate::check::suggest;
-use crate::check::tree::{
-    Block, Expr, ExprKind, FunctionId, NameId, Program, Stmt, StmtKind, children,
-};
+use crate::check::tree::{Block, Expr, ExprKind, FunctionId, NameId, Program, Stmt, StmtKind};
 use crate::codegen::constant::Profile;
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
@@ -198,11 +196,13 @@ impl Checker<'_> {
                 self.expr(index);
                 self.check_key(index);
             }
-            _ => {
-                let mut below = Vec::new();
-                children(expr, |child| below.push(child));
-                below.into_iter().for_each(|child| self.expr(child));
+            ExprKind::Table(entries) => {
+                for (key, value) in entries {
+                    self.expr(key);
+                    self.expr(value);
+                }
             }
+            ExprKind::Nil | ExprKind::Str(_) | ExprKind::Local(_) | ExprKind::Error => {}
         }
     }
 
