@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt;
 
 use crate::codegen::asm::MAX_PARAMETERS;
+use crate::include::MAX_SOURCE_BYTES;
 
 /// Why and where.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -18,6 +19,8 @@ pub struct BoError {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Cause {
     // The file.
+    /// It is far larger than the program of any robot.
+    TooLarge,
     /// It is too short for the number of strings.
     NoStringCount,
     /// It ends inside this string.
@@ -102,7 +105,8 @@ impl Cause {
     /// Whether the file may be sound but cannot come from the Buzz compiler.
     fn is_foreign(&self) -> bool {
         match self {
-            Cause::NoStringCount
+            Cause::TooLarge
+            | Cause::NoStringCount
             | Cause::StringCut(_)
             | Cause::StringNotUtf8(_)
             | Cause::UnknownOpcode(_)
@@ -146,6 +150,7 @@ impl fmt::Display for Cause {
             f.write_str("not produced by the Buzz compiler: ")?;
         }
         match self {
+            Cause::TooLarge => write!(f, "the file has more than {MAX_SOURCE_BYTES} bytes"),
             Cause::NoStringCount => f.write_str("too short to be a Buzz object file"),
             Cause::StringCut(number) => write!(f, "the file ends inside string {number}"),
             Cause::StringNotUtf8(number) => {

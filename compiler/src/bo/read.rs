@@ -2,6 +2,7 @@
 
 use crate::bo::error::{BoError, Cause};
 use crate::bo::instruction::{Action, Form, Instruction, TABLE};
+use crate::include::MAX_SOURCE_BYTES;
 
 /// A `.bo` file of which every number is sound. What its instructions do together is not checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,6 +18,9 @@ pub struct Bo {
 impl Bo {
     /// Reads a file.
     pub fn read(bytes: &[u8]) -> Result<Bo, BoError> {
+        if bytes.len() > MAX_SOURCE_BYTES {
+            return Err(BoError { offset: MAX_SOURCE_BYTES, cause: Cause::TooLarge });
+        }
         let mut reader = Reader { bytes, at: 0 };
         let strings = reader.strings()?;
         let raw = reader.instructions()?;

@@ -184,7 +184,7 @@ impl Recorder<'_> {
                     Some(known) => known.to_owned(),
                     None => {
                         let bytes =
-                            (0..text.len()).map(|index| text.byte(index)).collect::<Vec<u8>>();
+                            text.bytes().collect::<Vec<u8>>();
                         String::from_utf8_lossy(&bytes).into_owned()
                     }
                 }

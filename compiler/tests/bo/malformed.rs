@@ -214,6 +214,16 @@ fn nesting_is_bounded() {
 }
 
 #[test]
+fn size_is_bounded() {
+    let mut bytes = vec![0, 0];
+    bytes.resize(1 << 20, 0);
+    bytes.push(1);
+    assert_eq!(error(&bytes), BoError { offset: 1 << 20, cause: Cause::TooLarge });
+    bytes.remove(2);
+    assert!(import(Path::new("test.bo"), &bytes, None, &recorder(Profile::Full)).is_ok());
+}
+
+#[test]
 fn messages_are_sentences_with_the_offset() {
     assert_eq!(error(&[0, 0, 0, 47]).to_string(), "no instruction has the opcode 47 (offset 3)");
     let (cause, offset) = in_global_code("pushi 1 / pop");
