@@ -74,7 +74,7 @@ impl<'a> HostRobot<'a> {
         }
         match text.number() {
             Some(number) if !self.program.has_text() => format!("[string {number}]").into_bytes(),
-            _ => (0..text.len()).map(|index| text.byte(index)).collect(),
+            _ => text.bytes().collect(),
         }
     }
 

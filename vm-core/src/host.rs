@@ -88,11 +88,7 @@ impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> Arguments<'a, P, C, SLOTS>
 
     /// Argument `index`, nil if there are not so many.
     pub fn value(&self, index: usize) -> Value<P> {
-        if index < self.count {
-            self.vm.slot(self.end - self.count + index)
-        } else {
-            Value::nil()
-        }
+        if index < self.count { self.vm.slot(self.end - self.count + index) } else { Value::nil() }
     }
 
     /// Argument `index` with what it refers to.
@@ -115,21 +111,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Text<'_, P, C, SLOTS> {
         self.value.as_string()
     }
 
-    /// Its length in bytes; 0 for a constant whose text is not in the image.
+    /// Its bytes; none for a constant whose text is not in the image.
     #[cfg(feature = "strings")]
-    pub fn len(&self) -> usize {
-        self.vm.text_length(self.value)
-    }
-
-    /// Whether it has no bytes.
-    #[cfg(feature = "strings")]
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// Byte `index`, 0 if it has not so many.
-    #[cfg(feature = "strings")]
-    pub fn byte(&self, index: usize) -> u8 {
-        self.vm.text_byte(self.value, index)
+    pub fn bytes(&self) -> impl Iterator<Item = u8> {
+        self.vm.text_bytes(self.value)
     }
 }

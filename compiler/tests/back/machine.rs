@@ -57,6 +57,8 @@ pub fn image(script: &str, profile: ProfileName) -> (Vec<u8>, Symbols) {
 pub struct Run {
     pub output: String,
     pub fault: Option<Fault>,
+    /// It ended, by itself or by a fault, before it was stopped.
+    pub ended: bool,
     /// Numbers that globals hold in the end, by name: floats as bits, so that NaN and -0.0 can be compared.
     pub globals: Vec<(String, Option<Result<i32, u32>>)>,
 }
@@ -80,7 +82,7 @@ pub fn run(script: &str, profile: ProfileName) -> Run {
 pub fn output(script: &str) -> String {
     let [tiny, full] = [TINY, FULL].map(|profile| {
         let run = run(script, profile);
-        assert_eq!(run.fault, None, "{script}");
+        assert_eq!((run.fault, run.ended), (None, true), "{script}");
         run.output
     });
     assert_eq!(tiny, full, "{script}");
@@ -107,14 +109,18 @@ fn run_image<P: Profile>(image: &[u8], symbols: &Symbols) -> Run {
     let mut console = Console { output: String::new(), symbols };
     assert!(vm.begin(Entry::Global));
     let mut fault = None;
-    for _ in 0..1000 {
+    let mut ended = false;
+    for _ in 0..200 {
         match vm.run(&mut console, 1000) {
-            Outcome::Done => break,
+            Outcome::Done => ended = true,
             Outcome::Fault(found) => {
                 fault = Some(found);
-                break;
+                ended = true;
             }
-            _ => {}
+            Outcome::Pending | Outcome::Waiting => {}
+        }
+        if ended {
+            break;
         }
     }
     let globals = symbols.globals.iter().enumerate().map(|(number, name)| {
@@ -125,7 +131,7 @@ fn run_image<P: Profile>(image: &[u8], symbols: &Symbols) -> Run {
         });
         (name.clone(), value)
     });
-    Run { output: console.output, fault, globals: globals.collect() }
+    Run { output: console.output, fault, ended, globals: globals.collect() }
 }
 
 pub fn listing(image: &[u8], symbols: &Symbols) -> String {
@@ -150,7 +156,7 @@ impl Console<'_> {
                 Item::Float(value) => format!("{value:?}"),
                 Item::String(text) => match text.number().and_then(|n| self.symbols.string(n)) {
                     Some(text) => text.to_owned(),
-                    None => (0..text.len()).map(|at| char::from(text.byte(at))).collect(),
+                    None => text.bytes().map(char::from).collect(),
                 },
                 Item::Table(size) => format!("table {size}"),
                 Item::Function => "function".to_owned(),

@@ -23,7 +23,7 @@ mod text;
 
 pub(crate) use table::Cursor;
 #[cfg(feature = "strings")]
-pub(crate) use text::TextBuilder;
+pub(crate) use text::{TextBuilder, TextCursor};
 
 use crate::value::Tag;
 

@@ -23,6 +23,22 @@ pub(crate) struct TextBuilder {
     length: usize,
 }
 
+/// A place in a text.
+#[derive(Clone, Copy)]
+pub(crate) struct TextCursor {
+    cell: usize,
+    /// Byte of the cell, its first slot being byte 0.
+    at: usize,
+    left: usize,
+}
+
+impl TextCursor {
+    /// How many bytes follow.
+    pub(crate) fn left(&self) -> usize {
+        self.left
+    }
+}
+
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// A new empty text; it must be on the stack before a collection.
     pub(crate) fn new_text(&mut self) -> Result<TextBuilder, NoCell> {
@@ -54,24 +70,28 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         Value::indexed(Tag::TEXT, text.head as u16)
     }
 
-    pub(crate) fn made_text_length(&self, text: usize) -> usize {
-        self.get(text + 1).index()
+    /// Before the first byte of a text.
+    pub(crate) fn text_start(&self, text: usize) -> TextCursor {
+        let length = P::int_to_i32(self.get(text + 1).raw()) as usize;
+        // The first slot behind the length.
+        TextCursor { cell: text, at: SLOT_BYTES, left: length }
     }
 
-    /// Byte `index` of a text, 0 if it has not so many.
-    pub(crate) fn made_text_byte(&self, text: usize, index: usize) -> u8 {
-        if index >= self.made_text_length(text) {
-            return 0;
+    /// The next byte of a text.
+    pub(crate) fn text_next(&self, cursor: &mut TextCursor) -> Option<u8> {
+        if cursor.left == 0 {
+            return None;
         }
-        let mut cell = text;
-        // As if the head had the room of the other cells.
-        let mut at = index + SLOT_BYTES;
-        while at >= IN_CELL {
-            at -= IN_CELL;
-            cell = self.link(cell);
+        if cursor.at == IN_CELL {
+            cursor.cell = self.link(cursor.cell);
+            cursor.at = 0;
         }
-        let word = P::int_to_i32(self.get(cell + 1 + at / SLOT_BYTES).raw()) as u32;
-        (word >> (8 * (at % SLOT_BYTES))) as u8
+        let slot = cursor.cell + 1 + cursor.at / SLOT_BYTES;
+        let word = P::int_to_i32(self.get_fast(slot).raw()) as u32;
+        let byte = (word >> (8 * (cursor.at % SLOT_BYTES))) as u8;
+        cursor.at += 1;
+        cursor.left -= 1;
+        Some(byte)
     }
 
     /// Whether both are texts, with the same bytes.
@@ -82,9 +102,16 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
 
     #[inline(never)]
     fn same_bytes(&self, a: usize, b: usize) -> bool {
-        let length = self.made_text_length(a);
-        length == self.made_text_length(b)
-            && (0..length).all(|i| self.made_text_byte(a, i) == self.made_text_byte(b, i))
+        let (mut a, mut b) = (self.text_start(a), self.text_start(b));
+        if a.left != b.left {
+            return false;
+        }
+        while let Some(byte) = self.text_next(&mut a) {
+            if self.text_next(&mut b) != Some(byte) {
+                return false;
+            }
+        }
+        true
     }
 }
 
@@ -101,16 +128,16 @@ mod tests {
             for index in 0..length {
                 memory.text_push(&mut text, (index * 7 + 200) as u8).unwrap();
             }
-            let made = memory.built(&text).index();
-            assert_eq!(memory.made_text_length(made), length);
+            let mut cursor = memory.text_start(memory.built(&text).index());
+            assert_eq!(cursor.left(), length);
             for index in 0..length {
                 assert_eq!(
-                    memory.made_text_byte(made, index),
-                    (index * 7 + 200) as u8,
+                    memory.text_next(&mut cursor),
+                    Some((index * 7 + 200) as u8),
                     "{index} of {length}"
                 );
             }
-            assert_eq!(memory.made_text_byte(made, length), 0);
+            assert_eq!(memory.text_next(&mut cursor), None);
         }
     }
 

@@ -6,76 +6,108 @@ use super::Vm;
 use crate::builtin::{self, string};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
-use crate::heap::TextBuilder;
+use crate::heap::{TextBuilder, TextCursor};
 use crate::number::{self, Number, Profile};
 use crate::value::{Tag, Value};
 use crate::verify;
+
+/// Where in a string the next byte is.
+#[derive(Clone, Copy)]
+enum Cursor {
+    /// One of the machine's own strings, from this byte on.
+    Own(&'static [u8]),
+    /// Bytes of the image: from, to.
+    Image(usize, usize),
+    /// A text of the heap.
+    Made(TextCursor),
+}
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn is_text(&self, value: Value<P>) -> bool {
         value.is(Tag::STRING) || value.is(Tag::TEXT)
     }
 
-    /// Offset and length of the text of a string of the script.
+    /// Start and end of the text at `at` in the image, behind its count.
+    fn image_text(&self, at: usize) -> (usize, usize) {
+        let byte = |at: usize| self.program.as_ref().map_or(0, |program| program.code.byte(at));
+        let first = usize::from(byte(at));
+        let (start, length) = if first < 0x80 {
+            (at + 1, first)
+        } else {
+            (at + 2, (first & 0x7f) << 8 | usize::from(byte(at + 1)))
+        };
+        (start, start + length)
+    }
+
+    /// Offset of the text of the script's first string; none if the image has no text.
+    fn first_text(&self) -> Option<usize> {
+        let header = self.header()?;
+        verify::has_text(header).then_some(usize::from(header.text_at))
+    }
+
+    /// Start and end of the text of a string of the script: steps over those before it.
     fn constant(&self, number: u16) -> Option<(usize, usize)> {
-        let program = self.program.as_ref()?;
-        if !verify::has_text(program.header()) {
-            return None;
+        let mut at = self.first_text()?;
+        for _ in 0..number.checked_sub(string::COUNT)? {
+            at = self.image_text(at).1;
         }
-        let mut at = usize::from(program.header().text_at);
-        let mut left = number.checked_sub(string::COUNT)?;
-        loop {
-            let first = usize::from(program.code.byte(at));
-            let (length, start) = if first < 0x80 {
-                (first, at + 1)
-            } else {
-                ((first & 0x7f) << 8 | usize::from(program.code.byte(at + 1)), at + 2)
-            };
-            if left == 0 {
-                return Some((start, length));
-            }
-            left -= 1;
-            at = start + length;
-        }
+        Some(self.image_text(at))
     }
 
-    /// The text of one of the machine's own strings.
-    fn own(number: u16) -> Option<&'static [u8]> {
-        builtin::STRINGS.get(usize::from(number)).map(|text| text.as_bytes())
-    }
-
-    /// Length of a string in bytes.
-    pub(crate) fn text_length(&self, value: Value<P>) -> usize {
-        match (value.tag(), Self::own(value.index() as u16)) {
-            (Tag::TEXT, _) => self.arena.made_text_length(value.index()),
-            (_, Some(text)) => text.len(),
-            _ => self.constant(value.index() as u16).map_or(0, |(_, length)| length),
+    /// Before the first byte of a string.
+    fn cursor(&self, value: Value<P>) -> Cursor {
+        if value.is(Tag::TEXT) {
+            return Cursor::Made(self.arena.text_start(value.index()));
         }
-    }
-
-    /// Byte `index` of a string, 0 if it has not so many.
-    pub(crate) fn text_byte(&self, value: Value<P>, index: usize) -> u8 {
-        match (value.tag(), Self::own(value.index() as u16)) {
-            (Tag::TEXT, _) => self.arena.made_text_byte(value.index(), index),
-            (_, Some(text)) => text.get(index).copied().unwrap_or(0),
-            _ => match (self.constant(value.index() as u16), &self.program) {
-                (Some((start, length)), Some(program)) if index < length => {
-                    program.code.byte(start + index)
-                }
-                _ => 0,
+        match builtin::STRINGS.get(value.index()) {
+            Some(own) => Cursor::Own(own.as_bytes()),
+            None => match self.constant(value.index() as u16) {
+                Some((start, end)) => Cursor::Image(start, end),
+                None => Cursor::Own(&[]),
             },
         }
     }
 
-    pub(super) fn order_of_texts(&self, a: Value<P>, b: Value<P>) -> Ordering {
-        let (a_length, b_length) = (self.text_length(a), self.text_length(b));
-        for index in 0..a_length.min(b_length) {
-            let order = self.text_byte(a, index).cmp(&self.text_byte(b, index));
-            if order != Ordering::Equal {
-                return order;
-            }
+    /// How many bytes are left.
+    fn left(&self, cursor: &Cursor) -> usize {
+        match cursor {
+            Cursor::Own(bytes) => bytes.len(),
+            Cursor::Image(from, to) => to - from,
+            Cursor::Made(made) => made.left(),
         }
-        a_length.cmp(&b_length)
+    }
+
+    fn next(&self, cursor: &mut Cursor) -> Option<u8> {
+        match cursor {
+            Cursor::Own(bytes) => {
+                let (first, rest) = bytes.split_first()?;
+                *bytes = rest;
+                Some(*first)
+            }
+            Cursor::Image(from, to) => {
+                if from >= to {
+                    return None;
+                }
+                *from += 1;
+                self.program.as_ref().map(|program| program.code.byte(*from - 1))
+            }
+            Cursor::Made(made) => self.arena.text_next(made),
+        }
+    }
+
+    /// Length of a string in bytes.
+    pub(crate) fn text_length(&self, value: Value<P>) -> usize {
+        self.left(&self.cursor(value))
+    }
+
+    /// The bytes of a string.
+    pub(crate) fn text_bytes(&self, value: Value<P>) -> impl Iterator<Item = u8> {
+        let mut cursor = self.cursor(value);
+        core::iter::from_fn(move || self.next(&mut cursor))
+    }
+
+    pub(super) fn order_of_texts(&self, a: Value<P>, b: Value<P>) -> Ordering {
+        self.text_bytes(a).cmp(self.text_bytes(b))
     }
 
     /// Begins a text and puts it on the stack, so that a collection finds it.
@@ -90,10 +122,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.allocate(|vm| vm.arena.text_push(text, byte))
     }
 
-    fn add_string(&mut self, text: &mut TextBuilder, value: Value<P>) -> Result<(), Stopped> {
-        self.add_part(text, value, 0, self.text_length(value))
-    }
-
+    /// Adds bytes `from..to` of a string.
     fn add_part(
         &mut self,
         text: &mut TextBuilder,
@@ -101,8 +130,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         from: usize,
         to: usize,
     ) -> Result<(), Stopped> {
-        for index in from..to {
-            self.add(text, self.text_byte(value, index))?;
+        let mut cursor = self.cursor(value);
+        for index in 0..to {
+            let Some(byte) = self.next(&mut cursor) else { break };
+            if index >= from {
+                self.add(text, byte)?;
+            }
         }
         Ok(())
     }
@@ -110,16 +143,39 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Takes the finished text off the stack. One that equals a constant is that constant.
     fn end_text(&mut self) -> Value<P> {
         let made = self.pop();
-        let strings = self.header().map_or(0, |header| header.strings);
-        for number in 0..strings.saturating_add(string::COUNT) {
-            let constant = Value::string(number);
-            if self.text_length(constant) == self.text_length(made)
-                && self.order_of_texts(constant, made) == Ordering::Equal
-            {
-                return constant;
+        self.equal_constant(made).map_or(made, Value::string)
+    }
+
+    /// The number of the constant with the same bytes.
+    fn equal_constant(&self, made: Value<P>) -> Option<u16> {
+        let made = self.cursor(made);
+        for (number, own) in builtin::STRINGS.iter().enumerate() {
+            if self.same(made, Cursor::Own(own.as_bytes())) {
+                return Some(number as u16);
             }
         }
-        made
+        let mut at = self.first_text()?;
+        for number in 0..self.header()?.strings {
+            let (start, end) = self.image_text(at);
+            if self.same(made, Cursor::Image(start, end)) {
+                return Some(string::COUNT + number);
+            }
+            at = end;
+        }
+        None
+    }
+
+    fn same(&self, mut a: Cursor, mut b: Cursor) -> bool {
+        if self.left(&a) != self.left(&b) {
+            return false;
+        }
+        loop {
+            match (self.next(&mut a), self.next(&mut b)) {
+                (None, None) => return true,
+                (one, other) if one != other => return false,
+                _ => {}
+            }
+        }
     }
 
     /// The built-ins of library `string`, on the arguments in slots `first..end`.
@@ -130,35 +186,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         end: usize,
     ) -> Result<Value<P>, Stopped> {
         let a = self.argument(first, end);
-        if a.is(Tag::UNSET) {
-            return Err(self.fail(FaultCode::MissingArgument));
-        }
         if number == builtin::TO_STRING {
             return self.text_of(a);
         }
         if !self.is_text(a) {
             return Err(self.wrong_type(a, a));
         }
-        let length = self.text_length(a);
         match number {
-            builtin::LENGTH => Ok(Value::int(length as i32)),
+            builtin::LENGTH => Ok(Value::int(self.text_length(a) as i32)),
             builtin::SUB => {
                 let from = self.argument(first + 1, end);
                 let to = self.argument(first + 2, end);
-                let Some(from_index) = from.as_int() else { return Err(self.wrong_type(from, from)) };
-                let to_index = match to.as_int() {
-                    Some(index) => index,
-                    None if to.is(Tag::UNSET) => i32::MAX,
-                    None => return Err(self.wrong_type(to, to)),
-                };
-                let from = from_index.max(0) as usize;
-                if from >= length || to_index < from_index {
-                    return Ok(Value::nil());
-                }
-                let to = (to_index.max(0) as usize).min(length);
-                let mut text = self.begin_text()?;
-                self.add_part(&mut text, a, from, to)?;
-                Ok(self.end_text())
+                self.substring(a, from, to)
             }
             builtin::CONCAT => {
                 if end < first + 2 {
@@ -172,19 +211,37 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
                 let mut text = self.begin_text()?;
                 for slot in first..end {
-                    self.add_string(&mut text, self.arena.get(slot))?;
+                    self.add_part(&mut text, self.arena.get(slot), 0, usize::MAX)?;
                 }
                 Ok(self.end_text())
             }
             builtin::STRING_TO_INT => {
-                let bytes = (0..length).map(|index| self.text_byte(a, index));
-                Ok(number::parse_int(bytes).map_or(Value::nil(), Value::int))
+                Ok(number::parse_int(self.text_bytes(a)).map_or(Value::nil(), Value::int))
             }
-            _ => {
-                let bytes = (0..length).map(|index| self.text_byte(a, index));
-                Ok(number::parse_float(bytes).map_or(Value::nil(), Value::float))
-            }
+            _ => Ok(number::parse_float(self.text_bytes(a)).map_or(Value::nil(), Value::float)),
         }
+    }
+
+    /// `string.sub(s, from[, to])`
+    fn substring(
+        &mut self,
+        text: Value<P>,
+        from: Value<P>,
+        to: Value<P>,
+    ) -> Result<Value<P>, Stopped> {
+        let Some(from_index) = from.as_int() else { return Err(self.wrong_type(from, from)) };
+        let to_index = match to.as_int() {
+            Some(index) => index,
+            None if to.is(Tag::UNSET) => i32::MAX,
+            None => return Err(self.wrong_type(to, to)),
+        };
+        let first = from_index.max(0) as usize;
+        if first >= self.text_length(text) || to_index < from_index {
+            return Ok(Value::nil());
+        }
+        let mut part = self.begin_text()?;
+        self.add_part(&mut part, text, first, to_index.max(0) as usize)?;
+        Ok(self.end_text())
     }
 
     /// The string that `log` would print for a value.

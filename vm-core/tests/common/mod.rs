@@ -112,7 +112,7 @@ fn show<P: Profile, C: ByteCode, const SLOTS: usize>(item: Item<'_, P, C, SLOTS>
         Item::Float(value) => format!("{value:?}"),
         Item::String(text) => match text.number() {
             Some(number) => format!("string {number}"),
-            None => String::from_utf8_lossy(&(0..text.len()).map(|i| text.byte(i)).collect::<Vec<u8>>()).into(),
+            None => String::from_utf8_lossy(&text.bytes().collect::<Vec<u8>>()).into(),
         },
         Item::Table(size) => format!("table of {size}"),
         Item::Function => "function".into(),
