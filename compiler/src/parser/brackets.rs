@@ -6,8 +6,10 @@ use crate::token::{Fixed, Token, TokenKind};
 pub(super) struct Brackets {
     /// For each token the position of its partner; [`NONE`] for other tokens and for brackets without one.
     partner: Vec<u32>,
-    /// Which `{` the parser took for the beginning of a statement block.
+    /// Which tokens the parser took for the beginning of a statement block.
     blocks: Vec<bool>,
+    /// The last `}` without a partner.
+    last_stray_brace: Option<usize>,
 }
 
 const NONE: u32 = u32::MAX;
@@ -16,6 +18,7 @@ impl Brackets {
     pub(super) fn new(tokens: &[Token]) -> Self {
         let mut partner = vec![NONE; tokens.len()];
         let mut open: Vec<(usize, TokenKind)> = Vec::new();
+        let mut last_stray_brace = None;
         for (position, token) in tokens.iter().enumerate() {
             let wanted = match &token.kind {
                 TokenKind::FileStart => {
@@ -37,9 +40,11 @@ impl Brackets {
             {
                 partner[opening] = b;
                 partner[position] = a;
+            } else if *wanted == TokenKind::Fixed(Fixed::CloseBrace) {
+                last_stray_brace = Some(position);
             }
         }
-        Brackets { blocks: vec![false; tokens.len()], partner }
+        Brackets { blocks: vec![false; tokens.len()], partner, last_stray_brace }
     }
 
     /// Takes the bracket that `closing` closes from the stack. A `}` also ends forgotten parentheses inside its
@@ -67,6 +72,11 @@ impl Brackets {
     /// end, and the other way round.
     pub(super) fn partner(&self, position: usize) -> Option<usize> {
         self.partner.get(position).filter(|partner| **partner != NONE).map(|p| *p as usize)
+    }
+
+    /// True if a `}` behind `position` has no partner: then a `{` is missing somewhere.
+    pub(super) fn lack_opening_brace(&self, position: usize) -> bool {
+        self.last_stray_brace.is_some_and(|stray| stray > position)
     }
 
     pub(super) fn mark_block(&mut self, position: usize) {

@@ -103,11 +103,13 @@ impl Parser<'_> {
                 help = "only named functions have a docstring; write a comment with `#`";
             }
         }
-        if !self.at(Fixed::OpenBrace) {
+        let body = if self.at(Fixed::OpenBrace) {
+            self.block()?
+        } else {
             let diagnostic = self.unexpected("`{`").help(help);
-            return Err(self.report(diagnostic));
-        }
-        let body = self.block()?;
+            let reported = self.report(diagnostic);
+            self.block_without_brace().ok_or(reported)?
+        };
         Ok(Function { params: params.unwrap_or_default(), body, span: self.span_since(start) })
     }
 

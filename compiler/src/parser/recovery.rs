@@ -108,7 +108,11 @@ impl Parser<'_> {
             self.open.pop();
             return Ok(());
         }
-        if self.partner_ahead(opening).is_some() {
+        // In `f(function(a { ... })` the `)` at the end belongs to the call.
+        let begins_body = self.at(Fixed::OpenBrace)
+            && self.fixed_at(self.position + 1) != Some(Fixed::Dot)
+            && closing != Fixed::CloseBrace;
+        if self.partner_ahead(opening).is_some() && !begins_body {
             let mut diagnostic = self.unexpected(expected);
             if self.at(Fixed::Assign) {
                 diagnostic = diagnostic.help(match closing {

@@ -16,7 +16,10 @@ impl Parser<'_> {
                 TokenKind::FileEnd => return stmts,
                 TokenKind::FileStart => stmts.append(&mut self.included()),
                 TokenKind::Fixed(Fixed::CloseBrace) if in_block => return stmts,
-                TokenKind::Fixed(Fixed::CloseBrace) => self.unmatched_closing(),
+                TokenKind::Fixed(Fixed::CloseBrace) => {
+                    self.unmatched_closing();
+                    self.skip_orphaned_else();
+                }
                 _ if in_block && self.is_next_function() => return stmts,
                 _ => {
                     let level = self.open.len();
@@ -36,7 +39,12 @@ impl Parser<'_> {
     fn recover(&mut self, start: usize, open: usize) {
         self.open.truncate(open);
         self.skip_statement(start);
-        // The `if` of this `else` may have been skipped.
+        self.skip_orphaned_else();
+    }
+
+    /// After an error: the `if` of an `else` that stands here may have been skipped.
+    fn skip_orphaned_else(&mut self) {
+        let open = self.open.len();
         while self.eat(Fixed::Else) {
             let body = self.position;
             if self.at(Fixed::OpenBrace) {
@@ -89,21 +97,37 @@ impl Parser<'_> {
 
     /// `{ ... }`
     pub(super) fn block(&mut self) -> Parse<Block> {
-        let start = self.span();
-        let opening = self.position;
-        self.brackets.mark_block(opening);
-        self.open();
-        let level = self.open.len();
-        self.blocks += 1;
-        let stmts = self.statements(true);
-        self.blocks -= 1;
-        self.open.truncate(level);
-        self.open.pop();
+        let (opening, start) = (self.position, self.span());
+        self.advance();
+        let stmts = self.block_of(opening);
         if !self.eat(Fixed::CloseBrace) {
             let diagnostic = self.unclosed(opening, Fixed::CloseBrace);
             self.report(diagnostic);
         }
         Ok(Block { stmts, span: self.span_since(start) })
+    }
+
+    /// The statements up to a `}`, where the `{` before them is missing; nothing if the `}` is missing, too.
+    pub(super) fn block_without_brace(&mut self) -> Option<Block> {
+        if self.position == 0 || !self.brackets.lack_opening_brace(self.position) {
+            return None;
+        }
+        let start = self.gap();
+        let stmts = self.block_of(self.position - 1);
+        self.eat(Fixed::CloseBrace);
+        Some(Block { stmts, span: self.span_since(start) })
+    }
+
+    /// The statements of the block that the token at `opening` begins.
+    fn block_of(&mut self, opening: usize) -> Vec<Stmt> {
+        self.brackets.mark_block(opening);
+        let level = self.open.len();
+        self.open.push(opening);
+        self.blocks += 1;
+        let stmts = self.statements(true);
+        self.blocks -= 1;
+        self.open.truncate(level);
+        stmts
     }
 
     pub(super) fn statement(&mut self) -> Parse<Stmt> {

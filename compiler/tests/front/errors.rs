@@ -89,6 +89,25 @@ fn a_missing_brace_is_noticed_at_the_next_function() {
 }
 
 #[test]
+fn a_missing_opening_brace_gives_one_error() {
+    expect("function f(a)\n  return a\n}\nx = 1", &["E0201 1:14"]);
+    expect("x = function(a) return a }\ny = = 1", &["E0201 1:17", "E0201 2:5"]);
+    expect("f(function(a) if(a) { b() } }, 2)\ny = = 1", &["E0201 1:15", "E0201 2:5"]);
+    expect("if(a) x = 1 }\nelse { y = 1 }", &["E0203 1:13"]);
+    // Where the closing one is missing, too, the rest is no body.
+    let parsed = parse_text("function f(a) return a\nfunction g() {}");
+    assert_eq!(codes(&parsed), ["E0201"]);
+    assert_eq!(stmts(&parsed.script.stmts), "(function g () {})");
+}
+
+#[test]
+fn a_missing_parenthesis_before_a_body_gives_one_error() {
+    expect("foreach(t, function(k, v { log(k) })\ny = = 1", &["E0202 1:25", "E0201 2:5"]);
+    expect("f(function() { if(a { b() } })\ny = = 1", &["E0202 1:20", "E0201 2:5"]);
+    expect("f(a {.x = 1})", &["E0201 1:5"]);
+}
+
+#[test]
 fn unmatched_closing_brackets() {
     expect("x = 1 }\ny = = 2", &["E0203 1:7", "E0201 2:5"]);
     expect("foo())\ny = = 2", &["E0203 1:6", "E0201 2:5"]);
