@@ -95,7 +95,7 @@ impl<'a> Meanings<'a> {
             let mut scan = LibraryScan {
                 meanings: &meanings,
                 position: program.find_name("pos"),
-                escaped: BTreeSet::new(),
+                escaped: program.names.iter().filter_map(first_library).collect(),
                 assigned: BTreeSet::new(),
             };
             for function in &program.functions {
@@ -188,6 +188,13 @@ fn meaning(robots: Robots<'_>, profile: Profile, name: &Name) -> Meaning {
         None if name.writes.is_empty() => offered(robots, profile, &name.text),
         _ => Meaning::Global,
     }
+}
+
+/// The library that a variable holds at first, because the script assigns its name.
+fn first_library(name: &Name) -> Option<Library> {
+    let is_variable = name.definitions.is_empty() && !name.writes.is_empty();
+    let named = |library: &Library| library.global_name() == Some(name.text.as_str());
+    Library::ALL.into_iter().find(named).filter(|_| is_variable)
 }
 
 /// Looks for uses of libraries.

@@ -5,14 +5,15 @@
 use bittybuzz_vm_core::builtin;
 
 use crate::check::names::{Meaning, Meanings};
-use crate::check::tree::{ExprKind, NameId, Program, each_expr};
+use crate::check::tree::{ExprKind, Program, each_expr};
 use crate::strings::own_number;
 
 /// Looks at the whole script, also at what is never run on this robot: others may send it.
 pub fn may_hold(program: &Program, meanings: &Meanings<'_>) -> bool {
-    let gets_them = program.names.iter().enumerate().any(|(number, name)| {
+    // A variable of such a name holds the built-in at first.
+    let gets_them = program.names.iter().any(|name| {
         let is_used = !name.reads.is_empty() || !name.calls.is_empty();
-        is_used && gives_own_strings(meanings.of(NameId(number)))
+        is_used && gives_own_strings(meanings.offered(&name.text))
     });
     let mut writes_them = false;
     for function in &program.functions {

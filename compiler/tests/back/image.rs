@@ -98,6 +98,7 @@ fn the_order_table_is_there_only_where_it_decides() {
     assert!(form("function f(a, b) { return a < b } log(f(type(1), \"x\"))"));
     assert!(form("function f(a, b) { return math.max(a, b) } log(f(\"data\", \"x\"))"));
     assert!(form("foreach({ .x = 1 }, function(k, v) { log(k < v) })"));
+    assert!(form("type = type function f(a, b) { return a < b } log(f(type(1), \"x\"))"));
     // The script's own strings are ordered by their numbers.
     assert!(!form("function f(a, b) { return a < b } log(f(\"x\", \"y\"))"));
     // A number or nil on one side: strings would fault.

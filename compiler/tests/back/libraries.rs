@@ -73,6 +73,12 @@ fn a_library_that_is_a_value_has_all_members() {
 }
 
 #[test]
+fn a_library_whose_name_is_assigned_is_the_first_value_of_a_variable() {
+    assert_eq!(output("log(math.abs(-4)) math = { .abs = 1 } log(math.abs)"), "4\n1\n");
+    assert_eq!(output("x = math.rng.uniform(1) math = nil log(x, isnil(math))"), "01\n");
+}
+
+#[test]
 fn a_library_behind_a_computed_key() {
     let script = "k = \"abs\"  log(math[k](-5))  math[\"abs\"] = 1  log(math.abs)";
     assert_eq!(output(script), "5\n1\n");

@@ -1,8 +1,10 @@
-//! Random scripts: whatever is written, the verifier takes what the compiler makes, and nothing panics.
+//! Random scripts: whatever is written, the verifier takes what the compiler makes, nothing panics, and what the
+//! compiler knows of a script does not change what it does.
 
+use bittybuzz_vm_core::FaultCode;
 use proptest::prelude::*;
 
-use crate::machine::{FULL, TINY, at_least, build, verify};
+use crate::machine::{FULL, Run, TINY, at_least, build, run, verify};
 
 /// Names of which some are locals, some captured, some global, depending on the place.
 const NAMES: [&str; 5] = ["a", "b", "c", "self", "g"];
@@ -92,6 +94,34 @@ fn script() -> impl Strategy<Value = String> {
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: at_least(300), failure_persistence: None, max_shrink_iters: 20000, ..ProptestConfig::default() })]
+
+    /// The first line makes ordinary variables of what is else called directly, so it takes away what the compiler knows.
+    #[test]
+    fn knowing_more_changes_nothing(script in script()) {
+        let blind = format!("{script}\nstep = step named = named math = math isnil = isnil log = log");
+        for profile in [TINY, FULL] {
+            if build(&script, profile).image.is_none() {
+                continue;
+            }
+            let script = format!("{script}\nstep()");
+            let blind = format!("{blind} step()");
+            let (known, unknown) = (run(&script, profile), run(&blind, profile));
+            // How deep calls may go depends on how large the frames are.
+            let full = |run: &Run| {
+                let code = run.fault.map(|fault| fault.code);
+                matches!(code, Some(FaultCode::StackOverflow | FaultCode::OutOfMemory))
+            };
+            if known.ended && unknown.ended && !full(&known) && !full(&unknown) {
+                prop_assert_eq!(&known.output, &unknown.output, "{}", script);
+                prop_assert_eq!(
+                    known.fault.map(|fault| fault.code),
+                    unknown.fault.map(|fault| fault.code),
+                    "{}",
+                    script
+                );
+            }
+        }
+    }
 
     #[test]
     fn the_verifier_takes_every_image(script in script()) {
