@@ -68,6 +68,16 @@ fn parse_loaded(loaded: Loaded) -> Parsed {
     let mut parser = Parser::new(&tokens, &sources);
     let script = Script { stmts: parser.statements(false) };
     let strings = parser.strings;
+    // A string that never ends has swallowed the rest of its line, brackets included.
+    parser.diagnostics.retain(|found| {
+        let swallowed = |string: &Diagnostic| {
+            let range = string.span.start as usize..found.span.start as usize;
+            string.code == Code::UnterminatedString
+                && string.span.file == found.span.file
+                && sources.file(found.span.file).text.get(range).is_some_and(|t| !t.contains('\n'))
+        };
+        found.code != Code::UnclosedBracket || !diagnostics.iter().any(swallowed)
+    });
     diagnostics.append(&mut parser.diagnostics);
     diagnostics.sort_by_key(|diagnostic| (diagnostic.span.file, diagnostic.span.start));
     Parsed { script, sources, diagnostics, token_hash, strings }
