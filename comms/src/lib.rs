@@ -1,0 +1,17 @@
+//! The links of the robots: bytes to frames and frames to bytes.
+//!
+//! # Principles
+//! 1. **A stream is hostile.** Bytes are lost, doubled and made up; whatever came before, the next good frame is received.
+//! 2. **Raw and parsed are two types.** A [`syslink::Frame`] has passed its checksum; a [`syslink::Packet`] also makes sense.
+//! 3. **No allocation, no panic, no unsafe code**, so that all of it may run in an interrupt handler.
+//!
+//! # What is here
+//! * [`syslink`]: the serial link between the two processors of a Crazyflie, and the P2P radio frames in it.
+//!
+//! # What is not
+//! Drivers: they belong to the firmware of each robot.
+
+#![no_std]
+#![forbid(unsafe_code)]
+
+pub mod syslink;

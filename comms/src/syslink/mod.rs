@@ -1,0 +1,15 @@
+//! Syslink: frames between the STM32F405 and the nRF51822 of a Crazyflie, 1 Mbaud 8N1.
+//!
+//! ```text
+//! bc cf | type | length | data (0 to 64 bytes) | check A | check B
+//! ```
+//! The check bytes are Fletcher's over type, length and data, modulo 256. Source: Bitcraze's `crazyflie-firmware`
+//! (`src/hal/src/syslink.c`) and `crazyflie2-nrf-firmware` (`src/syslink.c`, `src/main.c`).
+
+mod frame;
+mod packet;
+mod parser;
+
+pub use frame::{Bytes, FRAME_MAX, Frame, FrameError, MTU};
+pub use packet::{Battery, DataRate, P2P_MAX, Packet, PacketError, kind};
+pub use parser::Parser;

@@ -1,0 +1,234 @@
+//! What frames mean: the types that a robot's firmware needs.
+
+use super::frame::{Frame, FrameError, MTU};
+
+/// Types of frames.
+pub mod kind {
+    /// A CRTP packet of the ground station, both ways.
+    pub const RADIO_RAW: u8 = 0x00;
+    /// Channel, echoed.
+    pub const RADIO_CHANNEL: u8 = 0x01;
+    /// Data rate, echoed.
+    pub const RADIO_DATARATE: u8 = 0x02;
+    /// Signal strength of the last packet.
+    pub const RADIO_RSSI: u8 = 0x04;
+    /// Address, echoed.
+    pub const RADIO_ADDRESS: u8 = 0x05;
+    /// Transmit power, echoed.
+    pub const RADIO_POWER: u8 = 0x07;
+    /// A frame from or to all other robots.
+    pub const RADIO_P2P_BROADCAST: u8 = 0x0a;
+    /// The STM32 is ready to receive, echoed.
+    pub const RADIO_READY: u8 = 0x0b;
+    /// State of the battery.
+    pub const PM_BATTERY_STATE: u8 = 0x13;
+    /// Asks for battery and signal strength every 10 ms.
+    pub const PM_BATTERY_AUTOUPDATE: u8 = 0x14;
+    /// The power will be cut.
+    pub const PM_SHUTDOWN_REQUEST: u8 = 0x15;
+    /// It may be cut.
+    pub const PM_SHUTDOWN_ACK: u8 = 0x16;
+    /// Blue LED of the nRF51 on.
+    pub const PM_LED_ON: u8 = 0x17;
+    /// Blue LED of the nRF51 off.
+    pub const PM_LED_OFF: u8 = 0x18;
+}
+
+/// Most payload bytes of a P2P frame.
+pub const P2P_MAX: usize = 60;
+
+/// Data rate of the radio.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum DataRate {
+    /// 250 kbit/s
+    Kilobits250 = 0,
+    /// 1 Mbit/s
+    Megabit1 = 1,
+    /// 2 Mbit/s
+    Megabits2 = 2,
+}
+
+/// State of the battery.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Battery {
+    /// The charger works.
+    pub charging: bool,
+    /// There is power on USB.
+    pub usb_powered: bool,
+    /// Voltage in V.
+    pub volts: f32,
+}
+
+/// A frame that makes sense.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Packet<'a> {
+    /// A CRTP packet: header and at most 30 bytes.
+    Raw(&'a [u8]),
+    /// Radio channel 0 to 125: 2400 + n MHz.
+    Channel(u8),
+    /// Data rate.
+    DataRate(DataRate),
+    /// Address, least significant byte first.
+    Address([u8; 5]),
+    /// Transmit power in dBm.
+    Power(i8),
+    /// Signal strength of the last packet in dBm, never positive.
+    Rssi(i16),
+    /// The radio may receive.
+    Ready,
+    /// To be sent to all other robots.
+    P2pSend {
+        /// 0 to 15
+        port: u8,
+        /// At most [`P2P_MAX`] bytes.
+        data: &'a [u8],
+    },
+    /// Heard from another robot.
+    P2pReceived {
+        /// 0 to 15
+        port: u8,
+        /// Signal strength in dBm, never positive.
+        rssi: i16,
+        /// At most [`P2P_MAX`] bytes.
+        data: &'a [u8],
+    },
+    /// State of the battery.
+    Battery(Battery),
+    /// Asks for battery and signal strength every 10 ms.
+    BatteryAutoupdate,
+    /// The power will be cut: answer [`Packet::ShutdownAck`] as soon as it may.
+    ShutdownRequest,
+    /// The power may be cut.
+    ShutdownAck,
+    /// The blue LED of the nRF51.
+    RadioLed(bool),
+}
+
+/// Why a frame makes no sense.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PacketError {
+    /// A type that this firmware does not use.
+    UnknownKind(u8),
+    /// The data is shorter or longer than its type says.
+    Length(u8),
+    /// A value outside its range.
+    Value(u8),
+}
+
+impl<'a> Packet<'a> {
+    /// The meaning of a frame that the nRF51 has sent.
+    pub fn received(frame: Frame<'a>) -> Result<Self, PacketError> {
+        let kind = frame.kind();
+        let data = frame.data();
+        match (kind, data) {
+            (kind::RADIO_RAW, data) if !data.is_empty() && data.len() <= 31 => {
+                Ok(Packet::Raw(data))
+            }
+            (kind::RADIO_CHANNEL, [channel @ 0..=125]) => Ok(Packet::Channel(*channel)),
+            (kind::RADIO_DATARATE, [0]) => Ok(Packet::DataRate(DataRate::Kilobits250)),
+            (kind::RADIO_DATARATE, [1]) => Ok(Packet::DataRate(DataRate::Megabit1)),
+            (kind::RADIO_DATARATE, [2]) => Ok(Packet::DataRate(DataRate::Megabits2)),
+            (kind::RADIO_CHANNEL | kind::RADIO_DATARATE, [_]) => Err(PacketError::Value(kind)),
+            (kind::RADIO_RSSI, [rssi]) => Ok(Packet::Rssi(-i16::from(*rssi))),
+            (kind::RADIO_ADDRESS, [a, b, c, d, e]) => Ok(Packet::Address([*a, *b, *c, *d, *e])),
+            (kind::RADIO_POWER, [power]) => Ok(Packet::Power(*power as i8)),
+            (kind::RADIO_READY, []) => Ok(Packet::Ready),
+            (kind::RADIO_P2P_BROADCAST, [port, rssi, data @ ..]) if data.len() <= P2P_MAX => {
+                Ok(Packet::P2pReceived { port: port & 0x0f, rssi: -i16::from(*rssi), data })
+            }
+            // Charger current and, on newer boards, temperature follow; nobody needs them here.
+            (kind::PM_BATTERY_STATE, [flags, v0, v1, v2, v3, rest @ ..])
+                if matches!(rest.len(), 4 | 8) =>
+            {
+                let volts = f32::from_le_bytes([*v0, *v1, *v2, *v3]);
+                // A robot acts upon it: nothing that no battery has.
+                if !(0.0..=6.0).contains(&volts) {
+                    return Err(PacketError::Value(kind));
+                }
+                let (charging, usb_powered) = (flags & 1 != 0, flags & 2 != 0);
+                Ok(Packet::Battery(Battery { charging, usb_powered, volts }))
+            }
+            (kind::PM_BATTERY_AUTOUPDATE, []) => Ok(Packet::BatteryAutoupdate),
+            (kind::PM_SHUTDOWN_REQUEST, []) => Ok(Packet::ShutdownRequest),
+            (kind::PM_SHUTDOWN_ACK, []) => Ok(Packet::ShutdownAck),
+            (kind::PM_LED_ON, []) => Ok(Packet::RadioLed(true)),
+            (kind::PM_LED_OFF, []) => Ok(Packet::RadioLed(false)),
+            (
+                kind::RADIO_RAW..=kind::RADIO_DATARATE
+                | kind::RADIO_RSSI..=kind::RADIO_ADDRESS
+                | kind::RADIO_POWER
+                | kind::RADIO_P2P_BROADCAST..=kind::RADIO_READY
+                | kind::PM_BATTERY_STATE..=kind::PM_LED_OFF,
+                _,
+            ) => Err(PacketError::Length(kind)),
+            _ => Err(PacketError::UnknownKind(kind)),
+        }
+    }
+
+    /// Writes the packet's data to `buffer` and makes a frame of it, as the STM32 sends it.
+    pub fn frame<'b>(&self, buffer: &'b mut [u8; MTU]) -> Result<Frame<'b>, FrameError> {
+        let mut length = 0;
+        let mut put = |bytes: &[u8]| {
+            for byte in bytes {
+                if let Some(slot) = buffer.get_mut(length) {
+                    *slot = *byte;
+                }
+                length += 1;
+            }
+        };
+        let kind = match self {
+            Packet::Raw(data) => {
+                put(data);
+                kind::RADIO_RAW
+            }
+            Packet::Channel(channel) => {
+                put(&[*channel]);
+                kind::RADIO_CHANNEL
+            }
+            Packet::DataRate(rate) => {
+                put(&[*rate as u8]);
+                kind::RADIO_DATARATE
+            }
+            Packet::Address(address) => {
+                put(address);
+                kind::RADIO_ADDRESS
+            }
+            Packet::Power(power) => {
+                put(&power.to_le_bytes());
+                kind::RADIO_POWER
+            }
+            Packet::Rssi(rssi) => {
+                put(&[rssi.unsigned_abs().min(255) as u8]);
+                kind::RADIO_RSSI
+            }
+            Packet::Ready => kind::RADIO_READY,
+            Packet::P2pSend { port, data } => {
+                put(&[*port]);
+                put(data);
+                kind::RADIO_P2P_BROADCAST
+            }
+            Packet::P2pReceived { port, rssi, data } => {
+                put(&[*port, rssi.unsigned_abs().min(255) as u8]);
+                put(data);
+                kind::RADIO_P2P_BROADCAST
+            }
+            Packet::Battery(battery) => {
+                put(&[u8::from(battery.charging) | u8::from(battery.usb_powered) << 1]);
+                put(&battery.volts.to_le_bytes());
+                put(&0f32.to_le_bytes());
+                kind::PM_BATTERY_STATE
+            }
+            Packet::BatteryAutoupdate => kind::PM_BATTERY_AUTOUPDATE,
+            Packet::ShutdownRequest => kind::PM_SHUTDOWN_REQUEST,
+            Packet::ShutdownAck => kind::PM_SHUTDOWN_ACK,
+            Packet::RadioLed(true) => kind::PM_LED_ON,
+            Packet::RadioLed(false) => kind::PM_LED_OFF,
+        };
+        match buffer.get(..length) {
+            Some(data) => Frame::new(kind, data),
+            None => Err(FrameError::TooLong),
+        }
+    }
+}

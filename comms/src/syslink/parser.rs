@@ -1,0 +1,159 @@
+//! From a stream of bytes to frames.
+
+use super::frame::{Bytes, Frame, MTU, OVERHEAD, START, check};
+
+/// Finds the frames in a stream.
+///
+/// It keeps the bytes of the frame that may be under way. When they turn out to be none (a wrong checksum, a length above
+/// the limit), it looks for a start behind the first of them: a frame that follows a truncated one is found even where the
+/// truncated one seemed to contain it.
+#[derive(Debug, Clone, Default)]
+pub struct Parser {
+    pending: Bytes,
+    rejected: u32,
+}
+
+/// What the pending bytes are.
+enum Pending {
+    /// The beginning of a frame, or nothing.
+    Incomplete,
+    /// No frame: as many bytes are to be dropped.
+    Garbage(usize),
+    /// A frame of so many bytes.
+    Complete(usize),
+}
+
+impl Parser {
+    /// At the beginning of a stream.
+    pub fn new() -> Self {
+        Parser::default()
+    }
+
+    /// Takes one byte, and gives the frames that it completes to `sink`: mostly none or one; more only where a false start
+    /// had hidden some.
+    pub fn push(&mut self, byte: u8, mut sink: impl FnMut(Frame<'_>)) {
+        self.pending.push(byte);
+        loop {
+            match self.pending() {
+                Pending::Incomplete => return,
+                Pending::Garbage(count) => self.pending.drop_front(count),
+                Pending::Complete(length) => {
+                    if let [_, _, kind, _, rest @ ..] = self.pending.as_slice()
+                        && let Some(data) = rest.get(..length - OVERHEAD)
+                        && let Ok(frame) = Frame::new(*kind, data)
+                    {
+                        sink(frame);
+                    }
+                    self.pending.drop_front(length);
+                }
+            }
+        }
+    }
+
+    /// How many false starts there were: frames with a wrong checksum or length. Wraps.
+    pub fn rejected(&self) -> u32 {
+        self.rejected
+    }
+
+    fn pending(&mut self) -> Pending {
+        let bytes = self.pending.as_slice();
+        let start = bytes.iter().position(|byte| *byte == START[0]);
+        match (start, bytes) {
+            (None, []) => return Pending::Incomplete,
+            (None, _) => return Pending::Garbage(bytes.len()),
+            (Some(0), _) => {}
+            (Some(at), _) => return Pending::Garbage(at),
+        }
+        let [_, second, rest @ ..] = bytes else { return Pending::Incomplete };
+        if *second != START[1] {
+            // No frame had begun: a first byte alone is noise.
+            return Pending::Garbage(1);
+        }
+        let [kind, length, rest @ ..] = rest else { return Pending::Incomplete };
+        let (kind, length) = (*kind, *length);
+        let data_length = usize::from(length);
+        if data_length > MTU {
+            self.rejected = self.rejected.wrapping_add(1);
+            return Pending::Garbage(1);
+        }
+        let (Some(data), Some(found)) =
+            (rest.get(..data_length), rest.get(data_length..data_length + 2))
+        else {
+            return Pending::Incomplete;
+        };
+        if found == check(kind, length, data) {
+            Pending::Complete(data_length + OVERHEAD)
+        } else {
+            self.rejected = self.rejected.wrapping_add(1);
+            Pending::Garbage(1)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use std::vec::Vec;
+
+    fn parse(stream: &[u8]) -> (Vec<(u8, Vec<u8>)>, u32) {
+        let mut parser = Parser::new();
+        let mut frames = Vec::new();
+        for byte in stream {
+            parser.push(*byte, |frame| frames.push((frame.kind(), frame.data().to_vec())));
+        }
+        (frames, parser.rejected())
+    }
+
+    fn frame(kind: u8, data: &[u8]) -> Vec<u8> {
+        Frame::new(kind, data).unwrap().bytes().as_slice().to_vec()
+    }
+
+    const GOOD: [u8; 7] = [0xbc, 0xcf, 0x01, 0x01, 0x50, 0x52, 0x55];
+
+    #[test]
+    fn frames_follow_each_other() {
+        let stream = [frame(1, &[80]), frame(0x0b, &[]), frame(0, &[9; 64])].concat();
+        let expected = [(1, std::vec![80]), (0x0b, std::vec![]), (0, std::vec![9; 64])].to_vec();
+        assert_eq!(parse(&stream), (expected, 0));
+    }
+
+    #[test]
+    fn noise_before_a_frame_is_passed_over() {
+        for noise in [&[0u8, 1, 2][..], &[0xbc], &[0xbc, 0xbc], &[0xcf, 0xbc, 0x00]] {
+            let (frames, rejected) = parse(&[noise, &GOOD].concat());
+            assert_eq!((frames.len(), rejected), (1, 0), "{noise:?}");
+        }
+    }
+
+    #[test]
+    fn a_wrong_checksum_or_length_is_counted_and_the_next_frame_found() {
+        for broken in [
+            &[0xbc, 0xcf, 0x01, 0x01, 0x51, 0x52, 0x55][..],
+            &[0xbc, 0xcf, 0x01, 0x01, 0x50, 0x53, 0x55],
+            &[0xbc, 0xcf, 0x01, 0x01, 0x50, 0x52, 0x56],
+            &[0xbc, 0xcf, 0x01, 65],
+        ] {
+            let (frames, rejected) = parse(&[broken, &GOOD].concat());
+            assert_eq!((frames.len(), rejected), (1, 1), "{broken:x?}");
+        }
+    }
+
+    #[test]
+    fn a_truncated_frame_does_not_hide_the_next_ones() {
+        let long = frame(0, &[3; 40]);
+        for length in 0..long.len() {
+            // The truncated frame waits for more bytes than one good frame has; those that it seems to contain come out
+            // as soon as it is found to be false.
+            let stream = [&long[..length], &GOOD.repeat(8)].concat();
+            assert_eq!(parse(&stream).0.len(), 8, "{length} bytes of the frame");
+        }
+    }
+
+    #[test]
+    fn start_bytes_in_the_data_are_data() {
+        let data = [0xbc, 0xcf, 0x01, 0x01, 0x50, 0x52, 0x55, 0xbc];
+        assert_eq!(parse(&frame(9, &data)).0, [(9, data.to_vec())]);
+    }
+}

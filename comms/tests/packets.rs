@@ -1,0 +1,75 @@
+//! Packets by the table of Bitcraze's protocol: every type, and what is refused.
+
+use bittybuzz_comms::syslink::{Battery, DataRate, Frame, MTU, Packet, PacketError, kind};
+
+fn received(kind: u8, data: &[u8]) -> Result<Packet<'_>, PacketError> {
+    Packet::received(Frame::new(kind, data).expect("it fits"))
+}
+
+#[test]
+fn what_the_radio_sends() {
+    assert_eq!(received(0x00, &[0xff, 1, 2]), Ok(Packet::Raw(&[0xff, 1, 2])));
+    assert_eq!(received(0x01, &[80]), Ok(Packet::Channel(80)));
+    assert_eq!(received(0x02, &[2]), Ok(Packet::DataRate(DataRate::Megabits2)));
+    assert_eq!(received(0x04, &[42]), Ok(Packet::Rssi(-42)));
+    assert_eq!(received(0x05, &[1, 2, 3, 4, 5]), Ok(Packet::Address([1, 2, 3, 4, 5])));
+    assert_eq!(received(0x07, &[0xf4]), Ok(Packet::Power(-12)));
+    assert_eq!(received(0x0b, &[]), Ok(Packet::Ready));
+    assert_eq!(
+        received(0x0a, &[0, 55, 9, 8]),
+        Ok(Packet::P2pReceived { port: 0, rssi: -55, data: &[9, 8] })
+    );
+    assert_eq!(received(0x15, &[]), Ok(Packet::ShutdownRequest));
+    // Flags, 3.7 V as binary32, charger current; newer boards add a temperature.
+    let state = [0b011, 0xcd, 0xcc, 0x6c, 0x40, 0, 0, 0, 0];
+    let battery = Packet::Battery(Battery { charging: true, usb_powered: true, volts: 3.7 });
+    assert_eq!(received(0x13, &state), Ok(battery));
+    assert_eq!(received(0x13, &[&state[..], &[0; 4]].concat()), Ok(battery));
+}
+
+#[test]
+fn what_makes_no_sense_is_refused() {
+    assert_eq!(received(0x99, &[]), Err(PacketError::UnknownKind(0x99)));
+    assert_eq!(received(0x01, &[126]), Err(PacketError::Value(0x01)));
+    assert_eq!(received(0x02, &[3]), Err(PacketError::Value(0x02)));
+    assert_eq!(received(0x13, &[0, 0, 0, 0xc0, 0x7f, 0, 0, 0, 0]), Err(PacketError::Value(0x13)));
+    assert_eq!(received(0x13, &[0, 0, 0, 0x80, 0xbf, 0, 0, 0, 0]), Err(PacketError::Value(0x13)));
+    for (kind, length) in [
+        (0x00, 0),
+        (0x00, 32),
+        (0x01, 0),
+        (0x04, 2),
+        (0x05, 4),
+        (0x0a, 1),
+        (0x0a, 63),
+        (0x0b, 1),
+        (0x13, 8),
+        (0x15, 1),
+    ] {
+        let data = [0; MTU];
+        assert_eq!(
+            received(kind, &data[..length]),
+            Err(PacketError::Length(kind)),
+            "{length} bytes"
+        );
+    }
+}
+
+#[test]
+fn what_the_robot_sends() {
+    let mut buffer = [0; MTU];
+    let mut written = |packet: Packet<'_>| {
+        packet.frame(&mut buffer).map(|frame| frame.bytes().as_slice().to_vec())
+    };
+    assert_eq!(written(Packet::BatteryAutoupdate), Ok(vec![0xbc, 0xcf, 0x14, 0, 0x14, 0x28]));
+    assert_eq!(written(Packet::Channel(80)), Ok(vec![0xbc, 0xcf, 1, 1, 0x50, 0x52, 0x55]));
+    assert_eq!(
+        written(Packet::P2pSend { port: 0, data: &[1, 2, 3] }),
+        Ok(vec![0xbc, 0xcf, 0x0a, 4, 0, 1, 2, 3, 0x14, 0x5a])
+    );
+    assert_eq!(
+        written(Packet::ShutdownAck),
+        Ok(vec![0xbc, 0xcf, kind::PM_SHUTDOWN_ACK, 0, 0x16, 0x2c])
+    );
+    assert!(written(Packet::P2pSend { port: 0, data: &[0; 64] }).is_err(), "longer than a frame");
+}
