@@ -54,7 +54,9 @@ impl Library {
             Library::Swarm => Some("swarm"),
             Library::Stigmergy => Some("stigmergy"),
             Library::Position => Some("pos"),
-            Library::Global | Library::Rng | Library::SwarmObject | Library::StigmergyObject => None,
+            Library::Global | Library::Rng | Library::SwarmObject | Library::StigmergyObject => {
+                None
+            }
         }
     }
 }

@@ -219,12 +219,8 @@ impl Header {
             return Err(ImageError::Version(form & 0x0f));
         }
         let features = reader.byte()?;
-        let hash = u32::from_le_bytes([
-            reader.byte()?,
-            reader.byte()?,
-            reader.byte()?,
-            reader.byte()?,
-        ]);
+        let hash =
+            u32::from_le_bytes([reader.byte()?, reader.byte()?, reader.byte()?, reader.byte()?]);
         let entries = [reader.count()?, reader.count()?, reader.count()?, reader.count()?];
         let globals = reader.count()?;
         let functions = reader.count()?;

@@ -170,8 +170,8 @@ impl<C: ByteCode, P: Profile, const SLOTS: usize> Pass<'_, C, P, SLOTS> {
             let mut pushes = effect.pushes;
             let byte = self.code.byte(trailer);
             let operand = u16::try_from(instruction.operand).ok();
-            let mut fits = self.operand(&instruction, effect.operand, operand)
-                && self.writable(&instruction);
+            let mut fits =
+                self.operand(&instruction, effect.operand, operand) && self.writable(&instruction);
             match effect.trailer {
                 Trailer::Arguments => {
                     let count = byte & !DROP_RESULT;
@@ -249,12 +249,12 @@ impl<C: ByteCode, P: Profile, const SLOTS: usize> Pass<'_, C, P, SLOTS> {
             }
             (_, None) => false,
             (Operand::String, Some(number)) => self.header.has_string(number),
-            (Operand::Function, Some(number)) => function(number).is_some_and(|head| {
-                match instruction.opcode {
+            (Operand::Function, Some(number)) => {
+                function(number).is_some_and(|head| match instruction.opcode {
                     opcode::CLOSURE => head & (CAPTURES | USES_SELF) != 0,
                     _ => head & CAPTURES == 0,
-                }
-            }),
+                })
+            }
             (Operand::Builtin, Some(number)) => Needs::of::<C>(number)
                 .is_some_and(|needs| !needs.is(Kind::Value) && needs.is_in(features::<P>())),
             (Operand::Robot, Some(number)) => number < self.header.imports,

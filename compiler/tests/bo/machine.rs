@@ -183,8 +183,7 @@ impl Recorder<'_> {
                 match text.number().and_then(|number| self.symbols.string(number)) {
                     Some(known) => known.to_owned(),
                     None => {
-                        let bytes =
-                            text.bytes().collect::<Vec<u8>>();
+                        let bytes = text.bytes().collect::<Vec<u8>>();
                         String::from_utf8_lossy(&bytes).into_owned()
                     }
                 }

@@ -93,7 +93,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             builtin::CEIL => Ok(rounded(a, self.need_number(a)?, number::ceil)),
             builtin::ROUND => Ok(rounded(a, self.need_number(a)?, number::round)),
             builtin::SET_SEED => {
-                let Number::Int(seed) = self.need_number(a)? else { return Err(self.wrong_type(a, a)) };
+                let Number::Int(seed) = self.need_number(a)? else {
+                    return Err(self.wrong_type(a, a));
+                };
                 self.rng = Rng::from_seed(seed as u32);
                 Ok(Value::nil())
             }
@@ -152,13 +154,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if a.is(Tag::UNSET) {
             return Ok(Value::int(self.rng.next_u32() as i32));
         }
-        let (low, high) =
-            if b.is(Tag::UNSET) { (Number::Int(0), self.need_number(a)?) } else { (self.need_number(a)?, self.need_number(b)?) };
+        let (low, high) = if b.is(Tag::UNSET) {
+            (Number::Int(0), self.need_number(a)?)
+        } else {
+            (self.need_number(a)?, self.need_number(b)?)
+        };
         Ok(match (low, high) {
             (Number::Int(low), Number::Int(high)) => Value::int(self.rng.uniform_int(low, high)),
-            (low, high) => Value::float(
-                self.rng.uniform_float::<P>(as_f32(low), as_f32(high)),
-            ),
+            (low, high) => Value::float(self.rng.uniform_float::<P>(as_f32(low), as_f32(high))),
         })
     }
 

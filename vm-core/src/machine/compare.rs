@@ -93,7 +93,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             opcode::LT | opcode::JUMP_LT => order == Some(Ordering::Less),
             opcode::GT | opcode::JUMP_GT => order == Some(Ordering::Greater),
             opcode::LE | opcode::JUMP_LE => matches!(order, Some(Ordering::Less | Ordering::Equal)),
-            opcode::GE | opcode::JUMP_GE => matches!(order, Some(Ordering::Greater | Ordering::Equal)),
+            opcode::GE | opcode::JUMP_GE => {
+                matches!(order, Some(Ordering::Greater | Ordering::Equal))
+            }
             opcode::JUMP_NOT_LT => order != Some(Ordering::Less),
             opcode::JUMP_NOT_GT => order != Some(Ordering::Greater),
             opcode::JUMP_NOT_LE => !matches!(order, Some(Ordering::Less | Ordering::Equal)),

@@ -66,9 +66,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn key(&mut self, key: Value<P>) -> Result<Value<P>, Stopped> {
         match key.tag() {
             Tag::INT | Tag::STRING | Tag::TEXT => Ok(key),
-            Tag::FLOAT => {
-                Ok(key.as_f32().map_or(key, |float| Value::number(number::normalize_key::<P>(float))))
-            }
+            Tag::FLOAT => Ok(key
+                .as_f32()
+                .map_or(key, |float| Value::number(number::normalize_key::<P>(float)))),
             _ => Err(self.fail_on(FaultCode::BadKey, key, key)),
         }
     }
@@ -186,17 +186,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if overlays.is_nil() {
             return overlays;
         }
-        let overlay =
-            self.arena.table_get(overlays.index(), Value::new(Tag::INT, library.raw()));
+        let overlay = self.arena.table_get(overlays.index(), Value::new(Tag::INT, library.raw()));
         if overlay.is_nil() { overlay } else { self.arena.table_get(overlay.index(), key) }
     }
 
-    fn library_get<H: Host<P>>(
-        &self,
-        host: &mut H,
-        library: Value<P>,
-        key: Value<P>,
-    ) -> Value<P> {
+    fn library_get<H: Host<P>>(&self, host: &mut H, library: Value<P>, key: Value<P>) -> Value<P> {
         let changed = self.overlaid(library, key);
         if changed.is(Tag::UNSET) {
             return Value::nil();
@@ -227,7 +221,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Puts a real table in the place of a library in that slot, with the same entries; tables stay.
     #[inline(never)]
-    pub(super) fn library_to_table<H: Host<P>>(&mut self, host: &mut H, slot: usize) -> Result<(), Stopped> {
+    pub(super) fn library_to_table<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        slot: usize,
+    ) -> Result<(), Stopped> {
         let library = self.arena.get(slot);
         if library.is(Tag::TABLE) {
             return Ok(());
@@ -250,8 +248,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if overlays.is_nil() {
             return Ok(());
         }
-        let overlay =
-            self.arena.table_get(overlays.index(), Value::new(Tag::INT, library.raw()));
+        let overlay = self.arena.table_get(overlays.index(), Value::new(Tag::INT, library.raw()));
         let mut cursor = Cursor::START;
         while let Some((key, value)) = self.arena.table_next(overlay.index(), &mut cursor) {
             if !value.is(Tag::UNSET) {
