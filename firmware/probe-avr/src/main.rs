@@ -11,7 +11,9 @@ use core::arch::asm;
 use core::ptr::{read_volatile, write_volatile};
 
 use bittybuzz_vm_core::number::Tiny;
-use bittybuzz_vm_core::{Arguments, Axis, ByteCode, Entry, Host, Image, Outcome, Reply, RobotFault, Value, Vm, rom};
+use bittybuzz_vm_core::{
+    Arguments, Axis, ByteCode, Entry, Host, Image, Outcome, Reply, RobotFault, Value, Vm, rom,
+};
 
 // avr-libc's float and memory functions are smaller and faster than those of compiler_builtins.
 #[link(name = "m", kind = "static", modifiers = "-bundle")]

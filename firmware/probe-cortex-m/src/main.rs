@@ -5,11 +5,13 @@
 #![no_std]
 #![no_main]
 
-#[cfg(not(feature = "full"))]
-use bittybuzz_vm_core::number::Tiny as Numbers;
 #[cfg(feature = "full")]
 use bittybuzz_vm_core::number::Full as Numbers;
-use bittybuzz_vm_core::{Arguments, Axis, ByteCode, Entry, Host, Image, Reply, RobotFault, Value, Vm};
+#[cfg(not(feature = "full"))]
+use bittybuzz_vm_core::number::Tiny as Numbers;
+use bittybuzz_vm_core::{
+    Arguments, Axis, ByteCode, Entry, Host, Image, Reply, RobotFault, Value, Vm,
+};
 
 const SLOTS: usize = 640;
 
