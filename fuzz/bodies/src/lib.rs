@@ -1,0 +1,126 @@
+//! What the fuzz targets do with their input. A body returns, whatever the input; a panic is a defect of the project.
+//!
+//! | target | input | must hold |
+//! |---|---|---|
+//! | `image` | bytes as an image | verifier and machine survive; a run keeps to its budget |
+//! | `image_mutated` | changes to the image of a known script | the same; most of these inputs get past the header |
+//! | `script` | bytes as a script | compiler survives; what it compiles is accepted by the verifier and runs |
+//! | `script_mutated` | changes to the words of a known script | the same; most of these inputs get past the lexer |
+//! | `bo` | bytes as an object file of the reference compiler | the same for the importer |
+
+mod machine;
+mod seeds;
+
+use std::path::Path;
+use std::sync::OnceLock;
+
+use bittybuzz_compiler::bo;
+use bittybuzz_compiler::compile::{Compiled, Options, compile};
+use bittybuzz_compiler::disasm::disassemble;
+use bittybuzz_compiler::include::{Loader, MemoryFiles};
+use bittybuzz_compiler::render::{Color, Renderer};
+use bittybuzz_robots::Profile;
+use bittybuzz_vm_core::ImageError;
+use machine::run_both;
+
+/// Bytes as an image.
+pub fn image(data: &[u8]) {
+    let _ = run_both(data);
+    let _ = disassemble(data, None);
+}
+
+/// The first byte chooses an image, every four that follow change it.
+pub fn image_mutated(data: &[u8]) {
+    let Some((choice, changes)) = data.split_first() else { return };
+    let images = seeds::images();
+    let mut image = images[usize::from(*choice) % images.len()].clone();
+    for change in changes.chunks_exact(4).take(16) {
+        let [kind, low, high, value] = *change else { return };
+        if image.is_empty() {
+            return;
+        }
+        let at = usize::from(u16::from_le_bytes([low, high])) % image.len();
+        match kind % 4 {
+            0 => image[at] = value,
+            1 => image[at] = image[at].wrapping_add(value as i8 as u8),
+            2 => image.insert(at, value),
+            _ => {
+                image.remove(at);
+            }
+        }
+    }
+    let _ = run_both(&image);
+}
+
+/// Bytes as a script.
+pub fn script(data: &[u8]) {
+    let Ok(text) = std::str::from_utf8(data) else { return };
+    for profile in [Profile::Tiny, Profile::Full] {
+        let compiled = compile_text(text, profile);
+        check(&compiled);
+    }
+}
+
+/// The first byte chooses a script, every three that follow change one of its words.
+pub fn script_mutated(data: &[u8]) {
+    let Some((choice, changes)) = data.split_first() else { return };
+    let texts = seeds::SCRIPTS;
+    let mut words = seeds::words(texts[usize::from(*choice) % texts.len()]);
+    for change in changes.chunks_exact(3).take(12) {
+        let [kind, at, value] = *change else { return };
+        if words.is_empty() {
+            return;
+        }
+        // A byte reaches all of a short script and every few words of a long one.
+        let at = usize::from(at) * words.len() / 256;
+        let other = usize::from(value) * words.len() / 256;
+        match kind % 5 {
+            0 => words[at] = words[other],
+            1 => words.swap(at, other),
+            2 => words.insert(at, words[other]),
+            3 => words[at] = seeds::WORDS[usize::from(value) % seeds::WORDS.len()],
+            _ => {
+                words.remove(at);
+            }
+        }
+    }
+    let text = words.concat();
+    check(&compile_text(&text, if data.len().is_multiple_of(2) { Profile::Tiny } else { Profile::Full }));
+}
+
+/// Bytes as an object file.
+pub fn bo(data: &[u8]) {
+    let _ = bo::disassemble(data);
+    let options = options(Profile::Full);
+    if let Ok(imported) = bo::import(Path::new("fuzz.bo"), data, None, &options) {
+        check(&imported.compiled);
+    }
+}
+
+fn options(profile: Profile) -> Options {
+    static ROBOTS: OnceLock<Vec<bittybuzz_robots::Robot>> = OnceLock::new();
+    let robots = ROBOTS.get_or_init(bittybuzz_robots::all_shipped).clone();
+    Options { profile: Some(profile), robot: None, robots }
+}
+
+fn compile_text(text: &str, profile: Profile) -> Compiled {
+    let files = MemoryFiles::default();
+    compile(Path::new("fuzz.bzz"), text.into(), &Loader::new(&files), &options(profile))
+}
+
+/// Messages can be shown; an image is accepted and can be run.
+fn check(compiled: &Compiled) {
+    let renderer = Renderer::new(&compiled.sources);
+    for diagnostic in compiled.diagnostics.iter().take(3) {
+        renderer.text(diagnostic, Color::Never);
+    }
+    let Some(image) = &compiled.image else { return };
+    match run_both(image) {
+        // Not every script fits every machine, and messages between robots come later.
+        Ok(())
+        | Err(
+            ImageError::Features(_) | ImageError::TooManyGlobals(_) | ImageError::TooManyJumps(_),
+        ) => {}
+        Err(error) => panic!("the verifier refuses what the compiler makes: {error:?}"),
+    }
+}
