@@ -85,7 +85,10 @@ pub fn script_mutated(data: &[u8]) {
         }
     }
     let text = words.concat();
-    check(&compile_text(&text, if data.len().is_multiple_of(2) { Profile::Tiny } else { Profile::Full }));
+    check(&compile_text(
+        &text,
+        if data.len().is_multiple_of(2) { Profile::Tiny } else { Profile::Full },
+    ));
 }
 
 /// Bytes as an object file.

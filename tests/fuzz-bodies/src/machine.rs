@@ -60,7 +60,10 @@ struct Player {
 }
 
 impl Player {
-    fn look<P: Profile, C: ByteCode, const N: usize>(&mut self, arguments: &Arguments<'_, P, C, N>) {
+    fn look<P: Profile, C: ByteCode, const N: usize>(
+        &mut self,
+        arguments: &Arguments<'_, P, C, N>,
+    ) {
         for index in 0..arguments.count() {
             self.looks += match arguments.item(index) {
                 Item::String(text) => text.bytes().count(),

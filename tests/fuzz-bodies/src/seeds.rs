@@ -47,6 +47,7 @@ function reset() { t = {} }
 "#;
 
 /// Words that turn up in scripts, for those that do not have them.
+#[rustfmt::skip]
 pub const WORDS: &[&str] = &[
     "(", ")", "{", "}", "[", "]", ",", ".", "=", "==", "!=", "<", "+", "-", "*", "/", "%", "^", "&", "|", "!",
     "<<", ">>", " and ", " or ", " not ", " nil ", " self ", "\nvar ", "\nif(", " else ", "\nwhile(",
