@@ -262,6 +262,17 @@ impl Header {
         self.form & FORM_FULL != 0
     }
 
+    /// Whether strings of the script can be put in order with the machine's own.
+    pub(crate) fn has_order(&self) -> bool {
+        self.form & FORM_ORDER != 0
+    }
+
+    /// Whether there is text, which strings made at run time need.
+    #[cfg(feature = "strings")]
+    pub(crate) fn has_text(&self) -> bool {
+        self.form & FORM_TEXT != 0
+    }
+
     /// Whether a string number exists: the machine's own and the script's.
     pub fn has_string(&self, number: u16) -> bool {
         u32::from(number) < u32::from(self.strings) + u32::from(builtin::string::COUNT)

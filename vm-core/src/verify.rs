@@ -8,8 +8,7 @@ use crate::arena::Arena;
 use crate::builtin::{Feature, Kind, Library};
 use crate::bytecode::ByteCode;
 use crate::image::{
-    CAPTURES, DEPTH_MAX, EntryPoint, FORM_ORDER, FORM_TEXT, Header, Image, ImageError, PARAMETERS,
-    USES_SELF, Verified,
+    CAPTURES, DEPTH_MAX, EntryPoint, Header, Image, ImageError, PARAMETERS, USES_SELF, Verified,
 };
 use crate::number::Profile;
 use crate::opcode::{self, DROP_RESULT, Decoded, Operand, Trailer};
@@ -341,15 +340,4 @@ impl<C: ByteCode, P: Profile, const SLOTS: usize> Pass<'_, C, P, SLOTS> {
             Err(ImageError::TooManyJumps(here))
         }
     }
-}
-
-/// Whether the header promises what string operations need.
-#[cfg(feature = "strings")]
-pub(crate) fn has_text(header: &Header) -> bool {
-    header.form & FORM_TEXT != 0
-}
-
-/// Whether strings of the script can be put in order with the machine's own.
-pub(crate) fn has_order(header: &Header) -> bool {
-    header.form & FORM_ORDER != 0
 }

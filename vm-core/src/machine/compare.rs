@@ -9,7 +9,6 @@ use crate::fault::{FaultCode, Stopped};
 use crate::number::{self, Profile};
 use crate::opcode;
 use crate::value::{Tag, Value};
-use crate::verify;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// `a == b`: numbers by value, strings by text, tables and closures by identity.
@@ -62,7 +61,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return a.cmp(&b);
         }
         let Some(program) = &self.program else { return Ordering::Equal };
-        if !verify::has_order(program.header()) {
+        if !program.header().has_order() {
             return Ordering::Equal;
         }
         // A string of the script with n own strings before it is above number n - 1 and below n.

@@ -9,7 +9,6 @@ use crate::fault::{FaultCode, Stopped};
 use crate::heap::{TextBuilder, TextCursor};
 use crate::number::{self, Number, Profile};
 use crate::value::{Tag, Value};
-use crate::verify;
 
 /// Where in a string the next byte is.
 #[derive(Clone, Copy)]
@@ -42,7 +41,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Offset of the text of the script's first string; none if the image has no text.
     fn first_text(&self) -> Option<usize> {
         let header = self.header()?;
-        verify::has_text(header).then_some(usize::from(header.text_at))
+        header.has_text().then_some(usize::from(header.text_at))
     }
 
     /// Start and end of the text of a string of the script: steps over those before it.
