@@ -249,6 +249,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return Ok(());
         }
         let overlay = self.arena.table_get(overlays.index(), Value::new(Tag::INT, library.raw()));
+        if overlay.is_nil() {
+            return Ok(());
+        }
         let mut cursor = Cursor::START;
         while let Some((key, value)) = self.arena.table_next(overlay.index(), &mut cursor) {
             if !value.is(Tag::UNSET) {
