@@ -147,18 +147,22 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         sp = sp.wrapping_sub(arg as usize);
                         continue;
                     }
-                    opcode::ADD..=opcode::MUL => {
+                    opcode::ADD..=opcode::MOD => {
                         let a = get!(sp.wrapping_sub(2));
                         let b = get!(sp.wrapping_sub(1));
                         if a.is(Tag::INT) && b.is(Tag::INT) {
                             let result = match op {
-                                opcode::ADD => P::add(a.raw(), b.raw()),
-                                opcode::SUB => P::sub(a.raw(), b.raw()),
-                                _ => P::mul(a.raw(), b.raw()),
+                                opcode::ADD => Some(P::add(a.raw(), b.raw())),
+                                opcode::SUB => Some(P::sub(a.raw(), b.raw())),
+                                opcode::MUL => Some(P::mul(a.raw(), b.raw())),
+                                opcode::DIV => P::div(a.raw(), b.raw()),
+                                _ => P::modulo(a.raw(), b.raw()),
                             };
-                            sp = sp.wrapping_sub(1);
-                            set!(sp.wrapping_sub(1), Value::new(Tag::INT, result));
-                            continue;
+                            if let Some(result) = result {
+                                sp = sp.wrapping_sub(1);
+                                set!(sp.wrapping_sub(1), Value::new(Tag::INT, result));
+                                continue;
+                            }
                         }
                     }
                     opcode::ADD_INT => {
@@ -307,6 +311,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.sp = sp as u16;
             match left {
                 Left::BudgetSpent => return Ok(Flow::Continue),
+                // The commonest of the slow ones, without a second search for the opcode.
+                Left::Undone if op == opcode::CALL => self.call_value(host, arg as usize, 1)?,
+                Left::Undone if op == opcode::CALL_METHOD => {
+                    self.call_value(host, arg as usize, 2)?;
+                }
                 Left::Undone => self.slow(host, op, arg)?,
                 Left::Returned => {}
             }

@@ -115,7 +115,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.set_local(CURSOR, at);
         self.set_local(GAP, gap);
         self.set_local(KEY, key);
-        self.set_local(ELEMENT, element);
         if native == Native::Clone {
             self.push(element);
             return match element.tag() {
@@ -124,7 +123,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             };
         }
         let element = self.bind(element, self.local(-parameters))?;
-        self.set_local(ELEMENT, element);
+        if native == Native::Filter {
+            self.set_local(ELEMENT, element);
+        }
         self.push(self.local(1 - parameters));
         self.push(key);
         self.push(element);

@@ -182,11 +182,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Starts an entry; [`Vm::run`] then runs it. False if the script does not have it, or cannot run now.
     pub fn begin(&mut self, entry: Entry) -> bool {
-        let Some(program) = self.program else { return false };
+        let Some(program) = &self.program else { return false };
         if self.state != State::Idle {
             return false;
         }
-        let callee = match program.header().entry(entry) {
+        let callee = match program.header.entry(entry) {
             EntryPoint::None => return false,
             EntryPoint::Function(number) => Value::indexed(Tag::FUNCTION, number),
             EntryPoint::Global(number) => self.arena.get(GLOBALS + usize::from(number)),
@@ -207,6 +207,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.ensure(base + 1 + NATIVE_ROOM)?;
         self.arena.set(base, record(0, Native::Exit.position()));
         self.sp += 1;
+        if callee.is(Tag::FUNCTION) {
+            return self.enter(callee.index() as u16, 0, 0, [Value::nil(); 2]);
+        }
         self.push(callee);
         self.enter_called(0, 1, Value::nil())
     }
@@ -246,9 +249,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// The stack is empty again: collects if little of the heap is left and the entry allocated anything.
     fn finish(&mut self) {
-        let Some(program) = self.program else { return };
         self.state = State::Idle;
-        let base = GLOBALS + usize::from(program.header().globals);
+        let base = self.base();
         self.fp = base as u16;
         self.sp = base as u16;
         self.arena.reserved = base as u16;
