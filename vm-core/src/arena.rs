@@ -113,7 +113,16 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// The link of a cell: another cell or 0.
     #[inline(always)]
     pub(crate) fn link(&self, cell: usize) -> usize {
-        self.get(cell).index()
+        self.index_at(cell)
+    }
+
+    /// The payload of a slot as an index.
+    #[inline(always)]
+    pub(crate) fn index_at(&self, at: usize) -> usize {
+        match self.payloads.get(at) {
+            Some(payload) => usize::from(P::raw_to_u16(*payload)),
+            None => 0,
+        }
     }
 
     /// Sets the link of a cell and leaves the rest of its header.

@@ -70,13 +70,13 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
 
     #[inline(always)]
     fn array_length(&self, table: usize) -> usize {
-        self.get(table + 2).index()
+        self.index_at(table + 2)
     }
 
     /// Slot of array element `index`, which is below the length.
     #[inline(always)]
     fn array_slot(&self, table: usize, mut index: usize) -> usize {
-        let mut cell = self.get(table + 1).index();
+        let mut cell = self.index_at(table + 1);
         while index >= PER_ARRAY {
             cell = self.link(cell);
             index -= PER_ARRAY;
@@ -103,7 +103,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         let mut next = self.link(table);
         loop {
             while at < end {
-                let here = self.get(at);
+                let here = self.get_fast(at);
                 if here.same(key) || self.same_text(here, key) {
                     return Some(at);
                 }
