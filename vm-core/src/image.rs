@@ -170,36 +170,42 @@ pub struct Header {
     pub code_at: u16,
 }
 
-/// Reads counts one after the other.
+/// Reads one part after the other. What is read behind the end is 0, and `truncated` tells at last: that is much smaller than
+/// a question at each part.
 struct Reader<'a, C> {
     code: &'a C,
     at: usize,
+    truncated: bool,
 }
 
 impl<C: ByteCode> Reader<'_, C> {
-    fn byte(&mut self) -> Result<u8, ImageError> {
-        if self.at >= self.code.len() {
-            return Err(ImageError::Truncated);
-        }
-        self.at += 1;
-        Ok(self.code.byte(self.at - 1))
+    fn byte(&mut self) -> u8 {
+        let at = self.at;
+        self.skip(1, 1);
+        self.code.byte(at)
     }
 
-    fn count(&mut self) -> Result<u16, ImageError> {
-        let first = self.byte()?;
+    #[inline(never)]
+    fn count(&mut self) -> u16 {
+        let first = self.byte();
         if first < 0x80 {
-            return Ok(u16::from(first));
+            u16::from(first)
+        } else {
+            u16::from_be_bytes([first & 0x7f, self.byte()])
         }
-        Ok(u16::from_be_bytes([first & 0x7f, self.byte()?]))
     }
 
     /// Steps over `count` rows of `size` bytes and returns where they start.
-    fn skip(&mut self, count: u16, size: usize) -> Result<u16, ImageError> {
+    #[inline(never)]
+    fn skip(&mut self, count: u16, size: usize) -> u16 {
         let start = self.at;
-        // Both factors are 16 bits or less and AVR's usize has 16, so the product is checked.
-        let bytes = usize::from(count).checked_mul(size).ok_or(ImageError::Truncated)?;
-        self.at = self.at.checked_add(bytes).ok_or(ImageError::Truncated)?;
-        if self.at > self.code.len() { Err(ImageError::Truncated) } else { Ok(start as u16) }
+        // The AVR's usize has 16 bits, so the product is checked.
+        let end = usize::from(count).checked_mul(size).and_then(|bytes| start.checked_add(bytes));
+        match end {
+            Some(end) if end <= self.code.len() => self.at = end,
+            _ => self.truncated = true,
+        }
+        start as u16
     }
 }
 
@@ -210,39 +216,43 @@ impl Header {
         if code.len() > 0xff00 {
             return Err(ImageError::TooLong);
         }
-        let mut reader = Reader { code, at: 0 };
-        if reader.byte()? != MAGIC {
+        let mut reader = Reader { code, at: 0, truncated: false };
+        let (magic, form) = (reader.byte(), reader.byte());
+        if !code.is_empty() && magic != MAGIC {
             return Err(ImageError::NotAnImage);
         }
-        let form = reader.byte()?;
-        if form & 0x0f != VERSION {
+        if !reader.truncated && form & 0x0f != VERSION {
             return Err(ImageError::Version(form & 0x0f));
         }
-        let features = reader.byte()?;
-        let hash =
-            u32::from_le_bytes([reader.byte()?, reader.byte()?, reader.byte()?, reader.byte()?]);
-        let entries = [reader.count()?, reader.count()?, reader.count()?, reader.count()?];
-        let globals = reader.count()?;
-        let functions = reader.count()?;
-        let imports = reader.count()?;
-        let strings = reader.count()?;
-        let imports_at = reader.skip(imports, 2)?;
-        let order_at = reader.skip(if form & FORM_ORDER != 0 { strings } else { 0 }, 1)?;
-        let library_rows = if form & FORM_LIBRARIES != 0 { reader.count()? } else { 0 };
-        let libraries_at = reader.skip(library_rows, LIBRARY_ROW)?;
-        let functions_at = reader.skip(functions, 2)?;
+        let features = reader.byte();
+        let mut hash = [0; 4];
+        hash.iter_mut().for_each(|byte| *byte = reader.byte());
+        let mut counts = [0; 8];
+        counts.iter_mut().for_each(|count| *count = reader.count());
+        let [init, step, reset, destroy, globals, functions, imports, strings] = counts;
+        let imports_at = reader.skip(imports, 2);
+        let order_at = reader.skip(if form & FORM_ORDER != 0 { strings } else { 0 }, 1);
+        let library_rows = if form & FORM_LIBRARIES != 0 { reader.count() } else { 0 };
+        let libraries_at = reader.skip(library_rows, LIBRARY_ROW);
+        let functions_at = reader.skip(functions, 2);
         let text_at = reader.at as u16;
         if form & FORM_TEXT != 0 {
             for _ in 0..strings {
-                let length = reader.count()?;
-                reader.skip(length, 1)?;
+                let length = reader.count();
+                reader.skip(length, 1);
+                if reader.truncated {
+                    break;
+                }
             }
+        }
+        if reader.truncated {
+            return Err(ImageError::Truncated);
         }
         Ok(Header {
             form,
             features,
-            hash,
-            entries,
+            hash: u32::from_le_bytes(hash),
+            entries: [init, step, reset, destroy],
             globals,
             functions,
             imports,
