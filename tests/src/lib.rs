@@ -11,13 +11,24 @@
 //!
 //! All of them go through the built command line tool ([`bbz`]), as a user does. A test never stops at the
 //! first bad script: all failures are reported together.
+//!
+//! Others run compiler and virtual machine in this process ([`compiler`], [`machine`]), because they need to reach
+//! into the machine or run it a million times:
+//!
+//! * `random_programs`: programs that [`generator`] makes up, run in every way there is;
+//! * `memory`: structures and garbage that fill the memory.
 
 pub mod bbz;
+#[cfg(feature = "in-process")]
+pub mod compiler;
 pub mod conformance;
 pub mod diagnostics;
 pub mod diff;
 pub mod example;
 pub mod files;
+pub mod generator;
+#[cfg(feature = "in-process")]
+pub mod machine;
 pub mod malformed;
 pub mod report;
 pub mod script;

@@ -1,0 +1,153 @@
+//! Built-in functions: mathematics, strings, libraries as tables, robot functions.
+
+use super::Generator;
+use super::scope::Kind;
+
+impl Generator {
+    /// A float from a function of `math`.
+    pub fn maths(&mut self, depth: usize) -> String {
+        let x = self.float(depth);
+        match self.random.below(5) {
+            0 => {
+                let y = self.float(0);
+                format!("math.atan({x}, {y})")
+            }
+            1 => {
+                let y = self.float(0);
+                format!("math.{}({x}, {y})", self.random.pick(&["min", "max"]))
+            }
+            2 => format!("math.abs({x})"),
+            _ => {
+                let functions =
+                    ["sqrt", "exp", "log", "log2", "log10", "sin", "cos", "tan", "asin", "acos"];
+                format!("math.{}({x})", self.random.pick(&functions))
+            }
+        }
+    }
+
+    /// An integer from somewhere else.
+    pub fn other_int(&mut self, depth: usize) -> String {
+        match self.random.below(7) {
+            0 => "rand()".to_owned(),
+            1 => format!("math.rng.uniform({})", self.literal("10")),
+            2 => "id".to_owned(),
+            3 => format!("math.abs({})", self.int(depth)),
+            4 if self.options.full => format!("string.length({})", self.string(depth)),
+            5 if self.options.full => {
+                let text = self.string(depth);
+                format!("asint(string.toint({text}), {})", self.int_literal())
+            }
+            _ => {
+                let (class, name) = match self.scope().class {
+                    Some(class) => (Some(class), "self".to_owned()),
+                    None => {
+                        let found = self.variable(|v| matches!(v.kind, Kind::Object(_)));
+                        match found {
+                            Some(found) => (Some(0), found.name),
+                            None => (None, String::new()),
+                        }
+                    }
+                };
+                if class.is_some() { format!("{name}.n") } else { self.int(0) }
+            }
+        }
+    }
+
+    /// A string made at run time.
+    pub fn made_string(&mut self, depth: usize) -> String {
+        self.spend(20);
+        let text = self.string(depth.min(1));
+        match self.random.below(4) {
+            0 => {
+                let other = self.string(depth.min(1));
+                // Long texts would make long runs.
+                format!("short(string.concat({text}, {other}))")
+            }
+            1 => format!("string.tostring({})", self.anything(depth)),
+            2 => {
+                let end = self.random.below(6).to_string();
+                format!("string.tostring(string.sub({text}, 0, {}))", self.literal(&end))
+            }
+            _ => format!("short(string.concat({text}, string.tostring({}), {text}))", self.int(0)),
+        }
+    }
+
+    /// Libraries as tables.
+    pub fn library_statement(&mut self) {
+        if !self.affords(150) {
+            return;
+        }
+        self.spend(10);
+        match self.random.below(9) {
+            0 => {
+                let value = self.int(1);
+                let word = self.word();
+                self.line(&format!("math.{word} = {value}"));
+                self.line(&format!("log(\"math \", math.{word})"));
+            }
+            1 => {
+                self.line("if(math.changed == nil) math.changed = 0");
+                self.line("math.changed = math.changed + 1");
+                self.line("log(math.changed)");
+            }
+            2 => {
+                let name = self.fresh("v");
+                self.line(&format!("var {name} = math"));
+                let argument = self.int(1);
+                self.line(&format!("log({name}.abs({argument}), {name}.pi, size({name}) > 3)"));
+                self.declare(&name, Kind::Any, true);
+            }
+            3 => {
+                let own = self.function_value(1, 0);
+                self.line(&format!("math.own = {own}"));
+                let argument = self.int(1);
+                self.line(&format!("log(math.own({argument}))"));
+            }
+            4 => {
+                self.line("foreach(math.rng, function(key, value) { log(key, value) })");
+            }
+            5 => {
+                let seed = self.int(1);
+                self.line(&format!("math.rng.setseed({seed})"));
+                self.line("log(math.rng.uniform(), \" \", math.rng.gaussian(1.0, 2.0))");
+            }
+            6 => {
+                let name = self.fresh("v");
+                self.line(&format!("var {name} = math.max"));
+                let (a, b) = (self.int(1), self.int(1));
+                self.line(&format!("log({name}({a}, {b}))"));
+                self.declare(&name, Kind::Any, true);
+            }
+            7 => self.line("log(pos.x, \" \", pos.z, \" \", pos.orientation)"),
+            _ => {
+                let word = self.word();
+                self.line(&format!("math.{word} = nil"));
+                self.line(&format!("log(math.{word}, size(math) > 2)"));
+            }
+        }
+    }
+
+    /// What a robot does, and what takes time.
+    pub fn robot_statement(&mut self) {
+        let line = match self.random.below(7) {
+            0 | 1 => format!("delay({})", self.int_literal()),
+            2 => format!("led({})", self.int(0)),
+            3 => {
+                let (x, y) = (self.int(0), self.float(0));
+                format!("log(\"went \", goto({x}, {y}))")
+            }
+            4 => format!("log(get_front() + ({}))", self.int(1)),
+            5 if self.risk > 0 && self.random.percent(10) => {
+                format!("set_motor({}, 3)", self.int(0))
+            }
+            _ => {
+                let name = self.fresh("v");
+                let (x, y) = (self.int(0), self.int(0));
+                let line = format!("var {name} = goto log({name}({x}, {y}))");
+                self.declare(&name, Kind::Any, true);
+                line
+            }
+        };
+        self.line(&line);
+    }
+}

@@ -1,0 +1,193 @@
+//! What random programs hardly reach: structures that fill the memory, and programs that make garbage for a long time.
+
+use bittybuzz_compiler::include::MemoryFiles;
+use bittybuzz_tests::compiler;
+use bittybuzz_tests::machine::{self, End, Settings, Trace};
+use bittybuzz_vm_core::number::{Full, Profile, Tiny};
+use bittybuzz_vm_core::{FaultCode, Torture, Vm};
+
+const SLOTS: usize = 60_000;
+
+fn run<P: Profile>(script: &str, settings: &Settings) -> Trace {
+    let compiled = compiler::compile(script.to_owned(), P::FULL, &MemoryFiles::default());
+    let Some(image) = compiled.image else { panic!("{script}\n{:#?}", compiled.diagnostics) };
+    let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new(1));
+    machine::run(&mut vm, &image, settings)
+}
+
+fn settings(slots: usize) -> Settings {
+    Settings { slots, budget: 10_000, torture: Torture::default(), audit: true, most: 100_000_000 }
+}
+
+/// The lines that a script logs before it ends, in both profiles.
+fn logged(script: &str, slots: usize) -> Vec<String> {
+    let [tiny, full] =
+        [run::<Tiny>(script, &settings(slots)), run::<Full>(script, &settings(slots))];
+    for trace in [&tiny, &full] {
+        assert_eq!(trace.end, End::Complete, "{script}\n{}", trace.output);
+    }
+    assert_eq!(tiny.output, full.output);
+    let lines = tiny.output.lines().filter_map(|line| line.strip_prefix("log "));
+    lines.map(str::to_owned).collect()
+}
+
+#[test]
+fn long_chains_survive_collections() {
+    // 5000 tables of one cell each fill nine tenths of the memory; the garbage has the rest.
+    let list = "
+        head = nil
+        for(i = 0, i < 5000, i = i + 1) head = { .n = i, .next = head }
+        for(i = 0, i < 10000, i = i + 1) { var garbage = { .x = i } }
+        n = 0
+        sum = 0
+        for(t = head, t != nil, t = t.next) { n = n + 1  sum = sum + t.n % 7 }
+        log(n)
+        log(sum)";
+    let sum: i32 = (0..5000).map(|n| n % 7).sum();
+    assert_eq!(logged(list, 39_000), ["5000".to_owned(), sum.to_string()]);
+}
+
+#[test]
+fn nesting_has_no_limit_but_memory() {
+    // Each function holds the one before; each bound method an object, which holds the method before.
+    let closures = "
+        function wrap(f) { return function(x) { if(x == 0) return 0  last = f  return x } }
+        f = function(x) { return 1 }
+        for(i = 0, i < 8000, i = i + 1) f = wrap(f)
+        for(i = 0, i < 3000, i = i + 1) { var garbage = { .x = i } }
+        n = 0
+        for(last = f, f(1) == 1 and last != f, n = n + 1) f = last
+        log(f(1))";
+    assert_eq!(logged(closures, SLOTS), ["1"]);
+    let arrays = "
+        t = {}
+        for(i = 0, i < 4000, i = i + 1) t = { .0 = 5, .1 = t }
+        for(i = 0, i < 3000, i = i + 1) { var garbage = { .x = i } }
+        n = 0
+        while(size(t) > 0) { t = t[1]  n = n + 1 }
+        log(n)";
+    assert_eq!(logged(arrays, SLOTS), ["4000"]);
+    let methods = "
+        m = nil
+        for(i = 0, i < 2500, i = i + 1) {
+          var before = m
+          var o = { .before = function() { return before } }
+          o.get = function() { return self }
+          m = o.get
+        }
+        n = 0
+        while(m != nil) { n = n + 1  var o = m()  m = o.before() }
+        log(n)";
+    assert_eq!(logged(methods, SLOTS), ["2500"]);
+}
+
+/// A hundred thousand times, in room for a few.
+#[test]
+fn garbage_of_every_kind_is_freed() {
+    let kinds = [
+        ("cycles", "var a = { .n = 1 } var b = { .a = a } a.b = b  a.me = a  b[0] = b"),
+        ("closures", "var n = i  var f = function(x) { return n + x }  f(1)"),
+        (
+            "wide closures",
+            "var a = i var b = i var c = i var d = i var e = i
+            var f = function(x) { return a + b + c + d + e + x }  f(1)",
+        ),
+        ("bound methods", "o.m = function() { return self }  kept = o.m"),
+        (
+            "arrays",
+            "for(k = 0, k < 20, k = k + 1) t[k] = k  for(k = 19, k >= 0, k = k - 1) t[k] = nil",
+        ),
+        (
+            "gaps",
+            "for(k = 0, k < 20, k = k + 1) t[k] = k  for(k = 0, k < 20, k = k + 1) t[k] = nil",
+        ),
+        (
+            "pairs",
+            "for(k = 0, k < 9, k = k + 1) t[k * 7 + i % 3 + 1] = k
+            for(k = 0, k < 9, k = k + 1) t[k * 7 + i % 3 + 1] = nil",
+        ),
+        (
+            "iterations",
+            "map(s, function(k, v) { return { .v = v } })
+            filter(s, function(k, v) { return v })
+            reduce(s, function(k, v, a) { return { .a = v } }, nil)",
+        ),
+        ("clones", "var c = clone(tree)"),
+        ("libraries", "math.extra = { .n = i }  math.rng.extra = { .n = i }  size(math.rng)"),
+        ("calls", "function2({ .a = i }, { .b = i })"),
+    ];
+    for (kind, body) in kinds {
+        let script = format!(
+            "
+            o = {{}}
+            t = {{}}
+            s = {{ .0 = 1, .1 = 2, .a = 3 }}
+            tree = {{ .0 = {{ .0 = 1 }}, .a = {{ .b = {{ .c = 1 }} }} }}
+            function function2(a, b) {{ return {{ .a = a, .b = b }} }}
+            count = 0
+            for(round = 0, round < 100, round = round + 1)
+              for(i = 0, i < 100, i = i + 1) {{
+                {body}
+                count = count + 1
+              }}
+            function step() {{
+              for(round = 0, round < 300, round = round + 1)
+                for(i = 0, i < 100, i = i + 1) {{
+                  {body}
+                }}
+              count = count + 1
+            }}
+            function destroy() {{ log(count) }}"
+        );
+        assert_eq!(logged(&script, 500), ["10003"], "{kind}");
+    }
+}
+
+#[test]
+fn strings_are_freed() {
+    let script = "
+        text = \"\"
+        for(i = 0, i < 100000, i = i + 1) {
+          text = string.concat(string.tostring(i), \" and some more that needs a second cell \", text)
+          text = string.sub(text, 0, 50)
+        }
+        log(string.length(text))";
+    let trace = run::<Full>(script, &settings(300));
+    assert_eq!(trace.end, End::Complete);
+    assert!(trace.output.contains("log 50\n"), "{}", trace.output);
+}
+
+/// Memory that one script has filled is empty for the next, and a fault leaves nothing behind.
+#[test]
+fn a_full_machine_takes_the_next_script() {
+    let compile = |script: &str| {
+        let compiled = compiler::compile(script.to_owned(), true, &MemoryFiles::default());
+        compiled.image.expect("the script is right")
+    };
+    let endless = compile("t = {} while(1) t = { .t = t }");
+    let deep = compile("function f(n) { return f(n + 1) + 1 } f(0)");
+    let next = compile("log(math.changed)  math.changed = 1  x = {}  log(size(x))");
+    let mut vm: Box<Vm<Full, &[u8], SLOTS>> = Box::new(Vm::new(1));
+    for _ in 0..2 {
+        for (image, code) in [(&endless, FaultCode::OutOfMemory), (&deep, FaultCode::StackOverflow)]
+        {
+            let trace = machine::run(&mut vm, image, &settings(SLOTS));
+            assert!(matches!(trace.end, End::Fault(fault) if fault.code == code), "{trace:?}");
+            let trace = machine::run(&mut vm, &next, &settings(60));
+            assert_eq!(trace.end, End::Complete);
+            assert!(trace.output.contains("log nil\nlog 0\n"), "{}", trace.output);
+        }
+    }
+}
+
+/// A library that the script left alone, while it changed another, is not confused with its changes.
+#[test]
+fn changes_of_one_library_do_not_show_in_another() {
+    let script = "
+        log(size(math.rng))
+        math.extra = 1
+        log(size(math.rng))
+        math.rng.more = 2
+        log(size(math.rng))";
+    assert_eq!(logged(script, 400), ["4", "4", "5"]);
+}
