@@ -9,6 +9,7 @@
 //! | `bo` | bytes as an object file of the reference compiler | the same for the importer |
 
 mod machine;
+mod mutation;
 mod seeds;
 
 use std::path::Path;
@@ -16,9 +17,11 @@ use std::sync::OnceLock;
 
 use bittybuzz_compiler::bo;
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
+use bittybuzz_compiler::diagnostic::Severity;
 use bittybuzz_compiler::disasm::disassemble;
 use bittybuzz_compiler::include::{Loader, MemoryFiles};
 use bittybuzz_compiler::render::{Color, Renderer};
+use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_robots::Profile;
 use bittybuzz_vm_core::ImageError;
 use machine::run_both;
@@ -29,27 +32,19 @@ pub fn image(data: &[u8]) {
     let _ = disassemble(data, None);
 }
 
-/// The first byte chooses an image, every four that follow change it.
-pub fn image_mutated(data: &[u8]) {
-    let Some((choice, changes)) = data.split_first() else { return };
+/// The first byte chooses an image, the next two decide how it is run, every four that follow change it. Whether the
+/// verifier lets the result pass.
+pub fn image_mutated(data: &[u8]) -> bool {
+    let [choice, slots, torture, changes @ ..] = data else { return false };
     let images = seeds::images();
     let mut image = images[usize::from(*choice) % images.len()].clone();
+    image[3] = *slots;
+    image[4] = *torture;
     for change in changes.chunks_exact(4).take(16) {
-        let [kind, low, high, value] = *change else { return };
-        if image.is_empty() {
-            return;
-        }
-        let at = usize::from(u16::from_le_bytes([low, high])) % image.len();
-        match kind % 4 {
-            0 => image[at] = value,
-            1 => image[at] = image[at].wrapping_add(value as i8 as u8),
-            2 => image.insert(at, value),
-            _ => {
-                image.remove(at);
-            }
-        }
+        let [kind, low, high, value] = *change else { return false };
+        mutation::change(&mut image, kind, u16::from_le_bytes([low, high]), value);
     }
-    let _ = run_both(&image);
+    run_both(&image).is_ok()
 }
 
 /// Bytes as a script.
@@ -111,13 +106,21 @@ fn compile_text(text: &str, profile: Profile) -> Compiled {
     compile(Path::new("fuzz.bzz"), text.into(), &Loader::new(&files), &options(profile))
 }
 
-/// Messages can be shown; an image is accepted and can be run.
+/// Messages can be shown; an image is accepted and can be run; symbols can be kept.
 fn check(compiled: &Compiled) {
     let renderer = Renderer::new(&compiled.sources);
     for diagnostic in compiled.diagnostics.iter().take(3) {
         renderer.text(diagnostic, Color::Never);
+        renderer.json(diagnostic);
     }
+    let is_wrong = compiled.diagnostics.iter().any(|found| found.severity() == Severity::Error);
+    assert_eq!(is_wrong, compiled.image.is_none(), "an error and an image, or neither");
     let Some(image) = &compiled.image else { return };
+    if let Some(symbols) = &compiled.symbols {
+        let kept = Symbols::from_json(&symbols.to_json());
+        assert_eq!(kept.as_ref().ok(), Some(symbols), "symbols change when they are kept");
+        let _ = disassemble(image, Some(symbols));
+    }
     match run_both(image) {
         // Not every script fits every machine, and messages between robots come later.
         Ok(())

@@ -2,74 +2,152 @@
 
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Host, Image, ImageError, Item, Outcome, Reply, RobotFault,
-    Value, Vm,
+    Arguments, Axis, ByteCode, Entry, Fault, Host, Image, ImageError, Item, Outcome, Reply,
+    RobotFault, Value, Vm,
 };
 
-/// Enough for most scripts, and quickly filled.
-const SLOTS: usize = 700;
+/// The most slots that a run gets.
+const SLOTS: usize = 1044;
 /// Instructions that all entries together get.
 const INSTRUCTIONS: u32 = 4000;
 
+/// How to run. The script hash decides, as nothing else depends on it, and the fuzzer can change it.
+#[derive(Clone, Copy)]
+struct Settings {
+    slots: usize,
+    budget: u16,
+    instructions: u32,
+    #[cfg(feature = "torture")]
+    torture: bittybuzz_vm_core::Torture,
+    /// Whether to look at memory on the way.
+    audit: bool,
+}
+
+/// How a run ended, and what the host saw.
+#[derive(Debug, PartialEq, Eq)]
+struct Trace {
+    end: End,
+    seen: u64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum End {
+    Complete,
+    Fault(Fault),
+    /// It would go on.
+    Cut,
+}
+
 /// Runs an image in the profile that it names.
 pub fn run_both(image: &[u8]) -> Result<(), ImageError> {
-    match run::<Full>(image) {
-        Err(ImageError::Profile) => run::<Tiny>(image),
+    match run_twice::<Full>(image) {
+        Err(ImageError::Profile) => run_twice::<Tiny>(image),
         result => result,
     }
 }
 
-fn run<P: Profile>(image: &[u8]) -> Result<(), ImageError> {
-    let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new(3));
-    // Any robot function is known, so that calls of them are reached.
-    if let Err(error) = vm.load(Image::new(image), |_| true) {
-        assert!(!vm.begin(Entry::Global), "a refused image runs");
-        return Err(error);
+/// Runs an image in large and in small slices, which makes no difference, and at times looks at its memory.
+fn run_twice<P: Profile>(image: &[u8]) -> Result<(), ImageError> {
+    let byte = |at: usize| image.get(at).copied().unwrap_or(0);
+    let settings = Settings {
+        slots: 24 + 4 * usize::from(byte(3)),
+        budget: 1000,
+        instructions: INSTRUCTIONS,
+        #[cfg(feature = "torture")]
+        torture: bittybuzz_vm_core::Torture {
+            collect_always: byte(4) & 1 != 0,
+            fail_at: (byte(4) & 6 == 6).then_some(byte(5).into()),
+            allocations: 0,
+        },
+        audit: false,
+    };
+    let once = run::<P>(image, settings)?;
+    let budget = 1 + u16::from(byte(6) % 8);
+    let again = run::<P>(image, Settings { budget, instructions: 4 * INSTRUCTIONS, ..settings })?;
+    if once.end != End::Cut && again.end != End::Cut {
+        assert_eq!(once, again, "a slice of {budget} instructions makes a difference");
     }
-    let mut left = INSTRUCTIONS;
-    let mut host = Player { looks: 0 };
-    let entries = [Entry::Global, Entry::Init, Entry::Step, Entry::Step, Entry::Destroy];
-    for (number, entry) in entries.into_iter().enumerate() {
-        if !vm.begin(entry) {
-            continue;
-        }
-        // A slice of one instruction and one of many take the same way.
-        let budget = [1, 7, 1000][number % 3];
-        loop {
-            if left == 0 {
-                return Ok(());
-            }
-            left = left.saturating_sub(u32::from(budget));
-            match vm.run(&mut host, budget) {
-                Outcome::Pending | Outcome::Waiting => {}
-                Outcome::Done => break,
-                Outcome::Fault(_) => {
-                    assert!(vm.calls().count() <= SLOTS, "more calls than memory");
-                    assert!(!vm.begin(Entry::Step), "a stopped script runs");
-                    return Ok(());
-                }
-            }
-        }
+    if byte(4) & 8 != 0 {
+        run::<P>(image, Settings { budget, audit: true, ..settings })?;
     }
     Ok(())
 }
 
+fn run<P: Profile>(image: &[u8], settings: Settings) -> Result<Trace, ImageError> {
+    let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new(3));
+    #[cfg(feature = "torture")]
+    {
+        vm.torture = settings.torture;
+    }
+    // Any robot function is known, so that calls of them are reached.
+    if let Err(error) = vm.load_limited(Image::new(image), settings.slots, |_| true) {
+        assert!(vm.header().is_none() && !vm.begin(Entry::Global), "a refused image runs");
+        return Err(error);
+    }
+    let mut player = Player { seen: 0xcbf2_9ce4_8422_2325 };
+    let mut left = settings.instructions;
+    let entries =
+        [Entry::Global, Entry::Init, Entry::Step, Entry::Step, Entry::Reset, Entry::Destroy];
+    for entry in entries {
+        if !vm.begin(entry) {
+            continue;
+        }
+        loop {
+            left = left.saturating_sub(settings.budget.into());
+            if left == 0 {
+                return Ok(Trace { end: End::Cut, seen: player.seen });
+            }
+            let outcome = vm.run(&mut player, settings.budget);
+            audit(&mut vm, settings.audit && (outcome == Outcome::Done || left.is_multiple_of(16)));
+            match outcome {
+                Outcome::Pending | Outcome::Waiting => {}
+                Outcome::Done => break,
+                Outcome::Fault(fault) => {
+                    assert!(vm.calls().count() <= SLOTS, "more calls than memory");
+                    assert!(usize::from(fault.position) < image.len(), "{fault:?} is nowhere");
+                    assert!(!vm.begin(Entry::Step), "a stopped script runs");
+                    return Ok(Trace { end: End::Fault(fault), seen: player.seen });
+                }
+            }
+        }
+    }
+    Ok(Trace { end: End::Complete, seen: player.seen })
+}
+
+#[cfg(feature = "torture")]
+fn audit<P: Profile>(vm: &mut Vm<P, &[u8], SLOTS>, wanted: bool) {
+    if wanted {
+        assert_eq!(vm.audit(), Ok(()));
+    }
+}
+
+#[cfg(not(feature = "torture"))]
+fn audit<P: Profile>(_: &mut Vm<P, &[u8], SLOTS>, _: bool) {}
+
 /// Answers whatever it is asked, and looks at every argument.
 struct Player {
-    looks: usize,
+    /// A hash of everything that was to be seen.
+    seen: u64,
 }
 
 impl Player {
+    fn see(&mut self, what: u64) {
+        self.seen = (self.seen ^ what).wrapping_mul(0x100_0000_01b3);
+    }
+
     fn look<P: Profile, C: ByteCode, const N: usize>(
         &mut self,
         arguments: &Arguments<'_, P, C, N>,
     ) {
         for index in 0..arguments.count() {
-            self.looks += match arguments.item(index) {
-                Item::String(text) => text.bytes().count(),
-                Item::Table(size) => size,
-                _ => 1,
-            };
+            match arguments.item(index) {
+                Item::Nil => self.see(1),
+                Item::Int(value) => self.see(value as u64),
+                Item::Float(value) => self.see(value.to_bits().into()),
+                Item::String(text) => text.bytes().for_each(|byte| self.see(byte.into())),
+                Item::Table(size) => self.see(size as u64),
+                Item::Function => self.see(2),
+            }
         }
     }
 }
@@ -81,6 +159,7 @@ impl<P: Profile> Host<P> for Player {
         arguments: Arguments<'_, P, C, N>,
         again: bool,
     ) -> Result<Reply<P>, RobotFault> {
+        self.see(function.into());
         self.look(&arguments);
         match function % 4 {
             0 if !again => Ok(Reply::Wait),

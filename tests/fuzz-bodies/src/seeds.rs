@@ -3,6 +3,7 @@
 use std::sync::OnceLock;
 
 use bittybuzz_robots::Profile;
+use bittybuzz_tests::generator::{Options, program};
 
 use crate::compile_text;
 
@@ -73,13 +74,20 @@ pub fn words(text: &str) -> Vec<&str> {
     words
 }
 
-/// The images of the scripts, in both profiles.
+/// How many random programs stand beside the scripts.
+const PROGRAMS: u64 = 8;
+
+/// The images of the scripts and of random programs, in both profiles.
 pub fn images() -> &'static [Vec<u8>] {
     static IMAGES: OnceLock<Vec<Vec<u8>>> = OnceLock::new();
     IMAGES.get_or_init(|| {
         let profiles = [Profile::Tiny, Profile::Full];
         let compiled = profiles.iter().flat_map(|profile| {
-            SCRIPTS.iter().filter_map(|text| compile_text(text, *profile).image)
+            let full = *profile == Profile::Full;
+            let programs = (0..PROGRAMS)
+                .map(move |seed| program(Options { seed, full, hide_literals: false }));
+            let scripts = SCRIPTS.iter().map(|text| (*text).to_owned());
+            scripts.chain(programs).filter_map(|text| compile_text(&text, *profile).image)
         });
         compiled.collect()
     })
