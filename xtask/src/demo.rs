@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Enough steps to see a behaviour start.
-const STEPS: &str = "5";
+const STEPS: &str = "12";
 
 /// Exit status of `bbz` for a script that does not compile.
 const COMPILE_ERROR: i32 = 2;
