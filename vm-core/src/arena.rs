@@ -25,6 +25,11 @@ pub(crate) struct Arena<P: Profile, const SLOTS: usize> {
     pub(crate) free: u16,
     /// No cell may be placed below: the highest slot that any frame since the last collection may use.
     pub(crate) reserved: u16,
+    /// No cell may be placed below before the next collection, so that garbage does not drive the heap down to where
+    /// calls need room: a cell that lives on there would stay.
+    pub(crate) floor: u16,
+    /// The floor does not count: an allocation is tried again after its collection.
+    pub(crate) pressed: bool,
     /// A cell was taken since the last collection.
     pub(crate) allocated: bool,
     /// Tags and payloads stand apart: no padding on any chip, and no multiplication by an odd size to reach a slot, which
@@ -42,6 +47,8 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             bottom: SLOTS as u16,
             free: 0,
             reserved: 0,
+            floor: 0,
+            pressed: false,
             allocated: false,
             tags: [Tag::NIL; SLOTS],
             payloads: [P::Raw::default(); SLOTS],
@@ -54,8 +61,16 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.bottom = self.top;
         self.free = 0;
         self.reserved = 0;
+        self.set_floor(0);
+        self.pressed = false;
         self.allocated = false;
         self.fill(0, self.top as usize);
+    }
+
+    /// Lets the heap grow to twice the slots `in_use`, and to a quarter of the memory in any case.
+    pub(crate) fn set_floor(&mut self, in_use: usize) {
+        let room = (2 * in_use).max(self.top() / 4);
+        self.floor = self.top().saturating_sub(room) as u16;
     }
 
     /// Sets slots `from..to` to nil.
@@ -140,7 +155,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             cell
         } else {
             let below = self.bottom.checked_sub(CELL as u16)?;
-            if below < self.reserved {
+            if below < self.reserved || (below < self.floor && !self.pressed) {
                 return None;
             }
             self.bottom = below;

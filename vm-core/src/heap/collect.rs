@@ -93,11 +93,13 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         let mut cell = self.bottom as usize;
         let mut free = 0;
         let mut bottom = self.top();
+        let mut in_use = 0;
         while cell < self.top() {
             let header = self.get_fast(cell);
             if header.tag().0 & MARK != 0 {
                 self.set_fast(cell, Value::new(Tag(header.tag().0 & (MARK - 1)), header.raw()));
                 bottom = bottom.min(cell);
+                in_use += CELL;
             } else if bottom < cell {
                 self.set_fast(cell, Value::indexed(Tag(0), free as u16));
                 free = cell;
@@ -106,6 +108,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         }
         self.bottom = bottom as u16;
         self.free = free as u16;
+        self.set_floor(in_use);
     }
 }
 

@@ -35,13 +35,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         } else if self.torture.collect_always {
             self.collect();
         }
-        if let Ok(made) = make(self) {
-            return Ok(made);
-        }
-        self.collect();
-        match make(self) {
-            Ok(made) => Ok(made),
-            Err(NoCell) => Err(self.fail(FaultCode::OutOfMemory)),
+        loop {
+            if let Ok(made) = make(self) {
+                self.arena.pressed = false;
+                return Ok(made);
+            }
+            if self.arena.pressed {
+                return Err(self.fail(FaultCode::OutOfMemory));
+            }
+            self.collect();
+            self.arena.pressed = true;
         }
     }
 
