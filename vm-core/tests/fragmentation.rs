@@ -1,0 +1,46 @@
+//! Garbage must not drive the heap down to where calls need room.
+
+mod common;
+
+use bittybuzz_vm_core::number::Tiny;
+use bittybuzz_vm_core::opcode::*;
+use bittybuzz_vm_core::{Entry, Image, Outcome, Vm, builtin};
+use common::{Parts, Recorder};
+
+const END: u8 = 0xbc; // RETURN_NIL 0
+
+/// Makes 40 tables of garbage, keeps the last one in global 0, then calls 50 deep. Two thirds of the memory are free all the
+/// time, but cells never move: a table that lives on at the lower end of a heap full of garbage would block the calls.
+#[test]
+fn a_survivor_of_much_garbage_leaves_room_for_calls() {
+    let garbage = [INT, 40, JUMP, 4, TABLE_NEW, 0xb0, ADD_INT, 0xff, DUP, JUMP_TRUE, 0xf9, POP];
+    let deep = [INT, 50, CALL_FUNCTION, 1, CALL_BUILTIN, builtin::LOG, 0x81, END];
+    let image = Parts::new(&[
+        &[&[0, 3][..], &garbage, &deep].concat(),
+        // d(n): if n is 0 return 0, else return 1 + d(n - 1)
+        &[
+            1,
+            3,
+            0x83,
+            JUMP_TRUE,
+            2,
+            0x91,
+            0xb9,
+            0x92,
+            0x83,
+            ADD_INT,
+            0xff,
+            CALL_FUNCTION,
+            1,
+            ADD,
+            0xb9,
+        ],
+    ])
+    .build();
+    let mut vm: Vm<Tiny, &[u8], 300> = Vm::new(1);
+    vm.load(Image::new(&image), |_| false).expect("the image is sound");
+    let mut host = Recorder::default();
+    assert!(vm.begin(Entry::Global));
+    assert_eq!(vm.run(&mut host, u16::MAX), Outcome::Done);
+    assert_eq!(host.events, ["50"]);
+}
