@@ -143,6 +143,21 @@ fn garbage_of_every_kind_is_freed() {
     }
 }
 
+/// Garbage of any amount leaves calls the room that it does not need itself.
+#[test]
+fn garbage_does_not_stand_in_the_way_of_calls() {
+    for count in [3, 10, 30, 40, 45, 50, 100, 200, 1000] {
+        let script = format!(
+            "
+            function deep(n) {{ if(n == 0) return 0  return 1 + deep(n - 1) }}
+            kept = {{}}
+            for(i = 0, i < {count}, i = i + 1) kept[i % 3] = {{ .n = i }}
+            log(deep(50))"
+        );
+        assert_eq!(logged(&script, 400), ["50"], "after {count} tables");
+    }
+}
+
 #[test]
 fn strings_are_freed() {
     let script = "

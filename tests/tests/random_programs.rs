@@ -94,8 +94,9 @@ fn check_program<P: Profile>(program: &str, options: Options) -> Result<String, 
         [1, 7].map(|budget| (format!("budget {budget}"), Settings { budget, ..UNLIMITED }));
     let collecting = Torture { collect_always: true, ..Torture::default() };
     let others = [
-        ("a collection at every allocation", Settings { torture: collecting, ..UNLIMITED }),
         ("memory looked at", Settings { budget: 61, audit: true, ..UNLIMITED }),
+        ("a collection at every allocation", Settings { torture: collecting, ..UNLIMITED }),
+        ("both", Settings { torture: collecting, budget: 61, audit: true, ..UNLIMITED }),
     ]
     .map(|(name, settings)| (name.to_owned(), settings));
     for (name, settings) in slices.into_iter().chain(others) {
@@ -160,6 +161,10 @@ fn little_memory<'i, P: Profile>(
         }
         .map_err(|problem| format!("{enough} slots, budget {budget}: {problem}"))?;
     }
+    // A little more need not be enough, as garbage then lies in other places; twice as much is.
+    let settings = Settings { slots: (2 * enough + 64).min(SLOTS), ..UNLIMITED };
+    let trace = machine::run(vm, image, &settings);
+    same(expected, &trace).map_err(|problem| format!("twice {enough} slots: {problem}"))?;
     Ok(enough)
 }
 

@@ -24,13 +24,13 @@ function elem(table, key) { return table[key] }
 "#;
 
 const HELPERS_FULL: &str = r#"function short(text) {
-  if(string.length(text) > 40) return string.sub(text, 3, 23)
+  if(string.length(text) > 70) return string.sub(text, 3, 50)
   return text
 }
 "#;
 
-/// Texts and field names; some are the machine's own, in every order.
-const WORDS: [&str; 14] = [
+/// Texts and field names: some are the machine's own, some longer than a cell of the heap.
+const WORDS: [&str; 16] = [
     "a",
     "b",
     "table",
@@ -45,6 +45,8 @@ const WORDS: [&str; 14] = [
     "key",
     "distance",
     "timestamp",
+    "longer_than_the_first_cell",
+    "so_long_that_it_needs_another_cell_and_yet_another",
 ];
 
 impl Generator {
