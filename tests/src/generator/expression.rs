@@ -129,7 +129,10 @@ impl Generator {
 
     /// An expression that may stop the script, and usually would be an integer.
     fn risky_int(&mut self, depth: usize) -> String {
-        match self.random.below(9) {
+        match self.random.below(12) {
+            9 => format!("(-{})", self.any_variable()),
+            10 => format!("(!{})", self.any_variable()),
+            11 => format!("same(math.max)({})", self.int(0)),
             0 => format!("({} / {})", self.int(depth), self.int(0)),
             1 => format!("({} % {})", self.int(depth), self.int(0)),
             2 => format!("({} << {})", self.int(depth), self.int(0)),
@@ -142,7 +145,7 @@ impl Generator {
         }
     }
 
-    fn any_variable(&mut self) -> String {
+    pub fn any_variable(&mut self) -> String {
         let found = self.variable(|variable| !matches!(variable.kind, Kind::Function { .. }));
         found.map_or_else(|| "nothing".to_owned(), |variable| variable.name)
     }

@@ -293,6 +293,8 @@ impl Generator {
         let arguments = self.int_arguments(arity, depth);
         match self.random.below(5) {
             0 => format!("{}[\"{method}\"]({arguments})", found.name),
+            // A name that is known only when the program runs.
+            1 => format!("{}[same(\"{method}\")]({arguments})", found.name),
             _ => format!("{}.{method}({arguments})", found.name),
         }
     }

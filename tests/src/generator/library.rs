@@ -7,7 +7,12 @@ impl Generator {
     /// A float from a function of `math`.
     pub fn maths(&mut self, depth: usize) -> String {
         let x = self.float(depth);
-        match self.random.below(5) {
+        match self.random.below(7) {
+            5 => {
+                let y = self.float(0);
+                format!("math.rng.uniform({x}, {y})")
+            }
+            6 => format!("math.rng.exponential({x})"),
             0 => {
                 let y = self.float(0);
                 format!("math.atan({x}, {y})")
@@ -57,7 +62,13 @@ impl Generator {
     pub fn made_string(&mut self, depth: usize) -> String {
         self.spend(20);
         let text = self.string(depth.min(1));
-        match self.random.below(4) {
+        match self.random.below(6) {
+            4 => format!("string.tostring(string.sub({text}, {}))", self.int(0)),
+            5 => {
+                let found =
+                    self.variable(|variable| matches!(variable.kind, Kind::Function { .. }));
+                format!("string.tostring({})", found.map_or("log".to_owned(), |v| v.name))
+            }
             0 => {
                 let other = self.string(depth.min(1));
                 // Long texts would make long runs.
@@ -78,7 +89,23 @@ impl Generator {
             return;
         }
         self.spend(10);
-        match self.random.below(9) {
+        match self.random.below(11) {
+            9 => {
+                // Built-in functions are values like any other.
+                let array = self.array(1);
+                let number = self.float(1);
+                self.line(&format!(
+                    "log(reduce(map({array}, math.max), math.min, {number}), size(filter({array}, math.min)))"
+                ));
+                self.line(&format!("foreach({array}, log)"));
+            }
+            10 => {
+                let (a, b) = (self.anything(0), self.int(0));
+                let maybe = format!("(elem({{}}, {b}))");
+                self.line(&format!(
+                    "log(math.min({maybe}, {b}), math.max({b}, {maybe}), {maybe} < {maybe}, {maybe} <= ({a}))"
+                ));
+            }
             0 => {
                 let value = self.int(1);
                 let word = self.word();
@@ -129,8 +156,10 @@ impl Generator {
 
     /// What a robot does, and what takes time.
     pub fn robot_statement(&mut self) {
-        let line = match self.random.below(7) {
+        let line = match self.random.below(9) {
             0 | 1 => format!("delay({})", self.int_literal()),
+            7 => format!("goto({}, {})", self.float(0), self.int(0)),
+            8 if self.risk > 0 => format!("led({})", self.any_variable()),
             2 => format!("led({})", self.int(0)),
             3 => {
                 let (x, y) = (self.int(0), self.float(0));

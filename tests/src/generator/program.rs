@@ -21,6 +21,7 @@ function asint(x, default) {
   return default
 }
 function elem(table, key) { return table[key] }
+function same(x) { return x }
 "#;
 
 const HELPERS_FULL: &str = r#"function short(text) {

@@ -77,7 +77,7 @@ impl Generator {
     fn assignment(&mut self) {
         let Some(variable) = self.variable(|variable| !variable.fixed) else { return };
         let name = variable.name;
-        if variable.kind == Kind::Int && self.random.percent(40) {
+        if matches!(variable.kind, Kind::Int | Kind::Float) && self.random.percent(40) {
             let by = self.random.range(-140, 140).unsigned_abs().to_string();
             let by = self.literal(&by);
             let operator = *self.random.pick(&["+", "-"]);
