@@ -5,7 +5,7 @@
 
 use bittybuzz_robots::Profile;
 use bittybuzz_vm_core::builtin::{self, Library};
-use bittybuzz_vm_core::{Fault, FaultCode, Type, opcode};
+use bittybuzz_vm_core::{Fault, FaultCode, Refusal, Type, opcode};
 
 use crate::instruction::{self, Instruction};
 use crate::program::Program;
@@ -90,10 +90,25 @@ impl What<'_> {
                 Some(message) => format!("assertion failed: {message}"),
                 None => "assertion failed".to_owned(),
             },
-            FaultCode::RobotRefused => match &self.callee {
-                Some(callee) => format!("{callee} does not take these arguments"),
-                None => "the robot function does not take these arguments".to_owned(),
-            },
+            FaultCode::RobotRefused => {
+                let callee = self.callee.as_deref().unwrap_or("the robot function");
+                let reason =
+                    Refusal::ALL.iter().find(|reason| **reason as u16 == self.fault.detail);
+                match reason {
+                    Some(Refusal::ArgumentCount) | None => {
+                        format!("{callee} does not take these arguments")
+                    }
+                    Some(Refusal::OutOfRange) => {
+                        format!("{callee} cannot do that: an argument is out of its range")
+                    }
+                    Some(Refusal::NotBuiltIn) => {
+                        format!("{callee} is not built into this firmware")
+                    }
+                    Some(Refusal::NotReady) => {
+                        format!("{callee} is not ready: what it needs has not answered")
+                    }
+                }
+            }
         }
     }
 

@@ -8,13 +8,12 @@ use std::time::{Duration, Instant};
 
 use bittybuzz_robots::{Function, Parameter, Robot, Type as Kind};
 use bittybuzz_vm_core::number::{Profile, format_float, format_int};
-use bittybuzz_vm_core::{Arguments, Axis, ByteCode, Host, Item, Reply, RobotFault, Text, Value};
+use bittybuzz_vm_core::{
+    Arguments, Axis, ByteCode, Host, Item, Refusal, Reply, RobotFault, Text, Value,
+};
 
 use crate::output::Output;
 use crate::program::Program;
-
-/// Code of a refusal because of the number of arguments.
-const ARGUMENT_COUNT: u16 = 1;
 
 /// How time passes for the script.
 pub enum Clock {
@@ -181,7 +180,7 @@ impl HostRobot<'_> {
         });
         match wrong.max() {
             Some(index) => RobotFault::WrongType(arguments.value(index).type_of()),
-            None => RobotFault::Refused(ARGUMENT_COUNT),
+            None => RobotFault::Refused(Refusal::ArgumentCount),
         }
     }
 }

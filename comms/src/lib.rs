@@ -7,6 +7,7 @@
 //!
 //! # What is here
 //! * [`syslink`]: the serial link between the two processors of a Crazyflie, and the P2P radio frames in it.
+//! * [`trace`]: what a robot tells its people: start, log lines, faults.
 //!
 //! # What is not
 //! Drivers: they belong to the firmware of each robot.
@@ -15,3 +16,4 @@
 #![forbid(unsafe_code)]
 
 pub mod syslink;
+pub mod trace;

@@ -5,8 +5,8 @@ use std::fmt::Write;
 use bittybuzz_vm_core::link::name_hash;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Fault, Host, Image, ImageError, Item, Outcome, Reply,
-    RobotFault, Torture, Value, Vm,
+    Arguments, Axis, ByteCode, Entry, Fault, Host, Image, ImageError, Item, Outcome, Refusal,
+    Reply, RobotFault, Torture, Value, Vm,
 };
 
 /// The entries that a run begins, in this order.
@@ -198,7 +198,7 @@ impl<P: Profile> Host<P> for Recorder {
                 Item::Int(_) => Reply::Value(Value::nil()),
                 _ => return Err(RobotFault::WrongType(arguments.value(0).type_of())),
             },
-            SET_MOTOR => return Err(RobotFault::Refused(3)),
+            SET_MOTOR => return Err(RobotFault::Refused(Refusal::NotBuiltIn)),
             GO_TO if !self.is_over(again, self.calls) => Reply::Wait,
             _ => Reply::Value(Value::int(self.calls as i32)),
         })

@@ -28,7 +28,7 @@ pub enum FaultCode {
     OutOfMemory = 10,
     /// `assert` failed; the detail is 1 + the number of its message string, 0 without.
     AssertFailed = 11,
-    /// A robot function refused; the detail is its own code.
+    /// A robot function refused; the detail is the number of the [`Refusal`].
     RobotRefused = 12,
 }
 
@@ -68,8 +68,28 @@ pub struct Fault {
 pub enum RobotFault {
     /// An argument is not of a type that the function takes.
     WrongType(Type),
-    /// The function cannot do it; the number tells which of its reasons.
-    Refused(u16),
+    /// The function cannot do it.
+    Refused(Refusal),
+}
+
+/// Why a robot function cannot do what it was asked to. Its number is the fault's detail.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[repr(u16)]
+pub enum Refusal {
+    /// It takes another number of arguments.
+    ArgumentCount = 1,
+    /// An argument is outside what the robot can do.
+    OutOfRange = 2,
+    /// The function is known, but this firmware cannot do it.
+    NotBuiltIn = 3,
+    /// What it needs is not there, or has not answered yet.
+    NotReady = 4,
+}
+
+impl Refusal {
+    /// Every reason.
+    pub const ALL: [Refusal; 4] =
+        [Refusal::ArgumentCount, Refusal::OutOfRange, Refusal::NotBuiltIn, Refusal::NotReady];
 }
 
 /// The script has stopped: the machine holds the fault already. Costs nothing on its way out.

@@ -71,6 +71,55 @@ pub enum ImageError {
     TooManyJumps(u16),
 }
 
+impl ImageError {
+    /// As two numbers, for a link to the host: the cause and its value.
+    pub const fn to_code(self) -> (u8, u16) {
+        match self {
+            ImageError::NotAnImage => (0, 0),
+            ImageError::Version(version) => (1, version as u16),
+            ImageError::Profile => (2, 0),
+            ImageError::Truncated => (3, 0),
+            ImageError::TooLong => (4, 0),
+            ImageError::Features(bits) => (5, bits as u16),
+            ImageError::Entry(number) => (6, number as u16),
+            ImageError::RobotFunction(hash) => (7, hash),
+            ImageError::TooManyGlobals(count) => (8, count),
+            ImageError::LibraryTable(row) => (9, row),
+            ImageError::Function(at) => (10, at),
+            ImageError::Instruction(at) => (11, at),
+            ImageError::Operand(at) => (12, at),
+            ImageError::Depth(at) => (13, at),
+            ImageError::Jump(at) => (14, at),
+            ImageError::NoReturn(at) => (15, at),
+            ImageError::TooManyJumps(at) => (16, at),
+        }
+    }
+
+    /// From its two numbers.
+    pub const fn from_code(cause: u8, value: u16) -> Option<Self> {
+        Some(match cause {
+            0 => ImageError::NotAnImage,
+            1 => ImageError::Version(value as u8),
+            2 => ImageError::Profile,
+            3 => ImageError::Truncated,
+            4 => ImageError::TooLong,
+            5 => ImageError::Features(value as u8),
+            6 => ImageError::Entry(value as u8),
+            7 => ImageError::RobotFunction(value),
+            8 => ImageError::TooManyGlobals(value),
+            9 => ImageError::LibraryTable(value),
+            10 => ImageError::Function(value),
+            11 => ImageError::Instruction(value),
+            12 => ImageError::Operand(value),
+            13 => ImageError::Depth(value),
+            14 => ImageError::Jump(value),
+            15 => ImageError::NoReturn(value),
+            16 => ImageError::TooManyJumps(value),
+            _ => return None,
+        })
+    }
+}
+
 /// Which function the host calls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Entry {

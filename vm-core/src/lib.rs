@@ -51,7 +51,7 @@ mod value;
 mod verify;
 
 pub use bytecode::ByteCode;
-pub use fault::{Fault, FaultCode, RobotFault};
+pub use fault::{Fault, FaultCode, Refusal, RobotFault};
 pub use host::{Arguments, Axis, Host, Item, Reply, Text};
 pub use image::{Entry, Image, ImageError};
 pub use machine::{Calls, Outcome, Vm};

@@ -62,6 +62,10 @@ pub enum Type {
 }
 
 impl Type {
+    /// Every type.
+    pub const ALL: [Type; 7] =
+        [Type::Nil, Type::Int, Type::Float, Type::String, Type::Table, Type::Closure, Type::Unset];
+
     /// As `type()` names it.
     pub const fn name(self) -> &'static str {
         match self {

@@ -3,7 +3,7 @@
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{
     Arguments, Axis, ByteCode, Entry, Fault, Host, Image, ImageError, Item, Outcome, Reply,
-    RobotFault, Value, Vm,
+    Refusal, RobotFault, Value, Vm,
 };
 
 /// The most slots that a run gets.
@@ -164,7 +164,7 @@ impl<P: Profile> Host<P> for Player {
         match function % 4 {
             0 if !again => Ok(Reply::Wait),
             1 => Ok(Reply::Value(arguments.value(0))),
-            2 if function.is_multiple_of(64) => Err(RobotFault::Refused(function)),
+            2 if function.is_multiple_of(64) => Err(RobotFault::Refused(Refusal::OutOfRange)),
             _ => Ok(Reply::Value(Value::int(i32::from(function)))),
         }
     }

@@ -234,8 +234,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             Err(RobotFault::WrongType(found)) => {
                 Err(self.fail_with(FaultCode::WrongType, [found; 2], 0))
             }
-            Err(RobotFault::Refused(detail)) => {
-                Err(self.fail_with(FaultCode::RobotRefused, [Type::Nil; 2], detail))
+            Err(RobotFault::Refused(reason)) => {
+                Err(self.fail_with(FaultCode::RobotRefused, [Type::Nil; 2], reason as u16))
             }
         }
     }

@@ -3,7 +3,7 @@
 
 use bittybuzz_vm_core::image::{EntryPoint, MAGIC, VERSION};
 use bittybuzz_vm_core::number::Profile;
-use bittybuzz_vm_core::{Arguments, Axis, ByteCode, Host, Item, Reply, RobotFault, Value};
+use bittybuzz_vm_core::{Arguments, Axis, ByteCode, Host, Item, Refusal, Reply, RobotFault, Value};
 
 /// Parts of an image; `build` lays them out as docs/image-format.md says.
 #[derive(Clone)]
@@ -79,7 +79,7 @@ impl<P: Profile> Host<P> for Recorder {
         again: bool,
     ) -> Result<Reply<P>, RobotFault> {
         if function == 9 {
-            return Err(RobotFault::Refused(3));
+            return Err(RobotFault::Refused(Refusal::NotBuiltIn));
         }
         if function == 7 {
             self.polls += 1;
