@@ -48,6 +48,10 @@ pub enum Cause {
     OutOfRange { key: &'static str, value: String, min: u32, max: u32 },
     /// The arena alone is larger than the whole machine may be.
     ArenaTooLarge { slots: u32, slot_bytes: u32, memory: u32 },
+    /// An address at which no region can begin.
+    Unaligned { address: u32, to: u32 },
+    /// Two regions of memory that share bytes.
+    Overlap { key: &'static str, other: &'static str },
     /// Neither `tiny` nor `full`.
     UnknownProfile { name: String },
     /// A robot name that is no lower-case word.
@@ -148,6 +152,10 @@ impl fmt::Display for Cause {
                 f,
                 "{slots} slots of {slot_bytes} bytes do not fit in {memory} bytes of `memory`"
             ),
+            Cause::Unaligned { address, to } => {
+                write!(f, "a region cannot begin at {address:#010x}: no multiple of {to}")
+            }
+            Cause::Overlap { key, other } => write!(f, "`{key}` and `{other}` overlap"),
             Cause::UnknownProfile { name } => write!(f, "there is no profile `{name}`"),
             Cause::BadRobotName { name } => write!(f, "`{name}` cannot be the name of a robot"),
             Cause::NotOneLine { key } => write!(f, "`{key}` must be one line of text"),
@@ -188,6 +196,9 @@ impl Cause {
             Cause::UnknownKey { key, known, .. } => Some(one_of(key, known)),
             Cause::OutOfRange { min, max, .. } => Some(format!("a number from {min} to {max}")),
             Cause::ArenaTooLarge { .. } => Some("fewer `slots`, or more `memory`".to_owned()),
+            Cause::Unaligned { .. } => Some(
+                "the chip wants its vector table there; a sector of flash begins so".to_owned(),
+            ),
             Cause::UnknownProfile { name } => Some(one_of(name, &["tiny", "full"])),
             Cause::BadRobotName { .. } => {
                 Some("lower-case letters, digits and `-`, a letter first".to_owned())
@@ -211,6 +222,7 @@ impl Cause {
             | Cause::Syntax { .. }
             | Cause::MissingKey { .. }
             | Cause::WrongType { .. }
+            | Cause::Overlap { .. }
             | Cause::NotOneLine { .. }
             | Cause::RepeatedList
             | Cause::RepeatedParameter { .. }

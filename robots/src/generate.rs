@@ -1,6 +1,6 @@
 //! Rust source of a robot's configuration, for the build script of its firmware.
 
-use crate::{Robot, name_hash};
+use crate::{Layout, Robot, name_hash};
 use std::fmt::Write;
 
 /// Rust source with the sizes of the robot's virtual machine, and the numbers of its functions.
@@ -10,7 +10,9 @@ use std::fmt::Write;
 /// mod robot { include!(concat!(env!("OUT_DIR"), "/robot.rs")); }
 /// match hash { robot::function::LED => ..., robot::function::SET_MOTOR => ..., _ => ... }
 /// ```
-/// Sizes are `usize` constants named as in the robot file (`SLOTS`, ...), with `PROFILE` and `NAME` beside them.
+/// Sizes are `usize` constants named as in the robot file (`SLOTS`, ...), with `PROFILE` and `NAME` beside them. Where the
+/// robot file has a `[layout]`, its regions are `FLASH_ADDRESS`, `FLASH_SIZE`, `SCRIPT_ADDRESS` and so on, named as in
+/// [`Layout::memory_x`].
 /// `function` holds one `u16` constant per function; `FUNCTIONS` lists number and name of all.
 pub fn generate_rust(robot: &Robot) -> String {
     let mut out = String::new();
@@ -36,6 +38,14 @@ fn write(robot: &Robot, out: &mut String) -> std::fmt::Result {
         ("SWARMS", vm.swarms, "Swarms known at a time."),
     ] {
         writeln!(out, "/// {help}\npub const {name}: usize = {value};")?;
+    }
+    for (name, region) in robot.layout.iter().flat_map(Layout::regions) {
+        let (address, size) = (region.address, region.size);
+        writeln!(
+            out,
+            "/// First address of the region.\npub const {name}_ADDRESS: usize = {address:#010x};"
+        )?;
+        writeln!(out, "/// Bytes of the region.\npub const {name}_SIZE: usize = {size:#x};")?;
     }
     writeln!(out, "/// Numbers of the functions: hashes of their names.\npub mod function {{")?;
     for function in &robot.functions {

@@ -26,6 +26,7 @@
 //! | `message_bytes` | bytes of a swarm message that one frame of its link carries, link headers not counted |
 //! | `[vm]` | sizes of the virtual machine, see [`VmSizes`] |
 //! | `[budget]` | the most that the firmware image may need, see [`Budget`]; left out with `chip` |
+//! | `[layout]` | where firmware, script and data lie on the chip, see [`Layout`]; left out where no script can be flashed alone |
 //! | `[[function]]` | a function that scripts may call, see [`Function`] |
 //! | `[[table]]` | a table that the robot keeps up to date, such as `pos`, see [`SensorTable`] |
 //!
@@ -35,6 +36,7 @@
 
 mod error;
 mod generate;
+mod layout;
 mod read;
 mod signature;
 
@@ -44,6 +46,7 @@ use std::path::Path;
 pub use bittybuzz_vm_core::link::name_hash;
 pub use error::{Cause, Place, RobotError};
 pub use generate::generate_rust;
+pub use layout::{Layout, Region};
 pub use signature::{Parameter, Type};
 
 /// What a robot file says.
@@ -65,6 +68,8 @@ pub struct Robot {
     pub vm: VmSizes,
     /// The most that its firmware may need; `None` for a robot that is never flashed.
     pub budget: Option<Budget>,
+    /// Where firmware, script and data lie on the chip; `None` where no script can be flashed alone.
+    pub layout: Option<Layout>,
     /// The functions that its scripts may call, in the order of the file.
     pub functions: Vec<Function>,
     /// The tables that it keeps up to date for its scripts, in the order of the file.

@@ -2,6 +2,7 @@
 
 use crate::error::{Cause, Place, RobotError};
 use crate::generate::constant;
+use crate::layout::{Layout, Region};
 use crate::signature::{self, Parameter, Type};
 use crate::{Budget, Function, Profile, Robot, SensorTable, VmSizes, name_hash};
 use bittybuzz_vm_core::builtin::{self, Library};
@@ -33,6 +34,7 @@ pub fn robot(text: &str, path: &str) -> Result<Robot, RobotError> {
         "message_bytes",
         "vm",
         "budget",
+        "layout",
         "function",
         "table",
     ])?;
@@ -65,6 +67,7 @@ pub fn robot(text: &str, path: &str) -> Result<Robot, RobotError> {
         message_bytes: root.integer("message_bytes", 9..=255)?,
         vm: vm_sizes(&root.section("vm", "[vm]")?, profile)?,
         budget: root.optional("budget", |root, key| budget(&root.section(key, "[budget]")?))?,
+        layout: root.optional("layout", |root, key| layout(&root.section(key, "[layout]")?))?,
         functions,
         tables,
     })
@@ -105,6 +108,39 @@ fn budget(section: &Section<'_>) -> Result<Budget, RobotError> {
         flash_bytes: section.integer("flash_bytes", 1024..=16_777_216)?,
         ram_bytes: section.integer("ram_bytes", 256..=16_777_216)?,
     })
+}
+
+/// Vector tables of ARM's M profile are aligned to the power of two that holds them, here 128 words (ARMv7-M B3.2.5,
+/// register VTOR). It is enough for the other regions.
+const ALIGNMENT: u32 = 512;
+
+fn layout(section: &Section<'_>) -> Result<Layout, RobotError> {
+    const KEYS: [&str; 4] = ["application", "script", "ram", "ccm"];
+    section.only(&KEYS)?;
+    let layout = Layout {
+        application: region(section, "application")?,
+        script: region(section, "script")?,
+        ram: region(section, "ram")?,
+        ccm: section.optional("ccm", region)?,
+    };
+    let regions: Vec<_> = KEYS.into_iter().zip(layout.regions()).collect();
+    for (index, (key, (_, region))) in regions.iter().enumerate() {
+        let mut before = regions.iter().take(index);
+        if let Some((other, _)) = before.find(|(_, (_, other))| other.overlaps(*region)) {
+            return Err(section.required(key)?.fail(Cause::Overlap { key, other }));
+        }
+    }
+    Ok(layout)
+}
+
+fn region(section: &Section<'_>, key: &'static str) -> Result<Region, RobotError> {
+    let region = section.section(key, "the region")?;
+    region.only(&["address", "size"])?;
+    let address = region.integer("address", 0..=u32::MAX - ALIGNMENT)?;
+    if !address.is_multiple_of(ALIGNMENT) {
+        return Err(region.required("address")?.fail(Cause::Unaligned { address, to: ALIGNMENT }));
+    }
+    Ok(Region { address, size: region.integer("size", ALIGNMENT..=u32::MAX - address)? })
 }
 
 fn function(section: &Section<'_>) -> Result<Function, RobotError> {

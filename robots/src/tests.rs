@@ -24,6 +24,12 @@ swarms = 8
 flash_bytes = 65536
 ram_bytes = 8192
 
+[layout]
+application = { address = 0x0800_0000, size = 0xc000 }
+script = { address = 0x0800_c000, size = 0x4000 }
+ram = { address = 0x2000_0000, size = 0x2000 }
+ccm = { address = 0x1000_0000, size = 0x200 }
+
 [[table]]
 name = "pos"
 fields = "x: number, y: number"
@@ -69,6 +75,13 @@ fn a_good_file_says_what_it_says() {
     };
     assert_eq!(toy.vm, vm);
     assert_eq!(toy.budget, Some(Budget { flash_bytes: 65536, ram_bytes: 8192 }));
+    let layout = Layout {
+        application: Region { address: 0x0800_0000, size: 0xc000 },
+        script: Region { address: 0x0800_c000, size: 0x4000 },
+        ram: Region { address: 0x2000_0000, size: 0x2000 },
+        ccm: Some(Region { address: 0x1000_0000, size: 0x200 }),
+    };
+    assert_eq!(toy.layout, Some(layout));
     let led = toy.function("led").unwrap();
     assert_eq!((led.returns, led.waits), (None, false));
     assert_eq!(led.accepts.len(), 2);
@@ -86,6 +99,7 @@ fn what_may_be_left_out() {
     for (from, to) in [
         ("chip = \"STM32F051C8\"\n", ""),
         ("[budget]\nflash_bytes = 65536\nram_bytes = 8192\n", ""),
+        ("ccm = { address = 0x1000_0000, size = 0x200 }\n", ""),
         ("neighbors = 15", "neighbors = 0"),
         ("stigmergy_entries = 4", "stigmergy_entries = 0"),
         ("swarms = 8", "swarms = 0"),
@@ -110,24 +124,24 @@ fn every_error_has_its_place() {
         ("slots", "slotz", Expected("UnknownKey", 10, 1, "did you mean `slots`?")),
         ("title", "colour", Expected("UnknownKey", 2, 1, "one of name, title, chip")),
         ("ram_bytes", "rom_bytes", Expected("UnknownKey", 19, 1, "did you mean `ram_bytes`?")),
-        ("fields", "field", Expected("UnknownKey", 23, 1, "did you mean `fields`?")),
-        ("waits", "wait", Expected("UnknownKey", 35, 1, "did you mean `waits`?")),
+        ("fields", "field", Expected("UnknownKey", 29, 1, "did you mean `fields`?")),
+        ("waits", "wait", Expected("UnknownKey", 41, 1, "did you mean `waits`?")),
         ("title = \"Toy robot\"\n", "", Expected("MissingKey", 1, 1, "the file has no `title`")),
         ("slots = 400\n", "", Expected("MissingKey", 8, 1, "[vm] has no `slots`")),
         ("flash_bytes = 65536\n", "", Expected("MissingKey", 17, 1, "[budget] has no")),
-        ("help = \"lights up\"\n", "", Expected("MissingKey", 26, 1, "[[function]] has no `help`")),
-        ("fields = \"x: number, y: number\"", "", Expected("MissingKey", 21, 1, "no `fields`")),
+        ("help = \"lights up\"\n", "", Expected("MissingKey", 32, 1, "[[function]] has no `help`")),
+        ("fields = \"x: number, y: number\"", "", Expected("MissingKey", 27, 1, "no `fields`")),
         ("profile = \"tiny\"", "profile = 16", Expected("WrongType", 4, 11, "must be a string")),
         ("slots = 400", "slots = 4e2", Expected("WrongType", 10, 9, "an integer, not a float")),
         ("slots = 400", "slots = \"400\"", Expected("WrongType", 10, 9, "not a string")),
-        ("waits = true", "waits = 1", Expected("WrongType", 35, 9, "must be true or false")),
+        ("waits = true", "waits = 1", Expected("WrongType", 41, 9, "must be true or false")),
         (
             "[budget]\nflash_bytes = 65536\nram_bytes = 8192\n",
             "[[budget]]\n",
             Expected("WrongType", 17, 1, "must be a table, not an array"),
         ),
-        ("[\"x: number, y: number\"]", "\"\"", Expected("WrongType", 33, 11, "must be an array")),
-        ("[\"x: number, y: number\"]", "[1]", Expected("WrongType", 33, 12, "must be a string")),
+        ("[\"x: number, y: number\"]", "\"\"", Expected("WrongType", 39, 11, "must be an array")),
+        ("[\"x: number, y: number\"]", "[1]", Expected("WrongType", 39, 12, "must be a string")),
         ("slots = 400", "slots = 0", Expected("OutOfRange", 10, 9, "a number from 32 to 65520")),
         ("slots = 400", "slots = 31", Expected("OutOfRange", 10, 9, "cannot be 31")),
         ("slots = 400", "slots = -1", Expected("OutOfRange", 10, 9, "cannot be -1")),
@@ -141,6 +155,20 @@ fn every_error_has_its_place() {
         ("message_bytes = 9", "message_bytes = 8", Expected("OutOfRange", 6, 17, "from 9 to")),
         ("flash_bytes = 65536", "flash_bytes = 0", Expected("OutOfRange", 18, 15, "cannot be 0")),
         ("ram_bytes = 8192", "ram_bytes = 0", Expected("OutOfRange", 19, 13, "cannot be 0")),
+        ("ccm =", "cmm =", Expected("UnknownKey", 25, 1, "did you mean `ccm`?")),
+        ("ram = {", "# {", Expected("MissingKey", 21, 1, "[layout] has no `ram`")),
+        ("application = {", "application = 1 # {", Expected("WrongType", 22, 15, "a table")),
+        (", size = 0x200 }", " }", Expected("MissingKey", 25, 7, "the region has no `size`")),
+        (
+            "size = 0x200 }",
+            "length = 512 }",
+            Expected("UnknownKey", 25, 32, "one of address, size"),
+        ),
+        ("size = 0x200 }", "size = 0 }", Expected("OutOfRange", 25, 39, "from 512")),
+        ("0x1000_0000", "0x1_0000_0000", Expected("OutOfRange", 25, 19, "cannot be")),
+        ("size = 0x200 }", "size = 0xf000_0000 }", Expected("OutOfRange", 25, 39, "to 4026531839")),
+        ("0x0800_c000", "0x0800_c100", Expected("Unaligned", 23, 22, "no multiple of 512")),
+        ("0xc000", "0xc200", Expected("Overlap", 23, 10, "`script` and `application` overlap")),
         ("slots = 400", "slots = 547", Expected("ArenaTooLarge", 10, 9, "547 slots of 3 bytes")),
         ("\"tiny\"", "\"full\"", Expected("ArenaTooLarge", 10, 9, "400 slots of 5 bytes")),
         ("\"tiny\"", "\"tinny\"", Expected("UnknownProfile", 4, 11, "did you mean `tiny`?")),
@@ -148,36 +176,36 @@ fn every_error_has_its_place() {
         ("\"toy\"", "\"Toy\"", Expected("BadRobotName", 1, 8, "lower-case")),
         ("\"toy\"", "\"\"", Expected("NotOneLine", 1, 8, "`name` must be one line")),
         ("\"toy\"", "\"../toy\"", Expected("BadRobotName", 1, 8, "lower-case")),
-        ("\"lights up\"", "\" \"", Expected("NotOneLine", 29, 8, "`help` must be one line")),
-        ("\"lights up\"", "\"a\\nb\"", Expected("NotOneLine", 29, 8, "one line")),
-        ("\"led\"", "\"set motor\"", Expected("BadIdentifier", 27, 8, "cannot be a name")),
-        ("\"led\"", "\"2led\"", Expected("BadIdentifier", 27, 8, "no digit first")),
-        ("\"led\"", "\"\"", Expected("BadIdentifier", 27, 8, "letters, digits")),
-        ("\"led\"", "\"while\"", Expected("Reserved", 27, 8, "`while` is a name of the Buzz")),
-        ("\"led\"", "\"delay\"", Expected("Reserved", 27, 8, "choose another name")),
-        ("\"led\"", "\"neighbors\"", Expected("Reserved", 27, 8, "`neighbors`")),
-        ("\"pos\"", "\"math\"", Expected("Reserved", 22, 8, "`math`")),
-        ("\"goto\"", "\"led\"", Expected("DuplicateName", 32, 8, "first defined in line 27")),
-        ("\"goto\"", "\"Led\"", Expected("ConstantCollision", 32, 8, "the constant `LED`")),
-        ("\"pos\"", "\"led\"", Expected("DuplicateName", 27, 8, "first defined in line 22")),
+        ("\"lights up\"", "\" \"", Expected("NotOneLine", 35, 8, "`help` must be one line")),
+        ("\"lights up\"", "\"a\\nb\"", Expected("NotOneLine", 35, 8, "one line")),
+        ("\"led\"", "\"set motor\"", Expected("BadIdentifier", 33, 8, "cannot be a name")),
+        ("\"led\"", "\"2led\"", Expected("BadIdentifier", 33, 8, "no digit first")),
+        ("\"led\"", "\"\"", Expected("BadIdentifier", 33, 8, "letters, digits")),
+        ("\"led\"", "\"while\"", Expected("Reserved", 33, 8, "`while` is a name of the Buzz")),
+        ("\"led\"", "\"delay\"", Expected("Reserved", 33, 8, "choose another name")),
+        ("\"led\"", "\"neighbors\"", Expected("Reserved", 33, 8, "`neighbors`")),
+        ("\"pos\"", "\"math\"", Expected("Reserved", 28, 8, "`math`")),
+        ("\"goto\"", "\"led\"", Expected("DuplicateName", 38, 8, "first defined in line 33")),
+        ("\"goto\"", "\"Led\"", Expected("ConstantCollision", 38, 8, "the constant `LED`")),
+        ("\"pos\"", "\"led\"", Expected("DuplicateName", 33, 8, "first defined in line 28")),
         (
             "[\"x: number, y: number\"]",
             "[]",
-            Expected("AcceptsNothing", 33, 11, "accepts = [\"\"]"),
+            Expected("AcceptsNothing", 39, 11, "accepts = [\"\"]"),
         ),
-        ("color: int, on: int", "c: int", Expected("RepeatedList", 28, 26, "listed twice")),
-        ("y: number\"]", "y\"]", Expected("BadParameter", 33, 24, "write `name: type`")),
-        ("y: number\"]", "y: real\"]", Expected("UnknownType", 33, 27, "one of int, number")),
-        ("y: number\"]", "y: nuber\"]", Expected("UnknownType", 33, 27, "did you mean `number`?")),
-        ("y: number\"]", "x: int\"]", Expected("RepeatedParameter", 33, 24, "`x` stands twice")),
-        ("y: number\"]", "\\u0079\"]", Expected("BadParameter", 33, 12, "`y` is not")),
-        ("returns = \"int\"", "returns = \"itn\"", Expected("UnknownType", 34, 11, "mean `int`?")),
-        ("\"x: number, y: number\"\n", "\"\"\n", Expected("NoFields", 23, 10, "no fields")),
-        ("\"x: number, y: number\"\n", "\"x\"\n", Expected("BadParameter", 23, 11, "`x`")),
+        ("color: int, on: int", "c: int", Expected("RepeatedList", 34, 26, "listed twice")),
+        ("y: number\"]", "y\"]", Expected("BadParameter", 39, 24, "write `name: type`")),
+        ("y: number\"]", "y: real\"]", Expected("UnknownType", 39, 27, "one of int, number")),
+        ("y: number\"]", "y: nuber\"]", Expected("UnknownType", 39, 27, "did you mean `number`?")),
+        ("y: number\"]", "x: int\"]", Expected("RepeatedParameter", 39, 24, "`x` stands twice")),
+        ("y: number\"]", "\\u0079\"]", Expected("BadParameter", 39, 12, "`y` is not")),
+        ("returns = \"int\"", "returns = \"itn\"", Expected("UnknownType", 40, 11, "mean `int`?")),
+        ("\"x: number, y: number\"\n", "\"\"\n", Expected("NoFields", 29, 10, "no fields")),
+        ("\"x: number, y: number\"\n", "\"x\"\n", Expected("BadParameter", 29, 11, "`x`")),
         (
             "x: number, y: number\"]",
             "a: int, b: int, c: int, d: int, e: int, f: int, g: int, h: int\"]",
-            Expected("TooManyParameters", 33, 69, "more than 7"),
+            Expected("TooManyParameters", 39, 69, "more than 7"),
         ),
     ];
     for (from, to, Expected(cause, line, column, part)) in cases {
@@ -213,7 +241,7 @@ fn colliding_hashes_are_refused() {
     let text = GOOD.replacen("\"led\"", &format!("{one:?}"), 1);
     let error = error_of(&text.replacen("\"goto\"", &format!("{other:?}"), 1));
     assert_eq!(error.cause, Cause::HashCollision { name: other, other: one });
-    assert_eq!(error.place.map(|place| (place.line, place.column)), Some((32, 8)));
+    assert_eq!(error.place.map(|place| (place.line, place.column)), Some((38, 8)));
 }
 
 #[test]
@@ -230,7 +258,7 @@ fn the_message_shows_the_line() {
 fn columns_count_characters() {
     let text = GOOD.replacen("x: number, y: number\"]", "\u{fc}: int, y: int\"]", 1);
     let place = error_of(&text).place.unwrap();
-    assert_eq!((place.line, place.column, place.width), (33, 13, 6));
+    assert_eq!((place.line, place.column, place.width), (39, 13, 6));
 }
 
 #[test]
@@ -266,6 +294,10 @@ fn machines_fit_in_ram() {
     for robot in all_shipped() {
         if let Some(budget) = robot.budget {
             assert!(robot.vm.memory < budget.ram_bytes, "{}", robot.name);
+            if let Some(layout) = robot.layout {
+                assert!(budget.flash_bytes <= layout.application.size, "{}", robot.name);
+                assert!(budget.ram_bytes <= layout.ram.size, "{}", robot.name);
+            }
         }
     }
 }

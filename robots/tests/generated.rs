@@ -1,6 +1,6 @@
 //! The generated source is compiled and run: its numbers must be those of the robot file.
 
-use bittybuzz_robots::{Robot, all_shipped, generate_rust, name_hash};
+use bittybuzz_robots::{Layout, Robot, all_shipped, generate_rust, name_hash};
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -25,8 +25,20 @@ fn main() {
     for (hash, name) in robot::FUNCTIONS {
         println!("{hash} {name}");
     }
+    layout();
 }
 "#;
+
+/// What prints the regions of a robot with a layout that has a CCM, and of one without.
+const PRINT_LAYOUT: &str = r#"
+fn layout() {
+    println!("FLASH {} {}", robot::FLASH_ADDRESS, robot::FLASH_SIZE);
+    println!("SCRIPT {} {}", robot::SCRIPT_ADDRESS, robot::SCRIPT_SIZE);
+    println!("RAM {} {}", robot::RAM_ADDRESS, robot::RAM_SIZE);
+    println!("CCM {} {}", robot::CCM_ADDRESS, robot::CCM_SIZE);
+}
+"#;
+const NO_LAYOUT: &str = "fn layout() {}\n";
 
 fn expected(robot: &Robot) -> String {
     let vm = robot.vm;
@@ -47,13 +59,17 @@ fn expected(robot: &Robot) -> String {
     for function in &robot.functions {
         out += &format!("{} {}\n", name_hash(&function.name), function.name);
     }
+    for (name, region) in robot.layout.iter().flat_map(Layout::regions) {
+        out += &format!("{name} {} {}\n", region.address, region.size);
+    }
     out
 }
 
 fn compile_and_run(robot: &Robot, folder: &Path) -> io::Result<String> {
     fs::create_dir_all(folder)?;
     fs::write(folder.join("robot.rs"), generate_rust(robot))?;
-    fs::write(folder.join("main.rs"), PRINT)?;
+    let layout = if robot.layout.is_some() { PRINT_LAYOUT } else { NO_LAYOUT };
+    fs::write(folder.join("main.rs"), [PRINT, layout].concat())?;
     let rustc = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned());
     let binary = folder.join("main");
     let compiled = Command::new(rustc)

@@ -1,0 +1,131 @@
+//! Where firmware, script and data lie on the chip.
+
+use std::fmt::Write;
+
+/// Bytes before the image in the script region: its length, a `u32`, least significant byte first.
+pub const SCRIPT_HEADER: u32 = 4;
+
+/// Regions of a chip's memory, none overlapping another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Layout {
+    /// Flash of the firmware, from its vector table on.
+    pub application: Region,
+    /// Flash of the script, which no part of the firmware shares an erasable sector with: the length of the image (a
+    /// `u32`, least significant byte first), then the image.
+    pub script: Region,
+    /// RAM for variables.
+    pub ram: Region,
+    /// RAM that only the core reaches (core-coupled memory); the stack is there. `None` on chips without.
+    pub ccm: Option<Region>,
+}
+
+/// A region of memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Region {
+    /// Its first byte.
+    pub address: u32,
+    /// How many bytes it has. It ends within the address space.
+    pub size: u32,
+}
+
+impl Region {
+    /// The address behind its last byte.
+    pub const fn end(self) -> u32 {
+        self.address + self.size
+    }
+
+    /// Whether a byte lies in both.
+    pub const fn overlaps(self, other: Region) -> bool {
+        self.address < other.end() && other.address < self.end()
+    }
+}
+
+impl Layout {
+    /// Every region with its name in the linker script.
+    pub fn regions(&self) -> impl Iterator<Item = (&'static str, Region)> {
+        let ccm = self.ccm.map(|ccm| ("CCM", ccm));
+        [("FLASH", self.application), ("SCRIPT", self.script), ("RAM", self.ram)]
+            .into_iter()
+            .chain(ccm)
+    }
+
+    /// The bytes of the script region for an image; `None` if it does not fit.
+    pub fn script_section(&self, image: &[u8]) -> Option<Vec<u8>> {
+        let length = u32::try_from(image.len()).ok()?;
+        if length > self.script.size - SCRIPT_HEADER {
+            return None;
+        }
+        Some([&length.to_le_bytes(), image].concat())
+    }
+
+    /// The `memory.x` that cortex-m-rt's linker script includes.
+    ///
+    /// What is linked into the section `.script` goes to the script region. The stack grows down from the end of the
+    /// CCM, if there is one, so that it cannot grow into variables.
+    pub fn memory_x(&self) -> String {
+        let mut out = String::new();
+        // Writing to a String cannot fail.
+        let _ = self.write_memory_x(&mut out);
+        out
+    }
+
+    fn write_memory_x(&self, out: &mut String) -> std::fmt::Result {
+        writeln!(out, "MEMORY\n{{")?;
+        for (name, Region { address, size }) in self.regions() {
+            writeln!(out, "  {name} : ORIGIN = {address:#010x}, LENGTH = {size:#x}")?;
+        }
+        writeln!(out, "}}")?;
+        if self.ccm.is_some() {
+            writeln!(out, "_stack_start = ORIGIN(CCM) + LENGTH(CCM);")?;
+        }
+        writeln!(out, "SECTIONS\n{{\n  .script : ALIGN(4) {{ KEEP(*(.script)); }} > SCRIPT")?;
+        writeln!(out, "}}\nINSERT AFTER .rodata;")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn layout() -> Layout {
+        let region = |address, size| Region { address, size };
+        Layout {
+            application: region(0x0800_4000, 0x1_c000),
+            script: region(0x0802_0000, 12),
+            ram: region(0x2000_0000, 0x2_0000),
+            ccm: Some(region(0x1000_0000, 0x1_0000)),
+        }
+    }
+
+    #[test]
+    fn the_script_section_is_length_and_image() {
+        let layout = layout();
+        assert_eq!(layout.script_section(&[7, 8]), Some(vec![2, 0, 0, 0, 7, 8]));
+        assert_eq!(layout.script_section(&[1; 8]).map(|section| section.len()), Some(12));
+        assert_eq!(layout.script_section(&[1; 9]), None);
+    }
+
+    #[test]
+    fn memory_x_has_every_region() {
+        let text = layout().memory_x();
+        for line in [
+            "  FLASH : ORIGIN = 0x08004000, LENGTH = 0x1c000\n",
+            "  SCRIPT : ORIGIN = 0x08020000, LENGTH = 0xc\n",
+            "  RAM : ORIGIN = 0x20000000, LENGTH = 0x20000\n",
+            "  CCM : ORIGIN = 0x10000000, LENGTH = 0x10000\n",
+            "_stack_start = ORIGIN(CCM) + LENGTH(CCM);\n",
+        ] {
+            assert!(text.contains(line), "{line}{text}");
+        }
+        let text = Layout { ccm: None, ..layout() }.memory_x();
+        assert!(!text.contains("CCM") && !text.contains("_stack_start"), "{text}");
+    }
+
+    #[test]
+    fn neighbouring_regions_do_not_overlap() {
+        let region = |address, size| Region { address, size };
+        assert!(!region(0, 4).overlaps(region(4, 4)) && !region(4, 4).overlaps(region(0, 4)));
+        assert!(region(0, 5).overlaps(region(4, 4)) && region(4, 4).overlaps(region(0, 5)));
+        assert!(region(0, 16).overlaps(region(4, 4)) && region(4, 4).overlaps(region(0, 16)));
+    }
+}
