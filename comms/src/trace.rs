@@ -12,6 +12,7 @@
 //! | 4 refused | why the image cannot run: cause `u8`, value `u16` |
 //! | 5 overrun | step `u32`, ticks missed since the start `u32` |
 //! | 6 expired | step `u32`: the set-points have expired, the robot has stopped |
+//! | 7 lost | log lines `u32` that were printed faster than they could be told |
 //!
 //! An item is a tag and its payload: 0 nil, 1 integer `i32`, 2 float `f32`, 3 string by number `u16`, 4 text (length
 //! `u8`, bytes), 5 table (entries `u16`), 6 function, 7 the rest did not fit.
@@ -34,6 +35,7 @@ const FAULT: u8 = 3;
 const REFUSED: u8 = 4;
 const OVERRUN: u8 = 5;
 const EXPIRED: u8 = 6;
+const LOST: u8 = 7;
 
 const NIL: u8 = 0;
 const INT: u8 = 1;
@@ -87,6 +89,8 @@ pub enum Record<'a> {
         /// Steps completed before.
         step: u32,
     },
+    /// So many log lines were printed faster than they could be told.
+    Lost(u32),
 }
 
 /// A value that a script printed.
@@ -205,6 +209,11 @@ pub fn expired(step: u32) -> Encoded {
     with_step(EXPIRED, step)
 }
 
+/// `count` log lines were printed faster than they could be told.
+pub fn lost(count: u32) -> Encoded {
+    with_step(LOST, count)
+}
+
 fn with_step(kind: u8, step: u32) -> Encoded {
     let mut record = Encoded::new();
     put(&mut record, &[kind]);
@@ -241,7 +250,7 @@ impl<'a> Record<'a> {
                 let operands = [reader.kind_of_value()?, reader.kind_of_value()?];
                 let detail = reader.u16()?;
                 let calls = Calls { rest: reader.take_rest() };
-                if calls.rest.len() % 2 != 0 {
+                if !calls.rest.len().is_multiple_of(2) {
                     return Err(RecordError::Length);
                 }
                 let position = calls.clone().next().unwrap_or(0);
@@ -254,6 +263,7 @@ impl<'a> Record<'a> {
             }
             OVERRUN => Record::Overrun { step: reader.u32()?, missed: reader.u32()? },
             EXPIRED => Record::Expired { step: reader.u32()? },
+            LOST => Record::Lost(reader.u32()?),
             kind => return Err(RecordError::Kind(kind)),
         };
         if reader.rest.is_empty() { Ok(record) } else { Err(RecordError::Length) }

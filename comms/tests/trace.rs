@@ -81,6 +81,8 @@ fn overruns_and_expiry() {
         Ok(Record::Overrun { step: 1, missed: 258 })
     );
     assert_eq!(Record::decode(&trace::expired(4)), Ok(Record::Expired { step: 4 }));
+    assert_eq!(Record::decode(&[7, 3, 0, 0, 0]), Ok(Record::Lost(3)));
+    assert_eq!(Record::decode(&trace::lost(3)), Ok(Record::Lost(3)));
 }
 
 #[test]
