@@ -1,0 +1,159 @@
+//! What can be seen from outside a board.
+
+use std::fmt;
+
+/// Something that an observer of the robot would notice.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// A LED goes on or off.
+    Led {
+        /// Which one.
+        led: Led,
+        /// Whether it shines.
+        on: bool,
+    },
+    /// The signal at a motor changes.
+    Motor {
+        /// 1 to 4, as on the Crazyflie's board.
+        number: u8,
+        /// Part of the time that the motor is on, 0 to 1.
+        duty: f64,
+        /// How often per second it is turned on; 0 for a constant level.
+        frequency_hz: f64,
+    },
+    /// The firmware sent a frame to the radio's processor.
+    Syslink {
+        /// Type byte of the frame.
+        kind: u8,
+        /// Its content.
+        payload: Vec<u8>,
+        /// Whether it arrived with a good checksum; if not, the peer dropped it.
+        intact: bool,
+    },
+    /// The radio's processor cuts the power of the STM32.
+    PowerOff {
+        /// Whether the firmware acknowledged the request in time.
+        acknowledged: bool,
+    },
+    /// The firmware does what the chip does not allow.
+    HardwareError(HardwareError),
+}
+
+/// The LEDs of a Crazyflie 2.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Led {
+    /// PD2, beside the charger.
+    BlueLeft,
+    /// PC0.
+    RedLeft,
+    /// PC1.
+    GreenLeft,
+    /// PC2.
+    GreenRight,
+    /// PC3.
+    RedRight,
+    /// The radio processor's.
+    BlueRight,
+}
+
+impl Led {
+    /// Its name in messages.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Led::BlueLeft => "blue_left",
+            Led::RedLeft => "red_left",
+            Led::GreenLeft => "green_left",
+            Led::GreenRight => "green_right",
+            Led::RedRight => "red_right",
+            Led::BlueRight => "blue_right",
+        }
+    }
+}
+
+/// Why the chip starts anew (RM0090 6.3.21, RCC_CSR).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ResetCause {
+    /// Power was applied.
+    PowerOn,
+    /// The reset pin was pulled.
+    Pin,
+    /// AIRCR.SYSRESETREQ.
+    Software,
+    /// The independent watchdog ran out.
+    IndependentWatchdog,
+}
+
+impl ResetCause {
+    /// Its name in messages.
+    pub const fn name(self) -> &'static str {
+        match self {
+            ResetCause::PowerOn => "power_on",
+            ResetCause::Pin => "pin",
+            ResetCause::Software => "software",
+            ResetCause::IndependentWatchdog => "independent_watchdog",
+        }
+    }
+}
+
+/// What the chip does not allow; each is reported once per cause, not once per access.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum HardwareError {
+    /// A clock beyond its limit (RM0090 6.2).
+    ClockTooFast {
+        /// SYSCLK, AHB, APB1 or APB2.
+        clock: &'static str,
+        /// What the registers say.
+        hz: u64,
+        /// What is allowed.
+        limit_hz: u64,
+    },
+    /// FLASH_ACR.LATENCY is too small for the core clock (RM0090 3.5.1).
+    FlashTooSlow {
+        /// The core clock.
+        hz: u64,
+        /// Wait states as set.
+        wait_states: u32,
+        /// Wait states that are needed.
+        needed: u32,
+    },
+    /// The system clock was switched to a source that does not run, or the PLL's input or output is out of
+    /// range (RM0090 6.3.2).
+    PllOutOfRange {
+        /// Frequency at the PLL's input.
+        input_hz: u64,
+        /// Frequency of the oscillator within.
+        vco_hz: u64,
+    },
+    /// A peripheral was used whose clock is off: reads give 0, writes are lost.
+    NoClock {
+        /// Where its registers begin.
+        base: u32,
+    },
+}
+
+impl fmt::Display for HardwareError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            HardwareError::ClockTooFast { clock, hz, limit_hz } => {
+                write!(
+                    f,
+                    "{clock} runs at {hz} Hz, the chip allows {limit_hz} Hz: check RCC_PLLCFGR and RCC_CFGR"
+                )
+            }
+            HardwareError::FlashTooSlow { hz, wait_states, needed } => write!(
+                f,
+                "flash has {wait_states} wait states, a core at {hz} Hz needs {needed}: set FLASH_ACR before the clock"
+            ),
+            HardwareError::PllOutOfRange { input_hz, vco_hz } => write!(
+                f,
+                "the PLL gets {input_hz} Hz and oscillates at {vco_hz} Hz; allowed are 0.95 to 2.1 MHz and 100 to 432 MHz"
+            ),
+            HardwareError::NoClock { base } => {
+                write!(
+                    f,
+                    "the peripheral at {base:#010x} is used while its clock is off: set its bit in RCC first"
+                )
+            }
+        }
+    }
+}

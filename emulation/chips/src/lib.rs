@@ -1,0 +1,30 @@
+//! The chips around the core and the boards around the chips.
+//!
+//! An emulator executes instructions and hands every access to a peripheral to a board of this crate; the
+//! board owns time, interrupt lines and the rest of the robot. So one model serves every core: Unicorn,
+//! QEMU, or whatever runs a robot's image next.
+//!
+//! # Principles
+//! 1. **The registers decide.** Clocks, baud rates, timer rates and the watchdog follow what the firmware
+//!    wrote, as the reference manual (RM0090 for the STM32F405) says; a pin shows what its mode lets through.
+//! 2. **A mistake must show.** A clock beyond its limit, too few flash wait states, a peripheral without its
+//!    clock, a wrong baud rate: each is an event, or garbage on the wire, as on the robot.
+//! 3. **Only what happens.** Time is in picoseconds since power-on and jumps from event to event; the same
+//!    inputs give the same outputs, bit for bit.
+//!
+//! # What it will not do
+//! Execute instructions, model the core's own peripherals (NVIC, SysTick: they belong to the core), or
+//! electrical effects. A register that no robot here needs is plain storage, and its first use is recorded.
+//! The models are written from the manuals; they were not compared with hardware.
+
+mod crazyflie;
+mod event;
+mod f405;
+mod nrf51;
+mod time;
+
+pub use crazyflie::{Crazyflie, Settings, Statistics};
+pub use event::{Event, HardwareError, Led, ResetCause};
+pub use f405::{Lines, Width};
+pub use nrf51::{Battery, Frame, Link, MAX_PAYLOAD};
+pub use time::Time;

@@ -1,0 +1,28 @@
+//! The Crazyflie's other processor, seen from the STM32: power management and radio behind a serial link.
+//!
+//! Written anew from the protocol's description and not with the crate that the firmware uses, so that a
+//! misunderstanding shared by sender and receiver does not stay hidden.
+
+mod link;
+mod syslink;
+
+pub use link::Link;
+pub use syslink::{Frame, MAX_PAYLOAD};
+
+/// What the power management measures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Battery {
+    /// Voltage of the cell.
+    pub volts: f32,
+    /// Charging at this moment.
+    pub charging: bool,
+    /// Powered through USB.
+    pub usb_powered: bool,
+}
+
+impl Default for Battery {
+    /// Half full, in flight.
+    fn default() -> Self {
+        Battery { volts: 3.8, charging: false, usb_powered: false }
+    }
+}

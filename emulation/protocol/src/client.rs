@@ -1,0 +1,168 @@
+//! The other end: starts an emulator program and talks to it.
+
+use std::io::{self, BufRead, BufReader, Write};
+use std::path::Path;
+use std::process::{Child, ChildStdin, ChildStdout, Stdio};
+use std::time::Duration;
+
+use crate::Pause;
+use crate::message::{Command, Output, Reply, Statistics, TimedEvent};
+
+/// An emulator program that runs as a child process. It ends with this value.
+pub struct Emulator {
+    child: Child,
+    input: ChildStdin,
+    output: BufReader<ChildStdout>,
+}
+
+/// What a run brought.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    /// What happened, in order.
+    pub events: Vec<TimedEvent>,
+    /// The time reached.
+    pub at: Duration,
+    /// Why it is over.
+    pub reason: Pause,
+}
+
+impl Emulator {
+    /// Starts `program`, which finds nothing loaded. Its standard error is the caller's.
+    pub fn spawn(program: &Path) -> Result<Self, ClientError> {
+        let mut child = std::process::Command::new(program)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .map_err(|source| ClientError::NoProgram {
+                program: program.display().to_string(),
+                source,
+            })?;
+        match (child.stdin.take(), child.stdout.take()) {
+            (Some(input), Some(output)) => {
+                Ok(Emulator { child, input, output: BufReader::new(output) })
+            }
+            _ => Err(ClientError::Ended),
+        }
+    }
+
+    /// Loads the ELF file at `elf` and turns the robot on.
+    pub fn load(&mut self, elf: &Path) -> Result<(), ClientError> {
+        self.done(&Command::Load { elf: elf.into() })
+    }
+
+    /// Writes to flash or RAM.
+    pub fn write(&mut self, address: u32, bytes: &[u8]) -> Result<(), ClientError> {
+        self.done(&Command::Write { address, bytes: bytes.into() })
+    }
+
+    /// Reads flash or RAM.
+    pub fn read(&mut self, address: u32, length: u32) -> Result<Vec<u8>, ClientError> {
+        match self.ask(&Command::Read { address, length }, |_| ())? {
+            Reply::Bytes { bytes } => Ok(bytes),
+            reply => Err(ClientError::unexpected(&reply)),
+        }
+    }
+
+    /// Runs until `until` since power-on.
+    pub fn run(&mut self, until: Duration) -> Result<Run, ClientError> {
+        let mut events = Vec::new();
+        let (at, reason) = self.run_with(until, |event| events.push(event))?;
+        Ok(Run { events, at, reason })
+    }
+
+    /// Runs until `until` since power-on, and hands over every event as it comes.
+    pub fn run_with(
+        &mut self,
+        until: Duration,
+        on_event: impl FnMut(TimedEvent),
+    ) -> Result<(Duration, Pause), ClientError> {
+        match self.ask(&Command::Run { until }, on_event)? {
+            Reply::Paused { at, reason } => Ok((at, reason)),
+            reply => Err(ClientError::unexpected(&reply)),
+        }
+    }
+
+    /// The counters since power-on.
+    pub fn statistics(&mut self) -> Result<Statistics, ClientError> {
+        match self.ask(&Command::Statistics, |_| ())? {
+            Reply::Statistics(statistics) => Ok(*statistics),
+            reply => Err(ClientError::unexpected(&reply)),
+        }
+    }
+
+    /// Sends a command that is answered by `ok`: the ones without a method of their own.
+    pub fn done(&mut self, command: &Command) -> Result<(), ClientError> {
+        match self.ask(command, |_| ())? {
+            Reply::Ok => Ok(()),
+            reply => Err(ClientError::unexpected(&reply)),
+        }
+    }
+
+    fn ask(
+        &mut self,
+        command: &Command,
+        mut on_event: impl FnMut(TimedEvent),
+    ) -> Result<Reply, ClientError> {
+        let mut line = serde_json::to_string(command)
+            .map_err(|error| ClientError::Protocol(error.to_string()))?;
+        line.push('\n');
+        self.input.write_all(line.as_bytes())?;
+        self.input.flush()?;
+        loop {
+            let mut line = String::new();
+            if self.output.read_line(&mut line)? == 0 {
+                return Err(ClientError::Ended);
+            }
+            match serde_json::from_str(&line) {
+                Ok(Output::Event(event)) => on_event(event),
+                Ok(Output::Reply(Reply::Error { message })) => {
+                    return Err(ClientError::Refused(message));
+                }
+                Ok(Output::Reply(reply)) => return Ok(reply),
+                Err(error) => return Err(ClientError::Protocol(format!("{error}: {line}"))),
+            }
+        }
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        // It may have ended by itself; either way it must not outlive this value.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Why the emulator did not do what it was asked to.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ClientError {
+    /// The program does not start.
+    #[error(
+        "cannot start {program}: {source}; build it with `cargo build -p bittybuzz-emulate-stm32 --release`"
+    )]
+    NoProgram {
+        /// What was to be started.
+        program: String,
+        /// Why it does not.
+        source: io::Error,
+    },
+    /// The emulator says why.
+    #[error("{0}")]
+    Refused(String),
+    /// The program is gone.
+    #[error("the emulator ended; what it wrote to standard error says why")]
+    Ended,
+    /// Its pipes do not work.
+    #[error("no connection to the emulator: {0}")]
+    Pipe(#[from] io::Error),
+    /// The two are not of the same version.
+    #[error("the emulator says what this program does not understand, build both anew: {0}")]
+    Protocol(String),
+}
+
+impl ClientError {
+    fn unexpected(reply: &Reply) -> Self {
+        ClientError::Protocol(format!("{reply:?}"))
+    }
+}

@@ -1,0 +1,30 @@
+//! How to drive a program that emulates a robot.
+//!
+//! Emulators are programs, not libraries: some link code under the GPL, and a fault of one must not end the
+//! others. They read commands from standard input and write replies and events to standard output, one JSON
+//! object per line (docs/emulation.md). This crate has both ends:
+//!
+//! * [`Emulator`] starts such a program and talks to it;
+//! * [`serve`] is the loop of such a program; what it drives is a [`Machine`];
+//! * [`message`] is what they say, [`Image`] the ELF file that they load.
+//!
+//! # Principles
+//! 1. **One reply per command**, after the events that the command caused. Nothing is sent unasked.
+//! 2. **No input ends the program**: a command that makes no sense gets an error that says what to do.
+//! 3. **Time is the robot's**, in nanoseconds since power-on. The same commands give the same answers.
+//!
+//! # What it will not do
+//! Look into the image beyond what a debugger on the robot could: it reads and writes memory, finds the
+//! RTT buffer, and makes functions return at once.
+
+mod client;
+mod image;
+mod machine;
+pub mod message;
+mod rtt;
+mod server;
+
+pub use client::{ClientError, Emulator, Run};
+pub use image::{Image, ImageError};
+pub use machine::{Machine, MachineError, Pause};
+pub use server::serve;

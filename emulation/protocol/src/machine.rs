@@ -1,0 +1,61 @@
+//! What an emulator provides.
+
+use std::time::Duration;
+
+use bittybuzz_chips::Crazyflie;
+
+use crate::Image;
+use crate::message::{CoreStatistics, TimedEvent};
+
+/// A robot that runs an image. Its memory is reached as by a debugger; its board answers the commands that
+/// concern the radio's processor.
+pub trait Machine {
+    /// Turns the power off, erases the flash, writes the image and turns the power on. The core starts with
+    /// the stack pointer and the address that stand at [`Image::vectors`], as Bitcraze's bootloader starts
+    /// it; the vector table's register, VTOR, keeps its reset value 0.
+    fn load(&mut self, image: &Image) -> Result<(), MachineError>;
+
+    /// Runs until `until`, or until nothing can happen any more.
+    fn run(&mut self, until: Duration) -> Result<Pause, MachineError>;
+
+    /// Writes to flash or RAM.
+    fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Result<(), MachineError>;
+
+    /// Reads from flash or RAM.
+    fn read_memory(&mut self, address: u32, bytes: &mut [u8]) -> Result<(), MachineError>;
+
+    /// The function at `address` returns at once from now on, until the next [`load`](Self::load).
+    fn skip(&mut self, address: u32) -> Result<(), MachineError>;
+
+    /// What happened since the last call, on the board and in the core, in order.
+    fn take_events(&mut self) -> Vec<TimedEvent>;
+
+    /// What the core counted since power-on.
+    fn statistics(&self) -> CoreStatistics;
+
+    /// The board around the core.
+    fn board(&mut self) -> &mut Crazyflie;
+}
+
+/// Why a run is over.
+pub use crate::message::PauseReason as Pause;
+
+/// Why a machine could not do what it was asked to.
+#[derive(Clone, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MachineError {
+    /// No memory there.
+    #[error(
+        "{length} bytes at {address:#010x} are not all in memory: \
+         flash is 0x08000000 to 0x080fffff, RAM 0x20000000 to 0x2001ffff and 0x10000000 to 0x1000ffff"
+    )]
+    NoMemory {
+        /// First address.
+        address: u32,
+        /// Number of bytes.
+        length: usize,
+    },
+    /// The emulation itself failed.
+    #[error("the emulation failed: {0}")]
+    Emulation(String),
+}

@@ -1,0 +1,51 @@
+//! The reader of the log: up channel 0 of SEGGER's Real Time Transfer.
+
+use crate::{Image, Machine, MachineError};
+
+/// The control block begins with this, zero padded to 16 bytes, once the firmware has set it up.
+const ID: &[u8; 16] = b"SEGGER RTT\0\0\0\0\0\0";
+/// Offset of the first up channel's descriptor: after the id and the numbers of up and down channels.
+const UP_CHANNEL: u32 = 24;
+/// Offset of RdOff within the descriptor: after name, buffer, size and WrOff.
+const READ_OFFSET: u32 = 16;
+/// A larger buffer than the chip has RAM is no buffer.
+const LARGEST_BUFFER: u32 = 128 * 1024;
+
+/// Reads what the firmware logs as a debug probe does: looks at the control block in RAM, and writes nothing
+/// but how far it has read.
+pub struct Rtt {
+    control_block: u32,
+}
+
+impl Rtt {
+    /// The reader of `image`'s log; none if the image has no RTT.
+    pub fn new(image: &Image) -> Option<Self> {
+        image.symbol("_SEGGER_RTT").map(|control_block| Rtt { control_block })
+    }
+
+    /// What was logged since the last call.
+    pub fn poll(&self, machine: &mut impl Machine) -> Result<Vec<u8>, MachineError> {
+        let mut block = [0; UP_CHANNEL as usize + 24];
+        machine.read_memory(self.control_block, &mut block)?;
+        let (id, rest) = block.split_at(ID.len());
+        if id != ID {
+            return Ok(Vec::new());
+        }
+        let word =
+            |at: usize| u32::from_le_bytes([rest[at], rest[at + 1], rest[at + 2], rest[at + 3]]);
+        let [buffer, size, write, read] = [12, 16, 20, 24].map(word);
+        if write == read || size > LARGEST_BUFFER || write >= size || read >= size {
+            return Ok(Vec::new());
+        }
+        let parts = if write > read { [(read, write), (0, 0)] } else { [(read, size), (0, write)] };
+        let mut bytes = Vec::new();
+        for (from, to) in parts {
+            let start = bytes.len();
+            bytes.resize(start + (to - from) as usize, 0);
+            machine.read_memory(buffer.wrapping_add(from), &mut bytes[start..])?;
+        }
+        let read_offset = self.control_block + UP_CHANNEL + READ_OFFSET;
+        machine.write_memory(read_offset, &write.to_le_bytes())?;
+        Ok(bytes)
+    }
+}
