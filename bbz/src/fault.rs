@@ -3,12 +3,15 @@
 //! The machine tells a cause, the types of the operands and a position. The instruction there tells the operation, the
 //! symbols tell the place: together they make a sentence about the script.
 
+use annotate_snippets::Level;
 use bittybuzz_robots::Profile;
 use bittybuzz_vm_core::builtin::{self, Library};
 use bittybuzz_vm_core::{Fault, FaultCode, Refusal, Type, opcode};
 
+use crate::backtrace::Backtrace;
 use crate::instruction::{self, Instruction};
 use crate::program::Program;
+use crate::report;
 
 /// The code of a cause, as it is printed: `R0005`. `docs/diagnostics.md` explains each.
 pub fn code(cause: FaultCode) -> String {
@@ -53,6 +56,21 @@ pub fn describe(
     let instruction = instruction::ending_at(&program.image, fault.position);
     let what = What { fault, program, instruction, callee: callee(instruction, program) };
     Words { headline: what.headline(marked), help: what.help(refusal) }
+}
+
+/// Prints a fault: what is wrong, where, what to do. `note` tells more of when.
+pub fn report(
+    fault: &Fault,
+    program: &Program,
+    backtrace: &Backtrace<'_>,
+    refusal: Option<&str>,
+    note: Option<&str>,
+) {
+    let words = describe(fault, program, backtrace.marked().as_deref(), refusal);
+    let title = Level::ERROR.primary_title(words.headline).id(code(fault.code));
+    let note = note.map(|note| Level::NOTE.message(note));
+    let help = words.help.map(|help| Level::HELP.message(help));
+    report::print(title.elements(backtrace.elements()).elements(note).elements(help));
 }
 
 struct What<'a> {

@@ -13,6 +13,7 @@ use bittybuzz_vm_core::{
 };
 
 use crate::output::Output;
+use crate::printed::{Printed, unknown_string};
 use crate::program::Program;
 
 /// How time passes for the script.
@@ -72,7 +73,7 @@ impl<'a> HostRobot<'a> {
             return known.as_bytes().to_vec();
         }
         match text.number() {
-            Some(number) if !self.program.has_text() => format!("[string {number}]").into_bytes(),
+            Some(number) if !self.program.has_text() => unknown_string(number),
             _ => text.bytes().collect(),
         }
     }
@@ -130,14 +131,15 @@ impl<P: Profile> Host<P> for HostRobot<'_> {
     fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {
         let mut line = Vec::new();
         for index in 0..arguments.count() {
-            match arguments.item(index) {
-                Item::Nil => line.extend(b"[nil]"),
-                Item::String(text) => line.extend(self.bytes(&text)),
-                Item::Table(size) => line.extend(format!("[table with {size} elems]").bytes()),
-                Item::Function => line.extend(b"[closure]"),
-                Item::Int(value) => format_int(value, &mut |byte| line.push(byte)),
-                Item::Float(value) => format_float(value, &mut |byte| line.push(byte)),
-            }
+            let value = match arguments.item(index) {
+                Item::Nil => Printed::Nil,
+                Item::String(text) => Printed::Text(self.bytes(&text)),
+                Item::Table(size) => Printed::Table(size),
+                Item::Function => Printed::Function,
+                Item::Int(value) => Printed::Int(value),
+                Item::Float(value) => Printed::Float(value),
+            };
+            value.append_to(&mut line);
         }
         self.output.line(&line);
     }
@@ -170,9 +172,7 @@ impl HostRobot<'_> {
         arguments: &Arguments<'_, P, C, SLOTS>,
     ) -> RobotFault {
         let lists = || candidates.iter().flat_map(|known| &known.accepts);
-        let accepted: Vec<String> = lists().map(|list| signature(list)).collect();
-        let name = candidates.first().map_or("the function", |known| known.name.as_str());
-        self.refusal = Some(format!("{name} takes {}", accepted.join(" or ")));
+        self.refusal = Some(accepted_lists(candidates));
         let mismatches = lists().map(|list| first_mismatch(list, arguments));
         let wrong = mismatches.filter_map(|mismatch| match mismatch {
             Mismatch::Argument(index) => Some(index),
@@ -214,6 +214,14 @@ fn first_mismatch<P: Profile, C: ByteCode, const SLOTS: usize>(
     };
     let wrong = list.iter().enumerate().find(|(index, parameter)| !fits(*index, parameter.kind));
     wrong.map_or(Mismatch::None, |(index, _)| Mismatch::Argument(index))
+}
+
+/// `goto takes (x: number, y: number) or (x: number, y: number, z: number)`
+pub fn accepted_lists(candidates: &[&Function]) -> String {
+    let lists = candidates.iter().flat_map(|known| &known.accepts);
+    let accepted: Vec<String> = lists.map(|list| signature(list)).collect();
+    let name = candidates.first().map_or("the function", |known| known.name.as_str());
+    format!("{name} takes {}", accepted.join(" or "))
 }
 
 /// `(x: number, y: number)`

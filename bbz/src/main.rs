@@ -9,12 +9,12 @@
 //! # What it will not do
 //! It knows no robot by itself: the files of `robots/` do.
 
+mod backtrace;
 mod build;
 mod check;
 mod disasm;
 mod drive;
 mod explain;
-
 mod fault;
 mod host;
 mod instruction;
@@ -22,13 +22,13 @@ mod interrupt;
 mod json;
 mod library;
 mod output;
+mod printed;
 mod problem;
 mod program;
 mod refusal;
 mod report;
 mod run;
 mod selection;
-mod trace;
 
 use std::process::ExitCode;
 

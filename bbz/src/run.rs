@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use annotate_snippets::{Group, Level};
 use bittybuzz_robots::Profile;
-use bittybuzz_vm_core::Fault;
 use bittybuzz_vm_core::number::{Full, Tiny};
 use clap::Args;
 
 use crate::Ending;
+use crate::backtrace::Backtrace;
 use crate::drive::{self, End, Ended, SLOTS, Settings};
 use crate::fault;
 use crate::host::{Clock, HostRobot};
@@ -18,7 +18,6 @@ use crate::problem::Problem;
 use crate::program::Program;
 use crate::report;
 use crate::selection::SelectionArguments;
-use crate::trace::Trace;
 
 /// Steps per second where no robot is named.
 const TICK_HZ: u32 = 10;
@@ -88,24 +87,17 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
             .map_err(|cause| Problem::refused(&arguments.file, cause))?;
     let refusal = host.refusal.take();
     host.output.finish()?;
-    let trace = Trace::new(&program, positions, entry);
+    let backtrace = Backtrace::new(&program, positions, Some(entry));
     match end {
         End::Complete | End::OutputClosed => Ok(Ending::Success),
         End::Interrupted => {
             let title = Level::NOTE.primary_title("stopped by Ctrl-C");
-            report::print(Group::with_title(title).elements(trace.elements()));
+            report::print(Group::with_title(title).elements(backtrace.elements()));
             Ok(Ending::Success)
         }
         End::Fault(fault) => {
-            print_fault(&fault, &program, &trace, refusal.as_deref());
+            fault::report(&fault, &program, &backtrace, refusal.as_deref(), None);
             Ok(Ending::RuntimeError)
         }
     }
-}
-
-fn print_fault(fault: &Fault, program: &Program, trace: &Trace<'_>, refusal: Option<&str>) {
-    let words = fault::describe(fault, program, trace.marked().as_deref(), refusal);
-    let title = Level::ERROR.primary_title(words.headline).id(fault::code(fault.code));
-    let help = words.help.map(|help| Level::HELP.message(help));
-    report::print(title.elements(trace.elements()).elements(help));
 }

@@ -18,18 +18,18 @@ const INNERMOST: usize = 6;
 const OUTERMOST: usize = 2;
 
 /// Where the machine stopped.
-pub struct Trace<'a> {
+pub struct Backtrace<'a> {
     program: &'a Program,
     /// Positions in the code: the instruction that stopped, then the calls that led there.
     positions: Vec<u16>,
-    /// What the robot called.
-    entry: Entry,
+    /// What the robot called, if that is known.
+    entry: Option<Entry>,
 }
 
-impl<'a> Trace<'a> {
+impl<'a> Backtrace<'a> {
     /// The positions that the machine tells, innermost first.
-    pub fn new(program: &'a Program, positions: Vec<u16>, entry: Entry) -> Self {
-        Trace { program, positions, entry }
+    pub fn new(program: &'a Program, positions: Vec<u16>, entry: Option<Entry>) -> Self {
+        Backtrace { program, positions, entry }
     }
 
     /// The source text of the instruction, if it is on one line.
@@ -58,11 +58,12 @@ impl<'a> Trace<'a> {
 
     fn entry_name(&self) -> &'static str {
         match self.entry {
-            Entry::Global => GLOBAL_CODE,
-            Entry::Init => "`init`",
-            Entry::Step => "`step`",
-            Entry::Reset => "`reset`",
-            Entry::Destroy => "`destroy`",
+            Some(Entry::Global) => GLOBAL_CODE,
+            Some(Entry::Init) => "`init`",
+            Some(Entry::Step) => "`step`",
+            Some(Entry::Reset) => "`reset`",
+            Some(Entry::Destroy) => "`destroy`",
+            None => "the script",
         }
     }
 
