@@ -1,6 +1,36 @@
 //! The board of a Crazyflie 2: an STM32F405, an nRF51822, LEDs and motors.
 
-use crate::{Battery, Event, Frame, Lines, Link, ResetCause, Time, Width};
+use crate::f405::{F405, Pin, Pwm};
+use crate::nrf51::{BAUD, Nrf51, Output};
+use crate::{Battery, Event, Frame, Led, Lines, Link, ResetCause, Time, Width};
+
+/// Port, pin, whether it shines when the pin is high.
+const LEDS: [(Led, usize, u8, bool); 5] = [
+    (Led::BlueLeft, 3, 2, true),
+    (Led::RedLeft, 2, 0, false),
+    (Led::GreenLeft, 2, 1, false),
+    (Led::GreenRight, 2, 2, false),
+    (Led::RedRight, 2, 3, false),
+];
+
+/// Where motors 1 to 4 hang: port, pin, and which timer's channel which alternate function brings there.
+const MOTORS: [Motor; 4] = [
+    Motor { port: 0, pin: 1, function: 1, timer: 2, channel: 1 },
+    Motor { port: 1, pin: 11, function: 1, timer: 2, channel: 3 },
+    Motor { port: 0, pin: 15, function: 1, timer: 2, channel: 0 },
+    Motor { port: 1, pin: 9, function: 2, timer: 4, channel: 3 },
+];
+
+struct Motor {
+    port: usize,
+    pin: u8,
+    function: u8,
+    timer: usize,
+    channel: u32,
+}
+
+/// Port and pin of the radio's flow control.
+const FLOW_CONTROL: (usize, u8) = (0, 4);
 
 /// What differs from one Crazyflie to the next.
 #[derive(Clone, Debug)]
@@ -49,12 +79,31 @@ pub struct Statistics {
 /// A Crazyflie 2 without the core of its STM32.
 pub struct Crazyflie {
     now: Time,
+    /// When something happens by itself.
+    next: Option<Time>,
+    f405: F405,
+    nrf51: Nrf51,
+    leds: [bool; LEDS.len()],
+    motors: [Pwm; MOTORS.len()],
+    reset_request: Option<ResetCause>,
+    events: Vec<(Time, Event)>,
 }
 
 impl Crazyflie {
     /// A Crazyflie whose power was just turned on.
-    pub fn new(_settings: Settings) -> Self {
-        Crazyflie { now: Time::ZERO }
+    pub fn new(settings: Settings) -> Self {
+        let mut board = Crazyflie {
+            now: Time::ZERO,
+            next: None,
+            f405: F405::new(settings.unique_id, &settings.device_type),
+            nrf51: Nrf51::new(),
+            leds: [false; LEDS.len()],
+            motors: [Pwm::LOW; MOTORS.len()],
+            reset_request: None,
+            events: Vec::new(),
+        };
+        board.settle();
+        board
     }
 
     /// The time that all peripherals have reached.
@@ -64,72 +113,178 @@ impl Crazyflie {
 
     /// Lets time pass until `to`; does nothing if that is past.
     pub fn advance(&mut self, to: Time) {
-        self.now = self.now.max(to);
+        while let Some(at) = self.next.filter(|at| *at <= to) {
+            self.now = self.now.max(at);
+            if let Some(sent) = self.f405.advance(self.now) {
+                self.nrf51.receive(sent.byte, sent.baud, self.now);
+            }
+            if self.f405.take_watchdog_expiry() {
+                self.reset_request = Some(ResetCause::IndependentWatchdog);
+            }
+            self.settle();
+        }
+        if to > self.now {
+            self.now = to;
+            self.f405.set_now(to);
+        }
+    }
+
+    /// Carries to the other end of the line and the pins what has changed now.
+    fn settle(&mut self) {
+        for output in self.nrf51.advance(self.now) {
+            match output {
+                Output::Begin => self.f405.begin_byte(),
+                Output::Byte(byte) => self.f405.receive(byte, BAUD),
+            }
+        }
+        let (port, pin) = FLOW_CONTROL;
+        self.f405.drive(port, pin, self.nrf51.is_full());
+        self.events.extend(self.nrf51.take_events());
+        self.next = self.f405.next_event().into_iter().chain(self.nrf51.next_event()).min();
     }
 
     /// When something will next change by itself: an interrupt line, a pin, a byte on the wire.
     pub fn next_event(&self) -> Option<Time> {
-        None
+        self.next
     }
 
     /// The core reads. `address` is aligned to `width`; the ranges are the peripherals, 0x4000_0000 to
-    /// 0x5fff_ffff, and the one-time programmable and unique-id area, 0x1fff_7000 to 0x1fff_7fff.
-    pub fn read(&mut self, _address: u32, _width: Width) -> u32 {
-        0
+    /// 0x5fff_ffff, the one-time programmable and unique-id area, 0x1fff_7000 to 0x1fff_7fff, and
+    /// DBGMCU at 0xe004_2000.
+    pub fn read(&mut self, address: u32, width: Width) -> u32 {
+        let value = self.f405.read(address, width);
+        self.after_access();
+        value
     }
 
     /// The core writes to a peripheral.
-    pub fn write(&mut self, _address: u32, _width: Width, _value: u32) {}
+    pub fn write(&mut self, address: u32, width: Width, value: u32) {
+        self.f405.write(address, width, value);
+        self.after_access();
+        // What decides about LEDs and motors: TIM2, TIM4, the ports and the clocks.
+        if matches!(address >> 10, 0x10_0000 | 0x10_0002 | 0x10_0080..=0x10_008e) {
+            self.observe();
+        }
+    }
+
+    fn after_access(&mut self) {
+        let errors = self.f405.take_errors();
+        self.events.extend(errors.into_iter().map(|error| (self.now, Event::HardwareError(error))));
+        self.next = self.f405.next_event().into_iter().chain(self.nrf51.next_event()).min();
+    }
+
+    /// Looks at LEDs and motors.
+    fn observe(&mut self) {
+        for ((led, port, pin, active), was_on) in LEDS.into_iter().zip(&mut self.leds) {
+            let on = self.f405.ports[port].pin(pin) == Pin::Level(active);
+            if on != *was_on {
+                *was_on = on;
+                self.events.push((self.now, Event::Led { led, on }));
+            }
+        }
+        for (number, (motor, last)) in (1..).zip(MOTORS.iter().zip(&mut self.motors)) {
+            let signal = match self.f405.ports[motor.port].pin(motor.pin) {
+                // The transistor's gate is pulled down.
+                Pin::Floating | Pin::Level(false) => Pwm::LOW,
+                Pin::Level(true) => Pwm::HIGH,
+                Pin::Alternate(function) if function == motor.function => {
+                    self.f405.timer(motor.timer).output(motor.channel).unwrap_or(Pwm::LOW)
+                }
+                Pin::Alternate(_) => Pwm::LOW,
+            };
+            if signal != *last {
+                *last = signal;
+                let Pwm { duty, frequency_hz } = signal;
+                self.events.push((self.now, Event::Motor { number, duty, frequency_hz }));
+            }
+        }
+    }
 
     /// The levels of the interrupt lines.
     pub fn interrupts(&self) -> Lines {
-        Lines::default()
+        self.f405.lines()
     }
 
     /// Frequency of the core, as the RCC registers say.
     pub fn core_clock_hz(&self) -> u64 {
-        16_000_000
+        self.f405.core_clock_hz()
     }
 
     /// Whether the chip wants to be reset, and why; the core then calls [`reset`](Self::reset).
     pub fn take_reset_request(&mut self) -> Option<ResetCause> {
-        None
+        self.reset_request.take()
     }
 
     /// Resets the STM32. The radio's processor goes on, and RCC_CSR keeps the causes.
-    pub fn reset(&mut self, _cause: ResetCause) {}
+    pub fn reset(&mut self, cause: ResetCause) {
+        self.f405.reset(cause);
+        self.observe();
+        self.settle();
+    }
 
     /// Whether the radio's processor still powers the STM32.
     pub fn is_powered(&self) -> bool {
-        true
+        self.nrf51.is_powered()
     }
 
     /// What happened since the last call, in order.
     pub fn take_events(&mut self) -> Vec<(Time, Event)> {
-        Vec::new()
+        std::mem::take(&mut self.events)
     }
 
     /// Counters since power-on.
     pub fn statistics(&self) -> Statistics {
-        Statistics::default()
+        let (usart, peer) = (&self.f405.usart, &self.nrf51);
+        Statistics {
+            receive_latency: usart.longest_unread,
+            overruns: usart.overruns,
+            framing_errors: usart.framing_errors,
+            peer_received: peer.received,
+            peer_framing_errors: peer.framing_errors,
+            peer_bad_checksums: peer.bad_sums.iter().sum(),
+            peer_dropped: peer.dropped,
+            peer_unsent: peer.not_sent,
+            link_lost: peer.lost(),
+            link_corrupted: peer.corrupted(),
+            accesses_without_clock: self.f405.accesses_without_clock,
+            unknown: self.f405.unknown.values().copied().collect(),
+        }
     }
 
-    /// The radio's processor sends a frame, after those that still wait.
-    pub fn send(&mut self, _frame: &Frame) {}
+    /// The radio's processor sends a frame, after those that still wait. It sends nothing before it has
+    /// received a good frame, and nothing from the radio before the firmware is ready or 3 s have passed;
+    /// such frames are lost and counted.
+    pub fn send(&mut self, frame: &Frame) {
+        self.nrf51.send_frame(frame, self.now);
+        self.settle();
+    }
 
     /// Bytes come from the radio's processor, whatever they mean, back to back after those that wait.
-    pub fn send_bytes(&mut self, _bytes: &[u8]) {}
+    pub fn send_bytes(&mut self, bytes: &[u8]) {
+        self.nrf51.send_bytes(bytes);
+        self.settle();
+    }
 
     /// The line loses and corrupts bytes from now on.
-    pub fn set_link(&mut self, _link: Link) {}
+    pub fn set_link(&mut self, link: Link) {
+        self.nrf51.set_link(link);
+    }
 
     /// The radio's processor stops to read its queue and says so (`true`), or goes on (`false`).
-    pub fn set_flow_control(&mut self, _full: bool) {}
+    pub fn set_flow_control(&mut self, full: bool) {
+        self.nrf51.set_stalled(full, self.now);
+        self.settle();
+    }
 
     /// The battery is in this state from now on.
-    pub fn set_battery(&mut self, _battery: Battery) {}
+    pub fn set_battery(&mut self, battery: Battery) {
+        self.nrf51.set_battery(battery);
+    }
 
     /// The button was pressed: the radio's processor asks the firmware to shut down and cuts the power when
     /// that has acknowledged, after 100 ms at the latest.
-    pub fn request_shutdown(&mut self) {}
+    pub fn request_shutdown(&mut self) {
+        self.nrf51.request_shutdown(self.now);
+        self.settle();
+    }
 }

@@ -21,6 +21,7 @@ mod crazyflie;
 mod event;
 mod f405;
 mod nrf51;
+mod serial;
 mod time;
 
 pub use crazyflie::{Crazyflie, Settings, Statistics};

@@ -85,7 +85,7 @@ mod tests {
     #[test]
     fn ticks_and_time_are_inverse() {
         for hz in [32_000, 1_000_000, 42_000_000, 84_000_000, 168_000_000] {
-            for ticks in [0, 1, 2, 255, 256, 84_000_001, 1 << 40] {
+            for ticks in [0, 1, 2, 255, 256, 84_000_001, 1 << 34] {
                 assert_eq!(Time::of_ticks(ticks, hz).ticks(hz), ticks, "{ticks} ticks of {hz} Hz");
             }
         }

@@ -31,6 +31,37 @@ impl Width {
     }
 }
 
+/// A write to a register of 32 bits, of which only the bits in `mask` are meant.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Write {
+    value: u32,
+    mask: u32,
+}
+
+impl Write {
+    /// A write of `value` with `width` to `address`.
+    pub fn new(address: u32, width: Width, value: u32) -> Self {
+        let shift = (address & 3) * 8;
+        let mask = width.mask().checked_shl(shift).unwrap_or(0);
+        Write { value: (value & width.mask()).checked_shl(shift).unwrap_or(0) & mask, mask }
+    }
+
+    /// The register afterwards: untouched bits stay as they were.
+    pub fn merge(self, old: u32) -> u32 {
+        old & !self.mask | self.value
+    }
+
+    /// The bits written as one.
+    pub fn ones(self) -> u32 {
+        self.value
+    }
+
+    /// The bits written as zero.
+    pub fn zeros(self) -> u32 {
+        self.mask & !self.value
+    }
+}
+
 /// The levels of the interrupt lines to the NVIC; bit n is interrupt n (RM0090 table 62).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Lines(u128);

@@ -1,5 +1,352 @@
 //! The STM32F405: its peripherals, their clocks and their interrupt lines.
 
 mod bus;
+mod exti;
+mod gpio;
+mod rcc;
+mod system;
+mod timer;
+mod usart;
+mod watchdog;
 
-pub use bus::{Lines, Width};
+use std::collections::{BTreeMap, HashSet};
+
+use self::bus::Write;
+pub use self::bus::{Lines, Width};
+use self::exti::Exti;
+pub(crate) use self::gpio::{Pin, Port};
+use self::rcc::Rcc;
+use self::system::{Flash, Identity, Power};
+pub(crate) use self::timer::{Pwm, Timer};
+pub(crate) use self::usart::{Sent, Usart};
+use self::watchdog::Watchdog;
+use crate::{HardwareError, ResetCause, Time};
+
+/// First address of each timer, and its interrupt (RM0090 tables 1 and 62).
+const TIMERS: [(u32, u8); 4] =
+    [(0x4000_0000, 28), (0x4000_0400, 29), (0x4000_0800, 30), (0x4000_0c00, 50)];
+const WATCHDOG: u32 = 0x4000_3000;
+const POWER: u32 = 0x4000_7000;
+const USART6: u32 = 0x4001_1400;
+const USART6_IRQ: u8 = 71;
+const SYSCFG: u32 = 0x4001_3800;
+const EXTI: u32 = 0x4001_3c00;
+const GPIO: u32 = 0x4002_0000;
+const GPIO_LAST: u32 = 0x4002_2000;
+const RCC: u32 = 0x4002_3800;
+const FLASH: u32 = 0x4002_3c00;
+const DEBUG: u32 = 0xe004_2000;
+/// Peripherals begin at multiples of this.
+const BLOCK: u32 = 0x400;
+
+pub(crate) struct F405 {
+    now: Time,
+    rcc: Rcc,
+    power: Power,
+    flash: Flash,
+    pub ports: [Port; 9],
+    exti: Exti,
+    pub usart: Usart,
+    /// TIM2 to TIM5.
+    timers: [Timer; 4],
+    watchdog: Watchdog,
+    identity: Identity,
+    /// What has no model: the value of every word that was written.
+    storage: BTreeMap<u32, u32>,
+    /// First address used of each block without a model, and of what a model does not know.
+    pub unknown: BTreeMap<u32, u32>,
+    pub accesses_without_clock: u64,
+    errors: Vec<HardwareError>,
+    reported: HashSet<HardwareError>,
+    lines: Lines,
+}
+
+impl F405 {
+    pub fn new(unique_id: [u8; 12], device_type: &str) -> Self {
+        let rcc = Rcc::new();
+        let clocks = rcc.clocks();
+        F405 {
+            now: Time::ZERO,
+            rcc,
+            power: Power::new(),
+            flash: Flash::new(),
+            ports: std::array::from_fn(Port::new),
+            exti: Exti::default(),
+            usart: Usart::new(clocks.pclk2),
+            timers: [true, false, false, true]
+                .map(|wide| Timer::new(wide, clocks.timers1, Time::ZERO)),
+            watchdog: Watchdog::new(),
+            identity: Identity::new(unique_id, device_type),
+            storage: BTreeMap::new(),
+            unknown: BTreeMap::new(),
+            accesses_without_clock: 0,
+            errors: Vec::new(),
+            reported: HashSet::new(),
+            lines: Lines::default(),
+        }
+    }
+
+    pub fn reset(&mut self, cause: ResetCause) {
+        self.rcc.reset(cause);
+        self.power = Power::new();
+        self.flash = Flash::new();
+        for (number, port) in self.ports.iter_mut().enumerate() {
+            port.reset(number);
+        }
+        self.exti = Exti::default();
+        self.usart.reset();
+        self.watchdog = Watchdog::new();
+        self.storage.clear();
+        let clocks = self.rcc.clocks();
+        for timer in &mut self.timers {
+            *timer = Timer::new(timer.is_wide(), clocks.timers1, self.now);
+        }
+        self.usart.set_clock(clocks.pclk2);
+        self.pins_changed();
+    }
+
+    /// Lets time pass until `now`, which is not beyond the next event; returns the byte that has left USART6
+    /// at this moment.
+    pub fn advance(&mut self, now: Time) -> Option<Sent> {
+        self.now = now;
+        let sent = self.usart.advance(now);
+        for timer in &mut self.timers {
+            if timer.next_event().is_some_and(|at| at <= now) {
+                timer.advance(now);
+            }
+        }
+        self.update_lines();
+        // What the line gets is what pin PC6 lets through.
+        sent.filter(|_| self.ports[2].pin(6) == Pin::Alternate(8))
+    }
+
+    pub fn next_event(&self) -> Option<Time> {
+        let timers = self.timers.iter().filter_map(Timer::next_event);
+        timers.chain(self.usart.next_event()).chain(self.watchdog.expires()).min()
+    }
+
+    /// Whether the watchdog has run out; asked once, it stands still until the reset that it wants.
+    pub fn take_watchdog_expiry(&mut self) -> bool {
+        let expired = self.watchdog.expires().is_some_and(|at| at <= self.now);
+        if expired {
+            self.watchdog = Watchdog::new();
+        }
+        expired
+    }
+
+    pub fn lines(&self) -> Lines {
+        self.lines
+    }
+
+    pub fn core_clock_hz(&self) -> u64 {
+        self.rcc.clocks().hclk
+    }
+
+    /// TIM2 to TIM5.
+    pub fn timer(&self, number: usize) -> &Timer {
+        &self.timers[number - 2]
+    }
+
+    pub fn take_errors(&mut self) -> Vec<HardwareError> {
+        std::mem::take(&mut self.errors)
+    }
+
+    /// Whether USART6 hears the line: pin PC7.
+    pub fn listens(&self) -> bool {
+        self.ports[2].pin(7) == Pin::Alternate(8)
+    }
+
+    /// A byte begins to arrive at PC7.
+    pub fn begin_byte(&mut self) {
+        if self.listens() {
+            self.usart.begin();
+        }
+    }
+
+    /// A byte has arrived at PC7.
+    pub fn receive(&mut self, byte: u8, baud: u64) {
+        if self.listens() {
+            self.usart.receive(byte, baud, self.now);
+            self.update_lines();
+        }
+    }
+
+    /// Nothing happens until `now`.
+    pub fn set_now(&mut self, now: Time) {
+        self.now = now;
+    }
+
+    /// The board drives a pin.
+    pub fn drive(&mut self, port: usize, pin: u8, high: bool) {
+        self.ports[port].drive(pin, high);
+        self.pins_changed();
+    }
+
+    fn pins_changed(&mut self) {
+        let levels = (0..16).fold(0, |levels, line| {
+            let high = self.ports.get(self.exti.port(line)).is_some_and(|port| port.level(line));
+            levels | u32::from(high) << line
+        });
+        self.exti.observe(levels);
+        self.update_lines();
+    }
+
+    fn update_lines(&mut self) {
+        for (timer, (_, irq)) in self.timers.iter().zip(TIMERS) {
+            self.lines.set(irq, timer.interrupt());
+        }
+        self.lines.set(USART6_IRQ, self.usart.interrupt());
+        self.exti.drive(&mut self.lines);
+    }
+
+    fn report(&mut self, error: HardwareError) {
+        if self.reported.insert(error.clone()) {
+            self.errors.push(error);
+        }
+    }
+
+    fn has_clock(&mut self, base: u32) -> bool {
+        let clocked = self.rcc.is_clocked(base);
+        if !clocked {
+            self.accesses_without_clock += 1;
+            self.report(HardwareError::NoClock { base });
+        }
+        clocked
+    }
+
+    pub fn read(&mut self, address: u32, width: Width) -> u32 {
+        let word = address & !3;
+        let value = if let Some(value) = self.identity.read(word) {
+            value
+        } else {
+            let base = word & !(BLOCK - 1);
+            if self.has_clock(base) { self.read_block(base, word) } else { 0 }
+        };
+        value.checked_shr((address & 3) * 8).unwrap_or(0) & width.mask()
+    }
+
+    fn read_block(&mut self, base: u32, address: u32) -> u32 {
+        let offset = address - base;
+        let value = match base {
+            0x4000_0000..=0x4000_0c00 => {
+                self.timers[((base >> 10) & 3) as usize].read(offset, self.now)
+            }
+            WATCHDOG => self.watchdog.read(offset),
+            POWER => self.power.read(offset),
+            USART6 => self.usart.read(offset, self.now),
+            SYSCFG if (0x08..0x18).contains(&offset) => {
+                self.exti.read_choice(offset as usize / 4 - 2)
+            }
+            EXTI => self.exti.read(offset),
+            GPIO..=GPIO_LAST => self.ports[((base - GPIO) / BLOCK) as usize].read(offset),
+            RCC => self.rcc.read(offset),
+            FLASH => self.flash.read(offset),
+            DEBUG if offset == 0 => system::DEBUG_ID,
+            _ => {
+                self.note_unknown(base, address);
+                self.storage.get(&address).copied().unwrap_or(0)
+            }
+        };
+        self.update_lines();
+        value
+    }
+
+    fn note_unknown(&mut self, base: u32, address: u32) {
+        // The rest of SYSCFG and DBGMCU are storage on the chip, too.
+        if base != SYSCFG && base != DEBUG {
+            self.unknown.entry(base).or_insert(address);
+        }
+    }
+
+    pub fn write(&mut self, address: u32, width: Width, value: u32) {
+        let word = address & !3;
+        let base = word & !(BLOCK - 1);
+        if self.identity.read(word).is_none() && self.has_clock(base) {
+            self.write_block(base, word, Write::new(address, width, value));
+        }
+    }
+
+    fn write_block(&mut self, base: u32, address: u32, write: Write) {
+        let offset = address - base;
+        match base {
+            0x4000_0000..=0x4000_0c00 => {
+                let timer = &mut self.timers[((base >> 10) & 3) as usize];
+                if !timer.write(offset, write, self.now) {
+                    self.unknown.entry(base).or_insert(address);
+                }
+            }
+            WATCHDOG => self.watchdog.write(offset, write, self.now),
+            POWER => {
+                self.power.write(offset, write);
+                self.check_clocks();
+            }
+            USART6 => self.usart.write(offset, write, self.now),
+            SYSCFG if (0x08..0x18).contains(&offset) => {
+                self.exti.write_choice(offset as usize / 4 - 2, write);
+                self.pins_changed();
+            }
+            EXTI => self.exti.write(offset, write),
+            GPIO..=GPIO_LAST => {
+                self.ports[((base - GPIO) / BLOCK) as usize].write(offset, write);
+                self.pins_changed();
+            }
+            RCC => {
+                let reset = self.rcc.write(offset, write);
+                self.clocks_changed();
+                if let Some((register, bits)) = reset {
+                    self.reset_peripherals(register, bits);
+                }
+            }
+            FLASH => {
+                self.flash.write(offset, write);
+                self.check_clocks();
+            }
+            _ => {
+                self.note_unknown(base, address);
+                let word = self.storage.entry(address).or_insert(0);
+                *word = write.merge(*word);
+            }
+        }
+        self.update_lines();
+    }
+
+    fn clocks_changed(&mut self) {
+        let clocks = self.rcc.clocks();
+        for timer in &mut self.timers {
+            timer.set_clock(clocks.timers1, self.now);
+        }
+        self.usart.set_clock(clocks.pclk2);
+        self.check_clocks();
+    }
+
+    fn check_clocks(&mut self) {
+        let hclk = self.rcc.clocks().hclk;
+        let errors = self.rcc.errors(self.power.is_scale_1());
+        for error in errors.into_iter().chain(self.flash.error(hclk)) {
+            self.report(error);
+        }
+    }
+
+    /// RCC_xxxRSTR: the bits are those of RCC_xxxENR.
+    fn reset_peripherals(&mut self, register: usize, bits: u32) {
+        let is_set = |number: usize, bit: usize| register == number && bits >> bit & 1 != 0;
+        for (number, port) in self.ports.iter_mut().enumerate() {
+            if is_set(0, number) {
+                port.reset(number);
+            }
+        }
+        let hz = self.rcc.clocks().timers1;
+        for (number, timer) in self.timers.iter_mut().enumerate() {
+            if is_set(4, number) {
+                *timer = Timer::new(timer.is_wide(), hz, self.now);
+            }
+        }
+        if is_set(4, 28) {
+            self.power = Power::new();
+        }
+        if is_set(5, 5) {
+            self.usart.reset();
+        }
+        self.pins_changed();
+    }
+}

@@ -4,9 +4,11 @@
 //! misunderstanding shared by sender and receiver does not stay hidden.
 
 mod link;
+mod peer;
 mod syslink;
 
 pub use link::Link;
+pub(crate) use peer::{BAUD, Nrf51, Output};
 pub use syslink::{Frame, MAX_PAYLOAD};
 
 /// What the power management measures.

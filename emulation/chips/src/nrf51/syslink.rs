@@ -4,6 +4,8 @@
 /// Longest payload of a frame.
 pub const MAX_PAYLOAD: usize = 64;
 
+const START: [u8; 2] = [0xbc, 0xcf];
+
 /// A frame of the link, without its sum.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Frame {
@@ -30,7 +32,7 @@ impl Frame {
 
     /// As it stands on the wire.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut bytes = vec![0xbc, 0xcf, self.kind, self.payload.len() as u8];
+        let mut bytes = vec![START[0], START[1], self.kind, self.payload.len() as u8];
         bytes.extend_from_slice(&self.payload);
         let (a, b) = fletcher(&bytes[2..]);
         bytes.extend([a, b]);
@@ -43,4 +45,96 @@ fn fletcher(bytes: &[u8]) -> (u8, u8) {
         let a = a.wrapping_add(*byte);
         (a, b.wrapping_add(a))
     })
+}
+
+/// What the receiver made of a frame.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Arrived {
+    pub frame: Frame,
+    pub first_sum_good: bool,
+    pub second_sum_good: bool,
+}
+
+/// Finds frames in a stream, as the nRF51's firmware does: a byte that does not fit makes it wait for the
+/// next start.
+#[derive(Default)]
+pub(crate) struct Parser {
+    /// The frame so far, with both bytes of its start.
+    bytes: Vec<u8>,
+}
+
+impl Parser {
+    pub fn push(&mut self, byte: u8) -> Option<Arrived> {
+        self.bytes.push(byte);
+        let bytes = self.bytes.as_slice();
+        let length = usize::from(bytes.get(3).copied().unwrap_or(0));
+        let misfit = match bytes.len() {
+            position @ (1 | 2) => byte != START[position - 1],
+            4 => length > MAX_PAYLOAD,
+            _ => false,
+        };
+        if misfit {
+            self.bytes.clear();
+            return None;
+        }
+        if bytes.len() < 4 || bytes.len() < length + 6 {
+            return None;
+        }
+        let (content, sums) = bytes[2..].split_at(length + 2);
+        let (a, b) = fletcher(content);
+        let arrived = Arrived {
+            frame: Frame { kind: content[0], payload: content[2..].to_vec() },
+            first_sum_good: sums[0] == a,
+            second_sum_good: sums[1] == b,
+        };
+        self.bytes.clear();
+        Some(arrived)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Frames as Bitcraze's firmwares put them on the wire.
+    const VECTORS: [(&[u8], u8, &[u8]); 5] = [
+        (&[0xbc, 0xcf, 0x14, 0x00, 0x14, 0x28], 0x14, &[]),
+        (&[0xbc, 0xcf, 0x0b, 0x00, 0x0b, 0x16], 0x0b, &[]),
+        (&[0xbc, 0xcf, 0x01, 0x01, 0x50, 0x52, 0x55], 0x01, &[0x50]),
+        (
+            &[0xbc, 0xcf, 0x05, 0x05, 0xe7, 0xe7, 0xe7, 0xe7, 0xe7, 0x8d, 0xca],
+            0x05,
+            &[0xe7, 0xe7, 0xe7, 0xe7, 0xe7],
+        ),
+        (&[0xbc, 0xcf, 0x0a, 0x04, 0, 1, 2, 3, 0x14, 0x5a], 0x0a, &[0, 1, 2, 3]),
+    ];
+
+    #[test]
+    fn vectors_both_ways() {
+        let mut parser = Parser::default();
+        for (bytes, kind, payload) in VECTORS {
+            let frame = Frame::new(kind, payload).unwrap();
+            assert_eq!(frame.to_bytes(), bytes);
+            let arrived: Vec<Arrived> = bytes.iter().filter_map(|b| parser.push(*b)).collect();
+            assert_eq!(arrived, [Arrived { frame, first_sum_good: true, second_sum_good: true }]);
+        }
+    }
+
+    #[test]
+    fn finds_a_frame_after_garbage_and_sees_a_bad_sum() {
+        let mut parser = Parser::default();
+        for byte in [0x00, 0xbc, 0xff, 0xbc, 0xcf, 0x01, 65] {
+            assert_eq!(parser.push(byte), None);
+        }
+        let mut bytes = VECTORS[2].0.to_vec();
+        bytes[4] ^= 1;
+        let arrived: Vec<Arrived> = bytes.iter().filter_map(|b| parser.push(*b)).collect();
+        assert!(!arrived[0].first_sum_good && !arrived[0].second_sum_good);
+    }
+
+    #[test]
+    fn payloads_have_a_limit() {
+        assert!(Frame::new(0, vec![0; MAX_PAYLOAD]).is_some());
+        assert_eq!(Frame::new(0, vec![0; MAX_PAYLOAD + 1]), None);
+    }
 }

@@ -1,0 +1,117 @@
+//! External interrupts (RM0090 12) and the choice of their pins (SYSCFG, 9.3).
+
+use super::bus::{Lines, Write};
+
+/// Numbers of the interrupts of lines 0 to 15 (RM0090 table 62).
+const IRQ: [u8; 16] = [6, 7, 8, 9, 10, 23, 23, 23, 23, 23, 40, 40, 40, 40, 40, 40];
+
+#[derive(Default)]
+pub(crate) struct Exti {
+    imr: u32,
+    emr: u32,
+    rtsr: u32,
+    ftsr: u32,
+    swier: u32,
+    pending: u32,
+    /// SYSCFG_EXTICR1 to 4.
+    exticr: [u32; 4],
+    /// Levels of the chosen pins.
+    levels: u32,
+}
+
+impl Exti {
+    /// Which port line `line` listens to.
+    pub fn port(&self, line: u8) -> usize {
+        (self.exticr[usize::from(line / 4)] >> (4 * (line % 4)) & 0xf) as usize
+    }
+
+    /// The chosen pins have these levels now.
+    pub fn observe(&mut self, levels: u32) {
+        let rising = levels & !self.levels & self.rtsr;
+        let falling = !levels & self.levels & self.ftsr;
+        self.levels = levels;
+        self.pending |= rising | falling;
+    }
+
+    pub fn drive(&self, lines: &mut Lines) {
+        let requests = self.pending & self.imr;
+        for irq in [6, 7, 8, 9, 10, 23, 40] {
+            let high = (0..16).any(|line| IRQ[line] == irq && requests >> line & 1 != 0);
+            lines.set(irq, high);
+        }
+    }
+
+    pub fn read(&self, offset: u32) -> u32 {
+        match offset {
+            0x00 => self.imr,
+            0x04 => self.emr,
+            0x08 => self.rtsr,
+            0x0c => self.ftsr,
+            0x10 => self.swier,
+            0x14 => self.pending,
+            _ => 0,
+        }
+    }
+
+    pub fn write(&mut self, offset: u32, write: Write) {
+        match offset {
+            0x00 => self.imr = write.merge(self.imr),
+            0x04 => self.emr = write.merge(self.emr),
+            0x08 => self.rtsr = write.merge(self.rtsr),
+            0x0c => self.ftsr = write.merge(self.ftsr),
+            0x10 => {
+                let risen = write.merge(self.swier) & !self.swier;
+                self.swier |= risen;
+                self.pending |= risen;
+            }
+            // Cleared by writing ones, and SWIER with it (12.3.5, 12.3.6).
+            0x14 => {
+                self.pending &= !write.ones();
+                self.swier &= !write.ones();
+            }
+            _ => {}
+        }
+    }
+
+    pub fn read_choice(&self, register: usize) -> u32 {
+        self.exticr[register]
+    }
+
+    pub fn write_choice(&mut self, register: usize, write: Write) {
+        self.exticr[register] = write.merge(self.exticr[register]) & 0xffff;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Width;
+
+    #[test]
+    fn edges_raise_the_chosen_interrupt() {
+        let mut exti = Exti::default();
+        let word = |value| Write::new(0, Width::Word, value);
+        exti.write(0x00, word(1 << 4 | 1 << 14));
+        exti.write(0x08, word(1 << 4));
+        exti.write(0x0c, word(1 << 14));
+        let lines = |exti: &Exti| {
+            let mut lines = Lines::default();
+            exti.drive(&mut lines);
+            lines.bits()
+        };
+        exti.observe(1 << 4 | 1 << 14);
+        assert_eq!(lines(&exti), 1 << 10, "rising edge at line 4 only");
+        exti.write(0x14, word(1 << 4));
+        assert_eq!(lines(&exti), 0);
+        exti.observe(0);
+        assert_eq!(lines(&exti), 1 << 40, "falling edge at line 14 only");
+    }
+
+    #[test]
+    fn the_port_of_a_line_follows_exticr() {
+        let mut exti = Exti::default();
+        exti.write_choice(3, Write::new(0, Width::Word, 2 << 8));
+        assert_eq!(exti.port(14), 2);
+        assert_eq!(exti.port(13), 0);
+    }
+}

@@ -1,0 +1,151 @@
+//! The small ones: power controller (RM0090 5), flash interface (3) and what identifies the chip (38, 39).
+
+use super::bus::Write;
+use crate::HardwareError;
+
+/// DBGMCU_IDCODE of the STM32F405, revision Y (38.6.1).
+pub(crate) const DEBUG_ID: u32 = 0x100f_6413;
+
+const PWR_CR_VOS: u32 = 1 << 14;
+const PWR_CSR_VOSRDY: u32 = 1 << 14;
+
+/// Power controller: the voltage regulator is ready at once.
+pub(crate) struct Power {
+    cr: u32,
+    csr: u32,
+}
+
+impl Power {
+    pub fn new() -> Self {
+        Power { cr: PWR_CR_VOS, csr: 0 }
+    }
+
+    /// Scale 1 allows 168 MHz, scale 2 144 MHz (5.1.3).
+    pub fn is_scale_1(&self) -> bool {
+        self.cr & PWR_CR_VOS != 0
+    }
+
+    pub fn read(&self, offset: u32) -> u32 {
+        match offset {
+            0x00 => self.cr,
+            0x04 => self.csr | PWR_CSR_VOSRDY,
+            _ => 0,
+        }
+    }
+
+    pub fn write(&mut self, offset: u32, write: Write) {
+        match offset {
+            // CWUF and CSBF clear flags and read as 0.
+            0x00 => self.cr = write.merge(self.cr) & !0xc,
+            0x04 => self.csr = write.merge(self.csr) & 0x300,
+            _ => {}
+        }
+    }
+}
+
+/// Flash interface: wait states; programming by the firmware has no model.
+pub(crate) struct Flash {
+    registers: [u32; 6],
+}
+
+impl Flash {
+    pub fn new() -> Self {
+        // ACR, KEYR, OPTKEYR, SR, CR, OPTCR.
+        Flash { registers: [0, 0, 0, 0, 0x8000_0000, 0x0fff_aaed] }
+    }
+
+    /// At 2.7 to 3.6 V every started 30 MHz beyond the first take a wait state (3.5.1, table 10).
+    pub fn error(&self, hz: u64) -> Option<HardwareError> {
+        let wait_states = self.registers[0] & 7;
+        let needed = hz.div_ceil(30_000_000).saturating_sub(1) as u32;
+        (wait_states < needed).then_some(HardwareError::FlashTooSlow { hz, wait_states, needed })
+    }
+
+    pub fn read(&self, offset: u32) -> u32 {
+        self.registers.get(offset as usize / 4).copied().unwrap_or(0)
+    }
+
+    pub fn write(&mut self, offset: u32, write: Write) {
+        if let Some(register) = self.registers.get_mut(offset as usize / 4) {
+            *register = write.merge(*register);
+        }
+    }
+}
+
+const AREA: u32 = 0x1fff_7000;
+const AREA_END: u32 = 0x1fff_8000;
+/// One-time programmable bytes (3.8); Bitcraze keeps the device type in the first slot of 32.
+const DEVICE_TYPE: usize = 0x800;
+const DEVICE_TYPE_SLOT: usize = 32;
+const UNIQUE_ID: usize = 0xa10;
+const FLASH_KBYTES: usize = 0xa22;
+
+/// The read-only bytes at 0x1fff_7000.
+pub(crate) struct Identity {
+    bytes: Vec<u8>,
+}
+
+impl Identity {
+    pub fn new(unique_id: [u8; 12], device_type: &str) -> Self {
+        let mut bytes = vec![0xff; (AREA_END - AREA) as usize];
+        let slot = &mut bytes[DEVICE_TYPE..DEVICE_TYPE + DEVICE_TYPE_SLOT];
+        slot.fill(0);
+        // The slot keeps room for the zero at the end.
+        for (to, from) in slot[..DEVICE_TYPE_SLOT - 1].iter_mut().zip(device_type.bytes()) {
+            *to = from;
+        }
+        bytes[UNIQUE_ID..UNIQUE_ID + 12].copy_from_slice(&unique_id);
+        bytes[FLASH_KBYTES..FLASH_KBYTES + 2].copy_from_slice(&1024_u16.to_le_bytes());
+        Identity { bytes }
+    }
+
+    /// The word at `address`, if it is in this area.
+    pub fn read(&self, address: u32) -> Option<u32> {
+        if !(AREA..AREA_END).contains(&address) {
+            return None;
+        }
+        let at = (address - AREA) as usize;
+        let word = self.bytes.get(at..at + 4)?;
+        Some(u32::from_le_bytes(word.try_into().ok()?))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Width;
+
+    #[test]
+    fn wait_states_are_the_manuals() {
+        // RM0090 table 10, 2.7 to 3.6 V: 0 up to 30 MHz, 1 up to 60, ... 5 up to 168.
+        for (hz, needed) in [
+            (16_000_000, 0),
+            (30_000_000, 0),
+            (30_000_001, 1),
+            (60_000_000, 1),
+            (120_000_000, 3),
+            (150_000_000, 4),
+            (168_000_000, 5),
+        ] {
+            let mut flash = Flash::new();
+            flash.write(0, Write::new(0, Width::Word, needed));
+            assert_eq!(flash.error(hz), None, "{hz}");
+            if needed > 0 {
+                flash.write(0, Write::new(0, Width::Word, needed - 1));
+                let wait_states = needed - 1;
+                let error = HardwareError::FlashTooSlow { hz, wait_states, needed };
+                assert_eq!(flash.error(hz), Some(error));
+            }
+        }
+    }
+
+    #[test]
+    fn identity_stands_where_the_manual_says() {
+        let identity = Identity::new(*b"0123456789ab", "0;CF21");
+        assert_eq!(identity.read(0x1fff_7a10), Some(u32::from_le_bytes(*b"0123")));
+        assert_eq!(identity.read(0x1fff_7a18), Some(u32::from_le_bytes(*b"89ab")));
+        assert_eq!(identity.read(0x1fff_7800), Some(u32::from_le_bytes(*b"0;CF")));
+        assert_eq!(identity.read(0x1fff_7a20).map(|word| word >> 16), Some(1024));
+        assert_eq!(identity.read(0x4000_0000), None);
+    }
+}

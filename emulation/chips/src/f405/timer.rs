@@ -1,0 +1,375 @@
+//! General-purpose timers TIM2 to TIM5 (RM0090 18), counting up: compare and update interrupts, PWM.
+//!
+//! Compare values and the reload value take effect at once, as if never preloaded: at most one period of the
+//! timer too early. Counting down, centred counting, one-pulse and slave modes have no model; [`Timer::write`]
+//! says so when the firmware asks for one.
+
+use super::bus::Write;
+use crate::Time;
+
+const CR1: u32 = 0x00;
+const SMCR: u32 = 0x08;
+const DIER: u32 = 0x0c;
+const SR: u32 = 0x10;
+const EGR: u32 = 0x14;
+const CCMR1: u32 = 0x18;
+const CCMR2: u32 = 0x1c;
+const CCER: u32 = 0x20;
+const CNT: u32 = 0x24;
+const PSC: u32 = 0x28;
+const ARR: u32 = 0x2c;
+const CCR1: u32 = 0x34;
+const CCR4: u32 = 0x40;
+const REGISTERS: usize = 0x54 / 4;
+
+const CR1_CEN: u32 = 1 << 0;
+const CR1_UDIS: u32 = 1 << 1;
+const CR1_URS: u32 = 1 << 2;
+/// One pulse, direction, centred.
+const CR1_UNMODELLED: u32 = 1 << 3 | 1 << 4 | 3 << 5;
+const SMCR_SMS: u32 = 7;
+const UIF: u32 = 1 << 0;
+/// Update and the four compare interrupts.
+const INTERRUPTS: u32 = 0x1f;
+
+/// The signal of a channel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pwm {
+    /// Part of the time that it is high.
+    pub duty: f64,
+    /// Periods per second; 0 for a constant level.
+    pub frequency_hz: f64,
+}
+
+impl Pwm {
+    pub const LOW: Pwm = Pwm { duty: 0.0, frequency_hz: 0.0 };
+    pub const HIGH: Pwm = Pwm { duty: 1.0, frequency_hz: 0.0 };
+}
+
+pub(crate) struct Timer {
+    /// The registers that are only remembered, and those that are not but CNT, by offset / 4.
+    registers: [u32; REGISTERS],
+    /// TIM2 and TIM5 have 32 bits.
+    wide: bool,
+    hz: u64,
+    /// The prescaler at work; PSC is taken over at the next update.
+    prescaler: u32,
+    /// The counter stood at `count` at `since`. While it runs, `count` goes on beyond the reload value and
+    /// CNT is the remainder.
+    count: u64,
+    since: Time,
+    /// Count up to which flags were raised.
+    seen: u64,
+}
+
+impl Timer {
+    pub fn new(wide: bool, hz: u64, now: Time) -> Self {
+        let mut registers = [0; REGISTERS];
+        registers[ARR as usize / 4] = if wide { 0xffff_ffff } else { 0xffff };
+        Timer { registers, wide, hz, prescaler: 0, count: 0, since: now, seen: 0 }
+    }
+
+    pub fn is_wide(&self) -> bool {
+        self.wide
+    }
+
+    fn register(&self, offset: u32) -> u32 {
+        self.registers[offset as usize / 4]
+    }
+
+    fn runs(&self) -> bool {
+        self.register(CR1) & CR1_CEN != 0
+    }
+
+    fn period(&self) -> u64 {
+        u64::from(self.register(ARR)) + 1
+    }
+
+    fn divider(&self) -> u64 {
+        u64::from(self.prescaler) + 1
+    }
+
+    fn count_at(&self, now: Time) -> u64 {
+        if !self.runs() {
+            return self.count;
+        }
+        self.count + (now - self.since).ticks(self.hz) / self.divider()
+    }
+
+    fn time_of(&self, count: u64) -> Time {
+        self.since + Time::of_ticks((count - self.count).saturating_mul(self.divider()), self.hz)
+    }
+
+    /// Starts to count from `count` at `now`.
+    fn restart(&mut self, count: u64, now: Time) {
+        self.count = count;
+        self.seen = count;
+        self.since = now;
+    }
+
+    /// First count after `seen` at which the counter matches compare register `channel`. A value beyond the
+    /// reload value matches when the counter overflows (18.4.5, CC1IF).
+    fn next_match(&self, channel: u32) -> u64 {
+        let value = u64::from(self.register(CCR1 + 4 * channel));
+        self.next_count(if value < self.period() { value } else { 0 })
+    }
+
+    /// First count after `seen` at which CNT is `value`.
+    fn next_count(&self, value: u64) -> u64 {
+        let count = self.seen / self.period() * self.period() + value;
+        if count > self.seen { count } else { count + self.period() }
+    }
+
+    /// Raises the flags of everything until `now`.
+    pub fn advance(&mut self, now: Time) {
+        let count = self.count_at(now);
+        if count == self.seen {
+            return;
+        }
+        let mut raised = 0;
+        for channel in 0..4 {
+            if self.next_match(channel) <= count {
+                raised |= 2 << channel;
+            }
+        }
+        let overflow = self.next_count(0);
+        if overflow <= count && self.register(CR1) & CR1_UDIS == 0 {
+            raised |= UIF;
+        }
+        self.registers[SR as usize / 4] |= raised;
+        if raised & UIF != 0 && self.register(PSC) != self.prescaler {
+            let at = self.time_of(overflow);
+            self.prescaler = self.register(PSC);
+            self.restart(0, at);
+            return self.advance(now);
+        }
+        self.seen = count;
+    }
+
+    /// When an enabled interrupt will be raised that is not yet.
+    pub fn next_event(&self) -> Option<Time> {
+        let waiting = self.register(DIER) & !self.register(SR) & INTERRUPTS;
+        if !self.runs() || waiting == 0 {
+            return None;
+        }
+        let update = (waiting & UIF != 0).then(|| self.next_count(0));
+        let compares =
+            (0..4).filter(|n| waiting & 2 << n != 0).map(|channel| self.next_match(channel));
+        compares.chain(update).min().map(|count| self.time_of(count))
+    }
+
+    pub fn interrupt(&self) -> bool {
+        self.register(SR) & self.register(DIER) & INTERRUPTS != 0
+    }
+
+    /// The clock of the timer changes.
+    pub fn set_clock(&mut self, hz: u64, now: Time) {
+        self.advance(now);
+        self.restart(self.count_at(now) % self.period(), now);
+        self.hz = hz;
+    }
+
+    pub fn read(&mut self, offset: u32, now: Time) -> u32 {
+        self.advance(now);
+        match offset {
+            CNT => (self.count_at(now) % self.period()) as u32,
+            EGR => 0,
+            _ => self.registers.get(offset as usize / 4).copied().unwrap_or(0),
+        }
+    }
+
+    /// Writes a register; false if it turns on what has no model.
+    pub fn write(&mut self, offset: u32, write: Write, now: Time) -> bool {
+        self.advance(now);
+        let width = if self.wide { 0xffff_ffff } else { 0xffff };
+        let count = self.count_at(now) % self.period();
+        match offset {
+            CR1 => {
+                self.restart(count, now);
+                self.registers[0] = write.merge(self.registers[0]) & 0x3ff;
+                return self.registers[0] & CR1_UNMODELLED == 0;
+            }
+            // Flags are cleared by writing zeros (18.4.5).
+            SR => self.registers[SR as usize / 4] &= !write.zeros(),
+            EGR => {
+                if write.ones() & UIF != 0 {
+                    self.prescaler = self.register(PSC);
+                    self.restart(0, now);
+                    if self.register(CR1) & (CR1_URS | CR1_UDIS) == 0 {
+                        self.registers[SR as usize / 4] |= UIF;
+                    }
+                }
+                self.registers[SR as usize / 4] |= write.ones() & 0x1e;
+            }
+            CNT => {
+                let value = write.merge(count as u32) & width;
+                self.restart(u64::from(value), now);
+            }
+            PSC => self.registers[PSC as usize / 4] = write.merge(self.register(PSC)) & 0xffff,
+            ARR => {
+                let reload = write.merge(self.register(ARR)) & width;
+                self.registers[ARR as usize / 4] = reload;
+                // A counter already beyond the new value would go on to its width's end and wrap there.
+                self.restart(if count > u64::from(reload) { 0 } else { count }, now);
+            }
+            CCR1..=CCR4 => {
+                let register = &mut self.registers[offset as usize / 4];
+                *register = write.merge(*register) & width;
+            }
+            _ => {
+                if let Some(register) = self.registers.get_mut(offset as usize / 4) {
+                    *register = write.merge(*register);
+                    return offset != SMCR || *register & SMCR_SMS == 0;
+                }
+            }
+        }
+        true
+    }
+
+    /// What channel 0 to 3 puts on its pin; none if its output is off (CCxE) or it is no output.
+    pub fn output(&self, channel: u32) -> Option<Pwm> {
+        let enable = self.register(CCER) >> (4 * channel);
+        let register = if channel < 2 { CCMR1 } else { CCMR2 };
+        let mode = self.register(register) >> (8 * (channel % 2));
+        if enable & 1 == 0 || mode & 3 != 0 {
+            return None;
+        }
+        let inverted = enable & 2 != 0;
+        let reload = u64::from(self.register(ARR));
+        let compare = u64::from(self.register(CCR1 + 4 * channel));
+        let active_part = compare.min(self.period()) as f64 / self.period() as f64;
+        let active = match mode >> 4 & 7 {
+            4 => Pwm::LOW,
+            5 => Pwm::HIGH,
+            pwm @ (6 | 7) => {
+                let (duty, frequency_hz) = if !self.runs() {
+                    // The counter stands still, and so does the output.
+                    (if self.count % self.period() < compare { 1.0 } else { 0.0 }, 0.0)
+                } else if compare == 0 || compare > reload {
+                    (active_part, 0.0)
+                } else {
+                    (active_part, self.hz as f64 / (self.divider() * self.period()) as f64)
+                };
+                Pwm { duty: if pwm == 6 { duty } else { 1.0 - duty }, frequency_hz }
+            }
+            // Frozen, and the modes that act at a match only, which no motor here uses.
+            _ => Pwm::LOW,
+        };
+        Some(if inverted { Pwm { duty: 1.0 - active.duty, ..active } } else { active })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Width;
+
+    const HZ: u64 = 84_000_000;
+
+    fn timer() -> Timer {
+        Timer::new(true, HZ, Time::ZERO)
+    }
+
+    fn write(timer: &mut Timer, offset: u32, value: u32, now: Time) {
+        assert!(timer.write(offset, Write::new(offset, Width::Word, value), now));
+    }
+
+    #[test]
+    fn counts_at_clock_divided_by_prescaler_plus_one() {
+        let mut timer = timer();
+        write(&mut timer, PSC, 83, Time::ZERO);
+        write(&mut timer, EGR, 1, Time::ZERO);
+        write(&mut timer, CR1, CR1_CEN, Time::ZERO);
+        assert_eq!(timer.read(CNT, Time::from_micros(1_234_567)), 1_234_567);
+        assert_eq!(timer.read(CNT, Time::from_nanos(1_234_567_999)), 1_234_567);
+    }
+
+    #[test]
+    fn the_prescaler_waits_for_an_update() {
+        let mut timer = timer();
+        write(&mut timer, ARR, 8399, Time::ZERO);
+        write(&mut timer, CR1, CR1_CEN, Time::ZERO);
+        write(&mut timer, PSC, 83, Time::ZERO);
+        assert_eq!(timer.read(CNT, Time::from_micros(50)), 4200, "still undivided");
+        // The update comes after 100 µs; from then on a count lasts 1 µs.
+        assert_eq!(timer.read(CNT, Time::from_micros(123)), 23);
+    }
+
+    #[test]
+    fn compare_and_update_interrupts_come_on_time() {
+        let mut timer = timer();
+        for (offset, value) in [(PSC, 83), (ARR, 0xffff), (EGR, 1), (SR, 0)] {
+            write(&mut timer, offset, value, Time::ZERO);
+        }
+        write(&mut timer, CCR1, 0x8000, Time::ZERO);
+        write(&mut timer, DIER, 3, Time::ZERO);
+        write(&mut timer, CR1, CR1_CEN, Time::ZERO);
+        let half = Time::from_micros(0x8000);
+        assert_eq!(timer.next_event(), Some(half));
+        timer.advance(half - Time::from_picos(1));
+        assert!(!timer.interrupt());
+        timer.advance(half);
+        assert!(timer.interrupt());
+        assert_eq!(timer.read(SR, half) & 3, 2);
+        write(&mut timer, SR, !2, half);
+        assert!(!timer.interrupt());
+        let full = Time::from_micros(0x1_0000);
+        assert_eq!(timer.next_event(), Some(full));
+        timer.advance(full);
+        assert_eq!(timer.read(SR, full) & 3, 1);
+    }
+
+    #[test]
+    fn a_compare_value_beyond_the_reload_value_matches_at_overflow() {
+        let mut timer = timer();
+        write(&mut timer, ARR, 83, Time::ZERO);
+        write(&mut timer, CCR1, 1000, Time::ZERO);
+        write(&mut timer, DIER, 2, Time::ZERO);
+        write(&mut timer, CR1, CR1_CEN, Time::ZERO);
+        assert_eq!(timer.next_event(), Some(Time::from_micros(1)));
+    }
+
+    #[test]
+    fn update_generation_obeys_urs() {
+        let mut timer = timer();
+        write(&mut timer, CR1, CR1_URS, Time::ZERO);
+        write(&mut timer, EGR, 1, Time::ZERO);
+        assert_eq!(timer.read(SR, Time::ZERO), 0);
+        write(&mut timer, CR1, 0, Time::ZERO);
+        write(&mut timer, EGR, 1, Time::ZERO);
+        assert_eq!(timer.read(SR, Time::ZERO), UIF);
+    }
+
+    #[test]
+    fn bitcrazes_motor_signal() {
+        let mut timer = timer();
+        write(&mut timer, ARR, 255, Time::ZERO);
+        write(&mut timer, CCMR1, 6 << 12 | 1 << 11, Time::ZERO);
+        write(&mut timer, CCR1 + 4, 64, Time::ZERO);
+        assert_eq!(timer.output(1), None, "CC2E is off");
+        write(&mut timer, CCER, 1 << 4, Time::ZERO);
+        assert_eq!(timer.output(1), Some(Pwm::HIGH), "the counter stands below the compare value");
+        write(&mut timer, CR1, CR1_CEN, Time::ZERO);
+        assert_eq!(timer.output(1), Some(Pwm { duty: 0.25, frequency_hz: 328_125.0 }));
+        write(&mut timer, CCER, 3 << 4, Time::ZERO);
+        assert_eq!(timer.output(1), Some(Pwm { duty: 0.75, frequency_hz: 328_125.0 }));
+        write(&mut timer, CCR1 + 4, 0, Time::ZERO);
+        write(&mut timer, CCER, 1 << 4, Time::ZERO);
+        assert_eq!(timer.output(1), Some(Pwm::LOW));
+    }
+
+    #[test]
+    fn modes_without_a_model_are_refused() {
+        let mut timer = timer();
+        assert!(!timer.write(CR1, Write::new(0, Width::Word, 1 << 4), Time::ZERO));
+        assert!(!timer.write(SMCR, Write::new(0, Width::Word, 7), Time::ZERO));
+    }
+
+    #[test]
+    fn a_change_of_clock_keeps_the_count() {
+        let mut timer = timer();
+        write(&mut timer, CR1, CR1_CEN, Time::ZERO);
+        timer.set_clock(42_000_000, Time::from_micros(1));
+        assert_eq!(timer.read(CNT, Time::from_micros(2)), 84 + 42);
+    }
+}

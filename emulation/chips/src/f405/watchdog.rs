@@ -1,0 +1,91 @@
+//! The independent watchdog (RM0090 21).
+
+use super::bus::Write;
+use crate::Time;
+
+/// Nominal frequency of the oscillator LSI; a real one is anywhere between 17 and 47 kHz.
+const LSI_HZ: u64 = 32_000;
+
+pub(crate) struct Watchdog {
+    prescaler: u32,
+    reload: u32,
+    unlocked: bool,
+    expires: Option<Time>,
+}
+
+impl Watchdog {
+    pub fn new() -> Self {
+        Watchdog { prescaler: 0, reload: 0xfff, unlocked: false, expires: None }
+    }
+
+    /// When it will reset the chip.
+    pub fn expires(&self) -> Option<Time> {
+        self.expires
+    }
+
+    /// From a full counter to the reset: RLR + 1 periods of LSI / (4 * 2^PR), at most / 256.
+    fn period(&self) -> Time {
+        let divider = 4 << self.prescaler.min(6);
+        Time::of_ticks(u64::from(self.reload + 1) * divider, LSI_HZ)
+    }
+
+    pub fn read(&self, offset: u32) -> u32 {
+        match offset {
+            0x04 => self.prescaler,
+            0x08 => self.reload,
+            // The key cannot be read; new values are taken over at once (SR 0).
+            _ => 0,
+        }
+    }
+
+    pub fn write(&mut self, offset: u32, write: Write, now: Time) {
+        match offset {
+            0x00 => {
+                let key = write.ones() & 0xffff;
+                self.unlocked = key == 0x5555;
+                if key == 0xcccc || key == 0xaaaa && self.expires.is_some() {
+                    self.expires = Some(now + self.period());
+                }
+            }
+            0x04 if self.unlocked => self.prescaler = write.merge(self.prescaler) & 7,
+            0x08 if self.unlocked => self.reload = write.merge(self.reload) & 0xfff,
+            _ => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Width;
+
+    fn write(watchdog: &mut Watchdog, offset: u32, value: u32, now: Time) {
+        watchdog.write(offset, Write::new(offset, Width::Word, value), now);
+    }
+
+    #[test]
+    fn time_outs_are_the_manuals() {
+        // RM0090 table 107: PR and RLR 0xfff to milliseconds at 32 kHz.
+        for (prescaler, millis) in
+            [(0, 512), (1, 1024), (2, 2048), (3, 4096), (4, 8192), (5, 16_384), (6, 32_768)]
+        {
+            let mut watchdog = Watchdog::new();
+            write(&mut watchdog, 0x00, 0x5555, Time::ZERO);
+            write(&mut watchdog, 0x04, prescaler, Time::ZERO);
+            write(&mut watchdog, 0x00, 0xcccc, Time::ZERO);
+            assert_eq!(watchdog.expires(), Some(Time::from_millis(millis)));
+        }
+    }
+
+    #[test]
+    fn protected_until_unlocked_and_fed_by_key() {
+        let mut watchdog = Watchdog::new();
+        write(&mut watchdog, 0x08, 100, Time::ZERO);
+        assert_eq!(watchdog.read(0x08), 0xfff);
+        write(&mut watchdog, 0x00, 0xaaaa, Time::ZERO);
+        assert_eq!(watchdog.expires(), None, "feeding does not start it");
+        write(&mut watchdog, 0x00, 0xcccc, Time::ZERO);
+        write(&mut watchdog, 0x00, 0xaaaa, Time::from_millis(100));
+        assert_eq!(watchdog.expires(), Some(Time::from_millis(612)));
+    }
+}

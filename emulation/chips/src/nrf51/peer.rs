@@ -1,0 +1,485 @@
+//! Behaviour of the nRF51's firmware.
+
+use std::collections::VecDeque;
+
+use super::link::Line;
+use super::syslink::{Arrived, Parser};
+use super::{Battery, Frame, Link};
+use crate::serial::{self, FRAME_BITS};
+use crate::{Event, Led, Time};
+
+/// Rate of the serial link.
+pub(crate) const BAUD: u64 = 1_000_000;
+/// Bytes that the receive queue holds, and how many make it say "full": the sender may still be busy with a
+/// few when it notices.
+const QUEUE: usize = 128;
+const QUEUE_FULL: usize = QUEUE - 3;
+/// Between two reports of battery and signal strength.
+const REPORT_PERIOD: Time = Time::from_millis(10);
+/// Radio reception starts then, or when the firmware says that it is ready.
+const READY_AFTER: Time = Time::from_millis(3_000);
+/// How long the firmware may take to acknowledge a shutdown.
+const SHUTDOWN_AFTER: Time = Time::from_millis(100);
+/// From reception to transmission on the air.
+const RADIO_RAMP: Time = Time::from_micros(130);
+/// Signal strength that is reported, in -dBm.
+const RSSI: u8 = 50;
+
+/// Types of frames.
+mod kind {
+    pub const RADIO_RAW: u8 = 0x00;
+    pub const RADIO_CHANNEL: u8 = 0x01;
+    pub const RADIO_DATARATE: u8 = 0x02;
+    pub const RADIO_RSSI: u8 = 0x04;
+    pub const RADIO_ADDRESS: u8 = 0x05;
+    pub const RADIO_RAW_BROADCAST: u8 = 0x06;
+    pub const RADIO_POWER: u8 = 0x07;
+    pub const P2P: u8 = 0x08;
+    pub const P2P_BROADCAST: u8 = 0x0a;
+    pub const RADIO_READY: u8 = 0x0b;
+    pub const SWITCH_OFF: u8 = 0x11;
+    pub const BATTERY_STATE: u8 = 0x13;
+    pub const BATTERY_AUTOUPDATE: u8 = 0x14;
+    pub const SHUTDOWN_REQUEST: u8 = 0x15;
+    pub const SHUTDOWN_ACK: u8 = 0x16;
+    pub const LED_ON: u8 = 0x17;
+    pub const LED_OFF: u8 = 0x18;
+    pub const ONE_WIRE_SCAN: u8 = 0x20;
+    pub const NRF_VERSION: u8 = 0x30;
+    pub const DEBUG_PROBE: u8 = 0xf0;
+}
+
+/// What the nRF51 does at its end of the line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Output {
+    /// It begins to send a byte.
+    Begin,
+    /// A byte has arrived at the other end.
+    Byte(u8),
+}
+
+/// What the firmware has set, for the answer to a debug probe.
+#[derive(Default)]
+struct Radio {
+    channel_set: bool,
+    /// 0, 1, 2: 250 kb/s, 1 Mb/s, 2 Mb/s.
+    rate: u8,
+    rate_set: bool,
+    address_set: bool,
+}
+
+pub(crate) struct Nrf51 {
+    parser: Parser,
+    radio: Radio,
+    battery: Battery,
+    /// Received and not yet looked at.
+    queue: VecDeque<u8>,
+    /// The radio is transmitting until then, and the queue waits.
+    busy_until: Time,
+    /// Told to let the queue wait.
+    stalled: bool,
+    /// Bytes to be sent, and the one on the wire (none if the wire loses it) until its end.
+    unsent: VecDeque<u8>,
+    sending: Option<(Time, Option<u8>)>,
+    /// Whether a valid frame was received: nothing is sent before.
+    talks: bool,
+    ready: bool,
+    next_report: Option<Time>,
+    shutdown_at: Option<Time>,
+    powered: bool,
+    line: Line,
+    events: Vec<(Time, Event)>,
+    pub received: u64,
+    pub framing_errors: u64,
+    pub bad_sums: [u64; 2],
+    pub dropped: u64,
+    pub not_sent: u64,
+}
+
+impl Nrf51 {
+    pub fn new() -> Self {
+        Nrf51 {
+            parser: Parser::default(),
+            radio: Radio { rate: 2, ..Radio::default() },
+            battery: Battery::default(),
+            queue: VecDeque::new(),
+            busy_until: Time::ZERO,
+            stalled: false,
+            unsent: VecDeque::new(),
+            sending: None,
+            talks: false,
+            ready: false,
+            next_report: None,
+            shutdown_at: None,
+            powered: true,
+            line: Line::default(),
+            events: Vec::new(),
+            received: 0,
+            framing_errors: 0,
+            bad_sums: [0; 2],
+            dropped: 0,
+            not_sent: 0,
+        }
+    }
+
+    pub fn is_powered(&self) -> bool {
+        self.powered
+    }
+
+    pub fn lost(&self) -> u64 {
+        self.line.lost
+    }
+
+    pub fn corrupted(&self) -> u64 {
+        self.line.corrupted
+    }
+
+    pub fn take_events(&mut self) -> Vec<(Time, Event)> {
+        std::mem::take(&mut self.events)
+    }
+
+    pub fn set_link(&mut self, link: Link) {
+        self.line.set(link);
+    }
+
+    pub fn set_battery(&mut self, battery: Battery) {
+        self.battery = battery;
+    }
+
+    pub fn set_stalled(&mut self, stalled: bool, now: Time) {
+        self.stalled = stalled;
+        self.process(now);
+    }
+
+    /// The level of the flow-control pin: high when no more bytes should come.
+    pub fn is_full(&self) -> bool {
+        self.stalled || self.queue.len() >= QUEUE_FULL
+    }
+
+    pub fn request_shutdown(&mut self, now: Time) {
+        self.send(kind::SHUTDOWN_REQUEST, &[]);
+        self.shutdown_at = Some(now + SHUTDOWN_AFTER);
+    }
+
+    /// When [`advance`](Self::advance) has something to do; what was just given to be sent needs a call at
+    /// once.
+    pub fn next_event(&self) -> Option<Time> {
+        let sent = self.sending.map(|(end, _)| end);
+        let work = (!self.queue.is_empty() && !self.stalled).then_some(self.busy_until);
+        [sent, work, self.next_report, self.shutdown_at].into_iter().flatten().min()
+    }
+
+    /// Does what is due at `now`; the outputs are in order.
+    pub fn advance(&mut self, now: Time) -> Vec<Output> {
+        let mut outputs = Vec::new();
+        if let Some((end, byte)) = self.sending
+            && end <= now
+        {
+            outputs.extend(byte.map(Output::Byte));
+            self.sending = None;
+        }
+        if self.next_report.is_some_and(|at| at <= now) {
+            self.report(now);
+        }
+        if self.shutdown_at.is_some_and(|at| at <= now) {
+            self.power_off(false, now);
+        }
+        self.process(now);
+        if self.sending.is_none()
+            && let Some(byte) = self.unsent.pop_front()
+        {
+            let byte = self.line.pass(byte);
+            self.sending = Some((now + Time::of_ticks(FRAME_BITS, BAUD), byte));
+            outputs.extend(byte.map(|_| Output::Begin));
+        }
+        outputs
+    }
+
+    /// A byte arrives from the STM32, sent at `baud`.
+    pub fn receive(&mut self, byte: u8, baud: u64, now: Time) {
+        let Some(byte) = self.line.pass(byte) else {
+            return;
+        };
+        self.received += 1;
+        let received = serial::receive(byte, baud, BAUD);
+        self.framing_errors += u64::from(received.framing_error);
+        if self.queue.len() == QUEUE {
+            self.dropped += 1;
+        } else {
+            self.queue.push_back(received.byte);
+        }
+        self.process(now);
+    }
+
+    /// Sends a frame on behalf of the world outside, if the nRF51 would.
+    pub fn send_frame(&mut self, frame: &Frame, now: Time) {
+        let from_radio = matches!(
+            frame.kind(),
+            kind::RADIO_RAW | kind::RADIO_RAW_BROADCAST | kind::P2P | kind::P2P_BROADCAST
+        );
+        if from_radio && !self.ready && now < READY_AFTER {
+            self.not_sent += 1;
+        } else {
+            self.send(frame.kind(), frame.payload());
+        }
+    }
+
+    /// Puts bytes on the wire, whatever they are.
+    pub fn send_bytes(&mut self, bytes: &[u8]) {
+        self.unsent.extend(bytes);
+    }
+
+    fn send(&mut self, kind: u8, payload: &[u8]) {
+        match Frame::new(kind, payload) {
+            Some(frame) if self.talks => self.unsent.extend(frame.to_bytes()),
+            _ => self.not_sent += 1,
+        }
+    }
+
+    fn report(&mut self, now: Time) {
+        let Battery { volts, charging, usb_powered } = self.battery;
+        let mut payload = vec![u8::from(charging) | u8::from(usb_powered) << 1];
+        payload.extend(volts.to_le_bytes());
+        let charge_current: f32 = if charging { 500.0 } else { 0.0 };
+        payload.extend(charge_current.to_le_bytes());
+        self.send(kind::BATTERY_STATE, &payload);
+        self.send(kind::RADIO_RSSI, &[RSSI]);
+        self.next_report = Some(now + REPORT_PERIOD);
+    }
+
+    fn power_off(&mut self, acknowledged: bool, now: Time) {
+        self.shutdown_at = None;
+        self.powered = false;
+        self.events.push((now, Event::PowerOff { acknowledged }));
+    }
+
+    /// Looks at the queue until it is empty or the radio is busy.
+    fn process(&mut self, now: Time) {
+        while !self.stalled && self.busy_until <= now {
+            let Some(byte) = self.queue.pop_front() else {
+                return;
+            };
+            if let Some(arrived) = self.parser.push(byte) {
+                self.handle(arrived, now);
+            }
+        }
+    }
+
+    fn handle(&mut self, arrived: Arrived, now: Time) {
+        let Arrived { frame, first_sum_good, second_sum_good } = arrived;
+        let intact = first_sum_good && second_sum_good;
+        let payload = frame.payload();
+        self.events
+            .push((now, Event::Syslink { kind: frame.kind(), payload: payload.to_vec(), intact }));
+        if !intact {
+            self.bad_sums[usize::from(first_sum_good)] += 1;
+            return;
+        }
+        self.talks = true;
+        match (frame.kind(), payload) {
+            (kind::RADIO_CHANNEL, [_]) => self.radio.channel_set = true,
+            (kind::RADIO_DATARATE, [rate @ 0..=2]) => {
+                self.radio.rate = *rate;
+                self.radio.rate_set = true;
+            }
+            (kind::RADIO_ADDRESS, [_, _, _, _, _]) => self.radio.address_set = true,
+            (kind::RADIO_POWER, [_]) => {}
+            (kind::RADIO_READY, _) => self.ready = true,
+            (kind::P2P_BROADCAST, [_, ..]) => {
+                self.busy_until = now + self.air_time(payload.len());
+                return;
+            }
+            (kind::BATTERY_AUTOUPDATE, _) => {
+                self.next_report = self.next_report.or(Some(now + REPORT_PERIOD));
+                return;
+            }
+            (kind::SHUTDOWN_ACK, _) => {
+                if self.shutdown_at.is_some() {
+                    self.power_off(true, now);
+                }
+                return;
+            }
+            (kind::SWITCH_OFF, _) => return self.power_off(true, now),
+            (kind::LED_ON, _) => return self.set_led(true, now),
+            (kind::LED_OFF, _) => return self.set_led(false, now),
+            // No deck is attached.
+            (kind::ONE_WIRE_SCAN, _) => return self.send(kind::ONE_WIRE_SCAN, &[0]),
+            (kind::NRF_VERSION, _) => {
+                let version = concat!("bittybuzz-chips ", env!("CARGO_PKG_VERSION"));
+                return self.send(kind::NRF_VERSION, version.as_bytes());
+            }
+            (kind::DEBUG_PROBE, _) => return self.answer_probe(),
+            _ => return,
+        }
+        // What sets the radio up is echoed.
+        self.send(frame.kind(), payload);
+    }
+
+    /// How long the radio is busy with a P2P frame of this payload: ramp, preamble, address, header, the
+    /// marker before the payload, and the checksum.
+    fn air_time(&self, payload: usize) -> Time {
+        let bits_per_second = [250_000, 1_000_000, 2_000_000][usize::from(self.radio.rate)];
+        let bits = 8 * (1 + 5 + 1 + payload as u64 + 1 + 2) + 1;
+        RADIO_RAMP + Time::of_ticks(bits, bits_per_second)
+    }
+
+    fn set_led(&mut self, on: bool, now: Time) {
+        self.events.push((now, Event::Led { led: Led::BlueRight, on }));
+    }
+
+    fn answer_probe(&mut self) {
+        let count = |n: u64| n.min(255) as u8;
+        let payload = [
+            u8::from(self.radio.address_set),
+            u8::from(self.radio.channel_set),
+            u8::from(self.radio.rate_set),
+            count(self.dropped),
+            // Last error code of the UART: bit 2 is framing.
+            if self.framing_errors > 0 { 4 } else { 0 },
+            count(self.framing_errors),
+            count(self.bad_sums[0]),
+            count(self.bad_sums[1]),
+        ];
+        self.send(kind::DEBUG_PROBE, &payload);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sends a frame to the peer at the line's rate and returns when it has arrived.
+    fn tell(peer: &mut Nrf51, kind: u8, payload: &[u8], mut now: Time) -> Time {
+        for byte in Frame::new(kind, payload).unwrap().to_bytes() {
+            now = now + Time::from_micros(10);
+            peer.receive(byte, BAUD, now);
+        }
+        now
+    }
+
+    /// All frames that the peer sends until `until`, and when each was complete.
+    fn listen(peer: &mut Nrf51, mut now: Time, until: Time) -> Vec<(Time, Frame)> {
+        let mut parser = Parser::default();
+        let mut frames = Vec::new();
+        while now <= until {
+            for output in peer.advance(now) {
+                if let Output::Byte(byte) = output
+                    && let Some(arrived) = parser.push(byte)
+                {
+                    assert!(arrived.first_sum_good && arrived.second_sum_good);
+                    frames.push((now, arrived.frame));
+                }
+            }
+            match peer.next_event() {
+                Some(at) => now = at,
+                None => break,
+            }
+        }
+        frames
+    }
+
+    fn kinds(frames: &[(Time, Frame)]) -> Vec<u8> {
+        frames.iter().map(|(_, frame)| frame.kind()).collect()
+    }
+
+    #[test]
+    fn silent_until_the_first_good_frame() {
+        let mut peer = Nrf51::new();
+        peer.send_frame(&Frame::new(0x30, *b"hello").unwrap(), Time::ZERO);
+        peer.receive(0x00, BAUD, Time::ZERO);
+        assert_eq!(listen(&mut peer, Time::ZERO, Time::from_millis(100)), []);
+        assert_eq!(peer.not_sent, 1);
+        let now = tell(&mut peer, 0x01, &[80], Time::from_millis(100));
+        let frames = listen(&mut peer, now, Time::from_millis(200));
+        assert_eq!(kinds(&frames), [0x01], "the channel is echoed");
+        // Seven bytes of 10 µs each.
+        assert_eq!(frames[0].0, now + Time::from_micros(70));
+    }
+
+    #[test]
+    fn reports_every_ten_milliseconds_once_asked() {
+        let mut peer = Nrf51::new();
+        peer.set_battery(Battery { volts: 3.5, charging: true, usb_powered: false });
+        let now = tell(&mut peer, 0x14, &[], Time::ZERO);
+        let frames = listen(&mut peer, now, now + Time::from_millis(35));
+        assert_eq!(kinds(&frames), [0x13, 0x04, 0x13, 0x04, 0x13, 0x04]);
+        let mut state = vec![1];
+        state.extend(3.5_f32.to_le_bytes());
+        state.extend(500.0_f32.to_le_bytes());
+        assert_eq!(frames[0].1.payload(), state);
+        assert_eq!(frames[1].1.payload(), [RSSI]);
+    }
+
+    #[test]
+    fn radio_frames_wait_for_ready() {
+        let mut peer = Nrf51::new();
+        let p2p = Frame::new(0x0a, [0, 40, 1, 2, 3]).unwrap();
+        let now = tell(&mut peer, 0x02, &[2], Time::ZERO);
+        peer.send_frame(&p2p, now);
+        assert_eq!(kinds(&listen(&mut peer, now, Time::from_millis(10))), [0x02]);
+        let now = tell(&mut peer, 0x0b, &[], Time::from_millis(10));
+        peer.send_frame(&p2p, now);
+        assert_eq!(kinds(&listen(&mut peer, now, Time::from_millis(20))), [0x0b, 0x0a]);
+    }
+
+    #[test]
+    fn a_broadcast_keeps_the_radio_busy_and_fills_the_queue() {
+        let mut peer = Nrf51::new();
+        // At 250 kb/s 60 bytes take more than 2 ms on the air, time for over 200 bytes on the line.
+        let mut now = tell(&mut peer, 0x02, &[0], Time::ZERO);
+        now = tell(&mut peer, 0x0a, &[7; 60], now);
+        let busy = peer.busy_until;
+        assert_eq!(busy - now, Time::from_micros(130 + 4 * (8 * 70 + 1)));
+        for _ in 0..130 {
+            now = now + Time::from_micros(10);
+            peer.receive(0, BAUD, now);
+            assert_eq!(peer.is_full(), peer.queue.len() >= 125);
+        }
+        assert_eq!((peer.queue.len(), peer.dropped), (128, 2));
+        assert_eq!(peer.next_event(), Some(busy));
+        peer.advance(busy);
+        assert!(!peer.is_full());
+    }
+
+    #[test]
+    fn shutdown_is_acknowledged_or_runs_out() {
+        for acknowledges in [true, false] {
+            let mut peer = Nrf51::new();
+            let now = tell(&mut peer, 0x0b, &[], Time::ZERO);
+            peer.request_shutdown(now);
+            let frames = listen(&mut peer, now, Time::from_millis(50));
+            assert_eq!(kinds(&frames), [0x0b, 0x15]);
+            assert!(peer.is_powered());
+            if acknowledges {
+                tell(&mut peer, 0x16, &[], Time::from_millis(50));
+            } else {
+                peer.advance(now + SHUTDOWN_AFTER);
+            }
+            assert!(!peer.is_powered());
+            let (_, event) = peer.take_events().pop().unwrap();
+            assert_eq!(event, Event::PowerOff { acknowledged: acknowledges });
+        }
+    }
+
+    #[test]
+    fn the_probe_counts_bad_sums() {
+        let mut peer = Nrf51::new();
+        for byte in [0xbc, 0xcf, 0x14, 0x00, 0x15, 0x28, 0xbc, 0xcf, 0x14, 0x00, 0x14, 0x29] {
+            peer.receive(byte, BAUD, Time::ZERO);
+        }
+        assert!(!peer.talks);
+        let now = tell(&mut peer, 0xf0, &[], Time::ZERO);
+        let frames = listen(&mut peer, now, Time::from_millis(10));
+        assert_eq!(frames[0].1.payload(), [0, 0, 0, 0, 0, 0, 1, 1]);
+    }
+
+    #[test]
+    fn another_baud_rate_is_not_understood() {
+        let mut peer = Nrf51::new();
+        for byte in Frame::new(0x0b, []).unwrap().to_bytes() {
+            peer.receive(byte, 950_000, Time::ZERO);
+        }
+        assert!(!peer.talks);
+        assert_ne!(peer.framing_errors, 0);
+    }
+}

@@ -1,0 +1,282 @@
+//! The core of the STM32F405 in QEMU: runs for a number of instructions, then is stopped and looked at.
+//!
+//! QEMU counts instructions (`-icount`), and its SysTick, which runs on that count, stops a busy core: the
+//! exception it raises meets a breakpoint at the handler's first instruction, and returns from there. So a
+//! stop comes after the same instruction every time, and no clock of the host is involved. To the firmware
+//! it is an interrupt whose handler does nothing.
+
+use std::time::Duration;
+
+use crate::gdb::{GdbError, Registers, Stop};
+use crate::memory::{self, Layout};
+use crate::qemu::{Qemu, QemuError};
+use crate::sites;
+
+/// TIM2_CNT as QEMU 7.2 to 11 model it: nanoseconds of QEMU's clock, whatever TIM2's registers say. The
+/// firmware's accesses never get there.
+const CLOCK: u32 = 0x4000_0024;
+/// Registers of the core (ARMv7-M manual, B3.2.2 and B3.3.2).
+const SYST_CSR: u32 = 0xe000_e010;
+const SYST_RVR: u32 = 0xe000_e014;
+const SYST_CVR: u32 = 0xe000_e018;
+const ICSR: u32 = 0xe000_ed04;
+pub const VTOR: u32 = 0xe000_ed08;
+/// SYST_CSR: on, with interrupt, from the processor clock.
+const SYSTICK_ON: u32 = 0b111;
+const ICSR_PENDSTCLR: u32 = 1 << 25;
+const SYSTICK_EXCEPTION: u32 = 15;
+/// QEMU's SysTick counts at 168 MHz, its clock at 1 GHz.
+const SYSTICK_NUMERATOR: u64 = 168;
+const SYSTICK_DENOMINATOR: u64 = 1000;
+/// Half of SysTick's longest run, see [`Core::arm`], and with it less than the clock's 32 bits.
+const LONGEST_RUN: u64 = 50_000_000;
+/// An armed stop may be that many instructions too early or too late before it is worth another one.
+const TOLERANCE_EARLY: u64 = 64;
+const TOLERANCE_LATE: u64 = 24;
+/// Reset value of the program status: Thumb state.
+const XPSR_THUMB: u32 = 1 << 24;
+/// How long QEMU may run without a stop before it is asked to: only firmware that never allows interrupts and
+/// never touches a peripheral gets there. The longest run takes a fraction of it.
+const PATIENCE: Duration = Duration::from_secs(3);
+const LAST_PATIENCE: Duration = Duration::from_secs(30);
+
+/// In place of the bootloader stands a vector table with only SysTick's entry, and its handler; they are
+/// used until the firmware has set VTOR.
+const EARLY_HANDLER: u32 = 0x0800_0040;
+const EARLY_RETURN: u32 = 0x0800_0042;
+const EARLY_VECTOR: (u32, [u8; 8]) =
+    // The handler's address with the Thumb bit; NOP; BX LR.
+    (0x0800_003c, [0x41, 0x00, 0x00, 0x08, 0x00, 0xbf, 0x70, 0x47]);
+
+/// Why the core stopped and what it did.
+pub struct Stopped {
+    /// What for.
+    pub cause: Cause,
+    /// How many instructions it executed.
+    pub instructions: u64,
+}
+
+/// Why the core stopped.
+pub enum Cause {
+    /// It ran long enough.
+    Time,
+    /// It is about to access a trapped address.
+    Access,
+    /// It is about to execute an instruction with a breakpoint.
+    Breakpoint,
+}
+
+/// The core.
+pub struct Core {
+    qemu: Qemu,
+    layout: Layout,
+    /// The registers in QEMU.
+    registers: Registers,
+    /// What they shall be when the core goes on.
+    pub next: Registers,
+    clock: u32,
+    /// Instructions since QEMU's start, and when SysTick will stop the core.
+    executed: u64,
+    armed: Option<u64>,
+    lines: u128,
+    handler: Option<u32>,
+    /// Where an instruction stands that returns from an exception.
+    exit: u32,
+}
+
+/// Why the core cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum CoreError {
+    /// QEMU failed.
+    #[error(transparent)]
+    Qemu(#[from] QemuError),
+    /// It does not stop.
+    #[error("QEMU does not stop the core")]
+    Stuck,
+    /// There is no way back from SysTick.
+    #[error("the image has no BX LR instruction, which this bridge needs to return from SysTick")]
+    NoReturn,
+}
+
+impl From<GdbError> for CoreError {
+    fn from(error: GdbError) -> Self {
+        CoreError::Qemu(error.into())
+    }
+}
+
+impl From<crate::qtest::QtestError> for CoreError {
+    fn from(error: crate::qtest::QtestError) -> Self {
+        CoreError::Qemu(error.into())
+    }
+}
+
+impl Core {
+    /// A core with `flash` as content of the flash, not yet started.
+    pub fn new(flash: &[u8]) -> Result<Self, CoreError> {
+        let mut qemu = Qemu::start()?;
+        let has_ccm = qemu.gdb.read_memory(memory::CCM.start, &mut [0])?;
+        let mut core = Core {
+            qemu,
+            layout: if has_ccm { Layout::Chip } else { Layout::CcmBehindSram },
+            registers: Registers::default(),
+            next: Registers::default(),
+            clock: 0,
+            executed: 0,
+            armed: None,
+            lines: 0,
+            handler: None,
+            exit: EARLY_RETURN,
+        };
+        core.qemu.gdb.write_memory(memory::FLASH.start, flash)?;
+        let bootloader = &flash[..(EARLY_RETURN + 2 - memory::FLASH.start) as usize];
+        if bootloader.iter().all(|&byte| byte == 0xff) {
+            core.qemu.gdb.write_memory(EARLY_VECTOR.0, &EARLY_VECTOR.1)?;
+        } else {
+            core.exit = sites::find_return(memory::FLASH.start, flash).ok_or(CoreError::NoReturn)?;
+        }
+        Ok(core)
+    }
+
+    /// Where QEMU keeps the chip's memory.
+    pub fn layout(&self) -> Layout {
+        self.layout
+    }
+
+    /// Stops before accesses to the `length` bytes at `address`.
+    pub fn trap_accesses(&mut self, address: u32, length: u32) -> Result<(), CoreError> {
+        Ok(self.qemu.gdb.watch_accesses(address, length)?)
+    }
+
+    /// Stops before writes to the `length` bytes at `address`.
+    pub fn trap_writes(&mut self, address: u32, length: u32) -> Result<(), CoreError> {
+        Ok(self.qemu.gdb.watch_writes(address, length)?)
+    }
+
+    /// Stops before the instruction at `address`.
+    pub fn trap_instruction(&mut self, address: u32) -> Result<(), CoreError> {
+        Ok(self.qemu.gdb.set_breakpoint(address)?)
+    }
+
+    /// Resets the core; it will start at `pc` with the stack pointer `sp`.
+    pub fn reset(&mut self, sp: u32, pc: u32) -> Result<(), CoreError> {
+        self.set_lines(0)?;
+        self.qemu.gdb.monitor("system_reset")?;
+        self.armed = None;
+        self.look()?;
+        self.next = Registers { xpsr: XPSR_THUMB, ..Registers::default() };
+        self.next.r[usize::from(Registers::SP)] = self.layout.relocate(sp) & !3;
+        self.next.r[usize::from(Registers::LR)] = u32::MAX;
+        self.next.r[usize::from(Registers::PC)] = pc & !1;
+        self.set_vector_table(0)
+    }
+
+    /// The vector table is at `table` from now on (B3.2.5).
+    pub fn set_vector_table(&mut self, table: u32) -> Result<(), CoreError> {
+        self.qemu.qtest.write_words(&[(VTOR, table)])?;
+        let mut handler = [0; 4];
+        let address = table.wrapping_add(4 * SYSTICK_EXCEPTION);
+        self.qemu.gdb.read_memory(address, &mut handler)?;
+        if let Some(old) = self.handler.take() {
+            self.qemu.gdb.remove_breakpoint(old)?;
+        }
+        // The alias of the flash at 0 is never what a vector says; the early one is written as above.
+        let handler = u32::from_le_bytes(handler) & !1;
+        self.qemu.gdb.set_breakpoint(handler)?;
+        self.handler = Some(handler);
+        Ok(())
+    }
+
+    /// Moves interrupt lines to the levels `lines`, bit n for interrupt n. Returns whether any of them rose.
+    pub fn set_lines(&mut self, lines: u128) -> Result<bool, CoreError> {
+        let changed = lines ^ self.lines;
+        if changed != 0 {
+            let levels = (0..128)
+                .filter(|line| changed >> line & 1 != 0)
+                .map(|line| (line, lines >> line & 1 != 0));
+            self.qemu.qtest.set_lines(&self.qemu.core, levels)?;
+        }
+        self.lines = lines;
+        Ok(changed & lines != 0)
+    }
+
+    /// Whether an exception is pending and enabled, masked or not (ICSR.VECTPENDING, B3.2.4).
+    pub fn is_exception_pending(&mut self) -> Result<bool, CoreError> {
+        Ok(self.qemu.qtest.read_word(ICSR)? >> 12 & 0x1ff != 0)
+    }
+
+    /// Writes a register of the core that QEMU itself shall keep.
+    pub fn write_register(&mut self, address: u32, value: u32) -> Result<(), CoreError> {
+        Ok(self.qemu.qtest.write_words(&[(address, value)])?)
+    }
+
+    /// Reads memory; `address` is one of QEMU's.
+    pub fn read_memory(&mut self, address: u32, bytes: &mut [u8]) -> Result<bool, CoreError> {
+        Ok(self.qemu.gdb.read_memory(address, bytes)?)
+    }
+
+    /// Writes memory; `address` is one of QEMU's.
+    pub fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Result<bool, CoreError> {
+        Ok(self.qemu.gdb.write_memory(address, bytes)?)
+    }
+
+    /// Lets the core run, until something stops it, about `instructions` at most.
+    pub fn run(&mut self, instructions: u64) -> Result<Stopped, CoreError> {
+        self.arm(instructions.min(LONGEST_RUN))?;
+        self.qemu.gdb.resume(&self.registers, &self.next)?;
+        let mut stop = self.qemu.gdb.wait(PATIENCE)?;
+        if stop.is_none() {
+            self.qemu.gdb.interrupt()?;
+            stop = self.qemu.gdb.wait(LAST_PATIENCE)?;
+        }
+        let stop = stop.ok_or(CoreError::Stuck)?;
+        let before = self.clock;
+        self.look()?;
+        let instructions = u64::from(self.clock.wrapping_sub(before));
+        self.executed += instructions;
+        let in_handler = self.registers.exception() == SYSTICK_EXCEPTION;
+        let cause = match stop {
+            Stop::Watchpoint => Cause::Access,
+            Stop::Breakpoint if in_handler && Some(self.registers.pc()) == self.handler => {
+                self.armed = None;
+                self.next.r[usize::from(Registers::PC)] = self.exit;
+                Cause::Time
+            }
+            Stop::Breakpoint => Cause::Breakpoint,
+            Stop::Interrupted => Cause::Time,
+        };
+        Ok(Stopped { cause, instructions })
+    }
+
+    /// What QEMU printed when it ended.
+    pub fn last_words(self) -> String {
+        self.qemu.last_words()
+    }
+
+    fn look(&mut self) -> Result<(), CoreError> {
+        (self.registers, self.clock) = self.qemu.gdb.registers_and_word(CLOCK)?;
+        self.next = self.registers.clone();
+        Ok(())
+    }
+
+    /// SysTick shall stop the core after `instructions`. From a cleared counter it fires after two periods:
+    /// QEMU takes one until it reloads.
+    fn arm(&mut self, instructions: u64) -> Result<(), CoreError> {
+        let stop = self.executed + instructions;
+        let early = stop.saturating_sub(TOLERANCE_EARLY);
+        let late = stop.saturating_add(TOLERANCE_LATE);
+        if self.armed.is_some_and(|armed| armed > self.executed && (early..=late).contains(&armed)) {
+            return Ok(());
+        }
+        let ticks = (instructions * SYSTICK_NUMERATOR).div_ceil(SYSTICK_DENOMINATOR);
+        let period = ticks.div_ceil(2).max(2);
+        self.qemu.qtest.write_words(&[
+            (SYST_CSR, 0),
+            (ICSR, ICSR_PENDSTCLR),
+            (SYST_RVR, (period - 1) as u32),
+            (SYST_CVR, 0),
+            (SYST_CSR, SYSTICK_ON),
+        ])?;
+        self.armed = Some(self.executed + 2 * period * SYSTICK_DENOMINATOR / SYSTICK_NUMERATOR);
+        Ok(())
+    }
+}

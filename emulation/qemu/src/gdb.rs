@@ -1,0 +1,396 @@
+//! A client of the GDB remote protocol, as far as QEMU's stub for Cortex-M needs it
+//! (GDB manual, appendix E).
+//!
+//! Packets that do not depend on each other go out together, because a round trip costs as much as the work.
+//! Nothing is acknowledged: the next `$` counts as the acknowledgement, and QEMU takes any byte that comes
+//! while the core runs, even `+`, for a request to stop.
+
+use std::io::{self, Read, Write};
+use std::os::unix::net::UnixStream;
+use std::time::Duration;
+
+/// QEMU takes packets of 4096 characters, two for each byte and some for the request.
+const LONGEST_MEMORY: usize = 1984;
+/// Number of the program status register in QEMU's description of Cortex-M.
+const XPSR: usize = 25;
+/// A byte outside of any packet: stop the core.
+const INTERRUPT: u8 = 0x03;
+
+/// A connection to the stub; the core is stopped, unless [`resume`](Gdb::resume) was the last call.
+pub struct Gdb {
+    stream: UnixStream,
+    received: Vec<u8>,
+}
+
+/// Why a request failed.
+#[derive(Debug, thiserror::Error)]
+pub enum GdbError {
+    /// The connection broke, or QEMU did not answer in time.
+    #[error("no answer from QEMU's debugger port: {0}")]
+    Connection(#[from] io::Error),
+    /// QEMU ended.
+    #[error("QEMU ended")]
+    Closed,
+    /// A packet came whose checksum is wrong.
+    #[error("QEMU's debugger port sent a packet with a wrong checksum")]
+    Checksum,
+    /// A request that QEMU does not accept.
+    #[error("QEMU answered \"{reply}\" to the debugger's request \"{request}\"")]
+    Refused {
+        /// What was asked.
+        request: String,
+        /// What it said.
+        reply: String,
+    },
+}
+
+/// Why the core stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// It is about to access a watched address.
+    Watchpoint,
+    /// It is about to execute an instruction with a breakpoint.
+    Breakpoint,
+    /// [`Gdb::interrupt`] was called.
+    Interrupted,
+}
+
+/// The registers of the core.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Registers {
+    /// R0 to R15.
+    pub r: [u32; 16],
+    /// Program status.
+    pub xpsr: u32,
+}
+
+impl Registers {
+    /// Index of the stack pointer.
+    pub const SP: u8 = 13;
+    /// Index of the link register.
+    pub const LR: u8 = 14;
+    /// Index of the program counter.
+    pub const PC: u8 = 15;
+
+    /// The stack pointer.
+    pub fn sp(&self) -> u32 {
+        self.r[usize::from(Self::SP)]
+    }
+
+    /// The program counter.
+    pub fn pc(&self) -> u32 {
+        self.r[usize::from(Self::PC)]
+    }
+
+    /// The exception that is being handled; 0 for none.
+    pub fn exception(&self) -> u32 {
+        self.xpsr & 0x1ff
+    }
+
+    /// Goes on behind an instruction of `length` bytes: ITAdvance() of the ARMv7-M manual, A7.3.2, if it
+    /// stands in an IT block.
+    pub fn skip_instruction(&mut self, length: u32) {
+        self.r[usize::from(Self::PC)] = self.pc().wrapping_add(length);
+        // ITSTATE bits 7 to 2 are XPSR bits 15 to 10, bits 1 and 0 are XPSR bits 26 and 25 (B1.4.2).
+        let state = self.xpsr >> 8 & 0xfc | self.xpsr >> 25 & 0x03;
+        let advanced = if state & 0x07 == 0 { 0 } else { state & 0xe0 | state << 1 & 0x1f };
+        self.xpsr = self.xpsr & !0x0600_fc00 | (advanced & 0xfc) << 8 | (advanced & 0x03) << 25;
+    }
+}
+
+impl Gdb {
+    /// Greets the stub. It refuses to write single registers until it was asked to describe them.
+    pub fn new(stream: UnixStream) -> Result<Self, GdbError> {
+        let mut gdb = Gdb { stream, received: Vec::new() };
+        gdb.request("qSupported:xmlRegisters=arm")?;
+        gdb.request("qXfer:features:read:target.xml:0,ffb")?;
+        Ok(gdb)
+    }
+
+    /// Sets the registers that differ between `before` and `after`, and lets the core run.
+    pub fn resume(&mut self, before: &Registers, after: &Registers) -> Result<(), GdbError> {
+        let mut packets = register_packets(before, after);
+        let replies = packets.len();
+        packets.push("c".into());
+        self.send(&packets)?;
+        for packet in &packets[..replies] {
+            self.expect_ok(packet)?;
+        }
+        Ok(())
+    }
+
+    /// Sets the registers that differ between `before` and `after`.
+    pub fn set_registers(&mut self, before: &Registers, after: &Registers) -> Result<(), GdbError> {
+        let packets = register_packets(before, after);
+        self.send(&packets)?;
+        packets.iter().try_for_each(|packet| self.expect_ok(packet))
+    }
+
+    /// Waits until the core stops; `None` if it still runs after `patience`.
+    pub fn wait(&mut self, patience: Duration) -> Result<Option<Stop>, GdbError> {
+        self.stream.set_read_timeout(Some(patience))?;
+        let reply = self.reply();
+        self.stream.set_read_timeout(None)?;
+        let reply = match reply {
+            Err(GdbError::Connection(error)) if is_timeout(&error) => return Ok(None),
+            reply => reply?,
+        };
+        match reply.get(..3) {
+            Some("T05") if reply.contains("watch:") => Ok(Some(Stop::Watchpoint)),
+            Some("T05") => Ok(Some(Stop::Breakpoint)),
+            Some("T02") => Ok(Some(Stop::Interrupted)),
+            _ => Err(GdbError::Refused { request: "c".into(), reply }),
+        }
+    }
+
+    /// Asks the running core to stop.
+    pub fn interrupt(&mut self) -> Result<(), GdbError> {
+        Ok(self.stream.write_all(&[INTERRUPT])?)
+    }
+
+    /// The registers, and the word at `address`, which may be a peripheral's register.
+    pub fn registers_and_word(&mut self, address: u32) -> Result<(Registers, u32), GdbError> {
+        let packets = ["g".into(), format!("m{address:x},4")];
+        self.send(&packets)?;
+        let all = self.expect_bytes(&packets[0])?;
+        let word = self.expect_bytes(&packets[1])?;
+        let refuse = |request: &str| GdbError::Refused { request: request.into(), reply: String::new() };
+        let mut words = all.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+        let mut registers = Registers::default();
+        for register in registers.r.iter_mut().chain([&mut registers.xpsr]) {
+            *register = words.next().ok_or_else(|| refuse("g"))?;
+        }
+        let word = word.try_into().map_err(|_| refuse(&packets[1]))?;
+        Ok((registers, u32::from_le_bytes(word)))
+    }
+
+    /// Reads memory; `false` if there is none.
+    pub fn read_memory(&mut self, address: u32, bytes: &mut [u8]) -> Result<bool, GdbError> {
+        for (index, part) in bytes.chunks_mut(LONGEST_MEMORY).enumerate() {
+            let at = address.wrapping_add((index * LONGEST_MEMORY) as u32);
+            let reply = self.request(&format!("m{at:x},{:x}", part.len()))?;
+            match from_hex(&reply) {
+                Some(read) if read.len() == part.len() => part.copy_from_slice(&read),
+                _ => return Ok(false),
+            }
+        }
+        Ok(true)
+    }
+
+    /// Writes memory, flash included; `false` if there is none. Peripherals are not reached.
+    pub fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Result<bool, GdbError> {
+        for (index, part) in bytes.chunks(LONGEST_MEMORY).enumerate() {
+            let at = address.wrapping_add((index * LONGEST_MEMORY) as u32);
+            let reply = self.request(&format!("M{at:x},{:x}:{}", part.len(), to_hex(part)))?;
+            if reply != "OK" {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// The core stops before it executes the instruction at `address`.
+    pub fn set_breakpoint(&mut self, address: u32) -> Result<(), GdbError> {
+        self.request_ok(&format!("Z0,{address:x},2"))
+    }
+
+    /// No longer.
+    pub fn remove_breakpoint(&mut self, address: u32) -> Result<(), GdbError> {
+        self.request_ok(&format!("z0,{address:x},2"))
+    }
+
+    /// The core stops before it reads or writes any of `length` bytes at `address`.
+    pub fn watch_accesses(&mut self, address: u32, length: u32) -> Result<(), GdbError> {
+        self.request_ok(&format!("Z4,{address:x},{length:x}"))
+    }
+
+    /// The core stops before it writes any of `length` bytes at `address`.
+    pub fn watch_writes(&mut self, address: u32, length: u32) -> Result<(), GdbError> {
+        self.request_ok(&format!("Z2,{address:x},{length:x}"))
+    }
+
+    /// Gives QEMU's monitor a command and returns what it prints.
+    pub fn monitor(&mut self, command: &str) -> Result<String, GdbError> {
+        let request = format!("qRcmd,{}", to_hex(command.as_bytes()));
+        self.send(std::slice::from_ref(&request))?;
+        let mut printed = Vec::new();
+        loop {
+            let reply = self.reply()?;
+            if reply == "OK" {
+                return Ok(String::from_utf8_lossy(&printed).into_owned());
+            }
+            match reply.strip_prefix('O').and_then(from_hex) {
+                Some(bytes) => printed.extend(bytes),
+                None => return Err(GdbError::Refused { request: command.into(), reply }),
+            }
+        }
+    }
+
+    fn request(&mut self, packet: &str) -> Result<String, GdbError> {
+        self.send(&[packet.into()])?;
+        self.reply()
+    }
+
+    fn request_ok(&mut self, packet: &str) -> Result<(), GdbError> {
+        self.send(&[packet.into()])?;
+        self.expect_ok(packet)
+    }
+
+    fn expect_ok(&mut self, request: &str) -> Result<(), GdbError> {
+        match self.reply()? {
+            reply if reply == "OK" => Ok(()),
+            reply => Err(GdbError::Refused { request: request.into(), reply }),
+        }
+    }
+
+    fn expect_bytes(&mut self, request: &str) -> Result<Vec<u8>, GdbError> {
+        let reply = self.reply()?;
+        from_hex(&reply).ok_or_else(|| GdbError::Refused { request: request.into(), reply })
+    }
+
+    fn send(&mut self, packets: &[String]) -> Result<(), GdbError> {
+        let framed: String = packets
+            .iter()
+            .map(|packet| format!("${packet}#{:02x}", checksum(packet.as_bytes())))
+            .collect();
+        self.stream.write_all(framed.as_bytes()).map_err(closed)
+    }
+
+    /// The next packet from the stub.
+    fn reply(&mut self) -> Result<String, GdbError> {
+        loop {
+            if let Some(packet) = take_packet(&mut self.received)? {
+                return Ok(packet);
+            }
+            let mut chunk = [0; 4096];
+            match self.stream.read(&mut chunk) {
+                Ok(0) => return Err(GdbError::Closed),
+                Ok(count) => self.received.extend(&chunk[..count]),
+                Err(error) => return Err(closed(error)),
+            }
+        }
+    }
+}
+
+/// Removes the first complete packet from `received`, with whatever stands before it.
+fn take_packet(received: &mut Vec<u8>) -> Result<Option<String>, GdbError> {
+    let Some(start) = received.iter().position(|&byte| byte == b'$') else {
+        return Ok(None);
+    };
+    let Some(length) = received[start..].iter().position(|&byte| byte == b'#') else {
+        return Ok(None);
+    };
+    let end = start + length;
+    let Some(digits) = received.get(end + 1..end + 3) else {
+        return Ok(None);
+    };
+    let sum = std::str::from_utf8(digits).ok().and_then(|digits| u8::from_str_radix(digits, 16).ok());
+    let body = &received[start + 1..end];
+    if sum != Some(checksum(body)) {
+        return Err(GdbError::Checksum);
+    }
+    let packet = String::from_utf8_lossy(body).into_owned();
+    received.drain(..end + 3);
+    Ok(Some(packet))
+}
+
+fn register_packets(before: &Registers, after: &Registers) -> Vec<String> {
+    let mut packets = Vec::new();
+    for (number, (old, new)) in before.r.iter().zip(&after.r).enumerate() {
+        if old != new {
+            packets.push(format!("P{number:x}={}", to_hex(&new.to_le_bytes())));
+        }
+    }
+    if before.xpsr != after.xpsr {
+        packets.push(format!("P{XPSR:x}={}", to_hex(&after.xpsr.to_le_bytes())));
+    }
+    packets
+}
+
+fn checksum(bytes: &[u8]) -> u8 {
+    bytes.iter().fold(0, |sum: u8, byte| sum.wrapping_add(*byte))
+}
+
+fn to_hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn from_hex(text: &str) -> Option<Vec<u8>> {
+    let digits: Option<Vec<u8>> = text.chars().map(|c| Some(c.to_digit(16)? as u8)).collect();
+    let digits = digits.filter(|digits| digits.len() % 2 == 0)?;
+    Some(digits.chunks_exact(2).map(|pair| pair[0] << 4 | pair[1]).collect())
+}
+
+/// A broken connection means that QEMU ended.
+fn closed(error: io::Error) -> GdbError {
+    match error.kind() {
+        io::ErrorKind::ConnectionReset | io::ErrorKind::BrokenPipe => GdbError::Closed,
+        _ => error.into(),
+    }
+}
+
+fn is_timeout(error: &io::Error) -> bool {
+    matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn checksum_of_the_manual() {
+        // GDB manual E.1: "$m0,4#fd" (the sum of the four characters).
+        assert_eq!(checksum(b"m0,4"), 0xfd);
+        assert_eq!(checksum(b"OK"), 0x9a);
+    }
+
+    #[test]
+    fn packets_come_in_pieces() {
+        let mut received = b"+$O".to_vec();
+        assert_eq!(take_packet(&mut received).unwrap(), None);
+        received.extend(b"K#9a$T05");
+        assert_eq!(take_packet(&mut received).unwrap().as_deref(), Some("OK"));
+        assert_eq!(take_packet(&mut received).unwrap(), None);
+        received.extend(b"#b9");
+        assert_eq!(take_packet(&mut received).unwrap().as_deref(), Some("T05"));
+        assert_eq!(received, b"");
+    }
+
+    #[test]
+    fn a_wrong_checksum_is_an_error() {
+        let mut received = b"$OK#9b".to_vec();
+        assert!(matches!(take_packet(&mut received), Err(GdbError::Checksum)));
+        let mut received = b"$OK#zz".to_vec();
+        assert!(matches!(take_packet(&mut received), Err(GdbError::Checksum)));
+    }
+
+    #[test]
+    fn only_changed_registers_are_written() {
+        let before = Registers::default();
+        let mut after = before.clone();
+        after.r[15] = 0x0800_0102;
+        after.xpsr = 0x0100_0000;
+        assert_eq!(register_packets(&before, &after), ["Pf=02010008", "P19=00000001"]);
+    }
+
+    #[test]
+    fn skipping_advances_the_it_block() {
+        // ITTE NE: firstcond 0001, mask 1010; the lower five bits move left, the last instruction ends it.
+        let mut registers = Registers::default();
+        let state = |xpsr: u32| xpsr >> 8 & 0xfc | xpsr >> 25 & 0x03;
+        registers.xpsr = 0x6100_0000 | (0x1a & 0xfc) << 8 | (0x1a & 0x03) << 25;
+        for (expected, pc) in [(0x14, 2), (0x08, 6), (0x00, 8)] {
+            registers.skip_instruction(pc - registers.pc());
+            assert_eq!((state(registers.xpsr), registers.pc()), (expected, pc));
+            assert_eq!(registers.xpsr & !0x0600_fc00, 0x6100_0000);
+        }
+    }
+
+    #[test]
+    fn hexadecimal() {
+        assert_eq!(from_hex("00ff1A"), Some(vec![0, 0xff, 0x1a]));
+        assert_eq!(from_hex("0"), None);
+        assert_eq!(from_hex("0g"), None);
+        assert_eq!(from_hex("é"), None);
+    }
+}
