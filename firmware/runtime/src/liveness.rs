@@ -1,0 +1,92 @@
+//! Which tasks live. The watchdog is fed only when all of them have shown it since it was fed last.
+
+use core::cell::Cell;
+
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_time::Duration;
+
+/// A task shows that it lives at least this often, also while it waits.
+pub const BEAT: Duration = Duration::from_millis(50);
+
+/// How often the watchdog's task looks: at least one beat of each task lies between two looks.
+pub const LOOK: Duration = Duration::from_millis(100);
+
+/// The tasks of a robot, up to eight, each with its bit.
+pub struct Liveness {
+    all: u8,
+    seen: Mutex<CriticalSectionRawMutex, Cell<u8>>,
+}
+
+/// The sign of life of one task.
+#[derive(Clone, Copy)]
+pub struct Pulse {
+    of: &'static Liveness,
+    bit: u8,
+}
+
+impl Liveness {
+    /// Of a robot with so many tasks, at most eight.
+    pub const fn new(tasks: u8) -> Self {
+        let all = if tasks < 8 { (1 << tasks) - 1 } else { u8::MAX };
+        Liveness { all, seen: Mutex::new(Cell::new(0)) }
+    }
+
+    /// The pulse of task `number`, from 0.
+    pub const fn pulse(&'static self, number: u8) -> Pulse {
+        Pulse { of: self, bit: 1 << (number & 7) }
+    }
+
+    /// Whether all tasks have shown that they live since the last time it was so.
+    pub fn all_live(&self) -> bool {
+        self.seen.lock(|seen| {
+            let live = seen.get() == self.all;
+            if live {
+                seen.set(0);
+            }
+            live
+        })
+    }
+
+    /// The tasks that have not shown it: a bit each.
+    pub fn missing(&self) -> u8 {
+        self.seen.lock(|seen| self.all & !seen.get())
+    }
+}
+
+impl Pulse {
+    /// The task lives.
+    pub fn beat(&self) {
+        self.of.seen.lock(|seen| seen.set(seen.get() | self.bit));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Liveness;
+
+    #[test]
+    fn one_dead_task_is_enough() {
+        static TASKS: Liveness = Liveness::new(3);
+        let [a, b, c] = [TASKS.pulse(0), TASKS.pulse(1), TASKS.pulse(2)];
+        assert!(!TASKS.all_live());
+        [a, b, c].iter().for_each(super::Pulse::beat);
+        assert!(TASKS.all_live());
+        // From then on each has to show it anew.
+        for _ in 0..10 {
+            a.beat();
+            c.beat();
+        }
+        assert!(!TASKS.all_live());
+        assert_eq!(TASKS.missing(), 0b010);
+        b.beat();
+        assert!(TASKS.all_live());
+    }
+
+    #[test]
+    fn up_to_eight_tasks() {
+        static TASKS: Liveness = Liveness::new(8);
+        (0..8).for_each(|number| TASKS.pulse(number).beat());
+        assert!(TASKS.all_live());
+    }
+}

@@ -1,0 +1,121 @@
+//! Set-points: what the motors shall do, and until when.
+//!
+//! The script's task has the [`Writer`], the motors' task runs [`drive`]; between them is a [`Channel`] that holds the latest
+//! command only, because an old one is of no use to a motor.
+
+use embassy_futures::select::{Either, select};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
+use embassy_time::{Duration, Instant, Timer};
+
+use crate::liveness::{BEAT, Pulse};
+
+/// How long a set-point holds unless a completed step renews it.
+pub const HOLD: Duration = Duration::from_millis(500);
+
+/// What the motors' task is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Command<S> {
+    /// Do this, until then.
+    Hold(S, Instant),
+    /// Stop at once.
+    Stop,
+}
+
+/// Carries the latest command from the script's task to the motors'.
+pub type Channel<S> = Signal<CriticalSectionRawMutex, Command<S>>;
+
+/// The motors of a robot.
+pub trait Motors {
+    /// What they can be told to do.
+    type Setpoint: Copy;
+    /// Do it.
+    fn apply(&mut self, setpoint: Self::Setpoint);
+    /// Stop.
+    fn stop(&mut self);
+}
+
+/// The side of the script.
+pub struct Writer<S: Copy + 'static> {
+    channel: &'static Channel<S>,
+    held: Option<S>,
+    until: Instant,
+}
+
+impl<S: Copy> Writer<S> {
+    /// Of this channel; nothing is set.
+    pub fn new(channel: &'static Channel<S>) -> Self {
+        Writer { channel, held: None, until: Instant::now() + HOLD }
+    }
+
+    /// The set-point, unless it has expired.
+    pub fn held(&self) -> Option<S> {
+        self.held
+    }
+
+    /// Sets it. It takes effect at once and holds as long as if it had been set when the last step was completed; one
+    /// that comes later than that takes effect with the next completed step.
+    pub fn set(&mut self, setpoint: S) {
+        self.held = Some(setpoint);
+        self.send();
+    }
+
+    /// A step was completed: the set-point holds anew.
+    pub fn renew(&mut self) {
+        self.until = Instant::now() + HOLD;
+        self.send();
+    }
+
+    /// Forgets a set-point that has expired, and tells whether there was one just now: a later step does not bring it
+    /// back.
+    pub fn expire(&mut self) -> bool {
+        let expired = self.held.is_some() && Instant::now() >= self.until;
+        if expired {
+            self.held = None;
+        }
+        expired
+    }
+
+    /// Stops the motors, and forgets the set-point.
+    pub fn stop(&mut self) {
+        self.held = None;
+        self.channel.signal(Command::Stop);
+    }
+
+    fn send(&self) {
+        if let Some(setpoint) = self.held {
+            self.channel.signal(Command::Hold(setpoint, self.until));
+        }
+    }
+}
+
+/// The motors' task: does what it is told for as long as it holds, and stops them then.
+pub async fn drive<M: Motors>(
+    channel: &'static Channel<M::Setpoint>,
+    motors: &mut M,
+    pulse: Pulse,
+) -> ! {
+    motors.stop();
+    let mut until = None;
+    loop {
+        pulse.beat();
+        let beat = Instant::now() + BEAT;
+        let wake = until.map_or(beat, |until: Instant| until.min(beat));
+        match select(channel.wait(), Timer::at(wake)).await {
+            Either::First(Command::Hold(setpoint, end)) if Instant::now() < end => {
+                motors.apply(setpoint);
+                until = Some(end);
+            }
+            Either::First(Command::Hold(..) | Command::Stop) => {
+                motors.stop();
+                until = None;
+            }
+            Either::Second(()) => {
+                if until.is_some_and(|until| Instant::now() >= until) {
+                    motors.stop();
+                    until = None;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! A robot without hardware, and a clock that the tests move.
+
+#![allow(dead_code, reason = "each test uses its part")]
+
+use std::future::Future;
+use std::path::Path;
+use std::pin::pin;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::task::{Context, Poll, Waker};
+
+use bittybuzz_comms::trace::{Encoded, Item, Record};
+use bittybuzz_compiler::compile::{Options, compile};
+use bittybuzz_compiler::include::{DiskFiles, Loader};
+use bittybuzz_runtime::liveness::Liveness;
+use bittybuzz_runtime::script::{Robot, Script, Stopped};
+use bittybuzz_runtime::setpoint::{Channel, Motors, Writer};
+use bittybuzz_vm_core::link::name_hash;
+use bittybuzz_vm_core::number::Full;
+use bittybuzz_vm_core::{Arguments, Axis, ByteCode, Reply, RobotFault, Value};
+use embassy_time::{Duration, Instant, MockDriver};
+
+/// There is one clock: tests take turns.
+pub fn clock() -> MutexGuard<'static, ()> {
+    static TURN: Mutex<()> = Mutex::new(());
+    let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    MockDriver::get().reset();
+    turn
+}
+
+pub fn advance_us(us: u64) {
+    MockDriver::get().advance(Duration::from_micros(us));
+}
+
+pub fn now_ms() -> u64 {
+    Instant::now().as_millis()
+}
+
+/// What happened, and when in ms.
+pub type Events = Vec<(u64, String)>;
+
+static EVENTS: Mutex<Events> = Mutex::new(Vec::new());
+
+pub fn note(text: impl Into<String>) {
+    EVENTS.lock().unwrap().push((now_ms(), text.into()));
+}
+
+pub fn take_events() -> Events {
+    std::mem::take(&mut EVENTS.lock().unwrap())
+}
+
+/// Notes what it is told.
+pub struct Fake {
+    pub setpoint: Writer<i32>,
+}
+
+const MOTOR: u16 = name_hash("motor");
+const WORK: u16 = name_hash("work");
+
+pub fn is_function(hash: u16) -> bool {
+    [MOTOR, WORK].contains(&hash)
+}
+
+impl Robot<Full> for Fake {
+    fn call<C: ByteCode, const SLOTS: usize>(
+        &mut self,
+        function: u16,
+        arguments: Arguments<'_, Full, C, SLOTS>,
+        _again: bool,
+        _log: &mut dyn FnMut(Encoded),
+    ) -> Result<Reply<Full>, RobotFault> {
+        let argument = arguments.value(0).as_int().unwrap_or(0);
+        match function {
+            MOTOR => self.setpoint.set(argument),
+            // An instruction that takes so many µs.
+            _ => advance_us(u64::try_from(argument).unwrap()),
+        }
+        Ok(Reply::Value(Value::nil()))
+    }
+
+    fn position(&mut self, _: Axis) -> Option<f32> {
+        None
+    }
+
+    fn report(&mut self, record: &[u8]) {
+        note(match Record::decode(record) {
+            Ok(Record::Start { .. }) => "start".to_owned(),
+            Ok(Record::Log { step, items }) => {
+                let items: Vec<String> = items.map(|item| item_text(item.unwrap())).collect();
+                format!("log {step}: {}", items.join(" "))
+            }
+            Ok(Record::Fault { step, fault, calls }) => {
+                format!("fault {step}: {:?} in {} calls", fault.code, calls.count())
+            }
+            Ok(other) => format!("{other:?}"),
+            Err(error) => panic!("{error:?}: {record:?}"),
+        });
+    }
+
+    fn renew(&mut self) {
+        self.setpoint.renew();
+    }
+
+    fn expire(&mut self) -> bool {
+        self.setpoint.expire()
+    }
+
+    fn stop(&mut self, reason: Stopped) {
+        self.setpoint.stop();
+        note(format!("stop {reason:?}"));
+    }
+}
+
+fn item_text(item: Item<'_>) -> String {
+    match item {
+        Item::Int(value) => value.to_string(),
+        Item::Text(text) => String::from_utf8(text.to_vec()).unwrap(),
+        other => format!("{other:?}"),
+    }
+}
+
+pub struct FakeMotors;
+
+impl Motors for FakeMotors {
+    type Setpoint = i32;
+
+    fn apply(&mut self, setpoint: i32) {
+        note(format!("motor {setpoint}"));
+    }
+
+    fn stop(&mut self) {
+        note("motor stop");
+    }
+}
+
+/// The image of a script that may call `motor(int)` and `work(us)`.
+pub fn image(source: &str) -> Vec<u8> {
+    let robot = "name = \"fake\"\ntitle = \"none\"\nchip = \"none\"\nprofile = \"full\"\ntick_hz = 10\nmessage_bytes = 24\n\
+        [vm]\nmemory = 4000\nslots = 400\nneighbors = 1\nin_queue = 1\nout_queue = 1\nstigmergy_entries = 1\nswarms = 1\n\
+        [budget]\nflash_bytes = 65536\nram_bytes = 8000\n\
+        [[function]]\nname = \"motor\"\naccepts = [\"power: int\"]\nhelp = \"turn\"\n\
+        [[function]]\nname = \"work\"\naccepts = [\"us: int\"]\nhelp = \"takes time\"\n";
+    let robot = bittybuzz_robots::Robot::parse(robot, "fake.toml").expect("robot");
+    let options = Options {
+        profile: Some(bittybuzz_robots::Profile::Full),
+        robot: Some(robot.clone()),
+        robots: vec![robot],
+    };
+    let loader = Loader::new(&DiskFiles);
+    let compiled = compile(Path::new("test.bzz"), source.to_owned(), &loader, &options);
+    compiled.image.unwrap_or_else(|| panic!("{:?}", compiled.diagnostics))
+}
+
+/// Runs a script and its motors for so long, in steps of 100 µs, and tells what happened.
+pub fn run(source: &str, ms: u64) -> Events {
+    run_image(&image(source), ms)
+}
+
+pub fn run_image(image: &[u8], ms: u64) -> Events {
+    let _turn = clock();
+    take_events();
+    let channel: &'static Channel<i32> = Box::leak(Box::new(Channel::new()));
+    let liveness: &'static Liveness = Box::leak(Box::new(Liveness::new(2)));
+    let image: &'static [u8] = Box::leak(image.to_vec().into_boxed_slice());
+    let robot = Fake { setpoint: Writer::new(channel) };
+    let mut script: Script<Full, &[u8], Fake, 400> = Script::new(7, robot, liveness.pulse(0));
+    let both = async {
+        let _ = script
+            .run(bittybuzz_vm_core::Image::new(image), is_function, 1, Duration::from_hz(10))
+            .await;
+        script.rest().await
+    };
+    let mut motors = FakeMotors;
+    let drive = bittybuzz_runtime::setpoint::drive(channel, &mut motors, liveness.pulse(1));
+    let (mut both, mut drive) = (pin!(both), pin!(drive));
+    let mut context = Context::from_waker(Waker::noop());
+    let mut alive_at = 0;
+    while now_ms() < ms {
+        let before = Instant::now();
+        assert!(poll(both.as_mut(), &mut context).is_pending());
+        assert!(poll(drive.as_mut(), &mut context).is_pending());
+        if liveness.all_live() {
+            alive_at = now_ms();
+        }
+        assert!(now_ms() - alive_at <= 60, "a task shows no sign of life");
+        // A script that works moves the clock itself.
+        if Instant::now() == before {
+            advance_us(100);
+        }
+    }
+    take_events()
+}
+
+fn poll<F: Future>(future: std::pin::Pin<&mut F>, context: &mut Context<'_>) -> Poll<F::Output> {
+    future.poll(context)
+}

@@ -1,0 +1,118 @@
+//! The script's task and the motors' task together, on a clock that the tests move.
+
+mod common;
+
+use common::{Events, run, run_image};
+
+fn with<'a>(events: &'a Events, what: &str) -> Vec<(u64, &'a str)> {
+    let wanted = events.iter().filter(|(_, text)| text.starts_with(what));
+    wanted.map(|(ms, text)| (*ms, text.as_str())).collect()
+}
+
+#[test]
+fn steps_come_ten_times_a_second() {
+    let events = run(
+        "log(0)\nfunction init() { log(1) n = 0 }\nfunction step() { n = n + 1 log(2, n) }",
+        450,
+    );
+    let expected = [
+        (0, "log 0: 0"),
+        (0, "log 0: 1"),
+        (100, "log 0: 2 1"),
+        (200, "log 1: 2 2"),
+        (300, "log 2: 2 3"),
+        (400, "log 3: 2 4"),
+    ];
+    assert_eq!(with(&events, "log"), expected);
+}
+
+#[test]
+fn motors_turn_while_steps_complete() {
+    let events = run("function init() { motor(40) }\nfunction step() { }", 2000);
+    let motor = with(&events, "motor");
+    assert_eq!(motor[..2], [(0, "motor stop"), (0, "motor 40")]);
+    assert!(motor[2..].iter().all(|(_, text)| *text == "motor 40"), "{motor:?}");
+    assert!(motor.last().unwrap().0 >= 1900);
+}
+
+/// A step that never ends: half a second after the last one was completed the motors stop, and people are told.
+#[test]
+fn a_step_without_end_stops_the_motors() {
+    let script = "function init() { n = 0 }\nfunction step() { n = n + 1 motor(n) if(n == 4) while(1) work(100) }";
+    let events = run(script, 3000);
+    // Steps at 100, 200 and 300 are completed; that of 400 is not.
+    let motor = with(&events, "motor");
+    let last = motor.last().unwrap();
+    assert_eq!(last.1, "motor stop");
+    assert!((800..=802).contains(&last.0), "{motor:?}");
+    assert_eq!(with(&events, "Expired").len(), 1);
+    let overruns = with(&events, "Overrun");
+    assert!((500..=502).contains(&overruns[0].0), "{overruns:?}");
+    assert!((3..=4).contains(&overruns.len()), "{overruns:?}");
+}
+
+#[test]
+fn waiting_on_purpose_counts_as_a_step() {
+    let events = run("function step() { motor(9) delay(1250) log(1) }", 3000);
+    assert_eq!(with(&events, "log"), [(1350, "log 0: 1"), (2650, "log 1: 1")]);
+    assert!(with(&events, "Overrun").is_empty() && with(&events, "Expired").is_empty());
+    assert_eq!(with(&events, "motor stop"), [(0, "motor stop")]);
+}
+
+#[test]
+fn missed_ticks_are_skipped_not_queued() {
+    // 250 ms of work: the step of 100 ends at 350, the next begins at 400.
+    let events = run("function step() { log(1) work(125000) work(125000) }", 1000);
+    assert_eq!(with(&events, "log"), [(350, "log 0: 1"), (650, "log 1: 1"), (950, "log 2: 1")]);
+}
+
+#[test]
+fn a_fault_stops_the_motors_before_it_is_told() {
+    let script = "function bad() { return 1 + nil }\nfunction init() { n = 0 }\n\
+        function step() { motor(5) n = n + 1 if(n == 3) bad() }";
+    let events = run(script, 1000);
+    let from = events.iter().position(|(_, text)| text.starts_with("stop")).unwrap();
+    assert_eq!(events[from], (300, "stop Fault(1)".to_owned()));
+    assert_eq!(events[from + 1], (300, "fault 2: WrongType in 2 calls".to_owned()));
+    assert_eq!(events[from + 2], (300, "motor stop".to_owned()));
+    assert_eq!(events.len(), from + 3);
+}
+
+/// A set-point that has expired is gone: a step that is completed much later does not start the motors again.
+#[test]
+fn an_expired_setpoint_does_not_come_back() {
+    let script = "function init() { n = 0 motor(5) }\nfunction step() { n = n + 1 if(n == 2) {\n\
+        var i = 0 while(i < 90) { work(10000) i = i + 1 } } }";
+    let events = run(script, 3000);
+    assert_eq!(with(&events, "Expired").len(), 1);
+    let motor = with(&events, "motor");
+    assert_eq!(motor.last().unwrap().1, "motor stop");
+    assert!((600..=612).contains(&motor.last().unwrap().0), "{motor:?}");
+}
+
+#[test]
+fn a_script_without_steps_ends() {
+    let events = run("function init() { motor(5) log(1) }", 2000);
+    assert_eq!(with(&events, "stop Ended").len(), 1);
+    let motor = with(&events, "motor");
+    assert_eq!(motor[..3], [(0, "motor stop"), (0, "motor 5"), (500, "motor stop")]);
+    assert!(motor[3..].iter().all(|(_, text)| *text == "motor stop"), "{motor:?}");
+}
+
+#[test]
+fn what_is_printed_too_fast_is_counted() {
+    let events = run("function step() { var i = 0 while(i < 200) { log(i) i = i + 1 } }", 150);
+    let logs = with(&events, "log").len();
+    assert!(logs > 10, "{logs}");
+    assert_eq!(with(&events, "Lost"), [(100, format!("Lost({})", 200 - logs).as_str())]);
+}
+
+#[test]
+fn a_damaged_image_is_refused_and_told() {
+    let mut image = common::image("function step() { motor(1) }");
+    image[0] ^= 1;
+    let events = run_image(&image, 500);
+    assert_eq!(with(&events, "Refused"), [(0, "Refused(NotAnImage)")]);
+    assert_eq!(with(&events, "stop"), [(0, "stop Refused")]);
+    assert!(with(&events, "motor").iter().all(|(_, text)| *text == "motor stop"));
+}
