@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 /// Bytes before the image in the script region: its length, a `u32`, least significant byte first.
-pub const SCRIPT_HEADER: u32 = 4;
+const SCRIPT_HEADER: u32 = 4;
 
 /// Regions of a chip's memory, none overlapping another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,6 +34,14 @@ impl Region {
         self.address + self.size
     }
 
+    /// Whether all of another lies in it.
+    pub const fn contains(self, other: Region) -> bool {
+        match other.address.checked_add(other.size) {
+            Some(end) => self.address <= other.address && end <= self.end(),
+            None => false,
+        }
+    }
+
     /// Whether a byte lies in both.
     pub const fn overlaps(self, other: Region) -> bool {
         self.address < other.end() && other.address < self.end()
@@ -49,10 +57,15 @@ impl Layout {
             .chain(ccm)
     }
 
+    /// Bytes of the longest image that fits into the script region.
+    pub const fn most_script(&self) -> u32 {
+        self.script.size - SCRIPT_HEADER
+    }
+
     /// The bytes of the script region for an image; `None` if it does not fit.
     pub fn script_section(&self, image: &[u8]) -> Option<Vec<u8>> {
         let length = u32::try_from(image.len()).ok()?;
-        if length > self.script.size - SCRIPT_HEADER {
+        if length > self.most_script() {
             return None;
         }
         Some([&length.to_le_bytes(), image].concat())
@@ -119,6 +132,15 @@ mod tests {
         }
         let text = Layout { ccm: None, ..layout() }.memory_x();
         assert!(!text.contains("CCM") && !text.contains("_stack_start"), "{text}");
+    }
+
+    #[test]
+    fn a_region_contains_itself_and_nothing_beyond() {
+        let region = |address, size| Region { address, size };
+        let whole = region(0x100, 0x10);
+        assert!(whole.contains(whole) && whole.contains(region(0x10f, 1)));
+        assert!(!whole.contains(region(0xff, 2)) && !whole.contains(region(0x10f, 2)));
+        assert!(!whole.contains(region(0x108, u32::MAX)));
     }
 
     #[test]
