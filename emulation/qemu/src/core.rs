@@ -12,9 +12,9 @@ use crate::memory::{self, Layout};
 use crate::qemu::{Qemu, QemuError};
 use crate::sites;
 
-/// TIM2_CNT as QEMU 7.2 to 11 model it: nanoseconds of QEMU's clock, whatever TIM2's registers say. The
-/// firmware's accesses never get there.
-const CLOCK: u32 = 0x4000_0024;
+/// The monitor's command that prints how many instructions were executed, and what stands before the number.
+const COUNT: &str = "info replay";
+const COUNT_PREFIX: &str = "instruction count = ";
 /// Registers of the core (ARMv7-M manual, B3.2.2 and B3.3.2).
 const SYST_CSR: u32 = 0xe000_e010;
 const SYST_RVR: u32 = 0xe000_e014;
@@ -28,11 +28,8 @@ const SYSTICK_EXCEPTION: u32 = 15;
 /// QEMU's SysTick counts at 168 MHz, its clock at 1 GHz.
 const SYSTICK_NUMERATOR: u64 = 168;
 const SYSTICK_DENOMINATOR: u64 = 1000;
-/// Half of SysTick's longest run, see [`Core::arm`], and with it less than the clock's 32 bits.
+/// Less than the 2^24 ticks of SysTick.
 const LONGEST_RUN: u64 = 50_000_000;
-/// An armed stop may be that many instructions too early or too late before it is worth another one.
-const TOLERANCE_EARLY: u64 = 64;
-const TOLERANCE_LATE: u64 = 24;
 /// Reset value of the program status: Thumb state.
 const XPSR_THUMB: u32 = 1 << 24;
 /// How long QEMU may run without a stop before it is asked to: only firmware that never allows interrupts and
@@ -41,12 +38,11 @@ const PATIENCE: Duration = Duration::from_secs(3);
 const LAST_PATIENCE: Duration = Duration::from_secs(30);
 
 /// In place of the bootloader stands a vector table with only SysTick's entry, and its handler; they are
-/// used until the firmware has set VTOR.
-const EARLY_HANDLER: u32 = 0x0800_0040;
+/// used until the firmware has set VTOR. Only the BX LR is ever executed.
+const EARLY_VECTOR: u32 = 0x0800_003c;
 const EARLY_RETURN: u32 = 0x0800_0042;
-const EARLY_VECTOR: (u32, [u8; 8]) =
-    // The handler's address with the Thumb bit; NOP; BX LR.
-    (0x0800_003c, [0x41, 0x00, 0x00, 0x08, 0x00, 0xbf, 0x70, 0x47]);
+/// The handler's address, 0x0800_0040, with the Thumb bit; NOP; BX LR.
+const EARLY_CODE: [u8; 8] = [0x41, 0x00, 0x00, 0x08, 0x00, 0xbf, 0x70, 0x47];
 
 /// Why the core stopped and what it did.
 pub struct Stopped {
@@ -74,10 +70,8 @@ pub struct Core {
     registers: Registers,
     /// What they shall be when the core goes on.
     pub next: Registers,
-    clock: u32,
-    /// Instructions since QEMU's start, and when SysTick will stop the core.
+    /// Instructions since QEMU's start.
     executed: u64,
-    armed: Option<u64>,
     lines: u128,
     handler: Option<u32>,
     /// Where an instruction stands that returns from an exception.
@@ -93,6 +87,12 @@ pub enum CoreError {
     /// It does not stop.
     #[error("QEMU does not stop the core")]
     Stuck,
+    /// It does not say how many instructions it executed.
+    #[error("QEMU does not count instructions; it says: {printed}")]
+    NoCount {
+        /// What it says.
+        printed: String,
+    },
     /// There is no way back from SysTick.
     #[error("the image has no BX LR instruction, which this bridge needs to return from SysTick")]
     NoReturn,
@@ -120,9 +120,7 @@ impl Core {
             layout: if has_ccm { Layout::Chip } else { Layout::CcmBehindSram },
             registers: Registers::default(),
             next: Registers::default(),
-            clock: 0,
             executed: 0,
-            armed: None,
             lines: 0,
             handler: None,
             exit: EARLY_RETURN,
@@ -130,9 +128,10 @@ impl Core {
         core.qemu.gdb.write_memory(memory::FLASH.start, flash)?;
         let bootloader = &flash[..(EARLY_RETURN + 2 - memory::FLASH.start) as usize];
         if bootloader.iter().all(|&byte| byte == 0xff) {
-            core.qemu.gdb.write_memory(EARLY_VECTOR.0, &EARLY_VECTOR.1)?;
+            core.qemu.gdb.write_memory(EARLY_VECTOR, &EARLY_CODE)?;
         } else {
-            core.exit = sites::find_return(memory::FLASH.start, flash).ok_or(CoreError::NoReturn)?;
+            core.exit =
+                sites::find_return(memory::FLASH.start, flash).ok_or(CoreError::NoReturn)?;
         }
         Ok(core)
     }
@@ -161,7 +160,6 @@ impl Core {
     pub fn reset(&mut self, sp: u32, pc: u32) -> Result<(), CoreError> {
         self.set_lines(0)?;
         self.qemu.gdb.monitor("system_reset")?;
-        self.armed = None;
         self.look()?;
         self.next = Registers { xpsr: XPSR_THUMB, ..Registers::default() };
         self.next.r[usize::from(Registers::SP)] = self.layout.relocate(sp) & !3;
@@ -229,16 +227,14 @@ impl Core {
             stop = self.qemu.gdb.wait(LAST_PATIENCE)?;
         }
         let stop = stop.ok_or(CoreError::Stuck)?;
-        let before = self.clock;
+        let before = self.executed;
         self.look()?;
-        let instructions = u64::from(self.clock.wrapping_sub(before));
-        self.executed += instructions;
+        let instructions = self.executed - before;
         let in_handler = self.registers.exception() == SYSTICK_EXCEPTION;
         let cause = match stop {
             Stop::Watchpoint => Cause::Access,
             Stop::Breakpoint if in_handler && Some(self.registers.pc()) == self.handler => {
-                self.armed = None;
-                self.next.r[usize::from(Registers::PC)] = self.exit;
+                self.return_at_once();
                 Cause::Time
             }
             Stop::Breakpoint => Cause::Breakpoint,
@@ -247,26 +243,29 @@ impl Core {
         Ok(Stopped { cause, instructions })
     }
 
+    /// The core goes on with a BX LR in place of the function at whose beginning it stands.
+    pub fn return_at_once(&mut self) {
+        self.next.r[usize::from(Registers::PC)] = self.exit;
+    }
+
     /// What QEMU printed when it ended.
     pub fn last_words(self) -> String {
         self.qemu.last_words()
     }
 
     fn look(&mut self) -> Result<(), CoreError> {
-        (self.registers, self.clock) = self.qemu.gdb.registers_and_word(CLOCK)?;
-        self.next = self.registers.clone();
+        let (registers, printed) = self.qemu.gdb.registers_and_monitor(COUNT)?;
+        let digits = printed.split_once(COUNT_PREFIX).and_then(|(_, rest)| rest.lines().next());
+        let count = digits.and_then(|digits| digits.trim().parse().ok());
+        self.executed = count.ok_or(CoreError::NoCount { printed })?;
+        self.next = registers.clone();
+        self.registers = registers;
         Ok(())
     }
 
     /// SysTick shall stop the core after `instructions`. From a cleared counter it fires after two periods:
-    /// QEMU takes one until it reloads.
+    /// QEMU takes one until it reloads. To be done before each run, because QEMU's clock jumped at the stop.
     fn arm(&mut self, instructions: u64) -> Result<(), CoreError> {
-        let stop = self.executed + instructions;
-        let early = stop.saturating_sub(TOLERANCE_EARLY);
-        let late = stop.saturating_add(TOLERANCE_LATE);
-        if self.armed.is_some_and(|armed| armed > self.executed && (early..=late).contains(&armed)) {
-            return Ok(());
-        }
         let ticks = (instructions * SYSTICK_NUMERATOR).div_ceil(SYSTICK_DENOMINATOR);
         let period = ticks.div_ceil(2).max(2);
         self.qemu.qtest.write_words(&[
@@ -276,7 +275,6 @@ impl Core {
             (SYST_CVR, 0),
             (SYST_CSR, SYSTICK_ON),
         ])?;
-        self.armed = Some(self.executed + 2 * period * SYSTICK_DENOMINATOR / SYSTICK_NUMERATOR);
         Ok(())
     }
 }

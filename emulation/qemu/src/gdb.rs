@@ -119,13 +119,6 @@ impl Gdb {
         Ok(())
     }
 
-    /// Sets the registers that differ between `before` and `after`.
-    pub fn set_registers(&mut self, before: &Registers, after: &Registers) -> Result<(), GdbError> {
-        let packets = register_packets(before, after);
-        self.send(&packets)?;
-        packets.iter().try_for_each(|packet| self.expect_ok(packet))
-    }
-
     /// Waits until the core stops; `None` if it still runs after `patience`.
     pub fn wait(&mut self, patience: Duration) -> Result<Option<Stop>, GdbError> {
         self.stream.set_read_timeout(Some(patience))?;
@@ -148,20 +141,22 @@ impl Gdb {
         Ok(self.stream.write_all(&[INTERRUPT])?)
     }
 
-    /// The registers, and the word at `address`, which may be a peripheral's register.
-    pub fn registers_and_word(&mut self, address: u32) -> Result<(Registers, u32), GdbError> {
-        let packets = ["g".into(), format!("m{address:x},4")];
-        self.send(&packets)?;
-        let all = self.expect_bytes(&packets[0])?;
-        let word = self.expect_bytes(&packets[1])?;
-        let refuse = |request: &str| GdbError::Refused { request: request.into(), reply: String::new() };
-        let mut words = all.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    /// The registers, and what QEMU's monitor prints for `command`.
+    pub fn registers_and_monitor(
+        &mut self,
+        command: &str,
+    ) -> Result<(Registers, String), GdbError> {
+        self.send(&["g".into(), monitor_packet(command)])?;
+        let reply = self.reply()?;
+        let bytes = from_hex(&reply).unwrap_or_default();
+        let mut words = bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
         let mut registers = Registers::default();
         for register in registers.r.iter_mut().chain([&mut registers.xpsr]) {
-            *register = words.next().ok_or_else(|| refuse("g"))?;
+            *register = words
+                .next()
+                .ok_or_else(|| GdbError::Refused { request: "g".into(), reply: reply.clone() })?;
         }
-        let word = word.try_into().map_err(|_| refuse(&packets[1]))?;
-        Ok((registers, u32::from_le_bytes(word)))
+        Ok((registers, self.printed(command)?))
     }
 
     /// Reads memory; `false` if there is none.
@@ -211,8 +206,12 @@ impl Gdb {
 
     /// Gives QEMU's monitor a command and returns what it prints.
     pub fn monitor(&mut self, command: &str) -> Result<String, GdbError> {
-        let request = format!("qRcmd,{}", to_hex(command.as_bytes()));
-        self.send(std::slice::from_ref(&request))?;
+        self.send(&[monitor_packet(command)])?;
+        self.printed(command)
+    }
+
+    /// The answer of the monitor to `command`.
+    fn printed(&mut self, command: &str) -> Result<String, GdbError> {
         let mut printed = Vec::new();
         loop {
             let reply = self.reply()?;
@@ -241,11 +240,6 @@ impl Gdb {
             reply if reply == "OK" => Ok(()),
             reply => Err(GdbError::Refused { request: request.into(), reply }),
         }
-    }
-
-    fn expect_bytes(&mut self, request: &str) -> Result<Vec<u8>, GdbError> {
-        let reply = self.reply()?;
-        from_hex(&reply).ok_or_else(|| GdbError::Refused { request: request.into(), reply })
     }
 
     fn send(&mut self, packets: &[String]) -> Result<(), GdbError> {
@@ -284,7 +278,8 @@ fn take_packet(received: &mut Vec<u8>) -> Result<Option<String>, GdbError> {
     let Some(digits) = received.get(end + 1..end + 3) else {
         return Ok(None);
     };
-    let sum = std::str::from_utf8(digits).ok().and_then(|digits| u8::from_str_radix(digits, 16).ok());
+    let sum =
+        std::str::from_utf8(digits).ok().and_then(|digits| u8::from_str_radix(digits, 16).ok());
     let body = &received[start + 1..end];
     if sum != Some(checksum(body)) {
         return Err(GdbError::Checksum);
@@ -305,6 +300,10 @@ fn register_packets(before: &Registers, after: &Registers) -> Vec<String> {
         packets.push(format!("P{XPSR:x}={}", to_hex(&after.xpsr.to_le_bytes())));
     }
     packets
+}
+
+fn monitor_packet(command: &str) -> String {
+    format!("qRcmd,{}", to_hex(command.as_bytes()))
 }
 
 fn checksum(bytes: &[u8]) -> u8 {

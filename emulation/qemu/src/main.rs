@@ -21,12 +21,14 @@
 //!
 //! Not compared with hardware.
 
+mod access;
 mod bridge;
 mod core;
 mod gdb;
 mod memory;
 mod qemu;
 mod qtest;
+mod robot;
 mod sites;
 mod thumb;
 
@@ -38,10 +40,13 @@ use clap::Parser;
 /// Emulates a Crazyflie with stock QEMU; reads commands from standard input and writes replies and events to
 /// standard output, one JSON object per line (docs/emulation.md).
 #[derive(Parser)]
-#[command(version, after_help = "Example:\n  \
+#[command(
+    version,
+    after_help = "Example:\n  \
     printf '%s\\n' '{\"command\":\"load\",\"elf\":\"crazyflie\"}' '{\"command\":\"run\",\"until_ns\":1000000000}' \
     | bbz-emulate-qemu\n\n\
-    Needs qemu-system-arm 7.2 or later (package qemu-system-arm).")]
+    Needs qemu-system-arm 7.2 or later (package qemu-system-arm)."
+)]
 struct Arguments {}
 
 fn main() -> ExitCode {

@@ -13,8 +13,9 @@ use crate::gdb::{Gdb, GdbError};
 use crate::qtest::{Qtest, QtestError};
 
 const PROGRAM: &str = "qemu-system-arm";
-/// An instruction takes 2^0 ns of QEMU's clock, so that the clock counts instructions.
-const ICOUNT: &str = "shift=0,sleep=off";
+/// An instruction takes 2^0 ns of QEMU's clock. While it records, QEMU also tells how many instructions were
+/// executed; the clock alone does not, for it jumps to the next timer whenever the core is stopped.
+const ICOUNT: &str = "shift=0,sleep=off,rr=record,rrfile=/dev/null";
 /// The machine's board; all that matters is its STM32F405.
 const MACHINE: &str = "netduinoplus2";
 const CHIP_TYPE: &str = "(child<stm32f405-soc>)";
@@ -92,8 +93,10 @@ impl Process {
             .args(["-machine", MACHINE, "-nodefaults", "-display", "none", "-S"])
             .args(["-accel", "tcg", "-icount", ICOUNT])
             .args(["-chardev", "socket,id=gdb,fd=0", "-gdb", "chardev:gdb"])
-            .args(["-chardev", "socket,id=qtest,fd=1", "-qtest", "chardev:qtest"])
-            .args(["-qtest-log", "none"])
+            // As an object, because what comes to the option `-qtest` is recorded, and waits while the core is
+            // stopped.
+            .args(["-chardev", "socket,id=qtest,fd=1"])
+            .args(["-object", "qtest,id=port,chardev=qtest,log=/dev/null"])
             .stdin(OwnedFd::from(gdb))
             .stdout(OwnedFd::from(qtest))
             .stderr(Stdio::piped())

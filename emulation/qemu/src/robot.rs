@@ -3,26 +3,16 @@
 use std::collections::{HashMap, HashSet};
 use std::time::Duration;
 
-use bittybuzz_chips::{Crazyflie, ResetCause, Time, Width};
+use bittybuzz_chips::{Crazyflie, ResetCause, Time};
 use bittybuzz_emulation::Pause;
 use bittybuzz_emulation::message::{CoreStatistics, Event, TimedEvent};
 
-use crate::core::{Cause, Core, CoreError, VTOR};
+use crate::access::{self, AccessError, Outcome};
+use crate::core::{Cause, Core, CoreError};
 use crate::gdb::{GdbError, Registers};
 use crate::memory::{self, Layout};
 use crate::qemu::QemuError;
 use crate::sites::{self, Site};
-use crate::thumb::{self, DecodeError};
-
-/// What the board answers for: peripherals, and the one-time programmable area with the unique id.
-const PERIPHERALS: (u32, u32) = (0x4000_0000, 0x2000_0000);
-const SYSTEM_MEMORY: (u32, u32) = (0x1fff_7000, 0x1000);
-/// SysTick's registers (ARMv7-M manual, B3.3.2).
-const SYSTICK: (u32, u32) = (0xe000_e010, 0x10);
-/// Application interrupt and reset control (B3.2.6): the word behind VTOR.
-const AIRCR: u32 = 0xe000_ed0c;
-const AIRCR_KEY: u32 = 0x05fa;
-const AIRCR_SYSRESETREQ: u32 = 1 << 2;
 
 /// A robot that runs an image.
 pub struct Robot {
@@ -38,6 +28,10 @@ pub struct Robot {
     events: Vec<TimedEvent>,
     statistics: CoreStatistics,
 }
+
+/// What a firmware hears that uses SysTick.
+const SYSTICK_USED: &str = "SysTick does not work in this emulator, QEMU's is used to stop the core: \
+     use a timer of the chip, or bbz-emulate-stm32";
 
 /// What the core does.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -58,22 +52,9 @@ pub enum RobotError {
     /// QEMU ended by itself.
     #[error("qemu-system-arm ended: {0}")]
     Ended(String),
-    /// An access to a peripheral that the bridge cannot do.
-    #[error("the instruction at {pc:#010x} accesses a peripheral, but is {source}")]
-    Instruction {
-        /// Where.
-        pc: u32,
-        /// What is wrong.
-        source: DecodeError,
-    },
-    /// An access that is not to what is trapped alone.
-    #[error("the instruction at {pc:#010x} accesses {address:#010x} in a way that no peripheral allows")]
-    Address {
-        /// Where.
-        pc: u32,
-        /// What it accesses.
-        address: u32,
-    },
+    /// The core wants what the bridge cannot do.
+    #[error(transparent)]
+    Access(#[from] AccessError),
     /// The core stopped where nothing stops it.
     #[error("QEMU stopped at {pc:#010x} for no reason")]
     Unexpected {
@@ -247,6 +228,36 @@ impl Robot {
         Ok(())
     }
 
+    /// The core is about to access something trapped.
+    fn access(&mut self, board: &mut Crazyflie) -> Result<(), RobotError> {
+        let outcome = access::perform(&mut self.core, board)?;
+        self.connect(board)?;
+        match outcome {
+            Outcome::Done => self.count(board).map(drop),
+            Outcome::SystemReset => self.reset(board, ResetCause::Software),
+            Outcome::SysTick if self.systick_reported => Ok(()),
+            Outcome::SysTick => {
+                self.systick_reported = true;
+                self.report(board, Event::HardwareError { text: SYSTICK_USED.into() });
+                Ok(())
+            }
+        }
+    }
+
+    /// QEMU ends when the core locks up.
+    fn ended(&mut self, board: &Crazyflie) -> Result<(), RobotError> {
+        let fresh = start_core(&self.flash, &self.sites, &self.skipped)?;
+        let words = std::mem::replace(&mut self.core, fresh).last_words();
+        if !words.contains("Lockup") {
+            return Err(RobotError::Ended(words));
+        }
+        let pc = words.split_once("R15=").and_then(|(_, rest)| rest.get(..8));
+        let pc = pc.and_then(|digits| u32::from_str_radix(digits, 16).ok()).unwrap_or_default();
+        self.state = State::LockedUp;
+        self.report(board, Event::Lockup { pc });
+        Ok(())
+    }
+
     fn breakpoint(&mut self, board: &mut Crazyflie) -> Result<(), RobotError> {
         let pc = self.core.next.pc();
         if self.skipped.contains(&pc) {
@@ -258,6 +269,7 @@ impl Robot {
             return Ok(());
         }
         self.connect(board)?;
+        let layout = self.core.layout();
         let next = &mut self.core.next;
         match site {
             Site::SendEvent => {
@@ -278,46 +290,38 @@ impl Robot {
             }
             Site::Stay => self.state = State::Waiting,
             Site::SetStackPointer { register } => {
-                let value = self.core.layout().relocate(next.r[usize::from(register)]);
+                let value = layout.relocate(next.r[usize::from(register)]);
                 next.r[usize::from(Registers::SP)] = value & !3;
                 next.skip_instruction(4);
             }
         }
         Ok(())
     }
+}
 
-    /// Does the load or store at which the core stopped.
-    fn access(&mut self, board: &mut Crazyflie) -> Result<(), RobotError> {
-        let pc = self.core.next.pc();
-        let mut code = [0; 4];
-        // The last half-word of the memory cannot be the first of two.
-        if !self.read_memory(pc, &mut code)? {
-            self.read_memory(pc, &mut code[..2])?;
-        }
-        let [first, second] = [[code[0], code[1]], [code[2], code[3]]].map(u16::from_le_bytes);
-        let before = self.core.next.clone();
-        let access = thumb::decode(first, second, &before)
-            .map_err(|source| RobotError::Instruction { pc, source })?;
-        let started = self.starts();
-        if let Some((base, value)) = access.writeback {
-            self.core.next.r[usize::from(base)] = value;
-        }
-        for (index, &register) in access.registers.iter().enumerate() {
-            let address = access.address.wrapping_add(access.stride() * index as u32);
-            if address % access.stride() != 0 {
-                return Err(RobotError::Address { pc, address });
-            }
-            if access.load {
-                let raw = self.load(board, address, access.width)?;
-                self.core.next.r[usize::from(register)] = access.extended(raw);
-            } else {
-                let value = before.r[usize::from(register)];
-                self.store(board, address, access.width, value)?;
-            }
-        }
-        if let Some(status) = access.status {
-            self.core.next.r[usize::from(status)] = 0;
-        }
-        Ok(())
+/// A core that stops where the bridge is needed.
+fn start_core(
+    flash: &[u8],
+    sites: &HashMap<u32, Site>,
+    skipped: &HashSet<u32>,
+) -> Result<Core, RobotError> {
+    let mut core = Core::new(flash)?;
+    access::trap(&mut core)?;
+    let layout = core.layout();
+    let needed =
+        |site: &Site| layout != Layout::Chip || !matches!(site, Site::SetStackPointer { .. });
+    let sites = sites.iter().filter(|(_, site)| needed(site)).map(|(address, _)| address);
+    let mut addresses: Vec<u32> = sites.chain(skipped).copied().collect();
+    addresses.sort_unstable();
+    addresses.dedup();
+    for address in addresses {
+        core.trap_instruction(address)?;
     }
+    Ok(core)
+}
+
+/// When the board will next change by itself, but at the latest at `until`; always later than now.
+fn next_event(board: &Crazyflie, until: Time) -> Time {
+    let next = board.next_event().map_or(until, |next| next.min(until));
+    next.max(board.now() + Time::from_picos(1))
 }

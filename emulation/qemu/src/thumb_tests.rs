@@ -68,11 +68,8 @@ fn single_elements() {
     ];
     for (text, encoding, load, width, signed, register, address, writeback) in cases {
         let length = if encoding > 0xffff { 4 } else { 2 };
-        let expected = Access {
-            signed,
-            writeback,
-            ..Access::single(load, width, register, address, length)
-        };
+        let expected =
+            Access { signed, writeback, ..Access::single(load, width, register, address, length) };
         assert_eq!(decoded(encoding), Ok(expected), "{text}");
     }
 }

@@ -1,0 +1,186 @@
+//! What a trapped load or store means: done in the core's place, with the board's registers.
+
+use bittybuzz_chips::{Crazyflie, Width};
+
+use crate::core::{Core, CoreError, VTOR};
+use crate::gdb::Registers;
+use crate::memory::{CCM, Layout};
+use crate::thumb::{self, Access, DecodeError};
+
+/// What the board answers for: the peripherals, and the one-time programmable area with the unique id.
+const PERIPHERALS: Region = Region { start: 0x4000_0000, length: 0x2000_0000 };
+const SYSTEM_MEMORY: Region = Region { start: 0x1fff_7000, length: 0x1000 };
+/// SysTick's registers (ARMv7-M manual, B3.3.2).
+const SYSTICK: Region = Region { start: 0xe000_e010, length: 0x10 };
+/// Application interrupt and reset control (B3.2.6), the word behind VTOR.
+const AIRCR: u32 = VTOR + 4;
+const AIRCR_KEY: u32 = 0x05fa;
+const AIRCR_SYSRESETREQ: u32 = 1 << 2;
+
+/// What came of an access.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// It is done.
+    Done,
+    /// It is done, and resets the chip (AIRCR.SYSRESETREQ).
+    SystemReset,
+    /// It was to SysTick: reads give 0, writes are lost.
+    SysTick,
+}
+
+/// Why an access cannot be done.
+#[derive(Debug, thiserror::Error)]
+pub enum AccessError {
+    /// The core failed.
+    #[error(transparent)]
+    Core(#[from] CoreError),
+    /// The instruction does what no driver does to a peripheral.
+    #[error("the instruction at {pc:#010x} accesses a peripheral, but is {source}")]
+    Instruction {
+        /// Where.
+        pc: u32,
+        /// What is wrong.
+        source: DecodeError,
+    },
+    /// Not aligned, or only in part to something trapped.
+    #[error(
+        "the instruction at {pc:#010x} accesses {address:#010x} in a way that no peripheral allows"
+    )]
+    Address {
+        /// Where.
+        pc: u32,
+        /// What it accesses.
+        address: u32,
+    },
+}
+
+struct Region {
+    start: u32,
+    length: u32,
+}
+
+impl Region {
+    fn contains(&self, address: u32) -> bool {
+        address.wrapping_sub(self.start) < self.length
+    }
+}
+
+/// Stops `core` before accesses that are not QEMU's to do.
+pub fn trap(core: &mut Core) -> Result<(), CoreError> {
+    for region in [PERIPHERALS, SYSTEM_MEMORY, SYSTICK] {
+        core.trap_accesses(region.start, region.length)?;
+    }
+    if core.layout() == Layout::CcmBehindSram {
+        core.trap_accesses(CCM.start, CCM.end - CCM.start)?;
+    }
+    core.trap_writes(VTOR, AIRCR + 4 - VTOR)
+}
+
+/// Does the load or store before which `core` stopped.
+pub fn perform(core: &mut Core, board: &mut Crazyflie) -> Result<Outcome, AccessError> {
+    let before = core.next.clone();
+    let pc = before.pc();
+    let access = decode(core, &before)?;
+    core.next.skip_instruction(access.length);
+    if let Some((base, value)) = access.writeback {
+        core.next.r[usize::from(base)] = value;
+    }
+    let mut outcome = Outcome::Done;
+    for (index, &register) in access.registers.iter().enumerate() {
+        let address = access.address.wrapping_add(access.stride() * index as u32);
+        let mut bus = Bus { core, board, pc, address, width: access.width };
+        let register = usize::from(register);
+        if access.load {
+            let (value, what) = bus.load()?;
+            core.next.r[register] = access.extended(value);
+            outcome = what;
+        } else {
+            outcome = bus.store(before.r[register])?;
+        }
+    }
+    if let Some(status) = access.status {
+        core.next.r[usize::from(status)] = 0;
+    }
+    Ok(outcome)
+}
+
+fn decode(core: &mut Core, registers: &Registers) -> Result<Access, AccessError> {
+    let pc = registers.pc();
+    let mut code = [0; 4];
+    // The last half-word of a memory has none behind it.
+    if !core.read_memory(pc, &mut code)? {
+        core.read_memory(pc, &mut code[..2])?;
+    }
+    let [first, second] = [[code[0], code[1]], [code[2], code[3]]].map(u16::from_le_bytes);
+    thumb::decode(first, second, registers)
+        .map_err(|source| AccessError::Instruction { pc, source })
+}
+
+/// One element of an access.
+struct Bus<'a> {
+    core: &'a mut Core,
+    board: &'a mut Crazyflie,
+    pc: u32,
+    address: u32,
+    width: Width,
+}
+
+impl Bus<'_> {
+    fn load(&mut self) -> Result<(u32, Outcome), AccessError> {
+        let address = self.address;
+        if CCM.contains(&address) {
+            let mut bytes = [0; 4];
+            let place = self.core.layout().relocate(address);
+            self.core.read_memory(place, &mut bytes[..self.length()])?;
+            return Ok((u32::from_le_bytes(bytes), Outcome::Done));
+        }
+        self.check_alignment()?;
+        if PERIPHERALS.contains(address) || SYSTEM_MEMORY.contains(address) {
+            Ok((self.board.read(address, self.width), Outcome::Done))
+        } else if SYSTICK.contains(address) {
+            Ok((0, Outcome::SysTick))
+        } else {
+            Err(AccessError::Address { pc: self.pc, address })
+        }
+    }
+
+    fn store(&mut self, value: u32) -> Result<Outcome, AccessError> {
+        let address = self.address;
+        if CCM.contains(&address) {
+            let place = self.core.layout().relocate(address);
+            self.core.write_memory(place, &value.to_le_bytes()[..self.length()])?;
+            return Ok(Outcome::Done);
+        }
+        self.check_alignment()?;
+        if PERIPHERALS.contains(address) || SYSTEM_MEMORY.contains(address) {
+            self.board.write(address, self.width, value);
+        } else if SYSTICK.contains(address) {
+            return Ok(Outcome::SysTick);
+        } else if address == VTOR && self.width == Width::Word {
+            self.core.set_vector_table(value)?;
+        } else if address == AIRCR && self.width == Width::Word {
+            if value >> 16 == AIRCR_KEY && value & AIRCR_SYSRESETREQ != 0 {
+                return Ok(Outcome::SystemReset);
+            }
+            self.core.write_register(AIRCR, value)?;
+        } else {
+            return Err(AccessError::Address { pc: self.pc, address });
+        }
+        Ok(Outcome::Done)
+    }
+
+    fn length(&self) -> usize {
+        match self.width {
+            Width::Byte => 1,
+            Width::Half => 2,
+            Width::Word => 4,
+        }
+    }
+
+    fn check_alignment(&self) -> Result<(), AccessError> {
+        match self.address as usize % self.length() {
+            0 => Ok(()),
+            _ => Err(AccessError::Address { pc: self.pc, address: self.address }),
+        }
+    }
+}
