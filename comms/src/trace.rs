@@ -49,6 +49,13 @@ const REST: u8 = 7;
 /// Bytes of the longest item that has one length.
 const ITEM_MAX: usize = 5;
 
+/// What `show` prints before the ms of the stopwatch.
+const BEFORE_TIME: &[u8] = b" after ";
+/// What it prints behind them.
+const AFTER_TIME: &[u8] = b" ms";
+/// Bytes of the items that tell the time.
+const TIME_BYTES: usize = 2 + BEFORE_TIME.len() + ITEM_MAX + 2 + AFTER_TIME.len();
+
 /// A record, read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Record<'a> {
@@ -171,6 +178,23 @@ pub fn log<P: Profile, C: ByteCode, const SLOTS: usize>(
                 }
             },
         }
+    }
+    record
+}
+
+/// Values with the ms on a stopwatch.
+pub fn log_with_time<P: Profile, C: ByteCode, const SLOTS: usize>(
+    step: u32,
+    arguments: &Arguments<'_, P, C, SLOTS>,
+    ms: i32,
+) -> Encoded {
+    let mut record = log(step, arguments);
+    if record.len() + TIME_BYTES <= RECORD_MAX {
+        put_item(&mut record, TEXT, &[BEFORE_TIME.len() as u8]);
+        put(&mut record, BEFORE_TIME);
+        put_item(&mut record, INT, &ms.to_le_bytes());
+        put_item(&mut record, TEXT, &[AFTER_TIME.len() as u8]);
+        put(&mut record, AFTER_TIME);
     }
     record
 }

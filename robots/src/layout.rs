@@ -90,6 +90,7 @@ impl Layout {
         writeln!(out, "}}")?;
         if self.ccm.is_some() {
             writeln!(out, "_stack_start = ORIGIN(CCM) + LENGTH(CCM);")?;
+            writeln!(out, "_stack_end = ORIGIN(CCM);")?;
         }
         writeln!(out, "SECTIONS\n{{\n  .script : ALIGN(4) {{ KEEP(*(.script)); }} > SCRIPT")?;
         writeln!(out, "}}\nINSERT AFTER .rodata;")

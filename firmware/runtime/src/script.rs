@@ -1,6 +1,6 @@
 //! The script's task: loads the image, runs global code, `init()`, and `step()` ten times a second.
 
-use bittybuzz_comms::trace::{self, Encoded};
+use bittybuzz_comms::trace;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
     Arguments, Axis, ByteCode, Entry, Host, Image, Outcome, Reply, RobotFault, Vm,
@@ -41,7 +41,7 @@ pub trait Robot<P: Profile> {
         function: u16,
         arguments: Arguments<'_, P, C, SLOTS>,
         again: bool,
-        log: &mut dyn FnMut(Encoded),
+        console: &mut Console<'_>,
     ) -> Result<Reply<P>, RobotFault>;
 
     /// The position, as [`Host::position`] says.
@@ -50,8 +50,8 @@ pub trait Robot<P: Profile> {
     /// Tells people. Called between slices only.
     fn report(&mut self, record: &[u8]);
 
-    /// A step was completed, or waits on purpose: set-points hold anew.
-    fn renew(&mut self);
+    /// An entry was completed, or waits on purpose: set-points hold anew.
+    fn renew(&mut self, counts: Counts);
 
     /// Forgets set-points that have expired; whether there were any.
     fn expire(&mut self) -> bool;
@@ -124,7 +124,7 @@ impl<P: Profile, C: ByteCode, R: Robot<P>, const SLOTS: usize> Script<P, C, R, S
         self.vm.seed(seed);
         let hash = self.vm.header().map_or(0, |header| header.hash);
         self.robot.report(&trace::start(self.vm.robot_id(), hash));
-        self.robot.renew();
+        self.robot.renew(self.counts);
         let mut ticks = Ticks::start(period);
         match self.all(&mut ticks).await {
             Ok(()) => {
@@ -183,13 +183,13 @@ impl<P: Profile, C: ByteCode, R: Robot<P>, const SLOTS: usize> Script<P, C, R, S
             }
             match outcome {
                 Outcome::Waiting => {
-                    self.robot.renew();
+                    self.robot.renew(self.counts);
                     let poll = Instant::now() + POLL;
                     self.wait_until(self.delay.map_or(poll, |end| end.min(poll))).await;
                 }
                 Outcome::Pending => yield_now().await,
                 Outcome::Done | Outcome::Fault(_) => {
-                    self.robot.renew();
+                    self.robot.renew(self.counts);
                     return Ok(true);
                 }
             }
@@ -256,6 +256,32 @@ impl<P: Profile, C: ByteCode, R: Robot<P>, const SLOTS: usize> Script<P, C, R, S
     }
 }
 
+/// Where robot functions print.
+pub struct Console<'a> {
+    log: &'a mut Log,
+    step: u32,
+}
+
+impl Console<'_> {
+    /// Prints values as `log` does.
+    pub fn print<P: Profile, C: ByteCode, const SLOTS: usize>(
+        &mut self,
+        values: &Arguments<'_, P, C, SLOTS>,
+    ) {
+        self.log.push(&trace::log(self.step, values));
+    }
+
+    /// Prints values, and the time on a stopwatch.
+    pub fn print_with_time<P: Profile, C: ByteCode, const SLOTS: usize>(
+        &mut self,
+        values: &Arguments<'_, P, C, SLOTS>,
+        time: Duration,
+    ) {
+        let ms = i32::try_from(time.as_millis()).unwrap_or(i32::MAX);
+        self.log.push(&trace::log_with_time(self.step, values, ms));
+    }
+}
+
 /// What the machine sees of the robot during a slice.
 struct Bridge<'a, R> {
     robot: &'a mut R,
@@ -271,8 +297,8 @@ impl<P: Profile, R: Robot<P>> Host<P> for Bridge<'_, R> {
         arguments: Arguments<'_, P, C, SLOTS>,
         again: bool,
     ) -> Result<Reply<P>, RobotFault> {
-        let log = &mut *self.log;
-        self.robot.call(function, arguments, again, &mut |record| log.push(&record))
+        let mut console = Console { log: self.log, step: self.step };
+        self.robot.call(function, arguments, again, &mut console)
     }
 
     fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {

@@ -1,6 +1,7 @@
 //! A robot without hardware, and a clock that the tests move.
 
 #![allow(dead_code, reason = "each test uses its part")]
+#![allow(clippy::unwrap_used, reason = "a test may")]
 
 use std::future::Future;
 use std::path::Path;
@@ -8,11 +9,11 @@ use std::pin::pin;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll, Waker};
 
-use bittybuzz_comms::trace::{Encoded, Item, Record};
+use bittybuzz_comms::trace::{Item, Record};
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, Loader};
 use bittybuzz_runtime::liveness::Liveness;
-use bittybuzz_runtime::script::{Robot, Script, Stopped};
+use bittybuzz_runtime::script::{Console, Counts, Robot, Script, Stopped};
 use bittybuzz_runtime::setpoint::{Channel, Motors, Writer};
 use bittybuzz_vm_core::link::name_hash;
 use bittybuzz_vm_core::number::Full;
@@ -66,7 +67,7 @@ impl Robot<Full> for Fake {
         function: u16,
         arguments: Arguments<'_, Full, C, SLOTS>,
         _again: bool,
-        _log: &mut dyn FnMut(Encoded),
+        _console: &mut Console<'_>,
     ) -> Result<Reply<Full>, RobotFault> {
         let argument = arguments.value(0).as_int().unwrap_or(0);
         match function {
@@ -96,7 +97,7 @@ impl Robot<Full> for Fake {
         });
     }
 
-    fn renew(&mut self) {
+    fn renew(&mut self, _: Counts) {
         self.setpoint.renew();
     }
 
