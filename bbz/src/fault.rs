@@ -73,6 +73,11 @@ pub fn report(
     report::print(title.elements(backtrace.elements()).elements(note).elements(help));
 }
 
+/// The robot function in whose call a fault came.
+pub fn robot_function<'a>(fault: &Fault, program: &'a Program) -> Option<&'a str> {
+    import(instruction::ending_at(&program.image, fault.position)?, program)
+}
+
 struct What<'a> {
     fault: &'a Fault,
     program: &'a Program,
@@ -269,12 +274,15 @@ fn callee(instruction: Option<Instruction>, program: &Program) -> Option<String>
                 },
             })
         }
-        opcode::CALL_ROBOT => {
-            let imports = &program.symbols.as_ref()?.imports;
-            Some(format!("`{}`", imports.get(usize::try_from(operand).ok()?)?))
-        }
-        _ => None,
+        _ => import(instruction?, program).map(|name| format!("`{name}`")),
     }
+}
+
+/// The robot function that an instruction calls.
+fn import(instruction: Instruction, program: &Program) -> Option<&str> {
+    let Instruction { opcode: opcode::CALL_ROBOT, operand } = instruction else { return None };
+    let imports = &program.symbols.as_ref()?.imports;
+    imports.get(usize::try_from(operand).ok()?).map(String::as_str)
 }
 
 fn with_article(kind: Type) -> &'static str {

@@ -16,6 +16,8 @@ mod disasm;
 mod drive;
 mod explain;
 mod fault;
+mod firmware;
+mod flash;
 mod host;
 mod instruction;
 mod interrupt;
@@ -23,12 +25,14 @@ mod json;
 mod library;
 mod output;
 mod printed;
+mod probe_rs;
 mod problem;
 mod program;
 mod refusal;
 mod report;
 mod run;
 mod selection;
+mod trace;
 
 use std::process::ExitCode;
 
@@ -39,6 +43,8 @@ Examples:
   bbz run hello.bzz                      run a script on this computer
   bbz check hello.bzz --robot kilobot    find mistakes without running it
   bbz build hello.bzz --robot kilobot    make the image that the robot runs
+  bbz flash hello.bzz --robot crazyflie  write it to the robot
+  bbz trace robot.elf --robot crazyflie --script hello.bzz    what a robot tells
   bbz explain E0201                      explain a message
 
 Exit status: 0, or 1 run-time error, 2 compile error, 3 wrong command line or file.";
@@ -58,6 +64,10 @@ enum Command {
     Build(build::Arguments),
     /// Run a script on this computer
     Run(run::Arguments),
+    /// Write a script to a robot, and if asked the firmware
+    Flash(flash::Arguments),
+    /// Show what a robot tells of its script, live
+    Trace(trace::Arguments),
     /// Show the instructions that a script compiles to
     Disasm(disasm::Arguments),
     /// Explain the code of a message
@@ -94,6 +104,8 @@ fn main() -> ExitCode {
         Command::Check(arguments) => check::execute(arguments),
         Command::Build(arguments) => build::execute(arguments),
         Command::Run(arguments) => run::execute(arguments),
+        Command::Flash(arguments) => flash::execute(arguments),
+        Command::Trace(arguments) => trace::execute(arguments),
         Command::Disasm(arguments) => disasm::execute(arguments),
         Command::Explain(arguments) => explain::execute(arguments),
     };

@@ -3,11 +3,15 @@
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::process::ExitStatus;
 
 use bittybuzz_compiler::bo::error::BoError;
+use bittybuzz_compiler::symbols::SymbolsError;
+use bittybuzz_emulation::ClientError;
 use bittybuzz_robots::{Place, Profile, RobotError};
 use bittybuzz_vm_core::ImageError;
 
+use crate::firmware::FirmwareError;
 use crate::refusal;
 
 /// Why a command cannot be carried out, one variant for each cause.
@@ -63,6 +67,65 @@ pub enum Problem {
         /// The code that was probably meant.
         likely: Option<String>,
     },
+    /// Symbols that cannot be used.
+    Symbols {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: SymbolsError,
+    },
+    /// A command about a robot that is not named.
+    NoRobot,
+    /// A robot that can neither be flashed nor traced yet, by its title.
+    NotYet(String),
+    /// There is nothing to emulate.
+    NoFirmware,
+    /// Symbols where an image is needed.
+    NoImage(PathBuf),
+    /// An image for another profile than the robot's.
+    RobotProfile {
+        /// Where the image comes from.
+        path: PathBuf,
+        /// Its profile.
+        image: Profile,
+        /// Title of the robot.
+        robot: String,
+    },
+    /// What should be firmware is not.
+    Firmware {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: FirmwareError,
+    },
+    /// The script does not fit into its region of the flash.
+    TooLong {
+        /// Where the script comes from.
+        path: PathBuf,
+        /// Bytes of its image.
+        bytes: usize,
+        /// The most that fit.
+        most: u32,
+    },
+    /// The firmware has no table of messages.
+    NoMessages {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with the table, if there is one.
+        reason: Option<String>,
+    },
+    /// The emulator cannot do what is needed.
+    Emulator(ClientError),
+    /// probe-rs is not installed.
+    NoProbeRs,
+    /// probe-rs is installed, but does not start.
+    ProbeRsStart(io::Error),
+    /// probe-rs finds no debug probe.
+    NoProbe,
+    /// probe-rs has failed.
+    ProbeRs(ExitStatus),
+    /// Standard input, or what another program prints, cannot be read.
+    Input(io::Error),
     /// Ctrl-C cannot be taken over.
     Interrupt(ctrlc::Error),
     /// Standard output cannot be written.
@@ -120,7 +183,36 @@ impl Problem {
             }),
             Problem::Robot(error) => error.cause.help(),
             Problem::Object { .. } => Some("compile its script instead".to_owned()),
+            Problem::Symbols { .. } => Some("`bbz build` writes it anew".to_owned()),
+            Problem::NoRobot => Some("name it, as in --robot crazyflie".to_owned()),
+            Problem::NotYet(_) => {
+                Some("its robot file has no [layout]: where firmware and script lie".to_owned())
+            }
+            Problem::NoFirmware => Some("name the firmware (ELF) in place of -".to_owned()),
+            Problem::NoImage(_) => {
+                Some("name the script (.bzz), or its image (.bbi) beside the symbols".to_owned())
+            }
+            Problem::RobotProfile { .. } => Some("build it without --profile".to_owned()),
+            Problem::Firmware { error, .. } => Some(error.help().to_owned()),
+            Problem::TooLong { .. } => Some("shorten the script".to_owned()),
+            Problem::NoMessages { .. } => {
+                Some("name the ELF file that cargo built, with its symbols".to_owned())
+            }
+            Problem::NoProbeRs => Some(
+                "cargo install probe-rs-tools --locked (on Debian it needs the packages \
+                 libudev-dev and pkg-config); https://probe.rs tells of other ways"
+                    .to_owned(),
+            ),
+            Problem::NoProbe => Some(
+                "plug in the probe, and power the robot; on Linux, udev rules must let you use it: \
+                 https://probe.rs/docs/getting-started/probe-setup"
+                    .to_owned(),
+            ),
+            Problem::ProbeRs(_) => Some("its messages above say why".to_owned()),
             Problem::Unreadable { .. }
+            | Problem::Emulator(_)
+            | Problem::ProbeRsStart(_)
+            | Problem::Input(_)
             | Problem::Unwritable { .. }
             | Problem::Interrupt(_)
             | Problem::Output(_) => None,
@@ -162,6 +254,37 @@ impl fmt::Display for Problem {
                 write!(f, "cannot write `{}`: {error}", path.display())
             }
             Problem::UnknownCode { code, .. } => write!(f, "there is no code `{code}`"),
+            Problem::Symbols { path, error } => write!(f, "`{}` is {error}", path.display()),
+            Problem::NoRobot => write!(f, "the robot is not named"),
+            Problem::NotYet(robot) => {
+                write!(f, "the {robot} cannot be flashed or traced by this `bbz` yet")
+            }
+            Problem::NoFirmware => write!(f, "there is no firmware to emulate"),
+            Problem::NoImage(path) => {
+                write!(f, "`{}` tells of a script, but is not one", path.display())
+            }
+            Problem::RobotProfile { path, image, robot } => write!(
+                f,
+                "`{}` was built for the {} profile, which is not that of the {robot}",
+                path.display(),
+                image.name()
+            ),
+            Problem::Firmware { path, error } => write!(f, "`{}` {error}", path.display()),
+            Problem::TooLong { path, bytes, most } => {
+                write!(f, "`{}` needs {bytes} bytes, the robot has room for {most}", path.display())
+            }
+            Problem::NoMessages { path, reason: None } => {
+                write!(f, "`{}` has no defmt messages", path.display())
+            }
+            Problem::NoMessages { path, reason: Some(reason) } => {
+                write!(f, "the defmt messages of `{}` cannot be used: {reason}", path.display())
+            }
+            Problem::Emulator(error) => error.fmt(f),
+            Problem::NoProbeRs => write!(f, "probe-rs is not installed"),
+            Problem::ProbeRsStart(error) => write!(f, "cannot run probe-rs: {error}"),
+            Problem::NoProbe => write!(f, "no debug probe is connected"),
+            Problem::ProbeRs(status) => write!(f, "probe-rs has failed ({status})"),
+            Problem::Input(error) => write!(f, "cannot read what the robot tells: {error}"),
             Problem::Interrupt(error) => write!(f, "cannot take over Ctrl-C: {error}"),
             Problem::Output(error) => write!(f, "cannot write to standard output: {error}"),
         }

@@ -85,6 +85,44 @@ impl Program {
         Ok(image.map(|image| Program { image, profile, symbols, sources }))
     }
 
+    /// As [`Program::open`]; also takes symbols (`.sym`), with the image beside them if there is one and it is theirs.
+    pub fn open_with_symbols(
+        path: &Path,
+        include: &[PathBuf],
+        selection: &Selection,
+    ) -> Result<Option<Program>, Problem> {
+        if path.extension().is_none_or(|extension| extension != "sym") {
+            return Program::open(path, include, selection);
+        }
+        let text = fs::read_to_string(path).map_err(|error| Problem::unreadable(path, error))?;
+        let symbols = Symbols::from_json(&text)
+            .map_err(|error| Problem::Symbols { path: path.to_owned(), error })?;
+        let mut program = Program::unknown();
+        if let Ok(image) = fs::read(path.with_extension("bbi"))
+            && Image::new(image.as_slice()).header().is_ok_and(|h| h.hash == symbols.script_hash)
+        {
+            program.image = image;
+        }
+        if symbols.profile == Profile::Tiny.name() {
+            program.profile = Profile::Tiny;
+        }
+        program.symbols = Some(symbols);
+        Ok(Some(program))
+    }
+
+    /// A program of which nothing is known.
+    pub fn unknown() -> Program {
+        Program { image: Vec::new(), profile: Profile::Full, symbols: None, sources: None }
+    }
+
+    /// What names its script.
+    pub fn script_hash(&self) -> Option<u32> {
+        match &self.symbols {
+            Some(symbols) => Some(symbols.script_hash),
+            None => Image::new(self.image.as_slice()).header().ok().map(|header| header.hash),
+        }
+    }
+
     /// Reads an image, and the symbols beside it if they belong to it.
     fn load(path: &Path, selection: &Selection) -> Result<Program, Problem> {
         let image = read(path)?;

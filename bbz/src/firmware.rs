@@ -1,0 +1,81 @@
+//! Looking into firmware (ELF) before it is flashed.
+
+use std::fmt;
+use std::fs;
+use std::path::Path;
+
+use bittybuzz_robots::{Layout, Region};
+use object::Endianness;
+use object::elf::{EM_ARM, FileHeader32, PT_LOAD};
+use object::read::elf::{FileHeader, ProgramHeader};
+
+use crate::problem::Problem;
+
+/// Why a file is not the firmware of a robot.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum FirmwareError {
+    /// It is no ELF file, or a damaged one.
+    NotElf,
+    /// It is for another kind of processor.
+    NotArm,
+    /// It would be written to a place that does not belong to it.
+    Outside(Region),
+    /// Nothing of it is where the robot's firmware begins.
+    Elsewhere(u32),
+}
+
+impl fmt::Display for FirmwareError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            FirmwareError::NotElf => write!(f, "is no ELF file for a 32-bit processor"),
+            FirmwareError::NotArm => write!(f, "is for another processor than the robot's"),
+            FirmwareError::Outside(Region { address, size }) => {
+                write!(f, "has {size} bytes for {address:#010x}, which is no place for firmware")
+            }
+            FirmwareError::Elsewhere(address) => {
+                write!(f, "has nothing for {address:#010x}, where the robot's firmware begins")
+            }
+        }
+    }
+}
+
+impl FirmwareError {
+    /// What to do about it.
+    pub fn help(&self) -> &'static str {
+        match self {
+            FirmwareError::NotElf => "name the file that cargo built, without extension",
+            FirmwareError::NotArm => "was it built for this robot, not for this computer?",
+            FirmwareError::Outside(_) | FirmwareError::Elsewhere(_) => {
+                "build it with the [layout] of the robot file; what has another one, such as \
+                 firmware in place of the boot loader, is flashed with probe-rs itself"
+            }
+        }
+    }
+}
+
+/// Whether the file at `path` is firmware for such a robot.
+pub fn check(path: &Path, layout: &Layout) -> Result<(), Problem> {
+    let bytes = fs::read(path).map_err(|error| Problem::unreadable(path, error))?;
+    check_bytes(&bytes, layout).map_err(|error| Problem::Firmware { path: path.to_owned(), error })
+}
+
+fn check_bytes(bytes: &[u8], layout: &Layout) -> Result<(), FirmwareError> {
+    let header = FileHeader32::<Endianness>::parse(bytes).map_err(|_| FirmwareError::NotElf)?;
+    let endian = header.endian().map_err(|_| FirmwareError::NotElf)?;
+    if header.e_machine(endian) != EM_ARM {
+        return Err(FirmwareError::NotArm);
+    }
+    let segments = header.program_headers(endian, bytes).map_err(|_| FirmwareError::NotElf)?;
+    let loaded = segments.iter().filter(|segment| segment.p_type(endian) == PT_LOAD);
+    // Segments without content, such as stacks and variables that begin as 0, are not written.
+    let written = loaded.filter(|segment| segment.p_filesz(endian) > 0);
+    let mut begins = false;
+    for segment in written {
+        let region = Region { address: segment.p_paddr(endian), size: segment.p_filesz(endian) };
+        if ![layout.application, layout.script].iter().any(|place| place.contains(region)) {
+            return Err(FirmwareError::Outside(region));
+        }
+        begins |= region.address == layout.application.address;
+    }
+    if begins { Ok(()) } else { Err(FirmwareError::Elsewhere(layout.application.address)) }
+}

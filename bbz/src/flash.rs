@@ -1,0 +1,125 @@
+//! `bbz flash`: writes a script, and if asked the firmware, to a robot.
+
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process;
+
+use bittybuzz_robots::{Layout, Profile, Robot};
+use bittybuzz_vm_core::number::{Full, Tiny};
+use clap::Args;
+
+use crate::Ending;
+use crate::drive;
+use crate::firmware;
+use crate::output;
+use crate::probe_rs::{self, ProbeRs};
+use crate::problem::Problem;
+use crate::program::Program;
+use crate::selection::Selection;
+
+const EXAMPLES: &str = "\
+Examples:
+  bbz flash blink.bzz --robot crazyflie                 exchange the script, keep the firmware
+  bbz flash blink.bbi --robot crazyflie                 the same with what `bbz build` has made
+  bbz flash blink.bzz --robot crazyflie --firmware crazyflie.elf    firmware and script
+  bbz flash blink.bzz --robot crazyflie --dry-run       check everything, and print what would be called
+
+The script has a part of the flash of its own, which only takes firmware that was built for this robot file. probe-rs
+does the writing (environment variable PROBE_RS_PROBE chooses among several probes); the robot starts anew
+afterwards. Not tried on hardware.
+
+Exit status: 0, or 2 compile error, 3 wrong command line or file, an image that the robot would refuse, no probe.";
+
+/// Arguments of `bbz flash`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Script (.bzz), Buzz object file (.bo) or image (.bbi)
+    file: PathBuf,
+    /// Robot: its name (crazyflie) or the path of a robot file (*.toml)
+    #[arg(long, value_name = "NAME|PATH.toml")]
+    robot: String,
+    /// Also write this firmware (ELF)
+    #[arg(long, value_name = "ELF")]
+    firmware: Option<PathBuf>,
+    /// Only check, and print the calls of probe-rs
+    #[arg(long)]
+    dry_run: bool,
+    /// Folder to search for included files; may be given several times
+    #[arg(short = 'I', value_name = "DIR")]
+    include: Vec<PathBuf>,
+}
+
+/// Carries out the command.
+pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+    let selection = Selection::new(Some(&arguments.robot), None)?;
+    let robot = selection.robot.as_ref().ok_or(Problem::NoRobot)?;
+    let (chip, layout) = (probe_rs::chip(robot)?, probe_rs::layout(robot)?);
+    let opened = Program::open(&arguments.file, &arguments.include, &selection)?;
+    let Some(program) = opened else { return Ok(Ending::CompileError) };
+    check(&arguments.file, &program, robot)?;
+    let section = probe_rs::script_section(&layout, &arguments.file, &program.image)?;
+    if let Some(path) = &arguments.firmware {
+        firmware::check(path, &layout)?;
+    }
+    let file = ScriptFile::new(&arguments.file);
+    let calls = calls(chip, &layout, arguments.firmware.as_deref(), &file.0);
+    if arguments.dry_run {
+        let calls: String = calls.iter().map(|call| format!("{call}\n")).collect();
+        return output::write(&calls).map(|()| Ending::Success);
+    }
+    fs::write(&file.0, section).map_err(|error| Problem::unwritable(&file.0, error))?;
+    calls.into_iter().try_for_each(ProbeRs::run)?;
+    let (script, title) = (arguments.file.display(), &robot.title);
+    let bytes = program.image.len();
+    output::write(&format!("`{script}` ({bytes} bytes) is on the {title}, which starts anew\n"))?;
+    Ok(Ending::Success)
+}
+
+/// Whether the robot would run the image.
+fn check(path: &Path, program: &Program, robot: &Robot) -> Result<(), Problem> {
+    if program.profile != robot.profile {
+        return Err(Problem::RobotProfile {
+            path: path.to_owned(),
+            image: program.profile,
+            robot: robot.title.clone(),
+        });
+    }
+    let verify = match program.profile {
+        Profile::Tiny => drive::verify::<Tiny>,
+        Profile::Full => drive::verify::<Full>,
+    };
+    let has_function = |hash| robot.functions.iter().any(|function| function.hash() == hash);
+    verify(&program.image, robot.vm.slots as usize, &has_function)
+        .map_err(|cause| Problem::refused(path, cause))
+}
+
+/// What probe-rs has to do. The firmware's file holds a script too, so the other one is written after it.
+fn calls(chip: &str, layout: &Layout, firmware: Option<&Path>, script: &Path) -> Vec<ProbeRs> {
+    let download = || ProbeRs::new("download", chip).args(["--verify"]);
+    let firmware = firmware.map(|path| download().args(["--binary-format", "elf"]).arg(path));
+    let address = format!("{:#010x}", layout.script.address);
+    let script = download()
+        .args(["--reset", "--binary-format", "bin", "--base-address", &address])
+        .arg(script);
+    firmware.into_iter().chain([script]).collect()
+}
+
+/// What probe-rs writes to the script's region: a file for the time of a call.
+struct ScriptFile(PathBuf);
+
+impl ScriptFile {
+    /// A file that is named after the script.
+    fn new(script: &Path) -> Self {
+        let stem = script.file_stem().unwrap_or_default().to_string_lossy();
+        ScriptFile(env::temp_dir().join(format!("bbz-{}-{stem}.bin", process::id())))
+    }
+}
+
+impl Drop for ScriptFile {
+    fn drop(&mut self) {
+        // In a dry run it was never written.
+        let _ = fs::remove_file(&self.0);
+    }
+}

@@ -1,0 +1,196 @@
+//! Calling probe-rs, the program that talks to debug probes.
+
+use std::ffi::OsStr;
+use std::fmt;
+use std::io::{self, Read, Write};
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, Stdio};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use bittybuzz_robots::{Layout, Robot};
+
+use crate::problem::Problem;
+
+const PROGRAM: &str = "probe-rs";
+
+/// What probe-rs says if it finds no probe.
+const NO_PROBE: &str = "No connected probes";
+
+/// How long it may take to let the robot go.
+const FAREWELL: Duration = Duration::from_secs(3);
+
+/// Time between two looks at whether it has.
+const PATIENCE: Duration = Duration::from_millis(20);
+
+/// Why a robot cannot be reached.
+fn not_yet(robot: &Robot) -> Problem {
+    Problem::NotYet(robot.title.clone())
+}
+
+/// The chip of a robot that probe-rs can reach.
+pub fn chip(robot: &Robot) -> Result<&str, Problem> {
+    let chip = robot.chip.as_deref().filter(|_| robot.layout.is_some());
+    chip.ok_or_else(|| not_yet(robot))
+}
+
+/// Where firmware and script lie on a robot.
+pub fn layout(robot: &Robot) -> Result<Layout, Problem> {
+    robot.layout.ok_or_else(|| not_yet(robot))
+}
+
+/// The script's region of the flash, for an image that comes from `path`.
+pub fn script_section(layout: &Layout, path: &Path, image: &[u8]) -> Result<Vec<u8>, Problem> {
+    layout.script_section(image).ok_or_else(|| Problem::TooLong {
+        path: path.to_owned(),
+        bytes: image.len(),
+        most: layout.most_script(),
+    })
+}
+
+/// A call of probe-rs.
+#[derive(Debug)]
+pub struct ProbeRs(Command);
+
+impl ProbeRs {
+    /// A command about a chip. probe-rs must not ask which probe is meant: nobody might be there to answer.
+    pub fn new(command: &str, chip: &str) -> Self {
+        let mut call = Command::new(PROGRAM);
+        call.args([command, "--non-interactive", "--chip", chip]);
+        ProbeRs(call)
+    }
+
+    /// Adds an argument.
+    pub fn arg(mut self, argument: impl AsRef<OsStr>) -> Self {
+        self.0.arg(argument);
+        self
+    }
+
+    /// Adds arguments.
+    pub fn args<const N: usize>(mut self, arguments: [&str; N]) -> Self {
+        self.0.args(arguments);
+        self
+    }
+
+    /// Starts it; its messages go to standard error.
+    pub fn spawn(mut self) -> Result<Running, Problem> {
+        set_apart(&mut self.0);
+        self.0.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = self.0.spawn().map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => Problem::NoProbeRs,
+            _ => Problem::ProbeRsStart(error),
+        })?;
+        let messages = child.stderr.take().map(|stderr| thread::spawn(move || pass_on(stderr)));
+        Ok(Running { child, messages })
+    }
+
+    /// Runs it to its end; its messages and its results go to standard error.
+    pub fn run(self) -> Result<(), Problem> {
+        let mut running = self.spawn()?;
+        let stdout = running.take_stdout();
+        pass_on(stdout);
+        running.finish()
+    }
+}
+
+/// As a shell would take it.
+impl fmt::Display for ProbeRs {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{PROGRAM}")?;
+        for argument in self.0.get_args() {
+            let argument = argument.to_string_lossy();
+            let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+".contains(c);
+            match argument.chars().all(plain) {
+                true => write!(f, " {argument}")?,
+                false => write!(f, " '{}'", argument.replace('\'', r"'\''"))?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// probe-rs at work.
+pub struct Running {
+    child: Child,
+    messages: Option<JoinHandle<String>>,
+}
+
+impl Running {
+    /// What it prints; once.
+    pub fn take_stdout(&mut self) -> ChildOutput {
+        ChildOutput(self.child.stdout.take())
+    }
+
+    /// Waits for its end, which must be a good one.
+    pub fn finish(mut self) -> Result<(), Problem> {
+        let status = self.child.wait().map_err(Problem::ProbeRsStart)?;
+        let messages = self.messages.take().and_then(|thread| thread.join().ok());
+        if status.success() {
+            return Ok(());
+        }
+        Err(match messages {
+            Some(messages) if messages.contains(NO_PROBE) => Problem::NoProbe,
+            _ => Problem::ProbeRs(status),
+        })
+    }
+
+    /// Asks it to end, as Ctrl-C would: it then sets back what it has changed on the robot, and lets it go.
+    pub fn end(mut self) -> Result<(), Problem> {
+        interrupt(&self.child);
+        let deadline = Instant::now() + FAREWELL;
+        while self.child.try_wait().map_err(Problem::ProbeRsStart)?.is_none() {
+            if deadline <= Instant::now() {
+                return self.child.kill().map_err(Problem::ProbeRsStart);
+            }
+            thread::sleep(PATIENCE);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(unix)]
+fn interrupt(child: &Child) {
+    use nix::sys::signal::{Signal, kill};
+    use nix::unistd::Pid;
+
+    if let Ok(id) = i32::try_from(child.id()) {
+        // If it has ended there is nothing left to ask for.
+        let _ = kill(Pid::from_raw(id), Signal::SIGINT);
+    }
+}
+
+/// Elsewhere Ctrl-C reaches it by itself.
+#[cfg(not(unix))]
+fn interrupt(_: &Child) {}
+
+/// On Unix, Ctrl-C is for `bbz` alone, which then ends probe-rs at the right moment.
+#[cfg(unix)]
+fn set_apart(call: &mut Command) {
+    use std::os::unix::process::CommandExt;
+
+    call.process_group(0);
+}
+
+#[cfg(not(unix))]
+fn set_apart(_: &mut Command) {}
+
+/// Standard output of a child; empty if it was taken before.
+pub struct ChildOutput(Option<ChildStdout>);
+
+impl Read for ChildOutput {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.0.as_mut().map_or(Ok(0), |stdout| stdout.read(buffer))
+    }
+}
+
+/// Copies to standard error, and returns what it was. What cannot be shown is still read.
+fn pass_on(mut pipe: impl Read) -> String {
+    let mut all = Vec::new();
+    let mut buffer = [0; 1024];
+    while let Ok(count @ 1..) = pipe.read(&mut buffer) {
+        let part = buffer.get(..count).unwrap_or_default();
+        let _ = io::stderr().write_all(part);
+        all.extend_from_slice(part);
+    }
+    String::from_utf8_lossy(&all).into_owned()
+}

@@ -1,0 +1,179 @@
+//! A robot that another program emulates.
+
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use bittybuzz_emulation::message::Event;
+use bittybuzz_emulation::{Emulator, Pause};
+use bittybuzz_robots::Robot;
+use defmt_decoder::{DecodeError, StreamDecoder, Table};
+
+use crate::interrupt::Interrupt;
+use crate::probe_rs;
+use crate::problem::Problem;
+use crate::program::Program;
+
+use super::message::{Content, Level, Message};
+use super::teller::Teller;
+
+/// The emulator that is taken if none is named.
+const EMULATOR: &str = "bbz-emulate-stm32";
+
+/// Simulated time between two looks at Ctrl-C.
+const SLICE: Duration = Duration::from_millis(20);
+
+/// What to emulate.
+pub struct Emulation<'a> {
+    /// The program that emulates, if it is not [`EMULATOR`].
+    pub program: Option<&'a Path>,
+    /// The image that would be flashed.
+    pub firmware: &'a Path,
+    /// The robot.
+    pub robot: &'a Robot,
+    /// The script to write over the firmware's own, and where it comes from.
+    pub script: Option<(&'a Path, &'a Program)>,
+    /// Simulated time at full speed; else real time without end.
+    pub duration: Option<Duration>,
+    /// Whether to tell of LEDs and motors.
+    pub outputs: bool,
+}
+
+impl Emulation<'_> {
+    /// Runs it, and prints what it tells.
+    pub fn run(&self, teller: &mut Teller<'_>, interrupt: &mut Interrupt) -> Result<(), Problem> {
+        let layout = probe_rs::layout(self.robot)?;
+        let script = match self.script {
+            None => None,
+            Some((path, program)) if program.image.is_empty() => {
+                return Err(Problem::NoImage(path.to_owned()));
+            }
+            Some((path, program)) => Some(probe_rs::script_section(&layout, path, &program.image)?),
+        };
+        let table = self.table()?;
+        let mut emulator = Emulator::spawn(&self.executable()).map_err(Problem::Emulator)?;
+        emulator.load(self.firmware).map_err(Problem::Emulator)?;
+        if let Some(script) = script {
+            emulator.write(layout.script.address, &script).map_err(Problem::Emulator)?;
+        }
+        let mut reader = Reader { table: &table, decoder: table.new_stream_decoder(), lost: false };
+        let start = Instant::now();
+        let mut now = Duration::ZERO;
+        while self.duration.is_none_or(|end| now < end) {
+            if teller.is_over() || interrupt.is_raised() {
+                break;
+            }
+            let until = self.duration.map_or(now + SLICE, |end| end.min(now + SLICE));
+            let (at, pause) = emulator
+                .run_with(until, |event| {
+                    for content in reader.contents(event.event, self.outputs) {
+                        // What comes after the end that was asked for is not told.
+                        if !teller.is_over() {
+                            teller.tell(&Message { time: Some(event.at.as_secs_f64()), content });
+                        }
+                    }
+                })
+                .map_err(Problem::Emulator)?;
+            match pause {
+                Pause::Time => now = at.max(until),
+                Pause::Lockup | Pause::PowerOff => break,
+            }
+            if self.duration.is_none() {
+                teller.flush();
+                interrupt.wait(now.saturating_sub(start.elapsed()));
+            }
+        }
+        Ok(())
+    }
+
+    /// Where the program is: as it is named if that is a path, else beside this one, else wherever PATH finds it.
+    fn executable(&self) -> PathBuf {
+        let named = self.program.unwrap_or(Path::new(EMULATOR));
+        if named.components().count() > 1 {
+            return named.to_owned();
+        }
+        let name = named.with_extension(env::consts::EXE_EXTENSION);
+        let beside = env::current_exe().ok().map(|this| this.with_file_name(&name));
+        beside.filter(|path| path.is_file()).unwrap_or(name)
+    }
+
+    /// The texts of the firmware's messages.
+    fn table(&self) -> Result<Table, Problem> {
+        let bytes =
+            fs::read(self.firmware).map_err(|error| Problem::unreadable(self.firmware, error))?;
+        match Table::parse(&bytes) {
+            Ok(Some(table)) => Ok(table),
+            Ok(None) => Err(Problem::NoMessages { path: self.firmware.to_owned(), reason: None }),
+            Err(error) => Err(Problem::NoMessages {
+                path: self.firmware.to_owned(),
+                reason: Some(error.to_string()),
+            }),
+        }
+    }
+}
+
+/// Reads what the firmware writes.
+struct Reader<'t> {
+    table: &'t Table,
+    decoder: Box<dyn StreamDecoder + Send + Sync + 't>,
+    /// Whether an error has made the rest unreadable.
+    lost: bool,
+}
+
+impl Reader<'_> {
+    fn contents(&mut self, event: Event, outputs: bool) -> Vec<Content> {
+        let output = |name: String, state: String| match outputs {
+            true => vec![Content::Output { name, state }],
+            false => vec![],
+        };
+        match event {
+            Event::Rtt { bytes } => self.decode(&bytes),
+            Event::Led { name, on } => {
+                output(format!("led {name}"), if on { "on" } else { "off" }.to_owned())
+            }
+            Event::Motor { number, duty, frequency_hz } => output(
+                format!("motor {number}"),
+                format!("{:.1} % at {:.1} kHz", duty * 100.0, frequency_hz / 1000.0),
+            ),
+            Event::Syslink { .. } => vec![],
+            Event::Reset { cause } => {
+                // The firmware begins anew in the middle of a message.
+                self.decoder = self.table.new_stream_decoder();
+                self.lost = false;
+                vec![Content::Reset { cause }]
+            }
+            Event::PowerOff { acknowledged: true } => {
+                vec![Content::Reset { cause: "the power is off".to_owned() }]
+            }
+            Event::PowerOff { acknowledged: false } => {
+                vec![Content::Failure(
+                    "the power was cut: the firmware has not acknowledged the request".to_owned(),
+                )]
+            }
+            Event::HardwareError { text } => vec![Content::Failure(text)],
+            Event::Lockup { pc } => vec![Content::Failure(format!(
+                "the core is locked up at {pc:#010x}: a fault came while it handled a fault"
+            ))],
+        }
+    }
+
+    fn decode(&mut self, bytes: &[u8]) -> Vec<Content> {
+        self.decoder.received(bytes);
+        let mut contents = Vec::new();
+        while !self.lost {
+            match self.decoder.decode() {
+                Ok(frame) => {
+                    let level = frame.level().and_then(|level| Level::from_name(level.as_str()));
+                    contents.push(Content::from_text(level, &frame.display_message().to_string()));
+                }
+                Err(DecodeError::UnexpectedEof) => break,
+                Err(DecodeError::Malformed) => {
+                    self.lost = !self.table.encoding().can_recover();
+                    contents.push(Content::Damaged("a message of the firmware".to_owned()));
+                }
+            }
+        }
+        contents
+    }
+}

@@ -1,0 +1,48 @@
+//! A fault for programs that read it.
+
+use bittybuzz_vm_core::Fault;
+use serde_json::{Value, json};
+
+use crate::backtrace::Backtrace;
+use crate::fault;
+use crate::program::Program;
+
+/// The object for a fault. `positions` are the calls that led there, innermost first; `accepted` is what the robot
+/// function accepts that has refused its arguments.
+pub fn fault(
+    step: u32,
+    fault: &Fault,
+    program: &Program,
+    positions: &[u16],
+    accepted: Option<&str>,
+) -> Value {
+    let marked = Backtrace::new(program, positions.to_vec(), None).marked();
+    let words = fault::describe(fault, program, marked.as_deref(), accepted);
+    let calls: Vec<Value> = positions.iter().map(|position| call(program, *position)).collect();
+    json!({
+        "kind": "fault",
+        "step": step,
+        "code": fault::code(fault.code),
+        "message": words.headline,
+        "help": words.help,
+        "calls": calls,
+    })
+}
+
+/// Where a function was: all of it null but the position if there are no symbols.
+fn call(program: &Program, position: u16) -> Value {
+    let symbols = program.symbols.as_ref();
+    let at = u32::from(position);
+    let place = symbols.and_then(|symbols| symbols.position(at));
+    let function = symbols.and_then(|symbols| symbols.function(at));
+    let file = place.as_ref().and_then(|place| symbols?.file(place.file));
+    json!({
+        "position": position,
+        "function": function.map(|function| &function.name),
+        "file": file,
+        "line": place.as_ref().map(|place| place.line),
+        "column": place.as_ref().map(|place| place.column),
+        "end_line": place.as_ref().map(|place| place.end_line),
+        "end_column": place.as_ref().map(|place| place.end_column),
+    })
+}

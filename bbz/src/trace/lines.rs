@@ -1,0 +1,92 @@
+//! Messages from lines of text, as programs print them that read defmt.
+
+use anstream::adapter::strip_str;
+
+use super::message::{Content, Level, Message};
+
+/// The format that probe-rs is asked for: time, level, text.
+pub const FORMAT: &str = "{t} {L} {s}";
+
+/// Reads a line: time and level, if it begins with them, then the text. Also understands the format that probe-rs and
+/// defmt-print have by default, `0.002 [INFO ] text (crate file:line)`, and lines of other programs in between. `<time>` and
+/// `<lvl>` stand for what a message does not have.
+pub fn parse(line: &str) -> Message {
+    let line = strip_str(line).to_string();
+    let line = line.trim_end();
+    let (time, rest) = match line.trim_start().split_once(' ') {
+        Some((first, rest)) if first.parse::<f64>().is_ok() => (first.parse().ok(), rest),
+        Some(("<time>", rest)) => (None, rest),
+        _ => (None, line),
+    };
+    let (level, text) = match level(rest) {
+        Some((level, text)) => (Some(level), text),
+        None => (None, rest.strip_prefix("<lvl>").map_or(rest, str::trim_start)),
+    };
+    Message { time, content: Content::from_text(level, text) }
+}
+
+/// A level in front of a text, perhaps in brackets.
+fn level(text: &str) -> Option<(Level, &str)> {
+    let text = text.trim_start();
+    let (text, bracket) = match text.strip_prefix('[') {
+        Some(text) => (text, true),
+        None => (text, false),
+    };
+    let found = |level: &Level| Some((*level, text.strip_prefix(level.name())?));
+    let (level, rest) = Level::ALL.iter().find_map(found)?;
+    let rest = rest.trim_start_matches(' ');
+    let rest = if bracket { rest.strip_prefix(']')? } else { rest };
+    Some((level, rest.trim_start()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn firmware(level: Level, text: &str) -> Content {
+        Content::Firmware { level: Some(level), text: text.to_owned() }
+    }
+
+    #[test]
+    fn formats_of_probe_rs() {
+        // The format asked for; defmt-decoder pads the level.
+        let message = parse("0.000123 INFO  boot");
+        assert_eq!(message.time, Some(0.000_123));
+        assert_eq!(message.content, firmware(Level::Info, "boot"));
+        // The default: level in bold brackets, place dimmed.
+        let message = parse(
+            "1.5 \x1b[1m[WARN ]\x1b[0m slow \x1b[2m(\x1b[1mcrazyflie\x1b[0m src/main.rs:7)\x1b[0m",
+        );
+        assert_eq!(message.time, Some(1.5));
+        assert_eq!(message.content, firmware(Level::Warn, "slow (crazyflie src/main.rs:7)"));
+        // A message without a level; a firmware without a clock.
+        let message = parse("2.0 <lvl> hello");
+        let text = "hello".to_owned();
+        assert_eq!(message.content, Content::Firmware { level: None, text });
+        assert_eq!(parse("<time> DEBUG x").content, firmware(Level::Debug, "x"));
+        assert_eq!(parse("[ERROR] panic").content, firmware(Level::Error, "panic"));
+    }
+
+    #[test]
+    fn records_in_every_format() {
+        let record = Content::Record(vec![6, 1, 0, 0, 255]);
+        for line in [
+            "0.1 INFO  bbz [6, 1, 0, 0, 255]",
+            "0.1 [INFO ] bbz [6, 1, 0, 0, 255] (crazyflie src/trace.rs:31)",
+            "bbz [6,1,0,0,255]\r",
+        ] {
+            assert_eq!(parse(line).content, record, "{line}");
+        }
+        assert_eq!(parse("bbz []").content, Content::Record(vec![]));
+    }
+
+    #[test]
+    fn damaged_records_are_told_apart_from_other_text() {
+        for line in ["bbz [1, 2", "bbz [1, 256]", "bbz [1, x]", "bbz [-1]"] {
+            assert!(matches!(parse(line).content, Content::Damaged(_)), "{line}");
+        }
+        for line in ["", "bbz", "a bbz [1]", "Finished in 1.2s", "   ", "1.5", "INFO", "["] {
+            assert!(matches!(parse(line).content, Content::Firmware { .. }), "{line}");
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! What a robot tells.
+
+/// Something that a robot has told, or that was seen of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Message {
+    /// When: its own clock, or the time since power-on of an emulated robot.
+    pub time: Option<f64>,
+    /// What.
+    pub content: Content,
+}
+
+/// What was told.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Content {
+    /// A record about the script ([`bittybuzz_comms::trace`]).
+    Record(Vec<u8>),
+    /// What looks like a record, but is damaged.
+    Damaged(String),
+    /// A message of the firmware.
+    Firmware { level: Option<Level>, text: String },
+    /// What an emulated robot did.
+    Output { name: String, state: String },
+    /// The chip was reset.
+    Reset { cause: String },
+    /// The firmware cannot go on, or did what the chip does not allow.
+    Failure(String),
+}
+
+/// How grave a message of the firmware is, as defmt names it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Level {
+    Trace,
+    Debug,
+    Info,
+    Warn,
+    Error,
+}
+
+impl Level {
+    pub const ALL: [Level; 5] =
+        [Level::Trace, Level::Debug, Level::Info, Level::Warn, Level::Error];
+
+    /// The level of that name, in small or capital letters.
+    pub fn from_name(name: &str) -> Option<Level> {
+        Level::ALL.into_iter().find(|level| level.name().eq_ignore_ascii_case(name))
+    }
+
+    pub const fn name(self) -> &'static str {
+        match self {
+            Level::Trace => "TRACE",
+            Level::Debug => "DEBUG",
+            Level::Info => "INFO",
+            Level::Warn => "WARN",
+            Level::Error => "ERROR",
+        }
+    }
+}
+
+impl Content {
+    /// The text of a defmt message: a record if it begins so.
+    pub fn from_text(level: Option<Level>, text: &str) -> Content {
+        let Some(list) = text.strip_prefix("bbz [") else {
+            return Content::Firmware { level, text: text.to_owned() };
+        };
+        // A place in the firmware's source may follow.
+        let bytes = list.split_once(']').and_then(|(list, _)| {
+            let numbers = list.split(',').map(str::trim).filter(|number| !number.is_empty());
+            numbers.map(|number| number.parse().ok()).collect()
+        });
+        match bytes {
+            Some(bytes) => Content::Record(bytes),
+            None => Content::Damaged(text.to_owned()),
+        }
+    }
+}

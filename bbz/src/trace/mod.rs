@@ -1,0 +1,139 @@
+//! `bbz trace`: what a robot tells of its script and of itself.
+//!
+//! A source (a robot on a debug probe, an emulated robot, lines of text) gives [`message::Message`]s; a [`Teller`] prints them.
+
+mod emulated;
+mod json;
+mod lines;
+mod message;
+mod source;
+mod teller;
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use clap::Args;
+
+use crate::Ending;
+use crate::interrupt::Interrupt;
+use crate::problem::Problem;
+use crate::program::Program;
+use crate::report;
+use crate::selection::SelectionArguments;
+
+use emulated::Emulation;
+use teller::{Format, Script, Teller};
+
+const EXAMPLES: &str = "\
+Examples:
+  bbz trace firmware.elf --robot crazyflie --script blink.bzz
+                                         a robot on a debug probe, until Ctrl-C
+  bbz trace firmware.elf --robot crazyflie --script blink.bzz --emulate
+                                         an emulated robot with that script, until Ctrl-C
+  bbz trace firmware.elf --robot crazyflie --script blink.bzz --emulate --seconds 10 --outputs
+                                         ten simulated seconds at full speed, with LEDs and motors
+  cargo run --release | bbz trace - --script blink.sym
+                                         what another program has read from the robot
+  bbz trace firmware.elf --robot crazyflie --script blink.bzz --emulate --seconds 2 --plain
+                                         only what the script logs, as `bbz run` prints it
+
+A line is the time in seconds, what it is about, and the text. The time is the robot's own clock, of an emulated
+robot the time since power-on. `step N` is a line that the script logged after N complete steps; levels such as INFO
+are messages of the firmware.
+
+The robot on a probe is read by probe-rs (environment variable PROBE_RS_PROBE chooses among several probes). Not
+tried on hardware. Emulators are programs beside bbz or in PATH; with --script the script is written to the
+emulated robot, a real one keeps its own (`bbz flash` changes it).
+
+Exit status: 0, or 1 the script or the firmware has failed, 2 compile error, 3 wrong command line or file, an image
+that the robot refuses, no probe.";
+
+/// Arguments of `bbz trace`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Firmware that runs on the robot (ELF), or - for lines of text on standard input
+    firmware: PathBuf,
+    #[command(flatten)]
+    selection: SelectionArguments,
+    /// The script that the robot runs (.bzz, .bo, .bbi or .sym): tells names, lines and strings
+    #[arg(long, value_name = "FILE", visible_alias = "symbols")]
+    script: Option<PathBuf>,
+    /// Folder to search for included files; may be given several times
+    #[arg(short = 'I', value_name = "DIR")]
+    include: Vec<PathBuf>,
+    /// Emulate the robot instead of reading from one
+    #[arg(long)]
+    emulate: bool,
+    /// Program that emulates, such as bbz-emulate-qemu [default: bbz-emulate-stm32]
+    #[arg(long, value_name = "PROGRAM", requires = "emulate")]
+    emulator: Option<PathBuf>,
+    /// Simulated seconds, at full speed [default: in real time until Ctrl-C]
+    #[arg(long, value_name = "N", value_parser = seconds, requires = "emulate")]
+    seconds: Option<Duration>,
+    /// Also print what LEDs and motors do
+    #[arg(long, requires = "emulate")]
+    outputs: bool,
+    /// Print only what the script logs
+    #[arg(long)]
+    plain: bool,
+    /// Print a JSON object per line
+    #[arg(long, conflicts_with = "plain")]
+    json: bool,
+    /// End when the script stops
+    #[arg(long)]
+    until_fault: bool,
+}
+
+/// Carries out the command.
+pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+    let selection = arguments.selection.select()?;
+    let program = match &arguments.script {
+        None => None,
+        Some(path) => match Program::open_with_symbols(path, &arguments.include, &selection)? {
+            Some(program) => Some(program),
+            None => return Ok(Ending::CompileError),
+        },
+    };
+    let format = match (arguments.plain, arguments.json) {
+        (true, _) => Format::Plain,
+        (false, true) => Format::Json,
+        (false, false) => Format::Text,
+    };
+    let robot = selection.robot.as_ref();
+    let script = arguments.script.as_deref().zip(program.as_ref());
+    let told = script.map(|(path, program)| Script {
+        name: report::printable(&path.to_string_lossy()),
+        program,
+    });
+    let mut teller = Teller::new(told, robot, format, arguments.until_fault);
+    let mut interrupt = Interrupt::install().map_err(Problem::Interrupt)?;
+    if arguments.firmware == Path::new("-") {
+        if arguments.emulate {
+            return Err(Problem::NoFirmware);
+        }
+        source::standard_input(&mut teller, &mut interrupt)?;
+        return teller.finish();
+    }
+    let robot = robot.ok_or(Problem::NoRobot)?;
+    if arguments.emulate {
+        let emulation = Emulation {
+            program: arguments.emulator.as_deref(),
+            firmware: &arguments.firmware,
+            robot,
+            script,
+            duration: arguments.seconds,
+            outputs: arguments.outputs,
+        };
+        emulation.run(&mut teller, &mut interrupt)?;
+    } else {
+        source::probe(robot, &arguments.firmware, &mut teller, &mut interrupt)?;
+    }
+    teller.finish()
+}
+
+/// A number of seconds, such as `10` or `0.5`.
+fn seconds(text: &str) -> Result<Duration, String> {
+    let number: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    Duration::try_from_secs_f64(number).map_err(|error| error.to_string())
+}

@@ -1,0 +1,346 @@
+//! Prints what a robot tells.
+
+use annotate_snippets::{Group, Level as Severity};
+use bittybuzz_comms::trace::{Item, Items, Record, RecordError};
+use bittybuzz_robots::Robot;
+use bittybuzz_vm_core::{Fault, FaultCode, ImageError, Refusal};
+use serde_json::{Value, json};
+
+use crate::Ending;
+use crate::backtrace::Backtrace;
+use crate::fault;
+use crate::host;
+use crate::output::Output;
+use crate::printed::{Printed, unknown_string};
+use crate::problem::Problem;
+use crate::program::Program;
+use crate::refusal;
+use crate::report;
+
+use super::json;
+use super::message::{Content, Message};
+
+/// How to print.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Lines with time and subject.
+    Text,
+    /// What the script logs, nothing else.
+    Plain,
+    /// A JSON object per line.
+    Json,
+}
+
+/// The script that is thought to run, and its name.
+pub struct Script<'a> {
+    pub name: String,
+    pub program: &'a Program,
+}
+
+/// What the robot has said of its script.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Told {
+    Nothing,
+    /// It is the one that is thought to run.
+    Same,
+    /// It is not.
+    Other,
+}
+
+/// Prints messages, and remembers how it ends.
+pub struct Teller<'a> {
+    script: Option<Script<'a>>,
+    /// Stands for a script of which nothing is known.
+    unknown: Program,
+    told: Told,
+    /// Whether it was said that symbols are missing or are taken on trust.
+    noted: bool,
+    robot: Option<&'a Robot>,
+    format: Format,
+    until_fault: bool,
+    output: Output,
+    ending: Ending,
+}
+
+impl<'a> Teller<'a> {
+    /// Prints to standard output. With `until_fault` it is over when the script stops.
+    pub fn new(
+        script: Option<Script<'a>>,
+        robot: Option<&'a Robot>,
+        format: Format,
+        until_fault: bool,
+    ) -> Self {
+        Teller {
+            script,
+            unknown: Program::unknown(),
+            told: Told::Nothing,
+            noted: false,
+            robot,
+            format,
+            until_fault,
+            output: Output::new(),
+            ending: Ending::Success,
+        }
+    }
+
+    /// Whether nothing more need be told.
+    pub fn is_over(&self) -> bool {
+        (self.until_fault && self.ending != Ending::Success) || self.output.has_failed()
+    }
+
+    /// Makes everything told visible.
+    pub fn flush(&mut self) {
+        self.output.flush();
+    }
+
+    /// Prints the rest, and says how it ended.
+    pub fn finish(self) -> Result<Ending, Problem> {
+        self.output.finish()?;
+        Ok(self.ending)
+    }
+
+    /// Prints a message.
+    pub fn tell(&mut self, message: &Message) {
+        let time = message.time;
+        match &message.content {
+            Content::Record(bytes) => match Record::decode(bytes) {
+                Ok(record) => self.record(time, &record),
+                Err(error) => self.damaged(time, damage(error), bytes),
+            },
+            Content::Damaged(text) => self.damaged(time, "its text is damaged", text.as_bytes()),
+            Content::Firmware { level, text } => {
+                let name = level.map(|level| level.name());
+                let object = json!({ "kind": "firmware", "level": name, "text": text });
+                let text = report::printable(text);
+                self.entry(time, name.unwrap_or("-"), text.as_bytes(), object);
+            }
+            Content::Output { name, state } => {
+                let object = json!({ "kind": "output", "name": name, "state": state });
+                self.entry(time, "output", format!("{name} {state}").as_bytes(), object);
+            }
+            Content::Reset { cause } => {
+                let object = json!({ "kind": "reset", "cause": cause });
+                self.remark(time, "reset", &format!("the chip was reset: {cause}"), object);
+            }
+            Content::Failure(text) => {
+                self.ending = Ending::RuntimeError;
+                self.error(time, text, None, json!({ "kind": "failure", "text": text }));
+            }
+        }
+        self.output.refresh();
+    }
+
+    fn record(&mut self, time: Option<f64>, record: &Record<'_>) {
+        if let Record::Start { robot_id, script_hash } = *record {
+            return self.start(time, robot_id, script_hash);
+        }
+        self.note_trust();
+        match *record {
+            Record::Start { .. } => {}
+            Record::Log { step, items } => self.log(time, step, items),
+            Record::Fault { step, fault, calls } => self.fault(time, step, &fault, calls.collect()),
+            Record::Refused(cause) => self.refused(time, cause),
+            Record::Overrun { step, missed } => {
+                let text = format!("a step took longer than a tick: {missed} ticks missed so far");
+                let object = json!({ "kind": "overrun", "step": step, "missed": missed });
+                self.remark(time, &format!("step {step}"), &text, object);
+            }
+            Record::Expired { step } => {
+                let text = "no step has ended for so long that the robot has stopped its motors";
+                let object = json!({ "kind": "expired", "step": step });
+                self.remark(time, &format!("step {step}"), text, object);
+            }
+            Record::Lost(count) => {
+                let text = format!("{count} log lines came faster than the robot could tell them");
+                self.remark(time, "lost", &text, json!({ "kind": "lost", "count": count }));
+            }
+        }
+    }
+
+    /// The program that the robot runs, as far as is known.
+    fn program(&self) -> &Program {
+        match &self.script {
+            Some(script) if self.told != Told::Other => script.program,
+            _ => &self.unknown,
+        }
+    }
+
+    fn start(&mut self, time: Option<f64>, robot_id: u16, hash: u32) {
+        let mut text = format!("robot {robot_id} runs script {hash:08x}");
+        let mut warning = None;
+        if let Some(Script { name, program }) = &self.script {
+            if program.script_hash() == Some(hash) {
+                self.told = Told::Same;
+                text = format!("{text} (`{name}`)");
+            } else {
+                self.told = Told::Other;
+                let other = program.script_hash().unwrap_or_default();
+                warning = Some(format!(
+                    "the robot runs script {hash:08x}, `{name}` is script {other:08x}"
+                ));
+            }
+        }
+        let object = json!({
+            "kind": "start",
+            "robot_id": robot_id,
+            "script_hash": format!("{hash:08x}"),
+            "symbols": self.told == Told::Same,
+        });
+        self.entry(time, "start", text.as_bytes(), object);
+        if let Some(warning) = warning {
+            self.output.flush();
+            report::warning(&warning, Some(OTHER_SCRIPT));
+        }
+    }
+
+    /// Says once what the names, strings and places rest on, unless the robot has said it.
+    fn note_trust(&mut self) {
+        if self.noted || self.told != Told::Nothing {
+            return;
+        }
+        self.noted = true;
+        let text = match &self.script {
+            None => "strings and places are shown as numbers: --script names the script".to_owned(),
+            Some(script) => {
+                format!("the robot began before this trace; it is taken to run `{}`", script.name)
+            }
+        };
+        self.output.flush();
+        report::print(Group::with_title(Severity::NOTE.primary_title(text)));
+    }
+
+    fn log(&mut self, time: Option<f64>, step: u32, items: Items<'_>) {
+        let mut line = Vec::new();
+        let mut complete = true;
+        for item in items {
+            let value = match item {
+                Ok(Item::Nil) => Printed::Nil,
+                Ok(Item::Int(value)) => Printed::Int(value),
+                Ok(Item::Float(value)) => Printed::Float(value),
+                Ok(Item::String(number)) => Printed::Text(match self.program().string(number) {
+                    Some(text) => text.as_bytes().to_vec(),
+                    None => unknown_string(number),
+                }),
+                Ok(Item::Text(text)) => Printed::Text(text.to_vec()),
+                Ok(Item::Table(size)) => Printed::Table(usize::from(size)),
+                Ok(Item::Function) => Printed::Function,
+                // Decoding has found no error.
+                Ok(Item::Rest) | Err(_) => {
+                    complete = false;
+                    Printed::Text(b"...".to_vec())
+                }
+            };
+            value.append_to(&mut line);
+        }
+        if self.format == Format::Plain {
+            return self.output.line(&line);
+        }
+        let text = String::from_utf8_lossy(&line);
+        let object = json!({ "kind": "log", "step": step, "text": text, "complete": complete });
+        self.entry(time, &format!("step {step}"), &line, object);
+    }
+
+    fn fault(&mut self, time: Option<f64>, step: u32, fault: &Fault, positions: Vec<u16>) {
+        self.ending = Ending::RuntimeError;
+        let program = self.program();
+        let expected = self.accepted(fault);
+        let json = self.format == Format::Json;
+        let object =
+            json.then(|| json::fault(step, fault, program, &positions, expected.as_deref()));
+        if let Some(object) = object {
+            return self.entry(time, "", b"", object);
+        }
+        let mut note = format!("after {step} complete steps");
+        if let Some(time) = time {
+            note = format!("{note}, at {time:.6} s");
+        }
+        self.output.flush();
+        let program = self.program();
+        let backtrace = Backtrace::new(program, positions, None);
+        fault::report(fault, program, &backtrace, expected.as_deref(), Some(&note));
+    }
+
+    /// What the robot function accepts that has refused its arguments.
+    fn accepted(&self, fault: &Fault) -> Option<String> {
+        let count = fault.detail == Refusal::ArgumentCount as u16;
+        match fault.code {
+            FaultCode::WrongType => {}
+            FaultCode::RobotRefused if count => {}
+            _ => return None,
+        }
+        let name = fault::robot_function(fault, self.program())?;
+        Some(host::accepted_lists(&[self.robot?.function(name)?]))
+    }
+
+    fn refused(&mut self, time: Option<f64>, cause: ImageError) {
+        self.ending = Ending::Usage;
+        let text = format!("the script in the robot's flash {}", refusal::sentence(&cause));
+        let help = match cause {
+            ImageError::NotAnImage => Some("`bbz flash` writes one".to_owned()),
+            cause => refusal::help(&cause),
+        };
+        let object = json!({ "kind": "refused", "text": text, "help": help });
+        self.error(time, &text, help.as_deref(), object);
+    }
+
+    fn damaged(&mut self, time: Option<f64>, why: &str, what: &[u8]) {
+        let shown = match std::str::from_utf8(what) {
+            Ok(text) if text.starts_with("bbz ") => report::printable(text),
+            _ => format!("bbz {what:?}"),
+        };
+        let text = format!("a record cannot be read, {why}: {shown}");
+        self.remark(time, "damaged", &text, json!({ "kind": "damaged", "text": text }));
+    }
+
+    /// What concerns the script, but is no line of it: a warning where only those are printed.
+    fn remark(&mut self, time: Option<f64>, subject: &str, text: &str, object: Value) {
+        if self.format == Format::Plain {
+            self.output.flush();
+            return report::warning(text, None);
+        }
+        self.entry(time, subject, text.as_bytes(), object);
+    }
+
+    fn error(&mut self, time: Option<f64>, text: &str, help: Option<&str>, object: Value) {
+        if self.format == Format::Json {
+            return self.entry(time, "", b"", object);
+        }
+        self.output.flush();
+        let title = Severity::ERROR.primary_title(text);
+        let note = time.map(|time| Severity::NOTE.message(format!("at {time:.6} s")));
+        let help = help.map(|help| Severity::HELP.message(help));
+        report::print(title.elements(note).elements(help));
+    }
+
+    /// Prints a line, unless only the script's are wanted.
+    fn entry(&mut self, time: Option<f64>, subject: &str, text: &[u8], mut object: Value) {
+        match self.format {
+            Format::Plain => {}
+            Format::Json => {
+                object["time"] = json!(time);
+                self.output.line(object.to_string().as_bytes());
+            }
+            Format::Text => {
+                let time = time.map_or("-".to_owned(), |time| format!("{time:.6}"));
+                let mut line = format!("{time:>12} {subject:<9} ").into_bytes();
+                line.extend(text);
+                self.output.line(&line);
+            }
+        }
+    }
+}
+
+const OTHER_SCRIPT: &str = "its strings and places are shown as numbers; name the script that the robot has, built \
+                            for the same profile, or write this one with `bbz flash`";
+
+fn damage(error: RecordError) -> &'static str {
+    match error {
+        RecordError::Kind(_) => {
+            "this `bbz` does not know its kind (is it older than the firmware?)"
+        }
+        RecordError::Length => "its length is wrong",
+        RecordError::Value => {
+            "a value in it means nothing (is this `bbz` older than the firmware?)"
+        }
+    }
+}

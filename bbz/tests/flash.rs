@@ -1,0 +1,194 @@
+//! `bbz flash`, with a stand-in for probe-rs: nothing here has seen a robot.
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+mod support;
+
+#[path = "support/elf.rs"]
+mod elf;
+#[path = "support/probe_rs.rs"]
+mod probe_rs;
+
+use elf::Segment;
+use std::process::Command;
+use support::Folder;
+
+const SCRIPT: &str = "function step() { led(1) }\n";
+const FLASH: [&str; 4] = ["flash", "s.bzz", "--robot", "crazyflie"];
+
+/// Firmware for the layout of the Crazyflie: vector table, variables with their start values, a script.
+fn firmware() -> Vec<u8> {
+    elf::arm(&[
+        Segment { at: 0x0800_4000, runs_at: 0x0800_4000, bytes: &[0; 64] },
+        Segment { at: 0x0800_4040, runs_at: 0x2000_0000, bytes: &[1; 8] },
+        Segment { at: 0x0802_0000, runs_at: 0x0802_0000, bytes: &[2; 16] },
+    ])
+}
+
+#[test]
+fn only_the_script_is_written() {
+    let folder = Folder::with("flash_script", "s.bzz", SCRIPT);
+    probe_rs::install(&folder, "cp \"$file\" written.bin");
+    let outcome = probe_rs::bbz(&folder, &FLASH);
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+    assert!(outcome.stdout.ends_with("is on the Crazyflie 2.1, which starts anew\n"));
+    let calls = probe_rs::calls(&folder);
+    let [call] = &calls[..] else { panic!("{calls:?}") };
+    let (options, file) = call.rsplit_once(' ').unwrap();
+    assert_eq!(
+        options,
+        "download --non-interactive --chip STM32F405RG --verify --reset --binary-format bin \
+         --base-address 0x08020000"
+    );
+    assert!(!std::path::Path::new(file).exists(), "left behind: {file}");
+    // Its length, then what `bbz build` makes.
+    folder.bbz(&["build", "s.bzz", "--robot", "crazyflie"]);
+    let image = folder.read("s.bbi");
+    let length = u32::try_from(image.len()).unwrap().to_le_bytes();
+    assert_eq!(folder.read("written.bin"), [&length[..], &image].concat());
+    // An image is flashed as it is.
+    assert_eq!(probe_rs::bbz(&folder, &["flash", "s.bbi", "--robot", "crazyflie"]).status, Some(0));
+    assert_eq!(folder.read("written.bin"), [&length[..], &image].concat());
+}
+
+#[test]
+fn firmware_comes_before_the_script() {
+    let folder = Folder::with("flash_firmware", "s.bzz", SCRIPT);
+    folder.write("robot", firmware());
+    probe_rs::install(&folder, "");
+    let outcome = probe_rs::bbz(&folder, &[&FLASH[..], &["--firmware", "robot"]].concat());
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+    let calls = probe_rs::calls(&folder);
+    assert_eq!(calls.len(), 2);
+    assert_eq!(
+        calls[0],
+        "download --non-interactive --chip STM32F405RG --verify --binary-format elf robot"
+    );
+    assert!(calls[1].contains("--reset --binary-format bin --base-address 0x08020000"));
+}
+
+#[test]
+fn a_dry_run_calls_nothing_and_says_what_it_would_call() {
+    let folder = Folder::with("flash_dry", "s.bzz", SCRIPT);
+    folder.write("my robot", firmware());
+    probe_rs::install(&folder, "");
+    let dry = [&FLASH[..], &["--firmware", "my robot", "--dry-run"]].concat();
+    let outcome = probe_rs::bbz(&folder, &dry);
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+    let lines: Vec<&str> = outcome.stdout.lines().collect();
+    assert_eq!(lines.len(), 2);
+    assert!(lines[0].starts_with("probe-rs download --non-interactive --chip STM32F405RG "));
+    assert!(lines[0].ends_with(" 'my robot'") && lines[1].ends_with("-s.bin"), "{lines:?}");
+    assert_eq!(probe_rs::calls(&folder), [""; 0]);
+    assert_eq!(folder.names(), ["my robot", "probe-rs", "s.bzz"]);
+}
+
+#[test]
+fn what_the_robot_would_refuse_is_not_written() {
+    let folder = Folder::with("flash_checks", "s.bzz", SCRIPT);
+    probe_rs::install(&folder, "");
+    let flash = |arguments: &[&str]| probe_rs::bbz(&folder, &[&["flash"], arguments].concat());
+    folder.write("wrong.bzz", "forwards()\n");
+    flash(&["wrong.bzz", "--robot", "crazyflie"]).fails_with(2, &["forwards", "wrong.bzz:1:1"]);
+    folder.bbz(&["build", "s.bzz", "--robot", "crazyflie", "--profile", "tiny", "-o", "tiny"]);
+    flash(&["tiny.bbi", "--robot", "crazyflie"])
+        .fails_with(3, &["`tiny.bbi` was built for the tiny profile", "Crazyflie"]);
+    folder.write("zooid.bzz", "log(greyCode(3))\n");
+    folder.bbz(&["build", "zooid.bzz", "--robot", "zooids", "--profile", "full"]);
+    flash(&["zooid.bbi", "--robot", "crazyflie"])
+        .fails_with(3, &["calls a function that the robot does not have"]);
+    folder.write("cut.bbi", "bbi");
+    flash(&["cut.bbi", "--robot", "crazyflie"]).fails_with(3, &["`cut.bbi` is not an image"]);
+    flash(&["s.bzz", "--robot", "zooids"]).fails_with(3, &["Zooid cannot be", "yet"]);
+    flash(&["s.bzz", "--robot", "kilobot"]).fails_with(3, &["Kilobot cannot be", "yet"]);
+    flash(&["s.bzz"]).fails_with(3, &["--robot"]);
+    flash(&["none.bzz", "--robot", "crazyflie"]).fails_with(3, &["there is no file `none.bzz`"]);
+    assert_eq!(probe_rs::calls(&folder), [""; 0]);
+}
+
+#[test]
+fn a_script_needs_room() {
+    let folder = Folder::with("flash_room", "s.bzz", SCRIPT);
+    let shipped = include_str!("../../robots/crazyflie.toml");
+    let small = shipped.replace(
+        "script = { address = 0x0802_0000, size = 0x2_0000 }",
+        "script = { address = 0x0802_0000, size = 0x200 }",
+    );
+    assert_ne!(small, shipped);
+    folder.write("small.toml", small);
+    let fits = folder.bbz(&["flash", "s.bzz", "--robot", "small.toml", "--dry-run"]);
+    assert_eq!(fits.status, Some(0), "{}", fits.stderr);
+    let many: String = (0..200).map(|n| format!("log(\"text number {n}\")\n")).collect();
+    folder.write("long.bzz", many);
+    folder
+        .bbz(&["flash", "long.bzz", "--robot", "small.toml", "--dry-run"])
+        .fails_with(3, &["`long.bzz` needs ", "bytes, the robot has room for 508"]);
+}
+
+#[test]
+fn other_firmware_is_not_written() {
+    let folder = Folder::with("flash_other", "s.bzz", SCRIPT);
+    probe_rs::install(&folder, "");
+    let mut damaged = firmware();
+    damaged.truncate(60);
+    let at = |at| elf::arm(&[Segment { at, runs_at: at, bytes: &[0; 64] }]);
+    let long = elf::arm(&[
+        Segment { at: 0x0800_4000, runs_at: 0x0800_4000, bytes: &[0; 64] },
+        Segment { at: 0x0801_fff0, runs_at: 0x0801_fff0, bytes: &[0; 0x2_0011] },
+    ]);
+    let mut host = firmware();
+    host[18] = 3; // e_machine: EM_386
+    let cases = [
+        ("text", b"firmware".to_vec(), "is no ELF file"),
+        ("damaged", damaged, "is no ELF file"),
+        ("host", host, "is for another processor"),
+        ("boot", at(0x0800_0000), "has 64 bytes for 0x08000000, which is no place for firmware"),
+        ("long", long, "has 131089 bytes for 0x0801fff0"),
+        ("ram", at(0x2000_0000), "has 64 bytes for 0x20000000"),
+        ("late", at(0x0800_8000), "has nothing for 0x08004000"),
+    ];
+    for (name, bytes, message) in cases {
+        folder.write(name, bytes);
+        probe_rs::bbz(&folder, &[&FLASH[..], &["--firmware", name]].concat())
+            .fails_with(3, &[&format!("`{name}` {message}"), "help"]);
+    }
+    assert_eq!(probe_rs::calls(&folder), [""; 0]);
+}
+
+#[test]
+fn what_goes_wrong_with_probe_rs_is_explained() {
+    let folder = Folder::with("flash_fails", "s.bzz", SCRIPT);
+    let missing = folder.command(&FLASH).env("PATH", folder.path("")).spawn().unwrap();
+    support::finish(missing)
+        .fails_with(3, &["probe-rs is not installed", "cargo install probe-rs-tools --locked"]);
+    // What probe-rs 0.32 prints.
+    probe_rs::install(&folder, "echo 'Error: No connected probes were found.' >&2; exit 1");
+    probe_rs::bbz(&folder, &FLASH)
+        .fails_with(3, &["Error: No connected probes", "no debug probe is connected", "udev"]);
+    probe_rs::install(&folder, "echo 'Error: on fire' >&2; exit 1");
+    probe_rs::bbz(&folder, &FLASH)
+        .fails_with(3, &["Error: on fire", "probe-rs has failed", "messages above"]);
+    // The script is not written over firmware that did not get there.
+    folder.write("robot", firmware());
+    folder.write("calls", "");
+    probe_rs::bbz(&folder, &[&FLASH[..], &["--firmware", "robot"]].concat());
+    assert_eq!(probe_rs::calls(&folder).len(), 1);
+}
+
+/// The real probe-rs, where it is installed, takes the calls and the addresses; it plays a probe and a chip itself.
+#[test]
+fn the_real_probe_rs_takes_the_calls() {
+    if Command::new("probe-rs").arg("--version").output().is_err() {
+        eprintln!("skipped: probe-rs is not installed");
+        return;
+    }
+    let folder = Folder::with("flash_real", "s.bzz", SCRIPT);
+    folder.write("robot", firmware());
+    // A probe of the kind that needs no USB device; with --dry-run it is never asked.
+    probe_rs::install(
+        &folder,
+        "PATH=\"${PATH#*:}\" exec probe-rs \"$@\" --dry-run --probe 1d50:6018:127.0.0.1:4455",
+    );
+    let outcome = probe_rs::bbz(&folder, &[&FLASH[..], &["--firmware", "robot"]].concat());
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+}
