@@ -8,7 +8,7 @@ use support::Folder;
 #[test]
 fn help_has_examples_and_goes_to_standard_output() {
     let folder = Folder::new("help");
-    for command in ["check", "build", "run", "disasm"] {
+    for command in ["check", "build", "run", "trace", "flash", "disasm"] {
         let outcome = folder.bbz(&[command, "--help"]);
         assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
         for part in ["Examples:", &format!("\n  bbz {command} "), "Usage:", "--robot"] {

@@ -11,11 +11,13 @@ mod elf;
 mod robot;
 
 use std::fs;
+use std::io::{BufRead, BufReader};
 use std::os::unix::fs::PermissionsExt;
+use std::process::Command;
+use std::time::Duration;
 
 use bittybuzz_emulation::message::{Event, TimedEvent};
 use serde_json::{Value, json};
-use std::time::Duration;
 use support::{Folder, Outcome};
 
 /// Notes every command; the first run brings the events of the file.
@@ -192,6 +194,26 @@ fn failures_of_the_firmware_are_failures() {
     write_events(&folder, vec![Event::Reset { cause: "independent_watchdog".to_owned() }]);
     emulate(&folder, &[])
         .succeeds_with("    0.000000 reset     the chip was reset: independent_watchdog\n");
+}
+
+#[test]
+fn without_seconds_it_goes_on_until_ctrl_c() {
+    let folder = folder("emulated_interrupt", "function step() { log(\"x\") }\n");
+    write_events(&folder, vec![Event::Rtt { bytes: told(&folder, 2) }]);
+    let emulator = folder.path("emulator");
+    let mut child = folder
+        .command(&["trace", "robot.elf", "--robot", "crazyflie", "--emulate", "--emulator"])
+        .args([emulator.to_str().unwrap(), "--script", "s.bzz"])
+        .spawn()
+        .unwrap();
+    let mut stdout = BufReader::new(child.stdout.take().unwrap());
+    let mut before = String::new();
+    while !before.contains("step 1") {
+        assert_ne!(stdout.read_line(&mut before).unwrap(), 0, "only printed:\n{before}");
+    }
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    support::finish(child).succeeds_with("");
 }
 
 #[test]

@@ -133,6 +133,9 @@ fn without_symbols_there_are_numbers() {
     assert!(before.is_empty() && after.ends_with("]1\n"), "{}", outcome.stdout);
     outcome.says(&["--script names the script", "error[R0001]", "at position "]);
     assert_eq!(outcome.stderr.matches("--script").count(), 1);
+    std::fs::remove_file(folder.path("s.sym")).unwrap();
+    let outcome = trace_lines(&folder, &told(&folder, 0), &["--plain", "--script", "s.bbi"]);
+    outcome.says(&["no symbols (.sym) beside `s.bbi`", "cannot add nil and an integer"]);
 }
 
 #[test]

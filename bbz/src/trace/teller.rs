@@ -195,16 +195,19 @@ impl<'a> Teller<'a> {
 
     /// Says once what the names, strings and places rest on, unless the robot has said it.
     fn note_trust(&mut self) {
-        if self.noted || self.told != Told::Nothing {
-            return;
-        }
-        self.noted = true;
         let text = match &self.script {
+            _ if self.noted => return,
+            Some(script) if script.program.symbols.is_none() => format!(
+                "strings and places are shown as numbers: there are no symbols (.sym) beside `{}`",
+                script.name
+            ),
+            Some(_) if self.told != Told::Nothing => return,
             None => "strings and places are shown as numbers: --script names the script".to_owned(),
             Some(script) => {
                 format!("the robot began before this trace; it is taken to run `{}`", script.name)
             }
         };
+        self.noted = true;
         self.output.flush();
         report::print(Group::with_title(Severity::NOTE.primary_title(text)));
     }
