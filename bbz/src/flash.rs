@@ -25,7 +25,7 @@ Examples:
   bbz flash blink.bzz --robot crazyflie --firmware crazyflie.elf    firmware and script
   bbz flash blink.bzz --robot crazyflie --dry-run       check everything, and print what would be called
 
-The script has a part of the flash of its own, which only takes firmware that was built for this robot file. probe-rs
+The script has a part of the flash of its own, where firmware looks for it that was built for this robot file. probe-rs
 does the writing (environment variable PROBE_RS_PROBE chooses among several probes); the robot starts anew
 afterwards. Not tried on hardware.
 

@@ -35,7 +35,7 @@ fn what_probe_rs_prints_is_explained() {
     assert_eq!(
         probe_rs::calls(&folder),
         ["attach --non-interactive --chip STM32F405RG --no-catch-hardfault --no-catch-reset \
-          --log-format {t} {L} {s} robot.elf"]
+          --rtt-channel-mode no-block-skip --log-format {t} {L} {s} robot.elf"]
     );
 }
 

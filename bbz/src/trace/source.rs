@@ -36,9 +36,11 @@ pub fn probe(
 ) -> Result<(), Problem> {
     std::fs::File::open(firmware).map_err(|error| Problem::unreadable(firmware, error))?;
     let chip = probe_rs::chip(robot)?;
-    // A core that the probe stops at a fault could not stop the motors any more.
+    // Whoever watches must not hold the robot up: a core that the probe stops at a fault could not stop the motors any
+    // more, nor could firmware that waits, with interrupts masked, for a full buffer to be read.
     let mut child = ProbeRs::new("attach", chip)
-        .args(["--no-catch-hardfault", "--no-catch-reset", "--log-format", lines::FORMAT])
+        .args(["--no-catch-hardfault", "--no-catch-reset", "--rtt-channel-mode", "no-block-skip"])
+        .args(["--log-format", lines::FORMAT])
         .arg(firmware)
         .spawn()?;
     let lines = read_aside(child.take_stdout());
