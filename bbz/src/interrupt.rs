@@ -33,6 +33,12 @@ impl Interrupt {
         self.raised
     }
 
+    /// Whether it was pressed, or is within that time.
+    pub fn is_raised_within(&mut self, time: Duration) -> bool {
+        self.wait(time);
+        self.raised
+    }
+
     /// Waits so long, or until it is pressed.
     pub fn wait(&mut self, time: Duration) {
         if !self.raised {

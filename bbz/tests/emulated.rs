@@ -13,6 +13,7 @@ mod robot;
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::os::unix::fs::PermissionsExt;
+use std::os::unix::process::CommandExt;
 use std::process::Command;
 use std::time::Duration;
 
@@ -198,22 +199,52 @@ fn failures_of_the_firmware_are_failures() {
 
 #[test]
 fn without_seconds_it_goes_on_until_ctrl_c() {
-    let folder = folder("emulated_interrupt", "function step() { log(\"x\") }\n");
-    write_events(&folder, vec![Event::Rtt { bytes: told(&folder, 2) }]);
-    let emulator = folder.path("emulator");
-    let mut child = folder
-        .command(&["trace", "robot.elf", "--robot", "crazyflie", "--emulate", "--emulator"])
-        .args([emulator.to_str().unwrap(), "--script", "s.bzz"])
-        .spawn()
-        .unwrap();
-    let mut stdout = BufReader::new(child.stdout.take().unwrap());
-    let mut before = String::new();
-    while !before.contains("step 1") {
-        assert_ne!(stdout.read_line(&mut before).unwrap(), 0, "only printed:\n{before}");
+    // Of this process, as a program would press it, and of the whole group, as a terminal does.
+    for (test, group) in [("emulated_interrupt", ""), ("emulated_interrupt_group", "-")] {
+        let folder = folder(test, "function step() { log(\"x\") }\n");
+        write_events(&folder, vec![Event::Rtt { bytes: told(&folder, 2) }]);
+        let emulator = folder.path("emulator");
+        let mut child = folder
+            .command(&["trace", "robot.elf", "--robot", "crazyflie", "--emulate", "--emulator"])
+            .args([emulator.to_str().unwrap(), "--script", "s.bzz"])
+            .process_group(0)
+            .spawn()
+            .unwrap();
+        let mut stdout = BufReader::new(child.stdout.take().unwrap());
+        let mut before = String::new();
+        while !before.contains("step 1") {
+            assert_ne!(stdout.read_line(&mut before).unwrap(), 0, "only printed:\n{before}");
+        }
+        let whom = format!("{group}{}", child.id());
+        assert!(Command::new("kill").args(["-INT", "--", &whom]).status().unwrap().success());
+        support::finish(child).succeeds_with("");
     }
-    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(killed.success());
-    support::finish(child).succeeds_with("");
+}
+
+#[test]
+fn the_emulator_is_found_beside_bbz_and_in_path() {
+    let folder = folder("emulated_found", "log(1)\n");
+    write_events(&folder, vec![Event::Rtt { bytes: message(3, None) }]);
+    let trace = ["trace", "robot.elf", "--robot", "crazyflie", "--emulate", "--seconds", "0.01"];
+    let others = std::env::var_os("PATH").unwrap();
+    let path = [folder.path("")].into_iter().chain(std::env::split_paths(&others));
+    let in_path = folder
+        .command(&[&trace[..], &["--emulator", "emulator"]].concat())
+        .env("PATH", std::env::join_paths(path).unwrap())
+        .spawn();
+    support::finish(in_path.unwrap()).succeeds_with("    0.000000 INFO      boot\n");
+    // Where it is alone with what the test puts beside it.
+    fs::copy(env!("CARGO_BIN_EXE_bbz"), folder.path("bbz")).unwrap();
+    let alone = || {
+        let mut command = Command::new(folder.path("bbz"));
+        command.args(trace).current_dir(folder.path(""));
+        command.output().unwrap()
+    };
+    let missing = alone();
+    assert_eq!(missing.status.code(), Some(3));
+    assert!(String::from_utf8(missing.stderr).unwrap().contains("bbz-emulate-stm32"));
+    fs::rename(folder.path("emulator"), folder.path("bbz-emulate-stm32")).unwrap();
+    assert_eq!(alone().status.code(), Some(0));
 }
 
 #[test]

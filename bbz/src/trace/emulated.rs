@@ -24,6 +24,9 @@ const EMULATOR: &str = "bbz-emulate-stm32";
 /// Simulated time between two looks at Ctrl-C.
 const SLICE: Duration = Duration::from_millis(20);
 
+/// How long after the emulator Ctrl-C may be heard of here.
+const PATIENCE: Duration = Duration::from_millis(200);
+
 /// What to emulate.
 pub struct Emulation<'a> {
     /// The program that emulates, if it is not [`EMULATOR`].
@@ -65,16 +68,20 @@ impl Emulation<'_> {
                 break;
             }
             let until = self.duration.map_or(now + SLICE, |end| end.min(now + SLICE));
-            let (at, pause) = emulator
-                .run_with(until, |event| {
-                    for content in reader.contents(event.event, self.outputs) {
-                        // What comes after the end that was asked for is not told.
-                        if !teller.is_over() {
-                            teller.tell(&Message { time: Some(event.at.as_secs_f64()), content });
-                        }
+            let run = emulator.run_with(until, |event| {
+                for content in reader.contents(event.event, self.outputs) {
+                    // What comes after the end that was asked for is not told.
+                    if !teller.is_over() {
+                        teller.tell(&Message { time: Some(event.at.as_secs_f64()), content });
                     }
-                })
-                .map_err(Problem::Emulator)?;
+                }
+            });
+            let (at, pause) = match run {
+                Ok(paused) => paused,
+                // The terminal tells both programs of Ctrl-C, in any order.
+                Err(_) if interrupt.is_raised_within(PATIENCE) => break,
+                Err(error) => return Err(Problem::Emulator(error)),
+            };
             match pause {
                 Pause::Time => now = at.max(until),
                 Pause::Lockup | Pause::PowerOff => break,
@@ -87,14 +94,14 @@ impl Emulation<'_> {
         Ok(())
     }
 
-    /// Where the program is: as it is named if that is a path, else beside this one, else wherever PATH finds it.
+    /// Where the program is: beside this one, or wherever PATH finds it, unless it is named by a path.
     fn executable(&self) -> PathBuf {
-        let named = self.program.unwrap_or(Path::new(EMULATOR));
-        if named.components().count() > 1 {
-            return named.to_owned();
-        }
-        let name = named.with_extension(env::consts::EXE_EXTENSION);
-        let beside = env::current_exe().ok().map(|this| this.with_file_name(&name));
+        let default = || PathBuf::from(format!("{EMULATOR}{}", env::consts::EXE_SUFFIX));
+        let name = self.program.map_or_else(default, Path::to_owned);
+        let beside = match name.components().count() {
+            1 => env::current_exe().ok().map(|this| this.with_file_name(&name)),
+            _ => None,
+        };
         beside.filter(|path| path.is_file()).unwrap_or(name)
     }
 
