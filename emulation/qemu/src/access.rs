@@ -3,9 +3,8 @@
 use bittybuzz_chips::{Crazyflie, Width};
 
 use crate::core::{Core, CoreError, VTOR};
-use crate::gdb::Registers;
-use crate::memory::{CCM, Layout};
-use crate::thumb::{self, Access, DecodeError};
+use crate::memory::{CCM, FLASH, Layout};
+use crate::thumb::{self, DecodeError};
 
 /// What the board answers for: the peripherals, and the one-time programmable area with the unique id.
 const PERIPHERALS: Region = Region { start: 0x4000_0000, length: 0x2000_0000 };
@@ -76,11 +75,17 @@ pub fn trap(core: &mut Core) -> Result<(), CoreError> {
     core.trap_writes(VTOR, AIRCR + 4 - VTOR)
 }
 
-/// Does the load or store before which `core` stopped.
-pub fn perform(core: &mut Core, board: &mut Crazyflie) -> Result<Outcome, AccessError> {
+/// Does the load or store before which `core` stopped, an instruction in `flash` or in RAM.
+pub fn perform(
+    core: &mut Core,
+    board: &mut Crazyflie,
+    flash: &[u8],
+) -> Result<Outcome, AccessError> {
     let before = core.next.clone();
     let pc = before.pc();
-    let access = decode(core, &before)?;
+    let [first, second] = instruction(core, flash, pc)?;
+    let access = thumb::decode(first, second, &before)
+        .map_err(|source| AccessError::Instruction { pc, source })?;
     core.next.skip_instruction(access.length);
     if let Some((base, value)) = access.writeback {
         core.next.r[usize::from(base)] = value;
@@ -104,16 +109,18 @@ pub fn perform(core: &mut Core, board: &mut Crazyflie) -> Result<Outcome, Access
     Ok(outcome)
 }
 
-fn decode(core: &mut Core, registers: &Registers) -> Result<Access, AccessError> {
-    let pc = registers.pc();
+/// The half-word at `pc` and the one behind it; the last of a memory has none behind it.
+fn instruction(core: &mut Core, flash: &[u8], pc: u32) -> Result<[u16; 2], CoreError> {
     let mut code = [0; 4];
-    // The last half-word of a memory has none behind it.
-    if !core.read_memory(pc, &mut code)? {
-        core.read_memory(pc, &mut code[..2])?;
+    match flash.get(pc.wrapping_sub(FLASH.start) as usize..) {
+        Some(rest) => code.iter_mut().zip(rest).for_each(|(to, from)| *to = *from),
+        None => {
+            if !core.read_memory(pc, &mut code)? {
+                core.read_memory(pc, &mut code[..2])?;
+            }
+        }
     }
-    let [first, second] = [[code[0], code[1]], [code[2], code[3]]].map(u16::from_le_bytes);
-    thumb::decode(first, second, registers)
-        .map_err(|source| AccessError::Instruction { pc, source })
+    Ok([[code[0], code[1]], [code[2], code[3]]].map(u16::from_le_bytes))
 }
 
 /// One element of an access.

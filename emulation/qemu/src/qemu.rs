@@ -13,6 +13,10 @@ use crate::gdb::{Gdb, GdbError};
 use crate::qtest::{Qtest, QtestError};
 
 const PROGRAM: &str = "qemu-system-arm";
+/// Replaces itself by the program it starts, which is then killed when this process dies, even if this is
+/// killed; QEMU would not notice.
+const STARTER: &str = "setpriv";
+const STARTER_ARGUMENTS: [&str; 2] = ["--pdeathsig", "KILL"];
 /// An instruction takes 2^0 ns of QEMU's clock. While it records, QEMU also tells how many instructions were
 /// executed; the clock alone does not, for it jumps to the next timer whenever the core is stopped.
 const ICOUNT: &str = "shift=0,sleep=off,rr=record,rrfile=/dev/null";
@@ -42,6 +46,9 @@ pub enum QemuError {
     /// It could not be started.
     #[error("cannot start {PROGRAM}: {0}")]
     Start(#[from] io::Error),
+    /// What starts it is not installed.
+    #[error("{STARTER} was not found: install the package util-linux")]
+    NoStarter,
     /// It has no STM32F405.
     #[error("the machine {MACHINE} of this {PROGRAM} has no STM32F405: use version 7.2 or later")]
     NoChip,
@@ -89,7 +96,14 @@ struct Process {
 
 impl Process {
     fn start(gdb: UnixStream, qtest: UnixStream) -> Result<Self, QemuError> {
-        let mut child = Command::new(PROGRAM)
+        // Only to tell whether it is there: below, it is started by another program.
+        Command::new(PROGRAM).arg("--version").output().map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => QemuError::NotInstalled,
+            _ => QemuError::Start(error),
+        })?;
+        let mut child = Command::new(STARTER)
+            .args(STARTER_ARGUMENTS)
+            .arg(PROGRAM)
             .args(["-machine", MACHINE, "-nodefaults", "-display", "none", "-S"])
             .args(["-accel", "tcg", "-icount", ICOUNT])
             .args(["-chardev", "socket,id=gdb,fd=0", "-gdb", "chardev:gdb"])
@@ -102,7 +116,7 @@ impl Process {
             .stderr(Stdio::piped())
             .spawn()
             .map_err(|error| match error.kind() {
-                io::ErrorKind::NotFound => QemuError::NotInstalled,
+                io::ErrorKind::NotFound => QemuError::NoStarter,
                 _ => QemuError::Start(error),
             })?;
         let messages = child.stderr.take().map(|mut stderr| {

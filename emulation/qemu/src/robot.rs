@@ -230,7 +230,7 @@ impl Robot {
 
     /// The core is about to access something trapped.
     fn access(&mut self, board: &mut Crazyflie) -> Result<(), RobotError> {
-        let outcome = access::perform(&mut self.core, board)?;
+        let outcome = access::perform(&mut self.core, board, &self.flash)?;
         self.connect(board)?;
         match outcome {
             Outcome::Done => self.count(board).map(drop),
