@@ -222,6 +222,11 @@ impl Crazyflie {
         self.settle();
     }
 
+    /// Whether the watchdog runs: it will reset a chip that does nothing any more.
+    pub fn watchdog_runs(&self) -> bool {
+        self.f405.watchdog_runs()
+    }
+
     /// Whether the radio's processor still powers the STM32.
     pub fn is_powered(&self) -> bool {
         self.nrf51.is_powered()

@@ -24,8 +24,11 @@ pub trait Machine {
     /// Reads from flash or RAM.
     fn read_memory(&mut self, address: u32, bytes: &mut [u8]) -> Result<(), MachineError>;
 
-    /// The function at `address` returns at once from now on, until the next [`load`](Self::load).
-    fn skip(&mut self, address: u32) -> Result<(), MachineError>;
+    /// The function at `address` returns at once from now on, until the next [`load`](Self::load): its first
+    /// instruction becomes `bx lr`.
+    fn skip(&mut self, address: u32) -> Result<(), MachineError> {
+        self.write_memory(address, &[0x70, 0x47])
+    }
 
     /// What happened since the last call, on the board and in the core, in order.
     fn take_events(&mut self) -> Vec<TimedEvent>;

@@ -134,6 +134,10 @@ impl F405 {
         expired
     }
 
+    pub fn watchdog_runs(&self) -> bool {
+        self.watchdog.expires().is_some()
+    }
+
     pub fn lines(&self) -> Lines {
         self.lines
     }

@@ -1,0 +1,109 @@
+//! How many instructions a block of code has, and whether it does what the core must know of.
+//!
+//! Unicorn reports blocks by address and size. Thumb instructions have two or four bytes, so a block must be
+//! looked at once; what lies in flash is remembered.
+
+use std::collections::HashMap;
+
+/// What is known of a block.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Block {
+    /// Number of instructions.
+    pub instructions: u16,
+    /// It may change PRIMASK, BASEPRI or FAULTMASK.
+    pub masks: bool,
+    /// It executes SEV, which Unicorn does not.
+    pub sends_event: bool,
+}
+
+impl Block {
+    /// Looks at the instructions in `code`.
+    pub fn parse(code: &[u8]) -> Self {
+        let mut block = Block::default();
+        let mut halfwords = code.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
+        while let Some(first) = halfwords.next() {
+            block.instructions += 1;
+            // 0b11101, 0b11110 and 0b11111 begin an instruction of 32 bits (ARMv7-M A5.1).
+            let second = if first >> 11 >= 0b11101 { halfwords.next() } else { None };
+            match (first, second) {
+                (0xbf40, _) | (0xf3af, Some(0x8004)) => block.sends_event = true,
+                // CPS
+                (0xb660..=0xb67f, _) => block.masks = true,
+                // MSR of PRIMASK, BASEPRI, BASEPRI_MAX, FAULTMASK
+                (0xf380..=0xf38f, Some(special)) => {
+                    block.masks |= matches!(special & 0xff, 0x10..=0x13);
+                }
+                _ => {}
+            }
+        }
+        block
+    }
+}
+
+/// Blocks that were looked at, by address and size.
+#[derive(Default)]
+pub struct Blocks {
+    known: HashMap<(u32, u32), Block, std::hash::BuildHasherDefault<Mix>>,
+}
+
+impl Blocks {
+    pub fn get(&self, address: u32, size: u32) -> Option<Block> {
+        self.known.get(&(address, size)).copied()
+    }
+
+    pub fn insert(&mut self, address: u32, size: u32, block: Block) {
+        self.known.insert((address, size), block);
+    }
+
+    /// Memory has changed.
+    pub fn clear(&mut self) {
+        self.known.clear();
+    }
+}
+
+/// A hash for two numbers that an attacker does not choose: every executed block is looked up.
+#[derive(Default)]
+pub struct Mix(u64);
+
+impl std::hash::Hasher for Mix {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.write_u32(u32::from(*byte));
+        }
+    }
+
+    fn write_u32(&mut self, value: u32) {
+        self.0 = (self.0.rotate_left(26) ^ u64::from(value)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(halfwords: &[u16]) -> Block {
+        let bytes: Vec<u8> = halfwords.iter().flat_map(|half| half.to_le_bytes()).collect();
+        Block::parse(&bytes)
+    }
+
+    #[test]
+    fn counts_short_and_long_instructions() {
+        // movs r0, #1; ldr.w r0, [r1, #4]; vadd.f32 s0, s0, s1; b .
+        let block = parse(&[0x2001, 0xf8d1, 0x0004, 0xee30, 0x0a20, 0xe7fe]);
+        assert_eq!(block, Block { instructions: 4, masks: false, sends_event: false });
+    }
+
+    #[test]
+    fn sees_masks_and_events() {
+        assert!(parse(&[0xb672]).masks, "cpsid i");
+        assert!(parse(&[0xf380, 0x8811]).masks, "msr basepri, r0");
+        assert!(!parse(&[0xf380, 0x8809]).masks, "msr psp, r0");
+        assert!(parse(&[0xbf40]).sends_event, "sev");
+        // The second half of a long instruction is none by itself: ldr.w r11, [r15, #0xf40]
+        assert!(!parse(&[0xf8df, 0xbf40]).sends_event);
+    }
+}

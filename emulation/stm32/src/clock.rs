@@ -1,0 +1,67 @@
+//! From cycles to time and back.
+
+use bittybuzz_chips::Time;
+
+/// A clock whose frequency changes and which stops while the core sleeps.
+pub struct Clock {
+    hz: u64,
+    /// It stood at `cycles` at `time`.
+    time: Time,
+    cycles: u64,
+}
+
+impl Clock {
+    /// Starts at zero.
+    pub fn new(hz: u64) -> Self {
+        Clock { hz, time: Time::ZERO, cycles: 0 }
+    }
+
+    pub fn hz(&self) -> u64 {
+        self.hz
+    }
+
+    /// The time after `cycles`.
+    pub fn time(&self, cycles: u64) -> Time {
+        self.time + Time::of_ticks(cycles - self.cycles, self.hz)
+    }
+
+    /// The first cycle at which `time` is reached.
+    pub fn cycle(&self, time: Time) -> u64 {
+        let cycle = self.cycles.saturating_add((time - self.time).ticks(self.hz));
+        if self.time(cycle) < time { cycle.saturating_add(1) } else { cycle }
+    }
+
+    /// From now on the frequency is `hz`.
+    pub fn set_hz(&mut self, hz: u64, cycles: u64) {
+        if hz != self.hz {
+            *self = Clock { hz, time: self.time(cycles), cycles };
+        }
+    }
+
+    /// The core has slept until `time`.
+    pub fn skip_to(&mut self, time: Time, cycles: u64) {
+        if time > self.time(cycles) {
+            *self = Clock { hz: self.hz, time, cycles };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cycles_and_time_agree_through_changes() {
+        let mut clock = Clock::new(16_000_000);
+        assert_eq!(clock.time(16), Time::from_micros(1));
+        clock.set_hz(168_000_000, 16);
+        assert_eq!(clock.time(16 + 168), Time::from_micros(2));
+        clock.skip_to(Time::from_micros(10), 16 + 168);
+        assert_eq!(clock.time(16 + 168), Time::from_micros(10));
+        for nanos in [10_000, 10_001, 12_345, 99_999] {
+            let cycle = clock.cycle(Time::from_nanos(nanos));
+            assert!(clock.time(cycle) >= Time::from_nanos(nanos));
+            assert!(cycle == 184 || clock.time(cycle - 1) < Time::from_nanos(nanos));
+        }
+    }
+}

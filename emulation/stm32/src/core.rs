@@ -1,0 +1,466 @@
+//! The core: Unicorn, and what it shares with the callbacks.
+
+use bittybuzz_chips::{Crazyflie, ResetCause, Settings, Time, Width};
+use bittybuzz_emulation::MachineError;
+use bittybuzz_emulation::message::{Event, TimedEvent};
+use unicorn_engine::{
+    Arch, HookType, MemType, Mode, Prot, RegisterARM as Register, Unicorn, uc_error,
+};
+
+use crate::blocks::{Block, Blocks};
+use crate::clock::Clock;
+use crate::nvic::{Masks, Nvic, number};
+use crate::private::Registers;
+use crate::systick::SysTick;
+
+pub const FLASH: u32 = 0x0800_0000;
+pub const FLASH_SIZE: u32 = 1024 * 1024;
+/// The flash is also seen from address 0 when the chip boots from it (RM0090 2.4).
+pub const FLASH_ALIAS: u32 = 0;
+pub const SRAM: u32 = 0x2000_0000;
+pub const SRAM_SIZE: u32 = 128 * 1024;
+/// Core-coupled memory, of which code cannot run.
+pub const CCM: u32 = 0x1000_0000;
+pub const CCM_SIZE: u32 = 64 * 1024;
+/// First address and size of what the board answers for, in whole pages, and of the private bus.
+const PERIPHERALS: [(u32, u64); 3] =
+    [(0x4000_0000, 0x8_0000), (0x5000_0000, 0x6_1000), (0x1fff_7000, 0x1000)];
+const PRIVATE: (u32, u64) = (0xe000_0000, 0x10_0000);
+/// An address at which nothing ever runs; Unicorn wants one to stop at.
+const NOWHERE: u64 = 0x0fff_fffe;
+/// While an interrupt waits for a mask to go, the core looks again after so many cycles, in case it missed
+/// the instruction that did it.
+const LOOK_AGAIN: u64 = 1_000;
+
+/// What the callbacks of Unicorn reach: everything but the registers.
+pub struct System {
+    pub board: Crazyflie,
+    pub nvic: Nvic,
+    pub systick: SysTick,
+    pub registers: Registers,
+    pub clock: Clock,
+    /// Executed since power-on, one per instruction.
+    pub cycles: u64,
+    /// No block begins at or after this cycle.
+    deadline: u64,
+    /// The event register of WFE.
+    pub event: bool,
+    pub blocks: Blocks,
+    /// The block that ran last may have changed the masks.
+    masks_touched: bool,
+    masked_since: Option<u64>,
+    longest_masked: Time,
+    /// The exception that Unicorn asks for by its own number.
+    interrupt: Option<u32>,
+    /// Address of the last access that failed.
+    pub failed_address: u32,
+    stopped: bool,
+    pub events: Vec<TimedEvent>,
+    /// Taken since power-on.
+    pub exceptions: u64,
+    mpu_noted: bool,
+}
+
+impl System {
+    fn new() -> Self {
+        let board = Crazyflie::new(Settings::default());
+        let hz = board.core_clock_hz();
+        System {
+            board,
+            nvic: Nvic::new(),
+            systick: SysTick::new(hz),
+            registers: Registers::new(),
+            clock: Clock::new(hz),
+            cycles: 0,
+            deadline: 0,
+            event: false,
+            blocks: Blocks::default(),
+            masks_touched: false,
+            masked_since: None,
+            longest_masked: Time::ZERO,
+            interrupt: None,
+            failed_address: 0,
+            stopped: false,
+            events: Vec::new(),
+            exceptions: 0,
+            mpu_noted: false,
+        }
+    }
+
+    pub fn now(&self) -> Time {
+        self.clock.time(self.cycles)
+    }
+
+    /// Brings board and timer to the core's time, and their interrupts to the core.
+    pub fn catch_up(&mut self) {
+        self.board.advance(self.now());
+        self.update_lines();
+        self.advance_systick();
+    }
+
+    fn update_lines(&mut self) {
+        let was_pending = self.nvic.any_pending();
+        self.nvic.set_lines(self.board.interrupts().bits());
+        let wakes = self.registers.scr & Registers::SCR_SEVONPEND != 0;
+        self.event |= wakes && !was_pending && self.nvic.any_pending();
+    }
+
+    pub fn advance_systick(&mut self) {
+        let now = self.now();
+        if self.systick.advance(now) {
+            self.nvic.pend(number::SYS_TICK);
+        }
+    }
+
+    pub fn next_event(&self) -> Option<Time> {
+        self.board.next_event().into_iter().chain(self.systick.next_event()).min()
+    }
+
+    pub fn report(&mut self, event: Event) {
+        let at = std::time::Duration::from_nanos(self.now().nanos());
+        self.events.push(TimedEvent { at, event });
+    }
+
+    pub fn note_mpu(&mut self) {
+        if !std::mem::replace(&mut self.mpu_noted, true) {
+            let text = "the MPU is turned on, but this emulator protects no memory".into();
+            self.report(Event::HardwareError { text });
+        }
+    }
+
+    pub fn longest_masked(&self) -> Time {
+        self.longest_masked
+    }
+
+    fn read(&mut self, address: u32, width: Width) -> u32 {
+        self.catch_up();
+        let value = self.board.read(address, width);
+        self.after_access();
+        value
+    }
+
+    fn write(&mut self, address: u32, width: Width, value: u32) {
+        self.catch_up();
+        self.board.write(address, width, value);
+        self.after_access();
+    }
+
+    /// Clocks may have changed, events may come earlier, interrupts may be pending: the core shall look after
+    /// this block.
+    fn after_access(&mut self) {
+        self.update_lines();
+        let hz = self.board.core_clock_hz();
+        if hz != self.clock.hz() {
+            self.clock.set_hz(hz, self.cycles);
+            let now = self.now();
+            if self.systick.set_core_hz(hz, now) {
+                self.nvic.pend(number::SYS_TICK);
+            }
+            self.deadline = 0;
+        }
+        if self.nvic.any_pending() || self.registers.reset_requested {
+            self.deadline = 0;
+        } else if let Some(next) = self.next_event() {
+            self.deadline = self.deadline.min(self.clock.cycle(next));
+        }
+    }
+
+    /// The masks have these values now.
+    fn observe_masks(&mut self, masks: Masks) {
+        match (masks.any(), self.masked_since) {
+            (true, None) => self.masked_since = Some(self.cycles),
+            (false, Some(since)) => {
+                let span = Time::of_ticks(self.cycles - since, self.clock.hz());
+                self.longest_masked = self.longest_masked.max(span);
+                self.masked_since = None;
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Why Unicorn has stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// The deadline is reached.
+    Deadline,
+    WaitForEvent,
+    WaitForInterrupt,
+    /// An exception return; the value that was branched to.
+    Return(u32),
+    SupervisorCall,
+    Breakpoint,
+    Undefined,
+    InvalidState,
+    NoCoprocessor,
+    Unaligned,
+    /// A bad fetch, or a bad access.
+    BadFetch,
+    BadAccess,
+}
+
+pub struct Core<'a> {
+    pub uc: Unicorn<'a, System>,
+}
+
+/// An error of Unicorn that no firmware causes.
+pub fn failed(error: uc_error) -> MachineError {
+    MachineError::Emulation(format!("Unicorn: {error:?}"))
+}
+
+impl Core<'_> {
+    /// A core whose flash is erased and whose RAM is not.
+    pub fn new() -> Result<Self, MachineError> {
+        let mode = Mode::THUMB | Mode::MCLASS;
+        let mut uc = Unicorn::new_with_data(Arch::ARM, mode, System::new()).map_err(failed)?;
+        map(&mut uc).and_then(|()| hook(&mut uc)).map_err(failed)?;
+        let mut core = Core { uc };
+        let erased = vec![0xff; FLASH_SIZE as usize];
+        core.write_bytes(FLASH, &erased)?;
+        // What static RAM holds when its power comes is not zero; here it is always the same.
+        let mut state = 1_u32;
+        for (start, size) in [(SRAM, SRAM_SIZE), (CCM, CCM_SIZE)] {
+            let noise: Vec<u8> = (0..size)
+                .map(|_| {
+                    state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                    (state >> 24) as u8
+                })
+                .collect();
+            core.write_bytes(start, &noise)?;
+        }
+        Ok(core)
+    }
+
+    pub fn system(&mut self) -> &mut System {
+        self.uc.get_data_mut()
+    }
+
+    pub fn register(&self, register: Register) -> Result<u32, MachineError> {
+        self.uc.reg_read(register).map(|value| value as u32).map_err(failed)
+    }
+
+    pub fn set_register(&mut self, register: Register, value: u32) -> Result<(), MachineError> {
+        self.uc.reg_write(register, u64::from(value)).map_err(failed)
+    }
+
+    pub fn masks(&self) -> Result<Masks, MachineError> {
+        read_masks(&self.uc).map_err(failed)
+    }
+
+    /// Writes memory; the flash is written through both of its addresses.
+    pub fn write_bytes(&mut self, address: u32, bytes: &[u8]) -> Result<(), MachineError> {
+        check_memory(address, bytes.len())?;
+        let flash = (FLASH..FLASH + FLASH_SIZE).contains(&address);
+        self.uc.mem_write(u64::from(address), bytes).map_err(failed)?;
+        if flash {
+            let alias = address - FLASH + FLASH_ALIAS;
+            self.uc.mem_write(u64::from(alias), bytes).map_err(failed)?;
+            self.uc.ctl_flush_tb().map_err(failed)?;
+        }
+        self.system().blocks.clear();
+        Ok(())
+    }
+
+    pub fn read_bytes(&self, address: u32, bytes: &mut [u8]) -> Result<(), MachineError> {
+        check_memory(address, bytes.len())?;
+        self.uc.mem_read(u64::from(address), bytes).map_err(failed)
+    }
+
+    /// Reads a word as the core would when it takes an exception; none where nothing is.
+    pub fn read_word(&self, address: u32) -> Option<u32> {
+        let mut bytes = [0; 4];
+        self.uc.mem_read(u64::from(address), &mut bytes).ok()?;
+        Some(u32::from_le_bytes(bytes))
+    }
+
+    /// Executes from where the core stands until something happens, `deadline` at the latest.
+    pub fn execute(&mut self, deadline: Time) -> Result<Stop, MachineError> {
+        let masks = self.masks()?;
+        let system = self.system();
+        system.observe_masks(masks);
+        let waits = system.nvic.any_pending();
+        let cycle = system.clock.cycle(deadline).max(system.cycles + 1);
+        system.deadline = if waits { cycle.min(system.cycles + LOOK_AGAIN) } else { cycle };
+        system.interrupt = None;
+        system.stopped = false;
+        let pc = self.register(Register::PC)?;
+        let result = self.uc.emu_start(u64::from(pc | 1), NOWHERE, 0, 0);
+        let system = self.uc.get_data();
+        if let Some(interrupt) = system.interrupt {
+            return self.interrupted(interrupt);
+        }
+        match result {
+            Ok(()) if system.stopped => Ok(Stop::Deadline),
+            Ok(()) => Ok(Stop::WaitForInterrupt),
+            // WFE and undefined instructions both come as invalid; only the latter have a syndrome.
+            Err(uc_error::INSN_INVALID) => {
+                if self.register(Register::ESR)? == 0 {
+                    return Ok(Stop::WaitForEvent);
+                }
+                self.set_register(Register::ESR, 0)?;
+                Ok(Stop::Undefined)
+            }
+            Err(uc_error::EXCEPTION) => {
+                self.set_register(Register::ESR, 0)?;
+                Ok(Stop::InvalidState)
+            }
+            Err(uc_error::FETCH_UNMAPPED | uc_error::FETCH_PROT) => Ok(Stop::BadFetch),
+            Err(
+                uc_error::READ_UNMAPPED
+                | uc_error::READ_PROT
+                | uc_error::WRITE_UNMAPPED
+                | uc_error::WRITE_PROT,
+            ) => Ok(Stop::BadAccess),
+            Err(uc_error::READ_UNALIGNED | uc_error::WRITE_UNALIGNED) => Ok(Stop::Unaligned),
+            Err(error) => Err(failed(error)),
+        }
+    }
+
+    fn interrupted(&mut self, interrupt: u32) -> Result<Stop, MachineError> {
+        self.set_register(Register::ESR, 0)?;
+        // Numbers of QEMU's target/arm/cpu.h.
+        Ok(match interrupt {
+            2 => Stop::SupervisorCall,
+            3 => Stop::BadFetch,
+            4 => Stop::BadAccess,
+            7 => Stop::Breakpoint,
+            // Bit 0 of what was branched to has become the Thumb bit, which is always set in these values.
+            8 => Stop::Return(self.register(Register::PC)? | 1),
+            17 => Stop::NoCoprocessor,
+            22 => Stop::Unaligned,
+            _ => Stop::Undefined,
+        })
+    }
+
+    /// The registers of the core, and the chip, after a reset. RAM stays.
+    pub fn reset(&mut self, cause: Option<ResetCause>, vectors: u32) -> Result<(), MachineError> {
+        let system = self.system();
+        if let Some(cause) = cause {
+            system.board.reset(cause);
+        }
+        system.nvic = Nvic::new();
+        system.registers = Registers::new();
+        system.event = false;
+        let (hz, cycles) = (system.board.core_clock_hz(), system.cycles);
+        system.clock.set_hz(hz, cycles);
+        system.systick = SysTick::new(hz);
+        let now = system.now();
+        system.systick.advance(now);
+        self.set_register(Register::CONTROL, 0)?;
+        self.set_register(Register::XPSR_NZCVQG, 1 << 24)?;
+        for register in [Register::PRIMASK, Register::BASEPRI, Register::FAULTMASK] {
+            self.set_register(register, 0)?;
+        }
+        self.set_register(Register::LR, 0xffff_ffff)?;
+        // Memory is mapped there: Image::vectors is in flash.
+        self.set_register(Register::MSP, self.read_word(vectors).unwrap_or(0) & !3)?;
+        self.set_register(Register::PC, self.read_word(vectors + 4).unwrap_or(0) | 1)
+    }
+}
+
+fn check_memory(address: u32, length: usize) -> Result<(), MachineError> {
+    let in_one = [(FLASH, FLASH_SIZE), (SRAM, SRAM_SIZE), (CCM, CCM_SIZE)].into_iter().any(
+        |(start, size)| {
+            address.checked_sub(start).is_some_and(|at| at as usize + length <= size as usize)
+        },
+    );
+    if in_one { Ok(()) } else { Err(MachineError::NoMemory { address, length }) }
+}
+
+fn read_masks(uc: &Unicorn<'_, System>) -> Result<Masks, uc_error> {
+    Ok(Masks {
+        primask: uc.reg_read(Register::PRIMASK)? != 0,
+        faultmask: uc.reg_read(Register::FAULTMASK)? != 0,
+        basepri: uc.reg_read(Register::BASEPRI)? as u8,
+    })
+}
+
+fn map(uc: &mut Unicorn<'_, System>) -> Result<(), uc_error> {
+    for start in [FLASH, FLASH_ALIAS] {
+        uc.mem_map(u64::from(start), u64::from(FLASH_SIZE), Prot::READ | Prot::EXEC)?;
+    }
+    uc.mem_map(u64::from(SRAM), u64::from(SRAM_SIZE), Prot::ALL)?;
+    uc.mem_map(u64::from(CCM), u64::from(CCM_SIZE), Prot::READ | Prot::WRITE)?;
+    for (base, size) in PERIPHERALS {
+        uc.mmio_map(
+            u64::from(base),
+            size,
+            Some(move |uc: &mut Unicorn<'_, System>, offset: u64, size: usize| {
+                let width = Width::from_bytes(size).unwrap_or(Width::Word);
+                u64::from(uc.get_data_mut().read(base + offset as u32, width))
+            }),
+            Some(move |uc: &mut Unicorn<'_, System>, offset: u64, size: usize, value: u64| {
+                let width = Width::from_bytes(size).unwrap_or(Width::Word);
+                uc.get_data_mut().write(base + offset as u32, width, value as u32);
+            }),
+        )?;
+    }
+    let (base, size) = PRIVATE;
+    uc.mmio_map(
+        u64::from(base),
+        size,
+        Some(move |uc: &mut Unicorn<'_, System>, offset: u64, size: usize| {
+            let width = Width::from_bytes(size).unwrap_or(Width::Word);
+            u64::from(uc.get_data_mut().read_private(base + offset as u32, width))
+        }),
+        Some(move |uc: &mut Unicorn<'_, System>, offset: u64, size: usize, value: u64| {
+            let width = Width::from_bytes(size).unwrap_or(Width::Word);
+            let system = uc.get_data_mut();
+            system.write_private(base + offset as u32, width, value as u32);
+            system.after_access();
+        }),
+    )
+}
+
+fn hook(uc: &mut Unicorn<'_, System>) -> Result<(), uc_error> {
+    uc.add_block_hook(1, 0, |uc, address, size| begin_block(uc, address as u32, size))?;
+    uc.add_intr_hook(|uc, interrupt| {
+        uc.get_data_mut().interrupt = Some(interrupt);
+        let _ = uc.emu_stop();
+    })?;
+    uc.add_mem_hook(HookType::MEM_INVALID, 1, 0, |uc, _: MemType, address, _, _| {
+        uc.get_data_mut().failed_address = address as u32;
+        false
+    })?;
+    Ok(())
+}
+
+/// Counts the block that is about to run, or stops before it.
+fn begin_block(uc: &mut Unicorn<'_, System>, address: u32, size: u32) {
+    if std::mem::take(&mut uc.get_data_mut().masks_touched)
+        && let Ok(masks) = read_masks(uc)
+    {
+        let system = uc.get_data_mut();
+        system.observe_masks(masks);
+        if system.nvic.any_pending() && system.nvic.next(masks).is_some() {
+            system.deadline = 0;
+        }
+    }
+    let system = uc.get_data_mut();
+    if system.cycles >= system.deadline {
+        system.stopped = true;
+        // Its only error is that nothing runs.
+        let _ = uc.emu_stop();
+        return;
+    }
+    let block = match system.blocks.get(address, size) {
+        Some(block) => block,
+        None => {
+            let mut code = vec![0; size as usize];
+            let block = match uc.mem_read(u64::from(address), &mut code) {
+                Ok(()) => Block::parse(&code),
+                Err(_) => Block::default(),
+            };
+            let system = uc.get_data_mut();
+            // Code in RAM may change without notice.
+            if !(SRAM..SRAM + SRAM_SIZE).contains(&address) {
+                system.blocks.insert(address, size, block);
+            }
+            block
+        }
+    };
+    let system = uc.get_data_mut();
+    system.cycles += u64::from(block.instructions);
+    system.masks_touched = block.masks;
+    system.event |= block.sends_event;
+}

@@ -1,0 +1,314 @@
+//! Exceptions: which are pending, active and enabled, and which comes next (ARMv7-M B1.5, B3.4).
+
+/// Numbers of exceptions; interrupt n is exception 16 + n.
+pub mod number {
+    pub const NMI: u8 = 2;
+    pub const HARD_FAULT: u8 = 3;
+    pub const MEM_MANAGE: u8 = 4;
+    pub const BUS_FAULT: u8 = 5;
+    pub const USAGE_FAULT: u8 = 6;
+    pub const SV_CALL: u8 = 11;
+    pub const PEND_SV: u8 = 14;
+    pub const SYS_TICK: u8 = 15;
+    pub const FIRST_INTERRUPT: u8 = 16;
+}
+
+/// Interrupts of the STM32F405, rounded up to whole registers.
+const INTERRUPTS: usize = 96;
+/// The STM32F4 has four bits of priority, the upper ones.
+const PRIORITY_BITS: u8 = 0xf0;
+/// Priority of code that no exception runs: below all.
+const THREAD: i16 = 256;
+
+/// The special registers that keep exceptions away.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Masks {
+    pub primask: bool,
+    pub faultmask: bool,
+    pub basepri: u8,
+}
+
+impl Masks {
+    /// Whether some interrupt could be kept away.
+    pub fn any(self) -> bool {
+        self.primask || self.faultmask || self.basepri != 0
+    }
+}
+
+pub struct Nvic {
+    enabled: u128,
+    pending: u128,
+    lines: u128,
+    priorities: [u8; INTERRUPTS],
+    /// Of exceptions 0 to 15; those before 4 are fixed.
+    system_priorities: [u8; 16],
+    system_pending: u16,
+    /// Exceptions that have begun and not returned, innermost last.
+    active: Vec<u8>,
+    /// AIRCR.PRIGROUP.
+    group: u8,
+}
+
+impl Nvic {
+    pub fn new() -> Self {
+        Nvic {
+            enabled: 0,
+            pending: 0,
+            lines: 0,
+            priorities: [0; INTERRUPTS],
+            system_priorities: [0; 16],
+            system_pending: 0,
+            active: Vec::new(),
+            group: 0,
+        }
+    }
+
+    /// The levels of the interrupt lines: one that rises becomes pending.
+    pub fn set_lines(&mut self, lines: u128) {
+        self.pending |= lines & !self.lines;
+        self.lines = lines;
+    }
+
+    pub fn pend(&mut self, exception: u8) {
+        match exception.checked_sub(number::FIRST_INTERRUPT) {
+            Some(interrupt) => self.pending |= 1 << interrupt,
+            None => self.system_pending |= 1 << exception,
+        }
+    }
+
+    pub fn unpend(&mut self, exception: u8) {
+        match exception.checked_sub(number::FIRST_INTERRUPT) {
+            Some(interrupt) => self.pending &= !(1 << interrupt),
+            None => self.system_pending &= !(1 << exception),
+        }
+    }
+
+    pub fn is_pending(&self, exception: u8) -> bool {
+        match exception.checked_sub(number::FIRST_INTERRUPT) {
+            Some(interrupt) => self.pending >> interrupt & 1 != 0,
+            None => self.system_pending >> exception & 1 != 0,
+        }
+    }
+
+    /// Whether anything is pending that is enabled.
+    pub fn any_pending(&self) -> bool {
+        self.system_pending != 0 || self.pending & self.enabled != 0
+    }
+
+    /// The exception that runs; 0 in thread mode.
+    pub fn current(&self) -> u8 {
+        self.active.last().copied().unwrap_or(0)
+    }
+
+    pub fn is_active(&self, exception: u8) -> bool {
+        self.active.contains(&exception)
+    }
+
+    pub fn active_count(&self) -> usize {
+        self.active.len()
+    }
+
+    pub fn activate(&mut self, exception: u8) {
+        self.unpend(exception);
+        self.active.push(exception);
+    }
+
+    /// The exception returns; an interrupt whose line is still high becomes pending again.
+    pub fn deactivate(&mut self, exception: u8) {
+        self.active.retain(|active| *active != exception);
+        if let Some(interrupt) = exception.checked_sub(number::FIRST_INTERRUPT) {
+            self.pending |= self.lines & 1 << interrupt;
+        }
+    }
+
+    /// Full priority; fixed ones are negative.
+    fn priority(&self, exception: u8) -> i16 {
+        match exception {
+            number::NMI => -2,
+            number::HARD_FAULT => -1,
+            0..number::FIRST_INTERRUPT => i16::from(self.system_priorities[usize::from(exception)]),
+            _ => i16::from(self.priorities[usize::from(exception - number::FIRST_INTERRUPT)]),
+        }
+    }
+
+    /// Of a priority the part that decides about preemption (B1.5.4).
+    fn group_of(&self, priority: i16) -> i16 {
+        if priority < 0 { priority } else { priority & !((2 << self.group) - 1) }
+    }
+
+    /// Priority of what runs now, boosted by the masks.
+    fn execution_priority(&self, masks: Masks) -> i16 {
+        let active = self.active.iter().map(|active| self.group_of(self.priority(*active)));
+        let basepri = (masks.basepri != 0).then(|| self.group_of(i16::from(masks.basepri)));
+        let primask = masks.primask.then_some(0);
+        let faultmask = masks.faultmask.then_some(-1);
+        active.chain(basepri).chain(primask).chain(faultmask).min().unwrap_or(THREAD)
+    }
+
+    /// Whether `exception` would be taken now.
+    pub fn preempts(&self, exception: u8, masks: Masks) -> bool {
+        self.group_of(self.priority(exception)) < self.execution_priority(masks)
+    }
+
+    /// The exception to be taken now: the most urgent, among equals the lowest number.
+    pub fn next(&self, masks: Masks) -> Option<u8> {
+        let system = (2..16_u8).filter(|n| self.system_pending >> n & 1 != 0);
+        let mut interrupts = self.pending & self.enabled;
+        let interrupts = std::iter::from_fn(|| {
+            let next = (interrupts != 0).then(|| interrupts.trailing_zeros() as u8)?;
+            interrupts &= interrupts - 1;
+            Some(next + number::FIRST_INTERRUPT)
+        });
+        system
+            .chain(interrupts)
+            .min_by_key(|exception| (self.priority(*exception), *exception))
+            .filter(|exception| self.preempts(*exception, masks))
+    }
+
+    pub fn group(&self) -> u8 {
+        self.group
+    }
+
+    pub fn set_group(&mut self, group: u8) {
+        self.group = group & 7;
+    }
+
+    pub fn system_priority(&self, exception: usize) -> u8 {
+        self.system_priorities[exception]
+    }
+
+    pub fn set_system_priority(&mut self, exception: usize, priority: u8) {
+        self.system_priorities[exception] = priority & PRIORITY_BITS;
+    }
+
+    /// Reads NVIC_ISER to NVIC_IPR; `offset` from 0xe000e100, of a word.
+    pub fn read(&self, offset: u32) -> u32 {
+        let word = |bits: u128| match offset & 0x7f {
+            index @ 0..=0xc => (bits >> (8 * index)) as u32,
+            _ => 0,
+        };
+        match offset {
+            0x000..0x100 => word(self.enabled),
+            0x100..0x200 => word(self.pending),
+            0x200..0x280 => word(self.active.iter().fold(0, |bits, active| {
+                let interrupt = active.checked_sub(number::FIRST_INTERRUPT);
+                bits | interrupt.map_or(0, |interrupt| 1 << interrupt)
+            })),
+            0x300..0x360 => {
+                let first = (offset - 0x300) as usize;
+                let bytes = &self.priorities[first..first + 4];
+                u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])
+            }
+            _ => 0,
+        }
+    }
+
+    /// Writes the bits of `value` that are in `mask` to NVIC_ISER to NVIC_IPR.
+    pub fn write(&mut self, offset: u32, value: u32, mask: u32) {
+        let shift = 8 * (offset & 0x7f).min(0xc);
+        let bits = if offset & 0x7f > 0xc { 0 } else { u128::from(value & mask) << shift };
+        match offset {
+            0x000..0x080 => self.enabled |= bits,
+            0x080..0x100 => self.enabled &= !bits,
+            0x100..0x180 => self.pending |= bits,
+            // A line that is high keeps its interrupt pending, unless that runs already.
+            0x180..0x200 => {
+                let running = self.active.iter().fold(0_u128, |running, active| {
+                    let interrupt = active.checked_sub(number::FIRST_INTERRUPT);
+                    running | interrupt.map_or(0, |interrupt| 1 << interrupt)
+                });
+                self.pending &= !bits | self.lines & !running;
+            }
+            0x300..0x360 => {
+                let first = (offset - 0x300) as usize;
+                for (index, priority) in self.priorities[first..first + 4].iter_mut().enumerate() {
+                    if mask >> (8 * index) & 0xff != 0 {
+                        *priority = (value >> (8 * index)) as u8 & PRIORITY_BITS;
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NO_MASKS: Masks = Masks { primask: false, faultmask: false, basepri: 0 };
+
+    fn enabled(priorities: &[(u8, u8)]) -> Nvic {
+        let mut nvic = Nvic::new();
+        for (interrupt, priority) in priorities {
+            nvic.enabled |= 1 << interrupt;
+            nvic.priorities[usize::from(*interrupt)] = *priority;
+        }
+        nvic
+    }
+
+    #[test]
+    fn the_most_urgent_comes_first_and_preempts_only_less_urgent() {
+        let mut nvic = enabled(&[(28, 0x40), (50, 0x40), (71, 0x20)]);
+        nvic.set_lines(1 << 50 | 1 << 28);
+        assert_eq!(nvic.next(NO_MASKS), Some(16 + 28), "equal priority: lower number");
+        nvic.activate(16 + 28);
+        assert_eq!(nvic.next(NO_MASKS), None, "equal priority does not preempt");
+        nvic.set_lines(1 << 50 | 1 << 28 | 1 << 71);
+        assert_eq!(nvic.next(NO_MASKS), Some(16 + 71));
+    }
+
+    #[test]
+    fn masks_keep_away_what_they_say() {
+        let mut nvic = enabled(&[(28, 0x40), (71, 0x20)]);
+        nvic.set_lines(1 << 28 | 1 << 71);
+        let basepri = |basepri| Masks { basepri, ..NO_MASKS };
+        assert_eq!(nvic.next(basepri(0x40)), Some(16 + 71));
+        assert_eq!(nvic.next(basepri(0x20)), None);
+        let primask = Masks { primask: true, ..NO_MASKS };
+        assert_eq!(nvic.next(primask), None);
+        nvic.pend(number::NMI);
+        assert_eq!(nvic.next(primask), Some(number::NMI));
+        nvic.unpend(number::NMI);
+        nvic.pend(number::HARD_FAULT);
+        assert_eq!(nvic.next(primask), Some(number::HARD_FAULT));
+        assert_eq!(nvic.next(Masks { faultmask: true, ..NO_MASKS }), None);
+    }
+
+    #[test]
+    fn a_priority_group_preempts_as_one() {
+        let mut nvic = enabled(&[(28, 0x50), (71, 0x40)]);
+        nvic.set_group(4);
+        nvic.activate(16 + 28);
+        nvic.set_lines(1 << 71);
+        assert_eq!(nvic.next(NO_MASKS), Some(16 + 71), "bit 4 is the lowest of the subpriority");
+        nvic.set_group(5);
+        assert_eq!(nvic.next(NO_MASKS), None, "0x40 and 0x50 are one group");
+    }
+
+    #[test]
+    fn a_line_that_stays_high_asks_again() {
+        let mut nvic = enabled(&[(28, 0)]);
+        nvic.set_lines(1 << 28);
+        nvic.activate(16 + 28);
+        assert_eq!(nvic.next(NO_MASKS), None);
+        nvic.deactivate(16 + 28);
+        assert_eq!(nvic.next(NO_MASKS), Some(16 + 28));
+        nvic.set_lines(0);
+        assert_eq!(nvic.next(NO_MASKS), Some(16 + 28), "what is pending stays so");
+        nvic.write(0x180, 1 << 28, !0);
+        assert_eq!(nvic.next(NO_MASKS), None);
+    }
+
+    #[test]
+    fn registers_stand_where_the_manual_says() {
+        let mut nvic = Nvic::new();
+        nvic.write(0x008, 1 << 7, !0); // NVIC_ISER2: USART6
+        assert_eq!(nvic.read(0x008), 1 << 7);
+        assert_eq!(nvic.read(0x088), 1 << 7, "NVIC_ICER2 reads the same");
+        nvic.write(0x344, 0x5f00_0000, 0xff00_0000); // NVIC_IPR17, byte 3: interrupt 71
+        assert_eq!(nvic.read(0x344), 0x5000_0000, "four bits");
+        nvic.write(0x088, 1 << 7, !0);
+        assert_eq!(nvic.read(0x008), 0);
+    }
+}

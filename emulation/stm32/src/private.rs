@@ -1,0 +1,231 @@
+//! The registers of the core: system control block and its neighbours (ARMv7-M B3.2).
+
+use bittybuzz_chips::Width;
+
+use crate::core::System;
+use crate::nvic::number;
+
+const DWT_CTRL: u32 = 0xe000_1000;
+const DWT_CYCCNT: u32 = 0xe000_1004;
+const SYST: u32 = 0xe000_e010;
+const SYST_END: u32 = 0xe000_e020;
+const NVIC: u32 = 0xe000_e100;
+const NVIC_END: u32 = 0xe000_e4f0;
+const CPUID: u32 = 0xe000_ed00;
+const ICSR: u32 = 0xe000_ed04;
+const VTOR: u32 = 0xe000_ed08;
+const AIRCR: u32 = 0xe000_ed0c;
+const SCR: u32 = 0xe000_ed10;
+const CCR: u32 = 0xe000_ed14;
+const SHPR1: u32 = 0xe000_ed18;
+const SHPR3: u32 = 0xe000_ed20;
+const SHCSR: u32 = 0xe000_ed24;
+const CFSR: u32 = 0xe000_ed28;
+const HFSR: u32 = 0xe000_ed2c;
+const MMFAR: u32 = 0xe000_ed34;
+const BFAR: u32 = 0xe000_ed38;
+const CPACR: u32 = 0xe000_ed88;
+const MPU_TYPE: u32 = 0xe000_ed90;
+const MPU_CTRL: u32 = 0xe000_ed94;
+const DEMCR: u32 = 0xe000_edfc;
+const STIR: u32 = 0xe000_ef00;
+const FPCCR: u32 = 0xe000_ef34;
+/// DBGMCU belongs to the chip, not the core.
+const DBGMCU: u32 = 0xe004_2000;
+const DBGMCU_END: u32 = 0xe004_2400;
+
+/// Cortex-M4, revision r0p1.
+const CORTEX_M4: u32 = 0x410f_c241;
+/// Key of AIRCR when read and when written.
+const VECTKEY_READ: u32 = 0xfa05 << 16;
+const VECTKEY: u32 = 0x05fa << 16;
+const AIRCR_SYSRESETREQ: u32 = 1 << 2;
+const ICSR_PENDSTCLR: u32 = 1 << 25;
+const ICSR_PENDSTSET: u32 = 1 << 26;
+const ICSR_PENDSVCLR: u32 = 1 << 27;
+const ICSR_PENDSVSET: u32 = 1 << 28;
+const ICSR_NMIPENDSET: u32 = 1 << 31;
+const DWT_CTRL_CYCCNTENA: u32 = 1 << 0;
+/// Vector tables are aligned to 128 bytes at least.
+const VTOR_BITS: u32 = 0xffff_ff80;
+
+/// Registers that only hold what is written, or what faults put there.
+pub struct Registers {
+    pub vtor: u32,
+    pub scr: u32,
+    pub ccr: u32,
+    pub shcsr: u32,
+    pub cfsr: u32,
+    pub hfsr: u32,
+    pub mmfar: u32,
+    pub bfar: u32,
+    cpacr: u32,
+    demcr: u32,
+    dwt_ctrl: u32,
+    /// Executed cycles at which CYCCNT was zero.
+    dwt_zero: u64,
+    fpccr: u32,
+    pub reset_requested: bool,
+}
+
+impl Registers {
+    pub const SCR_SEVONPEND: u32 = 1 << 4;
+    pub const SCR_SLEEPONEXIT: u32 = 1 << 1;
+
+    pub fn new() -> Self {
+        Registers {
+            vtor: 0,
+            scr: 0,
+            // STKALIGN: frames are aligned to eight bytes.
+            ccr: 1 << 9,
+            shcsr: 0,
+            cfsr: 0,
+            hfsr: 0,
+            mmfar: 0,
+            bfar: 0,
+            cpacr: 0,
+            demcr: 0,
+            dwt_ctrl: 0x4000_0000,
+            dwt_zero: 0,
+            // ASPEN and LSPEN.
+            fpccr: 0xc000_0000,
+            reset_requested: false,
+        }
+    }
+}
+
+impl System {
+    /// The core reads from its private bus, 0xe000_0000 to 0xe00f_ffff.
+    pub fn read_private(&mut self, address: u32, width: Width) -> u32 {
+        if (DBGMCU..DBGMCU_END).contains(&address) {
+            return self.board.read(address, width);
+        }
+        self.read_private_word(address & !3) >> ((address & 3) * 8)
+    }
+
+    fn read_private_word(&mut self, address: u32) -> u32 {
+        let registers = &mut self.registers;
+        match address {
+            DWT_CTRL => registers.dwt_ctrl,
+            DWT_CYCCNT if registers.dwt_ctrl & DWT_CTRL_CYCCNTENA != 0 => {
+                (self.cycles - registers.dwt_zero) as u32
+            }
+            SYST..SYST_END => {
+                self.advance_systick();
+                self.systick.read(address - SYST)
+            }
+            NVIC..NVIC_END => self.nvic.read(address - NVIC),
+            CPUID => CORTEX_M4,
+            ICSR => self.interrupt_state(),
+            VTOR => registers.vtor,
+            AIRCR => VECTKEY_READ | u32::from(self.nvic.group()) << 8,
+            SCR => registers.scr,
+            CCR => registers.ccr,
+            SHPR1..=SHPR3 => {
+                let first = 4 + (address - SHPR1) as usize;
+                u32::from_le_bytes(std::array::from_fn(|n| self.nvic.system_priority(first + n)))
+            }
+            SHCSR => registers.shcsr,
+            CFSR => registers.cfsr,
+            HFSR => registers.hfsr,
+            MMFAR => registers.mmfar,
+            BFAR => registers.bfar,
+            CPACR => registers.cpacr,
+            // Eight regions.
+            MPU_TYPE => 0x800,
+            DEMCR => registers.demcr,
+            FPCCR => registers.fpccr,
+            _ => 0,
+        }
+    }
+
+    fn interrupt_state(&self) -> u32 {
+        let is_pending =
+            |exception, bit: u32| if self.nvic.is_pending(exception) { bit } else { 0 };
+        let base = if self.nvic.active_count() <= 1 { 1 << 11 } else { 0 };
+        u32::from(self.nvic.current())
+            | base
+            | is_pending(number::SYS_TICK, ICSR_PENDSTSET)
+            | is_pending(number::PEND_SV, ICSR_PENDSVSET)
+            | is_pending(number::NMI, ICSR_NMIPENDSET)
+    }
+
+    /// The core writes to its private bus.
+    pub fn write_private(&mut self, address: u32, width: Width, value: u32) {
+        if (DBGMCU..DBGMCU_END).contains(&address) {
+            return self.board.write(address, width, value);
+        }
+        let shift = (address & 3) * 8;
+        let mask = match width {
+            Width::Byte => 0xff << shift,
+            Width::Half => 0xffff << shift,
+            Width::Word => !0,
+        };
+        self.write_private_word(address & !3, value << shift, mask);
+    }
+
+    fn write_private_word(&mut self, address: u32, value: u32, mask: u32) {
+        let registers = &mut self.registers;
+        let merge = |old: u32| old & !mask | value & mask;
+        match address {
+            DWT_CTRL => {
+                // While it is off the counter stands still.
+                let counted = (self.cycles - registers.dwt_zero) as u32;
+                let was_on = registers.dwt_ctrl & DWT_CTRL_CYCCNTENA != 0;
+                registers.dwt_ctrl = merge(registers.dwt_ctrl);
+                if !was_on {
+                    registers.dwt_zero = self.cycles;
+                } else {
+                    registers.dwt_zero = self.cycles - u64::from(counted);
+                }
+            }
+            DWT_CYCCNT => registers.dwt_zero = self.cycles.saturating_sub(u64::from(value)),
+            SYST..SYST_END => {
+                self.advance_systick();
+                self.systick.write(address - SYST, value);
+            }
+            NVIC..NVIC_END => self.nvic.write(address - NVIC, value, mask),
+            ICSR => {
+                for (bit, exception) in [
+                    (ICSR_PENDSTSET, number::SYS_TICK),
+                    (ICSR_PENDSVSET, number::PEND_SV),
+                    (ICSR_NMIPENDSET, number::NMI),
+                ] {
+                    if value & bit != 0 {
+                        self.nvic.pend(exception);
+                    }
+                }
+                for (bit, exception) in
+                    [(ICSR_PENDSTCLR, number::SYS_TICK), (ICSR_PENDSVCLR, number::PEND_SV)]
+                {
+                    if value & bit != 0 {
+                        self.nvic.unpend(exception);
+                    }
+                }
+            }
+            VTOR => registers.vtor = value & VTOR_BITS,
+            AIRCR if value & 0xffff_0000 == VECTKEY => {
+                self.nvic.set_group((value >> 8 & 7) as u8);
+                registers.reset_requested |= value & AIRCR_SYSRESETREQ != 0;
+            }
+            SCR => registers.scr = merge(registers.scr),
+            CCR => registers.ccr = merge(registers.ccr),
+            SHPR1..=SHPR3 => {
+                for byte in (0..4).filter(|byte| mask >> (8 * byte) & 0xff != 0) {
+                    let exception = 4 + (address - SHPR1) as usize + byte;
+                    self.nvic.set_system_priority(exception, (value >> (8 * byte)) as u8);
+                }
+            }
+            SHCSR => registers.shcsr = merge(registers.shcsr),
+            // Flags are cleared by writing ones.
+            CFSR => registers.cfsr &= !(value & mask),
+            HFSR => registers.hfsr &= !(value & mask),
+            CPACR => registers.cpacr = merge(registers.cpacr),
+            MPU_CTRL if value & mask & 1 != 0 => self.note_mpu(),
+            DEMCR => registers.demcr = merge(registers.demcr),
+            STIR => self.nvic.pend(number::FIRST_INTERRUPT.saturating_add((value & 0x5f) as u8)),
+            FPCCR => registers.fpccr = merge(registers.fpccr),
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! The machine that the server drives.
+
+use std::time::Duration;
+
+use bittybuzz_chips::{Crazyflie, ResetCause, Time};
+use bittybuzz_emulation::message::{CoreStatistics, Event, TimedEvent};
+use bittybuzz_emulation::{Image, Machine, MachineError, Pause};
+use unicorn_engine::RegisterARM as Register;
+
+use crate::core::{Core, FLASH, Stop};
+use crate::exception::Lockup;
+use crate::private::Registers;
+
+/// What the core does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    Running,
+    WaitingForEvent,
+    WaitingForInterrupt,
+    LockedUp,
+}
+
+/// A Crazyflie with its core.
+pub struct Robot<'a> {
+    core: Core<'a>,
+    state: State,
+    vectors: u32,
+}
+
+impl Robot<'_> {
+    /// One that has no image yet.
+    pub fn new() -> Result<Self, MachineError> {
+        Ok(Robot { core: Core::new()?, state: State::Running, vectors: FLASH })
+    }
+
+    fn reset(&mut self, cause: ResetCause) -> Result<(), MachineError> {
+        self.core.system().report(Event::Reset { cause: cause.name().into() });
+        self.state = State::Running;
+        self.core.reset(Some(cause), self.vectors)
+    }
+
+    /// Takes an exception, or finds that the core locks up.
+    fn settle(&mut self, outcome: Result<(), Lockup>) -> Result<(), MachineError> {
+        if outcome == Err(Lockup) {
+            let pc = self.core.register(Register::PC)?;
+            self.core.system().report(Event::Lockup { pc });
+            self.state = State::LockedUp;
+        }
+        Ok(())
+    }
+
+    /// Lets the core sleep until something may wake it.
+    fn sleep(&mut self, until: Time) {
+        let system = self.core.system();
+        let next = system.next_event().map_or(until, |next| next.min(until));
+        let cycles = system.cycles;
+        system.clock.skip_to(next, cycles);
+    }
+
+    /// Whether a sleeping core goes on.
+    fn wakes(&mut self) -> Result<bool, MachineError> {
+        let mut masks = self.core.masks()?;
+        if self.state == State::WaitingForInterrupt {
+            // PRIMASK does not keep WFI asleep (ARMv7-M B1.5.19).
+            masks.primask = false;
+        }
+        let by_event = self.state == State::WaitingForEvent;
+        let system = self.core.system();
+        if by_event && std::mem::take(&mut system.event) {
+            return Ok(true);
+        }
+        Ok(system.nvic.any_pending() && system.nvic.next(masks).is_some())
+    }
+
+    fn step(&mut self, until: Time) -> Result<(), MachineError> {
+        match self.state {
+            State::LockedUp => self.sleep(until),
+            State::WaitingForEvent | State::WaitingForInterrupt => {
+                if self.wakes()? {
+                    self.state = State::Running;
+                } else {
+                    self.sleep(until);
+                }
+            }
+            State::Running => {
+                if self.core.system().nvic.any_pending() {
+                    let masks = self.core.masks()?;
+                    if let Some(exception) = self.core.system().nvic.next(masks) {
+                        let outcome = self.core.enter(exception)?;
+                        return self.settle(outcome);
+                    }
+                }
+                let next = self.core.system().next_event();
+                let deadline = next.map_or(until, |next| next.min(until));
+                let stop = self.core.execute(deadline)?;
+                match stop {
+                    Stop::WaitForEvent => self.state = State::WaitingForEvent,
+                    Stop::WaitForInterrupt => self.state = State::WaitingForInterrupt,
+                    _ => {}
+                }
+                let outcome = self.core.raise(stop)?;
+                self.settle(outcome)?;
+                let system = self.core.system();
+                let exits = matches!(stop, Stop::Return(_)) && system.nvic.current() == 0;
+                if exits && system.registers.scr & Registers::SCR_SLEEPONEXIT != 0 {
+                    self.state = State::WaitingForInterrupt;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Machine for Robot<'_> {
+    fn load(&mut self, image: &Image) -> Result<(), MachineError> {
+        let mut core = Core::new()?;
+        for (address, bytes) in image.segments() {
+            core.write_bytes(address, bytes)?;
+        }
+        core.reset(None, image.vectors())?;
+        *self = Robot { core, state: State::Running, vectors: image.vectors() };
+        Ok(())
+    }
+
+    fn run(&mut self, until: Duration) -> Result<Pause, MachineError> {
+        let until = Time::from_nanos(u64::try_from(until.as_nanos()).unwrap_or(u64::MAX));
+        loop {
+            let system = self.core.system();
+            system.catch_up();
+            if !system.board.is_powered() {
+                return Ok(Pause::PowerOff);
+            }
+            let software = std::mem::take(&mut system.registers.reset_requested);
+            let cause = system.board.take_reset_request();
+            if let Some(cause) = cause.or(software.then_some(ResetCause::Software)) {
+                self.reset(cause)?;
+            }
+            let system = self.core.system();
+            if system.now() >= until {
+                let locked_up = self.state == State::LockedUp && !system.board.watchdog_runs();
+                return Ok(if locked_up { Pause::Lockup } else { Pause::Time });
+            }
+            self.step(until)?;
+        }
+    }
+
+    fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Result<(), MachineError> {
+        self.core.write_bytes(address, bytes)
+    }
+
+    fn read_memory(&mut self, address: u32, bytes: &mut [u8]) -> Result<(), MachineError> {
+        self.core.read_bytes(address, bytes)
+    }
+
+    fn take_events(&mut self) -> Vec<TimedEvent> {
+        let system = self.core.system();
+        let mut events = std::mem::take(&mut system.events);
+        events.extend(system.board.take_events().into_iter().map(|(at, event)| TimedEvent {
+            at: Duration::from_nanos(at.nanos()),
+            event: event.into(),
+        }));
+        events.sort_by_key(|event| event.at);
+        events
+    }
+
+    fn statistics(&self) -> CoreStatistics {
+        let system = self.core.uc.get_data();
+        CoreStatistics {
+            instructions: system.cycles,
+            exceptions: system.exceptions,
+            longest_masked: Duration::from_nanos(system.longest_masked().nanos()),
+        }
+    }
+
+    fn board(&mut self) -> &mut Crazyflie {
+        &mut self.core.system().board
+    }
+}
