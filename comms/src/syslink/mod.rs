@@ -9,7 +9,9 @@
 mod frame;
 mod packet;
 mod parser;
+mod setup;
 
 pub use frame::{Bytes, FRAME_MAX, Frame, FrameError, MTU};
 pub use packet::{Battery, DataRate, P2P_MAX, Packet, PacketError, kind};
 pub use parser::Parser;
+pub use setup::{Radio, Setup};

@@ -1,0 +1,138 @@
+//! What the build scripts of the boards do: the script becomes an image, the robot file becomes configuration, function
+//! numbers and memory layout. So each of these facts is written once.
+//!
+//! Everything goes to cargo's `OUT_DIR`:
+//! * `robot.rs`: constants, see [`bittybuzz_robots::generate_rust`];
+//! * `script.bin`: the contents of the script section, length and image;
+//! * `memory.x`: the linker's regions.
+//!
+//! Build scripts report errors by ending: what is wrong goes to standard error, which cargo shows.
+
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use bittybuzz_compiler::compile::{Compiled, Options, compile};
+use bittybuzz_compiler::include::{DiskFiles, Loader};
+use bittybuzz_compiler::render::{Color, Renderer};
+use bittybuzz_robots::{Layout, Robot};
+
+/// The environment variable that names the script.
+const SCRIPT: &str = "BBZ_SCRIPT";
+
+/// Where the application begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// Behind the bootloader, as the robot file says.
+    BehindBootloader,
+    /// At the beginning of flash, where the bootloader is otherwise: only a debug probe can load it.
+    BeginningOfFlash(u32),
+}
+
+/// What went wrong.
+#[derive(Debug)]
+pub enum BuildError {
+    /// A robot file that cannot be used.
+    Robot(String),
+    /// The robot file says nothing of the chip's memory.
+    NoLayout,
+    /// The script cannot be read.
+    Script(PathBuf, std::io::Error),
+    /// The script has errors; they have been printed.
+    Errors(PathBuf),
+    /// The image is longer than the script section.
+    TooLong(PathBuf),
+    /// A file cannot be written.
+    Output(PathBuf, std::io::Error),
+}
+
+impl std::fmt::Display for BuildError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            BuildError::Robot(message) => f.write_str(message),
+            BuildError::NoLayout => f.write_str("the robot file has no [layout]"),
+            BuildError::Script(path, error) => {
+                write!(f, "cannot read `{}`: {error}; {SCRIPT} names the script", path.display())
+            }
+            BuildError::Errors(path) => {
+                write!(f, "`{}` has errors, see above; {SCRIPT} names the script", path.display())
+            }
+            BuildError::TooLong(path) => {
+                write!(f, "the image of `{}` does not fit into its flash section", path.display())
+            }
+            BuildError::Output(path, error) => {
+                write!(f, "cannot write `{}`: {error}", path.display())
+            }
+        }
+    }
+}
+
+/// Does all of it for the robot of this name. `default_script` is relative to the board's folder, as is a relative
+/// path in `BBZ_SCRIPT` if it is not found from where cargo was called.
+pub fn board(robot: &str, default_script: &str, start: Start) -> Result<(), BuildError> {
+    println!("cargo:rerun-if-env-changed={SCRIPT}");
+    println!("cargo:rerun-if-changed=build.rs");
+    let robot =
+        bittybuzz_robots::find(robot).map_err(|error| BuildError::Robot(error.to_string()))?;
+    let mut layout = robot.layout.ok_or(BuildError::NoLayout)?;
+    if let Start::BeginningOfFlash(address) = start {
+        layout.application.size += layout.application.address - address;
+        layout.application.address = address;
+    }
+    let script = script_path(default_script);
+    let section = section(&script, &robot, &layout)?;
+    let out = PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default());
+    write(&out.join("robot.rs"), bittybuzz_robots::generate_rust(&robot).as_bytes())?;
+    write(&out.join("script.bin"), &section)?;
+    write(&out.join("memory.x"), layout.memory_x().as_bytes())?;
+    println!("cargo:rustc-link-search={}", out.display());
+    Ok(())
+}
+
+fn script_path(default: &str) -> PathBuf {
+    match env::var_os(SCRIPT) {
+        None => PathBuf::from(default),
+        Some(path) => {
+            let path = PathBuf::from(path);
+            // Build scripts run in the board's folder, people call cargo where they like.
+            let called_from = env::var_os("PWD").map(PathBuf::from);
+            match called_from.map(|folder| folder.join(&path)) {
+                Some(from_there) if from_there.exists() => from_there,
+                _ => path,
+            }
+        }
+    }
+}
+
+/// The contents of the script section.
+fn section(script: &Path, robot: &Robot, layout: &Layout) -> Result<Vec<u8>, BuildError> {
+    println!("cargo:rerun-if-changed={}", script.display());
+    let unreadable = |error| BuildError::Script(script.to_owned(), error);
+    let text = fs::read_to_string(script).map_err(unreadable)?;
+    let library = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../lib");
+    let loader = Loader { folders: vec![library], ..Loader::new(&DiskFiles) };
+    let options = Options {
+        profile: None,
+        robot: Some(robot.clone()),
+        robots: bittybuzz_robots::all_shipped(),
+    };
+    let compiled = compile(script, text, &loader, &options);
+    let image = image(&compiled).ok_or_else(|| BuildError::Errors(script.to_owned()))?;
+    layout.script_section(image).ok_or_else(|| BuildError::TooLong(script.to_owned()))
+}
+
+/// Prints what the compiler has to say.
+fn image(compiled: &Compiled) -> Option<&[u8]> {
+    for (_, source) in compiled.sources.files() {
+        println!("cargo:rerun-if-changed={}", source.path.display());
+    }
+    let renderer = Renderer::new(&compiled.sources);
+    for diagnostic in &compiled.diagnostics {
+        eprintln!("{}", renderer.text(diagnostic, Color::Never));
+    }
+    compiled.image.as_deref()
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), BuildError> {
+    fs::write(path, bytes).map_err(|error| BuildError::Output(path.to_owned(), error))
+}

@@ -1,0 +1,188 @@
+//! The robot functions that scripts call: one entry in `robots/crazyflie.toml` and one arm here.
+
+use bittybuzz_runtime::script::{Console, Counts, Robot, Stopped};
+use bittybuzz_runtime::setpoint::Writer;
+use bittybuzz_vm_core::number::{Full, Rng};
+use bittybuzz_vm_core::{Arguments, Axis, ByteCode, Item, Refusal, Reply, RobotFault, Type, Value};
+use embassy_time::Instant;
+
+use crate::leds::{Color, ScriptLeds, StatusChannel};
+use crate::link;
+use crate::motors::{POWER_MAX, Powers};
+use crate::robot::{self, function};
+
+/// Steps between two status lines.
+const STATUS_STEPS: u32 = 10 * robot::TICK_HZ as u32;
+
+/// What scripts can reach.
+pub struct Crazyflie {
+    leds: ScriptLeds,
+    setpoint: Writer<Powers>,
+    status: &'static StatusChannel,
+    rng: Rng,
+    stopwatch: Option<Instant>,
+    told_at: u32,
+}
+
+type Result = core::result::Result<Reply<Full>, RobotFault>;
+
+impl Crazyflie {
+    /// The robot with this id.
+    pub fn new(
+        leds: ScriptLeds,
+        setpoint: Writer<Powers>,
+        status: &'static StatusChannel,
+        robot_id: u16,
+    ) -> Self {
+        let rng = Rng::new(0, robot_id);
+        Crazyflie { leds, setpoint, status, rng, stopwatch: None, told_at: 0 }
+    }
+
+    /// `led(color)`, `led(color, on)`
+    fn led<C: ByteCode, const N: usize>(
+        &mut self,
+        arguments: &Arguments<'_, Full, C, N>,
+    ) -> Result {
+        let color = integer(arguments, 0)?;
+        match arguments.count() {
+            1 => match u8::try_from(color) {
+                Ok(colors @ 0..=7) => self.leds.show(colors),
+                _ => return Err(RobotFault::Refused(Refusal::OutOfRange)),
+            },
+            2 => {
+                let on = integer(arguments, 1)? != 0;
+                self.leds.set(if color == 0 { Color::Red } else { Color::Green }, on);
+            }
+            _ => return Err(RobotFault::Refused(Refusal::ArgumentCount)),
+        }
+        nothing()
+    }
+
+    /// `set_motor(motor, power)`
+    fn set_motor<C: ByteCode, const N: usize>(
+        &mut self,
+        arguments: &Arguments<'_, Full, C, N>,
+    ) -> Result {
+        expect_count(arguments, 2)?;
+        let (motor, power) = (integer(arguments, 0)?, integer(arguments, 1)?);
+        let out_of_range = RobotFault::Refused(Refusal::OutOfRange);
+        let power = u8::try_from(power).map_err(|_| out_of_range)?;
+        let mut powers = self.setpoint.held().unwrap_or_default();
+        let slot = usize::try_from(motor).ok().and_then(|motor| powers.get_mut(motor));
+        *slot.ok_or(out_of_range)? = power.min(POWER_MAX);
+        self.setpoint.set(powers);
+        nothing()
+    }
+}
+
+impl Robot<Full> for Crazyflie {
+    fn call<C: ByteCode, const SLOTS: usize>(
+        &mut self,
+        function: u16,
+        arguments: Arguments<'_, Full, C, SLOTS>,
+        _again: bool,
+        console: &mut Console<'_>,
+    ) -> Result {
+        match function {
+            function::LED => self.led(&arguments),
+            function::SET_MOTOR => self.set_motor(&arguments),
+            function::BATTERY => {
+                expect_count(&arguments, 0)?;
+                let mv = link::STATE.battery_mv();
+                let mv = mv.ok_or(RobotFault::Refused(Refusal::NotReady))?;
+                Ok(Reply::Value(Value::int(mv.into())))
+            }
+            function::RAND_BBZ => {
+                expect_count(&arguments, 0)?;
+                Ok(Reply::Value(Value::int(self.rng.uniform_int(-150, 150))))
+            }
+            function::PRINT => {
+                expect_count(&arguments, 1)?;
+                console.print(&arguments);
+                nothing()
+            }
+            function::SHOW => {
+                expect_count(&arguments, 1)?;
+                match self.stopwatch {
+                    Some(start) => console.print_with_time(&arguments, start.elapsed()),
+                    None => console.print(&arguments),
+                }
+                nothing()
+            }
+            function::START => {
+                expect_count(&arguments, 0)?;
+                self.stopwatch.get_or_insert_with(Instant::now);
+                nothing()
+            }
+            function::GO => {
+                expect_count(&arguments, 0)?;
+                self.stopwatch = Some(Instant::now());
+                nothing()
+            }
+            // Flight and ranging decks: known to the compiler, not to this firmware yet.
+            _ => Err(RobotFault::Refused(Refusal::NotBuiltIn)),
+        }
+    }
+
+    fn position(&mut self, _: Axis) -> Option<f32> {
+        None
+    }
+
+    fn report(&mut self, record: &[u8]) {
+        defmt::println!("bbz {=[u8]}", record);
+    }
+
+    fn renew(&mut self, counts: Counts) {
+        self.setpoint.renew();
+        if counts.steps.wrapping_sub(self.told_at) >= STATUS_STEPS {
+            self.told_at = counts.steps;
+            defmt::info!(
+                "{=u32} steps, {=u32} ticks missed, longest slice {=u32} us, link {}",
+                counts.steps,
+                counts.missed,
+                counts.longest_slice_us,
+                link::STATE.counts()
+            );
+        }
+    }
+
+    fn expire(&mut self) -> bool {
+        self.setpoint.expire()
+    }
+
+    fn stop(&mut self, reason: Stopped) {
+        self.setpoint.stop();
+        self.status.signal(reason.into());
+    }
+}
+
+/// Whether there is a function of this name hash.
+pub fn is_function(hash: u16) -> bool {
+    robot::FUNCTIONS.iter().any(|(known, _)| *known == hash)
+}
+
+fn nothing() -> Result {
+    Ok(Reply::Value(Value::nil()))
+}
+
+fn expect_count<C: ByteCode, const N: usize>(
+    arguments: &Arguments<'_, Full, C, N>,
+    count: usize,
+) -> core::result::Result<(), RobotFault> {
+    if arguments.count() == count {
+        Ok(())
+    } else {
+        Err(RobotFault::Refused(Refusal::ArgumentCount))
+    }
+}
+
+fn integer<C: ByteCode, const N: usize>(
+    arguments: &Arguments<'_, Full, C, N>,
+    index: usize,
+) -> core::result::Result<i32, RobotFault> {
+    match arguments.item(index) {
+        Item::Int(value) => Ok(value),
+        Item::Nil => Err(RobotFault::WrongType(Type::Nil)),
+        _ => Err(RobotFault::WrongType(arguments.value(index).type_of())),
+    }
+}

@@ -1,0 +1,62 @@
+//! The link to the nRF51822, which has the radio, the power switch and the battery: syslink on USART6 at 1 Mbaud.
+//!
+//! [`uart`] moves bytes between the pins and two rings, in interrupts. [`receive`] makes frames of them and acts upon them;
+//! [`send`] writes frames. [`setup`] brings the radio up, and again when the nRF51 has forgotten it.
+
+pub mod receive;
+pub mod send;
+mod setup;
+pub mod uart;
+
+use core::sync::atomic::{AtomicU16, AtomicU32, Ordering};
+
+/// Numbers of the link that others read.
+pub struct State {
+    /// mV; 0 until the nRF51 has told it.
+    battery_mv: AtomicU16,
+    /// Frames with a right checksum.
+    received: AtomicU32,
+    /// False starts: frames with a wrong checksum or length.
+    rejected: AtomicU32,
+    /// P2P frames of other robots.
+    heard: AtomicU32,
+    /// Frames that could not be sent in time.
+    dropped: AtomicU32,
+}
+
+/// There is one link.
+pub static STATE: State = State {
+    battery_mv: AtomicU16::new(0),
+    received: AtomicU32::new(0),
+    rejected: AtomicU32::new(0),
+    heard: AtomicU32::new(0),
+    dropped: AtomicU32::new(0),
+};
+
+/// What is told of the link from time to time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
+pub struct Counts {
+    received: u32,
+    rejected: u32,
+    overrun: u32,
+    heard: u32,
+    dropped: u32,
+}
+
+impl State {
+    /// The battery's voltage in mV, once it is known.
+    pub fn battery_mv(&self) -> Option<u16> {
+        Some(self.battery_mv.load(Ordering::Relaxed)).filter(|mv| *mv > 0)
+    }
+
+    /// Everything that is counted, since the start.
+    pub fn counts(&self) -> Counts {
+        Counts {
+            received: self.received.load(Ordering::Relaxed),
+            rejected: self.rejected.load(Ordering::Relaxed),
+            overrun: uart::overruns(),
+            heard: self.heard.load(Ordering::Relaxed),
+            dropped: self.dropped.load(Ordering::Relaxed),
+        }
+    }
+}

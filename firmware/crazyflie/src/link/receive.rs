@@ -1,0 +1,68 @@
+//! Bytes from the nRF51 become frames, and frames become deeds.
+
+use core::sync::atomic::Ordering;
+
+use bittybuzz_comms::syslink::{Packet, Parser};
+use bittybuzz_runtime::liveness::{BEAT, Pulse};
+use embassy_time::with_timeout;
+
+use super::STATE;
+use super::send::send;
+use super::setup::Keeper;
+use super::uart::Receiver;
+use crate::motors;
+
+/// Header of a CRTP packet that the ground station wants back: port 15, channel 0, whatever the two reserved bits are
+/// (crazyflie-firmware, crtpservice.c).
+const CRTP_ECHO: u8 = 0xf0;
+const CRTP_HEADER_MASK: u8 = 0xf3;
+
+/// P2P port of pings: a frame there that begins with this robot's id, low byte first, is sent back as it is. So people
+/// can try the radio between two robots.
+const PING_PORT: u8 = 15;
+
+/// The task.
+#[embassy_executor::task]
+pub async fn receive_frames(mut uart: Receiver, robot_id: u16, pulse: Pulse) -> ! {
+    let mut parser = Parser::new();
+    let mut keeper = Keeper::new();
+    let mut buffer = [0; 64];
+    loop {
+        pulse.beat();
+        keeper.tend();
+        let Ok(count) = with_timeout(BEAT, uart.read(&mut buffer)).await else { continue };
+        for byte in buffer.iter().take(count) {
+            parser.push(*byte, |frame| {
+                STATE.received.fetch_add(1, Ordering::Relaxed);
+                // What this firmware does not know is none of its business.
+                if let Ok(packet) = Packet::received(frame) {
+                    keeper.hear(&packet);
+                    act(&packet, robot_id);
+                }
+            });
+        }
+        STATE.rejected.store(parser.rejected(), Ordering::Relaxed);
+    }
+}
+
+fn act(packet: &Packet<'_>, robot_id: u16) {
+    match packet {
+        Packet::Raw([header, ..]) if header & CRTP_HEADER_MASK == CRTP_ECHO => send(packet),
+        Packet::P2pReceived { port, data, .. } => {
+            STATE.heard.fetch_add(1, Ordering::Relaxed);
+            if *port == PING_PORT && data.starts_with(&robot_id.to_le_bytes()) {
+                send(&Packet::P2pSend { port: *port, data });
+            }
+        }
+        Packet::Battery(battery) => {
+            // Checked to be at most 6 V.
+            let mv = (battery.volts * 1000.0) as u16;
+            STATE.battery_mv.store(mv, Ordering::Relaxed);
+        }
+        Packet::ShutdownRequest => {
+            motors::cut_power();
+            send(&Packet::ShutdownAck);
+        }
+        _ => {}
+    }
+}

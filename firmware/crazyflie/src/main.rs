@@ -1,0 +1,139 @@
+//! BittyBuzz for the Bitcraze Crazyflie 2.x: a Buzz script on the STM32F405, the nRF51822 as its radio.
+//!
+//! **Not tried on hardware**: the image is tested in emulation (`emulation/`).
+//!
+//! # Tasks
+//! | task | what it does |
+//! |---|---|
+//! | [`run_script`] | the virtual machine at 10 Hz, in slices of at most 500 µs |
+//! | [`drive_motors`] | applies the script's set-points, and stops the motors when they expire |
+//! | [`link::receive`] | frames of the nRF51: radio, battery, shutdown |
+//! | [`link::send`] | frames to the nRF51 |
+//! | [`leds::show_status`] | the two LEDs of the firmware |
+//! | [`feed_watchdog`] | feeds the watchdog while all others live |
+//!
+//! # What it does not do yet
+//! Fly: no sensors are read, and motors get at most 30 % of full power. Exchange swarm messages.
+
+#![no_std]
+#![no_main]
+
+mod clock;
+mod failure;
+mod functions;
+mod leds;
+mod link;
+mod motors;
+mod section;
+
+mod robot {
+    //! Generated from `robots/crazyflie.toml`.
+    #![allow(dead_code, reason = "the robot file tells more than this firmware uses")]
+    include!(concat!(env!("OUT_DIR"), "/robot.rs"));
+}
+
+use bittybuzz_runtime::liveness::{LOOK, Liveness, Pulse};
+use bittybuzz_runtime::script::Script;
+use bittybuzz_runtime::setpoint::{self, Writer};
+use bittybuzz_vm_core::Image;
+use bittybuzz_vm_core::number::Full;
+use defmt_rtt as _;
+use embassy_executor::Spawner;
+use embassy_stm32::peripherals::IWDG;
+use embassy_stm32::wdg::IndependentWatchdog;
+use embassy_stm32::{bind_interrupts, uid};
+use embassy_time::{Duration, Timer};
+use static_cell::StaticCell;
+
+use functions::{Crazyflie, is_function};
+use leds::{ScriptLeds, Status, StatusChannel, StatusLeds};
+use link::uart::{Interrupts, Uart};
+use motors::{Motors, Powers};
+
+bind_interrupts!(struct Irqs {
+    USART6 => Interrupts;
+    EXTI4 => Interrupts;
+});
+
+/// Without food for so long the chip restarts. The watchdog's own clock is between 17 and 47 kHz (data sheet, table 43), so
+/// that it takes 170 to 470 ms; food comes every 100 ms.
+const WATCHDOG_US: u32 = 250_000;
+
+static TASKS: Liveness = Liveness::new(5);
+static SETPOINTS: setpoint::Channel<Powers> = setpoint::Channel::new();
+static STATUS: StatusChannel = StatusChannel::new();
+
+type ScriptTask = Script<Full, &'static [u8], Crazyflie, { robot::SLOTS }>;
+
+#[embassy_executor::main]
+async fn main(spawner: Spawner) {
+    let failure = failure::take();
+    let p = embassy_stm32::init(clock::config());
+    let mut watchdog = IndependentWatchdog::new(p.IWDG, WATCHDOG_US);
+    watchdog.unleash();
+
+    let motors = Motors::new(p.TIM2, p.TIM4, p.PA1, p.PB11, p.PA15, p.PB9);
+    let script_leds = ScriptLeds::new(p.PC0, p.PC1, p.PD2);
+    let status_leds = StatusLeds::new(p.PC2, p.PC3);
+    let uart = Uart::new(p.USART6, p.PC6, p.PC7, p.PA4, Irqs);
+    let (receiver, sender) = uart.split();
+
+    let robot_id = robot_id();
+    defmt::info!("BittyBuzz on {=str}, not tried on hardware", robot::NAME);
+    defmt::info!("this firmware does not fly: motors get at most {=u8} of 255", motors::POWER_MAX);
+    defmt::info!("robot id {=u16}, from the chip's unique id: none is assigned", robot_id);
+
+    let crazyflie = Crazyflie::new(script_leds, Writer::new(&SETPOINTS), &STATUS, robot_id);
+    let pulse = |task| TASKS.pulse(task);
+    static SCRIPT: StaticCell<ScriptTask> = StaticCell::new();
+    let script = SCRIPT.init(Script::new(robot_id, crazyflie, pulse(0)));
+    if let Some(failure) = failure {
+        defmt::error!("restarted after {}: no script runs until power-on", failure);
+        STATUS.signal(Status::Stopped);
+    }
+    // Each task is spawned once: there is a place for it.
+    spawner.spawn(defmt::unwrap!(run_script(script, failure.is_none())));
+    spawner.spawn(defmt::unwrap!(drive_motors(motors, pulse(1))));
+    spawner.spawn(defmt::unwrap!(link::receive::receive_frames(receiver, robot_id, pulse(2))));
+    spawner.spawn(defmt::unwrap!(link::send::send_frames(sender, pulse(3))));
+    spawner.spawn(defmt::unwrap!(leds::show_status(&STATUS, status_leds, pulse(4))));
+    spawner.spawn(defmt::unwrap!(feed_watchdog(watchdog)));
+}
+
+/// A number that differs from robot to robot: a hash (32-bit FNV-1a, folded) of the chip's unique id.
+fn robot_id() -> u16 {
+    let hash = uid::uid()
+        .iter()
+        .fold(0x811c_9dc5_u32, |hash, byte| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193));
+    (hash >> 16) as u16 ^ hash as u16
+}
+
+#[embassy_executor::task]
+async fn run_script(script: &'static mut ScriptTask, may_run: bool) -> ! {
+    if may_run {
+        let image = Image::new(section::image());
+        let period = Duration::from_hz(robot::TICK_HZ as u64);
+        // The robot's id makes the random numbers of robots differ.
+        let _ = script.run(image, is_function, 0, period).await;
+        defmt::info!("the script has stopped");
+    }
+    script.rest().await
+}
+
+#[embassy_executor::task]
+async fn drive_motors(mut motors: Motors, pulse: Pulse) -> ! {
+    setpoint::drive(&SETPOINTS, &mut motors, pulse).await
+}
+
+#[embassy_executor::task]
+async fn feed_watchdog(mut watchdog: IndependentWatchdog<'static, IWDG>) -> ! {
+    watchdog.pet();
+    loop {
+        Timer::after(LOOK).await;
+        if TASKS.all_live() {
+            watchdog.pet();
+        } else {
+            defmt::error!("no sign of life from task(s) {=u8:b}", TASKS.missing());
+        }
+    }
+}

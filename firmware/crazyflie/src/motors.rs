@@ -1,0 +1,104 @@
+//! The four brushed motors: PWM of 328.125 kHz with 8 bits on the gates of low-side transistors.
+//!
+//! | motor | place | pin | timer |
+//! |---|---|---|---|
+//! | 0 (M1) | front right | PA1 | TIM2 channel 2 |
+//! | 1 (M2) | back right | PB11 | TIM2 channel 4 |
+//! | 2 (M3) | back left | PA15 | TIM2 channel 1 |
+//! | 3 (M4) | front left | PB9 | TIM4 channel 4 |
+//!
+//! Both timers run on 84 MHz; 256 of its cycles are a period (crazyflie-firmware, motors.h and motors_def.c).
+
+use bittybuzz_runtime::setpoint;
+use embassy_stm32::Peri;
+use embassy_stm32::gpio::OutputType;
+use embassy_stm32::pac;
+use embassy_stm32::pac::gpio::Gpio;
+use embassy_stm32::pac::gpio::vals::Moder;
+use embassy_stm32::peripherals::{PA1, PA15, PB9, PB11, TIM2, TIM4};
+use embassy_stm32::time::hz;
+use embassy_stm32::timer::simple_pwm::{PwmPin, SimplePwm};
+
+/// 84 MHz / 256.
+const FREQUENCY_HZ: u32 = 328_125;
+
+/// The most that a script can ask for: 30 % of full power, which does not lift the robot.
+pub const POWER_MAX: u8 = 76;
+
+/// Power of each motor, of 256.
+pub type Powers = [u8; 4];
+
+/// The motors' timers.
+pub struct Motors {
+    tim2: SimplePwm<'static, TIM2>,
+    tim4: SimplePwm<'static, TIM4>,
+}
+
+impl Motors {
+    /// Takes the pins; the motors stand still.
+    pub fn new(
+        tim2: Peri<'static, TIM2>,
+        tim4: Peri<'static, TIM4>,
+        m1: Peri<'static, PA1>,
+        m2: Peri<'static, PB11>,
+        m3: Peri<'static, PA15>,
+        m4: Peri<'static, PB9>,
+    ) -> Self {
+        let frequency = hz(FREQUENCY_HZ);
+        let mut motors = Motors {
+            tim2: SimplePwm::new(
+                tim2,
+                Some(PwmPin::new(m3, OutputType::PushPull)),
+                Some(PwmPin::new(m1, OutputType::PushPull)),
+                None,
+                Some(PwmPin::new(m2, OutputType::PushPull)),
+                frequency,
+                Default::default(),
+            ),
+            tim4: SimplePwm::new(
+                tim4,
+                None,
+                None,
+                None,
+                Some(PwmPin::new(m4, OutputType::PushPull)),
+                frequency,
+                Default::default(),
+            ),
+        };
+        setpoint::Motors::stop(&mut motors);
+        motors.tim2.ch1().enable();
+        motors.tim2.ch2().enable();
+        motors.tim2.ch4().enable();
+        motors.tim4.ch4().enable();
+        motors
+    }
+}
+
+impl setpoint::Motors for Motors {
+    type Setpoint = Powers;
+
+    fn apply(&mut self, [m1, m2, m3, m4]: Powers) {
+        self.tim2.ch2().set_duty_cycle(m1.into());
+        self.tim2.ch4().set_duty_cycle(m2.into());
+        self.tim2.ch1().set_duty_cycle(m3.into());
+        self.tim4.ch4().set_duty_cycle(m4.into());
+    }
+
+    fn stop(&mut self) {
+        self.apply([0; 4]);
+    }
+}
+
+/// Stops the motors whatever state the program is in, until the next reset: the pins become plain outputs, low. The
+/// timers no longer reach them.
+pub fn cut_power() {
+    low(pac::GPIOA, 1);
+    low(pac::GPIOB, 11);
+    low(pac::GPIOA, 15);
+    low(pac::GPIOB, 9);
+}
+
+fn low(port: Gpio, pin: usize) {
+    port.bsrr().write(|w| w.set_br(pin, true));
+    port.moder().modify(|w| w.set_moder(pin, Moder::OUTPUT));
+}
