@@ -5,8 +5,6 @@
 //! stop comes after the same instruction every time, and no clock of the host is involved. To the firmware
 //! it is an interrupt whose handler does nothing.
 
-use std::time::Duration;
-
 use crate::gdb::{GdbError, Registers, Stop};
 use crate::memory::{self, Layout};
 use crate::qemu::{Qemu, QemuError};
@@ -17,8 +15,8 @@ const COUNT: &str = "info replay";
 const COUNT_PREFIX: &str = "instruction count = ";
 /// Registers of the core (ARMv7-M manual, B3.2.2 and B3.3.2).
 const SYST_CSR: u32 = 0xe000_e010;
+/// Behind it the counter, SYST_CVR, which any write clears.
 const SYST_RVR: u32 = 0xe000_e014;
-const SYST_CVR: u32 = 0xe000_e018;
 const ICSR: u32 = 0xe000_ed04;
 pub const VTOR: u32 = 0xe000_ed08;
 /// SYST_CSR: on, with interrupt, from the processor clock.
@@ -32,10 +30,8 @@ const SYSTICK_DENOMINATOR: u64 = 1000;
 const LONGEST_RUN: u64 = 50_000_000;
 /// Reset value of the program status: Thumb state.
 const XPSR_THUMB: u32 = 1 << 24;
-/// How long QEMU may run without a stop before it is asked to: only firmware that never allows interrupts and
-/// never touches a peripheral gets there. The longest run takes a fraction of it.
-const PATIENCE: Duration = Duration::from_secs(3);
-const LAST_PATIENCE: Duration = Duration::from_secs(30);
+/// How often the patience of the debugger's client may end until QEMU is given up.
+const TRIES: u32 = 10;
 
 /// In place of the bootloader stands a vector table with only SysTick's entry, and its handler; they are
 /// used until the firmware has set VTOR. Only the BX LR is ever executed.
@@ -72,6 +68,8 @@ pub struct Core {
     pub next: Registers,
     /// Instructions since QEMU's start.
     executed: u64,
+    /// The next of them is the return from SysTick, which is not the firmware's.
+    returning: bool,
     lines: u128,
     handler: Option<u32>,
     /// Where an instruction stands that returns from an exception.
@@ -121,6 +119,7 @@ impl Core {
             registers: Registers::default(),
             next: Registers::default(),
             executed: 0,
+            returning: false,
             lines: 0,
             handler: None,
             exit: EARLY_RETURN,
@@ -160,6 +159,7 @@ impl Core {
     pub fn reset(&mut self, sp: u32, pc: u32) -> Result<(), CoreError> {
         self.set_lines(0)?;
         self.qemu.gdb.monitor("system_reset")?;
+        self.returning = false;
         self.look()?;
         self.next = Registers { xpsr: XPSR_THUMB, ..Registers::default() };
         self.next.r[usize::from(Registers::SP)] = self.layout.relocate(sp) & !3;
@@ -170,7 +170,7 @@ impl Core {
 
     /// The vector table is at `table` from now on (B3.2.5).
     pub fn set_vector_table(&mut self, table: u32) -> Result<(), CoreError> {
-        self.qemu.qtest.write_words(&[(VTOR, table)])?;
+        self.qemu.qtest.write_words(&[(VTOR, &[table])])?;
         let mut handler = [0; 4];
         let address = table.wrapping_add(4 * SYSTICK_EXCEPTION);
         self.qemu.gdb.read_memory(address, &mut handler)?;
@@ -204,7 +204,7 @@ impl Core {
 
     /// Writes a register of the core that QEMU itself shall keep.
     pub fn write_register(&mut self, address: u32, value: u32) -> Result<(), CoreError> {
-        Ok(self.qemu.qtest.write_words(&[(address, value)])?)
+        Ok(self.qemu.qtest.write_words(&[(address, &[value])])?)
     }
 
     /// Reads memory; `address` is one of QEMU's.
@@ -221,20 +221,17 @@ impl Core {
     pub fn run(&mut self, instructions: u64) -> Result<Stopped, CoreError> {
         self.arm(instructions.min(LONGEST_RUN))?;
         self.qemu.gdb.resume(&self.registers, &self.next)?;
-        let mut stop = self.qemu.gdb.wait(PATIENCE)?;
-        if stop.is_none() {
-            self.qemu.gdb.interrupt()?;
-            stop = self.qemu.gdb.wait(LAST_PATIENCE)?;
-        }
-        let stop = stop.ok_or(CoreError::Stuck)?;
+        let stop = self.wait()?;
         let before = self.executed;
         self.look()?;
-        let instructions = self.executed - before;
+        let returned = u64::from(std::mem::take(&mut self.returning));
+        let instructions = (self.executed - before).saturating_sub(returned);
         let in_handler = self.registers.exception() == SYSTICK_EXCEPTION;
         let cause = match stop {
             Stop::Watchpoint => Cause::Access,
             Stop::Breakpoint if in_handler && Some(self.registers.pc()) == self.handler => {
                 self.return_at_once();
+                self.returning = true;
                 Cause::Time
             }
             Stop::Breakpoint => Cause::Breakpoint,
@@ -253,6 +250,20 @@ impl Core {
         self.qemu.last_words()
     }
 
+    /// Only firmware that neither allows interrupts nor touches a peripheral for a long time must be
+    /// interrupted: the longest run takes a fraction of the client's patience.
+    fn wait(&mut self) -> Result<Stop, CoreError> {
+        for attempt in 0..TRIES {
+            if let Some(stop) = self.qemu.gdb.wait()? {
+                return Ok(stop);
+            }
+            if attempt == 0 {
+                self.qemu.gdb.interrupt()?;
+            }
+        }
+        Err(CoreError::Stuck)
+    }
+
     fn look(&mut self) -> Result<(), CoreError> {
         let (registers, printed) = self.qemu.gdb.registers_and_monitor(COUNT)?;
         let digits = printed.split_once(COUNT_PREFIX).and_then(|(_, rest)| rest.lines().next());
@@ -268,12 +279,13 @@ impl Core {
     fn arm(&mut self, instructions: u64) -> Result<(), CoreError> {
         let ticks = (instructions * SYSTICK_NUMERATOR).div_ceil(SYSTICK_DENOMINATOR);
         let period = ticks.div_ceil(2).max(2);
+        // In this order: started with a reload value of 0, as after a reset, QEMU's SysTick stays off. At last the
+        // exception that may be pending from the stop before.
+        let reload = (period - 1) as u32;
         self.qemu.qtest.write_words(&[
-            (SYST_CSR, 0),
-            (ICSR, ICSR_PENDSTCLR),
-            (SYST_RVR, (period - 1) as u32),
-            (SYST_CVR, 0),
-            (SYST_CSR, SYSTICK_ON),
+            (SYST_RVR, &[reload, 0]),
+            (SYST_CSR, &[SYSTICK_ON]),
+            (ICSR, &[ICSR_PENDSTCLR]),
         ])?;
         Ok(())
     }

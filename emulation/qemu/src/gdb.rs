@@ -13,6 +13,8 @@ use std::time::Duration;
 const LONGEST_MEMORY: usize = 1984;
 /// Number of the program status register in QEMU's description of Cortex-M.
 const XPSR: usize = 25;
+/// How long an answer may take.
+const PATIENCE: Duration = Duration::from_secs(3);
 /// A byte outside of any packet: stop the core.
 const INTERRUPT: u8 = 0x03;
 
@@ -101,6 +103,7 @@ impl Registers {
 impl Gdb {
     /// Greets the stub. It refuses to write single registers until it was asked to describe them.
     pub fn new(stream: UnixStream) -> Result<Self, GdbError> {
+        stream.set_read_timeout(Some(PATIENCE))?;
         let mut gdb = Gdb { stream, received: Vec::new() };
         gdb.request("qSupported:xmlRegisters=arm")?;
         gdb.request("qXfer:features:read:target.xml:0,ffb")?;
@@ -119,12 +122,9 @@ impl Gdb {
         Ok(())
     }
 
-    /// Waits until the core stops; `None` if it still runs after `patience`.
-    pub fn wait(&mut self, patience: Duration) -> Result<Option<Stop>, GdbError> {
-        self.stream.set_read_timeout(Some(patience))?;
-        let reply = self.reply();
-        self.stream.set_read_timeout(None)?;
-        let reply = match reply {
+    /// Waits until the core stops; `None` if it still runs after some seconds.
+    pub fn wait(&mut self) -> Result<Option<Stop>, GdbError> {
+        let reply = match self.reply() {
             Err(GdbError::Connection(error)) if is_timeout(&error) => return Ok(None),
             reply => reply?,
         };

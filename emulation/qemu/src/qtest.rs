@@ -40,9 +40,13 @@ impl Qtest {
         u32::from_str_radix(digits, 16).map_err(|_| QtestError::Refused { request, reply })
     }
 
-    /// Writes 32-bit registers, one after the other.
-    pub fn write_words(&mut self, writes: &[(u32, u32)]) -> Result<(), QtestError> {
-        self.requests(writes.iter().map(|(at, value)| format!("writel {at:#x} {value:#x}")))
+    /// Writes 32-bit registers: from each address on, the words beside it, in ascending order.
+    pub fn write_words(&mut self, writes: &[(u32, &[u32])]) -> Result<(), QtestError> {
+        self.requests(writes.iter().map(|(address, words)| {
+            let bytes = words.iter().flat_map(|word| word.to_le_bytes());
+            let digits: String = bytes.map(|byte| format!("{byte:02x}")).collect();
+            format!("write {address:#x} {:#x} 0x{digits}", 4 * words.len())
+        }))
     }
 
     /// Moves interrupt lines of the device at `path` (QEMU's object model).

@@ -206,10 +206,13 @@ impl Robot {
             Err(CoreError::Qemu(QemuError::Gdb(GdbError::Closed))) => return self.ended(board),
             stopped => stopped?,
         };
-        self.statistics.instructions += stopped.instructions;
-        if self.pass(board, board.now() + Time::of_ticks(stopped.instructions, clock))? {
+        let started = board.now();
+        if self.pass(board, started + Time::of_ticks(stopped.instructions, clock))? {
+            // What it executed after the reset, in QEMU, never happened.
+            self.statistics.instructions += (board.now() - started).ticks(clock);
             return Ok(());
         }
+        self.statistics.instructions += stopped.instructions;
         match stopped.cause {
             Cause::Time => Ok(()),
             Cause::Access => self.access(board),
