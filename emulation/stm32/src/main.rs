@@ -25,6 +25,8 @@ mod nvic;
 mod private;
 mod robot;
 mod systick;
+#[cfg(test)]
+mod tests;
 
 use std::process::ExitCode;
 

@@ -278,11 +278,11 @@ mod tests {
     #[test]
     fn a_priority_group_preempts_as_one() {
         let mut nvic = enabled(&[(28, 0x50), (71, 0x40)]);
-        nvic.set_group(4);
+        nvic.set_group(3);
         nvic.activate(16 + 28);
         nvic.set_lines(1 << 71);
         assert_eq!(nvic.next(NO_MASKS), Some(16 + 71), "bit 4 is the lowest of the subpriority");
-        nvic.set_group(5);
+        nvic.set_group(4);
         assert_eq!(nvic.next(NO_MASKS), None, "0x40 and 0x50 are one group");
     }
 

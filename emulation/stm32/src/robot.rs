@@ -33,6 +33,15 @@ impl Robot<'_> {
         Ok(Robot { core: Core::new()?, state: State::Running, vectors: FLASH })
     }
 
+    /// One that starts `flash`, which begins with its vectors, at address `vectors`.
+    #[cfg(test)]
+    pub fn with_flash(vectors: u32, flash: &[u8]) -> Result<Self, MachineError> {
+        let mut core = Core::new()?;
+        core.write_bytes(vectors, flash)?;
+        core.reset(None, vectors)?;
+        Ok(Robot { core, state: State::Running, vectors })
+    }
+
     fn reset(&mut self, cause: ResetCause) -> Result<(), MachineError> {
         self.core.system().report(Event::Reset { cause: cause.name().into() });
         self.state = State::Running;
