@@ -113,7 +113,11 @@ impl Emulator {
             if self.output.read_line(&mut line)? == 0 {
                 return Err(ClientError::Ended);
             }
-            match serde_json::from_str(&line) {
+            // By way of a value: with serde_json's `arbitrary_precision`, which defmt-decoder turns on, the fractions in
+            // the untagged and flattened types are not read from text.
+            let output =
+                serde_json::from_str::<serde_json::Value>(&line).and_then(serde_json::from_value);
+            match output {
                 Ok(Output::Event(event)) => on_event(event),
                 Ok(Output::Reply(Reply::Error { message })) => {
                     return Err(ClientError::Refused(message));
