@@ -14,6 +14,8 @@ pub struct Block {
     pub masks: bool,
     /// It executes SEV, which Unicorn does not.
     pub sends_event: bool,
+    /// It ends with WFE.
+    pub waits_for_event: bool,
 }
 
 impl Block {
@@ -25,7 +27,9 @@ impl Block {
             block.instructions += 1;
             // 0b11101, 0b11110 and 0b11111 begin an instruction of 32 bits (ARMv7-M A5.1).
             let second = if first >> 11 >= 0b11101 { halfwords.next() } else { None };
+            block.waits_for_event = false;
             match (first, second) {
+                (0xbf20, _) | (0xf3af, Some(0x8002)) => block.waits_for_event = true,
                 (0xbf40, _) | (0xf3af, Some(0x8004)) => block.sends_event = true,
                 // CPS
                 (0xb660..=0xb67f, _) => block.masks = true,
@@ -94,7 +98,7 @@ mod tests {
     fn counts_short_and_long_instructions() {
         // movs r0, #1; ldr.w r0, [r1, #4]; vadd.f32 s0, s0, s1; b .
         let block = parse(&[0x2001, 0xf8d1, 0x0004, 0xee30, 0x0a20, 0xe7fe]);
-        assert_eq!(block, Block { instructions: 4, masks: false, sends_event: false });
+        assert_eq!(block, Block { instructions: 4, ..Block::default() });
     }
 
     #[test]
@@ -103,6 +107,7 @@ mod tests {
         assert!(parse(&[0xf380, 0x8811]).masks, "msr basepri, r0");
         assert!(!parse(&[0xf380, 0x8809]).masks, "msr psp, r0");
         assert!(parse(&[0xbf40]).sends_event, "sev");
+        assert!(parse(&[0x2001, 0xbf20]).waits_for_event, "movs r0, #1; wfe");
         // The second half of a long instruction is none by itself: ldr.w r11, [r15, #0xf40]
         assert!(!parse(&[0xf8df, 0xbf40]).sends_event);
     }

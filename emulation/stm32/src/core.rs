@@ -39,15 +39,18 @@ pub struct System {
     pub systick: SysTick,
     pub registers: Registers,
     pub clock: Clock,
-    /// Executed since power-on, one per instruction.
+    /// Of the core's clock since power-on, without those it slept.
     pub cycles: u64,
+    /// Executed since power-on.
+    pub instructions: u64,
     /// No block begins at or after this cycle.
     deadline: u64,
     /// The event register of WFE.
     pub event: bool,
     pub blocks: Blocks,
-    /// The block that ran last may have changed the masks.
-    masks_touched: bool,
+    /// The block that runs, and the address behind it.
+    block: Block,
+    block_end: u32,
     masked_since: Option<u64>,
     longest_masked: Time,
     /// The exception that Unicorn asks for by its own number.
@@ -72,10 +75,12 @@ impl System {
             registers: Registers::new(),
             clock: Clock::new(hz),
             cycles: 0,
+            instructions: 0,
             deadline: 0,
             event: false,
             blocks: Blocks::default(),
-            masks_touched: false,
+            block: Block::default(),
+            block_end: 0,
             masked_since: None,
             longest_masked: Time::ZERO,
             interrupt: None,
@@ -281,6 +286,7 @@ impl Core<'_> {
         let waits = system.nvic.any_pending();
         let cycle = system.clock.cycle(deadline).max(system.cycles + 1);
         system.deadline = if waits { cycle.min(system.cycles + LOOK_AGAIN) } else { cycle };
+        system.block = Block::default();
         system.interrupt = None;
         system.stopped = false;
         let pc = self.register(Register::PC)?;
@@ -292,18 +298,13 @@ impl Core<'_> {
         match result {
             Ok(()) if system.stopped => Ok(Stop::Deadline),
             Ok(()) => Ok(Stop::WaitForInterrupt),
-            // WFE and undefined instructions both come as invalid; only the latter have a syndrome.
+            // WFE comes as an invalid instruction, too, but only when it is done.
             Err(uc_error::INSN_INVALID) => {
-                if self.register(Register::ESR)? == 0 {
-                    return Ok(Stop::WaitForEvent);
-                }
-                self.set_register(Register::ESR, 0)?;
-                Ok(Stop::Undefined)
+                let done = self.register(Register::PC)? == system.block_end;
+                let waits = done && system.block.waits_for_event;
+                Ok(if waits { Stop::WaitForEvent } else { Stop::Undefined })
             }
-            Err(uc_error::EXCEPTION) => {
-                self.set_register(Register::ESR, 0)?;
-                Ok(Stop::InvalidState)
-            }
+            Err(uc_error::EXCEPTION) => Ok(Stop::InvalidState),
             Err(uc_error::FETCH_UNMAPPED | uc_error::FETCH_PROT) => Ok(Stop::BadFetch),
             Err(
                 uc_error::READ_UNMAPPED
@@ -316,8 +317,7 @@ impl Core<'_> {
         }
     }
 
-    fn interrupted(&mut self, interrupt: u32) -> Result<Stop, MachineError> {
-        self.set_register(Register::ESR, 0)?;
+    fn interrupted(&self, interrupt: u32) -> Result<Stop, MachineError> {
         // Numbers of QEMU's target/arm/cpu.h.
         Ok(match interrupt {
             2 => Stop::SupervisorCall,
@@ -427,7 +427,7 @@ fn hook(uc: &mut Unicorn<'_, System>) -> Result<(), uc_error> {
 
 /// Counts the block that is about to run, or stops before it.
 fn begin_block(uc: &mut Unicorn<'_, System>, address: u32, size: u32) {
-    if std::mem::take(&mut uc.get_data_mut().masks_touched)
+    if uc.get_data().block.masks
         && let Ok(masks) = read_masks(uc)
     {
         let system = uc.get_data_mut();
@@ -460,7 +460,9 @@ fn begin_block(uc: &mut Unicorn<'_, System>, address: u32, size: u32) {
         }
     };
     let system = uc.get_data_mut();
+    system.instructions += u64::from(block.instructions);
     system.cycles += u64::from(block.instructions);
-    system.masks_touched = block.masks;
     system.event |= block.sends_event;
+    system.block = block;
+    system.block_end = address + size;
 }

@@ -7,6 +7,10 @@ use unicorn_engine::RegisterARM as Register;
 use crate::core::{Core, Stop, failed};
 use crate::nvic::number;
 
+/// Cycles that a Cortex-M4 takes from an interrupt to its handler and back again, at least (ARM DDI 0439 3.9.1).
+const ENTRY_CYCLES: u64 = 12;
+const EXIT_CYCLES: u64 = 10;
+
 /// Words of a frame: r0 to r3, r12, lr, return address, xPSR.
 const BASIC_FRAME: u32 = 8;
 /// With s0 to s15, FPSCR and a reserved word.
@@ -138,6 +142,7 @@ impl Core<'_> {
         system.nvic.activate(exception);
         system.event = true;
         system.exceptions += 1;
+        system.cycles += ENTRY_CYCLES;
         self.set_register(Register::LR, value)?;
         // The exception's number makes the core use the main stack.
         let cleared = xpsr & !(XPSR_EXCEPTION | XPSR_IT) | XPSR_T | u32::from(exception);
@@ -218,7 +223,9 @@ impl Core<'_> {
         let restored = stacked & !(XPSR_ALIGNED | XPSR_EXCEPTION) | outer;
         self.set_register(Register::XPSR_NZCVQG, restored)?;
         self.set_register(Register::PC, word(6) | 1)?;
-        self.system().event = true;
+        let system = self.system();
+        system.event = true;
+        system.cycles += EXIT_CYCLES;
         if stacked & XPSR_T == 0 {
             return self.fault(number::USAGE_FAULT, cause::INVSTATE);
         }

@@ -5,9 +5,9 @@
 //! ARMv7-M Architecture Reference Manual (DDI 0403).
 //!
 //! # Principles
-//! 1. **One clock cycle per instruction.** Blocks are counted instruction by instruction when they begin, so
-//!    what happens within one happens at its end. The robot is slower than that: by wait states, by the
-//!    pipeline, by division.
+//! 1. **One clock cycle per instruction**, and those that a Cortex-M4 takes to enter and leave an exception.
+//!    Blocks are counted when they begin, so what happens within one happens at its end. The robot is slower
+//!    than that: by wait states, by the pipeline, by division.
 //! 2. **The core sleeps for free.** While it waits for an event, time jumps to the next one.
 //! 3. **Faults are the firmware's.** A bad access, an undefined instruction, a bad return enter its handlers;
 //!    a fault within those is the lockup that it is on the chip.

@@ -175,7 +175,7 @@ impl Machine for Robot<'_> {
     fn statistics(&self) -> CoreStatistics {
         let system = self.core.uc.get_data();
         CoreStatistics {
-            instructions: system.cycles,
+            instructions: system.instructions,
             exceptions: system.exceptions,
             longest_masked: Duration::from_nanos(system.longest_masked().nanos()),
         }

@@ -20,7 +20,7 @@ fn robot_at(vectors: u32, program: &Program) -> Robot<'static> {
     table[..4].copy_from_slice(&STACK.to_le_bytes());
     for (exception, handler) in program.vectors {
         let at = 4 * *exception as usize;
-        table[at..at + 4].copy_from_slice(&(vectors + CODE + handler | 1).to_le_bytes());
+        table[at..at + 4].copy_from_slice(&((vectors + CODE + handler) | 1).to_le_bytes());
     }
     table.extend(program.code.iter().flat_map(|half| half.to_le_bytes()));
     Robot::with_flash(vectors, &table).unwrap()
