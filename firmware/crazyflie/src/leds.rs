@@ -128,7 +128,7 @@ const UNIT: Duration = BEAT;
 pub async fn show_status(channel: &'static StatusChannel, mut leds: StatusLeds, pulse: Pulse) -> ! {
     let mut status = Status::Well;
     let mut phase = 0;
-    let mut next = Instant::now();
+    let mut next = Instant::now() + UNIT;
     loop {
         pulse.beat();
         let (green, red) = StatusLeds::pattern(status, phase);
