@@ -4,7 +4,8 @@ use bittybuzz_chips::{Crazyflie, ResetCause, Settings, Time, Width};
 use bittybuzz_emulation::MachineError;
 use bittybuzz_emulation::message::{Event, TimedEvent};
 use unicorn_engine::{
-    Arch, HookType, MemType, Mode, Prot, RegisterARM as Register, Unicorn, uc_error,
+    Arch, HookType, MemType, Mode, Prot, RegisterARM as Register, TlbEntry, TlbType, Unicorn,
+    uc_error,
 };
 
 use crate::blocks::{Block, Blocks};
@@ -26,6 +27,15 @@ pub const CCM_SIZE: u32 = 64 * 1024;
 const PERIPHERALS: [(u32, u64); 3] =
     [(0x4000_0000, 0x8_0000), (0x5000_0000, 0x6_1000), (0x1fff_7000, 0x1000)];
 const PRIVATE: (u32, u64) = (0xe000_0000, 0x10_0000);
+/// First and last addresses of what is not RAM. An access that fails there is noticed; a hook that also covered
+/// RAM would make every access to it slow.
+const NOT_RAM: [(u64, u64); 3] = [
+    (0, CCM as u64 - 1),
+    ((CCM + CCM_SIZE) as u64, SRAM as u64 - 1),
+    ((SRAM + SRAM_SIZE) as u64, 0xffff_ffff),
+];
+/// The Thumb bit of xPSR.
+pub const XPSR_T: u32 = 1 << 24;
 /// An address at which nothing ever runs; Unicorn wants one to stop at.
 const NOWHERE: u64 = 0x0fff_fffe;
 /// While an interrupt waits for a mask to go, the core looks again after so many cycles, in case it missed
@@ -298,13 +308,18 @@ impl Core<'_> {
         match result {
             Ok(()) if system.stopped => Ok(Stop::Deadline),
             Ok(()) => Ok(Stop::WaitForInterrupt),
-            // WFE comes as an invalid instruction, too, but only when it is done.
+            // WFE comes as an invalid instruction, too, but only when it is done; so does any instruction
+            // without the Thumb bit.
             Err(uc_error::INSN_INVALID) => {
                 let done = self.register(Register::PC)? == system.block_end;
-                let waits = done && system.block.waits_for_event;
-                Ok(if waits { Stop::WaitForEvent } else { Stop::Undefined })
+                Ok(if done && system.block.waits_for_event {
+                    Stop::WaitForEvent
+                } else if self.register(Register::XPSR)? & XPSR_T == 0 {
+                    Stop::InvalidState
+                } else {
+                    Stop::Undefined
+                })
             }
-            Err(uc_error::EXCEPTION) => Ok(Stop::InvalidState),
             Err(uc_error::FETCH_UNMAPPED | uc_error::FETCH_PROT) => Ok(Stop::BadFetch),
             Err(
                 uc_error::READ_UNMAPPED
@@ -347,7 +362,7 @@ impl Core<'_> {
         let now = system.now();
         system.systick.advance(now);
         self.set_register(Register::CONTROL, 0)?;
-        self.set_register(Register::XPSR_NZCVQG, 1 << 24)?;
+        self.set_register(Register::XPSR_NZCVQG, XPSR_T)?;
         for register in [Register::PRIMASK, Register::BASEPRI, Register::FAULTMASK] {
             self.set_register(register, 0)?;
         }
@@ -418,10 +433,18 @@ fn hook(uc: &mut Unicorn<'_, System>) -> Result<(), uc_error> {
         uc.get_data_mut().interrupt = Some(interrupt);
         let _ = uc.emu_stop();
     })?;
-    uc.add_mem_hook(HookType::MEM_INVALID, 1, 0, |uc, _: MemType, address, _, _| {
-        uc.get_data_mut().failed_address = address as u32;
-        false
+    // Unicorn's own table of pages says that data may be executed everywhere, and then checks every write.
+    uc.ctl_set_tlb_type(TlbType::VIRTUAL)?;
+    uc.add_tlb_hook(1, 0, |_, address, kind| {
+        let perms = if kind == MemType::FETCH { Prot::ALL } else { Prot::READ | Prot::WRITE };
+        Some(TlbEntry { paddr: address, perms })
     })?;
+    for (first, last) in NOT_RAM {
+        uc.add_mem_hook(HookType::MEM_INVALID, first, last, |uc, _: MemType, address, _, _| {
+            uc.get_data_mut().failed_address = address as u32;
+            false
+        })?;
+    }
     Ok(())
 }
 

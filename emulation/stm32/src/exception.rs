@@ -4,7 +4,7 @@
 use bittybuzz_emulation::MachineError;
 use unicorn_engine::RegisterARM as Register;
 
-use crate::core::{Core, Stop, failed};
+use crate::core::{Core, Stop, XPSR_T, failed};
 use crate::nvic::number;
 
 /// Cycles that a Cortex-M4 takes from an interrupt to its handler and back again, at least (ARM DDI 0439 3.9.1).
@@ -33,7 +33,6 @@ const CONTROL_SPSEL: u32 = 1 << 1;
 const CONTROL_FPCA: u32 = 1 << 2;
 /// Unicorn's Cortex-M33 has a second bit for the secure side, which always goes with the first.
 const CONTROL_FP_BOTH: u32 = 1 << 3 | CONTROL_FPCA;
-const XPSR_T: u32 = 1 << 24;
 const XPSR_EXCEPTION: u32 = 0x1ff;
 /// In a stacked xPSR: the frame was aligned by one word.
 const XPSR_ALIGNED: u32 = 1 << 9;

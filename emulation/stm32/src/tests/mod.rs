@@ -85,6 +85,28 @@ fn a_bad_access_is_a_hard_fault() {
 }
 
 #[test]
+fn a_bad_store_stops_at_its_instruction() {
+    let mut robot = robot(&programs::BAD_STORES);
+    assert_eq!(run(&mut robot, 100), Pause::Time);
+    let first = words(&mut robot, 4, 1)[0];
+    // Address, return address, and how many of the other instructions were executed.
+    let logged = words(&mut robot, 0, 9);
+    assert_eq!(logged[..3], [0x0800_0123, first, 0]);
+    assert_eq!(logged[3..6], [0x7000_0008, first + 4, 1]);
+    assert_eq!(logged[6..], [0x5007_0004, first + 8, 2]);
+    assert_eq!(words(&mut robot, 36, 1), [3]);
+}
+
+#[test]
+fn a_bad_jump_is_a_fault_of_its_kind() {
+    let mut robot = robot(&programs::BAD_JUMPS);
+    assert_eq!(run(&mut robot, 100), Pause::Time);
+    let logged = words(&mut robot, 0, 6);
+    // CFSR: IBUSERR, IACCVIOL, INVSTATE.
+    assert_eq!(logged, [0x3000_0000, 1 << 8, 0x4002_0000, 1 << 0, 0x0800_0400, 1 << 17]);
+}
+
+#[test]
 fn a_fault_in_the_hard_fault_handler_locks_up() {
     let mut robot = robot(&programs::LOCKUP);
     assert_eq!(run(&mut robot, 100), Pause::Lockup);

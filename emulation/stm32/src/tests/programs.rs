@@ -387,3 +387,73 @@ pub const WATCHDOG: Program = Program {
         0x3000, 0x4000, // .word 0x40003000
     ],
 };
+
+/// Stores to flash, to nowhere and to the device area; the handler logs address and return address and steps over.
+pub const BAD_STORES: Program = Program {
+    vectors: &[(1, 0x0), (3, 0x1e)],
+    code: &[
+        0xf04f, 0x5700, // ldr r7, =0x20000000
+        0x490b, // ldr r1, =0x08000123
+        0xf04f, 0x42e0, // ldr r2, =0x70000000
+        0x4b0b, // ldr r3, =0x50070004
+        0x2600, // movs r6, #0
+        0x700e, // strb r6, [r1]
+        0x3601, // adds r6, #1
+        0x6096, // str r6, [r2, #8]
+        0x3601, // adds r6, #1
+        0x601e, // str r6, [r3]
+        0x3601, // adds r6, #1
+        0x603e, // str r6, [r7]
+        0xe7fe, // 1: b 1b
+        // hard:
+        0x4807, // ldr r0, =0xe000ed38
+        0x6800, // ldr r0, [r0]
+        0x6038, // str r0, [r7]
+        0x9806, // ldr r0, [sp, #24]
+        0x6078, // str r0, [r7, #4]
+        0x60be, // str r6, [r7, #8]
+        0x370c, // adds r7, #12
+        0x3002, // adds r0, #2
+        0x9006, // str r0, [sp, #24]
+        0x4770, // bx lr
+        0x0000, // bx lr
+        0x0123, 0x0800, // .word 0x08000123
+        0x0004, 0x5007, // .word 0x50070004
+        0xed38, 0xe000, // .word 0xe000ed38
+    ],
+};
+
+/// Jumps to nowhere, to a peripheral, and to an even address; the handler logs where and CFSR and goes back to the caller.
+pub const BAD_JUMPS: Program = Program {
+    vectors: &[(1, 0x0), (3, 0x12)],
+    code: &[
+        0xf04f, 0x5700, // ldr r7, =0x20000000
+        0x490b, // ldr r1, =0x30000001
+        0x4a0c, // ldr r2, =0x40020001
+        0x4b0c, // ldr r3, =0x08000400
+        0x4788, // blx r1
+        0x4790, // blx r2
+        0x4798, // blx r3
+        0xe7fe, // 1: b 1b
+        // hard:
+        0x9806, // ldr r0, [sp, #24]
+        0x6038, // str r0, [r7]
+        0x490a, // ldr r1, =0xe000ed28
+        0x6808, // ldr r0, [r1]
+        0x6008, // str r0, [r1]
+        0x6078, // str r0, [r7, #4]
+        0x3708, // adds r7, #8
+        0x9805, // ldr r0, [sp, #20]
+        0xf020, 0x0001, // bic r0, #1
+        0x9006, // str r0, [sp, #24]
+        0x9807, // ldr r0, [sp, #28]
+        0xf040, 0x7080, // orr r0, #0x1000000
+        0x9007, // str r0, [sp, #28]
+        0x4770, // bx lr
+        0x0000, // bx lr
+        0x0001, 0x3000, // .word 0x30000001
+        0x0001, 0x4002, // .word 0x40020001
+        0x0400, 0x0800, // .word 0x08000400
+        0xed28, 0xe000, // .word 0xe000ed28
+    ],
+};
