@@ -17,7 +17,7 @@ pub enum Layout {
     Chip,
     /// Without core-coupled memory (QEMU 7.2): its content stands behind the main RAM. The stack pointer is
     /// moved there when it is set, accesses by address are done by the bridge. The firmware can tell by
-    /// the addresses of what is on its stack, and by nothing else.
+    /// the addresses of what is on its stack, and when that overflows: no fault, but the end of the main RAM.
     CcmBehindSram,
 }
 

@@ -190,7 +190,7 @@ impl Robot {
     }
 
     /// Shows the core the board's interrupt lines. Returns whether one rose: then an exception will be taken,
-    /// or is masked; the former sets the event register (B1.5.18), the latter wakes nobody who checks.
+    /// which sets the event register (B1.5.18), unless it is masked; that WFE may end early is allowed.
     fn connect(&mut self, board: &Crazyflie) -> Result<bool, RobotError> {
         let rose = self.core.set_lines(board.interrupts().bits())?;
         self.event |= rose;
@@ -271,7 +271,7 @@ impl Robot {
         if self.count(board)? {
             return Ok(());
         }
-        self.connect(board)?;
+        let rose = self.connect(board)?;
         let layout = self.core.layout();
         let next = &mut self.core.next;
         match site {
@@ -291,6 +291,8 @@ impl Robot {
                     self.state = State::Waiting;
                 }
             }
+            // What just rose is taken before the branch, or not at all.
+            Site::Stay if rose => {}
             Site::Stay => self.state = State::Waiting,
             Site::SetStackPointer { register } => {
                 let value = layout.relocate(next.r[usize::from(register)]);

@@ -1,8 +1,9 @@
 //! QEMU as a core, on a firmware that tries what matters (image/firmware.rs): results from the manuals.
 //! Needs qemu-system-arm, and the target thumbv7em-none-eabihf of rust-toolchain.toml.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 use std::time::Duration;
 
@@ -210,4 +211,22 @@ fn memory_that_is_not_there_is_an_error() {
         assert!(matches!(robot.read(address, 4), Err(ClientError::Refused(_))), "{address:#x}");
         assert!(matches!(robot.write(address, &[0]), Err(ClientError::Refused(_))), "{address:#x}");
     }
+}
+
+#[test]
+fn without_qemu_the_reply_names_the_package() {
+    let mut program = Command::new(PROGRAM)
+        .env("PATH", "")
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let load = message::Command::Load { elf: image().into() };
+    let line = serde_json::to_string(&load).expect("a command is JSON") + "\n";
+    let mut input = program.stdin.take().expect("a pipe");
+    input.write_all(line.as_bytes()).expect("the program reads");
+    drop(input);
+    let output = program.wait_with_output().expect("the program ends");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.contains("install the package qemu-system-arm"), "{text}");
 }
