@@ -1,9 +1,7 @@
 //! How many instructions a block of code has, and whether it does what the core must know of.
 //!
 //! Unicorn reports blocks by address and size. Thumb instructions have two or four bytes, so a block must be
-//! looked at once; what lies in flash is remembered.
-
-use std::collections::HashMap;
+//! looked at; what lies in flash is remembered.
 
 /// What is known of a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -44,44 +42,43 @@ impl Block {
     }
 }
 
-/// Blocks that were looked at, by address and size.
-#[derive(Default)]
+/// As many blocks as are remembered; a power of two.
+const KNOWN: usize = 8192;
+
+/// Blocks that were looked at. Every block that runs is looked up, so each has one place by its address.
 pub struct Blocks {
-    known: HashMap<(u32, u32), Block, std::hash::BuildHasherDefault<Mix>>,
+    known: Vec<Known>,
+}
+
+#[derive(Clone, Copy, Default)]
+struct Known {
+    address: u32,
+    /// 0 for none: no block is empty.
+    size: u32,
+    block: Block,
 }
 
 impl Blocks {
+    pub fn new() -> Self {
+        Blocks { known: vec![Known::default(); KNOWN] }
+    }
+
+    fn place(address: u32) -> usize {
+        address as usize / 2 % KNOWN
+    }
+
     pub fn get(&self, address: u32, size: u32) -> Option<Block> {
-        self.known.get(&(address, size)).copied()
+        let known = self.known[Self::place(address)];
+        (known.address == address && known.size == size).then_some(known.block)
     }
 
     pub fn insert(&mut self, address: u32, size: u32, block: Block) {
-        self.known.insert((address, size), block);
+        self.known[Self::place(address)] = Known { address, size, block };
     }
 
     /// Memory has changed.
     pub fn clear(&mut self) {
-        self.known.clear();
-    }
-}
-
-/// A hash for two numbers that an attacker does not choose: every executed block is looked up.
-#[derive(Default)]
-pub struct Mix(u64);
-
-impl std::hash::Hasher for Mix {
-    fn finish(&self) -> u64 {
-        self.0
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        for byte in bytes {
-            self.write_u32(u32::from(*byte));
-        }
-    }
-
-    fn write_u32(&mut self, value: u32) {
-        self.0 = (self.0.rotate_left(26) ^ u64::from(value)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        self.known.fill(Known::default());
     }
 }
 

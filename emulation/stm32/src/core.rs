@@ -88,7 +88,7 @@ impl System {
             instructions: 0,
             deadline: 0,
             event: false,
-            blocks: Blocks::default(),
+            blocks: Blocks::new(),
             block: Block::default(),
             block_end: 0,
             masked_since: None,
@@ -271,8 +271,8 @@ impl Core<'_> {
             let alias = address - FLASH + FLASH_ALIAS;
             self.uc.mem_write(u64::from(alias), bytes).map_err(failed)?;
             self.uc.ctl_flush_tb().map_err(failed)?;
+            self.system().blocks.clear();
         }
-        self.system().blocks.clear();
         Ok(())
     }
 
