@@ -30,7 +30,25 @@ mod tests;
 
 use std::process::ExitCode;
 
+const USAGE: &str = "\
+bbz-emulate-stm32: runs the firmware image of a Crazyflie, as it is flashed
+
+It takes no arguments. It reads commands from standard input and writes replies and events to standard
+output, one JSON object per line; docs/emulation.md describes them. `bbz trace` starts it by itself.
+
+Try: echo '{\"command\":\"load\",\"elf\":\"FIRMWARE\"}
+           {\"command\":\"run\",\"until_ns\":1000000000}' | bbz-emulate-stm32
+";
+
 fn main() -> ExitCode {
+    if let Some(argument) = std::env::args_os().nth(1) {
+        if argument == "--help" || argument == "-h" {
+            print!("{USAGE}");
+            return ExitCode::SUCCESS;
+        }
+        eprint!("error: no argument is expected\n\n{USAGE}");
+        return ExitCode::from(3);
+    }
     let mut robot = match robot::Robot::new() {
         Ok(robot) => robot,
         Err(error) => {
