@@ -86,6 +86,7 @@ pub struct Crazyflie {
     leds: [bool; LEDS.len()],
     motors: [Pwm; MOTORS.len()],
     reset_request: Option<ResetCause>,
+    power_is_off: bool,
     events: Vec<(Time, Event)>,
 }
 
@@ -100,6 +101,7 @@ impl Crazyflie {
             leds: [false; LEDS.len()],
             motors: [Pwm::LOW; MOTORS.len()],
             reset_request: None,
+            power_is_off: false,
             events: Vec::new(),
         };
         board.settle();
@@ -139,7 +141,13 @@ impl Crazyflie {
         }
         let (port, pin) = FLOW_CONTROL;
         self.f405.drive(port, pin, self.nrf51.is_full());
+        let was_powered = !self.power_is_off;
+        self.power_is_off = !self.nrf51.is_powered();
         self.events.extend(self.nrf51.take_events());
+        if was_powered && self.power_is_off {
+            self.f405.reset(ResetCause::PowerOn);
+            self.observe();
+        }
         self.next = self.f405.next_event().into_iter().chain(self.nrf51.next_event()).min();
     }
 
@@ -229,7 +237,7 @@ impl Crazyflie {
 
     /// Whether the radio's processor still powers the STM32.
     pub fn is_powered(&self) -> bool {
-        self.nrf51.is_powered()
+        !self.power_is_off
     }
 
     /// What happened since the last call, in order.

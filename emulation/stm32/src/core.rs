@@ -1,17 +1,16 @@
-//! The core: Unicorn, and what it shares with the callbacks.
+//! The core: Unicorn, the memory it sees, and what it is stopped by.
 
-use bittybuzz_chips::{Crazyflie, ResetCause, Settings, Time, Width};
+use bittybuzz_chips::{ResetCause, Time, Width};
 use bittybuzz_emulation::MachineError;
-use bittybuzz_emulation::message::{Event, TimedEvent};
 use unicorn_engine::{
     Arch, HookType, MemType, Mode, Prot, RegisterARM as Register, TlbEntry, TlbType, Unicorn,
     uc_error,
 };
 
-use crate::blocks::{Block, Blocks};
-use crate::clock::Clock;
-use crate::nvic::{Masks, Nvic, number};
+use crate::blocks::Block;
+use crate::nvic::{Masks, Nvic};
 use crate::private::Registers;
+use crate::system::System;
 use crate::systick::SysTick;
 
 pub const FLASH: u32 = 0x0800_0000;
@@ -38,161 +37,6 @@ const NOT_RAM: [(u64, u64); 3] = [
 pub const XPSR_T: u32 = 1 << 24;
 /// An address at which nothing ever runs; Unicorn wants one to stop at.
 const NOWHERE: u64 = 0x0fff_fffe;
-/// While an interrupt waits for a mask to go, the core looks again after so many cycles, in case it missed
-/// the instruction that did it.
-const LOOK_AGAIN: u64 = 1_000;
-
-/// What the callbacks of Unicorn reach: everything but the registers.
-pub struct System {
-    pub board: Crazyflie,
-    pub nvic: Nvic,
-    pub systick: SysTick,
-    pub registers: Registers,
-    pub clock: Clock,
-    /// Of the core's clock since power-on, without those it slept.
-    pub cycles: u64,
-    /// Executed since power-on.
-    pub instructions: u64,
-    /// No block begins at or after this cycle.
-    deadline: u64,
-    /// The event register of WFE.
-    pub event: bool,
-    pub blocks: Blocks,
-    /// The block that runs, and the address behind it.
-    block: Block,
-    block_end: u32,
-    masked_since: Option<u64>,
-    longest_masked: Time,
-    /// The exception that Unicorn asks for by its own number.
-    interrupt: Option<u32>,
-    /// Address of the last access that failed.
-    pub failed_address: u32,
-    stopped: bool,
-    pub events: Vec<TimedEvent>,
-    /// Taken since power-on.
-    pub exceptions: u64,
-    mpu_noted: bool,
-}
-
-impl System {
-    fn new() -> Self {
-        let board = Crazyflie::new(Settings::default());
-        let hz = board.core_clock_hz();
-        System {
-            board,
-            nvic: Nvic::new(),
-            systick: SysTick::new(hz),
-            registers: Registers::new(),
-            clock: Clock::new(hz),
-            cycles: 0,
-            instructions: 0,
-            deadline: 0,
-            event: false,
-            blocks: Blocks::new(),
-            block: Block::default(),
-            block_end: 0,
-            masked_since: None,
-            longest_masked: Time::ZERO,
-            interrupt: None,
-            failed_address: 0,
-            stopped: false,
-            events: Vec::new(),
-            exceptions: 0,
-            mpu_noted: false,
-        }
-    }
-
-    pub fn now(&self) -> Time {
-        self.clock.time(self.cycles)
-    }
-
-    /// Brings board and timer to the core's time, and their interrupts to the core.
-    pub fn catch_up(&mut self) {
-        self.board.advance(self.now());
-        self.update_lines();
-        self.advance_systick();
-    }
-
-    fn update_lines(&mut self) {
-        let was_pending = self.nvic.any_pending();
-        self.nvic.set_lines(self.board.interrupts().bits());
-        let wakes = self.registers.scr & Registers::SCR_SEVONPEND != 0;
-        self.event |= wakes && !was_pending && self.nvic.any_pending();
-    }
-
-    pub fn advance_systick(&mut self) {
-        let now = self.now();
-        if self.systick.advance(now) {
-            self.nvic.pend(number::SYS_TICK);
-        }
-    }
-
-    pub fn next_event(&self) -> Option<Time> {
-        self.board.next_event().into_iter().chain(self.systick.next_event()).min()
-    }
-
-    pub fn report(&mut self, event: Event) {
-        let at = std::time::Duration::from_nanos(self.now().nanos());
-        self.events.push(TimedEvent { at, event });
-    }
-
-    pub fn note_mpu(&mut self) {
-        if !std::mem::replace(&mut self.mpu_noted, true) {
-            let text = "the MPU is turned on, but this emulator protects no memory".into();
-            self.report(Event::HardwareError { text });
-        }
-    }
-
-    pub fn longest_masked(&self) -> Time {
-        self.longest_masked
-    }
-
-    fn read(&mut self, address: u32, width: Width) -> u32 {
-        self.catch_up();
-        let value = self.board.read(address, width);
-        self.after_access();
-        value
-    }
-
-    fn write(&mut self, address: u32, width: Width, value: u32) {
-        self.catch_up();
-        self.board.write(address, width, value);
-        self.after_access();
-    }
-
-    /// Clocks may have changed, events may come earlier, interrupts may be pending: the core shall look after
-    /// this block.
-    fn after_access(&mut self) {
-        self.update_lines();
-        let hz = self.board.core_clock_hz();
-        if hz != self.clock.hz() {
-            self.clock.set_hz(hz, self.cycles);
-            let now = self.now();
-            if self.systick.set_core_hz(hz, now) {
-                self.nvic.pend(number::SYS_TICK);
-            }
-            self.deadline = 0;
-        }
-        if self.nvic.any_pending() || self.registers.reset_requested {
-            self.deadline = 0;
-        } else if let Some(next) = self.next_event() {
-            self.deadline = self.deadline.min(self.clock.cycle(next));
-        }
-    }
-
-    /// The masks have these values now.
-    fn observe_masks(&mut self, masks: Masks) {
-        match (masks.any(), self.masked_since) {
-            (true, None) => self.masked_since = Some(self.cycles),
-            (false, Some(since)) => {
-                let span = Time::of_ticks(self.cycles - since, self.clock.hz());
-                self.longest_masked = self.longest_masked.max(span);
-                self.masked_since = None;
-            }
-            _ => {}
-        }
-    }
-}
 
 /// Why Unicorn has stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -291,14 +135,7 @@ impl Core<'_> {
     /// Executes from where the core stands until something happens, `deadline` at the latest.
     pub fn execute(&mut self, deadline: Time) -> Result<Stop, MachineError> {
         let masks = self.masks()?;
-        let system = self.system();
-        system.observe_masks(masks);
-        let waits = system.nvic.any_pending();
-        let cycle = system.clock.cycle(deadline).max(system.cycles + 1);
-        system.deadline = if waits { cycle.min(system.cycles + LOOK_AGAIN) } else { cycle };
-        system.block = Block::default();
-        system.interrupt = None;
-        system.stopped = false;
+        self.system().begin(masks, deadline);
         let pc = self.register(Register::PC)?;
         let result = self.uc.emu_start(u64::from(pc | 1), NOWHERE, 0, 0);
         let system = self.uc.get_data();

@@ -24,6 +24,7 @@ mod exception;
 mod nvic;
 mod private;
 mod robot;
+mod system;
 mod systick;
 #[cfg(test)]
 mod tests;

@@ -2,8 +2,8 @@
 
 use bittybuzz_chips::Width;
 
-use crate::core::System;
 use crate::nvic::number;
+use crate::system::System;
 
 const DWT_CTRL: u32 = 0xe000_1000;
 const DWT_CYCCNT: u32 = 0xe000_1004;
