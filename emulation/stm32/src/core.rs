@@ -3,8 +3,7 @@
 use bittybuzz_chips::{ResetCause, Time, Width};
 use bittybuzz_emulation::MachineError;
 use unicorn_engine::{
-    Arch, HookType, MemType, Mode, Prot, RegisterARM as Register, TlbEntry, TlbType, Unicorn,
-    uc_error,
+    Arch, HookType, MemType, Mode, Prot, RegisterARM as Register, Unicorn, uc_error,
 };
 
 use crate::blocks::Block;
@@ -269,12 +268,6 @@ fn hook(uc: &mut Unicorn<'_, System>) -> Result<(), uc_error> {
     uc.add_intr_hook(|uc, interrupt| {
         uc.get_data_mut().interrupt = Some(interrupt);
         let _ = uc.emu_stop();
-    })?;
-    // Unicorn's own table of pages says that data may be executed everywhere, and then checks every write.
-    uc.ctl_set_tlb_type(TlbType::VIRTUAL)?;
-    uc.add_tlb_hook(1, 0, |_, address, kind| {
-        let perms = if kind == MemType::FETCH { Prot::ALL } else { Prot::READ | Prot::WRITE };
-        Some(TlbEntry { paddr: address, perms })
     })?;
     for (first, last) in NOT_RAM {
         uc.add_mem_hook(HookType::MEM_INVALID, first, last, |uc, _: MemType, address, _, _| {
