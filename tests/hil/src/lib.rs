@@ -1,0 +1,303 @@
+//! Robots for tests: a firmware image as it is flashed, a script, and an emulator around both.
+//!
+//! Two ways to look at a robot:
+//! * [`trace`] runs `bbz trace`: what a person sees, log lines and faults as text, LEDs and motors on request;
+//! * [`Robot`] holds the emulator's own line: frames to and from the radio's processor, dead tasks, damaged flash.
+//!
+//! Images and emulators must have been built: `cargo xtask test` does that. `BITTYBUZZ_CRAZYFLIE` names another image of
+//! the Crazyflie than the one in its folder.
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use std::time::Duration;
+
+use bittybuzz_compiler::compile::{Options, compile};
+use bittybuzz_compiler::include::{DiskFiles, Loader};
+pub use bittybuzz_emulation::message::{Command, Event, Statistics, TimedEvent};
+use bittybuzz_emulation::{Emulator, Run};
+use bittybuzz_robots::Layout;
+use bittybuzz_tests::bbz;
+
+use object::{Object, ObjectSymbol};
+use serde_json::Value;
+
+/// A core around which the chip models stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Core {
+    /// Fast and the same every time.
+    Unicorn,
+    /// Independent of the other; slow.
+    Qemu,
+}
+
+impl Core {
+    /// The emulator program, built on the first call.
+    fn program(self) -> &'static Path {
+        static PROGRAMS: [OnceLock<PathBuf>; 2] = [OnceLock::new(), OnceLock::new()];
+        let (number, package) = match self {
+            Core::Unicorn => (0, "bittybuzz-emulate-stm32"),
+            Core::Qemu => (1, "bittybuzz-emulate-qemu"),
+        };
+        PROGRAMS[number].get_or_init(|| build(package, package.replace("bittybuzz", "bbz")))
+    }
+}
+
+/// Builds a program, always optimised: it plays a processor of 168 MHz.
+fn build(package: &str, program: String) -> PathBuf {
+    let test = std::env::current_exe().expect("the running test has a path");
+    // TARGET/PROFILE/deps/TEST
+    let target = test.ancestors().nth(3).expect("cargo runs tests from its target folder");
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let status = std::process::Command::new(cargo)
+        .args(["build", "--quiet", "--release", "--package", package, "--target-dir"])
+        .arg(target)
+        .current_dir(bbz::root())
+        .status()
+        .expect("cargo starts");
+    assert!(status.success(), "{package} does not build");
+    target.join("release").join(program)
+}
+
+/// The Crazyflie's image.
+pub fn crazyflie() -> PathBuf {
+    if let Some(path) = std::env::var_os("BITTYBUZZ_CRAZYFLIE") {
+        return PathBuf::from(path);
+    }
+    let path = bbz::root()
+        .join("firmware/crazyflie/target/thumbv7em-none-eabihf/release/bittybuzz-crazyflie");
+    assert!(path.exists(), "no firmware: run `cargo build --release` in firmware/crazyflie first");
+    path
+}
+
+fn layout() -> Layout {
+    let robot = bittybuzz_robots::find("crazyflie").expect("a shipped robot");
+    robot.layout.expect("it has a layout")
+}
+
+/// A script file for one test; removed with the value.
+pub struct ScriptFile {
+    path: PathBuf,
+}
+
+impl ScriptFile {
+    /// With this text.
+    pub fn new(test: &str, text: &str) -> Self {
+        let name = format!("bittybuzz-hil-{}-{test}.bzz", std::process::id());
+        let path = std::env::temp_dir().join(name);
+        std::fs::write(&path, text).expect("the folder for temporary files is writable");
+        ScriptFile { path }
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &str {
+        self.path.to_str().expect("made of text")
+    }
+}
+
+impl Drop for ScriptFile {
+    fn drop(&mut self) {
+        // A file that is left over does no harm.
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
+
+/// What `bbz trace` tells: an object per line, and its exit status.
+pub struct Trace {
+    /// The lines.
+    pub lines: Vec<Value>,
+    /// Exit status.
+    pub status: Option<i32>,
+}
+
+/// Runs a script on an emulated Crazyflie for so many seconds.
+pub fn trace(core: Core, script: &str, seconds: f64) -> Trace {
+    let arguments = [
+        "trace",
+        &crazyflie().display().to_string(),
+        "--robot",
+        "crazyflie",
+        "--script",
+        script,
+        "--emulate",
+        "--emulator",
+        &core.program().display().to_string(),
+        "--seconds",
+        &seconds.to_string(),
+        "--outputs",
+        "--json",
+    ];
+    let outcome = bbz::run(&arguments, &[]);
+    let lines = outcome
+        .stdout
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap_or_else(|error| panic!("{error}: {line}")));
+    let lines: Vec<Value> = lines.collect();
+    assert!(!lines.is_empty(), "{outcome:?}");
+    Trace { lines, status: outcome.status }
+}
+
+impl Trace {
+    /// The lines of this kind.
+    pub fn of<'a>(&'a self, kind: &'a str) -> impl Iterator<Item = &'a Value> {
+        self.lines.iter().filter(move |line| line["kind"] == kind)
+    }
+
+    /// What an output did: seconds and state.
+    pub fn output<'a>(&'a self, name: &'a str) -> Vec<(f64, &'a str)> {
+        let lines = self.of("output").filter(|line| line["name"] == name);
+        lines.map(|line| (time(line), text(&line["state"]))).collect()
+    }
+
+    /// The state of an output at a time: `off` before it did anything.
+    pub fn output_at(&self, name: &str, seconds: f64) -> String {
+        let before = self.output(name).into_iter().rfind(|(time, _)| *time <= seconds);
+        before.map_or("off", |(_, state)| state).to_owned()
+    }
+
+    /// What the script logged, step and text.
+    pub fn log(&self) -> Vec<(u64, &str)> {
+        self.of("log")
+            .map(|line| (line["step"].as_u64().unwrap_or(0), text(&line["text"])))
+            .collect()
+    }
+}
+
+/// Seconds since power-on of a line.
+pub fn time(line: &Value) -> f64 {
+    line["time"].as_f64().unwrap_or_else(|| panic!("no time: {line}"))
+}
+
+/// A text in a line.
+pub fn text(value: &Value) -> &str {
+    value.as_str().unwrap_or_else(|| panic!("no text: {value}"))
+}
+
+/// A robot on the emulator's own line.
+pub struct Robot {
+    emulator: Emulator,
+    now: Duration,
+    /// Everything that happened so far.
+    pub events: Vec<TimedEvent>,
+}
+
+impl Robot {
+    /// A Crazyflie with this script, switched on.
+    pub fn crazyflie(core: Core, script: &str) -> Self {
+        let mut emulator = Emulator::spawn(core.program()).expect("it starts");
+        emulator.load(&crazyflie()).expect("it loads");
+        let section = layout().script_section(&image(script)).expect("a short script");
+        emulator.write(layout().script.address, &section).expect("it is written");
+        Robot { emulator, now: Duration::ZERO, events: Vec::new() }
+    }
+
+    /// Runs for so many ms, and returns what happened.
+    pub fn run_ms(&mut self, ms: u64) -> Vec<TimedEvent> {
+        self.run_us(1000 * ms)
+    }
+
+    /// Runs for so many µs, and returns what happened.
+    pub fn run_us(&mut self, us: u64) -> Vec<TimedEvent> {
+        self.now += Duration::from_micros(us);
+        let Run { events, at, .. } = self.emulator.run(self.now).expect("it runs");
+        self.now = at.max(self.now);
+        self.events.extend(events.iter().cloned());
+        events
+    }
+
+    /// Since power-on.
+    pub fn now(&self) -> Duration {
+        self.now
+    }
+
+    /// Gives the emulator a command.
+    pub fn tell(&mut self, command: &Command) {
+        self.emulator.done(command).unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    }
+
+    /// The radio's processor sends a frame.
+    pub fn send(&mut self, kind: u8, payload: &[u8]) {
+        self.tell(&Command::Send { kind, payload: payload.to_vec() });
+    }
+
+    /// Writes to flash or RAM.
+    pub fn write(&mut self, address: u32, bytes: &[u8]) {
+        self.emulator.write(address, bytes).expect("it is written");
+    }
+
+    /// The emulator's counters.
+    pub fn statistics(&mut self) -> Statistics {
+        self.emulator.statistics().expect("it counts")
+    }
+
+    /// Sends a frame that the firmware echoes, and returns after how long the echo began to arrive.
+    pub fn ping(&mut self, number: u8, patience_ms: u64) -> Option<Duration> {
+        let packet = [ECHO_HEADER, number, 0x55, 0xaa];
+        let sent = self.now;
+        self.send(RADIO_RAW, &packet);
+        for _ in 0..patience_ms * 10 {
+            let events = self.run_us(100);
+            let echo = frames(&events, RADIO_RAW).find(|(_, payload)| *payload == packet);
+            if let Some((at, _)) = echo {
+                return Some(at - sent);
+            }
+        }
+        None
+    }
+}
+
+/// Syslink: a CRTP packet.
+pub const RADIO_RAW: u8 = 0x00;
+/// CRTP header of a packet that the robot sends back: port 15, channel 0.
+pub const ECHO_HEADER: u8 = 0xf0;
+
+/// The intact frames of a kind that the firmware sent.
+pub fn frames(events: &[TimedEvent], wanted: u8) -> impl Iterator<Item = (Duration, &[u8])> {
+    events.iter().filter_map(move |event| match &event.event {
+        Event::Syslink { kind, payload, intact: true } if *kind == wanted => {
+            Some((event.at, payload.as_slice()))
+        }
+        _ => None,
+    })
+}
+
+/// Whether each of the four motors turns after these events.
+pub fn motors(events: &[TimedEvent]) -> [f64; 4] {
+    let mut duties = [0.0; 4];
+    for event in events {
+        if let Event::Motor { number, duty, .. } = event.event {
+            duties[usize::from(number) - 1] = duty;
+        }
+    }
+    duties
+}
+
+/// The resets among events: time and cause.
+pub fn resets(events: &[TimedEvent]) -> Vec<(Duration, &str)> {
+    let resets = events.iter().filter_map(|event| match &event.event {
+        Event::Reset { cause } => Some((event.at, cause.as_str())),
+        _ => None,
+    });
+    resets.collect()
+}
+
+/// The image of a script for the Crazyflie.
+pub fn image(script: &str) -> Vec<u8> {
+    let robot = bittybuzz_robots::find("crazyflie").expect("a shipped robot");
+    let options = Options { profile: None, robots: vec![robot.clone()], robot: Some(robot) };
+    let loader = Loader::new(&DiskFiles);
+    let compiled = compile(Path::new("test.bzz"), script.to_owned(), &loader, &options);
+    compiled.image.unwrap_or_else(|| panic!("{:?}", compiled.diagnostics))
+}
+
+/// Address of the function in the Crazyflie's image whose symbol contains this; for code, without the Thumb bit.
+pub fn address_of(symbol: &str) -> u32 {
+    let bytes = std::fs::read(crazyflie()).expect("the image is there");
+    let file = object::File::parse(bytes.as_slice()).expect("an ELF file");
+    let found: Vec<u64> = file
+        .symbols()
+        .filter(|known| known.name().is_ok_and(|name| name.contains(symbol)))
+        .map(|known| known.address())
+        .collect();
+    assert_eq!(found.len(), 1, "{symbol}: {found:x?}");
+    u32::try_from(found[0]).expect("32 bits") & !1
+}
