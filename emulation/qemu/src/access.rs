@@ -169,7 +169,7 @@ impl Bus<'_> {
             if value >> 16 == AIRCR_KEY && value & AIRCR_SYSRESETREQ != 0 {
                 return Ok(Outcome::SystemReset);
             }
-            self.core.write_register(AIRCR, value)?;
+            self.core.write_register(AIRCR, value);
         } else {
             return Err(AccessError::Address { pc: self.pc, address });
         }

@@ -157,7 +157,8 @@ impl Core {
 
     /// Resets the core; it will start at `pc` with the stack pointer `sp`.
     pub fn reset(&mut self, sp: u32, pc: u32) -> Result<(), CoreError> {
-        self.set_lines(0)?;
+        self.set_lines(0);
+        self.qemu.qtest.flush()?;
         self.qemu.gdb.monitor("system_reset")?;
         self.returning = false;
         self.look()?;
@@ -170,7 +171,7 @@ impl Core {
 
     /// The vector table is at `table` from now on (B3.2.5).
     pub fn set_vector_table(&mut self, table: u32) -> Result<(), CoreError> {
-        self.qemu.qtest.write_words(&[(VTOR, &[table])])?;
+        self.qemu.qtest.write_words(VTOR, &[table]);
         let mut handler = [0; 4];
         let address = table.wrapping_add(4 * SYSTICK_EXCEPTION);
         self.qemu.gdb.read_memory(address, &mut handler)?;
@@ -185,16 +186,13 @@ impl Core {
     }
 
     /// Moves interrupt lines to the levels `lines`, bit n for interrupt n. Returns whether any of them rose.
-    pub fn set_lines(&mut self, lines: u128) -> Result<bool, CoreError> {
+    pub fn set_lines(&mut self, lines: u128) -> bool {
         let changed = lines ^ self.lines;
-        if changed != 0 {
-            let levels = (0..128)
-                .filter(|line| changed >> line & 1 != 0)
-                .map(|line| (line, lines >> line & 1 != 0));
-            self.qemu.qtest.set_lines(&self.qemu.core, levels)?;
+        for line in (0..128).filter(|line| changed >> line & 1 != 0) {
+            self.qemu.qtest.set_line(&self.qemu.core, line, lines >> line & 1 != 0);
         }
         self.lines = lines;
-        Ok(changed & lines != 0)
+        changed & lines != 0
     }
 
     /// Whether an exception is pending and enabled, masked or not (ICSR.VECTPENDING, B3.2.4).
@@ -203,8 +201,8 @@ impl Core {
     }
 
     /// Writes a register of the core that QEMU itself shall keep.
-    pub fn write_register(&mut self, address: u32, value: u32) -> Result<(), CoreError> {
-        Ok(self.qemu.qtest.write_words(&[(address, &[value])])?)
+    pub fn write_register(&mut self, address: u32, value: u32) {
+        self.qemu.qtest.write_words(address, &[value]);
     }
 
     /// Reads memory; `address` is one of QEMU's.
@@ -282,11 +280,10 @@ impl Core {
         // In this order: started with a reload value of 0, as after a reset, QEMU's SysTick stays off. At last the
         // exception that may be pending from the stop before.
         let reload = (period - 1) as u32;
-        self.qemu.qtest.write_words(&[
-            (SYST_RVR, &[reload, 0]),
-            (SYST_CSR, &[SYSTICK_ON]),
-            (ICSR, &[ICSR_PENDSTCLR]),
-        ])?;
+        self.qemu.qtest.write_words(SYST_RVR, &[reload, 0]);
+        self.qemu.qtest.write_words(SYST_CSR, &[SYSTICK_ON]);
+        self.qemu.qtest.write_words(ICSR, &[ICSR_PENDSTCLR]);
+        self.qemu.qtest.flush()?;
         Ok(())
     }
 }

@@ -5,8 +5,12 @@ use std::io::{self, BufRead, BufReader, Write};
 use std::os::unix::net::UnixStream;
 
 /// A connection to the qtest port. The core must be stopped, or the outcome depends on the host's speed.
+///
+/// Requests without an answer wait until [`flush`](Qtest::flush) or until something is read, because an
+/// exchange costs as much as ten requests.
 pub struct Qtest {
     stream: BufReader<UnixStream>,
+    waiting: Vec<String>,
 }
 
 /// Why a request failed.
@@ -28,55 +32,50 @@ pub enum QtestError {
 impl Qtest {
     /// Uses `stream`; there is no greeting.
     pub fn new(stream: UnixStream) -> Self {
-        Qtest { stream: BufReader::new(stream) }
+        Qtest { stream: BufReader::new(stream), waiting: Vec::new() }
     }
 
-    /// Reads a 32-bit register.
+    /// Will write 32-bit registers: from `address` on, in ascending order.
+    pub fn write_words(&mut self, address: u32, words: &[u32]) {
+        let bytes = words.iter().flat_map(|word| word.to_le_bytes());
+        let digits: String = bytes.map(|byte| format!("{byte:02x}")).collect();
+        self.waiting.push(format!("write {address:#x} {:#x} 0x{digits}", 4 * words.len()));
+    }
+
+    /// Will move an interrupt line of the device at `path` in QEMU's object model.
+    pub fn set_line(&mut self, path: &str, line: u8, high: bool) {
+        let level = u8::from(high);
+        self.waiting.push(format!("set_irq_in {path} unnamed-gpio-in {line} {level}"));
+    }
+
+    /// Does what waits.
+    pub fn flush(&mut self) -> Result<(), QtestError> {
+        self.exchange().map(drop)
+    }
+
+    /// Does what waits, then reads a 32-bit register.
     pub fn read_word(&mut self, address: u32) -> Result<u32, QtestError> {
         let request = format!("readl {address:#x}");
-        self.send(std::slice::from_ref(&request))?;
-        let reply = self.reply(&request)?;
-        let digits = reply.trim().trim_start_matches("0x");
+        self.waiting.push(request.clone());
+        let reply = self.exchange()?;
+        let digits = reply.trim_start_matches("0x");
         u32::from_str_radix(digits, 16).map_err(|_| QtestError::Refused { request, reply })
     }
 
-    /// Writes 32-bit registers: from each address on, the words beside it, in ascending order.
-    pub fn write_words(&mut self, writes: &[(u32, &[u32])]) -> Result<(), QtestError> {
-        self.requests(writes.iter().map(|(address, words)| {
-            let bytes = words.iter().flat_map(|word| word.to_le_bytes());
-            let digits: String = bytes.map(|byte| format!("{byte:02x}")).collect();
-            format!("write {address:#x} {:#x} 0x{digits}", 4 * words.len())
-        }))
-    }
-
-    /// Moves interrupt lines of the device at `path` (QEMU's object model).
-    pub fn set_lines(
-        &mut self,
-        path: &str,
-        levels: impl Iterator<Item = (u8, bool)>,
-    ) -> Result<(), QtestError> {
-        self.requests(levels.map(|(line, high)| {
-            format!("set_irq_in {path} unnamed-gpio-in {line} {}", u8::from(high))
-        }))
-    }
-
-    fn requests(&mut self, requests: impl Iterator<Item = String>) -> Result<(), QtestError> {
-        let requests: Vec<String> = requests.collect();
-        self.send(&requests)?;
-        requests.iter().try_for_each(|request| self.reply(request).map(drop))
-    }
-
-    fn send(&mut self, requests: &[String]) -> Result<(), QtestError> {
+    /// Sends all requests and returns the answer to the last one.
+    fn exchange(&mut self) -> Result<String, QtestError> {
+        let requests = std::mem::take(&mut self.waiting);
         let lines: String = requests.iter().map(|request| format!("{request}\n")).collect();
-        Ok(self.stream.get_mut().write_all(lines.as_bytes())?)
-    }
-
-    fn reply(&mut self, request: &str) -> Result<String, QtestError> {
-        let mut line = String::new();
-        self.stream.read_line(&mut line)?;
-        match line.strip_prefix("OK") {
-            Some(rest) => Ok(rest.trim().into()),
-            None => Err(QtestError::Refused { request: request.into(), reply: line.trim().into() }),
+        self.stream.get_mut().write_all(lines.as_bytes())?;
+        let mut answer = String::new();
+        for request in requests {
+            let mut line = String::new();
+            self.stream.read_line(&mut line)?;
+            match line.strip_prefix("OK") {
+                Some(rest) => answer = rest.trim().into(),
+                None => return Err(QtestError::Refused { request, reply: line.trim().into() }),
+            }
         }
+        Ok(answer)
     }
 }

@@ -191,15 +191,15 @@ impl Robot {
 
     /// Shows the core the board's interrupt lines. Returns whether one rose: then an exception will be taken,
     /// which sets the event register (B1.5.18), unless it is masked; that WFE may end early is allowed.
-    fn connect(&mut self, board: &Crazyflie) -> Result<bool, RobotError> {
-        let rose = self.core.set_lines(board.interrupts().bits())?;
+    fn connect(&mut self, board: &Crazyflie) -> bool {
+        let rose = self.core.set_lines(board.interrupts().bits());
         self.event |= rose;
-        Ok(rose)
+        rose
     }
 
     /// The core runs until the next event of the board, or until it needs the bridge.
     fn execute(&mut self, board: &mut Crazyflie, until: Time) -> Result<(), RobotError> {
-        self.connect(board)?;
+        self.connect(board);
         let clock = board.core_clock_hz();
         let span = next_event(board, until) - board.now();
         let stopped = match self.core.run(span.ticks(clock).max(1)) {
@@ -225,7 +225,7 @@ impl Robot {
         if self.pass(board, next_event(board, until))? {
             return Ok(());
         }
-        if self.connect(board)? && self.core.is_exception_pending()? {
+        if self.connect(board) && self.core.is_exception_pending()? {
             self.state = State::Running;
         }
         Ok(())
@@ -234,7 +234,7 @@ impl Robot {
     /// The core is about to access something trapped.
     fn access(&mut self, board: &mut Crazyflie) -> Result<(), RobotError> {
         let outcome = access::perform(&mut self.core, board, &self.flash)?;
-        self.connect(board)?;
+        self.connect(board);
         match outcome {
             Outcome::Done => self.count(board).map(drop),
             Outcome::SystemReset => self.reset(board, ResetCause::Software),
@@ -271,7 +271,7 @@ impl Robot {
         if self.count(board)? {
             return Ok(());
         }
-        let rose = self.connect(board)?;
+        let rose = self.connect(board);
         let layout = self.core.layout();
         let next = &mut self.core.next;
         match site {
