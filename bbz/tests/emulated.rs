@@ -151,7 +151,6 @@ fn leds_are_printed_on_request() {
 }
 
 #[test]
-#[ignore = "serde_json's arbitrary_precision, which defmt-decoder turns on, keeps the client from reading fractions"]
 fn motors_are_printed_on_request() {
     let folder = folder("emulated_motors", "log(1)\n");
     let event = || Event::Motor { number: 2, duty: 0.25, frequency_hz: 328_125.0 };

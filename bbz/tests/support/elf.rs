@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use object::elf;
-use object::write::elf::{FileHeader, ProgramHeader, Writer};
+use object::write::elf::{FileHeader, ProgramHeader, SectionHeader, Writer};
 use object::write::{Object, Symbol, SymbolSection};
 use object::{
     Architecture, BinaryFormat, Endianness, SectionKind, SymbolFlags, SymbolKind, SymbolScope,
@@ -19,7 +19,7 @@ pub struct Segment<'a> {
     pub bytes: &'a [u8],
 }
 
-/// An executable for ARM with these segments.
+/// An executable for ARM with these segments; a section for each, which is what probe-rs reads.
 pub fn arm(segments: &[Segment<'_>]) -> Vec<u8> {
     let mut file = Vec::new();
     let mut writer = Writer::new(Endianness::Little, false, &mut file);
@@ -27,6 +27,14 @@ pub fn arm(segments: &[Segment<'_>]) -> Vec<u8> {
     writer.reserve_program_headers(u32::try_from(segments.len()).unwrap());
     let offsets: Vec<usize> =
         segments.iter().map(|segment| writer.reserve(segment.bytes.len(), 4)).collect();
+    writer.reserve_null_section_index();
+    let name = writer.add_section_name(b".part");
+    for _ in segments {
+        writer.reserve_section_index();
+    }
+    writer.reserve_shstrtab_section_index();
+    writer.reserve_shstrtab();
+    writer.reserve_section_headers();
     writer
         .write_file_header(&FileHeader {
             os_abi: elf::ELFOSABI_NONE,
@@ -55,6 +63,23 @@ pub fn arm(segments: &[Segment<'_>]) -> Vec<u8> {
         writer.write_align(4);
         writer.write(segment.bytes);
     }
+    writer.write_shstrtab();
+    writer.write_null_section_header();
+    for (segment, offset) in segments.iter().zip(&offsets) {
+        writer.write_section_header(&SectionHeader {
+            name: Some(name),
+            sh_type: elf::SHT_PROGBITS,
+            sh_flags: elf::SHF_ALLOC.into(),
+            sh_addr: segment.runs_at.into(),
+            sh_offset: u64::try_from(*offset).unwrap(),
+            sh_size: u64::try_from(segment.bytes.len()).unwrap(),
+            sh_link: 0,
+            sh_info: 0,
+            sh_addralign: 4,
+            sh_entsize: 0,
+        });
+    }
+    writer.write_shstrtab_section_header();
     file
 }
 
