@@ -12,7 +12,7 @@ use crate::core::{Cause, Core, CoreError};
 use crate::gdb::{GdbError, Registers};
 use crate::memory::{self, Layout};
 use crate::qemu::QemuError;
-use crate::sites::{self, Site};
+use crate::sites::{self, Action, Site};
 
 /// A robot that runs an image.
 pub struct Robot {
@@ -274,30 +274,30 @@ impl Robot {
         let rose = self.connect(board);
         let layout = self.core.layout();
         let next = &mut self.core.next;
-        match site {
-            Site::SendEvent => {
-                next.skip_instruction(2);
+        match site.action {
+            Action::SendEvent => {
+                next.skip_instruction(site.length);
                 self.event = true;
             }
-            Site::WaitForEvent => {
-                next.skip_instruction(2);
+            Action::WaitForEvent => {
+                next.skip_instruction(site.length);
                 if !std::mem::take(&mut self.event) && !self.core.is_exception_pending()? {
                     self.state = State::Waiting;
                 }
             }
-            Site::WaitForInterrupt => {
-                next.skip_instruction(2);
+            Action::WaitForInterrupt => {
+                next.skip_instruction(site.length);
                 if !self.core.is_exception_pending()? {
                     self.state = State::Waiting;
                 }
             }
             // What just rose is taken before the branch, or not at all.
-            Site::Stay if rose => {}
-            Site::Stay => self.state = State::Waiting,
-            Site::SetStackPointer { register } => {
+            Action::Stay if rose => {}
+            Action::Stay => self.state = State::Waiting,
+            Action::SetStackPointer { register } => {
                 let value = layout.relocate(next.r[usize::from(register)]);
                 next.r[usize::from(Registers::SP)] = value & !3;
-                next.skip_instruction(4);
+                next.skip_instruction(site.length);
             }
         }
         Ok(())
@@ -313,8 +313,9 @@ fn start_core(
     let mut core = Core::new(flash)?;
     access::trap(&mut core)?;
     let layout = core.layout();
-    let needed =
-        |site: &Site| layout != Layout::Chip || !matches!(site, Site::SetStackPointer { .. });
+    let needed = |site: &Site| {
+        layout != Layout::Chip || !matches!(site.action, Action::SetStackPointer { .. })
+    };
     let sites = sites.iter().filter(|(_, site)| needed(site)).map(|(address, _)| address);
     let mut addresses: Vec<u32> = sites.chain(skipped).copied().collect();
     addresses.sort_unstable();

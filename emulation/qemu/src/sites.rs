@@ -6,7 +6,16 @@
 
 /// An instruction that QEMU does not do as the bridge needs it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Site {
+pub struct Site {
+    /// What it does.
+    pub action: Action,
+    /// Its length in bytes.
+    pub length: u32,
+}
+
+/// What such an instruction does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
     /// WFE: QEMU has no event register.
     WaitForEvent,
     /// WFI: time is the board's, it would stand still.
@@ -25,17 +34,21 @@ pub enum Site {
 impl Site {
     /// The instruction with the half-words `first` and `second`.
     fn of(first: u16, second: u16) -> Option<Site> {
-        // ARMv7-M manual, A7.7.262, A7.7.263, A7.7.129, A7.7.12 (encoding T2) and B5.2.3.
-        match (first, second) {
-            (0xbf20, _) => Some(Site::WaitForEvent),
-            (0xbf30, _) => Some(Site::WaitForInterrupt),
-            (0xbf40, _) => Some(Site::SendEvent),
-            (0xe7fe, _) => Some(Site::Stay),
+        // ARMv7-M manual, A7.7.262, A7.7.263, A7.7.129, each in two encodings, A7.7.12 (T2) and B5.2.3.
+        let (action, length) = match (first, second) {
+            (0xbf20, _) => (Action::WaitForEvent, 2),
+            (0xf3af, 0x8002) => (Action::WaitForEvent, 4),
+            (0xbf30, _) => (Action::WaitForInterrupt, 2),
+            (0xf3af, 0x8003) => (Action::WaitForInterrupt, 4),
+            (0xbf40, _) => (Action::SendEvent, 2),
+            (0xf3af, 0x8004) => (Action::SendEvent, 4),
+            (0xe7fe, _) => (Action::Stay, 2),
             (0xf380..=0xf38f, 0x8808) => {
-                Some(Site::SetStackPointer { register: (first & 0xf) as u8 })
+                (Action::SetStackPointer { register: (first & 0xf) as u8 }, 4)
             }
-            _ => None,
-        }
+            _ => return None,
+        };
+        Some(Site { action, length })
     }
 }
 
@@ -66,22 +79,29 @@ mod tests {
 
     #[test]
     fn finds_what_the_assembler_writes() {
-        // wfe; wfi; sev; nop; b .; msr msp, r0; msr primask, r0; msr msp, r9; bx lr (GNU assembler 2.40)
-        let code = [
-            0x20, 0xbf, 0x30, 0xbf, 0x40, 0xbf, 0x00, 0xbf, 0xfe, 0xe7, 0x80, 0xf3, 0x08, 0x88,
-            0x80, 0xf3, 0x10, 0x88, 0x89, 0xf3, 0x08, 0x88, 0x70, 0x47,
+        // wfe; wfi; sev; nop; b .; msr msp, r0; msr primask, r0; msr msp, r9; wfe.w; wfi.w; sev.w; bx lr
+        // (GNU assembler 2.40)
+        let halves = [
+            0xbf20, 0xbf30, 0xbf40, 0xbf00, 0xe7fe, 0xf380, 0x8808, 0xf380, 0x8810, 0xf389, 0x8808,
+            0xf3af, 0x8002, 0xf3af, 0x8003, 0xf3af, 0x8004, 0x4770,
         ];
-        let sites: Vec<_> = find(0x0800_4000, &code).collect();
+        let code: Vec<u8> = halves.iter().flat_map(|half: &u16| half.to_le_bytes()).collect();
+        let sites: Vec<_> = find(0x0800_4000, &code)
+            .map(|(address, site)| (address, site.action, site.length))
+            .collect();
         let expected = [
-            (0x0800_4000, Site::WaitForEvent),
-            (0x0800_4002, Site::WaitForInterrupt),
-            (0x0800_4004, Site::SendEvent),
-            (0x0800_4008, Site::Stay),
-            (0x0800_400a, Site::SetStackPointer { register: 0 }),
-            (0x0800_4012, Site::SetStackPointer { register: 9 }),
+            (0x0800_4000, Action::WaitForEvent, 2),
+            (0x0800_4002, Action::WaitForInterrupt, 2),
+            (0x0800_4004, Action::SendEvent, 2),
+            (0x0800_4008, Action::Stay, 2),
+            (0x0800_400a, Action::SetStackPointer { register: 0 }, 4),
+            (0x0800_4012, Action::SetStackPointer { register: 9 }, 4),
+            (0x0800_4016, Action::WaitForEvent, 4),
+            (0x0800_401a, Action::WaitForInterrupt, 4),
+            (0x0800_401e, Action::SendEvent, 4),
         ];
         assert_eq!(sites, expected);
-        assert_eq!(find_return(0x0800_4000, &code), Some(0x0800_4016));
-        assert_eq!(find_return(0x0800_4000, &code[..22]), None);
+        assert_eq!(find_return(0x0800_4000, &code), Some(0x0800_4022));
+        assert_eq!(find_return(0x0800_4000, &code[..34]), None);
     }
 }
