@@ -174,7 +174,7 @@ fn every_other_record_has_its_words() {
     let words = [
         "a step took longer than a tick: 3 ticks missed so far",
         "no step has ended for so long that the robot has stopped its motors",
-        "12 log lines came faster than the robot could tell them",
+        "12 log lines came faster than the robot could tell",
     ];
     let text = trace_lines(&folder, &lines, &[]);
     assert_eq!(text.status, Some(0));

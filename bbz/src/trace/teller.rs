@@ -141,7 +141,10 @@ impl<'a> Teller<'a> {
             Record::Fault { step, fault, calls } => self.fault(time, step, &fault, calls.collect()),
             Record::Refused(cause) => self.refused(time, cause),
             Record::Overrun { step, missed } => {
-                let text = format!("a step took longer than a tick: {missed} ticks missed so far");
+                let text = format!(
+                    "a step took longer than a tick: {} missed so far",
+                    counted(missed, "tick")
+                );
                 let object = json!({ "kind": "overrun", "step": step, "missed": missed });
                 self.remark(time, &format!("step {step}"), &text, object);
             }
@@ -151,7 +154,8 @@ impl<'a> Teller<'a> {
                 self.remark(time, &format!("step {step}"), text, object);
             }
             Record::Lost(count) => {
-                let text = format!("{count} log lines came faster than the robot could tell them");
+                let text =
+                    format!("{} came faster than the robot could tell", counted(count, "log line"));
                 self.remark(time, "lost", &text, json!({ "kind": "lost", "count": count }));
             }
         }
@@ -253,7 +257,7 @@ impl<'a> Teller<'a> {
         if let Some(object) = object {
             return self.entry(time, "", b"", object);
         }
-        let mut note = format!("after {step} complete steps");
+        let mut note = format!("after {}", counted(step, "complete step"));
         if let Some(time) = time {
             note = format!("{note}, at {time:.6} s");
         }
@@ -335,6 +339,12 @@ impl<'a> Teller<'a> {
 
 const OTHER_SCRIPT: &str = "its strings and places are shown as numbers; name the script that the robot has, built \
                             for the same profile, or write this one with `bbz flash`";
+
+/// `1 tick`, `2 ticks`
+fn counted(count: u32, what: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} {what}{plural}")
+}
 
 fn damage(error: RecordError) -> &'static str {
     match error {
