@@ -19,6 +19,7 @@
 #![no_main]
 
 mod clock;
+mod critical;
 mod failure;
 mod functions;
 mod leds;
@@ -47,12 +48,13 @@ use static_cell::StaticCell;
 
 use functions::{Crazyflie, is_function};
 use leds::{ScriptLeds, Status, StatusChannel, StatusLeds};
-use link::uart::{Interrupts, Uart};
+use link::uart::Interrupts;
 use motors::{Motors, Powers};
 
 bind_interrupts!(struct Irqs {
     USART6 => Interrupts;
     EXTI4 => Interrupts;
+    USART1 => Interrupts;
 });
 
 /// Without food for so long the chip restarts. The watchdog's own clock is between 17 and 47 kHz (data sheet, table 43), so
@@ -68,6 +70,8 @@ type ScriptTask = Script<Full, &'static [u8], Crazyflie, { robot::SLOTS }>;
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let failure = failure::take();
+    let mut core = defmt::unwrap!(cortex_m::Peripherals::take());
+    critical::set_priorities(&mut core.NVIC);
     let p = embassy_stm32::init(clock::config());
     let mut watchdog = IndependentWatchdog::new(p.IWDG, WATCHDOG_US);
     watchdog.unleash();
@@ -75,8 +79,7 @@ async fn main(spawner: Spawner) {
     let motors = Motors::new(p.TIM2, p.TIM4, p.PA1, p.PB11, p.PA15, p.PB9);
     let script_leds = ScriptLeds::new(p.PC0, p.PC1, p.PD2);
     let status_leds = StatusLeds::new(p.PC2, p.PC3);
-    let uart = Uart::new(p.USART6, p.PC6, p.PC7, p.PA4, Irqs);
-    let (receiver, sender) = uart.split();
+    let (receiver, sender) = link::uart::open(p.USART6, p.PC6, p.PC7, p.PA4, Irqs);
 
     let robot_id = robot_id();
     defmt::info!("BittyBuzz on {=str}, not tried on hardware", robot::NAME);

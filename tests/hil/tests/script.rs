@@ -177,7 +177,7 @@ fn slices_are_short() {
         (
             "tables",
             "function init() { t = {} var i = 0 while(i < 150) { t[i] = i i = i + 1 } }\n\
-             function step() { t.foreach(function(k, v) { t[k] = v + 1 }) var u = t.map(function(k, v) { return v }) u = nil }",
+             function step() { foreach(t, function(k, v) { t[k] = v + 1 }) var u = map(t, function(k, v) { return v }) u = nil }",
         ),
         (
             "text",

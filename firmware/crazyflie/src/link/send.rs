@@ -15,7 +15,7 @@ use super::uart::Sender;
 static OUT: Channel<CriticalSectionRawMutex, Bytes, 8> = Channel::new();
 
 /// The nRF51 never needs so many beats to make room. A frame that waits longer is dropped, so that a dead neighbour does
-/// not block the robot.
+/// not block the robot. What of it is in the ring already is cut off by the start of the next.
 const PATIENCE: u32 = 2;
 
 /// Queues a packet. Where there is no room, or the packet is too long, it is dropped and counted.
@@ -37,7 +37,6 @@ pub async fn send_frames(mut uart: Sender, pulse: Pulse) -> ! {
         pulse.beat();
         let Ok(frame) = with_timeout(BEAT, OUT.receive()).await else { continue };
         if !deliver(&mut uart, frame.as_slice(), pulse).await {
-            uart.clear();
             STATE.dropped.fetch_add(1, Ordering::Relaxed);
         }
     }

@@ -1,62 +1,121 @@
 //! USART6 with two rings of bytes, and the nRF51's flow control on PA4.
 //!
-//! embassy-stm32's buffered driver has no place for a flow control line that is not the USART's own CTS pin; here the
-//! interrupt looks at the line before each byte, so that only the bytes under way follow its rise.
+//! embassy-stm32's buffered driver has no place for a flow control line that is not the USART's own CTS pin, and its
+//! interrupt waits for critical sections. Here the interrupt looks at the line before each byte, so that only the bytes
+//! under way follow its rise, and it is never masked (see [`crate::critical`]). It therefore uses no critical sections: its
+//! ends of the rings are its own, and tasks are woken by a second interrupt.
 //!
 //! Registers: RM0090 chapter 30, baud rate in 30.3.4. Pins and line: crazyflie-firmware, uart_syslink.h.
 
+use core::cell::UnsafeCell;
+use core::future::poll_fn;
 use core::sync::atomic::{AtomicU32, Ordering};
+use core::task::Poll;
 
+use cortex_m::peripheral::NVIC;
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{AfType, Flex, Input, OutputType, Pull, Speed};
-use embassy_stm32::interrupt::typelevel::{Binding, EXTI4, Handler, Interrupt, USART6 as IRQ};
+use embassy_stm32::interrupt;
+use embassy_stm32::interrupt::typelevel::{
+    Binding, EXTI4, Handler, Interrupt, USART1 as Waking, USART6 as Usart6,
+};
 use embassy_stm32::pac;
 use embassy_stm32::pac::gpio::vals::Idr;
 use embassy_stm32::peripherals::{PA4, PC6, PC7, USART6};
 use embassy_stm32::rcc;
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::pipe::Pipe;
+use embassy_sync::waitqueue::AtomicWaker;
+use heapless::spsc::{Consumer, Producer, Queue};
+use static_cell::StaticCell;
+
+/// The interrupt that is never masked.
+pub const INTERRUPT: interrupt::Interrupt = Usart6::IRQ;
+/// Of a peripheral that is not used: wakes tasks for it.
+const WAKING: interrupt::Interrupt = Waking::IRQ;
 
 const BAUD: u32 = 1_000_000;
 
 /// Alternate function of USART6 on PC6 and PC7 (data sheet, table 9).
 const AF: u8 = 8;
 
-/// Bytes that wait to be read: 5 ms of a busy line.
-const RX_RING: usize = 512;
-/// Bytes that wait to be sent.
-const TX_RING: usize = 128;
+/// Bytes that can wait to be read, and one: 5 ms of a busy line.
+const RX_RING: usize = 513;
+/// Bytes that can wait to be sent, and one.
+const TX_RING: usize = 129;
 
-static RX: Pipe<CriticalSectionRawMutex, RX_RING> = Pipe::new();
-static TX: Pipe<CriticalSectionRawMutex, TX_RING> = Pipe::new();
+static RX_WAKER: AtomicWaker = AtomicWaker::new();
+static TX_WAKER: AtomicWaker = AtomicWaker::new();
 
 /// Bytes that were lost: by the USART because the interrupt came late, or because the ring was full.
 static OVERRUNS: AtomicU32 = AtomicU32::new(0);
 
+/// The interrupt's ends of the rings.
+struct Ends {
+    received: Producer<'static, u8>,
+    to_send: Consumer<'static, u8>,
+}
+
+/// Belongs to the interrupt once that is enabled.
+struct InterruptOwned(UnsafeCell<Option<Ends>>);
+
+// SAFETY: `Uart::new` writes it while the interrupt is off; from then on only the interrupt touches it, and that does not
+// interrupt itself.
+unsafe impl Sync for InterruptOwned {}
+
+static ENDS: InterruptOwned = InterruptOwned(UnsafeCell::new(None));
+
 /// The interrupts of the link.
 pub struct Interrupts;
 
-impl Handler<IRQ> for Interrupts {
+impl Handler<Usart6> for Interrupts {
     unsafe fn on_interrupt() {
+        // SAFETY: this is the interrupt that owns it.
+        if let Some(ends) = unsafe { &mut *ENDS.0.get() } {
+            ends.serve();
+        }
+    }
+}
+
+impl Ends {
+    #[inline]
+    fn serve(&mut self) {
         let usart = pac::USART6;
         // Reading SR and then DR clears RXNE and the errors (30.6.1).
         let status = usart.sr().read();
         if status.rxne() || status.ore() || status.fe() || status.ne() {
             let byte = usart.dr().read().dr() as u8;
             // With an overrun DR still holds the byte before the lost one. A byte with a wrong stop bit is none.
-            let lost = u32::from(status.ore());
-            let whole = status.rxne() && !status.fe();
-            let kept = !whole || RX.try_write(&[byte]).is_ok();
-            OVERRUNS.fetch_add(lost + u32::from(!kept), Ordering::Relaxed);
-        }
-        if status.txe() && usart.cr1().read().txeie() {
-            let mut byte = [0];
-            if may_send() && TX.try_read(&mut byte).is_ok() {
-                usart.dr().write(|w| w.set_dr(byte[0].into()));
-            } else {
-                usart.cr1().modify(|w| w.set_txeie(false));
+            if status.ore() {
+                OVERRUNS.fetch_add(1, Ordering::Relaxed);
+            }
+            if status.rxne() && !status.fe() {
+                // The reader sleeps only when the ring is empty.
+                let asleep = self.received.is_empty();
+                if self.received.enqueue(byte).is_err() {
+                    OVERRUNS.fetch_add(1, Ordering::Relaxed);
+                }
+                if asleep {
+                    NVIC::pend(WAKING);
+                }
             }
         }
+        if status.txe() && usart.cr1().read().txeie() {
+            // The writer sleeps only when the ring is full.
+            let asleep = self.to_send.len() == TX_RING - 1;
+            match if may_send() { self.to_send.dequeue() } else { None } {
+                Some(byte) => usart.dr().write(|w| w.set_dr(byte.into())),
+                None => usart.cr1().modify(|w| w.set_txeie(false)),
+            }
+            if asleep {
+                NVIC::pend(WAKING);
+            }
+        }
+    }
+}
+
+impl Handler<Waking> for Interrupts {
+    unsafe fn on_interrupt() {
+        RX_WAKER.wake();
+        TX_WAKER.wake();
     }
 }
 
@@ -74,7 +133,7 @@ fn may_send() -> bool {
 
 /// Lets the interrupt send what is in the ring, once the line allows it.
 fn go_on() {
-    // The interrupt changes the same register.
+    // The interrupt changes the same register: here even it has to wait, for three instructions.
     cortex_m::interrupt::free(|_| pac::USART6.cr1().modify(|w| w.set_txeie(true)));
 }
 
@@ -83,45 +142,52 @@ pub fn overruns() -> u32 {
     OVERRUNS.load(Ordering::Relaxed)
 }
 
-/// Both directions of the link. The pins are its own for ever.
-pub struct Uart {
+/// Bytes from the nRF51.
+pub struct Receiver {
+    ring: Consumer<'static, u8>,
     _pins: (Flex<'static>, Flex<'static>, Input<'static>),
 }
 
-impl Uart {
-    /// 1 Mbaud, 8 data bits, no parity, one stop bit.
-    pub fn new(
-        _usart: Peri<'static, USART6>,
-        tx: Peri<'static, PC6>,
-        rx: Peri<'static, PC7>,
-        full: Peri<'static, PA4>,
-        _irq: impl Binding<IRQ, Interrupts> + Binding<EXTI4, Interrupts>,
-    ) -> Self {
-        rcc::enable_and_reset::<USART6>();
-        let (mut tx, mut rx) = (Flex::new(tx), Flex::new(rx));
-        tx.set_as_af_unchecked(AF, AfType::output(OutputType::PushPull, Speed::VeryHigh));
-        rx.set_as_af_unchecked(AF, AfType::input(Pull::Up));
-        let full = Input::new(full, Pull::Up);
-        watch_flow_control();
-        let usart = pac::USART6;
-        // With 16 samples a bit, BRR in sixteenths is the clock over the baud rate.
-        let divider = rcc::frequency::<USART6>().0 / BAUD;
-        usart.brr().write_value(pac::usart::regs::Brr(divider));
-        usart.cr1().write(|w| {
-            w.set_ue(true);
-            w.set_te(true);
-            w.set_re(true);
-            w.set_rxneie(true);
-        });
-        enable::<IRQ>();
-        enable::<EXTI4>();
-        Uart { _pins: (tx, rx, full) }
-    }
+/// Bytes to the nRF51.
+pub struct Sender {
+    ring: Producer<'static, u8>,
+}
 
-    /// Both directions, to be used by two tasks.
-    pub fn split(self) -> (Receiver, Sender) {
-        (Receiver { _uart: self }, Sender {})
-    }
+/// Sets the link up: 1 Mbaud, 8 data bits, no parity, one stop bit. The pins are its own for ever.
+pub fn open(
+    _usart: Peri<'static, USART6>,
+    tx: Peri<'static, PC6>,
+    rx: Peri<'static, PC7>,
+    full: Peri<'static, PA4>,
+    _irq: impl Binding<Usart6, Interrupts> + Binding<EXTI4, Interrupts> + Binding<Waking, Interrupts>,
+) -> (Receiver, Sender) {
+    static RX: StaticCell<Queue<u8, RX_RING>> = StaticCell::new();
+    static TX: StaticCell<Queue<u8, TX_RING>> = StaticCell::new();
+    let (received, rx_ring) = RX.init(Queue::new()).split();
+    let (tx_ring, to_send) = TX.init(Queue::new()).split();
+    // SAFETY: the interrupt is not enabled yet, and this function is called once: it takes the peripheral.
+    unsafe { *ENDS.0.get() = Some(Ends { received, to_send }) };
+
+    rcc::enable_and_reset::<USART6>();
+    let (mut tx, mut rx) = (Flex::new(tx), Flex::new(rx));
+    tx.set_as_af_unchecked(AF, AfType::output(OutputType::PushPull, Speed::VeryHigh));
+    rx.set_as_af_unchecked(AF, AfType::input(Pull::Up));
+    let full = Input::new(full, Pull::Up);
+    watch_flow_control();
+    let usart = pac::USART6;
+    // With 16 samples a bit, BRR in sixteenths is the clock over the baud rate.
+    let divider = rcc::frequency::<USART6>().0 / BAUD;
+    usart.brr().write_value(pac::usart::regs::Brr(divider));
+    usart.cr1().write(|w| {
+        w.set_ue(true);
+        w.set_te(true);
+        w.set_re(true);
+        w.set_rxneie(true);
+    });
+    enable::<Usart6>();
+    enable::<EXTI4>();
+    enable::<Waking>();
+    (Receiver { ring: rx_ring, _pins: (tx, rx, full) }, Sender { ring: tx_ring })
 }
 
 /// Line 4 from port A, falling edge: the nRF51 has room again.
@@ -139,31 +205,37 @@ fn enable<I: Interrupt>() {
     unsafe { I::enable() };
 }
 
-/// Bytes from the nRF51.
-pub struct Receiver {
-    _uart: Uart,
-}
-
 impl Receiver {
     /// Waits for at least one byte.
     pub async fn read(&mut self, buffer: &mut [u8]) -> usize {
-        RX.read(buffer).await
+        poll_fn(|context| {
+            RX_WAKER.register(context.waker());
+            let mut count = 0;
+            while let Some(slot) = buffer.get_mut(count)
+                && let Some(byte) = self.ring.dequeue()
+            {
+                *slot = byte;
+                count += 1;
+            }
+            if count > 0 { Poll::Ready(count) } else { Poll::Pending }
+        })
+        .await
     }
 }
-
-/// Bytes to the nRF51.
-pub struct Sender {}
 
 impl Sender {
     /// Puts at least one byte into the ring, once there is room; returns how many.
     pub async fn write(&mut self, bytes: &[u8]) -> usize {
-        let written = TX.write(bytes).await;
-        go_on();
-        written
-    }
-
-    /// Forgets what has not been sent.
-    pub fn clear(&mut self) {
-        TX.clear();
+        poll_fn(|context| {
+            TX_WAKER.register(context.waker());
+            let taken = bytes.iter().take_while(|byte| self.ring.enqueue(**byte).is_ok()).count();
+            if taken > 0 {
+                go_on();
+                Poll::Ready(taken)
+            } else {
+                Poll::Pending
+            }
+        })
+        .await
     }
 }
