@@ -55,7 +55,7 @@ impl Emulator {
         self.done(&Command::Write { address, bytes: bytes.into() })
     }
 
-    /// Reads flash or RAM.
+    /// Reads flash, RAM, or the unique id and what was programmed once.
     pub fn read(&mut self, address: u32, length: u32) -> Result<Vec<u8>, ClientError> {
         match self.ask(&Command::Read { address, length }, |_| ())? {
             Reply::Bytes { bytes } => Ok(bytes),

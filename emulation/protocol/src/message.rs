@@ -23,7 +23,7 @@ pub enum Command {
         #[serde(with = "hex")]
         bytes: Vec<u8>,
     },
-    /// Read flash or RAM.
+    /// Read flash, RAM, or the unique id and what was programmed once.
     Read {
         /// First address.
         address: u32,

@@ -3,7 +3,7 @@
 use std::io::{self, BufRead, Write};
 use std::time::Duration;
 
-use bittybuzz_chips::{Battery, Frame, Link, MAX_PAYLOAD};
+use bittybuzz_chips::{Battery, Frame, Link, MAX_PAYLOAD, Width};
 
 use crate::message::{Command, Event, Output, Reply, Statistics, TimedEvent};
 use crate::rtt::Rtt;
@@ -11,6 +11,8 @@ use crate::{Image, ImageError, Machine, MachineError, Pause};
 
 /// How often the log is read, in the robot's time.
 const POLL: Duration = Duration::from_millis(1);
+/// One-time programmable area and unique id, which the board answers for; reading it has no effect.
+const IDENTITY: std::ops::Range<u32> = 0x1fff_7000..0x1fff_8000;
 /// More than the largest memory there is.
 const LONGEST_READ: u32 = 1024 * 1024;
 
@@ -97,7 +99,15 @@ impl<M: Machine, W: Write> Server<'_, M, W> {
                     return Err(CommandError::ReadTooLong(length));
                 }
                 let mut bytes = vec![0; length as usize];
-                self.machine.read_memory(address, &mut bytes)?;
+                let end = address.saturating_add(length);
+                if IDENTITY.contains(&address) && end <= IDENTITY.end {
+                    let board = self.machine.board();
+                    for (address, byte) in (address..end).zip(&mut bytes) {
+                        *byte = board.read(address, Width::Byte) as u8;
+                    }
+                } else {
+                    self.machine.read_memory(address, &mut bytes)?;
+                }
                 return Ok(Reply::Bytes { bytes });
             }
             Command::Send { kind, payload } => {

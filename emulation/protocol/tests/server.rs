@@ -168,7 +168,7 @@ fn every_command_is_answered_once() {
         &good_image("commands.elf"),
         r#"{"command":"write","address":536870912,"bytes":"00ffA5"}"#,
         r#"{"command":"read","address":536870912,"length":3}"#,
-        r#"{"command":"bytes","bytes":"0102"}"#,
+        r#"{"command":"read","address":536836642,"length":2}"#,
         r#"{"command":"send","type":10,"payload":"00"}"#,
         r#"{"command":"link","lose":0.5,"corrupt":0,"seed":1}"#,
         r#"{"command":"flow_control","full":true}"#,
@@ -182,6 +182,8 @@ fn every_command_is_answered_once() {
     let ok = Output::Reply(Reply::Ok);
     let mut expected = vec![ok.clone(); 11];
     expected[2] = Output::Reply(Reply::Bytes { bytes: vec![0x00, 0xff, 0xa5] });
+    // 0x1fff7a22 holds the size of the flash: 1024 KiB.
+    expected[3] = Output::Reply(Reply::Bytes { bytes: vec![0x00, 0x04] });
     assert_eq!(outputs, expected, "and nothing after quit");
 }
 

@@ -3,7 +3,8 @@
 use bittybuzz_chips::{ResetCause, Time, Width};
 use bittybuzz_emulation::MachineError;
 use unicorn_engine::{
-    Arch, HookType, MemType, Mode, Prot, RegisterARM as Register, Unicorn, uc_error,
+    Arch, HookType, MemType, Mode, Prot, RegisterARM as Register, TlbEntry, TlbType, Unicorn,
+    uc_error,
 };
 
 use crate::blocks::Block;
@@ -269,6 +270,9 @@ fn hook(uc: &mut Unicorn<'_, System>) -> Result<(), uc_error> {
         uc.get_data_mut().interrupt = Some(interrupt);
         let _ = uc.emu_stop();
     })?;
+    // Unicorn's own table of pages says that data may be executed everywhere, and then checks every write.
+    uc.ctl_set_tlb_type(TlbType::VIRTUAL)?;
+    uc.add_tlb_hook(1, 0, enter_page)?;
     for (first, last) in NOT_RAM {
         uc.add_mem_hook(HookType::MEM_INVALID, first, last, |uc, _: MemType, address, _, _| {
             uc.get_data_mut().failed_address = address as u32;
@@ -276,6 +280,17 @@ fn hook(uc: &mut Unicorn<'_, System>) -> Result<(), uc_error> {
         })?;
     }
     Ok(())
+}
+
+/// An access to a page that Unicorn does not remember: what is not allowed there is found when it happens.
+fn enter_page(uc: &mut Unicorn<'_, System>, address: u64, kind: MemType) -> Option<TlbEntry> {
+    if kind == MemType::FETCH {
+        return Some(TlbEntry { paddr: address, perms: Prot::ALL });
+    }
+    // Before it asks, Unicorn sets the if-then state to that of the instruction, as if it were to leave the
+    // block. The block goes on and takes the state for cleared; what follows it would be skipped.
+    uc.reg_write(Register::EPSR, u64::from(XPSR_T)).ok()?;
+    Some(TlbEntry { paddr: address, perms: Prot::READ | Prot::WRITE })
 }
 
 /// Counts the block that is about to run, or stops before it.

@@ -182,6 +182,13 @@ fn the_watchdog_ends_a_lockup() {
 }
 
 #[test]
+fn the_first_access_to_a_page_leaves_no_trace() {
+    let mut robot = robot(&programs::IF_THEN);
+    run(&mut robot, 1_000);
+    assert_eq!(words(&mut robot, 0, 1), [8]);
+}
+
+#[test]
 fn an_instruction_is_a_cycle() {
     let mut robot = robot(&programs::LOOP);
     run(&mut robot, 1_000);

@@ -457,3 +457,31 @@ pub const BAD_JUMPS: Program = Program {
         0xed28, 0xe000, // .word 0xe000ed28
     ],
 };
+
+/// Stores to eight pages for the first time, each within an if-then block, and counts behind each.
+pub const IF_THEN: Program = Program {
+    vectors: &[(1, 0x0)],
+    code: &[
+        0xf04f, 0x5700, // ldr r7, =0x20000000
+        0x4c09, // ldr r4, =0x20001000
+        0x2508, // movs r5, #8
+        0x2600, // movs r6, #0
+        0x4620, // 1: mov r0, r4
+        0xf000, 0xf807, // bl store
+        0x3601, // adds r6, #1
+        0xf504, 0x5480, // add r4, r4, #0x1000
+        0x3d01, // subs r5, #1
+        0xd1f7, // bne 1b
+        0x603e, // str r6, [r7]
+        0xe7fe, // 2: b 2b
+        // store:
+        0x4280, // cmp r0, r0
+        0xbf04, // itt eq
+        0x6005, // streq r5, [r0]
+        0x2101, // moveq r1, #1
+        0x2900, // cmp r1, #0
+        0x4770, // bx lr
+        0x0000, // bx lr
+        0x1000, 0x2000, // .word 0x20001000
+    ],
+};
