@@ -22,7 +22,7 @@ pub const SLICE_MAX: Duration = Duration::from_micros(500);
 
 /// A slice ends after the first look at the clock that finds so much time gone: what one instruction can take on top, a
 /// collection of a full heap, fits into the rest of [`SLICE_MAX`].
-const SLICE: Duration = Duration::from_micros(250);
+const SLICE: Duration = Duration::from_micros(150);
 
 /// Instructions between two looks at the clock.
 const CHUNK: u16 = 50;

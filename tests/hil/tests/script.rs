@@ -181,13 +181,13 @@ fn slices_are_short() {
         ),
         (
             "text",
-            "function init() { s = \"\" var i = 0 while(i < 40) { s = string.concat(s, \"abcdefgh\") i = i + 1 } }\n\
-             function step() { var i = 0 while(i < 200) { var u = string.sub(s, i, 200) string.length(u) i = i + 1 } }",
+            "function init() { s = \"\" var i = 0 while(i < 100) { s = string.concat(s, \"abcdefgh\") i = i + 1 } }\n\
+             function step() { var i = 0 while(i < 200) { var u = string.sub(s, i, 700) string.length(u) i = i + 1 } }",
         ),
     ];
     for (name, source) in scripts {
         let script = ScriptFile::new(&format!("slices-{name}"), source);
-        let trace = trace(Core::Unicorn, script.path(), 30.0);
+        let trace = trace(Core::Unicorn, script.path(), 10.5);
         assert_eq!(trace.status, Some(0), "{name}: {:?}", trace.lines.last());
         // The firmware tells its longest slice every hundred steps.
         let told = trace.of("firmware").filter_map(|line| {

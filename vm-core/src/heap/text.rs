@@ -12,7 +12,7 @@ const SLOT_BYTES: usize = 4;
 const IN_HEAD: usize = (CELL - 2) * SLOT_BYTES;
 const IN_CELL: usize = (CELL - 1) * SLOT_BYTES;
 
-/// Writes a text byte by byte.
+/// Writes a text byte by byte; it has no length before its end.
 #[derive(Clone, Copy)]
 pub(crate) struct TextBuilder {
     head: usize,
@@ -47,22 +47,33 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         Ok(TextBuilder { head, cell: head, room: IN_HEAD, length: 0 })
     }
 
-    /// Adds a byte. Changes nothing if it fails.
-    pub(crate) fn text_push(&mut self, text: &mut TextBuilder, byte: u8) -> Result<(), NoCell> {
+    /// Adds a cell. Changes nothing if it fails.
+    pub(crate) fn text_grow(&mut self, text: &mut TextBuilder) -> Result<(), NoCell> {
+        let cell = self.take_cell(LIVE).ok_or(NoCell)?;
+        self.set_link(text.cell, cell);
+        text.cell = cell;
+        text.room = IN_CELL;
+        Ok(())
+    }
+
+    /// Adds a byte; false if there is no room left in the last cell.
+    #[inline(always)]
+    pub(crate) fn text_put(&mut self, text: &mut TextBuilder, byte: u8) -> bool {
         if text.room == 0 {
-            let cell = self.take_cell(LIVE).ok_or(NoCell)?;
-            self.set_link(text.cell, cell);
-            text.cell = cell;
-            text.room = IN_CELL;
+            return false;
         }
         let slot = text.cell + CELL - text.room.div_ceil(SLOT_BYTES);
         let shift = 8 * ((SLOT_BYTES - text.room % SLOT_BYTES) % SLOT_BYTES);
-        let old = if shift == 0 { 0 } else { P::int_to_i32(self.get(slot).raw()) as u32 };
-        self.set(slot, Value::int((old | u32::from(byte) << shift) as i32));
+        let old = if shift == 0 { 0 } else { P::int_to_i32(self.get_fast(slot).raw()) as u32 };
+        self.set_fast(slot, Value::int((old | u32::from(byte) << shift) as i32));
         text.room -= 1;
         text.length += 1;
+        true
+    }
+
+    /// The text is complete: it gets its length.
+    pub(crate) fn text_end(&mut self, text: &TextBuilder) {
         self.set(text.head + 1, Value::int(text.length as i32));
-        Ok(())
     }
 
     /// The text that is being built.
@@ -78,6 +89,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// The next byte of a text.
+    #[inline(always)]
     pub(crate) fn text_next(&self, cursor: &mut TextCursor) -> Option<u8> {
         if cursor.left == 0 {
             return None;
@@ -120,14 +132,22 @@ mod tests {
     use super::*;
     use crate::number::Full;
 
+    fn push(memory: &mut Arena<Full, 400>, text: &mut TextBuilder, byte: u8) {
+        if !memory.text_put(text, byte) {
+            memory.text_grow(text).unwrap();
+            assert!(memory.text_put(text, byte));
+        }
+    }
+
     #[test]
     fn holds_every_byte_of_any_length() {
         let mut memory: Arena<Full, 400> = Arena::new();
         for length in [0, 1, 3, 4, 5, 19, 20, 21, 43, 44, 45, 68, 69, 150] {
             let mut text = memory.new_text().unwrap();
             for index in 0..length {
-                memory.text_push(&mut text, (index * 7 + 200) as u8).unwrap();
+                push(&mut memory, &mut text, (index * 7 + 200) as u8);
             }
+            memory.text_end(&text);
             let mut cursor = memory.text_start(memory.built(&text).index());
             assert_eq!(cursor.left(), length);
             for index in 0..length {
@@ -146,7 +166,8 @@ mod tests {
         let mut memory: Arena<Full, 400> = Arena::new();
         let mut make = |bytes: &[u8]| {
             let mut text = memory.new_text().unwrap();
-            bytes.iter().for_each(|byte| memory.text_push(&mut text, *byte).unwrap());
+            bytes.iter().for_each(|byte| push(&mut memory, &mut text, *byte));
+            memory.text_end(&text);
             memory.built(&text)
         };
         let (a, b, c, d) = (make(b"swarm"), make(b"swarm"), make(b"swarn"), make(b"swar"));

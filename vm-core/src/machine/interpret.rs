@@ -316,7 +316,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 Left::Undone if op == opcode::CALL_METHOD => {
                     self.call_value(host, arg as usize, 2)?;
                 }
-                Left::Undone => self.slow(host, op, arg)?,
+                Left::Undone => {
+                    self.slow(host, op, arg)?;
+                    #[cfg(feature = "strings")]
+                    {
+                        budget = budget.saturating_sub(core::mem::take(&mut self.work));
+                    }
+                }
                 Left::Returned => {}
             }
         }

@@ -111,6 +111,9 @@ pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
     robot_id: u16,
     rng: Rng,
     state: State,
+    /// Instructions that text took the time of, and that are still to be taken from the budget.
+    #[cfg(feature = "strings")]
+    work: u16,
     /// What tests do to allocations.
     #[cfg(feature = "torture")]
     pub torture: crate::torture::Torture,
@@ -131,6 +134,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             robot_id,
             rng: Rng::new(0, robot_id),
             state: State::Empty,
+            #[cfg(feature = "strings")]
+            work: 0,
             #[cfg(feature = "torture")]
             torture: crate::torture::Torture::default(),
         }

@@ -117,8 +117,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(text)
     }
 
+    #[inline(always)]
     fn add(&mut self, text: &mut TextBuilder, byte: u8) -> Result<(), Stopped> {
-        self.allocate(|vm| vm.arena.text_push(text, byte))
+        if !self.arena.text_put(text, byte) {
+            self.allocate(|vm| vm.arena.text_grow(text))?;
+            self.arena.text_put(text, byte);
+        }
+        Ok(())
     }
 
     /// Adds bytes `from..to` of a string.
@@ -130,17 +135,32 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         to: usize,
     ) -> Result<(), Stopped> {
         let mut cursor = self.cursor(value);
-        for index in 0..to {
-            let Some(byte) = self.next(&mut cursor) else { break };
-            if index >= from {
-                self.add(text, byte)?;
-            }
+        self.charge(self.left(&cursor).min(to));
+        for _ in 0..from {
+            let _ = self.next(&mut cursor);
+        }
+        for _ in from..to {
+            // Most long texts were made at run time: the loop is worth a short way for them.
+            let next = match &mut cursor {
+                Cursor::Made(made) => self.arena.text_next(made),
+                other => self.next(other),
+            };
+            let Some(byte) = next else { break };
+            self.add(text, byte)?;
         }
         Ok(())
     }
 
+    /// A byte of text takes about the time of two instructions: so many are taken from the budget, that a slice of a
+    /// script full of text does not take longer than another.
+    fn charge(&mut self, bytes: usize) {
+        let instructions = u16::try_from(2 * bytes).unwrap_or(u16::MAX);
+        self.work = self.work.saturating_add(instructions);
+    }
+
     /// Takes the finished text off the stack. One that equals a constant is that constant.
-    fn end_text(&mut self) -> Value<P> {
+    fn end_text(&mut self, text: &TextBuilder) -> Value<P> {
+        self.arena.text_end(text);
         let made = self.pop();
         self.equal_constant(made).map_or(made, Value::string)
     }
@@ -212,7 +232,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 for slot in first..end {
                     self.add_part(&mut text, self.arena.get(slot), 0, usize::MAX)?;
                 }
-                Ok(self.end_text())
+                Ok(self.end_text(&text))
             }
             builtin::STRING_TO_INT => {
                 Ok(number::parse_int(self.text_bytes(a)).map_or(Value::nil(), Value::int))
@@ -240,7 +260,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         let mut part = self.begin_text()?;
         self.add_part(&mut part, text, first, to_index.max(0) as usize)?;
-        Ok(self.end_text())
+        Ok(self.end_text(&part))
     }
 
     /// The string that `log` would print for a value.
@@ -260,7 +280,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
             _ => self.add_bytes(&mut text, b"[closure]")?,
         }
-        Ok(self.end_text())
+        Ok(self.end_text(&text))
     }
 
     fn add_bytes(&mut self, text: &mut TextBuilder, bytes: &[u8]) -> Result<(), Stopped> {
