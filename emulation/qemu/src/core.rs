@@ -8,6 +8,7 @@
 use crate::gdb::{GdbError, Registers, Stop};
 use crate::memory::{self, Layout};
 use crate::qemu::{Qemu, QemuError};
+use crate::qtest::QtestError;
 use crate::sites;
 
 /// The monitor's command that prints how many instructions were executed, and what stands before the number.
@@ -96,14 +97,26 @@ pub enum CoreError {
     NoReturn,
 }
 
+impl CoreError {
+    /// Whether QEMU has ended.
+    pub fn is_end(&self) -> bool {
+        matches!(
+            self,
+            CoreError::Qemu(
+                QemuError::Gdb(GdbError::Closed) | QemuError::Qtest(QtestError::Closed)
+            )
+        )
+    }
+}
+
 impl From<GdbError> for CoreError {
     fn from(error: GdbError) -> Self {
         CoreError::Qemu(error.into())
     }
 }
 
-impl From<crate::qtest::QtestError> for CoreError {
-    fn from(error: crate::qtest::QtestError) -> Self {
+impl From<QtestError> for CoreError {
+    fn from(error: QtestError) -> Self {
         CoreError::Qemu(error.into())
     }
 }

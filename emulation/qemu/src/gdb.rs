@@ -13,8 +13,10 @@ use std::time::Duration;
 const LONGEST_MEMORY: usize = 1984;
 /// Number of the program status register in QEMU's description of Cortex-M.
 const XPSR: usize = 25;
-/// How long an answer may take.
-const PATIENCE: Duration = Duration::from_secs(3);
+/// How long the core may run before it is asked to stop.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// How many times as long an answer may take, on a busy host.
+const TRIES: u32 = 12;
 /// A byte outside of any packet: stop the core.
 const INTERRUPT: u8 = 0x03;
 
@@ -27,9 +29,12 @@ pub struct Gdb {
 /// Why a request failed.
 #[derive(Debug, thiserror::Error)]
 pub enum GdbError {
-    /// The connection broke, or QEMU did not answer in time.
-    #[error("no answer from QEMU's debugger port: {0}")]
+    /// The connection broke.
+    #[error("the connection to QEMU's debugger port broke: {0}")]
     Connection(#[from] io::Error),
+    /// No answer came for a long time.
+    #[error("QEMU's debugger port does not answer")]
+    Silent,
     /// QEMU ended.
     #[error("QEMU ended")]
     Closed,
@@ -124,10 +129,7 @@ impl Gdb {
 
     /// Waits until the core stops; `None` if it still runs after some seconds.
     pub fn wait(&mut self) -> Result<Option<Stop>, GdbError> {
-        let reply = match self.reply() {
-            Err(GdbError::Connection(error)) if is_timeout(&error) => return Ok(None),
-            reply => reply?,
-        };
+        let Some(reply) = self.receive()? else { return Ok(None) };
         match reply.get(..3) {
             Some("T05") if reply.contains("watch:") => Ok(Some(Stop::Watchpoint)),
             Some("T05") => Ok(Some(Stop::Breakpoint)),
@@ -252,14 +254,25 @@ impl Gdb {
 
     /// The next packet from the stub.
     fn reply(&mut self) -> Result<String, GdbError> {
+        for _ in 0..TRIES {
+            if let Some(reply) = self.receive()? {
+                return Ok(reply);
+            }
+        }
+        Err(GdbError::Silent)
+    }
+
+    /// The next packet from the stub, if it comes in time.
+    fn receive(&mut self) -> Result<Option<String>, GdbError> {
         loop {
             if let Some(packet) = take_packet(&mut self.received)? {
-                return Ok(packet);
+                return Ok(Some(packet));
             }
             let mut chunk = [0; 4096];
             match self.stream.read(&mut chunk) {
                 Ok(0) => return Err(GdbError::Closed),
                 Ok(count) => self.received.extend(&chunk[..count]),
+                Err(error) if is_timeout(&error) => return Ok(None),
                 Err(error) => return Err(closed(error)),
             }
         }

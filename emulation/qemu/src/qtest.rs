@@ -17,14 +17,17 @@ pub struct Qtest {
 #[derive(Debug, thiserror::Error)]
 pub enum QtestError {
     /// The connection broke.
-    #[error("no answer from QEMU's qtest port: {0}")]
+    #[error("the connection to QEMU's qtest port broke: {0}")]
     Connection(#[from] io::Error),
+    /// QEMU ended.
+    #[error("QEMU ended")]
+    Closed,
     /// A request that QEMU does not accept.
     #[error("QEMU answered \"{reply}\" to the qtest request \"{request}\"")]
     Refused {
         /// What was asked.
         request: String,
-        /// What it said; empty if QEMU ended.
+        /// What it said.
         reply: String,
     },
 }
@@ -66,16 +69,26 @@ impl Qtest {
     fn exchange(&mut self) -> Result<String, QtestError> {
         let requests = std::mem::take(&mut self.waiting);
         let lines: String = requests.iter().map(|request| format!("{request}\n")).collect();
-        self.stream.get_mut().write_all(lines.as_bytes())?;
+        self.stream.get_mut().write_all(lines.as_bytes()).map_err(closed)?;
         let mut answer = String::new();
         for request in requests {
             let mut line = String::new();
-            self.stream.read_line(&mut line)?;
+            if self.stream.read_line(&mut line).map_err(closed)? == 0 {
+                return Err(QtestError::Closed);
+            }
             match line.strip_prefix("OK") {
                 Some(rest) => answer = rest.trim().into(),
                 None => return Err(QtestError::Refused { request, reply: line.trim().into() }),
             }
         }
         Ok(answer)
+    }
+}
+
+/// A broken connection means that QEMU ended.
+fn closed(error: io::Error) -> QtestError {
+    match error.kind() {
+        io::ErrorKind::ConnectionReset | io::ErrorKind::BrokenPipe => QtestError::Closed,
+        _ => error.into(),
     }
 }

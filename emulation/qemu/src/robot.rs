@@ -9,9 +9,8 @@ use bittybuzz_emulation::message::{CoreStatistics, Event, TimedEvent};
 
 use crate::access::{self, AccessError, Outcome};
 use crate::core::{Cause, Core, CoreError};
-use crate::gdb::{GdbError, Registers};
+use crate::gdb::Registers;
 use crate::memory::{self, Layout};
-use crate::qemu::QemuError;
 use crate::sites::{self, Action, Site};
 
 /// A robot that runs an image.
@@ -203,7 +202,7 @@ impl Robot {
         let clock = board.core_clock_hz();
         let span = next_event(board, until) - board.now();
         let stopped = match self.core.run(span.ticks(clock).max(1)) {
-            Err(CoreError::Qemu(QemuError::Gdb(GdbError::Closed))) => return self.ended(board),
+            Err(error) if error.is_end() => return self.ended(board),
             stopped => stopped?,
         };
         let started = board.now();
