@@ -301,3 +301,7 @@ impl Crazyflie {
         self.settle();
     }
 }
+
+#[cfg(test)]
+#[path = "crazyflie_tests.rs"]
+mod tests;

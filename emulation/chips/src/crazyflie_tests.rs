@@ -1,0 +1,255 @@
+//! The board, by the registers that a firmware writes.
+
+use super::*;
+use crate::HardwareError;
+
+const RCC: u32 = 0x4002_3800;
+const FLASH_ACR: u32 = 0x4002_3c00;
+const GPIOA: u32 = 0x4002_0000;
+const GPIOB: u32 = 0x4002_0400;
+const GPIOC: u32 = 0x4002_0800;
+const GPIOD: u32 = 0x4002_0c00;
+const TIM2: u32 = 0x4000_0000;
+const TIM4: u32 = 0x4000_0800;
+const TIM5: u32 = 0x4000_0c00;
+const USART6: u32 = 0x4001_1400;
+const EXTI: u32 = 0x4001_3c00;
+const IWDG: u32 = 0x4000_3000;
+
+/// A board whose clocks are as a firmware for the Crazyflie sets them, and all on.
+fn board() -> Crazyflie {
+    let mut board = Crazyflie::new(Settings::default());
+    write(&mut board, FLASH_ACR, 5);
+    write(&mut board, RCC, 0x0001_0083);
+    write(&mut board, RCC + 0x04, 8 | 336 << 6 | 1 << 22 | 7 << 24);
+    write(&mut board, RCC, 0x0101_0083);
+    write(&mut board, RCC + 0x08, 2 | 0b101 << 10 | 0b100 << 13);
+    for (register, bits) in [(0x30, 0xf), (0x40, 0xf), (0x44, 1 << 5 | 1 << 14)] {
+        write(&mut board, RCC + register, bits);
+    }
+    assert_eq!(board.core_clock_hz(), 168_000_000);
+    assert_eq!(events(&mut board), []);
+    board
+}
+
+fn write(board: &mut Crazyflie, address: u32, value: u32) {
+    board.write(address, Width::Word, value);
+}
+
+fn read(board: &mut Crazyflie, address: u32) -> u32 {
+    board.read(address, Width::Word)
+}
+
+fn events(board: &mut Crazyflie) -> Vec<Event> {
+    board.take_events().into_iter().map(|(_, event)| event).collect()
+}
+
+/// USART6 on PC6 and PC7 at 84 MHz / `divider`, with its receive interrupt.
+fn start_usart(board: &mut Crazyflie, divider: u32) {
+    write(board, GPIOC, 2 << 12 | 2 << 14);
+    write(board, GPIOC + 0x20, 8 << 24 | 8 << 28);
+    write(board, USART6 + 0x08, divider);
+    write(board, USART6 + 0x0c, 1 << 13 | 1 << 5 | 1 << 3 | 1 << 2);
+}
+
+/// Sends bytes as a driver does, and returns what has come meanwhile.
+fn talk(board: &mut Crazyflie, bytes: &[u8], until: Time) -> Vec<u8> {
+    let mut bytes = bytes.iter();
+    let mut received = Vec::new();
+    loop {
+        let status = read(board, USART6);
+        if status & 1 << 5 != 0 {
+            received.push(read(board, USART6 + 4) as u8);
+        }
+        if status & 1 << 7 != 0
+            && let Some(byte) = bytes.next()
+        {
+            write(board, USART6 + 4, u32::from(*byte));
+        }
+        match board.next_event() {
+            Some(at) if at <= until => board.advance(at),
+            _ => return received,
+        }
+    }
+}
+
+#[test]
+fn leds_shine_when_their_pins_say_so() {
+    let mut board = board();
+    // Red and green of the left are active low, blue is active high.
+    write(&mut board, GPIOC + 0x14, 0b1111);
+    write(&mut board, GPIOC, 0b01_01_01_01);
+    write(&mut board, GPIOD, 1 << 4);
+    assert_eq!(events(&mut board), []);
+    write(&mut board, GPIOC + 0x18, 1 << 16);
+    write(&mut board, GPIOD + 0x18, 1 << 2);
+    let on = |led| Event::Led { led, on: true };
+    assert_eq!(events(&mut board), [on(Led::RedLeft), on(Led::BlueLeft)]);
+    write(&mut board, GPIOC, 0);
+    assert_eq!(events(&mut board), [Event::Led { led: Led::RedLeft, on: false }]);
+}
+
+#[test]
+fn each_motor_hangs_at_its_pin() {
+    // Motor, port and pin, alternate function, timer, channel from 1: the table of the board.
+    for (number, port, pin, function, timer, channel) in [
+        (1, GPIOA, 1, 1, TIM2, 2),
+        (2, GPIOB, 11, 1, TIM2, 4),
+        (3, GPIOA, 15, 1, TIM2, 1),
+        (4, GPIOB, 9, 2, TIM4, 4),
+    ] {
+        let mut board = board();
+        write(&mut board, timer + 0x2c, 255);
+        write(&mut board, timer + 0x18, 0x6868);
+        write(&mut board, timer + 0x1c, 0x6868);
+        write(&mut board, timer + 0x34 + 4 * (channel - 1), 64);
+        write(&mut board, timer + 0x20, 0x1111);
+        write(&mut board, timer, 1);
+        write(&mut board, port, 2 << (2 * pin));
+        assert_eq!(events(&mut board), [], "alternate function 0 is not the timer");
+        write(&mut board, port + 0x20 + 4 * (pin / 8), function << (4 * (pin % 8)));
+        let motor = |duty, frequency_hz| Event::Motor { number, duty, frequency_hz };
+        assert_eq!(events(&mut board), [motor(0.25, 328_125.0)]);
+        write(&mut board, timer + 0x20, 0);
+        assert_eq!(events(&mut board), [motor(0.0, 0.0)], "CCxE");
+        // As an output it is simply on.
+        write(&mut board, port + 0x18, 1 << pin);
+        write(&mut board, port, 1 << (2 * pin));
+        assert_eq!(events(&mut board), [motor(1.0, 0.0)]);
+        board.reset(ResetCause::Software);
+        assert_eq!(events(&mut board), [motor(0.0, 0.0)]);
+    }
+}
+
+#[test]
+fn frames_go_both_ways_at_one_megabaud() {
+    let mut board = board();
+    start_usart(&mut board, 84);
+    let channel = [0xbc, 0xcf, 0x01, 0x01, 0x50, 0x52, 0x55];
+    let echo = talk(&mut board, &channel, Time::from_millis(10));
+    assert_eq!(echo, channel);
+    let [(at, event)] = &board.take_events()[..] else { panic!("one event") };
+    assert_eq!(*event, Event::Syslink { kind: 1, payload: vec![0x50], intact: true });
+    assert_eq!(*at, Time::from_micros(70));
+    assert_eq!(board.statistics().peer_received, 7);
+}
+
+#[test]
+fn a_wrong_baud_rate_or_pin_is_not_understood() {
+    let channel = [0xbc, 0xcf, 0x01, 0x01, 0x50, 0x52, 0x55];
+    for divider in [80, 88] {
+        let mut board = board();
+        start_usart(&mut board, divider);
+        assert_eq!(talk(&mut board, &channel, Time::from_millis(10)), []);
+    }
+    for (register, value) in [(GPIOC, 2 << 14), (GPIOC + 0x20, 7 << 24 | 8 << 28)] {
+        let mut board = board();
+        start_usart(&mut board, 84);
+        write(&mut board, register, value);
+        assert_eq!(talk(&mut board, &channel, Time::from_millis(10)), []);
+        assert_eq!(board.statistics().peer_received, 0);
+    }
+    let mut board = board();
+    start_usart(&mut board, 84);
+    write(&mut board, GPIOC + 0x20, 8 << 24);
+    assert_eq!(talk(&mut board, &channel, Time::from_millis(10)), [], "PC7 is not connected");
+    assert_eq!(board.statistics().peer_received, 7);
+}
+
+#[test]
+fn flow_control_interrupts_through_exti4() {
+    let mut board = board();
+    write(&mut board, EXTI, 1 << 4);
+    write(&mut board, EXTI + 0x08, 1 << 4);
+    write(&mut board, EXTI + 0x0c, 1 << 4);
+    assert_eq!(read(&mut board, GPIOA + 0x10) >> 4 & 1, 0);
+    board.set_flow_control(true);
+    assert_eq!(read(&mut board, GPIOA + 0x10) >> 4 & 1, 1);
+    assert_eq!(board.interrupts().bits(), 1 << 10);
+    write(&mut board, EXTI + 0x14, 1 << 4);
+    assert_eq!(board.interrupts().bits(), 0);
+    board.set_flow_control(false);
+    assert_eq!(board.interrupts().bits(), 1 << 10, "the falling edge, too");
+}
+
+#[test]
+fn a_timer_interrupts_at_its_line_and_time() {
+    let mut board = board();
+    for (offset, value) in
+        [(0x28, 83), (0x2c, 0xffff), (0x14, 1), (0x10, 0), (0x34, 1000), (0x0c, 2)]
+    {
+        write(&mut board, TIM5 + offset, value);
+    }
+    write(&mut board, TIM5, 1);
+    assert_eq!(board.next_event(), Some(Time::from_millis(1)));
+    board.advance(Time::from_millis(2));
+    assert!(board.interrupts().is_high(50));
+    assert_eq!(read(&mut board, TIM5 + 0x24), 2000);
+}
+
+#[test]
+fn a_peripheral_without_its_clock_does_nothing_and_says_so_once() {
+    let mut board = Crazyflie::new(Settings::default());
+    write(&mut board, TIM2 + 0x2c, 255);
+    assert_eq!(read(&mut board, TIM2 + 0x2c), 0);
+    let error = Event::HardwareError(HardwareError::NoClock { base: TIM2 });
+    assert_eq!(events(&mut board), [error]);
+    assert_eq!(board.statistics().accesses_without_clock, 2);
+    write(&mut board, RCC + 0x40, 1);
+    assert_eq!(read(&mut board, TIM2 + 0x2c), 0xffff_ffff);
+    write(&mut board, TIM2 + 0x2c, 255);
+    write(&mut board, RCC + 0x20, 1);
+    assert_eq!(read(&mut board, TIM2 + 0x2c), 0xffff_ffff, "reset by RCC_APB1RSTR");
+}
+
+#[test]
+fn a_fast_clock_without_wait_states_is_an_error() {
+    let mut board = board();
+    write(&mut board, FLASH_ACR, 4);
+    let error = HardwareError::FlashTooSlow { hz: 168_000_000, wait_states: 4, needed: 5 };
+    assert_eq!(events(&mut board), [Event::HardwareError(error)]);
+}
+
+#[test]
+fn the_watchdog_asks_for_a_reset_which_keeps_its_cause() {
+    let mut board = board();
+    write(&mut board, IWDG, 0x5555);
+    write(&mut board, IWDG + 0x08, 799);
+    write(&mut board, IWDG, 0xcccc);
+    board.advance(Time::from_millis(99));
+    assert_eq!(board.take_reset_request(), None);
+    board.advance(Time::from_millis(100));
+    assert_eq!(board.take_reset_request(), Some(ResetCause::IndependentWatchdog));
+    board.reset(ResetCause::IndependentWatchdog);
+    assert_eq!(read(&mut board, RCC + 0x74) >> 29 & 1, 1);
+    assert_eq!(board.core_clock_hz(), 16_000_000);
+    board.advance(Time::from_millis(1_000));
+    assert_eq!(board.take_reset_request(), None, "a reset stops it");
+}
+
+#[test]
+fn what_has_no_model_is_storage_and_is_listed() {
+    let mut board = board();
+    write(&mut board, RCC + 0x30, 0xf | 1 << 22);
+    // DMA2_S1NDTR.
+    write(&mut board, 0x4002_642c, 0x1234_5678);
+    board.write(0x4002_642d, Width::Byte, 0xff);
+    assert_eq!(read(&mut board, 0x4002_642c), 0x1234_ff78);
+    assert_eq!(board.read(0x4002_642e, Width::Half), 0x1234);
+    assert_eq!(board.statistics().unknown, [0x4002_642c]);
+}
+
+#[test]
+fn cutting_the_power_turns_everything_off() {
+    let mut board = board();
+    start_usart(&mut board, 84);
+    write(&mut board, GPIOD, 1 << 4);
+    write(&mut board, GPIOD + 0x18, 1 << 2);
+    talk(&mut board, &[0xbc, 0xcf, 0x0b, 0x00, 0x0b, 0x16], Time::from_millis(1));
+    events(&mut board);
+    board.request_shutdown();
+    board.advance(Time::from_millis(102));
+    assert!(!board.is_powered());
+    let off = Event::Led { led: Led::BlueLeft, on: false };
+    assert_eq!(events(&mut board), [Event::PowerOff { acknowledged: false }, off]);
+}
