@@ -5,10 +5,11 @@
 //! stop comes after the same instruction every time, and no clock of the host is involved. To the firmware
 //! it is an interrupt whose handler does nothing.
 
-use crate::gdb::{GdbError, Registers, Stop};
+use crate::gdb::{GdbError, Stop};
 use crate::memory::{self, Layout};
 use crate::qemu::{Qemu, QemuError};
 use crate::qtest::QtestError;
+use crate::registers::Registers;
 use crate::sites;
 
 /// The monitor's command that prints how many instructions were executed, and what stands before the number.

@@ -9,8 +9,8 @@ use bittybuzz_emulation::message::{CoreStatistics, Event, TimedEvent};
 
 use crate::access::{self, AccessError, Outcome};
 use crate::core::{Cause, Core, CoreError};
-use crate::gdb::Registers;
 use crate::memory::{self, Layout};
+use crate::registers::Registers;
 use crate::sites::{self, Action, Site};
 
 /// A robot that runs an image.

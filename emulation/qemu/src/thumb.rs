@@ -3,7 +3,7 @@
 
 use bittybuzz_chips::Width;
 
-use crate::gdb::Registers;
+use crate::registers::Registers;
 
 /// An access to memory that is yet to be done.
 #[derive(Clone, Debug, PartialEq, Eq)]
