@@ -134,8 +134,7 @@ impl Core<'_> {
 
     /// Executes from where the core stands until something happens, `deadline` at the latest.
     pub fn execute(&mut self, deadline: Time) -> Result<Stop, MachineError> {
-        let masks = self.masks()?;
-        self.system().begin(masks, deadline);
+        self.system().begin(deadline);
         let pc = self.register(Register::PC)?;
         let result = self.uc.emu_start(u64::from(pc | 1), NOWHERE, 0, 0);
         let system = self.uc.get_data();
@@ -295,7 +294,7 @@ fn enter_page(uc: &mut Unicorn<'_, System>, address: u64, kind: MemType) -> Opti
 
 /// Counts the block that is about to run, or stops before it.
 fn begin_block(uc: &mut Unicorn<'_, System>, address: u32, size: u32) {
-    if uc.get_data().block.masks
+    if std::mem::take(&mut uc.get_data_mut().masks_touched)
         && let Ok(masks) = read_masks(uc)
     {
         let system = uc.get_data_mut();
@@ -331,6 +330,7 @@ fn begin_block(uc: &mut Unicorn<'_, System>, address: u32, size: u32) {
     system.instructions += u64::from(block.instructions);
     system.cycles += u64::from(block.instructions);
     system.event |= block.sends_event;
+    system.masks_touched = block.masks;
     system.block = block;
     system.block_end = address + size;
 }

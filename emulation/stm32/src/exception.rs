@@ -182,6 +182,7 @@ impl Core<'_> {
         system.nvic.deactivate(exception);
         if exception != number::NMI {
             self.set_register(Register::FAULTMASK, 0)?;
+            self.system().masks_touched = true;
         }
 
         let stack = if value & RETURN_PROCESS_STACK != 0 { Register::PSP } else { Register::MSP };

@@ -32,6 +32,8 @@ pub struct System {
     /// The block that runs, and the address behind it.
     pub block: Block,
     pub block_end: u32,
+    /// It may have changed the masks, which nobody has looked at since.
+    pub masks_touched: bool,
     masked_since: Option<u64>,
     longest_masked: Time,
     /// The exception that Unicorn asks for by its own number.
@@ -63,6 +65,7 @@ impl System {
             blocks: Blocks::new(),
             block: Block::default(),
             block_end: 0,
+            masks_touched: false,
             masked_since: None,
             longest_masked: Time::ZERO,
             interrupt: None,
@@ -153,8 +156,7 @@ impl System {
     }
 
     /// The core is about to execute, until `until` at most.
-    pub fn begin(&mut self, masks: Masks, until: Time) {
-        self.observe_masks(masks);
+    pub fn begin(&mut self, until: Time) {
         let cycle = self.clock.cycle(until).max(self.cycles + 1);
         let waits = self.nvic.any_pending();
         self.deadline = if waits { cycle.min(self.cycles + LOOK_AGAIN) } else { cycle };

@@ -17,6 +17,8 @@ pub(crate) struct Exti {
     exticr: [u32; 4],
     /// Levels of the chosen pins.
     levels: u32,
+    /// The requests that the lines show.
+    driven: u32,
 }
 
 impl Exti {
@@ -33,8 +35,11 @@ impl Exti {
         self.pending |= rising | falling;
     }
 
-    pub fn drive(&self, lines: &mut Lines) {
+    pub fn drive(&mut self, lines: &mut Lines) {
         let requests = self.pending & self.imr;
+        if requests == std::mem::replace(&mut self.driven, requests) {
+            return;
+        }
         for irq in [6, 7, 8, 9, 10, 23, 40] {
             let high = (0..16).any(|line| IRQ[line] == irq && requests >> line & 1 != 0);
             lines.set(irq, high);
@@ -94,17 +99,17 @@ mod tests {
         exti.write(0x00, word(1 << 4 | 1 << 14));
         exti.write(0x08, word(1 << 4));
         exti.write(0x0c, word(1 << 14));
-        let lines = |exti: &Exti| {
-            let mut lines = Lines::default();
+        let mut lines = Lines::default();
+        let mut lines = |exti: &mut Exti| {
             exti.drive(&mut lines);
             lines.bits()
         };
         exti.observe(1 << 4 | 1 << 14);
-        assert_eq!(lines(&exti), 1 << 10, "rising edge at line 4 only");
+        assert_eq!(lines(&mut exti), 1 << 10, "rising edge at line 4 only");
         exti.write(0x14, word(1 << 4));
-        assert_eq!(lines(&exti), 0);
+        assert_eq!(lines(&mut exti), 0);
         exti.observe(0);
-        assert_eq!(lines(&exti), 1 << 40, "falling edge at line 14 only");
+        assert_eq!(lines(&mut exti), 1 << 40, "falling edge at line 14 only");
     }
 
     #[test]

@@ -94,6 +94,7 @@ impl F405 {
             port.reset(number);
         }
         self.exti = Exti::default();
+        self.lines = Lines::default();
         self.usart.reset();
         self.watchdog = Watchdog::new();
         self.storage.clear();

@@ -60,13 +60,15 @@ pub(crate) struct Timer {
     since: Time,
     /// Count up to which flags were raised.
     seen: u64,
+    /// What [`Timer::next_event`] says: asked for much more often than it changes.
+    next: Option<Time>,
 }
 
 impl Timer {
     pub fn new(wide: bool, hz: u64, now: Time) -> Self {
         let mut registers = [0; REGISTERS];
         registers[ARR as usize / 4] = if wide { 0xffff_ffff } else { 0xffff };
-        Timer { registers, wide, hz, prescaler: 0, count: 0, since: now, seen: 0 }
+        Timer { registers, wide, hz, prescaler: 0, count: 0, since: now, seen: 0, next: None }
     }
 
     pub fn is_wide(&self) -> bool {
@@ -137,17 +139,22 @@ impl Timer {
             raised |= UIF;
         }
         self.registers[SR as usize / 4] |= raised;
+        self.seen = count;
         if raised & UIF != 0 && self.register(PSC) != self.prescaler {
             let at = self.time_of(overflow);
             self.prescaler = self.register(PSC);
             self.restart(0, at);
-            return self.advance(now);
+            self.advance(now);
         }
-        self.seen = count;
+        self.next = self.find_next_event();
     }
 
     /// When an enabled interrupt will be raised that is not yet.
     pub fn next_event(&self) -> Option<Time> {
+        self.next
+    }
+
+    fn find_next_event(&self) -> Option<Time> {
         let waiting = self.register(DIER) & !self.register(SR) & INTERRUPTS;
         if !self.runs() || waiting == 0 {
             return None;
@@ -167,6 +174,7 @@ impl Timer {
         self.advance(now);
         self.restart(self.count_at(now) % self.period(), now);
         self.hz = hz;
+        self.next = self.find_next_event();
     }
 
     pub fn read(&mut self, offset: u32, now: Time) -> u32 {
@@ -181,6 +189,12 @@ impl Timer {
     /// Writes a register; false if it turns on what has no model.
     pub fn write(&mut self, offset: u32, write: Write, now: Time) -> bool {
         self.advance(now);
+        let modelled = self.set(offset, write, now);
+        self.next = self.find_next_event();
+        modelled
+    }
+
+    fn set(&mut self, offset: u32, write: Write, now: Time) -> bool {
         let width = if self.wide { 0xffff_ffff } else { 0xffff };
         let count = self.count_at(now) % self.period();
         match offset {
