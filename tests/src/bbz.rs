@@ -51,6 +51,15 @@ pub fn path() -> &'static Path {
 
 /// Runs `bbz` with these arguments and environment variables from the root of the repository.
 pub fn run<S: AsRef<str>>(arguments: &[S], environment: &[(String, String)]) -> Outcome {
+    run_patiently(arguments, environment, PATIENCE)
+}
+
+/// Like [`run`], for something that may take longer.
+pub fn run_patiently<S: AsRef<str>>(
+    arguments: &[S],
+    environment: &[(String, String)],
+    patience: Duration,
+) -> Outcome {
     let mut command = Command::new(path());
     command
         .args(arguments.iter().map(AsRef::as_ref))
@@ -63,7 +72,7 @@ pub fn run<S: AsRef<str>>(arguments: &[S], environment: &[(String, String)]) -> 
     let mut child = command.spawn().expect("bbz starts");
     let stdout = read_aside(child.stdout.take());
     let stderr = read_aside(child.stderr.take());
-    let status = wait(&mut child);
+    let status = wait(&mut child, patience);
     Outcome {
         status,
         stdout: stdout.join().unwrap_or_default(),
@@ -83,12 +92,12 @@ fn read_aside<R: Read + Send + 'static>(pipe: Option<R>) -> thread::JoinHandle<S
     })
 }
 
-fn wait(child: &mut Child) -> Option<i32> {
+fn wait(child: &mut Child, patience: Duration) -> Option<i32> {
     let start = Instant::now();
     loop {
         match child.try_wait() {
             Ok(Some(status)) => return status.code(),
-            Ok(None) if start.elapsed() < PATIENCE => thread::sleep(Duration::from_millis(1)),
+            Ok(None) if start.elapsed() < patience => thread::sleep(Duration::from_millis(1)),
             _ => {
                 let _ = child.kill();
                 let _ = child.wait();

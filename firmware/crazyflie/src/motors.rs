@@ -92,6 +92,11 @@ impl setpoint::Motors for Motors {
 /// Stops the motors whatever state the program is in, until the next reset: the pins become plain outputs, low. The
 /// timers no longer reach them.
 pub fn cut_power() {
+    // Something may have failed before anybody turned the ports on.
+    pac::RCC.ahb1enr().modify(|w| {
+        w.set_gpioaen(true);
+        w.set_gpioben(true);
+    });
     low(pac::GPIOA, 1);
     low(pac::GPIOB, 11);
     low(pac::GPIOA, 15);

@@ -74,6 +74,9 @@ fn layout() -> Layout {
     robot.layout.expect("it has a layout")
 }
 
+/// How long one run may take before it is killed: far above any test's need, also on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(600);
+
 /// A script file for one test; removed with the value.
 pub struct ScriptFile {
     path: PathBuf,
@@ -126,7 +129,7 @@ pub fn trace(core: Core, script: &str, seconds: f64) -> Trace {
         "--outputs",
         "--json",
     ];
-    let outcome = bbz::run(&arguments, &[]);
+    let outcome = bbz::run_patiently(&arguments, &[], PATIENCE);
     let lines = outcome
         .stdout
         .lines()
@@ -224,6 +227,11 @@ impl Robot {
         self.emulator.write(address, bytes).expect("it is written");
     }
 
+    /// Reads flash or RAM.
+    pub fn read(&mut self, address: u32, length: u32) -> Vec<u8> {
+        self.emulator.read(address, length).expect("it is read")
+    }
+
     /// The emulator's counters.
     pub fn statistics(&mut self) -> Statistics {
         self.emulator.statistics().expect("it counts")
@@ -295,7 +303,9 @@ pub fn address_of(symbol: &str) -> u32 {
     let file = object::File::parse(bytes.as_slice()).expect("an ELF file");
     let found: Vec<u64> = file
         .symbols()
-        .filter(|known| known.name().is_ok_and(|name| name.contains(symbol)))
+        .filter(|known| {
+            known.name().is_ok_and(|name| name.contains(symbol) && name.contains("poll"))
+        })
         .map(|known| known.address())
         .collect();
     assert_eq!(found.len(), 1, "{symbol}: {found:x?}");

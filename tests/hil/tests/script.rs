@@ -85,7 +85,7 @@ fn outputs_follow_the_script_on_unicorn() {
 
 #[test]
 fn outputs_follow_the_script_on_qemu() {
-    outputs_follow_the_script(Core::Qemu, 20);
+    outputs_follow_the_script(Core::Qemu, 12);
 }
 
 fn a_fault_stops_the_motors_and_names_its_place(core: Core) {

@@ -1,0 +1,159 @@
+//! What the firmware does when it fails itself: the motors stop, the chip restarts, and no script runs after that.
+
+use bittybuzz_hil::{
+    Command, Core, Event, Robot, TimedEvent, address_of, motors, resets, text, trace,
+};
+
+/// Motors and LEDs change with every step.
+const DRIVE: &str = "\
+function init() { n = 0 }
+function step() { n = n + 1 led(n % 8) set_motor(0, 20 + n % 2) }
+";
+
+/// The tasks: those that the watchdog looks after, and its own.
+const TASKS: [&str; 6] =
+    ["run_script", "drive_motors", "receive_frames", "send_frames", "show_status", "feed_watchdog"];
+
+/// Nothing that a script does, and the sign of a robot that has locked itself.
+fn is_locked(events: &[TimedEvent]) -> bool {
+    let script_leds = ["red_left", "green_left", "blue_left"];
+    let lit = |name: &str| {
+        let last = events.iter().rev().find_map(|event| match &event.event {
+            Event::Led { name: led, on } if led == name => Some(*on),
+            _ => None,
+        });
+        last == Some(true)
+    };
+    motors(events) == [0.0; 4] && lit("red_right") && !script_leds.iter().any(|led| lit(led))
+}
+
+fn a_dead_task_restarts_the_robot(core: Core, tasks: &[&str]) {
+    for task in tasks {
+        let mut robot = Robot::crazyflie(core, DRIVE);
+        robot.run_ms(1000);
+        assert_eq!(resets(&robot.events), []);
+        assert!(motors(&robot.events)[0] > 0.05);
+        let killed = robot.now();
+        let symbol = format!("__{task}_task_inner_function::{{closure#0}}>>::poll");
+        robot.tell(&Command::Skip { symbol });
+        robot.run_ms(600);
+        let resets = resets(&robot.events);
+        let (at, cause) = *resets.first().unwrap_or_else(|| panic!("{task}: no reset"));
+        assert_eq!(cause, "independent_watchdog", "{task}");
+        // Nominal time of the watchdog and one look before it.
+        assert!((at - killed).as_millis() <= 351, "{task}: {:?}", at - killed);
+        let after: Vec<TimedEvent> =
+            robot.events.iter().filter(|event| event.at >= at).cloned().collect();
+        assert_eq!(motors(&after), [0.0; 4], "{task}");
+    }
+}
+
+#[test]
+fn a_dead_task_restarts_the_robot_on_unicorn() {
+    a_dead_task_restarts_the_robot(Core::Unicorn, &TASKS);
+}
+
+#[test]
+fn a_dead_task_restarts_the_robot_on_qemu() {
+    a_dead_task_restarts_the_robot(Core::Qemu, &TASKS[..1]);
+}
+
+/// Replaces the code of the status LEDs' task, which runs every 50 ms.
+fn with_code(core: Core, code: &[u16]) -> (Robot, Vec<TimedEvent>) {
+    let mut robot = Robot::crazyflie(core, DRIVE);
+    robot.run_ms(1000);
+    let code: Vec<u8> = code.iter().flat_map(|half| half.to_le_bytes()).collect();
+    robot.write(address_of("show_status_task_inner"), &code);
+    let events = robot.run_ms(60);
+    (robot, events)
+}
+
+/// After a failure: motors first, then the restart; told once, and locked.
+fn the_failure_is_safe(core: Core, code: &[u16]) {
+    let (mut robot, events) = with_code(core, code);
+    let resets = resets(&events);
+    assert_eq!(resets.first().map(|(_, cause)| *cause), Some("software"), "{events:?}");
+    let reset = resets[0].0;
+    let stopped = events
+        .iter()
+        .find(|event| matches!(event.event, Event::Motor { number: 1, duty, .. } if duty == 0.0));
+    assert!(stopped.expect("motor 1 stops").at <= reset);
+    // The program would fail again and again; the motors stay where they are.
+    robot.run_ms(500);
+    assert_eq!(motors(&robot.events), [0.0; 4]);
+}
+
+/// An undefined instruction (`udf #0`).
+#[test]
+fn an_undefined_instruction_stops_the_robot() {
+    the_failure_is_safe(Core::Unicorn, &[0xde00]);
+}
+
+#[test]
+fn an_undefined_instruction_stops_the_robot_on_qemu() {
+    the_failure_is_safe(Core::Qemu, &[0xde00]);
+}
+
+/// `movs r0, #0; mvns r0, r0; ldr r0, [r0]`: an address where nothing is.
+#[test]
+fn a_wild_read_stops_the_robot() {
+    the_failure_is_safe(Core::Unicorn, &[0x2000, 0x43c0, 0x6800]);
+}
+
+/// `push {r0-r7, lr}; b .-2`: until the stack is full. The stack pointer is then of no use to anybody.
+#[test]
+fn a_full_stack_stops_the_robot() {
+    the_failure_is_safe(Core::Unicorn, &[0xb5ff, 0xe7fd]);
+}
+
+#[test]
+fn a_full_stack_stops_the_robot_on_qemu() {
+    the_failure_is_safe(Core::Qemu, &[0xb5ff, 0xe7fd]);
+}
+
+/// Interrupts off and no way on: only the watchdog helps. `cpsid i; b .`
+#[test]
+fn a_stuck_program_is_restarted() {
+    let (mut robot, _) = with_code(Core::Unicorn, &[0xb672, 0xe7fe]);
+    robot.run_ms(600);
+    let resets = resets(&robot.events);
+    assert_eq!(resets.first().map(|(_, cause)| *cause), Some("independent_watchdog"));
+    assert_eq!(motors(&robot.events), [0.0; 4]);
+}
+
+/// A passing failure, as by a particle: the code is right again after the restart. The robot tells what happened, keeps its
+/// radio, and stays locked.
+#[test]
+fn after_a_failure_the_robot_is_locked_and_told() {
+    let mut robot = Robot::crazyflie(Core::Unicorn, DRIVE);
+    robot.run_ms(1000);
+    let address = address_of("show_status_task_inner");
+    let original = robot.read(address, 2);
+    robot.write(address, &0xde00_u16.to_le_bytes());
+    while resets(&robot.events).is_empty() {
+        robot.run_us(100);
+    }
+    robot.write(address, &original);
+    let before = robot.events.len();
+    robot.run_ms(2000);
+    let after = &robot.events[before..];
+    assert_eq!(resets(after), []);
+    assert!(is_locked(after), "{after:?}");
+    assert!(robot.ping(1, 10).is_some());
+    // Off and on again: the script runs.
+    let mut robot = Robot::crazyflie(Core::Unicorn, DRIVE);
+    robot.run_ms(500);
+    assert!(motors(&robot.events)[0] > 0.05);
+}
+
+/// The start tells that the image does not fly.
+#[test]
+fn the_start_tells_what_the_firmware_cannot_do() {
+    let script = bittybuzz_hil::ScriptFile::new("start", "function step() { takeoff(500) }");
+    let trace = trace(Core::Unicorn, script.path(), 0.3);
+    let said: Vec<&str> = trace.of("firmware").map(|line| text(&line["text"])).collect();
+    assert!(said.iter().any(|line| line.contains("does not fly")), "{said:?}");
+    assert!(said.iter().any(|line| line.contains("not tried on hardware")), "{said:?}");
+    let fault = trace.of("fault").next().expect("takeoff is refused");
+    assert_eq!(text(&fault["message"]), "`takeoff` is not built into this firmware");
+}
