@@ -127,6 +127,9 @@ impl Core<'_> {
 
     /// Reads a word as the core would when it takes an exception; none where nothing is.
     pub fn read_word(&self, address: u32) -> Option<u32> {
+        if !is_within(address, 4, FLASH_ALIAS, FLASH_SIZE) {
+            check_memory(address, 4).ok()?;
+        }
         let mut bytes = [0; 4];
         self.uc.mem_read(u64::from(address), &mut bytes).ok()?;
         Some(u32::from_le_bytes(bytes))
@@ -192,6 +195,7 @@ impl Core<'_> {
         system.nvic = Nvic::new();
         system.registers = Registers::new();
         system.event = false;
+        system.observe_masks(Masks::default());
         let (hz, cycles) = (system.board.core_clock_hz(), system.cycles);
         system.clock.set_hz(hz, cycles);
         system.systick = SysTick::new(hz);
@@ -209,13 +213,21 @@ impl Core<'_> {
     }
 }
 
+fn is_within(address: u32, length: usize, start: u32, size: u32) -> bool {
+    address.checked_sub(start).is_some_and(|at| at as usize + length <= size as usize)
+}
+
+/// Whether `length` bytes from `address` on are RAM.
+pub fn is_ram(address: u32, length: usize) -> bool {
+    is_within(address, length, SRAM, SRAM_SIZE) || is_within(address, length, CCM, CCM_SIZE)
+}
+
 fn check_memory(address: u32, length: usize) -> Result<(), MachineError> {
-    let in_one = [(FLASH, FLASH_SIZE), (SRAM, SRAM_SIZE), (CCM, CCM_SIZE)].into_iter().any(
-        |(start, size)| {
-            address.checked_sub(start).is_some_and(|at| at as usize + length <= size as usize)
-        },
-    );
-    if in_one { Ok(()) } else { Err(MachineError::NoMemory { address, length }) }
+    if is_ram(address, length) || is_within(address, length, FLASH, FLASH_SIZE) {
+        Ok(())
+    } else {
+        Err(MachineError::NoMemory { address, length })
+    }
 }
 
 fn read_masks(uc: &Unicorn<'_, System>) -> Result<Masks, uc_error> {

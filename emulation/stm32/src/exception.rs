@@ -4,7 +4,7 @@
 use bittybuzz_emulation::MachineError;
 use unicorn_engine::RegisterARM as Register;
 
-use crate::core::{Core, Stop, XPSR_T, failed};
+use crate::core::{Core, Stop, XPSR_T, failed, is_ram};
 use crate::nvic::number;
 
 /// Cycles that a Cortex-M4 takes from an interrupt to its handler and back again, at least (ARM DDI 0439 3.9.1).
@@ -96,7 +96,7 @@ impl Core<'_> {
             bytes.extend([0; 4]);
         }
         let stacked =
-            self.uc.mem_write(u64::from(frame), &bytes).is_ok() && self.is_ram(frame, words);
+            is_ram(frame, bytes.len()) && self.uc.mem_write(u64::from(frame), &bytes).is_ok();
         self.set_register(Register::SP, frame)?;
 
         let thread = xpsr & XPSR_EXCEPTION == 0;
@@ -112,12 +112,13 @@ impl Core<'_> {
             }
         }
 
-        // A frame that cannot be written is a fault, which takes the place of the exception (B1.5.10).
+        // A frame that cannot be written is a fault, which takes the place of the exception (B1.5.10). A
+        // HardFault is entered all the same: its handler may take another stack first.
         let mut exception = exception;
         if !stacked {
             let system = self.system();
             system.registers.cfsr |= cause::STKERR;
-            if exception <= number::HARD_FAULT || system.nvic.is_active(number::HARD_FAULT) {
+            if exception == number::NMI || system.nvic.is_active(number::HARD_FAULT) {
                 return Ok(Err(Lockup));
             }
             system.registers.hfsr |= HFSR_FORCED;
@@ -154,13 +155,6 @@ impl Core<'_> {
         Ok(Ok(()))
     }
 
-    fn is_ram(&self, start: u32, words: u32) -> bool {
-        use crate::core::{CCM, CCM_SIZE, SRAM, SRAM_SIZE};
-        [(SRAM, SRAM_SIZE), (CCM, CCM_SIZE)]
-            .into_iter()
-            .any(|(base, size)| start.checked_sub(base).is_some_and(|at| at + 4 * words <= size))
-    }
-
     /// Returns from an exception: `value` was branched to.
     fn leave(&mut self, value: u32) -> Outcome {
         let xpsr = self.register(Register::XPSR)?;
@@ -190,9 +184,10 @@ impl Core<'_> {
         let has_float = value & RETURN_BASIC == 0;
         let words = if has_float { EXTENDED_FRAME } else { BASIC_FRAME };
         let mut bytes = vec![0; 4 * words as usize];
-        if self.uc.mem_read(u64::from(frame), &mut bytes).is_err() {
+        if !is_ram(frame, bytes.len()) {
             return self.fault(number::BUS_FAULT, cause::UNSTKERR);
         }
+        self.uc.mem_read(u64::from(frame), &mut bytes).map_err(failed)?;
         let word = |index: usize| {
             let bytes = &bytes[4 * index..];
             u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])

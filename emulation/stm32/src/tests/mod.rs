@@ -132,6 +132,14 @@ fn a_stack_that_overflows_memory_is_a_hard_fault() {
 }
 
 #[test]
+fn a_full_stack_is_a_hard_fault_that_may_take_another_stack() {
+    let mut robot = robot(&programs::PUSH_OVERFLOW);
+    assert_eq!(run(&mut robot, 100), Pause::Time);
+    // CFSR: BFARVALID and PRECISERR of PUSH, STKERR of the frame.
+    assert_eq!(words(&mut robot, 0, 1), [0x9200]);
+}
+
+#[test]
 fn waiting_for_events_and_interrupts() {
     let mut robot = robot(&programs::EVENTS);
     // A tick is 1600 cycles of 16 MHz: 100 µs. The first WFE finds the event of SEV, the third that of the

@@ -485,3 +485,29 @@ pub const IF_THEN: Program = Program {
         0x1000, 0x2000, // .word 0x20001000
     ],
 };
+
+/// Pushes until the stack leaves RAM; its HardFault handler takes another stack before it calls.
+pub const PUSH_OVERFLOW: Program = Program {
+    vectors: &[(1, 0x0), (3, 0x8)],
+    code: &[
+        0x4807, // ldr r0, =0x10000008
+        0x4685, // mov sp, r0
+        0xb430, // 1: push {r4, r5}
+        0xe7fd, // b 1b
+        // hard:
+        0x4806, // ldr r0, =0x20010000
+        0x4685, // mov sp, r0
+        0xf000, 0xf801, // bl store
+        0xe7fe, // 2: b 2b
+        // store:
+        0xb510, // push {r4, lr}
+        0xf04f, 0x5700, // ldr r7, =0x20000000
+        0x4903, // ldr r1, =0xe000ed28
+        0x6808, // ldr r0, [r1]
+        0x6038, // str r0, [r7]
+        0xbd10, // pop {r4, pc}
+        0x0008, 0x1000, // .word 0x10000008
+        0x0000, 0x2001, // .word 0x20010000
+        0xed28, 0xe000, // .word 0xe000ed28
+    ],
+};
