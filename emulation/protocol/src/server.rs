@@ -169,18 +169,20 @@ impl<M: Machine, W: Write> Server<'_, M, W> {
                 Err(error) => return Ok(Err(error.into())),
             }
             loaded.now = slice;
-            for event in self.machine.take_events() {
-                self.print(&Output::Event(event))?;
-            }
+            let mut events = self.machine.take_events();
             if let Some(rtt) = &loaded.rtt {
                 match rtt.poll(self.machine) {
                     Ok(bytes) if bytes.is_empty() => {}
-                    Ok(bytes) => {
-                        let event = TimedEvent { at: slice, event: Event::Rtt { bytes } };
-                        self.print(&Output::Event(event))?;
-                    }
+                    Ok(bytes) => events.push(TimedEvent { at: slice, event: Event::Rtt { bytes } }),
                     Err(error) => return Ok(Err(error.into())),
                 }
+            }
+            if !events.is_empty() {
+                for event in events {
+                    self.print(&Output::Event(event))?;
+                }
+                // Whoever watches wants to see them now.
+                self.output.flush()?;
             }
         }
         Ok(Ok(Reply::Paused { at: loaded.now, reason }))
