@@ -20,6 +20,9 @@ use bittybuzz_robots::{Layout, Robot};
 /// The environment variable that names the script.
 const SCRIPT: &str = "BBZ_SCRIPT";
 
+/// Where cargo is told how to flash.
+const CARGO_CONFIG: &str = ".cargo/config.toml";
+
 /// Where the application begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Start {
@@ -36,6 +39,8 @@ pub enum BuildError {
     Robot(String),
     /// The robot file says nothing of the chip's memory.
     NoLayout,
+    /// `cargo run` would flash another chip.
+    Runner(String),
     /// The script cannot be read.
     Script(PathBuf, std::io::Error),
     /// The script has errors; they have been printed.
@@ -51,6 +56,10 @@ impl std::fmt::Display for BuildError {
         match self {
             BuildError::Robot(message) => f.write_str(message),
             BuildError::NoLayout => f.write_str("the robot file has no [layout]"),
+            BuildError::Runner(chip) => write!(
+                f,
+                "the runner in {CARGO_CONFIG} does not say `--chip {chip}`, which the robot file names"
+            ),
             BuildError::Script(path, error) => {
                 write!(f, "cannot read `{}`: {error}; {SCRIPT} names the script", path.display())
             }
@@ -74,6 +83,7 @@ pub fn board(robot: &str, default_script: &str, start: Start) -> Result<(), Buil
     println!("cargo:rerun-if-changed=build.rs");
     let robot =
         bittybuzz_robots::find(robot).map_err(|error| BuildError::Robot(error.to_string()))?;
+    check_runner(&robot.chip)?;
     let mut layout = robot.layout.ok_or(BuildError::NoLayout)?;
     if let Start::BeginningOfFlash(address) = start {
         layout.application.size += layout.application.address - address;
@@ -87,6 +97,14 @@ pub fn board(robot: &str, default_script: &str, start: Start) -> Result<(), Buil
     write(&out.join("memory.x"), layout.memory_x().as_bytes())?;
     println!("cargo:rustc-link-search={}", out.display());
     Ok(())
+}
+
+/// Cargo's configuration cannot be generated, so the chip's name stands there a second time.
+fn check_runner(chip: &str) -> Result<(), BuildError> {
+    println!("cargo:rerun-if-changed={CARGO_CONFIG}");
+    let config = fs::read_to_string(CARGO_CONFIG).unwrap_or_default();
+    let flag = format!("--chip {chip}\"");
+    if config.contains(&flag) { Ok(()) } else { Err(BuildError::Runner(chip.to_owned())) }
 }
 
 fn script_path(default: &str) -> PathBuf {

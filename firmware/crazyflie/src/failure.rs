@@ -24,7 +24,7 @@ const STATUS: usize = 4;
 static NOTE: [AtomicU32; 5] = [const { AtomicU32::new(0) }; 5];
 
 /// Why the robot has restarted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
     /// A task showed no sign of life and the watchdog ended the program.
     Watchdog,
@@ -47,6 +47,25 @@ pub enum Failure {
         /// Its exception number.
         number: u32,
     },
+}
+
+impl defmt::Format for Failure {
+    fn format(&self, f: defmt::Formatter<'_>) {
+        match self {
+            Failure::Watchdog => defmt::write!(f, "a task died (watchdog)"),
+            Failure::Panic { lr } => defmt::write!(f, "a panic, called from {=u32:#x}", lr),
+            Failure::HardFault { pc, lr, cfsr } => defmt::write!(
+                f,
+                "a hardware fault at {=u32:#x}, called from {=u32:#x}, CFSR {=u32:#x}",
+                pc,
+                lr,
+                cfsr
+            ),
+            Failure::Interrupt { number } => {
+                defmt::write!(f, "exception {=u32}, which nothing handles", number)
+            }
+        }
+    }
 }
 
 /// Why the last reset came, if it was not power-on or a person. Clears the chip's flags and the note.
