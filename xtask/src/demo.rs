@@ -1,6 +1,9 @@
-//! Shows what the project does: runs the examples, then lets the tool explain errors.
+//! Shows what the project does: runs the examples, lets the tool explain errors, then boots a robot's firmware.
 
-use crate::shell::{Failure, Line, cargo, root};
+use crate::beside;
+use crate::failure::Failure;
+use crate::setup;
+use crate::shell::{Line, cargo, root, target};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -12,8 +15,9 @@ const COMPILE_ERROR: i32 = 2;
 
 /// The whole demonstration.
 pub fn run() -> Result<(), Failure> {
+    setup::run()?;
     cargo(&["build", "--release", "--package", "bbz"])?;
-    let bbz = bbz()?;
+    let bbz = target()?.join("release").join(format!("bbz{}", std::env::consts::EXE_SUFFIX));
     for script in scripts(root(), "examples")? {
         heading(&script)?;
         Line::named("bbz", &bbz, &["run", &script, "--steps", STEPS]).run()?;
@@ -28,16 +32,7 @@ pub fn run() -> Result<(), Failure> {
             Line::named("bbz", &bbz, &["explain", code]).run()?;
         }
     }
-    Ok(())
-}
-
-/// The tool that the line above built: in the same target folder as this program.
-fn bbz() -> Result<PathBuf, Failure> {
-    let own = std::env::current_exe()
-        .map_err(|reason| Failure::Read { path: PathBuf::from("xtask"), reason })?;
-    // TARGET/PROFILE/xtask
-    let target = own.ancestors().nth(2).unwrap_or(root());
-    Ok(target.join("release").join(format!("bbz{}", std::env::consts::EXE_SUFFIX)))
+    beside::run(&bbz)
 }
 
 /// The scripts of a folder in alphabetical order, each with its path from the root.

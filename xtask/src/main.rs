@@ -3,51 +3,87 @@
 //! Each command prints what it runs and stops at the first failure. What a command needs and can be fetched by
 //! the ordinary clients (rustup, apt-get) is fetched by `setup`; nothing is installed in another way.
 
+mod beside;
+mod board;
 mod checks;
 mod demo;
+mod elf;
+mod failure;
 mod setup;
 mod shell;
+mod sizes;
+mod soak;
 
-use shell::Failure;
+use failure::Failure;
 use std::process::ExitCode;
 
 /// A command of xtask.
 struct Task {
     name: &'static str,
+    /// What may follow the name; nothing if empty.
+    arguments: &'static str,
     help: &'static str,
-    run: fn() -> Result<(), Failure>,
+    run: fn(&[String]) -> Result<(), Failure>,
 }
 
 const TASKS: &[Task] = &[
     Task {
         name: "demo",
-        help: "run the examples, and show how errors are explained",
-        run: demo::run,
+        arguments: "",
+        help: "run the examples, show how errors are explained, and boot a robot in emulation",
+        run: |_| demo::run(),
     },
-    Task { name: "test", help: "run the tests that need no robot", run: checks::test },
-    Task { name: "setup", help: "install what the other commands need", run: setup::run },
+    Task {
+        name: "test",
+        arguments: "",
+        help: "the tests of every change: host, and the Crazyflie's firmware in emulation on Unicorn",
+        run: |_| checks::test(),
+    },
+    Task {
+        name: "setup",
+        arguments: "",
+        help: "install what the other commands need",
+        run: |_| setup::run(),
+    },
+    Task {
+        name: "build",
+        arguments: "BOARD [--script FILE]",
+        help: "build a robot's firmware with a script in it; BOARD is crazyflie",
+        run: board::run,
+    },
+    Task {
+        name: "sizes",
+        arguments: "[--json]",
+        help: "flash and RAM of each image and of the virtual machine, against the budgets",
+        run: sizes::run,
+    },
+    Task {
+        name: "soak",
+        arguments: "[PART]",
+        help: "long evidence, goes on where it was stopped; PART is mutants, noise or random",
+        run: soak::run,
+    },
     Task {
         name: "ci",
-        help: "everything that must pass before a change is merged",
-        run: checks::ci,
+        arguments: "",
+        help: "everything that must pass before a change is merged: also format, lints, QEMU, probe-rs' chips",
+        run: |_| checks::ci(),
     },
 ];
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let task = match chosen(&arguments) {
-        Ok(Some(task)) => task,
+    let (task, rest) = match chosen(&arguments) {
+        Ok(Some(chosen)) => chosen,
         Ok(None) => {
             print!("{}", usage());
             return ExitCode::SUCCESS;
         }
-        Err(error) => {
-            eprint!("error: {error}\n\n{}", usage());
-            return ExitCode::from(2);
-        }
+        Err(error) => return misused(&error),
     };
-    match (task.run)() {
+    match (task.run)(rest) {
         Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Usage(error)) => misused(&error),
         Err(failure) => {
             eprintln!("xtask {}: {failure}", task.name);
             ExitCode::FAILURE
@@ -55,8 +91,13 @@ fn main() -> ExitCode {
     }
 }
 
-/// The task that the arguments ask for; `None` if they ask for help.
-fn chosen(arguments: &[String]) -> Result<Option<&'static Task>, String> {
+fn misused(error: &str) -> ExitCode {
+    eprint!("error: {error}\n\n{}", usage());
+    ExitCode::from(2)
+}
+
+/// The task that the arguments ask for, and its own arguments; `None` if they ask for help.
+fn chosen(arguments: &[String]) -> Result<Option<(&'static Task, &[String])>, String> {
     let Some((name, rest)) = arguments.split_first() else {
         return Err("which command?".to_owned());
     };
@@ -66,29 +107,34 @@ fn chosen(arguments: &[String]) -> Result<Option<&'static Task>, String> {
     let task = TASKS.iter().find(|task| task.name == name);
     let task = task.ok_or_else(|| format!("there is no command `{name}`"))?;
     match rest {
-        [] => Ok(Some(task)),
-        [argument, ..] => Err(format!("`{name}` takes no arguments, but got `{argument}`")),
+        [argument, ..] if task.arguments.is_empty() => {
+            Err(format!("`{name}` takes no arguments, but got `{argument}`"))
+        }
+        _ => Ok(Some((task, rest))),
     }
 }
 
 fn usage() -> String {
-    let tasks: String =
-        TASKS.iter().map(|task| format!("  {:<8}{}\n", task.name, task.help)).collect();
-    format!("usage: cargo xtask COMMAND\n\n{tasks}")
+    let tasks = TASKS.iter().map(|Task { name, arguments, help, .. }| {
+        let call = format!("{name} {arguments}");
+        format!("  {call:<30}{help}\n")
+    });
+    format!("usage: cargo xtask COMMAND\n\n{}", tasks.collect::<String>())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn choose(arguments: &[&str]) -> Result<Option<&'static str>, String> {
+    fn choose(arguments: &[&str]) -> Result<Option<(&'static str, usize)>, String> {
         let arguments: Vec<String> = arguments.iter().map(|a| (*a).to_owned()).collect();
-        chosen(&arguments).map(|task| task.map(|task| task.name))
+        chosen(&arguments).map(|chosen| chosen.map(|(task, rest)| (task.name, rest.len())))
     }
 
     #[test]
     fn arguments() {
-        assert_eq!(choose(&["ci"]), Ok(Some("ci")));
+        assert_eq!(choose(&["ci"]), Ok(Some(("ci", 0))));
+        assert_eq!(choose(&["soak", "noise"]), Ok(Some(("soak", 1))));
         assert_eq!(choose(&["--help"]), Ok(None));
         assert_eq!(choose(&["test", "-h"]), Ok(None));
         assert!(choose(&[]).is_err());

@@ -1,9 +1,30 @@
 //! Installs what the other commands need, by the ordinary clients.
 
-use crate::shell::{Failure, Line, is_installed};
+use crate::failure::Failure;
+use crate::shell::{Line, is_installed};
+use std::fs;
+use std::path::{Path, PathBuf};
 
-/// Debian packages that tasks need, each with a program that tells whether it is there.
-const PACKAGES: &[(&str, &str)] = &[("cc", "gcc"), ("git", "git")];
+/// How to tell whether a package is there.
+#[derive(Clone, Copy)]
+enum Sign {
+    /// A program in the search path.
+    Program(&'static str),
+    /// libclang, where the crate `bindgen` looks for it.
+    Libclang,
+}
+
+/// Debian packages that tasks need.
+const PACKAGES: &[(Sign, &str)] = &[
+    (Sign::Program("cc"), "gcc"),
+    (Sign::Program("git"), "git"),
+    // For Unicorn, the processor of the emulated robots.
+    (Sign::Program("cmake"), "cmake"),
+    (Sign::Program("make"), "make"),
+    (Sign::Libclang, "libclang-dev"),
+    // The other processor.
+    (Sign::Program("qemu-system-arm"), "qemu-system-arm"),
+];
 
 /// Rust's part and the system's part.
 pub fn run() -> Result<(), Failure> {
@@ -18,7 +39,10 @@ pub fn rust() -> Result<(), Failure> {
 }
 
 fn packages() -> Result<(), Failure> {
-    let missing = missing(is_installed);
+    let missing = missing(|sign| match sign {
+        Sign::Program(program) => is_installed(program),
+        Sign::Libclang => has_libclang(),
+    });
     if missing.is_empty() {
         return Ok(());
     }
@@ -31,9 +55,40 @@ fn packages() -> Result<(), Failure> {
     Line::new("apt-get", &install).env("DEBIAN_FRONTEND", "noninteractive").run()
 }
 
-fn missing(is_installed: impl Fn(&str) -> bool) -> Vec<&'static str> {
-    let absent = PACKAGES.iter().filter(|(program, _)| !is_installed(program));
+fn missing(is_there: impl Fn(Sign) -> bool) -> Vec<&'static str> {
+    let absent = PACKAGES.iter().filter(|(sign, _)| !is_there(*sign));
     absent.map(|(_, package)| *package).collect()
+}
+
+/// The most usual of the places that the crate `clang-sys` searches for bindgen.
+fn has_libclang() -> bool {
+    if std::env::var_os("LIBCLANG_PATH").is_some() {
+        return true;
+    }
+    let libraries = ["/usr/lib", "/usr/lib64", "/usr/local/lib"].map(PathBuf::from);
+    // /usr/lib/llvm-14/lib, /usr/lib/x86_64-linux-gnu
+    let below = children(Path::new("/usr/lib")).flat_map(|folder| [folder.join("lib"), folder]);
+    libraries.into_iter().chain(below).any(|folder| {
+        children(&folder)
+            .any(|file| file.file_name().is_some_and(|n| is_libclang(&n.to_string_lossy())))
+    })
+}
+
+/// Of a folder; none if it cannot be read.
+fn children(folder: &Path) -> impl Iterator<Item = PathBuf> + use<> {
+    fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path())
+}
+
+/// `libclang.so`, `libclang-14.so`, `libclang-14.so.1`, but not `libclang-cpp.so`.
+fn is_libclang(file: &str) -> bool {
+    let Some((name, _)) = file.split_once(".so") else { return false };
+    match name.strip_prefix("libclang") {
+        Some("") => true,
+        Some(version) => version.strip_prefix('-').is_some_and(|number| {
+            !number.is_empty() && number.chars().all(|c| c.is_ascii_digit() || c == '.')
+        }),
+        None => false,
+    }
 }
 
 fn is_root() -> Result<bool, Failure> {
@@ -42,11 +97,22 @@ fn is_root() -> Result<bool, Failure> {
 
 #[cfg(test)]
 mod tests {
-    use super::missing;
+    use super::*;
 
     #[test]
     fn only_what_is_missing_is_installed() {
         assert!(missing(|_| true).is_empty());
-        assert_eq!(missing(|program| program != "cc"), ["gcc"]);
+        assert_eq!(missing(|sign| !matches!(sign, Sign::Program("cc"))), ["gcc"]);
+        assert_eq!(missing(|sign| !matches!(sign, Sign::Libclang)), ["libclang-dev"]);
+    }
+
+    #[test]
+    fn libclang_is_known_by_its_file_names() {
+        for file in ["libclang.so", "libclang.so.1", "libclang-14.so.1", "libclang-14.0.6.so"] {
+            assert!(is_libclang(file), "{file}");
+        }
+        for file in ["libclang-cpp.so.14", "libclangAST.a", "libclang.a", "libc.so.6"] {
+            assert!(!is_libclang(file), "{file}");
+        }
     }
 }

@@ -1,38 +1,9 @@
 //! Running programs so that the reader can follow, and repeat by hand what failed.
 
-use std::fmt;
+use crate::failure::Failure;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitStatus, Output};
-
-/// Why a task stopped.
-#[derive(Debug)]
-pub enum Failure {
-    /// A program could not be started.
-    Start { program: String, reason: io::Error },
-    /// A program ended with a status that was not expected.
-    Status { command: String, status: ExitStatus },
-    /// A file or folder could not be read.
-    Read { path: PathBuf, reason: io::Error },
-    /// There is nothing to run in this folder.
-    Empty { folder: PathBuf },
-    /// Packages of the system are missing, and only the user can install them.
-    Packages { command: String },
-}
-
-impl fmt::Display for Failure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Failure::Start { program, reason } => write!(f, "cannot start `{program}`: {reason}"),
-            Failure::Status { command, status } => write!(f, "`{command}` ended with {status}"),
-            Failure::Read { path, reason } => write!(f, "cannot read {}: {reason}", path.display()),
-            Failure::Empty { folder } => write!(f, "no scripts in {}", folder.display()),
-            Failure::Packages { command } => {
-                write!(f, "packages are missing; please run: {command}")
-            }
-        }
-    }
-}
+use std::process::{Command, Output};
 
 /// The root of the repository, in which every program runs.
 pub fn root() -> &'static Path {
@@ -42,8 +13,10 @@ pub fn root() -> &'static Path {
 
 /// A program with its arguments.
 pub struct Line {
-    /// What is printed: the command as a user would type it.
+    /// The command as a user would type it.
     text: String,
+    /// Whether that is printed.
+    announced: bool,
     command: Command,
 }
 
@@ -58,7 +31,7 @@ impl Line {
         let text = [&[name], arguments].concat().join(" ");
         let mut command = Command::new(program);
         command.args(arguments).current_dir(root());
-        Line { text, command }
+        Line { text, announced: true, command }
     }
 
     /// Sets an environment variable.
@@ -69,7 +42,7 @@ impl Line {
     }
 
     /// Runs in a folder that is a workspace of its own: its toolchain and flags must hold there, not those of the
-    /// cargo that runs this program.
+    /// cargo that runs this program. A relative path is one from the root.
     pub fn in_workspace(mut self, folder: &str) -> Line {
         self.text = format!("cd {folder} && {}", self.text);
         self.command.current_dir(root().join(folder));
@@ -84,6 +57,12 @@ impl Line {
         self
     }
 
+    /// Leaves standard output to the result of the task.
+    pub fn unannounced(mut self) -> Line {
+        self.announced = false;
+        self
+    }
+
     /// Runs it, showing its output; fails unless it succeeds.
     pub fn run(mut self) -> Result<(), Failure> {
         self.announce();
@@ -95,21 +74,26 @@ impl Line {
     }
 
     /// Runs it and keeps its output; fails unless it ends with this status.
-    pub fn output(mut self, expected: i32) -> Result<Output, Failure> {
+    pub fn output(self, expected: i32) -> Result<Output, Failure> {
+        self.output_if(|output| output.status.code() == Some(expected))
+    }
+
+    /// Runs it and keeps its output; fails unless that is as expected.
+    pub fn output_if(mut self, expected: impl Fn(&Output) -> bool) -> Result<Output, Failure> {
         self.announce();
         let output = self.command.output().map_err(|reason| self.not_started(reason))?;
-        match output.status.code() == Some(expected) {
-            true => Ok(output),
-            false => {
-                // The reader needs to see why.
-                eprint!("{}", String::from_utf8_lossy(&output.stderr));
-                Err(Failure::Status { command: self.text, status: output.status })
-            }
+        if expected(&output) {
+            return Ok(output);
         }
+        // The reader needs to see why.
+        eprint!("{}", String::from_utf8_lossy(&output.stderr));
+        Err(Failure::Status { command: self.text, status: output.status })
     }
 
     fn announce(&self) {
-        println!("$ {}", self.text);
+        if self.announced {
+            println!("$ {}", self.text);
+        }
     }
 
     fn not_started(&self, reason: io::Error) -> Failure {
@@ -121,6 +105,14 @@ impl Line {
 /// Runs cargo in the root workspace.
 pub fn cargo(arguments: &[&str]) -> Result<(), Failure> {
     Line::new("cargo", arguments).run()
+}
+
+/// Where cargo puts what it builds for the root workspace: the folder in which this program lies.
+pub fn target() -> Result<PathBuf, Failure> {
+    let own = std::env::current_exe()
+        .map_err(|reason| Failure::Read { path: PathBuf::from("xtask"), reason })?;
+    // TARGET/PROFILE/xtask
+    Ok(own.ancestors().nth(2).unwrap_or(root()).to_owned())
 }
 
 /// Whether a program is in the search path.

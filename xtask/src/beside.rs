@@ -1,0 +1,141 @@
+//! A script on this computer, and beside it on an emulated robot that boots its real firmware.
+
+use crate::board::CRAZYFLIE;
+use crate::failure::Failure;
+use crate::shell::{Line, cargo};
+use bittybuzz_robots::Robot;
+use std::path::Path;
+
+/// Logs, and uses LEDs.
+const SCRIPT: &str = "examples/scheduler.bzz";
+/// At 10 Hz: three seconds.
+const STEPS: &str = "30";
+/// The last step, and half of the next tick.
+const SECONDS: &str = "3.05";
+
+/// A line of output.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Told {
+    text: String,
+    /// Whether the script logged it: it should be on both sides.
+    is_log: bool,
+}
+
+/// Builds the firmware, boots it, and fails if it logs something else than this computer.
+pub fn run(bbz: &Path) -> Result<(), Failure> {
+    println!("\n== {SCRIPT} on the firmware of the Crazyflie, in emulation");
+    let image = CRAZYFLIE.build(None, false)?.display().to_string();
+    // Its own command: nothing else is linked with what it is made of. `bbz` finds it beside itself.
+    cargo(&["build", "--release", "--package", "bittybuzz-emulate-stm32"])?;
+    let robot = ["--robot", CRAZYFLIE.robot];
+    let here = [&["run", SCRIPT, "--steps", STEPS][..], &robot].concat();
+    let there = ["trace", image.as_str(), "--script", SCRIPT, "--emulate", "--seconds", SECONDS];
+    let there = [&there[..], &robot].concat();
+    let output = |arguments: &[&str]| {
+        let output = Line::named("bbz", bbz, arguments).output(0)?;
+        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+    };
+    let robot = bittybuzz_robots::find(CRAZYFLIE.robot)
+        .map_err(|error| Failure::Robot(error.to_string()))?;
+    let here = told_here(&robot, &output(&here)?);
+    let shown = told_there(&output(&[&there[..], &["--outputs"]].concat())?);
+    let logged = output(&[&there[..], &["--plain"]].concat())?;
+    println!("\n{}", beside(&here, &shown));
+    let expected: Vec<&str> = logs(&here).collect();
+    let logged: Vec<&str> = logged.lines().collect();
+    if logged.is_empty() || logged != expected {
+        return Err(Failure::LogsDiffer { script: SCRIPT.to_owned() });
+    }
+    println!("The {} log lines are the same. Not tried on hardware.", logged.len());
+    Ok(())
+}
+
+/// The output of `bbz run`: calls of robot functions, and the rest.
+fn told_here(robot: &Robot, output: &str) -> Vec<Told> {
+    let is_call =
+        |text: &str| text.split_once('(').is_some_and(|(name, _)| robot.function(name).is_some());
+    let told = |text: &str| Told { text: text.to_owned(), is_log: !is_call(text) };
+    output.lines().map(told).collect()
+}
+
+/// The output of `bbz trace`: time, subject, text.
+fn told_there(output: &str) -> Vec<Told> {
+    let is_log = |text: &str| text.split_whitespace().nth(1) == Some("step");
+    let told = |text: &str| Told { text: text.to_owned(), is_log: is_log(text) };
+    output.lines().map(told).collect()
+}
+
+fn logs(told: &[Told]) -> impl Iterator<Item = &str> {
+    told.iter().filter(|told| told.is_log).map(|told| told.text.as_str())
+}
+
+/// Two columns; log lines that belong together are in one row.
+fn beside(here: &[Told], there: &[Told]) -> String {
+    let mut rows = vec![("bbz run", "bbz trace --emulate"), ("", "")];
+    let (mut here, mut there) = (here.iter().peekable(), there.iter().peekable());
+    while here.peek().is_some() || there.peek().is_some() {
+        // What stands before the next log line of either side, then that line.
+        loop {
+            let left = here.next_if(|told| !told.is_log);
+            let right = there.next_if(|told| !told.is_log);
+            if left.is_none() && right.is_none() {
+                break;
+            }
+            rows.push((text(left), text(right)));
+        }
+        if here.peek().is_some() || there.peek().is_some() {
+            rows.push((text(here.next()), text(there.next())));
+        }
+    }
+    let width = rows.iter().map(|(left, _)| left.chars().count()).max().unwrap_or(0);
+    let lines = rows.iter().map(|(left, right)| format!("{left:<width$} |{right}"));
+    lines.map(|line| line.trim_end().to_owned() + "\n").collect()
+}
+
+fn text(told: Option<&Told>) -> &str {
+    told.map_or("", |told| told.text.as_str())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TRACE: &str = "    0.000610 output    led green_right on
+    0.100942 output    led red_left on
+    0.201000 step 1    1: checked
+    0.300942 output    led red_left off
+";
+
+    #[test]
+    fn calls_of_robot_functions_are_no_log_lines() {
+        let robot = bittybuzz_robots::find("crazyflie").unwrap();
+        let told = told_here(&robot, "led(1)\n1: checked\nlamp(1)\n");
+        assert_eq!(logs(&told).collect::<Vec<_>>(), ["1: checked", "lamp(1)"]);
+    }
+
+    #[test]
+    fn log_lines_stand_in_one_row() {
+        let robot = bittybuzz_robots::find("crazyflie").unwrap();
+        let table = beside(&told_here(&robot, "led(1)\n1: checked\nled(2)\n"), &told_there(TRACE));
+        let rows: Vec<&str> = table.lines().skip(2).collect();
+        assert_eq!(
+            rows,
+            [
+                "led(1)     |    0.000610 output    led green_right on",
+                "           |    0.100942 output    led red_left on",
+                "1: checked |    0.201000 step 1    1: checked",
+                "led(2)     |    0.300942 output    led red_left off",
+            ]
+        );
+    }
+
+    #[test]
+    fn a_log_line_that_is_missing_leaves_its_place_empty() {
+        let robot = bittybuzz_robots::find("crazyflie").unwrap();
+        let table = beside(&told_here(&robot, "a\nb\n"), &told_there("0.1 step 0 a\n"));
+        assert_eq!(
+            table.lines().skip(2).collect::<Vec<_>>(),
+            ["a       |0.1 step 0 a", "b       |"]
+        );
+    }
+}

@@ -1,0 +1,75 @@
+//! What a linked program takes of a chip's memory.
+
+use crate::failure::Failure;
+use object::elf::{SHF_ALLOC, SHF_WRITE};
+use object::{Object, ObjectSection, SectionFlags};
+use std::fs;
+use std::path::Path;
+
+/// Bytes of memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Footprint {
+    /// Vector table, code, constants, initial values of variables, script.
+    pub flash: u64,
+    /// Variables; not the stack.
+    pub ram: u64,
+}
+
+/// Of an ELF file.
+pub fn footprint(path: &Path) -> Result<Footprint, Failure> {
+    let bytes = fs::read(path).map_err(|reason| Failure::Read { path: path.into(), reason })?;
+    let unreadable =
+        |error: object::Error| Failure::Elf { path: path.into(), reason: error.to_string() };
+    let file = object::File::parse(bytes.as_slice()).map_err(unreadable)?;
+    let mut footprint = Footprint::default();
+    for section in file.sections() {
+        let SectionFlags::Elf { sh_flags } = section.flags() else { continue };
+        if sh_flags & u64::from(SHF_ALLOC) == 0 {
+            continue;
+        }
+        // What has bytes in the file is flashed; variables with a value are in flash and in RAM.
+        if section.file_range().is_some() {
+            footprint.flash += section.size();
+        }
+        if sh_flags & u64::from(SHF_WRITE) != 0 {
+            footprint.ram += section.size();
+        }
+    }
+    Ok(footprint)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use object::write;
+    use object::{Architecture, BinaryFormat, Endianness, SectionKind};
+
+    #[test]
+    fn sections_count_where_they_are() {
+        let mut object =
+            write::Object::new(BinaryFormat::Elf, Architecture::Arm, Endianness::Little);
+        let mut add = |name: &str, kind, size: usize| {
+            let section = object.add_section(Vec::new(), name.into(), kind);
+            match kind {
+                SectionKind::UninitializedData => {
+                    object.append_section_bss(section, size as u64, 4);
+                }
+                _ => {
+                    object.append_section_data(section, &vec![1; size], 4);
+                }
+            }
+        };
+        add(".text", SectionKind::Text, 100);
+        add(".rodata", SectionKind::ReadOnlyData, 20);
+        add(".data", SectionKind::Data, 8);
+        add(".bss", SectionKind::UninitializedData, 48);
+        add(".comment", SectionKind::OtherString, 1000);
+        let path = std::env::temp_dir().join(format!("xtask-elf-{}", std::process::id()));
+        fs::write(&path, object.write().unwrap()).unwrap();
+        assert_eq!(footprint(&path).unwrap(), Footprint { flash: 128, ram: 56 });
+        fs::write(&path, "#!/bin/sh").unwrap();
+        assert!(matches!(footprint(&path), Err(Failure::Elf { .. })));
+        fs::remove_file(&path).unwrap();
+        assert!(matches!(footprint(&path), Err(Failure::Read { .. })));
+    }
+}

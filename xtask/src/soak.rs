@@ -1,0 +1,189 @@
+//! Evidence that takes too long for every change. What was shown is kept under `target/soak`, so that a run which was
+//! stopped goes on where it was; it counts until the sources change.
+
+mod mutants;
+mod sources;
+mod table;
+
+use crate::checks;
+use crate::failure::Failure;
+use crate::shell::target;
+use sources::Sources;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// A kind of evidence.
+struct Part {
+    name: &'static str,
+    /// What is to be shown.
+    items: fn() -> Vec<String>,
+    /// Tries to show one of them.
+    run: fn(&str) -> Result<Verdict, Failure>,
+}
+
+/// Whether something was shown, and how.
+enum Verdict {
+    Shown(String),
+    Missing(String),
+}
+
+const PARTS: &[Part] = &[
+    Part { name: "mutants", items: mutants::items, run: mutants::run },
+    Part { name: "noise", items: || vec!["a million bytes".to_owned()], run: |_| noise() },
+    Part { name: "random", items: blocks, run: random },
+];
+
+/// Seeds of random programs; CI has those from 0, and docs/testing.md tells of others.
+const SEEDS: std::ops::Range<u64> = 10_000..20_000;
+/// Seeds that one run tries.
+const BLOCK: u64 = 500;
+
+/// `soak [PART]`
+pub fn run(arguments: &[String]) -> Result<(), Failure> {
+    let parts: Vec<&Part> = match arguments {
+        [] => PARTS.iter().collect(),
+        [name] => PARTS.iter().filter(|part| part.name == name).collect(),
+        _ => return Err(Failure::Usage("`soak` takes one part or none".to_owned())),
+    };
+    if parts.is_empty() {
+        let names: Vec<&str> = PARTS.iter().map(|part| part.name).collect();
+        return Err(Failure::Usage(format!("the parts of `soak` are {}", names.join(", "))));
+    }
+    let fingerprint = Sources::list()?.fingerprint()?;
+    let mut records = Vec::new();
+    for part in parts {
+        let record = Record::open(part.name, fingerprint)?;
+        println!("{}: {} left", part.name, record.left(part).len());
+        records.push((part, record));
+    }
+    let mut missing = Vec::new();
+    for (part, record) in &mut records {
+        let left = record.left(part);
+        for (number, item) in left.iter().enumerate() {
+            let start = Instant::now();
+            match (part.run)(item)? {
+                Verdict::Shown(how) => {
+                    println!("{} {item}: {how} ({} s)", part.name, start.elapsed().as_secs());
+                    record.keep(item, &how)?;
+                }
+                Verdict::Missing(why) => {
+                    println!("{} {item}: NOT SHOWN: {why}", part.name);
+                    missing.push(format!("{} {item} ({why})", part.name));
+                }
+            }
+            println!("{}: {} left", part.name, left.len() - number - 1);
+        }
+        record.report(part);
+    }
+    if missing.is_empty() { Ok(()) } else { Err(Failure::Soak { left: missing }) }
+}
+
+/// Some of the mutants, for CI; the tests pass without them.
+pub fn sample() -> Result<(), Failure> {
+    for name in table::SAMPLE {
+        match mutants::run(name)? {
+            Verdict::Shown(how) => println!("{name}: {how}"),
+            Verdict::Missing(why) => {
+                return Err(Failure::Soak { left: vec![format!("mutants {name} ({why})")] });
+            }
+        }
+    }
+    Ok(())
+}
+
+fn noise() -> Result<Verdict, Failure> {
+    let image = crate::board::CRAZYFLIE.build(None, false)?;
+    checks::hardware_in_the_loop(&image, &["--ignored", "--nocapture"]).run()?;
+    Ok(Verdict::Shown("no harm".to_owned()))
+}
+
+fn blocks() -> Vec<String> {
+    let starts = SEEDS.step_by(BLOCK as usize);
+    starts.map(|start| format!("{start}..{}", start + BLOCK)).collect()
+}
+
+fn random(seeds: &str) -> Result<Verdict, Failure> {
+    let arguments = ["--package", "bittybuzz-tests", "--test", "random_programs"];
+    checks::tests(&arguments).env("BITTYBUZZ_SEEDS", seeds).run()?;
+    Ok(Verdict::Shown("all the same".to_owned()))
+}
+
+/// What was shown of a part.
+struct Record {
+    path: PathBuf,
+    fingerprint: u64,
+    /// Item, and how it was shown.
+    shown: BTreeMap<String, String>,
+}
+
+impl Record {
+    /// What was kept about these sources.
+    fn open(part: &str, fingerprint: u64) -> Result<Record, Failure> {
+        let path = target()?.join("soak").join(part).join("shown");
+        let shown = match path.exists() {
+            true => parse(&sources::read_text(&path)?, fingerprint),
+            false => BTreeMap::new(),
+        };
+        Ok(Record { path, fingerprint, shown })
+    }
+
+    fn left(&self, part: &Part) -> Vec<String> {
+        (part.items)().into_iter().filter(|item| !self.shown.contains_key(item)).collect()
+    }
+
+    fn keep(&mut self, item: &str, how: &str) -> Result<(), Failure> {
+        self.shown.insert(item.to_owned(), how.to_owned());
+        sources::write(&self.path, text(&self.shown, self.fingerprint).as_bytes())
+    }
+
+    fn report(&self, part: &Part) {
+        println!("\n{}: shown with the sources of today:", part.name);
+        for item in (part.items)() {
+            println!("  {item:<24}{}", self.shown.get(&item).map_or("-", String::as_str));
+        }
+    }
+}
+
+/// A line with the fingerprint, then one per item.
+fn text(shown: &BTreeMap<String, String>, fingerprint: u64) -> String {
+    let lines = shown.iter().map(|(item, how)| format!("{item}\t{how}\n"));
+    format!("{fingerprint:016x}\n{}", lines.collect::<String>())
+}
+
+/// Nothing if it is about other sources.
+fn parse(text: &str, fingerprint: u64) -> BTreeMap<String, String> {
+    let mut lines = text.lines();
+    if lines.next() != Some(&format!("{fingerprint:016x}")) {
+        return BTreeMap::new();
+    }
+    let items = lines.filter_map(|line| line.split_once('\t'));
+    items.map(|(item, how)| (item.to_owned(), how.to_owned())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_record_counts_for_the_same_sources_only() {
+        let shown = BTreeMap::from([("baud-rate".to_owned(), "found by a, b".to_owned())]);
+        let text = text(&shown, 7);
+        assert_eq!(parse(&text, 7), shown);
+        assert!(parse(&text, 8).is_empty());
+        assert!(parse("", 7).is_empty());
+    }
+
+    #[test]
+    fn blocks_are_the_seeds_without_a_gap() {
+        let blocks = blocks();
+        assert_eq!(blocks[..2], ["10000..10500", "10500..11000"]);
+        assert_eq!(blocks.last().map(String::as_str), Some("19500..20000"));
+    }
+
+    #[test]
+    fn unknown_parts_are_told() {
+        let failure = run(&["mutant".to_owned()]).unwrap_err();
+        assert!(matches!(failure, Failure::Usage(text) if text.contains("mutants")));
+    }
+}

@@ -1,0 +1,91 @@
+//! The sources as they are in the working folder: their fingerprint, and a copy that may be changed.
+
+use crate::failure::Failure;
+use crate::shell::{Line, root};
+use std::fs;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+
+/// Files of the repository, from the root.
+pub struct Sources {
+    files: Vec<String>,
+}
+
+impl Sources {
+    /// Everything that git keeps or would.
+    pub fn list() -> Result<Sources, Failure> {
+        let arguments = ["ls-files", "-z", "--cached", "--others", "--exclude-standard"];
+        let output = Line::new("git", &arguments).unannounced().output(0)?;
+        let names = String::from_utf8_lossy(&output.stdout).into_owned();
+        // A file that was deleted is still listed until that is committed.
+        let there = |name: &&str| root().join(name).is_file();
+        let mut files: Vec<String> =
+            names.split_terminator('\0').filter(there).map(str::to_owned).collect();
+        files.sort();
+        files.dedup();
+        Ok(Sources { files })
+    }
+
+    /// A number that changes with what programs are made of; words about them do not count.
+    pub fn fingerprint(&self) -> Result<u64, Failure> {
+        let mut hasher = DefaultHasher::new();
+        for name in self.files.iter().filter(|name| !name.ends_with(".md")) {
+            (name, read(&root().join(name))?).hash(&mut hasher);
+        }
+        Ok(hasher.finish())
+    }
+
+    /// Brings a copy up to date. Files that are the same stay untouched, for cargo to see that they are.
+    pub fn copy_to(&self, folder: &Path) -> Result<(), Failure> {
+        for name in &self.files {
+            let bytes = read(&root().join(name))?;
+            let path = folder.join(name);
+            if !fs::read(&path).is_ok_and(|there| there == bytes) {
+                write(&path, &bytes)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, Failure> {
+    fs::read(path).map_err(|reason| Failure::Read { path: path.into(), reason })
+}
+
+/// A file as text.
+pub fn read_text(path: &Path) -> Result<String, Failure> {
+    fs::read_to_string(path).map_err(|reason| Failure::Read { path: path.into(), reason })
+}
+
+/// Writes a file, and makes the folders that it needs.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let failed = |reason| Failure::Write { path: PathBuf::from(path), reason };
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder).map_err(failed)?;
+    }
+    fs::write(path, bytes).map_err(failed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::SystemTime;
+
+    #[test]
+    fn a_copy_is_mended_and_otherwise_left_alone() {
+        let folder = std::env::temp_dir().join(format!("xtask-sources-{}", std::process::id()));
+        let sources =
+            Sources { files: vec!["Cargo.toml".to_owned(), "xtask/Cargo.toml".to_owned()] };
+        sources.copy_to(&folder).unwrap();
+        let long_ago = SystemTime::UNIX_EPOCH;
+        let kept = fs::File::options().write(true).open(folder.join("Cargo.toml")).unwrap();
+        kept.set_modified(long_ago).unwrap();
+        write(&folder.join("xtask/Cargo.toml"), b"changed").unwrap();
+        sources.copy_to(&folder).unwrap();
+        let original = fs::read(root().join("xtask/Cargo.toml")).unwrap();
+        assert_eq!(fs::read(folder.join("xtask/Cargo.toml")).unwrap(), original);
+        let modified = fs::metadata(folder.join("Cargo.toml")).unwrap().modified().unwrap();
+        assert_eq!(modified, long_ago);
+        fs::remove_dir_all(folder).unwrap();
+    }
+}

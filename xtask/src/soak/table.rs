@@ -1,0 +1,178 @@
+//! Mistakes in the set-up of the hardware, each of which a test must find.
+
+/// One mistake.
+pub struct Mutant {
+    /// Its name on the command line and in the records.
+    pub name: &'static str,
+    /// Where, from the root.
+    pub file: &'static str,
+    /// The right text, which the file has once.
+    pub find: &'static str,
+    /// The wrong text.
+    pub put: &'static str,
+    /// What is wrong then.
+    pub breaks: &'static str,
+}
+
+const CLOCK: &str = "firmware/crazyflie/src/clock.rs";
+const LEDS: &str = "firmware/crazyflie/src/leds.rs";
+const MAIN: &str = "firmware/crazyflie/src/main.rs";
+const MOTORS: &str = "firmware/crazyflie/src/motors.rs";
+const UART: &str = "firmware/crazyflie/src/link/uart.rs";
+
+/// All of them.
+pub const MUTANTS: &[Mutant] = &[
+    Mutant {
+        name: "pll-multiplier",
+        file: CLOCK,
+        find: "PllMul::MUL336",
+        put: "PllMul::MUL320",
+        breaks: "the core runs at 160 MHz",
+    },
+    Mutant {
+        name: "pll-divider",
+        file: CLOCK,
+        find: "PllPDiv::DIV2",
+        put: "PllPDiv::DIV4",
+        breaks: "the core runs at 84 MHz",
+    },
+    Mutant {
+        name: "apb1-prescaler",
+        file: CLOCK,
+        find: "APBPrescaler::DIV4",
+        put: "APBPrescaler::DIV8",
+        breaks: "the timers of the motors run at half their rate",
+    },
+    Mutant {
+        name: "apb2-prescaler",
+        file: CLOCK,
+        find: "APBPrescaler::DIV2",
+        put: "APBPrescaler::DIV4",
+        breaks: "the link's USART runs at half its rate",
+    },
+    Mutant {
+        name: "crystal",
+        file: CLOCK,
+        find: "freq: mhz(8)",
+        put: "freq: embassy_stm32::time::hz(7_680_000)",
+        breaks: "all clocks are 4 % faster than the firmware believes",
+    },
+    Mutant {
+        name: "baud-rate",
+        file: UART,
+        find: "const BAUD: u32 = 1_000_000;",
+        put: "const BAUD: u32 = 921_600;",
+        breaks: "the link is 8 % too slow",
+    },
+    Mutant {
+        name: "alternate-function",
+        file: UART,
+        find: "const AF: u8 = 8;",
+        put: "const AF: u8 = 7;",
+        breaks: "the link's pins belong to another peripheral",
+    },
+    Mutant {
+        name: "tx-pin",
+        file: UART,
+        find: "tx.set_as_af_unchecked(AF, AfType::output(OutputType::PushPull, Speed::VeryHigh));",
+        put: "tx.set_as_input(Pull::Up);",
+        breaks: "nothing is sent",
+    },
+    Mutant {
+        name: "rx-pin",
+        file: UART,
+        find: "rx.set_as_af_unchecked(AF, AfType::input(Pull::Up));",
+        put: "rx.set_as_input(Pull::Up);",
+        breaks: "nothing is received",
+    },
+    Mutant {
+        name: "flow-control-line",
+        file: UART,
+        find: "pac::EXTI.imr(0).modify(|w| w.set_line(4, true));",
+        put: "pac::EXTI.imr(0).modify(|w| w.set_line(5, true));",
+        breaks: "the link does not go on when there is room again",
+    },
+    Mutant {
+        name: "pwm-frequency",
+        file: MOTORS,
+        find: "const FREQUENCY_HZ: u32 = 328_125;",
+        put: "const FREQUENCY_HZ: u32 = 164_062;",
+        breaks: "the motors get half the power",
+    },
+    Mutant {
+        name: "motors-exchanged",
+        file: MOTORS,
+        find: "self.tim2.ch2().set_duty_cycle(m1.into());\n        self.tim2.ch4().set_duty_cycle(m2.into());",
+        put: "self.tim2.ch2().set_duty_cycle(m2.into());\n        self.tim2.ch4().set_duty_cycle(m1.into());",
+        breaks: "motors 1 and 2 get each other's power",
+    },
+    Mutant {
+        name: "leds-exchanged",
+        file: LEDS,
+        find: "Color::Red => self.red.set_level(low_if(on)),\n            Color::Green => self.green",
+        put: "Color::Red => self.green.set_level(low_if(on)),\n            Color::Green => self.red",
+        breaks: "green shines for red",
+    },
+    Mutant {
+        name: "led-polarity",
+        file: LEDS,
+        find: "Color::Red => self.red.set_level(low_if(on)),",
+        put: "Color::Red => self.red.set_level(low_if(!on)),",
+        breaks: "red is dark when it should shine",
+    },
+    Mutant {
+        name: "watchdog-not-started",
+        file: MAIN,
+        find: "watchdog.unleash();",
+        put: "watchdog.pet();",
+        breaks: "a dead task stays dead",
+    },
+    Mutant {
+        name: "watchdog-time",
+        file: MAIN,
+        find: "const WATCHDOG_US: u32 = 250_000;",
+        put: "const WATCHDOG_US: u32 = 2_500_000;",
+        breaks: "a dead task is noticed after seconds",
+    },
+    Mutant {
+        name: "set-point-hold",
+        file: "firmware/runtime/src/setpoint.rs",
+        find: "pub const HOLD: Duration = Duration::from_millis(500);",
+        put: "pub const HOLD: Duration = Duration::from_millis(1000);",
+        breaks: "the motors go on for a second after the script's last step",
+    },
+    Mutant {
+        name: "vector-table",
+        file: "firmware/crazyflie/Cargo.toml",
+        find: "features = [\"set-sp\", \"set-vtor\"]",
+        put: "features = [\"set-sp\"]",
+        breaks: "interrupts go to the bootloader",
+    },
+];
+
+/// Those that CI tries: one each of clocks, pins and places.
+pub const SAMPLE: [&str; 3] = ["pll-multiplier", "baud-rate", "motors-exchanged"];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shell::root;
+    use crate::soak::mutants::mutate;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_mutant_can_be_made() {
+        for mutant in MUTANTS {
+            let text = std::fs::read_to_string(root().join(mutant.file)).unwrap();
+            let mutated = mutate(mutant, &text).unwrap_or_else(|failure| panic!("{failure}"));
+            assert_ne!(mutated, text, "{}", mutant.name);
+        }
+    }
+
+    #[test]
+    fn names_are_unique_and_the_sample_exists() {
+        let names: BTreeSet<&str> = MUTANTS.iter().map(|mutant| mutant.name).collect();
+        assert_eq!(names.len(), MUTANTS.len());
+        assert!(SAMPLE.iter().all(|name| names.contains(name)));
+    }
+}
