@@ -83,7 +83,9 @@ pub fn board(robot: &str, default_script: &str, start: Start) -> Result<(), Buil
     println!("cargo:rerun-if-changed=build.rs");
     let robot =
         bittybuzz_robots::find(robot).map_err(|error| BuildError::Robot(error.to_string()))?;
-    check_runner(&robot.chip)?;
+    if let Some(chip) = &robot.chip {
+        check_runner(chip)?;
+    }
     let mut layout = robot.layout.ok_or(BuildError::NoLayout)?;
     if let Start::BeginningOfFlash(address) = start {
         layout.application.size += layout.application.address - address;
