@@ -76,6 +76,13 @@ impl Nvic {
         }
     }
 
+    /// Pends an interrupt by its own number; those that the chip does not have are ignored.
+    pub fn pend_interrupt(&mut self, interrupt: u32) {
+        if interrupt < INTERRUPTS as u32 {
+            self.pending |= 1 << interrupt;
+        }
+    }
+
     pub fn unpend(&mut self, exception: u8) {
         match exception.checked_sub(number::FIRST_INTERRUPT) {
             Some(interrupt) => self.pending &= !(1 << interrupt),
@@ -205,8 +212,12 @@ impl Nvic {
 
     /// Writes the bits of `value` that are in `mask` to NVIC_ISER to NVIC_IPR.
     pub fn write(&mut self, offset: u32, value: u32, mask: u32) {
-        let shift = 8 * (offset & 0x7f).min(0xc);
-        let bits = if offset & 0x7f > 0xc { 0 } else { u128::from(value & mask) << shift };
+        let shift = 8 * (offset & 0x7f).min(0x8);
+        // Only interrupts that exist have bits.
+        let bits = match offset & 0x7f {
+            0..=0x8 => u128::from(value & mask) << shift,
+            _ => 0,
+        };
         match offset {
             0x000..0x080 => self.enabled |= bits,
             0x080..0x100 => self.enabled &= !bits,
@@ -310,5 +321,14 @@ mod tests {
         assert_eq!(nvic.read(0x344), 0x5000_0000, "four bits");
         nvic.write(0x088, 1 << 7, !0);
         assert_eq!(nvic.read(0x008), 0);
+    }
+
+    #[test]
+    fn interrupts_that_do_not_exist_are_ignored() {
+        let mut nvic = Nvic::new();
+        nvic.write(0x00c, !0, !0);
+        nvic.write(0x10c, !0, !0);
+        nvic.pend_interrupt(96);
+        assert_eq!(nvic.next(NO_MASKS), None);
     }
 }

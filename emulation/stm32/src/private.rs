@@ -108,7 +108,7 @@ impl System {
         match address {
             DWT_CTRL => registers.dwt_ctrl,
             DWT_CYCCNT if registers.dwt_ctrl & DWT_CTRL_CYCCNTENA != 0 => {
-                (self.cycles - registers.dwt_zero) as u32
+                self.cycles.wrapping_sub(registers.dwt_zero) as u32
             }
             SYST..SYST_END => {
                 self.advance_systick();
@@ -169,17 +169,13 @@ impl System {
         let merge = |old: u32| old & !mask | value & mask;
         match address {
             DWT_CTRL => {
-                // While it is off the counter stands still.
-                let counted = (self.cycles - registers.dwt_zero) as u32;
-                let was_on = registers.dwt_ctrl & DWT_CTRL_CYCCNTENA != 0;
-                registers.dwt_ctrl = merge(registers.dwt_ctrl);
-                if !was_on {
+                // It counts from zero whenever it is turned on.
+                if registers.dwt_ctrl & DWT_CTRL_CYCCNTENA == 0 {
                     registers.dwt_zero = self.cycles;
-                } else {
-                    registers.dwt_zero = self.cycles - u64::from(counted);
                 }
+                registers.dwt_ctrl = merge(registers.dwt_ctrl);
             }
-            DWT_CYCCNT => registers.dwt_zero = self.cycles.saturating_sub(u64::from(value)),
+            DWT_CYCCNT => registers.dwt_zero = self.cycles.wrapping_sub(u64::from(value)),
             SYST..SYST_END => {
                 self.advance_systick();
                 self.systick.write(address - SYST, value);
@@ -223,7 +219,7 @@ impl System {
             CPACR => registers.cpacr = merge(registers.cpacr),
             MPU_CTRL if value & mask & 1 != 0 => self.note_mpu(),
             DEMCR => registers.demcr = merge(registers.demcr),
-            STIR => self.nvic.pend(number::FIRST_INTERRUPT.saturating_add((value & 0x5f) as u8)),
+            STIR => self.nvic.pend_interrupt(value & 0x1ff),
             FPCCR => registers.fpccr = merge(registers.fpccr),
             _ => {}
         }

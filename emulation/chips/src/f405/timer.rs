@@ -79,8 +79,9 @@ impl Timer {
         self.registers[offset as usize / 4]
     }
 
+    /// The counter is blocked while the reload value is 0 (18.4.12).
     fn runs(&self) -> bool {
-        self.register(CR1) & CR1_CEN != 0
+        self.register(CR1) & CR1_CEN != 0 && self.register(ARR) != 0
     }
 
     fn period(&self) -> u64 {
@@ -370,6 +371,18 @@ mod tests {
         write(&mut timer, CCR1 + 4, 0, Time::ZERO);
         write(&mut timer, CCER, 1 << 4, Time::ZERO);
         assert_eq!(timer.output(1), Some(Pwm::LOW));
+    }
+
+    #[test]
+    fn a_reload_value_of_zero_blocks_the_counter() {
+        let mut timer = timer();
+        write(&mut timer, DIER, 1, Time::ZERO);
+        write(&mut timer, ARR, 0, Time::ZERO);
+        write(&mut timer, CR1, CR1_CEN, Time::ZERO);
+        assert_eq!(timer.next_event(), None);
+        assert_eq!(timer.read(CNT, Time::from_micros(1)), 0);
+        write(&mut timer, ARR, 83, Time::from_micros(1));
+        assert_eq!(timer.next_event(), Some(Time::from_micros(2)));
     }
 
     #[test]
