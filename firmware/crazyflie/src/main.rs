@@ -36,8 +36,8 @@ mod robot {
 use bittybuzz_runtime::liveness::{LOOK, Liveness, Pulse};
 use bittybuzz_runtime::script::Script;
 use bittybuzz_runtime::setpoint::{self, Writer};
-use bittybuzz_vm_core::Image;
 use bittybuzz_vm_core::number::Full;
+use bittybuzz_vm_core::{Image, Vm};
 use defmt_rtt as _;
 use embassy_executor::Spawner;
 use embassy_stm32::peripherals::IWDG;
@@ -66,6 +66,9 @@ static SETPOINTS: setpoint::Channel<Powers> = setpoint::Channel::new();
 static STATUS: StatusChannel = StatusChannel::new();
 
 type ScriptTask = Script<Full, &'static [u8], Crazyflie, { robot::SLOTS }>;
+
+/// The machine takes no more memory than the robot file promises.
+const _: () = assert!(size_of::<Vm<Full, &[u8], { robot::SLOTS }>>() <= robot::MEMORY);
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {

@@ -30,6 +30,9 @@ const CHUNK: u16 = 50;
 /// Looks at the clock in a slice, at most: it ends even if the clock should stand still.
 const CHUNKS: u32 = 1000;
 
+/// A script that prints much waits so long for its readers: a debug probe takes some hundred bytes in a ms.
+const PAUSE: Duration = Duration::from_millis(2);
+
 /// How often a waiting script is asked whether it can go on, unless it said when.
 const POLL: Duration = Duration::from_millis(10);
 
@@ -167,6 +170,7 @@ impl<P: Profile, C: ByteCode, R: Robot<P>, const SLOTS: usize> Script<P, C, R, S
         loop {
             let outcome = self.slice();
             self.pulse.beat();
+            let has_printed_much = self.log.is_much();
             self.tell();
             match outcome {
                 // A wait is the script's wish: the ticks that pass are not missed.
@@ -186,6 +190,9 @@ impl<P: Profile, C: ByteCode, R: Robot<P>, const SLOTS: usize> Script<P, C, R, S
                     self.robot.renew(self.counts);
                     let poll = Instant::now() + POLL;
                     self.wait_until(self.delay.map_or(poll, |end| end.min(poll))).await;
+                }
+                Outcome::Pending if has_printed_much => {
+                    self.wait_until(Instant::now() + PAUSE).await;
                 }
                 Outcome::Pending => yield_now().await,
                 Outcome::Done | Outcome::Fault(_) => {
@@ -231,7 +238,7 @@ impl<P: Profile, C: ByteCode, R: Robot<P>, const SLOTS: usize> Script<P, C, R, S
             let elapsed = start.elapsed();
             let us = u32::try_from(elapsed.as_micros()).unwrap_or(u32::MAX);
             self.counts.longest_slice_us = self.counts.longest_slice_us.max(us);
-            if outcome != Outcome::Pending || elapsed >= SLICE {
+            if outcome != Outcome::Pending || elapsed >= SLICE || self.log.is_much() {
                 break;
             }
         }

@@ -99,12 +99,29 @@ fn a_script_without_steps_ends() {
     assert!(motor[3..].iter().all(|(_, text)| *text == "motor stop"), "{motor:?}");
 }
 
+/// A script that prints without end goes slower, and nothing is lost.
+#[test]
+fn much_that_is_printed_is_told_in_portions() {
+    let events = run("function step() { var i = 0 while(i < 200) { log(i) i = i + 1 } }", 190);
+    let logs = with(&events, "log");
+    assert_eq!(logs.len(), 200);
+    assert!(logs.iter().enumerate().all(|(n, (_, text))| *text == format!("log 0: {n}")));
+    assert!((110..190).contains(&logs[199].0), "{:?}", logs[199]);
+    assert_eq!(with(&events, "Lost"), []);
+}
+
+/// Long texts, one after the other without anything between: what does not fit is counted.
 #[test]
 fn what_is_printed_too_fast_is_counted() {
-    let events = run("function step() { var i = 0 while(i < 200) { log(i) i = i + 1 } }", 150);
-    let logs = with(&events, "log").len();
-    assert!(logs > 10, "{logs}");
-    assert_eq!(with(&events, "Lost"), [(100, format!("Lost({})", 200 - logs).as_str())]);
+    let script = format!(
+        "function init() {{ s = string.concat(\"{}\", \"b\") }}\nfunction step() {{ {} }}",
+        "a".repeat(80),
+        "log(s) ".repeat(30)
+    );
+    let events = run(&script, 150);
+    let told = with(&events, "log").len();
+    assert!((8..30).contains(&told), "{told}");
+    assert_eq!(with(&events, "Lost"), [(100, format!("Lost({})", 30 - told).as_str())]);
 }
 
 #[test]

@@ -297,17 +297,15 @@ pub fn image(script: &str) -> Vec<u8> {
     compiled.image.unwrap_or_else(|| panic!("{:?}", compiled.diagnostics))
 }
 
-/// Address of the function in the Crazyflie's image whose symbol contains this; for code, without the Thumb bit.
-pub fn address_of(symbol: &str) -> u32 {
+/// Address of the function in the Crazyflie's image whose symbol contains all of these, without the Thumb bit.
+pub fn address_of(parts: &[&str]) -> u32 {
     let bytes = std::fs::read(crazyflie()).expect("the image is there");
     let file = object::File::parse(bytes.as_slice()).expect("an ELF file");
     let found: Vec<u64> = file
         .symbols()
-        .filter(|known| {
-            known.name().is_ok_and(|name| name.contains(symbol) && name.contains("poll"))
-        })
+        .filter(|known| known.name().is_ok_and(|name| parts.iter().all(|part| name.contains(part))))
         .map(|known| known.address())
         .collect();
-    assert_eq!(found.len(), 1, "{symbol}: {found:x?}");
+    assert_eq!(found.len(), 1, "{parts:?}: {found:x?}");
     u32::try_from(found[0]).expect("32 bits") & !1
 }

@@ -63,7 +63,7 @@ fn with_code(core: Core, code: &[u16]) -> (Robot, Vec<TimedEvent>) {
     let mut robot = Robot::crazyflie(core, DRIVE);
     robot.run_ms(1000);
     let code: Vec<u8> = code.iter().flat_map(|half| half.to_le_bytes()).collect();
-    robot.write(address_of("show_status_task_inner"), &code);
+    robot.write(address_of(&["show_status_task_inner", "poll"]), &code);
     let events = robot.run_ms(60);
     (robot, events)
 }
@@ -111,6 +111,20 @@ fn a_full_stack_stops_the_robot_on_qemu() {
     the_failure_is_safe(Core::Qemu, &[0xb5ff, 0xe7fd]);
 }
 
+/// A mistake that the program finds itself: a jump to its panic handler (`movw`, `movt`, `bx`: ARMv7-M A7.7.76, A7.7.79).
+#[test]
+fn a_panic_stops_the_robot() {
+    let handler = address_of(&["rust_begin_unwind"]) | 1;
+    let half = |opcode: u16, value: u32| {
+        let (imm4, i) = ((value >> 12) as u16, (value >> 11 & 1) as u16);
+        let (imm3, imm8) = ((value >> 8 & 7) as u16, (value & 0xff) as u16);
+        [opcode | i << 10 | imm4, imm3 << 12 | imm8]
+    };
+    let [a, b] = half(0xf240, handler & 0xffff);
+    let [c, d] = half(0xf2c0, handler >> 16);
+    the_failure_is_safe(Core::Unicorn, &[a, b, c, d, 0x4700]);
+}
+
 /// Interrupts off and no way on: only the watchdog helps. `cpsid i; b .`
 #[test]
 fn a_stuck_program_is_restarted() {
@@ -127,7 +141,7 @@ fn a_stuck_program_is_restarted() {
 fn after_a_failure_the_robot_is_locked_and_told() {
     let mut robot = Robot::crazyflie(Core::Unicorn, DRIVE);
     robot.run_ms(1000);
-    let address = address_of("show_status_task_inner");
+    let address = address_of(&["show_status_task_inner", "poll"]);
     let original = robot.read(address, 2);
     robot.write(address, &0xde00_u16.to_le_bytes());
     while resets(&robot.events).is_empty() {

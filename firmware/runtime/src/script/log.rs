@@ -5,7 +5,10 @@ use bittybuzz_comms::trace;
 use heapless::Vec;
 
 /// Bytes of records that a slice may print, a length byte before each.
-const ROOM: usize = 512;
+const ROOM: usize = 1024;
+
+/// A slice ends when so much is printed: the rest of the room is for what one more chunk of instructions may print.
+const MUCH: usize = ROOM / 4;
 
 /// Records of one slice.
 pub struct Log {
@@ -29,6 +32,11 @@ impl Log {
             }
             _ => self.lost = self.lost.wrapping_add(1),
         }
+    }
+
+    /// Whether it is time to tell.
+    pub fn is_much(&self) -> bool {
+        self.records.len() >= MUCH
     }
 
     /// Gives all records to `sink` and forgets them.
