@@ -187,7 +187,7 @@ fn slices_are_short() {
     ];
     for (name, source) in scripts {
         let script = ScriptFile::new(&format!("slices-{name}"), source);
-        let trace = trace(Core::Unicorn, script.path(), 10.5);
+        let trace = trace(Core::Unicorn, script.path(), 30.0);
         assert_eq!(trace.status, Some(0), "{name}: {:?}", trace.lines.last());
         // The firmware tells its longest slice every hundred steps.
         let told = trace.of("firmware").filter_map(|line| {
