@@ -10,7 +10,7 @@ fn main() {
         );
         Start::BeginningOfFlash(0x0800_0000)
     } else {
-        Start::BehindBootloader
+        Start::AsInRobotFile
     };
     if let Err(error) = board("crazyflie", "hello.bzz", start) {
         eprintln!("error: {error}");

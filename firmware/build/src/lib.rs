@@ -26,8 +26,8 @@ const CARGO_CONFIG: &str = ".cargo/config.toml";
 /// Where the application begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Start {
-    /// Behind the bootloader, as the robot file says.
-    BehindBootloader,
+    /// Where the robot file says: behind the bootloader, if the robot has one.
+    AsInRobotFile,
     /// At the beginning of flash, where the bootloader is otherwise: only a debug probe can load it.
     BeginningOfFlash(u32),
 }
@@ -76,11 +76,15 @@ impl std::fmt::Display for BuildError {
     }
 }
 
-/// Does all of it for the robot of this name. `default_script` is relative to the board's folder, as is a relative
-/// path in `BBZ_SCRIPT` if it is not found from where cargo was called.
+/// Does all of it for the robot of this name, or of this robot file. Paths are relative to the board's folder, as is a
+/// relative one in `BBZ_SCRIPT` if it is not found from where cargo was called.
 pub fn board(robot: &str, default_script: &str, start: Start) -> Result<(), BuildError> {
     println!("cargo:rerun-if-env-changed={SCRIPT}");
     println!("cargo:rerun-if-changed=build.rs");
+    // The robots that ship are part of the build script itself.
+    if Path::new(robot).is_file() {
+        println!("cargo:rerun-if-changed={robot}");
+    }
     let robot =
         bittybuzz_robots::find(robot).map_err(|error| BuildError::Robot(error.to_string()))?;
     if let Some(chip) = &robot.chip {
