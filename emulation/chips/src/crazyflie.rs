@@ -148,7 +148,13 @@ impl Crazyflie {
             self.f405.reset(ResetCause::PowerOn);
             self.observe();
         }
-        self.next = self.f405.next_event().into_iter().chain(self.nrf51.next_event()).min();
+        self.next = self.find_next_event();
+    }
+
+    fn find_next_event(&self) -> Option<Time> {
+        let events = self.f405.next_event().into_iter().chain(self.nrf51.next_event());
+        // What waits for a clock that stands still never comes.
+        events.min().filter(|at| *at < Time::NEVER)
     }
 
     /// When something will next change by itself: an interrupt line, a pin, a byte on the wire.
@@ -178,7 +184,7 @@ impl Crazyflie {
     fn after_access(&mut self) {
         let errors = self.f405.take_errors();
         self.events.extend(errors.into_iter().map(|error| (self.now, Event::HardwareError(error))));
-        self.next = self.f405.next_event().into_iter().chain(self.nrf51.next_event()).min();
+        self.next = self.find_next_event();
     }
 
     /// Looks at LEDs and motors.

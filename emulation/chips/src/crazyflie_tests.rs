@@ -211,6 +211,21 @@ fn a_fast_clock_without_wait_states_is_an_error() {
 }
 
 #[test]
+fn what_has_lost_its_clock_waits_for_ever() {
+    let mut board = board();
+    for (offset, value) in [(0x34, 1000), (0x0c, 2), (0x00, 1)] {
+        write(&mut board, TIM5 + offset, value);
+    }
+    assert!(board.next_event().is_some());
+    // HSE off: the PLL that makes the system clock gets nothing.
+    write(&mut board, RCC, 0x0100_0083);
+    assert_eq!(board.core_clock_hz(), 0);
+    assert_eq!(board.next_event(), None);
+    let error = HardwareError::PllOutOfRange { input_hz: 0, vco_hz: 0 };
+    assert_eq!(events(&mut board), [Event::HardwareError(error)]);
+}
+
+#[test]
 fn the_watchdog_asks_for_a_reset_which_keeps_its_cause() {
     let mut board = board();
     write(&mut board, IWDG, 0x5555);

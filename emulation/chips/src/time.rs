@@ -13,6 +13,9 @@ impl Time {
     /// Power-on.
     pub const ZERO: Time = Time(0);
 
+    /// Later than everything.
+    pub const NEVER: Time = Time(u64::MAX);
+
     /// `picos` picoseconds.
     pub const fn from_picos(picos: u64) -> Time {
         Time(picos)
@@ -37,7 +40,7 @@ impl Time {
     /// A clock that stands still takes for ever.
     pub fn of_ticks(ticks: u64, hz: u64) -> Time {
         if hz == 0 {
-            return Time(u64::MAX);
+            return Time::NEVER;
         }
         let picos = (u128::from(ticks) * PICOS_PER_SECOND).div_ceil(u128::from(hz));
         Time(u64::try_from(picos).unwrap_or(u64::MAX))
@@ -94,7 +97,7 @@ mod tests {
 
     #[test]
     fn a_clock_that_stands_still_takes_for_ever() {
-        assert_eq!(Time::of_ticks(1, 0), Time::from_picos(u64::MAX));
-        assert_eq!(Time::from_picos(u64::MAX) + Time::from_nanos(1), Time::from_picos(u64::MAX));
+        assert_eq!(Time::of_ticks(1, 0), Time::NEVER);
+        assert_eq!(Time::NEVER + Time::from_nanos(1), Time::NEVER);
     }
 }

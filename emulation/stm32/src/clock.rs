@@ -20,8 +20,11 @@ impl Clock {
         self.hz
     }
 
-    /// The time after `cycles`.
+    /// The time after `cycles`. A clock that stands still has none to come.
     pub fn time(&self, cycles: u64) -> Time {
+        if self.hz == 0 {
+            return self.time;
+        }
         self.time + Time::of_ticks(cycles - self.cycles, self.hz)
     }
 
@@ -58,6 +61,10 @@ mod tests {
         assert_eq!(clock.time(16 + 168), Time::from_micros(2));
         clock.skip_to(Time::from_micros(10), 16 + 168);
         assert_eq!(clock.time(16 + 168), Time::from_micros(10));
+        let mut stopped = Clock::new(0);
+        assert_eq!(stopped.time(1), Time::ZERO);
+        stopped.skip_to(Time::from_micros(1), 0);
+        assert_eq!(stopped.time(1), Time::from_micros(1));
         for nanos in [10_000, 10_001, 12_345, 99_999] {
             let cycle = clock.cycle(Time::from_nanos(nanos));
             assert!(clock.time(cycle) >= Time::from_nanos(nanos));

@@ -195,9 +195,9 @@ impl Core<'_> {
         system.nvic = Nvic::new();
         system.registers = Registers::new();
         system.event = false;
-        system.observe_masks(Masks::default());
         let (hz, cycles) = (system.board.core_clock_hz(), system.cycles);
         system.clock.set_hz(hz, cycles);
+        system.observe_masks(Masks::default());
         system.systick = SysTick::new(hz);
         let now = system.now();
         system.systick.advance(now);

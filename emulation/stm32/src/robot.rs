@@ -91,6 +91,8 @@ impl Robot<'_> {
                     self.sleep(until);
                 }
             }
+            // Without a clock nothing runs; the watchdog has its own.
+            State::Running if self.core.system().clock.hz() == 0 => self.sleep(until),
             State::Running => {
                 if self.core.system().nvic.any_pending() {
                     let masks = self.core.masks()?;
