@@ -35,12 +35,16 @@ pub fn run(name: &str) -> Result<Verdict, Failure> {
         println!("\n== {UNCHANGED}");
     }
     let image = build(&copy, &folder.join("target"))?;
-    let failed = failed_tests(&image)?;
+    let output = test(&image)?;
+    let failed = failures(&output);
     match (mutant, failed.is_empty()) {
         (Some(_), true) => Ok(Verdict::Missing("no test finds it".to_owned())),
         (Some(_), false) => Ok(Verdict::Shown(format!("found by {}", failed.join(", ")))),
         (None, true) => Ok(Verdict::Shown("all tests pass".to_owned())),
-        (None, false) => Err(Failure::Unchanged { failed }),
+        (None, false) => {
+            print!("{output}");
+            Err(Failure::Unchanged { failed })
+        }
     }
 }
 
@@ -61,15 +65,17 @@ fn build(copy: &Path, target: &Path) -> Result<PathBuf, Failure> {
     Ok(CRAZYFLIE.image_in(target))
 }
 
-/// The tests that fail with this image. Cargo stops after the first program of tests with a failure.
-fn failed_tests(image: &Path) -> Result<Vec<String>, Failure> {
-    let failed = |text: &[u8]| failures(&String::from_utf8_lossy(text));
-    let output = hardware_in_the_loop(image, &["--skip", "qemu"])
-        .output_if(|output| output.status.success() || !failed(&output.stdout).is_empty())?;
-    Ok(failed(&output.stdout))
+/// What the tests of this image print. Cargo stops after the first program of tests with a failure.
+fn test(image: &Path) -> Result<String, Failure> {
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    // A test that fails is a result. Tests that cannot be built are none.
+    let output = hardware_in_the_loop(image, &["--skip", "qemu"]).output_if(|output| {
+        output.status.success() || !failures(&text(&output.stdout)).is_empty()
+    })?;
+    Ok(text(&output.stdout))
 }
 
-/// Of the lines `test NAME ... FAILED`.
+/// The names in the lines `test NAME ... FAILED`.
 fn failures(output: &str) -> Vec<String> {
     let names = output.lines().filter_map(|line| {
         line.strip_prefix("test ").and_then(|rest| rest.strip_suffix(" ... FAILED"))
