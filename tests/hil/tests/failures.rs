@@ -79,7 +79,7 @@ fn the_failure_is_safe(core: Core, code: &[u16]) {
         .find(|event| matches!(event.event, Event::Motor { number: 1, duty, .. } if duty == 0.0));
     assert!(stopped.expect("motor 1 stops").at <= reset);
     // The program would fail again and again; the motors stay where they are.
-    robot.run_ms(500);
+    robot.run_ms(if core == Core::Qemu { 60 } else { 500 });
     assert_eq!(motors(&robot.events), [0.0; 4]);
 }
 
