@@ -1,7 +1,8 @@
 //! The robot's side of syslink, as the nRF51 sees it.
 
 use bittybuzz_hil::{
-    Command, Core, ECHO_HEADER, Event, RADIO_RAW, Robot, ScriptFile, frames, motors, resets, trace,
+    Command, Core, ECHO_HEADER, Event, RADIO_RAW, Robot, ScriptFile, frames, motors, resets, text,
+    trace,
 };
 
 const P2P: u8 = 0x0a;
@@ -151,6 +152,20 @@ fn robot_id() -> u16 {
     let trace = trace(Core::Unicorn, script.path(), 0.1);
     let start = trace.of("start").next().expect("a start");
     u16::try_from(start["robot_id"].as_u64().unwrap()).unwrap()
+}
+
+/// What the nRF51 reports of battery and radio reaches the script and the people.
+#[test]
+fn battery_and_signal_strength_arrive() {
+    let source =
+        "function init() { n = 0 }\nfunction step() { n = n + 1 if(n == 100) log(battery()) }";
+    let script = ScriptFile::new("battery", source);
+    let trace = trace(Core::Unicorn, script.path(), 10.4);
+    let volts: f64 = trace.log()[0].1.parse().unwrap();
+    assert!((3000.0..4300.0).contains(&volts), "{volts} mV");
+    let status =
+        trace.of("firmware").map(|line| text(&line["text"])).find(|text| text.contains("rssi: -"));
+    assert!(status.is_some(), "{:?}", trace.lines);
 }
 
 /// While the nRF51 has no room nothing is sent, and nothing is lost then; when it has, all goes on.

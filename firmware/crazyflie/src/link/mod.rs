@@ -8,12 +8,14 @@ pub mod send;
 mod setup;
 pub mod uart;
 
-use core::sync::atomic::{AtomicU16, AtomicU32, Ordering};
+use core::sync::atomic::{AtomicI16, AtomicU16, AtomicU32, Ordering};
 
 /// Numbers of the link that others read.
 pub struct State {
     /// mV; 0 until the nRF51 has told it.
     battery_mv: AtomicU16,
+    /// Strength of the last radio packet in dBm; 0 until one was heard.
+    rssi: AtomicI16,
     /// Frames with a right checksum.
     received: AtomicU32,
     /// False starts: frames with a wrong checksum or length.
@@ -27,15 +29,17 @@ pub struct State {
 /// There is one link.
 pub static STATE: State = State {
     battery_mv: AtomicU16::new(0),
+    rssi: AtomicI16::new(0),
     received: AtomicU32::new(0),
     rejected: AtomicU32::new(0),
     heard: AtomicU32::new(0),
     dropped: AtomicU32::new(0),
 };
 
-/// What is told of the link from time to time.
+/// What is told of the link from time to time: signal strength in dBm, and what [`State`] counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
 pub struct Counts {
+    rssi: i16,
     received: u32,
     rejected: u32,
     overrun: u32,
@@ -52,6 +56,7 @@ impl State {
     /// Everything that is counted, since the start.
     pub fn counts(&self) -> Counts {
         Counts {
+            rssi: self.rssi.load(Ordering::Relaxed),
             received: self.received.load(Ordering::Relaxed),
             rejected: self.rejected.load(Ordering::Relaxed),
             overrun: uart::overruns(),

@@ -48,7 +48,9 @@ pub async fn receive_frames(mut uart: Receiver, robot_id: u16, pulse: Pulse) -> 
 fn act(packet: &Packet<'_>, robot_id: u16) {
     match packet {
         Packet::Raw([header, ..]) if header & CRTP_HEADER_MASK == CRTP_ECHO => send(packet),
-        Packet::P2pReceived { port, data, .. } => {
+        Packet::Rssi(dbm) => STATE.rssi.store(*dbm, Ordering::Relaxed),
+        Packet::P2pReceived { port, rssi, data } => {
+            STATE.rssi.store(*rssi, Ordering::Relaxed);
             STATE.heard.fetch_add(1, Ordering::Relaxed);
             if *port == PING_PORT && data.starts_with(&robot_id.to_le_bytes()) {
                 send(&Packet::P2pSend { port: *port, data });
