@@ -14,7 +14,7 @@
 //! # To add a robot
 //! Copy the file of the robot that is most like it. Scripts can be checked, run and simulated for it at once with
 //! `--robot PATH.toml`. To ship it, add it to [`shipped`]. Its firmware calls [`generate_rust`] in its build
-//! script and has one Rust function for each `[[function]]` entry.
+//! script and has one Rust function for each `[[function]]` entry. `docs/new-robot.md` leads through all of it.
 //!
 //! | Key | Meaning |
 //! |---|---|

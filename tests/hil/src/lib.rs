@@ -4,8 +4,12 @@
 //! * [`trace`] runs `bbz trace`: what a person sees, log lines and faults as text, LEDs and motors on request;
 //! * [`Robot`] holds the emulator's own line: frames to and from the radio's processor, dead tasks, damaged flash.
 //!
+//! [`guide`] carries out the guides in docs/.
+//!
 //! Images and emulators must have been built: `cargo xtask test` does that. `BITTYBUZZ_CRAZYFLIE` names another image of
 //! the Crazyflie than the one in its folder.
+
+pub mod guide;
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;

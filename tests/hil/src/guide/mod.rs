@@ -1,0 +1,209 @@
+//! Guides that can be carried out: the sentence before a block of code is the instruction, for people and for the test.
+//!
+//! | before the block | does |
+//! |---|---|
+//! | New file `F`: | writes it |
+//! | At the end of `F`: | appends the block |
+//! | In `F`, after `TEXT`: | inserts the block below the only line with that text; also `before` |
+//! | In `F`: | changes lines as the block says, a `diff`; a line `@@` is between changes in different places |
+//!
+//! A block in the language `console` is run, in a shell of its own that starts in the root of the repository: commands
+//! after `$ `, below them what they print (console.rs says how exactly). Blocks in the languages `sh` and `text` are only shown.
+
+mod console;
+mod copy;
+mod edit;
+
+use std::fmt;
+use std::io;
+
+pub use copy::Copy;
+
+use edit::{Edit, Misfit};
+
+/// A guide.
+#[derive(Debug)]
+pub struct Guide {
+    /// Its path from the root of the repository.
+    path: String,
+    steps: Vec<Step>,
+}
+
+/// What one block asks for.
+#[derive(Debug)]
+struct Step {
+    /// Line of the first line in the block, from 1.
+    line: usize,
+    action: Action,
+}
+
+#[derive(Debug, PartialEq, Eq)]
+enum Action {
+    /// Change this file.
+    Edit(String, Edit),
+    /// Run commands.
+    Run(String),
+}
+
+/// Why a guide cannot be carried out, and where.
+#[derive(Debug)]
+pub struct Failure {
+    guide: String,
+    line: usize,
+    cause: Box<Cause>,
+}
+
+#[derive(Debug)]
+enum Cause {
+    /// A block that no sentence explains.
+    NoInstruction,
+    /// A block without an end.
+    Endless,
+    /// The change does not fit the file.
+    Misfit { file: String, misfit: Misfit },
+    /// A file of the copy cannot be read or written.
+    File { file: String, error: io::Error },
+    /// The shell does not start.
+    Shell(io::Error),
+    /// A block to run begins with something else than a command.
+    NoCommand,
+    /// A command does something else than the guide says.
+    Otherwise(console::Otherwise),
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}: ", self.guide, self.line)?;
+        match &*self.cause {
+            Cause::NoInstruction => f.write_str(
+                "nothing before this block says what to do with it: New file `F`:, At the end of `F`:, In `F`, after \
+                 `TEXT`: (or before), In `F`: and a diff",
+            ),
+            Cause::Endless => f.write_str("this block has no end"),
+            Cause::Misfit { file, misfit } => write!(f, "`{file}` {misfit}"),
+            Cause::File { file, error } => write!(f, "`{file}`: {error}"),
+            Cause::Shell(error) => write!(f, "the shell does not start: {error}"),
+            Cause::NoCommand => f.write_str("a console block begins with `$ ` and a command"),
+            Cause::Otherwise(otherwise) => otherwise.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for Failure {}
+
+impl Failure {
+    fn new(guide: &str, line: usize, cause: Cause) -> Self {
+        Failure { guide: guide.to_owned(), line, cause: Box::new(cause) }
+    }
+}
+
+impl Guide {
+    /// Reads a guide. `path` is where it is, from the root of the repository.
+    pub fn read(path: &str, text: &str) -> Result<Self, Failure> {
+        let mut steps = Vec::new();
+        let mut paragraph = String::new();
+        let mut lines = text.lines().zip(1..);
+        while let Some((line, number)) = lines.next() {
+            let Some(language) = line.strip_prefix("```") else {
+                match line.trim() {
+                    // A blank line may be between a sentence and its block.
+                    "" if paragraph.ends_with(':') => {}
+                    "" => paragraph.clear(),
+                    words => paragraph = format!("{paragraph} {words}"),
+                }
+                continue;
+            };
+            let fail = |cause| Failure::new(path, number, cause);
+            let mut block = String::new();
+            loop {
+                match lines.next() {
+                    Some(("```", _)) => break,
+                    Some((line, _)) => block += &format!("{line}\n"),
+                    None => return Err(fail(Cause::Endless)),
+                }
+            }
+            let action = match language {
+                "sh" | "text" => None,
+                "console" => Some(Action::Run(block)),
+                _ => {
+                    Some(instruction(&paragraph, block).ok_or_else(|| fail(Cause::NoInstruction))?)
+                }
+            };
+            steps.extend(action.map(|action| Step { line: number + 1, action }));
+            paragraph.clear();
+        }
+        Ok(Guide { path: path.to_owned(), steps })
+    }
+}
+
+/// What the end of a paragraph says about the block below it.
+fn instruction(paragraph: &str, block: String) -> Option<Action> {
+    let parts: Vec<&str> = paragraph.split('`').collect();
+    let (file, edit) = match parts[..] {
+        [.., before, file, ":"] if before.ends_with("New file ") => (file, Edit::New(block)),
+        [.., before, file, ":"] if before.ends_with("At the end of ") => {
+            (file, Edit::Append(block))
+        }
+        [.., before, file, ":"] if before.ends_with("In ") => (file, Edit::Patch(block)),
+        [.., before, file, place, text, ":"] if before.ends_with("In ") => {
+            let text = text.to_owned();
+            match place {
+                ", after " => (file, Edit::After(text, block)),
+                ", before " => (file, Edit::Before(text, block)),
+                _ => return None,
+            }
+        }
+        _ => return None,
+    };
+    Some(Action::Edit(file.to_owned(), edit))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may")]
+
+    use super::*;
+
+    fn actions(text: &str) -> Vec<Action> {
+        let guide = Guide::read("guide.md", text).unwrap();
+        guide.steps.into_iter().map(|step| step.action).collect()
+    }
+
+    #[test]
+    fn the_sentence_before_a_block_is_the_instruction() {
+        let edit = |file: &str, edit| vec![Action::Edit(file.to_owned(), edit)];
+        let block = || "x\n".to_owned();
+        let cases = [
+            ("Do it. New file `a/b`:\n\n```toml\nx\n```\n", edit("a/b", Edit::New(block()))),
+            ("At the end\nof `a`:\n```toml\nx\n```\n", edit("a", Edit::Append(block()))),
+            ("In `a`:\n```diff\nx\n```\n", edit("a", Edit::Patch(block()))),
+            (
+                "With `c`. In `a`, after `b {`:\n```rust\nx\n```\n",
+                edit("a", Edit::After("b {".to_owned(), block())),
+            ),
+            (
+                "In `a`, before `b`:\n```rust\nx\n```\n",
+                edit("a", Edit::Before("b".to_owned(), block())),
+            ),
+            ("Words\n```console\nx\n```\n", vec![Action::Run(block())]),
+            ("Words\n```text\nx\n```\n", vec![]),
+        ];
+        for (text, expected) in cases {
+            assert_eq!(actions(text), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_block_without_instruction_has_its_line() {
+        for (text, message) in [
+            ("\nAs in `a`.\n```rust\nx\n```\n", "guide.md:3: nothing before this block"),
+            ("In `a`, under `b`:\n```rust\nx\n```\n", "guide.md:2: nothing before this block"),
+            ("In `a`:\n```rust\nx\n```\n```rust\n```\n", "guide.md:5: nothing before this block"),
+            ("In `a`:\n\nBut:\n```rust\n```\n", "guide.md:4: nothing before this block"),
+            ("```console\n", "guide.md:1: this block has no end"),
+        ] {
+            let error = Guide::read("guide.md", text).unwrap_err().to_string();
+            assert!(error.starts_with(message), "{error}");
+        }
+    }
+}
