@@ -11,6 +11,8 @@ use std::path::Path;
 pub struct Footprint {
     /// Vector table, code, constants, initial values of variables, script.
     pub flash: u64,
+    /// Those of `flash` that are initial values of variables.
+    pub initial: u64,
     /// Variables; not the stack.
     pub ram: u64,
 }
@@ -28,12 +30,12 @@ pub fn footprint(path: &Path) -> Result<Footprint, Failure> {
             continue;
         }
         // What has bytes in the file is flashed; variables with a value are in flash and in RAM.
-        if section.file_range().is_some() {
-            footprint.flash += section.size();
-        }
-        if sh_flags & u64::from(SHF_WRITE) != 0 {
-            footprint.ram += section.size();
-        }
+        let is_flashed = section.file_range().is_some();
+        let is_variable = sh_flags & u64::from(SHF_WRITE) != 0;
+        let bytes = |counts: bool| if counts { section.size() } else { 0 };
+        footprint.flash += bytes(is_flashed);
+        footprint.initial += bytes(is_flashed && is_variable);
+        footprint.ram += bytes(is_variable);
     }
     Ok(footprint)
 }
@@ -66,7 +68,7 @@ mod tests {
         add(".comment", SectionKind::OtherString, 1000);
         let path = std::env::temp_dir().join(format!("xtask-elf-{}", std::process::id()));
         fs::write(&path, object.write().unwrap()).unwrap();
-        assert_eq!(footprint(&path).unwrap(), Footprint { flash: 128, ram: 56 });
+        assert_eq!(footprint(&path).unwrap(), Footprint { flash: 128, initial: 8, ram: 56 });
         fs::write(&path, "#!/bin/sh").unwrap();
         assert!(matches!(footprint(&path), Err(Failure::Elf { .. })));
         fs::remove_file(&path).unwrap();

@@ -8,6 +8,7 @@ use crate::board::{self, CRAZYFLIE, target_of};
 use crate::elf::{self, Footprint};
 use crate::failure::Failure;
 use crate::shell::Line;
+use bittybuzz_robots::{Profile, Robot};
 use serde_json::{Map, Value};
 
 const PROBE: &str = "firmware/probe-cortex-m";
@@ -21,22 +22,17 @@ struct Measured {
     firmware: Option<&'static board::Board>,
     /// The target of the probe.
     target: &'static str,
-    /// The features of its profile.
-    profile: &'static str,
 }
 
-const TINY: &str = "maths,strings";
+/// Features of the probe: everything that the profile `tiny` has. Strings made at run time are for `full` only.
+const TINY: &str = "maths";
+/// Everything in the profile `full`.
 const FULL: &str = "maths,strings,full";
 
 /// Not the Kilobot: its machine does not fit yet, and its toolchain is another.
 const ROBOTS: &[Measured] = &[
-    Measured {
-        robot: "crazyflie",
-        firmware: Some(&CRAZYFLIE),
-        target: "thumbv7em-none-eabihf",
-        profile: FULL,
-    },
-    Measured { robot: "zooids", firmware: None, target: "thumbv6m-none-eabi", profile: TINY },
+    Measured { robot: "crazyflie", firmware: Some(&CRAZYFLIE), target: "thumbv7em-none-eabihf" },
+    Measured { robot: "zooids", firmware: None, target: "thumbv6m-none-eabi" },
 ];
 
 /// What is known of a robot; in bytes.
@@ -78,11 +74,16 @@ impl Measured {
             let (robot, slots) = (robot.name, robot.vm.slots);
             return Err(Failure::Slots { robot, slots, probe: PROBE_SLOTS });
         }
+        // The probe's machine is a variable with an initial value, that of a robot is none: code alone counts.
+        let code = |probe: Footprint| probe.flash - probe.initial;
         let empty = self.probe("empty", quiet)?;
-        let flash = |features| Ok(self.probe(features, quiet)?.flash.saturating_sub(empty.flash));
-        values.extend([("vm_flash", flash(TINY)?), ("vm_full_flash", flash(FULL)?)]);
-        let ram = self.probe(self.profile, quiet)?.ram.saturating_sub(empty.ram);
-        values.push(("vm_ram", ram));
+        let [tiny, full] = [self.probe(TINY, quiet)?, self.probe(FULL, quiet)?];
+        let own = if robot.profile == Profile::Full { full } else { tiny };
+        values.extend([
+            ("vm_flash", code(tiny).saturating_sub(code(empty))),
+            ("vm_full_flash", code(full).saturating_sub(code(empty))),
+            ("vm_ram", own.ram.saturating_sub(empty.ram)),
+        ]);
         Ok(Sizes { robot: self.robot, values })
     }
 
@@ -94,7 +95,7 @@ impl Measured {
     }
 }
 
-fn find(robot: &str) -> Result<bittybuzz_robots::Robot, Failure> {
+fn find(robot: &str) -> Result<Robot, Failure> {
     bittybuzz_robots::find(robot).map_err(|error| Failure::Robot(error.to_string()))
 }
 
