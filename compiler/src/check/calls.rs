@@ -190,7 +190,10 @@ impl Checker<'_> {
                 Diagnostic::new(
                     Code::RobotArguments,
                     span,
-                    format!("`{name}` does not take {}", counted(args.len(), "argument")),
+                    match args.len() {
+                        0 => format!("`{name}` needs arguments"),
+                        count => format!("`{name}` does not take {}", counted(count, "argument")),
+                    },
                 )
                 .label("wrong number of arguments")
                 .help(accepted_forms(name, &functions)),

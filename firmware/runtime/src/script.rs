@@ -190,6 +190,7 @@ impl<P: Profile, C: ByteCode, R: Robot<P>, const SLOTS: usize> Script<P, C, R, S
                     self.robot.renew(self.counts);
                     let poll = Instant::now() + POLL;
                     self.wait_until(self.delay.map_or(poll, |end| end.min(poll))).await;
+                    ticks.pass();
                 }
                 Outcome::Pending if has_printed_much => {
                     self.wait_until(Instant::now() + PAUSE).await;

@@ -51,6 +51,15 @@ fn a_step_without_end_stops_the_motors() {
     assert!((3..=4).contains(&overruns.len()), "{overruns:?}");
 }
 
+/// Also when the wait ends with a tick: no tick was missed.
+#[test]
+fn a_wait_that_ends_with_a_tick_misses_none() {
+    for ms in [99, 100, 101, 300] {
+        let events = run(&format!("function step() {{ delay({ms}) log(1) }}"), 2000);
+        assert!(with(&events, "Overrun").is_empty(), "delay({ms}): {events:?}");
+    }
+}
+
 #[test]
 fn waiting_on_purpose_counts_as_a_step() {
     let events = run("function step() { motor(9) delay(1250) log(1) }", 3000);

@@ -1,5 +1,7 @@
 //! What the firmware does when it fails itself: the motors stop, the chip restarts, and no script runs after that.
 
+#![allow(clippy::unwrap_used, reason = "a test may")]
+
 use bittybuzz_hil::{
     Command, Core, Event, Robot, TimedEvent, address_of, motors, resets, text, trace,
 };

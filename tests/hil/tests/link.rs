@@ -1,5 +1,7 @@
 //! The robot's side of syslink, as the nRF51 sees it.
 
+#![allow(clippy::unwrap_used, reason = "a test may")]
+
 use bittybuzz_hil::{
     Command, Core, ECHO_HEADER, Event, RADIO_RAW, Robot, ScriptFile, frames, motors, resets, text,
     trace,

@@ -1,5 +1,7 @@
 //! The script on the robot: ticks, values, log lines and faults as people see them.
 
+#![allow(clippy::unwrap_used, reason = "a test may")]
+
 use bittybuzz_hil::{Core, ScriptFile, Trace, text, time, trace};
 use bittybuzz_tests::bbz;
 
@@ -27,7 +29,7 @@ fn outputs_follow_the_script(core: Core, steps: u32) {
         let at = START + f64::from(n) * 0.1 + 0.025;
         let colors = [(1, "led red_left"), (2, "led green_left"), (4, "led blue_left")];
         for (bit, name) in colors {
-            let expected = if n % 8 & bit == 0 { "off" } else { "on" };
+            let expected = if (n % 8) & bit == 0 { "off" } else { "on" };
             assert_eq!(trace.output_at(name, at), expected, "{name} in step {n}");
         }
         // Power of 256; more than 76 is not given.
