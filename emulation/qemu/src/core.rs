@@ -12,9 +12,9 @@ use crate::qtest::QtestError;
 use crate::registers::Registers;
 use crate::sites;
 
-/// The monitor's command that prints how many instructions were executed, and what stands before the number.
-const COUNT: &str = "info replay";
-const COUNT_PREFIX: &str = "instruction count = ";
+/// The machine's board; all that matters is its chip.
+const MACHINE: &str = "netduinoplus2";
+const CHIP: &str = "stm32f405-soc";
 /// Registers of the core (ARMv7-M manual, B3.2.2 and B3.3.2).
 const SYST_CSR: u32 = 0xe000_e010;
 /// Behind it the counter, SYST_CVR, which any write clears.
@@ -63,6 +63,8 @@ pub enum Cause {
 /// The core.
 pub struct Core {
     qemu: Qemu,
+    /// Path of the core with its interrupt controller in QEMU's object model.
+    path: String,
     layout: Layout,
     /// The registers in QEMU.
     registers: Registers,
@@ -87,12 +89,9 @@ pub enum CoreError {
     /// It does not stop.
     #[error("QEMU does not stop the core")]
     Stuck,
-    /// It does not say how many instructions it executed.
-    #[error("QEMU does not count instructions; it says: {printed}")]
-    NoCount {
-        /// What it says.
-        printed: String,
-    },
+    /// It has no STM32F405.
+    #[error("the machine {MACHINE} of this QEMU has no STM32F405: use version 7.2 or later")]
+    NoChip,
     /// There is no way back from SysTick.
     #[error("the image has no BX LR instruction, which this bridge needs to return from SysTick")]
     NoReturn,
@@ -125,10 +124,12 @@ impl From<QtestError> for CoreError {
 impl Core {
     /// A core with `flash` as content of the flash, not yet started.
     pub fn new(flash: &[u8]) -> Result<Self, CoreError> {
-        let mut qemu = Qemu::start()?;
+        let mut qemu = Qemu::start(MACHINE, &[])?;
+        let chip = qemu.find(CHIP)?.ok_or(CoreError::NoChip)?;
         let has_ccm = qemu.gdb.read_memory(memory::CCM.start, &mut [0])?;
         let mut core = Core {
             qemu,
+            path: format!("{chip}/armv7m"),
             layout: if has_ccm { Layout::Chip } else { Layout::CcmBehindSram },
             registers: Registers::default(),
             next: Registers::default(),
@@ -203,7 +204,7 @@ impl Core {
     pub fn set_lines(&mut self, lines: u128) -> bool {
         let changed = lines ^ self.lines;
         for line in (0..128).filter(|line| changed >> line & 1 != 0) {
-            self.qemu.qtest.set_line(&self.qemu.core, line, lines >> line & 1 != 0);
+            self.qemu.qtest.set_line(&self.path, line, lines >> line & 1 != 0);
         }
         self.lines = lines;
         changed & lines != 0
@@ -277,10 +278,8 @@ impl Core {
     }
 
     fn look(&mut self) -> Result<(), CoreError> {
-        let (registers, printed) = self.qemu.gdb.registers_and_monitor(COUNT)?;
-        let digits = printed.split_once(COUNT_PREFIX).and_then(|(_, rest)| rest.lines().next());
-        let count = digits.and_then(|digits| digits.trim().parse().ok());
-        self.executed = count.ok_or(CoreError::NoCount { printed })?;
+        let (registers, executed) = self.qemu.registers_and_count()?;
+        self.executed = executed;
         self.next = registers.clone();
         self.registers = registers;
         Ok(())

@@ -24,11 +24,7 @@
 mod access;
 mod bridge;
 mod core;
-mod gdb;
 mod memory;
-mod qemu;
-mod qtest;
-mod registers;
 mod robot;
 mod sites;
 mod thumb;
@@ -36,6 +32,7 @@ mod thumb;
 use std::io::{stdin, stdout};
 use std::process::ExitCode;
 
+use bittybuzz_emulate_qemu::{gdb, qemu, qtest, registers};
 use clap::Parser;
 
 /// Emulates a Crazyflie with stock QEMU; reads commands from standard input and writes replies and events to

@@ -1,8 +1,9 @@
-//! The QEMU process: started with the machine that has an STM32F405, and what of it must be asked.
+//! The QEMU process: started with one of its machines, and what of it must be asked.
 //!
 //! Its two ports are socket pairs in place of its standard input and output: no names in the file system,
 //! nothing to wait for, and they break when QEMU ends.
 
+use std::ffi::OsStr;
 use std::io::{self, Read};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
@@ -11,6 +12,7 @@ use std::thread::JoinHandle;
 
 use crate::gdb::{Gdb, GdbError};
 use crate::qtest::{Qtest, QtestError};
+use crate::registers::Registers;
 
 const PROGRAM: &str = "qemu-system-arm";
 /// Replaces itself by the program it starts, which is then killed when this process dies, even if this is
@@ -20,9 +22,9 @@ const STARTER_ARGUMENTS: [&str; 2] = ["--pdeathsig", "KILL"];
 /// An instruction takes 2^0 ns of QEMU's clock. While it records, QEMU also tells how many instructions were
 /// executed; the clock alone does not, for it jumps to the next timer whenever the core is stopped.
 const ICOUNT: &str = "shift=0,sleep=off,rr=record,rrfile=/dev/null";
-/// The machine's board; all that matters is its STM32F405.
-const MACHINE: &str = "netduinoplus2";
-const CHIP_TYPE: &str = "(child<stm32f405-soc>)";
+/// The monitor's command that prints how many instructions were executed, and what stands before the number.
+const COUNT: &str = "info replay";
+const COUNT_PREFIX: &str = "instruction count = ";
 /// Where a machine's objects stand in QEMU's object model: under it, or here if it gave them no name.
 const MACHINE_PATHS: [&str; 2] = ["/machine", "/machine/unattached"];
 
@@ -33,8 +35,6 @@ pub struct Qemu {
     pub gdb: Gdb,
     /// The test port.
     pub qtest: Qtest,
-    /// Path of the core with its interrupt controller in QEMU's object model.
-    pub core: String,
 }
 
 /// Why QEMU cannot be used.
@@ -49,9 +49,12 @@ pub enum QemuError {
     /// What starts it is not installed.
     #[error("{STARTER} was not found: install the package util-linux")]
     NoStarter,
-    /// It has no STM32F405.
-    #[error("the machine {MACHINE} of this {PROGRAM} has no STM32F405: use version 7.2 or later")]
-    NoChip,
+    /// It does not say how many instructions it executed.
+    #[error("QEMU does not count instructions; it says: {printed}")]
+    NoCount {
+        /// What it says.
+        printed: String,
+    },
     /// The debugger port.
     #[error(transparent)]
     Gdb(#[from] GdbError),
@@ -61,31 +64,39 @@ pub enum QemuError {
 }
 
 impl Qemu {
-    /// Starts QEMU with empty memory.
-    pub fn start() -> Result<Self, QemuError> {
+    /// Starts QEMU with this machine and further arguments.
+    pub fn start(machine: &str, arguments: &[&OsStr]) -> Result<Self, QemuError> {
         let (gdb, gdb_end) = UnixStream::pair()?;
         let (qtest, qtest_end) = UnixStream::pair()?;
-        let process = Process::start(gdb_end, qtest_end)?;
-        let mut gdb = Gdb::new(gdb)?;
-        let chip = find_chip(&mut gdb)?;
-        Ok(Qemu { process, gdb, qtest: Qtest::new(qtest), core: format!("{chip}/armv7m") })
+        let process = Process::start(machine, arguments, gdb_end, qtest_end)?;
+        Ok(Qemu { process, gdb: Gdb::new(gdb)?, qtest: Qtest::new(qtest) })
+    }
+
+    /// Path of the machine's object of this type in QEMU's object model.
+    pub fn find(&mut self, kind: &str) -> Result<Option<String>, QemuError> {
+        let kind = format!("(child<{kind}>)");
+        for path in MACHINE_PATHS {
+            let children = self.gdb.monitor(&format!("qom-list {path}"))?;
+            if let Some(line) = children.lines().find(|line| line.contains(&kind)) {
+                let name = line.split_whitespace().next().unwrap_or_default();
+                return Ok(Some(format!("{path}/{name}")));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The registers, and how many instructions the core has executed since QEMU's start.
+    pub fn registers_and_count(&mut self) -> Result<(Registers, u64), QemuError> {
+        let (registers, printed) = self.gdb.registers_and_monitor(COUNT)?;
+        let digits = printed.split_once(COUNT_PREFIX).and_then(|(_, rest)| rest.lines().next());
+        let count = digits.and_then(|digits| digits.trim().parse().ok());
+        Ok((registers, count.ok_or(QemuError::NoCount { printed })?))
     }
 
     /// Waits until QEMU has ended, after its ports broke, and returns what it printed.
     pub fn last_words(self) -> String {
         self.process.last_words()
     }
-}
-
-fn find_chip(gdb: &mut Gdb) -> Result<String, QemuError> {
-    for path in MACHINE_PATHS {
-        let children = gdb.monitor(&format!("qom-list {path}"))?;
-        if let Some(line) = children.lines().find(|line| line.contains(CHIP_TYPE)) {
-            let name = line.split_whitespace().next().unwrap_or_default();
-            return Ok(format!("{path}/{name}"));
-        }
-    }
-    Err(QemuError::NoChip)
 }
 
 /// The process, ended with its owner.
@@ -95,7 +106,12 @@ struct Process {
 }
 
 impl Process {
-    fn start(gdb: UnixStream, qtest: UnixStream) -> Result<Self, QemuError> {
+    fn start(
+        machine: &str,
+        arguments: &[&OsStr],
+        gdb: UnixStream,
+        qtest: UnixStream,
+    ) -> Result<Self, QemuError> {
         // Only to tell whether it is there: below, it is started by another program.
         Command::new(PROGRAM).arg("--version").output().map_err(|error| match error.kind() {
             io::ErrorKind::NotFound => QemuError::NotInstalled,
@@ -104,13 +120,14 @@ impl Process {
         let mut child = Command::new(STARTER)
             .args(STARTER_ARGUMENTS)
             .arg(PROGRAM)
-            .args(["-machine", MACHINE, "-nodefaults", "-display", "none", "-S"])
+            .args(["-machine", machine, "-nodefaults", "-display", "none", "-S"])
             .args(["-accel", "tcg", "-icount", ICOUNT])
             .args(["-chardev", "socket,id=gdb,fd=0", "-gdb", "chardev:gdb"])
             // As an object, because what comes to the option `-qtest` is recorded, and waits while the core is
             // stopped.
             .args(["-chardev", "socket,id=qtest,fd=1"])
             .args(["-object", "qtest,id=port,chardev=qtest,log=/dev/null"])
+            .args(arguments)
             .stdin(OwnedFd::from(gdb))
             .stdout(OwnedFd::from(qtest))
             .stderr(Stdio::piped())
