@@ -70,6 +70,8 @@ pub struct Statistics {
     pub link_lost: u64,
     /// Bytes that the line changed on request, in both directions.
     pub link_corrupted: u64,
+    /// Frequencies of the core, of APB1 and of APB2, as they are now.
+    pub clocks_hz: [u64; 3],
     /// Accesses to peripherals whose clock is off.
     pub accesses_without_clock: u64,
     /// First addresses that were used of what has no model and is plain storage.
@@ -265,6 +267,7 @@ impl Crazyflie {
             peer_unsent: peer.not_sent,
             link_lost: peer.lost(),
             link_corrupted: peer.corrupted(),
+            clocks_hz: self.f405.clocks_hz(),
             accesses_without_clock: self.f405.accesses_without_clock,
             unknown: self.f405.unknown.values().copied().collect(),
         }

@@ -244,6 +244,7 @@ pub struct BoardStatistics {
     pub peer_unsent: u64,
     pub link_lost: u64,
     pub link_corrupted: u64,
+    pub clocks_hz: [u64; 3],
     pub accesses_without_clock: u64,
     pub unknown: Vec<u32>,
 }
@@ -261,6 +262,7 @@ impl From<chips::Statistics> for BoardStatistics {
             peer_unsent: s.peer_unsent,
             link_lost: s.link_lost,
             link_corrupted: s.link_corrupted,
+            clocks_hz: s.clocks_hz,
             accesses_without_clock: s.accesses_without_clock,
             unknown: s.unknown,
         }

@@ -50,6 +50,8 @@ fn the_radio_is_set_up_once(core: Core) {
     assert_eq!((statistics.framing_errors, statistics.peer_framing_errors), (0, 0));
     assert_eq!((statistics.overruns, statistics.peer_bad_checksums), (0, 0));
     assert_eq!(statistics.accesses_without_clock, 0);
+    // The clock tree of Bitcraze's firmware: core, APB1, APB2.
+    assert_eq!(statistics.clocks_hz, [168_000_000, 42_000_000, 84_000_000]);
     assert!(statistics.unknown.is_empty(), "{:x?}", statistics.unknown);
 }
 

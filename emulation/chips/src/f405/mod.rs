@@ -143,6 +143,12 @@ impl F405 {
         self.lines
     }
 
+    /// Frequencies of the core, of APB1 and of APB2.
+    pub fn clocks_hz(&self) -> [u64; 3] {
+        let clocks = self.rcc.clocks();
+        [clocks.hclk, clocks.pclk1, clocks.pclk2]
+    }
+
     pub fn core_clock_hz(&self) -> u64 {
         self.rcc.clocks().hclk
     }
