@@ -1,0 +1,70 @@
+//! The benchmark program of the ATmega328P's core, see `bittybuzz_bench`.
+//!
+//! Says what it says by writing to the general purpose I/O registers (ATmega328P data sheet, section 8.5), which nothing
+//! else uses: first the value to GPIOR1 and GPIOR2, then the mark to GPIOR0. `simavr` records each change with the
+//! cycle in which it happened, because the section `.mmcu` asks it to.
+
+#![no_std]
+#![no_main]
+#![feature(asm_experimental_arch)]
+
+mod flash;
+mod trace;
+
+use core::arch::asm;
+use core::mem::MaybeUninit;
+
+use bittybuzz_bench::{Machine, Mark, Meter, ROBOT_ID, run};
+use bittybuzz_vm_core::number::Tiny;
+use bittybuzz_vm_core::{Image, Vm};
+
+use crate::flash::Flash;
+
+// avr-libc's float and memory functions are smaller and faster than those of compiler_builtins.
+#[link(name = "m", kind = "static", modifiers = "-bundle")]
+unsafe extern "C" {}
+
+#[link(name = "c", kind = "static", modifiers = "-bundle")]
+unsafe extern "C" {}
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo) -> ! {
+    stop()
+}
+
+/// I/O addresses of GPIOR0, GPIOR1 and GPIOR2.
+const GPIOR: [u8; 3] = [0x1e, 0x2a, 0x2b];
+
+struct Registers;
+
+impl Meter for Registers {
+    #[inline(always)]
+    fn mark(&mut self, mark: Mark, value: u32) {
+        let [low, high, ..] = value.to_le_bytes();
+        // SAFETY: nothing else uses these registers. That memory may be touched keeps what is counted between its marks.
+        unsafe {
+            asm!("out {r1}, {low}", "out {r2}, {high}", "out {r0}, {mark}",
+                r0 = const GPIOR[0], r1 = const GPIOR[1], r2 = const GPIOR[2],
+                low = in(reg) low, high = in(reg) high, mark = in(reg) mark as u8,
+                options(nostack, preserves_flags));
+        }
+    }
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn main() -> ! {
+    static mut MACHINE: MaybeUninit<Machine<Tiny, Flash>> = MaybeUninit::uninit();
+    let place = &raw mut MACHINE;
+    // SAFETY: the only reference to it; main runs once.
+    let vm = unsafe { (*place).write(Vm::new(ROBOT_ID)) };
+    run(vm, Image::new(Flash), Flash::global(), &mut Registers);
+    stop()
+}
+
+/// Ends the emulation: sleep without interrupts.
+fn stop() -> ! {
+    loop {
+        // SAFETY: nothing happens any more.
+        unsafe { asm!("cli", "sleep") };
+    }
+}

@@ -1,0 +1,55 @@
+//! The benchmark program of Cortex-M cores, see `bittybuzz_bench`.
+//!
+//! Says what it says by calling [`bench_mark`], where a debugger stops it and makes it return at once.
+
+#![no_std]
+#![no_main]
+
+use core::arch::naked_asm;
+use core::hint::black_box;
+use core::mem::MaybeUninit;
+
+use bittybuzz_bench::{Machine, Mark, Meter, ROBOT_ID, ROOM, run, split};
+#[cfg(feature = "full")]
+use bittybuzz_vm_core::number::Full as Numbers;
+#[cfg(not(feature = "full"))]
+use bittybuzz_vm_core::number::Tiny as Numbers;
+use bittybuzz_vm_core::{Image, Vm};
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo) -> ! {
+    // The runner notices that no mark comes.
+    loop {
+        core::hint::spin_loop();
+    }
+}
+
+/// The mark is in R0, the value in R1.
+#[unsafe(naked)]
+#[unsafe(no_mangle)]
+extern "C" fn bench_mark(_mark: u32, _value: u32) {
+    naked_asm!("bx lr")
+}
+
+struct Debugger;
+
+impl Meter for Debugger {
+    #[inline(always)]
+    fn mark(&mut self, mark: Mark, value: u32) {
+        bench_mark(mark as u32, value);
+    }
+}
+
+#[unsafe(no_mangle)]
+static BENCH_SCRIPT: [u8; ROOM] = [0; ROOM];
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    // The entry macro makes it a reference: main runs once.
+    static mut MACHINE: MaybeUninit<Machine<Numbers, &'static [u8]>> = MaybeUninit::uninit();
+    let (global, image) = split(black_box(&BENCH_SCRIPT));
+    run(MACHINE.write(Vm::new(ROBOT_ID)), Image::new(image), global, &mut Debugger);
+    loop {
+        core::hint::spin_loop();
+    }
+}
