@@ -115,6 +115,7 @@ fn shutdown_stops_the_motors_and_is_acknowledged() {
     robot.tell(&Command::Shutdown);
     let events = robot.run_ms(20);
     let (acknowledged, _) = frames(&events, SHUTDOWN_ACK).next().expect("an acknowledgement");
+    println!("acknowledged after {:?}", acknowledged - asked);
     assert!((acknowledged - asked).as_micros() <= 2000, "{:?}", acknowledged - asked);
     assert_eq!(motors(&robot.events), [0.0; 4]);
     let stopped = events.iter().find(|event| matches!(event.event, Event::Motor { number: 1, .. }));
