@@ -6,39 +6,58 @@ use crate::shell::{Line, cargo};
 use crate::{setup, sizes, soak};
 use std::path::Path;
 
-/// The tests of every crate that builds on the host, and the Crazyflie's firmware on the faster emulated processor.
+/// Not with every change: the slower of the emulated processors, and the guides, which build everything once more.
+pub const SKIP_SLOW: [&str; 4] = ["--skip", "qemu", "--skip", "a_new_robot"];
+
+/// Random programs of every change.
+const SEEDS: &str = "0..100";
+
+/// The tests on this computer, and those of the Crazyflie's firmware on the faster emulated processor.
 pub fn test() -> Result<(), Failure> {
     setup::run()?;
-    tests(&[]).run()?;
     let image = CRAZYFLIE.build(None, false)?;
-    hardware_in_the_loop(&image, &["--skip", "qemu"]).run()
+    all_tests(&image, &SKIP_SLOW).env("BITTYBUZZ_SEEDS", SEEDS).run()
 }
 
-/// `cargo test` with these arguments.
-pub fn tests(arguments: &[&str]) -> Line {
-    // Optimised enough to be quick, and still checked for overflow.
-    Line::new("cargo", &[&["test"], arguments].concat()).env("CARGO_PROFILE_DEV_OPT_LEVEL", "1")
+/// All that share a build; the arguments choose among them. In one call, because cargo would compile what they have in
+/// common once for each.
+fn all_tests(image: &Path, arguments: &[&str]) -> Line {
+    let all = ["--workspace", "--exclude", "bittybuzz-probe-rs-test"];
+    // These are tested optimised, as they are used.
+    let but = EMULATORS.map(|package| ["--exclude", package]).concat();
+    with_image(tests(&[&all[..], &but, &["--"], arguments].concat()), image)
 }
 
 /// The tests of a Crazyflie's image; the arguments choose among them.
 pub fn hardware_in_the_loop(image: &Path, arguments: &[&str]) -> Line {
-    tests(&[&["--package", "bittybuzz-hil", "--"], arguments].concat())
-        .env("BITTYBUZZ_CRAZYFLIE", &image.display().to_string())
+    with_image(tests(&[&["--package", "bittybuzz-hil", "--"], arguments].concat()), image)
 }
+
+fn with_image(line: Line, image: &Path) -> Line {
+    line.env("BITTYBUZZ_CRAZYFLIE", &image.display().to_string())
+}
+
+/// `cargo test` with these arguments.
+pub fn tests(arguments: &[&str]) -> Line {
+    // Optimised enough to be quick, and still checked for overflow; places in backtraces, but no variables.
+    Line::new("cargo", &[&["test"], arguments].concat())
+        .env("CARGO_PROFILE_DEV_OPT_LEVEL", "1")
+        .env("CARGO_PROFILE_DEV_DEBUG", "line-tables-only")
+}
+
+const EMULATORS: [&str; 2] = ["bittybuzz-emulate-stm32", "bittybuzz-emulate-qemu"];
 
 /// Everything that must pass before a change is merged.
 pub fn ci() -> Result<(), Failure> {
     setup::run()?;
     lint()?;
-    tests(&[]).run()?;
-    cargo(&["test", "--package", "xtask"])?;
     no_panic()?;
     sizes::run(&[])?;
-    // Optimised, as they are used: the processor is compiled once.
-    let emulators = ["--package", "bittybuzz-emulate-stm32", "--package", "bittybuzz-emulate-qemu"];
+    // The processor is compiled once, for lints, these and all that follow.
+    let emulators = EMULATORS.map(|package| ["--package", package]).concat();
     cargo(&[&["test", "--release"], &emulators[..]].concat())?;
     let image = CRAZYFLIE.build(None, false)?;
-    hardware_in_the_loop(&image, &[]).run()?;
+    all_tests(&image, &[]).run()?;
     tests(&["--package", "bittybuzz-probe-rs-test"]).run()?;
     soak::sample()
 }
@@ -47,7 +66,6 @@ pub fn ci() -> Result<(), Failure> {
 fn lint() -> Result<(), Failure> {
     const DENY: [&str; 3] = ["--", "-D", "warnings"];
     cargo(&["fmt", "--all", "--check"])?;
-    // Optimised like the emulators that follow, so that their processor is compiled once.
     cargo(&[&["clippy", "--workspace", "--all-targets", "--release"], &DENY[..]].concat())?;
     // A robot may leave out parts of the machine.
     for features in ["", "maths"] {

@@ -36,7 +36,7 @@ const TASKS: &[Task] = &[
     Task {
         name: "test",
         arguments: "",
-        help: "the tests of every change: host, and the Crazyflie's firmware in emulation on Unicorn",
+        help: "the tests of every change: on this computer, and the Crazyflie's firmware in emulation on Unicorn",
         run: |_| checks::test(),
     },
     Task {
@@ -66,7 +66,7 @@ const TASKS: &[Task] = &[
     Task {
         name: "ci",
         arguments: "",
-        help: "everything that must pass before a change is merged: also format, lints, QEMU, probe-rs' chips",
+        help: "all that must pass before a merge: also lints, sizes, QEMU, guides, probe-rs' chips, some mutants",
         run: |_| checks::ci(),
     },
 ];
