@@ -40,6 +40,7 @@ use bittybuzz_vm_core::number::Full;
 use bittybuzz_vm_core::{Image, Vm};
 use defmt_rtt as _;
 use embassy_executor::Spawner;
+use embassy_stm32::pac;
 use embassy_stm32::peripherals::IWDG;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{bind_interrupts, uid};
@@ -76,6 +77,8 @@ async fn main(spawner: Spawner) {
     let mut core = defmt::unwrap!(cortex_m::Peripherals::take());
     critical::set_priorities(&mut core.NVIC);
     let p = embassy_stm32::init(clock::config());
+    // A debugger may stop the core; time stops for the watchdog, too (RM0090 38.16.4).
+    pac::DBGMCU.apb1fzr().modify(|w| w.set_iwdg(true));
     let mut watchdog = IndependentWatchdog::new(p.IWDG, WATCHDOG_US);
     watchdog.unleash();
 
