@@ -39,8 +39,13 @@ fn with_image(line: Line, image: &Path) -> Line {
 
 /// `cargo test` with these arguments.
 pub fn tests(arguments: &[&str]) -> Line {
+    quick(&[&["test"], arguments].concat())
+}
+
+/// Cargo, for what is built to run a short while.
+pub fn quick(arguments: &[&str]) -> Line {
     // Optimised enough to be quick, and still checked for overflow; places in backtraces, but no variables.
-    Line::new("cargo", &[&["test"], arguments].concat())
+    Line::new("cargo", arguments)
         .env("CARGO_PROFILE_DEV_OPT_LEVEL", "1")
         .env("CARGO_PROFILE_DEV_DEBUG", "line-tables-only")
 }

@@ -1,9 +1,10 @@
 //! Shows what the project does: runs the examples, lets the tool explain errors, then boots a robot's firmware.
 
 use crate::beside;
+use crate::checks::quick;
 use crate::failure::Failure;
 use crate::setup;
-use crate::shell::{Line, cargo, root, target};
+use crate::shell::{Line, root, target};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -16,8 +17,9 @@ const COMPILE_ERROR: i32 = 2;
 /// The whole demonstration.
 pub fn run() -> Result<(), Failure> {
     setup::run()?;
-    cargo(&["build", "--release", "--package", "bbz"])?;
-    let bbz = target()?.join("release").join(format!("bbz{}", std::env::consts::EXE_SUFFIX));
+    // The one that the tests use.
+    quick(&["build", "--package", "bbz"]).run()?;
+    let bbz = target()?.join("debug").join(format!("bbz{}", std::env::consts::EXE_SUFFIX));
     for script in scripts(root(), "examples")? {
         heading(&script)?;
         Line::named("bbz", &bbz, &["run", &script, "--steps", STEPS]).run()?;
