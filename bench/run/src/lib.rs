@@ -37,8 +37,8 @@ pub const ROBOT_ID: u16 = 1;
 /// Budget of a slice.
 const BUDGET: u16 = u16::MAX;
 
-/// After how many slices an entry is given up: a hundred times what the longest script needs.
-const MOST_SLICES: u16 = 10_000;
+/// After how many slices an entry is given up: several times what the longest script needs.
+const MOST_SLICES: u16 = 200;
 
 /// What the program says to whoever runs it. Its numbers are the protocol between the two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
