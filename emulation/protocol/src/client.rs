@@ -6,7 +6,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Stdio};
 use std::time::Duration;
 
 use crate::Pause;
-use crate::message::{Command, Output, Reply, Statistics, TimedEvent};
+use crate::message::{self, Command, Output, Reply, Statistics, TimedEvent};
 
 /// An emulator program that runs as a child process. It ends with this value.
 pub struct Emulator {
@@ -113,11 +113,7 @@ impl Emulator {
             if self.output.read_line(&mut line)? == 0 {
                 return Err(ClientError::Ended);
             }
-            // By way of a value: with serde_json's `arbitrary_precision`, which defmt-decoder turns on, the fractions in
-            // the untagged and flattened types are not read from text.
-            let output =
-                serde_json::from_str::<serde_json::Value>(&line).and_then(serde_json::from_value);
-            match output {
+            match message::parse(line.as_bytes()) {
                 Ok(Output::Event(event)) => on_event(event),
                 Ok(Output::Reply(Reply::Error { message })) => {
                     return Err(ClientError::Refused(message));

@@ -4,7 +4,16 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use bittybuzz_chips as chips;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+
+/// Reads one line.
+///
+/// It goes by way of a value: with serde_json's `arbitrary_precision`, which defmt-decoder turns on where both are built
+/// together, the fractions in tagged, untagged and flattened types are not read from text.
+pub fn parse<T: DeserializeOwned>(line: &[u8]) -> serde_json::Result<T> {
+    serde_json::from_value(serde_json::from_slice(line)?)
+}
 
 /// What the emulator shall do.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use bittybuzz_chips::{Battery, Frame, Link, MAX_PAYLOAD, Width};
 
-use crate::message::{Command, Event, Output, Reply, Statistics, TimedEvent};
+use crate::message::{self, Command, Event, Output, Reply, Statistics, TimedEvent};
 use crate::rtt::Rtt;
 use crate::{Image, ImageError, Machine, MachineError, Pause};
 
@@ -29,7 +29,7 @@ pub fn serve(
         if line.trim_ascii().is_empty() {
             continue;
         }
-        let reply = match serde_json::from_slice(&line) {
+        let reply = match message::parse(&line) {
             Ok(Command::Quit) => {
                 server.print(&Output::Reply(Reply::Ok))?;
                 return server.output.flush();

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use bittybuzz_chips::{Crazyflie, Settings, Time};
-use bittybuzz_emulation::message::{CoreStatistics, Event, Output, Reply, TimedEvent};
+use bittybuzz_emulation::message::{self, CoreStatistics, Event, Output, Reply, TimedEvent};
 use bittybuzz_emulation::{Image, Machine, MachineError, Pause, serve};
 
 use self::elf::{Elf, FUNCTION};
@@ -112,7 +112,7 @@ fn answers(lines: &[&str]) -> Vec<Output> {
     let mut output = Vec::new();
     serve(&mut Logger::new(), lines.join("\n").as_bytes(), &mut output).unwrap();
     let output = String::from_utf8(output).unwrap();
-    output.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    output.lines().map(|line| message::parse(line.as_bytes()).unwrap()).collect()
 }
 
 /// Writes an ELF file for this test and returns its path.

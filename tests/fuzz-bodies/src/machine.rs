@@ -2,8 +2,8 @@
 
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Fault, Host, Image, ImageError, Item, Outcome, Reply,
-    Refusal, RobotFault, Value, Vm,
+    Arguments, Axis, ByteCode, Entry, Fault, Host, Image, ImageError, Item, Outcome, Refusal,
+    Reply, RobotFault, Value, Vm,
 };
 
 /// The most slots that a run gets.
