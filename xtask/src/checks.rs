@@ -3,7 +3,7 @@
 use crate::board::CRAZYFLIE;
 use crate::failure::Failure;
 use crate::shell::{Line, cargo};
-use crate::{setup, sizes, soak};
+use crate::{bench, setup, sizes, soak};
 use std::path::Path;
 
 /// Not with every change: the slower of the emulated processors, and the guides, which build everything once more.
@@ -58,6 +58,7 @@ pub fn ci() -> Result<(), Failure> {
     lint()?;
     no_panic()?;
     sizes::run(&[])?;
+    bench::check()?;
     // The processor is compiled once, for lints, these and all that follow.
     let emulators = EMULATORS.map(|package| ["--package", package]).concat();
     cargo(&[&["test", "--release"], &emulators[..]].concat())?;
@@ -71,6 +72,9 @@ pub fn ci() -> Result<(), Failure> {
 fn lint() -> Result<(), Failure> {
     const DENY: [&str; 3] = ["--", "-D", "warnings"];
     cargo(&["fmt", "--all", "--check"])?;
+    for folder in bench::WORKSPACES {
+        Line::new("cargo", &["fmt", "--check"]).in_workspace(folder).run()?;
+    }
     cargo(&[&["clippy", "--workspace", "--all-targets", "--release"], &DENY[..]].concat())?;
     // A robot may leave out parts of the machine.
     for features in ["", "maths"] {

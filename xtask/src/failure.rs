@@ -1,5 +1,6 @@
 //! Why a task stopped.
 
+use crate::bench::BenchError;
 use std::fmt;
 use std::io;
 use std::path::PathBuf;
@@ -32,6 +33,8 @@ pub enum Failure {
     OverBudget(Vec<String>),
     /// The probe has another size than the robot.
     Slots { robot: String, slots: u32, probe: u32 },
+    /// Benchmarks cannot be counted, or cost more than before.
+    Bench(BenchError),
     /// The emulated robot did not log what this computer logs.
     LogsDiffer { script: String },
     /// A mutant's text is not in its file exactly once.
@@ -68,6 +71,7 @@ impl fmt::Display for Failure {
                 f,
                 "`{robot}` has {slots} slots, but firmware/probe-cortex-m measures {probe}: change SLOTS there and here"
             ),
+            Failure::Bench(error) => error.fmt(f),
             Failure::LogsDiffer { script } => {
                 write!(f, "the emulated robot logs something else than `bbz run {script}`")
             }

@@ -3,6 +3,7 @@
 //! Each command prints what it runs and stops at the first failure. What a command needs and can be fetched by
 //! the ordinary clients (rustup, apt-get) is fetched by `setup`; nothing is installed in another way.
 
+mod bench;
 mod beside;
 mod board;
 mod checks;
@@ -56,6 +57,12 @@ const TASKS: &[Task] = &[
         arguments: "[--json]",
         help: "flash and RAM of each image and of the virtual machine, against the budgets",
         run: sizes::run,
+    },
+    Task {
+        name: "bench",
+        arguments: "[--json] [--update] [TARGET]",
+        help: "cycles or instructions of the benchmark scripts, beside the C BittyBuzz",
+        run: bench::run,
     },
     Task {
         name: "soak",
@@ -117,7 +124,7 @@ fn chosen(arguments: &[String]) -> Result<Option<(&'static Task, &[String])>, St
 fn usage() -> String {
     let tasks = TASKS.iter().map(|Task { name, arguments, help, .. }| {
         let call = format!("{name} {arguments}");
-        format!("  {call:<30}{help}\n")
+        format!("  {call:<36}{help}\n")
     });
     format!("usage: cargo xtask COMMAND\n\n{}", tasks.collect::<String>())
 }

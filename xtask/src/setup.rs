@@ -12,6 +12,8 @@ enum Sign {
     Program(&'static str),
     /// libclang, where the crate `bindgen` looks for it.
     Libclang,
+    /// The C library of the AVR, where its linker looks for it.
+    AvrLibc,
 }
 
 /// Debian packages that tasks need.
@@ -24,6 +26,11 @@ const PACKAGES: &[(Sign, &str)] = &[
     (Sign::Libclang, "libclang-dev"),
     // The other processor.
     (Sign::Program("qemu-system-arm"), "qemu-system-arm"),
+    // The AVR's linker and C library, its emulator, and what counts this computer's instructions.
+    (Sign::Program("avr-gcc"), "gcc-avr"),
+    (Sign::AvrLibc, "avr-libc"),
+    (Sign::Program("simavr"), "simavr"),
+    (Sign::Program("valgrind"), "valgrind"),
 ];
 
 /// Rust's part and the system's part.
@@ -42,6 +49,7 @@ fn packages() -> Result<(), Failure> {
     let missing = missing(|sign| match sign {
         Sign::Program(program) => is_installed(program),
         Sign::Libclang => has_libclang(),
+        Sign::AvrLibc => Path::new("/usr/lib/avr/lib/libc.a").is_file(),
     });
     if missing.is_empty() {
         return Ok(());
