@@ -95,6 +95,16 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         }
     }
 
+    /// Slots `at` and `at + 1`, with one check for both.
+    #[inline(always)]
+    pub(crate) fn pair_fast(&self, at: usize) -> [Value<P>; 2] {
+        if at < SLOTS.saturating_sub(1) {
+            [self.get_fast(at), self.get_fast(at + 1)]
+        } else {
+            [Value::nil(); 2]
+        }
+    }
+
     /// Writes a slot; see [`Arena::get_fast`].
     #[inline(always)]
     pub(crate) fn set_fast(&mut self, at: usize, value: Value<P>) {

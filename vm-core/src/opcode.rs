@@ -212,7 +212,20 @@ opcodes! {
     JUMP_NOT_GE = 0x66, Jump, None, 2 -- 0, "a b --: jumps unless a >= b";
     AND = 0x67, Jump, None, 1 -- 0, "a --: if a is false, puts 0 and jumps";
     OR = 0x68, Jump, None, 1 -- 0, "a --: if a is true, puts 1 and jumps";
+    JUMP_EQ_INT = 0x69, Jump, Immediate, 1 -- 0, "a --: jumps if a == immediate";
+    JUMP_NE_INT = 0x6a, Jump, Immediate, 1 -- 0, "a --: jumps if a != immediate";
+    JUMP_LT_INT = 0x6b, Jump, Immediate, 1 -- 0, "a --: jumps if a < immediate";
+    JUMP_LE_INT = 0x6c, Jump, Immediate, 1 -- 0, "a --: jumps if a <= immediate";
+    JUMP_GT_INT = 0x6d, Jump, Immediate, 1 -- 0, "a --: jumps if a > immediate";
+    JUMP_GE_INT = 0x6e, Jump, Immediate, 1 -- 0, "a --: jumps if a >= immediate";
+    JUMP_NOT_LT_INT = 0x6f, Jump, Immediate, 1 -- 0, "a --: jumps unless a < immediate";
+    JUMP_NOT_LE_INT = 0x70, Jump, Immediate, 1 -- 0, "a --: jumps unless a <= immediate";
+    JUMP_NOT_GT_INT = 0x71, Jump, Immediate, 1 -- 0, "a --: jumps unless a > immediate";
+    JUMP_NOT_GE_INT = 0x72, Jump, Immediate, 1 -- 0, "a --: jumps unless a >= immediate";
 }
+
+/// What a jump after a comparison with an immediate integer is above the one after a comparison of two values.
+pub const WITH_INT: u8 = JUMP_EQ_INT - JUMP_EQ;
 
 /// Bit that turns a narrow opcode into its wide form.
 pub const WIDE: u8 = 0x80;

@@ -256,6 +256,17 @@ impl FunctionBuilder {
         Label(self.labels.len() - 1)
     }
 
+    /// A jump after the comparison of the value on top with a small integer; `opcode` is that of the jump after a
+    /// comparison of two values.
+    pub fn jump_int(&mut self, opcode: u8, immediate: i8, target: Label, span: Span) {
+        if !self.reachable {
+            return;
+        }
+        let opcode = opcode + opcode::WITH_INT;
+        self.push(opcode, Argument::Target(target), &immediate.to_le_bytes(), (0, 0), span);
+        self.arrive(target, self.depth, span);
+    }
+
     /// Any jump, `AND` and `OR`; backwards only to a label of [`FunctionBuilder::loop_head`].
     pub fn jump(&mut self, opcode: u8, target: Label, span: Span) {
         if !self.reachable {

@@ -91,7 +91,7 @@ fn a_fault_stops_the_motors_before_it_is_told() {
 #[test]
 fn an_expired_setpoint_does_not_come_back() {
     let script = "function init() { n = 0 motor(5) }\nfunction step() { n = n + 1 if(n == 2) {\n\
-        var i = 0 while(i < 90) { work(10000) i = i + 1 } } }";
+        var i = 0 while(i < 9000) { work(100) i = i + 1 } } }";
     let events = run(script, 3000);
     assert_eq!(with(&events, "Expired").len(), 1);
     let motor = with(&events, "motor");

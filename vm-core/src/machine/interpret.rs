@@ -19,8 +19,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn interpret<H: Host<P>>(
         &mut self,
         host: &mut H,
-        mut budget: u16,
+        budget: u16,
     ) -> Result<Flow, Stopped> {
+        // As wide as the processor's registers.
+        let mut budget = usize::from(budget);
         let Some(program) = self.program else { return Ok(Flow::Done) };
         let code = program.code;
         let mut pc;
@@ -83,7 +85,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 op = code.byte(pc);
                 pc = pc.wrapping_add(1);
                 arg = 0;
-                if op & 0x40 != 0 {
+                if op & 0xc0 == 0x80 {
+                    // Short forms, by the ranges of `opcode::SHORTS`.
+                    let low = i16::from(op & 0x0f);
+                    (op, arg) = match op & 0x3c {
+                        0x00..=0x0c => (opcode::LOCAL_GET, low + opcode::SHORT_LOCAL_GET.low),
+                        0x10..=0x1c => (opcode::INT, low + opcode::SHORT_INT.low),
+                        0x20..=0x2c => (opcode::GLOBAL_GET, low),
+                        0x30 | 0x34 => (opcode::GLOBAL_SET, low),
+                        0x38 => (opcode::RETURN, low & 0x03),
+                        _ => (opcode::RETURN_NIL, low & 0x03),
+                    };
+                } else if op & 0x40 != 0 {
                     if op & WIDE == 0 {
                         arg = i16::from(code.byte(pc) as i8);
                         pc = pc.wrapping_add(1);
@@ -95,39 +108,20 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
                 match op {
                     // Short forms, by the ranges of `opcode::SHORTS`.
-                    0x80..=0x8f | opcode::LOCAL_GET => {
-                        if op != opcode::LOCAL_GET {
-                            arg = i16::from(op & 0x0f) + opcode::SHORT_LOCAL_GET.low;
-                            op = opcode::LOCAL_GET;
-                        }
+                    opcode::LOCAL_GET => {
                         let value = get!(fp.wrapping_add_signed(isize::from(arg)));
                         if !value.is(Tag::UNSET) {
                             push!(value);
                             continue;
                         }
                     }
-                    0x90..=0x9f => {
-                        let number = i16::from(op & 0x0f) + opcode::SHORT_INT.low;
-                        push!(Value::int(i32::from(number)));
+                    opcode::GLOBAL_GET => {
+                        push!(get!(GLOBALS + arg as usize));
                         continue;
                     }
-                    0xa0..=0xaf | opcode::GLOBAL_GET => {
-                        let number = if op == opcode::GLOBAL_GET {
-                            arg as usize
-                        } else {
-                            usize::from(op & 0x0f)
-                        };
-                        push!(get!(GLOBALS + number));
-                        continue;
-                    }
-                    0xb0..=0xb7 | opcode::GLOBAL_SET => {
-                        let number = if op == opcode::GLOBAL_SET {
-                            arg as usize
-                        } else {
-                            usize::from(op & 0x07)
-                        };
+                    opcode::GLOBAL_SET => {
                         sp = sp.wrapping_sub(1);
-                        set!(GLOBALS + number, get!(sp));
+                        set!(GLOBALS + arg as usize, get!(sp));
                         continue;
                     }
                     opcode::LOCAL_SET => {
@@ -148,8 +142,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         continue;
                     }
                     opcode::ADD..=opcode::MOD => {
-                        let a = get!(sp.wrapping_sub(2));
-                        let b = get!(sp.wrapping_sub(1));
+                        let [a, b] = self.arena.pair_fast(sp.wrapping_sub(2));
                         if a.is(Tag::INT) && b.is(Tag::INT) {
                             let result = match op {
                                 opcode::ADD => Some(P::add(a.raw(), b.raw())),
@@ -196,20 +189,23 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         continue;
                     }
                     opcode::JUMP_EQ..=opcode::JUMP_NOT_GE => {
-                        let a = get!(sp.wrapping_sub(2));
-                        let b = get!(sp.wrapping_sub(1));
+                        let [a, b] = self.arena.pair_fast(sp.wrapping_sub(2));
                         if a.is(Tag::INT) && b.is(Tag::INT) {
                             sp = sp.wrapping_sub(2);
                             let (a, b) = (a.raw(), b.raw());
-                            let holds = match op {
-                                opcode::JUMP_EQ => a == b,
-                                opcode::JUMP_NE => a != b,
-                                opcode::JUMP_LT | opcode::JUMP_NOT_GE => P::int_less(a, b),
-                                opcode::JUMP_GE | opcode::JUMP_NOT_LT => !P::int_less(a, b),
-                                opcode::JUMP_GT | opcode::JUMP_NOT_LE => P::int_less(b, a),
-                                _ => !P::int_less(b, a),
-                            };
-                            if holds {
+                            if relation::<P>(op, a, b) {
+                                jump!(arg);
+                            }
+                            continue;
+                        }
+                    }
+                    opcode::JUMP_EQ_INT..=opcode::JUMP_NOT_GE_INT => {
+                        let a = get!(sp.wrapping_sub(1));
+                        if a.is(Tag::INT) {
+                            let b = P::int_from_i32(i32::from(code.byte(pc) as i8));
+                            pc = pc.wrapping_add(1);
+                            sp = sp.wrapping_sub(1);
+                            if relation::<P>(op - opcode::WITH_INT, a.raw(), b) {
                                 jump!(arg);
                             }
                             continue;
@@ -231,11 +227,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                             continue;
                         }
                     }
-                    0xb8..=0xbf | opcode::RETURN | opcode::RETURN_NIL => {
-                        if op & WIDE != 0 {
-                            arg = i16::from(op & 0x03);
-                        }
-                        let value = if op == opcode::RETURN || op & 0xfc == 0xb8 {
+                    opcode::RETURN | opcode::RETURN_NIL => {
+                        let value = if op == opcode::RETURN {
                             get!(sp.wrapping_sub(1))
                         } else {
                             Value::nil()
@@ -320,12 +313,26 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     self.slow(host, op, arg)?;
                     #[cfg(feature = "strings")]
                     {
-                        budget = budget.saturating_sub(core::mem::take(&mut self.work));
+                        budget =
+                            budget.saturating_sub(usize::from(core::mem::take(&mut self.work)));
                     }
                 }
                 Left::Returned => {}
             }
         }
+    }
+}
+
+/// Whether the relation of a jump holds between two integers.
+#[inline(always)]
+fn relation<P: Profile>(jump: u8, a: P::Raw, b: P::Raw) -> bool {
+    match jump {
+        opcode::JUMP_EQ => a == b,
+        opcode::JUMP_NE => a != b,
+        opcode::JUMP_LT | opcode::JUMP_NOT_GE => P::int_less(a, b),
+        opcode::JUMP_GE | opcode::JUMP_NOT_LT => !P::int_less(a, b),
+        opcode::JUMP_GT | opcode::JUMP_NOT_LE => P::int_less(b, a),
+        _ => !P::int_less(b, a),
     }
 }
 

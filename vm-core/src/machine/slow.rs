@@ -39,6 +39,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
                 self.sp = self.sp.wrapping_sub(2);
             }
+            opcode::JUMP_EQ_INT..=opcode::JUMP_NOT_GE_INT => {
+                let b = Value::int(i32::from(self.next_byte() as i8));
+                if self.compare_slow(op - opcode::WITH_INT, self.top(1), b)? {
+                    self.pc = self.pc.wrapping_add_signed(arg);
+                }
+                self.sp = self.sp.wrapping_sub(1);
+            }
             opcode::CALL_FUNCTION => {
                 let Some(program) = &self.program else { return Ok(()) };
                 let count = program.code.byte(program.function(number)) & PARAMETERS;
