@@ -139,13 +139,7 @@ opcodes! {
     // Plain.
     NIL = 0x00, None, None, 0 -- 1, "-- nil";
     UNSET = 0x01, None, None, 0 -- 1, "-- unset: stands for an argument that the caller did not pass";
-    POP = 0x02, None, None, 1 -- 0, "a --";
     DUP = 0x03, None, None, 1 -- 2, "a -- a a";
-    ADD = 0x04, None, None, 2 -- 1, "a b -- a + b";
-    SUB = 0x05, None, None, 2 -- 1, "a b -- a - b";
-    MUL = 0x06, None, None, 2 -- 1, "a b -- a * b";
-    DIV = 0x07, None, None, 2 -- 1, "a b -- a / b: integers truncate";
-    MOD = 0x08, None, None, 2 -- 1, "a b -- a % b: Euclidean";
     POW = 0x09, None, None, 2 -- 1, "a b -- a ^ b: a float";
     NEG = 0x0a, None, None, 1 -- 1, "a -- -a";
     BAND = 0x0b, None, None, 2 -- 1, "a b -- a & b";
@@ -162,13 +156,21 @@ opcodes! {
     GT = 0x16, None, None, 2 -- 1, "a b -- a > b";
     GE = 0x17, None, None, 2 -- 1, "a b -- a >= b";
     TABLE_NEW = 0x18, None, None, 0 -- 1, "-- {}";
-    INDEX_GET = 0x19, None, None, 2 -- 1, "t k -- t[k]";
-    INDEX_SET = 0x1a, None, None, 3 -- 0, "t k v --: t[k] = v";
     INDEX_INIT = 0x1b, None, None, 3 -- 1, "t k v -- t: t[k] = v";
     INDEX_METHOD = 0x1c, None, None, 2 -- 2, "t k -- t t[k]: the function is not bound, CALL_METHOD passes t";
     ROBOT_ID = 0x1d, None, None, 0 -- 1, "-- id of this robot";
     FLOAT = 0x1e, None, Word, 0 -- 1, "-- float literal";
     INT_WORD = 0x1f, None, Word, 0 -- 1, "-- integer literal that needs a whole word";
+
+    // Plain and frequent: next to those with an operand, so that the interpreter finds all of them by one table.
+    POP = 0x38, None, None, 1 -- 0, "a --";
+    ADD = 0x39, None, None, 2 -- 1, "a b -- a + b";
+    SUB = 0x3a, None, None, 2 -- 1, "a b -- a - b";
+    MUL = 0x3b, None, None, 2 -- 1, "a b -- a * b";
+    DIV = 0x3c, None, None, 2 -- 1, "a b -- a / b: integers truncate";
+    MOD = 0x3d, None, None, 2 -- 1, "a b -- a % b: Euclidean";
+    INDEX_GET = 0x3e, None, None, 2 -- 1, "t k -- t[k]";
+    INDEX_SET = 0x3f, None, None, 3 -- 0, "t k v --: t[k] = v";
 
     // Narrow, or wide with bit 7.
     INT = 0x40, Int, None, 0 -- 1, "-- operand";

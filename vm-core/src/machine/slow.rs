@@ -53,7 +53,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
             opcode::UNSET => self.push(Value::unset()),
             opcode::DUP => self.push(self.top(1)),
-            opcode::ADD..=opcode::POW | opcode::BAND | opcode::BOR | opcode::SHL | opcode::SHR => {
+            opcode::ADD..=opcode::MOD
+            | opcode::POW
+            | opcode::BAND
+            | opcode::BOR
+            | opcode::SHL
+            | opcode::SHR => {
                 let result = self.binary(op, self.top(2), self.top(1))?;
                 self.replace(2, result);
             }
