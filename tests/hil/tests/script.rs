@@ -218,3 +218,34 @@ fn an_image_for_another_robot_is_refused() {
     });
     assert!(lit, "no sign of the refusal");
 }
+
+/// Whatever is in the script's section of flash, the robot stays still, keeps its link and says that no script runs.
+#[test]
+fn a_section_without_a_script_is_safe() {
+    let image = bittybuzz_hil::image("function step() { set_motor(0, 50) led(1) }");
+    let whole = [&(image.len() as u32).to_le_bytes()[..], &image].concat();
+    let sections = [
+        ("erased", vec![0xff; 64]),
+        ("empty", vec![0; 64]),
+        ("longer than the section", [&0x0002_0000_u32.to_le_bytes()[..], &image].concat()),
+        ("cut off", [&10_u32.to_le_bytes()[..], &image].concat()),
+        ("noise", whole.iter().map(|byte| byte.wrapping_mul(167) ^ 0x5a).collect()),
+    ];
+    for (name, section) in sections {
+        let mut robot = bittybuzz_hil::Robot::crazyflie(Core::Unicorn, "function step() { }");
+        robot.write(0x0802_0000, &section);
+        let events = robot.run_ms(1000);
+        assert_eq!(bittybuzz_hil::motors(&events), [0.0; 4], "{name}");
+        assert!(bittybuzz_hil::resets(&events).is_empty(), "{name}");
+        let leds = events.iter().filter_map(|event| match &event.event {
+            bittybuzz_hil::Event::Led { name, on: true } => Some(name.as_str()),
+            _ => None,
+        });
+        assert_eq!(
+            leds.filter(|led| *led != "green_right").collect::<Vec<_>>(),
+            ["red_right"],
+            "{name}"
+        );
+        assert!(robot.ping(1, 10).is_some(), "{name}");
+    }
+}
