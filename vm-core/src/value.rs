@@ -2,43 +2,73 @@
 //!
 //! Only values whose tag has [`Tag::HEAP_BIT`] refer to the heap; all others are complete in themselves.
 
+use core::num::NonZeroU8;
+
 use crate::number::{Number, Profile};
 
-/// What a value is. A plain byte, because the same slots also hold frame records and cell headers.
+/// What a value is. A plain byte, because the same slots also hold frame records and cell headers; never zero, so that a
+/// value or nothing, or a value or a failure, is returned in the same registers as a value.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Tag(pub u8);
+pub struct Tag(NonZeroU8);
 
 impl Tag {
-    /// nil. Zero, so that empty memory needs no image in flash.
-    pub const NIL: Tag = Tag(0);
+    /// nil
+    pub const NIL: Tag = Tag::of(1);
     /// Float.
-    pub const FLOAT: Tag = Tag(1);
+    pub const FLOAT: Tag = Tag::of(2);
     /// Integer; one bit tells nil and integers, of which some are false, from the rest.
-    pub const INT: Tag = Tag(2);
+    pub const INT: Tag = Tag::of(3);
     /// Constant string, by number.
-    pub const STRING: Tag = Tag(3);
+    pub const STRING: Tag = Tag::of(4);
     /// Script function that captures nothing, by number.
-    pub const FUNCTION: Tag = Tag(4);
+    pub const FUNCTION: Tag = Tag::of(5);
     /// Built-in function, by number.
-    pub const BUILTIN: Tag = Tag(5);
+    pub const BUILTIN: Tag = Tag::of(6);
     /// Robot function, by import number.
-    pub const ROBOT: Tag = Tag(6);
+    pub const ROBOT: Tag = Tag::of(7);
     /// Library: its number in the low byte, the object's number in the high byte.
-    pub const LIBRARY: Tag = Tag(7);
+    pub const LIBRARY: Tag = Tag::of(8);
     /// An argument that was not passed. Scripts never hold it.
-    pub const UNSET: Tag = Tag(8);
+    pub const UNSET: Tag = Tag::of(9);
     /// Set in the tags of references to cells.
     pub const HEAP_BIT: u8 = 0x10;
     /// Table.
-    pub const TABLE: Tag = Tag(0x10);
+    pub const TABLE: Tag = Tag::of(0x10);
     /// Function with captured values.
-    pub const CLOSURE: Tag = Tag(0x11);
+    pub const CLOSURE: Tag = Tag::of(0x11);
     /// Function bound to a table, its self.
-    pub const BOUND: Tag = Tag(0x12);
+    pub const BOUND: Tag = Tag::of(0x12);
     /// String made at run time.
-    pub const TEXT: Tag = Tag(0x13);
+    pub const TEXT: Tag = Tag::of(0x13);
     /// Inside a table's head: its chain of array cells. Scripts never hold it.
-    pub const CHAIN: Tag = Tag(0x14);
+    pub const CHAIN: Tag = Tag::of(0x14);
+
+    /// The tag of that byte; 0, which is none, gives 1.
+    #[inline(always)]
+    pub(crate) const fn of(byte: u8) -> Tag {
+        match NonZeroU8::new(byte) {
+            Some(byte) => Tag(byte),
+            None => Tag(NonZeroU8::MIN),
+        }
+    }
+
+    /// Its byte.
+    #[inline(always)]
+    pub(crate) const fn byte(self) -> u8 {
+        self.0.get()
+    }
+
+    /// In place of a tag: a number up to 254.
+    #[inline(always)]
+    pub(crate) const fn counting(number: u8) -> Tag {
+        Tag::of(number.wrapping_add(1))
+    }
+
+    /// The number of [`Tag::counting`].
+    #[inline(always)]
+    pub(crate) const fn count(self) -> u8 {
+        self.byte().wrapping_sub(1)
+    }
 }
 
 /// The type of a value as scripts and people see it.
@@ -79,6 +109,9 @@ impl Type {
         }
     }
 }
+
+/// The only bit in which the tags of nil and integers differ.
+const FALSE_BIT: u8 = Tag::INT.byte() ^ Tag::NIL.byte();
 
 /// A value, or another occupant of a slot of the arena.
 #[derive(Clone, Copy, Debug)]
@@ -170,7 +203,7 @@ impl<P: Profile> Value<P> {
 
     #[inline(always)]
     pub(crate) fn is_heap(self) -> bool {
-        self.tag.0 & Tag::HEAP_BIT != 0
+        self.tag.byte() & Tag::HEAP_BIT != 0
     }
 
     /// Whether reading it out of a table may have to bind it.
@@ -188,7 +221,7 @@ impl<P: Profile> Value<P> {
     /// nil and integer 0 are false, all else is true.
     #[inline(always)]
     pub fn is_false(self) -> bool {
-        self.tag.0 & !Tag::INT.0 == Tag::NIL.0 && P::is_zero(self.raw)
+        self.tag.byte() & !FALSE_BIT == Tag::NIL.byte() && P::is_zero(self.raw)
     }
 
     /// As an integer, if it is one.

@@ -284,10 +284,10 @@ impl<C: ByteCode, P: Profile, const SLOTS: usize> Pass<'_, C, P, SLOTS> {
         for index in 0..self.forward {
             let pending = self.memory.get(index);
             if pending.index() == at {
-                if reached && pending.tag().0 != self.depth {
+                if reached && pending.tag().count() != self.depth {
                     return Err(ImageError::Depth(at as u16));
                 }
-                self.depth = pending.tag().0;
+                self.depth = pending.tag().count();
                 reached = true;
             } else {
                 next_target = next_target.min(pending.index());
@@ -301,7 +301,7 @@ impl<C: ByteCode, P: Profile, const SLOTS: usize> Pass<'_, C, P, SLOTS> {
         if self.backward > 0 {
             let last = self.memory.top() - self.backward;
             if self.memory.get(last).index() == at {
-                self.memory.set(last, Value::indexed(Tag(self.depth), at as u16));
+                self.memory.set(last, Value::indexed(Tag::counting(self.depth), at as u16));
             }
         }
         Ok(())
@@ -310,14 +310,14 @@ impl<C: ByteCode, P: Profile, const SLOTS: usize> Pass<'_, C, P, SLOTS> {
     fn jump(&mut self, here: u16, at: usize, target: usize, depth: u8) -> Result<(), ImageError> {
         if target >= at && target < self.end {
             self.reserve(here)?;
-            self.memory.set(self.forward, Value::indexed(Tag(depth), target as u16));
+            self.memory.set(self.forward, Value::indexed(Tag::counting(depth), target as u16));
             self.forward += 1;
             self.next_target = self.next_target.min(target);
             return Ok(());
         }
         for index in 0..self.backward {
             let place = self.memory.get(self.memory.top() - 1 - index);
-            if place.index() == target && place.tag().0 == depth {
+            if place.index() == target && place.tag().count() == depth {
                 return Ok(());
             }
         }
@@ -328,7 +328,7 @@ impl<C: ByteCode, P: Profile, const SLOTS: usize> Pass<'_, C, P, SLOTS> {
     fn allow_backward(&mut self, here: u16, at: usize) -> Result<(), ImageError> {
         self.reserve(here)?;
         let slot = self.memory.top() - 1 - self.backward;
-        self.memory.set(slot, Value::indexed(Tag(self.depth), at as u16));
+        self.memory.set(slot, Value::indexed(Tag::counting(self.depth), at as u16));
         self.backward += 1;
         Ok(())
     }

@@ -4,6 +4,7 @@
 //! the cell before, and the header remembers which slot it is. The machine's own stack is not used, so no structure is
 //! too deep.
 
+use super::FREE;
 use crate::arena::{Arena, CELL};
 use crate::number::Profile;
 use crate::value::{Tag, Value};
@@ -16,12 +17,12 @@ const LINK: usize = CELL;
 
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     fn marked(&self, cell: usize) -> bool {
-        self.get_fast(cell).tag().0 & MARK != 0
+        self.get_fast(cell).tag().byte() & MARK != 0
     }
 
     fn set_header(&mut self, cell: usize, tag: u8) {
         let header = self.get_fast(cell);
-        self.set_fast(cell, Value::new(Tag(tag), header.raw()));
+        self.set_fast(cell, Value::new(Tag::of(tag), header.raw()));
     }
 
     /// The cell that slot `number` of `cell` leads to, 0 if none.
@@ -50,7 +51,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         if self.marked(cell) {
             return;
         }
-        let kind = |tag: Tag| tag.0 & (MARK - 1);
+        let kind = |tag: Tag| tag.byte() & (MARK - 1);
         let mut before = 0;
         let mut number = 1;
         self.set_header(cell, kind(self.get_fast(cell).tag()) | MARK);
@@ -73,7 +74,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
                 return;
             }
             // Back to the cell before: the slot that was followed gets its own value again.
-            number = (self.get_fast(before).tag().0 >> FOLLOWED_SHIFT) as usize;
+            number = (self.get_fast(before).tag().byte() >> FOLLOWED_SHIFT) as usize;
             let back = if number == LINK {
                 self.link(before)
             } else {
@@ -96,12 +97,15 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         let mut in_use = 0;
         while cell < self.top() {
             let header = self.get_fast(cell);
-            if header.tag().0 & MARK != 0 {
-                self.set_fast(cell, Value::new(Tag(header.tag().0 & (MARK - 1)), header.raw()));
+            if header.tag().byte() & MARK != 0 {
+                self.set_fast(
+                    cell,
+                    Value::new(Tag::of(header.tag().byte() & (MARK - 1)), header.raw()),
+                );
                 bottom = bottom.min(cell);
                 in_use += CELL;
             } else if bottom < cell {
-                self.set_fast(cell, Value::indexed(Tag(0), free as u16));
+                self.set_fast(cell, Value::indexed(FREE, free as u16));
                 free = cell;
             }
             cell += CELL;

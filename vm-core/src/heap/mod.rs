@@ -28,7 +28,9 @@ pub(crate) use text::{TextBuilder, TextCursor};
 use crate::value::Tag;
 
 /// Header tag of a cell in use, whatever it holds: only the collector reads it.
-pub(crate) const LIVE: Tag = Tag(1);
+pub(crate) const LIVE: Tag = Tag::of(1);
+/// Header tag of a free cell.
+pub(crate) const FREE: Tag = Tag::of(2);
 
 /// There was no cell: collect, then try again; if that fails too, the heap is full.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

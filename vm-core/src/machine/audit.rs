@@ -3,7 +3,7 @@
 use super::{OVERLAYS, Vm};
 use crate::arena::CELL;
 use crate::bytecode::ByteCode;
-use crate::heap::LIVE;
+use crate::heap::{FREE, LIVE};
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
@@ -33,7 +33,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 return Err("a frame is not below the one that it called");
             }
             end = fp;
-            fp -= usize::from(self.arena.get(fp).tag().0);
+            fp -= usize::from(self.arena.get(fp).tag().count());
         }
         Ok(())
     }
@@ -47,7 +47,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let mut free = 0;
         for cell in (usize::from(arena.bottom)..arena.top()).step_by(CELL) {
             match arena.get(cell).tag() {
-                Tag(0) => free += 1,
+                FREE => free += 1,
                 LIVE => {
                     if arena.link(cell) != 0 && !self.is_cell(arena.link(cell)) {
                         return Err("a cell's link leads to no cell in use");
@@ -61,7 +61,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         let mut cell = usize::from(arena.free);
         while cell != 0 {
-            if arena.get(cell).tag() != Tag(0) || free == 0 {
+            if arena.get(cell).tag() != FREE || free == 0 {
                 return Err("the list of free cells is wrong");
             }
             free -= 1;
@@ -79,7 +79,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.audit_value(arena.get(slot))?;
             }
             end = fp;
-            fp -= usize::from(arena.get(fp).tag().0);
+            fp -= usize::from(arena.get(fp).tag().count());
         }
         Ok(())
     }

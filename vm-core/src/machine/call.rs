@@ -187,7 +187,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let outer = self.arena.get(fp);
         self.sp = (fp - count) as u16;
         self.push(result);
-        self.fp = (fp - usize::from(outer.tag().0)) as u16;
+        self.fp = (fp - usize::from(outer.tag().count())) as u16;
         self.pc = outer.index() as u16;
     }
 

@@ -236,7 +236,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         let outer = get!(fp);
                         sp = fp.wrapping_sub(arg as usize);
                         push!(value);
-                        fp = fp.wrapping_sub(usize::from(outer.tag().0));
+                        fp = fp.wrapping_sub(usize::from(outer.tag().count()));
                         pc = outer.index();
                         if pc < SPECIAL {
                             continue;

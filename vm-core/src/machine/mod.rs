@@ -284,7 +284,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             end = fp;
             let outer = self.arena.get(fp);
             pc = outer.index();
-            fp -= usize::from(outer.tag().0);
+            fp -= usize::from(outer.tag().count());
             if end == self.base() {
                 break;
             }
@@ -370,7 +370,7 @@ enum Flow {
 /// The record of a frame `delta` slots above its caller's.
 #[inline(always)]
 fn record<P: Profile>(delta: usize, position: usize) -> Value<P> {
-    Value::indexed(Tag(delta as u8), position as u16)
+    Value::indexed(Tag::counting(delta as u8), position as u16)
 }
 
 /// See [`Vm::calls`].
@@ -392,7 +392,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Iterator for Calls<'_, P, C, S
             }
             let outer = self.vm.arena.get(self.fp);
             self.pc = outer.index();
-            self.fp = self.fp.saturating_sub(usize::from(outer.tag().0));
+            self.fp = self.fp.saturating_sub(usize::from(outer.tag().count()));
             // The frames of built-ins are not the script's.
             if pc < SPECIAL {
                 let last_byte = pc.wrapping_sub(1 + usize::from(program.header().code_at));
