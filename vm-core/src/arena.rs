@@ -9,6 +9,7 @@
 //! is no cell. [`crate::heap`] says what cells hold.
 
 use crate::number::Profile;
+use crate::slots::Slots;
 use crate::value::{Tag, Value};
 
 /// Slots of a heap cell: a header and six others.
@@ -32,10 +33,7 @@ pub(crate) struct Arena<P: Profile, const SLOTS: usize> {
     pub(crate) pressed: bool,
     /// A cell was taken since the last collection.
     pub(crate) allocated: bool,
-    /// Tags and payloads stand apart: no padding on any chip, and no multiplication by an odd size to reach a slot, which
-    /// would double the code on the AVR.
-    tags: [Tag; SLOTS],
-    payloads: [P::Raw; SLOTS],
+    slots: P::Slots<SLOTS>,
 }
 
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
@@ -50,8 +48,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             floor: 0,
             pressed: false,
             allocated: false,
-            tags: [Tag::NIL; SLOTS],
-            payloads: [P::Raw::default(); SLOTS],
+            slots: P::Slots::new(),
         }
     }
 
@@ -89,10 +86,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// For the few places where speed counts; elsewhere [`Arena::get`] is smaller.
     #[inline(always)]
     pub(crate) fn get_fast(&self, at: usize) -> Value<P> {
-        match (self.tags.get(at), self.payloads.get(at)) {
-            (Some(tag), Some(payload)) => Value::new(*tag, *payload),
-            _ => Value::nil(),
-        }
+        self.slots.get(at)
     }
 
     /// Slots `at` and `at + 1`, with one check for both.
@@ -108,10 +102,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// Writes a slot; see [`Arena::get_fast`].
     #[inline(always)]
     pub(crate) fn set_fast(&mut self, at: usize, value: Value<P>) {
-        if let (Some(tag), Some(payload)) = (self.tags.get_mut(at), self.payloads.get_mut(at)) {
-            *tag = value.tag();
-            *payload = value.raw();
-        }
+        self.slots.set(at, value);
     }
 
     /// The slot.
@@ -144,10 +135,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// The payload of a slot as an index.
     #[inline(always)]
     pub(crate) fn index_at(&self, at: usize) -> usize {
-        match self.payloads.get(at) {
-            Some(payload) => usize::from(P::raw_to_u16(*payload)),
-            None => 0,
-        }
+        self.slots.index_at(at)
     }
 
     /// Sets the link of a cell and leaves the rest of its header.

@@ -45,6 +45,7 @@ mod machine;
 pub mod number;
 pub mod opcode;
 pub mod rom;
+mod slots;
 #[cfg(feature = "torture")]
 mod torture;
 mod value;

@@ -121,7 +121,7 @@ pub struct Value<P: Profile> {
 }
 
 impl<P: Profile> Value<P> {
-    /// What a value takes in memory.
+    /// What a value takes in memory at least; where slots are padded for speed it is more.
     pub const SLOT_BYTES: usize = 1 + size_of::<P::Raw>();
 
     /// A slot with any tag and payload.

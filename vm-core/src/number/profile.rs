@@ -6,6 +6,7 @@
 use core::fmt::Debug;
 
 use super::float16::F16;
+use crate::slots::Stored;
 
 mod sealed {
     pub trait Sealed {}
@@ -17,7 +18,7 @@ mod sealed {
 ///
 /// Integer operations work at the payload's own width and wrap, so that the tiny profile compiles to
 /// 16-bit code on an 8-bit processor.
-pub trait Profile: sealed::Sealed + Copy + Default + Debug + 'static {
+pub trait Profile: sealed::Sealed + Stored + Copy + Default + Debug + 'static {
     /// The payload of a value.
     type Raw: Copy + Eq + Default + Debug;
 

@@ -1,0 +1,104 @@
+//! How slots lie in memory: what is fastest to reach on the chip at hand.
+//!
+//! [`Split`] keeps tags and payloads apart: no padding anywhere, and on the AVR no multiplication by an odd size to
+//! reach a slot, which would double the code. [`Joined`] keeps them together: in the tiny profile on a 32-bit chip a slot then
+//! takes four bytes instead of three, but is reached by one address.
+
+use crate::number::{Full, Profile, Tiny};
+use crate::value::{Tag, Value};
+
+/// The slots of a profile's machine.
+pub trait Stored: Sized {
+    /// `N` slots.
+    type Slots<const N: usize>: Slots<Self>
+    where
+        Self: Profile;
+}
+
+/// An array of slots. Verified code and the machine itself never ask for one beyond its end: it reads as nil, and
+/// writing it does nothing.
+pub trait Slots<P: Profile> {
+    /// All nil.
+    fn new() -> Self;
+    /// Slot `at`.
+    fn get(&self, at: usize) -> Value<P>;
+    /// Writes slot `at`.
+    fn set(&mut self, at: usize, value: Value<P>);
+    /// The payload of slot `at` as an index.
+    fn index_at(&self, at: usize) -> usize;
+}
+
+impl Stored for Full {
+    type Slots<const N: usize> = Split<Self, N>;
+}
+
+impl Stored for Tiny {
+    #[cfg(target_arch = "avr")]
+    type Slots<const N: usize> = Split<Self, N>;
+    #[cfg(not(target_arch = "avr"))]
+    type Slots<const N: usize> = Joined<Self, N>;
+}
+
+/// Tags, then payloads.
+pub struct Split<P: Profile, const N: usize> {
+    tags: [Tag; N],
+    payloads: [P::Raw; N],
+}
+
+impl<P: Profile, const N: usize> Slots<P> for Split<P, N> {
+    fn new() -> Self {
+        Split { tags: [Tag::NIL; N], payloads: [P::Raw::default(); N] }
+    }
+
+    #[inline(always)]
+    fn get(&self, at: usize) -> Value<P> {
+        match (self.tags.get(at), self.payloads.get(at)) {
+            (Some(tag), Some(payload)) => Value::new(*tag, *payload),
+            _ => Value::nil(),
+        }
+    }
+
+    #[inline(always)]
+    fn set(&mut self, at: usize, value: Value<P>) {
+        if let (Some(tag), Some(payload)) = (self.tags.get_mut(at), self.payloads.get_mut(at)) {
+            *tag = value.tag();
+            *payload = value.raw();
+        }
+    }
+
+    #[inline(always)]
+    fn index_at(&self, at: usize) -> usize {
+        self.payloads.get(at).map_or(0, |payload| usize::from(P::raw_to_u16(*payload)))
+    }
+}
+
+/// Tag and payload side by side.
+#[cfg(not(target_arch = "avr"))]
+pub struct Joined<P: Profile, const N: usize>([Value<P>; N]);
+
+#[cfg(not(target_arch = "avr"))]
+impl<P: Profile, const N: usize> Slots<P> for Joined<P, N> {
+    fn new() -> Self {
+        Joined([Value::nil(); N])
+    }
+
+    #[inline(always)]
+    fn get(&self, at: usize) -> Value<P> {
+        match self.0.get(at) {
+            Some(value) => *value,
+            None => Value::nil(),
+        }
+    }
+
+    #[inline(always)]
+    fn set(&mut self, at: usize, value: Value<P>) {
+        if let Some(slot) = self.0.get_mut(at) {
+            *slot = value;
+        }
+    }
+
+    #[inline(always)]
+    fn index_at(&self, at: usize) -> usize {
+        self.get(at).index()
+    }
+}
