@@ -2,6 +2,7 @@
 
 use crate::board::CRAZYFLIE;
 use crate::failure::Failure;
+use crate::probe::PROBES;
 use crate::shell::{Line, cargo};
 use crate::{bench, setup, sizes, soak};
 use std::path::Path;
@@ -72,7 +73,7 @@ pub fn ci() -> Result<(), Failure> {
 fn lint() -> Result<(), Failure> {
     const DENY: [&str; 3] = ["--", "-D", "warnings"];
     cargo(&["fmt", "--all", "--check"])?;
-    for folder in bench::WORKSPACES {
+    for folder in bench::WORKSPACES.into_iter().chain(PROBES.map(|probe| probe.folder)) {
         Line::new("cargo", &["fmt", "--check"]).in_workspace(folder).run()?;
     }
     cargo(&[&["clippy", "--workspace", "--all-targets", "--release"], &DENY[..]].concat())?;
@@ -87,13 +88,12 @@ fn lint() -> Result<(), Failure> {
     firmware(&[&["clippy", "--release"], &DENY[..]].concat())
 }
 
-/// Links the virtual machine for the chips of the STM32 robots with a panic handler that does not exist: fails if a panic is
-/// left in it.
+/// Links the virtual machine for the robots' cores with a panic handler that does not exist: fails if a panic is left in
+/// it.
 fn no_panic() -> Result<(), Failure> {
-    for target in ["thumbv6m-none-eabi", "thumbv7em-none-eabihf"] {
-        for features in ["", "maths", "maths,strings,full"] {
-            let arguments = ["build", "--release", "--target", target, "--features", features];
-            Line::new("cargo", &arguments).in_workspace("firmware/probe-cortex-m").run()?;
+    for probe in PROBES {
+        for extent in probe.extents() {
+            probe.build(*extent, false)?;
         }
     }
     Ok(())

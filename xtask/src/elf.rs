@@ -11,8 +11,6 @@ use std::path::Path;
 pub struct Footprint {
     /// Vector table, code, constants, initial values of variables, script.
     pub flash: u64,
-    /// Those of `flash` that are initial values of variables.
-    pub initial: u64,
     /// Variables; not the stack.
     pub ram: u64,
 }
@@ -34,7 +32,6 @@ pub fn footprint(path: &Path) -> Result<Footprint, Failure> {
         let is_variable = sh_flags & u64::from(SHF_WRITE) != 0;
         let bytes = |counts: bool| if counts { section.size() } else { 0 };
         footprint.flash += bytes(is_flashed);
-        footprint.initial += bytes(is_flashed && is_variable);
         footprint.ram += bytes(is_variable);
     }
     Ok(footprint)
@@ -68,7 +65,7 @@ mod tests {
         add(".comment", SectionKind::OtherString, 1000);
         let path = std::env::temp_dir().join(format!("xtask-elf-{}", std::process::id()));
         fs::write(&path, object.write().unwrap()).unwrap();
-        assert_eq!(footprint(&path).unwrap(), Footprint { flash: 128, initial: 8, ram: 56 });
+        assert_eq!(footprint(&path).unwrap(), Footprint { flash: 128, ram: 56 });
         fs::write(&path, "#!/bin/sh").unwrap();
         assert!(matches!(footprint(&path), Err(Failure::Elf { .. })));
         fs::remove_file(&path).unwrap();

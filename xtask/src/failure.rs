@@ -32,7 +32,7 @@ pub enum Failure {
     /// An image needs more memory than its robot file allows.
     OverBudget(Vec<String>),
     /// The probe has another size than the robot.
-    Slots { robot: String, slots: u32, probe: u32 },
+    Slots { robot: String, slots: u32, probe: u32, folder: &'static str },
     /// Benchmarks cannot be counted, or cost more than before.
     Bench(BenchError),
     /// The emulated robot did not log what this computer logs.
@@ -67,9 +67,9 @@ impl fmt::Display for Failure {
             Failure::OverBudget(excesses) => {
                 write!(f, "over the [budget] of the robot file: {}", excesses.join(", "))
             }
-            Failure::Slots { robot, slots, probe } => write!(
+            Failure::Slots { robot, slots, probe, folder } => write!(
                 f,
-                "`{robot}` has {slots} slots, but firmware/probe-cortex-m measures {probe}: change SLOTS there and here"
+                "`{robot}` has {slots} slots, but {folder} measures {probe}: change SLOTS there and here"
             ),
             Failure::Bench(error) => error.fmt(f),
             Failure::LogsDiffer { script } => {

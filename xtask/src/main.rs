@@ -10,6 +10,7 @@ mod checks;
 mod demo;
 mod elf;
 mod failure;
+mod probe;
 mod setup;
 mod shell;
 mod sizes;

@@ -1,38 +1,33 @@
 //! How much of a robot's memory the firmware takes, and how much of that the virtual machine.
 //!
-//! An image is measured as it is flashed. The machine alone is measured in a probe, a program for the robot's core that
-//! does nothing but load and run an image: its size with the machine less its size without. The probe's image is not
-//! known to the compiler, so that all of the machine is in it, maths and soft float included.
+//! An image is measured as it is flashed. The machine alone is measured in a probe: its size with the machine less its size
+//! without. The probe's image is not known to the compiler, so that all of the machine is in it, soft float included:
+//!
+//! | name | the machine with |
+//! |---|---|
+//! | `vm_min_flash` | nothing that can be left out |
+//! | `vm_flash` | everything in the profile `tiny` |
+//! | `vm_full_flash` | everything in the profile `full` |
+//! | `vm_ram` | the robot's sizes and profile |
 
-use crate::board::{self, CRAZYFLIE, target_of};
+use crate::board::{Board, CRAZYFLIE};
 use crate::elf::{self, Footprint};
 use crate::failure::Failure;
-use crate::shell::Line;
+use crate::probe::{ATMEGA328P, CORTEX_M0, CORTEX_M4F, Extent, Probe};
 use bittybuzz_robots::{Profile, Robot};
 use serde_json::{Map, Value};
-
-const PROBE: &str = "firmware/probe-cortex-m";
-
-/// Slots of the probe's machine.
-const PROBE_SLOTS: u32 = 640;
 
 /// A robot, and what of it can be measured.
 struct Measured {
     robot: &'static str,
-    firmware: Option<&'static board::Board>,
-    /// The target of the probe.
-    target: &'static str,
+    firmware: Option<&'static Board>,
+    probe: &'static Probe,
 }
 
-/// Features of the probe: everything that the profile `tiny` has. Strings made at run time are for `full` only.
-const TINY: &str = "maths";
-/// Everything in the profile `full`.
-const FULL: &str = "maths,strings,full";
-
-/// Not the Kilobot: its machine does not fit yet, and its toolchain is another.
 const ROBOTS: &[Measured] = &[
-    Measured { robot: "crazyflie", firmware: Some(&CRAZYFLIE), target: "thumbv7em-none-eabihf" },
-    Measured { robot: "zooids", firmware: None, target: "thumbv6m-none-eabi" },
+    Measured { robot: "crazyflie", firmware: Some(&CRAZYFLIE), probe: &CORTEX_M4F },
+    Measured { robot: "zooids", firmware: None, probe: &CORTEX_M0 },
+    Measured { robot: "kilobot", firmware: None, probe: &ATMEGA328P },
 ];
 
 /// What is known of a robot; in bytes.
@@ -69,29 +64,31 @@ impl Measured {
             let image = elf::footprint(&firmware.build(None, quiet)?)?;
             values.extend([("flash", image.flash), ("ram", image.ram)]);
         }
+        let Probe { slots, folder, .. } = *self.probe;
         let robot = find(self.robot)?;
-        if robot.vm.slots != PROBE_SLOTS {
-            let (robot, slots) = (robot.name, robot.vm.slots);
-            return Err(Failure::Slots { robot, slots, probe: PROBE_SLOTS });
+        if robot.vm.slots != slots {
+            let (robot, wanted) = (robot.name, robot.vm.slots);
+            return Err(Failure::Slots { robot, slots: wanted, probe: slots, folder });
         }
-        // The probe's machine is a variable with an initial value, that of a robot is none: code alone counts.
-        let code = |probe: Footprint| probe.flash - probe.initial;
-        let empty = self.probe("empty", quiet)?;
-        let [tiny, full] = [self.probe(TINY, quiet)?, self.probe(FULL, quiet)?];
-        let own = if robot.profile == Profile::Full { full } else { tiny };
-        values.extend([
-            ("vm_flash", code(tiny).saturating_sub(code(empty))),
-            ("vm_full_flash", code(full).saturating_sub(code(empty))),
-            ("vm_ram", own.ram.saturating_sub(empty.ram)),
-        ]);
+        let empty = self.probed(Extent::Empty, quiet)?;
+        for extent in self.probe.extents() {
+            let size = self.probed(*extent, quiet)?;
+            let name = match extent {
+                Extent::Full => "vm_full_flash",
+                Extent::Tiny => "vm_flash",
+                _ => "vm_min_flash",
+            };
+            values.push((name, size.flash - empty.flash));
+            let own = if robot.profile == Profile::Full { Extent::Full } else { Extent::Tiny };
+            if *extent == own {
+                values.push(("vm_ram", size.ram - empty.ram));
+            }
+        }
         Ok(Sizes { robot: self.robot, values })
     }
 
-    fn probe(&self, features: &str, quiet: bool) -> Result<Footprint, Failure> {
-        let arguments = ["build", "--release", "--target", self.target, "--features", features];
-        let line = Line::new("cargo", &arguments).in_workspace(PROBE);
-        if quiet { line.unannounced() } else { line }.run()?;
-        elf::footprint(&target_of(PROBE).join(self.target).join("release/probe-cortex-m"))
+    fn probed(&self, extent: Extent, quiet: bool) -> Result<Footprint, Failure> {
+        elf::footprint(&self.probe.build(extent, quiet)?)
     }
 }
 

@@ -1,0 +1,105 @@
+//! Loads an image and runs its entries. Linked only to be measured: it is not started.
+//!
+//! The panic handler calls a function that does not exist: the program links only if no panic is left in it.
+
+#![no_std]
+#![no_main]
+#![feature(asm_experimental_arch)]
+
+use core::arch::asm;
+use core::mem::MaybeUninit;
+
+use bittybuzz_progmem as progmem;
+use bittybuzz_vm_core::number::Tiny;
+use bittybuzz_vm_core::{
+    Arguments, Axis, ByteCode, Entry, Host, Image, Reply, RobotFault, Value, Vm,
+};
+
+// avr-libc's float and memory functions are smaller and faster than those of compiler_builtins.
+#[link(name = "m", kind = "static", modifiers = "-bundle")]
+unsafe extern "C" {}
+
+#[link(name = "c", kind = "static", modifiers = "-bundle")]
+unsafe extern "C" {}
+
+const SLOTS: usize = 400;
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo) -> ! {
+    unsafe extern "C" {
+        fn the_program_contains_a_panic() -> !;
+    }
+    // SAFETY: it does not exist, so this never links.
+    unsafe { the_program_contains_a_panic() }
+}
+
+struct Probe;
+
+impl Host<Tiny> for Probe {
+    fn call<C: ByteCode, const SLOTS: usize>(
+        &mut self,
+        _: u16,
+        _: Arguments<'_, Tiny, C, SLOTS>,
+        _: bool,
+    ) -> Result<Reply<Tiny>, RobotFault> {
+        Ok(Reply::Value(Value::nil()))
+    }
+
+    fn log<C: ByteCode, const SLOTS: usize>(&mut self, _: Arguments<'_, Tiny, C, SLOTS>) {}
+
+    fn delay_is_over(&mut self, _: i32, again: bool) -> bool {
+        again
+    }
+
+    fn position(&mut self, _: Axis) -> Option<f32> {
+        None
+    }
+}
+
+#[unsafe(link_section = ".progmem.data")]
+static IMAGE: [u8; 64] = [0; 64];
+
+/// The image. Reading it is assembly, of which the compiler cannot foresee the result.
+#[derive(Clone, Copy)]
+struct Flash;
+
+impl ByteCode for Flash {
+    fn len(&self) -> usize {
+        IMAGE.len()
+    }
+
+    #[inline(always)]
+    fn byte(&self, at: usize) -> u8 {
+        progmem::byte((&raw const IMAGE as usize).wrapping_add(at))
+    }
+
+    #[inline(always)]
+    fn word(&self, at: usize) -> u16 {
+        progmem::word((&raw const IMAGE as usize).wrapping_add(at))
+    }
+
+    fn rom(at: usize) -> u8 {
+        progmem::rom(at)
+    }
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn main() -> ! {
+    static mut VM: MaybeUninit<Vm<Tiny, Flash, SLOTS>> = MaybeUninit::uninit();
+    if cfg!(not(feature = "empty")) {
+        let place = &raw mut VM;
+        // SAFETY: the only reference to it; main runs once.
+        let vm = unsafe { (*place).write(Vm::new(1)) };
+        if vm.load(Image::new(Flash), |hash| hash == 1).is_ok() {
+            for entry in [Entry::Global, Entry::Init, Entry::Step, Entry::Reset, Entry::Destroy] {
+                if vm.begin(entry) {
+                    core::hint::black_box(vm.run(&mut Probe, 1000));
+                }
+            }
+        }
+    }
+    loop {
+        // SAFETY: nothing happens any more.
+        unsafe { asm!("cli", "sleep") };
+    }
+}

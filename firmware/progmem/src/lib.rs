@@ -1,0 +1,44 @@
+//! Program memory of the AVR, which ordinary loads do not reach: constants that programs keep there, to save the RAM.
+//!
+//! Nothing of it exists on other chips.
+
+#![no_std]
+#![cfg(target_arch = "avr")]
+#![feature(asm_experimental_arch)]
+
+use core::arch::asm;
+
+use bittybuzz_vm_core::rom;
+
+#[unsafe(link_section = ".progmem.data")]
+static ROM: [u8; rom::LENGTH] = rom::BYTES;
+
+/// Byte `at` of the machine's tables.
+#[inline(always)]
+pub fn rom(at: usize) -> u8 {
+    byte((&raw const ROM as usize).wrapping_add(at))
+}
+
+/// A byte.
+#[inline(always)]
+pub fn byte(address: usize) -> u8 {
+    let byte: u8;
+    // SAFETY: `lpm` reads program memory, all of which may be read.
+    unsafe {
+        asm!("lpm {b}, Z", b = out(reg) byte, in("Z") address as u16,
+            options(pure, nomem, nostack, preserves_flags));
+    }
+    byte
+}
+
+/// Two bytes, little-endian.
+#[inline(always)]
+pub fn word(address: usize) -> u16 {
+    let (low, high): (u8, u8);
+    // SAFETY: as above.
+    unsafe {
+        asm!("lpm {l}, Z+", "lpm {h}, Z", l = out(reg) low, h = out(reg) high,
+            inout("Z") address as u16 => _, options(pure, nomem, nostack, preserves_flags));
+    }
+    u16::from_le_bytes([low, high])
+}
