@@ -34,11 +34,12 @@ pub fn byte(address: usize) -> u8 {
 /// Two bytes, little-endian.
 #[inline(always)]
 pub fn word(address: usize) -> u16 {
-    let (low, high): (u8, u8);
+    let word: u16;
     // SAFETY: as above.
     unsafe {
-        asm!("lpm {l}, Z+", "lpm {h}, Z", l = out(reg) low, h = out(reg) high,
+        // Put together from two bytes, the word would cost eight instructions more.
+        asm!("lpm {w:l}, Z+", "lpm {w:h}, Z", w = out(reg_pair) word,
             inout("Z") address as u16 => _, options(pure, nomem, nostack, preserves_flags));
     }
-    u16::from_le_bytes([low, high])
+    word
 }
