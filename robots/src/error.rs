@@ -46,8 +46,8 @@ pub enum Cause {
     WrongType { key: String, expected: &'static str, found: &'static str },
     /// A size that is zero or absurd.
     OutOfRange { key: &'static str, value: String, min: u32, max: u32 },
-    /// The arena alone is larger than the whole machine may be.
-    ArenaTooLarge { slots: u32, slot_bytes: u32, memory: u32 },
+    /// More slots than the machine has room for, beside everything else in it.
+    TooManySlots { slots: u32, slot_bytes: u32, memory: u32, most: u32 },
     /// An address at which no region can begin.
     Unaligned { address: u32, to: u32 },
     /// Two regions of memory that share bytes.
@@ -148,9 +148,9 @@ impl fmt::Display for Cause {
                 write!(f, "`{key}` must be {expected}, not {found}")
             }
             Cause::OutOfRange { key, value, .. } => write!(f, "`{key}` cannot be {value}"),
-            Cause::ArenaTooLarge { slots, slot_bytes, memory } => write!(
+            Cause::TooManySlots { slots, slot_bytes, memory, .. } => write!(
                 f,
-                "{slots} slots of {slot_bytes} bytes do not fit in {memory} bytes of `memory`"
+                "{slots} slots of {slot_bytes} bytes do not fit in {memory} bytes of `memory`, beside neighbours and messages"
             ),
             Cause::Unaligned { address, to } => {
                 write!(f, "a region cannot begin at {address:#010x}: no multiple of {to}")
@@ -195,7 +195,9 @@ impl Cause {
             }
             Cause::UnknownKey { key, known, .. } => Some(one_of(key, known)),
             Cause::OutOfRange { min, max, .. } => Some(format!("a number from {min} to {max}")),
-            Cause::ArenaTooLarge { .. } => Some("fewer `slots`, or more `memory`".to_owned()),
+            Cause::TooManySlots { most, .. } => {
+                Some(format!("there is room for {most} `slots`; or give it more `memory`"))
+            }
             Cause::Unaligned { .. } => Some(
                 "the chip wants its vector table there; a sector of flash begins so".to_owned(),
             ),

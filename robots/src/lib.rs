@@ -37,10 +37,10 @@
 mod error;
 mod generate;
 mod layout;
+mod memory;
 mod read;
 mod signature;
 
-use bittybuzz_vm_core::{Value, number};
 use std::path::Path;
 
 pub use bittybuzz_vm_core::link::name_hash;
@@ -93,15 +93,6 @@ impl Profile {
             Profile::Full => "full",
         }
     }
-
-    /// Bytes of a slot of the machine's arena.
-    pub const fn slot_bytes(self) -> u32 {
-        let bytes = match self {
-            Profile::Tiny => Value::<number::Tiny>::SLOT_BYTES,
-            Profile::Full => Value::<number::Full>::SLOT_BYTES,
-        };
-        bytes as u32
-    }
 }
 
 /// Sizes of the virtual machine of a robot. A size of 0 leaves that feature out, where 0 is allowed.
@@ -109,7 +100,7 @@ impl Profile {
 pub struct VmSizes {
     /// Bytes that the whole machine object may take, all else here included.
     pub memory: u32,
-    /// Slots of the arena that holds globals, heap and stack; see [`Profile::slot_bytes`].
+    /// Slots of the arena that holds globals, heap and stack; see [`Robot::slot_bytes`].
     pub slots: u32,
     /// Neighbours remembered at a time; 0 leaves `neighbors` out.
     pub neighbors: u32,
@@ -121,6 +112,8 @@ pub struct VmSizes {
     pub stigmergy_entries: u32,
     /// Swarms known at a time, at most 8; 0 leaves `swarm` out.
     pub swarms: u32,
+    /// Whether it has the floating-point functions of `math`, and powers; true if left out.
+    pub maths: bool,
 }
 
 /// The most that the firmware of a robot may need.

@@ -43,7 +43,6 @@ pub fn robot(text: &str, path: &str) -> Result<Robot, RobotError> {
     if !is_robot_name(name.text) {
         return Err(name.fail(Cause::BadRobotName { name: name.text.to_owned() }));
     }
-    let profile = root.profile("profile")?;
     let mut functions = Vec::new();
     let mut tables = Vec::new();
     let mut names = Names::default();
@@ -57,23 +56,31 @@ pub fn robot(text: &str, path: &str) -> Result<Robot, RobotError> {
         names.add_function(&section, &function.name)?;
         functions.push(function);
     }
-    Ok(Robot {
+    let vm = root.section("vm", "[vm]")?;
+    let robot = Robot {
         name: name.text.to_owned(),
         title: root.line("title")?.text.to_owned(),
         chip: root.optional("chip", |root, key| Ok(root.line(key)?.text.to_owned()))?,
-        profile,
+        profile: root.profile("profile")?,
         tick_hz: root.integer("tick_hz", 1..=100)?,
         // 9 bytes is what every plain message of the tiny profile needs.
         message_bytes: root.integer("message_bytes", 9..=255)?,
-        vm: vm_sizes(&root.section("vm", "[vm]")?, profile)?,
+        vm: vm_sizes(&vm)?,
         budget: root.optional("budget", |root, key| budget(&root.section(key, "[budget]")?))?,
         layout: root.optional("layout", |root, key| layout(&root.section(key, "[layout]")?))?,
         functions,
         tables,
-    })
+    };
+    let (slots, most) = (robot.vm.slots, robot.most_slots());
+    if slots > most {
+        let (slot_bytes, memory) = (robot.slot_bytes(), robot.vm.memory);
+        let cause = Cause::TooManySlots { slots, slot_bytes, memory, most };
+        return Err(vm.required("slots")?.fail(cause));
+    }
+    Ok(robot)
 }
 
-fn vm_sizes(vm: &Section<'_>, profile: Profile) -> Result<VmSizes, RobotError> {
+fn vm_sizes(vm: &Section<'_>) -> Result<VmSizes, RobotError> {
     vm.only(&[
         "memory",
         "slots",
@@ -82,8 +89,9 @@ fn vm_sizes(vm: &Section<'_>, profile: Profile) -> Result<VmSizes, RobotError> {
         "out_queue",
         "stigmergy_entries",
         "swarms",
+        "maths",
     ])?;
-    let sizes = VmSizes {
+    Ok(VmSizes {
         memory: vm.integer("memory", 256..=262_144)?,
         slots: vm.integer("slots", 32..=65_520)?,
         neighbors: vm.integer("neighbors", 0..=255)?,
@@ -91,15 +99,8 @@ fn vm_sizes(vm: &Section<'_>, profile: Profile) -> Result<VmSizes, RobotError> {
         out_queue: vm.integer("out_queue", 1..=255)?,
         stigmergy_entries: vm.integer("stigmergy_entries", 0..=255)?,
         swarms: vm.integer("swarms", 0..=8)?,
-    };
-    if sizes.slots * profile.slot_bytes() > sizes.memory {
-        return Err(vm.required("slots")?.fail(Cause::ArenaTooLarge {
-            slots: sizes.slots,
-            slot_bytes: profile.slot_bytes(),
-            memory: sizes.memory,
-        }));
-    }
-    Ok(sizes)
+        maths: vm.optional("maths", Section::boolean)?.unwrap_or(true),
+    })
 }
 
 fn budget(section: &Section<'_>) -> Result<Budget, RobotError> {

@@ -13,7 +13,7 @@ message_bytes = 9
 
 [vm]
 memory = 1640
-slots = 400
+slots = 200
 neighbors = 15
 in_queue = 10
 out_queue = 10
@@ -66,12 +66,13 @@ fn a_good_file_says_what_it_says() {
     assert_eq!((toy.profile, toy.tick_hz, toy.message_bytes), (Profile::Tiny, 10, 9));
     let vm = VmSizes {
         memory: 1640,
-        slots: 400,
+        slots: 200,
         neighbors: 15,
         in_queue: 10,
         out_queue: 10,
         stigmergy_entries: 4,
         swarms: 8,
+        maths: true,
     };
     assert_eq!(toy.vm, vm);
     assert_eq!(toy.budget, Some(Budget { flash_bytes: 65536, ram_bytes: 8192 }));
@@ -103,9 +104,10 @@ fn what_may_be_left_out() {
         ("neighbors = 15", "neighbors = 0"),
         ("stigmergy_entries = 4", "stigmergy_entries = 0"),
         ("swarms = 8", "swarms = 0"),
-        ("slots = 400", "slots = 0x190"),
-        ("slots = 400", "slots = 32"),
-        ("slots = 400", "slots = 546"),
+        ("slots = 200", "slots = 0xc8"),
+        ("slots = 200", "slots = 32"),
+        ("swarms = 8", "swarms = 8\nmaths = false"),
+        ("slots = 200", "slots = 262"),
     ] {
         assert!(GOOD.contains(from));
         assert!(Robot::parse(&GOOD.replacen(from, to, 1), "toy.toml").is_ok(), "{to}");
@@ -127,13 +129,13 @@ fn every_error_has_its_place() {
         ("fields", "field", Expected("UnknownKey", 29, 1, "did you mean `fields`?")),
         ("waits", "wait", Expected("UnknownKey", 41, 1, "did you mean `waits`?")),
         ("title = \"Toy robot\"\n", "", Expected("MissingKey", 1, 1, "the file has no `title`")),
-        ("slots = 400\n", "", Expected("MissingKey", 8, 1, "[vm] has no `slots`")),
+        ("slots = 200\n", "", Expected("MissingKey", 8, 1, "[vm] has no `slots`")),
         ("flash_bytes = 65536\n", "", Expected("MissingKey", 17, 1, "[budget] has no")),
         ("help = \"lights up\"\n", "", Expected("MissingKey", 32, 1, "[[function]] has no `help`")),
         ("fields = \"x: number, y: number\"", "", Expected("MissingKey", 27, 1, "no `fields`")),
         ("profile = \"tiny\"", "profile = 16", Expected("WrongType", 4, 11, "must be a string")),
-        ("slots = 400", "slots = 4e2", Expected("WrongType", 10, 9, "an integer, not a float")),
-        ("slots = 400", "slots = \"400\"", Expected("WrongType", 10, 9, "not a string")),
+        ("slots = 200", "slots = 2e2", Expected("WrongType", 10, 9, "an integer, not a float")),
+        ("slots = 200", "slots = \"200\"", Expected("WrongType", 10, 9, "not a string")),
         ("waits = true", "waits = 1", Expected("WrongType", 41, 9, "must be true or false")),
         (
             "[budget]\nflash_bytes = 65536\nram_bytes = 8192\n",
@@ -142,10 +144,10 @@ fn every_error_has_its_place() {
         ),
         ("[\"x: number, y: number\"]", "\"\"", Expected("WrongType", 39, 11, "must be an array")),
         ("[\"x: number, y: number\"]", "[1]", Expected("WrongType", 39, 12, "must be a string")),
-        ("slots = 400", "slots = 0", Expected("OutOfRange", 10, 9, "a number from 32 to 65520")),
-        ("slots = 400", "slots = 31", Expected("OutOfRange", 10, 9, "cannot be 31")),
-        ("slots = 400", "slots = -1", Expected("OutOfRange", 10, 9, "cannot be -1")),
-        ("slots = 400", "slots = 99999999999999999999", Expected("OutOfRange", 10, 9, "9999")),
+        ("slots = 200", "slots = 0", Expected("OutOfRange", 10, 9, "a number from 32 to 65520")),
+        ("slots = 200", "slots = 31", Expected("OutOfRange", 10, 9, "cannot be 31")),
+        ("slots = 200", "slots = -1", Expected("OutOfRange", 10, 9, "cannot be -1")),
+        ("slots = 200", "slots = 99999999999999999999", Expected("OutOfRange", 10, 9, "9999")),
         ("memory = 1640", "memory = 0", Expected("OutOfRange", 9, 10, "from 256")),
         ("neighbors = 15", "neighbors = 256", Expected("OutOfRange", 11, 13, "from 0 to 255")),
         ("in_queue = 10", "in_queue = 0", Expected("OutOfRange", 12, 12, "from 1 to 255")),
@@ -169,8 +171,8 @@ fn every_error_has_its_place() {
         ("size = 0x200 }", "size = 0xf000_0000 }", Expected("OutOfRange", 25, 39, "to 4026531839")),
         ("0x0800_c000", "0x0800_c100", Expected("Unaligned", 23, 22, "no multiple of 512")),
         ("0xc000", "0xc200", Expected("Overlap", 23, 10, "`script` and `application` overlap")),
-        ("slots = 400", "slots = 547", Expected("ArenaTooLarge", 10, 9, "547 slots of 3 bytes")),
-        ("\"tiny\"", "\"full\"", Expected("ArenaTooLarge", 10, 9, "400 slots of 5 bytes")),
+        ("slots = 200", "slots = 263", Expected("TooManySlots", 10, 9, "room for 262 `slots`")),
+        ("\"tiny\"", "\"full\"", Expected("TooManySlots", 10, 9, "200 slots of 5 bytes")),
         ("\"tiny\"", "\"tinny\"", Expected("UnknownProfile", 4, 11, "did you mean `tiny`?")),
         ("\"tiny\"", "\"Cortex\"", Expected("UnknownProfile", 4, 11, "one of tiny, full")),
         ("\"toy\"", "\"Toy\"", Expected("BadRobotName", 1, 8, "lower-case")),
@@ -247,10 +249,11 @@ fn colliding_hashes_are_refused() {
 #[test]
 fn the_message_shows_the_line() {
     let text = GOOD.replacen("Toy robot\"", "Toy r\u{f6}bot\" # \u{fc}", 1);
-    let error = error_of(&text.replacen("slots = 400", "slots =   1_000", 1));
-    let expected = "toy.toml:10:11: 1000 slots of 3 bytes do not fit in 1640 bytes of `memory`\n\
+    let error = error_of(&text.replacen("slots = 200", "slots =   1_000", 1));
+    let expected = "toy.toml:10:11: 1000 slots of 4 bytes do not fit in 1640 bytes of `memory`, beside neighbours \
+                    and messages\n\
                     10 | slots =   1_000\n   |           ^^^^^\n\
-                    help: fewer `slots`, or more `memory`";
+                    help: there is room for 262 `slots`; or give it more `memory`";
     assert_eq!(error.to_string(), expected);
 }
 
@@ -392,4 +395,15 @@ fn find_by_name_and_by_path() {
     assert_eq!(find(here).unwrap(), find("zooids").unwrap());
     let missing = find("no/such/robot.toml").unwrap_err();
     assert!(missing.to_string().starts_with("cannot read `no/such/robot.toml`: "), "{missing}");
+}
+
+/// Scripts get all that is left, and what is measured on bench is measured on a Kilobot.
+#[test]
+fn shipped_robots_leave_no_memory_unused() {
+    for robot in all_shipped() {
+        let most = robot.most_slots();
+        assert_eq!(robot.vm.slots, most, "{}", robot.name);
+    }
+    let [kilobot, bench] = ["kilobot", "bench"].map(|name| find(name).unwrap());
+    assert_eq!((kilobot.vm, kilobot.message_bytes), (bench.vm, bench.message_bytes));
 }

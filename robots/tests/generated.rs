@@ -16,10 +16,10 @@ mod robot {
 const LED: u16 = robot::function::LED;
 fn main() {
     let is_led = matches!(robot::FUNCTIONS[0].0, LED);
-    println!("{} {} {}", robot::NAME, robot::PROFILE, is_led);
+    println!("{} {} {} {}", robot::NAME, robot::PROFILE, robot::MATHS, is_led);
     println!(
-        "{} {} {} {} {} {} {} {} {}",
-        robot::TICK_HZ, robot::MESSAGE_BYTES, robot::MEMORY, robot::SLOTS, robot::NEIGHBORS,
+        "{} {} {} {} {} {} {} {} {} {}",
+        robot::TICK_HZ, robot::MESSAGE_BYTES, robot::MEMORY, robot::SWARM_MEMORY, robot::SLOTS, robot::NEIGHBORS,
         robot::IN_QUEUE, robot::OUT_QUEUE, robot::STIGMERGY_ENTRIES, robot::SWARMS,
     );
     for (hash, name) in robot::FUNCTIONS {
@@ -42,11 +42,12 @@ const NO_LAYOUT: &str = "fn layout() {}\n";
 
 fn expected(robot: &Robot) -> String {
     let vm = robot.vm;
-    let mut out = format!("{} {} true\n", robot.name, robot.profile.name());
+    let mut out = format!("{} {} {} true\n", robot.name, robot.profile.name(), vm.maths);
     let sizes = [
         robot.tick_hz,
         robot.message_bytes,
         vm.memory,
+        robot.swarm_memory(),
         vm.slots,
         vm.neighbors,
         vm.in_queue,

@@ -14,7 +14,7 @@ mod trace;
 use core::arch::asm;
 use core::mem::MaybeUninit;
 
-use bittybuzz_bench::{Machine, Mark, Meter, ROBOT_ID, run};
+use bittybuzz_bench::{MEMORY, Machine, Mark, Meter, ROBOT_ID, run};
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{Image, Vm};
 
@@ -31,6 +31,9 @@ unsafe extern "C" {}
 fn panic(_: &core::panic::PanicInfo) -> ! {
     stop()
 }
+
+/// The machine takes no more memory than the robot file promises.
+const _: () = assert!(size_of::<Machine<Tiny, Flash>>() + MEMORY[1] <= MEMORY[0]);
 
 /// I/O addresses of GPIOR0, GPIOR1 and GPIOR2.
 const GPIOR: [u8; 3] = [0x1e, 0x2a, 0x2b];

@@ -28,6 +28,9 @@ mod robot {
     include!(concat!(env!("OUT_DIR"), "/robot.rs"));
 }
 
+/// What the machine may take on the smallest chip: everything, and what of it is for parts that it does not have yet.
+pub const MEMORY: [usize; 2] = [robot::MEMORY, robot::SWARM_MEMORY];
+
 /// The machine under test.
 pub type Machine<P, C> = Vm<P, C, { robot::SLOTS }>;
 

@@ -36,8 +36,9 @@ mod robot {
 use bittybuzz_runtime::liveness::{LOOK, Liveness, Pulse};
 use bittybuzz_runtime::script::Script;
 use bittybuzz_runtime::setpoint::{self, Writer};
+use bittybuzz_vm_core::builtin::Feature;
 use bittybuzz_vm_core::number::Full;
-use bittybuzz_vm_core::{Image, Vm};
+use bittybuzz_vm_core::{Image, Vm, features};
 use defmt_rtt as _;
 use embassy_executor::Spawner;
 use embassy_stm32::pac;
@@ -68,8 +69,12 @@ static STATUS: StatusChannel = StatusChannel::new();
 
 type ScriptTask = Script<Full, &'static [u8], Crazyflie, { robot::SLOTS }>;
 
-/// The machine takes no more memory than the robot file promises.
-const _: () = assert!(size_of::<Vm<Full, &[u8], { robot::SLOTS }>>() <= robot::MEMORY);
+/// The machine takes no more memory than the robot file promises, with room for what it does not have yet.
+const _: () = assert!(
+    size_of::<Vm<Full, &[u8], { robot::SLOTS }>>() + robot::SWARM_MEMORY <= robot::MEMORY
+);
+/// It has what scripts are built for.
+const _: () = assert!(robot::MATHS == (features::<Full>() & Feature::Maths as u8 != 0));
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
