@@ -31,8 +31,6 @@ pub enum Failure {
     Elf { path: PathBuf, reason: String },
     /// An image needs more memory than its robot file allows.
     OverBudget(Vec<String>),
-    /// The probe has another size than the robot.
-    Slots { robot: String, slots: u32, probe: u32, folder: &'static str },
     /// Benchmarks cannot be counted, or cost more than before.
     Bench(BenchError),
     /// The emulated robot did not log what this computer logs.
@@ -65,12 +63,8 @@ impl fmt::Display for Failure {
             Failure::Robot(message) => f.write_str(message),
             Failure::Elf { path, reason } => write!(f, "{}: {reason}", path.display()),
             Failure::OverBudget(excesses) => {
-                write!(f, "over the [budget] of the robot file: {}", excesses.join(", "))
+                write!(f, "over what the robot file allows: {}", excesses.join(", "))
             }
-            Failure::Slots { robot, slots, probe, folder } => write!(
-                f,
-                "`{robot}` has {slots} slots, but {folder} measures {probe}: change SLOTS there and here"
-            ),
             Failure::Bench(error) => error.fmt(f),
             Failure::LogsDiffer { script } => {
                 write!(f, "the emulated robot logs something else than `bbz run {script}`")

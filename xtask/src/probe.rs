@@ -4,16 +4,17 @@
 use crate::board::target_of;
 use crate::failure::Failure;
 use crate::shell::Line;
+use crate::sizes;
 use std::path::PathBuf;
 
 /// A core's probe.
 pub struct Probe {
+    /// The robot with this core, whose sizes its machine has.
+    pub robot: &'static str,
     /// Its workspace.
     pub folder: &'static str,
     target: &'static str,
     program: &'static str,
-    /// Slots of its machine.
-    pub slots: u32,
     has_full: bool,
     /// Cargo builds the core library for it, which it does not promise to go on doing.
     is_unstable: bool,
@@ -33,24 +34,25 @@ pub enum Extent {
 }
 
 pub const ATMEGA328P: Probe = Probe {
+    robot: "kilobot",
     folder: "firmware/probe-avr",
     target: "avr-none",
     program: "probe-avr.elf",
-    slots: 400,
     has_full: false,
     is_unstable: true,
 };
 
 pub const CORTEX_M0: Probe = Probe {
+    robot: "zooids",
     folder: "firmware/probe-cortex-m",
     target: "thumbv6m-none-eabi",
     program: "probe-cortex-m",
-    slots: 640,
     has_full: true,
     is_unstable: false,
 };
 
-pub const CORTEX_M4F: Probe = Probe { target: "thumbv7em-none-eabihf", ..CORTEX_M0 };
+pub const CORTEX_M4F: Probe =
+    Probe { robot: "crazyflie", target: "thumbv7em-none-eabihf", ..CORTEX_M0 };
 
 /// All of them.
 pub const PROBES: [&Probe; 3] = [&ATMEGA328P, &CORTEX_M0, &CORTEX_M4F];
@@ -64,6 +66,7 @@ impl Probe {
 
     /// Links it; returns the ELF file.
     pub fn build(&self, extent: Extent, quiet: bool) -> Result<PathBuf, Failure> {
+        let slots = sizes::find(self.robot)?.vm.slots;
         let features = match extent {
             Extent::Empty => "empty",
             Extent::Least => "",
@@ -71,8 +74,9 @@ impl Probe {
             Extent::Full => "maths,strings,full",
         };
         let arguments = ["build", "--release", "--target", self.target, "--features", features];
-        let line = Line::new("cargo", &arguments).in_workspace(self.folder);
+        let line = Line::new("cargo", &arguments).env("PROBE_SLOTS", &slots.to_string());
         let line = if self.is_unstable { line.env("RUSTC_BOOTSTRAP", "1") } else { line };
+        let line = line.in_workspace(self.folder);
         if quiet { line.unannounced() } else { line }.run()?;
         Ok(target_of(self.folder).join(self.target).join("release").join(self.program))
     }

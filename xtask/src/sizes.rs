@@ -11,7 +11,7 @@
 //! | `vm_ram` | the robot's sizes and profile |
 
 use crate::board::{Board, CRAZYFLIE};
-use crate::elf::{self, Footprint};
+use crate::elf;
 use crate::failure::Failure;
 use crate::probe::{ATMEGA328P, CORTEX_M0, CORTEX_M4F, Extent, Probe};
 use bittybuzz_robots::{Profile, Robot};
@@ -19,15 +19,14 @@ use serde_json::{Map, Value};
 
 /// A robot, and what of it can be measured.
 struct Measured {
-    robot: &'static str,
     firmware: Option<&'static Board>,
     probe: &'static Probe,
 }
 
 const ROBOTS: &[Measured] = &[
-    Measured { robot: "crazyflie", firmware: Some(&CRAZYFLIE), probe: &CORTEX_M4F },
-    Measured { robot: "zooids", firmware: None, probe: &CORTEX_M0 },
-    Measured { robot: "kilobot", firmware: None, probe: &ATMEGA328P },
+    Measured { firmware: Some(&CRAZYFLIE), probe: &CORTEX_M4F },
+    Measured { firmware: None, probe: &CORTEX_M0 },
+    Measured { firmware: None, probe: &ATMEGA328P },
 ];
 
 /// What is known of a robot; in bytes.
@@ -64,15 +63,11 @@ impl Measured {
             let image = elf::footprint(&firmware.build(None, quiet)?)?;
             values.extend([("flash", image.flash), ("ram", image.ram)]);
         }
-        let Probe { slots, folder, .. } = *self.probe;
-        let robot = find(self.robot)?;
-        if robot.vm.slots != slots {
-            let (robot, wanted) = (robot.name, robot.vm.slots);
-            return Err(Failure::Slots { robot, slots: wanted, probe: slots, folder });
-        }
-        let empty = self.probed(Extent::Empty, quiet)?;
+        let robot = find(self.probe.robot)?;
+        let probed = |extent| elf::footprint(&self.probe.build(extent, quiet)?);
+        let empty = probed(Extent::Empty)?;
         for extent in self.probe.extents() {
-            let size = self.probed(*extent, quiet)?;
+            let size = probed(*extent)?;
             let name = match extent {
                 Extent::Full => "vm_full_flash",
                 Extent::Tiny => "vm_flash",
@@ -84,24 +79,26 @@ impl Measured {
                 values.push(("vm_ram", size.ram - empty.ram));
             }
         }
-        Ok(Sizes { robot: self.robot, values })
-    }
-
-    fn probed(&self, extent: Extent, quiet: bool) -> Result<Footprint, Failure> {
-        elf::footprint(&self.probe.build(extent, quiet)?)
+        Ok(Sizes { robot: self.probe.robot, values })
     }
 }
 
-fn find(robot: &str) -> Result<Robot, Failure> {
+pub fn find(robot: &str) -> Result<Robot, Failure> {
     bittybuzz_robots::find(robot).map_err(|error| Failure::Robot(error.to_string()))
 }
 
-/// Fails if an image needs more than its robot file allows.
+/// Fails if an image or the machine needs more than its robot file allows.
 fn check(sizes: &[Sizes]) -> Result<(), Failure> {
     let mut excesses = Vec::new();
     for Sizes { robot, values } in sizes {
-        let Some(budget) = find(robot)?.budget else { continue };
-        for (name, most) in [("flash", budget.flash_bytes), ("ram", budget.ram_bytes)] {
+        let file = find(robot)?;
+        // The machine does not have everything yet that its memory is for.
+        let machine = file.vm.memory - file.swarm_memory();
+        let budget = file
+            .budget
+            .iter()
+            .flat_map(|budget| [("flash", budget.flash_bytes), ("ram", budget.ram_bytes)]);
+        for (name, most) in budget.chain([("vm_ram", machine)]) {
             let value = values.iter().find(|(known, _)| *known == name);
             if let Some((_, value)) = value.filter(|(_, value)| *value > u64::from(most)) {
                 excesses.push(format!("{robot} {name} {value} > {most}"));

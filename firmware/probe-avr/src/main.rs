@@ -22,7 +22,14 @@ unsafe extern "C" {}
 #[link(name = "c", kind = "static", modifiers = "-bundle")]
 unsafe extern "C" {}
 
-const SLOTS: usize = 400;
+/// As many as the robot has whose machine is measured.
+const SLOTS: usize = match option_env!("PROBE_SLOTS") {
+    None => 400,
+    Some(slots) => match usize::from_str_radix(slots, 10) {
+        Ok(slots) => slots,
+        Err(_) => panic!("PROBE_SLOTS is no number"),
+    },
+};
 
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {

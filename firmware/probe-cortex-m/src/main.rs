@@ -15,7 +15,14 @@ use bittybuzz_vm_core::{
     Arguments, Axis, ByteCode, Entry, Host, Image, Reply, RobotFault, Value, Vm,
 };
 
-const SLOTS: usize = 640;
+/// As many as the robot has whose machine is measured.
+const SLOTS: usize = match option_env!("PROBE_SLOTS") {
+    None => 400,
+    Some(slots) => match usize::from_str_radix(slots, 10) {
+        Ok(slots) => slots,
+        Err(_) => panic!("PROBE_SLOTS is no number"),
+    },
+};
 
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
