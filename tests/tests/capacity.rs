@@ -1,0 +1,112 @@
+//! How much a script can hold on each robot: at least twice what the C BittyBuzz holds in the same memory.
+//!
+//! Each capacity is measured alone, on this computer with the slots of the robot's file: a slot holds the same
+//! everywhere. That the machine with so many slots has the bytes that the file says is checked where it is built for the
+//! chip.
+
+use std::fmt::Write;
+
+use bittybuzz_compiler::include::MemoryFiles;
+use bittybuzz_robots::Profile as Numbers;
+use bittybuzz_tests::compiler;
+use bittybuzz_tests::machine::{self, End, Settings};
+use bittybuzz_vm_core::number::{Full, Profile, Tiny};
+use bittybuzz_vm_core::{Torture, Vm};
+
+/// More than any robot has.
+const SLOTS: usize = 2000;
+
+/// What the C BittyBuzz holds with its shipped configuration, measured (commit d093626).
+struct Reference {
+    robot: &'static str,
+    /// The virtual machine object.
+    memory: u32,
+    entries: usize,
+    depth: usize,
+    globals: usize,
+}
+
+const REFERENCES: [Reference; 3] = [
+    // Its object has 1682 bytes.
+    Reference { robot: "kilobot", memory: 1640, entries: 54, depth: 14, globals: 55 },
+    Reference { robot: "zooids", memory: 2664, entries: 90, depth: 26, globals: 91 },
+    Reference { robot: "crazyflie", memory: 4116, entries: 190, depth: 29, globals: 192 },
+];
+
+/// A table of `count` entries.
+fn entries(count: usize) -> String {
+    format!(
+        "t = {{}}
+        function init() {{ for(i = 0, i < {count}, i = i + 1) t[i] = i * 2 }}
+        function step() {{
+          assert(size(t) == {count})
+          for(i = 0, i < {count}, i = i + 1) assert(t[i] == i * 2)
+        }}"
+    )
+}
+
+/// A recursion of that depth, from `step()`.
+fn depth(count: usize) -> String {
+    format!(
+        "function d(n) {{ if(n == 0) return 0  return 1 + d(n - 1) }}
+        function step() {{ assert(d({count}) == {count}) }}"
+    )
+}
+
+/// So many global integers more than an empty script.
+fn globals(count: usize) -> String {
+    let mut script = String::new();
+    for number in 0..count {
+        let _ = writeln!(script, "g{number} = {number}");
+    }
+    script.push_str("function step() {\n");
+    for number in 0..count {
+        // Of the first one, which every step changes too.
+        let _ = writeln!(script, "g{number} = g{number} + 1  assert(g{number} - g0 == {number})");
+    }
+    script.push_str("}\n");
+    script
+}
+
+fn runs<P: Profile>(script: String, slots: usize) -> bool {
+    let compiled = compiler::compile(script, P::FULL, &MemoryFiles::default());
+    let Some(image) = compiled.image else { panic!("{:#?}", compiled.diagnostics) };
+    let settings =
+        Settings { slots, budget: 1000, torture: Torture::default(), audit: true, most: 1_000_000 };
+    let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new(1));
+    let trace = machine::run(&mut vm, &image, &settings);
+    trace.end == End::Complete
+}
+
+/// The most for which the script runs. What holds more needs more memory.
+fn most<P: Profile>(script: fn(usize) -> String, slots: usize) -> usize {
+    let (mut fits, mut too_much) = (0, SLOTS);
+    assert!(runs::<P>(script(fits), slots));
+    while fits + 1 < too_much {
+        let middle = usize::midpoint(fits, too_much);
+        if runs::<P>(script(middle), slots) { fits = middle } else { too_much = middle }
+    }
+    fits
+}
+
+#[test]
+fn twice_the_reference_in_the_same_memory() {
+    for reference in REFERENCES {
+        let robot = bittybuzz_robots::find(reference.robot).expect("it ships");
+        assert!(robot.vm.memory <= reference.memory, "{}", robot.name);
+        let slots = robot.vm.slots as usize;
+        let most = match robot.profile {
+            Numbers::Tiny => most::<Tiny>,
+            Numbers::Full => most::<Full>,
+        };
+        for (what, script, before) in [
+            ("table entries", entries as fn(usize) -> String, reference.entries),
+            ("calls deep", depth, reference.depth),
+            ("globals", globals, reference.globals),
+        ] {
+            let now = most(script, slots);
+            println!("{}, {slots} slots: {now} {what}, reference {before}", robot.name);
+            assert!(now >= 2 * before, "{}: {now} {what} in {slots} slots", robot.name);
+        }
+    }
+}
