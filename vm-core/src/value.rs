@@ -212,6 +212,12 @@ impl<P: Profile> Value<P> {
         matches!(self.tag, Tag::FUNCTION | Tag::CLOSURE | Tag::BOUND)
     }
 
+    /// Whether it is an integer or a float.
+    #[inline(always)]
+    pub(crate) fn is_number(self) -> bool {
+        matches!(self.tag, Tag::INT | Tag::FLOAT)
+    }
+
     /// Whether it is nil.
     #[inline(always)]
     pub fn is_nil(self) -> bool {

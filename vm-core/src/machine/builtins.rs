@@ -175,10 +175,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     #[inline(never)]
     fn need_number(&mut self, value: Value<P>) -> Result<(), Stopped> {
-        match value.tag() {
-            Tag::INT | Tag::FLOAT => Ok(()),
-            _ => Err(self.wrong_type(value, value)),
-        }
+        if value.is_number() { Ok(()) } else { Err(self.wrong_type(value, value)) }
     }
 }
 
