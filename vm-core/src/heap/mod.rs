@@ -21,7 +21,7 @@ mod table;
 #[cfg(feature = "strings")]
 mod text;
 
-pub(crate) use table::Cursor;
+pub(crate) use table::ITERATION;
 #[cfg(feature = "strings")]
 pub(crate) use text::{TextBuilder, TextCursor};
 

@@ -17,48 +17,15 @@ const PER_ARRAY: usize = CELL - 1;
 /// Slots of a table's head before its pairs.
 const HEAD: usize = 3;
 
-/// Position of an iteration.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Cursor {
-    phase: Phase,
-    /// Key, array index or number of the pair to look at next.
-    at: u16,
-    /// The first key that was missing.
-    gap: u16,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Phase {
-    Consecutive,
-    Array,
-    Pairs,
-}
-
-impl Cursor {
-    /// Before the first entry.
-    pub(crate) const START: Cursor = Cursor { phase: Phase::Consecutive, at: 0, gap: 0 };
-
-    /// As two values that may stay on the stack.
-    pub(crate) fn pack<P: Profile>(self) -> [Value<P>; 2] {
-        // The tag is free to tell the phase; none of these is a heap tag.
-        let tag = match self.phase {
-            Phase::Consecutive => Tag::INT,
-            Phase::Array => Tag::FLOAT,
-            Phase::Pairs => Tag::NIL,
-        };
-        [Value::indexed(tag, self.at), Value::indexed(Tag::INT, self.gap)]
-    }
-
-    /// From the values that [`Cursor::pack`] made.
-    pub(crate) fn unpack<P: Profile>(first: Value<P>, second: Value<P>) -> Cursor {
-        let phase = match first.tag() {
-            Tag::INT => Phase::Consecutive,
-            Tag::FLOAT => Phase::Array,
-            _ => Phase::Pairs,
-        };
-        Cursor { phase, at: first.index() as u16, gap: second.index() as u16 }
-    }
-}
+/// Slots of an iteration: where it is and the first key that was missing, then key and value of the entry that it is
+/// at. The tag of the first tells the phase. All nil stands before the first entry.
+pub(crate) const ITERATION: usize = 4;
+/// Keys 0, 1, 2, ...; the payload is the next.
+const CONSECUTIVE: Tag = Tag::NIL;
+/// The array behind the first gap; the payload is the next key.
+const BEHIND_GAP: Tag = Tag::INT;
+/// Pairs; the payload is the number of the next.
+const PAIRS: Tag = Tag::FLOAT;
 
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// A new empty table.
@@ -243,52 +210,63 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         if cell == 0 { None } else { Some(cell + 1 + 2 * number) }
     }
 
-    /// The next entry of an iteration.
+    /// Takes the iteration in the slots from `iteration` on to its next entry; false if there is none.
     #[inline(never)]
-    pub(crate) fn table_next(
-        &self,
-        table: usize,
-        cursor: &mut Cursor,
-    ) -> Option<(Value<P>, Value<P>)> {
-        if cursor.phase == Phase::Consecutive {
-            let key = Value::indexed(Tag::INT, cursor.at);
-            let value = self.table_get(table, key);
-            if !value.is_nil() {
-                cursor.at = cursor.at.wrapping_add(1);
-                return Some((key, value));
+    pub(crate) fn table_next(&mut self, table: usize, iteration: usize) -> bool {
+        let place = self.get(iteration);
+        let mut phase = place.tag();
+        let mut at = place.index() as u16;
+        let mut key;
+        let mut value;
+        loop {
+            if phase == BEHIND_GAP && usize::from(at) >= self.array_length(table) {
+                phase = PAIRS;
+                at = 0;
             }
-            cursor.gap = cursor.at;
-            cursor.phase = Phase::Array;
-        }
-        if cursor.phase == Phase::Array {
-            while (cursor.at as usize) < self.array_length(table) {
-                let index = cursor.at;
-                cursor.at = index.wrapping_add(1);
-                let value = self.get(self.array_slot(table, index as usize));
-                if !value.is_nil() {
-                    return Some((Value::indexed(Tag::INT, index), value));
+            if phase == PAIRS {
+                let Some(slot) = self.pair_slot(table, usize::from(at)) else { return false };
+                key = self.get(slot);
+                value = self.get(slot + 1);
+                // Those before the gap were visited, wherever they are.
+                if matches!(Self::array_index(key), Some(index) if index < self.index_at(iteration + 1))
+                {
+                    value = Value::nil();
+                }
+            } else {
+                key = Value::indexed(Tag::INT, at);
+                value = self.table_get(table, key);
+                if phase == CONSECUTIVE && value.is_nil() {
+                    self.set(iteration + 1, key);
+                    phase = BEHIND_GAP;
+                    continue;
                 }
             }
-            cursor.phase = Phase::Pairs;
-            cursor.at = 0;
-        }
-        loop {
-            let slot = self.pair_slot(table, cursor.at as usize)?;
-            cursor.at = cursor.at.wrapping_add(1);
-            let key = self.get(slot);
-            let visited = matches!(Self::array_index(key), Some(i) if i < cursor.gap as usize);
-            if !key.is_nil() && !visited {
-                return Some((key, self.get(slot + 1)));
+            at = at.wrapping_add(1);
+            if !value.is_nil() {
+                break;
             }
         }
+        self.set(iteration, Value::indexed(phase, at));
+        self.set(iteration + 2, key);
+        self.set(iteration + 3, value);
+        true
     }
 
     /// How many entries.
+    #[inline(never)]
     pub(crate) fn table_size(&self, table: usize) -> usize {
         let mut size = 0;
-        let mut cursor = Cursor::START;
-        while self.table_next(table, &mut cursor).is_some() {
-            size += 1;
+        let mut cell = self.index_at(table + 1);
+        while cell != 0 {
+            for slot in cell + 1..cell + CELL {
+                size += usize::from(!self.get(slot).is_nil());
+            }
+            cell = self.link(cell);
+        }
+        let mut number = 0;
+        while let Some(slot) = self.pair_slot(table, number) {
+            size += usize::from(!self.get(slot).is_nil());
+            number += 1;
         }
         size
     }
@@ -315,14 +293,14 @@ mod tests {
         if number % 2 == 0 { Value::int(number / 2) } else { Value::string(number as u16) }
     }
 
-    fn entries(memory: &Memory, table: usize) -> Vec<(Value<Tiny>, i32)> {
-        let mut cursor = Cursor::START;
+    /// Where iterations keep themselves.
+    const HERE: usize = 0;
+
+    fn entries(memory: &mut Memory, table: usize) -> Vec<(Value<Tiny>, i32)> {
+        memory.fill(HERE, HERE + ITERATION);
         let mut found = Vec::new();
-        while let Some((key, value)) = memory.table_next(table, &mut cursor) {
-            // What an iteration keeps on the stack tells all of it.
-            let [first, second] = cursor.pack::<Tiny>();
-            cursor = Cursor::unpack(first, second);
-            found.push((key, value.as_int().unwrap()));
+        while memory.table_next(table, HERE) {
+            found.push((memory.get(HERE + 2), memory.get(HERE + 3).as_int().unwrap()));
         }
         found
     }
@@ -357,7 +335,7 @@ mod tests {
                 }
             }
             expected.extend(model);
-            let found = entries(&memory, table);
+            let found = entries(&mut memory, table);
             assert_eq!(found.len(), expected.len(), "round {round}");
             for (found, expected) in found.iter().zip(&expected) {
                 assert!(found.0.same(key(expected.0)), "round {round}: {found:?} {expected:?}");
@@ -387,7 +365,7 @@ mod tests {
                 let there = model.iter().any(|entry| entry.0 == number);
                 assert_eq!(!memory.table_get(table, key(number)).is_nil(), there);
             }
-            let found = entries(&memory, table);
+            let found = entries(&mut memory, table);
             assert_eq!(found.len(), model.len(), "round {round}");
             for entry in &model {
                 let matching = found.iter().filter(|f| f.0.same(key(entry.0)));
@@ -412,11 +390,12 @@ mod tests {
                 memory.table_set(table, key(at), Value::int(number as i32)).unwrap();
             }
             let before: Vec<Value<Tiny>> =
-                entries(&memory, table).iter().map(|entry| entry.0).collect();
+                entries(&mut memory, table).iter().map(|entry| entry.0).collect();
             let mut removed: Vec<Value<Tiny>> = Vec::new();
             let mut visited: Vec<Value<Tiny>> = Vec::new();
-            let mut cursor = Cursor::START;
-            while let Some((found, _)) = memory.table_next(table, &mut cursor) {
+            memory.fill(HERE, HERE + ITERATION);
+            while memory.table_next(table, HERE) {
+                let found = memory.get(HERE + 2);
                 assert!(!visited.iter().any(|v| v.same(found)), "round {round}: twice {found:?}");
                 assert!(!removed.iter().any(|v| v.same(found)), "round {round}: removed {found:?}");
                 visited.push(found);

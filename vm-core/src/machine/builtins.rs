@@ -74,8 +74,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 if b.is(Tag::UNSET) {
                     return Err(self.fail(FaultCode::MissingArgument));
                 }
-                let other =
-                    if number == builtin::MAX { Ordering::Less } else { Ordering::Greater };
+                let other = if number == builtin::MAX { Ordering::Less } else { Ordering::Greater };
                 // Anything is more of an extreme than nil.
                 let take_other = a.is_nil() || !b.is_nil() && self.order(a, b)? == Some(other);
                 Ok(if take_other { b } else { a })
@@ -174,7 +173,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     #[inline(never)]
-    fn need_number(&mut self, value: Value<P>) -> Result<(), Stopped> {
+    pub(super) fn need_number(&mut self, value: Value<P>) -> Result<(), Stopped> {
         if value.is_number() { Ok(()) } else { Err(self.wrong_type(value, value)) }
     }
 }

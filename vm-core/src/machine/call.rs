@@ -47,7 +47,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         count: usize,
         below: usize,
     ) -> Result<(), Stopped> {
-        let callee = self.top(count + 1);
+        self.call(host, self.top(count + 1), count, below)
+    }
+
+    /// Calls `callee` with the `count` arguments on top.
+    #[inline(never)]
+    pub(super) fn call<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        callee: Value<P>,
+        count: usize,
+        below: usize,
+    ) -> Result<(), Stopped> {
         let self_value = if below == 2 { self.top(count + 2) } else { Value::nil() };
         match callee.tag() {
             Tag::FUNCTION => {
@@ -57,7 +68,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.remove_callee(count, below);
                 self.call_native(host, callee, count)
             }
-            _ => self.enter_called(count, below, self_value),
+            _ => self.enter_called(callee, count, below, self_value),
         }
     }
 
@@ -108,16 +119,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     #[inline(never)]
     pub(super) fn enter_called(
         &mut self,
+        callee: Value<P>,
         count: usize,
         below: usize,
         self_value: Value<P>,
     ) -> Result<(), Stopped> {
-        let callee = self.top(count + 1);
         let mut function = callee;
         let mut closure = Value::nil();
         let mut self_value = self_value;
         if function.is(Tag::BOUND) {
-            if below == 1 {
+            if below != 2 {
                 self_value = self.arena.closure_self(function.index());
             }
             function = self.arena.closure_function(function.index());
@@ -125,7 +136,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if function.is(Tag::CLOSURE) {
             closure = function;
             function = self.arena.closure_function(closure.index());
-            if below == 1 && !callee.is(Tag::BOUND) {
+            if below != 2 && !callee.is(Tag::BOUND) {
                 self_value = self.arena.closure_self(closure.index());
             }
         }
@@ -208,7 +219,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
             }
             Reply::Wait => {
-                self.enter_native(Native::Robot)?;
+                self.enter_native(Native::ROBOT)?;
                 self.push(Value::indexed(Tag::ROBOT, number));
                 self.push(Value::int(count as i32));
                 self.push(Value::truth(drop_result));

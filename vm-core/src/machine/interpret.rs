@@ -57,7 +57,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             fp = usize::from(self.fp);
             sp = usize::from(self.sp);
             if pc >= SPECIAL {
-                if pc == Native::Exit.position() {
+                if pc == Native::EXIT.position() {
                     return Ok(Flow::Done);
                 }
                 // Going on in a built-in counts as an instruction.

@@ -5,20 +5,34 @@ use super::{Flow, Native, Vm};
 use crate::builtin;
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
-use crate::heap::Cursor;
+use crate::heap::ITERATION;
 use crate::host::Host;
-use crate::number::Profile;
+use crate::number::{self, Profile};
 use crate::value::{Tag, Value};
 
-// Locals of an iterating frame.
-const CURSOR: isize = 1;
-const GAP: isize = 2;
+// Locals of a built-in's frame. All are nil in the beginning.
 /// The result so far: a table, or the accumulator of `reduce`.
-const RESULT: isize = 3;
+const RESULT: isize = 1;
+/// Of `delay`: whether the host knows of it.
+const BEGUN: isize = 1;
+/// The first slot of the iteration, see [`crate::heap`].
+const ITERATES: isize = 2;
+/// The key and the element that it is at.
 const KEY: isize = 4;
 const ELEMENT: isize = 5;
 /// How many there are.
-const LOCALS: u16 = 5;
+const LOCALS: usize = 1 + ITERATION;
+/// The first argument of a callback; its result then is in the same slot.
+const CALLBACK: isize = 1 + LOCALS as isize;
+
+/// How many arguments a built-in of kind `Calls` takes.
+fn parameters(number: u8) -> usize {
+    match number {
+        builtin::CLONE | builtin::DELAY => 1,
+        builtin::REDUCE => 3,
+        _ => 2,
+    }
+}
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Begins a built-in of kind `Calls`, whose `count` arguments are on top.
@@ -29,129 +43,93 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         number: u8,
         count: usize,
     ) -> Result<(), Stopped> {
-        let (native, wanted) = match number {
-            builtin::FOREACH => (Native::Foreach, 2),
-            builtin::MAP => (Native::Map, 2),
-            builtin::FILTER => (Native::Filter, 2),
-            builtin::REDUCE => (Native::Reduce, 3),
-            builtin::CLONE => (Native::Clone, 1),
-            _ => (Native::Delay, 1),
-        };
+        let wanted = parameters(number);
         if count < wanted {
             return Err(self.fail(FaultCode::MissingArgument));
         }
         // Extra arguments are ignored.
         self.sp -= (count - wanted) as u16;
-        if native == Native::Delay {
-            let ms = self.top(1);
-            if ms.as_number().is_none() {
-                return Err(self.fail_on(FaultCode::WrongType, ms, ms));
-            }
-            self.enter_native(native)?;
-            self.push(Value::truth(false));
-            return Ok(());
-        }
-        let table = usize::from(self.sp) - wanted;
-        if native == Native::Clone && !self.arena.get(table).is(Tag::TABLE) {
-            // Everything else is shared, or is its own copy.
-            if !self.arena.get(table).is(Tag::LIBRARY) {
+        let first = usize::from(self.sp) - wanted;
+        let argument = self.arena.get(first);
+        if number == builtin::DELAY {
+            self.need_number(argument)?;
+        } else {
+            // Everything else is its own copy.
+            if number == builtin::CLONE && !argument.is(Tag::TABLE) && !argument.is(Tag::LIBRARY) {
                 return Ok(());
             }
+            self.library_to_table(host, first)?;
         }
-        self.library_to_table(host, table)?;
-        self.enter_native(native)?;
-        let [cursor, gap] = Cursor::START.pack();
-        self.push(cursor);
-        self.push(gap);
-        let result = match native {
-            Native::Map | Native::Filter | Native::Clone => self.new_table()?,
-            Native::Reduce => self.local(-1),
+        self.enter_native(Native(number))?;
+        self.reserve(LOCALS)?;
+        let result = match number {
+            builtin::MAP | builtin::FILTER | builtin::CLONE => self.new_table()?,
+            builtin::REDUCE => self.local(-1),
             _ => Value::nil(),
         };
-        self.push(result);
-        self.push(Value::nil());
-        self.push(Value::nil());
-        // The first entry is visited when the machine resumes this frame; that it was not a callback that
-        // returned shows in the key.
-        self.set_local(KEY, Value::unset());
+        self.set_local(RESULT, result);
         Ok(())
     }
 
     /// Goes on in the built-in at the stored position.
     #[inline(never)]
     pub(super) fn resume<H: Host<P>>(&mut self, host: &mut H) -> Result<Flow, Stopped> {
-        let native = Native::at(usize::from(self.pc));
-        match native {
-            Native::Exit => return Ok(Flow::Done),
-            Native::Robot => return self.poll_robot(host),
-            Native::Delay => {
-                let ms = self.local(-1).as_number().map_or(0, crate::number::to_int);
-                let again = !self.local(1).is_false();
-                self.set_local(1, Value::truth(true));
-                if !host.delay_is_over(ms, again) {
-                    return Ok(Flow::Waiting);
-                }
-                self.leave_native(1, Value::nil());
-                return Ok(Flow::Continue);
+        let number = self.pc as u8 & 0x7f;
+        if number == Native::ROBOT.0 {
+            return self.poll_robot(host);
+        }
+        if number == builtin::DELAY {
+            let ms = self.local(-1).as_number().map_or(0, number::to_int);
+            let again = !self.local(BEGUN).is_false();
+            self.set_local(BEGUN, Value::truth(true));
+            if !host.delay_is_over(ms, again) {
+                return Ok(Flow::Waiting);
             }
-            _ => {}
-        }
-        let parameters = match native {
-            Native::Reduce => 3,
-            Native::Clone => 1,
-            _ => 2,
-        };
-        if !self.local(KEY).is(Tag::UNSET) {
-            self.take_result(native)?;
-        }
-        let table = self.local(-parameters).index();
-        let mut cursor = Cursor::unpack(self.local(CURSOR), self.local(GAP));
-        let Some((key, element)) = self.arena.table_next(table, &mut cursor) else {
-            let result = self.local(RESULT);
-            self.leave_native(parameters as usize, result);
+            self.leave_native(1, Value::nil());
             return Ok(Flow::Continue);
-        };
-        let [at, gap] = cursor.pack();
-        self.set_local(CURSOR, at);
-        self.set_local(GAP, gap);
-        self.set_local(KEY, key);
-        if native == Native::Clone {
+        }
+        let parameters = parameters(number);
+        let first = usize::from(self.fp) - parameters;
+        let result = self.local(RESULT);
+        let key = self.local(KEY);
+        if !key.is_nil() {
+            // What the callback, or the clone of an element, has left.
+            let mut value = self.local(CALLBACK);
+            if number == builtin::REDUCE {
+                self.set_local(RESULT, value);
+            } else if number != builtin::FOREACH && (number != builtin::FILTER || !value.is_false())
+            {
+                if number == builtin::FILTER {
+                    value = self.local(ELEMENT);
+                }
+                self.table_set(result, key, value)?;
+            }
+            self.sp = self.fp + CALLBACK as u16;
+        }
+        let table = self.arena.get(first);
+        let iteration = usize::from(self.fp) + ITERATES as usize;
+        if !self.arena.table_next(table.index(), iteration) {
+            self.leave_native(parameters, self.local(RESULT));
+            return Ok(Flow::Continue);
+        }
+        let element = self.local(ELEMENT);
+        if number == builtin::CLONE {
             self.push(element);
-            return match element.tag() {
-                Tag::TABLE => self.begin_native(host, builtin::CLONE, 1).map(|()| Flow::Continue),
-                _ => Ok(Flow::Continue),
-            };
+            if element.is(Tag::TABLE) {
+                self.begin_native(host, number, 1)?;
+            }
+            return Ok(Flow::Continue);
         }
-        let element = self.bind(element, self.local(-parameters))?;
-        if native == Native::Filter {
-            self.set_local(ELEMENT, element);
-        }
-        self.push(self.local(1 - parameters));
-        self.push(key);
+        let element = self.bind(element, table)?;
+        self.set_local(ELEMENT, element);
+        self.push(self.local(KEY));
         self.push(element);
         let mut count = 2;
-        if native == Native::Reduce {
+        if number == builtin::REDUCE {
             self.push(self.local(RESULT));
             count = 3;
         }
-        self.call_value(host, count, 1)?;
+        self.call(host, self.arena.get(first + 1), count, 0)?;
         Ok(Flow::Continue)
-    }
-
-    /// Uses what the callback, or the clone of an element, has left on top.
-    fn take_result(&mut self, native: Native) -> Result<(), Stopped> {
-        let value = self.top(1);
-        let key = self.local(KEY);
-        let result = self.local(RESULT);
-        match native {
-            Native::Map | Native::Clone => self.table_set(result, key, value)?,
-            Native::Filter if !value.is_false() => {
-                self.table_set(result, key, self.local(ELEMENT))?;
-            }
-            Native::Reduce => self.set_local(RESULT, value),
-            _ => {}
-        }
-        self.sp = self.fp + 1 + LOCALS;
-        Ok(())
     }
 }

@@ -7,7 +7,7 @@ use super::{OVERLAYS, Vm};
 use crate::builtin::{self, Library};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
-use crate::heap::{Cursor, NoCell};
+use crate::heap::{ITERATION, NoCell};
 use crate::host::{Axis, Host};
 use crate::image::USES_SELF;
 use crate::number::{self, Profile};
@@ -40,12 +40,19 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.arena.pressed = false;
                 return Ok(made);
             }
-            if self.arena.pressed {
-                return Err(self.fail(FaultCode::OutOfMemory));
-            }
-            self.collect();
-            self.arena.pressed = true;
+            self.make_room()?;
         }
+    }
+
+    /// Collects, if the allocation was not tried again already.
+    #[inline(never)]
+    fn make_room(&mut self) -> Result<(), Stopped> {
+        if self.arena.pressed {
+            return Err(self.fail(FaultCode::OutOfMemory));
+        }
+        self.collect();
+        self.arena.pressed = true;
+        Ok(())
     }
 
     #[inline(never)]
@@ -64,9 +71,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.allocate(|vm| vm.arena.table_set(table.index(), key, value))
     }
 
-    /// The key as tables hold it: a float that is an integer becomes that integer.
+    /// The key as tables hold it: a float that is an integer becomes that integer. A fault if `table` is neither table
+    /// nor library.
     #[inline(never)]
-    pub(super) fn key(&mut self, key: Value<P>) -> Result<Value<P>, Stopped> {
+    fn key(&mut self, table: Value<P>, key: Value<P>) -> Result<Value<P>, Stopped> {
+        if !table.is(Tag::TABLE) && !table.is(Tag::LIBRARY) {
+            return Err(self.fail_on(FaultCode::NotATable, table, key));
+        }
         match key.tag() {
             Tag::INT | Tag::STRING | Tag::TEXT => Ok(key),
             Tag::FLOAT => Ok(key
@@ -86,16 +97,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         key: Value<P>,
         bind: bool,
     ) -> Result<Value<P>, Stopped> {
-        let value = match table.tag() {
-            Tag::TABLE => {
-                let key = self.key(key)?;
-                self.arena.table_get(table.index(), key)
-            }
-            Tag::LIBRARY => {
-                let key = self.key(key)?;
-                self.library_get(host, table, key)
-            }
-            _ => return Err(self.fail_on(FaultCode::NotATable, table, key)),
+        let key = self.key(table, key)?;
+        let value = if table.is(Tag::TABLE) {
+            self.arena.table_get(table.index(), key)
+        } else {
+            self.library_get(host, table, key)
         };
         if bind { self.bind(value, table) } else { Ok(value) }
     }
@@ -108,19 +114,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         key: Value<P>,
         value: Value<P>,
     ) -> Result<(), Stopped> {
-        match table.tag() {
-            Tag::TABLE => {
-                let key = self.key(key)?;
-                self.table_set(table, key, value)
-            }
-            Tag::LIBRARY => {
-                let key = self.key(key)?;
-                let overlay = self.overlay(table)?;
-                let value = if value.is_nil() { Value::unset() } else { value };
-                self.table_set(overlay, key, value)
-            }
-            _ => Err(self.fail_on(FaultCode::NotATable, table, key)),
+        let key = self.key(table, key)?;
+        if table.is(Tag::TABLE) {
+            return self.table_set(table, key, value);
         }
+        let overlay = self.make_overlay(table)?;
+        self.table_set(overlay, key, if value.is_nil() { Value::unset() } else { value })
     }
 
     /// The value as read out of a table: a function that uses self gets the table as its self.
@@ -152,30 +151,38 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.allocate(|vm| vm.arena.new_bound(plain, table))
     }
 
-    /// The table of changes of a library, made if there is none.
-    fn overlay(&mut self, library: Value<P>) -> Result<Value<P>, Stopped> {
+    /// The table of changes of a library, nil if there is none.
+    #[inline(never)]
+    fn overlay(&self, library: Value<P>) -> Value<P> {
+        let overlays = self.arena.get(OVERLAYS);
+        if overlays.is_nil() { overlays } else { self.arena.table_get(overlays.index(), library) }
+    }
+
+    /// The same, made if there is none.
+    fn make_overlay(&mut self, library: Value<P>) -> Result<Value<P>, Stopped> {
+        let found = self.overlay(library);
+        if !found.is_nil() {
+            return Ok(found);
+        }
         if self.arena.get(OVERLAYS).is_nil() {
             let overlays = self.new_table()?;
             self.arena.set(OVERLAYS, overlays);
         }
-        let overlays = self.arena.get(OVERLAYS);
-        let key = Value::new(Tag::INT, library.raw());
-        let found = self.arena.table_get(overlays.index(), key);
-        if !found.is_nil() {
-            return Ok(found);
-        }
         // Only the stack keeps the new table alive until it is in the other.
-        self.reserve()?;
+        self.reserve(1)?;
         let made = self.new_table()?;
         self.set_top(made);
-        self.table_set(overlays, key, made)?;
+        self.table_set(self.arena.get(OVERLAYS), library, made)?;
         Ok(self.pop())
     }
 
-    /// Pushes nil on the operands of a frame that may be full already.
-    pub(super) fn reserve(&mut self) -> Result<(), Stopped> {
-        self.ensure(usize::from(self.sp) + 1)?;
-        self.push(Value::nil());
+    /// Pushes so many nils on the operands of a frame that may be full already.
+    #[inline(never)]
+    pub(super) fn reserve(&mut self, count: usize) -> Result<(), Stopped> {
+        let sp = usize::from(self.sp);
+        self.ensure(sp + count)?;
+        self.arena.fill(sp, sp + count);
+        self.sp += count as u16;
         Ok(())
     }
 
@@ -183,23 +190,20 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.set(usize::from(self.sp) - 1, value);
     }
 
-    /// What the script has put under that name of a library: unset if it removed it, nil if it did nothing.
-    fn overlaid(&self, library: Value<P>, key: Value<P>) -> Value<P> {
-        let overlays = self.arena.get(OVERLAYS);
-        if overlays.is_nil() {
-            return overlays;
-        }
-        let overlay = self.arena.table_get(overlays.index(), Value::new(Tag::INT, library.raw()));
-        if overlay.is_nil() { overlay } else { self.arena.table_get(overlay.index(), key) }
-    }
-
     fn library_get<H: Host<P>>(&self, host: &mut H, library: Value<P>, key: Value<P>) -> Value<P> {
-        let changed = self.overlaid(library, key);
-        if changed.is(Tag::UNSET) {
-            return Value::nil();
+        let overlay = self.overlay(library);
+        if !overlay.is_nil() {
+            // Unset if the script removed it.
+            let changed = self.arena.table_get(overlay.index(), key);
+            if changed.is(Tag::UNSET) {
+                return Value::nil();
+            }
+            if !changed.is_nil() {
+                return changed;
+            }
         }
-        if !changed.is_nil() || !key.is(Tag::STRING) {
-            return changed;
+        if !key.is(Tag::STRING) {
+            return Value::nil();
         }
         let Some(program) = &self.program else { return Value::nil() };
         match program.library_member(library.index() as u8, key.index() as u16) {
@@ -247,20 +251,19 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.table_set(table, key, value)?;
             }
         }
-        let overlays = self.arena.get(OVERLAYS);
-        if overlays.is_nil() {
-            return Ok(());
-        }
-        let overlay = self.arena.table_get(overlays.index(), Value::new(Tag::INT, library.raw()));
+        let overlay = self.overlay(library);
         if overlay.is_nil() {
             return Ok(());
         }
-        let mut cursor = Cursor::START;
-        while let Some((key, value)) = self.arena.table_next(overlay.index(), &mut cursor) {
+        let iteration = usize::from(self.sp);
+        self.reserve(ITERATION)?;
+        while self.arena.table_next(overlay.index(), iteration) {
+            let value = self.top(1);
             if !value.is(Tag::UNSET) {
-                self.table_set(table, key, value)?;
+                self.table_set(table, self.top(2), value)?;
             }
         }
+        self.sp = iteration as u16;
         Ok(())
     }
 }

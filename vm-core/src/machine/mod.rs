@@ -40,37 +40,18 @@ const NATIVE_ROOM: usize = 12;
 /// Return positions from here on are not in the image.
 const SPECIAL: usize = 0xff80;
 
-/// Return positions that stand for the machine itself.
+/// A return position that stands for the machine itself: that of a built-in of kind `Calls`, by its number, or one of
+/// those below, which no built-in has.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[repr(u8)]
-enum Native {
-    Foreach = 0x80,
-    Map = 0x81,
-    Filter = 0x82,
-    Reduce = 0x83,
-    Clone = 0x84,
-    Delay = 0x85,
-    Robot = 0x86,
-    Exit = 0xff,
-}
+struct Native(u8);
 
 impl Native {
+    const ROBOT: Native = Native(0x7e);
+    const EXIT: Native = Native(0x7f);
+
     #[inline(always)]
     fn position(self) -> usize {
-        0xff00 | self as usize
-    }
-
-    fn at(position: usize) -> Native {
-        match position & 0xff {
-            0x80 => Native::Foreach,
-            0x81 => Native::Map,
-            0x82 => Native::Filter,
-            0x83 => Native::Reduce,
-            0x84 => Native::Clone,
-            0x85 => Native::Delay,
-            0x86 => Native::Robot,
-            _ => Native::Exit,
-        }
+        SPECIAL | self.0 as usize
     }
 }
 
@@ -210,15 +191,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Makes the outermost frame and enters the callee.
     fn start(&mut self, callee: Value<P>) -> Result<(), Stopped> {
         let base = usize::from(self.sp);
-        self.pc = Native::Exit.position() as u16;
+        self.pc = Native::EXIT.position() as u16;
         self.ensure(base + 1 + NATIVE_ROOM)?;
-        self.arena.set(base, record(0, Native::Exit.position()));
+        self.arena.set(base, record(0, Native::EXIT.position()));
         self.sp += 1;
         if callee.is(Tag::FUNCTION) {
             return self.enter(callee.index() as u16, 0, 0, [Value::nil(); 2]);
         }
-        self.push(callee);
-        self.enter_called(0, 1, Value::nil())
+        self.enter_called(callee, 0, 0, Value::nil())
     }
 
     /// Runs at most `budget` instructions.
@@ -387,7 +367,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Iterator for Calls<'_, P, C, S
         let program = self.vm.program.as_ref()?;
         loop {
             let pc = self.pc;
-            if pc == Native::Exit.position() {
+            if pc == Native::EXIT.position() {
                 return None;
             }
             let outer = self.vm.arena.get(self.fp);

@@ -111,7 +111,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Begins a text and puts it on the stack, so that a collection finds it.
     fn begin_text(&mut self) -> Result<TextBuilder, Stopped> {
-        self.reserve()?;
+        self.reserve(1)?;
         let text = self.allocate(|vm| vm.arena.new_text())?;
         self.set_top(self.arena.built(&text));
         Ok(text)
