@@ -12,30 +12,32 @@ use crate::value::{Tag, Type, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The slot `below` the top of the operands: 1 is the top.
-    #[inline(always)]
+    #[inline(never)]
     pub(super) fn top(&self, below: usize) -> Value<P> {
-        self.arena.get(usize::from(self.sp) - below)
+        self.arena.get_fast(usize::from(self.sp).wrapping_sub(below))
     }
 
+    #[inline(never)]
     pub(super) fn push(&mut self, value: Value<P>) {
-        self.arena.set(usize::from(self.sp), value);
+        self.arena.set_fast(usize::from(self.sp), value);
         self.sp = self.sp.wrapping_add(1);
     }
 
+    #[inline(never)]
     pub(super) fn pop(&mut self) -> Value<P> {
         self.sp = self.sp.wrapping_sub(1);
-        self.arena.get(usize::from(self.sp))
+        self.arena.get_fast(usize::from(self.sp))
     }
 
     /// Local `number` of the running frame, counted from its record.
-    #[inline(always)]
+    #[inline(never)]
     pub(super) fn local(&self, number: isize) -> Value<P> {
-        self.arena.get(usize::from(self.fp).wrapping_add_signed(number))
+        self.arena.get_fast(usize::from(self.fp).wrapping_add_signed(number))
     }
 
-    #[inline(always)]
+    #[inline(never)]
     pub(super) fn set_local(&mut self, number: isize, value: Value<P>) {
-        self.arena.set(usize::from(self.fp).wrapping_add_signed(number), value);
+        self.arena.set_fast(usize::from(self.fp).wrapping_add_signed(number), value);
     }
 
     /// Calls the value under the `count` arguments on top. `below` slots, the callee's and perhaps its self's, are
