@@ -34,12 +34,12 @@ pub fn byte(address: usize) -> u8 {
 /// Two bytes, little-endian.
 #[inline(always)]
 pub fn word(address: usize) -> u16 {
-    let word: u16;
+    // Two bytes: read into one pair of registers, the word is compiled wrong in the verifier (LLVM 22).
+    let (low, high): (u8, u8);
     // SAFETY: as above.
     unsafe {
-        // Put together from two bytes, the word would cost eight instructions more.
-        asm!("lpm {w:l}, Z+", "lpm {w:h}, Z", w = out(reg_pair) word,
+        asm!("lpm {l}, Z+", "lpm {h}, Z", l = out(reg) low, h = out(reg) high,
             inout("Z") address as u16 => _, options(pure, nomem, nostack, preserves_flags));
     }
-    word
+    u16::from_le_bytes([low, high])
 }
