@@ -4,7 +4,7 @@ use crate::board::CRAZYFLIE;
 use crate::failure::Failure;
 use crate::probe::PROBES;
 use crate::shell::{Line, cargo};
-use crate::{bench, setup, sizes, soak};
+use crate::{bench, on_chip, setup, sizes, soak};
 use std::path::Path;
 
 /// Not with every change: the slower of the emulated processors, and the guides, which build everything once more.
@@ -60,6 +60,7 @@ pub fn ci() -> Result<(), Failure> {
     no_panic()?;
     sizes::run(&[])?;
     bench::check()?;
+    on_chip::sample()?;
     // The processor is compiled once, for lints, these and all that follow.
     let emulators = EMULATORS.map(|package| ["--package", package]).concat();
     cargo(&[&["test", "--release"], &emulators[..]].concat())?;
@@ -73,7 +74,8 @@ pub fn ci() -> Result<(), Failure> {
 fn lint() -> Result<(), Failure> {
     const DENY: [&str; 3] = ["--", "-D", "warnings"];
     cargo(&["fmt", "--all", "--check"])?;
-    for folder in bench::WORKSPACES.into_iter().chain(PROBES.map(|probe| probe.folder)) {
+    let probes = PROBES.map(|probe| probe.folder);
+    for folder in bench::WORKSPACES.into_iter().chain(on_chip::WORKSPACES).chain(probes) {
         Line::new("cargo", &["fmt", "--check"]).in_workspace(folder).run()?;
     }
     cargo(&[&["clippy", "--workspace", "--all-targets", "--release"], &DENY[..]].concat())?;

@@ -10,6 +10,7 @@ mod checks;
 mod demo;
 mod elf;
 mod failure;
+mod on_chip;
 mod probe;
 mod setup;
 mod shell;
@@ -68,7 +69,7 @@ const TASKS: &[Task] = &[
     Task {
         name: "soak",
         arguments: "[PART]",
-        help: "long evidence, goes on where it was stopped; PART is mutants, noise or random",
+        help: "long evidence, goes on where it was stopped; PART is mutants, noise, random or same",
         run: soak::run,
     },
     Task {

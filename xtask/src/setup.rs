@@ -24,8 +24,9 @@ const PACKAGES: &[(Sign, &str)] = &[
     (Sign::Program("cmake"), "cmake"),
     (Sign::Program("make"), "make"),
     (Sign::Libclang, "libclang-dev"),
-    // The other processor.
+    // The other processors.
     (Sign::Program("qemu-system-arm"), "qemu-system-arm"),
+    (Sign::Program("qemu-system-avr"), "qemu-system-misc"),
     // The AVR's linker and C library, its emulator, and what counts this computer's instructions.
     (Sign::Program("avr-gcc"), "gcc-avr"),
     (Sign::AvrLibc, "avr-libc"),

@@ -2,6 +2,7 @@
 //! stopped goes on where it was; it counts until the sources change.
 
 mod mutants;
+mod same;
 mod sources;
 mod table;
 
@@ -32,6 +33,7 @@ const PARTS: &[Part] = &[
     Part { name: "mutants", items: mutants::items, run: mutants::run },
     Part { name: "noise", items: || vec!["a million bytes".to_owned()], run: |_| noise() },
     Part { name: "random", items: blocks, run: random },
+    Part { name: "same", items: same::items, run: same::run },
 ];
 
 /// Seeds of random programs; CI has those from 0, and docs/testing.md tells of others.

@@ -1,0 +1,108 @@
+//! The program of the AVR, see `bittybuzz_on_chip`. Tells by USART 0.
+
+#![no_std]
+#![no_main]
+#![feature(asm_experimental_arch)]
+
+use core::arch::asm;
+use core::mem::MaybeUninit;
+use core::ptr::write_volatile;
+
+use bittybuzz_on_chip::{Batch, ROBOT_ID, run_batch, slots};
+use bittybuzz_progmem as progmem;
+use bittybuzz_vm_core::number::Tiny;
+use bittybuzz_vm_core::{ByteCode, Vm};
+
+// avr-libc's float and memory functions are smaller and faster than those of compiler_builtins.
+#[link(name = "m", kind = "static", modifiers = "-bundle")]
+unsafe extern "C" {}
+
+#[link(name = "c", kind = "static", modifiers = "-bundle")]
+unsafe extern "C" {}
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo) -> ! {
+    // The runner notices that no report comes.
+    stop()
+}
+
+/// Bytes for a batch.
+const ROOM: usize = 0x4000;
+
+#[unsafe(no_mangle)]
+#[unsafe(link_section = ".progmem.data")]
+static BATCH: [u8; ROOM] = [0; ROOM];
+
+/// The batch.
+struct Flash;
+
+impl Batch for Flash {
+    type Code = Part;
+
+    fn part(&self, at: usize, length: usize) -> Part {
+        Part { address: (&raw const BATCH as usize).wrapping_add(at), length }
+    }
+}
+
+/// Some of it.
+#[derive(Clone, Copy)]
+struct Part {
+    address: usize,
+    length: usize,
+}
+
+impl ByteCode for Part {
+    fn len(&self) -> usize {
+        self.length
+    }
+
+    #[inline(always)]
+    fn byte(&self, at: usize) -> u8 {
+        progmem::byte(self.address.wrapping_add(at))
+    }
+
+    #[inline(always)]
+    fn word(&self, at: usize) -> u16 {
+        progmem::word(self.address.wrapping_add(at))
+    }
+
+    fn rom(at: usize) -> u8 {
+        progmem::rom(at)
+    }
+}
+
+// USART 0 (ATmega328P data sheet, section 19.10).
+const UCSR0B: *mut u8 = 0xc1 as *mut u8;
+const TRANSMITTER: u8 = 1 << 3;
+const UDR0: *mut u8 = 0xc6 as *mut u8;
+
+/// Sends a byte and waits until it is sent. At the highest rate, the one after reset, that takes 160 cycles; the
+/// emulator would sleep if it were asked whether they are over.
+fn send(byte: u8) {
+    // SAFETY: nothing else uses the register.
+    unsafe { write_volatile(UDR0, byte) };
+    for _ in 0..80_u8 {
+        // SAFETY: does nothing.
+        unsafe { asm!("nop", options(nomem, nostack, preserves_flags)) };
+    }
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn main() -> ! {
+    static mut MACHINE: MaybeUninit<Vm<Tiny, Part, { slots::KILOBOT }>> = MaybeUninit::uninit();
+    // SAFETY: nothing else uses the register.
+    unsafe { write_volatile(UCSR0B, TRANSMITTER) };
+    let place = &raw mut MACHINE;
+    // SAFETY: the only reference to it; main runs once.
+    let vm = unsafe { (*place).write(Vm::new(ROBOT_ID)) };
+    run_batch(vm, &Flash, |report| report.line().into_iter().for_each(send));
+    stop()
+}
+
+/// Ends the emulation: sleep without interrupts.
+fn stop() -> ! {
+    loop {
+        // SAFETY: nothing happens any more.
+        unsafe { asm!("cli", "sleep") };
+    }
+}

@@ -1,0 +1,71 @@
+//! The program of Cortex-M cores, see `bittybuzz_on_chip`. Tells by semihosting, a debugger's service.
+
+#![no_std]
+#![no_main]
+
+use core::arch::asm;
+use core::hint::black_box;
+use core::mem::MaybeUninit;
+
+use bittybuzz_on_chip::{ROBOT_ID, Report, run_batch, slots};
+use bittybuzz_vm_core::Vm;
+#[cfg(feature = "full")]
+use bittybuzz_vm_core::number::Full as Numbers;
+#[cfg(not(feature = "full"))]
+use bittybuzz_vm_core::number::Tiny as Numbers;
+
+/// The machine of the robot with this core.
+#[cfg(target_abi = "eabihf")]
+const SLOTS: usize = slots::CRAZYFLIE;
+#[cfg(not(target_abi = "eabihf"))]
+const SLOTS: usize = slots::ZOOIDS;
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo) -> ! {
+    // The runner notices that a report is missing.
+    stop()
+}
+
+/// Bytes for a batch.
+const ROOM: usize = 0x2_0000;
+
+#[unsafe(no_mangle)]
+static BATCH: [u8; ROOM] = [0; ROOM];
+
+// Operations of Arm's semihosting, section 5.
+const SYS_WRITE0: u32 = 0x04;
+const SYS_EXIT: u32 = 0x18;
+/// The reason for an exit that is no failure.
+const APPLICATION_EXIT: u32 = 0x2_0026;
+
+/// # Safety
+/// The parameter must be what the operation takes.
+unsafe fn semihosting(operation: u32, parameter: u32) {
+    // SAFETY: the debugger answers in r0 and goes on after the instruction.
+    unsafe { asm!("bkpt #0xab", inout("r0") operation => _, in("r1") parameter, options(nostack)) };
+}
+
+fn tell(report: &Report) {
+    let mut text = [0; Report::LENGTH + 1];
+    text[..Report::LENGTH].copy_from_slice(&report.line());
+    // SAFETY: a text that ends with a zero.
+    unsafe { semihosting(SYS_WRITE0, &raw const text as u32) };
+}
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    // The entry macro makes it a reference: main runs once.
+    static mut MACHINE: MaybeUninit<Vm<Numbers, &'static [u8], SLOTS>> = MaybeUninit::uninit();
+    let batch: &'static [u8] = black_box(&BATCH);
+    run_batch(MACHINE.write(Vm::new(ROBOT_ID)), &batch, tell);
+    stop()
+}
+
+/// Ends the emulation.
+fn stop() -> ! {
+    // SAFETY: the parameter is a reason.
+    unsafe { semihosting(SYS_EXIT, APPLICATION_EXIT) };
+    loop {
+        core::hint::spin_loop();
+    }
+}

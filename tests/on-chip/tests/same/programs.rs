@@ -1,0 +1,77 @@
+//! What chips run: the conformance scripts, and programs that the generator makes up.
+
+use bittybuzz_compiler::codegen::constant::Profile;
+use bittybuzz_compiler::compile::{Options, compile};
+use bittybuzz_compiler::diagnostic::Severity;
+use bittybuzz_compiler::include::{DiskFiles, Loader, MemoryFiles};
+use bittybuzz_on_chip::Header;
+use bittybuzz_tests::{bbz, compiler, files, generator};
+use std::ops::Range;
+use std::path::Path;
+
+/// Where they are.
+pub const CONFORMANCE: &str = "tests/conformance";
+
+/// Instructions of a slice: each program has one of these. With one instruction, the place of every instruction counts.
+const BUDGETS: [u16; 6] = [1, 2, 3, 7, 31, 1000];
+/// Instructions after which a program is given up.
+const MOST: u32 = 300_000;
+
+/// An image, and how to run it.
+pub struct Program {
+    pub name: String,
+    pub header: Header,
+    pub image: Vec<u8>,
+}
+
+impl Program {
+    fn new(name: String, number: usize, image: Vec<u8>) -> Program {
+        let budget = BUDGETS[number % BUDGETS.len()];
+        let length = u16::try_from(image.len()).expect("an image has less than 64 kB");
+        // Slices that wait are short ones.
+        let slices = MOST / u32::from(budget) + 100;
+        Program { name, header: Header { length, budget, slices }, image }
+    }
+
+    /// Bytes in a batch.
+    pub fn size(&self) -> usize {
+        Header::LENGTH + self.image.len()
+    }
+}
+
+/// The names of the conformance scripts, each with its program if it compiles.
+pub fn conformance(full: bool) -> Vec<(String, Option<Program>)> {
+    let options = Options {
+        profile: Some(if full { Profile::Full } else { Profile::Tiny }),
+        robot: None,
+        robots: bittybuzz_robots::all_shipped(),
+    };
+    let loader = Loader { folders: vec![bbz::root().join("lib")], ..Loader::new(&DiskFiles) };
+    let paths = files::with_extension(CONFORMANCE, "bzz");
+    let programs = paths.iter().enumerate().map(|(number, path)| {
+        let compiled = compile(&bbz::root().join(path), files::read(path), &loader, &options);
+        let name = name(path).to_owned();
+        (name.clone(), compiled.image.map(|image| Program::new(name, number, image)))
+    });
+    programs.collect()
+}
+
+/// A script's file without folder and ending.
+fn name(path: &str) -> &str {
+    let stem = Path::new(path).file_stem().and_then(|stem| stem.to_str());
+    stem.unwrap_or(path)
+}
+
+/// The programs of these seeds.
+pub fn generated(full: bool, seeds: Range<u64>) -> Vec<Result<Program, String>> {
+    let seeds: Vec<u64> = seeds.collect();
+    files::in_parallel(&seeds, |seed| {
+        let options = generator::Options { seed: *seed, full, hide_literals: false };
+        let text = generator::program(options);
+        let compiled = compiler::compile(text, full, &MemoryFiles::default());
+        let mut errors = compiled.diagnostics.iter();
+        let error = errors.find(|diagnostic| diagnostic.severity() == Severity::Error);
+        let image = compiled.image.ok_or_else(|| format!("seed {seed}: {error:?}"))?;
+        Ok(Program::new(format!("seed {seed}"), *seed as usize, image))
+    })
+}
