@@ -47,7 +47,7 @@ const SAMPLE: &str = "0..300";
 pub fn sample() -> Result<(), Failure> {
     for target in TARGETS {
         for seeds in [None, Some(SAMPLE)] {
-            println!("{}", target.compare(seeds)?);
+            println!("{}: {}", target.name, target.compare(seeds)?);
         }
     }
     Ok(())
@@ -68,7 +68,7 @@ impl Target {
         };
         let output = test.output(0)?;
         let output = String::from_utf8_lossy(&output.stdout).into_owned();
-        let summary = output.lines().find(|line| line.starts_with(&format!("{}: ", self.name)));
+        let summary = output.lines().find_map(|line| line.strip_prefix("compared: "));
         Ok(summary.unwrap_or("all the same").to_owned())
     }
 

@@ -6,18 +6,18 @@ use object::{Endianness, Object, ObjectSection, ObjectSymbol};
 use std::ops::Range;
 
 /// A linked program.
-pub struct Program {
+pub struct Linked {
     bytes: Vec<u8>,
     /// Where the batch is in the file.
     room: Range<usize>,
 }
 
-impl Program {
+impl Linked {
     /// # Panics
     /// If it is not such a program.
-    pub fn new(bytes: Vec<u8>) -> Program {
+    pub fn new(bytes: Vec<u8>) -> Linked {
         let room = room(&bytes).expect("an ELF file with room for a batch");
-        Program { bytes, room }
+        Linked { bytes, room }
     }
 
     /// Bytes of a batch.

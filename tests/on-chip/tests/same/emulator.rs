@@ -13,6 +13,7 @@ use std::time::Duration;
 /// How to start an emulator.
 pub struct Emulator {
     pub program: &'static str,
+    pub machine: [&'static str; 2],
     /// The last is followed by the file.
     pub arguments: &'static [&'static str],
     pub feed: Feed,
@@ -38,7 +39,7 @@ impl Emulator {
         };
         fs::write(file, content).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
         let mut command = Command::new(self.program);
-        command.args(self.arguments).arg(file);
+        command.args(self.machine).args(self.arguments).arg(file);
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let child = command.spawn();
         let child = child.unwrap_or_else(|error| panic!("{}: {error}", self.program));

@@ -11,13 +11,14 @@ pub struct Target {
     pub full: bool,
     pub emulator: Emulator,
     /// The host with the same sizes.
-    host: fn(Header, &[u8]) -> Report,
+    host: Run,
 }
 
 const SIMAVR: Emulator = Emulator {
     program: "simavr",
     // As in avr/.cargo/config.toml.
-    arguments: &["-m", "atmega644p", "-f", "16000000"],
+    machine: ["-m", "atmega644p"],
+    arguments: &["-f", "16000000"],
     feed: Feed::Elf,
 };
 
@@ -25,64 +26,48 @@ const SIMAVR: Emulator = Emulator {
 /// the Uno's 32 kB yet.
 const QEMU_AVR: Emulator = Emulator {
     program: "qemu-system-avr",
-    arguments: &["-M", "mega", "-nographic", "-monitor", "none", "-serial", "stdio", "-bios"],
+    machine: ["-M", "mega"],
+    arguments: &["-nographic", "-monitor", "none", "-serial", "stdio", "-bios"],
     feed: Feed::Flash,
 };
 
-const fn qemu_arm(arguments: &'static [&'static str]) -> Emulator {
-    Emulator { program: "qemu-system-arm", arguments, feed: Feed::Elf }
-}
+const M0: Emulator = qemu_arm("microbit");
+const M4F: Emulator = qemu_arm("mps2-an386");
 
-macro_rules! arm {
-    ($machine:literal) => {
-        qemu_arm(&[
-            "-M",
-            $machine,
-            "-nographic",
-            "-monitor",
-            "none",
-            "-serial",
-            "none",
-            "-chardev",
-            "stdio,id=out",
-            "-semihosting-config",
-            "enable=on,target=native,chardev=out",
-            "-kernel",
-        ])
-    };
+const fn qemu_arm(machine: &'static str) -> Emulator {
+    let arguments = &[
+        "-nographic",
+        "-monitor",
+        "none",
+        "-serial",
+        "none",
+        "-chardev",
+        "stdio,id=out",
+        "-semihosting-config",
+        "enable=on,target=native,chardev=out",
+        "-kernel",
+    ];
+    Emulator { program: "qemu-system-arm", machine: ["-M", machine], arguments, feed: Feed::Elf }
 }
-
-const M0: Emulator = arm!("microbit");
-const M4F: Emulator = arm!("mps2-an386");
 
 const TARGETS: [Target; 6] = [
-    Target { name: "avr", full: false, emulator: SIMAVR, host: host::<Tiny, { slots::KILOBOT }> },
-    Target {
-        name: "avr-qemu",
-        full: false,
-        emulator: QEMU_AVR,
-        host: host::<Tiny, { slots::KILOBOT }>,
-    },
-    Target { name: "thumbv6m", full: false, emulator: M0, host: host::<Tiny, { slots::ZOOIDS }> },
-    Target {
-        name: "thumbv7em",
-        full: false,
-        emulator: M4F,
-        host: host::<Tiny, { slots::CRAZYFLIE }>,
-    },
-    Target {
-        name: "thumbv6m-full",
-        full: true,
-        emulator: M0,
-        host: host::<Full, { slots::ZOOIDS }>,
-    },
-    Target {
-        name: "thumbv7em-full",
-        full: true,
-        emulator: M4F,
-        host: host::<Full, { slots::CRAZYFLIE }>,
-    },
+    tiny("avr", SIMAVR, host::<Tiny, { slots::KILOBOT }>),
+    tiny("avr-qemu", QEMU_AVR, host::<Tiny, { slots::KILOBOT }>),
+    tiny("thumbv6m", M0, host::<Tiny, { slots::ZOOIDS }>),
+    tiny("thumbv7em", M4F, host::<Tiny, { slots::CRAZYFLIE }>),
+    full("thumbv6m-full", M0, host::<Full, { slots::ZOOIDS }>),
+    full("thumbv7em-full", M4F, host::<Full, { slots::CRAZYFLIE }>),
 ];
+
+type Run = fn(Header, &[u8]) -> Report;
+
+const fn tiny(name: &'static str, emulator: Emulator, host: Run) -> Target {
+    Target { name, full: false, emulator, host }
+}
+
+const fn full(name: &'static str, emulator: Emulator, host: Run) -> Target {
+    Target { full: true, ..tiny(name, emulator, host) }
+}
 
 impl Target {
     /// # Panics
