@@ -18,14 +18,14 @@ const PER_ARRAY: usize = CELL - 1;
 const HEAD: usize = 3;
 
 /// Slots of an iteration: where it is and the first key that was missing, then key and value of the entry that it is
-/// at. The tag of the first tells the phase. All nil stands before the first entry.
+/// at. All nil stands before the first entry.
+///
+/// Where it is: in place of a tag a phase, and the next key or, at the pairs, a cell.
 pub(crate) const ITERATION: usize = 4;
-/// Keys 0, 1, 2, ...; the payload is the next.
-const CONSECUTIVE: Tag = Tag::NIL;
-/// The array behind the first gap; the payload is the next key.
-const BEHIND_GAP: Tag = Tag::INT;
-/// Pairs; the payload is the number of the next.
-const PAIRS: Tag = Tag::FLOAT;
+/// Keys 0, 1, 2, ...
+const CONSECUTIVE: u8 = 0;
+/// The array behind the first gap. All other phases are pairs: the odd number of the next pair's slot in its cell.
+const BEHIND_GAP: u8 = 2;
 
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// A new empty table.
@@ -194,59 +194,52 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         Ok(cell)
     }
 
-    /// The slot of the key of pair number `number`.
-    fn pair_slot(&self, table: usize, number: usize) -> Option<usize> {
-        const IN_HEAD: usize = (CELL - HEAD) / 2;
-        const IN_CELL: usize = (CELL - 1) / 2;
-        if number < IN_HEAD {
-            return Some(table + HEAD + 2 * number);
-        }
-        let mut number = number - IN_HEAD;
-        let mut cell = self.link(table);
-        while number >= IN_CELL && cell != 0 {
-            cell = self.link(cell);
-            number -= IN_CELL;
-        }
-        if cell == 0 { None } else { Some(cell + 1 + 2 * number) }
-    }
-
     /// Takes the iteration in the slots from `iteration` on to its next entry; false if there is none.
     #[inline(never)]
     pub(crate) fn table_next(&mut self, table: usize, iteration: usize) -> bool {
         let place = self.get(iteration);
-        let mut phase = place.tag();
-        let mut at = place.index() as u16;
+        let mut phase = place.tag().count();
+        let mut at = place.index();
         let mut key;
         let mut value;
         loop {
-            if phase == BEHIND_GAP && usize::from(at) >= self.array_length(table) {
-                phase = PAIRS;
-                at = 0;
-            }
-            if phase == PAIRS {
-                let Some(slot) = self.pair_slot(table, usize::from(at)) else { return false };
-                key = self.get(slot);
-                value = self.get(slot + 1);
-                // Those before the gap were visited, wherever they are.
-                if matches!(Self::array_index(key), Some(index) if index < self.index_at(iteration + 1))
-                {
-                    value = Value::nil();
+            if phase & 1 == 0 {
+                if phase == BEHIND_GAP && at >= self.array_length(table) {
+                    phase = HEAD as u8;
+                    at = table;
+                    continue;
                 }
-            } else {
-                key = Value::indexed(Tag::INT, at);
+                key = Value::indexed(Tag::INT, at as u16);
                 value = self.table_get(table, key);
                 if phase == CONSECUTIVE && value.is_nil() {
                     self.set(iteration + 1, key);
                     phase = BEHIND_GAP;
                     continue;
                 }
+                at += 1;
+            } else {
+                if usize::from(phase) >= CELL {
+                    at = self.link(at);
+                    if at == 0 {
+                        return false;
+                    }
+                    phase = 1;
+                }
+                let slot = at + usize::from(phase);
+                phase += 2;
+                key = self.get(slot);
+                value = self.get(slot + 1);
+                let gap = self.index_at(iteration + 1);
+                if matches!(Self::array_index(key), Some(index) if index < gap) {
+                    // One of the consecutive keys, which were all visited.
+                    continue;
+                }
             }
-            at = at.wrapping_add(1);
             if !value.is_nil() {
                 break;
             }
         }
-        self.set(iteration, Value::indexed(phase, at));
+        self.set(iteration, Value::indexed(Tag::counting(phase), at as u16));
         self.set(iteration + 2, key);
         self.set(iteration + 3, value);
         true
@@ -255,20 +248,23 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// How many entries.
     #[inline(never)]
     pub(crate) fn table_size(&self, table: usize) -> usize {
-        let mut size = 0;
-        let mut cell = self.index_at(table + 1);
+        self.count(self.index_at(table + 1), 1, 1) + self.count(table, HEAD, 2)
+    }
+
+    /// How many of the slots of a chain of cells are not nil: from slot `first` of the first cell on, every `step`.
+    #[inline(never)]
+    fn count(&self, mut cell: usize, first: usize, step: usize) -> usize {
+        let mut count = 0;
+        let mut at = cell + first;
         while cell != 0 {
-            for slot in cell + 1..cell + CELL {
-                size += usize::from(!self.get(slot).is_nil());
+            while at < cell + CELL {
+                count += usize::from(!self.get(at).is_nil());
+                at += step;
             }
             cell = self.link(cell);
+            at = cell + 1;
         }
-        let mut number = 0;
-        while let Some(slot) = self.pair_slot(table, number) {
-            size += usize::from(!self.get(slot).is_nil());
-            number += 1;
-        }
-        size
+        count
     }
 
     #[cfg(not(feature = "strings"))]

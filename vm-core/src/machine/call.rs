@@ -187,9 +187,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn enter_native(&mut self, native: Native) -> Result<(), Stopped> {
         let fp = usize::from(self.sp);
         self.ensure(fp + 1 + super::NATIVE_ROOM)?;
-        self.arena.set(fp, record(fp - usize::from(self.fp), usize::from(self.pc)));
+        self.push(record(fp - usize::from(self.fp), usize::from(self.pc)));
         self.fp = fp as u16;
-        self.sp = fp as u16 + 1;
         self.pc = native.position() as u16;
         Ok(())
     }

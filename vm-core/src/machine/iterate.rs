@@ -90,7 +90,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         let parameters = parameters(number);
         let first = usize::from(self.fp) - parameters;
-        let result = self.local(RESULT);
         let key = self.local(KEY);
         if !key.is_nil() {
             // What the callback, or the clone of an element, has left.
@@ -102,7 +101,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 if number == builtin::FILTER {
                     value = self.local(ELEMENT);
                 }
-                self.table_set(result, key, value)?;
+                self.table_set(self.local(RESULT), key, value)?;
             }
             self.sp = self.fp + CALLBACK as u16;
         }
@@ -112,7 +111,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.leave_native(parameters, self.local(RESULT));
             return Ok(Flow::Continue);
         }
-        let element = self.local(ELEMENT);
+        let mut element = self.local(ELEMENT);
         if number == builtin::CLONE {
             self.push(element);
             if element.is(Tag::TABLE) {
@@ -120,8 +119,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
             return Ok(Flow::Continue);
         }
-        let element = self.bind(element, table)?;
-        self.set_local(ELEMENT, element);
+        if element.may_use_self() {
+            element = self.bind_function(element, table)?;
+            self.set_local(ELEMENT, element);
+        }
         self.push(self.local(KEY));
         self.push(element);
         let mut count = 2;

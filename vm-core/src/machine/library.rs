@@ -124,12 +124,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// The value as read out of a table: a function that uses self gets the table as its self.
     #[inline(always)]
-    pub(super) fn bind(&mut self, value: Value<P>, table: Value<P>) -> Result<Value<P>, Stopped> {
+    fn bind(&mut self, value: Value<P>, table: Value<P>) -> Result<Value<P>, Stopped> {
         if value.may_use_self() { self.bind_function(value, table) } else { Ok(value) }
     }
 
     #[inline(never)]
-    fn bind_function(&mut self, value: Value<P>, table: Value<P>) -> Result<Value<P>, Stopped> {
+    pub(super) fn bind_function(
+        &mut self,
+        value: Value<P>,
+        table: Value<P>,
+    ) -> Result<Value<P>, Stopped> {
         let mut plain = value;
         if plain.is(Tag::BOUND) {
             plain = self.arena.closure_function(plain.index());
@@ -179,10 +183,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Pushes so many nils on the operands of a frame that may be full already.
     #[inline(never)]
     pub(super) fn reserve(&mut self, count: usize) -> Result<(), Stopped> {
-        let sp = usize::from(self.sp);
-        self.ensure(sp + count)?;
-        self.arena.fill(sp, sp + count);
-        self.sp += count as u16;
+        self.ensure(usize::from(self.sp) + count)?;
+        for _ in 0..count {
+            self.push(Value::nil());
+        }
         Ok(())
     }
 

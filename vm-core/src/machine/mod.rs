@@ -249,24 +249,19 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Frees what the script cannot reach any more.
     #[inline(never)]
     fn collect(&mut self) {
-        for slot in OVERLAYS..self.base() {
-            self.arena.mark(self.arena.get(slot));
-        }
-        // Frames from the innermost out; each record is stepped over, as it is no value.
-        let (mut pc, mut fp, mut end) =
-            (usize::from(self.pc), usize::from(self.fp), usize::from(self.sp));
-        let mut reserved = end;
-        while end > self.base() {
-            for slot in fp + 1..end {
-                self.arena.mark(self.arena.get(slot));
-            }
-            reserved = reserved.max(fp + 1 + self.frame_room(pc));
-            end = fp;
-            let outer = self.arena.get(fp);
-            pc = outer.index();
-            fp -= usize::from(outer.tag().count());
-            if end == self.base() {
-                break;
+        let (mut pc, mut fp) = (usize::from(self.pc), usize::from(self.fp));
+        let mut slot = usize::from(self.sp);
+        let mut reserved = slot;
+        while slot > OVERLAYS {
+            slot -= 1;
+            let value = self.arena.get(slot);
+            if slot == fp {
+                // The record of a frame, which is no value.
+                reserved = reserved.max(fp + 1 + self.frame_room(pc));
+                pc = value.index();
+                fp -= usize::from(value.tag().count());
+            } else {
+                self.arena.mark(value);
             }
         }
         self.arena.reserved = reserved as u16;
