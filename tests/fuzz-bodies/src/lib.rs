@@ -2,20 +2,33 @@
 //!
 //! | target | input | must hold |
 //! |---|---|---|
-//! | `image` | bytes as an image | verifier and machine survive; a run keeps to its budget |
+//! | `image` | bytes as an image | loader, verifier and disassembler survive; what passes runs as below |
 //! | `image_mutated` | changes to the image of a known script | the same; most of these inputs get past the header |
-//! | `script` | bytes as a script | compiler survives; what it compiles is accepted by the verifier and runs |
+//! | `program` | decisions that make a program of instructions | the verifier accepts it, and it runs as below |
+//! | `script` | bytes as a script | compiler survives; what it compiles is accepted by the verifier |
 //! | `script_mutated` | changes to the words of a known script | the same; most of these inputs get past the lexer |
 //! | `bo` | bytes as an object file of the reference compiler | the same for the importer |
+//! | `bo_mutated` | changes to the instructions of a known object file, and a debug file | the same; many of these inputs are programs |
+//!
+//! A run keeps to its budget, and ends the same in slices, with a collection at every allocation, and after an allocation
+//! that failed; the machine's memory is as it must be. Each body tells whether its input got that far: past verifier,
+//! compiler or importer.
+//!
+//! Empty without the feature `torture`, which must not get into what a plain build makes of the workspace.
+#![cfg(feature = "torture")]
 
+mod bo_mutation;
+mod choices;
 mod machine;
 mod mutation;
+mod program;
 mod seeds;
+mod words;
 
 use std::path::Path;
 use std::sync::OnceLock;
 
-use bittybuzz_compiler::bo;
+use bittybuzz_compiler::bo::{self as object, import};
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
 use bittybuzz_compiler::diagnostic::Severity;
 use bittybuzz_compiler::disasm::disassemble;
@@ -24,109 +37,132 @@ use bittybuzz_compiler::render::{Color, Renderer};
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_robots::Profile;
 use bittybuzz_vm_core::ImageError;
-use machine::run_both;
+use choices::Choices;
 
 /// Bytes as an image.
-pub fn image(data: &[u8]) {
-    let _ = run_both(data);
+pub fn image(data: &[u8]) -> bool {
     let _ = disassemble(data, None);
+    machine::run_both(data).is_ok()
 }
 
-/// The first byte chooses an image, the next two decide how it is run, every four that follow change it. Whether the
-/// verifier lets the result pass.
+/// The first byte chooses an image, the next four decide how it is run, every four that follow change it.
 pub fn image_mutated(data: &[u8]) -> bool {
-    let [choice, slots, torture, changes @ ..] = data else { return false };
+    let Some((choice, rest)) = data.split_first() else { return false };
+    let Some((settings, changes)) = rest.split_first_chunk::<4>() else { return false };
     let images = seeds::images();
     let mut image = images[usize::from(*choice) % images.len()].clone();
-    image[3] = *slots;
-    image[4] = *torture;
+    image[3..7].copy_from_slice(settings);
     for change in changes.chunks_exact(4).take(16) {
         let [kind, low, high, value] = *change else { return false };
         mutation::change(&mut image, kind, u16::from_le_bytes([low, high]), value);
     }
-    run_both(&image).is_ok()
+    machine::run_both(&image).is_ok()
 }
 
-/// Bytes as a script.
-pub fn script(data: &[u8]) {
-    let Ok(text) = std::str::from_utf8(data) else { return };
-    for profile in [Profile::Tiny, Profile::Full] {
-        let compiled = compile_text(text, profile);
-        check(&compiled);
+/// Decisions that make a program.
+pub fn program(data: &[u8]) -> bool {
+    let image = program::image(&mut Choices::new(data));
+    match machine::run_both(&image) {
+        Ok(()) => true,
+        // A machine may be too small for it.
+        Err(ImageError::TooManyGlobals(_) | ImageError::TooManyJumps(_)) => false,
+        Err(error) => panic!("the verifier refuses a program that keeps its rules: {error:?}"),
     }
 }
 
-/// The first byte chooses a script, every three that follow change one of its words.
-pub fn script_mutated(data: &[u8]) {
-    let Some((choice, changes)) = data.split_first() else { return };
-    let texts = seeds::SCRIPTS;
-    let mut words = seeds::words(texts[usize::from(*choice) % texts.len()]);
+/// Bytes as a script, for one of the profiles.
+pub fn script(data: &[u8]) -> bool {
+    std::str::from_utf8(data).is_ok_and(|text| check(&compile_text(text, profile(data)), data))
+}
+
+/// The first byte chooses a piece of a script, every three that follow change one of its words.
+pub fn script_mutated(data: &[u8]) -> bool {
+    let Some((choice, changes)) = data.split_first() else { return false };
+    let texts = seeds::pieces();
+    let mut words = words::split(&texts[usize::from(*choice) % texts.len()]);
     for change in changes.chunks_exact(3).take(12) {
-        let [kind, at, value] = *change else { return };
-        if words.is_empty() {
-            return;
-        }
-        // A byte reaches all of a short script and every few words of a long one.
-        let at = usize::from(at) * words.len() / 256;
-        let other = usize::from(value) * words.len() / 256;
-        match kind % 5 {
-            0 => words[at] = words[other],
-            1 => words.swap(at, other),
-            2 => words.insert(at, words[other]),
-            3 => words[at] = seeds::WORDS[usize::from(value) % seeds::WORDS.len()],
-            _ => {
-                words.remove(at);
-            }
-        }
+        let [kind, at, value] = *change else { return false };
+        words::change(&mut words, kind, at, value);
     }
-    let text = words.concat();
-    check(&compile_text(
-        &text,
-        if data.len().is_multiple_of(2) { Profile::Tiny } else { Profile::Full },
-    ));
+    check(&compile_text(&words.concat(), profile(data)), data)
 }
 
 /// Bytes as an object file.
-pub fn bo(data: &[u8]) {
-    let _ = bo::disassemble(data);
-    let options = options(Profile::Full);
-    if let Ok(imported) = bo::import(Path::new("fuzz.bo"), data, None, &options) {
-        check(&imported.compiled);
-    }
+pub fn bo(data: &[u8]) -> bool {
+    object(data, None, data)
 }
 
-fn options(profile: Profile) -> Options {
-    static ROBOTS: OnceLock<Vec<bittybuzz_robots::Robot>> = OnceLock::new();
-    let robots = ROBOTS.get_or_init(bittybuzz_robots::all_shipped).clone();
-    Options { profile: Some(profile), robot: None, robots }
+/// The first byte chooses an object file, the next another to take from, every three that follow change it; behind a
+/// byte of 255 they are the debug file.
+pub fn bo_mutated(data: &[u8]) -> bool {
+    let [choice, other, changes @ ..] = data else { return false };
+    let programs = seeds::objects();
+    let mut program = programs[usize::from(*choice) % programs.len()].clone();
+    let other = &programs[usize::from(*other) % programs.len()];
+    let mut changes = changes;
+    while let Some((change, rest)) = changes.split_first_chunk::<3>() {
+        if change[0] == 255 {
+            return object(&program.bytes(), changes.get(1..), data);
+        }
+        program.change(other, *change);
+        changes = rest;
+    }
+    object(&program.bytes(), None, data)
+}
+
+fn object(bytes: &[u8], debug: Option<&[u8]>, data: &[u8]) -> bool {
+    if data.len().is_multiple_of(8) {
+        let _ = object::disassemble(bytes);
+    }
+    import(Path::new("fuzz.bo"), bytes, debug, options(profile(data)))
+        .is_ok_and(|imported| check(&imported.compiled, data))
+}
+
+/// An input says nothing of the profile, and should be tried in one only: half of them in each.
+fn profile(data: &[u8]) -> Profile {
+    if data.len().is_multiple_of(2) { Profile::Tiny } else { Profile::Full }
+}
+
+fn options(profile: Profile) -> &'static Options {
+    static OPTIONS: OnceLock<[Options; 2]> = OnceLock::new();
+    let [tiny, full] = OPTIONS.get_or_init(|| {
+        [Profile::Tiny, Profile::Full].map(|profile| Options {
+            profile: Some(profile),
+            robot: None,
+            robots: bittybuzz_robots::all_shipped(),
+        })
+    });
+    if profile == Profile::Tiny { tiny } else { full }
 }
 
 fn compile_text(text: &str, profile: Profile) -> Compiled {
     let files = MemoryFiles::default();
-    compile(Path::new("fuzz.bzz"), text.into(), &Loader::new(&files), &options(profile))
+    compile(Path::new("fuzz.bzz"), text.into(), &Loader::new(&files), options(profile))
 }
 
-/// Messages can be shown; an image is accepted and can be run; symbols can be kept.
-fn check(compiled: &Compiled) {
-    let renderer = Renderer::new(&compiled.sources);
-    for diagnostic in compiled.diagnostics.iter().take(3) {
-        renderer.text(diagnostic, Color::Never);
-        renderer.json(diagnostic);
+/// Messages can be shown; an image is accepted; its symbols can be kept. Whether there is one.
+fn check(compiled: &Compiled, data: &[u8]) -> bool {
+    let errors = compiled.diagnostics.iter().filter(|found| found.severity() == Severity::Error);
+    assert_eq!(errors.count() > 0, compiled.image.is_none(), "an error and an image, or neither");
+    // Of some inputs, as it takes more time than compiling.
+    let shown = data.last().is_some_and(|last| last.is_multiple_of(4));
+    if shown && let Some(chosen) = data.len().checked_rem(compiled.diagnostics.len()) {
+        let renderer = Renderer::new(&compiled.sources);
+        renderer.text(&compiled.diagnostics[chosen], Color::Never);
+        renderer.json(&compiled.diagnostics[chosen]);
     }
-    let is_wrong = compiled.diagnostics.iter().any(|found| found.severity() == Severity::Error);
-    assert_eq!(is_wrong, compiled.image.is_none(), "an error and an image, or neither");
-    let Some(image) = &compiled.image else { return };
-    if let Some(symbols) = &compiled.symbols {
+    let Some(image) = &compiled.image else { return false };
+    if shown && let Some(symbols) = &compiled.symbols {
         let kept = Symbols::from_json(&symbols.to_json());
         assert_eq!(kept.as_ref().ok(), Some(symbols), "symbols change when they are kept");
         let _ = disassemble(image, Some(symbols));
     }
-    match run_both(image) {
+    match machine::verify(image) {
         // Not every script fits every machine, and messages between robots come later.
         Ok(())
         | Err(
             ImageError::Features(_) | ImageError::TooManyGlobals(_) | ImageError::TooManyJumps(_),
-        ) => {}
+        ) => true,
         Err(error) => panic!("the verifier refuses what the compiler makes: {error:?}"),
     }
 }

@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use bittybuzz_robots::Profile;
 use bittybuzz_tests::generator::{Options, program};
 
+use crate::bo_mutation::Program;
 use crate::compile_text;
 
 /// Scripts that together use every part of the language.
@@ -47,31 +48,28 @@ function step() {
 function reset() { t = {} }
 "#;
 
-/// Words that turn up in scripts, for those that do not have them.
-#[rustfmt::skip]
-pub const WORDS: &[&str] = &[
-    "(", ")", "{", "}", "[", "]", ",", ".", "=", "==", "!=", "<", "+", "-", "*", "/", "%", "^", "&", "|", "!",
-    "<<", ">>", " and ", " or ", " not ", " nil ", " self ", "\nvar ", "\nif(", " else ", "\nwhile(",
-    "\nfor(", "\nfunction ", " function(", "\nreturn ", "\n", ";", "#", "\"", "'", "0", "1", "-1", "40000",
-    "0.5", "1e9", "x", "t", "math", "foreach", "log", "swarm", "include ", "\"vec2.bzz\"",
-];
+/// About how long a piece of a script is that is changed: the shorter, the more of them are tried.
+const PIECE: usize = 400;
 
-/// A script as words with the blanks between them.
-pub fn words(text: &str) -> Vec<&str> {
-    let mut words = Vec::new();
-    let mut rest = text;
-    while let Some(first) = rest.chars().next() {
-        let is_name = |c: char| c.is_alphanumeric() || c == '_';
-        let end = if is_name(first) {
-            rest.find(|c| !is_name(c)).unwrap_or(rest.len())
-        } else {
-            first.len_utf8()
-        };
-        let (word, after) = rest.split_at(end);
-        words.push(word);
-        rest = after;
+/// The scripts without comments, in pieces of some whole functions or statements.
+pub fn pieces() -> &'static [String] {
+    static PIECES: OnceLock<Vec<String>> = OnceLock::new();
+    PIECES.get_or_init(|| SCRIPTS.iter().flat_map(|text| split(text)).collect())
+}
+
+fn split(text: &str) -> Vec<String> {
+    let mut pieces = vec![String::new()];
+    for line in text.lines().filter(|line| !line.starts_with('#') && !line.is_empty()) {
+        let starts = !line.starts_with([' ', '}']);
+        if starts && pieces.last().is_none_or(|piece| piece.len() > PIECE) {
+            pieces.push(String::new());
+        }
+        if let Some(piece) = pieces.last_mut() {
+            piece.push_str(line);
+            piece.push('\n');
+        }
     }
-    words
+    pieces
 }
 
 /// How many random programs stand beside the scripts.
@@ -91,4 +89,18 @@ pub fn images() -> &'static [Vec<u8>] {
         });
         compiled.collect()
     })
+}
+
+/// Object files as the reference compiler writes them: of all constructs, of examples, of a library.
+const OBJECTS: [&[u8]; 4] = [
+    include_bytes!("../seeds/rich.bo"),
+    include_bytes!("../seeds/patrol.bo"),
+    include_bytes!("../seeds/morse.bo"),
+    include_bytes!("../seeds/vec2.bo"),
+];
+
+/// Those object files, taken apart.
+pub fn objects() -> &'static [Program] {
+    static PROGRAMS: OnceLock<Vec<Program>> = OnceLock::new();
+    PROGRAMS.get_or_init(|| OBJECTS.iter().filter_map(|bytes| Program::of(bytes)).collect())
 }

@@ -1,11 +1,11 @@
-//! Replays the committed corpora through the bodies of the fuzz targets.
+//! Replays the committed corpora through the bodies of the fuzz targets, and a sample of random inputs.
 
 use std::fs;
 use std::path::Path;
 
 use bittybuzz_fuzz_bodies as bodies;
 
-fn replay(target: &str, body: fn(&[u8])) {
+fn replay(target: &str, body: fn(&[u8]) -> bool) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus").join(target);
     let mut inputs = 0;
     for entry in fs::read_dir(&folder).unwrap_or_else(|error| panic!("{folder:?}: {error}")) {
@@ -25,9 +25,12 @@ fn image() {
 
 #[test]
 fn image_mutated() {
-    replay("image_mutated", |data| {
-        bodies::image_mutated(data);
-    });
+    replay("image_mutated", bodies::image_mutated);
+}
+
+#[test]
+fn program() {
+    replay("program", bodies::program);
 }
 
 #[test]
@@ -45,28 +48,47 @@ fn bo() {
     replay("bo", bodies::bo);
 }
 
-/// A sample of what the fuzzer does, without its guidance.
 #[test]
-fn random_changes() {
+fn bo_mutated() {
+    replay("bo_mutated", bodies::bo_mutated);
+}
+
+/// What the fuzzer does, without its guidance: so many inputs of random length, of which so many hundredths must get past
+/// verifier, compiler or importer. Else most of the work would be in front of that.
+fn sample(body: fn(&[u8]) -> bool, count: u32, length: std::ops::Range<u32>, share: u32) {
     let mut state = 0x9e37_79b9u32;
     let mut random = move || {
         state ^= state << 13;
         state ^= state >> 17;
         state ^= state << 5;
-        state as u8
+        state >> 8
     };
-    let mut verified = 0;
-    for _ in 0..3000 {
-        let length = 3 + 4 * (usize::from(random() % 4) + 1);
-        let input: Vec<u8> = (0..length).map(|_| random()).collect();
-        verified += u32::from(bodies::image_mutated(&input));
+    let mut passed = 0;
+    for _ in 0..count {
+        let length = length.start + random() % (length.end - length.start);
+        let input: Vec<u8> = (0..length).map(|_| random() as u8).collect();
+        passed += u32::from(body(&input));
     }
-    // Else most of the work would be the verifier's.
-    println!("{verified} of 3000 changed images verify");
-    assert!(verified > 600, "only {verified} of 3000 changed images verify");
-    for _ in 0..300 {
-        let length = usize::from(random() % 30) + 1;
-        let input: Vec<u8> = (0..length).map(|_| random()).collect();
-        bodies::script_mutated(&input);
-    }
+    println!("{passed} of {count} pass");
+    assert!(passed * 100 >= share * count, "only {passed} of {count} pass");
+}
+
+#[test]
+fn random_changes_of_images() {
+    sample(bodies::image_mutated, 3000, 9..22, 20);
+}
+
+#[test]
+fn random_programs() {
+    sample(bodies::program, 3000, 20..300, 90);
+}
+
+#[test]
+fn random_changes_of_scripts() {
+    sample(bodies::script_mutated, 300, 4..20, 20);
+}
+
+#[test]
+fn random_changes_of_object_files() {
+    sample(bodies::bo_mutated, 1000, 5..20, 20);
 }
