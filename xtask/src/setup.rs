@@ -19,6 +19,8 @@ enum Sign {
 /// Debian packages that tasks need.
 const PACKAGES: &[(Sign, &str)] = &[
     (Sign::Program("cc"), "gcc"),
+    // For libFuzzer.
+    (Sign::Program("c++"), "g++"),
     (Sign::Program("git"), "git"),
     // For Unicorn, the processor of the emulated robots.
     (Sign::Program("cmake"), "cmake"),

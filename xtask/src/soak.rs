@@ -1,6 +1,7 @@
 //! Evidence that takes too long for every change. What was shown is kept under `target/soak`, so that a run which was
-//! stopped goes on where it was; it counts until the sources change.
+//! stopped goes on where it was; it counts until the sources change. `fuzz` counts until those change that a target exercises.
 
+mod fuzz;
 mod mutants;
 mod same;
 mod sources;
@@ -30,6 +31,7 @@ enum Verdict {
 }
 
 const PARTS: &[Part] = &[
+    Part { name: "fuzz", items: fuzz::items, run: fuzz::run },
     Part { name: "mutants", items: mutants::items, run: mutants::run },
     Part { name: "noise", items: || vec!["a million bytes".to_owned()], run: |_| noise() },
     Part { name: "random", items: blocks, run: random },

@@ -28,6 +28,12 @@ impl Sources {
         Ok(Sources { files })
     }
 
+    /// Those whose path starts in one of these ways.
+    pub fn under(&self, starts: &[&str]) -> Sources {
+        let wanted = |name: &&String| starts.iter().any(|start| name.starts_with(start));
+        Sources { files: self.files.iter().filter(wanted).cloned().collect() }
+    }
+
     /// A number that changes with what programs are made of; words about them do not count.
     pub fn fingerprint(&self) -> Result<u64, Failure> {
         let mut hasher = DefaultHasher::new();
@@ -61,11 +67,15 @@ pub fn read_text(path: &Path) -> Result<String, Failure> {
 
 /// Writes a file, and makes the folders that it needs.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    let failed = |reason| Failure::Write { path: PathBuf::from(path), reason };
     if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder).map_err(failed)?;
+        make_folder(folder)?;
     }
-    fs::write(path, bytes).map_err(failed)
+    fs::write(path, bytes).map_err(|reason| Failure::Write { path: PathBuf::from(path), reason })
+}
+
+/// Makes a folder, and those that it lies in.
+pub fn make_folder(path: &Path) -> Result<(), Failure> {
+    fs::create_dir_all(path).map_err(|reason| Failure::Write { path: PathBuf::from(path), reason })
 }
 
 #[cfg(test)]

@@ -1,0 +1,210 @@
+//! Runs the fuzz targets. Executions are added up over all runs and kept beside the corpora that they found, until something
+//! changes that the target exercises.
+
+use super::Verdict;
+use super::sources::{self, Sources};
+use crate::failure::Failure;
+use crate::shell::{Line, target};
+use std::path::{Path, PathBuf};
+
+/// How many executions of each target are enough.
+const ENOUGH: u64 = 10_000_000;
+/// Seconds after which executions are written down; a run that is stopped loses at most those.
+const CHUNK: &str = "-max_total_time=300";
+/// libFuzzer's weights of inputs take half of the time of targets that are as fast as these.
+const SCHEDULE: &str = "-entropic=0";
+/// Where the crate of the targets lies, and the inputs that they start from.
+const FOLDER: &str = "fuzz";
+
+/// A fuzz target. What it does stands in `tests/fuzz-bodies/src/lib.rs`.
+struct Target {
+    name: &'static str,
+    /// Starts of the paths of the files that it exercises.
+    exercises: &'static [&'static str],
+}
+
+/// What the targets are, whatever they exercise.
+const BODIES: &[&str] = &["fuzz/Cargo", "fuzz/fuzz_targets/", "tests/fuzz-bodies/src/"];
+const MACHINE: &[&str] = &["vm-core/src/"];
+/// The compiler, and of the machine what it uses and what judges its images: not what runs them.
+const COMPILER: &[&str] = &[
+    "compiler/src/",
+    "robots/",
+    "vm-core/src/builtin.rs",
+    "vm-core/src/image.rs",
+    "vm-core/src/link.rs",
+    "vm-core/src/number/",
+    "vm-core/src/opcode.rs",
+    "vm-core/src/verify.rs",
+];
+
+const TARGETS: &[Target] = &[
+    Target { name: "image", exercises: MACHINE },
+    Target { name: "image_mutated", exercises: MACHINE },
+    Target { name: "program", exercises: MACHINE },
+    Target { name: "script", exercises: COMPILER },
+    Target { name: "script_mutated", exercises: COMPILER },
+    Target { name: "bo", exercises: COMPILER },
+    Target { name: "bo_mutated", exercises: COMPILER },
+];
+
+/// Names of all targets.
+pub fn items() -> Vec<String> {
+    TARGETS.iter().map(|target| target.name.to_owned()).collect()
+}
+
+/// Runs a target until it has enough executions.
+pub fn run(name: &str) -> Result<Verdict, Failure> {
+    let Some(fuzzed) = TARGETS.iter().find(|target| target.name == name) else {
+        return Ok(Verdict::Missing("there is no such target".to_owned()));
+    };
+    let exercised = [BODIES, fuzzed.exercises].concat();
+    let mut count = Count::open(name, Sources::list()?.under(&exercised).fingerprint()?)?;
+    if count.executions < ENOUGH {
+        let program = build(name)?;
+        while count.executions < ENOUGH {
+            println!("{name}: {} of {ENOUGH} executions left", ENOUGH - count.executions);
+            match chunk(name, &program)? {
+                Chunk::Executed(executions) => count.add(executions)?,
+                Chunk::Panicked(input) => {
+                    return Ok(Verdict::Missing(format!("a panic: {input}")));
+                }
+            }
+        }
+    }
+    Ok(Verdict::Shown(format!("{} executions without a panic", count.executions)))
+}
+
+/// Builds a target. The folder's own configuration says how it is instrumented.
+fn build(name: &str) -> Result<PathBuf, Failure> {
+    let folder = target()?.join("soak/fuzz/target");
+    Line::new("cargo", &["build", "--release", "--bin", name])
+        .env("CARGO_TARGET_DIR", &folder.display().to_string())
+        .in_workspace(FOLDER)
+        .run()?;
+    let output = Line::new("rustc", &["--print", "host-tuple"]).unannounced().output(0)?;
+    let host = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+    Ok(folder.join(host).join("release").join(name))
+}
+
+enum Chunk {
+    Executed(u64),
+    /// The report's lines that say so.
+    Panicked(String),
+}
+
+/// Runs a target for a while.
+fn chunk(name: &str, program: &Path) -> Result<Chunk, Failure> {
+    let folder = target()?.join("soak/fuzz");
+    let found = folder.join("corpus").join(name);
+    sources::make_folder(&found)?;
+    let panics = format!("-artifact_prefix={}/panic-{name}-", folder.display());
+    let (found, known) = (found.display().to_string(), format!("{FOLDER}/corpus/{name}"));
+    let arguments = [CHUNK, SCHEDULE, &panics, &found, &known];
+    let output = Line::named(name, program, &arguments).output_if(|_| true)?;
+    // It reports on standard error.
+    let report = String::from_utf8_lossy(&output.stderr);
+    Ok(match executions(&report) {
+        Some(executions) if output.status.success() => Chunk::Executed(executions),
+        _ => Chunk::Panicked(panicked(&report)),
+    })
+}
+
+/// The number in `Done 170989 runs in 61 second(s)`.
+fn executions(report: &str) -> Option<u64> {
+    report.lines().find_map(|line| line.strip_prefix("Done ")?.split(' ').next()?.parse().ok())
+}
+
+/// The message, and the file that holds the input.
+fn panicked(report: &str) -> String {
+    let mut lines = report.lines();
+    let message = lines.by_ref().skip_while(|line| !line.contains("panicked at")).take(2);
+    let message: Vec<&str> = message.collect();
+    let file = report.lines().find_map(|line| line.split_once("Test unit written to "));
+    format!("{}; {}", message.join(" "), file.map_or("no input was kept", |(_, file)| file))
+}
+
+/// Executions of a target so far.
+struct Count {
+    path: PathBuf,
+    fingerprint: u64,
+    executions: u64,
+}
+
+impl Count {
+    fn open(name: &str, fingerprint: u64) -> Result<Count, Failure> {
+        let path = target()?.join("soak/fuzz/executions").join(name);
+        let executions = match path.exists() {
+            true => parse(&sources::read_text(&path)?, fingerprint),
+            false => 0,
+        };
+        Ok(Count { path, fingerprint, executions })
+    }
+
+    fn add(&mut self, executions: u64) -> Result<(), Failure> {
+        self.executions += executions;
+        let text = format!("{:016x}\t{}\n", self.fingerprint, self.executions);
+        sources::write(&self.path, text.as_bytes())
+    }
+}
+
+/// None if they are about other sources.
+fn parse(text: &str, fingerprint: u64) -> u64 {
+    let same = text.trim_end().split_once('\t');
+    let same = same.filter(|(of, _)| *of == format!("{fingerprint:016x}"));
+    same.and_then(|(_, executions)| executions.parse().ok()).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shell::root;
+    use std::fs;
+
+    const REPORT: &str = "#20000\tDONE   cov: 990 ft: 2826\nDone 20000 runs in 3 second(s)\n";
+
+    #[test]
+    fn executions_are_read_from_the_report() {
+        assert_eq!(executions(REPORT), Some(20000));
+        assert_eq!(executions("#20000\tDONE   cov: 990"), None);
+    }
+
+    #[test]
+    fn a_panic_is_told_with_its_input() {
+        let report = "INFO: x\n\nthread '<unnamed>' (1) panicked at a.rs:1:2:\nno such thing\nstack\n\
+                      artifact_prefix='x'; Test unit written to f/panic-1\n";
+        assert_eq!(
+            panicked(report),
+            "thread '<unnamed>' (1) panicked at a.rs:1:2: no such thing; f/panic-1"
+        );
+    }
+
+    #[test]
+    fn executions_count_for_the_same_sources_only() {
+        assert_eq!(parse("0000000000000007\t123\n", 7), 123);
+        assert_eq!(parse("0000000000000007\t123\n", 8), 0);
+        assert_eq!(parse("", 7), 0);
+    }
+
+    #[test]
+    fn every_target_has_a_program_inputs_and_a_body() {
+        let mut programs: Vec<String> = fs::read_dir(root().join(FOLDER).join("fuzz_targets"))
+            .unwrap()
+            .map(|file| file.unwrap().path().file_stem().unwrap().to_string_lossy().into_owned())
+            .collect();
+        let mut items = items();
+        programs.sort();
+        items.sort();
+        assert_eq!(programs, items);
+        assert!(items.iter().all(|name| root().join(FOLDER).join("corpus").join(name).is_dir()));
+    }
+
+    #[test]
+    fn what_is_exercised_exists() {
+        let files = Sources::list().unwrap();
+        let nothing = files.under(&[]).fingerprint().unwrap();
+        for start in [BODIES, MACHINE, COMPILER].concat() {
+            assert_ne!(files.under(&[start]).fingerprint().unwrap(), nothing, "{start}");
+        }
+    }
+}
