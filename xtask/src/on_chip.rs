@@ -41,7 +41,7 @@ pub const TARGETS: [Target; 6] = [
 ];
 
 /// Generated programs of every merge.
-const SAMPLE: &str = "0..300";
+const SAMPLE: &str = "0..200";
 
 /// The conformance scripts and some generated programs on every target.
 pub fn sample() -> Result<(), Failure> {

@@ -57,3 +57,22 @@ impl Batch for &'static [u8] {
         self.get(at..).and_then(|rest| rest.get(..length)).unwrap_or(&[])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn images_are_found_up_to_the_empty_header() {
+        let header = |length| Header { length, budget: 0x0102, slices: 0x0304_0506 };
+        let mut room = [0xff; 64];
+        room[..8].copy_from_slice(&header(3).to_bytes());
+        room[8..11].copy_from_slice(b"one");
+        room[11..19].copy_from_slice(&header(0).to_bytes());
+        let batch: &'static [u8] = std::vec::Vec::from(room).leak();
+        assert_eq!(batch.image(0), Some((header(3), &b"one"[..])));
+        assert_eq!(batch.image(Header::LENGTH + 3), None);
+        // A batch without an end reads as zeros beyond it.
+        assert_eq!(batch.image(64), None);
+    }
+}

@@ -58,3 +58,23 @@ fn put(line: &mut [u8], at: usize, mut number: u32, digits: usize) {
         number >>= 4;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bittybuzz_vm_core::{FaultCode, Type};
+
+    #[test]
+    fn a_line_has_every_digit() {
+        let fault = Fault {
+            code: FaultCode::OutOfMemory,
+            position: 1,
+            operands: [Type::Nil; 2],
+            detail: 0,
+        };
+        let report = Report { hash: 0x0123_cdef, slices: 0x4567_89ab, end: End::Fault(fault) };
+        assert_eq!(&report.line(), b"0123cdef 456789ab 20a\n");
+        let report = Report { end: End::Refused(ImageError::TooManyJumps(7)), ..report };
+        assert_eq!(&report.line(), b"0123cdef 456789ab 310\n");
+    }
+}

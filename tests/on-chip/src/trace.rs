@@ -18,3 +18,21 @@ impl Trace {
         self.hash
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_and_their_order_count() {
+        let hash = |words: &[u32]| {
+            let mut trace = Trace::default();
+            words.iter().for_each(|word| trace.add(*word));
+            trace.hash()
+        };
+        let all = [&[1, 2][..], &[2, 1], &[1, 2, 3], &[1, 3], &[0x8000_0001, 2]].map(hash);
+        for (number, hash) in all.iter().enumerate() {
+            assert!(!all[..number].contains(hash));
+        }
+    }
+}
