@@ -5,7 +5,6 @@ use super::{Flow, Native, Vm};
 use crate::builtin;
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
-use crate::heap::ITERATION;
 use crate::host::Host;
 use crate::number::{self, Profile};
 use crate::value::{Tag, Value};
@@ -15,15 +14,16 @@ use crate::value::{Tag, Value};
 const RESULT: isize = 1;
 /// Of `delay`: whether the host knows of it.
 const BEGUN: isize = 1;
-/// The first slot of the iteration, see [`crate::heap`].
-const ITERATES: isize = 2;
-/// The key and the element that it is at.
-const KEY: isize = 4;
-const ELEMENT: isize = 5;
-/// How many there are.
-const LOCALS: usize = 1 + ITERATION;
+/// Key and element that the callback is called for, where they are needed after it.
+const KEY: isize = 2;
+const ELEMENT: isize = 3;
+/// The first slot of the iteration, see [`crate::heap`]. Its last two slots are above the locals: the arguments of the
+/// callback.
+const ITERATES: usize = 4;
+/// How many locals there are.
+const LOCALS: usize = 5;
 /// The first argument of a callback; its result then is in the same slot.
-const CALLBACK: isize = 1 + LOCALS as isize;
+const CALLBACK: usize = ITERATES + 2;
 
 /// How many arguments a built-in of kind `Calls` takes.
 fn parameters(number: u8) -> usize {
@@ -90,10 +90,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         let parameters = parameters(number);
         let first = usize::from(self.fp) - parameters;
-        let key = self.local(KEY);
-        if !key.is_nil() {
+        let callback = usize::from(self.fp) + CALLBACK;
+        // Nothing is there before the first entry.
+        if usize::from(self.sp) > callback {
             // What the callback, or the clone of an element, has left.
-            let mut value = self.local(CALLBACK);
+            let mut value = self.top(1);
             if number == builtin::REDUCE {
                 self.set_local(RESULT, value);
             } else if number != builtin::FOREACH && (number != builtin::FILTER || !value.is_false())
@@ -101,36 +102,35 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 if number == builtin::FILTER {
                     value = self.local(ELEMENT);
                 }
-                self.table_set(self.local(RESULT), key, value)?;
+                self.table_set(self.local(RESULT), self.local(KEY), value)?;
             }
-            self.sp = self.fp + CALLBACK as u16;
         }
         let table = self.arena.get(first);
-        let iteration = usize::from(self.fp) + ITERATES as usize;
-        if !self.arena.table_next(table.index(), iteration) {
+        if !self.arena.table_next(table.index(), callback - 2) {
             self.leave_native(parameters, self.local(RESULT));
             return Ok(Flow::Continue);
         }
-        let mut element = self.local(ELEMENT);
-        if number == builtin::CLONE {
-            self.push(element);
-            if element.is(Tag::TABLE) {
-                self.begin_native(host, number, 1)?;
-            }
-            return Ok(Flow::Continue);
-        }
-        if element.may_use_self() {
+        self.sp = callback as u16 + 2;
+        let mut element = self.top(1);
+        if number != builtin::CLONE && element.may_use_self() {
             element = self.bind_function(element, table)?;
-            self.set_local(ELEMENT, element);
+            self.set_top(element);
         }
-        self.push(self.local(KEY));
-        self.push(element);
-        let mut count = 2;
-        if number == builtin::REDUCE {
-            self.push(self.local(RESULT));
-            count = 3;
+        match number {
+            builtin::FOREACH => {}
+            builtin::REDUCE => self.push(self.local(RESULT)),
+            _ => {
+                self.set_local(KEY, self.top(2));
+                self.set_local(ELEMENT, element);
+            }
         }
-        self.call(host, self.arena.get(first + 1), count, 0)?;
+        if number != builtin::CLONE {
+            let count = usize::from(self.sp) - callback;
+            self.call(host, self.arena.get(first + 1), count, 0)?;
+        } else if element.is(Tag::TABLE) {
+            // The clone takes the place of the element.
+            self.begin_native(host, number, 1)?;
+        }
         Ok(Flow::Continue)
     }
 }
