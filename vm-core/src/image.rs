@@ -377,13 +377,16 @@ impl<C: ByteCode> Verified<C> {
         self.code.word(usize::from(self.header.imports_at) + 2 * usize::from(number))
     }
 
-    /// The function that holds an offset of the image.
-    pub(crate) fn function_at(&self, at: usize) -> u16 {
+    /// Offset of the header of the function that holds an offset of the image.
+    pub(crate) fn function_at(&self, at: usize) -> usize {
         let mut number = self.header.functions;
-        while number > 1 && self.function(number - 1) > at {
-            number -= 1;
+        loop {
+            number = number.wrapping_sub(1);
+            let function = self.function(number);
+            if function <= at || number == 0 {
+                return function;
+            }
         }
-        number.saturating_sub(1)
     }
 
     /// The built-in behind a name of a library.

@@ -194,13 +194,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Leaves a built-in's frame of `count` parameters with a result.
+    #[inline(never)]
     pub(super) fn leave_native(&mut self, count: usize, result: Value<P>) {
         let fp = usize::from(self.fp);
-        let outer = self.arena.get(fp);
+        let (pc, outer) = self.caller(fp);
         self.sp = (fp - count) as u16;
         self.push(result);
-        self.fp = (fp - usize::from(outer.tag().count())) as u16;
-        self.pc = outer.index() as u16;
+        self.fp = outer as u16;
+        self.pc = pc as u16;
     }
 
     /// Calls a robot function, whose arguments are on top; if it is not finished at once its frame waits.

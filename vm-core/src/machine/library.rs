@@ -172,12 +172,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let overlays = self.new_table()?;
             self.arena.set(OVERLAYS, overlays);
         }
-        // Only the stack keeps the new table alive until it is in the other.
-        self.reserve(1)?;
+        // Something is under the key before the table is made, so that it is reachable as soon as it is there.
+        let overlays = self.arena.get(OVERLAYS);
+        self.table_set(overlays, library, library)?;
         let made = self.new_table()?;
-        self.set_top(made);
-        self.table_set(self.arena.get(OVERLAYS), library, made)?;
-        Ok(self.pop())
+        self.table_set(overlays, library, made)?;
+        Ok(made)
     }
 
     /// Pushes so many nils on the operands of a frame that may be full already.

@@ -258,8 +258,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             if slot == fp {
                 // The record of a frame, which is no value.
                 reserved = reserved.max(fp + 1 + self.frame_room(pc));
-                pc = value.index();
-                fp -= usize::from(value.tag().count());
+                (pc, fp) = self.caller(fp);
             } else {
                 self.arena.mark(value);
             }
@@ -267,6 +266,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.reserved = reserved as u16;
         self.arena.sweep();
         self.arena.allocated = false;
+    }
+
+    /// Where the caller of the frame at `fp` goes on, and its frame.
+    #[inline(never)]
+    fn caller(&self, fp: usize) -> (usize, usize) {
+        let record = self.arena.get_fast(fp);
+        (record.index(), fp.wrapping_sub(usize::from(record.tag().count())))
     }
 
     /// First slot of the stack.
@@ -278,7 +284,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     fn frame_room(&self, pc: usize) -> usize {
         match &self.program {
             Some(program) if pc < SPECIAL => {
-                usize::from(program.code.byte(program.function(program.function_at(pc)) + 1))
+                usize::from(program.code.byte(program.function_at(pc) + 1))
             }
             _ => NATIVE_ROOM,
         }
@@ -365,9 +371,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Iterator for Calls<'_, P, C, S
             if pc == Native::EXIT.position() {
                 return None;
             }
-            let outer = self.vm.arena.get(self.fp);
-            self.pc = outer.index();
-            self.fp = self.fp.saturating_sub(usize::from(outer.tag().count()));
+            (self.pc, self.fp) = self.vm.caller(self.fp);
             // The frames of built-ins are not the script's.
             if pc < SPECIAL {
                 let last_byte = pc.wrapping_sub(1 + usize::from(program.header().code_at));
