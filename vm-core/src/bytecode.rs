@@ -47,4 +47,52 @@ impl ByteCode for &[u8] {
             None => 0,
         }
     }
+
+    #[inline(always)]
+    fn word(&self, at: usize) -> u16 {
+        // One check for both bytes, except at the very end.
+        match self.get(at..).and_then(<[u8]>::first_chunk) {
+            Some(bytes) => u16::from_le_bytes(*bytes),
+            None => u16::from(self.byte(at)),
+        }
+    }
+}
+
+/// An image at the start of an area of fixed size, such as a region of flash: reading needs no check, because positions
+/// beyond wrap around. The image may fill the largest power of two that leaves two bytes of the area.
+#[derive(Clone, Copy, Debug)]
+pub struct Area<'a, const BYTES: usize> {
+    bytes: &'a [u8; BYTES],
+    length: usize,
+}
+
+impl<'a, const BYTES: usize> Area<'a, BYTES> {
+    /// Bytes that the image may have.
+    pub const MOST: usize = {
+        assert!(BYTES > 2);
+        1 << (BYTES - 2).ilog2()
+    };
+
+    /// The image of that length; `None` if it is longer than [`Area::MOST`].
+    pub fn new(bytes: &'a [u8; BYTES], length: usize) -> Option<Self> {
+        if length > Self::MOST { None } else { Some(Area { bytes, length }) }
+    }
+}
+
+impl<const BYTES: usize> ByteCode for Area<'_, BYTES> {
+    #[inline(always)]
+    fn len(&self) -> usize {
+        self.length
+    }
+
+    #[inline(always)]
+    fn byte(&self, at: usize) -> u8 {
+        self.bytes[at & (Self::MOST - 1)]
+    }
+
+    #[inline(always)]
+    fn word(&self, at: usize) -> u16 {
+        let at = at & (Self::MOST - 1);
+        u16::from_le_bytes([self.bytes[at], self.bytes[at + 1]])
+    }
 }

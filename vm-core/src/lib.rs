@@ -51,7 +51,7 @@ mod torture;
 mod value;
 mod verify;
 
-pub use bytecode::ByteCode;
+pub use bytecode::{Area, ByteCode};
 pub use fault::{Fault, FaultCode, Refusal, RobotFault};
 pub use host::{Arguments, Axis, Host, Item, Reply, Text};
 pub use image::{Entry, Image, ImageError};

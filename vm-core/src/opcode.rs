@@ -148,13 +148,13 @@ opcodes! {
     SHL = 0x0e, None, None, 2 -- 1, "a b -- a << b";
     SHR = 0x0f, None, None, 2 -- 1, "a b -- a >> b: arithmetic";
     NOT = 0x10, None, None, 1 -- 1, "a -- 1 if a is false, else 0";
-    TRUTH = 0x11, None, None, 1 -- 1, "a -- 0 if a is false, else 1";
+    LT = 0x11, None, None, 2 -- 1, "a b -- a < b";
     EQ = 0x12, None, None, 2 -- 1, "a b -- a == b";
-    NE = 0x13, None, None, 2 -- 1, "a b -- a != b";
-    LT = 0x14, None, None, 2 -- 1, "a b -- a < b";
-    LE = 0x15, None, None, 2 -- 1, "a b -- a <= b";
-    GT = 0x16, None, None, 2 -- 1, "a b -- a > b";
-    GE = 0x17, None, None, 2 -- 1, "a b -- a >= b";
+    LE = 0x13, None, None, 2 -- 1, "a b -- a <= b";
+    GT = 0x14, None, None, 2 -- 1, "a b -- a > b";
+    NE = 0x15, None, None, 2 -- 1, "a b -- a != b";
+    GE = 0x16, None, None, 2 -- 1, "a b -- a >= b";
+    TRUTH = 0x17, None, None, 1 -- 1, "a -- 0 if a is false, else 1";
     TABLE_NEW = 0x18, None, None, 0 -- 1, "-- {}";
     INDEX_INIT = 0x1b, None, None, 3 -- 1, "t k v -- t: t[k] = v";
     INDEX_METHOD = 0x1c, None, None, 2 -- 2, "t k -- t t[k]: the function is not bound, CALL_METHOD passes t";
@@ -202,28 +202,42 @@ opcodes! {
     JUMP = 0x5a, Jump, None, 0 -- 0, "--";
     JUMP_FALSE = 0x5b, Jump, None, 1 -- 0, "a --: jumps if a is nil or 0";
     JUMP_TRUE = 0x5c, Jump, None, 1 -- 0, "a --: jumps if a is neither nil nor 0";
-    JUMP_EQ = 0x5d, Jump, None, 2 -- 0, "a b --: jumps if a == b";
-    JUMP_NE = 0x5e, Jump, None, 2 -- 0, "a b --: jumps if a != b";
-    JUMP_LT = 0x5f, Jump, None, 2 -- 0, "a b --: jumps if a < b";
-    JUMP_LE = 0x60, Jump, None, 2 -- 0, "a b --: jumps if a <= b";
-    JUMP_GT = 0x61, Jump, None, 2 -- 0, "a b --: jumps if a > b";
-    JUMP_GE = 0x62, Jump, None, 2 -- 0, "a b --: jumps if a >= b";
-    JUMP_NOT_LT = 0x63, Jump, None, 2 -- 0, "a b --: jumps unless a < b (differs from JUMP_GE for NaN)";
-    JUMP_NOT_LE = 0x64, Jump, None, 2 -- 0, "a b --: jumps unless a <= b";
-    JUMP_NOT_GT = 0x65, Jump, None, 2 -- 0, "a b --: jumps unless a > b";
-    JUMP_NOT_GE = 0x66, Jump, None, 2 -- 0, "a b --: jumps unless a >= b";
-    AND = 0x67, Jump, None, 1 -- 0, "a --: if a is false, puts 0 and jumps";
-    OR = 0x68, Jump, None, 1 -- 0, "a --: if a is true, puts 1 and jumps";
-    JUMP_EQ_INT = 0x69, Jump, Immediate, 1 -- 0, "a --: jumps if a == immediate";
-    JUMP_NE_INT = 0x6a, Jump, Immediate, 1 -- 0, "a --: jumps if a != immediate";
-    JUMP_LT_INT = 0x6b, Jump, Immediate, 1 -- 0, "a --: jumps if a < immediate";
-    JUMP_LE_INT = 0x6c, Jump, Immediate, 1 -- 0, "a --: jumps if a <= immediate";
-    JUMP_GT_INT = 0x6d, Jump, Immediate, 1 -- 0, "a --: jumps if a > immediate";
-    JUMP_GE_INT = 0x6e, Jump, Immediate, 1 -- 0, "a --: jumps if a >= immediate";
-    JUMP_NOT_LT_INT = 0x6f, Jump, Immediate, 1 -- 0, "a --: jumps unless a < immediate";
-    JUMP_NOT_LE_INT = 0x70, Jump, Immediate, 1 -- 0, "a --: jumps unless a <= immediate";
-    JUMP_NOT_GT_INT = 0x71, Jump, Immediate, 1 -- 0, "a --: jumps unless a > immediate";
-    JUMP_NOT_GE_INT = 0x72, Jump, Immediate, 1 -- 0, "a --: jumps unless a >= immediate";
+    AND = 0x5d, Jump, None, 1 -- 0, "a --: if a is false, puts 0 and jumps";
+    OR = 0x5e, Jump, None, 1 -- 0, "a --: if a is true, puts 1 and jumps";
+    // Relations: the low bits say for which [`order`]s they hold.
+    JUMP_LT = 0x61, Jump, None, 2 -- 0, "a b --: jumps if a < b";
+    JUMP_EQ = 0x62, Jump, None, 2 -- 0, "a b --: jumps if a == b";
+    JUMP_LE = 0x63, Jump, None, 2 -- 0, "a b --: jumps if a <= b";
+    JUMP_GT = 0x64, Jump, None, 2 -- 0, "a b --: jumps if a > b";
+    JUMP_NE = 0x65, Jump, None, 2 -- 0, "a b --: jumps if a != b";
+    JUMP_GE = 0x66, Jump, None, 2 -- 0, "a b --: jumps if a >= b";
+    JUMP_NOT_GE = 0x69, Jump, None, 2 -- 0, "a b --: jumps unless a >= b";
+    JUMP_NOT_GT = 0x6b, Jump, None, 2 -- 0, "a b --: jumps unless a > b";
+    JUMP_NOT_LE = 0x6c, Jump, None, 2 -- 0, "a b --: jumps unless a <= b";
+    JUMP_NOT_LT = 0x6e, Jump, None, 2 -- 0, "a b --: jumps unless a < b (differs from JUMP_GE for NaN)";
+    JUMP_LT_INT = 0x71, Jump, Immediate, 1 -- 0, "a --: jumps if a < immediate";
+    JUMP_EQ_INT = 0x72, Jump, Immediate, 1 -- 0, "a --: jumps if a == immediate";
+    JUMP_LE_INT = 0x73, Jump, Immediate, 1 -- 0, "a --: jumps if a <= immediate";
+    JUMP_GT_INT = 0x74, Jump, Immediate, 1 -- 0, "a --: jumps if a > immediate";
+    JUMP_NE_INT = 0x75, Jump, Immediate, 1 -- 0, "a --: jumps if a != immediate";
+    JUMP_GE_INT = 0x76, Jump, Immediate, 1 -- 0, "a --: jumps if a >= immediate";
+    JUMP_NOT_GE_INT = 0x79, Jump, Immediate, 1 -- 0, "a --: jumps unless a >= immediate";
+    JUMP_NOT_GT_INT = 0x7b, Jump, Immediate, 1 -- 0, "a --: jumps unless a > immediate";
+    JUMP_NOT_LE_INT = 0x7c, Jump, Immediate, 1 -- 0, "a --: jumps unless a <= immediate";
+    JUMP_NOT_LT_INT = 0x7e, Jump, Immediate, 1 -- 0, "a --: jumps unless a < immediate";
+}
+
+/// The order of two values, as the bits of a relation: an instruction that compares holds if it has the bit of the order
+/// found. `EQ` and `NE` find only equal and something else.
+pub mod order {
+    /// The first is less.
+    pub const LESS: u8 = 1;
+    /// They are equal.
+    pub const EQUAL: u8 = 2;
+    /// The first is greater.
+    pub const GREATER: u8 = 4;
+    /// Neither, as one of them is NaN; only jumps `unless` have this bit.
+    pub const NONE: u8 = 8;
 }
 
 /// What a jump after a comparison with an immediate integer is above the one after a comparison of two values.

@@ -14,7 +14,7 @@ use bittybuzz_bench::{Machine, Mark, Meter, ROBOT_ID, ROOM, run, split};
 use bittybuzz_vm_core::number::Full as Numbers;
 #[cfg(not(feature = "full"))]
 use bittybuzz_vm_core::number::Tiny as Numbers;
-use bittybuzz_vm_core::{Image, Vm};
+use bittybuzz_vm_core::{Area, Image, Vm};
 
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
@@ -46,8 +46,11 @@ static BENCH_SCRIPT: [u8; ROOM] = [0; ROOM];
 #[cortex_m_rt::entry]
 fn main() -> ! {
     // The entry macro makes it a reference: main runs once.
-    static mut MACHINE: MaybeUninit<Machine<Numbers, &'static [u8]>> = MaybeUninit::uninit();
-    let (global, image) = split(black_box(&BENCH_SCRIPT));
+    static mut MACHINE: MaybeUninit<Machine<Numbers, Area<'static, {ROOM - 4}>>> = MaybeUninit::uninit();
+    let all = black_box(&BENCH_SCRIPT);
+    let (global, image) = split(all);
+    let length = image.len();
+    let image = Area::new(all.last_chunk().unwrap(), length).unwrap();
     run(MACHINE.write(Vm::new(ROBOT_ID)), Image::new(image), global, &mut Debugger);
     loop {
         core::hint::spin_loop();

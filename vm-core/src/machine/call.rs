@@ -40,19 +40,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.set_fast(usize::from(self.fp).wrapping_add_signed(number), value);
     }
 
-    /// Calls the value under the `count` arguments on top. `below` slots, the callee's and perhaps its self's, are
-    /// taken out from under the arguments.
-    #[inline(never)]
-    pub(super) fn call_value<H: Host<P>>(
-        &mut self,
-        host: &mut H,
-        count: usize,
-        below: usize,
-    ) -> Result<(), Stopped> {
-        self.call(host, self.top(count + 1), count, below)
-    }
-
-    /// Calls `callee` with the `count` arguments on top.
+    /// Calls `callee` with the `count` arguments on top. `below` slots, the callee's and perhaps its self's, are taken out
+    /// from under the arguments.
     #[inline(never)]
     pub(super) fn call<H: Host<P>>(
         &mut self,
@@ -61,31 +50,62 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         count: usize,
         below: usize,
     ) -> Result<(), Stopped> {
-        let self_value = if below == 2 { self.top(count + 2) } else { Value::nil() };
-        match callee.tag() {
-            Tag::FUNCTION => {
-                self.enter(callee.index() as u16, count, below, [Value::nil(), self_value])
+        let mut function = callee;
+        let mut closure = Value::nil();
+        let mut self_value = Value::nil();
+        if matches!(callee.tag(), Tag::CLOSURE | Tag::BOUND) {
+            self_value = self.arena.closure_self(callee.index());
+            if callee.is(Tag::BOUND) {
+                function = self.arena.closure_function(callee.index());
             }
-            Tag::BUILTIN | Tag::ROBOT => {
-                self.remove_callee(count, below);
-                self.call_native(host, callee, count)
+            if function.is(Tag::CLOSURE) {
+                closure = function;
+                function = self.arena.closure_function(function.index());
             }
-            _ => self.enter_called(callee, count, below, self_value),
         }
+        if below == 2 {
+            self_value = self.top(count + 2);
+        }
+        let number = function.index() as u16;
+        if matches!(function.tag(), Tag::BUILTIN | Tag::ROBOT) {
+            self.remove_callee(count, below);
+            if function.is(Tag::ROBOT) {
+                return self.call_robot(host, number, count, false);
+            }
+            return self.call_builtin(host, number as u8, count, false);
+        }
+        let Some(program) = self.program.as_ref().filter(|_| function.is(Tag::FUNCTION)) else {
+            return Err(self.fail_on(FaultCode::NotCallable, callee, callee));
+        };
+        let function = program.function(number);
+        let head = program.code.byte(function);
+        let room = usize::from(program.code.byte(function + 1));
+        let wanted = usize::from(head & PARAMETERS);
+        // The record's slot, wherever the arguments end.
+        let fp = usize::from(self.sp) - below - count + wanted;
+        // Until the callee is out of the way the stack is as high as it was.
+        self.ensure((fp + 1 + room).max(usize::from(self.sp) + wanted))?;
+        self.remove_callee(count, below);
+        for _ in count..wanted {
+            self.push(Value::unset());
+        }
+        self.make_frame(fp, function + 2);
+        if head & CAPTURES != 0 {
+            self.push(closure);
+        }
+        if head & USES_SELF != 0 {
+            self.push(self_value);
+        }
+        Ok(())
     }
 
-    /// Calls a built-in or robot function, whose arguments are on top.
-    fn call_native<H: Host<P>>(
-        &mut self,
-        host: &mut H,
-        callee: Value<P>,
-        count: usize,
-    ) -> Result<(), Stopped> {
-        let number = callee.index() as u16;
-        if callee.is(Tag::ROBOT) {
-            return self.call_robot(host, number, count, false);
-        }
-        self.call_builtin(host, number as u8, count, false)
+    /// Makes the frame whose record is at `fp`, and goes on at `position`.
+    #[inline(never)]
+    fn make_frame(&mut self, fp: usize, position: usize) {
+        self.arena.set(fp, record(fp - usize::from(self.fp), usize::from(self.pc)));
+        self.fp = fp as u16;
+        self.sp = fp as u16 + 1;
+        self.pc = position as u16;
     }
 
     /// Calls a built-in, whose arguments are on top.
@@ -110,86 +130,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Moves the arguments down over the callee.
     fn remove_callee(&mut self, count: usize, below: usize) {
-        if below == 0 {
-            return;
-        }
         self.arena.shift_down(usize::from(self.sp) - count, count, below);
         self.sp -= below as u16;
-    }
-
-    /// Enters a script function.
-    #[inline(never)]
-    pub(super) fn enter_called(
-        &mut self,
-        callee: Value<P>,
-        count: usize,
-        below: usize,
-        self_value: Value<P>,
-    ) -> Result<(), Stopped> {
-        let mut function = callee;
-        let mut closure = Value::nil();
-        let mut self_value = self_value;
-        if function.is(Tag::BOUND) {
-            if below != 2 {
-                self_value = self.arena.closure_self(function.index());
-            }
-            function = self.arena.closure_function(function.index());
-        }
-        if function.is(Tag::CLOSURE) {
-            closure = function;
-            function = self.arena.closure_function(closure.index());
-            if below != 2 && !callee.is(Tag::BOUND) {
-                self_value = self.arena.closure_self(closure.index());
-            }
-        }
-        if !function.is(Tag::FUNCTION) {
-            return Err(self.fail_on(FaultCode::NotCallable, callee, callee));
-        }
-        self.enter(function.index() as u16, count, below, [closure, self_value])
-    }
-
-    /// Enters script function `number`; `hidden` are its closure and self, if it has such.
-    #[inline(never)]
-    pub(super) fn enter(
-        &mut self,
-        number: u16,
-        count: usize,
-        below: usize,
-        hidden: [Value<P>; 2],
-    ) -> Result<(), Stopped> {
-        let Some(program) = &self.program else { return Ok(()) };
-        let function = program.function(number);
-        let head = program.code.byte(function);
-        let room = usize::from(program.code.byte(function + 1));
-        let wanted = usize::from(head & PARAMETERS);
-        // The record's slot, wherever the arguments end.
-        let fp = usize::from(self.sp) - below - count + wanted;
-        // Until the callee is out of the way the stack is as high as it was.
-        self.ensure((fp + 1 + room).max(usize::from(self.sp) + wanted))?;
-        self.remove_callee(count, below);
-        for _ in count..wanted {
-            self.push(Value::unset());
-        }
-        self.arena.set(fp, record(fp - usize::from(self.fp), usize::from(self.pc)));
-        self.fp = fp as u16;
-        self.sp = fp as u16 + 1;
-        if head & CAPTURES != 0 {
-            self.push(hidden[0]);
-        }
-        if head & USES_SELF != 0 {
-            self.push(hidden[1]);
-        }
-        self.pc = function as u16 + 2;
-        Ok(())
     }
 
     /// Makes a frame for a built-in that takes `count` arguments and goes on at `native`.
     pub(super) fn enter_native(&mut self, native: Native) -> Result<(), Stopped> {
         let fp = usize::from(self.sp);
         self.ensure(fp + 1 + super::NATIVE_ROOM)?;
-        self.push(record(fp - usize::from(self.fp), usize::from(self.pc)));
-        self.fp = fp as u16;
-        self.pc = native.position() as u16;
+        self.make_frame(fp, native.position());
         Ok(())
     }
 

@@ -7,8 +7,11 @@ use crate::builtin::string;
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::number::{self, Profile};
-use crate::opcode;
+use crate::opcode::order;
 use crate::value::{Tag, Value};
+
+/// The orders of values that are not equal.
+const UNEQUAL: u8 = order::LESS | order::GREATER;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// `a == b`: numbers by value, strings by text, tables and closures by identity.
@@ -71,38 +74,19 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         a: Value<P>,
         b: Value<P>,
     ) -> Result<bool, Stopped> {
-        // The relations of jumps and of values are in the same order.
-        let relation = if instruction >= opcode::JUMP_EQ {
-            instruction - (opcode::JUMP_EQ - opcode::EQ)
-        } else {
-            instruction
+        let found = match instruction & (order::LESS | order::EQUAL | order::GREATER) {
+            order::EQUAL | UNEQUAL if self.equal(a, b) => order::EQUAL,
+            order::EQUAL | UNEQUAL => order::LESS,
+            _ => match self.order(a, b)? {
+                Some(Ordering::Less) => order::LESS,
+                Some(Ordering::Equal) => order::EQUAL,
+                Some(Ordering::Greater) => order::GREATER,
+                None => order::NONE,
+            },
         };
-        if relation <= opcode::NE {
-            return Ok(self.equal(a, b) == (relation == opcode::EQ));
-        }
-        let order = self.order(a, b)?;
-        let unless = relation > opcode::GE;
-        let relation = if unless { relation - NEGATED } else { relation };
-        // In the order LT, LE, GT, GE.
-        let holds = match order {
-            None => false,
-            Some(Ordering::Equal) => relation & 1 == opcode::LE & 1,
-            Some(order) => (order == Ordering::Less) == (relation <= opcode::LE),
-        };
-        Ok(holds != unless)
+        Ok(instruction & found != 0)
     }
 }
-
-/// From a relation to its opposite.
-const NEGATED: u8 = opcode::JUMP_NOT_LT - opcode::JUMP_LT;
-
-const _: () = {
-    assert!(opcode::NE == opcode::EQ + 1 && opcode::LT == opcode::EQ + 2);
-    assert!(opcode::LE == opcode::LT + 1 && opcode::GT == opcode::LT + 2);
-    assert!(opcode::GE == opcode::LT + 3);
-    assert!(opcode::JUMP_GE - opcode::JUMP_EQ == opcode::GE - opcode::EQ);
-    assert!(opcode::JUMP_NOT_GE - opcode::JUMP_EQ == opcode::GE + NEGATED - opcode::EQ);
-};
 
 /// The order of two numbers, `None` if one is not a number.
 #[inline(never)]

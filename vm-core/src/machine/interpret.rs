@@ -10,7 +10,7 @@ use crate::fault::Stopped;
 use crate::host::Host;
 use crate::image::USES_SELF;
 use crate::number::Profile;
-use crate::opcode::{self, WIDE};
+use crate::opcode::{self, WIDE, order};
 use crate::value::{Tag, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
@@ -48,7 +48,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         macro_rules! jump {
             ($offset:expr) => {
-                pc = pc.wrapping_add_signed($offset as isize)
+                pc = pc.wrapping_add_signed($offset)
             };
         }
 
@@ -72,7 +72,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
 
             let mut op;
-            let mut arg: i16;
+            let mut arg: isize;
             // Runs until an instruction is not done by its arm.
             let left = loop {
                 if budget == 0 {
@@ -87,10 +87,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 arg = 0;
                 if op & 0xc0 == 0x80 {
                     // Short forms, by the ranges of `opcode::SHORTS`.
-                    let low = i16::from(op & 0x0f);
+                    let low = isize::from(op & 0x0f);
                     (op, arg) = match op & 0x3c {
-                        0x00..=0x0c => (opcode::LOCAL_GET, low + opcode::SHORT_LOCAL_GET.low),
-                        0x10..=0x1c => (opcode::INT, low + opcode::SHORT_INT.low),
+                        0x00..=0x0c => (opcode::LOCAL_GET, low + opcode::SHORT_LOCAL_GET.low as isize),
+                        0x10..=0x1c => (opcode::INT, low + opcode::SHORT_INT.low as isize),
                         0x20..=0x2c => (opcode::GLOBAL_GET, low),
                         0x30 | 0x34 => (opcode::GLOBAL_SET, low),
                         0x38 => (opcode::RETURN, low & 0x03),
@@ -98,10 +98,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     };
                 } else if op & 0x40 != 0 {
                     if op & WIDE == 0 {
-                        arg = i16::from(code.byte(pc) as i8);
+                        arg = isize::from(code.byte(pc) as i8);
                         pc = pc.wrapping_add(1);
                     } else {
-                        arg = code.word(pc) as i16;
+                        arg = isize::from(code.word(pc) as i16);
                         pc = pc.wrapping_add(2);
                         op &= !WIDE;
                     }
@@ -109,7 +109,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 match op {
                     // Short forms, by the ranges of `opcode::SHORTS`.
                     opcode::LOCAL_GET => {
-                        let value = get!(fp.wrapping_add_signed(isize::from(arg)));
+                        let value = get!(fp.wrapping_add_signed(arg));
                         if !value.is(Tag::UNSET) {
                             push!(value);
                             continue;
@@ -126,11 +126,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     }
                     opcode::LOCAL_SET => {
                         sp = sp.wrapping_sub(1);
-                        set!(fp.wrapping_add_signed(isize::from(arg)), get!(sp));
+                        set!(fp.wrapping_add_signed(arg), get!(sp));
                         continue;
                     }
                     opcode::INT => {
-                        push!(Value::int(i32::from(arg)));
+                        push!(Value::int(arg as i32));
                         continue;
                     }
                     opcode::POP => {
@@ -162,13 +162,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         let at = sp.wrapping_sub(1);
                         let a = get!(at);
                         if a.is(Tag::INT) {
-                            let b = P::int_from_i32(i32::from(arg));
+                            let b = P::int_from_i32(arg as i32);
                             set!(at, Value::new(Tag::INT, P::add(a.raw(), b)));
                             continue;
                         }
                     }
                     opcode::LOCAL_ADD => {
-                        let at = fp.wrapping_add_signed(isize::from(arg));
+                        let at = fp.wrapping_add_signed(arg);
                         let a = get!(at);
                         if a.is(Tag::INT) {
                             let b = P::int_from_i32(i32::from(code.byte(pc) as i8));
@@ -188,24 +188,23 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         }
                         continue;
                     }
-                    opcode::JUMP_EQ..=opcode::JUMP_NOT_GE => {
+                    opcode::JUMP_LT..=opcode::JUMP_NOT_LT => {
                         let [a, b] = self.arena.pair_fast(sp.wrapping_sub(2));
                         if a.is(Tag::INT) && b.is(Tag::INT) {
                             sp = sp.wrapping_sub(2);
-                            let (a, b) = (a.raw(), b.raw());
-                            if relation::<P>(op, a, b) {
+                            if op & order_of::<P>(a.raw(), b.raw()) != 0 {
                                 jump!(arg);
                             }
                             continue;
                         }
                     }
-                    opcode::JUMP_EQ_INT..=opcode::JUMP_NOT_GE_INT => {
+                    opcode::JUMP_LT_INT..=opcode::JUMP_NOT_LT_INT => {
                         let a = get!(sp.wrapping_sub(1));
                         if a.is(Tag::INT) {
                             let b = P::int_from_i32(i32::from(code.byte(pc) as i8));
                             pc = pc.wrapping_add(1);
                             sp = sp.wrapping_sub(1);
-                            if relation::<P>(op - opcode::WITH_INT, a.raw(), b) {
+                            if op & order_of::<P>(a.raw(), b) != 0 {
                                 jump!(arg);
                             }
                             continue;
@@ -305,12 +304,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             match left {
                 Left::BudgetSpent => return Ok(Flow::Continue),
                 // The commonest of the slow ones, without a second search for the opcode.
-                Left::Undone if op == opcode::CALL => self.call_value(host, arg as usize, 1)?,
-                Left::Undone if op == opcode::CALL_METHOD => {
-                    self.call_value(host, arg as usize, 2)?;
+                Left::Undone if matches!(op, opcode::CALL | opcode::CALL_METHOD) => {
+                    let count = arg as usize;
+                    let callee = get!(sp.wrapping_sub(count).wrapping_sub(1));
+                    self.call(host, callee, count, usize::from(op - opcode::CALL) + 1)?;
                 }
                 Left::Undone => {
-                    self.slow(host, op, arg)?;
+                    self.slow(host, op, arg as i16)?;
                     #[cfg(feature = "strings")]
                     {
                         budget =
@@ -323,16 +323,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 }
 
-/// Whether the relation of a jump holds between two integers.
+/// The order of two integers, as the bit of the relations that hold.
 #[inline(always)]
-fn relation<P: Profile>(jump: u8, a: P::Raw, b: P::Raw) -> bool {
-    match jump {
-        opcode::JUMP_EQ => a == b,
-        opcode::JUMP_NE => a != b,
-        opcode::JUMP_LT | opcode::JUMP_NOT_GE => P::int_less(a, b),
-        opcode::JUMP_GE | opcode::JUMP_NOT_LT => !P::int_less(a, b),
-        opcode::JUMP_GT | opcode::JUMP_NOT_LE => P::int_less(b, a),
-        _ => !P::int_less(b, a),
+fn order_of<P: Profile>(a: P::Raw, b: P::Raw) -> u8 {
+    if P::int_less(a, b) {
+        order::LESS
+    } else if a == b {
+        order::EQUAL
+    } else {
+        order::GREATER
     }
 }
 

@@ -78,6 +78,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if number == Native::ROBOT.0 {
             return self.poll_robot(host);
         }
+        if number == Native::START.0 {
+            self.call(host, self.top(1), 0, 1)?;
+            return Ok(Flow::Continue);
+        }
         if number == builtin::DELAY {
             let ms = self.local(-1).as_number().map_or(0, number::to_int);
             let again = !self.local(BEGUN).is_false();

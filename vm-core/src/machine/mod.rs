@@ -46,6 +46,8 @@ const SPECIAL: usize = 0xff80;
 struct Native(u8);
 
 impl Native {
+    /// An entry is to be called.
+    const START: Native = Native(0x7d);
     const ROBOT: Native = Native(0x7e);
     const EXIT: Native = Native(0x7f);
 
@@ -174,31 +176,37 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if self.state != State::Idle {
             return false;
         }
+        let base = usize::from(self.sp);
         let callee = match program.header.entry(entry) {
             EntryPoint::None => return false,
-            EntryPoint::Function(number) => Value::indexed(Tag::FUNCTION, number),
+            EntryPoint::Function(number) => {
+                let function = program.function(number);
+                let limit = base + 1 + usize::from(program.code.byte(function + 1));
+                if program.code.byte(function) == 0 && limit <= usize::from(self.arena.bottom) {
+                    // The usual: without parameters. The frame is the outermost.
+                    self.arena.reserved = limit as u16;
+                    self.state = State::Running;
+                    self.arena.set(base, record(0, Native::EXIT.position()));
+                    self.sp = base as u16 + 1;
+                    self.pc = function as u16 + 2;
+                    return true;
+                }
+                Value::indexed(Tag::FUNCTION, number)
+            }
             EntryPoint::Global(number) => self.arena.get(GLOBALS + usize::from(number)),
         };
         if callee.is_nil() {
             return false;
         }
         self.state = State::Running;
+        self.pc = Native::START.position() as u16;
         // A fault is reported by the next run.
-        let _ = self.start(callee);
-        true
-    }
-
-    /// Makes the outermost frame and enters the callee.
-    fn start(&mut self, callee: Value<P>) -> Result<(), Stopped> {
-        let base = usize::from(self.sp);
-        self.pc = Native::EXIT.position() as u16;
-        self.ensure(base + 1 + NATIVE_ROOM)?;
-        self.arena.set(base, record(0, Native::EXIT.position()));
-        self.sp += 1;
-        if callee.is(Tag::FUNCTION) {
-            return self.enter(callee.index() as u16, 0, 0, [Value::nil(); 2]);
+        if self.ensure(base + 1 + NATIVE_ROOM).is_ok() {
+            self.arena.set(base, record(0, Native::EXIT.position()));
+            self.sp = base as u16 + 1;
+            self.push(callee);
         }
-        self.enter_called(callee, 0, 0, Value::nil())
+        true
     }
 
     /// Runs at most `budget` instructions.

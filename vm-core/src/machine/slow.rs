@@ -19,142 +19,141 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         arg: i16,
     ) -> Result<(), Stopped> {
         let number = arg as u16;
-        match op {
-            opcode::NIL => self.push(Value::nil()),
+        // What most instructions work on. What they put on the stack takes the place of the `drop` topmost operands.
+        let (below, top) = (self.top(2), self.top(1));
+        let mut drop = 0;
+        let value = match op {
+            opcode::NIL => Value::nil(),
+            opcode::UNSET => Value::unset(),
+            opcode::DUP => top,
             // The loop reads every other local itself.
             opcode::LOCAL_GET => return Err(self.fail(FaultCode::MissingArgument)),
             opcode::ADD_INT => {
-                let result = self.binary(opcode::ADD, self.top(1), Value::int(i32::from(arg)))?;
-                self.replace(1, result);
+                drop = 1;
+                self.binary(opcode::ADD, top, Value::int(i32::from(arg)))?
             }
             opcode::LOCAL_ADD => {
                 let b = Value::int(i32::from(self.next_byte() as i8));
                 let local = isize::from(arg);
                 let result = self.binary(opcode::ADD, self.local(local), b)?;
                 self.set_local(local, result);
+                return Ok(());
             }
-            opcode::JUMP_EQ..=opcode::JUMP_NOT_GE => {
-                if self.compare_slow(op, self.top(2), self.top(1))? {
+            opcode::JUMP_LT..=opcode::JUMP_NOT_LT_INT => {
+                let with_int = op >= opcode::JUMP_LT_INT;
+                let holds = if with_int {
+                    let b = Value::int(i32::from(self.next_byte() as i8));
+                    self.compare_slow(op, top, b)?
+                } else {
+                    self.compare_slow(op, below, top)?
+                };
+                if holds {
                     self.pc = self.pc.wrapping_add_signed(arg);
                 }
-                self.sp = self.sp.wrapping_sub(2);
+                self.sp = self.sp.wrapping_sub(2 - u16::from(with_int));
+                return Ok(());
             }
-            opcode::JUMP_EQ_INT..=opcode::JUMP_NOT_GE_INT => {
-                let b = Value::int(i32::from(self.next_byte() as i8));
-                if self.compare_slow(op - opcode::WITH_INT, self.top(1), b)? {
-                    self.pc = self.pc.wrapping_add_signed(arg);
-                }
-                self.sp = self.sp.wrapping_sub(1);
-            }
-            opcode::CALL_FUNCTION => {
-                let Some(program) = &self.program else { return Ok(()) };
-                let count = program.code.byte(program.function(number)) & PARAMETERS;
-                return self.enter(number, usize::from(count), 0, [Value::nil(); 2]);
-            }
-            opcode::UNSET => self.push(Value::unset()),
-            opcode::DUP => self.push(self.top(1)),
             opcode::ADD..=opcode::MOD
             | opcode::POW
             | opcode::BAND
             | opcode::BOR
             | opcode::SHL
             | opcode::SHR => {
-                let result = self.binary(op, self.top(2), self.top(1))?;
-                self.replace(2, result);
+                drop = 2;
+                self.binary(op, below, top)?
             }
             opcode::NEG => {
-                let a = self.top(1);
-                let result = match a.tag() {
-                    Tag::INT => Value::new(Tag::INT, P::neg(a.raw())),
-                    Tag::FLOAT => Value::float(-P::float_to_f32(a.raw())),
-                    _ => return Err(self.wrong_type(a, a)),
-                };
-                self.replace(1, result);
+                drop = 1;
+                match top.tag() {
+                    Tag::INT => Value::new(Tag::INT, P::neg(top.raw())),
+                    Tag::FLOAT => Value::float(-P::float_to_f32(top.raw())),
+                    _ => return Err(self.wrong_type(top, top)),
+                }
             }
             opcode::BNOT => {
-                let a = self.top(1);
-                if !a.is(Tag::INT) {
-                    return Err(self.wrong_type(a, a));
+                drop = 1;
+                if !top.is(Tag::INT) {
+                    return Err(self.wrong_type(top, top));
                 }
-                self.replace(1, Value::new(Tag::INT, P::not(a.raw())));
+                Value::new(Tag::INT, P::not(top.raw()))
             }
-            opcode::NOT => self.replace(1, Value::truth(self.top(1).is_false())),
-            opcode::TRUTH => self.replace(1, Value::truth(!self.top(1).is_false())),
-            opcode::EQ..=opcode::GE => {
-                let holds = self.compare_slow(op, self.top(2), self.top(1))?;
-                self.replace(2, Value::truth(holds));
+            opcode::NOT | opcode::TRUTH => {
+                drop = 1;
+                Value::truth(top.is_false() == (op == opcode::NOT))
+            }
+            opcode::LT..=opcode::GE => {
+                drop = 2;
+                Value::truth(self.compare_slow(op, below, top)?)
             }
             opcode::AND | opcode::OR => {
-                let a = self.pop();
-                if a.is_false() == (op == opcode::AND) {
-                    self.push(Value::truth(op == opcode::OR));
-                    self.pc = self.pc.wrapping_add_signed(arg);
+                if top.is_false() != (op == opcode::AND) {
+                    self.sp = self.sp.wrapping_sub(1);
+                    return Ok(());
                 }
+                drop = 1;
+                self.pc = self.pc.wrapping_add_signed(arg);
+                Value::truth(op == opcode::OR)
             }
-            opcode::TABLE_NEW => {
-                let table = self.new_table()?;
-                self.push(table);
-            }
+            opcode::TABLE_NEW => self.new_table()?,
             opcode::INDEX_GET => {
-                let value = self.index_get(host, self.top(2), self.top(1), true)?;
-                self.replace(2, value);
+                drop = 2;
+                self.index_get(host, below, top, true)?
             }
             opcode::INDEX_METHOD => {
-                let value = self.index_get(host, self.top(2), self.top(1), false)?;
-                self.replace(1, value);
+                drop = 1;
+                self.index_get(host, below, top, false)?
             }
-            opcode::FIELD_GET => {
-                let value = self.index_get(host, self.top(1), Value::string(number), true)?;
-                self.replace(1, value);
-            }
-            opcode::FIELD_METHOD => {
-                let value = self.index_get(host, self.top(1), Value::string(number), false)?;
-                self.push(value);
+            opcode::FIELD_GET | opcode::FIELD_METHOD => {
+                let bind = op == opcode::FIELD_GET;
+                drop = u16::from(bind);
+                self.index_get(host, top, Value::string(number), bind)?
             }
             opcode::INDEX_SET | opcode::INDEX_INIT => {
-                self.index_set(self.top(3), self.top(2), self.top(1))?;
-                self.sp -= if op == opcode::INDEX_SET { 3 } else { 2 };
+                self.index_set(self.top(3), below, top)?;
+                self.sp -= 2 + u16::from(op == opcode::INDEX_SET);
+                return Ok(());
             }
             opcode::FIELD_SET | opcode::FIELD_INIT => {
-                self.index_set(self.top(2), Value::string(number), self.top(1))?;
-                self.sp -= if op == opcode::FIELD_SET { 2 } else { 1 };
+                self.index_set(below, Value::string(number), top)?;
+                self.sp -= 1 + u16::from(op == opcode::FIELD_SET);
+                return Ok(());
             }
-            opcode::ROBOT_ID => self.push(Value::int(i32::from(self.robot_id))),
+            opcode::ROBOT_ID => Value::int(i32::from(self.robot_id)),
             opcode::FLOAT | opcode::INT_WORD => {
                 let tag = if op == opcode::FLOAT { Tag::FLOAT } else { Tag::INT };
-                let literal = self.literal();
-                self.push(Value::new(tag, literal));
+                Value::new(tag, self.literal())
             }
-            opcode::STRING => self.push(Value::string(number)),
-            opcode::FUNCTION => self.push(Value::indexed(Tag::FUNCTION, number)),
-            opcode::BUILTIN => self.push(Value::indexed(Tag::BUILTIN, number)),
-            opcode::ROBOT => self.push(Value::indexed(Tag::ROBOT, number)),
-            opcode::LIBRARY => self.push(Value::indexed(Tag::LIBRARY, number)),
-            opcode::CALL => return self.call_value(host, usize::from(number), 1),
-            opcode::CALL_METHOD => return self.call_value(host, usize::from(number), 2),
-            opcode::CALL_BUILTIN => {
-                let (count, drop_result) = self.arguments();
+            // Immediate values, whose tags are in the order of these instructions.
+            opcode::STRING..=opcode::LIBRARY => {
+                Value::indexed(Tag::of(op - opcode::STRING + Tag::STRING.byte()), number)
+            }
+            opcode::CALL_FUNCTION => {
+                let Some(program) = &self.program else { return Ok(()) };
+                let count = program.code.byte(program.function(number)) & PARAMETERS;
+                let callee = Value::indexed(Tag::FUNCTION, number);
+                return self.call(host, callee, usize::from(count), 0);
+            }
+            opcode::CALL_BUILTIN | opcode::CALL_ROBOT => {
+                // The trailer: how many arguments, and whether the result is dropped.
+                let trailer = self.next_byte();
+                let count = usize::from(trailer & !DROP_RESULT);
+                let drop_result = trailer & DROP_RESULT != 0;
+                if op == opcode::CALL_ROBOT {
+                    return self.call_robot(host, number, count, drop_result);
+                }
                 return self.call_builtin(host, number as u8, count, drop_result);
             }
-            opcode::CALL_ROBOT => {
-                let (arguments, drop_result) = self.arguments();
-                return self.call_robot(host, number, arguments, drop_result);
-            }
             opcode::CLOSURE => {
-                let count = usize::from(self.next_byte());
-                return self.make_closure(number, count);
+                let count = self.next_byte();
+                drop = u16::from(count);
+                self.make_closure(number, usize::from(count))?
             }
             // Every other byte was refused by the verifier.
-            _ => {}
-        }
-        Ok(())
-    }
-
-    /// Pops `count` values and pushes one.
-    #[inline(always)]
-    fn replace(&mut self, count: u16, value: Value<P>) {
-        self.sp = self.sp.wrapping_sub(count);
+            _ => return Ok(()),
+        };
+        self.sp = self.sp.wrapping_sub(drop);
         self.push(value);
+        Ok(())
     }
 
     /// The byte behind the instruction, which belongs to it.
@@ -162,12 +161,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let at = usize::from(self.pc);
         self.pc = self.pc.wrapping_add(1);
         self.program.as_ref().map_or(0, |program| program.code.byte(at))
-    }
-
-    /// The trailer of a call: how many arguments, and whether the result is dropped.
-    fn arguments(&mut self) -> (usize, bool) {
-        let byte = self.next_byte();
-        (usize::from(byte & !DROP_RESULT), byte & DROP_RESULT != 0)
     }
 
     fn literal(&mut self) -> P::Raw {
@@ -178,20 +171,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         P::literal_from_le(bytes)
     }
 
-    /// Makes a closure of the `count` values on top, the first of which is self if the function uses it.
-    fn make_closure(&mut self, number: u16, count: usize) -> Result<(), Stopped> {
-        let Some(program) = &self.program else { return Ok(()) };
+    /// A closure of the `count` values on top, the first of which is self if the function uses it.
+    fn make_closure(&mut self, number: u16, count: usize) -> Result<Value<P>, Stopped> {
+        let Some(program) = &self.program else { return Ok(Value::nil()) };
         let uses_self = program.code.byte(program.function(number)) & USES_SELF != 0;
+        let function = Value::indexed(Tag::FUNCTION, number);
         let first = usize::from(self.sp) - count;
         let (self_value, from) =
             if uses_self { (self.arena.get(first), first + 1) } else { (Value::nil(), first) };
-        let function = Value::indexed(Tag::FUNCTION, number);
-        let captured = count - usize::from(uses_self);
-        let closure =
-            self.allocate(|vm| vm.arena.new_closure(function, self_value, from, captured))?;
-        self.sp -= count as u16;
-        self.push(closure);
-        Ok(())
+        let captured = usize::from(self.sp) - from;
+        self.allocate(|vm| vm.arena.new_closure(function, self_value, from, captured))
     }
 
     /// Arithmetic and bit operations on any two values.
