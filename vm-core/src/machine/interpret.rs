@@ -89,7 +89,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     // Short forms, by the ranges of `opcode::SHORTS`.
                     let low = isize::from(op & 0x0f);
                     (op, arg) = match op & 0x3c {
-                        0x00..=0x0c => (opcode::LOCAL_GET, low + opcode::SHORT_LOCAL_GET.low as isize),
+                        0x00..=0x0c => {
+                            (opcode::LOCAL_GET, low + opcode::SHORT_LOCAL_GET.low as isize)
+                        }
                         0x10..=0x1c => (opcode::INT, low + opcode::SHORT_INT.low as isize),
                         0x20..=0x2c => (opcode::GLOBAL_GET, low),
                         0x30 | 0x34 => (opcode::GLOBAL_SET, low),

@@ -79,6 +79,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return self.poll_robot(host);
         }
         if number == Native::START.0 {
+            self.pc = Native::EXIT.position() as u16;
             self.call(host, self.top(1), 0, 1)?;
             return Ok(Flow::Continue);
         }
