@@ -27,16 +27,17 @@ pub fn ending_at(image: &[u8], position: u16) -> Option<Instruction> {
     while at <= position {
         let byte = |offset: usize| code.get(at + offset).copied().unwrap_or(0);
         let decoded = opcode::decode([byte(0), byte(1), byte(2)]);
-        let trailer = match opcode::info(decoded.opcode)?.trailer {
-            Trailer::None => 0,
-            Trailer::Arguments | Trailer::Captures | Trailer::Immediate => 1,
-            Trailer::Word => word_bytes,
-        };
-        at += usize::from(decoded.length) + trailer;
+        let trailer = opcode::info(decoded.opcode)?.trailer;
+        let behind = byte(usize::from(decoded.length));
+        at += usize::from(decoded.length) + trailer.length(word_bytes);
         if at == position + 1 {
             // Decoding has turned the wide form into the narrow one.
             debug_assert!(decoded.opcode & WIDE == 0);
-            return Some(Instruction { opcode: decoded.opcode, operand: decoded.operand });
+            let opcode = match trailer {
+                Trailer::LocalImmediate => opcode::relation_of_local(behind).0,
+                _ => decoded.opcode,
+            };
+            return Some(Instruction { opcode, operand: decoded.operand });
         }
     }
     None

@@ -142,12 +142,7 @@ impl View<'_> {
                 return Ok(());
             };
             let trailer = at + usize::from(instruction.length);
-            let next = trailer
-                + match info.trailer {
-                    Trailer::None => 0,
-                    Trailer::Arguments | Trailer::Captures | Trailer::Immediate => 1,
-                    Trailer::Word => self.word_bytes(),
-                };
+            let next = trailer + info.trailer.length(self.word_bytes());
             let operand = match info.operand {
                 Operand::None => String::new(),
                 Operand::Jump => {
@@ -203,6 +198,12 @@ impl View<'_> {
             }
             Trailer::Arguments | Trailer::Captures => format!(" {byte}"),
             Trailer::Immediate => format!(" {}", byte as i8),
+            Trailer::LocalImmediate => {
+                let (jump, local) = opcode::relation_of_local(byte);
+                let name = opcode::info(jump).map_or("?", |info| info.name);
+                let relation = name.trim_start_matches("JUMP_").trim_end_matches("_INT");
+                format!(" {relation} {local} {}", self.byte(at + 1) as i8)
+            }
         }
     }
 

@@ -27,6 +27,8 @@ pub enum Trailer {
     Captures,
     /// One signed byte.
     Immediate,
+    /// Two bytes: see [`relation_of_local`], and a signed one.
+    LocalImmediate,
     /// A literal of the profile: 2 bytes in `tiny`, 4 in `full`, little-endian.
     Word,
 }
@@ -39,7 +41,18 @@ impl Trailer {
             1 => Trailer::Arguments,
             2 => Trailer::Captures,
             3 => Trailer::Immediate,
+            4 => Trailer::LocalImmediate,
             _ => Trailer::Word,
+        }
+    }
+
+    /// How many bytes, where a literal has `word_bytes`.
+    pub const fn length(self, word_bytes: usize) -> usize {
+        match self {
+            Trailer::None => 0,
+            Trailer::Arguments | Trailer::Captures | Trailer::Immediate => 1,
+            Trailer::LocalImmediate => 2,
+            Trailer::Word => word_bytes,
         }
     }
 }
@@ -204,6 +217,7 @@ opcodes! {
     JUMP_TRUE = 0x5c, Jump, None, 1 -- 0, "a --: jumps if a is neither nil nor 0";
     AND = 0x5d, Jump, None, 1 -- 0, "a --: if a is false, puts 0 and jumps";
     OR = 0x5e, Jump, None, 1 -- 0, "a --: if a is true, puts 1 and jumps";
+    JUMP_LOCAL = 0x5f, Jump, LocalImmediate, 0 -- 0, "--: jumps if the relation holds between local and immediate";
     // Relations: the low bits say for which [`order`]s they hold.
     JUMP_LT = 0x61, Jump, None, 2 -- 0, "a b --: jumps if a < b";
     JUMP_EQ = 0x62, Jump, None, 2 -- 0, "a b --: jumps if a == b";
@@ -242,6 +256,18 @@ pub mod order {
 
 /// What a jump after a comparison with an immediate integer is above the one after a comparison of two values.
 pub const WITH_INT: u8 = JUMP_EQ_INT - JUMP_EQ;
+
+/// What the first byte behind [`JUMP_LOCAL`] says: the jump after a comparison with an immediate integer that it stands
+/// for, by its low four bits, and the local, as `LOCAL_GET` has it in its short form.
+pub const fn relation_of_local(byte: u8) -> (u8, i16) {
+    (JUMP_LT_INT & 0xf0 | byte >> 4, (byte & 0x0f) as i16 + SHORT_LOCAL_GET.low)
+}
+
+/// The byte that [`relation_of_local`] reads, if there is one.
+pub fn local_with_relation(jump: u8, local: i16) -> Option<u8> {
+    let number = u8::try_from(local - SHORT_LOCAL_GET.low).ok()?;
+    if number < SHORT_LOCAL_GET.count { Some(jump << 4 | number) } else { None }
+}
 
 /// Bit that turns a narrow opcode into its wide form.
 pub const WIDE: u8 = 0x80;

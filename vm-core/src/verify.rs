@@ -157,6 +157,7 @@ impl<C: ByteCode, P: Profile, const SLOTS: usize> Pass<'_, C, P, SLOTS> {
                 + match effect.trailer {
                     Trailer::None => 0,
                     Trailer::Arguments | Trailer::Captures | Trailer::Immediate => 1,
+                    Trailer::LocalImmediate => 2,
                     Trailer::Word => P::WORD_BYTES,
                 };
             if at > self.end {
@@ -187,6 +188,10 @@ impl<C: ByteCode, P: Profile, const SLOTS: usize> Pass<'_, C, P, SLOTS> {
                     // Without captured values it would be a constant function.
                     fits &= byte > 0 && byte < DEPTH_MAX;
                     pops = pops.saturating_add(byte);
+                }
+                Trailer::LocalImmediate => {
+                    let (jump, local) = opcode::relation_of_local(byte);
+                    fits &= rom::effect::<C>(jump).is_some() && self.is_local(local);
                 }
                 Trailer::None | Trailer::Immediate | Trailer::Word => {}
             }
@@ -241,11 +246,7 @@ impl<C: ByteCode, P: Profile, const SLOTS: usize> Pass<'_, C, P, SLOTS> {
         };
         match (operand, number) {
             (Operand::None | Operand::Int | Operand::Jump, _) => true,
-            (Operand::Local, _) => {
-                let offset = instruction.operand;
-                (offset >= -i16::from(self.parameters) && offset < 0)
-                    || (offset > 0 && offset <= i16::from(self.depth))
-            }
+            (Operand::Local, _) => self.is_local(instruction.operand),
             (_, None) => false,
             (Operand::String, Some(number)) => self.header.has_string(number),
             (Operand::Function, Some(number)) => {
@@ -263,6 +264,12 @@ impl<C: ByteCode, P: Profile, const SLOTS: usize> Pass<'_, C, P, SLOTS> {
             (Operand::Count, Some(number)) => number <= u16::from(DEPTH_MAX),
             (Operand::Parameters, Some(number)) => number == u16::from(self.parameters),
         }
+    }
+
+    /// Whether that local exists.
+    fn is_local(&self, offset: i16) -> bool {
+        (offset >= -i16::from(self.parameters) && offset < 0)
+            || (offset > 0 && offset <= i16::from(self.depth))
     }
 
     /// Whether a local may be written: hidden ones may not.

@@ -43,6 +43,9 @@ fn instruction_set_is_up_to_date() {
             Trailer::Arguments => "arguments; bit 7: drop the result",
             Trailer::Captures => "captured values",
             Trailer::Immediate => "signed byte",
+            Trailer::LocalImmediate => {
+                "relation in the high half, local + 4 in the low half; signed byte"
+            }
             Trailer::Word => "2 bytes (`tiny`) or 4 (`full`)",
         };
         let meaning = info.meaning.replace('|', "\\|");

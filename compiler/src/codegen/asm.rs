@@ -5,7 +5,7 @@
 //! nothing can reach, picks the shortest form of every operand and lets loops be entered in the one allowed way. It
 //! knows nothing of the syntax tree, so that every producer of images can use it.
 
-use bittybuzz_vm_core::opcode::{self, DROP_RESULT, Operand, SHORTS, Trailer, WIDE};
+use bittybuzz_vm_core::opcode::{self, DROP_RESULT, Operand, SHORTS, WIDE};
 
 use crate::source::Span;
 
@@ -263,8 +263,30 @@ impl FunctionBuilder {
             return;
         }
         let opcode = opcode + opcode::WITH_INT;
-        self.push(opcode, Argument::Target(target), &immediate.to_le_bytes(), (0, 0), span);
+        let [immediate] = immediate.to_le_bytes();
+        match self.local_on_top().and_then(|local| opcode::local_with_relation(opcode, local)) {
+            Some(local) => {
+                self.items.pop();
+                self.depth -= 1;
+                let trailer = [local, immediate];
+                self.push(opcode::JUMP_LOCAL, Argument::Target(target), &trailer, (0, 0), span);
+            }
+            None => self.push(opcode, Argument::Target(target), &[immediate], (0, 0), span),
+        }
         self.arrive(target, self.depth, span);
+    }
+
+    /// The local that the last instruction has put on the stack, if no jump leads between.
+    fn local_on_top(&self) -> Option<i16> {
+        let here = Some(self.items.len());
+        match self.items.last()? {
+            Item { opcode: opcode::LOCAL_GET, argument: Argument::Value(local), .. }
+                if self.labels.iter().all(|label| label.position != here) =>
+            {
+                Some(*local)
+            }
+            _ => None,
+        }
     }
 
     /// Any jump, `AND` and `OR`; backwards only to a label of [`FunctionBuilder::loop_head`].
@@ -365,11 +387,7 @@ impl FunctionBuilder {
         let Some(effect) = opcode::info(opcode) else {
             return self.fail(AsmErrorKind::BadOpcode, span);
         };
-        let expected = match effect.trailer {
-            Trailer::None => 0,
-            Trailer::Arguments | Trailer::Captures | Trailer::Immediate => 1,
-            Trailer::Word => self.word_bytes,
-        };
+        let expected = effect.trailer.length(self.word_bytes);
         let is_jump = matches!(argument, Argument::Target(_));
         if expected != trailer.len() || is_jump != (effect.operand == Operand::Jump) {
             return self.fail(AsmErrorKind::BadOpcode, span);

@@ -2,7 +2,7 @@
 
 use bittybuzz_vm_core::Image;
 use bittybuzz_vm_core::image::Header;
-use bittybuzz_vm_core::opcode::{self, Operand, SHORTS, TABLE, Trailer, WIDE};
+use bittybuzz_vm_core::opcode::{self, Operand, SHORTS, TABLE, WIDE};
 
 /// An instruction of an image.
 #[derive(Clone, Copy)]
@@ -53,12 +53,11 @@ impl Parts {
             while at < end {
                 let byte = |offset| image.get(at + offset).copied().unwrap_or(0);
                 let decoded = opcode::decode([byte(0), byte(1), byte(2)]);
-                let trailer = match opcode::info(decoded.opcode)?.trailer {
-                    Trailer::None => 0,
-                    Trailer::Arguments | Trailer::Captures | Trailer::Immediate => 1,
-                    Trailer::Word if header.is_full() => 4,
-                    Trailer::Word => 2,
-                };
+                let trailer = opcode::info(decoded.opcode)?.trailer.length(if header.is_full() {
+                    4
+                } else {
+                    2
+                });
                 let instruction = Instruction {
                     at,
                     opcode: decoded.opcode,

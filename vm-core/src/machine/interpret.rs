@@ -212,6 +212,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                             continue;
                         }
                     }
+                    opcode::JUMP_LOCAL => {
+                        let (relation, local) = opcode::relation_of_local(code.byte(pc));
+                        let a = get!(fp.wrapping_add_signed(isize::from(local)));
+                        if a.is(Tag::INT) {
+                            let b = i32::from(code.byte(pc.wrapping_add(1)) as i8);
+                            pc = pc.wrapping_add(2);
+                            if relation & order_of::<P>(a.raw(), P::int_from_i32(b)) != 0 {
+                                jump!(arg);
+                            }
+                            continue;
+                        }
+                    }
                     opcode::CALL_FUNCTION => {
                         let function = program.function(arg as u16);
                         let room = usize::from(code.byte(function.wrapping_add(1)));

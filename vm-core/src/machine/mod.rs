@@ -199,11 +199,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return false;
         }
         self.state = State::Running;
-        self.pc = Native::START.position() as u16;
+        self.pc = Native::EXIT.position() as u16;
         // A fault is reported by the next run.
         if self.ensure(base + 1 + NATIVE_ROOM).is_ok() {
             self.arena.set(base, record(0, Native::EXIT.position()));
             self.sp = base as u16 + 1;
+            self.pc = Native::START.position() as u16;
             self.push(callee);
         }
         true

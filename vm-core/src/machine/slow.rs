@@ -53,6 +53,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.sp = self.sp.wrapping_sub(2 - u16::from(with_int));
                 return Ok(());
             }
+            opcode::JUMP_LOCAL => {
+                let (relation, local) = opcode::relation_of_local(self.next_byte());
+                let b = Value::int(i32::from(self.next_byte() as i8));
+                let a = self.local(isize::from(local));
+                if a.is(Tag::UNSET) {
+                    return Err(self.fail(FaultCode::MissingArgument));
+                }
+                if self.compare_slow(relation, a, b)? {
+                    self.pc = self.pc.wrapping_add_signed(arg);
+                }
+                return Ok(());
+            }
             opcode::ADD..=opcode::MOD
             | opcode::POW
             | opcode::BAND
