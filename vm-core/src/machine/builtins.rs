@@ -40,22 +40,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 Ok(Value::int(self.table_size(self.arena.get(first)) as i32))
             }
             builtin::RAND => Ok(Value::int(self.rng.rand())),
-            builtin::UNIFORM => self.uniform(a, b),
-            builtin::SET_SEED => {
-                let Some(seed) = a.as_int() else { return Err(self.wrong_type(a, a)) };
-                self.rng = Rng::from_seed(seed as u32);
-                Ok(Value::nil())
-            }
-            builtin::TO_INT | builtin::FLOOR..=builtin::ROUND => self.rounded(number, a),
-            builtin::ABS => self.magnitude(a),
-            #[cfg(feature = "maths")]
-            builtin::SQRT..=builtin::ATAN | builtin::GAUSSIAN | builtin::EXPONENTIAL => {
-                self.maths(number, a, b)
-            }
-            builtin::TO_FLOAT => {
-                self.need_number(a)?;
-                Ok(Value::float(float(a)))
-            }
+            builtin::UNIFORM if a.is(Tag::UNSET) => Ok(Value::int(self.rng.next_u32() as i32)),
+            builtin::TO_INT
+            | builtin::TO_FLOAT
+            | builtin::ABS..=builtin::ROUND
+            | builtin::SQRT..=builtin::EXPONENTIAL => self.compute(number, a, b),
             // All others take any value.
             _ if a.is(Tag::UNSET) => Err(self.fail(FaultCode::MissingArgument)),
             builtin::TYPE => Ok(Value::string(type_name(a.type_of()))),
@@ -97,65 +86,70 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if slot < end { self.arena.get(slot) } else { Value::unset() }
     }
 
-    fn uniform(&mut self, a: Value<P>, b: Value<P>) -> Result<Value<P>, Stopped> {
-        if a.is(Tag::UNSET) {
-            return Ok(Value::int(self.rng.next_u32() as i32));
-        }
-        let (low, high) = if b.is(Tag::UNSET) { (Value::int(0), a) } else { (a, b) };
-        self.need_number(low)?;
-        self.need_number(high)?;
-        Ok(match (low.as_int(), high.as_int()) {
-            (Some(low), Some(high)) => Value::int(self.rng.uniform_int(low, high)),
-            _ => Value::float(self.rng.uniform_float::<P>(float(low), float(high))),
-        })
-    }
-
-    /// Integers are themselves; floats are rounded and saturate.
-    fn rounded(&mut self, number: u8, a: Value<P>) -> Result<Value<P>, Stopped> {
-        self.need_number(a)?;
-        if a.is(Tag::INT) {
-            return Ok(a);
-        }
-        let x = float(a);
-        let int = match number {
-            builtin::FLOOR => number::floor(x),
-            builtin::CEIL => number::ceil(x),
-            builtin::ROUND => number::round(x),
-            _ => number::to_int(Number::Float(x)),
-        };
-        Ok(Value::int(int.clamp(P::INT_MIN, P::INT_MAX)))
-    }
-
-    fn magnitude(&mut self, a: Value<P>) -> Result<Value<P>, Stopped> {
-        self.need_number(a)?;
-        let raw = a.raw();
-        let sign = P::int_less(raw, P::Raw::default());
-        Ok(match a.tag() {
-            // The sign of a float is in the same bit as that of an integer.
-            Tag::FLOAT => Value::new(Tag::FLOAT, P::and(raw, P::int_from_i32(P::INT_MAX))),
-            _ if sign => Value::new(Tag::INT, P::neg(raw)),
-            _ => a,
-        })
-    }
-
-    /// The functions of one or two floats.
-    #[cfg(feature = "maths")]
-    fn maths(&mut self, number: u8, a: Value<P>, b: Value<P>) -> Result<Value<P>, Stopped> {
+    /// Computes a built-in that takes one or two numbers.
+    #[inline(never)]
+    fn compute(&mut self, number: u8, a: Value<P>, b: Value<P>) -> Result<Value<P>, Stopped> {
         let (mut a, mut b) = (a, b);
-        if number == builtin::GAUSSIAN {
-            if a.is(Tag::UNSET) {
-                a = Value::int(1);
+        match number {
+            builtin::UNIFORM if b.is(Tag::UNSET) => (a, b) = (Value::int(0), a),
+            builtin::GAUSSIAN => {
+                if a.is(Tag::UNSET) {
+                    a = Value::int(1);
+                }
+                if b.is(Tag::UNSET) {
+                    b = Value::int(0);
+                }
             }
-            if b.is(Tag::UNSET) {
-                b = Value::int(0);
-            }
-        } else if number != builtin::ATAN {
-            b = a;
+            builtin::UNIFORM | builtin::ATAN => {}
+            _ => b = a,
         }
         self.need_number(a)?;
         self.need_number(b)?;
+        if a.is(Tag::INT) && b.is(Tag::INT) {
+            match number {
+                builtin::TO_INT | builtin::FLOOR..=builtin::ROUND => return Ok(a),
+                builtin::ABS => {
+                    let negative = P::int_less(a.raw(), P::Raw::default());
+                    return Ok(if negative { Value::new(Tag::INT, P::neg(a.raw())) } else { a });
+                }
+                builtin::UNIFORM => {
+                    let (low, high) = (P::int_to_i32(a.raw()), P::int_to_i32(b.raw()));
+                    return Ok(Value::int(self.rng.uniform_int(low, high)));
+                }
+                builtin::SET_SEED => {
+                    self.rng = Rng::from_seed(P::int_to_i32(a.raw()) as u32);
+                    return Ok(Value::nil());
+                }
+                _ => {}
+            }
+        }
         let x = float(a);
-        Ok(Value::float(match number {
+        let result = match number {
+            builtin::SET_SEED => return Err(self.wrong_type(a, a)),
+            builtin::UNIFORM => self.rng.uniform_float::<P>(x, float(b)),
+            builtin::ABS => number::abs(x),
+            #[cfg(feature = "maths")]
+            builtin::SQRT..=builtin::ATAN | builtin::GAUSSIAN | builtin::EXPONENTIAL => {
+                self.maths(number, x, float(b))
+            }
+            builtin::TO_FLOAT => x,
+            _ => {
+                let int = match number {
+                    builtin::FLOOR => number::floor(x),
+                    builtin::CEIL => number::ceil(x),
+                    builtin::ROUND => number::round(x),
+                    _ => number::to_int(Number::Float(x)),
+                };
+                return Ok(Value::int(int.clamp(P::INT_MIN, P::INT_MAX)));
+            }
+        };
+        Ok(Value::float(result))
+    }
+
+    #[cfg(feature = "maths")]
+    #[inline(never)]
+    fn maths(&mut self, number: u8, x: f32, y: f32) -> f32 {
+        match number {
             builtin::SQRT => maths::sqrt(x),
             builtin::EXP => maths::exp(x),
             builtin::LN => maths::log(x),
@@ -166,10 +160,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             builtin::TAN => maths::tan(x),
             builtin::ASIN => maths::asin(x),
             builtin::ACOS => maths::acos(x),
-            builtin::ATAN => maths::atan2(x, float(b)),
-            builtin::GAUSSIAN => self.rng.gaussian(x, float(b)),
+            builtin::ATAN => maths::atan2(x, y),
+            builtin::GAUSSIAN => self.rng.gaussian(x, y),
             _ => self.rng.exponential(x),
-        }))
+        }
     }
 
     #[inline(never)]

@@ -172,11 +172,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let overlays = self.new_table()?;
             self.arena.set(OVERLAYS, overlays);
         }
-        // Something is under the key before the table is made, so that it is reachable as soon as it is there.
+        // Something is under the key before the table is made, so that putting the table there takes no cell: until then
+        // nothing would lead to it.
         let overlays = self.arena.get(OVERLAYS);
         self.table_set(overlays, library, library)?;
         let made = self.new_table()?;
-        self.table_set(overlays, library, made)?;
+        let _ = self.arena.table_set(overlays.index(), library, made);
         Ok(made)
     }
 
