@@ -130,6 +130,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Moves the arguments down over the callee.
     fn remove_callee(&mut self, count: usize, below: usize) {
+        if below == 0 {
+            // A callback.
+            return;
+        }
         self.arena.shift_down(usize::from(self.sp) - count, count, below);
         self.sp -= below as u16;
     }
