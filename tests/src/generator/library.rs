@@ -40,7 +40,12 @@ impl Generator {
             4 if self.options.full => format!("string.length({})", self.string(depth)),
             5 if self.options.full => {
                 let text = self.string(depth);
-                format!("asint(string.toint({text}), {})", self.int_literal())
+                let default = self.int_literal();
+                if self.random.percent(50) {
+                    format!("asint(string.toint({text}), {default})")
+                } else {
+                    format!("int(asfloat(string.tofloat({text}), {default}))")
+                }
             }
             _ => {
                 let (class, name) = match self.scope().class {
@@ -145,7 +150,7 @@ impl Generator {
                 self.line(&format!("log({name}({a}, {b}))"));
                 self.declare(&name, Kind::Any, true);
             }
-            7 => self.line("log(pos.x, \" \", pos.z, \" \", pos.orientation)"),
+            7 => self.line("log(pos.x, \" \", pos.y, \" \", pos.z, \" \", pos.orientation)"),
             _ => {
                 let word = self.word();
                 self.line(&format!("math.{word} = nil"));

@@ -28,6 +28,10 @@ const HELPERS_FULL: &str = r#"function short(text) {
   if(string.length(text) > 70) return string.sub(text, 3, 50)
   return text
 }
+function asfloat(x, default) {
+  if(isfloat(x)) return x
+  return default
+}
 "#;
 
 /// Texts and field names: some are the machine's own, some longer than a cell of the heap.

@@ -28,7 +28,7 @@ pub enum Feed {
 }
 
 /// How long it may say nothing: many times what the longest program takes.
-const PATIENCE: Duration = Duration::from_secs(120);
+const PATIENCE: Duration = Duration::from_secs(60);
 
 impl Emulator {
     /// The lines that a program tells, up to so many; fewer if it ends or falls silent.

@@ -75,3 +75,39 @@ pub fn generated(full: bool, seeds: Range<u64>) -> Vec<Result<Program, String>> 
         Ok(Program::new(format!("seed {seed}"), *seed as usize, image))
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bittybuzz_compiler::disasm::disassemble;
+    use bittybuzz_vm_core::builtin::{self, Feature, Library};
+    use bittybuzz_vm_core::opcode;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_instruction_and_built_in_occurs() {
+        let images = [false, true].into_iter().flat_map(|full| generated(full, 0..300));
+        let text: String =
+            images.flatten().map(|program| disassemble(&program.image, None)).collect();
+        // After the instruction at its position, and after a semicolon what it refers to.
+        let words: BTreeSet<&str> = text.split_whitespace().collect();
+        // The compiler makes no use of it.
+        let made = opcode::TABLE.iter().filter(|info| info.name != "DUP");
+        let missing: Vec<&str> =
+            made.map(|info| info.name).filter(|name| !words.contains(name)).collect();
+        assert_eq!(missing, [""; 0]);
+        let features = [Feature::Core, Feature::Maths, Feature::Strings];
+        let known = builtin::TABLE.iter().filter(|info| features.contains(&info.feature));
+        let missing: Vec<String> =
+            known.map(full_name).filter(|name| !words.contains(name.as_str())).collect();
+        assert_eq!(missing, [""; 0]);
+    }
+
+    fn full_name(info: &builtin::Info) -> String {
+        match (info.library, info.library.global_name()) {
+            (Library::Rng, _) => format!("math.rng.{}", info.name),
+            (_, Some(library)) => format!("{library}.{}", info.name),
+            (_, None) => info.name.to_owned(),
+        }
+    }
+}
