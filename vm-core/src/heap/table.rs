@@ -200,49 +200,47 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         let place = self.get(iteration);
         let mut phase = place.tag().count();
         let mut at = place.index();
-        let mut key;
-        let mut value;
         loop {
+            let key;
+            let mut value;
             if phase & 1 == 0 {
-                if phase == BEHIND_GAP && at >= self.array_length(table) {
+                if phase == BEHIND_GAP && at >= self.get(table + 2).index() {
                     phase = HEAD as u8;
                     at = table;
                     continue;
                 }
                 key = Value::indexed(Tag::INT, at as u16);
                 value = self.table_get(table, key);
+                at = at.wrapping_add(1);
                 if phase == CONSECUTIVE && value.is_nil() {
                     self.set(iteration + 1, key);
                     phase = BEHIND_GAP;
-                    continue;
                 }
-                at += 1;
             } else {
                 if usize::from(phase) >= CELL {
-                    at = self.link(at);
+                    at = self.get(at).index();
                     if at == 0 {
                         return false;
                     }
                     phase = 1;
                 }
-                let slot = at + usize::from(phase);
-                phase += 2;
+                let slot = at.wrapping_add(usize::from(phase));
+                phase = phase.wrapping_add(2);
                 key = self.get(slot);
                 value = self.get(slot + 1);
-                let gap = self.index_at(iteration + 1);
+                // The consecutive keys were all visited.
+                let gap = self.get(iteration + 1).index();
                 if matches!(Self::array_index(key), Some(index) if index < gap) {
-                    // One of the consecutive keys, which were all visited.
-                    continue;
+                    value = Value::nil();
                 }
             }
             if !value.is_nil() {
-                break;
+                self.set(iteration, Value::indexed(Tag::counting(phase), at as u16));
+                self.set(iteration + 2, key);
+                self.set(iteration + 3, value);
+                return true;
             }
         }
-        self.set(iteration, Value::indexed(Tag::counting(phase), at as u16));
-        self.set(iteration + 2, key);
-        self.set(iteration + 3, value);
-        true
     }
 
     /// How many entries.

@@ -166,23 +166,23 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         count: usize,
         drop_result: bool,
     ) -> Result<(), Stopped> {
-        match self.ask_robot(host, number, count, usize::from(self.sp), false)? {
-            Reply::Value(result) => {
-                self.sp -= count as u16;
-                if !drop_result {
-                    self.push(result);
-                }
-            }
-            Reply::Wait => {
-                self.enter_native(Native::ROBOT)?;
-                self.push(Value::indexed(Tag::ROBOT, number));
-                self.push(Value::int(count as i32));
-                self.push(Value::truth(drop_result));
-            }
+        let result = self.ask_robot(host, number, count, usize::from(self.sp), false)?;
+        if result.is(Tag::UNSET) {
+            self.enter_native(Native::ROBOT)?;
+            self.push(Value::indexed(Tag::ROBOT, number));
+            self.push(Value::int(count as i32));
+            self.push(Value::truth(drop_result));
+            return Ok(());
+        }
+        self.sp -= count as u16;
+        if !drop_result {
+            self.push(result);
         }
         Ok(())
     }
 
+    /// The result of a robot function, unset as long as it goes on.
+    #[inline(never)]
     fn ask_robot<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -190,8 +190,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         count: usize,
         end: usize,
         again: bool,
-    ) -> Result<Reply<P>, Stopped> {
-        let Some(program) = &self.program else { return Ok(Reply::Wait) };
+    ) -> Result<Value<P>, Stopped> {
+        let Some(program) = &self.program else { return Ok(Value::unset()) };
         let hash = program.import(number);
         for slot in end - count..end {
             if self.arena.get(slot).is(Tag::UNSET) {
@@ -199,7 +199,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
         }
         match host.call(hash, Arguments { vm: self, end, count }, again) {
-            Ok(reply) => Ok(reply),
+            Ok(Reply::Value(result)) => Ok(result),
+            Ok(Reply::Wait) => Ok(Value::unset()),
             Err(RobotFault::WrongType(found)) => {
                 Err(self.fail_with(FaultCode::WrongType, [found; 2], 0))
             }
@@ -213,16 +214,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn poll_robot<H: Host<P>>(&mut self, host: &mut H) -> Result<Flow, Stopped> {
         let number = self.local(1).index() as u16;
         let count = self.local(2).index();
-        let drop_result = !self.local(3).is_false();
-        match self.ask_robot(host, number, count, usize::from(self.fp), true)? {
-            Reply::Wait => Ok(Flow::Waiting),
-            Reply::Value(result) => {
-                self.leave_native(count, result);
-                if drop_result {
-                    self.pop();
-                }
-                Ok(Flow::Continue)
-            }
+        let drop_result = self.local(3).index() != 0;
+        let result = self.ask_robot(host, number, count, usize::from(self.fp), true)?;
+        if result.is(Tag::UNSET) {
+            return Ok(Flow::Waiting);
         }
+        self.leave_native(count, result);
+        if drop_result {
+            self.pop();
+        }
+        Ok(Flow::Continue)
     }
 }

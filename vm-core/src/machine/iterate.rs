@@ -85,7 +85,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         if number == builtin::DELAY {
             let ms = self.local(-1).as_number().map_or(0, number::to_int);
-            let again = !self.local(BEGUN).is_false();
+            let again = !self.local(BEGUN).is_nil();
             self.set_local(BEGUN, Value::truth(true));
             if !host.delay_is_over(ms, again) {
                 return Ok(Flow::Waiting);
