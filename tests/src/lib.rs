@@ -15,7 +15,8 @@
 //! Others run compiler and virtual machine in this process ([`compiler`], [`machine`]), because they need to reach
 //! into the machine or run it a million times:
 //!
-//! * `random_programs`: programs that [`generator`] makes up, run in every way there is;
+//! * `random_programs`: programs that [`generator`] makes up, run in every way there is ([`torture`]);
+//! * `torture`: all scripts, in those same ways;
 //! * `memory`: structures and garbage that fill the memory.
 
 pub mod bbz;
@@ -32,3 +33,5 @@ pub mod machine;
 pub mod malformed;
 pub mod report;
 pub mod script;
+#[cfg(feature = "in-process")]
+pub mod torture;

@@ -69,7 +69,7 @@ const TASKS: &[Task] = &[
     Task {
         name: "soak",
         arguments: "[PART]",
-        help: "long evidence, goes on where it was stopped; PART is fuzz, mutants, noise, random or same",
+        help: "long evidence, goes on where it was stopped; PART is fuzz, mutants, noise, random, same or torture",
         run: soak::run,
     },
     Task {

@@ -36,6 +36,7 @@ const PARTS: &[Part] = &[
     Part { name: "noise", items: || vec!["a million bytes".to_owned()], run: |_| noise() },
     Part { name: "random", items: blocks, run: random },
     Part { name: "same", items: same::items, run: same::run },
+    Part { name: "torture", items: || vec!["every allocation".to_owned()], run: |_| torture() },
 ];
 
 /// Seeds of random programs; CI has those from 0, and docs/testing.md tells of others.
@@ -111,6 +112,13 @@ fn random(seeds: &str) -> Result<Verdict, Failure> {
     let arguments = ["--package", "bittybuzz-tests", "--test", "random_programs"];
     checks::tests(&arguments).env("BITTYBUZZ_SEEDS", seeds).run()?;
     Ok(Verdict::Shown("all the same".to_owned()))
+}
+
+/// All scripts, with each of their allocations made to fail.
+fn torture() -> Result<Verdict, Failure> {
+    let arguments = ["--package", "bittybuzz-tests", "--test", "torture"];
+    checks::tests(&arguments).env("BITTYBUZZ_TORTURE", "all").run()?;
+    Ok(Verdict::Shown("all the same, or a clean fault".to_owned()))
 }
 
 /// What was shown of a part.
