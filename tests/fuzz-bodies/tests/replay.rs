@@ -67,6 +67,8 @@ fn sample(body: fn(&[u8]) -> bool, count: u32, length: std::ops::Range<u32>, sha
     for _ in 0..count {
         let length = length.start + random() % (length.end - length.start);
         let input: Vec<u8> = (0..length).map(|_| random() as u8).collect();
+        // Shown if the body panics.
+        println!("{input:?}");
         passed += u32::from(body(&input));
     }
     println!("{passed} of {count} pass");

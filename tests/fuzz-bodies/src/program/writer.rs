@@ -197,7 +197,7 @@ impl<'a, 'b> Writer<'a, 'b> {
             self.builder.pop(DEEPEST / 2, SPAN);
         }
         match (info.operand, info.trailer) {
-            (Operand::Jump, trailer) => self.jump(info, trailer == Trailer::Immediate),
+            (Operand::Jump, trailer) => self.jump(info, trailer),
             (operand, Trailer::None) => self.without_trailer(info, operand),
             (_, Trailer::Word) => {
                 let bytes = [(); 4].map(|()| self.choices.byte());
@@ -315,10 +315,23 @@ impl<'a, 'b> Writer<'a, 'b> {
         }
     }
 
-    fn jump(&mut self, info: &opcode::Info, with_int: bool) {
+    /// The operands of a jump: for one that compares a local, that as the only one.
+    fn operands(&mut self, info: &opcode::Info, trailer: Trailer) {
+        if trailer == Trailer::LocalImmediate {
+            match self.local(0, false) {
+                Some(local) => self.plain_operand(opcode::LOCAL_GET, local),
+                None => self.value(Kind::Number),
+            }
+        } else {
+            for number in 0..usize::from(info.pops) {
+                self.value(kind::wanted(info.byte).get(number).copied().unwrap_or(Kind::Any));
+            }
+        }
+    }
+
+    fn jump(&mut self, info: &opcode::Info, trailer: Trailer) {
         let choice = self.choices.byte();
         let keeps = usize::from(matches!(info.byte, opcode::AND | opcode::OR));
-        let (pops, wanted) = (usize::from(info.pops), kind::wanted(info.byte));
         let pick = |targets: &[Target]| {
             let chosen = usize::from(choice >> 2).checked_rem(targets.len());
             chosen.map(|chosen| targets[chosen])
@@ -329,26 +342,34 @@ impl<'a, 'b> Writer<'a, 'b> {
             1 => pick(&self.ahead).filter(|target| target.depth >= self.shape.hidden() + keeps),
             _ => None,
         };
-        let label = match target {
+        let pops = usize::from(info.pops).max(usize::from(trailer == Trailer::LocalImmediate));
+        match target {
             Some(target) => {
                 self.adjust(target.depth - keeps);
-                for number in 0..pops {
-                    self.value(wanted.get(number).copied().unwrap_or(Kind::Any));
-                }
-                target.label
+                self.operands(info, trailer);
             }
+            None if trailer == Trailer::LocalImmediate => self.operands(info, trailer),
+            None => self.need(pops, kind::wanted(info.byte)),
+        }
+        let label = match target {
+            Some(target) => target.label,
             None => {
-                self.need(pops, wanted);
                 let label = self.builder.label();
                 self.ahead.push(Target { label, depth: self.builder.depth() - pops + keeps });
                 label
             }
         };
-        if with_int {
-            let immediate = self.choices.byte() as i8;
-            self.builder.jump_int(info.byte - opcode::WITH_INT, immediate, label, SPAN);
-        } else {
-            self.builder.jump(info.byte, label, SPAN);
+        // The assembler itself joins the comparison with the local.
+        let relation = match trailer {
+            Trailer::LocalImmediate => opcode::JUMP_LT,
+            _ => info.byte.wrapping_sub(opcode::WITH_INT),
+        };
+        match trailer {
+            Trailer::None => self.builder.jump(info.byte, label, SPAN),
+            _ => {
+                let immediate = self.choices.byte() as i8;
+                self.builder.jump_int(relation, immediate, label, SPAN);
+            }
         }
     }
 }
