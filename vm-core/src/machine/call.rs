@@ -51,45 +51,49 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         below: usize,
     ) -> Result<(), Stopped> {
         let mut function = callee;
-        let mut closure = Value::nil();
-        let mut self_value = Value::nil();
-        if matches!(callee.tag(), Tag::CLOSURE | Tag::BOUND) {
-            self_value = self.arena.closure_self(callee.index());
-            if callee.is(Tag::BOUND) {
-                function = self.arena.closure_function(callee.index());
-            }
-            if function.is(Tag::CLOSURE) {
-                closure = function;
-                function = self.arena.closure_function(function.index());
-            }
+        let mut closure = callee;
+        if function.is(Tag::BOUND) {
+            function = self.arena.closure_function(function.index());
+            closure = function;
         }
-        if below == 2 {
-            self_value = self.top(count + 2);
-        }
-        let number = function.index() as u16;
-        if matches!(function.tag(), Tag::BUILTIN | Tag::ROBOT) {
-            self.remove_callee(count, below);
-            if function.is(Tag::ROBOT) {
-                return self.call_robot(host, number, count, false);
-            }
-            return self.call_builtin(host, number as u8, count, false);
+        if function.is(Tag::CLOSURE) {
+            function = self.arena.closure_function(function.index());
         }
         let Some(program) = self.program.as_ref().filter(|_| function.is(Tag::FUNCTION)) else {
-            return Err(self.fail_on(FaultCode::NotCallable, callee, callee));
+            return self.call_native(host, callee, count, below);
         };
-        let function = program.function(number);
-        let head = program.code.byte(function);
-        let room = usize::from(program.code.byte(function + 1));
+        let position = program.function(function.index() as u16);
+        let head = program.code.byte(position);
+        let room = usize::from(program.code.byte(position.wrapping_add(1)));
         let wanted = usize::from(head & PARAMETERS);
+        let sp = usize::from(self.sp);
+        let first = sp.wrapping_sub(count);
         // The record's slot, wherever the arguments end.
-        let fp = usize::from(self.sp) - below - count + wanted;
+        let fp = first.wrapping_sub(below).wrapping_add(wanted);
         // Until the callee is out of the way the stack is as high as it was.
-        self.ensure((fp + 1 + room).max(usize::from(self.sp) + wanted))?;
-        self.remove_callee(count, below);
-        for _ in count..wanted {
-            self.push(Value::unset());
+        let limit = fp.wrapping_add(1).wrapping_add(room).max(sp.wrapping_add(wanted));
+        if limit > usize::from(self.arena.reserved) {
+            self.ensure(limit)?;
         }
-        self.make_frame(fp, function + 2);
+        let mut self_value = Value::nil();
+        if head & USES_SELF != 0 {
+            if below == 2 {
+                self_value = self.arena.get(first.wrapping_sub(2));
+            } else if callee.is_heap() {
+                self_value = self.arena.closure_self(callee.index());
+            }
+        }
+        if below != 0 {
+            self.arena.shift_down(first, count, below);
+        }
+        for number in count..wanted {
+            self.arena.set(fp.wrapping_sub(wanted).wrapping_add(number), Value::unset());
+        }
+        let caller = record(fp.wrapping_sub(usize::from(self.fp)), usize::from(self.pc));
+        self.arena.set_fast(fp, caller);
+        self.fp = fp as u16;
+        self.sp = fp.wrapping_add(1) as u16;
+        self.pc = position.wrapping_add(2) as u16;
         if head & CAPTURES != 0 {
             self.push(closure);
         }
@@ -99,13 +103,25 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// Makes the frame whose record is at `fp`, and goes on at `position`.
+    /// Calls what is no script function.
     #[inline(never)]
-    fn make_frame(&mut self, fp: usize, position: usize) {
-        self.arena.set(fp, record(fp - usize::from(self.fp), usize::from(self.pc)));
-        self.fp = fp as u16;
-        self.sp = fp as u16 + 1;
-        self.pc = position as u16;
+    fn call_native<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        callee: Value<P>,
+        count: usize,
+        below: usize,
+    ) -> Result<(), Stopped> {
+        if !matches!(callee.tag(), Tag::BUILTIN | Tag::ROBOT) {
+            return Err(self.fail_on(FaultCode::NotCallable, callee, callee));
+        }
+        self.arena.shift_down(usize::from(self.sp) - count, count, below);
+        self.sp -= below as u16;
+        let number = callee.index() as u16;
+        if callee.is(Tag::ROBOT) {
+            return self.call_robot(host, number, count, false);
+        }
+        self.call_builtin(host, number as u8, count, false)
     }
 
     /// Calls a built-in, whose arguments are on top.
@@ -128,21 +144,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// Moves the arguments down over the callee.
-    fn remove_callee(&mut self, count: usize, below: usize) {
-        if below == 0 {
-            // A callback.
-            return;
-        }
-        self.arena.shift_down(usize::from(self.sp) - count, count, below);
-        self.sp -= below as u16;
-    }
-
     /// Makes a frame for a built-in that takes `count` arguments and goes on at `native`.
     pub(super) fn enter_native(&mut self, native: Native) -> Result<(), Stopped> {
         let fp = usize::from(self.sp);
         self.ensure(fp + 1 + super::NATIVE_ROOM)?;
-        self.make_frame(fp, native.position());
+        self.push(record(fp - usize::from(self.fp), usize::from(self.pc)));
+        self.fp = fp as u16;
+        self.pc = native.position() as u16;
         Ok(())
     }
 
