@@ -90,10 +90,21 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     let low = isize::from(op & 0x0f);
                     (op, arg) = match op & 0x3c {
                         0x00..=0x0c => {
-                            (opcode::LOCAL_GET, low + opcode::SHORT_LOCAL_GET.low as isize)
+                            let value = get!(
+                                fp.wrapping_add_signed(low + opcode::SHORT_LOCAL_GET.low as isize)
+                            );
+                            if value.is(Tag::UNSET) {
+                                op = opcode::LOCAL_GET;
+                                break Left::Undone;
+                            }
+                            push!(value);
+                            continue;
                         }
                         0x10..=0x1c => (opcode::INT, low + opcode::SHORT_INT.low as isize),
-                        0x20..=0x2c => (opcode::GLOBAL_GET, low),
+                        0x20..=0x2c => {
+                            push!(get!(GLOBALS + low as usize));
+                            continue;
+                        }
                         0x30 | 0x34 => (opcode::GLOBAL_SET, low),
                         0x38 => (opcode::RETURN, low & 0x03),
                         _ => (opcode::RETURN_NIL, low & 0x03),
@@ -253,6 +264,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         pc = outer.index();
                         if pc < SPECIAL {
                             continue;
+                        }
+                        if pc == Native::EXIT.position() {
+                            // The stack is empty: the registers start anew.
+                            return Ok(Flow::Done);
                         }
                         break Left::Returned;
                     }

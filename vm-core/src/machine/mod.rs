@@ -186,7 +186,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     // The usual: without parameters. The frame is the outermost.
                     self.arena.reserved = limit as u16;
                     self.state = State::Running;
-                    self.arena.set(base, record(0, Native::EXIT.position()));
+                    self.arena.set_fast(base, record(0, Native::EXIT.position()));
                     self.sp = base as u16 + 1;
                     self.pc = function as u16 + 2;
                     return true;
