@@ -151,11 +151,20 @@ macro_rules! integer_operations {
 
         #[inline]
         fn div(a: $raw, b: $raw) -> Option<$raw> {
+            if b == 2 {
+                // The usual, and a division is a long subroutine on small chips.
+                let a = a as $int;
+                return Some((a.wrapping_sub(a >> (<$int>::BITS - 1)) >> 1) as $raw);
+            }
             if b == 0 { None } else { Some((a as $int).wrapping_div(b as $int) as $raw) }
         }
 
         #[inline]
         fn modulo(a: $raw, b: $raw) -> Option<$raw> {
+            // As above.
+            if b.is_power_of_two() && (b as $int) > 0 {
+                return Some(a & (b - 1));
+            }
             if b == 0 { None } else { Some((a as $int).wrapping_rem_euclid(b as $int) as $raw) }
         }
 
