@@ -36,16 +36,16 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         Ok(Value::indexed(Tag::CLOSURE, head as u16))
     }
 
-    /// `function` bound to `self_value`.
-    pub(crate) fn new_bound(
+    /// `function` bound to `self_value`, in the cell of a new table that nobody has.
+    pub(crate) fn bound(
         &mut self,
+        cell: usize,
         function: Value<P>,
         self_value: Value<P>,
-    ) -> Result<Value<P>, NoCell> {
-        let cell = self.take_cell(LIVE).ok_or(NoCell)?;
+    ) -> Value<P> {
         self.set(cell + 1, function);
         self.set(cell + 2, self_value);
-        Ok(Value::indexed(Tag::BOUND, cell as u16))
+        Value::indexed(Tag::BOUND, cell as u16)
     }
 
     /// The function of a closure or bound function.

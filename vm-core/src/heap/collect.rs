@@ -164,7 +164,10 @@ mod tests {
                 let (from, to) = (random(40), random(40));
                 // Array elements, pairs and closures all lead on.
                 let value = match random(3) {
-                    0 => memory.new_bound(Value::nil(), nodes[to]).unwrap(),
+                    0 => {
+                        let cell = memory.new_table().unwrap().index();
+                        memory.bound(cell, Value::nil(), nodes[to])
+                    }
                     _ => nodes[to],
                 };
                 let size = memory.table_size(nodes[from].index());

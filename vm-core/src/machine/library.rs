@@ -152,7 +152,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return Ok(value);
         }
         // The value is reachable through its table; neither moves.
-        self.allocate(|vm| vm.arena.new_bound(plain, table))
+        let cell = self.new_table()?;
+        Ok(self.arena.bound(cell.index(), plain, table))
     }
 
     /// The table of changes of a library, nil if there is none.
