@@ -53,6 +53,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// Forgets everything and uses only the first `slots` slots, or all if there are fewer.
+    #[inline(never)]
     pub(crate) fn reset(&mut self, slots: usize) {
         self.top = slots.min(SLOTS) as u16;
         self.bottom = self.top;
