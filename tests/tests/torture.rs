@@ -21,7 +21,8 @@ struct Extent {
 }
 
 const SAMPLE: Extent = Extent { most_instructions: 200_000, failures: 20 };
-const ALL: Extent = Extent { most_instructions: 2_000_000, failures: u32::MAX };
+/// Every allocation of all but some scripts that make garbage for a long time.
+const ALL: Extent = Extent { most_instructions: 2_000_000, failures: 2000 };
 
 #[test]
 fn scripts_do_the_same_under_torture() {
