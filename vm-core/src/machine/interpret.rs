@@ -68,6 +68,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 if self.resume(host)? == Flow::Waiting {
                     return Ok(Flow::Waiting);
                 }
+                budget = self.less_work(budget);
                 continue;
             }
 
@@ -337,18 +338,27 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     let count = arg as usize;
                     let callee = get!(sp.wrapping_sub(count).wrapping_sub(1));
                     self.call(host, callee, count, usize::from(op - opcode::CALL) + 1)?;
+                    budget = self.less_work(budget);
                 }
                 Left::Undone => {
                     self.slow(host, op, arg as i16)?;
-                    #[cfg(feature = "strings")]
-                    {
-                        budget =
-                            budget.saturating_sub(usize::from(core::mem::take(&mut self.work)));
-                    }
+                    budget = self.less_work(budget);
                 }
                 Left::Returned => {}
             }
         }
+    }
+
+    /// What is left of a budget after the work on text.
+    #[cfg(feature = "strings")]
+    fn less_work(&mut self, budget: usize) -> usize {
+        budget.saturating_sub(usize::from(core::mem::take(&mut self.work)))
+    }
+
+    #[cfg(not(feature = "strings"))]
+    #[inline(always)]
+    fn less_work(&mut self, budget: usize) -> usize {
+        budget
     }
 }
 

@@ -143,6 +143,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) -> Result<(), ImageError> {
         self.program = None;
         self.state = State::Empty;
+        // A script that stopped may have left some.
+        #[cfg(feature = "strings")]
+        {
+            self.work = 0;
+        }
         self.arena.reset(slots);
         let verified = image.verify(&mut self.arena, is_robot_function)?;
         self.arena.reset(slots);

@@ -113,9 +113,11 @@ fn compare(
         let mut failure = format!("{name}: {told:?} instead of {expected:?}");
         // Those after it in the machine may only suffer from it.
         if std::mem::take(&mut is_first) {
-            let slices = first_difference(target, chip, program, expected.slices, file);
             let budget = program.header.budget;
-            failure += &format!("; alone it differs after {slices} slices of {budget}");
+            failure += &match first_difference(target, chip, program, expected.slices, file) {
+                Some(slices) => format!("; alone it differs after {slices} slices of {budget}"),
+                None => "; alone it does the same".to_owned(),
+            };
         }
         Err(failure + "\n")
     });
@@ -140,23 +142,28 @@ fn run<'p>(
     target.emulator.run(&chip.with(&batch), file, count)
 }
 
-/// The smallest number of slices after which the traces differ; that of all if they do not.
+/// The smallest number of slices after which the traces differ, if the program runs alone.
 fn first_difference(
     target: &Target,
     chip: &Linked,
     program: &Program,
     all: u32,
     file: &Path,
-) -> u32 {
-    let (mut same, mut different) = (0, all);
-    while different - same > 1 {
-        let slices = same + (different - same) / 2;
+) -> Option<u32> {
+    let differs = |slices| {
         let header = Header { slices, ..program.header };
         let told = run(target, chip, [(header, program)].into_iter(), file);
-        let is_same = told == [line(&target.expected(header, &program.image))];
-        *if is_same { &mut same } else { &mut different } = slices;
+        told != [line(&target.expected(header, &program.image))]
+    };
+    let (mut same, mut different) = (0, all + 1);
+    if !differs(different) {
+        return None;
     }
-    different
+    while different - same > 1 {
+        let slices = same + (different - same) / 2;
+        *if differs(slices) { &mut different } else { &mut same } = slices;
+    }
+    Some(different)
 }
 
 /// Without the newline.

@@ -1,0 +1,89 @@
+//! What is done with text takes time, and so counts as instructions: however a built-in is called, and only for the script
+//! that calls it.
+
+use bittybuzz_compiler::include::MemoryFiles;
+use bittybuzz_tests::compiler;
+use bittybuzz_vm_core::number::{Full, Profile};
+use bittybuzz_vm_core::{
+    Arguments, Axis, ByteCode, Entry, Host, Image, Outcome, Reply, RobotFault, Value, Vm,
+};
+
+struct Silent;
+
+impl<P: Profile> Host<P> for Silent {
+    fn call<C: ByteCode, const SLOTS: usize>(
+        &mut self,
+        _: u16,
+        _: Arguments<'_, P, C, SLOTS>,
+        _: bool,
+    ) -> Result<Reply<P>, RobotFault> {
+        Ok(Reply::Value(Value::nil()))
+    }
+
+    fn log<C: ByteCode, const SLOTS: usize>(&mut self, _: Arguments<'_, P, C, SLOTS>) {}
+
+    fn delay_is_over(&mut self, _: i32, _: bool) -> bool {
+        true
+    }
+
+    fn position(&mut self, _: Axis) -> Option<f32> {
+        None
+    }
+}
+
+type Machine<'i> = Vm<Full, &'i [u8], 1000>;
+
+fn image(script: &str) -> Vec<u8> {
+    let compiled = compiler::compile(script.to_owned(), true, &MemoryFiles::default());
+    compiled.image.unwrap_or_else(|| panic!("{:?}", compiled.diagnostics))
+}
+
+/// Slices of the global code, and how they end.
+fn slices(vm: &mut Machine<'_>, budget: u16) -> (u32, Outcome) {
+    assert!(vm.begin(Entry::Global));
+    let mut slices = 0;
+    loop {
+        slices += 1;
+        match vm.run(&mut Silent, budget) {
+            Outcome::Pending => {}
+            end => return (slices, end),
+        }
+    }
+}
+
+/// Makes a text of a hundred bytes fifty times, by this code.
+fn script(call: &str) -> String {
+    let text = "0123456789".repeat(5);
+    format!(
+        "f = string.concat\na = \"{text}\"\nt = {{}}\nt[a] = a\nfor(i = 0, i < 50, i = i + 1) {{ {call} }}"
+    )
+}
+
+/// Two instructions for each of 5000 bytes, and some around them.
+const SLICES: std::ops::Range<u32> = 11..13;
+
+#[test]
+fn every_way_to_call_a_built_in_costs_the_same() {
+    for call in ["string.concat(a, a)", "f(a, a)", "foreach(t, f)"] {
+        let image = image(&script(call));
+        let mut vm = Machine::new(1);
+        vm.load(Image::new(&image), |_| true).expect("it is sound");
+        let (slices, end) = slices(&mut vm, 1000);
+        assert_eq!(end, Outcome::Done);
+        assert!(SLICES.contains(&slices), "{call}: {slices}");
+    }
+}
+
+#[test]
+fn a_script_does_not_pay_for_the_one_before() {
+    // Faults in the middle of a text.
+    let before = image("a = \"0123456789\"\nwhile(1) a = string.concat(a, a)");
+    let after = image(&script("string.concat(a, a)"));
+    let mut vm = Machine::new(1);
+    vm.load(Image::new(&after), |_| true).expect("it is sound");
+    let alone = slices(&mut vm, 1000);
+    vm.load(Image::new(&before), |_| true).expect("it is sound");
+    assert!(matches!(slices(&mut vm, 1000).1, Outcome::Fault(_)));
+    vm.load(Image::new(&after), |_| true).expect("it is sound");
+    assert_eq!(slices(&mut vm, 1000), alone);
+}
