@@ -5,7 +5,9 @@ use super::Verdict;
 use super::sources::{self, Sources};
 use crate::failure::Failure;
 use crate::shell::{Line, target};
+use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
+use std::thread;
 
 /// How many executions of each target are enough.
 const ENOUGH: u64 = 10_000_000;
@@ -89,11 +91,11 @@ fn build(name: &str) -> Result<PathBuf, Failure> {
 
 enum Chunk {
     Executed(u64),
-    /// The report's lines that say so.
+    /// The message, and where the input is.
     Panicked(String),
 }
 
-/// Runs a target for a while.
+/// Runs a target for a while on every processor; what one of them finds the others take over.
 fn chunk(name: &str, program: &Path) -> Result<Chunk, Failure> {
     let folder = target()?.join("soak/fuzz");
     let found = folder.join("corpus").join(name);
@@ -101,13 +103,26 @@ fn chunk(name: &str, program: &Path) -> Result<Chunk, Failure> {
     let panics = format!("-artifact_prefix={}/panic-{name}-", folder.display());
     let (found, known) = (found.display().to_string(), format!("{FOLDER}/corpus/{name}"));
     let arguments = [CHUNK, SCHEDULE, &panics, &found, &known];
-    let output = Line::named(name, program, &arguments).output_if(|_| true)?;
-    // It reports on standard error.
-    let report = String::from_utf8_lossy(&output.stderr);
-    Ok(match executions(&report) {
-        Some(executions) if output.status.success() => Chunk::Executed(executions),
-        _ => Chunk::Panicked(panicked(&report)),
-    })
+    let one = || Line::named(name, program, &arguments).output_if(|_| true);
+    let workers = thread::available_parallelism().map_or(1, usize::from);
+    let outputs = thread::scope(|scope| {
+        let workers: Vec<_> = (0..workers).map(|_| scope.spawn(one)).collect();
+        workers
+            .into_iter()
+            .map(|worker| worker.join().unwrap_or_else(|panic| resume_unwind(panic)))
+            .collect::<Vec<_>>()
+    });
+    let mut all = 0;
+    for output in outputs {
+        let output = output?;
+        // It reports on standard error.
+        let report = String::from_utf8_lossy(&output.stderr);
+        match executions(&report) {
+            Some(executions) if output.status.success() => all += executions,
+            _ => return Ok(Chunk::Panicked(panicked(&report))),
+        }
+    }
+    Ok(Chunk::Executed(all))
 }
 
 /// The number in `Done 170989 runs in 61 second(s)`.
