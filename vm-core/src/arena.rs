@@ -140,9 +140,9 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// Sets the link of a cell and leaves the rest of its header.
+    #[inline(never)]
     pub(crate) fn set_link(&mut self, cell: usize, to: usize) {
-        let header = self.get(cell);
-        self.set(cell, Value::indexed(header.tag(), to as u16));
+        self.slots.set_index(cell, to as u16);
     }
 
     /// A cell from the free list or from below the heap, its header set and its other slots nil; `None` if a

@@ -26,6 +26,8 @@ pub trait Slots<P: Profile> {
     fn set(&mut self, at: usize, value: Value<P>);
     /// The payload of slot `at` as an index.
     fn index_at(&self, at: usize) -> usize;
+    /// Writes the payload of slot `at` and leaves its tag.
+    fn set_index(&mut self, at: usize, index: u16);
 }
 
 impl Stored for Full {
@@ -70,6 +72,13 @@ impl<P: Profile, const N: usize> Slots<P> for Split<P, N> {
     fn index_at(&self, at: usize) -> usize {
         self.payloads.get(at).map_or(0, |payload| usize::from(P::raw_to_u16(*payload)))
     }
+
+    #[inline(always)]
+    fn set_index(&mut self, at: usize, index: u16) {
+        if let Some(payload) = self.payloads.get_mut(at) {
+            *payload = P::raw_from_u16(index);
+        }
+    }
 }
 
 /// Tag and payload side by side.
@@ -100,5 +109,12 @@ impl<P: Profile, const N: usize> Slots<P> for Joined<P, N> {
     #[inline(always)]
     fn index_at(&self, at: usize) -> usize {
         self.get(at).index()
+    }
+
+    #[inline(always)]
+    fn set_index(&mut self, at: usize, index: u16) {
+        if let Some(slot) = self.0.get_mut(at) {
+            *slot = Value::indexed(slot.tag(), index);
+        }
     }
 }

@@ -51,6 +51,12 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         cell + 1 + index
     }
 
+    /// The same, where speed does not count.
+    #[inline(never)]
+    fn array_slot_slow(&self, table: usize, index: usize) -> usize {
+        self.array_slot(table, index)
+    }
+
     /// The key as an array index, if it is an integer that could be one.
     #[inline(always)]
     fn array_index(key: Value<P>) -> Option<usize> {
@@ -149,7 +155,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             self.set(table + 1, Value::indexed(Tag::CHAIN, cell as u16));
             cell + 1
         } else {
-            let last = self.array_slot(table, length - 1);
+            let last = self.array_slot_slow(table, length - 1);
             // The element before stands in the last slot of its cell if the array is a whole number of cells.
             if length.is_multiple_of(PER_ARRAY) {
                 let cell = self.take_cell(LIVE).ok_or(NoCell)?;
@@ -166,7 +172,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
 
     /// Element `length` was removed and was the last: the array ends before it and before any gaps there.
     fn shorten(&mut self, table: usize, mut length: usize) {
-        while length > 0 && self.get(self.array_slot(table, length - 1)).is_nil() {
+        while length > 0 && self.get(self.array_slot_slow(table, length - 1)).is_nil() {
             length -= 1;
         }
         self.set(table + 2, Value::int(length as i32));
@@ -174,7 +180,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         if length == 0 {
             self.set(table + 1, Value::nil());
         } else {
-            let last = self.array_slot(table, (length - 1) / PER_ARRAY * PER_ARRAY);
+            let last = self.array_slot_slow(table, (length - 1) / PER_ARRAY * PER_ARRAY);
             self.set_link(last - 1, 0);
         }
     }
