@@ -192,6 +192,15 @@ fn a_fault_names_cause_operands_position_and_calls() {
 }
 
 #[test]
+fn nothing_is_called_when_an_entry_is_done() {
+    let image = Parts::new(&[&[0, 1, END]]).build();
+    let mut vm = load(&image);
+    let (outcome, _) = finish(&mut vm, &mut Recorder::default(), Entry::Global, 100);
+    assert_eq!(outcome, Outcome::Done);
+    assert_eq!(vm.calls().next(), None);
+}
+
+#[test]
 fn the_calls_of_a_fault_pass_over_built_ins() {
     // foreach({.0 = 1}, f), f divides by zero.
     let image = Parts::new(&[

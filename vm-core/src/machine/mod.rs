@@ -251,6 +251,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The stack is empty again: collects if little of the heap is left and the entry allocated anything.
     fn finish(&mut self) {
         self.state = State::Idle;
+        // The loop leaves the registers as they were.
+        self.pc = Native::EXIT.position() as u16;
         let base = self.base();
         self.fp = base as u16;
         self.sp = base as u16;
