@@ -14,6 +14,10 @@ use crate::value::{Tag, Value};
 
 /// Values in an array cell.
 const PER_ARRAY: usize = CELL - 1;
+/// Slot of a table's head with its array cells: it leads to the first as a cell's header leads to the next.
+const CHAIN: usize = 1;
+/// Slot of the array's length.
+const LENGTH: usize = 2;
 /// Slots of a table's head before its pairs.
 const HEAD: usize = 3;
 
@@ -31,30 +35,25 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// A new empty table.
     pub(crate) fn new_table(&mut self) -> Result<Value<P>, NoCell> {
         let cell = self.take_cell(LIVE).ok_or(NoCell)?;
-        self.set(cell + 2, Value::int(0));
+        self.set(cell + CHAIN, Value::indexed(Tag::CHAIN, 0));
+        self.set(cell + LENGTH, Value::int(0));
         Ok(Value::indexed(Tag::TABLE, cell as u16))
     }
 
     #[inline(always)]
     fn array_length(&self, table: usize) -> usize {
-        self.index_at(table + 2)
+        self.index_at(table + LENGTH)
     }
 
     /// Slot of array element `index`, which is below the length.
-    #[inline(always)]
+    #[inline(never)]
     fn array_slot(&self, table: usize, mut index: usize) -> usize {
-        let mut cell = self.index_at(table + 1);
+        let mut cell = self.index_at(table + CHAIN);
         while index >= PER_ARRAY {
             cell = self.link(cell);
             index -= PER_ARRAY;
         }
         cell + 1 + index
-    }
-
-    /// The same, where speed does not count.
-    #[inline(never)]
-    fn array_slot_slow(&self, table: usize, index: usize) -> usize {
-        self.array_slot(table, index)
     }
 
     /// The key as an array index, if it is an integer that could be one.
@@ -68,9 +67,9 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         if P::FULL && P::int_to_i32(key.raw()) as u32 > 0xffff { None } else { Some(index) }
     }
 
-    /// The slot of the key of that pair. A `key` of nil finds the first pair that is free.
+    /// The slot of the key of that pair, 0 if there is none. A `key` of nil finds the first pair that is free.
     #[inline(never)]
-    fn find_pair(&self, table: usize, key: Value<P>) -> Option<usize> {
+    fn find_pair(&self, table: usize, key: Value<P>) -> usize {
         let mut at = table + HEAD;
         let mut end = table + CELL;
         let mut next = self.link(table);
@@ -78,12 +77,12 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             while at < end {
                 let here = self.get_fast(at);
                 if here.same(key) || self.same_text(here, key) {
-                    return Some(at);
+                    return at;
                 }
                 at += 2;
             }
             if next == 0 {
-                return None;
+                return 0;
             }
             at = next + 1;
             end = next + CELL;
@@ -99,10 +98,8 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         {
             return self.get(self.array_slot(table, index));
         }
-        match self.find_pair(table, key) {
-            Some(slot) if !key.is_nil() => self.get(slot + 1),
-            _ => Value::nil(),
-        }
+        let slot = self.find_pair(table, key);
+        if slot == 0 || key.is_nil() { Value::nil() } else { self.get(slot + 1) }
     }
 
     /// Stores a value under a key (normalised, not nil); nil removes. Changes nothing if it fails, and cannot fail
@@ -126,69 +123,50 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             }
             return Ok(());
         }
-        if let Some(slot) = self.find_pair(table, key) {
-            self.set(slot + 1, value);
+        let mut slot = self.find_pair(table, key);
+        if slot != 0 {
             if value.is_nil() {
-                self.set(slot, Value::nil());
+                self.set(slot, value);
             }
+        } else if value.is_nil() {
             return Ok(());
+        } else if index == Some(length) {
+            slot = match length.is_multiple_of(PER_ARRAY) {
+                true => self.extend(table + CHAIN)?,
+                false => self.array_slot(table, length - 1),
+            };
+            self.set(table + LENGTH, Value::int(length as i32 + 1));
+        } else {
+            slot = self.find_pair(table, Value::nil());
+            if slot == 0 {
+                slot = self.extend(table)? + 1;
+            }
+            self.set(slot, key);
         }
-        if value.is_nil() {
-            return Ok(());
-        }
-        if index == Some(length) {
-            return self.append(table, length, value);
-        }
-        let slot = match self.find_pair(table, Value::nil()) {
-            Some(slot) => slot,
-            None => self.extend(table)? + 1,
-        };
-        self.set(slot, key);
         self.set(slot + 1, value);
         Ok(())
     }
 
-    /// Adds element `length` to the array.
-    fn append(&mut self, table: usize, length: usize, value: Value<P>) -> Result<(), NoCell> {
-        let slot = if length == 0 {
-            let cell = self.take_cell(LIVE).ok_or(NoCell)?;
-            self.set(table + 1, Value::indexed(Tag::CHAIN, cell as u16));
-            cell + 1
-        } else {
-            let last = self.array_slot_slow(table, length - 1);
-            // The element before stands in the last slot of its cell if the array is a whole number of cells.
-            if length.is_multiple_of(PER_ARRAY) {
-                let cell = self.take_cell(LIVE).ok_or(NoCell)?;
-                self.set_link(last + 1 - CELL, cell);
-                cell + 1
-            } else {
-                last + 1
-            }
-        };
-        self.set(slot, value);
-        self.set(table + 2, Value::int(length as i32 + 1));
-        Ok(())
-    }
-
     /// Element `length` was removed and was the last: the array ends before it and before any gaps there.
+    #[inline(never)]
     fn shorten(&mut self, table: usize, mut length: usize) {
-        while length > 0 && self.get(self.array_slot_slow(table, length - 1)).is_nil() {
+        while length > 0 && self.get(self.array_slot(table, length - 1)).is_nil() {
             length -= 1;
         }
-        self.set(table + 2, Value::int(length as i32));
+        self.set(table + LENGTH, Value::int(length as i32));
         // Lets go of the cells that are empty now.
-        if length == 0 {
-            self.set(table + 1, Value::nil());
-        } else {
-            let last = self.array_slot_slow(table, (length - 1) / PER_ARRAY * PER_ARRAY);
-            self.set_link(last - 1, 0);
+        let mut last = table + CHAIN;
+        while length > 0 {
+            last = self.link(last);
+            length = length.saturating_sub(PER_ARRAY);
         }
+        self.set_link(last, 0);
     }
 
-    /// Adds a cell of pairs to the end of the chain.
-    fn extend(&mut self, table: usize) -> Result<usize, NoCell> {
+    /// Adds a cell to the end of a chain.
+    #[inline(never)]
+    fn extend(&mut self, mut last: usize) -> Result<usize, NoCell> {
         let cell = self.take_cell(LIVE).ok_or(NoCell)?;
-        let mut last = table;
         loop {
             let next = self.link(last);
             if next == 0 {
@@ -210,7 +188,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             let key;
             let mut value;
             if phase & 1 == 0 {
-                if phase == BEHIND_GAP && at >= self.get(table + 2).index() {
+                if phase == BEHIND_GAP && at >= self.array_length(table) {
                     phase = HEAD as u8;
                     at = table;
                     continue;
@@ -252,7 +230,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// How many entries.
     #[inline(never)]
     pub(crate) fn table_size(&self, table: usize) -> usize {
-        self.count(self.index_at(table + 1), 1, 1) + self.count(table, HEAD, 2)
+        self.count(self.index_at(table + CHAIN), 1, 1) + self.count(table, HEAD, 2)
     }
 
     /// How many of the slots of a chain of cells are not nil: from slot `first` of the first cell on, every `step`.
