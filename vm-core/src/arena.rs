@@ -33,7 +33,7 @@ pub(crate) struct Arena<P: Profile, const SLOTS: usize> {
     pub(crate) pressed: bool,
     /// A cell was taken since the last collection.
     pub(crate) allocated: bool,
-    slots: P::Slots<SLOTS>,
+    pub(crate) slots: P::Slots<SLOTS>,
 }
 
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
@@ -142,7 +142,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// Sets the link of a cell and leaves the rest of its header.
     #[inline(never)]
     pub(crate) fn set_link(&mut self, cell: usize, to: usize) {
-        self.slots.set_index(cell, to as u16);
+        self.slots.set_index(cell, to);
     }
 
     /// A cell from the free list or from below the heap, its header set and its other slots nil; `None` if a

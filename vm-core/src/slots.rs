@@ -26,8 +26,12 @@ pub trait Slots<P: Profile> {
     fn set(&mut self, at: usize, value: Value<P>);
     /// The payload of slot `at` as an index.
     fn index_at(&self, at: usize) -> usize;
-    /// Writes the payload of slot `at` and leaves its tag.
-    fn set_index(&mut self, at: usize, index: u16);
+    /// Puts an index into slot `at` and leaves its tag.
+    fn set_index(&mut self, at: usize, index: usize);
+    /// The tag of slot `at`.
+    fn tag_at(&self, at: usize) -> Tag;
+    /// Puts a tag on slot `at` and leaves its payload.
+    fn set_tag(&mut self, at: usize, tag: Tag);
 }
 
 impl Stored for Full {
@@ -74,9 +78,21 @@ impl<P: Profile, const N: usize> Slots<P> for Split<P, N> {
     }
 
     #[inline(always)]
-    fn set_index(&mut self, at: usize, index: u16) {
+    fn set_index(&mut self, at: usize, index: usize) {
         if let Some(payload) = self.payloads.get_mut(at) {
-            *payload = P::raw_from_u16(index);
+            *payload = P::raw_from_u16(index as u16);
+        }
+    }
+
+    #[inline(always)]
+    fn tag_at(&self, at: usize) -> Tag {
+        self.tags.get(at).copied().unwrap_or(Tag::NIL)
+    }
+
+    #[inline(always)]
+    fn set_tag(&mut self, at: usize, tag: Tag) {
+        if let Some(old) = self.tags.get_mut(at) {
+            *old = tag;
         }
     }
 }
@@ -112,9 +128,21 @@ impl<P: Profile, const N: usize> Slots<P> for Joined<P, N> {
     }
 
     #[inline(always)]
-    fn set_index(&mut self, at: usize, index: u16) {
+    fn set_index(&mut self, at: usize, index: usize) {
         if let Some(slot) = self.0.get_mut(at) {
-            *slot = Value::indexed(slot.tag(), index);
+            *slot = Value::indexed(slot.tag(), index as u16);
+        }
+    }
+
+    #[inline(always)]
+    fn tag_at(&self, at: usize) -> Tag {
+        self.get(at).tag()
+    }
+
+    #[inline(always)]
+    fn set_tag(&mut self, at: usize, tag: Tag) {
+        if let Some(slot) = self.0.get_mut(at) {
+            *slot = Value::new(tag, slot.raw());
         }
     }
 }

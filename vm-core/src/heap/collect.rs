@@ -1,44 +1,25 @@
 //! The collector: mark and sweep over uniform cells, exact at any depth in constant memory.
 //!
 //! Marking reverses pointers (Deutsch, Schorr and Waite): while a cell's slot is being followed, that slot leads back to
-//! the cell before, and the header remembers which slot it is. The machine's own stack is not used, so no structure is
-//! too deep.
+//! the cell before, and the header's tag remembers which slot it is. The machine's own stack is not used, so no
+//! structure is too deep.
 
-use super::FREE;
+use super::{FREE, LIVE};
 use crate::arena::{Arena, CELL};
 use crate::number::Profile;
+use crate::slots::Slots;
 use crate::value::{Tag, Value};
 
-/// Header bit of a marked cell.
-const MARK: u8 = 0x10;
-/// Header bits that hold the number of the slot being followed; [`LINK`] stands for the header's own link.
+/// Header tag of a marked cell. With it a header, whose payload is a link, looks as a reference to a cell does.
+const MARKED: u8 = LIVE.byte() | Tag::HEAP_BIT;
+/// Above it in the header's tag: the number of the slot being followed.
 const FOLLOWED_SHIFT: u8 = 5;
-const LINK: usize = CELL;
 
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
-    fn marked(&self, cell: usize) -> bool {
-        self.get_fast(cell).tag().byte() & MARK != 0
-    }
-
-    fn set_header(&mut self, cell: usize, tag: u8) {
-        let header = self.get_fast(cell);
-        self.set_fast(cell, Value::new(Tag::of(tag), header.raw()));
-    }
-
-    /// The cell that slot `number` of `cell` leads to, 0 if none.
+    /// Whether the slot holds a reference to a cell, or the header of a marked cell.
     #[inline(always)]
-    fn child(&self, cell: usize, number: usize) -> usize {
-        if number == LINK {
-            return self.link(cell);
-        }
-        let value = self.get_fast(cell + number);
-        if value.is_heap() { value.index() } else { 0 }
-    }
-
-    /// Makes slot `number` of `cell` lead to `to`, keeping its tag.
-    fn redirect(&mut self, cell: usize, number: usize, to: usize) {
-        let slot = if number == LINK { cell } else { cell + number };
-        self.set_link(slot, to);
+    fn leads_on(&self, at: usize) -> bool {
+        self.slots.tag_at(at).byte() & Tag::HEAP_BIT != 0
     }
 
     /// Marks everything that a value leads to.
@@ -48,42 +29,43 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             return;
         }
         let mut cell = root.index();
-        if self.marked(cell) {
+        if self.leads_on(cell) {
             return;
         }
-        let kind = |tag: Tag| tag.byte() & (MARK - 1);
         let mut before = 0;
-        let mut number = 1;
-        self.set_header(cell, kind(self.get_fast(cell).tag()) | MARK);
+        let mut at = cell;
+        self.slots.set_tag(cell, Tag::of(MARKED));
         loop {
-            while number <= LINK {
-                let child = self.child(cell, number);
-                if child != 0 && !self.marked(child) {
-                    let tag = kind(self.get_fast(cell).tag()) | MARK;
-                    self.set_header(cell, tag | ((number as u8) << FOLLOWED_SHIFT));
-                    self.redirect(cell, number, before);
-                    before = cell;
-                    cell = child;
-                    self.set_header(cell, kind(self.get_fast(cell).tag()) | MARK);
-                    number = 1;
-                } else {
-                    number += 1;
+            let mut child = 0;
+            while at < cell + CELL {
+                if self.leads_on(at) {
+                    child = self.index_at(at);
+                    if child != 0 && !self.leads_on(child) {
+                        break;
+                    }
                 }
+                at += 1;
+            }
+            if at < cell + CELL {
+                let number = (at - cell) as u8;
+                self.slots.set_tag(cell, Tag::of(MARKED | number << FOLLOWED_SHIFT));
+                self.slots.set_index(at, before);
+                before = cell;
+                cell = child;
+                at = cell;
+                self.slots.set_tag(cell, Tag::of(MARKED));
+                continue;
             }
             if before == 0 {
                 return;
             }
             // Back to the cell before: the slot that was followed gets its own value again.
-            number = (self.get_fast(before).tag().byte() >> FOLLOWED_SHIFT) as usize;
-            let back = if number == LINK {
-                self.link(before)
-            } else {
-                self.get_fast(before + number).index()
-            };
-            self.redirect(before, number, cell);
+            at = before + usize::from(self.slots.tag_at(before).byte() >> FOLLOWED_SHIFT);
+            let back = self.index_at(at);
+            self.slots.set_index(at, cell);
             cell = before;
             before = back;
-            number += 1;
+            at += 1;
         }
     }
 
@@ -96,12 +78,8 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         let mut bottom = self.top();
         let mut in_use = 0;
         while cell < self.top() {
-            let header = self.get_fast(cell);
-            if header.tag().byte() & MARK != 0 {
-                self.set_fast(
-                    cell,
-                    Value::new(Tag::of(header.tag().byte() & (MARK - 1)), header.raw()),
-                );
+            if self.leads_on(cell) {
+                self.slots.set_tag(cell, LIVE);
                 bottom = bottom.min(cell);
                 in_use += CELL;
             } else if bottom < cell {
@@ -195,7 +173,11 @@ mod tests {
             let before: Vec<Value<Tiny>> = (0..memory.top()).map(|at| memory.get(at)).collect();
             memory.mark(nodes[0]);
             for (number, node) in nodes.iter().enumerate() {
-                assert_eq!(memory.marked(node.index()), reached.contains(&number), "round {round}");
+                assert_eq!(
+                    memory.leads_on(node.index()),
+                    reached.contains(&number),
+                    "round {round}"
+                );
             }
             memory.sweep();
             // The reversed pointers are back where they were.
