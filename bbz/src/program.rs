@@ -12,7 +12,6 @@ use bittybuzz_compiler::parser;
 use bittybuzz_compiler::source::SourceMap;
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_robots::Profile;
-use bittybuzz_vm_core::image::FORM_TEXT;
 use bittybuzz_vm_core::{Image, builtin};
 
 use crate::library;
@@ -99,7 +98,7 @@ impl Program {
             .map_err(|error| Problem::Symbols { path: path.to_owned(), error })?;
         let mut program = Program::unknown();
         if let Ok(image) = fs::read(path.with_extension("bbi"))
-            && Image::new(image.as_slice()).header().is_ok_and(|h| h.hash == symbols.script_hash)
+            && Image::new(image.as_slice()).header().is_ok_and(|h| h.hash() == symbols.script_hash)
         {
             program.image = image;
         }
@@ -119,7 +118,7 @@ impl Program {
     pub fn script_hash(&self) -> Option<u32> {
         match &self.symbols {
             Some(symbols) => Some(symbols.script_hash),
-            None => Image::new(self.image.as_slice()).header().ok().map(|header| header.hash),
+            None => Image::new(self.image.as_slice()).header().ok().map(|header| header.hash()),
         }
     }
 
@@ -132,7 +131,7 @@ impl Program {
         if selection.profile.is_some_and(|asked| asked != profile) {
             return Err(Problem::Profile { path: path.to_owned(), image: profile });
         }
-        let symbols = symbols_beside(path, header.hash);
+        let symbols = symbols_beside(path, header.hash());
         Ok(Program { image, profile, symbols, sources: None })
     }
 
@@ -147,7 +146,7 @@ impl Program {
     /// Whether the image itself holds the text of its strings.
     pub fn has_text(&self) -> bool {
         let header = Image::new(self.image.as_slice()).header();
-        header.is_ok_and(|header| header.form & FORM_TEXT != 0)
+        header.is_ok_and(|header| header.has_text())
     }
 
     /// The text of a source file by its number in the symbols. What was not compiled just now is read now, and may

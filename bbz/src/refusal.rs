@@ -68,7 +68,7 @@ fn damaged(how: &str) -> String {
 }
 
 /// The names of features, by their bits.
-fn features(bits: u8) -> String {
+fn features(bits: u16) -> String {
     let named = [
         (Feature::Maths, "the functions of `math`"),
         (Feature::Strings, "strings made at run time (`string`)"),
@@ -76,8 +76,8 @@ fn features(bits: u8) -> String {
         (Feature::Swarm, "`swarm`"),
         (Feature::Stigmergy, "`stigmergy`"),
     ];
-    let known = named.iter().fold(0, |bits, (feature, _)| bits | *feature as u8);
-    let names = named.iter().filter(|(feature, _)| bits & *feature as u8 != 0);
+    let known = named.iter().fold(0, |bits, (feature, _)| bits | *feature as u16);
+    let names = named.iter().filter(|(feature, _)| bits & *feature as u16 != 0);
     let mut names: Vec<&str> = names.map(|(_, name)| *name).collect();
     if bits & !known != 0 {
         names.push("parts that this version does not know");

@@ -5,9 +5,7 @@
 use std::fmt::Write as _;
 
 use bittybuzz_vm_core::builtin::{self, Feature, Library};
-use bittybuzz_vm_core::image::{
-    CAPTURES, EntryPoint, FORM_ORDER, FORM_TEXT, Header, Image, PARAMETERS, USES_SELF,
-};
+use bittybuzz_vm_core::image::{CAPTURES, EntryPoint, Header, Image, PARAMETERS, USES_SELF};
 use bittybuzz_vm_core::link::name_hash;
 use bittybuzz_vm_core::number::{Full, Profile as _, Tiny};
 use bittybuzz_vm_core::opcode::{self, DROP_RESULT, Decoded, Operand, Trailer};
@@ -40,9 +38,9 @@ impl View<'_> {
         self.write_header(out)?;
         let first = usize::from(self.header.code_at);
         let start_of = |number| first + usize::from(self.word(self.header.functions_at, number));
-        for number in 0..self.header.functions {
+        for number in 0..self.header.functions() {
             let start = start_of(number);
-            let next = number.checked_add(1).filter(|next| *next < self.header.functions);
+            let next = number.checked_add(1).filter(|next| *next < self.header.functions());
             let end = next.map_or(self.image.len(), start_of).min(self.image.len());
             writeln!(out)?;
             // Else bytes could be listed any number of times.
@@ -58,7 +56,7 @@ impl View<'_> {
         let header = &self.header;
         let profile = if header.is_full() { "full" } else { "tiny" };
         writeln!(out, "profile      {profile}")?;
-        writeln!(out, "script hash  {:08x}", header.hash)?;
+        writeln!(out, "script hash  {:08x}", header.hash())?;
         writeln!(out, "bytes        {} ({} code)", self.image.len(), self.code_length())?;
         let features = [
             (Feature::Maths, "maths"),
@@ -69,11 +67,11 @@ impl View<'_> {
         ];
         let needed: Vec<&str> = features
             .into_iter()
-            .filter(|(feature, _)| header.features & *feature as u8 != 0)
+            .filter(|(feature, _)| header.features() & *feature as u8 != 0)
             .map(|(_, name)| name)
             .collect();
         writeln!(out, "features     {}", list(&needed))?;
-        for (name, count) in ENTRIES.into_iter().zip(header.entries) {
+        for (name, count) in ENTRIES.into_iter().zip(header.entries()) {
             match EntryPoint::from_count(count) {
                 EntryPoint::None => {}
                 EntryPoint::Function(number) => {
@@ -84,18 +82,18 @@ impl View<'_> {
                 }
             }
         }
-        writeln!(out, "globals      {}", header.globals)?;
-        for number in 0..header.imports {
+        writeln!(out, "globals      {}", header.globals())?;
+        for number in 0..header.imports() {
             writeln!(out, "import {number:<5} {}", self.import_name(number))?;
         }
-        for number in 0..header.strings {
+        for number in 0..header.strings() {
             let number = number.saturating_add(builtin::string::COUNT);
             writeln!(out, "string {number:<5} {}", self.string_name(number))?;
         }
-        if header.form & FORM_ORDER != 0 {
+        if header.has_order() {
             writeln!(out, "order table")?;
         }
-        if header.form & FORM_TEXT != 0 {
+        if header.has_text() {
             writeln!(out, "text")?;
         }
         for row in 0..header.library_rows {
@@ -273,12 +271,12 @@ impl View<'_> {
 
     /// The text of a string, where the image has it.
     fn image_text(&self, number: u16) -> Option<String> {
-        if self.header.form & FORM_TEXT == 0 {
+        if !self.header.has_text() {
             return None;
         }
         let index = number.checked_sub(builtin::string::COUNT)?;
-        let mut at = usize::from(self.header.text_at);
-        for current in 0..self.header.strings {
+        let mut at = usize::from(self.header.text_at());
+        for current in 0..self.header.strings() {
             let first = self.byte(at);
             at += 1;
             let mut length = usize::from(first);

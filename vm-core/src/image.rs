@@ -5,6 +5,7 @@
 
 use crate::builtin;
 use crate::bytecode::ByteCode;
+use crate::opcode::Operand;
 
 /// First byte of every image.
 pub const MAGIC: u8 = 0xb5;
@@ -31,14 +32,14 @@ pub const DEPTH_MAX: u8 = 200;
 /// Bytes of a row of the library table.
 pub(crate) const LIBRARY_ROW: usize = 4;
 
-/// Why bytes cannot be run.
+/// Why bytes cannot be run. All values have the same size, so that it is returned in registers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ImageError {
     /// The first byte is not [`MAGIC`].
     NotAnImage,
     /// Made for another version of the virtual machine.
-    Version(u8),
+    Version(u16),
     /// Made for the other number profile.
     Profile,
     /// Ends in the middle of the header or of a table.
@@ -46,9 +47,9 @@ pub enum ImageError {
     /// More than 64 kB.
     TooLong,
     /// Needs parts that this virtual machine lacks: their bits.
-    Features(u8),
+    Features(u16),
     /// An entry names no function and no global.
-    Entry(u8),
+    Entry(u16),
     /// The robot has no function with this name hash.
     RobotFunction(u16),
     /// The globals alone fill the arena.
@@ -76,12 +77,12 @@ impl ImageError {
     pub const fn to_code(self) -> (u8, u16) {
         match self {
             ImageError::NotAnImage => (0, 0),
-            ImageError::Version(version) => (1, version as u16),
+            ImageError::Version(version) => (1, version),
             ImageError::Profile => (2, 0),
             ImageError::Truncated => (3, 0),
             ImageError::TooLong => (4, 0),
-            ImageError::Features(bits) => (5, bits as u16),
-            ImageError::Entry(number) => (6, number as u16),
+            ImageError::Features(bits) => (5, bits),
+            ImageError::Entry(number) => (6, number),
             ImageError::RobotFunction(hash) => (7, hash),
             ImageError::TooManyGlobals(count) => (8, count),
             ImageError::LibraryTable(row) => (9, row),
@@ -99,12 +100,12 @@ impl ImageError {
     pub const fn from_code(cause: u8, value: u16) -> Option<Self> {
         Some(match cause {
             0 => ImageError::NotAnImage,
-            1 => ImageError::Version(value as u8),
+            1 => ImageError::Version(value),
             2 => ImageError::Profile,
             3 => ImageError::Truncated,
             4 => ImageError::TooLong,
-            5 => ImageError::Features(value as u8),
-            6 => ImageError::Entry(value as u8),
+            5 => ImageError::Features(value),
+            6 => ImageError::Entry(value),
             7 => ImageError::RobotFunction(value),
             8 => ImageError::TooManyGlobals(value),
             9 => ImageError::LibraryTable(value),
@@ -180,29 +181,29 @@ impl<C: ByteCode> Image<C> {
 
     /// Reads the header. Says nothing about the code.
     pub fn header(&self) -> Result<Header, ImageError> {
-        Header::read(&self.code)
+        let mut claimed = Verified::claimed(self.code);
+        claimed.read_header()?;
+        Ok(claimed.header)
     }
 }
+
+/// Longest image.
+const LENGTH_MAX: usize = 0xff00;
+/// Bytes in front of the counts.
+const FIXED: usize = 7;
+/// The counts that every image has.
+const COUNTS: usize = 8;
+/// Of them, those of the entries.
+const ENTRIES: usize = 4;
 
 /// Where the parts of an image are, and how many of each: offsets in bytes from the start of the image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Header {
-    /// Form byte.
-    pub form: u8,
-    /// Feature bits.
-    pub features: u8,
-    /// Script hash.
-    pub hash: u32,
-    /// Counts of the entries `init`, `step`, `reset`, `destroy`.
-    pub entries: [u16; 4],
-    /// Globals.
-    pub globals: u16,
-    /// Functions.
-    pub functions: u16,
-    /// Imported robot functions.
-    pub imports: u16,
-    /// Strings of the script.
-    pub strings: u16,
+    /// Magic, form, features and script hash.
+    fixed: [u8; FIXED],
+    /// Of the entries `init`, `step`, `reset`, `destroy`; of globals, functions, imports and strings. An array, because reading
+    /// it takes a fraction of the code.
+    counts: [u16; COUNTS],
     /// Rows of the library table.
     pub library_rows: u16,
     /// Offset of the imports; the tables follow it.
@@ -213,133 +214,86 @@ pub struct Header {
     pub libraries_at: u16,
     /// Offset of the function table.
     pub functions_at: u16,
-    /// Offset of the text.
-    pub text_at: u16,
     /// Offset of the code.
     pub code_at: u16,
 }
 
-/// Reads one part after the other. What is read behind the end is 0, and `truncated` tells at last: that is much smaller than
-/// a question at each part.
-struct Reader<'a, C> {
-    code: &'a C,
-    at: usize,
-    truncated: bool,
-}
-
-impl<C: ByteCode> Reader<'_, C> {
-    fn byte(&mut self) -> u8 {
-        let at = self.at;
-        self.skip(1, 1);
-        self.code.byte(at)
-    }
-
-    #[inline(never)]
-    fn count(&mut self) -> u16 {
-        let first = self.byte();
-        if first < 0x80 {
-            u16::from(first)
-        } else {
-            u16::from_be_bytes([first & 0x7f, self.byte()])
-        }
-    }
-
-    /// Steps over `count` rows of `size` bytes and returns where they start.
-    #[inline(never)]
-    fn skip(&mut self, count: u16, size: usize) -> u16 {
-        let start = self.at;
-        // The AVR's usize has 16 bits, so the product is checked.
-        let end = usize::from(count).checked_mul(size).and_then(|bytes| start.checked_add(bytes));
-        match end {
-            Some(end) if end <= self.code.len() => self.at = end,
-            _ => self.truncated = true,
-        }
-        start as u16
-    }
-}
-
 impl Header {
-    #[inline(never)]
-    fn read<C: ByteCode>(code: &C) -> Result<Header, ImageError> {
-        // Positions at the end of 16 bits are return addresses of the machine itself.
-        if code.len() > 0xff00 {
-            return Err(ImageError::TooLong);
-        }
-        let mut reader = Reader { code, at: 0, truncated: false };
-        let (magic, form) = (reader.byte(), reader.byte());
-        if !code.is_empty() && magic != MAGIC {
-            return Err(ImageError::NotAnImage);
-        }
-        if !reader.truncated && form & 0x0f != VERSION {
-            return Err(ImageError::Version(form & 0x0f));
-        }
-        let features = reader.byte();
-        let mut hash = [0; 4];
-        hash.iter_mut().for_each(|byte| *byte = reader.byte());
-        let mut counts = [0; 8];
-        counts.iter_mut().for_each(|count| *count = reader.count());
-        let [init, step, reset, destroy, globals, functions, imports, strings] = counts;
-        let imports_at = reader.skip(imports, 2);
-        let order_at = reader.skip(if form & FORM_ORDER != 0 { strings } else { 0 }, 1);
-        let library_rows = if form & FORM_LIBRARIES != 0 { reader.count() } else { 0 };
-        let libraries_at = reader.skip(library_rows, LIBRARY_ROW);
-        let functions_at = reader.skip(functions, 2);
-        let text_at = reader.at as u16;
-        if form & FORM_TEXT != 0 {
-            for _ in 0..strings {
-                let length = reader.count();
-                reader.skip(length, 1);
-                if reader.truncated {
-                    break;
-                }
-            }
-        }
-        if reader.truncated {
-            return Err(ImageError::Truncated);
-        }
-        Ok(Header {
-            form,
-            features,
-            hash: u32::from_le_bytes(hash),
-            entries: [init, step, reset, destroy],
-            globals,
-            functions,
-            imports,
-            strings,
-            library_rows,
-            imports_at,
-            order_at,
-            libraries_at,
-            functions_at,
-            text_at,
-            code_at: reader.at as u16,
-        })
+    /// Form byte.
+    pub fn form(&self) -> u8 {
+        self.fixed[1]
+    }
+
+    /// Feature bits.
+    pub fn features(&self) -> u8 {
+        self.fixed[2]
+    }
+
+    /// Script hash.
+    pub fn hash(&self) -> u32 {
+        let [_, _, _, hash @ ..] = self.fixed;
+        u32::from_le_bytes(hash)
+    }
+
+    /// Counts of the entries `init`, `step`, `reset`, `destroy`.
+    pub fn entries(&self) -> impl Iterator<Item = u16> {
+        self.counts.iter().take(ENTRIES).copied()
+    }
+
+    /// How many there are of what an operand names, from [`Operand::Global`] to [`Operand::String`] (of strings, those of the
+    /// script).
+    pub(crate) fn count(&self, operand: u8) -> u16 {
+        self.counts[usize::from(operand) % COUNTS]
+    }
+
+    /// Globals.
+    pub fn globals(&self) -> u16 {
+        self.count(Operand::Global as u8)
+    }
+
+    /// Functions.
+    pub fn functions(&self) -> u16 {
+        self.count(Operand::Function as u8)
+    }
+
+    /// Imported robot functions.
+    pub fn imports(&self) -> u16 {
+        self.count(Operand::Robot as u8)
+    }
+
+    /// Strings of the script.
+    pub fn strings(&self) -> u16 {
+        self.count(Operand::String as u8)
     }
 
     /// Whether the image is for the `full` profile.
     pub fn is_full(&self) -> bool {
-        self.form & FORM_FULL != 0
+        self.form() & FORM_FULL != 0
     }
 
     /// Whether strings of the script can be put in order with the machine's own.
-    pub(crate) fn has_order(&self) -> bool {
-        self.form & FORM_ORDER != 0
+    pub fn has_order(&self) -> bool {
+        self.form() & FORM_ORDER != 0
     }
 
     /// Whether there is text, which strings made at run time need.
-    #[cfg(feature = "strings")]
-    pub(crate) fn has_text(&self) -> bool {
-        self.form & FORM_TEXT != 0
+    pub fn has_text(&self) -> bool {
+        self.form() & FORM_TEXT != 0
+    }
+
+    /// Offset of the text.
+    pub fn text_at(&self) -> u16 {
+        self.functions_at + 2 * self.functions()
     }
 
     /// Whether a string number exists: the machine's own and the script's.
     pub fn has_string(&self, number: u16) -> bool {
-        u32::from(number) < u32::from(self.strings) + u32::from(builtin::string::COUNT)
+        number < self.strings() + builtin::string::COUNT
     }
 
     /// Where an entry's function is found.
     pub fn entry(&self, entry: Entry) -> EntryPoint {
-        let [init, step, reset, destroy] = self.entries;
+        let [init, step, reset, destroy, ..] = self.counts;
         match entry {
             Entry::Global => EntryPoint::Function(0),
             Entry::Init => EntryPoint::from_count(init),
@@ -358,7 +312,76 @@ pub struct Verified<C: ByteCode> {
     pub(crate) header: Header,
 }
 
+/// Reads one part after the other; `code_at` is the part to come. Parts may lie behind the end, where bytes may be anything:
+/// that is looked at once, when all is read, which is much smaller than a question at each part.
 impl<C: ByteCode> Verified<C> {
+    /// Any bytes, with nothing read yet.
+    pub(crate) fn claimed(code: C) -> Self {
+        let header = Header {
+            fixed: [0; FIXED],
+            counts: [0; COUNTS],
+            library_rows: 0,
+            imports_at: 0,
+            order_at: 0,
+            libraries_at: 0,
+            functions_at: 0,
+            code_at: FIXED as u16,
+        };
+        Verified { code, header }
+    }
+
+    #[inline(never)]
+    pub(crate) fn read_header(&mut self) -> Result<(), ImageError> {
+        let length = self.code.len();
+        // Positions at the end of 16 bits are return addresses of the machine itself.
+        if length > LENGTH_MAX {
+            return Err(ImageError::TooLong);
+        }
+        for (at, byte) in self.header.fixed.iter_mut().enumerate() {
+            *byte = self.code.byte(at);
+        }
+        let [magic, form, ..] = self.header.fixed;
+        if length > 0 && magic != MAGIC {
+            return Err(ImageError::NotAnImage);
+        }
+        if length > 1 && form & 0x0f != VERSION {
+            return Err(ImageError::Version(u16::from(form & 0x0f)));
+        }
+        let mut at = FIXED as u16;
+        for place in &mut self.header.counts {
+            (at, *place) = count(&self.code, at);
+        }
+        // A count has 15 bits, so twice a count has 16.
+        self.header.imports_at = at;
+        at = skip(at, 2 * self.header.imports());
+        self.header.order_at = at;
+        if form & FORM_ORDER != 0 {
+            at = skip(at, self.header.strings());
+        }
+        if form & FORM_LIBRARIES != 0 && usize::from(at) <= length {
+            (at, self.header.library_rows) = count(&self.code, at);
+        }
+        self.header.libraries_at = at;
+        at = skip(at, 2 * self.header.library_rows);
+        at = skip(at, 2 * self.header.library_rows);
+        self.header.functions_at = at;
+        at = skip(at, 2 * self.header.functions());
+        if form & FORM_TEXT != 0 {
+            let mut strings = self.header.strings();
+            while strings > 0 && usize::from(at) <= length {
+                strings -= 1;
+                let length;
+                (at, length) = count(&self.code, at);
+                at = skip(at, length);
+            }
+        }
+        self.header.code_at = at;
+        if usize::from(at) > length {
+            return Err(ImageError::Truncated);
+        }
+        Ok(())
+    }
+
     /// Its header.
     pub fn header(&self) -> &Header {
         &self.header
@@ -379,7 +402,7 @@ impl<C: ByteCode> Verified<C> {
 
     /// Offset of the header of the function that holds an offset of the image.
     pub(crate) fn function_at(&self, at: usize) -> usize {
-        let mut number = self.header.functions;
+        let mut number = self.header.functions();
         loop {
             number = number.wrapping_sub(1);
             let function = self.function(number);
@@ -406,4 +429,21 @@ impl<C: ByteCode> Verified<C> {
         let index = number.wrapping_sub(builtin::string::COUNT);
         self.code.byte(usize::from(self.header.order_at) + usize::from(index))
     }
+}
+
+/// The position behind a count, and the count.
+#[inline(never)]
+fn count<C: ByteCode>(code: &C, at: u16) -> (u16, u16) {
+    let first = code.byte(at.into());
+    if first < 0x80 {
+        return (at + 1, u16::from(first));
+    }
+    let low = code.byte(usize::from(at) + 1);
+    (at + 2, u16::from(first & 0x7f) << 8 | u16::from(low))
+}
+
+/// The position that many bytes on, or the last there is.
+#[inline(never)]
+fn skip(at: u16, bytes: u16) -> u16 {
+    at.saturating_add(bytes)
 }

@@ -34,18 +34,6 @@ pub enum Trailer {
 }
 
 impl Trailer {
-    /// The kind of that number. A match, because a table would be in RAM on the AVR.
-    pub(crate) fn numbered(number: u8) -> Trailer {
-        match number {
-            0 => Trailer::None,
-            1 => Trailer::Arguments,
-            2 => Trailer::Captures,
-            3 => Trailer::Immediate,
-            4 => Trailer::LocalImmediate,
-            _ => Trailer::Word,
-        }
-    }
-
     /// How many bytes, where a literal has `word_bytes`.
     pub const fn length(self, word_bytes: usize) -> usize {
         match self {
@@ -60,56 +48,37 @@ impl Trailer {
 /// In an argument count byte: the result is not pushed.
 pub const DROP_RESULT: u8 = 0x80;
 
-/// What an operand means.
+/// What an operand means. The numbers from [`Operand::Global`] to [`Operand::String`] are the positions of their counts in an
+/// image's header; the verifier checks those from there on against a limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
 pub enum Operand {
     /// There is none.
-    None,
+    None = 0,
     /// An integer value.
-    Int,
-    /// Number of a string.
-    String,
-    /// Number of a script function.
-    Function,
-    /// Number of a built-in, [`crate::builtin`].
-    Builtin,
-    /// Number of an imported robot function.
-    Robot,
-    /// Number of a library value, [`crate::builtin::Library`].
-    Library,
-    /// Offset of a local from the frame record.
-    Local,
-    /// Number of a global.
-    Global,
-    /// Number of a captured value.
-    Capture,
-    /// Count of arguments.
-    Count,
-    /// Count of parameters of the function that holds the instruction.
-    Parameters,
+    Int = 1,
     /// Distance of a jump.
-    Jump,
-}
-
-impl Operand {
-    /// The kind of that number.
-    pub(crate) fn numbered(number: u8) -> Operand {
-        match number {
-            0 => Operand::None,
-            1 => Operand::Int,
-            2 => Operand::String,
-            3 => Operand::Function,
-            4 => Operand::Builtin,
-            5 => Operand::Robot,
-            6 => Operand::Library,
-            7 => Operand::Local,
-            8 => Operand::Global,
-            9 => Operand::Capture,
-            10 => Operand::Count,
-            11 => Operand::Parameters,
-            _ => Operand::Jump,
-        }
-    }
+    Jump = 2,
+    /// Offset of a local from the frame record.
+    Local = 3,
+    /// Number of a global.
+    Global = 4,
+    /// Number of a script function.
+    Function = 5,
+    /// Number of an imported robot function.
+    Robot = 6,
+    /// Number of a string.
+    String = 7,
+    /// Number of a built-in, [`crate::builtin`].
+    Builtin = 8,
+    /// Number of a library value, [`crate::builtin::Library`].
+    Library = 9,
+    /// Count of arguments.
+    Count = 10,
+    /// Number of a captured value.
+    Capture = 11,
+    /// Count of parameters of the function that holds the instruction.
+    Parameters = 12,
 }
 
 /// The row of a plain or narrow opcode.
@@ -320,25 +289,30 @@ pub struct Decoded {
 }
 
 /// Decodes one instruction from its first three bytes (those after the end of code may be anything).
+#[inline(always)]
 pub const fn decode(bytes: [u8; 3]) -> Decoded {
     let [byte, low, high] = bytes;
-    match byte {
-        0x00..=0x3f => Decoded { opcode: byte, operand: 0, length: 1 },
-        0x40..=0x7f => Decoded { opcode: byte, operand: low as i8 as i16, length: 2 },
+    let (opcode, zero) = match byte {
+        0x00..=0x3f => return Decoded { opcode: byte, operand: 0, length: 1 },
+        0x40..=0x7f => return Decoded { opcode: byte, operand: low as i8 as i16, length: 2 },
         0xc0..=0xff => {
-            Decoded { opcode: byte & !WIDE, operand: i16::from_le_bytes([low, high]), length: 3 }
+            let operand = i16::from_le_bytes([low, high]);
+            return Decoded { opcode: byte & !WIDE, operand, length: 3 };
         }
-        0x80..=0x8f => short(SHORT_LOCAL_GET, byte),
-        0x90..=0x9f => short(SHORT_INT, byte),
-        0xa0..=0xaf => short(SHORT_GLOBAL_GET, byte),
-        0xb0..=0xb7 => short(SHORT_GLOBAL_SET, byte),
-        0xb8..=0xbb => short(SHORT_RETURN, byte),
-        0xbc..=0xbf => short(SHORT_RETURN_NIL, byte),
-    }
+        // As constants, because references would be to RAM on the AVR.
+        0x80..=0x8f => const { zero(SHORT_LOCAL_GET) },
+        0x90..=0x9f => const { zero(SHORT_INT) },
+        0xa0..=0xaf => const { zero(SHORT_GLOBAL_GET) },
+        0xb0..=0xb7 => const { zero(SHORT_GLOBAL_SET) },
+        0xb8..=0xbb => const { zero(SHORT_RETURN) },
+        0xbc..=0xbf => const { zero(SHORT_RETURN_NIL) },
+    };
+    Decoded { opcode, operand: byte.wrapping_sub(zero) as i8 as i16, length: 1 }
 }
 
-const fn short(form: Short, byte: u8) -> Decoded {
-    Decoded { opcode: form.opcode, operand: form.low + (byte - form.first) as i16, length: 1 }
+/// The opcode of a short form, and the byte that operand 0 has or would have.
+const fn zero(form: Short) -> (u8, u8) {
+    (form.opcode, form.first.wrapping_sub(form.low as u8))
 }
 
 #[cfg(test)]

@@ -3,9 +3,10 @@
 //! On the AVR every table of a Rust program is copied to RAM. So the machine reads these bytes through
 //! [`ByteCode::rom`], which the firmware there implements by `lpm` over a copy of [`BYTES`] in flash.
 
-use crate::builtin::{self, Feature, Kind};
+use crate::builtin::{self, Kind};
 use crate::bytecode::ByteCode;
-use crate::opcode::{self, Operand, Trailer};
+use crate::number::Profile;
+use crate::opcode::{self, Trailer};
 
 /// Two bytes for each of the 128 plain and narrow opcodes, then one for each built-in.
 const BUILTINS_AT: usize = 256;
@@ -16,8 +17,21 @@ pub const LENGTH: usize = BUILTINS_AT + builtin::TABLE.len();
 /// The tables.
 pub const BYTES: [u8; LENGTH] = bytes();
 
-/// First byte: operand, and this bit. Zero for a byte that is no opcode.
-const KNOWN: u8 = 0x80;
+// Of an opcode, the first byte is the number of its operand with these bits, 0 for a byte that is no opcode.
+const KNOWN: u8 = 1 << 7;
+/// The next instruction is reached by jumps only.
+const LEAVES: u8 = 1 << 6;
+/// [`Trailer::Arguments`]
+const ARGUMENTS: u8 = 1 << 5;
+const OPERAND: u8 = 0x0f;
+// The second byte is pops << 4 | pushes << 2 | length of the trailer.
+const PUSHES: u8 = 3;
+const TRAILER: u8 = 3;
+/// In place of the length of a word, which the profile knows.
+const WORD: u8 = 3;
+// Of a built-in, the byte is its bit of [`Feature`](builtin::Feature) with these.
+const CALLS: u8 = 1 << 6;
+const VALUE: u8 = 1 << 7;
 
 const fn bytes() -> [u8; LENGTH] {
     let mut bytes = [0; LENGTH];
@@ -25,94 +39,160 @@ const fn bytes() -> [u8; LENGTH] {
     while row < opcode::TABLE.len() {
         let info = opcode::TABLE[row];
         let at = 2 * info.byte as usize;
-        bytes[at] = KNOWN | info.operand as u8;
-        bytes[at + 1] = (info.trailer as u8) << 4 | info.pops << 2 | info.pushes;
+        let leaves = match info.byte {
+            opcode::JUMP | opcode::RETURN | opcode::RETURN_NIL => LEAVES,
+            _ => 0,
+        };
+        let arguments = match info.trailer {
+            Trailer::Arguments => ARGUMENTS,
+            _ => 0,
+        };
+        let length = info.trailer.length(WORD as usize) as u8;
+        bytes[at] = KNOWN | leaves | arguments | info.operand as u8;
+        bytes[at + 1] = info.pops << 4 | info.pushes << 2 | length;
         row += 1;
     }
     let mut row = 0;
     while row < builtin::TABLE.len() {
         let info = builtin::TABLE[row];
-        // A feature is one bit or none: its number, counted from 1.
-        let feature = match info.feature as u8 {
-            0 => 0,
-            bit => bit.trailing_zeros() as u8 + 1,
-        };
-        bytes[BUILTINS_AT + row] = (info.kind as u8) << 4 | feature;
+        bytes[BUILTINS_AT + row] = kind_bits(info.kind) | info.feature as u8;
         row += 1;
     }
     bytes
 }
 
-/// What the verifier needs of an instruction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Effect {
-    pub(crate) operand: Operand,
-    pub(crate) trailer: Trailer,
-    pub(crate) pops: u8,
-    pub(crate) pushes: u8,
-}
-
-/// The effect of a plain or narrow opcode, `None` if there is none.
-pub(crate) fn effect<C: ByteCode>(opcode: u8) -> Option<Effect> {
-    let at = 2 * usize::from(opcode & 0x7f);
-    let (first, second) = (C::rom(at), C::rom(at + 1));
-    if first & KNOWN == 0 {
-        return None;
+const fn kind_bits(kind: Kind) -> u8 {
+    match kind {
+        Kind::Plain => 0,
+        Kind::Calls => CALLS,
+        Kind::Value => VALUE,
     }
-    Some(Effect {
-        operand: Operand::numbered(first & !KNOWN),
-        trailer: Trailer::numbered(second >> 4),
-        pops: second >> 2 & 3,
-        pushes: second & 3,
-    })
 }
 
-/// What a built-in is: its bit of [`Feature`], and how it behaves.
+/// What the verifier needs of an instruction.
+#[derive(Clone, Copy)]
+pub(crate) struct Effect(u8, u8);
+
+impl Effect {
+    /// That of a plain or narrow opcode.
+    pub(crate) fn of<C: ByteCode>(opcode: u8) -> Effect {
+        let at = 2 * usize::from(opcode & 0x7f);
+        Effect(C::rom(at), C::rom(at + 1))
+    }
+
+    /// Whether there is such an opcode.
+    pub(crate) fn is_known(self) -> bool {
+        self.0 & KNOWN != 0
+    }
+
+    /// The number of its [`Operand`](opcode::Operand).
+    pub(crate) fn operand(self) -> u8 {
+        self.0 & OPERAND
+    }
+
+    /// Not zero if the next instruction is reached by jumps only.
+    pub(crate) fn leaves(self) -> u8 {
+        self.0 & LEAVES
+    }
+
+    /// Whether its trailer counts arguments.
+    pub(crate) fn has_arguments(self) -> bool {
+        self.0 & ARGUMENTS != 0
+    }
+
+    /// Bytes of its trailer.
+    pub(crate) fn trailer<P: Profile>(self) -> usize {
+        match self.1 & TRAILER {
+            WORD => P::WORD_BYTES,
+            length => length.into(),
+        }
+    }
+
+    /// As in the table of instructions.
+    pub(crate) fn pops(self) -> u8 {
+        self.1 >> 4
+    }
+
+    /// As in the table of instructions.
+    pub(crate) fn pushes(self) -> u8 {
+        self.1 >> 2 & PUSHES
+    }
+}
+
+/// What a built-in is: its bit of [`Feature`](builtin::Feature), and how it behaves.
 #[derive(Clone, Copy)]
 pub(crate) struct Needs(u8);
 
 impl Needs {
-    /// Those of a number that is in the table, or not.
-    pub(crate) fn of<C: ByteCode>(number: u16) -> Option<Needs> {
-        let number = usize::from(number);
-        if number < builtin::TABLE.len() { Some(Needs(C::rom(BUILTINS_AT + number))) } else { None }
+    /// Those of a number that is in the table, else anything.
+    pub(crate) fn of<C: ByteCode>(number: u8) -> Needs {
+        Needs(C::rom(BUILTINS_AT + usize::from(number)))
     }
 
+    /// From [`Needs::byte`].
+    pub(crate) fn from_byte(byte: u8) -> Needs {
+        Needs(byte)
+    }
+
+    /// All in one byte.
+    pub(crate) fn byte(self) -> u8 {
+        self.0
+    }
+
+    /// Whether it behaves in that way.
     pub(crate) fn is(self, kind: Kind) -> bool {
-        self.0 >> 4 == kind as u8
+        self.0 & (CALLS | VALUE) == kind_bits(kind)
     }
 
     /// Whether it is among these features.
-    pub(crate) fn is_in(self, features: u8) -> bool {
-        let feature = self.0 & 0x0f;
-        feature == Feature::Core as u8 || features >> (feature - 1) & 1 != 0
+    pub(crate) fn are_in(self, features: u8) -> bool {
+        self.0 & !(CALLS | VALUE | features) == 0
+    }
+
+    /// Whether it is a function, and among these features.
+    pub(crate) fn is_function_in(self, features: u8) -> bool {
+        self.0 & !(CALLS | features) == 0
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::builtin::Feature;
+    use crate::number::{Full, Tiny};
 
     type Code = &'static [u8];
 
     #[test]
     fn tables_read_back() {
         for byte in 0..0x80 {
-            let info = opcode::TABLE.iter().find(|info| info.byte == byte);
-            let expected = info.map(|info| Effect {
-                operand: info.operand,
-                trailer: info.trailer,
-                pops: info.pops,
-                pushes: info.pushes,
-            });
-            assert_eq!(effect::<Code>(byte), expected, "{byte:#x}");
+            let effect = Effect::of::<Code>(byte);
+            let Some(info) = opcode::TABLE.iter().find(|info| info.byte == byte) else {
+                assert!(!effect.is_known(), "{byte:#x}");
+                continue;
+            };
+            assert!(effect.is_known(), "{}", info.name);
+            assert_eq!(effect.operand(), info.operand as u8, "{}", info.name);
+            assert_eq!((effect.pops(), effect.pushes()), (info.pops, info.pushes), "{}", info.name);
+            let arguments = info.trailer == Trailer::Arguments;
+            assert_eq!(effect.has_arguments(), arguments, "{}", info.name);
+            assert_eq!(effect.trailer::<Tiny>(), info.trailer.length(2), "{}", info.name);
+            assert_eq!(effect.trailer::<Full>(), info.trailer.length(4), "{}", info.name);
         }
         for info in builtin::TABLE {
-            let needs = Needs::of::<Code>(u16::from(info.number)).unwrap();
+            let needs = Needs::of::<Code>(info.number);
             assert!(needs.is(info.kind), "{}", info.name);
-            assert_eq!(needs.is_in(0), info.feature == Feature::Core, "{}", info.name);
-            assert!(needs.is_in(info.feature as u8), "{}", info.name);
+            assert_eq!(needs.are_in(0), info.feature == Feature::Core, "{}", info.name);
+            assert!(needs.are_in(info.feature as u8), "{}", info.name);
+            let function = info.kind != Kind::Value;
+            assert_eq!(needs.is_function_in(info.feature as u8), function, "{}", info.name);
+            assert_eq!(needs.byte(), Needs::from_byte(needs.byte()).byte());
         }
-        assert!(Needs::of::<Code>(builtin::TABLE.len() as u16).is_none());
+    }
+
+    #[test]
+    fn three_instructions_do_not_lead_to_the_next() {
+        let leave = (0..0x80).filter(|byte| Effect::of::<Code>(*byte).leaves() != 0);
+        assert!(leave.eq([opcode::RETURN, opcode::RETURN_NIL, opcode::JUMP]));
     }
 }

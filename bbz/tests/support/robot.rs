@@ -55,7 +55,7 @@ pub fn records(image: &[u8], steps: u32) -> Vec<Vec<u8>> {
     if let Err(error) = vm.load(Image::new(image), |_| true) {
         return vec![trace::refused(error).to_vec()];
     }
-    let hash = Image::new(image).header().unwrap().hash;
+    let hash = Image::new(image).header().unwrap().hash();
     robot.records.push(trace::start(ID, hash).to_vec());
     let entries = [Entry::Global, Entry::Init].into_iter();
     for (count, entry) in entries.chain((0..steps).map(|_| Entry::Step)).enumerate() {

@@ -59,7 +59,7 @@ fn counts_above_127_take_two_bytes() {
     let (bytes, symbols) = image(&many.join("\n"), FULL);
     assert_eq!(symbols.globals.len(), 300);
     assert_eq!(bytes[11..13], [0x81, 0x2c]);
-    assert_eq!(header(&bytes).globals, 300);
+    assert_eq!(header(&bytes).globals(), 300);
     assert_eq!(verify(&bytes, FULL), Ok(()));
 }
 
@@ -88,12 +88,12 @@ fn strings_are_those_of_the_source_sorted_and_without_the_machines_own() {
     assert_eq!(symbols.string(string::DATA), Some("data"));
     assert_eq!(symbols.string(string::COUNT), Some("Apple"));
     assert_eq!(symbols.string(string::COUNT + 4), None);
-    assert_eq!(header(&bytes).strings, 4);
+    assert_eq!(header(&bytes).strings(), 4);
 }
 
 #[test]
 fn the_order_table_is_there_only_where_it_decides() {
-    let form = |script: &str| header(&image(script, TINY).0).form & FORM_ORDER != 0;
+    let form = |script: &str| header(&image(script, TINY).0).form() & FORM_ORDER != 0;
     // Two strings, one of them perhaps the machine's own.
     assert!(form("function f(a, b) { return a < b } log(f(type(1), \"x\"))"));
     assert!(form("function f(a, b) { return math.max(a, b) } log(f(\"data\", \"x\"))"));
@@ -111,12 +111,12 @@ fn the_order_table_is_there_only_where_it_decides() {
 #[test]
 fn text_comes_with_the_strings_feature() {
     let (bytes, _) = image("log(\"hello\")", FULL);
-    assert_eq!(header(&bytes).form & FORM_TEXT, 0);
+    assert_eq!(header(&bytes).form() & FORM_TEXT, 0);
     let (bytes, _) = image("log(string.length(\"hello\"), \"x\")", FULL);
-    assert_ne!(header(&bytes).form & FORM_TEXT, 0);
+    assert_ne!(header(&bytes).form() & FORM_TEXT, 0);
     // One more is the library's field name.
     let text = [&[5][..], b"hello", &[6], b"length", &[1], b"x"].concat();
-    let at = usize::from(header(&bytes).text_at);
+    let at = usize::from(header(&bytes).text_at());
     assert_eq!(bytes[at..at + text.len()], text);
     assert_eq!(usize::from(header(&bytes).code_at), at + text.len());
 }
@@ -168,5 +168,5 @@ fn the_hash_covers_source_and_profile_only() {
     assert_ne!(hash("x = 1", TINY), hash("x = 2", TINY));
     assert_ne!(hash("x = 1", TINY), hash("x = 1", FULL));
     let (bytes, symbols) = image("x = 1", FULL);
-    assert_eq!(header(&bytes).hash, symbols.script_hash);
+    assert_eq!(header(&bytes).hash(), symbols.script_hash);
 }

@@ -25,21 +25,21 @@ fn untouched_libraries_need_no_table() {
     let header = header(
         "x = math.abs(-1) y = math.rng.uniform(1, 2) neighbors.listen(\"k\", log) f = math.min",
     );
-    assert_eq!(header.form & FORM_LIBRARIES, 0);
-    assert_eq!(header.features, Feature::Neighbors as u8);
+    assert_eq!(header.form() & FORM_LIBRARIES, 0);
+    assert_eq!(header.features(), Feature::Neighbors as u8);
 }
 
 #[test]
 fn features_are_those_of_the_functions_used() {
-    assert_eq!(header("x = math.abs(1)").features, 0);
-    assert_eq!(header("x = math.sin(1)").features, Feature::Maths as u8);
-    assert_eq!(header("x = string.length(\"a\")").features, Feature::Strings as u8);
-    assert_eq!(header("s = swarm.create(1)").features, Feature::Swarm as u8);
-    assert_eq!(header("v = stigmergy.create(1)").features, Feature::Stigmergy as u8);
+    assert_eq!(header("x = math.abs(1)").features(), 0);
+    assert_eq!(header("x = math.sin(1)").features(), Feature::Maths as u8);
+    assert_eq!(header("x = string.length(\"a\")").features(), Feature::Strings as u8);
+    assert_eq!(header("s = swarm.create(1)").features(), Feature::Swarm as u8);
+    assert_eq!(header("v = stigmergy.create(1)").features(), Feature::Stigmergy as u8);
     // What never runs is not needed.
-    assert_eq!(header("if(0) x = math.sin(1)").features, 0);
+    assert_eq!(header("if(0) x = math.sin(1)").features(), 0);
     // All of a library that is used as a value is.
-    assert_eq!(header("m = math").features, Feature::Maths as u8);
+    assert_eq!(header("m = math").features(), Feature::Maths as u8);
 }
 
 #[test]

@@ -125,7 +125,7 @@ impl<P: Profile, C: ByteCode, R: Robot<P>, const SLOTS: usize> Script<P, C, R, S
             return Stopped::Refused;
         }
         self.vm.seed(seed);
-        let hash = self.vm.header().map_or(0, |header| header.hash);
+        let hash = self.vm.header().map_or(0, |header| header.hash());
         self.robot.report(&trace::start(self.vm.robot_id(), hash));
         self.robot.renew(self.counts);
         let mut ticks = Ticks::start(period);

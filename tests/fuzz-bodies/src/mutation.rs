@@ -47,7 +47,7 @@ impl Parts {
     fn of(image: &[u8]) -> Option<Parts> {
         let header = Image::new(image).header().ok()?;
         let mut instructions = Vec::new();
-        for function in 0..usize::from(header.functions) {
+        for function in 0..usize::from(header.functions()) {
             let mut at = start(image, &header, function)? + 2;
             let end = start(image, &header, function + 1).unwrap_or(image.len());
             while at < end {
@@ -84,7 +84,7 @@ impl Parts {
 
 /// Where a function starts.
 fn start(image: &[u8], header: &Header, function: usize) -> Option<usize> {
-    if function >= usize::from(header.functions) {
+    if function >= usize::from(header.functions()) {
         return None;
     }
     let row = usize::from(header.functions_at) + 2 * function;
@@ -223,7 +223,7 @@ fn resize(image: &mut Vec<u8>, parts: &Parts, range: std::ops::Range<usize>, byt
             write_operand(image, jump, isize::from(jump.operand) - by);
         }
     }
-    for function in 0..usize::from(parts.header.functions) {
+    for function in 0..usize::from(parts.header.functions()) {
         let row = usize::from(parts.header.functions_at) + 2 * function;
         if start(image, &parts.header, function).is_some_and(|start| start > range.start) {
             let offset = u16::from_le_bytes([image[row], image[row + 1]]);

@@ -133,7 +133,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         count: usize,
         drop_result: bool,
     ) -> Result<(), Stopped> {
-        if Needs::of::<C>(u16::from(number)).is_some_and(|needs| needs.is(Kind::Calls)) {
+        if Needs::of::<C>(number).is(Kind::Calls) {
             return self.begin_native(host, number, count);
         }
         let result = self.builtin(host, number, count)?;

@@ -149,13 +149,19 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.work = 0;
         }
         self.arena.reset(slots);
-        let verified = image.verify(&mut self.arena, is_robot_function)?;
+        // In its place from the start: a copy of the header would cost the AVR more than the verifier's tables.
+        let program = self.program.insert(Verified::claimed(image.code));
+        let checked =
+            program.read_header().and_then(|()| program.verify(&mut self.arena, is_robot_function));
+        let base = GLOBALS + usize::from(program.header().globals());
         self.arena.reset(slots);
-        let base = GLOBALS + usize::from(verified.header().globals);
+        if checked.is_err() {
+            self.program = None;
+            return checked;
+        }
         self.arena.reserved = base as u16;
         self.fp = base as u16;
         self.sp = base as u16;
-        self.program = Some(verified);
         self.state = State::Idle;
         Ok(())
     }
@@ -238,7 +244,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Reads a global, for the host.
     pub fn global(&self, number: u16) -> Option<Value<P>> {
-        let count = self.header()?.globals;
+        let count = self.header()?.globals();
         if number < count { Some(self.arena.get(GLOBALS + usize::from(number))) } else { None }
     }
 
@@ -293,7 +299,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// First slot of the stack.
     fn base(&self) -> usize {
-        GLOBALS + self.header().map_or(0, |header| usize::from(header.globals))
+        GLOBALS + self.header().map_or(0, |header| usize::from(header.globals()))
     }
 
     /// Slots above the record that the frame running at `pc` may use.

@@ -41,7 +41,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Offset of the text of the script's first string; none if the image has no text.
     fn first_text(&self) -> Option<usize> {
         let header = self.header()?;
-        header.has_text().then_some(usize::from(header.text_at))
+        header.has_text().then_some(usize::from(header.text_at()))
     }
 
     /// Start and end of the text of a string of the script: steps over those before it.
@@ -174,7 +174,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
         }
         let mut at = self.first_text()?;
-        for number in 0..self.header()?.strings {
+        for number in 0..self.header()?.strings() {
             let (start, end) = self.image_text(at);
             if self.same(made, Cursor::Image(start, end)) {
                 return Some(string::COUNT + number);
