@@ -77,6 +77,11 @@ impl<'a, const BYTES: usize> Area<'a, BYTES> {
     pub fn new(bytes: &'a [u8; BYTES], length: usize) -> Option<Self> {
         if length > Self::MOST { None } else { Some(Area { bytes, length }) }
     }
+
+    /// No image.
+    pub const fn empty(bytes: &'a [u8; BYTES]) -> Self {
+        Area { bytes, length: 0 }
+    }
 }
 
 impl<const BYTES: usize> ByteCode for Area<'_, BYTES> {
@@ -94,5 +99,31 @@ impl<const BYTES: usize> ByteCode for Area<'_, BYTES> {
     fn word(&self, at: usize) -> u16 {
         let at = at & (Self::MOST - 1);
         u16::from_le_bytes([self.bytes[at], self.bytes[at + 1]])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_area_reads_like_a_slice() {
+        let bytes: [u8; 10] = core::array::from_fn(|at| at as u8 * 17);
+        let area = Area::new(&bytes, 8).unwrap();
+        let slice = &bytes[..8];
+        assert_eq!(ByteCode::len(&area), 8);
+        for at in 0..8 {
+            assert_eq!(area.byte(at), ByteCode::byte(&slice, at));
+        }
+        for at in 0..7 {
+            assert_eq!(area.word(at), ByteCode::word(&slice, at));
+        }
+        // Beyond: anything, but always the same.
+        for at in [8, 100, usize::MAX] {
+            assert_eq!(area.byte(at), area.byte(at));
+            assert_eq!(area.word(at), area.word(at));
+        }
+        assert!(Area::new(&bytes, 9).is_none());
+        assert!(Area::empty(&bytes).is_empty());
     }
 }

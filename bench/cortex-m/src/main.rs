@@ -9,7 +9,7 @@ use core::arch::naked_asm;
 use core::hint::black_box;
 use core::mem::MaybeUninit;
 
-use bittybuzz_bench::{Machine, Mark, Meter, ROBOT_ID, ROOM, run, split};
+use bittybuzz_bench::{HEADER, Machine, Mark, Meter, ROBOT_ID, ROOM, run, split};
 #[cfg(feature = "full")]
 use bittybuzz_vm_core::number::Full as Numbers;
 #[cfg(not(feature = "full"))]
@@ -43,14 +43,17 @@ impl Meter for Debugger {
 #[unsafe(no_mangle)]
 static BENCH_SCRIPT: [u8; ROOM] = [0; ROOM];
 
+type Section = Area<'static, { ROOM - HEADER }>;
+
 #[cortex_m_rt::entry]
 fn main() -> ! {
     // The entry macro makes it a reference: main runs once.
-    static mut MACHINE: MaybeUninit<Machine<Numbers, Area<'static, {ROOM - 4}>>> = MaybeUninit::uninit();
-    let all = black_box(&BENCH_SCRIPT);
-    let (global, image) = split(all);
-    let length = image.len();
-    let image = Area::new(all.last_chunk().unwrap(), length).unwrap();
+    static mut MACHINE: MaybeUninit<Machine<Numbers, Section>> = MaybeUninit::uninit();
+    let bytes = black_box(&BENCH_SCRIPT);
+    let (global, image) = split(bytes);
+    // As in the firmware of robots: an area of flash.
+    let area = bytes.last_chunk().and_then(|area| Section::new(area, image.len()));
+    let Some(image) = area else { panic!() };
     run(MACHINE.write(Vm::new(ROBOT_ID)), Image::new(image), global, &mut Debugger);
     loop {
         core::hint::spin_loop();

@@ -67,11 +67,12 @@ static TASKS: Liveness = Liveness::new(5);
 static SETPOINTS: setpoint::Channel<Powers> = setpoint::Channel::new();
 static STATUS: StatusChannel = StatusChannel::new();
 
-type ScriptTask = Script<Full, &'static [u8], Crazyflie, { robot::SLOTS }>;
+type ScriptTask = Script<Full, section::Section, Crazyflie, { robot::SLOTS }>;
 
 /// The machine takes no more memory than the robot file promises, with room for what it does not have yet.
 const _: () = assert!(
-    size_of::<Vm<Full, &[u8], { robot::SLOTS }>>() + robot::SWARM_MEMORY <= robot::MEMORY
+    size_of::<Vm<Full, section::Section, { robot::SLOTS }>>() + robot::SWARM_MEMORY
+        <= robot::MEMORY
 );
 /// It has what scripts are built for.
 const _: () = assert!(robot::MATHS == (features::<Full>() & Feature::Maths as u8 != 0));
