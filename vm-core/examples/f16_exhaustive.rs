@@ -1,8 +1,8 @@
 //! Checks the 16-bit float for every operand, against the exact model of the tests.
 //!
 //! `cargo run --release -p bittybuzz-vm-core --example f16_exhaustive -- [FIRST] [COUNT]` checks
-//! sum, difference, product and quotient of the left operands FIRST.. (0..65536, default all) with
-//! all 65,536 right operands. The conversion of every binary32 number is checked once, when FIRST
+//! sum, difference, product, quotient and order of the left operands FIRST.. (0..65536, default all)
+//! with all 65,536 right operands. The conversion of every binary32 number is checked once, when FIRST
 //! is 0. The exit status is 1 if a result is wrong.
 
 #[path = "../tests/number/float16_model.rs"]
@@ -11,7 +11,7 @@ mod model;
 use std::process::ExitCode;
 use std::thread;
 
-use bittybuzz_vm_core::number::F16;
+use bittybuzz_vm_core::number::{F16, Float};
 
 /// Runs `check` on every number of the range, on all processors; the sum of what it returns.
 fn count_failures(first: u32, last: u32, check: impl Fn(u32) -> u64 + Sync) -> u64 {
@@ -36,6 +36,11 @@ fn wrong_results(a: u32) -> u64 {
             eprintln!("{a:#06x} {b:#06x}: {computed:04x?}, right is {expected:04x?}");
             wrong += 1;
         }
+        let (expected, computed) = (model::expected_order(a, b), model::computed_order(a, b));
+        if expected != computed {
+            eprintln!("{a:#06x} {b:#06x}: {computed:?}, right is {expected:?}");
+            wrong += 1;
+        }
     }
     wrong
 }
@@ -44,7 +49,8 @@ fn wrong_conversions(high: u32) -> u64 {
     let mut wrong = 0;
     for low in 0..=0xFFFF {
         let value = f32::from_bits(high << 16 | low);
-        if F16::from_f32(value).0 != model::from_f32(value) {
+        let packed = F16::pack(&Float::from_f32(value));
+        if F16::from_f32(value) != packed || packed.0 != model::from_f32(value) {
             eprintln!("{value:e} becomes {:#06x}", F16::from_f32(value).0);
             wrong += 1;
         }

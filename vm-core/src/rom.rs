@@ -6,13 +6,23 @@
 use crate::builtin::{self, Kind};
 use crate::bytecode::ByteCode;
 use crate::number::Profile;
+#[cfg(feature = "maths")]
+use crate::number::tables;
 use crate::opcode::{self, Trailer};
 
 /// Two bytes for each of the 128 plain and narrow opcodes, then one for each built-in.
 const BUILTINS_AT: usize = 256;
 
+/// The constants of the mathematical functions.
+pub(crate) const MATHS_AT: usize = BUILTINS_AT + builtin::TABLE.len();
+
 /// Length of [`BYTES`].
-pub const LENGTH: usize = BUILTINS_AT + builtin::TABLE.len();
+pub const LENGTH: usize = MATHS_AT + MATHS.len();
+
+#[cfg(feature = "maths")]
+const MATHS: [u8; tables::BYTES.len()] = tables::BYTES;
+#[cfg(not(feature = "maths"))]
+const MATHS: [u8; 0] = [];
 
 /// The tables.
 pub const BYTES: [u8; LENGTH] = bytes();
@@ -57,6 +67,11 @@ const fn bytes() -> [u8; LENGTH] {
         let info = builtin::TABLE[row];
         bytes[BUILTINS_AT + row] = kind_bits(info.kind) | info.feature as u8;
         row += 1;
+    }
+    let mut at = 0;
+    while at < MATHS.len() {
+        bytes[MATHS_AT + at] = MATHS[at];
+        at += 1;
     }
     bytes
 }

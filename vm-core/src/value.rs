@@ -4,7 +4,7 @@
 
 use core::num::NonZeroU8;
 
-use crate::number::{Number, Profile};
+use crate::number::{Float, Number, Profile};
 
 /// What a value is. A plain byte, because the same slots also hold frame records and cell headers; never zero, so that a
 /// value or nothing, or a value or a failure, is returned in the same registers as a value.
@@ -172,12 +172,10 @@ impl<P: Profile> Value<P> {
         Self::indexed(Tag::STRING, number)
     }
 
+    /// The nearest float.
     #[inline(always)]
-    pub(crate) fn number(value: Number) -> Self {
-        match value {
-            Number::Int(value) => Self::int(value),
-            Number::Float(value) => Self::float(value),
-        }
+    pub(crate) fn packed(value: &Float) -> Self {
+        Value { tag: Tag::FLOAT, raw: P::pack(value) }
     }
 
     #[inline(always)]
@@ -234,6 +232,24 @@ impl<P: Profile> Value<P> {
     #[inline(always)]
     pub fn as_int(self) -> Option<i32> {
         if self.tag == Tag::INT { Some(P::int_to_i32(self.raw)) } else { None }
+    }
+
+    /// The exact value of a number.
+    #[inline(never)]
+    pub(crate) fn unpack(self) -> Float {
+        if self.tag == Tag::INT {
+            Float::from_int(P::int_to_i32(self.raw))
+        } else {
+            P::unpack(self.raw)
+        }
+    }
+
+    /// The value of a number as a float. Integers of the full profile round to the nearest float, as a float literal
+    /// would.
+    #[inline]
+    pub(crate) fn unpack_float(self) -> Float {
+        let float = self.unpack();
+        if P::FULL { P::unpack(P::pack(&float)) } else { float }
     }
 
     /// As a number, if it is one.

@@ -1,10 +1,12 @@
 //! The functions of `math` against binary64.
 #![cfg(feature = "maths")]
 
+#[path = "number/binary32.rs"]
+mod binary32;
 #[path = "number/random.rs"]
 mod random;
 
-use bittybuzz_vm_core::number::{maths, power};
+use binary32::{maths, power};
 use random::Random;
 
 type Unary = (&'static str, fn(f32) -> f32, fn(f64) -> f64, f64);

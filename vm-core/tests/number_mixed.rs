@@ -1,14 +1,14 @@
 //! Comparison, table keys, rounding to integers and the remainder, against wider types.
 
+#[path = "number/binary32.rs"]
+mod binary32;
 #[path = "number/random.rs"]
 mod random;
 
 use std::cmp::Ordering;
 
-use bittybuzz_vm_core::number::{
-    F16, Full, Number, Profile, Tiny, abs, ceil, compare, float_modulo, floor, normalize_key,
-    round, to_int,
-};
+use binary32::{abs, ceil, compare, float_modulo, floor, normalize_key, round, to_int};
+use bittybuzz_vm_core::number::{F16, Full, Number, Profile, Tiny};
 use random::Random;
 
 fn floats() -> Vec<f32> {
@@ -119,7 +119,9 @@ fn rounding_to_integers() {
         assert_eq!(floor(x), exact.floor() as i32, "{x}");
         assert_eq!(ceil(x), exact.ceil() as i32, "{x}");
         assert_eq!(round(x), exact.round() as i32, "{x}");
-        assert_eq!(f64::from(abs(x)).to_bits(), exact.abs().to_bits());
+        assert!(
+            f64::from(abs(x)).to_bits() == exact.abs().to_bits() || x.is_nan() && abs(x).is_nan()
+        );
     }
     // The reference's results.
     assert_eq!((floor(2.7), floor(-2.7), ceil(2.1), ceil(-2.1)), (2, -3, 3, -2));

@@ -1,5 +1,6 @@
 //! Arithmetic on constants, exactly as the virtual machine does it in the profile of the image.
 
+use bittybuzz_vm_core::number::maths::{Function, function};
 use bittybuzz_vm_core::number::{self, Full, Profile as _, Tiny};
 
 use crate::ast::{BinaryOp, UnaryOp};
@@ -33,13 +34,6 @@ impl Number {
         match self {
             Number::Int(value) => ExprKind::Int(i64::from(value)),
             Number::Float(value) => ExprKind::Float(f64::from(value)),
-        }
-    }
-
-    fn to_float(self) -> f32 {
-        match self {
-            Number::Int(value) => value as f32,
-            Number::Float(value) => value,
         }
     }
 
@@ -95,13 +89,6 @@ fn to_odd(value: f64) -> f32 {
     f32::from_bits(truncated | 1)
 }
 
-fn round(profile: Profile, value: f32) -> f32 {
-    match profile {
-        Profile::Tiny => Tiny::float_to_f32(Tiny::float_from_f32(value)),
-        Profile::Full => value,
-    }
-}
-
 /// The result of an operation on one number; `None` if the machine has to do it.
 pub fn unary(profile: Profile, op: UnaryOp, operand: Number) -> Option<Number> {
     match (op, operand) {
@@ -120,23 +107,28 @@ pub fn arithmetic(profile: Profile, op: BinaryOp, left: Number, right: Number) -
             Profile::Full => integer::<Full>(op, a, b),
         },
         _ => {
-            let (a, b) = (left.to_float(), right.to_float());
-            let exact = match op {
-                BinaryOp::Add => a + b,
-                BinaryOp::Sub => a - b,
-                BinaryOp::Mul => a * b,
-                BinaryOp::Div => a / b,
-                BinaryOp::Mod => match profile {
-                    Profile::Tiny => number::float_modulo::<Tiny>(a, b),
-                    Profile::Full => number::float_modulo::<Full>(a, b),
-                },
-                BinaryOp::Pow => number::power(a, b),
-                _ => return None,
+            let result = match profile {
+                Profile::Tiny => float::<Tiny>(op, left, right)?,
+                Profile::Full => float::<Full>(op, left, right)?,
             };
-            let result = round(profile, exact);
             (!result.is_nan()).then_some(Number::Float(result))
         }
     }
+}
+
+fn float<P: number::Profile>(op: BinaryOp, left: Number, right: Number) -> Option<f32> {
+    let (mut a, b) =
+        (left.to_machine().unpack_float::<P>(), right.to_machine().unpack_float::<P>());
+    match op {
+        BinaryOp::Add => a.add(&b),
+        BinaryOp::Sub => a.sub(&b),
+        BinaryOp::Mul => a.mul(&b),
+        BinaryOp::Div => a.div(&b),
+        BinaryOp::Mod => a.modulo::<P>(&b),
+        BinaryOp::Pow => function::<&[u8]>(Function::Power as u8, &mut a, &b),
+        _ => return None,
+    }
+    Some(P::float_to_f32(P::pack(&a)))
 }
 
 fn integer<P: number::Profile>(op: BinaryOp, a: i32, b: i32) -> Option<Number> {
@@ -165,7 +157,7 @@ fn int(profile: Profile, value: i32) -> Number {
 
 /// The result of a comparison of two numbers.
 pub fn compare(op: BinaryOp, left: Number, right: Number) -> Option<bool> {
-    let order = number::compare(left.to_machine(), right.to_machine())?;
+    let order = left.to_machine().unpack().compare(&right.to_machine().unpack())?;
     Some(match op {
         BinaryOp::Eq => order.is_eq(),
         BinaryOp::NotEq => order.is_ne(),

@@ -9,7 +9,7 @@ use crate::fault::{FaultCode, Stopped};
 use crate::host::{Arguments, Host};
 #[cfg(feature = "maths")]
 use crate::number::maths;
-use crate::number::{self, Number, Profile, Rng};
+use crate::number::{Profile, Rng, Rounding};
 use crate::value::{Tag, Type, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
@@ -123,59 +123,39 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 _ => {}
             }
         }
-        let x = float(a);
-        let result = match number {
+        let (mut x, y) = (a.unpack_float(), b.unpack_float());
+        match number {
             builtin::SET_SEED => return Err(self.wrong_type(a, a)),
-            builtin::UNIFORM => self.rng.uniform_float::<P>(x, float(b)),
-            builtin::ABS => number::abs(x),
+            builtin::UNIFORM => self.rng.uniform_float::<P>(&mut x, &y),
+            builtin::ABS => x.abs(),
+            builtin::TO_FLOAT => {}
             #[cfg(feature = "maths")]
-            builtin::SQRT..=builtin::ATAN | builtin::GAUSSIAN | builtin::EXPONENTIAL => {
-                self.maths(number, x, float(b))
+            builtin::GAUSSIAN => self.rng.gaussian::<C>(&mut x, &y),
+            #[cfg(feature = "maths")]
+            builtin::EXPONENTIAL => self.rng.exponential::<C>(&mut x),
+            #[cfg(feature = "maths")]
+            // Numbered alike.
+            builtin::SQRT..=builtin::ATAN => {
+                maths::function::<C>(number - builtin::SQRT, &mut x, &y);
             }
-            builtin::TO_FLOAT => x,
             _ => {
-                let int = match number {
-                    builtin::FLOOR => number::floor(x),
-                    builtin::CEIL => number::ceil(x),
-                    builtin::ROUND => number::round(x),
-                    _ => number::to_int(Number::Float(x)),
+                let rounding = match number {
+                    builtin::FLOOR => Rounding::Floor,
+                    builtin::CEIL => Rounding::Ceil,
+                    builtin::ROUND => Rounding::Nearest,
+                    _ => Rounding::Truncate,
                 };
+                let int = x.to_int(rounding);
                 return Ok(Value::int(int.clamp(P::INT_MIN, P::INT_MAX)));
             }
-        };
-        Ok(Value::float(result))
-    }
-
-    #[cfg(feature = "maths")]
-    #[inline(never)]
-    fn maths(&mut self, number: u8, x: f32, y: f32) -> f32 {
-        match number {
-            builtin::SQRT => maths::sqrt(x),
-            builtin::EXP => maths::exp(x),
-            builtin::LN => maths::log(x),
-            builtin::LOG2 => maths::log2(x),
-            builtin::LOG10 => maths::log10(x),
-            builtin::SIN => maths::sin(x),
-            builtin::COS => maths::cos(x),
-            builtin::TAN => maths::tan(x),
-            builtin::ASIN => maths::asin(x),
-            builtin::ACOS => maths::acos(x),
-            builtin::ATAN => maths::atan2(x, y),
-            builtin::GAUSSIAN => self.rng.gaussian(x, y),
-            _ => self.rng.exponential(x),
         }
+        Ok(Value::packed(&x))
     }
 
     #[inline(never)]
     pub(super) fn need_number(&mut self, value: Value<P>) -> Result<(), Stopped> {
         if value.is_number() { Ok(()) } else { Err(self.wrong_type(value, value)) }
     }
-}
-
-/// A number as a float; integers of the full profile round to the nearest, as a float literal would.
-#[inline(never)]
-fn float<P: Profile>(number: Value<P>) -> f32 {
-    number.as_f32().unwrap_or(0.0)
 }
 
 /// The string that names a type.

@@ -6,7 +6,7 @@ use super::Vm;
 use crate::builtin::string;
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
-use crate::number::{self, Profile};
+use crate::number::Profile;
 use crate::opcode::order;
 use crate::value::{Tag, Value};
 
@@ -88,8 +88,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 }
 
-/// The order of two numbers, `None` if one is not a number.
+/// The order of two numbers, `None` if one is NaN.
 #[inline(never)]
 fn order_of_numbers<P: Profile>(a: Value<P>, b: Value<P>) -> Option<Ordering> {
-    number::compare(a.as_number()?, b.as_number()?)
+    a.unpack().compare(&b.unpack())
 }

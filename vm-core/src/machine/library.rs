@@ -10,7 +10,7 @@ use crate::fault::{FaultCode, Stopped};
 use crate::heap::{ITERATION, NoCell};
 use crate::host::{Axis, Host};
 use crate::image::USES_SELF;
-use crate::number::{self, Profile};
+use crate::number::Profile;
 use crate::value::{Tag, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
@@ -80,9 +80,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         match key.tag() {
             Tag::INT | Tag::STRING | Tag::TEXT => Ok(key),
-            Tag::FLOAT => Ok(key
-                .as_f32()
-                .map_or(key, |float| Value::number(number::normalize_key::<P>(float)))),
+            Tag::FLOAT => Ok(match P::unpack(key.raw()).as_int() {
+                Some(int) if int >= P::INT_MIN && int <= P::INT_MAX => Value::int(int),
+                _ => key,
+            }),
             _ => Err(self.fail_on(FaultCode::BadKey, key, key)),
         }
     }

@@ -5,7 +5,9 @@ use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
 use crate::image::{PARAMETERS, USES_SELF};
-use crate::number::{self, Number, Profile};
+use crate::number::Profile;
+#[cfg(feature = "maths")]
+use crate::number::maths::{self, Function};
 use crate::opcode::{self, DROP_RESULT};
 use crate::value::{Tag, Value};
 
@@ -78,7 +80,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 drop = 1;
                 match top.tag() {
                     Tag::INT => Value::new(Tag::INT, P::neg(top.raw())),
-                    Tag::FLOAT => Value::float(-P::float_to_f32(top.raw())),
+                    Tag::FLOAT => {
+                        let mut float = P::unpack(top.raw());
+                        float.negate();
+                        Value::packed(&float)
+                    }
                     _ => return Err(self.wrong_type(top, top)),
                 }
             }
@@ -213,21 +219,31 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             };
             return Ok(Value::new(Tag::INT, result));
         }
-        let (Some(x), Some(y)) = (a.as_number(), b.as_number()) else {
+        if !(a.is_number() && b.is_number()) {
             return Err(self.wrong_type(a, b));
-        };
-        let (f, g) = (as_f32(x), as_f32(y));
-        let result = match op {
-            opcode::ADD => f + g,
-            opcode::SUB => f - g,
-            opcode::MUL => f * g,
-            opcode::DIV => f / g,
-            opcode::MOD => number::float_modulo::<P>(f, g),
+        }
+        if P::FULL {
+            // As the chip or the compiler's library does it.
+            if let (Some(x), Some(y)) = (a.as_f32(), b.as_f32()) {
+                match op {
+                    opcode::ADD => return Ok(Value::float(x + y)),
+                    opcode::SUB => return Ok(Value::float(x - y)),
+                    opcode::MUL => return Ok(Value::float(x * y)),
+                    opcode::DIV => return Ok(Value::float(x / y)),
+                    _ => {}
+                }
+            }
+        }
+        let (mut x, y) = (a.unpack_float(), b.unpack_float());
+        match op {
+            // Numbered alike.
+            opcode::ADD..=opcode::DIV => x.operate(op - opcode::ADD, &y),
+            opcode::MOD => x.modulo::<P>(&y),
             #[cfg(feature = "maths")]
-            opcode::POW => number::power(f, g),
+            opcode::POW => maths::function::<C>(Function::Power as u8, &mut x, &y),
             _ => return Err(self.wrong_type(a, b)),
-        };
-        Ok(Value::float(result))
+        }
+        Ok(Value::packed(&x))
     }
 
     /// The result of an integer operation that has none for some operands.
@@ -236,13 +252,5 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             Some(raw) => Ok(Value::new(Tag::INT, raw)),
             None => Err(self.fail(code)),
         }
-    }
-}
-
-/// Integers of the full profile round to the nearest float, as a float literal would.
-pub(super) fn as_f32(number: Number) -> f32 {
-    match number {
-        Number::Int(value) => value as f32,
-        Number::Float(value) => value,
     }
 }

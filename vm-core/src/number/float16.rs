@@ -12,22 +12,9 @@
 //! just below 2^32: more range than IEEE's binary16, since distances in millimetres and their
 //! squares occur in the same script.
 //!
-//! # Arithmetic
-//!
-//! There is none here: an operation converts to binary32, computes, and rounds back. That gives the
-//! correctly rounded 16-bit result, although two roundings happen:
-//!
-//! * A product of two 10-bit significands has at most 20 bits, so binary32 (24 bits) holds it
-//!   exactly, and only the second rounding counts.
-//! * A second rounding goes wrong only if the first one lands on a midpoint between two 16-bit
-//!   floats, or moves across it. A sum that is not exact in binary32 has operands whose exponents
-//!   differ by more than 14: the smaller one is then below a quarter unit in the last place of the
-//!   larger, and the sum is that far from any midpoint.
-//! * A quotient `a / b` of 10-bit significands that is not itself a midpoint `m` (11 bits) differs
-//!   from it by `(a - m b) / b`: at least 2^-21 of its value, much more than the error of binary32.
-//!
-//! This is the usual criterion 24 >= 2 * 10 + 2. It bears a division or a sum that is off by one unit
-//! of binary32, too.
+//! Arithmetic is that of [`Float`], whose results [`F16::pack`] rounds: once, and so correctly.
+
+use super::float::Float;
 
 /// Width of the fraction that binary32 has and this format has not.
 const EXTRA_FRACTION: u32 = 23 - 9;
@@ -89,6 +76,49 @@ impl F16 {
             return f32::from_bits(0x7FC0_0000);
         };
         f32::from_bits(sign | bits)
+    }
+
+    /// The nearest 16-bit float, the even one of two.
+    #[inline(never)]
+    pub fn pack(number: &Float) -> F16 {
+        if number.is_nan() {
+            return F16::NAN;
+        }
+        let sign = u16::from(number.negative) << 15;
+        let field = number.exponent.wrapping_add(30);
+        // Ten bits are kept; the last of 16 also stands for all bits after it.
+        let high = (number.significand >> 16) as u16 | u16::from(number.significand as u16 != 0);
+        // The leading bit makes up for the 1 that is subtracted; a carry out of the fraction is the step to the next
+        // binade. Adding just under a half, and the last kept bit, makes ties even.
+        let rounding = 0x1F_u16.wrapping_add(high >> 6 & 1);
+        let kept = (high >> 6).wrapping_add((high & 0x3F).wrapping_add(rounding) >> 6);
+        let bits = ((field as u16).wrapping_sub(1) << 9).wrapping_add(kept);
+        let bits = if field > 62 {
+            F16::INFINITY.0
+        } else if field < 0 || bits != F16::MIN_POSITIVE.0 && field == 0 {
+            0
+        } else {
+            bits
+        };
+        F16(sign | bits)
+    }
+
+    /// The same number unpacked.
+    #[inline(never)]
+    pub fn unpack(self) -> Float {
+        let field = (self.0 >> 9 & 63) as u8;
+        let mut number =
+            Float::new(u32::from(self.0 << 6 | 1 << 15) << 16, i16::from(field).wrapping_sub(30));
+        if field == 0 {
+            // Not a copy of the constant: the AVR would keep that in RAM.
+            number.significand = 0;
+            number.exponent = Float::ZERO.exponent;
+        } else if field == 63 {
+            number.exponent =
+                if self.0 << 7 == 0 { Float::INFINITY.exponent } else { Float::NAN.exponent };
+        }
+        number.negative = self.0 >> 15 != 0;
+        number
     }
 
     /// The nearest 16-bit float.

@@ -1,6 +1,6 @@
 //! Numbers as text, and text as numbers, without `core::fmt`.
 
-use super::wide::{Wide, multiply};
+use super::float::{Float, multiply};
 
 /// Ten to the number of decimals that `%f` prints.
 const MILLION: u32 = 1_000_000;
@@ -297,7 +297,7 @@ pub fn parse_float(text: impl Iterator<Item = u8>) -> Option<f32> {
             }
         }
         let (bits, extra) = big.leading();
-        Wide::from_fraction(bits | u32::from(inexact), scale.wrapping_add(extra)).to_f32(false)
+        Float::normalized(bits | u32::from(inexact), scale.wrapping_add(extra)).to_f32()
     };
     Some(if negative { -magnitude } else { magnitude })
 }

@@ -1,4 +1,4 @@
-//! The functions of the library `math`, on binary32.
+//! The functions of the library `math`. Each sets its first argument to the result.
 //!
 //! Largest errors in units in the last place of binary32, measured against binary64 (the test
 //! `number_maths` does it again):
@@ -10,31 +10,61 @@
 //! | `exp` | 0.7 |
 //! | `sin`, `cos`, `tan`, for every finite angle | 0.6 |
 //! | `asin`, `acos`, `atan2` | 0.6 |
-//! | `^` ([`super::power`]) | 1.5; none where an integer power is a float |
+//! | [`power`] | 1.5; none where an integer power is a float |
 //!
 //! In the tiny profile the results of all its 65,536 arguments are the nearest 16-bit floats, but for
 //! less than one in ten thousand.
 
 #[cfg(feature = "maths")]
-pub use super::exponential::{exp, log, log2, log10};
+use super::calculator::calculate;
 #[cfg(feature = "maths")]
-pub use super::trigonometry::{acos, asin, atan2, cos, sin, tan};
+use super::float::Float;
 #[cfg(feature = "maths")]
-use super::wide::Wide;
+use super::tables::start;
+#[cfg(feature = "maths")]
+use crate::bytecode::ByteCode;
 
 /// `math.pi`
 pub const PI: f32 = core::f32::consts::PI;
 
-/// The square root, correctly rounded; NaN for negative numbers.
+/// The functions, in the order of the built-ins.
 #[cfg(feature = "maths")]
-pub fn sqrt(x: f32) -> f32 {
-    // Written so that NaN fails.
-    let valid = x >= 0.0;
-    if !valid {
-        f32::NAN
-    } else if x == f32::INFINITY {
-        x
-    } else {
-        Wide::from_f32(x).sqrt().to_f32(x.is_sign_negative())
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Function {
+    /// The square root, correctly rounded; NaN for negative numbers.
+    Sqrt,
+    /// `e^x`
+    Exp,
+    /// The natural logarithm. -infinity for 0, NaN for negative numbers.
+    Log,
+    /// The logarithm with base 2. -infinity for 0, NaN for negative numbers.
+    Log2,
+    /// The logarithm with base 10. -infinity for 0, NaN for negative numbers.
+    Log10,
+    /// The sine of an angle in radians; NaN for infinity.
+    Sin,
+    /// The cosine of an angle in radians; NaN for infinity.
+    Cos,
+    /// The tangent of an angle in radians; NaN for infinity.
+    Tan,
+    /// The angle in `-pi/2..=pi/2` whose sine is `x`; NaN beyond -1 and 1.
+    Asin,
+    /// The angle in `0..=pi` whose cosine is `x`; NaN beyond -1 and 1.
+    Acos,
+    /// The angle of the point `(y, x)` from -pi to pi, like `atan2(x, y)` of C.
+    Atan2,
+    /// `x^y` as the operator `^` means it: like `pow` of C.
+    ///
+    /// Exact whenever `y` is an integer and the power is a float; else within 1.5 units in the last place.
+    /// NaN for a negative `x` and a `y` that is not an integer; `x^0` and `1^y` are 1 even for NaN.
+    Power,
+}
+
+/// Sets `x` to a function, by its number in [`Function`], of `x` and, if it has two arguments, `y`.
+#[cfg(feature = "maths")]
+pub fn function<C: ByteCode>(function: u8, x: &mut Float, y: &Float) {
+    if function == Function::Power as u8 || !x.is_nan() {
+        calculate::<C>(start::<C>(function), x, y);
     }
 }

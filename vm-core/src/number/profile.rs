@@ -5,6 +5,7 @@
 
 use core::fmt::Debug;
 
+use super::float::Float;
 use super::float16::F16;
 use crate::slots::Stored;
 
@@ -54,6 +55,10 @@ pub trait Profile: sealed::Sealed + Stored + Copy + Default + Debug + 'static {
     fn float_to_f32(raw: Self::Raw) -> f32;
     /// The nearest float; every NaN becomes the profile's only one.
     fn float_from_f32(value: f32) -> Self::Raw;
+    /// The value of a float, to be computed with.
+    fn unpack(raw: Self::Raw) -> Float;
+    /// The nearest float, the even one of two.
+    fn pack(number: &Float) -> Self::Raw;
 
     /// `a + b`, wrapping.
     fn add(a: Self::Raw, b: Self::Raw) -> Self::Raw;
@@ -223,6 +228,16 @@ impl Profile for Tiny {
     fn float_from_f32(value: f32) -> u16 {
         F16::from_f32(value).0
     }
+
+    #[inline]
+    fn unpack(raw: u16) -> Float {
+        F16(raw).unpack()
+    }
+
+    #[inline]
+    fn pack(number: &Float) -> u16 {
+        F16::pack(number).0
+    }
 }
 
 impl Profile for Full {
@@ -242,5 +257,15 @@ impl Profile for Full {
     #[inline]
     fn float_from_f32(value: f32) -> u32 {
         if value.is_nan() { 0x7FC0_0000 } else { value.to_bits() }
+    }
+
+    #[inline]
+    fn unpack(raw: u32) -> Float {
+        Float::from_f32(f32::from_bits(raw))
+    }
+
+    #[inline]
+    fn pack(number: &Float) -> u32 {
+        number.to_f32().to_bits()
     }
 }

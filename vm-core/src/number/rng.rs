@@ -21,12 +21,17 @@
 //! increment = mix(state + 0x9E3779B9) | 1
 //! ```
 
+use core::cmp::Ordering;
+use core::mem::swap;
+
 #[cfg(feature = "maths")]
-use super::exponential::{LN_2, log2_wide};
+use super::calculator::calculate;
+use super::float::{Float, multiply_high};
 use super::profile::Profile;
 #[cfg(feature = "maths")]
-use super::wide::Wide;
-use super::wide::multiply_high;
+use super::tables::program;
+#[cfg(feature = "maths")]
+use crate::bytecode::ByteCode;
 
 /// 2^32 divided by the golden ratio: any constant with irregular bits would do.
 const GOLDEN: u32 = 0x9E37_79B9;
@@ -73,56 +78,62 @@ impl Rng {
         low.wrapping_add(multiply_high(self.next_u32(), count) as i32)
     }
 
-    /// A float of the profile from `a` up to but not including `b`; in `b..a` if `b` is less, `a` if
+    /// Sets `a` to a float of the profile from `a` up to but not including `b`; in `b..a` if `b` is less, `a` if
     /// they are equal.
     ///
     /// It is one of 2^24 equally spaced numbers, rounded to the profile's floats. What rounds to `b`
     /// becomes `a`, which makes up for the numbers below `a` that would round to it.
-    pub fn uniform_float<P: Profile>(&mut self, a: f32, b: f32) -> f32 {
-        let (low, high) = if b < a { (b, a) } else { (a, b) };
-        let part = (self.next_u32() >> 8) as f32 / 16_777_216.0;
+    pub fn uniform_float<P: Profile>(&mut self, a: &mut Float, b: &Float) {
+        let (mut low, mut high) = (*a, *b);
+        if high.compare(&low) == Some(Ordering::Less) {
+            swap(&mut low, &mut high);
+        }
+        let part = self.next_u32() >> 8;
         // Unlike low + part * (high - low) this does not overflow.
-        let float = low * (1.0 - part) + high * part;
-        let float = P::float_to_f32(P::float_from_f32(float));
-        if float >= low && float < high { float } else { low }
+        let mut sum = Float::normalized((1_u32 << 24).wrapping_sub(part), 8);
+        sum.mul(&low);
+        *a = Float::normalized(part, 8);
+        a.mul(&high);
+        a.add(&sum);
+        *a = P::unpack(P::pack(a));
+        let inside =
+            a.compare(&high) == Some(Ordering::Less) && low.compare(a).is_some_and(Ordering::is_le);
+        if !inside {
+            *a = low;
+        }
     }
 
-    /// A normally distributed float.
+    /// Sets `deviation` to a normally distributed float.
     ///
     /// The polar method of Marsaglia, on points whose coordinates are 16-bit integers: no result
     /// is farther from the mean than 6.5 standard deviations. It tries 1.3 points on average, and
     /// always ends, since the generator comes to every number.
     #[cfg(feature = "maths")]
-    pub fn gaussian(&mut self, deviation: f32, mean: f32) -> f32 {
+    pub fn gaussian<C: ByteCode>(&mut self, deviation: &mut Float, mean: &Float) {
         let radius: u32 = 1 << 30;
         loop {
             let bits = self.next_u32();
             let (x, y) = (i32::from(bits as i16), i32::from((bits >> 16) as i16));
             let square = (x.wrapping_mul(x) as u32).wrapping_add(y.wrapping_mul(y) as u32);
             if x != 0 && square < radius {
-                // x * sqrt(-2 ln(s) / s), where s = square / radius
-                let magnitude = minus_log(square, 30);
-                let ratio = magnitude.div(Wide::from_fraction(square, 31));
-                let factor = Wide::from_fraction(x.unsigned_abs(), 32);
-                let normal = ratio.sqrt().mul(factor).to_f32(x < 0);
-                return normal * deviation + mean;
+                // x / 2^15 * sqrt(-2 ln(s) / s), where s = square / radius
+                let mut normal = Float::normalized(square, 2);
+                calculate::<C>(program::NORMAL, &mut normal, &Float::from_int(x));
+                deviation.mul(&normal);
+                deviation.add(mean);
+                return;
             }
         }
     }
 
-    /// An exponentially distributed float.
+    /// Sets `mean` to an exponentially distributed float.
     #[cfg(feature = "maths")]
-    pub fn exponential(&mut self, mean: f32) -> f32 {
+    pub fn exponential<C: ByteCode>(&mut self, mean: &mut Float) {
         // 0 has no logarithm.
-        let bits = (self.next_u32() >> 8).max(1);
-        minus_log(bits, 24).to_f32(false) * mean
+        let mut number = Float::normalized((self.next_u32() >> 8).max(1), 8);
+        calculate::<C>(program::MINUS_LN, &mut number, mean);
+        mean.mul(&number);
     }
-}
-
-/// `-ln(part / 2^bits)`, where `part` is from 1 to `2^bits - 1`.
-#[cfg(feature = "maths")]
-fn minus_log(part: u32, bits: i16) -> Wide {
-    log2_wide(Wide::from_fraction(part, 32_i16.wrapping_sub(bits))).mul(LN_2)
 }
 
 /// The finalizer of MurmurHash3: a bijection that spreads every bit over all.

@@ -3,6 +3,8 @@
 
 use std::cmp::Ordering;
 
+use bittybuzz_vm_core::number::{F16, Float};
+
 const NAN: u16 = 0x7F00;
 const INFINITY: u16 = 0x7E00;
 
@@ -138,9 +140,29 @@ pub fn expected(a: u16, b: u16) -> [u16; 4] {
     [add(a, b), add(a, minus_b), mul(a, b), div(a, b)]
 }
 
-/// The same four by way of binary32, as the virtual machine computes them.
+/// The same four as the virtual machine computes them.
 pub fn computed(a: u16, b: u16) -> [u16; 4] {
-    use bittybuzz_vm_core::number::F16;
-    let (x, y) = (F16(a).to_f32(), F16(b).to_f32());
-    [x + y, x - y, x * y, x / y].map(|result| F16::from_f32(result).0)
+    let (x, y) = (F16(a).unpack(), F16(b).unpack());
+    [Float::add, Float::sub, Float::mul, Float::div].map(|operation| {
+        let mut result = x;
+        operation(&mut result, &y);
+        F16::pack(&result).0
+    })
+}
+
+/// The order of the two numbers; `None` if one is NaN.
+pub fn expected_order(a: u16, b: u16) -> Option<Ordering> {
+    // Numbers are ordered like their magnitudes' bits.
+    let key = |bits: u16| match classify(bits) {
+        Class::NotANumber => None,
+        Class::Zero => Some(0),
+        _ if is_negative(bits) => Some(-i32::from(bits & 0x7FFF)),
+        _ => Some(i32::from(bits)),
+    };
+    Some(key(a)?.cmp(&key(b)?))
+}
+
+/// The same as the virtual machine computes it.
+pub fn computed_order(a: u16, b: u16) -> Option<Ordering> {
+    F16(a).unpack().compare(&F16(b).unpack())
 }
