@@ -37,6 +37,7 @@ const COMPILER: &[&str] = &[
     "vm-core/src/link.rs",
     "vm-core/src/number/",
     "vm-core/src/opcode.rs",
+    "vm-core/src/rom.rs",
     "vm-core/src/verify.rs",
 ];
 
