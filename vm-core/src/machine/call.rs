@@ -70,8 +70,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let first = sp.wrapping_sub(count);
         // The record's slot, wherever the arguments end.
         let fp = first.wrapping_sub(below).wrapping_add(wanted);
-        // Until the callee is out of the way the stack is as high as it was.
-        let limit = fp.wrapping_add(1).wrapping_add(room).max(sp.wrapping_add(wanted));
+        // What is on the stack now has its room already.
+        let limit = fp.wrapping_add(1).wrapping_add(room);
         if limit > usize::from(self.arena.reserved) {
             self.ensure(limit)?;
         }
