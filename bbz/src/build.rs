@@ -7,13 +7,11 @@ use std::path::{Path, PathBuf};
 use std::process;
 
 use bittybuzz_compiler::compile::Compiled;
-use bittybuzz_robots::Profile;
-use bittybuzz_vm_core::number::{Full, Tiny};
+use bittybuzz_compiler::fit;
 use clap::Args;
 use serde_json::json;
 
 use crate::Ending;
-use crate::drive;
 use crate::json;
 use crate::output;
 use crate::problem::Problem;
@@ -68,12 +66,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         }
         return Ok(Ending::CompileError);
     };
-    let verify = match selection.effective_profile() {
-        Profile::Tiny => drive::verify::<Tiny>,
-        Profile::Full => drive::verify::<Full>,
-    };
-    let has_function = |hash| selection.has_function(hash);
-    verify(&image, robot.vm.slots as usize, &has_function)
+    fit::verify(&image, selection.effective_profile(), robot)
         .map_err(|cause| Problem::refused(&arguments.file, cause))?;
 
     let base = base(&arguments.file, arguments.output.as_deref());

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use bittybuzz_compiler::compile::Compiled;
+use bittybuzz_compiler::fit;
 use clap::Args;
 
 use crate::Ending;
@@ -42,12 +43,16 @@ pub struct Arguments {
 pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     let kind = Kind::of(&arguments.file)?;
     let selection = arguments.selection.select()?;
-    let Compiled { diagnostics, sources, .. } =
+    let Compiled { image, diagnostics, sources, .. } =
         program::compiled(&arguments.file, kind, &arguments.include, &selection)?;
     if arguments.json {
         output::write(&format!("{}\n", json::diagnostics(&sources, &diagnostics)))?;
     } else {
         report::diagnostics(&sources, &diagnostics);
+    }
+    if let (Some(image), Some(robot)) = (image, &selection.robot) {
+        fit::verify(&image, selection.effective_profile(), robot)
+            .map_err(|cause| Problem::refused(&arguments.file, cause))?;
     }
     let (errors, _) = report::count(&diagnostics);
     Ok(if errors == 0 { Ending::Success } else { Ending::CompileError })

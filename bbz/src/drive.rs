@@ -74,16 +74,6 @@ pub fn drive<P: Profile>(
     Ok(Ended { end, positions: run.vm.calls().collect(), entry: run.entry })
 }
 
-/// Whether a robot with so many slots would run an image.
-pub fn verify<P: Profile>(
-    image: &[u8],
-    slots: usize,
-    is_robot_function: &dyn Fn(u16) -> bool,
-) -> Result<(), ImageError> {
-    let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new(0));
-    vm.load_limited(Image::new(image), slots, is_robot_function)
-}
-
 struct Run<'a, 'h, 'i, P: Profile> {
     vm: Box<Vm<P, &'i [u8], SLOTS>>,
     host: &'a mut HostRobot<'h>,

@@ -5,12 +5,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process;
 
-use bittybuzz_robots::{Layout, Profile, Robot};
-use bittybuzz_vm_core::number::{Full, Tiny};
+use bittybuzz_compiler::fit;
+use bittybuzz_robots::{Layout, Robot};
+use bittybuzz_vm_core::ImageError;
 use clap::Args;
 
 use crate::Ending;
-use crate::drive;
 use crate::firmware;
 use crate::output;
 use crate::probe_rs::{self, ProbeRs};
@@ -86,13 +86,22 @@ fn check(path: &Path, program: &Program, robot: &Robot) -> Result<(), Problem> {
             robot: robot.title.clone(),
         });
     }
-    let verify = match program.profile {
-        Profile::Tiny => drive::verify::<Tiny>,
-        Profile::Full => drive::verify::<Full>,
+    match fit::verify(&program.image, program.profile, robot) {
+        // It is told below, with what there is room for.
+        Ok(()) | Err(ImageError::TooManyGlobals(_)) => {}
+        Err(cause) => return Err(Problem::refused(path, cause)),
+    }
+    // If it was compiled just now, the compiler has found none.
+    let Some(misfit) = fit::misfits(&program.image, robot).into_iter().next() else {
+        return Ok(());
     };
-    let has_function = |hash| robot.functions.iter().any(|function| function.hash() == hash);
-    verify(&program.image, robot.vm.slots as usize, &has_function)
-        .map_err(|cause| Problem::refused(path, cause))
+    let name = |number: u16| {
+        let functions = program.symbols.as_ref().map(|symbols| &symbols.functions);
+        let known = functions.and_then(|functions| functions.get(usize::from(number)));
+        known.map_or(format!("function {number}"), |function| function.name.clone())
+    };
+    let message = misfit.message(robot, &name);
+    Err(Problem::Misfit { path: path.to_owned(), message, help: misfit.help() })
 }
 
 /// What probe-rs has to do. The firmware's file holds a script too, so the other one is written after it.

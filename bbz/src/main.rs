@@ -28,7 +28,6 @@ mod printed;
 mod probe_rs;
 mod problem;
 mod program;
-mod refusal;
 mod report;
 mod run;
 mod selection;

@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 use std::process::ExitStatus;
 
 use bittybuzz_compiler::bo::error::BoError;
+use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::symbols::SymbolsError;
 use bittybuzz_emulation::ClientError;
 use bittybuzz_robots::{Place, Profile, RobotError};
 use bittybuzz_vm_core::ImageError;
 
 use crate::firmware::FirmwareError;
-use crate::refusal;
 
 /// Why a command cannot be carried out, one variant for each cause.
 #[derive(Debug)]
@@ -90,6 +90,15 @@ pub enum Problem {
         image: Profile,
         /// Title of the robot.
         robot: String,
+    },
+    /// An image that does not fit the robot.
+    Misfit {
+        /// Where the image comes from.
+        path: PathBuf,
+        /// Why.
+        message: String,
+        /// What to do about it.
+        help: String,
     },
     /// What should be firmware is not.
     Firmware {
@@ -193,6 +202,7 @@ impl Problem {
                 Some("name the script (.bzz), or its image (.bbi) beside the symbols".to_owned())
             }
             Problem::RobotProfile { .. } => Some("build it without --profile".to_owned()),
+            Problem::Misfit { help, .. } => Some(help.clone()),
             Problem::Firmware { error, .. } => Some(error.help().to_owned()),
             Problem::TooLong { .. } => Some("shorten the script".to_owned()),
             Problem::NoMessages { .. } => {
@@ -269,6 +279,7 @@ impl fmt::Display for Problem {
                 path.display(),
                 image.name()
             ),
+            Problem::Misfit { path, message, .. } => write!(f, "`{}`: {message}", path.display()),
             Problem::Firmware { path, error } => write!(f, "`{}` {error}", path.display()),
             Problem::TooLong { path, bytes, most } => {
                 write!(f, "`{}` needs {bytes} bytes, the robot has room for {most}", path.display())

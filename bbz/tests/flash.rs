@@ -120,9 +120,44 @@ fn a_script_needs_room() {
     assert_eq!(fits.status, Some(0), "{}", fits.stderr);
     let many: String = (0..200).map(|n| format!("log(\"text number {n}\")\n")).collect();
     folder.write("long.bzz", many);
-    folder
-        .bbz(&["flash", "long.bzz", "--robot", "small.toml", "--dry-run"])
-        .fails_with(3, &["`long.bzz` needs ", "bytes, the robot has room for 508"]);
+    let flash = |file, robot| folder.bbz(&["flash", file, "--robot", robot, "--dry-run"]);
+    flash("long.bzz", "small.toml").fails_with(2, &["E0607", "the Crazyflie 2.1 has room for 508"]);
+    folder.bbz(&["build", "long.bzz", "--robot", "crazyflie"]);
+    flash("long.bbi", "small.toml")
+        .fails_with(3, &["`long.bbi`: the image has ", "the Crazyflie 2.1 has room for 508"]);
+}
+
+/// The robot that an image was built for has more memory than the one that it is to be written to.
+#[test]
+fn an_image_needs_memory() {
+    let folder = Folder::new("flash_memory");
+    let shipped = include_str!("../../robots/crazyflie.toml");
+    let small = shipped.replace("slots = 481", "slots = 40");
+    assert_ne!(small, shipped);
+    folder.write("small.toml", small);
+    let globals: String = (0..30).map(|n| format!("global{n} = {n}\n")).collect();
+    let many = format!("{globals}function step() {{ log(global0, global29) }}\n");
+    let long = "1 - (x - ".repeat(20) + "x" + &")".repeat(20);
+    let deep = format!(
+        "x = 1\nfunction inner() {{ return {long} }}\n\
+        function outer() {{ return {} }}\nfunction step() {{ x = outer() }}\n",
+        long.replacen("(x - x)", "(x - inner())", 1)
+    );
+    for (name, script, code, message) in [
+        ("many", many, "E0606", "30 globals need 46 slots of memory, the Crazyflie 2.1 has 40"),
+        ("deep", deep, "E0609", "` -> `outer"),
+    ] {
+        let (source, image) = (format!("{name}.bzz"), format!("{name}.bbi"));
+        folder.write(&source, script);
+        for command in [&["check"][..], &["build"], &["flash", "--dry-run"]] {
+            let arguments = [command, &[source.as_str(), "--robot", "small.toml"]].concat();
+            folder.bbz(&arguments).fails_with(2, &[code, message, &source]);
+        }
+        assert_eq!(folder.bbz(&["build", &source, "--robot", "crazyflie"]).status, Some(0));
+        let flash = |robot| folder.bbz(&["flash", &image, "--robot", robot, "--dry-run"]);
+        assert_eq!(flash("crazyflie").status, Some(0));
+        flash("small.toml").fails_with(3, &[&format!("`{image}`: "), message, "help"]);
+    }
 }
 
 #[test]

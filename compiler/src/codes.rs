@@ -91,6 +91,7 @@ codes! {
     TooManyGlobals = "E0606", "more globals than the robot has room for";
     FlashBudget = "E0607", "an image that is larger than the robot's flash";
     MissingFeature = "E0608", "a part of the virtual machine that the robot lacks";
+    CallsTooDeep = "E0609", "calls that need more memory than the robot has";
     Internal = "E0699", "a mistake in the compiler";
     // Warnings: W01.. syntax, W02.. names, W03.. values
     RunOnStatement = "W0101", "a statement that runs on over the line";

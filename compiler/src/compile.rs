@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use bittybuzz_robots::Robot;
-use bittybuzz_vm_core::builtin::Feature;
 
 use crate::check::{self, robots::Robots};
 use crate::codegen::constant::Profile;
-use crate::codegen::{self, Generated, SourceFunction};
+use crate::codegen::{self, GLOBAL_CODE, Generated, SourceFunction};
 use crate::codes::Code;
 use crate::diagnostic::{Diagnostic, Severity};
+use crate::fit::{self, Misfit};
 use crate::image::{Image, ImageError};
 use crate::include::Loader;
 use crate::parser::{Parsed, parse};
@@ -100,50 +100,43 @@ fn write(generated: &Generated) -> Result<Image, Diagnostic> {
     })
 }
 
-/// What keeps an image off a robot, as far as its file tells.
+/// What keeps the image off the robot.
 fn fit(generated: &Generated, image: &Image, robot: &Robot) -> Vec<Diagnostic> {
-    let mut refused = Vec::new();
-    for (feature, size, name) in [
-        (Feature::Neighbors, robot.vm.neighbors, "neighbors"),
-        (Feature::Swarm, robot.vm.swarms, "swarm"),
-        (Feature::Stigmergy, robot.vm.stigmergy_entries, "stigmergy"),
-    ] {
-        if generated.parts.features & feature as u8 != 0 && size == 0 {
-            let message = format!("the {} is built without `{name}`", robot.title);
-            refused.push(Diagnostic::new(Code::MissingFeature, Span::default(), message).help(
-                format!("leave `{name}` out of the script, or give it room in the robot file"),
-            ));
+    let name = |number: u16| function_name(generated, number);
+    let refused = fit::misfits(&image.bytes, robot).into_iter().map(|misfit| {
+        let message = misfit.message(robot, &name);
+        let diagnostic = |code, span| Diagnostic::new(code, span, message).help(misfit.help());
+        match &misfit {
+            Misfit::Feature { at, .. } => {
+                let span = at.map_or(Span::default(), |at| image.source(at));
+                diagnostic(Code::MissingFeature, span)
+            }
+            Misfit::Flash { .. } => diagnostic(Code::FlashBudget, Span::default()),
+            Misfit::Globals { most, .. } => {
+                let span = generated.first_uses.get(*most).copied().unwrap_or_default();
+                diagnostic(Code::TooManyGlobals, span).label("the first that does not fit")
+            }
+            Misfit::Stack { way, .. } => {
+                let Some(last) = way.calls.last() else {
+                    let entry = way.functions.first().map(|entry| usize::from(*entry));
+                    let entry = entry.and_then(|entry| generated.functions.get(entry));
+                    let span = entry.map_or(Span::default(), |entry| entry.span);
+                    return diagnostic(Code::CallsTooDeep, span);
+                };
+                diagnostic(Code::CallsTooDeep, image.source(*last)).label("the deepest call")
+            }
         }
+    });
+    refused.collect()
+}
+
+fn function_name(generated: &Generated, number: u16) -> String {
+    let function = generated.functions.get(usize::from(number));
+    match function.and_then(|function| function.name.as_deref()) {
+        Some(GLOBAL_CODE) => GLOBAL_CODE.to_owned(),
+        Some(name) => format!("{name}()"),
+        None => "a lambda".to_owned(),
     }
-    let (globals, slots) = (generated.globals.len(), robot.vm.slots as usize);
-    if globals > slots {
-        refused.push(
-            Diagnostic::new(
-                Code::TooManyGlobals,
-                Span::default(),
-                format!(
-                    "the script has {globals} globals, the {} has room for {slots} values",
-                    robot.title
-                ),
-            )
-            .help("use local variables, or keep values in a table"),
-        );
-    }
-    if let Some(budget) = robot.budget
-        && image.bytes.len() > budget.flash_bytes as usize
-    {
-        refused.push(Diagnostic::new(
-            Code::FlashBudget,
-            Span::default(),
-            format!(
-                "the image has {} bytes, the flash of the {} {}",
-                image.bytes.len(),
-                robot.title,
-                budget.flash_bytes
-            ),
-        ));
-    }
-    refused
 }
 
 fn make_symbols(

@@ -66,6 +66,14 @@ pub struct Image {
     pub lines: Vec<(usize, Span)>,
 }
 
+impl Image {
+    /// Where the instruction at that offset comes from.
+    pub fn source(&self, at: usize) -> Span {
+        let line = self.lines.iter().rev().find(|(start, _)| *start <= at);
+        line.map_or(Span::default(), |(_, span)| *span)
+    }
+}
+
 /// Why there is no image of a script.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ImageError {

@@ -19,6 +19,8 @@ pub const FORM_ORDER: u8 = 1 << 6;
 pub const FORM_TEXT: u8 = 1 << 5;
 /// Form byte: there is a library table.
 pub const FORM_LIBRARIES: u8 = 1 << 4;
+/// Slots that an image needs beside its globals: the machine's own global, an entry's frame and one cell.
+pub const BESIDE_GLOBALS: usize = 16;
 /// Largest count.
 pub const COUNT_MAX: usize = 0x7fff;
 /// Function header: it uses `self`.

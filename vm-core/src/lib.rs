@@ -55,7 +55,7 @@ pub use bytecode::{Area, ByteCode};
 pub use fault::{Fault, FaultCode, Refusal, RobotFault};
 pub use host::{Arguments, Axis, Host, Item, Reply, Text};
 pub use image::{Entry, Image, ImageError};
-pub use machine::{Calls, Outcome, Vm};
+pub use machine::{Calls, GLOBALS, Outcome, Vm};
 #[cfg(feature = "torture")]
 pub use torture::Torture;
 pub use value::{Type, Value};

@@ -10,7 +10,9 @@
 use crate::arena::Arena;
 use crate::builtin::{self, Feature, Kind, Library};
 use crate::bytecode::ByteCode;
-use crate::image::{CAPTURES, DEPTH_MAX, ImageError, PARAMETERS, USES_SELF, Verified};
+use crate::image::{
+    BESIDE_GLOBALS, CAPTURES, DEPTH_MAX, ImageError, PARAMETERS, USES_SELF, Verified,
+};
 use crate::number::Profile;
 use crate::opcode::{self, DROP_RESULT, Operand};
 use crate::rom::{Effect, Needs};
@@ -57,8 +59,7 @@ impl<C: ByteCode> Verified<C> {
         if missing != 0 {
             return Err(ImageError::Features(missing.into()));
         }
-        // Room for the globals, the machine's own global, the entry's frame and one cell.
-        if usize::from(header.globals()) + 16 > scratch.top() {
+        if usize::from(header.globals()) + BESIDE_GLOBALS > scratch.top() {
             return Err(ImageError::TooManyGlobals(header.globals()));
         }
         for (number, count) in header.entries().enumerate() {

@@ -2,6 +2,7 @@
 
 use annotate_snippets::{Group, Level as Severity};
 use bittybuzz_comms::trace::{Item, Items, Record, RecordError};
+use bittybuzz_compiler::refusal;
 use bittybuzz_robots::Robot;
 use bittybuzz_vm_core::{Fault, FaultCode, ImageError, Refusal};
 use serde_json::{Value, json};
@@ -14,7 +15,6 @@ use crate::output::Output;
 use crate::printed::{Printed, unknown_string};
 use crate::problem::Problem;
 use crate::program::Program;
-use crate::refusal;
 use crate::report;
 
 use super::json;

@@ -26,7 +26,7 @@ use crate::check::tree::{FunctionId, NameId, Program};
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 use crate::image::{LibraryRow, Parts};
-use crate::source::Span;
+use crate::source::{FileId, Span};
 use crate::strings::StringTable;
 use asm::{AsmError, AsmErrorKind, FunctionCode};
 use constant::Profile;
@@ -43,6 +43,8 @@ pub struct Generated {
     pub functions: Vec<SourceFunction>,
     /// Names of the globals, by number.
     pub globals: Vec<String>,
+    /// Where each global first occurs, in the order of the source.
+    pub first_uses: Vec<Span>,
     /// Names of the imported robot functions, by number.
     pub imports: Vec<String>,
 }
@@ -128,8 +130,25 @@ pub fn generate(
         parts,
         functions: generator.functions.iter().map(|id| source_function(&program, *id)).collect(),
         globals: globals.iter().map(|id| program.name(*id).text.clone()).collect(),
+        first_uses: first_uses(&program, &globals),
         imports: generator.imports,
     })
+}
+
+fn first_uses(program: &Program, globals: &[NameId]) -> Vec<Span> {
+    let names = globals.iter().map(|id| program.name(*id));
+    let mut spans: Vec<Span> = names
+        .filter_map(|name| {
+            let uses = name.reads.iter().chain(&name.calls).chain(&name.writes);
+            uses.copied().min_by_key(place)
+        })
+        .collect();
+    spans.sort_by_key(place);
+    spans
+}
+
+fn place(span: &Span) -> (FileId, u32) {
+    (span.file, span.start)
 }
 
 fn source_function(program: &Program, id: FunctionId) -> SourceFunction {

@@ -106,7 +106,7 @@ fn run_image<P: Profile>(image: &[u8], symbols: &Symbols) -> Run {
     if let Err(error) = vm.load(Image::new(image), |_| true) {
         panic!("the verifier refuses the image: {error:?}\n{}", listing(image, symbols));
     }
-    let mut console = Console { output: String::new(), symbols };
+    let mut console = Console::new(symbols);
     assert!(vm.begin(Entry::Global));
     let mut fault = None;
     let mut ended = false;
@@ -138,12 +138,16 @@ pub fn listing(image: &[u8], symbols: &Symbols) -> String {
     bittybuzz_compiler::disasm::disassemble(image, Some(symbols))
 }
 
-struct Console<'a> {
+pub struct Console<'a> {
     output: String,
     symbols: &'a Symbols,
 }
 
-impl Console<'_> {
+impl<'a> Console<'a> {
+    pub fn new(symbols: &'a Symbols) -> Self {
+        Console { output: String::new(), symbols }
+    }
+
     fn write<P: Profile, C: ByteCode, const SLOTS: usize>(
         &mut self,
         arguments: &Arguments<'_, P, C, SLOTS>,

@@ -7,6 +7,7 @@ mod captures;
 mod control;
 mod diagnostics;
 mod disasm;
+mod fit;
 mod folding;
 mod image;
 mod libraries;

@@ -5,7 +5,7 @@ use bittybuzz_robots::all_shipped;
 use bittybuzz_vm_core::image::Image;
 use bittybuzz_vm_core::link::name_hash;
 
-use crate::machine::{FULL, TINY, build_for, build_with, image, listing, output, robot, run};
+use crate::machine::{FULL, TINY, build_for, build_with, image, listing, output, run};
 
 fn codes(compiled: &Compiled) -> Vec<&'static str> {
     compiled.diagnostics.iter().map(|diagnostic| diagnostic.code.text()).collect()
@@ -143,20 +143,4 @@ fn tables_of_the_robot() {
     assert_eq!(codes(&guarded), [""; 0]);
     let (image, symbols) = (guarded.image.unwrap(), guarded.symbols.unwrap());
     assert!(!listing(&image, &symbols).contains("LIBRARY"));
-}
-
-#[test]
-fn a_script_must_fit_the_robot() {
-    let for_robot = |script: &str, robot| {
-        let options = Options { robot: Some(robot), ..Options::default() };
-        codes(&build_with(script, &options))
-    };
-    let few_slots = robot(|robot| robot.vm.slots = 2);
-    assert_eq!(for_robot("a = 1 b = 2", few_slots.clone()), [""; 0]);
-    assert_eq!(for_robot("a = 1 b = 2 c = 3", few_slots), ["E0606"]);
-    let small = robot(|robot| robot.budget.as_mut().unwrap().flash_bytes = 30);
-    assert_eq!(for_robot("a = 1", small.clone()), [""; 0]);
-    assert_eq!(for_robot("a = 1 b = 2 c = a + b log(a, b, c)", small), ["E0607"]);
-    let deaf = robot(|robot| robot.vm.neighbors = 0);
-    assert_eq!(for_robot("log(neighbors.count())", deaf), ["E0608"]);
 }

@@ -13,7 +13,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
+use bittybuzz_compiler::fit;
 use bittybuzz_compiler::include::{DiskFiles, Loader};
+use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::render::{Color, Renderer};
 use bittybuzz_robots::{Layout, Robot};
 
@@ -45,6 +47,8 @@ pub enum BuildError {
     Script(PathBuf, std::io::Error),
     /// The script has errors; they have been printed.
     Errors(PathBuf),
+    /// The virtual machine would refuse the image.
+    Refused(PathBuf, String),
     /// The image is longer than the script section.
     TooLong(PathBuf),
     /// A file cannot be written.
@@ -65,6 +69,9 @@ impl std::fmt::Display for BuildError {
             }
             BuildError::Errors(path) => {
                 write!(f, "`{}` has errors, see above; {SCRIPT} names the script", path.display())
+            }
+            BuildError::Refused(path, why) => {
+                write!(f, "`{}` {why}; {SCRIPT} names the script", path.display())
             }
             BuildError::TooLong(path) => {
                 write!(f, "the image of `{}` does not fit into its flash section", path.display())
@@ -142,6 +149,8 @@ fn section(script: &Path, robot: &Robot, layout: &Layout) -> Result<Vec<u8>, Bui
     };
     let compiled = compile(script, text, &loader, &options);
     let image = image(&compiled).ok_or_else(|| BuildError::Errors(script.to_owned()))?;
+    fit::verify(image, robot.profile, robot)
+        .map_err(|cause| BuildError::Refused(script.to_owned(), refusal::sentence(&cause)))?;
     layout.script_section(image).ok_or_else(|| BuildError::TooLong(script.to_owned()))
 }
 

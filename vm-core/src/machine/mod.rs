@@ -34,7 +34,7 @@ use crate::value::{Tag, Type, Value};
 /// The slot of the machine's own global: changes that the script made to libraries, see [`library`].
 const OVERLAYS: usize = 0;
 /// Slot of global 0.
-const GLOBALS: usize = 1;
+pub const GLOBALS: usize = 1;
 /// Slots above its record that a built-in's frame may use, callback arguments included.
 const NATIVE_ROOM: usize = 12;
 /// Return positions from here on are not in the image.

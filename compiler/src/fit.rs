@@ -1,0 +1,192 @@
+//! Whether a robot can run an image, before the image is on the robot: what the robot's file and the image tell.
+
+mod code;
+mod stack;
+
+use std::fmt;
+
+use bittybuzz_robots::{Profile, Robot};
+use bittybuzz_vm_core::builtin::{self, Feature};
+use bittybuzz_vm_core::image::{BESIDE_GLOBALS, Header};
+use bittybuzz_vm_core::number::{self, Full, Tiny};
+use bittybuzz_vm_core::opcode;
+use bittybuzz_vm_core::{Image, ImageError, Vm};
+
+use code::Instruction;
+pub use stack::Way;
+
+/// As many slots as a machine can have.
+const MOST_SLOTS: usize = 65_520;
+
+/// What keeps an image off a robot.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Misfit {
+    /// The robot's machine is built without a part that the script needs.
+    Feature {
+        /// The part, as scripts call it.
+        name: &'static str,
+        /// The first instruction that needs it, if it is one.
+        at: Option<usize>,
+    },
+    /// The image is longer than the flash that is set aside for it.
+    Flash {
+        /// Bytes of the image.
+        bytes: usize,
+        /// The most that the robot has room for.
+        most: usize,
+    },
+    /// There are more globals than the robot's memory holds.
+    Globals {
+        /// How many there are.
+        globals: usize,
+        /// The most that there can be.
+        most: usize,
+        /// Slots of the robot.
+        slots: usize,
+    },
+    /// Globals and stack together need more than the robot's memory.
+    Stack {
+        /// How the stack comes to be so deep.
+        way: Way,
+        /// Slots for globals.
+        globals: usize,
+        /// Slots of the robot.
+        slots: usize,
+    },
+}
+
+/// What keeps the image off the robot. The image is one that the verifier accepts; of others not everything is found.
+pub fn misfits(image: &[u8], robot: &Robot) -> Vec<Misfit> {
+    let Ok(header) = Image::new(image).header() else { return Vec::new() };
+    let slots = robot.vm.slots as usize;
+    let mut found = lacking(image, &header, robot);
+    let most = match (robot.layout, robot.budget) {
+        (Some(layout), _) => layout.most_script() as usize,
+        (None, Some(budget)) => budget.flash_bytes as usize,
+        (None, None) => usize::MAX,
+    };
+    if image.len() > most {
+        found.push(Misfit::Flash { bytes: image.len(), most });
+    }
+    let globals = usize::from(header.globals());
+    if globals + BESIDE_GLOBALS > slots {
+        found.push(Misfit::Globals { globals, most: slots.saturating_sub(BESIDE_GLOBALS), slots });
+        return found;
+    }
+    let way = stack::deepest(image, &header);
+    if globals + way.slots > slots {
+        found.push(Misfit::Stack { way, globals, slots });
+    }
+    found
+}
+
+/// The parts of the machine that the script needs and the robot lacks.
+fn lacking(image: &[u8], header: &Header, robot: &Robot) -> Vec<Misfit> {
+    let instructions: Vec<Instruction> = (0..header.functions())
+        .flat_map(|number| code::instructions(image, header, number))
+        .collect();
+    let parts = [
+        (Feature::Maths, robot.vm.maths, "math"),
+        (Feature::Neighbors, robot.vm.neighbors > 0, "neighbors"),
+        (Feature::Swarm, robot.vm.swarms > 0, "swarm"),
+        (Feature::Stigmergy, robot.vm.stigmergy_entries > 0, "stigmergy"),
+    ];
+    let missing = parts.into_iter().filter_map(|(feature, is_there, name)| {
+        let first = instructions.iter().find(|instruction| needs(instruction, feature));
+        let is_needed = first.is_some() || header.features() & feature as u8 != 0;
+        let at = first.map(|instruction| instruction.at);
+        (is_needed && !is_there).then_some(Misfit::Feature { name, at })
+    });
+    missing.collect()
+}
+
+fn needs(instruction: &Instruction, feature: Feature) -> bool {
+    match instruction.info.byte {
+        opcode::POW => feature == Feature::Maths,
+        opcode::BUILTIN | opcode::CALL_BUILTIN => builtin::TABLE
+            .iter()
+            .find(|info| i16::from(info.number) == instruction.operand)
+            .is_some_and(|info| info.feature == feature),
+        _ => false,
+    }
+}
+
+impl Misfit {
+    /// What is wrong.
+    pub fn message(&self, robot: &Robot, function: &dyn Fn(u16) -> String) -> String {
+        let title = &robot.title;
+        match self {
+            Misfit::Feature { name, .. } => format!("the {title} is built without `{name}`"),
+            Misfit::Flash { bytes, most } => {
+                format!("the image has {bytes} bytes, the {title} has room for {most}")
+            }
+            Misfit::Globals { globals, slots, .. } => format!(
+                "{globals} globals need {} slots of memory, the {title} has {slots}",
+                globals + BESIDE_GLOBALS
+            ),
+            Misfit::Stack { way, globals, slots } => format!(
+                "{way} needs {} slots of memory, {globals} of them for globals; the {title} has {slots}",
+                globals + way.slots,
+                way = Named { way, function }
+            ),
+        }
+    }
+
+    /// What to do about it.
+    pub fn help(&self) -> String {
+        match self {
+            Misfit::Feature { name, .. } => {
+                format!("leave `{name}` out of the script, or allow it in the [vm] of the robot file")
+            }
+            Misfit::Flash { .. } => {
+                "leave out what this robot does not need; `if(name) { ... }` tells robots apart"
+                    .to_owned()
+            }
+            Misfit::Globals { most, .. } => format!(
+                "at most {most} fit; use local variables, or keep values in a table, which needs 7 slots for 6"
+            ),
+            Misfit::Stack { .. } => {
+                "fewer globals, fewer local variables in these functions, or fewer calls within calls"
+                    .to_owned()
+            }
+        }
+    }
+}
+
+/// A way as people read it: `step() -> turn() -> measure()`.
+struct Named<'a> {
+    way: &'a Way,
+    function: &'a dyn Fn(u16) -> String,
+}
+
+impl fmt::Display for Named<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        /// More are not read.
+        const MOST: usize = 6;
+        let name = |number: &u16| format!("`{}`", (self.function)(*number));
+        let names: Vec<String> = match self.way.functions.as_slice() {
+            [first @ .., last] if first.len() >= MOST => {
+                let between = format!("{} more", self.way.functions.len() - MOST);
+                let shown = first.iter().take(MOST - 1).map(name);
+                shown.chain([between, name(last)]).collect()
+            }
+            all => all.iter().map(name).collect(),
+        };
+        f.write_str(&names.join(" -> "))
+    }
+}
+
+/// Loads an image as the robot would: says why its virtual machine refuses it.
+pub fn verify(image: &[u8], profile: Profile, robot: &Robot) -> Result<(), ImageError> {
+    match profile {
+        Profile::Tiny => load::<Tiny>(image, robot),
+        Profile::Full => load::<Full>(image, robot),
+    }
+}
+
+fn load<P: number::Profile>(image: &[u8], robot: &Robot) -> Result<(), ImageError> {
+    // Too large for the stack of a thread.
+    let mut vm: Box<Vm<P, &[u8], MOST_SLOTS>> = Box::new(Vm::new(0));
+    let has_function = |hash| robot.functions.iter().any(|function| function.hash() == hash);
+    vm.load_limited(Image::new(image), robot.vm.slots as usize, has_function)
+}

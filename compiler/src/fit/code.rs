@@ -1,0 +1,60 @@
+//! The instructions of an image. What cannot be understood ends a function.
+
+use bittybuzz_vm_core::image::Header;
+use bittybuzz_vm_core::opcode::{self, Info};
+
+/// An instruction.
+#[derive(Debug, Clone, Copy)]
+pub struct Instruction {
+    /// Where it is, counted from the start of the code.
+    pub at: usize,
+    /// Where the next one is.
+    pub next: usize,
+    pub info: &'static Info,
+    pub operand: i16,
+    /// The first byte behind the operand, if something is there.
+    pub trailer: u8,
+}
+
+/// Head and room of a function: the first two bytes, 0 where there are none.
+pub fn head(image: &[u8], header: &Header, function: u16) -> [u8; 2] {
+    let at = usize::from(header.code_at) + start(image, header, function);
+    [byte(image, at), byte(image, at + 1)]
+}
+
+/// The instructions of a function, in order.
+pub fn instructions(
+    image: &[u8],
+    header: &Header,
+    function: u16,
+) -> impl Iterator<Item = Instruction> {
+    let code_at = usize::from(header.code_at);
+    let is_last = function + 1 >= header.functions();
+    let length = image.len().saturating_sub(code_at);
+    let end = if is_last { length } else { start(image, header, function + 1).min(length) };
+    let word = if header.is_full() { 4 } else { 2 };
+    let mut at = start(image, header, function) + 2;
+    std::iter::from_fn(move || {
+        if at >= end {
+            return None;
+        }
+        let bytes = [0, 1, 2].map(|ahead| byte(image, code_at + at + ahead));
+        let decoded = opcode::decode(bytes);
+        let info = opcode::info(decoded.opcode)?;
+        let trailer = at + usize::from(decoded.length);
+        let next = trailer + info.trailer.length(word);
+        let trailer = byte(image, code_at + trailer);
+        let instruction = Instruction { at, next, info, operand: decoded.operand, trailer };
+        at = next;
+        Some(instruction)
+    })
+}
+
+fn start(image: &[u8], header: &Header, function: u16) -> usize {
+    let row = usize::from(header.functions_at) + 2 * usize::from(function);
+    usize::from(u16::from_le_bytes([byte(image, row), byte(image, row + 1)]))
+}
+
+fn byte(image: &[u8], at: usize) -> u8 {
+    image.get(at).copied().unwrap_or(0)
+}

@@ -1,0 +1,165 @@
+//! How deep the stack gets at least, if a script takes the deepest way through its calls.
+//!
+//! Only calls by number are known; where functions call each other in a circle, one round counts.
+
+use std::collections::BTreeMap;
+
+use bittybuzz_vm_core::GLOBALS;
+use bittybuzz_vm_core::image::{CAPTURES, EntryPoint, Header, PARAMETERS, USES_SELF};
+use bittybuzz_vm_core::opcode::{self, DROP_RESULT, Operand, Trailer};
+
+use super::code;
+
+/// A way through a program's calls.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Way {
+    /// Slots that it needs, globals of the script not counted.
+    pub slots: usize,
+    /// The functions, an entry first.
+    pub functions: Vec<u16>,
+    /// Where each calls the next, counted from the start of the code; one fewer.
+    pub calls: Vec<usize>,
+}
+
+/// A call of a script function by number.
+struct Call {
+    at: usize,
+    function: u16,
+    /// Slots between the caller's record and that of the callee.
+    between: usize,
+}
+
+struct Function {
+    /// Slots below its record if it is an entry: parameters, and the record of the machine's own frame, which calls it
+    /// unless it is of the simplest form.
+    below: usize,
+    /// Slots above the record.
+    room: usize,
+    calls: Vec<Call>,
+    /// Slots from the record up, with the deepest call, which is that of this number.
+    need: Option<(usize, Option<usize>)>,
+}
+
+/// The way that needs most.
+pub fn deepest(image: &[u8], header: &Header) -> Way {
+    let numbers = 0..header.functions();
+    let mut functions: Vec<Function> =
+        numbers.map(|number| function(image, header, number)).collect();
+    let entries =
+        header.entries().filter_map(|count| match EntryPoint::from_count(count) {
+            EntryPoint::Function(number) => Some(number),
+            EntryPoint::None | EntryPoint::Global(_) => None,
+        });
+    let ways = [0].into_iter().chain(entries).filter_map(|entry| {
+        find_needs(&mut functions, entry);
+        let (need, _) = functions.get(usize::from(entry))?.need?;
+        let below = functions.get(usize::from(entry))?.below;
+        Some(way(&functions, entry, GLOBALS + below + need))
+    });
+    // The first of those that need most.
+    ways.reduce(|most, way| if way.slots > most.slots { way } else { most }).unwrap_or_default()
+}
+
+fn way(functions: &[Function], entry: u16, slots: usize) -> Way {
+    let mut way = Way { slots, functions: vec![entry], calls: Vec::new() };
+    let mut number = entry;
+    while let Some(function) = functions.get(usize::from(number))
+        && let Some((_, Some(call))) = function.need
+        && let Some(call) = function.calls.get(call)
+    {
+        number = call.function;
+        way.functions.push(number);
+        way.calls.push(call.at);
+    }
+    way
+}
+
+/// Finds what a function needs, and all that it calls. Not by recursion: a script may have many functions.
+fn find_needs(functions: &mut [Function], entry: u16) {
+    let mut is_active = vec![false; functions.len()];
+    // Functions within each other, each with the number of its next call.
+    let mut active = vec![(usize::from(entry), 0)];
+    while let Some((number, next)) = active.last_mut() {
+        let number = *number;
+        let Some(function) = functions.get(number) else { return };
+        if let Some(flag) = is_active.get_mut(number) {
+            *flag = true;
+        }
+        if let Some(call) = function.calls.get(*next) {
+            *next += 1;
+            let callee = usize::from(call.function);
+            let is_new = functions.get(callee).is_some_and(|callee| callee.need.is_none());
+            if is_new && is_active.get(callee) == Some(&false) {
+                active.push((callee, 0));
+            }
+            continue;
+        }
+        let mut need = (1 + function.room, None);
+        for (index, call) in function.calls.iter().enumerate() {
+            // None of a function that is active: it calls itself by this way.
+            let callee = functions.get(usize::from(call.function)).and_then(|callee| callee.need);
+            if let Some((slots, _)) = callee
+                && call.between + slots > need.0
+            {
+                need = (call.between + slots, Some(index));
+            }
+        }
+        if let Some(function) = functions.get_mut(number) {
+            function.need = Some(need);
+        }
+        if let Some(flag) = is_active.get_mut(number) {
+            *flag = false;
+        }
+        active.pop();
+    }
+}
+
+/// Counts the depth of the operand stack as docs/image-format.md says.
+fn function(image: &[u8], header: &Header, number: u16) -> Function {
+    let [head, room] = code::head(image, header, number);
+    let hidden = usize::from(head & CAPTURES != 0) + usize::from(head & USES_SELF != 0);
+    let mut function = Function {
+        below: usize::from(head != 0) + usize::from(head & PARAMETERS),
+        room: usize::from(room),
+        calls: Vec::new(),
+        need: None,
+    };
+    let mut depth = hidden;
+    let mut arriving = BTreeMap::new();
+    for instruction in code::instructions(image, header, number) {
+        depth = arriving.remove(&instruction.at).unwrap_or(depth);
+        let info = instruction.info;
+        let operand = usize::try_from(instruction.operand).unwrap_or(0);
+        let mut pushes = usize::from(info.pushes);
+        let counted = match (info.byte, info.operand, info.trailer) {
+            (opcode::CALL_FUNCTION, ..) => {
+                let callee = u16::try_from(operand).unwrap_or(0);
+                function.calls.push(Call {
+                    at: instruction.at,
+                    function: callee,
+                    between: 1 + depth,
+                });
+                usize::from(code::head(image, header, callee)[0] & PARAMETERS)
+            }
+            (_, Operand::Count, _) => operand,
+            (.., Trailer::Arguments) => {
+                if instruction.trailer & DROP_RESULT != 0 {
+                    pushes = 0;
+                }
+                usize::from(instruction.trailer & !DROP_RESULT)
+            }
+            (.., Trailer::Captures) => usize::from(instruction.trailer),
+            _ => 0,
+        };
+        let between = depth.saturating_sub(usize::from(info.pops) + counted);
+        depth = between + pushes;
+        if info.operand == Operand::Jump
+            && let Some(target) = instruction.next.checked_add_signed(instruction.operand.into())
+        {
+            // Their truth value is on the stack where they jump.
+            let kept = usize::from(matches!(info.byte, opcode::AND | opcode::OR));
+            arriving.insert(target, between + kept);
+        }
+    }
+    function
+}

@@ -1,0 +1,179 @@
+//! A script that cannot run on a robot is refused when it is built: what it needs is what the machine needs.
+
+use bittybuzz_compiler::compile::Options;
+use bittybuzz_compiler::diagnostic::Diagnostic;
+use bittybuzz_compiler::fit::{Misfit, misfits};
+use bittybuzz_robots::Robot;
+use bittybuzz_vm_core::number::Tiny;
+use bittybuzz_vm_core::{Entry, FaultCode, Image, ImageError, Outcome, Vm};
+
+use bittybuzz_compiler::symbols::Symbols;
+
+use crate::machine::{Console, TINY, build_with, image, robot};
+
+fn diagnostics(script: &str, robot: Robot) -> Vec<Diagnostic> {
+    build_with(script, &Options { robot: Some(robot), ..Options::default() }).diagnostics
+}
+
+fn codes(script: &str, robot: Robot) -> Vec<&'static str> {
+    diagnostics(script, robot).iter().map(|diagnostic| diagnostic.code.text()).collect()
+}
+
+fn with_slots(slots: u32) -> Robot {
+    robot(|robot| robot.vm.slots = slots)
+}
+
+/// Scripts that keep nothing in tables and take their deepest way; none recurses.
+const SCRIPTS: [&str; 10] = [
+    "",
+    "x = 1",
+    "x = 1 function step() { x = 1 + 2 * x }",
+    "function a(p, q) { return p + q } function step() { x = a(1, a(2, 3)) }",
+    "
+    function c(p) { var u = p var v = p var w = p return u + v + w + (p - (p * (2 - p))) }
+    function b(p, q) { var r = c(p) return r + c(q) }
+    function a(p) { var x = p * 2 if(x) { var y = x x = b(x, y) + b(y, x) } return x }
+    function init() { g = a(1) + a(2) h = g k = h }
+    function step() { g = a(3) }
+    function destroy() { g = a(a(a(4))) }",
+    "
+    function leaf(a, b, c, d, e, f, g, h, i, j, k, l, m, n) { return a + n }
+    function way(p) { if(p > 0 and leaf(p, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13) > 0) return 1 return 0 }
+    function init() { var i = 0 while(i < 3 or way(i) > 0) { i = i + 1 if(i > 5) return way(1) } }",
+    "
+    function deep(a) {
+      return 1 - (a - (2 - (a - (3 - (a - (4 - (a - (5 - (a - (6 - (a - (7 - (a - (8 - a))))))))))))))
+    }
+    x = 1 - (2 - (3 - (4 - deep(4))))",
+    "
+    function s(a) { return a }
+    function late(a) { for(i = 0, i < a, i = i + 1) { if(i == 2) s(s(s(i))) else s(0) } return i }
+    function step() { y = not (late(4) == 4) and s(1) or late(4) x = y }",
+    "function step(a, b) { return 1 - (2 - (3 - (4 - (5 - (6 - (7 - (8 - (x - 10)))))))) } x = 1",
+    "
+    function one() { return two() + two() }
+    function two() { var a = three(1, 2, 3) var b = three(a, a, a) return a + b }
+    function three(a, b, c) { var d = a var e = b var f = c return d + e * (f - (a - (b - c))) }
+    z = one()",
+];
+
+/// Loads and runs with so many slots.
+fn fault(image: &[u8], symbols: &Symbols, slots: usize) -> Result<(), FaultCode> {
+    let mut vm: Box<Vm<Tiny, &[u8], 400>> = Box::new(Vm::new(1));
+    match vm.load_limited(Image::new(image), slots, |_| true) {
+        Ok(()) => {}
+        Err(ImageError::TooManyGlobals(_)) => return Err(FaultCode::StackOverflow),
+        Err(error) => panic!("{error:?}"),
+    }
+    for entry in [Entry::Global, Entry::Init, Entry::Step, Entry::Reset, Entry::Destroy] {
+        if !vm.begin(entry) {
+            continue;
+        }
+        match vm.run(&mut Console::new(symbols), u16::MAX) {
+            Outcome::Done => {}
+            Outcome::Fault(fault) => return Err(fault.code),
+            outcome => panic!("{outcome:?}"),
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn what_a_script_needs_is_what_the_machine_needs() {
+    let mut robot = with_slots(0);
+    for script in SCRIPTS {
+        let (image, symbols) = image(script, TINY);
+        let mut fits = |slots| {
+            robot.vm.slots = slots;
+            misfits(&image, &robot).is_empty()
+        };
+        let enough = (1..400).find(|slots| fits(*slots)).expect("400 slots are enough");
+        assert_eq!(fault(&image, &symbols, enough as usize), Ok(()), "{enough} slots\n{script}");
+        let fault = fault(&image, &symbols, enough as usize - 1);
+        assert_eq!(fault, Err(FaultCode::StackOverflow), "{enough} slots\n{script}");
+        assert!((enough..400).all(fits), "{script}");
+    }
+}
+
+#[test]
+fn too_many_globals_are_told_with_the_first_of_them() {
+    // 16 slots beside the globals.
+    let script = "a = 1 b = 2\nc = a + b\nd = c";
+    assert_eq!(codes(script, with_slots(20)), [""; 0]);
+    let errors = diagnostics(script, with_slots(18));
+    let [error] = errors.as_slice() else { panic!("{errors:?}") };
+    assert_eq!(error.code.text(), "E0606");
+    assert_eq!(error.message, "4 globals need 20 slots of memory, the Kilobot has 18");
+    assert_eq!(script.get(error.span.start as usize..error.span.end as usize), Some("c"));
+    assert!(error.help.as_ref().is_some_and(|help| help.starts_with("at most 2 fit")), "{error:?}");
+}
+
+#[test]
+fn too_deep_calls_are_told_with_their_way() {
+    let script = SCRIPTS[9];
+    assert_eq!(codes(script, with_slots(22)), [""; 0]);
+    let errors = diagnostics(script, with_slots(17));
+    let [error] = errors.as_slice() else { panic!("{errors:?}") };
+    assert_eq!(error.code.text(), "E0609");
+    assert!(error.message.starts_with("`global code` -> `one()` -> `two()` -> `three()` needs "));
+    let place = script.get(error.span.start as usize..error.span.end as usize);
+    assert_eq!(place, Some("three(a, a, a)"), "{error:?}");
+}
+
+#[test]
+fn a_circle_of_calls_counts_once() {
+    let script = "
+        function even(n) { var a = n var b = n var c = n var d = n if(n == 0) return a return d + b + odd(n - 1) + c }
+        function odd(n) { var a = n var b = n var c = n var d = n if(n == 0) return a return d + b + even(n - 1) + c }
+        function step() { x = even(10) }";
+    assert_eq!(codes(script, with_slots(40)), [""; 0]);
+    let (image, _) = image(script, TINY);
+    let found = misfits(&image, &with_slots(17));
+    let [Misfit::Stack { way, .. }] = found.as_slice() else { panic!("{found:?}") };
+    assert_eq!((way.functions.len(), way.calls.len()), (3, 2));
+}
+
+#[test]
+fn bytes_of_any_kind_are_taken() {
+    let (image, _) = image(SCRIPTS[4], TINY);
+    let robot = with_slots(30);
+    for at in 0..image.len() {
+        for byte in [0, 1, 0x7f, 0x80, 0xff] {
+            let mut damaged = image.clone();
+            damaged[at] = byte;
+            misfits(&damaged, &robot);
+            misfits(&damaged[..at], &robot);
+        }
+    }
+}
+
+#[test]
+fn an_image_must_fit_the_flash() {
+    let small = robot(|robot| robot.budget.as_mut().unwrap().flash_bytes = 30);
+    assert_eq!(codes("a = 1", small.clone()), [""; 0]);
+    assert_eq!(codes("a = 1 b = 2 c = a + b log(a, b, c)", small), ["E0607"]);
+    // Where the script has flash of its own, that counts.
+    let mut crazyflie = bittybuzz_robots::find("crazyflie").unwrap();
+    crazyflie.layout.as_mut().unwrap().script.size = 30;
+    let errors = diagnostics("a = 1 b = 2 c = a + b log(a, b, c)", crazyflie);
+    let [error] = errors.as_slice() else { panic!("{errors:?}") };
+    assert_eq!(error.code.text(), "E0607");
+    assert!(error.message.ends_with("has room for 26"), "{error:?}");
+}
+
+#[test]
+fn a_robot_must_have_what_a_script_needs() {
+    let deaf = robot(|robot| robot.vm.neighbors = 0);
+    let script = "x = 1\nlog(neighbors.count())";
+    let errors = diagnostics(script, deaf);
+    let [error] = errors.as_slice() else { panic!("{errors:?}") };
+    assert_eq!(error.code.text(), "E0608");
+    assert!(script[error.span.start as usize..].starts_with("neighbors"), "{error:?}");
+    let simple = || robot(|robot| robot.vm.maths = false);
+    for script in ["x = 2 x = x ^ 2", "log(math.sqrt(2))", "f = math.sin", "m = math m.sin(1)"] {
+        assert_eq!(codes(script, simple()), ["E0608"], "{script}");
+    }
+    for script in ["x = 2 x = x * 2.5", "log(math.abs(2), math.min(1, 2))"] {
+        assert_eq!(codes(script, simple()), [""; 0], "{script}");
+    }
+}
