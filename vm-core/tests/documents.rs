@@ -1,14 +1,17 @@
-//! docs/instruction-set.md is written from the tables of the crate. `UPDATE_DOCS=1 cargo test` writes it anew.
+//! docs/instruction-set.md is written from the tables of the crate, and from bench/costs.json. `UPDATE_DOCS=1 cargo test`
+//! writes it anew.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use bittybuzz_vm_core::builtin::{self, Kind, Library};
+use bittybuzz_vm_core::image;
 use bittybuzz_vm_core::opcode::{Operand, SHORTS, TABLE, Trailer};
 
 const INTRODUCTION: &str = "\
 # The instruction set
 
-Written from `vm-core/src/opcode.rs` and `vm-core/src/builtin.rs`; do not edit. How instructions stand in an image:
+Written from `vm-core/src/opcode.rs`, `vm-core/src/builtin.rs` and `bench/costs.json`; do not edit. How instructions stand in an image:
 [image-format.md](image-format.md).
 
 An instruction is one byte, then its operand, then its trailer. Bytes `0x00` to `0x3f` have no operand. `0x40` to `0x7f` have an operand of one
@@ -90,10 +93,83 @@ fn instruction_set_is_up_to_date() {
         };
         writeln!(text, "| {} | {arguments} | {kind} | `{}` |", info.number, info.help).unwrap();
     }
+    write_costs(&mut text);
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/instruction-set.md");
     if std::env::var_os("UPDATE_DOCS").is_some() {
         std::fs::write(path, &text).unwrap();
     }
     let written = std::fs::read_to_string(path).unwrap_or_default();
     assert!(written == text, "{path} is out of date: run UPDATE_DOCS=1 cargo test");
+}
+
+/// docs/image-format.md is written by hand: its numbers are those of the crate, and it names no instruction that does not exist.
+#[test]
+fn image_format_says_what_the_crate_says() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/image-format.md");
+    let text = std::fs::read_to_string(path).unwrap();
+    let bit = |mask: u8| mask.trailing_zeros();
+    let facts = [
+        format!("| magic | 1 | `{:#04x}` |", image::MAGIC),
+        format!("bits 0-3 version ({})", image::VERSION),
+        format!("bit {} library table present", bit(image::FORM_LIBRARIES)),
+        format!("bit {} text present", bit(image::FORM_TEXT)),
+        format!("bit {} order table present", bit(image::FORM_ORDER)),
+        format!("bit {} profile (0 `tiny`, 1 `full`)", bit(image::FORM_FULL)),
+        format!("(0 to {})", image::COUNT_MAX),
+        format!("bits 0-{} number of parameters", image::PARAMETERS.trailing_ones() - 1),
+        format!("bit {}: has captured values", bit(image::CAPTURES)),
+        format!("bit {}: uses `self`", bit(image::USES_SELF)),
+    ];
+    for fact in facts {
+        assert!(text.contains(&fact), "{path} does not say: {fact}");
+    }
+    let instructions = text.split('`').skip(1).step_by(2).filter_map(|code| {
+        let name = code.split(' ').next()?;
+        name.bytes().all(|byte| byte.is_ascii_uppercase() || byte == b'_').then_some(name)
+    });
+    let instructions: Vec<&str> = instructions.collect();
+    assert!(instructions.len() > 10, "{instructions:?}");
+    for name in instructions {
+        assert!(TABLE.iter().any(|info| info.name == name), "{path} names {name}");
+    }
+}
+
+const COSTS: &str = "
+## Cost
+Cycles of the ATmega328P, and instructions executed by the ARM cores, of one instruction with everything that belongs to it: fetching
+and decoding, the budget, all checks. Counted by emulators (`cargo xtask bench costs`, see [bench](../bench)). Unless it says
+something else, values are integers, and an operand takes a byte of its own.
+
+| Instruction | Case | ATmega328P | Cortex-M0 | Cortex-M4F | Cortex-M0, `full` | Cortex-M4F, `full` |
+|---|---|---|---|---|---|---|
+";
+
+/// The columns behind the case.
+const TARGETS: [&str; 5] = ["avr", "thumbv6m", "thumbv7em", "thumbv6m-full", "thumbv7em-full"];
+
+/// A table of what is known of every instruction: an instruction without a cost on one of the chips is an error.
+fn write_costs(text: &mut String) {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../bench/costs.json");
+    let json = std::fs::read(path).unwrap();
+    let costs: BTreeMap<String, BTreeMap<String, u64>> = serde_json::from_slice(&json).unwrap();
+    text.push_str(COSTS);
+    for info in TABLE {
+        let mut cases = 0;
+        for (name, _) in &costs[TARGETS[0]] {
+            let (instruction, case) = name.split_once(", ").unwrap_or((name, ""));
+            if instruction != info.name {
+                continue;
+            }
+            cases += 1;
+            let name_once = if cases == 1 { format!("`{instruction}`") } else { String::new() };
+            write!(text, "| {name_once} | {case} |").unwrap();
+            for target in TARGETS {
+                let cost = costs[target].get(name);
+                let cost = cost.unwrap_or_else(|| panic!("{name} is not counted on {target}"));
+                write!(text, " {cost} |").unwrap();
+            }
+            text.push('\n');
+        }
+        assert!(cases > 0, "{} has no cost: cargo xtask bench costs --update", info.name);
+    }
 }

@@ -6,6 +6,7 @@
 mod avr;
 mod catalogue;
 mod cortex_m;
+mod costs;
 mod error;
 mod figures;
 mod host;
@@ -38,14 +39,20 @@ const VERIFICATION: &str = "verification";
 /// What the command line asks for.
 #[derive(Debug, Default, PartialEq, Eq)]
 struct Wanted {
+    /// Not scripts but instructions.
+    costs: bool,
     json: bool,
     update: bool,
     target: Option<Target>,
 }
 
-/// `bench [--json] [--update] [TARGET]`
+/// `bench [costs] [--json] [--update] [TARGET]`
 pub fn run(arguments: &[String]) -> Result<(), Failure> {
     let wanted = read(arguments)?;
+    if wanted.costs {
+        let targets = wanted.target.map_or(costs::TARGETS.to_vec(), |target| vec![target]);
+        return costs::run(&targets, wanted.update);
+    }
     let targets = wanted.target.map_or(Target::ALL.to_vec(), |target| vec![target]);
     let catalogue = Catalogue::load()?;
     let before = figures::load()?;
@@ -77,6 +84,8 @@ pub fn check() -> Result<(), Failure> {
         println!("{}", report::table(target, &catalogue, &counts, before));
         grown.extend(figures::grown(target, &counts, before));
     }
+    // Of each instruction on one chip: it takes seconds there, minutes on all.
+    grown.extend(costs::check(Target::Avr)?);
     if grown.is_empty() { Ok(()) } else { Err(Failure::Bench(BenchError::Grown(grown))) }
 }
 
@@ -84,6 +93,7 @@ fn read(arguments: &[String]) -> Result<Wanted, Failure> {
     let mut wanted = Wanted::default();
     for argument in arguments {
         match (argument.as_str(), Target::find(argument)) {
+            ("costs", _) => wanted.costs = true,
             ("--json", _) => wanted.json = true,
             ("--update", _) => wanted.update = true,
             (_, Some(target)) if wanted.target.is_none() => wanted.target = Some(target),
@@ -93,6 +103,11 @@ fn read(arguments: &[String]) -> Result<Wanted, Failure> {
                 return Err(Failure::Usage(message));
             }
         }
+    }
+    let on_host = wanted.target == Some(Target::Host);
+    if wanted.costs && (wanted.json || on_host) {
+        let message = "`bench costs` takes `--update` and a chip's target".to_owned();
+        return Err(Failure::Usage(message));
     }
     Ok(wanted)
 }
@@ -104,7 +119,7 @@ fn measure(target: Target, catalogue: &Catalogue) -> Result<figures::Scripts, Fa
     let mut counts = figures::Scripts::new();
     let mut verification = None;
     for script in catalogue.scripts.iter().filter(|script| script.can_run_on(target)) {
-        let compiled = Compiled::new(&script.name, target.profile())?;
+        let compiled = Compiled::script(&script.name, target.profile())?;
         let told = program.run(&compiled)?;
         let result = told.result(target, script).map_err(Failure::Bench)?;
         if script.name == VERIFICATION {
@@ -143,11 +158,13 @@ mod tests {
 
     #[test]
     fn arguments_in_any_order() {
-        let avr = Wanted { json: true, update: false, target: Some(Target::Avr) };
+        let avr = Wanted { json: true, target: Some(Target::Avr), ..Wanted::default() };
         assert_eq!(wanted("--json avr").unwrap(), avr);
         assert_eq!(wanted("avr --json").unwrap(), avr);
         assert_eq!(wanted("").unwrap(), Wanted::default());
-        for line in ["avr host", "arm", "--jason"] {
+        let costs = Wanted { costs: true, update: true, ..Wanted::default() };
+        assert_eq!(wanted("costs --update").unwrap(), costs);
+        for line in ["avr host", "arm", "--jason", "costs --json", "costs host"] {
             assert!(matches!(wanted(line), Err(Failure::Usage(_))), "{line}");
         }
     }

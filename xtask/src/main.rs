@@ -62,8 +62,8 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "bench",
-        arguments: "[--json] [--update] [TARGET]",
-        help: "cycles or instructions of the benchmark scripts, beside the C BittyBuzz",
+        arguments: "[costs] [--json] [--update] [TARGET]",
+        help: "cycles or instructions of the benchmark scripts, beside the C BittyBuzz; costs: of each instruction",
         run: bench::run,
     },
     Task {

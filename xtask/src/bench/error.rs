@@ -28,6 +28,8 @@ pub enum BenchError {
     NoResult { target: &'static str, name: String, mark: Mark, value: u32 },
     /// The script computes something else.
     WrongResult { target: &'static str, name: String, result: String, expected: String },
+    /// What an instruction costs cannot be counted.
+    Costs { name: String, reason: String },
     /// Something costs more than the baseline allows.
     Grown(Vec<String>),
 }
@@ -65,9 +67,10 @@ impl fmt::Display for BenchError {
             BenchError::WrongResult { target, name, result, expected } => {
                 write!(f, "{name} on {target} computes {result}, not {expected}")
             }
+            BenchError::Costs { name, reason } => write!(f, "the cost of {name}: {reason}"),
             BenchError::Grown(rows) => write!(
                 f,
-                "costs more than bench/baseline.json: {}; if that is worth it, `cargo xtask bench --update`",
+                "costs more than bench/baseline.json or bench/costs.json: {}; if that is worth it, `cargo xtask bench --update` or `bench costs --update`",
                 rows.join(", ")
             ),
         }

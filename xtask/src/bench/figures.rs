@@ -58,12 +58,16 @@ pub fn to_json(counts: &Counts) -> String {
     format!("{{\n{}\n}}", targets.collect::<Vec<_>>().join(",\n"))
 }
 
+/// Whether that is more than it may be.
+pub fn is_more(now: u64, before: u64) -> bool {
+    now * 100 > before * (100 + TOLERANCE)
+}
+
 /// What costs more than it may.
 pub fn grown(target: Target, now: &Scripts, before: Option<&Scripts>) -> Vec<String> {
     let rows = now.iter().filter_map(|(name, figure)| {
         let (now, before) = (figure.count, before?.get(name)?.count);
-        let is_more = now * 100 > before * (100 + TOLERANCE);
-        is_more.then(|| format!("{name} on {} {before} -> {now}", target.name()))
+        is_more(now, before).then(|| format!("{name} on {} {before} -> {now}", target.name()))
     });
     rows.collect()
 }

@@ -25,8 +25,13 @@ pub struct Compiled {
 }
 
 impl Compiled {
+    /// An image that is no script's.
+    pub fn new(name: &str, image: Vec<u8>, global: u16) -> Compiled {
+        Compiled { name: name.to_owned(), image, global }
+    }
+
     /// Compiles a script of bench/scripts.
-    pub fn new(name: &str, profile: Profile) -> Result<Compiled, Failure> {
+    pub fn script(name: &str, profile: Profile) -> Result<Compiled, Failure> {
         let path = PathBuf::from(format!("bench/scripts/{name}.bzz"));
         let text = fs::read_to_string(root().join(&path))
             .map_err(|reason| Failure::Read { path: path.clone(), reason })?;

@@ -47,6 +47,11 @@ impl Told {
         (self.count(2) + self.count(3)) / 2
     }
 
+    /// Whether both steps take the same, but for the instruction that QEMU may be off by.
+    pub fn is_steady(&self) -> bool {
+        self.count(2).abs_diff(self.count(3)) <= 1
+    }
+
     /// Without what marking takes.
     fn count(&self, index: usize) -> u64 {
         let count = |index| self.counts.get(index).copied().unwrap_or(0);
