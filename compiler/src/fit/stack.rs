@@ -45,11 +45,10 @@ pub fn deepest(image: &[u8], header: &Header) -> Way {
     let numbers = 0..header.functions();
     let mut functions: Vec<Function> =
         numbers.map(|number| function(image, header, number)).collect();
-    let entries =
-        header.entries().filter_map(|count| match EntryPoint::from_count(count) {
-            EntryPoint::Function(number) => Some(number),
-            EntryPoint::None | EntryPoint::Global(_) => None,
-        });
+    let entries = header.entries().filter_map(|count| match EntryPoint::from_count(count) {
+        EntryPoint::Function(number) => Some(number),
+        EntryPoint::None | EntryPoint::Global(_) => None,
+    });
     let ways = [0].into_iter().chain(entries).filter_map(|entry| {
         find_needs(&mut functions, entry);
         let (need, _) = functions.get(usize::from(entry))?.need?;

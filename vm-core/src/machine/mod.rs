@@ -251,14 +251,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The calls that led to where the machine is, innermost first: offsets from the start of the code of the last
     /// byte of the instruction where each function is.
     pub fn calls(&self) -> Calls<'_, P, C, SLOTS> {
-        Calls { vm: self, pc: usize::from(self.pc), fp: usize::from(self.fp) }
+        // Between entries none runs, but the loop leaves the position as it was.
+        let idle = self.state == State::Idle;
+        let pc = if idle { Native::EXIT.position() } else { usize::from(self.pc) };
+        Calls { vm: self, pc, fp: usize::from(self.fp) }
     }
 
     /// The stack is empty again: collects if little of the heap is left and the entry allocated anything.
     fn finish(&mut self) {
         self.state = State::Idle;
-        // The loop leaves the registers as they were.
-        self.pc = Native::EXIT.position() as u16;
         let base = self.base();
         self.fp = base as u16;
         self.sp = base as u16;
