@@ -150,23 +150,24 @@ const TARGETS: [&str; 5] = ["avr", "thumbv6m", "thumbv7em", "thumbv6m-full", "th
 /// A table of what is known of every instruction: an instruction without a cost on one of the chips is an error.
 fn write_costs(text: &mut String) {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../bench/costs.json");
-    let json = std::fs::read(path).unwrap();
-    let costs: BTreeMap<String, BTreeMap<String, u64>> = serde_json::from_slice(&json).unwrap();
+    let json = std::fs::read(path).expect("bench/costs.json is there");
+    let costs: BTreeMap<String, BTreeMap<String, u64>> =
+        serde_json::from_slice(&json).expect("bench/costs.json holds counts");
     text.push_str(COSTS);
     for info in TABLE {
         let mut cases = 0;
-        for (name, _) in &costs[TARGETS[0]] {
+        for name in costs[TARGETS[0]].keys() {
             let (instruction, case) = name.split_once(", ").unwrap_or((name, ""));
             if instruction != info.name {
                 continue;
             }
             cases += 1;
             let name_once = if cases == 1 { format!("`{instruction}`") } else { String::new() };
-            write!(text, "| {name_once} | {case} |").unwrap();
+            text.push_str(&format!("| {name_once} | {case} |"));
             for target in TARGETS {
                 let cost = costs[target].get(name);
                 let cost = cost.unwrap_or_else(|| panic!("{name} is not counted on {target}"));
-                write!(text, " {cost} |").unwrap();
+                text.push_str(&format!(" {cost} |"));
             }
             text.push('\n');
         }
