@@ -180,7 +180,7 @@ impl View<'_> {
             Operand::Robot => named(&|n| self.import_name(n)),
             Operand::Library => u8::try_from(number).map_or_else(|_| "?".to_owned(), library_name),
             Operand::Global => named(&|n| self.global_name(n)),
-            Operand::None if info.trailer == Trailer::Word => {
+            Operand::None if matches!(info.trailer, Trailer::Word | Trailer::Half) => {
                 self.literal(instruction.opcode, trailer)
             }
             _ => String::new(),
@@ -190,7 +190,7 @@ impl View<'_> {
     fn trailer(&self, trailer: Trailer, at: usize) -> String {
         let byte = self.byte(at);
         match trailer {
-            Trailer::None | Trailer::Word => String::new(),
+            Trailer::None | Trailer::Word | Trailer::Half => String::new(),
             Trailer::Arguments if byte & DROP_RESULT != 0 => {
                 format!(" {} drop", byte & !DROP_RESULT)
             }
@@ -206,7 +206,11 @@ impl View<'_> {
     }
 
     fn literal(&self, opcode: u8, at: usize) -> String {
-        let bytes = [self.byte(at), self.byte(at + 1), self.byte(at + 2), self.byte(at + 3)];
+        let mut bytes = [self.byte(at), self.byte(at + 1), self.byte(at + 2), self.byte(at + 3)];
+        if opcode == opcode::FLOAT_HALF && self.header.is_full() {
+            let [low, high, ..] = bytes;
+            bytes = [0, 0, low, high];
+        }
         let (int, float) = if self.header.is_full() {
             let raw = Full::literal_from_le(bytes);
             (Full::int_to_i32(raw), Full::float_to_f32(raw))
@@ -214,7 +218,7 @@ impl View<'_> {
             let raw = Tiny::literal_from_le(bytes);
             (Tiny::int_to_i32(raw), Tiny::float_to_f32(raw))
         };
-        if opcode == opcode::FLOAT { format!("{float:?}") } else { int.to_string() }
+        if opcode == opcode::INT_WORD { int.to_string() } else { format!("{float:?}") }
     }
 
     fn word_bytes(&self) -> usize {

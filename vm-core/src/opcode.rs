@@ -31,6 +31,8 @@ pub enum Trailer {
     LocalImmediate,
     /// A literal of the profile: 2 bytes in `tiny`, 4 in `full`, little-endian.
     Word,
+    /// The upper two bytes of a literal whose others are zero.
+    Half,
 }
 
 impl Trailer {
@@ -39,7 +41,7 @@ impl Trailer {
         match self {
             Trailer::None => 0,
             Trailer::Arguments | Trailer::Captures | Trailer::Immediate => 1,
-            Trailer::LocalImmediate => 2,
+            Trailer::LocalImmediate | Trailer::Half => 2,
             Trailer::Word => word_bytes,
         }
     }
@@ -121,6 +123,7 @@ opcodes! {
     // Plain.
     NIL = 0x00, None, None, 0 -- 1, "-- nil";
     UNSET = 0x01, None, None, 0 -- 1, "-- unset: stands for an argument that the caller did not pass";
+    FLOAT_HALF = 0x02, None, Half, 0 -- 1, "-- float literal that two bytes hold: shorter in `full`";
     DUP = 0x03, None, None, 1 -- 2, "a -- a a";
     POW = 0x09, None, None, 2 -- 1, "a b -- a ^ b: a float";
     NEG = 0x0a, None, None, 1 -- 1, "a -- -a";

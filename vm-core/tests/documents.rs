@@ -50,6 +50,7 @@ fn instruction_set_is_up_to_date() {
                 "relation in the high half, local + 4 in the low half; signed byte"
             }
             Trailer::Word => "2 bytes (`tiny`) or 4 (`full`)",
+            Trailer::Half => "2 bytes",
         };
         let meaning = info.meaning.replace('|', "\\|");
         let (byte, name) = (info.byte, info.name);

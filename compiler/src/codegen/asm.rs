@@ -224,10 +224,17 @@ impl FunctionBuilder {
         }
     }
 
-    /// `FLOAT` or `INT_WORD` with the payload of the profile.
+    /// A float literal with the payload of the profile, in its shortest form.
+    pub fn float(&mut self, bits: u32, span: Span) {
+        let half = self.word_bytes == 4 && bits & 0xffff == 0;
+        self.word(if half { opcode::FLOAT_HALF } else { opcode::FLOAT }, bits, span);
+    }
+
+    /// `FLOAT`, `FLOAT_HALF` or `INT_WORD` with the payload of the profile.
     pub fn word(&mut self, opcode: u8, bits: u32, span: Span) {
         let bytes = bits.to_le_bytes();
-        let trailer = bytes.get(..self.word_bytes).unwrap_or(&bytes);
+        let from = if opcode == opcode::FLOAT_HALF { self.word_bytes.saturating_sub(2) } else { 0 };
+        let trailer = bytes.get(from..self.word_bytes).unwrap_or(&bytes);
         self.push(opcode, Argument::Value(0), trailer, (0, 0), span);
     }
 

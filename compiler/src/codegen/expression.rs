@@ -22,7 +22,7 @@ impl<'a> Code<'_, 'a> {
             ExprKind::Int(value) => self.builder.int(*value as i32, span),
             ExprKind::Float(value) => {
                 let bits = constant::float_bits(self.generator.profile, *value);
-                self.builder.word(opcode::FLOAT, bits, span);
+                self.builder.float(bits, span);
             }
             ExprKind::Str(text) => {
                 let number = self.generator.string(text);

@@ -137,9 +137,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 return Ok(());
             }
             opcode::ROBOT_ID => Value::int(i32::from(self.robot_id)),
-            opcode::FLOAT | opcode::INT_WORD => {
-                let tag = if op == opcode::FLOAT { Tag::FLOAT } else { Tag::INT };
-                Value::new(tag, self.literal())
+            opcode::FLOAT | opcode::FLOAT_HALF | opcode::INT_WORD => {
+                let tag = if op == opcode::INT_WORD { Tag::INT } else { Tag::FLOAT };
+                let stored = if op == opcode::FLOAT_HALF { 2 } else { P::WORD_BYTES };
+                Value::new(tag, self.literal(stored))
             }
             // Immediate values, whose tags are in the order of these instructions.
             opcode::STRING..=opcode::LIBRARY => {
@@ -181,9 +182,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.program.as_ref().map_or(0, |program| program.code.byte(at))
     }
 
-    fn literal(&mut self) -> P::Raw {
+    /// A literal, of which the upper `stored` bytes are in the image.
+    fn literal(&mut self, stored: usize) -> P::Raw {
         let mut bytes = [0; 4];
-        for byte in bytes.iter_mut().take(P::WORD_BYTES) {
+        for byte in bytes.iter_mut().take(P::WORD_BYTES).skip(P::WORD_BYTES - stored) {
             *byte = self.next_byte();
         }
         P::literal_from_le(bytes)

@@ -55,7 +55,9 @@ pub fn arguments(builtin: &builtin::Info) -> &'static [Kind] {
 pub fn made(opcode: u8) -> Kind {
     match opcode {
         opcode::TABLE_NEW | opcode::INDEX_INIT | opcode::FIELD_INIT | opcode::LIBRARY => Table,
-        opcode::INT | opcode::INT_WORD | opcode::FLOAT | opcode::ADD_INT => Number,
+        opcode::INT | opcode::INT_WORD | opcode::FLOAT | opcode::FLOAT_HALF | opcode::ADD_INT => {
+            Number
+        }
         opcode::POW..=opcode::GE | opcode::ADD..=opcode::MOD => Number,
         opcode::STRING => String,
         opcode::FUNCTION | opcode::BUILTIN | opcode::ROBOT | opcode::CLOSURE => Function,

@@ -199,7 +199,7 @@ impl<'a, 'b> Writer<'a, 'b> {
         match (info.operand, info.trailer) {
             (Operand::Jump, trailer) => self.jump(info, trailer),
             (operand, Trailer::None) => self.without_trailer(info, operand),
-            (_, Trailer::Word) => {
+            (_, Trailer::Word | Trailer::Half) => {
                 let bytes = [(); 4].map(|()| self.choices.byte());
                 self.builder.word(info.byte, u32::from_le_bytes(bytes), SPAN);
             }

@@ -114,7 +114,7 @@ fn constants(cases: &mut Cases) {
     for opcode in [op::NIL, op::UNSET, op::ROBOT_ID] {
         cases.plain(opcode, "", nothing);
     }
-    for opcode in [op::FLOAT, op::INT_WORD] {
+    for opcode in [op::FLOAT, op::FLOAT_HALF, op::INT_WORD] {
         cases.add(opcode, "", nothing, move |body| body.word(opcode, 3));
     }
     cases.operand(op::INT, SHORT, 3, nothing);

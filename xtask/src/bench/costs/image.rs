@@ -83,9 +83,9 @@ impl Body {
     /// A number as a whole word: an integer, or the float of a half, one, one and a half, two ...
     pub fn word(&mut self, opcode: u8, value: u32) {
         let bits = match (opcode, self.profile) {
-            (op::FLOAT, Profile::Full) => (value as f32 / 2.0).to_bits(),
+            (op::FLOAT | op::FLOAT_HALF, Profile::Full) => (value as f32 / 2.0).to_bits(),
             // 1 sign, 6 exponent, 9 fraction; so these are the upper bits of a binary32 of another bias.
-            (op::FLOAT, Profile::Tiny) => {
+            (op::FLOAT | op::FLOAT_HALF, Profile::Tiny) => {
                 ((value as f32 / 2.0).to_bits() >> 14).wrapping_sub((127 - 31) << 9)
             }
             _ => value,
