@@ -43,7 +43,9 @@ pub fn sentence(cause: &ImageError) -> String {
         }
         ImageError::Depth(at) => damaged(&format!("the operand stack does not add up at {at}")),
         ImageError::Jump(at) => damaged(&format!("the jump at {at} leads nowhere")),
-        ImageError::NoReturn(number) => damaged(&format!("function {number} runs over its end")),
+        ImageError::NoReturn(at) => {
+            damaged(&format!("the function that ends at byte {at} runs over its end"))
+        }
         // The list of causes may grow.
         other => damaged(&format!("{other:?}")),
     }

@@ -12,7 +12,7 @@
 //! # Features
 //! | feature | default | cost if on |
 //! |---|---|---|
-//! | `maths` | on | floating-point functions of `math`, `gaussian`, `exponential` |
+//! | `maths` | on | floating-point functions of `math`, `gaussian`, `exponential`: 3.5 kB of flash on the AVR, 2.2 on a Cortex-M |
 //! | `strings` | on | text: strings made at run time, library `string` (useful in the full profile only) |
 //! | `torture` | off | for tests: makes allocations fail and collections frequent on request |
 //!
