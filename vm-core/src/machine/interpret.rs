@@ -121,7 +121,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     }
                 }
                 match op {
-                    // Short forms, by the ranges of `opcode::SHORTS`.
                     opcode::LOCAL_GET => {
                         let value = get!(fp.wrapping_add_signed(arg));
                         if !value.is(Tag::UNSET) {
