@@ -168,7 +168,7 @@ fn slices_are_short() {
         ("loop", "function step() { var i = 0 while(i < 20000) i = i + 1 }"),
         (
             "garbage",
-            "function init() { keep = {} var i = 0 while(i < 70) { keep[i] = {.a = i} i = i + 1 } }\n\
+            "function init() { keep = {} var i = 0 while(i < 50) { keep[i] = {.a = i} i = i + 1 } }\n\
              function step() { var i = 0 while(i < 2000) { var t = {.x = i, .y = {.z = i}} i = i + 1 } }",
         ),
         (
@@ -183,8 +183,8 @@ fn slices_are_short() {
         ),
         (
             "text",
-            "function init() { s = \"\" var i = 0 while(i < 100) { s = string.concat(s, \"abcdefgh\") i = i + 1 } }\n\
-             function step() { var i = 0 while(i < 200) { var u = string.sub(s, i, 700) string.length(u) i = i + 1 } }",
+            "function init() { s = \"\" var i = 0 while(i < 60) { s = string.concat(s, \"abcdefgh\") i = i + 1 } }\n\
+             function step() { var i = 0 while(i < 200) { var u = string.sub(s, i, 450) string.length(u) i = i + 1 } }",
         ),
     ];
     for (name, source) in scripts {
