@@ -91,5 +91,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 /// The order of two numbers, `None` if one is NaN.
 #[inline(never)]
 fn order_of_numbers<P: Profile>(a: Value<P>, b: Value<P>) -> Option<Ordering> {
+    if a.is(Tag::INT) && b.is(Tag::INT) {
+        // To unpack integers takes ten times as long.
+        return Some(match P::int_less(a.raw(), b.raw()) {
+            true => Ordering::Less,
+            false if a.same(b) => Ordering::Equal,
+            false => Ordering::Greater,
+        });
+    }
     a.unpack().compare(&b.unpack())
 }

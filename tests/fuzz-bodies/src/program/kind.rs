@@ -25,9 +25,9 @@ pub fn wanted(opcode: u8) -> &'static [Kind] {
     match opcode {
         opcode::POW | opcode::BAND..=opcode::BOR | opcode::SHL..=opcode::SHR => &[Number; 2],
         opcode::LT..=opcode::GE | opcode::ADD..=opcode::MOD => &[Number; 2],
-        opcode::JUMP_LT..=opcode::JUMP_NOT_GE => &[Number; 2],
+        opcode::JUMP_LT..=opcode::JUMP_NOT_LT => &[Number; 2],
         opcode::NEG | opcode::BNOT | opcode::ADD_INT => &[Number],
-        opcode::JUMP_LT_INT..=opcode::JUMP_NOT_GE_INT => &[Number],
+        opcode::JUMP_LT_INT..=opcode::JUMP_NOT_LT_INT => &[Number],
         opcode::INDEX_GET | opcode::INDEX_METHOD => &[Table, Number],
         opcode::INDEX_INIT | opcode::INDEX_SET => &[Table, Number, Any],
         opcode::FIELD_GET | opcode::FIELD_METHOD => &[Table],
