@@ -153,8 +153,8 @@ impl EntryPoint {
     /// From its count in the header.
     pub const fn from_count(count: u16) -> Self {
         match count {
-            0 => EntryPoint::None,
             n if n % 2 == 1 => EntryPoint::Function(n / 2),
+            0 => EntryPoint::None,
             n => EntryPoint::Global(n / 2 - 1),
         }
     }
@@ -296,13 +296,13 @@ impl Header {
     /// Where an entry's function is found.
     pub fn entry(&self, entry: Entry) -> EntryPoint {
         let [init, step, reset, destroy, ..] = self.counts;
-        match entry {
-            Entry::Global => EntryPoint::Function(0),
-            Entry::Init => EntryPoint::from_count(init),
-            Entry::Step => EntryPoint::from_count(step),
-            Entry::Reset => EntryPoint::from_count(reset),
-            Entry::Destroy => EntryPoint::from_count(destroy),
-        }
+        EntryPoint::from_count(match entry {
+            Entry::Global => const { EntryPoint::Function(0).to_count() },
+            Entry::Init => init,
+            Entry::Step => step,
+            Entry::Reset => reset,
+            Entry::Destroy => destroy,
+        })
     }
 }
 

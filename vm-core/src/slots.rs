@@ -1,8 +1,11 @@
-//! How slots lie in memory: what is fastest to reach on the chip at hand.
+//! How slots lie in memory and values in registers: what is fastest on the chip at hand.
 //!
 //! [`Split`] keeps tags and payloads apart: no padding anywhere, and on the AVR no multiplication by an odd size to
 //! reach a slot, which would double the code. [`Joined`] keeps them together: in the tiny profile on a 32-bit chip a slot then
-//! takes four bytes instead of three, but is reached by one address.
+//! takes four bytes instead of three, but is reached by one address and is one register, a [`Word`].
+
+use core::fmt::Debug;
+use core::num::NonZeroU32;
 
 use crate::number::{Full, Profile, Tiny};
 use crate::value::{Tag, Value};
@@ -13,6 +16,91 @@ pub trait Stored: Sized {
     type Slots<const N: usize>: Slots<Self>
     where
         Self: Profile;
+    /// A value in registers.
+    type Pair: Pair<Self>
+    where
+        Self: Profile;
+}
+
+/// A tag and a payload in registers.
+pub trait Pair<P: Profile>: Copy + Debug {
+    /// Both.
+    fn new(tag: Tag, raw: P::Raw) -> Self;
+    /// The tag.
+    fn tag(self) -> Tag;
+    /// The payload.
+    fn raw(self) -> P::Raw;
+    /// Whether it has this tag.
+    fn is(self, tag: Tag) -> bool;
+    /// Whether both are the same.
+    fn same(self, other: Self) -> bool;
+}
+
+/// A tag and a payload in registers of their own.
+#[derive(Clone, Copy, Debug)]
+pub struct Apart<P: Profile> {
+    tag: Tag,
+    raw: P::Raw,
+}
+
+impl<P: Profile> Pair<P> for Apart<P> {
+    #[inline(always)]
+    fn new(tag: Tag, raw: P::Raw) -> Self {
+        Apart { tag, raw }
+    }
+
+    #[inline(always)]
+    fn tag(self) -> Tag {
+        self.tag
+    }
+
+    #[inline(always)]
+    fn raw(self) -> P::Raw {
+        self.raw
+    }
+
+    #[inline(always)]
+    fn is(self, tag: Tag) -> bool {
+        self.tag == tag
+    }
+
+    #[inline(always)]
+    fn same(self, other: Self) -> bool {
+        self.tag == other.tag && self.raw == other.raw
+    }
+}
+
+/// A payload of 16 bits above a tag, in one register.
+#[cfg(not(target_arch = "avr"))]
+#[derive(Clone, Copy, Debug)]
+pub struct Word(NonZeroU32);
+
+#[cfg(not(target_arch = "avr"))]
+impl Pair<Tiny> for Word {
+    #[inline(always)]
+    fn new(tag: Tag, raw: u16) -> Self {
+        Word(tag.widened() | u32::from(raw) << 16)
+    }
+
+    #[inline(always)]
+    fn tag(self) -> Tag {
+        Tag::of(self.0.get() as u8)
+    }
+
+    #[inline(always)]
+    fn raw(self) -> u16 {
+        (self.0.get() >> 16) as u16
+    }
+
+    #[inline(always)]
+    fn is(self, tag: Tag) -> bool {
+        self.0.get() as u16 == u16::from(tag.byte())
+    }
+
+    #[inline(always)]
+    fn same(self, other: Self) -> bool {
+        self.0 == other.0
+    }
 }
 
 /// An array of slots. Verified code and the machine itself never ask for one beyond its end: it reads as nil, and
@@ -36,6 +124,7 @@ pub trait Slots<P: Profile> {
 
 impl Stored for Full {
     type Slots<const N: usize> = Split<Self, N>;
+    type Pair = Apart<Self>;
 }
 
 impl Stored for Tiny {
@@ -43,6 +132,10 @@ impl Stored for Tiny {
     type Slots<const N: usize> = Split<Self, N>;
     #[cfg(not(target_arch = "avr"))]
     type Slots<const N: usize> = Joined<Self, N>;
+    #[cfg(target_arch = "avr")]
+    type Pair = Apart<Self>;
+    #[cfg(not(target_arch = "avr"))]
+    type Pair = Word;
 }
 
 /// Tags, then payloads.

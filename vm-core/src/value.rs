@@ -2,9 +2,10 @@
 //!
 //! Only values whose tag has [`Tag::HEAP_BIT`] refer to the heap; all others are complete in themselves.
 
-use core::num::NonZeroU8;
+use core::num::{NonZeroU8, NonZeroU32};
 
 use crate::number::{Float, Number, Profile};
+use crate::slots::Pair;
 
 /// What a value is. A plain byte, because the same slots also hold frame records and cell headers; never zero, so that a
 /// value or nothing, or a value or a failure, is returned in the same registers as a value.
@@ -56,6 +57,12 @@ impl Tag {
     #[inline(always)]
     pub(crate) const fn byte(self) -> u8 {
         self.0.get()
+    }
+
+    /// Its byte as a word.
+    #[inline(always)]
+    pub(crate) fn widened(self) -> NonZeroU32 {
+        NonZeroU32::from(self.0)
     }
 
     /// In place of a tag: a number up to 254.
@@ -115,10 +122,7 @@ const FALSE_BIT: u8 = Tag::INT.byte() ^ Tag::NIL.byte();
 
 /// A value, or another occupant of a slot of the arena.
 #[derive(Clone, Copy, Debug)]
-pub struct Value<P: Profile> {
-    tag: Tag,
-    raw: P::Raw,
-}
+pub struct Value<P: Profile>(P::Pair);
 
 impl<P: Profile> Value<P> {
     /// What a value takes in memory at least; where slots are padded for speed it is more.
@@ -127,13 +131,13 @@ impl<P: Profile> Value<P> {
     /// A slot with any tag and payload.
     #[inline(always)]
     pub(crate) fn new(tag: Tag, raw: P::Raw) -> Self {
-        Value { tag, raw }
+        Value(P::Pair::new(tag, raw))
     }
 
     /// A slot whose payload is an index.
     #[inline(always)]
     pub(crate) fn indexed(tag: Tag, index: u16) -> Self {
-        Value { tag, raw: P::raw_from_u16(index) }
+        Self::new(tag, P::raw_from_u16(index))
     }
 
     /// nil
@@ -151,7 +155,7 @@ impl<P: Profile> Value<P> {
     /// An integer; bits that the profile lacks are dropped.
     #[inline(always)]
     pub fn int(value: i32) -> Self {
-        Value { tag: Tag::INT, raw: P::int_from_i32(value) }
+        Self::new(Tag::INT, P::int_from_i32(value))
     }
 
     /// 1 or 0.
@@ -163,7 +167,7 @@ impl<P: Profile> Value<P> {
     /// The nearest float.
     #[inline(always)]
     pub fn float(value: f32) -> Self {
-        Value { tag: Tag::FLOAT, raw: P::float_from_f32(value) }
+        Self::new(Tag::FLOAT, P::float_from_f32(value))
     }
 
     /// A constant string.
@@ -175,72 +179,72 @@ impl<P: Profile> Value<P> {
     /// The nearest float.
     #[inline(always)]
     pub(crate) fn packed(value: &Float) -> Self {
-        Value { tag: Tag::FLOAT, raw: P::pack(value) }
+        Self::new(Tag::FLOAT, P::pack(value))
     }
 
     #[inline(always)]
     pub(crate) fn tag(self) -> Tag {
-        self.tag
+        self.0.tag()
     }
 
     #[inline(always)]
     pub(crate) fn raw(self) -> P::Raw {
-        self.raw
+        self.0.raw()
     }
 
     /// The payload as an index.
     #[inline(always)]
     pub(crate) fn index(self) -> usize {
-        P::raw_to_u16(self.raw) as usize
+        P::raw_to_u16(self.raw()) as usize
     }
 
     #[inline(always)]
     pub(crate) fn is(self, tag: Tag) -> bool {
-        self.tag == tag
+        self.0.is(tag)
     }
 
     #[inline(always)]
     pub(crate) fn is_heap(self) -> bool {
-        self.tag.byte() & Tag::HEAP_BIT != 0
+        self.tag().byte() & Tag::HEAP_BIT != 0
     }
 
     /// Whether reading it out of a table may have to bind it.
     #[inline(always)]
     pub(crate) fn may_use_self(self) -> bool {
-        matches!(self.tag, Tag::FUNCTION | Tag::CLOSURE | Tag::BOUND)
+        matches!(self.tag(), Tag::FUNCTION | Tag::CLOSURE | Tag::BOUND)
     }
 
     /// Whether it is an integer or a float.
     #[inline(always)]
     pub(crate) fn is_number(self) -> bool {
-        matches!(self.tag, Tag::INT | Tag::FLOAT)
+        matches!(self.tag(), Tag::INT | Tag::FLOAT)
     }
 
     /// Whether it is nil.
     #[inline(always)]
     pub fn is_nil(self) -> bool {
-        self.tag == Tag::NIL
+        self.is(Tag::NIL)
     }
 
     /// nil and integer 0 are false, all else is true.
     #[inline(always)]
     pub fn is_false(self) -> bool {
-        self.tag.byte() & !FALSE_BIT == Tag::NIL.byte() && P::is_zero(self.raw)
+        self.tag().byte() & !FALSE_BIT == Tag::NIL.byte() && P::is_zero(self.raw())
     }
 
     /// As an integer, if it is one.
     #[inline(always)]
     pub fn as_int(self) -> Option<i32> {
-        if self.tag == Tag::INT { Some(P::int_to_i32(self.raw)) } else { None }
+        if self.is(Tag::INT) { Some(P::int_to_i32(self.raw())) } else { None }
     }
 
     /// The exact value of a number.
     #[inline(never)]
     pub(crate) fn unpack(self) -> Float {
-        if self.tag == Tag::INT {
-            Float::from_int(P::int_to_i32(self.raw))
+        if self.is(Tag::INT) {
+            Float::from_int(P::int_to_i32(self.raw()))
         } else {
-            P::unpack(self.raw)
+            P::unpack(self.raw())
         }
     }
 
@@ -255,9 +259,9 @@ impl<P: Profile> Value<P> {
     /// As a number, if it is one.
     #[inline]
     pub fn as_number(self) -> Option<Number> {
-        match self.tag {
-            Tag::INT => Some(Number::Int(P::int_to_i32(self.raw))),
-            Tag::FLOAT => Some(Number::Float(P::float_to_f32(self.raw))),
+        match self.tag() {
+            Tag::INT => Some(Number::Int(P::int_to_i32(self.raw()))),
+            Tag::FLOAT => Some(Number::Float(P::float_to_f32(self.raw()))),
             _ => None,
         }
     }
@@ -265,9 +269,9 @@ impl<P: Profile> Value<P> {
     /// As a float, if it is a number.
     #[inline]
     pub fn as_f32(self) -> Option<f32> {
-        match self.tag {
-            Tag::INT => Some(P::int_to_i32(self.raw) as f32),
-            Tag::FLOAT => Some(P::float_to_f32(self.raw)),
+        match self.tag() {
+            Tag::INT => Some(P::int_to_i32(self.raw()) as f32),
+            Tag::FLOAT => Some(P::float_to_f32(self.raw())),
             _ => None,
         }
     }
@@ -275,12 +279,12 @@ impl<P: Profile> Value<P> {
     /// As the number of a constant string, if it is one.
     #[inline(always)]
     pub fn as_string(self) -> Option<u16> {
-        if self.tag == Tag::STRING { Some(self.index() as u16) } else { None }
+        if self.is(Tag::STRING) { Some(self.index() as u16) } else { None }
     }
 
     /// Its type.
     pub fn type_of(self) -> Type {
-        match self.tag {
+        match self.tag() {
             Tag::INT => Type::Int,
             Tag::FLOAT => Type::Float,
             Tag::NIL => Type::Nil,
@@ -294,6 +298,6 @@ impl<P: Profile> Value<P> {
     /// Same tag and payload: equality of keys after normalisation, identity of tables and closures.
     #[inline(always)]
     pub(crate) fn same(self, other: Self) -> bool {
-        self.tag == other.tag && self.raw == other.raw
+        self.0.same(other.0)
     }
 }

@@ -1,6 +1,6 @@
 //! For tests: looks whether memory is as it must be. See feature `torture`.
 
-use super::{OVERLAYS, Vm};
+use super::{GLOBALS, OVERLAYS, State, Vm};
 use crate::arena::CELL;
 use crate::bytecode::ByteCode;
 use crate::heap::{FREE, LIVE};
@@ -10,7 +10,7 @@ use crate::value::{Tag, Value};
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Collects, and says what is wrong with the memory of a script that has not stopped.
     pub fn audit(&mut self) -> Result<(), &'static str> {
-        if self.program.is_none() || matches!(self.state, super::State::Faulted(_)) {
+        if self.program.is_none() || self.state == State::Faulted {
             return Ok(());
         }
         self.audit_stack()?;
@@ -82,6 +82,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             fp -= usize::from(arena.get(fp).tag().count());
         }
         Ok(())
+    }
+
+    /// First slot of the stack.
+    fn base(&self) -> usize {
+        GLOBALS + self.header().map_or(0, |header| usize::from(header.globals()))
     }
 
     fn audit_value(&self, value: Value<P>) -> Result<(), &'static str> {

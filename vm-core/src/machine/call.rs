@@ -156,7 +156,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Leaves a built-in's frame of `count` parameters with a result.
     #[inline(never)]
-    pub(super) fn leave_native(&mut self, count: usize, result: Value<P>) {
+    pub(super) fn leave_frame(&mut self, count: usize, result: Value<P>) {
         let fp = usize::from(self.fp);
         let (pc, outer) = self.caller(fp);
         self.sp = (fp - count) as u16;
@@ -227,7 +227,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if result.is(Tag::UNSET) {
             return Ok(Flow::Waiting);
         }
-        self.leave_native(count, result);
+        self.leave_frame(count, result);
         if drop_result {
             self.pop();
         }

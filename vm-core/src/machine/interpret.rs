@@ -1,8 +1,12 @@
 //! The interpreter loop.
 //!
-//! Position, frame and stack pointer are locals of one loop over one `match`. An arm does what its instruction mostly
-//! does, with integers, and goes on; everything else falls through to [`super::slow`], which works on the stored
-//! registers. The arms change nothing before they are sure to finish.
+//! Position and stack pointer are locals of one loop over one `match`; all else is in memory, since an AVR has no more
+//! registers to give away. An arm does what its instruction mostly does, with integers, and goes on; everything else falls
+//! through to [`super::slow`], which works on the stored registers. The arms change nothing before they are sure to
+//! finish.
+//!
+//! Opcodes with an arm in common stand side by side: a range would be tested by itself, before the jump table or behind
+//! it. Whatever calls a function is a function itself, on slots, so that the loop keeps no values across a call.
 
 use super::{Flow, GLOBALS, Native, SPECIAL, Vm, record};
 use crate::bytecode::ByteCode;
@@ -16,6 +20,7 @@ use crate::value::{Tag, Value};
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Runs at most `budget` instructions: `Continue` means that it is used up.
     #[inline(never)]
+    #[allow(clippy::collapsible_match, reason = "guards would split the jump table")]
     pub(super) fn interpret<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -23,15 +28,19 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) -> Result<Flow, Stopped> {
         // As wide as the processor's registers.
         let mut budget = usize::from(budget);
-        let Some(program) = self.program else { return Ok(Flow::Done) };
+        let Some(program) = &self.program else { return Ok(Flow::Done) };
         let code = program.code;
         let mut pc;
-        let mut fp;
         let mut sp;
 
         macro_rules! get {
             ($at:expr) => {
                 self.arena.get_fast($at)
+            };
+        }
+        macro_rules! fp {
+            () => {
+                usize::from(self.fp)
             };
         }
         macro_rules! set {
@@ -54,7 +63,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
         loop {
             pc = usize::from(self.pc);
-            fp = usize::from(self.fp);
             sp = usize::from(self.sp);
             if pc >= SPECIAL {
                 if pc == Native::EXIT.position() {
@@ -89,11 +97,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 if op & 0xc0 == 0x80 {
                     // Short forms, by the ranges of `opcode::SHORTS`.
                     let low = isize::from(op & 0x0f);
-                    (op, arg) = match op & 0x3c {
-                        0x00..=0x0c => {
-                            let value = get!(
-                                fp.wrapping_add_signed(low + opcode::SHORT_LOCAL_GET.low as isize)
-                            );
+                    (op, arg) = match op & 0x30 {
+                        0x00 => {
+                            let value =
+                                get!(fp!().wrapping_add_signed(
+                                    low + opcode::SHORT_LOCAL_GET.low as isize
+                                ));
                             if value.is(Tag::UNSET) {
                                 op = opcode::LOCAL_GET;
                                 break Left::Undone;
@@ -101,13 +110,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                             push!(value);
                             continue;
                         }
-                        0x10..=0x1c => (opcode::INT, low + opcode::SHORT_INT.low as isize),
-                        0x20..=0x2c => {
+                        0x10 => (opcode::INT, low + opcode::SHORT_INT.low as isize),
+                        0x20 => {
                             push!(get!(GLOBALS + low as usize));
                             continue;
                         }
-                        0x30 | 0x34 => (opcode::GLOBAL_SET, low),
-                        0x38 => (opcode::RETURN, low & 0x03),
+                        _ if op & 0x08 == 0 => (opcode::GLOBAL_SET, low),
+                        _ if op & 0x04 == 0 => (opcode::RETURN, low & 0x03),
                         _ => (opcode::RETURN_NIL, low & 0x03),
                     };
                 } else if op & 0x40 != 0 {
@@ -122,7 +131,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
                 match op {
                     opcode::LOCAL_GET => {
-                        let value = get!(fp.wrapping_add_signed(arg));
+                        let value = get!(fp!().wrapping_add_signed(arg));
                         if !value.is(Tag::UNSET) {
                             push!(value);
                             continue;
@@ -139,7 +148,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     }
                     opcode::LOCAL_SET => {
                         sp = sp.wrapping_sub(1);
-                        set!(fp.wrapping_add_signed(arg), get!(sp));
+                        set!(fp!().wrapping_add_signed(arg), get!(sp));
                         continue;
                     }
                     opcode::INT => {
@@ -154,21 +163,23 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         sp = sp.wrapping_sub(arg as usize);
                         continue;
                     }
-                    opcode::ADD..=opcode::MOD => {
+                    opcode::ADD | opcode::SUB | opcode::MUL => {
                         let [a, b] = self.arena.pair_fast(sp.wrapping_sub(2));
                         if a.is(Tag::INT) && b.is(Tag::INT) {
                             let result = match op {
-                                opcode::ADD => Some(P::add(a.raw(), b.raw())),
-                                opcode::SUB => Some(P::sub(a.raw(), b.raw())),
-                                opcode::MUL => Some(P::mul(a.raw(), b.raw())),
-                                opcode::DIV => P::div(a.raw(), b.raw()),
-                                _ => P::modulo(a.raw(), b.raw()),
+                                opcode::ADD => P::add(a.raw(), b.raw()),
+                                opcode::SUB => P::sub(a.raw(), b.raw()),
+                                _ => P::mul(a.raw(), b.raw()),
                             };
-                            if let Some(result) = result {
-                                sp = sp.wrapping_sub(1);
-                                set!(sp.wrapping_sub(1), Value::new(Tag::INT, result));
-                                continue;
-                            }
+                            sp = sp.wrapping_sub(1);
+                            set!(sp.wrapping_sub(1), Value::new(Tag::INT, result));
+                            continue;
+                        }
+                    }
+                    opcode::DIV | opcode::MOD => {
+                        if self.divide_quickly(op, sp) {
+                            sp = sp.wrapping_sub(1);
+                            continue;
                         }
                     }
                     opcode::ADD_INT => {
@@ -181,7 +192,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         }
                     }
                     opcode::LOCAL_ADD => {
-                        let at = fp.wrapping_add_signed(arg);
+                        let at = fp!().wrapping_add_signed(arg);
                         let a = get!(at);
                         if a.is(Tag::INT) {
                             let b = P::int_from_i32(i32::from(code.byte(pc) as i8));
@@ -201,7 +212,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         }
                         continue;
                     }
-                    opcode::JUMP_LT..=opcode::JUMP_NOT_LT => {
+                    opcode::JUMP_LT
+                    | opcode::JUMP_EQ
+                    | opcode::JUMP_LE
+                    | opcode::JUMP_GT
+                    | opcode::JUMP_NE
+                    | opcode::JUMP_GE
+                    | opcode::JUMP_NOT_GE
+                    | opcode::JUMP_NOT_GT
+                    | opcode::JUMP_NOT_LE
+                    | opcode::JUMP_NOT_LT => {
                         let [a, b] = self.arena.pair_fast(sp.wrapping_sub(2));
                         if a.is(Tag::INT) && b.is(Tag::INT) {
                             sp = sp.wrapping_sub(2);
@@ -211,7 +231,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                             continue;
                         }
                     }
-                    opcode::JUMP_LT_INT..=opcode::JUMP_NOT_LT_INT => {
+                    opcode::JUMP_LT_INT
+                    | opcode::JUMP_EQ_INT
+                    | opcode::JUMP_LE_INT
+                    | opcode::JUMP_GT_INT
+                    | opcode::JUMP_NE_INT
+                    | opcode::JUMP_GE_INT
+                    | opcode::JUMP_NOT_GE_INT
+                    | opcode::JUMP_NOT_GT_INT
+                    | opcode::JUMP_NOT_LE_INT
+                    | opcode::JUMP_NOT_LT_INT => {
                         let a = get!(sp.wrapping_sub(1));
                         if a.is(Tag::INT) {
                             let b = P::int_from_i32(i32::from(code.byte(pc) as i8));
@@ -225,7 +254,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     }
                     opcode::JUMP_LOCAL => {
                         let (relation, local) = opcode::relation_of_local(code.byte(pc));
-                        let a = get!(fp.wrapping_add_signed(isize::from(local)));
+                        let a = get!(fp!().wrapping_add_signed(isize::from(local)));
                         if a.is(Tag::INT) {
                             let b = i32::from(code.byte(pc.wrapping_add(1)) as i8);
                             pc = pc.wrapping_add(2);
@@ -236,13 +265,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         }
                     }
                     opcode::CALL_FUNCTION => {
+                        let Some(program) = &self.program else { return Ok(Flow::Done) };
                         let function = program.function(arg as u16);
                         let room = usize::from(code.byte(function.wrapping_add(1)));
                         if sp.wrapping_add(1).wrapping_add(room) <= usize::from(self.arena.reserved)
                         {
                             let uses_self = code.byte(function) & USES_SELF != 0;
-                            set!(sp, record(sp.wrapping_sub(fp), pc));
-                            fp = sp;
+                            set!(sp, record(sp.wrapping_sub(fp!()), pc));
+                            self.fp = sp as u16;
                             sp = sp.wrapping_add(1);
                             if uses_self {
                                 push!(Value::nil());
@@ -257,69 +287,60 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         } else {
                             Value::nil()
                         };
-                        let outer = get!(fp);
-                        sp = fp.wrapping_sub(arg as usize);
-                        push!(value);
-                        fp = fp.wrapping_sub(usize::from(outer.tag().count()));
+                        let outer = get!(fp!());
+                        let caller = self.fp.wrapping_sub(u16::from(outer.tag().count()));
+                        if outer.index() >= SPECIAL {
+                            if outer.index() == Native::EXIT.position() {
+                                // Nobody takes the value of an entry.
+                                self.fp = caller;
+                                return Ok(Flow::Done);
+                            }
+                            break Left::Returning(value);
+                        }
                         pc = outer.index();
-                        if pc < SPECIAL {
-                            continue;
-                        }
-                        if pc == Native::EXIT.position() {
-                            // The stack is empty: the registers start anew.
-                            return Ok(Flow::Done);
-                        }
-                        break Left::Returned;
+                        sp = fp!().wrapping_sub(arg as usize);
+                        push!(value);
+                        self.fp = caller;
+                        continue;
                     }
                     // Tables under plain keys; libraries, other keys, functions that may have to be bound and
                     // allocations that need a collection are slow.
-                    opcode::FIELD_GET | opcode::FIELD_METHOD => {
+                    opcode::FIELD_GET => {
                         let at = sp.wrapping_sub(1);
-                        let table = get!(at);
-                        if table.is(Tag::TABLE) {
-                            let key = Value::string(arg as u16);
-                            let value = self.arena.table_get(table.index(), key);
-                            if op == opcode::FIELD_METHOD {
-                                push!(value);
-                                continue;
-                            } else if !value.may_use_self() {
-                                set!(at, value);
-                                continue;
-                            }
+                        if self.get_quickly(at, Value::string(arg as u16), at) {
+                            continue;
+                        }
+                    }
+                    opcode::FIELD_METHOD => {
+                        let at = sp.wrapping_sub(1);
+                        if self.get_quickly(at, Value::string(arg as u16), sp) {
+                            sp = sp.wrapping_add(1);
+                            continue;
                         }
                     }
                     opcode::INDEX_GET => {
-                        let table = get!(sp.wrapping_sub(2));
+                        let at = sp.wrapping_sub(2);
                         let key = get!(sp.wrapping_sub(1));
-                        if table.is(Tag::TABLE) && key.is(Tag::INT) {
-                            let value = self.arena.table_get(table.index(), key);
-                            if !value.may_use_self() {
-                                sp = sp.wrapping_sub(1);
-                                set!(sp.wrapping_sub(1), value);
-                                continue;
-                            }
+                        if key.is(Tag::INT) && self.get_quickly(at, key, at) {
+                            sp = sp.wrapping_sub(1);
+                            continue;
                         }
                     }
                     opcode::FIELD_SET => {
-                        let table = get!(sp.wrapping_sub(2));
-                        let key = Value::string(arg as u16);
-                        if self.set_quickly(table, key, get!(sp.wrapping_sub(1))) {
+                        if self.set_quickly(sp.wrapping_sub(2), Value::string(arg as u16), sp) {
                             sp = sp.wrapping_sub(2);
                             continue;
                         }
                     }
                     opcode::INDEX_SET => {
-                        let table = get!(sp.wrapping_sub(3));
                         let key = get!(sp.wrapping_sub(2));
-                        if key.is(Tag::INT)
-                            && self.set_quickly(table, key, get!(sp.wrapping_sub(1)))
-                        {
+                        if key.is(Tag::INT) && self.set_quickly(sp.wrapping_sub(3), key, sp) {
                             sp = sp.wrapping_sub(3);
                             continue;
                         }
                     }
                     opcode::CAPTURE_GET => {
-                        let closure = get!(fp.wrapping_add(1)).index();
+                        let closure = get!(fp!().wrapping_add(1)).index();
                         push!(self.arena.captured(closure, arg as usize));
                         continue;
                     }
@@ -328,7 +349,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 break Left::Undone;
             };
             self.pc = pc as u16;
-            self.fp = fp as u16;
             self.sp = sp as u16;
             match left {
                 Left::BudgetSpent => return Ok(Flow::Continue),
@@ -343,7 +363,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     self.slow(host, op, arg as i16)?;
                     budget = self.less_work(budget);
                 }
-                Left::Returned => {}
+                Left::Returning(value) => self.leave_frame(arg as usize, value),
             }
         }
     }
@@ -374,9 +394,45 @@ fn order_of<P: Profile>(a: P::Raw, b: P::Raw) -> u8 {
 }
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Stores into a table if no collection is needed for it. Tests of scarce memory want all allocations in one place.
-    #[inline(always)]
-    fn set_quickly(&mut self, table: Value<P>, key: Value<P>, value: Value<P>) -> bool {
+    /// Divides integers, if they are the two operands below `sp`.
+    #[inline(never)]
+    fn divide_quickly(&mut self, op: u8, sp: usize) -> bool {
+        let at = sp.wrapping_sub(2);
+        let [a, b] = self.arena.pair_fast(at);
+        if !(a.is(Tag::INT) && b.is(Tag::INT)) {
+            return false;
+        }
+        let result = match op {
+            opcode::DIV => P::div(a.raw(), b.raw()),
+            _ => P::modulo(a.raw(), b.raw()),
+        };
+        let Some(result) = result else { return false };
+        self.arena.set_fast(at, Value::new(Tag::INT, result));
+        true
+    }
+
+    /// Puts the value under a key of the table in slot `table` into slot `to`, if it is a table. In the table's own slot it
+    /// may be no function that would have to be bound.
+    #[inline(never)]
+    fn get_quickly(&mut self, table: usize, key: Value<P>, to: usize) -> bool {
+        let object = self.arena.get_fast(table);
+        if !object.is(Tag::TABLE) {
+            return false;
+        }
+        let value = self.arena.table_get(object.index(), key);
+        if to == table && value.may_use_self() {
+            return false;
+        }
+        self.arena.set_fast(to, value);
+        true
+    }
+
+    /// Stores the top value into the table in a slot if no collection is needed for it. Tests of scarce memory want all
+    /// allocations in one place.
+    #[inline(never)]
+    fn set_quickly(&mut self, table: usize, key: Value<P>, sp: usize) -> bool {
+        let table = self.arena.get_fast(table);
+        let value = self.arena.get_fast(sp.wrapping_sub(1));
         cfg!(not(feature = "torture"))
             && table.is(Tag::TABLE)
             && self.arena.table_set(table.index(), key, value).is_ok()
@@ -384,10 +440,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 }
 
 /// Why the inner loop was left.
-enum Left {
+enum Left<P: Profile> {
     /// The instruction is decoded, but not done.
     Undone,
-    /// A function returned to the machine itself.
-    Returned,
+    /// A function returns a value to the machine itself.
+    Returning(Value<P>),
     BudgetSpent,
 }

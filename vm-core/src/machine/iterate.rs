@@ -90,7 +90,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             if !host.delay_is_over(ms, again) {
                 return Ok(Flow::Waiting);
             }
-            self.leave_native(1, Value::nil());
+            self.leave_frame(1, Value::nil());
             return Ok(Flow::Continue);
         }
         let parameters = parameters(number);
@@ -112,7 +112,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         let table = self.arena.get(first);
         if !self.arena.table_next(table.index(), callback - 2) {
-            self.leave_native(parameters, self.local(RESULT));
+            self.leave_frame(parameters, self.local(RESULT));
             return Ok(Flow::Continue);
         }
         self.sp = callback as u16 + 2;

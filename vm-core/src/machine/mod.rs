@@ -78,8 +78,8 @@ enum State {
     Idle,
     /// In an entry.
     Running,
-    /// Stopped by this fault.
-    Faulted(Fault),
+    /// Stopped by a fault.
+    Faulted,
 }
 
 /// A virtual machine with `SLOTS` slots of memory for one script.
@@ -94,6 +94,8 @@ pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
     robot_id: u16,
     rng: Rng,
     state: State,
+    /// What stopped the script.
+    fault: Option<Fault>,
     /// Instructions that text took the time of, and that are still to be taken from the budget.
     #[cfg(feature = "strings")]
     work: u16,
@@ -117,6 +119,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             robot_id,
             rng: Rng::new(0, robot_id),
             state: State::Empty,
+            fault: None,
             #[cfg(feature = "strings")]
             work: 0,
             #[cfg(feature = "torture")]
@@ -143,6 +146,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) -> Result<(), ImageError> {
         self.program = None;
         self.state = State::Empty;
+        self.fault = None;
         // A script that stopped may have left some.
         #[cfg(feature = "strings")]
         {
@@ -187,10 +191,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if self.state != State::Idle {
             return false;
         }
-        let base = usize::from(self.sp);
         let callee = match program.header.entry(entry) {
             EntryPoint::None => return false,
+            EntryPoint::Global(number) => self.arena.get(GLOBALS + usize::from(number)),
             EntryPoint::Function(number) => {
+                let base = usize::from(self.sp);
                 let function = program.function(number);
                 let limit = base + 1 + usize::from(program.code.byte(function + 1));
                 if program.code.byte(function) == 0 && limit <= usize::from(self.arena.bottom) {
@@ -204,40 +209,42 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
                 Value::indexed(Tag::FUNCTION, number)
             }
-            EntryPoint::Global(number) => self.arena.get(GLOBALS + usize::from(number)),
         };
+        self.begin_value(callee)
+    }
+
+    /// Starts an entry that any value may be.
+    #[inline(never)]
+    fn begin_value(&mut self, callee: Value<P>) -> bool {
         if callee.is_nil() {
             return false;
         }
         self.state = State::Running;
         self.pc = Native::EXIT.position() as u16;
         // A fault is reported by the next run.
+        let base = usize::from(self.sp);
         if self.ensure(base + 1 + NATIVE_ROOM).is_ok() {
-            self.arena.set(base, record(0, Native::EXIT.position()));
-            self.sp = base as u16 + 1;
-            self.pc = Native::START.position() as u16;
+            self.push(record(0, Native::EXIT.position()));
             self.push(callee);
+            self.pc = Native::START.position() as u16;
         }
         true
     }
 
     /// Runs at most `budget` instructions.
     pub fn run<H: Host<P>>(&mut self, host: &mut H, budget: u16) -> Outcome {
-        match self.state {
-            State::Empty | State::Idle => return Outcome::Done,
-            State::Faulted(fault) => return Outcome::Fault(fault),
-            State::Running => {}
-        }
-        match self.interpret(host, budget) {
+        let flow =
+            if self.state == State::Running { self.interpret(host, budget) } else { Err(Stopped) };
+        match flow {
             Ok(Flow::Done) => {
                 self.finish();
                 Outcome::Done
             }
             Ok(Flow::Waiting) => Outcome::Waiting,
             Ok(Flow::Continue) => Outcome::Pending,
-            Err(Stopped) => match self.state {
-                State::Faulted(fault) => Outcome::Fault(fault),
-                _ => Outcome::Done,
+            Err(Stopped) => match self.fault {
+                Some(fault) => Outcome::Fault(fault),
+                None => Outcome::Done,
             },
         }
     }
@@ -257,15 +264,17 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Calls { vm: self, pc, fp: usize::from(self.fp) }
     }
 
-    /// The stack is empty again: collects if little of the heap is left and the entry allocated anything.
+    /// The entry's frame is left: collects if little of the heap is left and the entry allocated anything.
     fn finish(&mut self) {
         self.state = State::Idle;
-        let base = self.base();
-        self.fp = base as u16;
-        self.sp = base as u16;
-        self.arena.reserved = base as u16;
-        if self.arena.allocated && self.arena.unused() < (self.arena.top() - base) / 4 {
-            self.collect();
+        // The outermost frame began where the stack does.
+        self.sp = self.fp;
+        if self.arena.allocated {
+            let base = usize::from(self.fp);
+            self.arena.reserved = self.fp;
+            if self.arena.unused() < (self.arena.top() - base) / 4 {
+                self.collect();
+            }
         }
     }
 
@@ -296,11 +305,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     fn caller(&self, fp: usize) -> (usize, usize) {
         let record = self.arena.get_fast(fp);
         (record.index(), fp.wrapping_sub(usize::from(record.tag().count())))
-    }
-
-    /// First slot of the stack.
-    fn base(&self) -> usize {
-        GLOBALS + self.header().map_or(0, |header| usize::from(header.globals()))
     }
 
     /// Slots above the record that the frame running at `pc` may use.
@@ -358,7 +362,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     #[inline(never)]
     fn fail_with(&mut self, code: FaultCode, operands: [Type; 2], detail: u16) -> Stopped {
         let position = self.calls().next().unwrap_or(0);
-        self.state = State::Faulted(Fault { code, position, operands, detail });
+        self.state = State::Faulted;
+        self.fault = Some(Fault { code, position, operands, detail });
         Stopped
     }
 }
