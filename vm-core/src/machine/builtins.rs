@@ -19,10 +19,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         &mut self,
         host: &mut H,
         number: u8,
-        count: usize,
+        count: u8,
     ) -> Result<Value<P>, Stopped> {
         let end = usize::from(self.sp);
-        let first = end - count;
+        let count = usize::from(count);
+        let first = end.wrapping_sub(count);
         let a = self.argument(first, end);
         let b = self.argument(first + 1, end);
         match number {

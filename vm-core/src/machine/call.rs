@@ -13,8 +13,8 @@ use crate::value::{Tag, Type, Value};
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The slot `below` the top of the operands: 1 is the top.
     #[inline(never)]
-    pub(super) fn top(&self, below: usize) -> Value<P> {
-        self.arena.get_fast(usize::from(self.sp).wrapping_sub(below))
+    pub(super) fn top(&self, below: u8) -> Value<P> {
+        self.arena.get_fast(usize::from(self.sp).wrapping_sub(usize::from(below)))
     }
 
     #[inline(never)]
@@ -47,8 +47,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         &mut self,
         host: &mut H,
         callee: Value<P>,
-        count: usize,
-        below: usize,
+        count: u8,
+        below: u8,
     ) -> Result<(), Stopped> {
         let mut function = callee;
         let mut closure = callee;
@@ -64,35 +64,32 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         };
         let position = program.function(function.index() as u16);
         let head = program.code.byte(position);
-        let room = usize::from(program.code.byte(position.wrapping_add(1)));
-        let wanted = usize::from(head & PARAMETERS);
-        let sp = usize::from(self.sp);
-        let first = sp.wrapping_sub(count);
-        // The record's slot, wherever the arguments end.
-        let fp = first.wrapping_sub(below).wrapping_add(wanted);
+        let room = program.code.byte(position.wrapping_add(1));
+        let wanted = head & PARAMETERS;
+        // Where the first argument will be, and the record behind the last.
+        let start = self.sp.wrapping_sub(u16::from(count)).wrapping_sub(u16::from(below));
+        let fp = start.wrapping_add(u16::from(wanted));
         // What is on the stack now has its room already.
-        let limit = fp.wrapping_add(1).wrapping_add(room);
+        let limit = usize::from(fp).wrapping_add(1).wrapping_add(usize::from(room));
         if limit > usize::from(self.arena.reserved) {
             self.ensure(limit)?;
         }
         let mut self_value = Value::nil();
         if head & USES_SELF != 0 {
             if below == 2 {
-                self_value = self.arena.get(first.wrapping_sub(2));
+                self_value = self.arena.get(usize::from(start));
             } else if callee.is_heap() {
                 self_value = self.arena.closure_self(callee.index());
             }
         }
-        if below != 0 {
-            self.arena.shift_down(first, count, below);
+        self.take_out(count, below);
+        for _ in count..wanted {
+            self.push(Value::unset());
         }
-        for number in count..wanted {
-            self.arena.set(fp.wrapping_sub(wanted).wrapping_add(number), Value::unset());
-        }
-        let caller = record(fp.wrapping_sub(usize::from(self.fp)), usize::from(self.pc));
-        self.arena.set_fast(fp, caller);
-        self.fp = fp as u16;
-        self.sp = fp.wrapping_add(1) as u16;
+        let caller = record(usize::from(fp.wrapping_sub(self.fp)), usize::from(self.pc));
+        self.fp = fp;
+        self.arena.set_fast(usize::from(fp), caller);
+        self.sp = fp.wrapping_add(1);
         self.pc = position.wrapping_add(2) as u16;
         if head & CAPTURES != 0 {
             self.push(closure);
@@ -103,20 +100,30 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
+    /// Takes `below` slots out from under the `count` topmost.
+    #[inline(never)]
+    fn take_out(&mut self, count: u8, below: u8) {
+        if below != 0 {
+            let (count, below) = (u16::from(count), u16::from(below));
+            let from = usize::from(self.sp.wrapping_sub(count));
+            self.arena.shift_down(from, usize::from(count), usize::from(below));
+            self.sp = self.sp.wrapping_sub(below);
+        }
+    }
+
     /// Calls what is no script function.
     #[inline(never)]
     fn call_native<H: Host<P>>(
         &mut self,
         host: &mut H,
         callee: Value<P>,
-        count: usize,
-        below: usize,
+        count: u8,
+        below: u8,
     ) -> Result<(), Stopped> {
         if !matches!(callee.tag(), Tag::BUILTIN | Tag::ROBOT) {
             return Err(self.fail_on(FaultCode::NotCallable, callee, callee));
         }
-        self.arena.shift_down(usize::from(self.sp) - count, count, below);
-        self.sp -= below as u16;
+        self.take_out(count, below);
         let number = callee.index() as u16;
         if callee.is(Tag::ROBOT) {
             return self.call_robot(host, number, count, false);
@@ -130,14 +137,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         &mut self,
         host: &mut H,
         number: u8,
-        count: usize,
+        count: u8,
         drop_result: bool,
     ) -> Result<(), Stopped> {
         if Needs::of::<C>(number).is(Kind::Calls) {
             return self.begin_native(host, number, count);
         }
         let result = self.builtin(host, number, count)?;
-        self.sp -= count as u16;
+        self.sp = self.sp.wrapping_sub(u16::from(count));
         if !drop_result {
             self.push(result);
         }
@@ -156,10 +163,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Leaves a built-in's frame of `count` parameters with a result.
     #[inline(never)]
-    pub(super) fn leave_frame(&mut self, count: usize, result: Value<P>) {
-        let fp = usize::from(self.fp);
-        let (pc, outer) = self.caller(fp);
-        self.sp = (fp - count) as u16;
+    pub(super) fn leave_frame(&mut self, count: u8, result: Value<P>) {
+        let (pc, outer) = self.caller(usize::from(self.fp));
+        self.sp = self.fp.wrapping_sub(u16::from(count));
         self.push(result);
         self.fp = outer as u16;
         self.pc = pc as u16;
@@ -171,18 +177,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         &mut self,
         host: &mut H,
         number: u16,
-        count: usize,
+        count: u8,
         drop_result: bool,
     ) -> Result<(), Stopped> {
-        let result = self.ask_robot(host, number, count, usize::from(self.sp), false)?;
+        let result = self.ask_robot(host, number, count, self.sp, false)?;
         if result.is(Tag::UNSET) {
             self.enter_native(Native::ROBOT)?;
             self.push(Value::indexed(Tag::ROBOT, number));
-            self.push(Value::int(count as i32));
+            self.push(Value::int(i32::from(count)));
             self.push(Value::truth(drop_result));
             return Ok(());
         }
-        self.sp -= count as u16;
+        self.sp = self.sp.wrapping_sub(u16::from(count));
         if !drop_result {
             self.push(result);
         }
@@ -195,13 +201,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         &mut self,
         host: &mut H,
         number: u16,
-        count: usize,
-        end: usize,
+        count: u8,
+        end: u16,
         again: bool,
     ) -> Result<Value<P>, Stopped> {
         let Some(program) = &self.program else { return Ok(Value::unset()) };
         let hash = program.import(number);
-        for slot in end - count..end {
+        let end = usize::from(end);
+        let count = usize::from(count);
+        for slot in end.wrapping_sub(count)..end {
             if self.arena.get(slot).is(Tag::UNSET) {
                 return Err(self.fail(FaultCode::MissingArgument));
             }
@@ -221,9 +229,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Asks the robot function of the running frame whether it is finished.
     pub(super) fn poll_robot<H: Host<P>>(&mut self, host: &mut H) -> Result<Flow, Stopped> {
         let number = self.local(1).index() as u16;
-        let count = self.local(2).index();
+        let count = self.local(2).index() as u8;
         let drop_result = self.local(3).index() != 0;
-        let result = self.ask_robot(host, number, count, usize::from(self.fp), true)?;
+        let result = self.ask_robot(host, number, count, self.fp, true)?;
         if result.is(Tag::UNSET) {
             return Ok(Flow::Waiting);
         }

@@ -354,16 +354,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 Left::BudgetSpent => return Ok(Flow::Continue),
                 // The commonest of the slow ones, without a second search for the opcode.
                 Left::Undone if matches!(op, opcode::CALL | opcode::CALL_METHOD) => {
-                    let count = arg as usize;
-                    let callee = get!(sp.wrapping_sub(count).wrapping_sub(1));
-                    self.call(host, callee, count, usize::from(op - opcode::CALL) + 1)?;
+                    let count = arg as u8;
+                    let callee = get!(sp.wrapping_sub(usize::from(count)).wrapping_sub(1));
+                    self.call(host, callee, count, op.wrapping_sub(opcode::CALL - 1))?;
                     budget = self.less_work(budget);
                 }
                 Left::Undone => {
                     self.slow(host, op, arg as i16)?;
                     budget = self.less_work(budget);
                 }
-                Left::Returning(value) => self.leave_frame(arg as usize, value),
+                Left::Returning(value) => self.leave_frame(arg as u8, value),
             }
         }
     }

@@ -26,7 +26,7 @@ const LOCALS: usize = 5;
 const CALLBACK: usize = ITERATES + 2;
 
 /// How many arguments a built-in of kind `Calls` takes.
-fn parameters(number: u8) -> usize {
+fn parameters(number: u8) -> u8 {
     match number {
         builtin::CLONE | builtin::DELAY => 1,
         builtin::REDUCE => 3,
@@ -41,15 +41,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         &mut self,
         host: &mut H,
         number: u8,
-        count: usize,
+        count: u8,
     ) -> Result<(), Stopped> {
         let wanted = parameters(number);
         if count < wanted {
             return Err(self.fail(FaultCode::MissingArgument));
         }
         // Extra arguments are ignored.
-        self.sp -= (count - wanted) as u16;
-        let first = usize::from(self.sp) - wanted;
+        self.sp = self.sp.wrapping_sub(u16::from(count.wrapping_sub(wanted)));
+        let first = usize::from(self.sp.wrapping_sub(u16::from(wanted)));
         let argument = self.arena.get(first);
         if number == builtin::DELAY {
             self.need_number(argument)?;
@@ -94,7 +94,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return Ok(Flow::Continue);
         }
         let parameters = parameters(number);
-        let first = usize::from(self.fp) - parameters;
+        let first = usize::from(self.fp.wrapping_sub(u16::from(parameters)));
         let callback = usize::from(self.fp) + CALLBACK;
         // Nothing is there before the first entry.
         if usize::from(self.sp) > callback {
@@ -130,7 +130,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
         }
         if number != builtin::CLONE {
-            let count = usize::from(self.sp) - callback;
+            let count = usize::from(self.sp).wrapping_sub(callback) as u8;
             self.call(host, self.arena.get(first + 1), count, 0)?;
         } else if element.is(Tag::TABLE) {
             // The clone takes the place of the element.

@@ -150,12 +150,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 let Some(program) = &self.program else { return Ok(()) };
                 let count = program.code.byte(program.function(number)) & PARAMETERS;
                 let callee = Value::indexed(Tag::FUNCTION, number);
-                return self.call(host, callee, usize::from(count), 0);
+                return self.call(host, callee, count, 0);
             }
             opcode::CALL_BUILTIN | opcode::CALL_ROBOT => {
                 // The trailer: how many arguments, and whether the result is dropped.
                 let trailer = self.next_byte();
-                let count = usize::from(trailer & !DROP_RESULT);
+                let count = trailer & !DROP_RESULT;
                 let drop_result = trailer & DROP_RESULT != 0;
                 if op == opcode::CALL_ROBOT {
                     return self.call_robot(host, number, count, drop_result);
