@@ -38,9 +38,11 @@ pub trait Pair<P: Profile>: Copy + Debug {
 
 /// A tag and a payload in registers of their own.
 #[derive(Clone, Copy, Debug)]
+#[repr(C)]
 pub struct Apart<P: Profile> {
-    tag: Tag,
+    // First: an AVR then returns it in a pair of registers that move together.
     raw: P::Raw,
+    tag: Tag,
 }
 
 impl<P: Profile> Pair<P> for Apart<P> {
