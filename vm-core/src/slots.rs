@@ -105,7 +105,7 @@ impl Pair<Tiny> for Word {
     }
 }
 
-/// An array of slots. Verified code and the machine itself never ask for one beyond its end: it reads as nil, and
+/// An array of slots. Verified code and the machine itself never ask for one beyond its end: it reads as any value, and
 /// writing it does nothing.
 pub trait Slots<P: Profile> {
     /// All nil.
@@ -153,6 +153,8 @@ impl<P: Profile, const N: usize> Slots<P> for Split<P, N> {
 
     #[inline(always)]
     fn get(&self, at: usize) -> Value<P> {
+        // Less code on an AVR than making up a nil.
+        let at = if at < N { at } else { 0 };
         match (self.tags.get(at), self.payloads.get(at)) {
             (Some(tag), Some(payload)) => Value::new(*tag, *payload),
             _ => Value::nil(),

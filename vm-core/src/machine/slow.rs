@@ -203,23 +203,23 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.allocate(|vm| vm.arena.new_closure(function, self_value, from, captured))
     }
 
-    /// Arithmetic and bit operations on any two values.
+    /// Arithmetic and bit operations on any two values; integers are added, subtracted and multiplied by the loop, and
+    /// divided but by zero.
     #[inline(never)]
     pub(super) fn binary(&mut self, op: u8, a: Value<P>, b: Value<P>) -> Result<Value<P>, Stopped> {
         if a.is(Tag::INT) && b.is(Tag::INT) && op != opcode::POW {
             let (x, y) = (a.raw(), b.raw());
             let result = match op {
-                opcode::ADD => P::add(x, y),
-                opcode::SUB => P::sub(x, y),
-                opcode::MUL => P::mul(x, y),
-                opcode::DIV => return self.checked(P::div(x, y), FaultCode::DivisionByZero),
-                opcode::MOD => return self.checked(P::modulo(x, y), FaultCode::DivisionByZero),
-                opcode::BAND => P::and(x, y),
-                opcode::BOR => P::or(x, y),
-                opcode::SHL => return self.checked(P::shl(x, y), FaultCode::ShiftRange),
-                _ => return self.checked(P::shr(x, y), FaultCode::ShiftRange),
+                opcode::BAND => Some(P::and(x, y)),
+                opcode::BOR => Some(P::or(x, y)),
+                opcode::SHL => P::shl(x, y),
+                opcode::SHR => P::shr(x, y),
+                _ => return Err(self.fail(FaultCode::DivisionByZero)),
             };
-            return Ok(Value::new(Tag::INT, result));
+            return match result {
+                Some(raw) => Ok(Value::new(Tag::INT, raw)),
+                None => Err(self.fail(FaultCode::ShiftRange)),
+            };
         }
         if !(a.is_number() && b.is_number()) {
             return Err(self.wrong_type(a, b));
@@ -246,13 +246,5 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             _ => return Err(self.wrong_type(a, b)),
         }
         Ok(Value::packed(&x))
-    }
-
-    /// The result of an integer operation that has none for some operands.
-    fn checked(&mut self, result: Option<P::Raw>, code: FaultCode) -> Result<Value<P>, Stopped> {
-        match result {
-            Some(raw) => Ok(Value::new(Tag::INT, raw)),
-            None => Err(self.fail(code)),
-        }
     }
 }
