@@ -62,9 +62,9 @@ pub fn drive<P: Profile>(
     host: &mut HostRobot<'_>,
     interrupt: &mut Interrupt,
 ) -> Result<Ended, ImageError> {
-    let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new(settings.id));
+    let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new());
     vm.load_limited(Image::new(image), settings.slots, is_robot_function)?;
-    vm.seed(settings.seed);
+    vm.identify(settings.id, settings.seed);
     let mut run = Run { vm, host, interrupt, entry: Entry::Global };
     let mut end = run.all(settings);
     if end == End::Interrupted {

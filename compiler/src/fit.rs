@@ -186,7 +186,7 @@ pub fn verify(image: &[u8], profile: Profile, robot: &Robot) -> Result<(), Image
 
 fn load<P: number::Profile>(image: &[u8], robot: &Robot) -> Result<(), ImageError> {
     // Too large for the stack of a thread.
-    let mut vm: Box<Vm<P, &[u8], MOST_SLOTS>> = Box::new(Vm::new(0));
+    let mut vm: Box<Vm<P, &[u8], MOST_SLOTS>> = Box::new(Vm::new());
     let has_function = |hash| robot.functions.iter().any(|function| function.hash() == hash);
     vm.load_limited(Image::new(image), robot.vm.slots as usize, has_function)
 }

@@ -74,7 +74,7 @@ pub fn run<'i, P: Profile, const SLOTS: usize>(
         assert!(ENTRIES.iter().all(|entry| !vm.begin(*entry)), "a refused image begins");
         return Trace { output: String::new(), end: End::Refused(error), globals: String::new() };
     }
-    vm.seed(7);
+    vm.identify(1, 7);
     let mut recorder = Recorder::default();
     let mut left = settings.most;
     let end = ENTRIES

@@ -73,7 +73,7 @@ fn runs<P: Profile>(script: String, slots: usize) -> bool {
     let Some(image) = compiled.image else { panic!("{:#?}", compiled.diagnostics) };
     let settings =
         Settings { slots, budget: 1000, torture: Torture::default(), audit: true, most: 1_000_000 };
-    let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new(1));
+    let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new());
     let trace = machine::run(&mut vm, &image, &settings);
     trace.end == End::Complete
 }

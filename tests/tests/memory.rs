@@ -11,7 +11,7 @@ const SLOTS: usize = 60_000;
 fn run<P: Profile>(script: &str, settings: &Settings) -> Trace {
     let compiled = compiler::compile(script.to_owned(), P::FULL, &MemoryFiles::default());
     let Some(image) = compiled.image else { panic!("{script}\n{:#?}", compiled.diagnostics) };
-    let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new(1));
+    let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new());
     machine::run(&mut vm, &image, settings)
 }
 
@@ -182,7 +182,7 @@ fn a_full_machine_takes_the_next_script() {
     let endless = compile("t = {} while(1) t = { .t = t }");
     let deep = compile("function f(n) { return f(n + 1) + 1 } f(0)");
     let next = compile("log(math.changed)  math.changed = 1  x = {}  log(size(x))");
-    let mut vm: Box<Vm<Full, &[u8], SLOTS>> = Box::new(Vm::new(1));
+    let mut vm: Box<Vm<Full, &[u8], SLOTS>> = Box::new(Vm::new());
     for _ in 0..2 {
         for (image, code) in [(&endless, FaultCode::OutOfMemory), (&deep, FaultCode::StackOverflow)]
         {

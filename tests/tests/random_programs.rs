@@ -70,7 +70,7 @@ fn check<P: Profile>(seed: u64) -> Result<String, String> {
 fn check_program<P: Profile>(program: &str, options: Options) -> Result<String, String> {
     let image = built::<P>(program)?;
     let hidden = built::<P>(&generator::program(Options { hide_literals: true, ..options }))?;
-    let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new(3));
+    let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new());
     let trace = torture::in_every_way(&mut vm, &image, MOST_INSTRUCTIONS, FAILURES)?;
     match trace.end {
         End::GivenUp => return Ok("GivenUp".to_owned()),

@@ -66,7 +66,7 @@ const SLICES: std::ops::Range<u32> = 11..13;
 fn every_way_to_call_a_built_in_costs_the_same() {
     for call in ["string.concat(a, a)", "f(a, a)", "foreach(t, f)"] {
         let image = image(&script(call));
-        let mut vm = Machine::new(1);
+        let mut vm = Machine::new();
         vm.load(Image::new(&image), |_| true).expect("it is sound");
         let (slices, end) = slices(&mut vm, 1000);
         assert_eq!(end, Outcome::Done);
@@ -79,7 +79,7 @@ fn a_script_does_not_pay_for_the_one_before() {
     // Faults in the middle of a text.
     let before = image("a = \"0123456789\"\nwhile(1) a = string.concat(a, a)");
     let after = image(&script("string.concat(a, a)"));
-    let mut vm = Machine::new(1);
+    let mut vm = Machine::new();
     vm.load(Image::new(&after), |_| true).expect("it is sound");
     let alone = slices(&mut vm, 1000);
     vm.load(Image::new(&before), |_| true).expect("it is sound");

@@ -60,7 +60,7 @@ fn run<P: Profile>(path: &str, extent: Extent) -> Result<String, String> {
     let Some(image) = compiler::compile_file(path, P::FULL).image else {
         return Ok("does not compile".to_owned());
     };
-    let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new(1));
+    let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new());
     let trace = torture::in_every_way(&mut vm, &image, extent.most_instructions, extent.failures)
         .map_err(|problem| format!("{}: {problem}", P::NAME))?;
     Ok(match trace.end {

@@ -37,19 +37,25 @@ pub(crate) struct Arena<P: Profile, const SLOTS: usize> {
 }
 
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
-    /// An empty arena of `SLOTS` slots.
-    pub(crate) fn new() -> Self {
+    /// Of no slots before [`Arena::reset`]: all zeros.
+    pub(crate) const fn new() -> Self {
         const { assert!(SLOTS <= 0xfff0, "slots are numbered in 16 bits") }
         Arena {
-            top: SLOTS as u16,
-            bottom: SLOTS as u16,
+            top: 0,
+            bottom: 0,
             free: 0,
             reserved: 0,
             floor: 0,
             pressed: false,
             allocated: false,
-            slots: P::Slots::new(),
+            slots: P::Slots::EMPTY,
         }
+    }
+
+    /// With all slots in use.
+    #[cfg(test)]
+    pub(crate) fn full() -> Self {
+        Arena { top: SLOTS as u16, bottom: SLOTS as u16, ..Self::new() }
     }
 
     /// Forgets everything and uses only the first `slots` slots, or all if there are fewer.
@@ -83,7 +89,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.top as usize
     }
 
-    /// The slot, nil if there is none of that number: verified code and the machine itself never ask for one.
+    /// The slot, anything if there is none of that number: verified code and the machine itself never ask for one.
     /// For the few places where speed counts; elsewhere [`Arena::get`] is smaller.
     #[inline(always)]
     pub(crate) fn get_fast(&self, at: usize) -> Value<P> {

@@ -23,7 +23,7 @@
 //! ```
 //! use bittybuzz_vm_core::{Entry, Image, ImageError, Outcome, Vm, number::Full};
 //!
-//! let mut vm: Vm<Full, &[u8], 256> = Vm::new(1);
+//! let mut vm: Vm<Full, &[u8], 256> = Vm::new();
 //! // Eight bytes are no script: the verifier says why.
 //! let refused = vm.load(Image::new(&[0xb5, 0x81, 0, 0, 0, 0, 0, 0]), |_| false);
 //! assert_eq!(refused, Err(ImageError::Truncated));
@@ -35,6 +35,8 @@
 
 mod arena;
 pub mod builtin;
+#[cfg(any(target_arch = "avr", test))]
+mod byte;
 mod bytecode;
 mod fault;
 mod heap;

@@ -5,7 +5,6 @@
 //! takes four bytes instead of three, but is reached by one address and is one register, a [`Word`].
 
 use core::fmt::Debug;
-use core::num::NonZeroU32;
 
 use crate::number::{Full, Profile, Tiny};
 use crate::value::{Tag, Value};
@@ -24,6 +23,8 @@ pub trait Stored: Sized {
 
 /// A tag and a payload in registers.
 pub trait Pair<P: Profile>: Copy + Debug {
+    /// nil, which is all zeros.
+    const NIL: Self;
     /// Both.
     fn new(tag: Tag, raw: P::Raw) -> Self;
     /// The tag.
@@ -46,6 +47,8 @@ pub struct Apart<P: Profile> {
 }
 
 impl<P: Profile> Pair<P> for Apart<P> {
+    const NIL: Self = Apart { tag: Tag::NIL, raw: P::ZERO };
+
     #[inline(always)]
     fn new(tag: Tag, raw: P::Raw) -> Self {
         Apart { tag, raw }
@@ -75,28 +78,30 @@ impl<P: Profile> Pair<P> for Apart<P> {
 /// A payload of 16 bits above a tag, in one register.
 #[cfg(not(target_arch = "avr"))]
 #[derive(Clone, Copy, Debug)]
-pub struct Word(NonZeroU32);
+pub struct Word(u32);
 
 #[cfg(not(target_arch = "avr"))]
 impl Pair<Tiny> for Word {
+    const NIL: Self = Word(0);
+
     #[inline(always)]
     fn new(tag: Tag, raw: u16) -> Self {
-        Word(tag.widened() | u32::from(raw) << 16)
+        Word(u32::from(tag.byte()) | u32::from(raw) << 16)
     }
 
     #[inline(always)]
     fn tag(self) -> Tag {
-        Tag::of(self.0.get() as u8)
+        Tag::of(self.0 as u8)
     }
 
     #[inline(always)]
     fn raw(self) -> u16 {
-        (self.0.get() >> 16) as u16
+        (self.0 >> 16) as u16
     }
 
     #[inline(always)]
     fn is(self, tag: Tag) -> bool {
-        self.0.get() as u16 == u16::from(tag.byte())
+        self.0 as u16 == u16::from(tag.byte())
     }
 
     #[inline(always)]
@@ -108,8 +113,9 @@ impl Pair<Tiny> for Word {
 /// An array of slots. Verified code and the machine itself never ask for one beyond its end: it reads as any value, and
 /// writing it does nothing.
 pub trait Slots<P: Profile> {
-    /// All nil.
-    fn new() -> Self;
+    /// All nil, which is all zeros.
+    const EMPTY: Self;
+
     /// Slot `at`.
     fn get(&self, at: usize) -> Value<P>;
     /// Writes slot `at`.
@@ -147,9 +153,7 @@ pub struct Split<P: Profile, const N: usize> {
 }
 
 impl<P: Profile, const N: usize> Slots<P> for Split<P, N> {
-    fn new() -> Self {
-        Split { tags: [Tag::NIL; N], payloads: [P::Raw::default(); N] }
-    }
+    const EMPTY: Self = Split { tags: [Tag::NIL; N], payloads: [P::ZERO; N] };
 
     #[inline(always)]
     fn get(&self, at: usize) -> Value<P> {
@@ -200,9 +204,7 @@ pub struct Joined<P: Profile, const N: usize>([Value<P>; N]);
 
 #[cfg(not(target_arch = "avr"))]
 impl<P: Profile, const N: usize> Slots<P> for Joined<P, N> {
-    fn new() -> Self {
-        Joined([Value::nil(); N])
-    }
+    const EMPTY: Self = Joined([Value::NIL; N]);
 
     #[inline(always)]
     fn get(&self, at: usize) -> Value<P> {

@@ -12,6 +12,10 @@ pub struct Torture {
 }
 
 impl Torture {
+    /// Nothing, as by default.
+    pub(crate) const NONE: Torture =
+        Torture { collect_always: false, fail_at: None, allocations: 0 };
+
     /// Counts an allocation and tells whether it must fail.
     pub(crate) fn refuses(&mut self) -> bool {
         self.allocations += 1;

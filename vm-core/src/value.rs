@@ -2,35 +2,39 @@
 //!
 //! Only values whose tag has [`Tag::HEAP_BIT`] refer to the heap; all others are complete in themselves.
 
-use core::num::{NonZeroU8, NonZeroU32};
-
+#[cfg(target_arch = "avr")]
+use crate::byte::Byte;
 use crate::number::{Float, Number, Profile};
 use crate::slots::Pair;
 
-/// What a value is. A plain byte, because the same slots also hold frame records and cell headers; never zero, so that a
-/// value or nothing, or a value or a failure, is returned in the same registers as a value.
+/// What a value is. A plain byte, because the same slots also hold frame records and cell headers. nil is zero, so that
+/// empty memory is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Tag(NonZeroU8);
+pub struct Tag(Byte);
+
+/// On 32-bit chips a value or nothing, or a value or a failure, fits the registers as it is.
+#[cfg(not(target_arch = "avr"))]
+type Byte = u8;
 
 impl Tag {
     /// nil
-    pub const NIL: Tag = Tag::of(1);
+    pub const NIL: Tag = Tag::of(0);
+    /// Integer; one bit tells nil and integers, of which some are false, from the rest.
+    pub const INT: Tag = Tag::of(1);
     /// Float.
     pub const FLOAT: Tag = Tag::of(2);
-    /// Integer; one bit tells nil and integers, of which some are false, from the rest.
-    pub const INT: Tag = Tag::of(3);
     /// Constant string, by number.
-    pub const STRING: Tag = Tag::of(4);
+    pub const STRING: Tag = Tag::of(3);
     /// Script function that captures nothing, by number.
-    pub const FUNCTION: Tag = Tag::of(5);
+    pub const FUNCTION: Tag = Tag::of(4);
     /// Built-in function, by number.
-    pub const BUILTIN: Tag = Tag::of(6);
+    pub const BUILTIN: Tag = Tag::of(5);
     /// Robot function, by import number.
-    pub const ROBOT: Tag = Tag::of(7);
+    pub const ROBOT: Tag = Tag::of(6);
     /// Library: its number in the low byte, the object's number in the high byte.
-    pub const LIBRARY: Tag = Tag::of(8);
+    pub const LIBRARY: Tag = Tag::of(7);
     /// An argument that was not passed. Scripts never hold it.
-    pub const UNSET: Tag = Tag::of(9);
+    pub const UNSET: Tag = Tag::of(8);
     /// Set in the tags of references to cells.
     pub const HEAP_BIT: u8 = 0x10;
     /// Table.
@@ -44,37 +48,19 @@ impl Tag {
     /// Inside a table's head: its chain of array cells. Scripts never hold it.
     pub const CHAIN: Tag = Tag::of(0x14);
 
-    /// The tag of that byte; 0, which is none, gives 1.
+    /// The tag of that byte, or another number up to 254 in place of a tag.
     #[inline(always)]
     pub(crate) const fn of(byte: u8) -> Tag {
-        match NonZeroU8::new(byte) {
-            Some(byte) => Tag(byte),
-            None => Tag(NonZeroU8::MIN),
-        }
+        #[cfg(target_arch = "avr")]
+        let byte = Byte::of(byte);
+        Tag(byte)
     }
 
     /// Its byte.
     #[inline(always)]
+    #[allow(clippy::unnecessary_cast, reason = "on the AVR it is needed")]
     pub(crate) const fn byte(self) -> u8 {
-        self.0.get()
-    }
-
-    /// Its byte as a word.
-    #[inline(always)]
-    pub(crate) fn widened(self) -> NonZeroU32 {
-        NonZeroU32::from(self.0)
-    }
-
-    /// In place of a tag: a number up to 254.
-    #[inline(always)]
-    pub(crate) const fn counting(number: u8) -> Tag {
-        Tag::of(number.wrapping_add(1))
-    }
-
-    /// The number of [`Tag::counting`].
-    #[inline(always)]
-    pub(crate) const fn count(self) -> u8 {
-        self.byte().wrapping_sub(1)
+        self.0 as u8
     }
 }
 
@@ -128,6 +114,9 @@ impl<P: Profile> Value<P> {
     /// What a value takes in memory at least; where slots are padded for speed it is more.
     pub const SLOT_BYTES: usize = 1 + size_of::<P::Raw>();
 
+    /// nil, of which all bits are zero.
+    pub(crate) const NIL: Self = Value(P::Pair::NIL);
+
     /// A slot with any tag and payload.
     #[inline(always)]
     pub(crate) fn new(tag: Tag, raw: P::Raw) -> Self {
@@ -143,7 +132,7 @@ impl<P: Profile> Value<P> {
     /// nil
     #[inline(always)]
     pub fn nil() -> Self {
-        Self::indexed(Tag::NIL, 0)
+        Self::NIL
     }
 
     /// The stand-in for an argument that was not passed.

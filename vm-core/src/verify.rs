@@ -242,17 +242,17 @@ impl<C: ByteCode> Verified<C> {
                 if mark.index() != at {
                     return Err(ImageError::Jump(mark.index() as u16));
                 }
-                if leaves == 0 && depth != mark.tag().count() {
+                if leaves == 0 && depth != mark.tag().byte() {
                     return Err(ImageError::Depth(here));
                 }
-                depth = mark.tag().count();
+                depth = mark.tag().byte();
                 leaves = 0;
                 marks -= 1;
                 let last = memory.get(marks);
                 memory.set(index, last);
             }
             if opcode == opcode::JUMP {
-                memory.set(marks, Value::indexed(Tag::counting(depth), here));
+                memory.set(marks, Value::indexed(Tag::of(depth), here));
                 marks += 1;
             }
             if at >= end {
@@ -318,7 +318,7 @@ impl<C: ByteCode> Verified<C> {
                             return Err(ImageError::Jump(here));
                         }
                         let place = memory.get(index);
-                        if place.index() == target && place.tag().count() == depth {
+                        if place.index() == target && place.tag().byte() == depth {
                             break;
                         }
                         index += 1;
@@ -329,7 +329,7 @@ impl<C: ByteCode> Verified<C> {
                     }
                     // A kept truth value is on the stack at the target.
                     let depth = depth + u8::from(value);
-                    memory.set(marks, Value::indexed(Tag::counting(depth), target as u16));
+                    memory.set(marks, Value::indexed(Tag::of(depth), target as u16));
                     marks += 1;
                 }
             }

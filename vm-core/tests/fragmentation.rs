@@ -37,7 +37,7 @@ fn a_survivor_of_much_garbage_leaves_room_for_calls() {
         ],
     ])
     .build();
-    let mut vm: Vm<Tiny, &[u8], 300> = Vm::new(1);
+    let mut vm: Vm<Tiny, &[u8], 300> = Vm::new();
     vm.load(Image::new(&image), |_| false).expect("the image is sound");
     let mut host = Recorder::default();
     assert!(vm.begin(Entry::Global));

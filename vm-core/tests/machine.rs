@@ -13,7 +13,8 @@ type Machine<'a> = Vm<Tiny, &'a [u8], 120>;
 const END: u8 = 0xbc; // RETURN_NIL 0
 
 fn load(bytes: &[u8]) -> Machine<'_> {
-    let mut vm = Vm::new(5);
+    let mut vm = Vm::new();
+    vm.identify(5, 0);
     vm.load(Image::new(bytes), |hash| hash <= 9).expect("the image is sound");
     vm
 }
@@ -78,7 +79,7 @@ fn entries_begin_only_when_they_exist_and_nothing_runs() {
     parts.entries[1] = EntryPoint::Function(1);
     parts.entries[2] = EntryPoint::Global(1);
     let image = parts.build();
-    let mut vm: Machine<'_> = Vm::new(1);
+    let mut vm: Machine<'_> = Vm::new();
     let mut host = Recorder::default();
     assert!(!vm.begin(Entry::Global), "no program");
     assert_eq!(vm.run(&mut host, 10), Outcome::Done);

@@ -9,7 +9,7 @@ use bittybuzz_vm_core::{Image, ImageError, Vm, builtin};
 use common::Parts;
 
 fn load(bytes: &[u8]) -> Result<(), ImageError> {
-    let mut vm: Vm<Tiny, &[u8], 64> = Vm::new(1);
+    let mut vm: Vm<Tiny, &[u8], 64> = Vm::new();
     vm.load(Image::new(bytes), |hash| hash == 7)
 }
 
@@ -52,7 +52,7 @@ fn refuses_what_is_no_image() {
     let mut full = Parts::new(&[&[0, 0, END]]);
     full.form |= FORM_FULL;
     assert_eq!(load(&full.build()), Err(ImageError::Profile));
-    let mut vm: Vm<Full, &[u8], 64> = Vm::new(1);
+    let mut vm: Vm<Full, &[u8], 64> = Vm::new();
     assert_eq!(vm.load(Image::new(&full.build()), |_| false), Ok(()));
     let long = vec![MAGIC; 0xff01];
     assert_eq!(load(&long), Err(ImageError::TooLong));
@@ -289,6 +289,6 @@ fn strings_made_at_run_time_need_the_full_profile() {
     parts.features = 1 << 1;
     assert_eq!(load(&parts.build()), Err(ImageError::Features(2)), "in the header");
     parts.form |= FORM_FULL;
-    let mut vm: Vm<Full, &[u8], 64> = Vm::new(1);
+    let mut vm: Vm<Full, &[u8], 64> = Vm::new();
     assert_eq!(vm.load(Image::new(&parts.build()), |_| false), Ok(()));
 }

@@ -51,7 +51,8 @@ impl<P: Profile> Host<P> for Robot {
 /// The records of a run: the start, then what comes in the global code, `init` and so many steps.
 pub fn records(image: &[u8], steps: u32) -> Vec<Vec<u8>> {
     let mut robot = Robot { records: Vec::new(), step: 0 };
-    let mut vm: Box<Vm<Full, &[u8], SLOTS>> = Box::new(Vm::new(ID));
+    let mut vm: Box<Vm<Full, &[u8], SLOTS>> = Box::new(Vm::new());
+    vm.identify(ID, 0);
     if let Err(error) = vm.load(Image::new(image), |_| true) {
         return vec![trace::refused(error).to_vec()];
     }

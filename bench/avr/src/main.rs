@@ -12,9 +12,8 @@ mod flash;
 mod trace;
 
 use core::arch::asm;
-use core::mem::MaybeUninit;
 
-use bittybuzz_bench::{MEMORY, Machine, Mark, Meter, ROBOT_ID, run};
+use bittybuzz_bench::{MEMORY, Machine, Mark, Meter, run};
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{Image, Vm};
 
@@ -56,10 +55,10 @@ impl Meter for Registers {
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
-    static mut MACHINE: MaybeUninit<Machine<Tiny, Flash>> = MaybeUninit::uninit();
+    static mut MACHINE: Machine<Tiny, Flash> = Vm::new();
     let place = &raw mut MACHINE;
     // SAFETY: the only reference to it; main runs once.
-    let vm = unsafe { (*place).write(Vm::new(ROBOT_ID)) };
+    let vm = unsafe { &mut *place };
     run(vm, Image::new(Flash), Flash::global(), &mut Registers);
     stop()
 }

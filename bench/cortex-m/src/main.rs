@@ -7,9 +7,8 @@
 
 use core::arch::naked_asm;
 use core::hint::black_box;
-use core::mem::MaybeUninit;
 
-use bittybuzz_bench::{HEADER, Machine, Mark, Meter, ROBOT_ID, ROOM, run, split};
+use bittybuzz_bench::{HEADER, Machine, Mark, Meter, ROOM, run, split};
 #[cfg(feature = "full")]
 use bittybuzz_vm_core::number::Full as Numbers;
 #[cfg(not(feature = "full"))]
@@ -48,13 +47,13 @@ type Section = Area<'static, { ROOM - HEADER }>;
 #[cortex_m_rt::entry]
 fn main() -> ! {
     // The entry macro makes it a reference: main runs once.
-    static mut MACHINE: MaybeUninit<Machine<Numbers, Section>> = MaybeUninit::uninit();
+    static mut MACHINE: Machine<Numbers, Section> = Vm::new();
     let bytes = black_box(&BENCH_SCRIPT);
     let (global, image) = split(bytes);
     // As in the firmware of robots: an area of flash.
     let area = bytes.last_chunk().and_then(|area| Section::new(area, image.len()));
     let Some(image) = area else { panic!() };
-    run(MACHINE.write(Vm::new(ROBOT_ID)), Image::new(image), global, &mut Debugger);
+    run(MACHINE, Image::new(image), global, &mut Debugger);
     loop {
         core::hint::spin_loop();
     }

@@ -35,7 +35,7 @@ pub const MEMORY: [usize; 2] = [robot::MEMORY, robot::SWARM_MEMORY];
 pub type Machine<P, C> = Vm<P, C, { robot::SLOTS }>;
 
 /// The id of the robot under test.
-pub const ROBOT_ID: u16 = 1;
+const ROBOT_ID: u16 = 1;
 
 /// Budget of a slice.
 const BUDGET: u16 = u16::MAX;
@@ -97,6 +97,7 @@ pub fn run<P: Profile, C: ByteCode>(
     global: u16,
     meter: &mut impl Meter,
 ) {
+    vm.identify(ROBOT_ID, 0);
     let (mark, value) = match count_all(vm, image, meter) {
         Ok(()) => result(vm.global(global).unwrap_or(Value::nil())),
         Err(failure) => failure,

@@ -59,7 +59,7 @@ const SCRIPTS: [&str; 10] = [
 
 /// Loads and runs with so many slots.
 fn fault(image: &[u8], symbols: &Symbols, slots: usize) -> Result<(), FaultCode> {
-    let mut vm: Box<Vm<Tiny, &[u8], 400>> = Box::new(Vm::new(1));
+    let mut vm: Box<Vm<Tiny, &[u8], 400>> = Box::new(Vm::new());
     match vm.load_limited(Image::new(image), slots, |_| true) {
         Ok(()) => {}
         Err(ImageError::TooManyGlobals(_)) => return Err(FaultCode::StackOverflow),

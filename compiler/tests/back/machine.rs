@@ -98,7 +98,9 @@ pub fn verify(image: &[u8], profile: ProfileName) -> Result<(), bittybuzz_vm_cor
 }
 
 fn machine<'a, P: Profile>() -> Box<Vm<P, &'a [u8], 4000>> {
-    Box::new(Vm::new(1))
+    let mut vm = Box::new(Vm::new());
+    vm.identify(1, 0);
+    vm
 }
 
 fn run_image<P: Profile>(image: &[u8], symbols: &Symbols) -> Run {

@@ -122,7 +122,8 @@ pub fn verify(image: &[u8], symbols: &Symbols) -> Result<(), ImageError> {
 type Machine<'a, P> = Box<Vm<P, &'a [u8], 4000>>;
 
 fn load<P: Profile>(image: &[u8]) -> Result<Machine<'_, P>, ImageError> {
-    let mut vm: Machine<'_, P> = Box::new(Vm::new(1));
+    let mut vm: Machine<'_, P> = Box::new(Vm::new());
+    vm.identify(1, 0);
     vm.load(Image::new(image), |_| true)?;
     Ok(vm)
 }

@@ -46,7 +46,7 @@ use embassy_stm32::peripherals::IWDG;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{bind_interrupts, uid};
 use embassy_time::{Duration, Timer};
-use static_cell::StaticCell;
+use static_cell::{ConstStaticCell, StaticCell};
 
 use functions::{Crazyflie, is_function};
 use leds::{ScriptLeds, Status, StatusChannel, StatusLeds};
@@ -67,13 +67,11 @@ static TASKS: Liveness = Liveness::new(5);
 static SETPOINTS: setpoint::Channel<Powers> = setpoint::Channel::new();
 static STATUS: StatusChannel = StatusChannel::new();
 
+type Machine = Vm<Full, section::Section, { robot::SLOTS }>;
 type ScriptTask = Script<Full, section::Section, Crazyflie, { robot::SLOTS }>;
 
 /// The machine takes no more memory than the robot file promises, with room for what it does not have yet.
-const _: () = assert!(
-    size_of::<Vm<Full, section::Section, { robot::SLOTS }>>() + robot::SWARM_MEMORY
-        <= robot::MEMORY
-);
+const _: () = assert!(size_of::<Machine>() + robot::SWARM_MEMORY <= robot::MEMORY);
 /// It has what scripts are built for.
 const _: () = assert!(robot::MATHS == (features::<Full>() & Feature::Maths as u8 != 0));
 
@@ -100,8 +98,9 @@ async fn main(spawner: Spawner) {
 
     let crazyflie = Crazyflie::new(script_leds, Writer::new(&SETPOINTS), &STATUS, robot_id);
     let pulse = |task| TASKS.pulse(task);
+    static VM: ConstStaticCell<Machine> = ConstStaticCell::new(Vm::new());
     static SCRIPT: StaticCell<ScriptTask> = StaticCell::new();
-    let script = SCRIPT.init(Script::new(robot_id, crazyflie, pulse(0)));
+    let script = SCRIPT.init(Script::new(VM.take(), robot_id, crazyflie, pulse(0)));
     if let Some(failure) = failure {
         defmt::error!("restarted after {}: no script runs until power-on", failure);
         STATUS.signal(Status::Stopped);

@@ -7,7 +7,6 @@
 #![feature(asm_experimental_arch)]
 
 use core::arch::asm;
-use core::mem::MaybeUninit;
 
 use bittybuzz_progmem as progmem;
 use bittybuzz_vm_core::number::Tiny;
@@ -92,11 +91,11 @@ impl ByteCode for Flash {
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
-    static mut VM: MaybeUninit<Vm<Tiny, Flash, SLOTS>> = MaybeUninit::uninit();
+    static mut VM: Vm<Tiny, Flash, SLOTS> = Vm::new();
     if cfg!(not(feature = "empty")) {
         let place = &raw mut VM;
         // SAFETY: the only reference to it; main runs once.
-        let vm = unsafe { (*place).write(Vm::new(1)) };
+        let vm = unsafe { &mut *place };
         if vm.load(Image::new(Flash), |hash| hash == 1).is_ok() {
             for entry in [Entry::Global, Entry::Init, Entry::Step, Entry::Reset, Entry::Destroy] {
                 if vm.begin(entry) {

@@ -5,7 +5,6 @@
 #![no_std]
 #![no_main]
 
-use core::mem::MaybeUninit;
 
 #[cfg(feature = "full")]
 use bittybuzz_vm_core::number::Full as Numbers;
@@ -63,14 +62,13 @@ static IMAGE: [u8; 64] = [0; 64];
 #[cortex_m_rt::entry]
 fn main() -> ! {
     // The entry macro makes it a reference: main runs once.
-    static mut VM: MaybeUninit<Vm<Numbers, &'static [u8], SLOTS>> = MaybeUninit::uninit();
+    static mut VM: Vm<Numbers, &'static [u8], SLOTS> = Vm::new();
     if cfg!(not(feature = "empty")) {
         let image: &'static [u8] = core::hint::black_box(&IMAGE);
-        let vm = VM.write(Vm::new(1));
-        if vm.load(Image::new(image), |hash| hash == 1).is_ok() {
+        if VM.load(Image::new(image), |hash| hash == 1).is_ok() {
             for entry in [Entry::Global, Entry::Init, Entry::Step, Entry::Reset, Entry::Destroy] {
-                if vm.begin(entry) {
-                    core::hint::black_box(vm.run(&mut Probe, 1000));
+                if VM.begin(entry) {
+                    core::hint::black_box(VM.run(&mut Probe, 1000));
                 }
             }
         }

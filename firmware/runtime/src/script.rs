@@ -86,8 +86,9 @@ pub struct Counts {
 }
 
 /// The script's task.
-pub struct Script<P: Profile, C: ByteCode, R, const SLOTS: usize> {
-    vm: Vm<P, C, SLOTS>,
+pub struct Script<P: Profile, C: ByteCode + 'static, R, const SLOTS: usize> {
+    vm: &'static mut Vm<P, C, SLOTS>,
+    robot_id: u16,
     /// The robot.
     pub robot: R,
     pulse: Pulse,
@@ -97,11 +98,11 @@ pub struct Script<P: Profile, C: ByteCode, R, const SLOTS: usize> {
     delay: Option<Instant>,
 }
 
-impl<P: Profile, C: ByteCode, R: Robot<P>, const SLOTS: usize> Script<P, C, R, SLOTS> {
-    /// On the robot with this id.
-    pub fn new(robot_id: u16, robot: R, pulse: Pulse) -> Self {
+impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<P, C, R, SLOTS> {
+    /// In this machine, on the robot with this id.
+    pub fn new(vm: &'static mut Vm<P, C, SLOTS>, robot_id: u16, robot: R, pulse: Pulse) -> Self {
         let (log, counts) = (Log::new(), Counts::default());
-        Script { vm: Vm::new(robot_id), robot, pulse, log, counts, delay: None }
+        Script { vm, robot_id, robot, pulse, log, counts, delay: None }
     }
 
     /// What the script has done so far.
@@ -124,9 +125,9 @@ impl<P: Profile, C: ByteCode, R: Robot<P>, const SLOTS: usize> Script<P, C, R, S
             self.robot.stop(Stopped::Refused);
             return Stopped::Refused;
         }
-        self.vm.seed(seed);
+        self.vm.identify(self.robot_id, seed);
         let hash = self.vm.header().map_or(0, |header| header.hash());
-        self.robot.report(&trace::start(self.vm.robot_id(), hash));
+        self.robot.report(&trace::start(self.robot_id, hash));
         self.robot.renew(self.counts);
         let mut ticks = Ticks::start(period);
         match self.all(&mut ticks).await {

@@ -71,7 +71,7 @@ pub fn run_both(image: &[u8]) -> Result<(), ImageError> {
 type Machine<'i, P> = Box<Vm<P, &'i [u8], SLOTS>>;
 
 fn load<P: Profile>(image: &[u8], slots: usize) -> Result<Machine<'_, P>, ImageError> {
-    let mut vm = Box::new(Vm::new(3));
+    let mut vm = Box::new(Vm::new());
     // Any robot function is known, so that calls of them are reached.
     match vm.load_limited(Image::new(image), slots, |_| true) {
         Ok(()) => Ok(vm),
@@ -139,7 +139,7 @@ fn fail<P: Profile>(
 
 fn run<P: Profile>(vm: &mut Machine<'_, P>, length: usize, settings: Settings) -> Trace {
     vm.torture = settings.torture;
-    vm.seed(7);
+    vm.identify(3, 7);
     let mut player = Player { seen: 0xcbf2_9ce4_8422_2325 };
     let mut left = settings.instructions;
     let entries =

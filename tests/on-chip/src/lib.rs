@@ -32,4 +32,4 @@ pub mod slots {
 }
 
 /// The id of the robot.
-pub const ROBOT_ID: u16 = 1;
+const ROBOT_ID: u16 = 1;

@@ -3,6 +3,7 @@
 use bittybuzz_vm_core::number::{Number, Profile};
 use bittybuzz_vm_core::{ByteCode, Entry, Fault, Image, Outcome, Vm};
 
+use crate::ROBOT_ID;
 use crate::batch::{Batch, Header};
 use crate::recorder::{Event, Recorder};
 use crate::report::{End, Report};
@@ -40,7 +41,7 @@ pub fn run<P: Profile, C: ByteCode, const SLOTS: usize>(
             End::Refused(error)
         }
         Ok(()) => {
-            vm.seed(SEED);
+            vm.identify(ROBOT_ID, SEED);
             run.entries(vm)
         }
     };

@@ -83,7 +83,7 @@ mod tests {
     #[test]
     fn captures_any_number_of_values() {
         for count in 0..40 {
-            let mut memory: Arena<Tiny, 200> = Arena::new();
+            let mut memory: Arena<Tiny, 200> = Arena::full();
             for slot in 0..count {
                 memory.set(slot, Value::int(100 + slot as i32));
             }

@@ -105,7 +105,7 @@ mod tests {
 
     #[test]
     fn keeps_a_list_as_long_as_the_memory() {
-        let mut memory: Box<Arena<Tiny, 60_000>> = Box::new(Arena::new());
+        let mut memory: Box<Arena<Tiny, 60_000>> = Box::new(Arena::full());
         let mut list = Value::nil();
         let mut length = 0;
         while let Ok(node) = memory.new_table() {
@@ -135,7 +135,7 @@ mod tests {
             (state >> 16) as usize % below
         };
         for round in 0..200 {
-            let mut memory: Arena<Tiny, 3000> = Arena::new();
+            let mut memory: Arena<Tiny, 3000> = Arena::full();
             let nodes: Vec<Value<Tiny>> = (0..40).map(|_| memory.new_table().unwrap()).collect();
             let mut edges: Vec<(usize, usize)> = Vec::new();
             for _ in 0..random(90) {

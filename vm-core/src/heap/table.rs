@@ -182,7 +182,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     #[inline(never)]
     pub(crate) fn table_next(&mut self, table: usize, iteration: usize) -> bool {
         let place = self.get(iteration);
-        let mut phase = place.tag().count();
+        let mut phase = place.tag().byte();
         let mut at = place.index();
         loop {
             let key;
@@ -219,7 +219,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
                 }
             }
             if !value.is_nil() {
-                self.set(iteration, Value::indexed(Tag::counting(phase), at as u16));
+                self.set(iteration, Value::indexed(Tag::of(phase), at as u16));
                 self.set(iteration + 2, key);
                 self.set(iteration + 3, value);
                 return true;
@@ -293,7 +293,7 @@ mod tests {
     fn keeps_insertion_order_behind_the_consecutive_keys() {
         let mut state = 7;
         for round in 0..200 {
-            let mut memory = Memory::new();
+            let mut memory = Memory::full();
             let table = memory.new_table().unwrap().index();
             let mut model: Vec<(i32, i32)> = Vec::new();
             for step in 0..random(&mut state) % 60 {
@@ -327,7 +327,7 @@ mod tests {
     fn removal_leaves_every_other_entry() {
         let mut state = 3;
         for round in 0..300 {
-            let mut memory = Memory::new();
+            let mut memory = Memory::full();
             let table = memory.new_table().unwrap().index();
             let mut model: Vec<(i32, i32)> = Vec::new();
             for step in 0..random(&mut state) % 120 {
@@ -361,7 +361,7 @@ mod tests {
     fn an_iteration_survives_any_change() {
         let mut state = 11;
         for round in 0..500 {
-            let mut memory = Memory::new();
+            let mut memory = Memory::full();
             let table = memory.new_table().unwrap().index();
             for number in 0..random(&mut state) % 25 {
                 let at = (random(&mut state) % 30) as i32;
@@ -408,7 +408,7 @@ mod tests {
 
     #[test]
     fn an_array_costs_a_slot_for_each_value_and_gives_it_back() {
-        let mut memory = Memory::new();
+        let mut memory = Memory::full();
         let empty = memory.unused();
         let table = memory.new_table().unwrap();
         memory.reserved = 0;
@@ -431,7 +431,7 @@ mod tests {
 
     #[test]
     fn a_full_heap_changes_nothing() {
-        let mut memory: Arena<Tiny, 30> = Arena::new();
+        let mut memory: Arena<Tiny, 30> = Arena::full();
         memory.reserved = 1;
         let table = memory.new_table().unwrap().index();
         let mut stored = 0;
@@ -449,7 +449,7 @@ mod tests {
 
     #[test]
     fn keys_of_the_full_profile_are_not_cut() {
-        let mut memory: Arena<Full, 200> = Arena::new();
+        let mut memory: Arena<Full, 200> = Arena::full();
         let table = memory.new_table().unwrap().index();
         memory.table_set(table, Value::int(0), Value::int(1)).unwrap();
         for key in [0x1_0000, -0x1_0000, i32::MIN] {

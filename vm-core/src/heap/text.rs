@@ -141,7 +141,7 @@ mod tests {
 
     #[test]
     fn holds_every_byte_of_any_length() {
-        let mut memory: Arena<Full, 400> = Arena::new();
+        let mut memory: Arena<Full, 400> = Arena::full();
         for length in [0, 1, 3, 4, 5, 19, 20, 21, 43, 44, 45, 68, 69, 150] {
             let mut text = memory.new_text().unwrap();
             for index in 0..length {
@@ -163,7 +163,7 @@ mod tests {
 
     #[test]
     fn equal_bytes_are_the_same_text() {
-        let mut memory: Arena<Full, 400> = Arena::new();
+        let mut memory: Arena<Full, 400> = Arena::full();
         let mut make = |bytes: &[u8]| {
             let mut text = memory.new_text().unwrap();
             bytes.iter().for_each(|byte| push(&mut memory, &mut text, *byte));

@@ -10,7 +10,7 @@ use crate::value::{Tag, Value};
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Collects, and says what is wrong with the memory of a script that has not stopped.
     pub fn audit(&mut self) -> Result<(), &'static str> {
-        if self.program.is_none() || self.state == State::Faulted {
+        if self.program.is_none() || matches!(self.state, State::Faulted(_)) {
             return Ok(());
         }
         self.audit_stack()?;
@@ -33,7 +33,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 return Err("a frame is not below the one that it called");
             }
             end = fp;
-            fp -= usize::from(self.arena.get(fp).tag().count());
+            fp -= usize::from(self.arena.get(fp).tag().byte());
         }
         Ok(())
     }
@@ -79,7 +79,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.audit_value(arena.get(slot))?;
             }
             end = fp;
-            fp -= usize::from(arena.get(fp).tag().count());
+            fp -= usize::from(arena.get(fp).tag().byte());
         }
         Ok(())
     }

@@ -110,7 +110,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             match number {
                 builtin::TO_INT | builtin::FLOOR..=builtin::ROUND => return Ok(a),
                 builtin::ABS => {
-                    let negative = P::int_less(a.raw(), P::Raw::default());
+                    let negative = P::int_less(a.raw(), P::ZERO);
                     return Ok(if negative { Value::new(Tag::INT, P::neg(a.raw())) } else { a });
                 }
                 builtin::UNIFORM => {

@@ -288,7 +288,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                             Value::nil()
                         };
                         let outer = get!(fp!());
-                        let caller = self.fp.wrapping_sub(u16::from(outer.tag().count()));
+                        let caller = self.fp.wrapping_sub(u16::from(outer.tag().byte()));
                         if outer.index() >= SPECIAL {
                             if outer.index() == Native::EXIT.position() {
                                 // Nobody takes the value of an entry.

@@ -71,15 +71,17 @@ pub enum Outcome {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+// A tag of its own: among the bits of the fault, zero would not be the first.
+#[repr(u8)]
 enum State {
     /// No program.
-    Empty,
+    Empty = 0,
     /// Ready for an entry.
     Idle,
     /// In an entry.
     Running,
-    /// Stopped by a fault.
-    Faulted,
+    /// Stopped by this fault.
+    Faulted(Fault),
 }
 
 /// A virtual machine with `SLOTS` slots of memory for one script.
@@ -94,8 +96,6 @@ pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
     robot_id: u16,
     rng: Rng,
     state: State,
-    /// What stopped the script.
-    fault: Option<Fault>,
     /// Instructions that text took the time of, and that are still to be taken from the budget.
     #[cfg(feature = "strings")]
     work: u16,
@@ -108,22 +108,21 @@ pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
 }
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// A machine without a program on the robot with this id.
-    pub fn new(robot_id: u16) -> Self {
+    /// A machine without a program on robot 0. All zeros: a static takes no flash, and nothing has to be copied.
+    pub const fn new() -> Self {
         Vm {
             arena: Arena::new(),
             program: None,
             pc: 0,
             fp: 0,
             sp: 0,
-            robot_id,
-            rng: Rng::new(0, robot_id),
+            robot_id: 0,
+            rng: Rng::ZERO,
             state: State::Empty,
-            fault: None,
             #[cfg(feature = "strings")]
             work: 0,
             #[cfg(feature = "torture")]
-            torture: crate::torture::Torture::default(),
+            torture: crate::torture::Torture::NONE,
         }
     }
 
@@ -146,7 +145,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) -> Result<(), ImageError> {
         self.program = None;
         self.state = State::Empty;
-        self.fault = None;
         // A script that stopped may have left some.
         #[cfg(feature = "strings")]
         {
@@ -175,14 +173,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.program.as_ref().map(Verified::header)
     }
 
-    /// Seeds `rand` and `math.rng` from the seed of the run and this robot's id.
-    pub fn seed(&mut self, seed: u32) {
-        self.rng = Rng::new(seed, self.robot_id);
-    }
-
-    /// The id that scripts see.
-    pub fn robot_id(&self) -> u16 {
-        self.robot_id
+    /// Sets the id that scripts see, and seeds `rand` and `math.rng` from the seed of the run and this id.
+    pub fn identify(&mut self, robot_id: u16, seed: u32) {
+        self.robot_id = robot_id;
+        self.rng = Rng::new(seed, robot_id);
     }
 
     /// Starts an entry; [`Vm::run`] then runs it. False if the script does not have it, or cannot run now.
@@ -242,9 +236,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
             Ok(Flow::Waiting) => Outcome::Waiting,
             Ok(Flow::Continue) => Outcome::Pending,
-            Err(Stopped) => match self.fault {
-                Some(fault) => Outcome::Fault(fault),
-                None => Outcome::Done,
+            Err(Stopped) => match self.state {
+                State::Faulted(fault) => Outcome::Fault(fault),
+                _ => Outcome::Done,
             },
         }
     }
@@ -304,7 +298,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     #[inline(never)]
     fn caller(&self, fp: usize) -> (usize, usize) {
         let record = self.arena.get_fast(fp);
-        (record.index(), fp.wrapping_sub(usize::from(record.tag().count())))
+        (record.index(), fp.wrapping_sub(usize::from(record.tag().byte())))
     }
 
     /// Slots above the record that the frame running at `pc` may use.
@@ -362,9 +356,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     #[inline(never)]
     fn fail_with(&mut self, code: FaultCode, operands: [Type; 2], detail: u16) -> Stopped {
         let position = self.calls().next().unwrap_or(0);
-        self.state = State::Faulted;
-        self.fault = Some(Fault { code, position, operands, detail });
+        self.state = State::Faulted(Fault { code, position, operands, detail });
         Stopped
+    }
+}
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Default for Vm<P, C, SLOTS> {
+    fn default() -> Self {
+        Self::new()
     }
 }
 
@@ -379,7 +378,7 @@ enum Flow {
 /// The record of a frame `delta` slots above its caller's.
 #[inline(always)]
 fn record<P: Profile>(delta: usize, position: usize) -> Value<P> {
-    Value::indexed(Tag::counting(delta as u8), position as u16)
+    Value::indexed(Tag::of(delta as u8), position as u16)
 }
 
 /// See [`Vm::calls`].

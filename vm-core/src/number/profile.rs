@@ -21,7 +21,9 @@ mod sealed {
 /// 16-bit code on an 8-bit processor.
 pub trait Profile: sealed::Sealed + Stored + Copy + Default + Debug + 'static {
     /// The payload of a value.
-    type Raw: Copy + Eq + Default + Debug;
+    type Raw: Copy + Eq + Debug;
+    /// The payload of which all bits are zero.
+    const ZERO: Self::Raw;
 
     /// The name in images, robot files and messages to people.
     const NAME: &'static str;
@@ -99,6 +101,7 @@ pub struct Full;
 /// The integer half of a profile, written once for both widths.
 macro_rules! integer_operations {
     ($raw:ty, $int:ty) => {
+        const ZERO: $raw = 0;
         const INT_BITS: u32 = <$int>::BITS;
         const INT_MIN: i32 = <$int>::MIN as i32;
         const INT_MAX: i32 = <$int>::MAX as i32;

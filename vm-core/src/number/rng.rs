@@ -40,14 +40,18 @@ const GOLDEN: u32 = 0x9E37_79B9;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rng {
     state: u32,
+    /// But for its lowest bit, which is set.
     increment: u32,
 }
 
 impl Rng {
+    /// A generator of which all bits are zero.
+    pub(crate) const ZERO: Rng = Rng { state: 0, increment: 0 };
+
     /// The generator of a robot in a run: robots with the same seed get unlike numbers.
     pub const fn new(seed: u32, robot_id: u16) -> Rng {
         let state = mix(seed ^ mix((robot_id as u32).wrapping_add(GOLDEN)));
-        Rng { state, increment: mix(state.wrapping_add(GOLDEN)) | 1 }
+        Rng { state, increment: mix(state.wrapping_add(GOLDEN)) }
     }
 
     /// The generator after `math.rng.setseed(seed)`: the same numbers on every robot.
@@ -58,7 +62,7 @@ impl Rng {
     /// 32 random bits.
     #[inline(never)]
     pub fn next_u32(&mut self) -> u32 {
-        self.state = self.state.wrapping_add(self.increment);
+        self.state = self.state.wrapping_add(self.increment | 1);
         mix(self.state)
     }
 

@@ -163,7 +163,8 @@ pub fn run_image(image: &[u8], ms: u64) -> Events {
     let liveness: &'static Liveness = Box::leak(Box::new(Liveness::new(2)));
     let image: &'static [u8] = Box::leak(image.to_vec().into_boxed_slice());
     let robot = Fake { setpoint: Writer::new(channel) };
-    let mut script: Script<Full, &[u8], Fake, 400> = Script::new(7, robot, liveness.pulse(0));
+    let vm = Box::leak(Box::new(bittybuzz_vm_core::Vm::new()));
+    let mut script: Script<Full, &[u8], Fake, 400> = Script::new(vm, 7, robot, liveness.pulse(0));
     let both = async {
         let _ = script
             .run(bittybuzz_vm_core::Image::new(image), is_function, 1, Duration::from_hz(10))

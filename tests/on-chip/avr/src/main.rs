@@ -5,10 +5,9 @@
 #![feature(asm_experimental_arch)]
 
 use core::arch::asm;
-use core::mem::MaybeUninit;
 use core::ptr::write_volatile;
 
-use bittybuzz_on_chip::{Batch, ROBOT_ID, run_batch, slots};
+use bittybuzz_on_chip::{Batch, run_batch, slots};
 use bittybuzz_progmem as progmem;
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{ByteCode, Vm};
@@ -89,12 +88,12 @@ fn send(byte: u8) {
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
-    static mut MACHINE: MaybeUninit<Vm<Tiny, Part, { slots::KILOBOT }>> = MaybeUninit::uninit();
+    static mut MACHINE: Vm<Tiny, Part, { slots::KILOBOT }> = Vm::new();
     // SAFETY: nothing else uses the register.
     unsafe { write_volatile(UCSR0B, TRANSMITTER) };
     let place = &raw mut MACHINE;
     // SAFETY: the only reference to it; main runs once.
-    let vm = unsafe { (*place).write(Vm::new(ROBOT_ID)) };
+    let vm = unsafe { &mut *place };
     run_batch(vm, &Flash, |report| report.line().into_iter().for_each(send));
     stop()
 }

@@ -5,9 +5,8 @@
 
 use core::arch::asm;
 use core::hint::black_box;
-use core::mem::MaybeUninit;
 
-use bittybuzz_on_chip::{ROBOT_ID, Report, run_batch, slots};
+use bittybuzz_on_chip::{Report, run_batch, slots};
 use bittybuzz_vm_core::Vm;
 #[cfg(feature = "full")]
 use bittybuzz_vm_core::number::Full as Numbers;
@@ -55,9 +54,9 @@ fn tell(report: &Report) {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     // The entry macro makes it a reference: main runs once.
-    static mut MACHINE: MaybeUninit<Vm<Numbers, &'static [u8], SLOTS>> = MaybeUninit::uninit();
+    static mut MACHINE: Vm<Numbers, &'static [u8], SLOTS> = Vm::new();
     let batch: &'static [u8] = black_box(&BATCH);
-    run_batch(MACHINE.write(Vm::new(ROBOT_ID)), &batch, tell);
+    run_batch(MACHINE, &batch, tell);
     stop()
 }
 

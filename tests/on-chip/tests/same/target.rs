@@ -1,7 +1,7 @@
 //! The chips, and what plays them.
 
 use crate::emulator::{Emulator, Feed};
-use bittybuzz_on_chip::{Header, ROBOT_ID, Report, run, slots};
+use bittybuzz_on_chip::{Header, Report, run, slots};
 use bittybuzz_vm_core::Vm;
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 
@@ -85,5 +85,5 @@ impl Target {
 
 /// In a new machine, on which nothing has run before.
 fn host<P: Profile, const SLOTS: usize>(header: Header, image: &[u8]) -> Report {
-    run(&mut Vm::<P, &[u8], SLOTS>::new(ROBOT_ID), image, header)
+    run(&mut Vm::<P, &[u8], SLOTS>::new(), image, header)
 }
