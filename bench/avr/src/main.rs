@@ -1,4 +1,4 @@
-//! The benchmark program of the ATmega328P's core, see `bittybuzz_bench`.
+//! The benchmark program of the ATmega328P, see `bittybuzz_bench`.
 //!
 //! Says what it says by writing to the general purpose I/O registers (ATmega328P data sheet, section 8.5), which nothing
 //! else uses: first the value to GPIOR1 and GPIOR2, then the mark to GPIOR0. `simavr` records each change with the

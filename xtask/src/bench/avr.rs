@@ -18,8 +18,8 @@ const RECORD: &str = "gtkwave_trace.vcd";
 /// The record's unit is 10 ns: at 1 MHz a cycle is a hundred of them, and nothing is rounded.
 const FREQUENCY: &str = "1000000";
 const UNITS_PER_CYCLE: u64 = 100;
-/// The core of the ATmega328P with twice its flash, as in bench/avr/.cargo/config.toml.
-const CHIP: &str = "atmega644p";
+/// As in bench/avr/.cargo/config.toml.
+const CHIP: &str = "atmega328p";
 /// Mark, low byte and high byte of the value.
 const REGISTERS: [&str; 3] = ["GPIOR0", "GPIOR1", "GPIOR2"];
 

@@ -49,7 +49,7 @@ impl Target {
     pub fn unit(self) -> &'static str {
         match self {
             Target::Host => "instructions of the host, by Callgrind",
-            Target::Avr => "cycles of the ATmega328P's core, by simavr",
+            Target::Avr => "cycles of an ATmega328P, by simavr",
             Target::Thumbv6m | Target::Thumbv6mFull => "instructions of a Cortex-M0, by QEMU",
             Target::Thumbv7em | Target::Thumbv7emFull => "instructions of a Cortex-M4F, by QEMU",
         }

@@ -25,8 +25,8 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
     stop()
 }
 
-/// Bytes for a batch.
-const ROOM: usize = 0x4000;
+/// Bytes for a batch: what the machine leaves of the chip's flash.
+const ROOM: usize = 0xb00;
 
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".progmem.data")]

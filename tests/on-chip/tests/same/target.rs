@@ -17,16 +17,15 @@ pub struct Target {
 const SIMAVR: Emulator = Emulator {
     program: "simavr",
     // As in avr/.cargo/config.toml.
-    machine: ["-m", "atmega644p"],
+    machine: ["-m", "atmega328p"],
     arguments: &["-f", "16000000"],
     feed: Feed::Elf,
 };
 
-/// The core of the ATmega328P in the machine of Arduino Mega: the machine with all its features and a batch do not fit
-/// the Uno's 32 kB yet.
+/// The Arduino Uno has this chip.
 const QEMU_AVR: Emulator = Emulator {
     program: "qemu-system-avr",
-    machine: ["-M", "mega"],
+    machine: ["-M", "uno"],
     arguments: &["-nographic", "-monitor", "none", "-serial", "stdio", "-bios"],
     feed: Feed::Flash,
 };
