@@ -1,6 +1,6 @@
 //! Where an image is kept.
 
-use crate::rom;
+use crate::number::Profile;
 
 /// Read-only bytes: an image in memory or in flash.
 ///
@@ -19,10 +19,10 @@ pub trait ByteCode: Copy {
         u16::from_le_bytes([self.byte(at), self.byte(at.wrapping_add(1))])
     }
 
-    /// Byte `at` of the machine's own tables, [`crate::rom::BYTES`].
+    /// Byte `at` of the machine's own tables, [`Profile::ROM`].
     #[inline(always)]
-    fn rom(at: usize) -> u8 {
-        match rom::BYTES.get(at) {
+    fn rom<P: Profile>(at: usize) -> u8 {
+        match P::ROM.get(at) {
             Some(byte) => *byte,
             None => 0,
         }

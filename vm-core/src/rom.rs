@@ -1,7 +1,7 @@
 //! What the verifier and the calls need of the tables of instructions and built-ins, as bytes that a chip may keep in flash.
 //!
 //! On the AVR every table of a Rust program is copied to RAM. So the machine reads these bytes through
-//! [`ByteCode::rom`], which the firmware there implements by `lpm` over a copy of [`BYTES`] in flash.
+//! [`ByteCode::rom`], which the firmware there implements by `lpm` over a copy of [`TINY`] in flash.
 
 use crate::builtin::{self, Kind};
 use crate::bytecode::ByteCode;
@@ -16,16 +16,18 @@ const BUILTINS_AT: usize = 256;
 /// The constants of the mathematical functions.
 pub(crate) const MATHS_AT: usize = BUILTINS_AT + builtin::TABLE.len();
 
-/// Length of [`BYTES`].
-pub const LENGTH: usize = MATHS_AT + MATHS.len();
+/// The tables, with the constants of the tiny profile.
+pub const TINY: [u8; MATHS_AT + TINY_MATHS.len()] = bytes(&TINY_MATHS);
+
+/// The tables, with the constants of the full profile.
+pub const FULL: [u8; MATHS_AT + FULL_MATHS.len()] = bytes(&FULL_MATHS);
 
 #[cfg(feature = "maths")]
-const MATHS: [u8; tables::BYTES.len()] = tables::BYTES;
+use tables::{FULL as FULL_MATHS, TINY as TINY_MATHS};
 #[cfg(not(feature = "maths"))]
-const MATHS: [u8; 0] = [];
-
-/// The tables.
-pub const BYTES: [u8; LENGTH] = bytes();
+const TINY_MATHS: [u8; 0] = [];
+#[cfg(not(feature = "maths"))]
+const FULL_MATHS: [u8; 0] = [];
 
 // Of an opcode, the first byte is the number of its operand with these bits, 0 for a byte that is no opcode.
 const KNOWN: u8 = 1 << 7;
@@ -43,7 +45,7 @@ const WORD: u8 = 3;
 const CALLS: u8 = 1 << 6;
 const VALUE: u8 = 1 << 7;
 
-const fn bytes() -> [u8; LENGTH] {
+const fn bytes<const LENGTH: usize>(maths: &[u8]) -> [u8; LENGTH] {
     let mut bytes = [0; LENGTH];
     let mut row = 0;
     while row < opcode::TABLE.len() {
@@ -69,8 +71,8 @@ const fn bytes() -> [u8; LENGTH] {
         row += 1;
     }
     let mut at = 0;
-    while at < MATHS.len() {
-        bytes[MATHS_AT + at] = MATHS[at];
+    while at < maths.len() {
+        bytes[MATHS_AT + at] = maths[at];
         at += 1;
     }
     bytes
@@ -90,9 +92,9 @@ pub(crate) struct Effect(u8, u8);
 
 impl Effect {
     /// That of a plain or narrow opcode.
-    pub(crate) fn of<C: ByteCode>(opcode: u8) -> Effect {
+    pub(crate) fn of<P: Profile, C: ByteCode>(opcode: u8) -> Effect {
         let at = 2 * usize::from(opcode & 0x7f);
-        Effect(C::rom(at), C::rom(at + 1))
+        Effect(C::rom::<P>(at), C::rom::<P>(at + 1))
     }
 
     /// Whether there is such an opcode.
@@ -140,8 +142,8 @@ pub(crate) struct Needs(u8);
 
 impl Needs {
     /// Those of a number that is in the table, else anything.
-    pub(crate) fn of<C: ByteCode>(number: u8) -> Needs {
-        Needs(C::rom(BUILTINS_AT + usize::from(number)))
+    pub(crate) fn of<P: Profile, C: ByteCode>(number: u8) -> Needs {
+        Needs(C::rom::<P>(BUILTINS_AT + usize::from(number)))
     }
 
     /// From [`Needs::byte`].
@@ -181,7 +183,7 @@ mod tests {
     #[test]
     fn tables_read_back() {
         for byte in 0..0x80 {
-            let effect = Effect::of::<Code>(byte);
+            let effect = Effect::of::<Tiny, Code>(byte);
             let Some(info) = opcode::TABLE.iter().find(|info| info.byte == byte) else {
                 assert!(!effect.is_known(), "{byte:#x}");
                 continue;
@@ -195,7 +197,7 @@ mod tests {
             assert_eq!(effect.trailer::<Full>(), info.trailer.length(4), "{}", info.name);
         }
         for info in builtin::TABLE {
-            let needs = Needs::of::<Code>(info.number);
+            let needs = Needs::of::<Full, Code>(info.number);
             assert!(needs.is(info.kind), "{}", info.name);
             assert_eq!(needs.are_in(0), info.feature == Feature::Core, "{}", info.name);
             assert!(needs.are_in(info.feature as u8), "{}", info.name);
@@ -207,7 +209,7 @@ mod tests {
 
     #[test]
     fn three_instructions_do_not_lead_to_the_next() {
-        let leave = (0..0x80).filter(|byte| Effect::of::<Code>(*byte).leaves() != 0);
+        let leave = (0..0x80).filter(|byte| Effect::of::<Tiny, Code>(*byte).leaves() != 0);
         assert!(leave.eq([opcode::RETURN, opcode::RETURN_NIL, opcode::JUMP]));
     }
 }

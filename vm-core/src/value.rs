@@ -167,7 +167,7 @@ impl<P: Profile> Value<P> {
 
     /// The nearest float.
     #[inline(always)]
-    pub(crate) fn packed(value: &Float) -> Self {
+    pub(crate) fn packed(value: &Float<P>) -> Self {
         Self::new(Tag::FLOAT, P::pack(value))
     }
 
@@ -229,18 +229,14 @@ impl<P: Profile> Value<P> {
 
     /// The exact value of a number.
     #[inline(never)]
-    pub(crate) fn unpack(self) -> Float {
-        if self.is(Tag::INT) {
-            Float::from_int(P::int_to_i32(self.raw()))
-        } else {
-            P::unpack(self.raw())
-        }
+    pub(crate) fn unpack(self) -> Float<P> {
+        if self.is(Tag::INT) { Float::from_int(self.raw()) } else { P::unpack(self.raw()) }
     }
 
     /// The value of a number as a float. Integers of the full profile round to the nearest float, as a float literal
     /// would.
     #[inline]
-    pub(crate) fn unpack_float(self) -> Float {
+    pub(crate) fn unpack_float(self) -> Float<P> {
         let float = self.unpack();
         if P::FULL { P::unpack(P::pack(&float)) } else { float }
     }

@@ -67,7 +67,7 @@ impl<C: ByteCode> Verified<C> {
             let known = if count % 2 == 0 {
                 count / 2 <= header.globals()
             } else {
-                self.named(FUNCTION, count / 2) & (NONE ^ 0xff | i16::from(CAPTURES)) == 0
+                self.named::<P>(FUNCTION, count / 2) & (NONE ^ 0xff | i16::from(CAPTURES)) == 0
             };
             if !known {
                 return Err(ImageError::Entry(number as u16));
@@ -81,9 +81,9 @@ impl<C: ByteCode> Verified<C> {
         }
         for row in 0..header.library_rows {
             let (library, string, number) = self.library_row(row);
-            let needs = self.named(BUILTIN, number.into());
-            if self.named(LIBRARY, library.into()) < 0
-                || self.named(STRING, string) < 0
+            let needs = self.named::<P>(BUILTIN, number.into());
+            if self.named::<P>(LIBRARY, library.into()) < 0
+                || self.named::<P>(STRING, string) < 0
                 || needs < 0
                 || !Needs::from_byte(needs as u8).are_in(features::<P>())
             {
@@ -123,7 +123,7 @@ impl<C: ByteCode> Verified<C> {
     /// What an operand names by a number, from [`Operand::Global`] to [`Operand::Count`]: the header of a function, the
     /// [`Needs`] of a built-in, 0 for what else exists, [`NONE`] if it does not.
     #[inline(never)]
-    fn named(&self, operand: u8, number: u16) -> i16 {
+    fn named<P: Profile>(&self, operand: u8, number: u16) -> i16 {
         let limit = if operand < BUILTIN {
             let count = self.header.count(operand);
             if operand == STRING { count + builtin::string::COUNT } else { count }
@@ -140,7 +140,7 @@ impl<C: ByteCode> Verified<C> {
         let byte = if operand == FUNCTION {
             self.code.byte(self.start(number))
         } else if operand == BUILTIN {
-            Needs::of::<C>(number as u8).byte()
+            Needs::of::<P, C>(number as u8).byte()
         } else {
             0
         };
@@ -172,7 +172,7 @@ impl<C: ByteCode> Verified<C> {
         if operand == CAPTURE {
             return if head & CAPTURES != 0 { pops } else { NONE };
         }
-        let named = self.named(operand, number);
+        let named = self.named::<P>(operand, number);
         if named < 0 {
             return NONE;
         }
@@ -265,7 +265,7 @@ impl<C: ByteCode> Verified<C> {
             opcode = decoded.opcode;
             at += usize::from(decoded.length);
             let trailer = code.byte(at);
-            let effect = Effect::of::<C>(opcode);
+            let effect = Effect::of::<P, C>(opcode);
             at += effect.trailer::<P>();
             if !effect.is_known() || at > end {
                 return Err(ImageError::Instruction(here));
@@ -291,7 +291,7 @@ impl<C: ByteCode> Verified<C> {
             if opcode == opcode::JUMP_LOCAL {
                 let (relation, local) = opcode::relation_of_local(trailer);
                 wrong =
-                    !Effect::of::<C>(relation).is_known() || !is_local(local, head, 0, depth, 0);
+                    !Effect::of::<P, C>(relation).is_known() || !is_local(local, head, 0, depth, 0);
             }
             if wrong {
                 return Err(ImageError::Operand(here));

@@ -26,6 +26,7 @@ fn floats() -> Vec<f32> {
         2.7,
         3.5,
         1e-45,
+        3.424e-40,
         1e-30,
         32767.0,
         32767.5,
@@ -41,6 +42,7 @@ fn floats() -> Vec<f32> {
         2_147_483_904.0,
         3e9,
         4.3e9,
+        3.216_532e38,
         f32::MAX,
         f32::INFINITY,
     ];
@@ -88,6 +90,7 @@ fn comparison_is_by_exact_value() {
 
 fn check_keys<P: Profile>() {
     for float in floats() {
+        let float = P::float_to_f32(P::float_from_f32(float));
         let exact = f64::from(float);
         let integer = exact == exact.trunc()
             && (f64::from(P::INT_MIN)..=f64::from(P::INT_MAX)).contains(&exact);

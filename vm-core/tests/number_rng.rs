@@ -3,12 +3,13 @@
 #[path = "number/binary32.rs"]
 mod binary32;
 
-use binary32::unpack;
+use binary32::{pack, unpack_in};
 use bittybuzz_vm_core::number::{Full, Profile, Rng, Tiny};
 
 /// The generator's distributions as binary32.
 trait Distributions {
     fn uniform<P: Profile>(&mut self, a: f32, b: f32) -> f32;
+    fn between(&mut self, a: i32, b: i32) -> i32;
     #[cfg(feature = "maths")]
     fn normal(&mut self, deviation: f32, mean: f32) -> f32;
     #[cfg(feature = "maths")]
@@ -17,22 +18,26 @@ trait Distributions {
 
 impl Distributions for Rng {
     fn uniform<P: Profile>(&mut self, a: f32, b: f32) -> f32 {
-        let mut number = unpack(a);
-        self.uniform_float::<P>(&mut number, &unpack(b));
-        number.to_f32()
+        let mut number = unpack_in::<P>(a);
+        self.uniform_float(&mut number, &unpack_in(b));
+        pack(&number)
+    }
+
+    fn between(&mut self, a: i32, b: i32) -> i32 {
+        self.uniform_int::<Full>(a as u32, b as u32) as i32
     }
 
     #[cfg(feature = "maths")]
     fn normal(&mut self, deviation: f32, mean: f32) -> f32 {
-        let mut number = unpack(deviation);
-        self.gaussian::<&[u8]>(&mut number, &unpack(mean));
+        let mut number = unpack_in::<Full>(deviation);
+        self.gaussian::<_, &[u8]>(&mut number, &unpack_in(mean));
         number.to_f32()
     }
 
     #[cfg(feature = "maths")]
     fn decay(&mut self, mean: f32) -> f32 {
-        let mut number = unpack(mean);
-        self.exponential::<&[u8]>(&mut number);
+        let mut number = unpack_in::<Full>(mean);
+        self.exponential::<_, &[u8]>(&mut number);
         number.to_f32()
     }
 }
@@ -125,11 +130,19 @@ fn integers_stay_in_their_range() {
         (-1, 0),
     ] {
         for _ in 0..1000 {
-            let value = rng.uniform_int(a, b);
+            let value = rng.between(a, b);
             assert!(value >= a.min(b) && value < a.max(b), "{value} of {a}, {b}");
         }
     }
-    assert_eq!(rng.uniform_int(9, 9), 9);
+    assert_eq!(rng.between(9, 9), 9);
+    // The tiny profile scales the same bits.
+    for (a, b) in [(0_i16, 1_i16), (-5, 5), (5, -5), (-32768, 32767), (7, 8), (9, 9)] {
+        for _ in 0..1000 {
+            let mut other = rng;
+            let int = other.uniform_int::<Tiny>(a as u16, b as u16) as i16;
+            assert_eq!(i32::from(int), rng.between(a.into(), b.into()));
+        }
+    }
     for _ in 0..10_000 {
         assert!((0..=32767).contains(&rng.rand()));
     }
@@ -147,7 +160,7 @@ fn integers_are_evenly_distributed() {
     for size in [2_usize, 3, 6, 10, 100] {
         let mut counts = vec![0; size];
         for _ in 0..20_000 * size {
-            let value = rng.uniform_int(-3, size as i32 - 3) + 3;
+            let value = rng.between(-3, size as i32 - 3) + 3;
             counts[value as usize] += 1;
         }
         // Mean size - 1, variance twice that: four deviations.

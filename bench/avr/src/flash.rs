@@ -3,6 +3,7 @@
 use bittybuzz_bench::{HEADER, ROOM};
 use bittybuzz_progmem as progmem;
 use bittybuzz_vm_core::ByteCode;
+use bittybuzz_vm_core::number::Profile;
 
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".progmem.data")]
@@ -35,7 +36,7 @@ impl ByteCode for Flash {
         progmem::byte(script(at.wrapping_add(HEADER)))
     }
 
-    fn rom(at: usize) -> u8 {
+    fn rom<P: Profile>(at: usize) -> u8 {
         progmem::rom(at)
     }
 

@@ -124,8 +124,8 @@ fn float<P: number::Profile>(op: BinaryOp, left: Number, right: Number) -> Optio
         BinaryOp::Sub => a.sub(&b),
         BinaryOp::Mul => a.mul(&b),
         BinaryOp::Div => a.div(&b),
-        BinaryOp::Mod => a.modulo::<P>(&b),
-        BinaryOp::Pow => function::<&[u8]>(Function::Power as u8, &mut a, &b),
+        BinaryOp::Mod => a.modulo(&b),
+        BinaryOp::Pow => function::<P, &[u8]>(Function::Power as u8, &mut a, &b),
         _ => return None,
     }
     Some(P::float_to_f32(P::pack(&a)))

@@ -9,7 +9,7 @@
 use core::arch::asm;
 
 use bittybuzz_progmem as progmem;
-use bittybuzz_vm_core::number::Tiny;
+use bittybuzz_vm_core::number::{Profile, Tiny};
 use bittybuzz_vm_core::{
     Arguments, Axis, ByteCode, Entry, Host, Image, Reply, RobotFault, Value, Vm,
 };
@@ -84,7 +84,7 @@ impl ByteCode for Flash {
         progmem::word((&raw const IMAGE as usize).wrapping_add(at))
     }
 
-    fn rom(at: usize) -> u8 {
+    fn rom<P: Profile>(at: usize) -> u8 {
         progmem::rom(at)
     }
 }

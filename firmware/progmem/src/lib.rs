@@ -11,7 +11,7 @@ use core::arch::asm;
 use bittybuzz_vm_core::rom;
 
 #[unsafe(link_section = ".progmem.data")]
-static ROM: [u8; rom::LENGTH] = rom::BYTES;
+static ROM: [u8; rom::TINY.len()] = rom::TINY;
 
 /// Byte `at` of the machine's tables.
 #[inline(always)]

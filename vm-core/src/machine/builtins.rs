@@ -114,8 +114,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     return Ok(if negative { Value::new(Tag::INT, P::neg(a.raw())) } else { a });
                 }
                 builtin::UNIFORM => {
-                    let (low, high) = (P::int_to_i32(a.raw()), P::int_to_i32(b.raw()));
-                    return Ok(Value::int(self.rng.uniform_int(low, high)));
+                    let int = self.rng.uniform_int::<P>(a.raw(), b.raw());
+                    return Ok(Value::new(Tag::INT, int));
                 }
                 builtin::SET_SEED => {
                     self.rng = Rng::from_seed(P::int_to_i32(a.raw()) as u32);
@@ -127,17 +127,17 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let (mut x, y) = (a.unpack_float(), b.unpack_float());
         match number {
             builtin::SET_SEED => return Err(self.wrong_type(a, a)),
-            builtin::UNIFORM => self.rng.uniform_float::<P>(&mut x, &y),
+            builtin::UNIFORM => self.rng.uniform_float(&mut x, &y),
             builtin::ABS => x.abs(),
             builtin::TO_FLOAT => {}
             #[cfg(feature = "maths")]
-            builtin::GAUSSIAN => self.rng.gaussian::<C>(&mut x, &y),
+            builtin::GAUSSIAN => self.rng.gaussian::<P, C>(&mut x, &y),
             #[cfg(feature = "maths")]
-            builtin::EXPONENTIAL => self.rng.exponential::<C>(&mut x),
+            builtin::EXPONENTIAL => self.rng.exponential::<P, C>(&mut x),
             #[cfg(feature = "maths")]
             // Numbered alike.
             builtin::SQRT..=builtin::ATAN => {
-                maths::function::<C>(number - builtin::SQRT, &mut x, &y);
+                maths::function::<P, C>(number - builtin::SQRT, &mut x, &y);
             }
             _ => {
                 let rounding = match number {
@@ -146,8 +146,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     builtin::ROUND => Rounding::Nearest,
                     _ => Rounding::Truncate,
                 };
-                let int = x.to_int(rounding);
-                return Ok(Value::int(int.clamp(P::INT_MIN, P::INT_MAX)));
+                return Ok(Value::new(Tag::INT, x.to_int(rounding)));
             }
         }
         Ok(Value::packed(&x))

@@ -140,7 +140,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         count: u8,
         drop_result: bool,
     ) -> Result<(), Stopped> {
-        if Needs::of::<C>(number).is(Kind::Calls) {
+        if Needs::of::<P, C>(number).is(Kind::Calls) {
             return self.begin_native(host, number, count);
         }
         let result = self.builtin(host, number, count)?;

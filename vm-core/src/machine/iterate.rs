@@ -6,7 +6,7 @@ use crate::builtin;
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
-use crate::number::{Profile, Rounding};
+use crate::number::Profile;
 use crate::value::{Tag, Value};
 
 // Locals of a built-in's frame. All are nil in the beginning.
@@ -84,7 +84,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return Ok(Flow::Continue);
         }
         if number == builtin::DELAY {
-            let ms = self.local(-1).unpack().to_int(Rounding::Truncate);
+            let ms = self.local(-1).unpack().to_i32();
             let again = !self.local(BEGUN).is_nil();
             self.set_local(BEGUN, Value::truth(true));
             if !host.delay_is_over(ms, again) {

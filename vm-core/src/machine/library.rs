@@ -81,8 +81,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         match key.tag() {
             Tag::INT | Tag::STRING | Tag::TEXT => Ok(key),
             Tag::FLOAT => Ok(match P::unpack(key.raw()).as_int() {
-                Some(int) if int >= P::INT_MIN && int <= P::INT_MAX => Value::int(int),
-                _ => key,
+                Some(int) => Value::new(Tag::INT, int),
+                None => key,
             }),
             _ => Err(self.fail_on(FaultCode::BadKey, key, key)),
         }

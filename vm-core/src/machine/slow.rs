@@ -240,9 +240,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         match op {
             // Numbered alike.
             opcode::ADD..=opcode::DIV => x.operate(op - opcode::ADD, &y),
-            opcode::MOD => x.modulo::<P>(&y),
+            opcode::MOD => x.modulo(&y),
             #[cfg(feature = "maths")]
-            opcode::POW => maths::function::<C>(Function::Power as u8, &mut x, &y),
+            opcode::POW => maths::function::<P, C>(Function::Power as u8, &mut x, &y),
             _ => return Err(self.wrong_type(a, b)),
         }
         Ok(Value::packed(&x))

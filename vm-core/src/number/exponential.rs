@@ -3,19 +3,22 @@
 //! `log2 x` comes from the series of `atanh`, which converges fast for `x` near 1, and `2^-t` from a polynomial in the
 //! fraction of `t`.
 
-use super::float::{Float, multiply, multiply_high, shift_right};
-use super::tables::{EXPONENTIAL, evaluate};
+use super::float::{Float, INFINITE_EXPONENT, shift_right};
+use super::profile::Profile;
+use super::tables::evaluate;
+use super::word::Word;
 use crate::bytecode::ByteCode;
 
-/// Integers of so many bits take repeated multiplication: 3^15 is the longest power of an odd number that fits binary32.
-const LONGEST_PRODUCT: i16 = 4;
+/// Integers up to that take repeated multiplication: 3^15 is the longest power of an odd number that fits binary32.
+const LONGEST_PRODUCT: u16 = 15;
 
 /// Multiplies `x` by a power of two, so that it is from 1/2 to 1 or from 1 to 2 as it was less or more than 1; the exponent
 /// of the inverse of that power. `None`, and `x` is the logarithm, if it is -infinity for 0, NaN for negative numbers, infinity or NaN.
 #[inline(always)]
-pub(super) fn split(x: &mut Float) -> Option<i16> {
+pub(super) fn split<P: Profile>(x: &mut Float<P>) -> Option<i16> {
     if x.is_zero() {
-        x.invert_special();
+        x.exponent = INFINITE_EXPONENT;
+        x.significand = P::Raw::FIRST;
         x.negative = true;
     } else if x.negative {
         x.set_nan();
@@ -32,71 +35,69 @@ pub(super) fn split(x: &mut Float) -> Option<i16> {
 
 /// Sets `x` to `2^(x * y)`. Neither is NaN.
 #[inline(always)]
-pub(super) fn exp2_product<C: ByteCode>(x: &mut Float, y: &Float) {
+pub(super) fn exp2_product<P: Profile, C: ByteCode>(x: &mut Float<P>, y: &Float<P>) {
     // All bits of the product count, since those before the point are no bits of the result.
-    let product = multiply(x.significand, y.significand);
-    let (high, low) = ((product >> 32) as u32, product as u32);
+    let (high, mut low) = x.significand.multiply(y.significand);
     let shift = x.exponent.wrapping_add(y.exponent);
-    let (mut power, mut fraction) = (0, 0);
-    if shift <= 0 {
-        fraction = shift_right(high, shift.wrapping_neg());
-    } else if shift < 10 {
-        let back = 32_u8.wrapping_sub(shift as u8);
-        power = high.wrapping_shr(u32::from(back)) as i16;
-        fraction = high << (shift as u8) | low.wrapping_shr(u32::from(back));
-    } else {
-        // The product is 512 or more, beyond every float, and so is 2^511.
-        power = 511;
+    // The product is 512 or more, beyond every float, and so is 2^511.
+    let (mut power, mut fraction) = (511, P::ZERO);
+    if shift < 10 {
+        power = 0;
+        fraction = shift_right(high, shift.wrapping_neg().max(0));
+        for _ in 0..shift {
+            power = power << 1 | i16::from(fraction.has_first());
+            fraction = fraction << 1;
+            if low.has_first() {
+                fraction = fraction | P::Raw::ONE;
+            }
+            low = low << 1;
+        }
     }
     if x.negative != y.negative {
         power = power.wrapping_neg();
-    } else if fraction != 0 {
+    } else if fraction != P::ZERO {
         // 2^(n + f) = 2^(n + 1) * 2^-(1 - f)
         power = power.wrapping_add(1);
-        fraction = fraction.wrapping_neg();
+        fraction = fraction.neg();
     }
     // 2^-f = 1 - f * series; 1 is as good as the number before it.
-    let series = evaluate::<C>(EXPONENTIAL, fraction);
-    *x = Float::normalized(!multiply_high(fraction, series), power);
+    let series = evaluate::<P, C>(P::POLYNOMIALS.exponential, fraction);
+    *x = Float::normalized(!fraction.multiply_high(series), power);
 }
 
-/// The simple powers: true, and `x` is `x^y` but for its sign, if `y` is a small integer, or `x` or `y` is a special
-/// number. Else `x` is positive and finite. With that the sign of the power.
+/// The simple powers: true, and `x` is `x^y`, if `y` is a small integer, or `x` or `y` is a special number. Else `x` is
+/// positive and finite. With that the sign of the power.
 #[inline(always)]
-pub(super) fn simple_power(x: &mut Float, y: &Float) -> (bool, bool) {
-    // From 2^30 on every float is an even integer.
-    let quarters = y.quarters();
-    let (whole, integer) = ((quarters >> 2) as u8, quarters as u8 & 3 == 0);
-    let negative = x.negative && integer && whole & 1 != 0;
-    if y.is_zero() || x.is_one() {
+pub(super) fn simple_power<P: Profile>(x: &mut Float<P>, y: &Float<P>) -> (bool, bool) {
+    // What is larger than the integers of the profile is an even integer.
+    let (integer, whole) = match y.as_int() {
+        Some(int) if y.negative => (true, int.neg()),
+        Some(int) => (true, int),
+        None => (y.exponent >= i16::from(P::Raw::BITS), !P::Raw::ONE),
+    };
+    let negative = x.negative && whole.to_i16() & 1 != 0;
+    let factor = *x;
+    if whole <= P::raw_from_u16(LONGEST_PRODUCT) {
+        // A product without rounding is exact, and a longer one better than the logarithm.
         x.set_one();
-        return (true, false);
-    }
-    let special = x.is_special();
-    if y.is_nan() || x.is_nan() || !integer && x.negative && !special {
-        x.set_nan();
-        return (true, false);
-    }
-    x.negative = false;
-    if special {
-        if y.negative {
-            x.invert_special();
+        for _ in 0..P::raw_to_u16(whole) {
+            x.mul(&factor);
         }
-        return (true, negative);
-    }
-    let simple = integer && y.exponent <= LONGEST_PRODUCT;
-    if simple {
-        // A product of up to 32 bits is exact, and a longer one better than the logarithm.
-        let mut product = *x;
-        for _ in 1..whole {
-            product.mul(x);
+    } else if !x.is_one() {
+        let special = x.is_special();
+        if y.is_nan() || x.negative && !integer && !special {
+            x.set_nan();
         }
-        if y.negative {
-            x.set_one();
-            x.div(&product);
-        } else {
-            *x = product;
+        x.negative = negative;
+        if !special && !x.is_nan() {
+            x.negative = false;
+            return (false, negative);
         }
     }
-    (simple, negative)
+    if y.negative {
+        let product = *x;
+        x.set_one();
+        x.div(&product);
+    }
+    (true, negative)
 }

@@ -1,25 +1,26 @@
 //! Unpacked floats: the working form of everything that is computed with floats.
 //!
-//! A significand of 32 bits holds the integers and floats of both profiles exactly, and the mathematical functions have
-//! eight bits more than binary32 for their errors, so that a result is rounded once. Everything is integer arithmetic,
-//! which no floating-point library or unit can do differently.
+//! A significand as wide as a payload holds the integers and floats of the profile exactly, and the mathematical functions
+//! have six or eight bits more than a result for their errors, so that it is rounded once. Everything is integer
+//! arithmetic, which no floating-point library or unit can do differently.
 //!
 //! # Special numbers
 //! Zero, infinity and NaN are told by their exponents alone, which are so far apart that the exponents of products and
 //! ratios tell what those are.
 //!
 //! # Size
-//! An AVR passes eight bytes in registers at great cost, and 32-bit operations are long there. So operations change a
-//! number in its place, are not inlined, and shift bit by bit.
+//! An AVR passes structures in registers at great cost, and shifts bit by bit. So operations change a number in its place,
+//! and are not inlined.
 
 use core::cmp::Ordering;
 
-use super::profile::Profile;
+use super::profile::{Full, Profile};
+use super::word::Word;
 
 /// The exponent of zero: no sum of exponents of numbers that are not zero comes near.
-const ZERO_EXPONENT: i16 = -0x2000;
-const INFINITE_EXPONENT: i16 = 0x2000;
-const NAN_EXPONENT: i16 = 0x3000;
+pub(super) const ZERO_EXPONENT: i16 = -0x2000;
+pub(super) const INFINITE_EXPONENT: i16 = 0x2000;
+pub(super) const NAN_EXPONENT: i16 = 0x3000;
 /// Beyond every exponent of a number that is neither zero nor infinite nor NaN.
 const FINITE_LIMIT: i16 = 0x07FF;
 
@@ -36,45 +37,16 @@ pub enum Rounding {
     Nearest,
 }
 
-/// The number `significand / 2^32 * 2^exponent`, with a sign. Bit 31 of the significand is set, but for zero and NaN.
+/// The number `significand / 2^bits * 2^exponent`, with a sign, where the significand has that many bits. The first is set,
+/// but for zero and NaN.
 #[derive(Clone, Copy, Debug)]
-pub struct Float {
-    pub(super) significand: u32,
+pub struct Float<P: Profile = Full> {
+    pub(super) significand: P::Raw,
     pub(super) exponent: i16,
     pub(super) negative: bool,
 }
 
 impl Float {
-    /// 0.
-    pub const ZERO: Float = Float::new(0, ZERO_EXPONENT);
-    /// 1.
-    pub const ONE: Float = Float::new(1 << 31, 1);
-    /// Infinity.
-    pub const INFINITY: Float = Float::new(1 << 31, INFINITE_EXPONENT);
-    /// NaN.
-    pub const NAN: Float = Float::new(0, NAN_EXPONENT);
-
-    /// `significand / 2^32 * 2^exponent`, where bit 31 of the significand is set.
-    pub(super) const fn new(significand: u32, exponent: i16) -> Float {
-        Float { significand, exponent, negative: false }
-    }
-
-    /// `fraction / 2^32 * 2^exponent`.
-    #[inline(never)]
-    pub(super) fn normalized(fraction: u32, exponent: i16) -> Float {
-        let mut number = Float::new(fraction, exponent);
-        number.add(&Float::new(0, ZERO_EXPONENT));
-        number
-    }
-
-    /// An integer.
-    #[inline(never)]
-    pub fn from_int(value: i32) -> Float {
-        let mut number = Float::normalized(value.unsigned_abs(), 32);
-        number.negative = value < 0;
-        number
-    }
-
     /// A binary32.
     #[inline(never)]
     pub fn from_f32(value: f32) -> Float {
@@ -82,8 +54,8 @@ impl Float {
         let fraction = bits << 9;
         let mut number = match (bits >> 23) as u8 {
             0 => Float::normalized(fraction, -126),
-            255 if fraction == 0 => Float::INFINITY,
-            255 => Float::NAN,
+            255 if fraction == 0 => Float::new(1 << 31, INFINITE_EXPONENT),
+            255 => Float::new(0, NAN_EXPONENT),
             field => Float::new(bits << 8 | 1 << 31, i16::from(field).wrapping_sub(126)),
         };
         number.negative = bits >> 31 != 0;
@@ -112,6 +84,56 @@ impl Float {
             truncated.wrapping_add(u32::from(carry))
         };
         f32::from_bits(if self.negative { bits | 1 << 31 } else { bits })
+    }
+}
+
+impl<P: Profile> Float<P> {
+    /// As a place of the point.
+    const BITS: i16 = P::Raw::BITS as i16;
+
+    /// `significand / 2^bits * 2^exponent`, where the first bit of the significand is set.
+    #[inline(always)]
+    pub(super) fn new(significand: P::Raw, exponent: i16) -> Self {
+        Float { significand, exponent, negative: false }
+    }
+
+    /// `fraction / 2^bits * 2^exponent`.
+    #[inline(never)]
+    pub(super) fn normalized(fraction: P::Raw, exponent: i16) -> Self {
+        let mut number = Float::new(fraction, exponent);
+        if fraction == P::ZERO {
+            number.exponent = ZERO_EXPONENT;
+        } else {
+            number.normalize();
+        }
+        number
+    }
+
+    /// The same of two words. The last bit also stands for all bits after it.
+    #[inline(never)]
+    pub(super) fn from_words(high: P::Raw, low: P::Raw, exponent: i16) -> Self {
+        let mut number = Float::normalized(high, exponent);
+        number.add(&Float::normalized(low, exponent.wrapping_sub(Self::BITS)));
+        number
+    }
+
+    /// `fraction / 2^32 * 2^exponent`, likewise.
+    #[inline(never)]
+    pub(super) fn from_fraction(fraction: u32, exponent: i16) -> Self {
+        let low = P::Raw::from_u32(fraction);
+        if P::FULL {
+            return Float::normalized(low, exponent);
+        }
+        Float::from_words(P::Raw::from_u32(fraction >> 16), low, exponent)
+    }
+
+    /// An integer of the profile.
+    #[inline(never)]
+    pub fn from_int(value: P::Raw) -> Self {
+        let negative = value.has_first();
+        let mut number = Float::normalized(if negative { value.neg() } else { value }, Self::BITS);
+        number.negative = negative;
+        number
     }
 
     /// Whether it is NaN.
@@ -149,23 +171,37 @@ impl Float {
         self.negative = !self.negative;
     }
 
+    /// Shifts the significand, which is not 0, until its first bit is set.
+    #[inline(never)]
+    fn normalize(&mut self) {
+        let (mut significand, mut exponent) = (self.significand, self.exponent);
+        while !significand.has_first() {
+            significand = significand << 1;
+            exponent = exponent.wrapping_sub(1);
+        }
+        if exponent > FINITE_LIMIT {
+            exponent = INFINITE_EXPONENT;
+        }
+        (self.significand, self.exponent) = (significand, exponent);
+    }
+
     /// Adds a number. The last bit of the sum also stands for all bits after it, so that rounding to fewer bits is right.
-    pub fn add(&mut self, other: &Float) {
+    pub fn add(&mut self, other: &Self) {
         self.operate(operation::ADD, other);
     }
 
     /// Subtracts a number.
-    pub fn sub(&mut self, other: &Float) {
+    pub fn sub(&mut self, other: &Self) {
         self.operate(operation::SUB, other);
     }
 
     /// Multiplies by a number.
-    pub fn mul(&mut self, other: &Float) {
+    pub fn mul(&mut self, other: &Self) {
         self.operate(operation::MUL, other);
     }
 
     /// Divides by a number.
-    pub fn div(&mut self, other: &Float) {
+    pub fn div(&mut self, other: &Self) {
         self.operate(operation::DIV, other);
     }
 
@@ -173,7 +209,7 @@ impl Float {
     ///
     /// One function for all: its frame, and loading and storing numbers, are a large part of each of them on an AVR.
     #[inline(never)]
-    pub fn operate(&mut self, operation: u8, other: &Float) {
+    pub fn operate(&mut self, operation: u8, other: &Self) {
         if self.is_nan() {
             return;
         }
@@ -184,33 +220,30 @@ impl Float {
         let (mut left, mut right) = (self.significand, other.significand);
         let (mut exponent, mut negative) = (self.exponent, self.negative);
         let mut distance = exponent.wrapping_sub(other.exponent);
-        // What a result without bits is: of a sum zero, positive unless both were negative.
-        let mut zero_exponent = exponent;
-        let mut differ = false;
+        // Whether a result without bits is NaN, as 0 * infinity and infinity - infinity are.
+        let mut no_zero = false;
         match operation {
             operation::ADD | operation::SUB => {
-                let mut other_negative = other.negative != (operation == operation::SUB);
-                differ = negative != other_negative;
-                if distance < 0 {
+                let other_negative = other.negative != (operation == operation::SUB);
+                let differ = negative != other_negative;
+                if distance < 0 || distance == 0 && left < right {
                     (left, right) = (right, left);
-                    (negative, other_negative) = (other_negative, negative);
+                    negative = other_negative;
                     exponent = other.exponent;
                     distance = distance.wrapping_neg();
                 }
-                zero_exponent = if exponent > FINITE_LIMIT { 0 } else { ZERO_EXPONENT };
                 right = shift_right(right, distance);
                 if differ {
-                    let borrow;
-                    (left, borrow) = left.overflowing_sub(right);
-                    if borrow {
-                        left = left.wrapping_neg();
-                        negative = other_negative;
+                    left = left.sub(right);
+                    if left == P::ZERO {
+                        negative = false;
+                        no_zero = exponent > FINITE_LIMIT;
                     }
                 } else {
                     let carry;
-                    (left, carry) = left.overflowing_add(right);
+                    (left, carry) = left.add_carry(right);
                     if carry {
-                        left = left >> 1 | left & 1 | 1 << 31;
+                        left = left >> 1 | left & P::Raw::ONE | P::Raw::FIRST;
                         exponent = exponent.wrapping_add(1);
                     }
                 }
@@ -218,30 +251,26 @@ impl Float {
             operation::MUL => {
                 negative ^= other.negative;
                 exponent = exponent.wrapping_add(other.exponent);
-                zero_exponent = exponent;
-                let product = multiply(left, right);
-                let mut low = product as u32;
-                left = (product >> 32) as u32;
-                if left >> 31 == 0 {
-                    left = left << 1 | low >> 31;
-                    low <<= 1;
+                no_zero = exponent >= -FINITE_LIMIT;
+                let mut low;
+                (left, low) = left.multiply(right);
+                if !left.has_first() {
+                    left = left << 1 | P::Raw::of(low.has_first());
+                    low = low << 1;
                     exponent = exponent.wrapping_sub(1);
                 }
-                left = left.saturating_add(low >> 31);
+                left = P::Raw::round(left, low);
             }
             _ => {
-                // Digit by digit: what is left of the first number, doubled at each step, less the second if that is not
-                // negative. The quotient's bits tell where it was not.
-                let mut steps = 31;
+                let mut steps = Self::BITS - 1;
                 let mut carry = false;
                 if operation == operation::DIV {
                     negative ^= other.negative;
-                    zero_exponent = distance;
                     exponent = distance.wrapping_add(1);
                     if left < right {
                         exponent = distance;
-                        carry = left >> 31 != 0;
-                        left <<= 1;
+                        carry = left.has_first();
+                        left = left << 1;
                     }
                     if distance == 0 && other.is_special() {
                         self.set_nan();
@@ -249,7 +278,6 @@ impl Float {
                     }
                 } else if operation == operation::REMAINDER {
                     steps = distance;
-                    zero_exponent = ZERO_EXPONENT;
                     if other.is_zero() || exponent > FINITE_LIMIT {
                         self.set_nan();
                         return;
@@ -262,59 +290,37 @@ impl Float {
                         self.set_nan();
                         return;
                     }
-                    // With an even exponent the root has its first bit set. The bit that may get lost is 0 in a
-                    // binary32, where exactness matters.
+                    // With an even exponent the root has its first bit set. The bit that may get lost is 0 in every number
+                    // of the profile, where exactness matters.
                     if exponent & 1 != 0 {
-                        left >>= 1;
+                        left = left >> 1;
                     }
                     exponent = exponent.wrapping_add(1) >> 1;
                 }
-                let mut quotient = 0_u32;
-                let mut bit = 1_u32 << 31;
-                while steps >= 0 {
-                    if operation > operation::REMAINDER {
-                        // The divisor of a root is twice the root so far and the next bit, here halved.
-                        right = quotient | bit >> 1;
-                    }
-                    if carry || left >= right {
-                        left = left.wrapping_sub(right);
-                        quotient |= bit;
-                    }
-                    if steps == 0 {
-                        break;
-                    }
-                    steps = steps.wrapping_sub(1);
-                    bit >>= 1;
-                    carry = left >> 31 != 0;
-                    left <<= 1;
-                }
-                if operation != operation::REMAINDER {
+                let root = operation > operation::REMAINDER;
+                if steps >= 0 {
+                    let (quotient, rest) = divide(left, right, steps as u16, carry, root);
                     // The last bit also stands for all bits after it.
-                    left = quotient | u32::from(left != 0);
+                    left = quotient | P::Raw::of(rest != P::ZERO);
+                    if operation == operation::REMAINDER {
+                        left = rest;
+                    }
                 }
             }
-        }
-        let mut most = 32_u8;
-        while left >> 31 == 0 {
-            if most == 0 {
-                // 0 * infinity and infinity - infinity are NaN.
-                exponent = if zero_exponent < -FINITE_LIMIT { ZERO_EXPONENT } else { NAN_EXPONENT };
-                negative &= !differ;
-                break;
-            }
-            most = most.wrapping_sub(1);
-            left <<= 1;
-            exponent = exponent.wrapping_sub(1);
-        }
-        if exponent > FINITE_LIMIT && exponent != NAN_EXPONENT {
-            exponent = INFINITE_EXPONENT;
         }
         *self = Float { significand: left, exponent, negative };
+        if left != P::ZERO {
+            self.normalize();
+        } else if no_zero {
+            self.set_nan();
+        } else {
+            self.exponent = ZERO_EXPONENT;
+        }
     }
 
     /// The order of two numbers; `None` if one is NaN.
     #[inline(never)]
-    pub fn compare(&self, other: &Float) -> Option<Ordering> {
+    pub fn compare(&self, other: &Self) -> Option<Ordering> {
         if self.is_nan() || other.is_nan() {
             return None;
         }
@@ -334,7 +340,7 @@ impl Float {
 
     /// Whether its magnitude is smaller.
     #[inline(never)]
-    pub(super) fn is_smaller(&self, other: &Float) -> bool {
+    pub(super) fn is_smaller(&self, other: &Self) -> bool {
         if self.exponent == other.exponent {
             self.significand < other.significand
         } else {
@@ -342,18 +348,11 @@ impl Float {
         }
     }
 
-    /// Four times its magnitude if that is below 2^32, and the last bit also stands for all after it; else 0.
+    /// An integer of the profile; the nearest if that does not fit, 0 for NaN.
     #[inline(never)]
-    pub(super) fn quarters(&self) -> u32 {
-        let shift = 30_i16.wrapping_sub(self.exponent);
-        if shift < 0 { 0 } else { shift_right(self.significand, shift) }
-    }
-
-    /// An integer; the nearest `i32` if that does not fit, 0 for NaN.
-    #[inline(never)]
-    pub fn to_int(&self, rounding: Rounding) -> i32 {
+    pub fn to_int(&self, rounding: Rounding) -> P::Raw {
         if self.is_nan() {
-            return 0;
+            return P::ZERO;
         }
         let quarters = match rounding {
             Rounding::Floor if self.negative => 3,
@@ -361,24 +360,43 @@ impl Float {
             Rounding::Nearest => 2,
             _ => 0,
         };
-        // From 2^23 on all floats are integers.
-        let mut whole = (self.quarters().wrapping_add(quarters) >> 2) as i32;
-        if self.exponent > 30 {
-            whole = (self.significand >> 1) as i32;
+        // All that are larger than that are integers.
+        let shift = (Self::BITS - 2).wrapping_sub(self.exponent);
+        let whole = if shift >= 0 {
+            // Four times the magnitude, whose last bit also stands for all after it.
+            shift_right(self.significand, shift).add(P::raw_from_u16(quarters)) >> 2
+        } else if shift == -1 {
+            self.significand >> 1
+        } else if self.negative {
+            return P::Raw::FIRST;
+        } else {
+            return !P::Raw::FIRST;
+        };
+        if self.negative { whole.neg() } else { whole }
+    }
+
+    /// Its integer part; the nearest `i32` if that does not fit, 0 for NaN.
+    pub fn to_i32(&self) -> i32 {
+        if P::FULL {
+            return P::int_to_i32(self.to_int(Rounding::Truncate));
+        }
+        if self.is_nan() {
+            return 0;
         }
         if self.exponent > 31 {
-            whole = i32::MAX;
-            if self.negative {
-                return i32::MIN;
-            }
+            return if self.negative { i32::MIN } else { i32::MAX };
         }
+        let shift = 31_i16.wrapping_sub(self.exponent.max(0));
+        let fixed = (self.significand.to_u32() as i32).wrapping_shl(u32::from(31 - P::Raw::BITS));
+        let whole = fixed.wrapping_shr(shift as u32);
         if self.negative { whole.wrapping_neg() } else { whole }
     }
 
-    /// The integer that it is, if it is one.
-    pub fn as_int(&self) -> Option<i32> {
+    /// The integer of the profile that it is, if it is one.
+    #[inline(never)]
+    pub fn as_int(&self) -> Option<P::Raw> {
         let int = self.to_int(Rounding::Truncate);
-        let equal = Float::from_int(int).compare(self) == Some(Ordering::Equal);
+        let equal = Self::from_int(int).compare(self) == Some(Ordering::Equal);
         if equal { Some(int) } else { None }
     }
 
@@ -389,55 +407,48 @@ impl Float {
     /// the float before. NaN if `other` is 0, the number is infinite or either is NaN. With an infinite `other` the
     /// number itself, or for a negative one the largest float.
     #[inline(never)]
-    pub fn modulo<P: Profile>(&mut self, other: &Float) {
+    pub fn modulo(&mut self, other: &Self) {
         self.operate(operation::REMAINDER, other);
-        let mut bound = *other;
-        bound.negative = false;
         if self.negative && !self.is_zero() {
-            self.add(&bound);
+            // The magnitude is added.
+            let operation = if other.negative { operation::SUB } else { operation::ADD };
+            self.operate(operation, other);
         }
         self.negative = false;
-        let mut raw = P::pack(self);
+        let raw = P::pack(self);
         *self = P::unpack(raw);
-        if !self.is_nan() && !self.is_smaller(&bound) {
+        if !self.is_nan() && !self.is_smaller(other) {
             // Positive floats are ordered like their bits.
-            raw = P::sub(raw, P::raw_from_u16(1));
-            *self = P::unpack(raw);
+            *self = P::unpack(P::sub(raw, P::raw_from_u16(1)));
         }
     }
 }
 
 /// For the functions of [`super::maths`].
 #[cfg(feature = "maths")]
-impl Float {
+impl<P: Profile> Float<P> {
     /// Sets it to 1.
     #[inline(never)]
     pub(super) fn set_one(&mut self) {
-        self.significand = 1 << 31;
+        self.significand = P::Raw::FIRST;
         self.exponent = 1;
         self.negative = false;
     }
 
     /// Whether it is 1.
     pub(super) fn is_one(&self) -> bool {
-        self.exponent == 1 && self.significand == 1 << 31 && !self.negative
+        self.exponent == 1 && self.significand == P::Raw::FIRST && !self.negative
     }
 
-    /// Makes infinity of zero, and zero of infinity.
-    pub(super) fn invert_special(&mut self) {
-        self.significand ^= 1 << 31;
-        self.exponent = self.exponent.wrapping_neg();
-    }
-
-    /// The square of a magnitude of at most 1, as a fraction of 2^32.
+    /// The square of a magnitude of at most 1, as a fraction.
     #[inline(never)]
-    pub(super) fn square(&self) -> u32 {
+    pub(super) fn square(&self) -> P::Raw {
         let fixed = if self.exponent > 0 {
-            u32::MAX
+            !P::ZERO
         } else {
             shift_right(self.significand, self.exponent.wrapping_neg())
         };
-        multiply_high(fixed, fixed)
+        fixed.multiply_high(fixed)
     }
 }
 
@@ -459,38 +470,42 @@ pub mod operation {
     pub const ROOT: u8 = 5;
 }
 
+/// A quotient and what is left, digit by digit: what is left of `left`, with a bit before it if `carry`, is doubled at each of
+/// `steps` steps, less the divisor if that is not negative. The quotient's bits tell where it was not. Or the square root.
+#[inline(never)]
+fn divide<W: Word>(left: W, right: W, steps: u16, carry: bool, root: bool) -> (W, W) {
+    let (mut left, mut right, mut steps, mut carry) = (left, right, steps, carry);
+    let mut quotient = W::ZERO;
+    let mut bit = W::FIRST;
+    loop {
+        if root {
+            // The divisor of a root is twice the root so far and the next bit, here halved.
+            right = quotient | bit >> 1;
+        }
+        if carry || left >= right {
+            left = left.sub(right);
+            quotient = quotient | bit;
+        }
+        if steps == 0 {
+            return (quotient, left);
+        }
+        steps = steps.wrapping_sub(1);
+        bit = bit >> 1;
+        carry = left.has_first();
+        left = left << 1;
+    }
+}
+
 /// `bits / 2^count`; the last bit also stands for all that are shifted out.
 #[inline(never)]
-pub(super) fn shift_right(bits: u32, count: i16) -> u32 {
-    if count > 31 {
-        return u32::from(bits != 0);
+pub(super) fn shift_right<W: Word>(bits: W, count: i16) -> W {
+    if count >= i16::from(W::BITS) {
+        return W::of(bits != W::ZERO);
     }
     let (mut bits, mut count) = (bits, count as u8);
     while count > 0 {
-        bits = bits >> 1 | bits & 1;
+        bits = bits >> 1 | bits & W::ONE;
         count = count.wrapping_sub(1);
     }
     bits
-}
-
-/// The product of two words.
-///
-/// Schoolbook multiplication in halves: multiplying 64-bit numbers would call a slow and large library routine on
-/// processors that multiply at most 32 bits.
-#[inline(never)]
-pub extern "C" fn multiply(a: u32, b: u32) -> u64 {
-    let (a_high, a_low) = (a >> 16, a & 0xFFFF);
-    let (b_high, b_low) = (b >> 16, b & 0xFFFF);
-    // No sum overflows: (2^16 - 1)^2 + 2 (2^16 - 1) = 2^32 - 1.
-    let lowest = a_low.wrapping_mul(b_low);
-    let middle = a_high.wrapping_mul(b_low).wrapping_add(lowest >> 16);
-    let other = a_low.wrapping_mul(b_high).wrapping_add(middle & 0xFFFF);
-    let high = a_high.wrapping_mul(b_high).wrapping_add(middle >> 16).wrapping_add(other >> 16);
-    u64::from(high) << 32 | u64::from(other << 16 | lowest & 0xFFFF)
-}
-
-/// The high word of the product: the product of two fractions of 2^32.
-#[cfg_attr(not(feature = "maths"), allow(dead_code))]
-pub(super) fn multiply_high(a: u32, b: u32) -> u32 {
-    (multiply(a, b) >> 32) as u32
 }

@@ -14,7 +14,8 @@
 //!
 //! Arithmetic is that of [`Float`], whose results [`F16::pack`] rounds: once, and so correctly.
 
-use super::float::Float;
+use super::float::{Float, INFINITE_EXPONENT, NAN_EXPONENT, ZERO_EXPONENT};
+use super::profile::Tiny;
 
 /// Width of the fraction that binary32 has and this format has not.
 const EXTRA_FRACTION: u32 = 23 - 9;
@@ -80,42 +81,35 @@ impl F16 {
 
     /// The nearest 16-bit float, the even one of two.
     #[inline(never)]
-    pub fn pack(number: &Float) -> F16 {
+    pub fn pack(number: &Float<Tiny>) -> F16 {
         if number.is_nan() {
             return F16::NAN;
         }
-        let sign = u16::from(number.negative) << 15;
-        let field = number.exponent.wrapping_add(30);
-        // Ten bits are kept; the last of 16 also stands for all bits after it.
-        let high = (number.significand >> 16) as u16 | u16::from(number.significand as u16 != 0);
-        // The leading bit makes up for the 1 that is subtracted; a carry out of the fraction is the step to the next
-        // binade. Adding just under a half, and the last kept bit, makes ties even.
-        let rounding = 0x1F_u16.wrapping_add(high >> 6 & 1);
-        let kept = (high >> 6).wrapping_add((high & 0x3F).wrapping_add(rounding) >> 6);
-        let bits = ((field as u16).wrapping_sub(1) << 9).wrapping_add(kept);
+        // Ten bits are kept, of which the first is implied. Adding just under a half, and the last kept bit, makes ties
+        // even; a carry is the step to the next binade, whose fraction is 0.
+        let half = if number.significand & 0x40 == 0 { 0x1F } else { 0x20 };
+        let (rounded, carry) = number.significand.overflowing_add(half);
+        let field = number.exponent.wrapping_add(30 + i16::from(carry));
         let bits = if field > 62 {
             F16::INFINITY.0
-        } else if field < 0 || bits != F16::MIN_POSITIVE.0 && field == 0 {
+        } else if field < 1 {
             0
         } else {
-            bits
+            (field as u16) << 9 | rounded << 1 >> 7
         };
-        F16(sign | bits)
+        F16(if number.negative { bits | 1 << 15 } else { bits })
     }
 
     /// The same number unpacked.
     #[inline(never)]
-    pub fn unpack(self) -> Float {
+    pub fn unpack(self) -> Float<Tiny> {
         let field = (self.0 >> 9 & 63) as u8;
-        let mut number =
-            Float::new(u32::from(self.0 << 6 | 1 << 15) << 16, i16::from(field).wrapping_sub(30));
+        let mut number = Float::new(self.0 << 6 | 1 << 15, i16::from(field).wrapping_sub(30));
         if field == 0 {
-            // Not a copy of the constant: the AVR would keep that in RAM.
             number.significand = 0;
-            number.exponent = Float::ZERO.exponent;
+            number.exponent = ZERO_EXPONENT;
         } else if field == 63 {
-            number.exponent =
-                if self.0 << 7 == 0 { Float::INFINITY.exponent } else { Float::NAN.exponent };
+            number.exponent = if self.0 << 7 == 0 { INFINITE_EXPONENT } else { NAN_EXPONENT };
         }
         number.negative = self.0 >> 15 != 0;
         number

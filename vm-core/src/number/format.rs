@@ -1,6 +1,7 @@
 //! Numbers as text, and text as numbers, without `core::fmt`.
 
-use super::float::{Float, multiply};
+use super::float::Float;
+use super::word::multiply;
 
 /// Ten to the number of decimals that `%f` prints.
 const MILLION: u32 = 1_000_000;

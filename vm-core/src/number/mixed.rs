@@ -16,15 +16,18 @@ impl Number {
     /// Its exact value.
     pub fn unpack(self) -> Float {
         match self {
-            Number::Int(value) => Float::from_int(value),
+            Number::Int(value) => Float::from_int(value as u32),
             Number::Float(value) => Float::from_f32(value),
         }
     }
 
     /// Its value as a float of the profile. Integers of the full profile round to the nearest float, as a float literal
     /// would; all others are exact.
-    pub fn unpack_float<P: Profile>(self) -> Float {
-        let float = self.unpack();
-        if P::FULL { P::unpack(P::pack(&float)) } else { float }
+    pub fn unpack_float<P: Profile>(self) -> Float<P> {
+        match self {
+            Number::Int(value) if !P::FULL => Float::from_int(P::int_from_i32(value)),
+            Number::Int(value) => P::unpack(P::float_from_f32(value as f32)),
+            Number::Float(value) => P::unpack(P::float_from_f32(value)),
+        }
     }
 }

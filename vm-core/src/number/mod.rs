@@ -20,6 +20,7 @@ mod rng;
 pub(crate) mod tables;
 #[cfg(feature = "maths")]
 mod trigonometry;
+mod word;
 
 pub use float::{Float, Rounding, operation};
 pub use float16::F16;

@@ -7,6 +7,10 @@ use core::fmt::Debug;
 
 use super::float::Float;
 use super::float16::F16;
+#[cfg(feature = "maths")]
+use super::tables::Polynomials;
+use super::word::Word;
+use crate::rom;
 use crate::slots::Stored;
 
 mod sealed {
@@ -21,7 +25,7 @@ mod sealed {
 /// 16-bit code on an 8-bit processor.
 pub trait Profile: sealed::Sealed + Stored + Copy + Default + Debug + 'static {
     /// The payload of a value.
-    type Raw: Copy + Eq + Debug;
+    type Raw: Word;
     /// The payload of which all bits are zero.
     const ZERO: Self::Raw;
 
@@ -39,6 +43,11 @@ pub trait Profile: sealed::Sealed + Stored + Copy + Default + Debug + 'static {
     const INT_MAX: i32;
     /// Bytes of a literal in an image.
     const WORD_BYTES: usize;
+    /// The machine's own tables.
+    const ROM: &'static [u8];
+    /// Where among them the coefficients of polynomials are.
+    #[cfg(feature = "maths")]
+    const POLYNOMIALS: Polynomials;
 
     /// A payload from 16 bits (an index, an id); the rest is zero.
     fn raw_from_u16(value: u16) -> Self::Raw;
@@ -58,9 +67,9 @@ pub trait Profile: sealed::Sealed + Stored + Copy + Default + Debug + 'static {
     /// The nearest float; every NaN becomes the profile's only one.
     fn float_from_f32(value: f32) -> Self::Raw;
     /// The value of a float, to be computed with.
-    fn unpack(raw: Self::Raw) -> Float;
+    fn unpack(raw: Self::Raw) -> Float<Self>;
     /// The nearest float, the even one of two.
-    fn pack(number: &Float) -> Self::Raw;
+    fn pack(number: &Float<Self>) -> Self::Raw;
 
     /// `a + b`, wrapping.
     fn add(a: Self::Raw, b: Self::Raw) -> Self::Raw;
@@ -218,6 +227,9 @@ impl Profile for Tiny {
     const NAME: &'static str = "tiny";
     const ID: u8 = 0;
     const FULL: bool = false;
+    const ROM: &'static [u8] = &rom::TINY;
+    #[cfg(feature = "maths")]
+    const POLYNOMIALS: Polynomials = Polynomials::TINY;
 
     integer_operations!(u16, i16);
 
@@ -233,12 +245,12 @@ impl Profile for Tiny {
     }
 
     #[inline]
-    fn unpack(raw: u16) -> Float {
+    fn unpack(raw: u16) -> Float<Tiny> {
         F16(raw).unpack()
     }
 
     #[inline]
-    fn pack(number: &Float) -> u16 {
+    fn pack(number: &Float<Tiny>) -> u16 {
         F16::pack(number).0
     }
 }
@@ -249,6 +261,9 @@ impl Profile for Full {
     const NAME: &'static str = "full";
     const ID: u8 = 1;
     const FULL: bool = true;
+    const ROM: &'static [u8] = &rom::FULL;
+    #[cfg(feature = "maths")]
+    const POLYNOMIALS: Polynomials = Polynomials::FULL;
 
     integer_operations!(u32, i32);
 

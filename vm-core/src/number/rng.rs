@@ -22,14 +22,14 @@
 //! ```
 
 use core::cmp::Ordering;
-use core::mem::swap;
 
 #[cfg(feature = "maths")]
 use super::calculator::calculate;
-use super::float::{Float, multiply_high};
+use super::float::Float;
 use super::profile::Profile;
 #[cfg(feature = "maths")]
 use super::tables::program;
+use super::word::Word;
 #[cfg(feature = "maths")]
 use crate::bytecode::ByteCode;
 
@@ -76,10 +76,9 @@ impl Rng {
     ///
     /// Scaling 32 random bits makes some of `n` integers likelier than others, by at most `n / 2^32`
     /// of their probability: not to be noticed in the tiny profile, where `n` is below 2^16.
-    pub fn uniform_int(&mut self, a: i32, b: i32) -> i32 {
-        let (low, high) = (a.min(b), a.max(b));
-        let count = (high as u32).wrapping_sub(low as u32);
-        low.wrapping_add(multiply_high(self.next_u32(), count) as i32)
+    pub fn uniform_int<P: Profile>(&mut self, a: P::Raw, b: P::Raw) -> P::Raw {
+        let (low, high) = if P::int_less(b, a) { (b, a) } else { (a, b) };
+        P::add(low, P::sub(high, low).scale(self.next_u32()))
     }
 
     /// Sets `a` to a float of the profile from `a` up to but not including `b`; in `b..a` if `b` is less, `a` if
@@ -87,23 +86,22 @@ impl Rng {
     ///
     /// It is one of 2^24 equally spaced numbers, rounded to the profile's floats. What rounds to `b`
     /// becomes `a`, which makes up for the numbers below `a` that would round to it.
-    pub fn uniform_float<P: Profile>(&mut self, a: &mut Float, b: &Float) {
-        let (mut low, mut high) = (*a, *b);
-        if high.compare(&low) == Some(Ordering::Less) {
-            swap(&mut low, &mut high);
-        }
+    pub fn uniform_float<P: Profile>(&mut self, a: &mut Float<P>, b: &Float<P>) {
+        let first = *a;
+        let swapped = b.compare(&first) == Some(Ordering::Less);
+        let (low, high) = if swapped { (b, &first) } else { (&first, b) };
         let part = self.next_u32() >> 8;
         // Unlike low + part * (high - low) this does not overflow.
-        let mut sum = Float::normalized((1_u32 << 24).wrapping_sub(part), 8);
-        sum.mul(&low);
-        *a = Float::normalized(part, 8);
-        a.mul(&high);
+        let mut sum = Float::from_fraction((1_u32 << 24).wrapping_sub(part), 8);
+        sum.mul(low);
+        *a = Float::from_fraction(part, 8);
+        a.mul(high);
         a.add(&sum);
         *a = P::unpack(P::pack(a));
         let inside =
-            a.compare(&high) == Some(Ordering::Less) && low.compare(a).is_some_and(Ordering::is_le);
+            a.compare(high) == Some(Ordering::Less) && low.compare(a).is_some_and(Ordering::is_le);
         if !inside {
-            *a = low;
+            *a = *low;
         }
     }
 
@@ -113,7 +111,7 @@ impl Rng {
     /// is farther from the mean than 6.5 standard deviations. It tries 1.3 points on average, and
     /// always ends, since the generator comes to every number.
     #[cfg(feature = "maths")]
-    pub fn gaussian<C: ByteCode>(&mut self, deviation: &mut Float, mean: &Float) {
+    pub fn gaussian<P: Profile, C: ByteCode>(&mut self, deviation: &mut Float<P>, mean: &Float<P>) {
         let radius: u32 = 1 << 30;
         loop {
             let bits = self.next_u32();
@@ -121,8 +119,9 @@ impl Rng {
             let square = (x.wrapping_mul(x) as u32).wrapping_add(y.wrapping_mul(y) as u32);
             if x != 0 && square < radius {
                 // x / 2^15 * sqrt(-2 ln(s) / s), where s = square / radius
-                let mut normal = Float::normalized(square, 2);
-                calculate::<C>(program::NORMAL, &mut normal, &Float::from_int(x));
+                let mut normal = Float::from_fraction(square, 2);
+                let x = Float::from_int(P::int_from_i32(x));
+                calculate::<P, C>(program::NORMAL, &mut normal, &x);
                 deviation.mul(&normal);
                 deviation.add(mean);
                 return;
@@ -132,10 +131,10 @@ impl Rng {
 
     /// Sets `mean` to an exponentially distributed float.
     #[cfg(feature = "maths")]
-    pub fn exponential<C: ByteCode>(&mut self, mean: &mut Float) {
+    pub fn exponential<P: Profile, C: ByteCode>(&mut self, mean: &mut Float<P>) {
         // 0 has no logarithm.
-        let mut number = Float::normalized((self.next_u32() >> 8).max(1), 8);
-        calculate::<C>(program::MINUS_LN, &mut number, mean);
+        let mut number = Float::from_fraction((self.next_u32() >> 8).max(1), 8);
+        calculate::<P, C>(program::MINUS_LN, &mut number, mean);
         mean.mul(&number);
     }
 }

@@ -1,9 +1,13 @@
 //! What the mathematical functions keep in flash ([`crate::rom`]): programs of the [calculator](super::calculator), constants,
 //! and the coefficients of polynomials.
 //!
-//! The polynomials are minimax approximations with relative errors of 2^-34 or less. Their coefficients alternate in sign.
+//! The polynomials are minimax approximations, as fractions of the profile's words. Their coefficients alternate in sign. The
+//! relative errors are 2^-34 or less in the full profile; in the tiny one, where the coefficients were rounded one after
+//! the other and the remaining ones fitted again, 2^-18, but for the arc tangent 2^-15.9, since there is no fraction 1.
 
-use super::float::{Float, multiply_high};
+use super::float::Float;
+use super::profile::Profile;
+use super::word::Word;
 use crate::bytecode::ByteCode;
 use crate::rom;
 
@@ -44,13 +48,12 @@ pub(super) mod instruction {
     pub const STORE: u8 = 0x70;
     /// X becomes `2^(X * operand)`.
     pub const EXP2: u8 = 0x80;
-    /// X is multiplied by the value of a polynomial.
+    /// X is multiplied by the value of a polynomial and 2 to the power of its number.
     pub const SERIES: u8 = 0x90;
-    /// The next instruction is skipped unless the point is nearer to the axis of Y.
-    pub const IF_STEEP: u8 = 0xA0;
-    /// The next instruction is skipped unless the point is to the left of the axis of Y.
-    pub const IF_LEFT: u8 = 0xA1;
-    /// X becomes what an angle is beyond or lacks to a multiple of a quarter turn. The sign of its sine is kept.
+    /// The register and X are exchanged.
+    pub const SWAP: u8 = 0xA0;
+    /// X becomes its magnitude, and if it is an angle of at least 1/2, what that is beyond or lacks to a multiple of a quarter
+    /// turn. The sign of its sine is kept.
     pub const TURN: u8 = 0xB0;
     /// The same of the angle and a quarter turn.
     pub const TURN_MORE: u8 = 0xB1;
@@ -64,43 +67,76 @@ pub(super) mod instruction {
     pub const SIGN: u8 = 0xD1;
     /// X becomes negative.
     pub const MINUS: u8 = 0xD2;
-    /// X and Y are exchanged.
-    pub const SWAP: u8 = 0xD3;
-    /// Goes on at the program in the next byte.
-    pub const JUMP: u8 = 0xE0;
-    /// The same, and behind that byte when that program ends.
-    pub const CALL: u8 = 0xE1;
+    /// The next instruction is skipped unless the point is nearer to the axis of Y, or the angle is below 1/2.
+    pub const IF_STEEP: u8 = 0xE0;
+    /// The next instruction is skipped unless the point is to the left of the axis of Y.
+    pub const IF_LEFT: u8 = 0xE1;
+    /// Goes on at the program in the next byte, and behind that byte when that program ends.
+    pub const CALL: u8 = 0xE2;
     /// Ends the program.
     pub const END: u8 = 0xF0;
 }
 
-/// A polynomial: the places of its coefficients in [`WORDS`], the highest power first.
-#[derive(Clone, Copy)]
-pub(super) struct Series {
+/// A polynomial: the places of its coefficients, the highest power first.
+#[derive(Clone, Copy, Debug)]
+pub struct Series {
     first: u8,
     end: u8,
 }
 
-/// `sin(pi/2 * x) / 2x` in `x^2`, for x from 0 to 1.
-pub(super) const SINE: Series = Series { first: 0, end: 6 };
-/// `atan(x) / x` in `x^2`, for x from 0 to 1.
-pub(super) const ARC_TANGENT: Series = Series { first: 6, end: 18 };
-/// `2 atanh(x) / (4 x ln 2)` in [`LARGEST_SQUARE`] less `x^2`, for x from 0 to 1/3.
-pub(super) const LOGARITHM: Series = Series { first: 18, end: 25 };
-/// `1 / 9` as a fraction of 2^32, rounded up.
-pub(super) const LARGEST_SQUARE: u32 = 0x1C71_C71D;
-/// `(1 - 2^-x) / x` in `x`, for x from 0 to 1.
-pub(super) const EXPONENTIAL: Series = Series { first: 25, end: 32 };
+/// The polynomials of a profile.
+#[derive(Clone, Copy, Debug)]
+pub struct Polynomials {
+    /// `sin(pi/2 * x) / 2x` in `x^2`, for x from 0 to 1.
+    pub(super) sine: Series,
+    /// `atan(x) / x` in `x^2`, for x from 0 to 1.
+    pub(super) arc_tangent: Series,
+    /// `2 atanh(x) / (4 x ln 2)` in [`largest_square`] less `x^2`, for x from 0 to 1/3.
+    pub(super) logarithm: Series,
+    /// `(1 - 2^-x) / x` in `x`, for x from 0 to 1.
+    pub(super) exponential: Series,
+}
 
-const WORDS: [u32; 32] = [
-    // SINE
+impl Polynomials {
+    pub(super) const TINY: Polynomials = Polynomials::of([4, 6, 4, 5]);
+    pub(super) const FULL: Polynomials = Polynomials::of([6, 12, 7, 7]);
+
+    /// With so many coefficients.
+    const fn of(lengths: [u8; 4]) -> Polynomials {
+        let [sine, arc_tangent, logarithm, exponential] = lengths;
+        let logarithm_at = sine + arc_tangent;
+        let exponential_at = logarithm_at + logarithm;
+        Polynomials {
+            sine: Series { first: 0, end: sine },
+            arc_tangent: Series { first: sine, end: logarithm_at },
+            logarithm: Series { first: logarithm_at, end: exponential_at },
+            exponential: Series { first: exponential_at, end: exponential_at + exponential },
+        }
+    }
+
+    /// How many coefficients there are.
+    const fn count(&self) -> usize {
+        self.exponential.end as usize
+    }
+}
+
+const TINY_WORDS: [u16; Polynomials::TINY.count()] = [
+    // Sine
+    0x008F, 0x0A2D, 0x52AE, 0xC910, // Arc tangent
+    0x0373, 0x0EB6, 0x1F09, 0x3215, 0x553F, 0xFFFF, // Logarithm
+    0x1F9A, 0x2F16, 0x46DB, 0xC000, // Exponential
+    0x0042, 0x0265, 0x0E30, 0x3D7F, 0xB172,
+];
+
+const FULL_WORDS: [u32; Polynomials::FULL.count()] = [
+    // Sine
     0x0000_1CC3,
     0x0005_4040,
     0x0099_6889,
     0x0A33_5DFE,
     0x52AE_F394,
     0xC90F_DAA2,
-    // ARC_TANGENT
+    // Arc tangent
     0x002C_E0E0,
     0x013D_E8F3,
     0x041F_E49A,
@@ -113,7 +149,7 @@ const WORDS: [u32; 32] = [
     0x3333_2472,
     0x5555_550A,
     0xFFFF_FFFF,
-    // LOGARITHM
+    // Logarithm
     0x1433_7CC2,
     0x1D45_825E,
     0x211D_D807,
@@ -121,7 +157,7 @@ const WORDS: [u32; 32] = [
     0x2F83_A0B4,
     0x46DD_CB7A,
     0xC000_0000,
-    // EXPONENTIAL
+    // Exponential
     0x0000_B4FD,
     0x0009_A4D5,
     0x0057_027B,
@@ -130,6 +166,11 @@ const WORDS: [u32; 32] = [
     0x3D7F_7AAA,
     0xB172_17EA,
 ];
+
+/// `1 / 9` as a fraction, rounded up.
+pub(super) fn largest_square<P: Profile>() -> P::Raw {
+    P::Raw::from_u32(if P::FULL { 0x1C71_C71D } else { 0x1C72 })
+}
 
 /// Significands and exponents of the constants.
 const CONSTANTS: [(u32, i8); 8] = [
@@ -143,10 +184,10 @@ const CONSTANTS: [(u32, i8); 8] = [
     (0xB172_17F8, -29),
 ];
 
-/// The first 192 bits after the point of 2/pi, behind four bytes of zeros.
-const TWO_OVER_PI_BITS: [u8; 28] = [
-    0, 0, 0, 0, 0xA2, 0xF9, 0x83, 0x6E, 0x4E, 0x44, 0x15, 0x29, 0xFC, 0x27, 0x57, 0xD1, 0xF5, 0x34,
-    0xDD, 0xC0, 0xDB, 0x62, 0x95, 0x99, 0x3C, 0x43, 0x90, 0x41,
+/// The first 192 bits after the point of 2/pi.
+const TWO_OVER_PI_BITS: [u8; 24] = [
+    0xA2, 0xF9, 0x83, 0x6E, 0x4E, 0x44, 0x15, 0x29, 0xFC, 0x27, 0x57, 0xD1, 0xF5, 0x34, 0xDD, 0xC0,
+    0xDB, 0x62, 0x95, 0x99, 0x3C, 0x43, 0x90, 0x41,
 ];
 
 /// The programs, with their places among each other.
@@ -187,19 +228,19 @@ pub(super) mod program {
         LOG2 = SPLIT, STORE | R, ADD | ONE, STORE | S, LOAD | R, SUB | ONE, DIV | S,
             SERIES | 2, ADD | T, END;
         /// The sine.
-        SIN = TURN, SERIES, SIGN, END;
+        SIN = TURN, IF_STEEP, MUL | TWO_OVER_PI, SERIES | 1, SIGN, END;
         /// The cosine.
-        COS = TURN_MORE, SERIES, SIGN, END;
+        COS = TURN_MORE, IF_STEEP, MUL | TWO_OVER_PI, IF_STEEP, MINUS, IF_STEEP, ADD | ONE, SERIES | 1, SIGN, END;
         /// The tangent.
         TAN = STORE | R, CALL, COS, STORE | Y, LOAD | R, CALL, SIN, DIV | Y, END;
         /// The arc cosine.
-        ACOS = CALL, LEG, JUMP, ATAN;
+        ACOS = CALL, LEG, CALL, ATAN, END;
         /// The arc sine.
-        ASIN = CALL, LEG, SWAP, JUMP, ATAN;
+        ASIN = CALL, LEG, SWAP | Y, CALL, ATAN, END;
         /// The leg of a triangle with hypotenuse 1 and the other leg x, which becomes y.
         LEG = STORE | Y, ADD | ONE, STORE | R, LOAD | ONE, SUB | Y, MUL | R, ROOT, END;
         /// The angle of the point (y, x).
-        ATAN = POINT, IF_STEEP, SWAP, DIV | Y, SERIES | 1, MINUS, IF_STEEP, ADD | HALF_PI, MINUS, IF_LEFT,
+        ATAN = POINT, IF_STEEP, SWAP | Y, DIV | Y, SERIES, MINUS, IF_STEEP, ADD | HALF_PI, MINUS, IF_LEFT,
             ADD | PI, SIGN, END;
     }
 
@@ -210,71 +251,127 @@ pub(super) mod program {
         [SQRT, EXP, LN, LOG2, LOG10, SIN, COS, TAN, ASIN, ACOS, ATAN, RAISE];
 }
 
-const CONSTANTS_AT: usize = 4 * WORDS.len();
-const TWO_OVER_PI_AT: usize = CONSTANTS_AT + 5 * CONSTANTS.len();
-const STARTS_AT: usize = TWO_OVER_PI_AT + TWO_OVER_PI_BITS.len();
-const PROGRAMS_AT: usize = STARTS_AT + program::STARTS.len();
+const PROGRAMS_AT: usize = program::STARTS.len();
+const WORDS_AT: usize = PROGRAMS_AT + program::BYTES.len();
 
-/// All of it.
-pub(crate) const BYTES: [u8; PROGRAMS_AT + program::BYTES.len()] = {
-    let mut bytes = [0; PROGRAMS_AT + program::BYTES.len()];
+/// Bytes of all of it for words of `width` bytes, `count` of which are coefficients, and the first `bits` bytes of 2/pi.
+const fn length(width: usize, count: usize, bits: usize) -> usize {
+    WORDS_AT + width * count + (width + 1) * CONSTANTS.len() + width + 1 + bits
+}
+
+/// All of it for the tiny profile. Of 2/pi, what the largest float needs.
+pub(crate) const TINY: [u8; length(2, TINY_WORDS.len(), 8)] = {
+    let mut words = [0; TINY_WORDS.len()];
     let mut at = 0;
-    while at < bytes.len() {
-        bytes[at] = if at < CONSTANTS_AT {
-            WORDS[at / 4].to_be_bytes()[at % 4]
-        } else if at < TWO_OVER_PI_AT {
-            let (significand, exponent) = CONSTANTS[(at - CONSTANTS_AT) / 5];
-            let byte = (at - CONSTANTS_AT) % 5;
-            if byte == 4 { exponent as u8 } else { significand.to_be_bytes()[byte] }
-        } else if at < STARTS_AT {
-            TWO_OVER_PI_BITS[at - TWO_OVER_PI_AT]
-        } else if at < PROGRAMS_AT {
-            program::STARTS[at - STARTS_AT]
-        } else {
-            program::BYTES[at - PROGRAMS_AT]
-        };
+    while at < words.len() {
+        words[at] = (TINY_WORDS[at] as u32) << 16;
         at += 1;
     }
-    bytes
+    bytes(2, &words)
 };
 
+/// All of it for the full profile.
+pub(crate) const FULL: [u8; length(4, FULL_WORDS.len(), 24)] = bytes(4, &FULL_WORDS);
+
+/// Of the words, which are fractions of 2^32, the first `width` bytes are kept.
+const fn bytes<const LENGTH: usize>(width: usize, words: &[u32]) -> [u8; LENGTH] {
+    let mut bytes = [0; LENGTH];
+    let mut at = 0;
+    while at < WORDS_AT {
+        bytes[at] =
+            if at < PROGRAMS_AT { program::STARTS[at] } else { program::BYTES[at - PROGRAMS_AT] };
+        at += 1;
+    }
+    let mut index = 0;
+    while index < words.len() {
+        at = put(&mut bytes, at, width, words[index]);
+        index += 1;
+    }
+    index = 0;
+    while index < CONSTANTS.len() {
+        let (significand, exponent) = CONSTANTS[index];
+        // To the nearest.
+        let half = if width == 2 { 1 << 15 } else { 0 };
+        at = put(&mut bytes, at, width, significand + half);
+        bytes[at] = exponent as u8;
+        at += 1;
+        index += 1;
+    }
+    // Before the point there are zeros.
+    at += width + 1;
+    index = 0;
+    while at < bytes.len() {
+        bytes[at] = TWO_OVER_PI_BITS[index];
+        at += 1;
+        index += 1;
+    }
+    bytes
+}
+
+/// Puts the first `width` bytes of a word; where the next is to be put.
+const fn put(bytes: &mut [u8], at: usize, width: usize, word: u32) -> usize {
+    let mut byte = 0;
+    while byte < width {
+        bytes[at + byte] = word.to_be_bytes()[byte];
+        byte += 1;
+    }
+    at + width
+}
+
+const fn constants_at<P: Profile>() -> usize {
+    WORDS_AT + P::WORD_BYTES * P::POLYNOMIALS.count()
+}
+
 #[inline(never)]
-fn word<C: ByteCode>(at: usize) -> u32 {
-    let mut word = 0;
-    for byte in 0..4 {
-        word = word << 8 | u32::from(C::rom(rom::MATHS_AT + at + byte));
+fn word<P: Profile, C: ByteCode>(at: usize) -> P::Raw {
+    let mut word = P::ZERO;
+    for byte in 0..P::WORD_BYTES {
+        let byte = P::raw_from_u16(C::rom::<P>(rom::MATHS_AT + at + byte).into());
+        word = word << 8 | byte;
     }
     word
 }
 
-/// The word of 2/pi that begins with that byte; the first 32 bits are before the point.
-pub(super) fn two_over_pi<C: ByteCode>(byte: u8) -> u32 {
-    word::<C>(TWO_OVER_PI_AT + usize::from(byte))
+/// The number of quarter turns in an angle of `significand * 2^exponent` is the product of the significand and these words,
+/// in fractions of four quarter turns.
+#[inline(never)]
+pub(super) fn two_over_pi<P: Profile, C: ByteCode>(exponent: u8, number: u8) -> P::Raw {
+    let bits_at = constants_at::<P>() + (P::WORD_BYTES + 1) * CONSTANTS.len();
+    let place = exponent.wrapping_add(6);
+    let at = bits_at + usize::from(place >> 3) + P::WORD_BYTES * usize::from(number);
+    let next = C::rom::<P>(rom::MATHS_AT + at + P::WORD_BYTES);
+    let more = u16::from(next) << (place & 7) >> 8;
+    word::<P, C>(at) << (place & 7) | P::raw_from_u16(more)
 }
 
 /// A constant, by its number as an operand.
 #[inline(never)]
-pub(super) fn constant<C: ByteCode>(number: u8) -> Float {
-    let at = CONSTANTS_AT + 5 * usize::from(number.wrapping_sub(operand::REGISTERS));
-    Float::new(word::<C>(at), i16::from(C::rom(rom::MATHS_AT + at + 4) as i8))
+pub(super) fn constant<P: Profile, C: ByteCode>(number: u8) -> Float<P> {
+    let number = number.wrapping_sub(operand::REGISTERS);
+    let at = constants_at::<P>() + usize::from(number.wrapping_mul(P::WORD_BYTES as u8 + 1));
+    let exponent = C::rom::<P>(rom::MATHS_AT + at + P::WORD_BYTES);
+    Float::new(word::<P, C>(at), i16::from(exponent as i8))
 }
 
 /// Where a function of [`super::maths::Function`] begins.
-pub(super) fn start<C: ByteCode>(function: u8) -> u8 {
-    C::rom(rom::MATHS_AT + STARTS_AT + usize::from(function))
+pub(super) fn start<P: Profile, C: ByteCode>(function: u8) -> u8 {
+    C::rom::<P>(rom::MATHS_AT + usize::from(function))
 }
 
 /// A byte of the programs.
-pub(super) fn instruction_at<C: ByteCode>(at: u8) -> u8 {
-    C::rom(rom::MATHS_AT + PROGRAMS_AT + usize::from(at))
+pub(super) fn instruction_at<P: Profile, C: ByteCode>(at: u8) -> u8 {
+    C::rom::<P>(rom::MATHS_AT + PROGRAMS_AT + usize::from(at))
 }
 
 /// The value of a polynomial.
 #[inline(never)]
-pub(super) fn evaluate<C: ByteCode>(series: Series, x: u32) -> u32 {
-    let mut value = 0;
-    for index in series.first..series.end {
-        value = word::<C>(4 * usize::from(index)).wrapping_sub(multiply_high(x, value));
+pub(super) fn evaluate<P: Profile, C: ByteCode>(series: Series, x: P::Raw) -> P::Raw {
+    let mut value = P::ZERO;
+    let mut index = series.first;
+    while index != series.end {
+        let coefficient = word::<P, C>(WORDS_AT + P::WORD_BYTES * usize::from(index));
+        value = coefficient.sub(x.multiply_high(value));
+        index = index.wrapping_add(1);
     }
     value
 }

@@ -3,46 +3,34 @@
 //! An angle becomes a number of quarter turns by a product with 2/pi that is exact where it matters, so results are right
 //! for every float, however large.
 
-use super::float::{Float, multiply};
-use super::tables::operand::{ONE, TWO_OVER_PI};
-use super::tables::{constant, two_over_pi};
+use super::float::Float;
+use super::profile::Profile;
+use super::tables::two_over_pi;
+use super::word::Word;
 use crate::bytecode::ByteCode;
 
-/// Sets `x`, an angle to which a number of quarter turns is added, 0 or 1, to what it is beyond a multiple of a quarter
-/// turn if that multiple is even, or what it lacks to the next; in quarter turns. Whether the sine is
-/// negative.
+/// Sets `x`, the magnitude of an angle, to which a number of quarter turns is added, 0 or 1, to what it is beyond a multiple
+/// of a quarter turn if that multiple is even, or what it lacks to the next; in quarter turns. Whether that changes the sign of
+/// the sine.
 #[inline(always)]
-pub(super) fn turn<C: ByteCode>(x: &mut Float, quarters: u8) -> bool {
-    let mut negative = x.negative;
-    if quarters != 0 {
-        negative = false;
+pub(super) fn turn<P: Profile, C: ByteCode>(x: &mut Float<P>, quarters: u8) -> bool {
+    // Three words of the product with those bits of 2/pi that count: what is before them are multiples of four quarter
+    // turns, and what is behind them changes less than the last bit of the first two by one.
+    let (mut high, mut low, mut carried) = (P::ZERO, P::ZERO, P::ZERO);
+    let mut word = 3_u8;
+    while word != 0 {
+        word = word.wrapping_sub(1);
+        let bits = two_over_pi::<P, C>(x.exponent as u8, word);
+        let (product, rest) = x.significand.multiply(bits);
+        let carry;
+        low = high;
+        (high, carry) = rest.add_carry(carried);
+        carried = product.add(P::Raw::of(carry));
     }
-    x.negative = false;
-    if x.exponent < 0 {
-        x.mul(&constant::<C>(TWO_OVER_PI));
-        if quarters != 0 {
-            x.negative = true;
-            x.add(&constant::<C>(ONE));
-        }
-        return negative;
-    }
-    // Three words of the product of 24 bits and those of 2/pi that count: what is before them are multiples of four
-    // quarter turns, and what is behind them changes less than 2^-61.
-    let place = x.exponent.wrapping_add(6) as u8;
-    let factor = x.significand >> 8 << (place & 7);
-    let byte = place >> 3;
-    let (mut sum, mut low) = (0_u64, 0);
-    for offset in [8, 4, 0] {
-        low = sum as u32;
-        let word = two_over_pi::<C>(byte.wrapping_add(offset));
-        sum = multiply(factor, word).wrapping_add(sum >> 32);
-    }
-    let mut high = sum as u32;
-    let quarters = quarters.wrapping_add((high >> 30) as u8);
+    let quarters = quarters.wrapping_add((high >> (P::Raw::BITS - 2)).to_i16() as u8);
     if quarters & 1 != 0 {
         (high, low) = (!high, !low);
     }
-    *x = Float::normalized(high << 2, 0);
-    x.add(&Float::normalized(low, -30));
-    negative != (quarters & 2 != 0)
+    *x = Float::from_words(high & !P::ZERO >> 2, low, 2);
+    quarters & 2 != 0
 }

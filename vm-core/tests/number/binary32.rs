@@ -5,9 +5,19 @@ use std::cmp::Ordering;
 
 use bittybuzz_vm_core::number::{Float, Number, Profile, Rounding};
 
-/// A number as the machine computes with it.
+/// A number as the machine of the full profile computes with it.
 pub fn unpack(value: f32) -> Float {
     Float::from_f32(value)
+}
+
+/// A number as the machine of a profile computes with it: the nearest float.
+pub fn unpack_in<P: Profile>(value: f32) -> Float<P> {
+    P::unpack(P::float_from_f32(value))
+}
+
+/// The nearest float of the profile.
+pub fn pack<P: Profile>(number: &Float<P>) -> f32 {
+    P::float_to_f32(P::pack(number))
 }
 
 pub fn compare(a: Number, b: Number) -> Option<Ordering> {
@@ -15,19 +25,19 @@ pub fn compare(a: Number, b: Number) -> Option<Ordering> {
 }
 
 pub fn to_int(number: Number) -> i32 {
-    number.unpack().to_int(Rounding::Truncate)
+    number.unpack().to_int(Rounding::Truncate) as i32
 }
 
 pub fn floor(x: f32) -> i32 {
-    unpack(x).to_int(Rounding::Floor)
+    unpack(x).to_int(Rounding::Floor) as i32
 }
 
 pub fn ceil(x: f32) -> i32 {
-    unpack(x).to_int(Rounding::Ceil)
+    unpack(x).to_int(Rounding::Ceil) as i32
 }
 
 pub fn round(x: f32) -> i32 {
-    unpack(x).to_int(Rounding::Nearest)
+    unpack(x).to_int(Rounding::Nearest) as i32
 }
 
 pub fn abs(x: f32) -> f32 {
@@ -38,21 +48,21 @@ pub fn abs(x: f32) -> f32 {
 
 /// The form in which a float is a table key.
 pub fn normalize_key<P: Profile>(float: f32) -> Number {
-    match unpack(float).as_int() {
-        Some(int) if int >= P::INT_MIN && int <= P::INT_MAX => Number::Int(int),
-        _ => Number::Float(float),
+    match unpack_in::<P>(float).as_int() {
+        Some(int) => Number::Int(P::int_to_i32(int)),
+        None => Number::Float(float),
     }
 }
 
 pub fn float_modulo<P: Profile>(a: f32, b: f32) -> f32 {
-    let mut number = unpack(a);
-    number.modulo::<P>(&unpack(b));
-    number.to_f32()
+    let mut number = unpack_in::<P>(a);
+    number.modulo(&unpack_in(b));
+    pack(&number)
 }
 
 #[cfg(feature = "maths")]
 pub fn power(x: f32, y: f32) -> f32 {
-    maths::of(maths::Function::Power, x, y)
+    maths::of::<bittybuzz_vm_core::number::Full>(maths::Function::Power, x, y)
 }
 
 #[cfg(feature = "maths")]
@@ -60,18 +70,20 @@ pub mod maths {
     pub use bittybuzz_vm_core::number::maths::Function;
     use bittybuzz_vm_core::number::maths::function;
 
-    use super::unpack;
+    use bittybuzz_vm_core::number::Full;
 
-    pub fn of(which: Function, x: f32, y: f32) -> f32 {
-        let mut number = unpack(x);
-        function::<&[u8]>(which as u8, &mut number, &unpack(y));
-        number.to_f32()
+    use super::{Profile, pack, unpack_in};
+
+    pub fn of<P: Profile>(which: Function, x: f32, y: f32) -> f32 {
+        let mut number = unpack_in::<P>(x);
+        function::<P, &[u8]>(which as u8, &mut number, &unpack_in(y));
+        pack(&number)
     }
 
     macro_rules! functions {
         ($($name:ident $function:ident)+) => {
             $(pub fn $name(x: f32) -> f32 {
-                of(Function::$function, x, 0.0)
+                of::<Full>(Function::$function, x, 0.0)
             })+
         };
     }
@@ -81,6 +93,6 @@ pub mod maths {
     }
 
     pub fn atan2(y: f32, x: f32) -> f32 {
-        of(Function::Atan2, y, x)
+        of::<Full>(Function::Atan2, y, x)
     }
 }

@@ -3,7 +3,7 @@
 
 use std::cmp::Ordering;
 
-use bittybuzz_vm_core::number::{F16, Float};
+use bittybuzz_vm_core::number::{F16, operation};
 
 const NAN: u16 = 0x7F00;
 const INFINITY: u16 = 0x7E00;
@@ -143,9 +143,9 @@ pub fn expected(a: u16, b: u16) -> [u16; 4] {
 /// The same four as the virtual machine computes them.
 pub fn computed(a: u16, b: u16) -> [u16; 4] {
     let (x, y) = (F16(a).unpack(), F16(b).unpack());
-    [Float::add, Float::sub, Float::mul, Float::div].map(|operation| {
+    [operation::ADD, operation::SUB, operation::MUL, operation::DIV].map(|operation| {
         let mut result = x;
-        operation(&mut result, &y);
+        result.operate(operation, &y);
         F16::pack(&result).0
     })
 }

@@ -9,7 +9,7 @@ use core::ptr::write_volatile;
 
 use bittybuzz_on_chip::{Batch, run_batch, slots};
 use bittybuzz_progmem as progmem;
-use bittybuzz_vm_core::number::Tiny;
+use bittybuzz_vm_core::number::{Profile, Tiny};
 use bittybuzz_vm_core::{ByteCode, Vm};
 
 // avr-libc's float and memory functions are smaller and faster than those of compiler_builtins.
@@ -65,7 +65,7 @@ impl ByteCode for Part {
         progmem::word(self.address.wrapping_add(at))
     }
 
-    fn rom(at: usize) -> u8 {
+    fn rom<P: Profile>(at: usize) -> u8 {
         progmem::rom(at)
     }
 }

@@ -1,0 +1,186 @@
+//! The words that numbers are computed in: as wide as a profile's payloads, 16 or 32 bits.
+
+use core::fmt::Debug;
+use core::ops::{BitAnd, BitOr, BitXor, Not, Shl, Shr};
+
+/// `u16` or `u32`. Nothing of it panics: additions wrap, and no number is shifted by its width.
+pub trait Word:
+    Copy
+    + Ord
+    + Debug
+    + BitAnd<Output = Self>
+    + BitOr<Output = Self>
+    + BitXor<Output = Self>
+    + Not<Output = Self>
+    + Shl<u8, Output = Self>
+    + Shr<u8, Output = Self>
+    + 'static
+{
+    /// How many bits it has.
+    const BITS: u8;
+    /// 0
+    const ZERO: Self;
+    /// 1
+    const ONE: Self;
+    /// The first bit.
+    const FIRST: Self;
+
+    /// 1 or 0.
+    fn of(bit: bool) -> Self;
+    /// The last bits of a number.
+    fn from_u32(bits: u32) -> Self;
+    /// The same number.
+    fn to_u32(self) -> u32;
+    /// The last bits.
+    fn to_i16(self) -> i16;
+
+    /// `self + other`, wrapping.
+    fn add(self, other: Self) -> Self;
+    /// `self - other`, wrapping.
+    fn sub(self, other: Self) -> Self;
+    /// `self + other`, wrapping, and whether it did.
+    fn add_carry(self, other: Self) -> (Self, bool);
+    /// The product, its high word first.
+    fn multiply(self, other: Self) -> (Self, Self);
+    /// The product of two fractions, as a fraction.
+    fn multiply_high(self, other: Self) -> Self;
+    /// The product with a fraction of 2^32, without the fraction.
+    fn scale(self, fraction: u32) -> Self;
+    /// The product's significand, which begins with the first bit, for its two words.
+    fn round(high: Self, low: Self) -> Self;
+
+    /// Whether the first bit is set.
+    #[inline(always)]
+    fn has_first(self) -> bool {
+        self & Self::FIRST != Self::ZERO
+    }
+
+    /// `-self`, wrapping.
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self::ZERO.sub(self)
+    }
+}
+
+macro_rules! common {
+    ($word:ty) => {
+        const BITS: u8 = <$word>::BITS as u8;
+        const ZERO: $word = 0;
+        const ONE: $word = 1;
+        const FIRST: $word = 1 << (<$word>::BITS - 1);
+
+        #[inline(always)]
+        fn of(bit: bool) -> $word {
+            <$word>::from(bit)
+        }
+
+        #[inline(always)]
+        fn from_u32(bits: u32) -> $word {
+            bits as $word
+        }
+
+        #[inline(always)]
+        fn to_u32(self) -> u32 {
+            self as u32
+        }
+
+        #[inline(always)]
+        fn to_i16(self) -> i16 {
+            self as i16
+        }
+
+        #[inline(always)]
+        fn add(self, other: $word) -> $word {
+            self.wrapping_add(other)
+        }
+
+        #[inline(always)]
+        fn sub(self, other: $word) -> $word {
+            self.wrapping_sub(other)
+        }
+
+        #[inline(always)]
+        fn add_carry(self, other: $word) -> ($word, bool) {
+            self.overflowing_add(other)
+        }
+    };
+}
+
+impl Word for u16 {
+    common!(u16);
+
+    #[inline(always)]
+    fn multiply(self, other: u16) -> (u16, u16) {
+        let product = multiply_halves(self, other);
+        ((product >> 16) as u16, product as u16)
+    }
+
+    /// To the nearest: the 16 bits have little to spare.
+    #[inline(always)]
+    fn multiply_high(self, other: u16) -> u16 {
+        let (high, low) = self.multiply(other);
+        high.wrapping_add(low >> 15)
+    }
+
+    #[inline(always)]
+    fn scale(self, fraction: u32) -> u16 {
+        let (high, middle) = self.multiply((fraction >> 16) as u16);
+        let (_, carry) = middle.overflowing_add(self.multiply(fraction as u16).0);
+        high.wrapping_add(u16::from(carry))
+    }
+
+    /// The last bit also stands for all bits after it, so that rounding to fewer bits is right.
+    #[inline(always)]
+    fn round(high: u16, low: u16) -> u16 {
+        high | u16::from(low != 0)
+    }
+}
+
+impl Word for u32 {
+    common!(u32);
+
+    #[inline(always)]
+    fn multiply(self, other: u32) -> (u32, u32) {
+        let product = multiply(self, other);
+        ((product >> 32) as u32, product as u32)
+    }
+
+    #[inline(always)]
+    fn multiply_high(self, other: u32) -> u32 {
+        self.multiply(other).0
+    }
+
+    #[inline(always)]
+    fn scale(self, fraction: u32) -> u32 {
+        self.multiply(fraction).0
+    }
+
+    /// To the nearest.
+    #[inline(always)]
+    fn round(high: u32, low: u32) -> u32 {
+        high.saturating_add(low >> 31)
+    }
+}
+
+/// The product of two half words.
+// On the AVR, one copy of the call of a 32-bit multiplication.
+#[cfg_attr(target_arch = "avr", inline(never))]
+fn multiply_halves(a: u16, b: u16) -> u32 {
+    u32::from(a).wrapping_mul(u32::from(b))
+}
+
+/// The product of two words.
+///
+/// Schoolbook multiplication in halves: multiplying 64-bit numbers would call a slow and large library routine on
+/// processors that multiply at most 32 bits.
+#[inline(never)]
+pub extern "C" fn multiply(a: u32, b: u32) -> u64 {
+    let (a_high, a_low) = (a >> 16, a & 0xFFFF);
+    let (b_high, b_low) = (b >> 16, b & 0xFFFF);
+    // No sum overflows: (2^16 - 1)^2 + 2 (2^16 - 1) = 2^32 - 1.
+    let lowest = a_low.wrapping_mul(b_low);
+    let middle = a_high.wrapping_mul(b_low).wrapping_add(lowest >> 16);
+    let other = a_low.wrapping_mul(b_high).wrapping_add(middle & 0xFFFF);
+    let high = a_high.wrapping_mul(b_high).wrapping_add(middle >> 16).wrapping_add(other >> 16);
+    u64::from(high) << 32 | u64::from(other << 16 | lowest & 0xFFFF)
+}
