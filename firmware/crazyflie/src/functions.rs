@@ -2,7 +2,7 @@
 
 use bittybuzz_runtime::script::{Console, Counts, Robot, Stopped};
 use bittybuzz_runtime::setpoint::Writer;
-use bittybuzz_vm_core::number::{Full, Rng};
+use bittybuzz_vm_core::number::{Full, Profile, Rng};
 use bittybuzz_vm_core::{Arguments, Axis, ByteCode, Item, Refusal, Reply, RobotFault, Type, Value};
 use embassy_time::Instant;
 
@@ -94,7 +94,9 @@ impl Robot<Full> for Crazyflie {
             }
             function::RAND_BBZ => {
                 expect_count(&arguments, 0)?;
-                Ok(Reply::Value(Value::int(self.rng.uniform_int(-150, 150))))
+                let (low, high) = (Full::int_from_i32(-150), Full::int_from_i32(150));
+                let random = self.rng.uniform_int::<Full>(low, high);
+                Ok(Reply::Value(Value::int(Full::int_to_i32(random))))
             }
             function::PRINT => {
                 expect_count(&arguments, 1)?;
