@@ -29,8 +29,8 @@ impl Header {
     }
 
     fn read(code: impl ByteCode) -> Header {
-        let [length, budget, low, high] = [0, 2, 4, 6].map(|at| code.word(at));
-        Header { length, budget, slices: u32::from(high) << 16 | u32::from(low) }
+        let slices = u32::from(code.word(6)) << 16 | u32::from(code.word(4));
+        Header { length: code.word(0), budget: code.word(2), slices }
     }
 }
 

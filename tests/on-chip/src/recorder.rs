@@ -33,6 +33,7 @@ pub struct Recorder {
 }
 
 impl Recorder {
+    #[inline(never)]
     pub fn event(&mut self, event: Event, word: u32) {
         self.trace.add(event as u32);
         self.trace.add(word);
