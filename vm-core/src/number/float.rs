@@ -40,6 +40,8 @@ pub enum Rounding {
 /// The number `significand / 2^bits * 2^exponent`, with a sign, where the significand has that many bits. The first is set,
 /// but for zero and NaN.
 #[derive(Clone, Copy, Debug)]
+// Two words are copied by two instructions; six bytes would be by the library's function, of 600 bytes.
+#[cfg_attr(not(target_arch = "avr"), repr(align(4)))]
 pub struct Float<P: Profile = Full> {
     pub(super) significand: P::Raw,
     pub(super) exponent: i16,
