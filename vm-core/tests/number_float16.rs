@@ -8,9 +8,9 @@ mod model;
 #[path = "number/random.rs"]
 mod random;
 
-use bittybuzz_vm_core::number::F16;
 #[cfg(feature = "maths")]
 use bittybuzz_vm_core::number::Tiny;
+use bittybuzz_vm_core::number::{F16, Float, Rounding, operation};
 use random::Random;
 
 /// Every sign and kind of exponent with the fractions where rounding changes, and random ones.
@@ -42,6 +42,76 @@ fn arithmetic_is_correctly_rounded() {
                 model::computed_order(a, b),
                 "{a:#06x} {b:#06x}"
             );
+        }
+    }
+}
+
+/// Integers are as exact as floats, and have more bits.
+#[test]
+fn arithmetic_with_integers_is_correctly_rounded() {
+    let check = |int: i16, bits: u16, int_first: bool| {
+        // Both are an integer times a power of two.
+        let significand = i128::from(bits & 511 | 512) * if bits >> 15 == 0 { 1 } else { -1 };
+        let mut operands = [(i128::from(int), 0), (significand, i32::from(bits >> 9 & 63) - 40)];
+        let mut numbers = [Float::from_int(int as u16), F16(bits).unpack()];
+        if !int_first {
+            operands.reverse();
+            numbers.reverse();
+        }
+        let [(p, e), (q, f)] = operands;
+        let low = e.min(f);
+        let (left, right) = (p << (e - low), q << (f - low));
+        for (operation, exact, exponent, more) in [
+            (operation::ADD, left + right, low, false),
+            (operation::SUB, left - right, low, false),
+            (operation::MUL, p * q, e + f, false),
+            (
+                operation::DIV,
+                if q == 0 { 0 } else { (p << 32) / q },
+                e - f - 32,
+                q != 0 && (p << 32) % q != 0,
+            ),
+        ] {
+            if operation == operation::DIV && q == 0 {
+                continue;
+            }
+            let mut result = numbers[0];
+            result.operate(operation, &numbers[1]);
+            let magnitude = model::round(exact.unsigned_abs(), exponent, more);
+            let expected = if exact < 0 { magnitude | 0x8000 } else { magnitude };
+            let packed = F16::pack(&result).0;
+            let zeros = exact == 0 && packed & 0x7FFF == 0;
+            assert!(packed == expected || zeros, "{operation} {int} {bits:#06x} {int_first}");
+        }
+        assert_eq!(numbers[0].compare(&numbers[1]), Some(left.cmp(&right)), "{int} {bits:#06x}");
+        if q != 0 {
+            let mut result = numbers[0];
+            result.modulo(&numbers[1]);
+            let magnitude = model::round(left.rem_euclid(right).unsigned_abs(), low, false);
+            let result = F16::pack(&result);
+            // Where the nearest float is no remainder, it is the one before.
+            let below =
+                |bits: u16| f64::from(F16(bits).to_f32()) < right.abs() as f64 * 2f64.powi(low);
+            let expected = if below(magnitude) { magnitude } else { magnitude - 1 };
+            assert_eq!(result.0, expected, "{int} % {bits:#06x} {int_first}");
+        }
+    };
+    let mut random = Random(61);
+    for _ in 0..400_000 {
+        let word = random.next();
+        let field = 1 + (word >> 32) % 62;
+        let near = 31 + (word >> 40) % 16;
+        for field in [field, near] {
+            let bits = word as u16 & 0x81FF | (field as u16) << 9;
+            // Integers of every length.
+            let int = (word >> 16) as i16 >> (word >> 48 & 15);
+            check(int, bits, word >> 63 == 0);
+        }
+    }
+    for int in [i16::MIN, i16::MAX, -1, 0, 1, 16385] {
+        for bits in (1 << 9..63 << 9).step_by(7) {
+            check(int, bits, true);
+            check(int, bits | 0x8000, false);
         }
     }
 }
@@ -153,6 +223,15 @@ fn truncation_saturates() {
         let exact = f64::from(value.to_f32());
         assert_eq!(value.to_i16(), exact as i16);
         assert_eq!(value.to_i32(), exact as i32);
+    }
+    for bits in 0..=u16::MAX {
+        let (value, exact) = (F16(bits).unpack(), f64::from(F16(bits).to_f32()));
+        let int = |rounding| value.to_int(rounding) as i16;
+        assert_eq!(value.to_i32(), exact as i32);
+        assert_eq!(int(Rounding::Truncate), exact as i16);
+        assert_eq!(int(Rounding::Floor), exact.floor() as i16);
+        assert_eq!(int(Rounding::Ceil), exact.ceil() as i16);
+        assert_eq!(int(Rounding::Nearest), exact.round() as i16);
     }
     assert_eq!(F16::from_f32(-3.9).to_i16(), -3);
     assert_eq!(F16::INFINITY.to_i16(), i16::MAX);

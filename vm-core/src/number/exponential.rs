@@ -3,7 +3,8 @@
 //! `log2 x` comes from the series of `atanh`, which converges fast for `x` near 1, and `2^-t` from a polynomial in the
 //! fraction of `t`.
 
-use super::float::{Float, INFINITE_EXPONENT, shift_right};
+use super::arithmetic::shift_right;
+use super::float::{Float, INFINITE_EXPONENT};
 use super::profile::Profile;
 use super::tables::evaluate;
 use super::word::Word;

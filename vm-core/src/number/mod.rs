@@ -5,6 +5,8 @@
 //! profile IEEE binary32 `+ - * /`, which hardware and soft-float libraries round alike.
 //! Nothing here panics: integer operations wrap, and no table is indexed by a computed value.
 
+mod arithmetic;
+mod binary32;
 #[cfg(feature = "maths")]
 mod calculator;
 #[cfg(feature = "maths")]
@@ -22,7 +24,8 @@ pub(crate) mod tables;
 mod trigonometry;
 mod word;
 
-pub use float::{Float, Rounding, operation};
+pub use arithmetic::operation;
+pub use float::{Float, Rounding};
 pub use float16::F16;
 pub use format::{format_float, format_int, parse_float, parse_int};
 pub use mixed::Number;

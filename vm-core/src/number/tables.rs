@@ -35,7 +35,7 @@ pub(super) mod operand {
 
 /// The instructions of the calculator: an operation, and in the low four bits its operand or what it does.
 pub(super) mod instruction {
-    use super::super::float::operation;
+    use super::super::arithmetic::operation;
 
     pub const ADD: u8 = operation::ADD << 4;
     pub const SUB: u8 = operation::SUB << 4;

@@ -46,7 +46,7 @@ pub trait Word:
     fn multiply_high(self, other: Self) -> Self;
     /// The product with a fraction of 2^32, without the fraction.
     fn scale(self, fraction: u32) -> Self;
-    /// The product's significand, which begins with the first bit, for its two words.
+    /// The significand of a product from its two words, of which the first bit is set.
     fn round(high: Self, low: Self) -> Self;
 
     /// Whether the first bit is set.
