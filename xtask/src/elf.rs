@@ -13,6 +13,8 @@ pub struct Footprint {
     pub flash: u64,
     /// Variables; not the stack.
     pub ram: u64,
+    /// What is in both: the initial values of variables that are not all zero.
+    pub initial: u64,
 }
 
 /// Of an ELF file.
@@ -33,6 +35,7 @@ pub fn footprint(path: &Path) -> Result<Footprint, Failure> {
         let bytes = |counts: bool| if counts { section.size() } else { 0 };
         footprint.flash += bytes(is_flashed);
         footprint.ram += bytes(is_variable);
+        footprint.initial += bytes(is_flashed && is_variable);
     }
     Ok(footprint)
 }
@@ -65,7 +68,7 @@ mod tests {
         add(".comment", SectionKind::OtherString, 1000);
         let path = std::env::temp_dir().join(format!("xtask-elf-{}", std::process::id()));
         fs::write(&path, object.write().unwrap()).unwrap();
-        assert_eq!(footprint(&path).unwrap(), Footprint { flash: 128, ram: 56 });
+        assert_eq!(footprint(&path).unwrap(), Footprint { flash: 128, ram: 56, initial: 8 });
         fs::write(&path, "#!/bin/sh").unwrap();
         assert!(matches!(footprint(&path), Err(Failure::Elf { .. })));
         fs::remove_file(&path).unwrap();

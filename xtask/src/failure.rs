@@ -31,6 +31,8 @@ pub enum Failure {
     Elf { path: PathBuf, reason: String },
     /// An image needs more memory than its robot file allows.
     OverBudget(Vec<String>),
+    /// The initial value of the machine takes flash.
+    NotZero { robot: &'static str },
     /// Benchmarks cannot be counted, or cost more than before.
     Bench(BenchError),
     /// The emulated robot did not log what this computer logs.
@@ -64,6 +66,9 @@ impl fmt::Display for Failure {
             Failure::Elf { path, reason } => write!(f, "{}: {reason}", path.display()),
             Failure::OverBudget(excesses) => {
                 write!(f, "over what the robot file allows: {}", excesses.join(", "))
+            }
+            Failure::NotZero { robot } => {
+                write!(f, "{robot}: the machine is not all zeros before an image is loaded")
             }
             Failure::Bench(error) => error.fmt(f),
             Failure::LogsDiffer { script } => {

@@ -68,6 +68,9 @@ impl Measured {
         let empty = probed(Extent::Empty)?;
         for extent in self.probe.extents() {
             let size = probed(*extent)?;
+            if size.initial > empty.initial {
+                return Err(Failure::NotZero { robot: self.probe.robot });
+            }
             let name = match extent {
                 Extent::Full => "vm_full_flash",
                 Extent::Tiny => "vm_flash",
