@@ -8,9 +8,12 @@
 //! serves the heap. A heap cell is [`CELL`] slots and never moves; its number is the index of its first slot, so 0
 //! is no cell. [`crate::heap`] says what cells hold.
 
+use core::num::NonZeroUsize;
+
+use crate::heap::NoCell;
 use crate::number::Profile;
 use crate::slots::Slots;
-use crate::value::{Tag, Value};
+use crate::value::Value;
 
 /// Slots of a heap cell: a header and six others.
 pub(crate) const CELL: usize = 7;
@@ -78,8 +81,9 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// Sets slots `from..to` to nil.
+    #[inline(never)]
     pub(crate) fn fill(&mut self, from: usize, to: usize) {
-        for at in from..to {
+        for at in from..to.min(SLOTS) {
             self.set_fast(at, Value::nil());
         }
     }
@@ -124,12 +128,18 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.set_fast(at, value);
     }
 
+    /// Writes what slot `from` holds to slot `to` as well.
+    #[inline(never)]
+    pub(crate) fn copy(&mut self, from: usize, to: usize) {
+        self.set_fast(to, self.get_fast(from));
+    }
+
     /// Moves the `count` slots from `from` on down by `by`.
     #[inline(never)]
     pub(crate) fn shift_down(&mut self, from: usize, count: usize, by: usize) {
         // Not `copy_within`, which could panic.
         for at in from..from.wrapping_add(count) {
-            self.set_fast(at.wrapping_sub(by), self.get_fast(at));
+            self.copy(at, at.wrapping_sub(by));
         }
     }
 
@@ -151,25 +161,23 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.slots.set_index(cell, to);
     }
 
-    /// A cell from the free list or from below the heap, its header set and its other slots nil; `None` if a
-    /// collection is needed first.
-    pub(crate) fn take_cell(&mut self, header: Tag) -> Option<usize> {
-        let cell = if self.free != 0 {
-            let cell = self.free as usize;
-            self.free = self.link(cell) as u16;
-            cell
+    /// A cell from the free list or from below the heap, all nil: with that its header is one of a cell in use. A collection is needed first if there
+    /// is none.
+    pub(crate) fn take_cell(&mut self) -> Result<NonZeroUsize, NoCell> {
+        let mut cell = self.free;
+        if cell != 0 {
+            self.free = self.link(cell.into()) as u16;
         } else {
-            let below = self.bottom.checked_sub(CELL as u16)?;
-            if below < self.reserved || (below < self.floor && !self.pressed) {
-                return None;
+            cell = self.bottom.wrapping_sub(CELL as u16);
+            if self.bottom < self.reserved + CELL as u16 || (cell < self.floor && !self.pressed) {
+                return Err(NoCell);
             }
-            self.bottom = below;
-            below as usize
-        };
+            self.bottom = cell;
+        }
         self.allocated = true;
-        self.set(cell, Value::indexed(header, 0));
-        self.fill(cell + 1, cell + CELL);
-        Some(cell)
+        let cell = usize::from(cell);
+        self.fill(cell, cell + CELL);
+        NonZeroUsize::new(cell).ok_or(NoCell)
     }
 
     /// Slots between the stack's reservation and the heap, and in free cells.

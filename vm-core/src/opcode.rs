@@ -121,31 +121,33 @@ macro_rules! opcodes {
 
 opcodes! {
     // Plain.
-    NIL = 0x00, None, None, 0 -- 1, "-- nil";
-    UNSET = 0x01, None, None, 0 -- 1, "-- unset: stands for an argument that the caller did not pass";
-    FLOAT_HALF = 0x02, None, Half, 0 -- 1, "-- float literal that two bytes hold: shorter in `full`";
-    DUP = 0x03, None, None, 1 -- 2, "a -- a a";
-    POW = 0x09, None, None, 2 -- 1, "a b -- a ^ b: a float";
-    NEG = 0x0a, None, None, 1 -- 1, "a -- -a";
-    BAND = 0x0b, None, None, 2 -- 1, "a b -- a & b";
-    BOR = 0x0c, None, None, 2 -- 1, "a b -- a | b";
-    BNOT = 0x0d, None, None, 1 -- 1, "a -- !a";
-    SHL = 0x0e, None, None, 2 -- 1, "a b -- a << b";
-    SHR = 0x0f, None, None, 2 -- 1, "a b -- a >> b: arithmetic";
-    NOT = 0x10, None, None, 1 -- 1, "a -- 1 if a is false, else 0";
-    LT = 0x11, None, None, 2 -- 1, "a b -- a < b";
-    EQ = 0x12, None, None, 2 -- 1, "a b -- a == b";
-    LE = 0x13, None, None, 2 -- 1, "a b -- a <= b";
-    GT = 0x14, None, None, 2 -- 1, "a b -- a > b";
-    NE = 0x15, None, None, 2 -- 1, "a b -- a != b";
-    GE = 0x16, None, None, 2 -- 1, "a b -- a >= b";
-    TRUTH = 0x17, None, None, 1 -- 1, "a -- 0 if a is false, else 1";
-    TABLE_NEW = 0x18, None, None, 0 -- 1, "-- {}";
-    INDEX_INIT = 0x1b, None, None, 3 -- 1, "t k v -- t: t[k] = v";
-    INDEX_METHOD = 0x1c, None, None, 2 -- 2, "t k -- t t[k]: the function is not bound, CALL_METHOD passes t";
-    ROBOT_ID = 0x1d, None, None, 0 -- 1, "-- id of this robot";
-    FLOAT = 0x1e, None, Word, 0 -- 1, "-- float literal";
-    INT_WORD = 0x1f, None, Word, 0 -- 1, "-- integer literal that needs a whole word";
+    NIL = 0x1f, None, None, 0 -- 1, "-- nil";
+    NOT = 0x20, None, None, 1 -- 1, "a -- 1 if a is false, else 0";
+    LT = 0x21, None, None, 2 -- 1, "a b -- a < b";
+    EQ = 0x22, None, None, 2 -- 1, "a b -- a == b";
+    LE = 0x23, None, None, 2 -- 1, "a b -- a <= b";
+    GT = 0x24, None, None, 2 -- 1, "a b -- a > b";
+    NE = 0x25, None, None, 2 -- 1, "a b -- a != b";
+    GE = 0x26, None, None, 2 -- 1, "a b -- a >= b";
+    TRUTH = 0x27, None, None, 1 -- 1, "a -- 0 if a is false, else 1";
+    UNSET = 0x28, None, None, 0 -- 1, "-- unset: stands for an argument that the caller did not pass";
+    DUP = 0x29, None, None, 1 -- 2, "a -- a a";
+    FLOAT_HALF = 0x2a, None, Half, 0 -- 1, "-- float literal that two bytes hold: shorter in `full`";
+    FLOAT = 0x2b, None, Word, 0 -- 1, "-- float literal";
+    INT_WORD = 0x2c, None, Word, 0 -- 1, "-- integer literal that needs a whole word";
+    NEG = 0x2d, None, None, 1 -- 1, "a -- -a";
+    BNOT = 0x2e, None, None, 1 -- 1, "a -- !a";
+    TABLE_NEW = 0x2f, None, None, 0 -- 1, "-- {}";
+    INDEX_INIT = 0x30, None, None, 3 -- 1, "t k v -- t: t[k] = v";
+    INDEX_METHOD = 0x31, None, None, 2 -- 2, "t k -- t t[k]: the function is not bound, CALL_METHOD passes t";
+    ROBOT_ID = 0x32, None, None, 0 -- 1, "-- id of this robot";
+
+    // Arithmetic that is rare, next to the frequent one below.
+    BAND = 0x33, None, None, 2 -- 1, "a b -- a & b";
+    BOR = 0x34, None, None, 2 -- 1, "a b -- a | b";
+    SHL = 0x35, None, None, 2 -- 1, "a b -- a << b";
+    SHR = 0x36, None, None, 2 -- 1, "a b -- a >> b: arithmetic";
+    POW = 0x37, None, None, 2 -- 1, "a b -- a ^ b: a float";
 
     // Plain and frequent: next to those with an operand, so that the interpreter finds all of them by one table.
     POP = 0x38, None, None, 1 -- 0, "a --";

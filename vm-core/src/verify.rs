@@ -248,8 +248,7 @@ impl<C: ByteCode> Verified<C> {
                 depth = mark.tag().byte();
                 leaves = 0;
                 marks -= 1;
-                let last = memory.get(marks);
-                memory.set(index, last);
+                memory.copy(marks, index);
             }
             if opcode == opcode::JUMP {
                 memory.set(marks, Value::indexed(Tag::of(depth), here));
@@ -267,7 +266,7 @@ impl<C: ByteCode> Verified<C> {
             let trailer = code.byte(at);
             let effect = Effect::of::<P, C>(opcode);
             at += effect.trailer::<P>();
-            if !effect.is_known() || at > end {
+            if !effect.is_known(opcode) || at > end {
                 return Err(ImageError::Instruction(here));
             }
             if opcode == opcode::POW && features::<P>() & Feature::Maths as u8 == 0 {
@@ -290,8 +289,8 @@ impl<C: ByteCode> Verified<C> {
             }
             if opcode == opcode::JUMP_LOCAL {
                 let (relation, local) = opcode::relation_of_local(trailer);
-                wrong =
-                    !Effect::of::<P, C>(relation).is_known() || !is_local(local, head, 0, depth, 0);
+                wrong = !Effect::of::<P, C>(relation).is_known(relation)
+                    || !is_local(local, head, 0, depth, 0);
             }
             if wrong {
                 return Err(ImageError::Operand(here));

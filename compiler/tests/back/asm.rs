@@ -299,7 +299,7 @@ fn mistakes_of_the_caller_are_errors() {
     assert_eq!(error(b), AsmErrorKind::BadOpcode);
 
     let mut b = builder(0);
-    b.plain(0x37, span());
+    b.plain(0x07, span());
     assert_eq!(error(b), AsmErrorKind::BadOpcode);
 }
 

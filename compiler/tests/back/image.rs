@@ -43,7 +43,7 @@ fn a_whole_image_by_hand() {
         &led,
         &[0, 0, 11, 0],                // function table
         &[0, 2],                       // global code: no parameters, 2 slots
-        &[0x18, 0x92, 0x4d, 12, 0xb0], // TABLE_NEW, INT 1, FIELD_INIT "a", GLOBAL_SET 0
+        &[0x2f, 0x92, 0x4d, 12, 0xb0], // TABLE_NEW, INT 1, FIELD_INIT "a", GLOBAL_SET 0
         &[0x42, 1, 0xb1, 0xbc],        // FUNCTION 1, GLOBAL_SET 1, RETURN_NIL 0
         &[0, 1],                       // step: no parameters, 1 slot
         &[0xa0, 0x4b, 13],             // GLOBAL_GET 0, FIELD_GET "b"

@@ -1,6 +1,6 @@
 //! Closures and bound functions.
 
-use super::{LIVE, NoCell};
+use super::NoCell;
 use crate::arena::{Arena, CELL};
 use crate::number::Profile;
 use crate::value::{Tag, Value};
@@ -10,27 +10,26 @@ const IN_HEAD: usize = CELL - 3;
 const IN_CELL: usize = CELL - 1;
 
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
-    /// A closure of `function` with the `count` captured values that start at slot `from`.
+    /// A closure of `function` with the values in slots `from..to`: its self first if it `has_self`, then what it captured.
     pub(crate) fn new_closure(
         &mut self,
         function: Value<P>,
-        self_value: Value<P>,
+        has_self: bool,
         from: usize,
-        count: usize,
+        to: usize,
     ) -> Result<Value<P>, NoCell> {
-        let head = self.take_cell(LIVE).ok_or(NoCell)?;
+        let head = self.take_cell()?.get();
         self.set(head + 1, function);
-        self.set(head + 2, self_value);
         let mut last = head;
-        let mut slot = head + 3;
-        for number in 0..count {
+        let mut slot = if has_self { head + 2 } else { head + 3 };
+        for value in from..to {
             if slot == last + CELL {
-                let cell = self.take_cell(LIVE).ok_or(NoCell)?;
+                let cell = self.take_cell()?.get();
                 self.set_link(last, cell);
                 last = cell;
                 slot = cell + 1;
             }
-            self.set(slot, self.get(from + number));
+            self.copy(value, slot);
             slot += 1;
         }
         Ok(Value::indexed(Tag::CLOSURE, head as u16))
@@ -84,13 +83,16 @@ mod tests {
     fn captures_any_number_of_values() {
         for count in 0..40 {
             let mut memory: Arena<Tiny, 200> = Arena::full();
+            memory.set(0, Value::int(9));
             for slot in 0..count {
-                memory.set(slot, Value::int(100 + slot as i32));
+                memory.set(1 + slot, Value::int(100 + slot as i32));
             }
             let function = Value::indexed(Tag::FUNCTION, 3);
-            let closure = memory.new_closure(function, Value::int(9), 0, count).unwrap().index();
+            let with_self = count % 2 == 1;
+            let from = if with_self { 0 } else { 1 };
+            let closure = memory.new_closure(function, with_self, from, 1 + count).unwrap().index();
             assert!(memory.closure_function(closure).same(function));
-            assert_eq!(memory.closure_self(closure).as_int(), Some(9));
+            assert_eq!(memory.closure_self(closure).as_int(), with_self.then_some(9));
             for number in 0..count {
                 assert_eq!(memory.captured(closure, number).as_int(), Some(100 + number as i32));
             }

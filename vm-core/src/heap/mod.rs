@@ -27,8 +27,8 @@ pub(crate) use text::{TextBuilder, TextCursor};
 
 use crate::value::Tag;
 
-/// Header tag of a cell in use, whatever it holds: only the collector reads it.
-pub(crate) const LIVE: Tag = Tag::of(1);
+/// Header tag of a cell in use, whatever it holds: only the collector reads it. As that of nil it costs nothing to set.
+pub(crate) const LIVE: Tag = Tag::NIL;
 /// Header tag of a free cell.
 pub(crate) const FREE: Tag = Tag::of(2);
 

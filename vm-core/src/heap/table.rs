@@ -7,7 +7,7 @@
 //! the array, ascending; then the other pairs as they were inserted, an insertion taking the place of the first removed
 //! pair if there is one.
 
-use super::{LIVE, NoCell};
+use super::NoCell;
 use crate::arena::{Arena, CELL};
 use crate::number::Profile;
 use crate::value::{Tag, Value};
@@ -34,7 +34,7 @@ const BEHIND_GAP: u8 = 2;
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// A new empty table.
     pub(crate) fn new_table(&mut self) -> Result<Value<P>, NoCell> {
-        let cell = self.take_cell(LIVE).ok_or(NoCell)?;
+        let cell = self.take_cell()?.get();
         self.set(cell + CHAIN, Value::indexed(Tag::CHAIN, 0));
         self.set(cell + LENGTH, Value::int(0));
         Ok(Value::indexed(Tag::TABLE, cell as u16))
@@ -45,7 +45,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.index_at(table + LENGTH)
     }
 
-    /// Slot of array element `index`, which is below the length.
+    /// Slot of array element `index`, which is at most the length; 1, as of cell 0, if that needs one more cell.
     #[inline(never)]
     fn array_slot(&self, table: usize, mut index: usize) -> usize {
         let mut cell = self.index_at(table + CHAIN);
@@ -99,7 +99,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             return self.get(self.array_slot(table, index));
         }
         let slot = self.find_pair(table, key);
-        if slot == 0 || key.is_nil() { Value::nil() } else { self.get(slot + 1) }
+        if slot == 0 { Value::nil() } else { self.get(slot + 1) }
     }
 
     /// Stores a value under a key (normalised, not nil); nil removes. Changes nothing if it fails, and cannot fail
@@ -131,10 +131,10 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         } else if value.is_nil() {
             return Ok(());
         } else if index == Some(length) {
-            slot = match length.is_multiple_of(PER_ARRAY) {
-                true => self.extend(table + CHAIN)?,
-                false => self.array_slot(table, length - 1),
-            };
+            slot = self.array_slot(table, length) - 1;
+            if slot == 0 {
+                slot = self.extend(table + CHAIN)?;
+            }
             self.set(table + LENGTH, Value::int(length as i32 + 1));
         } else {
             slot = self.find_pair(table, Value::nil());
@@ -166,7 +166,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// Adds a cell to the end of a chain.
     #[inline(never)]
     fn extend(&mut self, mut last: usize) -> Result<usize, NoCell> {
-        let cell = self.take_cell(LIVE).ok_or(NoCell)?;
+        let cell = self.take_cell()?.get();
         loop {
             let next = self.link(last);
             if next == 0 {
@@ -227,24 +227,21 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         }
     }
 
-    /// How many entries.
+    /// How many entries: a value for each element of the array, key and value for each pair, and the head's own two.
     #[inline(never)]
     pub(crate) fn table_size(&self, table: usize) -> usize {
-        self.count(self.index_at(table + CHAIN), 1, 1) + self.count(table, HEAD, 2)
+        self.count(self.index_at(table + CHAIN)) + self.count(table) / 2 - 1
     }
 
-    /// How many of the slots of a chain of cells are not nil: from slot `first` of the first cell on, every `step`.
+    /// How many slots of a chain of cells are not nil.
     #[inline(never)]
-    fn count(&self, mut cell: usize, first: usize, step: usize) -> usize {
+    fn count(&self, mut cell: usize) -> usize {
         let mut count = 0;
-        let mut at = cell + first;
         while cell != 0 {
-            while at < cell + CELL {
+            for at in cell + 1..cell + CELL {
                 count += usize::from(!self.get(at).is_nil());
-                at += step;
             }
             cell = self.link(cell);
-            at = cell + 1;
         }
         count
     }

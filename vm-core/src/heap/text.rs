@@ -2,7 +2,7 @@
 //!
 //! A text is a chain of cells with four bytes in each slot; the first slot holds the length.
 
-use super::{LIVE, NoCell};
+use super::NoCell;
 use crate::arena::{Arena, CELL};
 use crate::number::Profile;
 use crate::value::{Tag, Value};
@@ -42,14 +42,14 @@ impl TextCursor {
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// A new empty text; it must be on the stack before a collection.
     pub(crate) fn new_text(&mut self) -> Result<TextBuilder, NoCell> {
-        let head = self.take_cell(LIVE).ok_or(NoCell)?;
+        let head = self.take_cell()?.get();
         self.set(head + 1, Value::int(0));
         Ok(TextBuilder { head, cell: head, room: IN_HEAD, length: 0 })
     }
 
     /// Adds a cell. Changes nothing if it fails.
     pub(crate) fn text_grow(&mut self, text: &mut TextBuilder) -> Result<(), NoCell> {
-        let cell = self.take_cell(LIVE).ok_or(NoCell)?;
+        let cell = self.take_cell()?.get();
         self.set_link(text.cell, cell);
         text.cell = cell;
         text.room = IN_CELL;

@@ -8,7 +8,8 @@ use crate::image::{PARAMETERS, USES_SELF};
 use crate::number::Profile;
 #[cfg(feature = "maths")]
 use crate::number::maths::{self, Function};
-use crate::opcode::{self, DROP_RESULT};
+use crate::opcode::{self, DROP_RESULT, Operand};
+use crate::rom::Effect;
 use crate::value::{Tag, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
@@ -20,141 +21,19 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         op: u8,
         arg: i16,
     ) -> Result<(), Stopped> {
+        let effect = Effect::of::<P, C>(op);
+        let trailer = effect.trailer::<P>();
+        self.pc = self.pc.wrapping_add(trailer as u16);
         let number = arg as u16;
-        // What most instructions work on. What they put on the stack takes the place of the `drop` topmost operands.
-        let (below, top) = (self.top(2), self.top(1));
-        let mut drop = 0;
-        let value = match op {
-            opcode::NIL => Value::nil(),
-            opcode::UNSET => Value::unset(),
-            opcode::DUP => top,
-            // The loop reads every other local itself.
-            opcode::LOCAL_GET => return Err(self.fail(FaultCode::MissingArgument)),
-            opcode::ADD_INT => {
-                drop = 1;
-                self.binary(opcode::ADD, top, Value::int(i32::from(arg)))?
-            }
-            opcode::LOCAL_ADD => {
-                let b = Value::int(i32::from(self.next_byte() as i8));
-                let local = isize::from(arg);
-                let result = self.binary(opcode::ADD, self.local(local), b)?;
-                self.set_local(local, result);
-                return Ok(());
-            }
-            opcode::JUMP_LT..=opcode::JUMP_NOT_LT_INT => {
-                let with_int = op >= opcode::JUMP_LT_INT;
-                let holds = if with_int {
-                    let b = Value::int(i32::from(self.next_byte() as i8));
-                    self.compare_slow(op, top, b)?
-                } else {
-                    self.compare_slow(op, below, top)?
-                };
-                if holds {
-                    self.pc = self.pc.wrapping_add_signed(arg);
-                }
-                self.sp = self.sp.wrapping_sub(2 - u16::from(with_int));
-                return Ok(());
-            }
-            opcode::JUMP_LOCAL => {
-                let (relation, local) = opcode::relation_of_local(self.next_byte());
-                let b = Value::int(i32::from(self.next_byte() as i8));
-                let a = self.local(isize::from(local));
-                if a.is(Tag::UNSET) {
-                    return Err(self.fail(FaultCode::MissingArgument));
-                }
-                if self.compare_slow(relation, a, b)? {
-                    self.pc = self.pc.wrapping_add_signed(arg);
-                }
-                return Ok(());
-            }
-            opcode::ADD..=opcode::MOD
-            | opcode::POW
-            | opcode::BAND
-            | opcode::BOR
-            | opcode::SHL
-            | opcode::SHR => {
-                drop = 2;
-                self.binary(op, below, top)?
-            }
-            opcode::NEG => {
-                drop = 1;
-                match top.tag() {
-                    Tag::INT => Value::new(Tag::INT, P::neg(top.raw())),
-                    Tag::FLOAT => {
-                        let mut float = P::unpack(top.raw());
-                        float.negate();
-                        Value::packed(&float)
-                    }
-                    _ => return Err(self.wrong_type(top, top)),
-                }
-            }
-            opcode::BNOT => {
-                drop = 1;
-                if !top.is(Tag::INT) {
-                    return Err(self.wrong_type(top, top));
-                }
-                Value::new(Tag::INT, P::not(top.raw()))
-            }
-            opcode::NOT | opcode::TRUTH => {
-                drop = 1;
-                Value::truth(top.is_false() == (op == opcode::NOT))
-            }
-            opcode::LT..=opcode::GE => {
-                drop = 2;
-                Value::truth(self.compare_slow(op, below, top)?)
-            }
-            opcode::AND | opcode::OR => {
-                if top.is_false() != (op == opcode::AND) {
-                    self.sp = self.sp.wrapping_sub(1);
-                    return Ok(());
-                }
-                drop = 1;
-                self.pc = self.pc.wrapping_add_signed(arg);
-                Value::truth(op == opcode::OR)
-            }
-            opcode::TABLE_NEW => self.new_table()?,
-            opcode::INDEX_GET => {
-                drop = 2;
-                self.index_get(host, below, top, true)?
-            }
-            opcode::INDEX_METHOD => {
-                drop = 1;
-                self.index_get(host, below, top, false)?
-            }
-            opcode::FIELD_GET | opcode::FIELD_METHOD => {
-                let bind = op == opcode::FIELD_GET;
-                drop = u16::from(bind);
-                self.index_get(host, top, Value::string(number), bind)?
-            }
-            opcode::INDEX_SET | opcode::INDEX_INIT => {
-                self.index_set(self.top(3), below, top)?;
-                self.sp -= 2 + u16::from(op == opcode::INDEX_SET);
-                return Ok(());
-            }
-            opcode::FIELD_SET | opcode::FIELD_INIT => {
-                self.index_set(below, Value::string(number), top)?;
-                self.sp -= 1 + u16::from(op == opcode::FIELD_SET);
-                return Ok(());
-            }
-            opcode::ROBOT_ID => Value::int(i32::from(self.robot_id)),
-            opcode::FLOAT | opcode::FLOAT_HALF | opcode::INT_WORD => {
-                let tag = if op == opcode::INT_WORD { Tag::INT } else { Tag::FLOAT };
-                let stored = if op == opcode::FLOAT_HALF { 2 } else { P::WORD_BYTES };
-                Value::new(tag, self.literal(stored))
-            }
-            // Immediate values, whose tags are in the order of these instructions.
-            opcode::STRING..=opcode::LIBRARY => {
-                Value::indexed(Tag::of(op - opcode::STRING + Tag::STRING.byte()), number)
-            }
+        match op {
             opcode::CALL_FUNCTION => {
-                let Some(program) = &self.program else { return Ok(()) };
-                let count = program.code.byte(program.function(number)) & PARAMETERS;
+                let count = self.head(number) & PARAMETERS;
                 let callee = Value::indexed(Tag::FUNCTION, number);
                 return self.call(host, callee, count, 0);
             }
             opcode::CALL_BUILTIN | opcode::CALL_ROBOT => {
-                // The trailer: how many arguments, and whether the result is dropped.
-                let trailer = self.next_byte();
+                // How many arguments, and whether the result is dropped.
+                let trailer = self.behind(1);
                 let count = trailer & !DROP_RESULT;
                 let drop_result = trailer & DROP_RESULT != 0;
                 if op == opcode::CALL_ROBOT {
@@ -162,45 +41,133 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
                 return self.call_builtin(host, number as u8, count, drop_result);
             }
-            opcode::CLOSURE => {
-                let count = self.next_byte();
-                drop = u16::from(count);
-                self.make_closure(number, usize::from(count))?
+            _ => {}
+        }
+        // The lowest operand, and the next or what the instruction says in its place.
+        let pops = effect.pops();
+        let a = self.top(pops);
+        let b = if effect.operand() == Operand::String as u8 {
+            Value::string(number)
+        } else if trailer != 0 {
+            Value::int(i32::from(self.behind(1) as i8))
+        } else {
+            self.top(pops.wrapping_sub(1))
+        };
+        let value = match op {
+            _ if (opcode::BAND..=opcode::MOD).contains(&op) => self.binary(op, a, b)?,
+            opcode::NIL => Value::nil(),
+            opcode::UNSET => Value::unset(),
+            opcode::DUP => a,
+            // The loop reads every other local itself.
+            opcode::LOCAL_GET => return Err(self.fail(FaultCode::MissingArgument)),
+            opcode::ADD_INT => self.binary(opcode::ADD, a, Value::int(i32::from(arg)))?,
+            opcode::LOCAL_ADD => {
+                let local = isize::from(arg);
+                let sum = self.binary(opcode::ADD, self.local(local), b)?;
+                self.set_local(local, sum);
+                sum
             }
+            opcode::NEG if a.is(Tag::INT) => Value::new(Tag::INT, P::neg(a.raw())),
+            opcode::NEG => {
+                self.need_number(a)?;
+                self.binary(opcode::MUL, a, Value::int(-1))?
+            }
+            opcode::JUMP_LOCAL => {
+                let (relation, local) = opcode::relation_of_local(self.behind(2));
+                let a = self.local(isize::from(local));
+                if a.is(Tag::UNSET) {
+                    return Err(self.fail(FaultCode::MissingArgument));
+                }
+                if self.compare_slow(relation, a, b)? {
+                    self.pc = self.pc.wrapping_add_signed(arg);
+                }
+                a
+            }
+            // Those that do not jump have 0 for a distance.
+            opcode::LT..=opcode::GE | opcode::JUMP_LT..=opcode::JUMP_NOT_LT_INT => {
+                let holds = self.compare_slow(op, a, b)?;
+                if holds {
+                    self.pc = self.pc.wrapping_add_signed(arg);
+                }
+                Value::truth(holds)
+            }
+            opcode::BNOT => {
+                if !a.is(Tag::INT) {
+                    return Err(self.wrong_type(a, a));
+                }
+                Value::new(Tag::INT, P::not(a.raw()))
+            }
+            opcode::NOT | opcode::TRUTH | opcode::AND | opcode::OR => {
+                let truth = u8::from(a.is_false() == (op == opcode::NOT));
+                // `AND` keeps 0, `OR` keeps 1.
+                if op.wrapping_sub(opcode::AND) == truth {
+                    self.pc = self.pc.wrapping_add_signed(arg);
+                    self.set_top(Value::truth(truth != 0));
+                    return Ok(());
+                }
+                Value::truth(truth != 0)
+            }
+            opcode::TABLE_NEW => self.new_table()?,
+            opcode::INDEX_GET | opcode::FIELD_GET => self.index_get(host, a, b, true)?,
+            opcode::INDEX_METHOD | opcode::FIELD_METHOD => self.index_get(host, a, b, false)?,
+            opcode::INDEX_SET | opcode::INDEX_INIT | opcode::FIELD_SET | opcode::FIELD_INIT => {
+                self.index_set(a, b, self.top(1))?;
+                a
+            }
+            opcode::ROBOT_ID => Value::int(i32::from(self.robot_id)),
+            opcode::FLOAT | opcode::FLOAT_HALF | opcode::INT_WORD => {
+                let tag = if op == opcode::INT_WORD { Tag::INT } else { Tag::FLOAT };
+                Value::new(tag, self.literal(op == opcode::FLOAT_HALF))
+            }
+            // Immediate values, whose tags are in the order of these instructions.
+            opcode::STRING..=opcode::LIBRARY => {
+                Value::indexed(Tag::of(op - opcode::STRING + Tag::STRING.byte()), number)
+            }
+            opcode::CLOSURE => self.make_closure(number)?,
             // Every other byte was refused by the verifier.
             _ => return Ok(()),
         };
-        self.sp = self.sp.wrapping_sub(drop);
-        self.push(value);
+        self.sp = self.sp.wrapping_sub(pops.into()).wrapping_add(effect.pushes().into());
+        if effect.pushes() != 0 {
+            self.set_top(value);
+        }
         Ok(())
     }
 
-    /// The byte behind the instruction, which belongs to it.
-    fn next_byte(&mut self) -> u8 {
-        let at = usize::from(self.pc);
-        self.pc = self.pc.wrapping_add(1);
-        self.program.as_ref().map_or(0, |program| program.code.byte(at))
+    /// The byte that many before the next instruction.
+    #[inline(never)]
+    fn behind(&self, count: u16) -> u8 {
+        let at = self.pc.wrapping_sub(count);
+        self.program.as_ref().map_or(0, |program| program.code.byte(at.into()))
     }
 
-    /// A literal, of which the upper `stored` bytes are in the image.
-    fn literal(&mut self, stored: usize) -> P::Raw {
-        let mut bytes = [0; 4];
-        for byte in bytes.iter_mut().take(P::WORD_BYTES).skip(P::WORD_BYTES - stored) {
-            *byte = self.next_byte();
-        }
-        P::literal_from_le(bytes)
+    /// The literal at the end of the instruction, of which only the upper `half` may be there.
+    fn literal(&self, half: bool) -> P::Raw {
+        let upper = [self.behind(2), self.behind(1)];
+        let [c, d] = upper;
+        P::literal_from_le(match P::FULL {
+            true if half => [0, 0, c, d],
+            true => [self.behind(4), self.behind(3), c, d],
+            false => [c, d, 0, 0],
+        })
     }
 
-    /// A closure of the `count` values on top, the first of which is self if the function uses it.
-    fn make_closure(&mut self, number: u16, count: usize) -> Result<Value<P>, Stopped> {
-        let Some(program) = &self.program else { return Ok(Value::nil()) };
-        let uses_self = program.code.byte(program.function(number)) & USES_SELF != 0;
+    /// First byte of the header of a function.
+    #[inline(never)]
+    pub(super) fn head(&self, number: u16) -> u8 {
+        self.program.as_ref().map_or(0, |program| program.code.byte(program.function(number)))
+    }
+
+    /// A closure of the values on top, the first of which is self if the function uses it; they are popped.
+    #[inline(never)]
+    fn make_closure(&mut self, number: u16) -> Result<Value<P>, Stopped> {
         let function = Value::indexed(Tag::FUNCTION, number);
-        let first = usize::from(self.sp) - count;
-        let (self_value, from) =
-            if uses_self { (self.arena.get(first), first + 1) } else { (Value::nil(), first) };
-        let captured = usize::from(self.sp) - from;
-        self.allocate(|vm| vm.arena.new_closure(function, self_value, from, captured))
+        let has_self = self.head(number) & USES_SELF != 0;
+        let end = usize::from(self.sp);
+        let first = end - usize::from(self.behind(1));
+        let closure = self.allocate(|vm| vm.arena.new_closure(function, has_self, first, end))?;
+        self.sp = first as u16;
+        Ok(closure)
     }
 
     /// Arithmetic and bit operations on any two values; integers are added, subtracted and multiplied by the loop, and
@@ -236,7 +203,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
             }
         }
-        let (mut x, y) = (a.unpack_float(), b.unpack_float());
+        let mut x = a.unpack_float();
+        let y = b.unpack_float();
         match op {
             // Numbered alike.
             opcode::ADD..=opcode::DIV => x.operate(op - opcode::ADD, &y),

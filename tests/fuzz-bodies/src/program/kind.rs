@@ -23,8 +23,8 @@ pub fn of_global(number: usize) -> Kind {
 /// The kinds of values that an instruction is for, topmost last.
 pub fn wanted(opcode: u8) -> &'static [Kind] {
     match opcode {
-        opcode::POW | opcode::BAND..=opcode::BOR | opcode::SHL..=opcode::SHR => &[Number; 2],
-        opcode::LT..=opcode::GE | opcode::ADD..=opcode::MOD => &[Number; 2],
+        opcode::BAND..=opcode::POW | opcode::ADD..=opcode::MOD => &[Number; 2],
+        opcode::LT..=opcode::GE => &[Number; 2],
         opcode::JUMP_LT..=opcode::JUMP_NOT_LT => &[Number; 2],
         opcode::NEG | opcode::BNOT | opcode::ADD_INT => &[Number],
         opcode::JUMP_LT_INT..=opcode::JUMP_NOT_LT_INT => &[Number],
@@ -58,7 +58,8 @@ pub fn made(opcode: u8) -> Kind {
         opcode::INT | opcode::INT_WORD | opcode::FLOAT | opcode::FLOAT_HALF | opcode::ADD_INT => {
             Number
         }
-        opcode::POW..=opcode::GE | opcode::ADD..=opcode::MOD => Number,
+        opcode::NOT..=opcode::GE | opcode::NEG..=opcode::BNOT => Number,
+        opcode::BAND..=opcode::POW | opcode::ADD..=opcode::MOD => Number,
         opcode::STRING => String,
         opcode::FUNCTION | opcode::BUILTIN | opcode::ROBOT | opcode::CLOSURE => Function,
         _ => Any,
