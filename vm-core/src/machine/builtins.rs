@@ -104,8 +104,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             builtin::UNIFORM | builtin::ATAN => {}
             _ => b = a,
         }
-        self.need_number(a)?;
-        self.need_number(b)?;
+        self.need_number(if a.is_number() { b } else { a })?;
         if a.is(Tag::INT) && b.is(Tag::INT) {
             match number {
                 builtin::TO_INT | builtin::FLOOR..=builtin::ROUND => return Ok(a),
@@ -124,7 +123,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 _ => {}
             }
         }
-        let (mut x, y) = (a.unpack_float(), b.unpack_float());
+        let mut x = a.unpack_float();
+        let y = b.unpack_float();
         match number {
             builtin::SET_SEED => return Err(self.wrong_type(a, a)),
             builtin::UNIFORM => self.rng.uniform_float(&mut x, &y),

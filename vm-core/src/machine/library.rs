@@ -143,13 +143,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if function.is(Tag::CLOSURE) {
             function = self.arena.closure_function(function.index());
         }
-        let uses_self = match &self.program {
-            Some(program) if function.is(Tag::FUNCTION) => {
-                program.code.byte(program.function(function.index() as u16)) & USES_SELF != 0
-            }
-            _ => false,
-        };
-        if !uses_self {
+        if !function.is(Tag::FUNCTION) || self.head(function.index() as u16) & USES_SELF == 0 {
             return Ok(value);
         }
         // The value is reachable through its table; neither moves.

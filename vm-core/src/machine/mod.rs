@@ -312,22 +312,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Makes sure that the stack may grow up to slot `limit`.
-    #[inline(always)]
+    #[inline(never)]
     fn ensure(&mut self, limit: usize) -> Result<(), Stopped> {
         if limit > usize::from(self.arena.bottom) {
-            return self.ensure_after_collection(limit);
-        }
-        if limit > usize::from(self.arena.reserved) {
-            self.arena.reserved = limit as u16;
-        }
-        Ok(())
-    }
-
-    #[inline(never)]
-    fn ensure_after_collection(&mut self, limit: usize) -> Result<(), Stopped> {
-        self.collect();
-        if limit > usize::from(self.arena.bottom) {
-            return Err(self.fail(FaultCode::StackOverflow));
+            self.collect();
+            if limit > usize::from(self.arena.bottom) {
+                return Err(self.fail(FaultCode::StackOverflow));
+            }
         }
         self.arena.reserved = self.arena.reserved.max(limit as u16);
         Ok(())

@@ -124,11 +124,6 @@ impl<P: Profile> Float<P> {
         self.negative = false;
     }
 
-    /// Changes the sign.
-    pub fn negate(&mut self) {
-        self.negative = !self.negative;
-    }
-
     /// The order of two numbers; `None` if one is NaN.
     #[inline(never)]
     pub fn compare(&self, other: &Self) -> Option<Ordering> {
