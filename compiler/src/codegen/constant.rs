@@ -124,7 +124,7 @@ fn float<P: number::Profile>(op: BinaryOp, left: Number, right: Number) -> Optio
         BinaryOp::Sub => a.sub(&b),
         BinaryOp::Mul => a.mul(&b),
         BinaryOp::Div => a.div(&b),
-        BinaryOp::Mod => a.modulo(&b),
+        BinaryOp::Mod => return Some(P::float_to_f32(a.modulo(&b))),
         BinaryOp::Pow => function::<P, &[u8]>(Function::Power as u8, &mut a, &b),
         _ => return None,
     }

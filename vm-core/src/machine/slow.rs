@@ -208,7 +208,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         match op {
             // Numbered alike.
             opcode::ADD..=opcode::DIV => x.operate(op - opcode::ADD, &y),
-            opcode::MOD => x.modulo(&y),
+            opcode::MOD => return Ok(Value::new(Tag::FLOAT, x.modulo(&y))),
             #[cfg(feature = "maths")]
             opcode::POW => maths::function::<P, C>(Function::Power as u8, &mut x, &y),
             _ => return Err(self.wrong_type(a, b)),

@@ -174,14 +174,14 @@ impl<P: Profile> Float<P> {
         }
     }
 
-    /// Sets it to the Euclidean remainder of its division by `other`, the `r` in `0..|other|` for which the number minus
+    /// The Euclidean remainder of its division by `other`, the `r` in `0..|other|` for which the number minus
     /// `r` is a multiple of `other`, as a float of the profile.
     ///
     /// That is always below `|other|`: where the nearest float would be `|other|` itself (of a tiny negative number), it is
     /// the float before. NaN if `other` is 0, the number is infinite or either is NaN. With an infinite `other` the
     /// number itself, or for a negative one the largest float.
     #[inline(never)]
-    pub fn modulo(&mut self, other: &Self) {
+    pub fn modulo(&mut self, other: &Self) -> P::Raw {
         self.operate(operation::REMAINDER, other);
         if self.negative && !self.is_zero() {
             // The magnitude is added.
@@ -190,11 +190,12 @@ impl<P: Profile> Float<P> {
         }
         self.negative = false;
         let raw = P::pack(self);
-        *self = P::unpack(raw);
-        if !self.is_nan() && !self.is_smaller(other) {
-            // Positive floats are ordered like their bits.
-            *self = P::unpack(P::sub(raw, P::raw_from_u16(1)));
+        let rounded = P::unpack(raw);
+        if rounded.is_nan() || rounded.is_smaller(other) {
+            return raw;
         }
+        // Positive floats are ordered like their bits.
+        P::sub(raw, P::raw_from_u16(1))
     }
 }
 

@@ -40,19 +40,15 @@ pub(super) fn exp2_product<P: Profile, C: ByteCode>(x: &mut Float<P>, y: &Float<
     // All bits of the product count, since those before the point are no bits of the result.
     let (high, mut low) = x.significand.multiply(y.significand);
     let shift = x.exponent.wrapping_add(y.exponent);
-    // The product is 512 or more, beyond every float, and so is 2^511.
-    let (mut power, mut fraction) = (511, P::ZERO);
-    if shift < 10 {
-        power = 0;
-        fraction = shift_right(high, shift.wrapping_neg().max(0));
-        for _ in 0..shift {
-            power = power << 1 | i16::from(fraction.has_first());
-            fraction = fraction << 1;
-            if low.has_first() {
-                fraction = fraction | P::Raw::ONE;
-            }
-            low = low << 1;
+    let (mut power, mut fraction) = (0, shift_right(high, shift.wrapping_neg().max(0)));
+    // A product of 512 or more is beyond every float, and so are its first ten bits.
+    for _ in 0..shift.min(10) {
+        power = power << 1 | i16::from(fraction.has_first());
+        fraction = fraction << 1;
+        if low.has_first() {
+            fraction = fraction | P::Raw::ONE;
         }
+        low = low << 1;
     }
     if x.negative != y.negative {
         power = power.wrapping_neg();

@@ -55,9 +55,7 @@ pub fn normalize_key<P: Profile>(float: f32) -> Number {
 }
 
 pub fn float_modulo<P: Profile>(a: f32, b: f32) -> f32 {
-    let mut number = unpack_in::<P>(a);
-    number.modulo(&unpack_in(b));
-    pack(&number)
+    P::float_to_f32(unpack_in::<P>(a).modulo(&unpack_in(b)))
 }
 
 #[cfg(feature = "maths")]
