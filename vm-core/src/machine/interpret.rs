@@ -295,7 +295,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                                 self.fp = caller;
                                 return Ok(Flow::Done);
                             }
-                            break Left::Returning(value);
+                            break Left::Returning;
                         }
                         pc = outer.index();
                         sp = fp!().wrapping_sub(arg as usize);
@@ -363,7 +363,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     self.slow(host, op, arg as i16)?;
                     budget = self.less_work(budget);
                 }
-                Left::Returning(value) => self.leave_frame(arg as u8, value),
+                Left::Returning => {
+                    let value = if op == opcode::RETURN { self.top(1) } else { Value::nil() };
+                    self.leave_frame(arg as u8, value);
+                }
             }
         }
     }
@@ -440,10 +443,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 }
 
 /// Why the inner loop was left.
-enum Left<P: Profile> {
+enum Left {
     /// The instruction is decoded, but not done.
     Undone,
     /// A function returns a value to the machine itself.
-    Returning(Value<P>),
+    Returning,
     BudgetSpent,
 }
