@@ -7,6 +7,8 @@
 //! the array, ascending; then the other pairs as they were inserted, an insertion taking the place of the first removed
 //! pair if there is one.
 
+use core::num::NonZeroUsize;
+
 use super::NoCell;
 use crate::arena::{Arena, CELL};
 use crate::number::Profile;
@@ -133,13 +135,13 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         } else if index == Some(length) {
             slot = self.array_slot(table, length) - 1;
             if slot == 0 {
-                slot = self.extend(table + CHAIN)?;
+                slot = self.extend(table + CHAIN)?.get();
             }
             self.set(table + LENGTH, Value::int(length as i32 + 1));
         } else {
             slot = self.find_pair(table, Value::nil());
             if slot == 0 {
-                slot = self.extend(table)? + 1;
+                slot = self.extend(table)?.get() + 1;
             }
             self.set(slot, key);
         }
@@ -165,8 +167,8 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
 
     /// Adds a cell to the end of a chain.
     #[inline(never)]
-    fn extend(&mut self, mut last: usize) -> Result<usize, NoCell> {
-        let cell = self.take_cell()?.get();
+    fn extend(&mut self, mut last: usize) -> Result<NonZeroUsize, NoCell> {
+        let cell = self.take_cell()?;
         loop {
             let next = self.link(last);
             if next == 0 {
@@ -174,7 +176,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             }
             last = next;
         }
-        self.set_link(last, cell);
+        self.set_link(last, cell.get());
         Ok(cell)
     }
 
