@@ -38,6 +38,7 @@ use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_robots::Profile;
 use bittybuzz_vm_core::ImageError;
 use choices::Choices;
+pub use seeds::images;
 
 /// Bytes as an image.
 pub fn image(data: &[u8]) -> bool {

@@ -18,6 +18,9 @@ const SCHEDULE: &str = "-entropic=0";
 /// Where the crate of the targets lies, and the inputs that they start from.
 const FOLDER: &str = "fuzz";
 
+/// The target whose inputs are images.
+const IMAGE: &str = "image";
+
 /// A fuzz target. What it does stands in `tests/fuzz-bodies/src/lib.rs`.
 struct Target {
     name: &'static str,
@@ -42,7 +45,7 @@ const COMPILER: &[&str] = &[
 ];
 
 const TARGETS: &[Target] = &[
-    Target { name: "image", exercises: MACHINE },
+    Target { name: IMAGE, exercises: MACHINE },
     Target { name: "image_mutated", exercises: MACHINE },
     Target { name: "program", exercises: MACHINE },
     Target { name: "script", exercises: COMPILER },
@@ -102,7 +105,8 @@ fn chunk(name: &str, program: &Path) -> Result<Chunk, Failure> {
     let found = folder.join("corpus").join(name);
     sources::make_folder(&found)?;
     let panics = format!("-artifact_prefix={}/panic-{name}-", folder.display());
-    let (found, known) = (found.display().to_string(), format!("{FOLDER}/corpus/{name}"));
+    let known = if name == IMAGE { known_images(&folder)? } else { known_inputs(name) };
+    let (found, known) = (found.display().to_string(), known.display().to_string());
     let arguments = [CHUNK, SCHEDULE, &panics, &found, &known];
     let one = || Line::named(name, program, &arguments).output_if(|_| true);
     let workers = thread::available_parallelism().map_or(1, usize::from);
@@ -124,6 +128,22 @@ fn chunk(name: &str, program: &Path) -> Result<Chunk, Failure> {
         }
     }
     Ok(Chunk::Executed(all))
+}
+
+/// The inputs that a target starts from.
+fn known_inputs(name: &str) -> PathBuf {
+    Path::new(FOLDER).join("corpus").join(name)
+}
+
+/// Images change with the instruction set: they are made, not kept.
+fn known_images(folder: &Path) -> Result<PathBuf, Failure> {
+    let known = folder.join("images");
+    sources::make_folder(&known)?;
+    let example =
+        ["run", "-q", "-p", "bittybuzz-fuzz-bodies", "--features", "torture", "--example"];
+    let arguments = [&example[..], &["images", &known.display().to_string()]].concat();
+    Line::new("cargo", &arguments).run()?;
+    Ok(known)
 }
 
 /// The number in `Done 170989 runs in 61 second(s)`.
