@@ -141,7 +141,8 @@ fn known_images(folder: &Path) -> Result<PathBuf, Failure> {
     sources::make_folder(&known)?;
     let example =
         ["run", "-q", "-p", "bittybuzz-fuzz-bodies", "--features", "torture", "--example"];
-    let arguments = [&example[..], &["images", &known.display().to_string()]].concat();
+    let path = known.display().to_string();
+    let arguments = [&example[..], &["images", &path]].concat();
     Line::new("cargo", &arguments).run()?;
     Ok(known)
 }
