@@ -5,7 +5,6 @@
 #![no_std]
 #![no_main]
 
-
 #[cfg(feature = "full")]
 use bittybuzz_vm_core::number::Full as Numbers;
 #[cfg(not(feature = "full"))]
