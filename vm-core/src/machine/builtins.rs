@@ -36,7 +36,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 host.log(Arguments { vm: self, end, count });
                 Ok(Value::nil())
             }
-            builtin::SIZE => {
+            // Without an argument there is what an earlier call left.
+            builtin::SIZE if !a.is(Tag::UNSET) => {
                 self.library_to_table(host, first)?;
                 Ok(Value::int(self.table_size(self.arena.get(first)) as i32))
             }
