@@ -42,7 +42,7 @@ mod tests {
             let own: Vec<&str> = items.iter().filter_map(|i| i.strip_prefix(name)).collect();
             let own: Vec<&str> = own.iter().filter_map(|i| i.strip_prefix(' ')).collect();
             assert_eq!(own[..3], [CONFORMANCE, "0..1000", "1000..2000"]);
-            assert_eq!(own.last(), Some(&"9000..10000"));
+            assert_eq!(own.last(), Some(&"10000..11000"));
         }
     }
 }
