@@ -112,6 +112,9 @@ fn show<P: Profile, C: ByteCode, const SLOTS: usize>(item: Item<'_, P, C, SLOTS>
         Item::Float(value) => format!("{value:?}"),
         Item::String(text) => match text.number() {
             Some(number) => format!("string {number}"),
+            #[cfg(not(feature = "strings"))]
+            None => unreachable!("every string is a constant"),
+            #[cfg(feature = "strings")]
             None => String::from_utf8_lossy(&text.bytes().collect::<Vec<u8>>()).into(),
         },
         Item::Table(size) => format!("table of {size}"),
