@@ -143,7 +143,7 @@ impl Reader<'_> {
                 format!("motor {number}"),
                 format!("{:.1} % at {:.1} kHz", duty * 100.0, frequency_hz / 1000.0),
             ),
-            Event::Syslink { .. } => vec![],
+            Event::Syslink { .. } | Event::P2p { .. } => vec![],
             Event::Reset { cause } => {
                 // The firmware begins anew in the middle of a message.
                 self.decoder = self.table.new_stream_decoder();

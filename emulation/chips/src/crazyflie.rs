@@ -2,7 +2,7 @@
 
 use crate::f405::{F405, Pin, Pwm};
 use crate::nrf51::{BAUD, Nrf51, Output};
-use crate::{Battery, Event, Frame, Led, Lines, Link, ResetCause, Time, Width};
+use crate::{Battery, Event, Frame, Led, Lines, Link, P2pFrame, Pose, ResetCause, Time, Width};
 
 /// Port, pin, whether it shines when the pin is high.
 const LEDS: [(Led, usize, u8, bool); 5] = [
@@ -66,6 +66,10 @@ pub struct Statistics {
     pub peer_dropped: u64,
     /// Frames that were to be sent to the firmware while the radio's processor is still silent.
     pub peer_unsent: u64,
+    /// P2P frames that came while the radio was transmitting.
+    pub radio_unheard: u64,
+    /// P2P frames for which the radio's processor had no room: they came faster than the line takes them.
+    pub radio_overflown: u64,
     /// Bytes that the line lost on request, in both directions.
     pub link_lost: u64,
     /// Bytes that the line changed on request, in both directions.
@@ -265,6 +269,8 @@ impl Crazyflie {
             peer_bad_checksums: peer.bad_sums.iter().sum(),
             peer_dropped: peer.dropped,
             peer_unsent: peer.not_sent,
+            radio_unheard: peer.unheard(),
+            radio_overflown: peer.overflown(),
             link_lost: peer.lost(),
             link_corrupted: peer.corrupted(),
             clocks_hz: self.f405.clocks_hz(),
@@ -279,6 +285,18 @@ impl Crazyflie {
     pub fn send(&mut self, frame: &Frame) {
         self.nrf51.send_frame(frame, self.now);
         self.settle();
+    }
+
+    /// Another robot's P2P frame is on the air; its last bit comes at `end`, or now if that is past. Who is in range and
+    /// which frames destroy each other is for the caller to say.
+    pub fn hear(&mut self, frame: &P2pFrame, end: Time) {
+        self.nrf51.hear(frame, end.max(self.now));
+        self.settle();
+    }
+
+    /// A ground station tells the firmware where a positioning system sees the robot.
+    pub fn tell_pose(&mut self, pose: Pose) {
+        self.send(&pose.frame());
     }
 
     /// Bytes come from the radio's processor, whatever they mean, back to back after those that wait.

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::Time;
+
 /// Something that an observer of the robot would notice.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
@@ -29,6 +31,15 @@ pub enum Event {
         payload: Vec<u8>,
         /// Whether it arrived with a good checksum; if not, the peer dropped it.
         intact: bool,
+    },
+    /// The radio begins to transmit a P2P frame to all other robots; it is deaf meanwhile.
+    P2p {
+        /// 0 to 15
+        port: u8,
+        /// Its content.
+        payload: Vec<u8>,
+        /// How long it takes: the last bit is out then.
+        air: Time,
     },
     /// The radio's processor cuts the power of the STM32.
     PowerOff {

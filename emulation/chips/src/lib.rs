@@ -27,5 +27,5 @@ mod time;
 pub use crazyflie::{Crazyflie, Settings, Statistics};
 pub use event::{Event, HardwareError, Led, ResetCause};
 pub use f405::{Lines, Width};
-pub use nrf51::{Battery, Frame, Link, MAX_PAYLOAD};
+pub use nrf51::{Battery, Frame, Link, MAX_PAYLOAD, P2P_MAX, P2pFrame, Pose};
 pub use time::Time;

@@ -60,6 +60,30 @@ pub enum Command {
         #[serde(with = "hex")]
         bytes: Vec<u8>,
     },
+    /// Another robot's P2P frame is on the air.
+    P2p {
+        /// When its last bit comes; not before now.
+        #[serde(rename = "at_ns", with = "nanoseconds")]
+        at: Duration,
+        /// 0 to 15
+        port: u8,
+        /// Strength of its signal in -dBm.
+        rssi: u8,
+        /// Content, in hexadecimal.
+        #[serde(with = "hex")]
+        payload: Vec<u8>,
+    },
+    /// A ground station tells the robot where it is.
+    Pose {
+        /// x in mm.
+        x_mm: f32,
+        /// y in mm.
+        y_mm: f32,
+        /// z, up, in mm.
+        z_mm: f32,
+        /// Direction of its nose in degrees, from x towards y.
+        yaw_degrees: f32,
+    },
     /// The line to the radio's processor becomes bad.
     Link {
         /// Probability that a byte is lost.
@@ -153,6 +177,17 @@ pub enum Event {
         payload: Vec<u8>,
         /// Whether its checksum was right.
         intact: bool,
+    },
+    /// The radio begins to transmit a P2P frame.
+    P2p {
+        /// 0 to 15
+        port: u8,
+        /// Content, in hexadecimal.
+        #[serde(with = "hex")]
+        payload: Vec<u8>,
+        /// How long it takes; the radio is deaf meanwhile.
+        #[serde(rename = "air_ns", with = "nanoseconds")]
+        air: Duration,
     },
     /// The chip was reset.
     Reset {
@@ -251,6 +286,8 @@ pub struct BoardStatistics {
     pub peer_bad_checksums: u64,
     pub peer_dropped: u64,
     pub peer_unsent: u64,
+    pub radio_unheard: u64,
+    pub radio_overflown: u64,
     pub link_lost: u64,
     pub link_corrupted: u64,
     pub clocks_hz: [u64; 3],
@@ -269,6 +306,8 @@ impl From<chips::Statistics> for BoardStatistics {
             peer_bad_checksums: s.peer_bad_checksums,
             peer_dropped: s.peer_dropped,
             peer_unsent: s.peer_unsent,
+            radio_unheard: s.radio_unheard,
+            radio_overflown: s.radio_overflown,
             link_lost: s.link_lost,
             link_corrupted: s.link_corrupted,
             clocks_hz: s.clocks_hz,
@@ -287,6 +326,9 @@ impl From<chips::Event> for Event {
             }
             chips::Event::Syslink { kind, payload, intact } => {
                 Event::Syslink { kind, payload, intact }
+            }
+            chips::Event::P2p { port, payload, air } => {
+                Event::P2p { port, payload, air: Duration::from_nanos(air.nanos()) }
             }
             chips::Event::PowerOff { acknowledged } => Event::PowerOff { acknowledged },
             chips::Event::HardwareError(error) => Event::HardwareError { text: error.to_string() },

@@ -3,7 +3,7 @@
 use std::io::{self, BufRead, Write};
 use std::time::Duration;
 
-use bittybuzz_chips::{Battery, Frame, Link, MAX_PAYLOAD, Width};
+use bittybuzz_chips::{Battery, Frame, Link, MAX_PAYLOAD, P2P_MAX, P2pFrame, Pose, Time, Width};
 
 use crate::message::{self, Command, Event, Output, Reply, Statistics, TimedEvent};
 use crate::rtt::Rtt;
@@ -66,6 +66,8 @@ enum CommandError {
     NotLoaded,
     #[error("a frame's payload has at most {MAX_PAYLOAD} bytes, this one has {0}")]
     FrameTooLong(usize),
+    #[error("a P2P frame has at most {P2P_MAX} bytes, this one has {0}")]
+    P2pTooLong(usize),
     #[error("read at most {LONGEST_READ} bytes at once, not {0}")]
     ReadTooLong(u32),
     #[error("a probability is between 0 and 1, not {0}")]
@@ -114,6 +116,17 @@ impl<M: Machine, W: Write> Server<'_, M, W> {
                 let length = payload.len();
                 let frame = Frame::new(kind, payload).ok_or(CommandError::FrameTooLong(length))?;
                 self.machine.board().send(&frame);
+            }
+            Command::P2p { at, port, rssi, payload } => {
+                let length = payload.len();
+                let frame = P2pFrame::new(port, rssi, payload);
+                let frame = frame.ok_or(CommandError::P2pTooLong(length))?;
+                let end = Time::from_nanos(u64::try_from(at.as_nanos()).unwrap_or(u64::MAX));
+                self.machine.board().hear(&frame, end);
+            }
+            Command::Pose { x_mm, y_mm, z_mm, yaw_degrees } => {
+                let pose = Pose { position_mm: [x_mm, y_mm, z_mm], yaw_degrees };
+                self.machine.board().tell_pose(pose);
             }
             Command::Bytes { bytes } => self.machine.board().send_bytes(&bytes),
             Command::Link { lose, corrupt, seed } => {

@@ -170,6 +170,8 @@ fn every_command_is_answered_once() {
         r#"{"command":"read","address":536870912,"length":3}"#,
         r#"{"command":"read","address":536836642,"length":2}"#,
         r#"{"command":"send","type":10,"payload":"00"}"#,
+        r#"{"command":"p2p","at_ns":5000,"port":3,"rssi":60,"payload":"0102"}"#,
+        r#"{"command":"pose","x_mm":1500,"y_mm":-20.5,"z_mm":0,"yaw_degrees":90}"#,
         r#"{"command":"link","lose":0.5,"corrupt":0,"seed":1}"#,
         r#"{"command":"flow_control","full":true}"#,
         r#"{"command":"battery","volts":3.7,"charging":false,"usb_powered":false}"#,
@@ -180,7 +182,7 @@ fn every_command_is_answered_once() {
         r#"{"command":"statistics"}"#,
     ]);
     let ok = Output::Reply(Reply::Ok);
-    let mut expected = vec![ok.clone(); 11];
+    let mut expected = vec![ok.clone(); 13];
     expected[2] = Output::Reply(Reply::Bytes { bytes: vec![0x00, 0xff, 0xa5] });
     // 0x1fff7a22 holds the size of the flash: 1024 KiB.
     expected[3] = Output::Reply(Reply::Bytes { bytes: vec![0x00, 0x04] });
@@ -190,6 +192,10 @@ fn every_command_is_answered_once() {
 #[test]
 fn bad_input_is_answered_with_what_to_do() {
     let long = format!(r#"{{"command":"send","type":1,"payload":"{}"}}"#, "00".repeat(65));
+    let p2p = format!(
+        r#"{{"command":"p2p","at_ns":0,"port":1,"rssi":1,"payload":"{}"}}"#,
+        "00".repeat(61)
+    );
     let good = good_image("bad_input.elf");
     for (line, part) in [
         ("garbage", "docs/emulation.md"),
@@ -205,6 +211,8 @@ fn bad_input_is_answered_with_what_to_do() {
         (r#"{"command":"link","lose":1.5,"corrupt":0,"seed":0}"#, "between 0 and 1"),
         (r#"{"command":"skip","symbol":"nobody"}"#, "no function is called \"nobody\""),
         (&long, "at most 64 bytes, this one has 65"),
+        (&p2p, "at most 60 bytes, this one has 61"),
+        (r#"{"command":"p2p","at_ns":0,"port":300,"rssi":1,"payload":""}"#, "invalid value"),
     ] {
         let outputs = answers(&[&good, line, r#"{"command":"statistics"}"#]);
         assert_eq!(outputs.len(), 3, "{line}: {outputs:?}");

@@ -3,11 +3,16 @@
 //! Written anew from the protocol's description and not with the crate that the firmware uses, so that a
 //! misunderstanding shared by sender and receiver does not stay hidden.
 
+mod crtp;
 mod link;
+mod p2p;
 mod peer;
+mod radio;
 mod syslink;
 
+pub use crtp::Pose;
 pub use link::Link;
+pub use p2p::{P2P_MAX, P2pFrame};
 pub(crate) use peer::{BAUD, Nrf51, Output};
 pub use syslink::{Frame, MAX_PAYLOAD};
 

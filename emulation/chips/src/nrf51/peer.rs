@@ -3,8 +3,9 @@
 use std::collections::VecDeque;
 
 use super::link::Line;
+use super::radio::Radio;
 use super::syslink::{Arrived, Parser};
-use super::{Battery, Frame, Link};
+use super::{Battery, Frame, Link, P2pFrame};
 use crate::serial::{self, FRAME_BITS};
 use crate::{Event, Led, Time};
 
@@ -20,8 +21,6 @@ const REPORT_PERIOD: Time = Time::from_millis(10);
 const READY_AFTER: Time = Time::from_millis(3_000);
 /// How long the firmware may take to acknowledge a shutdown.
 const SHUTDOWN_AFTER: Time = Time::from_millis(100);
-/// From reception to transmission on the air.
-const RADIO_RAMP: Time = Time::from_micros(130);
 /// Signal strength that is reported, in -dBm.
 const RSSI: u8 = 50;
 
@@ -58,24 +57,12 @@ pub(crate) enum Output {
     Byte(u8),
 }
 
-/// What the firmware has set, for the answer to a debug probe.
-#[derive(Default)]
-struct Radio {
-    channel_set: bool,
-    /// 0, 1, 2: 250 kb/s, 1 Mb/s, 2 Mb/s.
-    rate: u8,
-    rate_set: bool,
-    address_set: bool,
-}
-
 pub(crate) struct Nrf51 {
     parser: Parser,
     radio: Radio,
     battery: Battery,
     /// Received and not yet looked at.
     queue: VecDeque<u8>,
-    /// The radio is transmitting until then, and the queue waits.
-    busy_until: Time,
     /// Told to let the queue wait.
     stalled: bool,
     /// Bytes to be sent, and the one on the wire (none if the wire loses it) until its end.
@@ -100,10 +87,9 @@ impl Nrf51 {
     pub fn new() -> Self {
         Nrf51 {
             parser: Parser::default(),
-            radio: Radio { rate: 2, ..Radio::default() },
+            radio: Radio::new(),
             battery: Battery::default(),
             queue: VecDeque::new(),
-            busy_until: Time::ZERO,
             stalled: false,
             unsent: VecDeque::new(),
             sending: None,
@@ -132,6 +118,14 @@ impl Nrf51 {
 
     pub fn corrupted(&self) -> u64 {
         self.line.corrupted
+    }
+
+    pub fn unheard(&self) -> u64 {
+        self.radio.unheard
+    }
+
+    pub fn overflown(&self) -> u64 {
+        self.radio.overflown
     }
 
     pub fn take_events(&mut self) -> Vec<(Time, Event)> {
@@ -165,8 +159,9 @@ impl Nrf51 {
     /// once.
     pub fn next_event(&self) -> Option<Time> {
         let sent = self.sending.map(|(end, _)| end);
-        let work = (!self.queue.is_empty() && !self.stalled).then_some(self.busy_until);
-        [sent, work, self.next_report, self.shutdown_at].into_iter().flatten().min()
+        let work = (!self.queue.is_empty() && !self.stalled).then_some(self.radio.busy_until());
+        let heard = self.radio.next_arrival();
+        [sent, work, heard, self.next_report, self.shutdown_at].into_iter().flatten().min()
     }
 
     /// Does what is due at `now`; the outputs are in order.
@@ -185,6 +180,13 @@ impl Nrf51 {
             self.power_off(false, now);
         }
         self.process(now);
+        self.not_sent += self.radio.hear(self.listens(now), now);
+        if self.unsent.is_empty()
+            && self.radio.has_received()
+            && let Some(frame) = self.radio.take()
+        {
+            self.send(frame.kind(), frame.payload());
+        }
         if self.sending.is_none()
             && let Some(byte) = self.unsent.pop_front()
         {
@@ -217,11 +219,21 @@ impl Nrf51 {
             frame.kind(),
             kind::RADIO_RAW | kind::RADIO_RAW_BROADCAST | kind::P2P | kind::P2P_BROADCAST
         );
-        if from_radio && !self.ready && now < READY_AFTER {
+        if from_radio && !self.listens(now) {
             self.not_sent += 1;
         } else {
             self.send(frame.kind(), frame.payload());
         }
+    }
+
+    /// Another robot's P2P frame is on the air; its last bit comes at `end`.
+    pub fn hear(&mut self, frame: &P2pFrame, end: Time) {
+        self.radio.expect(frame.received(), end);
+    }
+
+    /// Whether the radio receives.
+    fn listens(&self, now: Time) -> bool {
+        self.ready || now >= READY_AFTER
     }
 
     /// Puts bytes on the wire, whatever they are.
@@ -255,7 +267,7 @@ impl Nrf51 {
 
     /// Looks at the queue until it is empty or the radio is busy.
     fn process(&mut self, now: Time) {
-        while !self.stalled && self.busy_until <= now {
+        while !self.stalled && self.radio.busy_until() <= now {
             let Some(byte) = self.queue.pop_front() else {
                 return;
             };
@@ -285,9 +297,10 @@ impl Nrf51 {
             (kind::RADIO_ADDRESS, [_, _, _, _, _]) => self.radio.address_set = true,
             (kind::RADIO_POWER, [_]) => {}
             (kind::RADIO_READY, _) => self.ready = true,
-            (kind::P2P_BROADCAST, [_, ..]) => {
-                self.busy_until = now + self.air_time(payload.len());
-                return;
+            (kind::P2P_BROADCAST, [port, data @ ..]) => {
+                let air = self.radio.transmit(payload.len(), now);
+                let (port, payload) = (port & 0x0f, data.to_vec());
+                return self.events.push((now, Event::P2p { port, payload, air }));
             }
             (kind::BATTERY_AUTOUPDATE, _) => {
                 self.next_report = self.next_report.or(Some(now + REPORT_PERIOD));
@@ -313,14 +326,6 @@ impl Nrf51 {
         }
         // What sets the radio up is echoed.
         self.send(frame.kind(), payload);
-    }
-
-    /// How long the radio is busy with a P2P frame of this payload: ramp, preamble, address, header, the
-    /// marker before the payload, and the checksum.
-    fn air_time(&self, payload: usize) -> Time {
-        let bits_per_second = [250_000, 1_000_000, 2_000_000][usize::from(self.radio.rate)];
-        let bits = 8 * (1 + 5 + 1 + payload as u64 + 1 + 2) + 1;
-        RADIO_RAMP + Time::of_ticks(bits, bits_per_second)
     }
 
     fn set_led(&mut self, on: bool, now: Time) {

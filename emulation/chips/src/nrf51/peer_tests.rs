@@ -82,7 +82,7 @@ fn a_broadcast_keeps_the_radio_busy_and_fills_the_queue() {
     // At 250 kb/s 60 bytes take more than 2 ms on the air, time for over 200 bytes on the line.
     let mut now = tell(&mut peer, 0x02, &[0], Time::ZERO);
     now = tell(&mut peer, 0x0a, &[7; 60], now);
-    let busy = peer.busy_until;
+    let busy = peer.radio.busy_until();
     assert_eq!(busy - now, Time::from_micros(130 + 4 * (8 * 70 + 1)));
     for _ in 0..130 {
         now = now + Time::from_micros(10);
@@ -135,4 +135,47 @@ fn another_baud_rate_is_not_understood() {
     }
     assert!(!peer.talks);
     assert_ne!(peer.framing_errors, 0);
+}
+
+/// Frames come from the air, wait while the line is busy, and go to the STM32 in order.
+#[test]
+fn frames_from_the_air_go_over_the_line() {
+    let mut peer = Nrf51::new();
+    let frame = |n: u8| P2pFrame::new(3, 60, vec![n; 60]).unwrap();
+    let now = tell(&mut peer, 0x0b, &[], Time::ZERO);
+    // Before the radio listens nothing is heard, also what began to arrive.
+    let mut early = Nrf51::new();
+    tell(&mut early, 0x02, &[2], Time::ZERO);
+    early.hear(&frame(0), Time::from_millis(1));
+    assert_eq!(kinds(&listen(&mut early, Time::ZERO, Time::from_millis(10))), [0x02]);
+    assert_eq!(early.not_sent, 1);
+    // Every 400 µs, and each takes 680 µs on the line.
+    let start = now + Time::from_millis(1);
+    for n in 0..5 {
+        peer.hear(&frame(n), start + Time::from_micros(400 * u64::from(n)));
+    }
+    let frames = listen(&mut peer, now, now + Time::from_millis(10));
+    assert_eq!(kinds(&frames), [0x0b, 0x0a, 0x0a, 0x0a, 0x0a, 0x0a]);
+    for (n, (at, frame)) in (0..).zip(&frames[1..]) {
+        assert_eq!(*at, start + Time::from_micros(680 * (u64::from(n) + 1)));
+        assert_eq!(frame.payload(), [&[3, 60][..], &[n; 60]].concat());
+    }
+}
+
+/// Who transmits is heard by nobody who transmits.
+#[test]
+fn a_broadcast_is_told_when_it_begins() {
+    let mut peer = Nrf51::new();
+    let now = tell(&mut peer, 0x0b, &[], Time::ZERO);
+    listen(&mut peer, now, now + Time::from_millis(1));
+    let now = tell(&mut peer, 0x0a, &[0xf3, 1, 2, 3], now + Time::from_millis(1));
+    let event = peer.take_events().pop().unwrap();
+    let air = Time::from_nanos(130_000 + (8 * 14 + 1) * 500);
+    assert_eq!(event, (now, Event::P2p { port: 3, payload: vec![1, 2, 3], air }));
+    peer.hear(&P2pFrame::new(3, 60, [9; 3]).unwrap(), now + Time::from_micros(100));
+    peer.hear(&P2pFrame::new(3, 60, [8; 3]).unwrap(), now + air + Time::from_micros(100));
+    let frames = listen(&mut peer, now, now + Time::from_millis(10));
+    assert_eq!(frames.len(), 1);
+    assert_eq!(frames[0].1.payload(), [3, 60, 8, 8, 8]);
+    assert_eq!(peer.radio.unheard, 1);
 }

@@ -9,8 +9,8 @@ const START: [u8; 2] = [0xbc, 0xcf];
 /// A frame of the link, without its sum.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Frame {
-    kind: u8,
-    payload: Vec<u8>,
+    pub(super) kind: u8,
+    pub(super) payload: Vec<u8>,
 }
 
 impl Frame {

@@ -1,0 +1,51 @@
+//! What a ground station says over the radio: its packets reach the STM32 as they are.
+
+use super::Frame;
+
+/// Type of the frames that carry them.
+const RADIO_RAW: u8 = 0x00;
+/// Port 6, localization; channel 1, generic. The two bits between are always set (Bitcraze, "CRTP - Communication with
+/// the Crazyflie" and "Localization CRTP port").
+const GENERIC_LOCALIZATION: u8 = 6 << 4 | 3 << 2 | 1;
+/// External pose: x, y, z in m and a quaternion x, y, z, w, each a binary32, least significant byte first.
+const EXTERNAL_POSE: u8 = 8;
+
+/// Where a positioning system sees the robot, upright.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// x, y and z (up) in mm.
+    pub position_mm: [f32; 3],
+    /// Direction of the robot's nose in degrees, from x towards y.
+    pub yaw_degrees: f32,
+}
+
+impl Pose {
+    /// The packet that a ground station sends.
+    pub(crate) fn frame(&self) -> Frame {
+        let half = f64::from(self.yaw_degrees).to_radians() / 2.0;
+        let quaternion = [0.0, 0.0, half.sin() as f32, half.cos() as f32];
+        let mut payload = vec![GENERIC_LOCALIZATION, EXTERNAL_POSE];
+        let numbers = self.position_mm.iter().map(|mm| mm / 1000.0).chain(quaternion);
+        payload.extend(numbers.flat_map(f32::to_le_bytes));
+        Frame { kind: RADIO_RAW, payload }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A quarter turn to the left is (0, 0, sin 45°, cos 45°).
+    #[test]
+    fn a_packet_of_thirty_bytes() {
+        let pose = Pose { position_mm: [1500.0, -250.0, 1000.0], yaw_degrees: 90.0 };
+        let frame = pose.frame();
+        let half = std::f32::consts::FRAC_1_SQRT_2;
+        let numbers: Vec<u8> = [1.5, -0.25, 1.0, 0.0, 0.0, half, half]
+            .into_iter()
+            .flat_map(f32::to_le_bytes)
+            .collect();
+        assert_eq!((frame.kind(), frame.payload().len()), (0x00, 30));
+        assert_eq!(frame.payload(), [&[0x6d, 0x08][..], &numbers].concat());
+    }
+}

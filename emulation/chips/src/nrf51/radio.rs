@@ -1,0 +1,162 @@
+//! The nRF51's radio, as far as P2P frames go. It is deaf while it transmits, listens to nobody before it transmits, and
+//! keeps a few received packets until its processor has passed them on (crazyflie2-nrf-firmware, src/esb.c).
+//!
+//! Who is in range, and which frames destroy each other on the air, is the business of whoever connects the radios.
+
+use std::collections::VecDeque;
+
+use super::Frame;
+use crate::Time;
+
+/// From reception to transmission on the air (nRF51 reference manual, tRXEN and tTXEN with fast ramp-up off).
+const RAMP: Time = Time::from_micros(130);
+/// Bytes on the air beside a P2P frame's port and data: preamble, address, header (with three bits more), the marker
+/// before the port, checksum.
+const OVERHEAD: u64 = 1 + 5 + 1 + 1 + 2;
+const HEADER_BITS: u64 = 1;
+/// Received packets that can wait for the processor.
+const QUEUE: usize = 8;
+
+/// What the firmware has set, and what is on the air.
+pub(super) struct Radio {
+    pub channel_set: bool,
+    /// 0, 1, 2: 250 kb/s, 1 Mb/s, 2 Mb/s.
+    pub rate: u8,
+    pub rate_set: bool,
+    pub address_set: bool,
+    /// The last transmission: when the radio stopped to listen, and when it listened again.
+    deaf: (Time, Time),
+    /// Frames whose last bit is still to come, and when it comes; in this order.
+    arriving: VecDeque<(Time, Frame)>,
+    received: VecDeque<Frame>,
+    /// Frames that came while the radio was transmitting.
+    pub unheard: u64,
+    /// Frames for which there was no room in the queue.
+    pub overflown: u64,
+}
+
+impl Radio {
+    pub fn new() -> Self {
+        Radio {
+            channel_set: false,
+            rate: 2,
+            rate_set: false,
+            address_set: false,
+            deaf: (Time::ZERO, Time::ZERO),
+            arriving: VecDeque::new(),
+            received: VecDeque::new(),
+            unheard: 0,
+            overflown: 0,
+        }
+    }
+
+    /// Begins to transmit a frame of so many bytes, its port among them, and says how long that takes.
+    pub fn transmit(&mut self, bytes: usize, now: Time) -> Time {
+        let air = RAMP + self.on_air(bytes);
+        self.deaf = (now, now + air);
+        air
+    }
+
+    /// Until then it transmits.
+    pub fn busy_until(&self) -> Time {
+        self.deaf.1
+    }
+
+    /// How long a frame of so many bytes, its port among them, is on the air.
+    fn on_air(&self, bytes: usize) -> Time {
+        let bits_per_second = [250_000, 1_000_000, 2_000_000][usize::from(self.rate)];
+        Time::of_ticks(8 * (OVERHEAD + bytes as u64) + HEADER_BITS, bits_per_second)
+    }
+
+    /// The last bit of a frame, as it goes to the STM32, will come at `end`.
+    pub fn expect(&mut self, frame: Frame, end: Time) {
+        let place = self.arriving.partition_point(|(other, _)| *other <= end);
+        self.arriving.insert(place, (end, frame));
+    }
+
+    /// When the next frame is complete.
+    pub fn next_arrival(&self) -> Option<Time> {
+        self.arriving.front().map(|(end, _)| *end)
+    }
+
+    /// Receives what is complete. A radio that `listens` hears it, unless it was transmitting meanwhile. Returns how
+    /// many frames came while it did not listen.
+    pub fn hear(&mut self, listens: bool, now: Time) -> u64 {
+        let mut ignored = 0;
+        while let Some((end, frame)) = self.arriving.pop_front_if(|(end, _)| *end <= now) {
+            // The strength of the signal is in the frame, but was not on the air.
+            let begin = end - self.on_air(frame.payload().len() - 1);
+            if !listens {
+                ignored += 1;
+            } else if begin < self.deaf.1 && self.deaf.0 < end {
+                self.unheard += 1;
+            } else if self.received.len() == QUEUE {
+                self.overflown += 1;
+            } else {
+                self.received.push_back(frame);
+            }
+        }
+        ignored
+    }
+
+    /// Whether a received frame waits for the processor.
+    pub fn has_received(&self) -> bool {
+        !self.received.is_empty()
+    }
+
+    /// The oldest received frame.
+    pub fn take(&mut self) -> Option<Frame> {
+        self.received.pop_front()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(bytes: usize) -> Frame {
+        Frame::new(0x0a, vec![0; bytes]).unwrap()
+    }
+
+    /// 2 Mb/s: half a microsecond per bit. Bits as in the data sheet's packet layout.
+    #[test]
+    fn times_on_the_air() {
+        let mut radio = Radio::new();
+        // Port and 60 bytes: 71 bytes and a bit, after the ramp.
+        assert_eq!(radio.transmit(61, Time::ZERO).nanos(), 130_000 + (8 * 71 + 1) * 500);
+        radio.rate = 0;
+        assert_eq!(radio.transmit(61, Time::ZERO).nanos(), 130_000 + (8 * 71 + 1) * 4000);
+    }
+
+    /// Port, strength and 10 bytes: 21 bytes and a bit on the air, 84.5 µs.
+    #[test]
+    fn deaf_while_it_transmits_and_no_longer() {
+        for (end_us, heard) in [(999, true), (1000, true), (1001, false), (1250, false)] {
+            let mut radio = Radio::new();
+            radio.expect(frame(12), Time::from_micros(end_us));
+            let sent = Time::from_micros(1000);
+            let air = radio.transmit(11, sent);
+            assert_eq!(air.nanos(), 214_500);
+            assert_eq!(radio.hear(true, Time::from_millis(2)), 0);
+            assert_eq!((radio.take().is_some(), radio.unheard == 0), (heard, heard), "{end_us}");
+        }
+        // It began after the transmission had ended.
+        let mut radio = Radio::new();
+        radio.transmit(11, Time::ZERO);
+        radio.expect(frame(12), Time::from_nanos(214_500 + 84_500));
+        radio.hear(true, Time::from_millis(1));
+        assert!(radio.take().is_some());
+    }
+
+    #[test]
+    fn the_queue_holds_eight() {
+        let mut radio = Radio::new();
+        (0..10).for_each(|n| radio.expect(frame(2 + n), Time::from_micros(100 * n as u64)));
+        assert_eq!(radio.next_arrival(), Some(Time::ZERO));
+        radio.hear(true, Time::from_micros(850));
+        assert_eq!((radio.next_arrival(), radio.overflown), (Some(Time::from_micros(900)), 1));
+        assert_eq!(radio.take().map(|frame| frame.payload().len()), Some(2), "the oldest first");
+        assert_eq!(radio.hear(false, Time::from_millis(1)), 1);
+        assert_eq!(radio.next_arrival(), None);
+    }
+}
