@@ -2,7 +2,8 @@
 
 use crate::bytecode::ByteCode;
 use crate::fault::RobotFault;
-use crate::machine::Vm;
+use crate::machine::View;
+use crate::network::Sighting;
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
@@ -47,11 +48,20 @@ pub trait Host<P: Profile> {
 
     /// The robot's position, `None` where it does not know it.
     fn position(&mut self, axis: Axis) -> Option<f32>;
+
+    /// Moves the oldest waiting frame into `frame`, and tells its length and who sent it. Asked before every step, until
+    /// there is none.
+    fn receive(&mut self, _frame: &mut [u8]) -> Option<(usize, Sighting<P>)> {
+        None
+    }
+
+    /// Sends a frame to whoever hears it: queues it, best in a `bittybuzz_comms::queue::Outbox`.
+    fn send(&mut self, _frame: &[u8]) {}
 }
 
 /// The arguments of a call, on the machine's stack.
 pub struct Arguments<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
-    pub(crate) vm: &'a Vm<P, C, SLOTS>,
+    pub(crate) script: View<'a, P, C, SLOTS>,
     /// Slot above the last.
     pub(crate) end: usize,
     pub(crate) count: usize,
@@ -76,7 +86,7 @@ pub enum Item<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
 /// A string, as a robot function sees it.
 pub struct Text<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
     #[cfg_attr(not(feature = "strings"), allow(dead_code, reason = "only text needs it"))]
-    vm: &'a Vm<P, C, SLOTS>,
+    script: View<'a, P, C, SLOTS>,
     value: Value<P>,
 }
 
@@ -88,7 +98,11 @@ impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> Arguments<'a, P, C, SLOTS>
 
     /// Argument `index`, nil if there are not so many.
     pub fn value(&self, index: usize) -> Value<P> {
-        if index < self.count { self.vm.slot(self.end - self.count + index) } else { Value::nil() }
+        if index < self.count {
+            self.script.arena.get(self.end - self.count + index)
+        } else {
+            Value::nil()
+        }
     }
 
     /// Argument `index` with what it refers to.
@@ -98,8 +112,8 @@ impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> Arguments<'a, P, C, SLOTS>
             Tag::INT => Item::Int(value.as_int().unwrap_or(0)),
             Tag::FLOAT => Item::Float(value.as_f32().unwrap_or(0.0)),
             Tag::NIL | Tag::UNSET => Item::Nil,
-            Tag::STRING | Tag::TEXT => Item::String(Text { vm: self.vm, value }),
-            Tag::TABLE => Item::Table(self.vm.table_size(value)),
+            Tag::STRING | Tag::TEXT => Item::String(Text { script: self.script, value }),
+            Tag::TABLE => Item::Table(self.script.arena.table_size(value.index())),
             _ => Item::Function,
         }
     }
@@ -114,6 +128,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Text<'_, P, C, SLOTS> {
     /// Its bytes; none for a constant whose text is not in the image.
     #[cfg(feature = "strings")]
     pub fn bytes(&self) -> impl Iterator<Item = u8> {
-        self.vm.text_bytes(self.value)
+        self.script.text_bytes(self.value)
     }
 }

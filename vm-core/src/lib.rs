@@ -44,6 +44,7 @@ mod host;
 pub mod image;
 pub mod link;
 mod machine;
+mod network;
 pub mod number;
 pub mod opcode;
 pub mod rom;
@@ -58,6 +59,7 @@ pub use fault::{Fault, FaultCode, Refusal, RobotFault};
 pub use host::{Arguments, Axis, Host, Item, Reply, Text};
 pub use image::{Entry, Image, ImageError};
 pub use machine::{Calls, GLOBALS, Outcome, Vm};
+pub use network::{Alone, Counters, Network, Sighting, SwarmMemory};
 #[cfg(feature = "torture")]
 pub use torture::Torture;
 pub use value::{Type, Value};

@@ -4,10 +4,11 @@ use super::{GLOBALS, OVERLAYS, State, Vm};
 use crate::arena::CELL;
 use crate::bytecode::ByteCode;
 use crate::heap::{FREE, LIVE};
+use crate::network::Network;
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
+impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
     /// Collects, and says what is wrong with the memory of a script that has not stopped.
     pub fn audit(&mut self) -> Result<(), &'static str> {
         if self.program.is_none() || matches!(self.state, State::Faulted(_)) {

@@ -8,11 +8,12 @@ use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::{Arguments, Host};
 #[cfg(feature = "maths")]
+use crate::network::Network;
 use crate::number::maths;
 use crate::number::{Profile, Rng, Rounding};
 use crate::value::{Tag, Type, Value};
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
+impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
     /// Computes a built-in of kind `Plain` from the `count` arguments on top, which stay there.
     #[inline(never)]
     pub(super) fn builtin<H: Host<P>>(
@@ -33,7 +34,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         self.library_to_table(host, slot)?;
                     }
                 }
-                host.log(Arguments { vm: self, end, count });
+                host.log(Arguments { script: self.view(), end, count });
                 Ok(Value::nil())
             }
             // Without an argument there is what an earlier call left.

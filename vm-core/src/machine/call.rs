@@ -6,11 +6,12 @@ use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, RobotFault, Stopped};
 use crate::host::{Arguments, Host, Reply};
 use crate::image::{CAPTURES, PARAMETERS, USES_SELF};
+use crate::network::Network;
 use crate::number::Profile;
 use crate::rom::Needs;
 use crate::value::{Tag, Type, Value};
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
+impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
     /// The slot `below` the top of the operands: 1 is the top.
     #[inline(never)]
     pub(super) fn top(&self, below: u8) -> Value<P> {
@@ -214,7 +215,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 return Err(self.fail(FaultCode::MissingArgument));
             }
         }
-        match host.call(hash, Arguments { vm: self, end, count }, again) {
+        match host.call(hash, Arguments { script: self.view(), end, count }, again) {
             Ok(Reply::Value(result)) => Ok(result),
             Ok(Reply::Wait) => Ok(Value::unset()),
             Err(RobotFault::WrongType(found)) => {

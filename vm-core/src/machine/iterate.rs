@@ -6,6 +6,7 @@ use crate::builtin;
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
+use crate::network::Network;
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
@@ -34,7 +35,7 @@ fn parameters(number: u8) -> u8 {
     }
 }
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
+impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
     /// Begins a built-in of kind `Calls`, whose `count` arguments are on top.
     #[inline(never)]
     pub(super) fn begin_native<H: Host<P>>(

@@ -10,15 +10,12 @@ use crate::fault::{FaultCode, Stopped};
 use crate::heap::{ITERATION, NoCell};
 use crate::host::{Axis, Host};
 use crate::image::USES_SELF;
+use crate::network::Network;
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    pub(crate) fn slot(&self, at: usize) -> Value<P> {
-        self.arena.get(at)
-    }
-
-    pub(crate) fn table_size(&self, table: Value<P>) -> usize {
+impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
+    pub(super) fn table_size(&self, table: Value<P>) -> usize {
         self.arena.table_size(table.index())
     }
 

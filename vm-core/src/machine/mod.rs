@@ -28,6 +28,7 @@ use crate::bytecode::ByteCode;
 use crate::fault::{Fault, FaultCode, Stopped};
 use crate::host::Host;
 use crate::image::{Entry, EntryPoint, Header, Image, ImageError, Verified};
+use crate::network::{Alone, Network};
 use crate::number::{Profile, Rng};
 use crate::value::{Tag, Type, Value};
 
@@ -55,6 +56,13 @@ impl Native {
     fn position(self) -> usize {
         SPECIAL | self.0 as usize
     }
+}
+
+/// The script's memory and image, to look at.
+#[derive(Clone, Copy)]
+pub(crate) struct View<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
+    pub(crate) arena: &'a Arena<P, SLOTS>,
+    program: Option<&'a Verified<C>>,
 }
 
 /// What a run ended with.
@@ -86,7 +94,7 @@ enum State {
 
 /// A virtual machine with `SLOTS` slots of memory for one script.
 #[repr(C)]
-pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
+pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P> = Alone> {
     /// Position of the next instruction, or that of a [`Native`].
     pc: u16,
     /// Slot of the running frame's record.
@@ -103,16 +111,18 @@ pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
     #[cfg(feature = "torture")]
     pub torture: crate::torture::Torture,
     program: Option<Verified<C>>,
+    network: N,
     // Last, so that the AVR reaches the other fields with short instructions.
     arena: Arena<P, SLOTS>,
 }
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
+impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
     /// A machine without a program on robot 0. All zeros: a static takes no flash, and nothing has to be copied.
     pub const fn new() -> Self {
         Vm {
             arena: Arena::new(),
             program: None,
+            network: N::EMPTY,
             pc: 0,
             fp: 0,
             sp: 0,
@@ -124,6 +134,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             #[cfg(feature = "torture")]
             torture: crate::torture::Torture::NONE,
         }
+    }
+
+    /// What a host may look at.
+    fn view(&self) -> View<'_, P, C, SLOTS> {
+        View { arena: &self.arena, program: self.program.as_ref() }
     }
 
     /// Verifies an image and makes it the program, with all memory empty. `is_robot_function` tells whether the robot
@@ -153,8 +168,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.reset(slots);
         // In its place from the start: a copy of the header would cost the AVR more than the verifier's tables.
         let program = self.program.insert(Verified::claimed(image.code));
-        let checked =
-            program.read_header().and_then(|()| program.verify(&mut self.arena, is_robot_function));
+        let checked = program
+            .read_header()
+            .and_then(|()| program.verify::<P, N, SLOTS>(&mut self.arena, is_robot_function));
         let base = GLOBALS + usize::from(program.header().globals());
         self.arena.reset(slots);
         if checked.is_err() {
@@ -251,7 +267,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// The calls that led to where the machine is, innermost first: offsets from the start of the code of the last
     /// byte of the instruction where each function is.
-    pub fn calls(&self) -> Calls<'_, P, C, SLOTS> {
+    pub fn calls(&self) -> Calls<'_, P, C, SLOTS, N> {
         // Between entries none runs, but the loop leaves the position as it was.
         let idle = self.state == State::Idle;
         let pc = if idle { Native::EXIT.position() } else { usize::from(self.pc) };
@@ -352,7 +368,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 }
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize> Default for Vm<P, C, SLOTS> {
+impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Default for Vm<P, C, SLOTS, N> {
     fn default() -> Self {
         Self::new()
     }
@@ -373,13 +389,15 @@ fn record<P: Profile>(delta: usize, position: usize) -> Value<P> {
 }
 
 /// See [`Vm::calls`].
-pub struct Calls<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
-    vm: &'a Vm<P, C, SLOTS>,
+pub struct Calls<'a, P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> {
+    vm: &'a Vm<P, C, SLOTS, N>,
     pc: usize,
     fp: usize,
 }
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize> Iterator for Calls<'_, P, C, SLOTS> {
+impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Iterator
+    for Calls<'_, P, C, SLOTS, N>
+{
     type Item = u16;
 
     fn next(&mut self) -> Option<u16> {

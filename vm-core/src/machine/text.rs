@@ -2,11 +2,12 @@
 
 use core::cmp::Ordering;
 
-use super::Vm;
+use super::{View, Vm};
 use crate::builtin::{self, string};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::heap::{TextBuilder, TextCursor};
+use crate::network::Network;
 use crate::number::{self, Number, Profile};
 use crate::value::{Tag, Value};
 
@@ -21,11 +22,7 @@ enum Cursor {
     Made(TextCursor),
 }
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    pub(super) fn is_text(&self, value: Value<P>) -> bool {
-        value.is(Tag::STRING) || value.is(Tag::TEXT)
-    }
-
+impl<P: Profile, C: ByteCode, const SLOTS: usize> View<'_, P, C, SLOTS> {
     /// Start and end of the text at `at` in the image, behind its count.
     fn image_text(&self, at: usize) -> (usize, usize) {
         let byte = |at: usize| self.program.as_ref().map_or(0, |program| program.code.byte(at));
@@ -40,7 +37,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Offset of the text of the script's first string; none if the image has no text.
     fn first_text(&self) -> Option<usize> {
-        let header = self.header()?;
+        let header = self.program?.header();
         header.has_text().then_some(usize::from(header.text_at()))
     }
 
@@ -105,8 +102,46 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         core::iter::from_fn(move || self.next(&mut cursor))
     }
 
+    /// The number of the constant with the same bytes.
+    fn equal_constant(&self, made: Value<P>) -> Option<u16> {
+        let made = self.cursor(made);
+        for (number, own) in builtin::STRINGS.iter().enumerate() {
+            if self.same(made, Cursor::Own(own.as_bytes())) {
+                return Some(number as u16);
+            }
+        }
+        let mut at = self.first_text()?;
+        for number in 0..self.program?.header().strings() {
+            let (start, end) = self.image_text(at);
+            if self.same(made, Cursor::Image(start, end)) {
+                return Some(string::COUNT + number);
+            }
+            at = end;
+        }
+        None
+    }
+
+    fn same(&self, mut a: Cursor, mut b: Cursor) -> bool {
+        if self.left(&a) != self.left(&b) {
+            return false;
+        }
+        loop {
+            match (self.next(&mut a), self.next(&mut b)) {
+                (None, None) => return true,
+                (one, other) if one != other => return false,
+                _ => {}
+            }
+        }
+    }
+}
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
+    pub(super) fn is_text(&self, value: Value<P>) -> bool {
+        value.is(Tag::STRING) || value.is(Tag::TEXT)
+    }
+
     pub(super) fn order_of_texts(&self, a: Value<P>, b: Value<P>) -> Ordering {
-        self.text_bytes(a).cmp(self.text_bytes(b))
+        self.view().text_bytes(a).cmp(self.view().text_bytes(b))
     }
 
     /// Begins a text and puts it on the stack, so that a collection finds it.
@@ -134,16 +169,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         from: usize,
         to: usize,
     ) -> Result<(), Stopped> {
-        let mut cursor = self.cursor(value);
-        self.charge(self.left(&cursor).min(to));
+        let mut cursor = self.view().cursor(value);
+        self.charge(self.view().left(&cursor).min(to));
         for _ in 0..from {
-            let _ = self.next(&mut cursor);
+            let _ = self.view().next(&mut cursor);
         }
         for _ in from..to {
             // Most long texts were made at run time: the loop is worth a short way for them.
             let next = match &mut cursor {
                 Cursor::Made(made) => self.arena.text_next(made),
-                other => self.next(other),
+                other => self.view().next(other),
             };
             let Some(byte) = next else { break };
             self.add(text, byte)?;
@@ -162,39 +197,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     fn end_text(&mut self, text: &TextBuilder) -> Value<P> {
         self.arena.text_end(text);
         let made = self.pop();
-        self.equal_constant(made).map_or(made, Value::string)
-    }
-
-    /// The number of the constant with the same bytes.
-    fn equal_constant(&self, made: Value<P>) -> Option<u16> {
-        let made = self.cursor(made);
-        for (number, own) in builtin::STRINGS.iter().enumerate() {
-            if self.same(made, Cursor::Own(own.as_bytes())) {
-                return Some(number as u16);
-            }
-        }
-        let mut at = self.first_text()?;
-        for number in 0..self.header()?.strings() {
-            let (start, end) = self.image_text(at);
-            if self.same(made, Cursor::Image(start, end)) {
-                return Some(string::COUNT + number);
-            }
-            at = end;
-        }
-        None
-    }
-
-    fn same(&self, mut a: Cursor, mut b: Cursor) -> bool {
-        if self.left(&a) != self.left(&b) {
-            return false;
-        }
-        loop {
-            match (self.next(&mut a), self.next(&mut b)) {
-                (None, None) => return true,
-                (one, other) if one != other => return false,
-                _ => {}
-            }
-        }
+        self.view().equal_constant(made).map_or(made, Value::string)
     }
 
     /// The built-ins of library `string`, on the arguments in slots `first..end`.
@@ -212,7 +215,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return Err(self.wrong_type(a, a));
         }
         match number {
-            builtin::LENGTH => Ok(Value::int(self.text_length(a) as i32)),
+            builtin::LENGTH => Ok(Value::int(self.view().text_length(a) as i32)),
             builtin::SUB => {
                 let from = self.argument(first + 1, end);
                 let to = self.argument(first + 2, end);
@@ -235,9 +238,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 Ok(self.end_text(&text))
             }
             builtin::STRING_TO_INT => {
-                Ok(number::parse_int(self.text_bytes(a)).map_or(Value::nil(), Value::int))
+                Ok(number::parse_int(self.view().text_bytes(a)).map_or(Value::nil(), Value::int))
             }
-            _ => Ok(number::parse_float(self.text_bytes(a)).map_or(Value::nil(), Value::float)),
+            _ => {
+                Ok(number::parse_float(self.view().text_bytes(a))
+                    .map_or(Value::nil(), Value::float))
+            }
         }
     }
 
@@ -255,7 +261,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             None => return Err(self.wrong_type(to, to)),
         };
         let first = from_index.max(0) as usize;
-        if first >= self.text_length(text) || to_index < from_index {
+        if first >= self.view().text_length(text) || to_index < from_index {
             return Ok(Value::nil());
         }
         let mut part = self.begin_text()?;

@@ -1,0 +1,314 @@
+//! What a robot knows of others: neighbours, swarms, replicas of stigmergies, the message that is being put together.
+//!
+//! The machine is generic over this memory: [`SwarmMemory`] of the sizes that the robot file says, or [`Alone`], with
+//! which neighbours, swarms and stigmergy are left out and cost nothing.
+
+use crate::builtin::Feature;
+use crate::number::Profile;
+use crate::value::Value;
+
+/// What the link knows of who sent a frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Sighting<P: Profile> {
+    /// The sender, where the link itself tells it; else it is in the frame, if at all.
+    pub robot: Option<u16>,
+    /// Distance in mm, azimuth and elevation in radians as the receiver sees the sender: 0 ahead, anticlockwise and up
+    /// positive. `None` where it is not known.
+    pub place: Option<[Value<P>; 3]>,
+}
+
+/// A robot that was heard.
+#[derive(Clone, Copy, Debug)]
+pub struct Neighbor<P: Profile> {
+    pub(crate) robot: u16,
+    /// Steps until it is forgotten; 0: there is none.
+    pub(crate) steps_left: u8,
+    /// Bit i: it is in the swarm that is number i in [`SwarmMemory`].
+    pub(crate) swarms: u8,
+    /// Distance, azimuth and elevation are known.
+    pub(crate) is_placed: bool,
+    /// They, as floats.
+    pub(crate) place: [P::Raw; 3],
+}
+
+/// An entry of a replica.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry<P: Profile> {
+    pub(crate) key: Value<P>,
+    /// nil: deleted.
+    pub(crate) value: Value<P>,
+    /// Lamport clock, at most [`crate::message::CLOCK_MAX`].
+    pub(crate) clock: u32,
+    /// Who put it.
+    pub(crate) robot: u16,
+    /// 1 + the place of its stigmergy in [`SwarmMemory`]; 0: there is none.
+    pub(crate) stigmergy: u8,
+    /// It is to be sent at the end of the entry that is running.
+    pub(crate) is_news: bool,
+}
+
+/// A swarm that the script has created.
+#[derive(Clone, Copy, Debug)]
+pub struct Swarm {
+    pub(crate) number: u16,
+    pub(crate) exists: bool,
+    pub(crate) is_member: bool,
+    /// That the robot has joined or left is to be sent.
+    pub(crate) is_news: bool,
+}
+
+/// What was heard but could not be used, and what else went wrong without harm.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Messages of another script.
+    pub foreign: u16,
+    /// Frames that make no sense.
+    pub malformed: u16,
+    /// Messages from a robot with this robot's id.
+    pub own_id: u16,
+    /// Entries of stigmergies that were passed on but not kept, since the store is full.
+    pub not_kept: u16,
+    /// Messages of which a fragment was missing.
+    pub incomplete: u16,
+    /// Conflicts that the handler did not decide.
+    pub undecided: u16,
+}
+
+/// When what is to be sent.
+#[derive(Clone, Copy, Debug)]
+pub struct Protocol {
+    /// Steps since the last frame with the robot's own id.
+    pub(crate) silent: u8,
+    /// Steps between two advertisements of entries.
+    pub(crate) interval: u8,
+    /// Steps until the next.
+    pub(crate) countdown: u8,
+    /// The entry, or behind them the swarm, that was advertised last.
+    pub(crate) advertised: u8,
+    /// Number of the last message in fragments.
+    pub(crate) message: u8,
+    /// State of a generator that keeps robots from sending all at once.
+    pub(crate) jitter: u16,
+    pub(crate) counters: Counters,
+}
+
+/// A message of which some fragments are here.
+#[derive(Clone, Copy, Debug)]
+pub struct Assembly {
+    pub(crate) robot: u16,
+    pub(crate) number: u8,
+    /// Bit i: fragment i is here.
+    pub(crate) present: u8,
+    /// How many there are, 0 as long as the last is not here.
+    pub(crate) count: u8,
+    /// Bytes of each fragment but the last.
+    pub(crate) fragment_bytes: u8,
+    /// Steps until it is given up; 0: there is none.
+    pub(crate) steps_left: u8,
+}
+
+mod sealed {
+    pub trait Sealed {}
+}
+
+/// Memory for what a robot knows of others.
+pub trait Network<P: Profile>: sealed::Sealed {
+    /// Without any knowledge. All zeros.
+    const EMPTY: Self;
+    /// The bits of [`Feature`] that it serves.
+    const FEATURES: u8;
+    /// Room for a frame.
+    type Frame: Buffer;
+    /// Room for the contents of all fragments of a message.
+    type Content: Buffer;
+
+    #[doc(hidden)]
+    fn neighbors(&mut self) -> &mut [Neighbor<P>];
+    #[doc(hidden)]
+    fn entries(&self) -> &[Entry<P>];
+    #[doc(hidden)]
+    fn entries_mut(&mut self) -> &mut [Entry<P>];
+    #[doc(hidden)]
+    fn stigmergies(&mut self) -> &mut [u16];
+    #[doc(hidden)]
+    fn swarms(&mut self) -> &mut [Swarm];
+    #[doc(hidden)]
+    fn protocol(&mut self) -> Option<&mut Protocol>;
+    #[doc(hidden)]
+    fn assembly(&mut self) -> Option<(&mut Assembly, &mut [u8])>;
+}
+
+/// Bytes on the stack of the processor.
+pub trait Buffer: AsMut<[u8]> + AsRef<[u8]> {
+    /// All zeros.
+    const ZERO: Self;
+}
+
+impl<const BYTES: usize> Buffer for [u8; BYTES] {
+    const ZERO: Self = [0; BYTES];
+}
+
+/// Memory for `NEIGHBORS` neighbours, `ENTRIES` entries of (at most as many) stigmergies, `SWARMS` swarms, at most 8; for
+/// frames of at most `FRAME` bytes, and `CONTENT` bytes of a message in fragments: 8 times `FRAME - 4`.
+#[derive(Clone, Copy, Debug)]
+pub struct SwarmMemory<
+    P: Profile,
+    const NEIGHBORS: usize,
+    const ENTRIES: usize,
+    const SWARMS: usize,
+    const FRAME: usize,
+    const CONTENT: usize,
+> {
+    neighbors: [Neighbor<P>; NEIGHBORS],
+    entries: [Entry<P>; ENTRIES],
+    stigmergies: [u16; ENTRIES],
+    swarms: [Swarm; SWARMS],
+    protocol: Protocol,
+    assembly: Assembly,
+    content: [u8; CONTENT],
+}
+
+impl<
+    P: Profile,
+    const NEIGHBORS: usize,
+    const ENTRIES: usize,
+    const SWARMS: usize,
+    const FRAME: usize,
+    const CONTENT: usize,
+> sealed::Sealed for SwarmMemory<P, NEIGHBORS, ENTRIES, SWARMS, FRAME, CONTENT>
+{
+}
+
+impl<
+    P: Profile,
+    const NEIGHBORS: usize,
+    const ENTRIES: usize,
+    const SWARMS: usize,
+    const FRAME: usize,
+    const CONTENT: usize,
+> Network<P> for SwarmMemory<P, NEIGHBORS, ENTRIES, SWARMS, FRAME, CONTENT>
+{
+    const EMPTY: Self = {
+        assert!(SWARMS <= 8, "a neighbour's swarms are the bits of a byte");
+        assert!(ENTRIES <= 100, "entries are numbered in a byte");
+        assert!(CONTENT == 8 * (FRAME - 4), "a message has at most 8 fragments");
+        SwarmMemory {
+            neighbors: [Neighbor {
+                robot: 0,
+                steps_left: 0,
+                swarms: 0,
+                is_placed: false,
+                place: [P::ZERO; 3],
+            }; NEIGHBORS],
+            entries: [Entry {
+                key: Value::NIL,
+                value: Value::NIL,
+                clock: 0,
+                robot: 0,
+                stigmergy: 0,
+                is_news: false,
+            }; ENTRIES],
+            stigmergies: [0; ENTRIES],
+            swarms: [Swarm { number: 0, exists: false, is_member: false, is_news: false }; SWARMS],
+            protocol: Protocol {
+                silent: 0,
+                interval: 0,
+                countdown: 0,
+                advertised: 0,
+                message: 0,
+                jitter: 0,
+                counters: Counters {
+                    foreign: 0,
+                    malformed: 0,
+                    own_id: 0,
+                    not_kept: 0,
+                    incomplete: 0,
+                    undecided: 0,
+                },
+            },
+            assembly: Assembly {
+                robot: 0,
+                number: 0,
+                present: 0,
+                count: 0,
+                fragment_bytes: 0,
+                steps_left: 0,
+            },
+            content: [0; CONTENT],
+        }
+    };
+    const FEATURES: u8 = (if NEIGHBORS > 0 { Feature::Neighbors as u8 } else { 0 })
+        | (if SWARMS > 0 { Feature::Swarm as u8 } else { 0 })
+        | (if ENTRIES > 0 { Feature::Stigmergy as u8 } else { 0 });
+    type Frame = [u8; FRAME];
+    type Content = [u8; CONTENT];
+
+    fn neighbors(&mut self) -> &mut [Neighbor<P>] {
+        &mut self.neighbors
+    }
+
+    fn entries(&self) -> &[Entry<P>] {
+        &self.entries
+    }
+
+    fn entries_mut(&mut self) -> &mut [Entry<P>] {
+        &mut self.entries
+    }
+
+    fn stigmergies(&mut self) -> &mut [u16] {
+        &mut self.stigmergies
+    }
+
+    fn swarms(&mut self) -> &mut [Swarm] {
+        &mut self.swarms
+    }
+
+    fn protocol(&mut self) -> Option<&mut Protocol> {
+        Some(&mut self.protocol)
+    }
+
+    fn assembly(&mut self) -> Option<(&mut Assembly, &mut [u8])> {
+        Some((&mut self.assembly, &mut self.content))
+    }
+}
+
+/// No memory: the machine has neither neighbours nor swarms nor stigmergies.
+#[derive(Clone, Copy, Debug)]
+pub struct Alone;
+
+impl sealed::Sealed for Alone {}
+
+impl<P: Profile> Network<P> for Alone {
+    const EMPTY: Self = Alone;
+    const FEATURES: u8 = 0;
+    type Frame = [u8; 0];
+    type Content = [u8; 0];
+
+    fn neighbors(&mut self) -> &mut [Neighbor<P>] {
+        &mut []
+    }
+
+    fn entries(&self) -> &[Entry<P>] {
+        &[]
+    }
+
+    fn entries_mut(&mut self) -> &mut [Entry<P>] {
+        &mut []
+    }
+
+    fn stigmergies(&mut self) -> &mut [u16] {
+        &mut []
+    }
+
+    fn swarms(&mut self) -> &mut [Swarm] {
+        &mut []
+    }
+
+    fn protocol(&mut self) -> Option<&mut Protocol> {
+        None
+    }
+
+    fn assembly(&mut self) -> Option<(&mut Assembly, &mut [u8])> {
+        None
+    }
+}
