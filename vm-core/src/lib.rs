@@ -44,6 +44,7 @@ mod host;
 pub mod image;
 pub mod link;
 mod machine;
+pub mod message;
 mod network;
 pub mod number;
 pub mod opcode;

@@ -31,3 +31,4 @@ pub use format::{format_float, format_int, parse_float, parse_int};
 pub use mixed::Number;
 pub use profile::{Full, Profile, Tiny};
 pub use rng::Rng;
+pub(crate) use word::Word;

@@ -1,0 +1,176 @@
+//! Messages between robots: frames from bytes and to bytes. `docs/wire-format.md` is about the format.
+//!
+//! A frame is a type byte, by which links tell it from their own frames, and fields of fixed size. Only values that need no
+//! heap fit: nil, numbers and constant strings. Others travel in fragments.
+//!
+//! Every frame carries bits of the hash of its script, so that robots with other scripts ignore it.
+
+mod plain;
+mod word;
+
+use crate::number::Profile;
+use crate::value::{Tag, Value};
+
+/// Bytes of the longest frame but fragments.
+pub const PLAIN_MAX: usize = 17;
+/// Most swarms in a frame of the full profile; the tiny profile's hold half as many.
+pub const SWARMS_MAX: usize = 4;
+/// Most fragments of a message.
+pub const FRAGMENTS_MAX: u8 = 8;
+/// Bytes of a fragment in front of its content.
+pub const FRAGMENT_HEAD: usize = 4;
+/// The last value of a stigmergy entry's clock.
+pub const CLOCK_MAX: u32 = (1 << 22) - 1;
+/// The only stigmergies whose entries have a frame are those with a number below.
+pub const STIGMERGIES: u16 = 3;
+
+/// The script of a robot, as far as messages need it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Script {
+    /// Its hash.
+    pub hash: u32,
+    /// How many constant strings there are: the machine's own and the script's.
+    pub strings: u16,
+}
+
+/// A message that fits one frame, or a fragment of a longer one.
+#[derive(Clone, Copy, Debug)]
+pub enum Message<'a, P: Profile> {
+    /// `neighbors.broadcast`
+    Broadcast {
+        /// The sender.
+        robot: u16,
+        /// A constant string.
+        topic: u16,
+        /// nil, a number or a constant string.
+        value: Value<P>,
+    },
+    /// An entry of a stigmergy, or the question for it.
+    Entry(Entry<P>),
+    /// A robot tells that it is there.
+    Beacon {
+        /// The sender.
+        robot: u16,
+    },
+    /// Swarms that a robot knows.
+    Swarms {
+        /// The sender.
+        robot: u16,
+        /// Some or all of its swarms.
+        swarms: Swarms,
+    },
+    /// A part of a message that is too long for one frame.
+    Fragment(Fragment<'a>),
+}
+
+/// An entry of a stigmergy on its way.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry<P: Profile> {
+    /// Number of the stigmergy.
+    pub stigmergy: u16,
+    /// Who wrote the value; in a question, who asks.
+    pub owner: u16,
+    /// When, on Lamport's clock, up to [`CLOCK_MAX`]. 0 is the question who knows the key.
+    pub clock: u32,
+    /// An integer or a constant string.
+    pub key: Value<P>,
+    /// nil, a number or a constant string; nil in a question and in a deleted entry.
+    pub value: Value<P>,
+}
+
+/// Some of a robot's swarms.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Swarms {
+    count: u8,
+    joined: u8,
+    ids: [u16; SWARMS_MAX],
+}
+
+/// A part of a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fragment<'a> {
+    /// The sender.
+    pub robot: u16,
+    /// The message's number: the sender's last, plus one.
+    pub number: u8,
+    /// Which part, below [`FRAGMENTS_MAX`].
+    pub index: u8,
+    /// Whether none follows.
+    pub last: bool,
+    /// Its bytes, at least one.
+    pub content: &'a [u8],
+}
+
+/// Why a frame is no message for this robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ignored {
+    /// From a robot that runs another script.
+    Foreign,
+    /// Too short, or of no known type.
+    Malformed,
+}
+
+/// Kinds of frames, by ascending priority.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// A robot tells that it is there.
+    Beacon,
+    /// Swarms that a robot knows.
+    Swarms,
+    /// An entry of a stigmergy.
+    Entry,
+    /// A part of a longer message.
+    Fragment,
+    /// A broadcast.
+    Broadcast,
+}
+
+impl Kind {
+    /// The kind of frames with that type byte, `None` if it is no frame of ours.
+    pub const fn of(type_byte: u8) -> Option<Kind> {
+        Some(match type_byte {
+            0x04..=0x07 => Kind::Broadcast,
+            0x08 => Kind::Beacon,
+            0x09 => Kind::Swarms,
+            0x10..=0x1f => Kind::Fragment,
+            0x20..=0x7f => Kind::Entry,
+            _ => return None,
+        })
+    }
+}
+
+impl Swarms {
+    /// Most swarms in a frame of that profile.
+    pub const fn capacity<P: Profile>() -> u8 {
+        if P::FULL { SWARMS_MAX as u8 } else { SWARMS_MAX as u8 / 2 }
+    }
+
+    /// Adds a swarm and whether the robot is in it; `false` if no more fit.
+    pub fn push(&mut self, id: u16, joined: bool) -> bool {
+        let Some(place) = self.ids.get_mut(usize::from(self.count)) else {
+            return false;
+        };
+        *place = id;
+        self.joined |= u8::from(joined) << self.count;
+        self.count += 1;
+        true
+    }
+
+    /// The swarms, and whether the robot is in each.
+    pub fn iter(&self) -> impl Iterator<Item = (u16, bool)> {
+        let mut joined = self.joined;
+        self.ids.iter().take(usize::from(self.count)).map(move |id| {
+            let bit = joined & 1 != 0;
+            joined >>= 1;
+            (*id, bit)
+        })
+    }
+}
+
+impl<P: Profile> Value<P> {
+    /// Whether it fits a frame: nil, a number or a constant string.
+    #[inline(always)]
+    pub(crate) fn is_plain(self) -> bool {
+        self.tag().byte() <= Tag::STRING.byte()
+    }
+}
