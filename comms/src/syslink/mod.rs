@@ -6,12 +6,16 @@
 //! The check bytes are Fletcher's over type, length and data, modulo 256. Source: Bitcraze's `crazyflie-firmware`
 //! (`src/hal/src/syslink.c`) and `crazyflie2-nrf-firmware` (`src/syslink.c`, `src/main.c`).
 
+mod crtp;
 mod frame;
+mod p2p;
 mod packet;
 mod parser;
 mod setup;
 
+pub use crtp::{Crtp, ExternalPose};
 pub use frame::{Bytes, FRAME_MAX, Frame, FrameError, MTU};
+pub use p2p::{Position, SWARM_MESSAGE_MAX, SWARM_PORT, SwarmFrame};
 pub use packet::{Battery, DataRate, P2P_MAX, Packet, PacketError, kind};
 pub use parser::Parser;
 pub use setup::{Radio, Setup};

@@ -1,0 +1,116 @@
+//! Packets of the ground station (CRTP), as far as a robot without decks needs them. Source: Bitcraze, "CRTP -
+//! Communication with the Crazyflie" and "Localization CRTP port".
+
+/// The two bits between port and channel mean nothing.
+const HEADER_MASK: u8 = 0xf3;
+/// Port 15, channel 0.
+const ECHO: u8 = 0xf0;
+/// Port 6, channel 1.
+const GENERIC_LOCALIZATION: u8 = 0x61;
+/// Of generic localization.
+const EXTERNAL_POSE: u8 = 8;
+
+/// Farther away nothing is: a number that is wrong, not far.
+const FARTHEST_M: f32 = 1000.0;
+
+/// A packet of the ground station.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Crtp {
+    /// To be sent back as it is.
+    Echo,
+    /// Where a positioning system sees the robot.
+    ExternalPose(ExternalPose),
+}
+
+/// Where a positioning system sees the robot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExternalPose {
+    /// x, y and z (up) in m, none beyond 1 km.
+    pub position_m: [f32; 3],
+    /// Rotation from the robot's frame (x ahead, y to the left) to the world's: x, y, z, w; of length 1, or nearly.
+    pub quaternion: [f32; 4],
+}
+
+impl Crtp {
+    /// From the data of a raw frame; `None` if it is something that no robot here needs, or makes no sense.
+    pub fn parse(packet: &[u8]) -> Option<Self> {
+        let (header, data) = packet.split_first()?;
+        match (header & HEADER_MASK, data) {
+            (ECHO, _) => Some(Crtp::Echo),
+            (GENERIC_LOCALIZATION, [EXTERNAL_POSE, numbers @ ..]) => {
+                ExternalPose::parse(numbers).map(Crtp::ExternalPose)
+            }
+            _ => None,
+        }
+    }
+}
+
+impl ExternalPose {
+    /// Seven times a binary32, least significant byte first.
+    fn parse(bytes: &[u8]) -> Option<Self> {
+        let (numbers, []) = bytes.as_chunks::<4>() else { return None };
+        let numbers: &[[u8; 4]; 7] = numbers.try_into().ok()?;
+        let [x, y, z, quaternion @ ..] = numbers.map(f32::from_le_bytes);
+        let position_m = [x, y, z];
+        // Not a number is in no range.
+        let is_near = position_m.iter().all(|m| (-FARTHEST_M..=FARTHEST_M).contains(m));
+        let square: f32 = quaternion.iter().map(|part| part * part).sum();
+        (is_near && (0.9..=1.1).contains(&square))
+            .then_some(ExternalPose { position_m, quaternion })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use std::vec::Vec;
+
+    fn packet(numbers: &[f32]) -> Vec<u8> {
+        let numbers: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+        [&[0x6d, 8][..], &numbers].concat()
+    }
+
+    /// As Bitcraze's library packs it: `<Bfffffff` on port 6, channel 1.
+    #[test]
+    fn an_external_pose() {
+        let bytes = [
+            0x6d, 8, 0, 0, 0xc0, 0x3f, 0, 0, 0x80, 0xbe, 0, 0, 0x80, 0x3f, 0, 0, 0, 0, 0, 0, 0, 0,
+            0, 0, 0, 0, 0, 0, 0x80, 0x3f,
+        ];
+        let pose = ExternalPose { position_m: [1.5, -0.25, 1.0], quaternion: [0.0, 0.0, 0.0, 1.0] };
+        assert_eq!(Crtp::parse(&bytes), Some(Crtp::ExternalPose(pose)));
+        assert_eq!(packet(&[1.5, -0.25, 1.0, 0.0, 0.0, 0.0, 1.0]), bytes);
+        // The reserved bits may be anything.
+        let other = [&[0x61], &bytes[1..]].concat();
+        assert_eq!(Crtp::parse(&other), Some(Crtp::ExternalPose(pose)));
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_none() {
+        let good = [1.0, 2.0, 3.0, 0.0, 0.0, 0.6, 0.8];
+        assert!(Crtp::parse(&packet(&good)).is_some());
+        for (at, wrong) in
+            [(0, f32::NAN), (1, f32::INFINITY), (2, -1000.5), (5, 0.0), (6, f32::NAN), (3, 0.5)]
+        {
+            let mut numbers = good;
+            numbers[at] = wrong;
+            assert_eq!(Crtp::parse(&packet(&numbers)), None, "{numbers:?}");
+        }
+        assert_eq!(Crtp::parse(&packet(&good)[..29]), None, "cut off");
+        assert_eq!(Crtp::parse(&[&packet(&good)[..], &[0]].concat()), None, "too long");
+        // Position only, on channel 0: without a direction it is of no use here.
+        assert_eq!(Crtp::parse(&[&[0x6c][..], &packet(&good)[2..14]].concat()), None);
+        assert_eq!(Crtp::parse(&[]), None);
+        assert_eq!(Crtp::parse(&[0x6d]), None);
+    }
+
+    #[test]
+    fn an_echo() {
+        assert_eq!(Crtp::parse(&[0xfc, 1, 2]), Some(Crtp::Echo));
+        assert_eq!(Crtp::parse(&[0xf0]), Some(Crtp::Echo));
+        assert_eq!(Crtp::parse(&[0xf1]), None);
+    }
+}
