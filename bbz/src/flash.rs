@@ -23,6 +23,7 @@ Examples:
   bbz flash blink.bzz --robot crazyflie                 exchange the script, keep the firmware
   bbz flash blink.bbi --robot crazyflie                 the same with what `bbz build` has made
   bbz flash blink.bzz --robot crazyflie --firmware crazyflie.elf    firmware and script
+  bbz flash blink.bzz --robot crazyflie --id 7          also make it robot 7, from now on
   bbz flash blink.bzz --robot crazyflie --dry-run       check everything, and print what would be called
 
 The script has a part of the flash of its own, where firmware looks for it that was built for this robot file. probe-rs
@@ -43,6 +44,9 @@ pub struct Arguments {
     /// Also write this firmware (ELF)
     #[arg(long, value_name = "ELF")]
     firmware: Option<PathBuf>,
+    /// Also assign this id to the robot; it keeps it when other scripts and firmware are flashed
+    #[arg(long, value_name = "N")]
+    id: Option<u16>,
     /// Only check, and print the calls of probe-rs
     #[arg(long)]
     dry_run: bool,
@@ -63,13 +67,21 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     if let Some(path) = &arguments.firmware {
         firmware::check(path, &layout)?;
     }
-    let file = ScriptFile::new(&arguments.file);
-    let calls = calls(chip, &layout, arguments.firmware.as_deref(), &file.0);
+    let file = SectionFile::new(&arguments.file, "script");
+    let id = arguments.id.map(|id| assign(id, robot, &layout, &arguments.file)).transpose()?;
+    let mut calls = calls(chip, &layout, arguments.firmware.as_deref(), &file.0);
+    if let Some(id) = &id {
+        // Before the script, with which the robot starts anew.
+        calls.insert(calls.len() - 1, id.call(chip));
+    }
     if arguments.dry_run {
         let calls: String = calls.iter().map(|call| format!("{call}\n")).collect();
         return output::write(&calls).map(|()| Ending::Success);
     }
-    fs::write(&file.0, section).map_err(|error| Problem::unwritable(&file.0, error))?;
+    file.write(&section)?;
+    if let Some(id) = &id {
+        id.file.write(&id.section)?;
+    }
     calls.into_iter().try_for_each(ProbeRs::run)?;
     let (script, title) = (arguments.file.display(), &robot.title);
     let bytes = program.image.len();
@@ -115,18 +127,45 @@ fn calls(chip: &str, layout: &Layout, firmware: Option<&Path>, script: &Path) ->
     firmware.into_iter().chain([script]).collect()
 }
 
-/// What probe-rs writes to the script's region: a file for the time of a call.
-struct ScriptFile(PathBuf);
+/// The id that a robot is to get.
+struct Assignment {
+    address: u32,
+    section: [u8; 4],
+    file: SectionFile,
+}
 
-impl ScriptFile {
-    /// A file that is named after the script.
-    fn new(script: &Path) -> Self {
-        let stem = script.file_stem().unwrap_or_default().to_string_lossy();
-        ScriptFile(env::temp_dir().join(format!("bbz-{}-{stem}.bin", process::id())))
+/// What is needed to give a robot its id, if it can have one.
+fn assign(id: u16, robot: &Robot, layout: &Layout, script: &Path) -> Result<Assignment, Problem> {
+    let region = layout.id.ok_or_else(|| Problem::NoIdRegion(robot.title.clone()))?;
+    let (section, file) = (Layout::id_section(id), SectionFile::new(script, "id"));
+    Ok(Assignment { address: region.address, section, file })
+}
+
+impl Assignment {
+    fn call(&self, chip: &str) -> ProbeRs {
+        let address = format!("{:#010x}", self.address);
+        ProbeRs::new("download", chip)
+            .args(["--verify", "--binary-format", "bin", "--base-address", &address])
+            .arg(&self.file.0)
     }
 }
 
-impl Drop for ScriptFile {
+/// What probe-rs writes to a region: a file for the time of a call.
+struct SectionFile(PathBuf);
+
+impl SectionFile {
+    /// A file that is named after the script and the region.
+    fn new(script: &Path, region: &str) -> Self {
+        let stem = script.file_stem().unwrap_or_default().to_string_lossy();
+        SectionFile(env::temp_dir().join(format!("bbz-{}-{stem}-{region}.bin", process::id())))
+    }
+
+    fn write(&self, bytes: &[u8]) -> Result<(), Problem> {
+        fs::write(&self.0, bytes).map_err(|error| Problem::unwritable(&self.0, error))
+    }
+}
+
+impl Drop for SectionFile {
     fn drop(&mut self) {
         // In a dry run it was never written.
         let _ = fs::remove_file(&self.0);

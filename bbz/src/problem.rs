@@ -78,6 +78,8 @@ pub enum Problem {
     NoRobot,
     /// A robot that can neither be flashed nor traced yet, by its title.
     NotYet(String),
+    /// A robot, by its title, to which no id can be assigned.
+    NoIdRegion(String),
     /// There is nothing to emulate.
     NoFirmware,
     /// Symbols where an image is needed.
@@ -197,6 +199,10 @@ impl Problem {
             Problem::NotYet(_) => {
                 Some("its robot file has no [layout]: where firmware and script lie".to_owned())
             }
+            Problem::NoIdRegion(_) => Some(
+                "its robot file has no `id` in its [layout]: flash that it shares with nothing"
+                    .to_owned(),
+            ),
             Problem::NoFirmware => Some("name the firmware (ELF) in place of -".to_owned()),
             Problem::NoImage(_) => {
                 Some("name the script (.bzz), or its image (.bbi) beside the symbols".to_owned())
@@ -269,6 +275,7 @@ impl fmt::Display for Problem {
             Problem::NotYet(robot) => {
                 write!(f, "the {robot} cannot be flashed or traced by this `bbz` yet")
             }
+            Problem::NoIdRegion(robot) => write!(f, "the {robot} has no place for an id"),
             Problem::NoFirmware => write!(f, "there is no firmware to emulate"),
             Problem::NoImage(path) => {
                 write!(f, "`{}` tells of a script, but is not one", path.display())

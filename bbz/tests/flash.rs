@@ -67,6 +67,27 @@ fn firmware_comes_before_the_script() {
     assert!(calls[1].contains("--reset --binary-format bin --base-address 0x08020000"));
 }
 
+/// The id has a sector of its own, and is written before the robot starts anew.
+#[test]
+fn an_id_is_assigned() {
+    let folder = Folder::with("flash_id", "s.bzz", SCRIPT);
+    probe_rs::install(&folder, "case \"$file\" in *-id.bin) cp \"$file\" id.bin;; esac");
+    let outcome = probe_rs::bbz(&folder, &[&FLASH[..], &["--id", "4660"]].concat());
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+    let calls = probe_rs::calls(&folder);
+    assert_eq!(calls.len(), 2);
+    assert!(calls[0].contains("--verify --binary-format bin --base-address 0x08040000"));
+    assert!(calls[1].contains("--reset --binary-format bin --base-address 0x08020000"));
+    // 4660 is 0x1234; behind it its complement.
+    assert_eq!(folder.read("id.bin"), [0x34, 0x12, 0xcb, 0xed]);
+    let shipped = include_str!("../../robots/crazyflie.toml");
+    let without = shipped.replace("id = { address", "# {");
+    folder.write("without.toml", without);
+    let flash = |robot, id| folder.bbz(&["flash", "s.bzz", "--robot", robot, "--id", id]);
+    flash("without.toml", "7").fails_with(3, &["no place for an id", "[layout]"]);
+    flash("crazyflie", "65536").fails_with(3, &["--id", "65536"]);
+}
+
 #[test]
 fn a_dry_run_calls_nothing_and_says_what_it_would_call() {
     let folder = Folder::with("flash_dry", "s.bzz", SCRIPT);
@@ -78,7 +99,7 @@ fn a_dry_run_calls_nothing_and_says_what_it_would_call() {
     let lines: Vec<&str> = outcome.stdout.lines().collect();
     assert_eq!(lines.len(), 2);
     assert!(lines[0].starts_with("probe-rs download --non-interactive --chip STM32F405RG "));
-    assert!(lines[0].ends_with(" 'my robot'") && lines[1].ends_with("-s.bin"), "{lines:?}");
+    assert!(lines[0].ends_with(" 'my robot'") && lines[1].ends_with("-s-script.bin"), "{lines:?}");
     assert_eq!(probe_rs::calls(&folder), [""; 0]);
     assert_eq!(folder.names(), ["my robot", "probe-rs", "s.bzz"]);
 }

@@ -2,6 +2,9 @@
 
 use std::fmt::Write;
 
+/// Bytes of a robot's id in flash.
+const ID_BYTES: u32 = 4;
+
 /// Bytes before the image in the script region: its length, a `u32`, least significant byte first.
 const SCRIPT_HEADER: u32 = 4;
 
@@ -17,6 +20,9 @@ pub struct Layout {
     pub ram: Region,
     /// RAM that only the core reaches (core-coupled memory); the stack is there. `None` on chips without.
     pub ccm: Option<Region>,
+    /// Flash of the robot's id, which nothing else shares an erasable sector with: see [`Layout::id_section`]. `None`
+    /// where no id can be assigned.
+    pub id: Option<Region>,
 }
 
 /// A region of memory.
@@ -52,9 +58,18 @@ impl Layout {
     /// Every region with its name in the linker script.
     pub fn regions(&self) -> impl Iterator<Item = (&'static str, Region)> {
         let ccm = self.ccm.map(|ccm| ("CCM", ccm));
+        let id = self.id.map(|id| ("ID", id));
         [("FLASH", self.application), ("SCRIPT", self.script), ("RAM", self.ram)]
             .into_iter()
             .chain(ccm)
+            .chain(id)
+    }
+
+    /// The first bytes of the id region: the id and its complement, so that erased flash is none; each a `u16`, least
+    /// significant byte first.
+    pub fn id_section(id: u16) -> [u8; ID_BYTES as usize] {
+        let [[a, b], [c, d]] = [id.to_le_bytes(), (!id).to_le_bytes()];
+        [a, b, c, d]
     }
 
     /// Bytes of the longest image that fits into the script region.
@@ -108,6 +123,7 @@ mod tests {
             script: region(0x0802_0000, 12),
             ram: region(0x2000_0000, 0x2_0000),
             ccm: Some(region(0x1000_0000, 0x1_0000)),
+            id: Some(region(0x0804_0000, 0x2_0000)),
         }
     }
 
@@ -120,6 +136,12 @@ mod tests {
     }
 
     #[test]
+    fn erased_flash_is_no_id() {
+        assert_eq!(Layout::id_section(0x1234), [0x34, 0x12, 0xcb, 0xed]);
+        assert!((0..=u16::MAX).all(|id| Layout::id_section(id) != [0xff; 4]));
+    }
+
+    #[test]
     fn memory_x_has_every_region() {
         let text = layout().memory_x();
         for line in [
@@ -127,6 +149,7 @@ mod tests {
             "  SCRIPT : ORIGIN = 0x08020000, LENGTH = 0xc\n",
             "  RAM : ORIGIN = 0x20000000, LENGTH = 0x20000\n",
             "  CCM : ORIGIN = 0x10000000, LENGTH = 0x10000\n",
+            "  ID : ORIGIN = 0x08040000, LENGTH = 0x20000\n",
             "_stack_start = ORIGIN(CCM) + LENGTH(CCM);\n",
         ] {
             assert!(text.contains(line), "{line}{text}");

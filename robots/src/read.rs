@@ -116,18 +116,22 @@ fn budget(section: &Section<'_>) -> Result<Budget, RobotError> {
 const ALIGNMENT: u32 = 512;
 
 fn layout(section: &Section<'_>) -> Result<Layout, RobotError> {
-    const KEYS: [&str; 4] = ["application", "script", "ram", "ccm"];
-    section.only(&KEYS)?;
+    section.only(&["application", "script", "ram", "ccm", "id"])?;
     let layout = Layout {
         application: region(section, "application")?,
         script: region(section, "script")?,
         ram: region(section, "ram")?,
         ccm: section.optional("ccm", region)?,
+        id: section.optional("id", region)?,
     };
-    let regions: Vec<_> = KEYS.into_iter().zip(layout.regions()).collect();
-    for (index, (key, (_, region))) in regions.iter().enumerate() {
+    let Layout { application, script, ram, ccm, id } = layout;
+    let always = [("application", application), ("script", script), ("ram", ram)];
+    let sometimes = [("ccm", ccm), ("id", id)].into_iter();
+    let sometimes = sometimes.filter_map(|(key, region)| Some((key, region?)));
+    let regions: Vec<_> = always.into_iter().chain(sometimes).collect();
+    for (index, (key, region)) in regions.iter().enumerate() {
         let mut before = regions.iter().take(index);
-        if let Some((other, _)) = before.find(|(_, (_, other))| other.overlaps(*region)) {
+        if let Some((other, _)) = before.find(|(_, other)| other.overlaps(*region)) {
             return Err(section.required(key)?.fail(Cause::Overlap { key, other }));
         }
     }

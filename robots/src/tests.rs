@@ -81,6 +81,7 @@ fn a_good_file_says_what_it_says() {
         script: Region { address: 0x0800_c000, size: 0x4000 },
         ram: Region { address: 0x2000_0000, size: 0x2000 },
         ccm: Some(Region { address: 0x1000_0000, size: 0x200 }),
+        id: None,
     };
     assert_eq!(toy.layout, Some(layout));
     let led = toy.function("led").unwrap();
@@ -165,6 +166,11 @@ fn every_error_has_its_place() {
             "size = 0x200 }",
             "length = 512 }",
             Expected("UnknownKey", 25, 32, "one of address, size"),
+        ),
+        (
+            "ccm = {",
+            "id = { address = 0x2000_0000, size = 512 } # {",
+            Expected("Overlap", 25, 6, "`id` and `ram` overlap"),
         ),
         ("size = 0x200 }", "size = 0 }", Expected("OutOfRange", 25, 39, "from 512")),
         ("0x1000_0000", "0x1_0000_0000", Expected("OutOfRange", 25, 19, "cannot be")),
