@@ -1,0 +1,79 @@
+//! Kilobot: two vibration motors on three stiff legs.
+//!
+//! One motor turns the robot about the rear leg on its own side; both together push it straight ahead (Rubenstein, Ahler,
+//! Nagpal: Kilobot, ICRA 2012). What both motors give in common drives the robot straight, what one gives more turns it,
+//! so unlike motors make it go in a curve, as real ones do.
+
+/// Duties of the motors, 0 to 255. The left one turns anticlockwise, the right one clockwise.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct KilobotMotors {
+    /// Turns anticlockwise about the left leg.
+    pub left: u8,
+    /// Turns clockwise about the right leg.
+    pub right: u8,
+}
+
+/// Numbers of the body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KilobotModel {
+    /// mm
+    pub radius: f32,
+    /// Angle between the heading and a rear leg, radians.
+    pub leg_angle: f32,
+    /// From the middle to a rear leg, mm.
+    pub leg_distance: f32,
+    /// mm/s with both motors at `straight_duty`.
+    pub speed: f32,
+    /// Radians per second with one motor at `turn_duty`.
+    pub turn_rate: f32,
+    /// Duty of both motors that calibration found for going straight.
+    pub straight_duty: u8,
+    /// Duty of a motor that calibration found for turning.
+    pub turn_duty: u8,
+    /// Duty at which a motor begins to move the robot; from there the effect is linear.
+    pub dead_duty: u8,
+    /// Deviation of each motor's gain, as a part of 1.
+    pub gain_sigma: f32,
+}
+
+impl KilobotModel {
+    /// 10 mm/s and 45 degrees per second (ICRA 2012); legs as the Kilobot plugin of ARGoS has them: 25 mm between the
+    /// pins, the middle 9.2 mm before them. The duties are a choice: calibrated robots have 60 to 75.
+    pub const STANDARD: Self = KilobotModel {
+        radius: 16.5,
+        leg_angle: 2.205_2,
+        leg_distance: 15.52,
+        speed: 10.0,
+        turn_rate: core::f32::consts::FRAC_PI_4,
+        straight_duty: 70,
+        turn_duty: 70,
+        dead_duty: 0,
+        gain_sigma: 0.1,
+    };
+
+    /// Kilombo: 7 mm/s, 13 degrees per second at duty 75, nothing below 60; legs at 125.5 degrees on the rim.
+    pub const KILOMBO: Self = KilobotModel {
+        radius: 17.0,
+        leg_angle: 2.190_4,
+        leg_distance: 17.0,
+        speed: 7.0,
+        turn_rate: 0.226_9,
+        straight_duty: 75,
+        turn_duty: 75,
+        dead_duty: 60,
+        gain_sigma: 0.0,
+    };
+
+    /// The Kilobot plugin of ARGoS: 60 mm/s times duty/255 at each pin, 25 mm apart.
+    pub const ARGOS: Self = KilobotModel {
+        speed: 60.0 * 48.0 / 255.0,
+        turn_rate: 60.0 * 77.0 / 255.0 / 25.0,
+        straight_duty: 48,
+        turn_duty: 77,
+        gain_sigma: 0.0,
+        ..Self::STANDARD
+    };
+
+    /// Kilosim: 24 mm/s, 0.5 radians per second.
+    pub const KILOSIM: Self = KilobotModel { speed: 24.0, turn_rate: 0.5, ..Self::STANDARD };
+}

@@ -1,0 +1,54 @@
+//! What the engine refuses.
+
+use core::fmt;
+
+use super::robot::RobotId;
+
+/// A number of the [`Settings`](super::Settings) that no world can have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SettingsError {
+    /// Path of the field, such as `infrared.link.range`.
+    pub field: &'static str,
+    /// What it must be.
+    pub must: &'static str,
+}
+
+impl fmt::Display for SettingsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} must be {}", self.field, self.must)
+    }
+}
+
+impl core::error::Error for SettingsError {}
+
+/// Why a robot cannot be where it was wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AddError {
+    /// Ids have 16 bits.
+    TooMany,
+    /// The place is not inside of the world, or no number.
+    Outside,
+}
+
+impl fmt::Display for AddError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            AddError::TooMany => "a world has at most 65,536 robots",
+            AddError::Outside => "the place is outside of the world",
+        })
+    }
+}
+
+impl core::error::Error for AddError {}
+
+/// There is no robot with that id.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UnknownRobot(pub RobotId);
+
+impl fmt::Display for UnknownRobot {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "there is no robot {}", self.0.0)
+    }
+}
+
+impl core::error::Error for UnknownRobot {}

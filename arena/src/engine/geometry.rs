@@ -1,0 +1,55 @@
+//! Places, directions and the rectangle that is the world.
+
+use core::f32::consts::{PI, TAU};
+
+/// Where a body is and where it looks.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pose {
+    /// mm, to the right of the middle of the world.
+    pub x: f32,
+    /// mm, up from the middle of the world.
+    pub y: f32,
+    /// mm over the ground.
+    pub z: f32,
+    /// Radians in (-pi, pi], 0 along x, anticlockwise positive.
+    pub heading: f32,
+}
+
+impl Pose {
+    /// On the ground.
+    #[must_use]
+    pub fn new(x: f32, y: f32, heading: f32) -> Self {
+        Pose { x, y, z: 0.0, heading: wrap(heading) }
+    }
+
+    pub(crate) fn is_finite(&self) -> bool {
+        self.x.is_finite() && self.y.is_finite() && self.z.is_finite() && self.heading.is_finite()
+    }
+}
+
+/// The world: a rectangle with the origin in its middle, and walls around it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Area {
+    /// mm along x.
+    pub width: f32,
+    /// mm along y.
+    pub height: f32,
+}
+
+impl Area {
+    /// Whether a point is inside.
+    #[must_use]
+    pub fn contains(&self, x: f32, y: f32) -> bool {
+        x.abs() <= self.width / 2.0 && y.abs() <= self.height / 2.0
+    }
+}
+
+/// The same direction in (-pi, pi].
+#[must_use]
+pub fn wrap(angle: f32) -> f32 {
+    if angle > -PI && angle <= PI {
+        return angle;
+    }
+    let turned = angle - TAU * libm::floorf((angle + PI) / TAU);
+    if turned <= -PI { PI } else { turned.min(PI) }
+}

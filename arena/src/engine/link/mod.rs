@@ -1,0 +1,162 @@
+//! Links: what goes through the air between robots, frame by frame.
+
+mod packet;
+
+pub(crate) use packet::{Heard, Late, Packet, Queue, Transmission};
+
+/// What carries frames. Between unlike media nothing passes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Medium {
+    /// Infrared light of the Kilobots.
+    Infrared = 0,
+    /// nRF24 radio of the Zooids.
+    Nrf24 = 1,
+    /// Peer-to-peer broadcast of the Crazyflies' nRF51.
+    P2p = 2,
+}
+
+impl Medium {
+    /// How many there are.
+    pub const COUNT: usize = 3;
+
+    /// All of them.
+    pub const ALL: [Medium; Self::COUNT] = [Medium::Infrared, Medium::Nrf24, Medium::P2p];
+
+    /// Longest frame: its type byte and `message_bytes` of the robot's file.
+    #[must_use]
+    pub const fn frame_bytes(self) -> usize {
+        match self {
+            Medium::Infrared => 10,
+            Medium::Nrf24 => 25,
+            Medium::P2p => 49,
+        }
+    }
+
+    /// Time on the air in microseconds.
+    #[must_use]
+    pub const fn air_time_us(self) -> u32 {
+        match self {
+            // Measured on kilolib's own code: 4.41 ms from the first pulse until it listens again.
+            Medium::Infrared => 4410,
+            // 32 bytes, 9 of preamble, address and check, at 2 Mb/s, and 130 us of settling; rounded.
+            Medium::Nrf24 => 200,
+            // 62 bytes at 2 Mb/s and settling, 0.29 to 0.42 ms.
+            Medium::P2p => 400,
+        }
+    }
+
+    /// How many frames the link takes from a brain in one tick.
+    #[must_use]
+    pub const fn queue(self) -> usize {
+        match self {
+            // kilolib asks for one message when it is about to send.
+            Medium::Infrared => 1,
+            // Three levels of the chip's own queue.
+            Medium::Nrf24 | Medium::P2p => 3,
+        }
+    }
+}
+
+/// Probability that a frame is lost on the way, beside all collisions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Loss {
+    /// Of robots that touch, 0 to 1.
+    pub near: f32,
+    /// Of robots as far apart as the link reaches; it grows with the square of the distance.
+    pub far: f32,
+}
+
+impl Loss {
+    /// The same at any distance.
+    #[must_use]
+    pub fn even(probability: f32) -> Self {
+        Loss { near: probability, far: probability }
+    }
+}
+
+/// What all media have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Link {
+    /// mm: between the rims of two robots for infrared, between their middles for radio; `None` reaches everybody.
+    pub range: Option<f32>,
+    /// Loss on the way.
+    pub loss: Loss,
+    /// For tests: probability that a frame arrives twice.
+    pub duplicate: f32,
+    /// For tests: probability that a frame is held back up to half a second while later ones pass.
+    pub reorder: f32,
+}
+
+/// Infrared of the Kilobots: half-duplex, with carrier sense and back-off as in kilolib.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Infrared {
+    /// What all media have.
+    pub link: Link,
+    /// Least time between two frames of a robot in units of 128 µs: kilolib's `kilo_tx_period`.
+    pub tx_period: u16,
+    /// Deviation of the robots' clocks, as a part of 1.
+    pub clock_sigma: f32,
+    /// Deviation of the measured distance, mm.
+    pub distance_sigma: f32,
+}
+
+impl Infrared {
+    /// 70 mm between rims (100 mm of ICRA 2012 between middles), two frames per second, 2 mm. Nobody published a curve
+    /// of loss: 5 % when touching and 15 % at the end is a choice. Clocks: the ATmega328P's data sheet promises 1 %
+    /// after calibration.
+    pub const STANDARD: Self = Infrared {
+        link: Link {
+            range: Some(70.0),
+            loss: Loss { near: 0.05, far: 0.15 },
+            duplicate: 0.0,
+            reorder: 0.0,
+        },
+        tx_period: 3906,
+        clock_sigma: 0.005,
+        distance_sigma: 2.0,
+    };
+}
+
+/// nRF24 radio of the Zooids: broadcast with carrier sense and random back-off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nrf24 {
+    /// What all media have.
+    pub link: Link,
+    /// A robot waits a random time up to this before a frame, and when the channel is busy, µs.
+    pub backoff_us: u32,
+}
+
+impl Nrf24 {
+    /// All Zooids on a table hear each other. Loss is a choice (nothing is published).
+    pub const STANDARD: Self = Nrf24 {
+        link: Link {
+            range: None,
+            loss: Loss { near: 0.01, far: 0.02 },
+            duplicate: 0.0,
+            reorder: 0.0,
+        },
+        backoff_us: 2000,
+    };
+}
+
+/// Peer-to-peer broadcast of the Crazyflies: no carrier sense, deaf while sending.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct P2p {
+    /// What all media have.
+    pub link: Link,
+    /// A frame leaves a random time up to this after the script gave it, µs.
+    pub jitter_us: u32,
+}
+
+impl P2p {
+    /// All Crazyflies in a room hear each other. Loss and jitter are choices (nothing is published).
+    pub const STANDARD: Self = P2p {
+        link: Link {
+            range: None,
+            loss: Loss { near: 0.01, far: 0.05 },
+            duplicate: 0.0,
+            reorder: 0.0,
+        },
+        jitter_us: 5000,
+    };
+}

@@ -1,0 +1,68 @@
+//! Bodies, contacts, links and light: everything about a robot but its behaviour, which is a [`Brain`].
+//!
+//! # One tick
+//! A tick is 100 ms ([`TICK_US`]), in which
+//! 1. every robot hears the frames of the last tick, and its brain runs;
+//! 2. bodies move, in as many substeps as the fastest needs, and push each other apart;
+//! 3. the links send what the brains gave them, in the order of time, to the microsecond.
+//!
+//! # Units
+//! Millimetres, radians (anticlockwise positive, in (-pi, pi]), seconds; microseconds inside a tick. The world is a
+//! rectangle with the origin in its middle, x to the right and y up.
+//!
+//! ```
+//! use bittybuzz_arena::engine::{Actuators, Brain, Io, Pose, RobotKind, Settings, World};
+//!
+//! struct Forward;
+//! impl Brain for Forward {
+//!     fn tick(&mut self, io: &mut Io<'_>) {
+//!         if let Actuators::Kilobot(motors) = &mut io.actuators {
+//!             (motors.left, motors.right) = (70, 70);
+//!         }
+//!     }
+//! }
+//!
+//! let mut world = World::new(Settings::default())?;
+//! let id = world.add(RobotKind::Kilobot, Pose::default(), Forward)?;
+//! for _ in 0..10 {
+//!     world.tick();
+//! }
+//! let moved = world.robot(id).unwrap().pose.x;
+//! assert!(moved > 5.0 && moved < 15.0, "{moved} mm in a second");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod body;
+mod brain;
+mod error;
+mod geometry;
+mod light;
+mod link;
+mod obstacle;
+mod robot;
+mod settings;
+mod statistics;
+mod stream;
+mod world;
+
+pub use body::{
+    Actuators, CrazyflieModel, Flight, KilobotModel, KilobotMotors, Positioning, Velocity, Wheels,
+    ZooidModel,
+};
+pub use brain::{Brain, Frame, Inbox, Io, Outbox, PushError, Sensors, Sighting};
+pub use error::{AddError, SettingsError, UnknownRobot};
+pub use geometry::{Area, Pose, wrap};
+pub use light::{Light, LightId};
+pub use link::{Infrared, Link, Loss, Medium, Nrf24, P2p};
+pub use obstacle::Obstacle;
+pub use robot::{RobotId, RobotKind, RobotState, View};
+pub use settings::Settings;
+pub use statistics::{LinkStatistics, Statistics};
+pub use stream::Stream;
+pub use world::World;
+
+/// Length of a tick in microseconds: the period of the robots' scripts.
+pub const TICK_US: u32 = 100_000;
+
+/// Length of a tick in seconds.
+pub const TICK: f32 = 0.1;

@@ -1,0 +1,76 @@
+//! What was counted since the world began.
+
+use super::link::Medium;
+
+/// Counts of one medium. A frame counts once for every robot within range.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct LinkStatistics {
+    /// Frames that were sent.
+    pub sent: u64,
+    /// Times that a robot wanted to send and found the channel busy.
+    pub postponed: u64,
+    /// Frames that arrived at a robot.
+    pub received: u64,
+    /// Frames that overlapped with another one at a robot.
+    pub collided: u64,
+    /// Frames that a robot missed because it was sending.
+    pub deaf: u64,
+    /// Frames lost by chance on the way to a robot.
+    pub lost: u64,
+    /// Second copies that arrived (an option for tests).
+    pub duplicated: u64,
+    /// Frames that were overtaken by others (an option for tests).
+    pub delayed: u64,
+}
+
+/// Counts of the whole world.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Statistics {
+    /// Times that a robot which touched nobody began to touch another one.
+    pub contacts: u64,
+    /// Robot-ticks in touch with another robot.
+    pub contact_ticks: u64,
+    /// Robot-ticks in touch with a wall or an obstacle.
+    pub wall_ticks: u64,
+    pub(crate) links: [LinkStatistics; Medium::COUNT],
+}
+
+impl Statistics {
+    /// Counts of one medium.
+    #[must_use]
+    pub fn link(&self, medium: Medium) -> &LinkStatistics {
+        &self.links[medium as usize]
+    }
+
+    /// All media together.
+    #[must_use]
+    pub fn all_links(&self) -> LinkStatistics {
+        let mut sum = LinkStatistics::default();
+        for link in &self.links {
+            sum.add(link);
+        }
+        sum
+    }
+
+    pub(crate) fn add(&mut self, other: &Statistics) {
+        self.contacts += other.contacts;
+        self.contact_ticks += other.contact_ticks;
+        self.wall_ticks += other.wall_ticks;
+        for (mine, theirs) in self.links.iter_mut().zip(&other.links) {
+            mine.add(theirs);
+        }
+    }
+}
+
+impl LinkStatistics {
+    fn add(&mut self, other: &LinkStatistics) {
+        self.sent += other.sent;
+        self.postponed += other.postponed;
+        self.received += other.received;
+        self.collided += other.collided;
+        self.deaf += other.deaf;
+        self.lost += other.lost;
+        self.duplicated += other.duplicated;
+        self.delayed += other.delayed;
+    }
+}

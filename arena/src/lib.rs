@@ -1,0 +1,18 @@
+//! The world in which simulated robots move and talk.
+//!
+//! # Purpose
+//! To develop and to judge a behaviour before it is flashed: up to 20,000 robots with the bodies and the links of the
+//! real ones, much faster than in reality.
+//!
+//! # Principles
+//! 1. **One seed, one trace**, bit for bit, on any machine and any number of threads.
+//! 2. **Frames, not messages**: what a robot hears depends on when its neighbours speak. Frames take time, collide, wait
+//!    for a free channel and get lost.
+//! 3. **Every number has a source** (data sheet, paper, another simulator), or says that it is a choice.
+//!
+//! # Parts
+//! * [`engine`]: bodies, contacts, links, light.
+
+#![forbid(unsafe_code)]
+
+pub mod engine;
