@@ -18,5 +18,6 @@
 #![forbid(unsafe_code)]
 
 pub mod liveness;
+pub mod pose;
 pub mod script;
 pub mod setpoint;

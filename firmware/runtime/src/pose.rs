@@ -1,0 +1,100 @@
+//! Where the robot is, as a positioning system tells it, and where it sees others.
+
+use core::cell::Cell;
+
+use bittybuzz_vm_core::number::maths::{self, Function};
+use bittybuzz_vm_core::number::{Float, Full, Profile};
+use bittybuzz_vm_core::{Axis, ByteCode, Value};
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_time::{Duration, Instant};
+
+/// A pose is known for so long.
+pub const VALID: Duration = Duration::from_secs(1);
+
+/// Where the robot is, and where its nose points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// x, y and z (up) in mm.
+    pub position_mm: [f32; 3],
+    /// Direction of the nose on the ground, x and y; its length does not matter.
+    heading: [f32; 2],
+}
+
+/// The latest pose.
+pub struct LatestPose(Mutex<CriticalSectionRawMutex, Cell<Option<(Pose, Instant)>>>);
+
+impl LatestPose {
+    /// None is known.
+    pub const fn new() -> Self {
+        LatestPose(Mutex::new(Cell::new(None)))
+    }
+
+    /// The robot is there now.
+    pub fn set(&self, pose: Pose) {
+        self.0.lock(|latest| latest.set(Some((pose, Instant::now()))));
+    }
+
+    /// Where the robot is, unless that was told too long ago.
+    pub fn get(&self) -> Option<Pose> {
+        let (pose, at) = self.0.lock(Cell::get)?;
+        (at.elapsed() <= VALID).then_some(pose)
+    }
+}
+
+impl Default for LatestPose {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Pose {
+    /// From a position in m and the rotation from the robot's frame (x ahead, y to the left) to the world's, a quaternion x,
+    /// y, z, w.
+    pub fn new(position_m: [f32; 3], [x, y, z, w]: [f32; 4]) -> Self {
+        let ahead = [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z)];
+        Pose { position_mm: position_m.map(|m| m * 1000.0), heading: ahead }
+    }
+
+    /// A coordinate, as scripts read it. `C` is the type of the machine's program, so that both share code.
+    pub fn along<C: ByteCode>(&self, axis: Axis) -> f32 {
+        let ([x, y, z], [ahead_x, ahead_y]) = (self.position_mm, self.heading);
+        match axis {
+            Axis::X => x,
+            Axis::Y => y,
+            Axis::Z => z,
+            Axis::Orientation => atan2::<C>(ahead_y, ahead_x).to_degrees(),
+        }
+    }
+
+    /// Where this robot sees another that is at this position (mm): distance in mm, azimuth in (-pi, pi] and elevation in
+    /// radians. The azimuth counts from the nose, anticlockwise; a tilt of the robot is not taken into account.
+    pub fn place_of<P: Profile, C: ByteCode>(&self, other_mm: [f32; 3]) -> [Value<P>; 3] {
+        let ([x, y, z], [ahead_x, ahead_y]) = (self.position_mm, self.heading);
+        let [dx, dy, dz] = [other_mm[0] - x, other_mm[1] - y, other_mm[2] - z];
+        let ahead = dx * ahead_x + dy * ahead_y;
+        let left = dy * ahead_x - dx * ahead_y;
+        let ground = sqrt::<C>(dx * dx + dy * dy);
+        let azimuth = match atan2::<C>(left, ahead) {
+            behind if behind <= -maths::PI => maths::PI,
+            azimuth => azimuth,
+        };
+        let distance = sqrt::<C>(ground * ground + dz * dz);
+        [distance, azimuth, atan2::<C>(dz, ground)].map(Value::float)
+    }
+}
+
+fn sqrt<C: ByteCode>(x: f32) -> f32 {
+    calculate::<C>(Function::Sqrt, x, 0.0)
+}
+
+fn atan2<C: ByteCode>(y: f32, x: f32) -> f32 {
+    calculate::<C>(Function::Atan2, y, x)
+}
+
+/// As scripts calculate: the same on every robot.
+fn calculate<C: ByteCode>(function: Function, first: f32, second: f32) -> f32 {
+    let mut result = Float::from_f32(first);
+    maths::function::<Full, C>(function as u8, &mut result, &Float::from_f32(second));
+    result.to_f32()
+}
