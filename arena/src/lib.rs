@@ -12,7 +12,9 @@
 //!
 //! # Parts
 //! * [`engine`]: bodies, contacts, links, light.
+//! * [`scenario`]: files that say what is in a world, what happens in it, and what must come of it.
 
 #![forbid(unsafe_code)]
 
 pub mod engine;
+pub mod scenario;

@@ -97,7 +97,7 @@ impl RobotError {
 
 impl Place {
     /// The place of a range of bytes of a file. A range outside the text means its end.
-    pub(crate) fn new(path: &str, text: &str, span: Range<usize>) -> Place {
+    pub fn new(path: &str, text: &str, span: Range<usize>) -> Place {
         let before = text.get(..span.start).unwrap_or(text);
         let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
         let from_line = text.get(line_start..).unwrap_or_default();

@@ -1,0 +1,176 @@
+//! `[body.*]`: how the robots of a kind move, where that is different from the physical model.
+
+use bittybuzz_robots::Robot;
+
+use super::error::Cause;
+use super::keys;
+use super::medium::Medium;
+use super::read::Section;
+
+/// What moves a robot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Body {
+    /// Vibration motors on stiff legs.
+    Kilobot,
+    /// Two wheels.
+    Zooid,
+    /// Four propellers.
+    Crazyflie,
+}
+
+/// Where the numbers of the Kilobots' model come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Preset {
+    /// Papers and documentation of the robot.
+    #[default]
+    Standard,
+    /// The simulator Kilombo.
+    Kilombo,
+    /// The Kilobot plugin of ARGoS.
+    Argos,
+    /// The simulator Kilosim.
+    Kilosim,
+}
+
+/// What differs from the models, for each kind of robot.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Bodies {
+    /// Of the Kilobots.
+    pub kilobot: KilobotBody,
+    /// Of the Zooids.
+    pub zooid: ZooidBody,
+    /// Of the Crazyflies.
+    pub crazyflie: CrazyflieBody,
+}
+
+/// What differs from the model of the Kilobots.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct KilobotBody {
+    /// Whose numbers; bodies and infrared.
+    pub preset: Preset,
+    /// mm
+    pub radius: Option<f64>,
+    /// mm/s
+    pub speed: Option<f64>,
+    /// Degrees per second.
+    pub turn: Option<f64>,
+    /// Standard deviation of each motor's gain, as a share of it.
+    pub gain_error: Option<f64>,
+}
+
+/// What differs from the model of the Zooids.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ZooidBody {
+    /// mm
+    pub radius: Option<f64>,
+    /// Of a wheel at full duty, in mm/s.
+    pub speed: Option<f64>,
+    /// Standard deviation of each motor's gain, as a share of it.
+    pub gain_error: Option<f64>,
+}
+
+/// What differs from the model of the Crazyflies.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct CrazyflieBody {
+    /// mm
+    pub radius: Option<f64>,
+    /// Fastest, in mm/s.
+    pub speed: Option<f64>,
+    /// Largest, in mm/s².
+    pub acceleration: Option<f64>,
+    /// Time constant with which velocities are reached, in seconds.
+    pub lag: Option<f64>,
+    /// How it knows where it is.
+    pub positioning: Option<Positioning>,
+}
+
+/// How a Crazyflie knows where it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Positioning {
+    /// Not at all.
+    None,
+    /// By the Flow deck, whose errors add up.
+    Flow,
+    /// By radio, to some 10 cm.
+    Loco,
+    /// By light, to some cm.
+    Lighthouse,
+}
+
+const BODIES: [(&str, Body); 3] =
+    [("kilobot", Body::Kilobot), ("zooid", Body::Zooid), ("crazyflie", Body::Crazyflie)];
+
+const PRESETS: [(&str, Preset); 4] = [
+    ("standard", Preset::Standard),
+    ("kilombo", Preset::Kilombo),
+    ("argos", Preset::Argos),
+    ("kilosim", Preset::Kilosim),
+];
+
+const POSITIONINGS: [(&str, Positioning); 4] = [
+    ("none", Positioning::None),
+    ("flow", Positioning::Flow),
+    ("loco", Positioning::Loco),
+    ("lighthouse", Positioning::Lighthouse),
+];
+
+impl Body {
+    /// What carries the frames of a robot with this body.
+    pub fn medium(self) -> Medium {
+        match self {
+            Body::Kilobot => Medium::Ir,
+            Body::Zooid => Medium::Nrf24,
+            Body::Crazyflie => Medium::P2p,
+        }
+    }
+}
+
+/// The body of a group: that of a robot that ships, or the one that the group names.
+pub fn of_group(section: &Section<'_>, robot: &Robot) -> Option<Body> {
+    if section.get("body").is_some() {
+        return section.word("body", &BODIES);
+    }
+    let body = match robot.name.as_str() {
+        "kilobot" => Some(Body::Kilobot),
+        "zooids" => Some(Body::Zooid),
+        "crazyflie" => Some(Body::Crazyflie),
+        _ => None,
+    };
+    if body.is_none() {
+        section.fail(Cause::MissingKey { key: "body", section: section.name.to_owned() });
+    }
+    body
+}
+
+pub fn read(root: &Section<'_>) -> Bodies {
+    let mut bodies = Bodies::default();
+    let Some(section) = root.section("body", keys::BODY) else { return bodies };
+    let radius = |section: &Section<'_>| section.number("radius", 1.0..=10_000.0);
+    let gain_error = |section: &Section<'_>| section.number("gain_error", 0.0..=1.0);
+    if let Some(kilobot) = section.section("kilobot", keys::KILOBOT) {
+        bodies.kilobot = KilobotBody {
+            preset: kilobot.word("preset", &PRESETS).unwrap_or_default(),
+            radius: radius(&kilobot),
+            speed: kilobot.number("speed", 0.0..=10_000.0),
+            turn: kilobot.number("turn", 0.0..=5000.0),
+            gain_error: gain_error(&kilobot),
+        };
+    }
+    if let Some(zooid) = section.section("zooid", keys::ZOOID) {
+        bodies.zooid = ZooidBody {
+            radius: radius(&zooid),
+            speed: zooid.number("speed", 0.0..=10_000.0),
+            gain_error: gain_error(&zooid),
+        };
+    }
+    if let Some(crazyflie) = section.section("crazyflie", keys::CRAZYFLIE) {
+        bodies.crazyflie = CrazyflieBody {
+            radius: radius(&crazyflie),
+            speed: crazyflie.number("speed", 0.0..=100_000.0),
+            acceleration: crazyflie.number("acceleration", 1.0..=1e6),
+            lag: crazyflie.number("lag", 0.0..=10.0),
+            positioning: crazyflie.word("positioning", &POSITIONINGS),
+        };
+    }
+    bodies
+}

@@ -1,0 +1,213 @@
+//! What can be wrong with a scenario file, where, and what to do about it.
+
+use std::fmt;
+
+use bittybuzz_robots::{Place, RobotError};
+
+/// Why a scenario is refused. Its `Display` is one sentence; [`ScenarioError::place`] and [`ScenarioError::help`] say
+/// where, and what to do.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ScenarioError {
+    /// What is wrong.
+    pub cause: Cause,
+    /// Where; `None` if there is no file to point into.
+    pub place: Option<Box<Place>>,
+}
+
+/// What is wrong, one variant for each cause.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the fields are what the messages below print")]
+pub enum Cause {
+    /// The file cannot be read.
+    Unreadable { path: String, reason: String },
+    /// The file is not TOML.
+    Syntax { message: String },
+    /// A key that means nothing here.
+    UnknownKey { key: String, section: String, known: Vec<&'static str> },
+    /// A key that must be there is not.
+    MissingKey { key: &'static str, section: String },
+    /// A value of another type than the key takes.
+    WrongType { key: String, expected: &'static str, found: &'static str },
+    /// A number that is not in its range.
+    OutOfRange { key: String, value: String, range: String },
+    /// A word that is none of those that the key takes.
+    UnknownWord { key: &'static str, word: String, known: Vec<String> },
+    /// None of several keys, of which one is needed.
+    NoneOf { section: String, keys: &'static [&'static str] },
+    /// Two keys that exclude each other.
+    Both { key: &'static str, other: &'static str },
+    /// A key that only has a meaning together with another one.
+    Without { key: &'static str, needs: &'static str },
+    /// No group of robots.
+    NoRobots,
+    /// The robot file is wrong, or no robot has that name.
+    Robot { error: Box<RobotError> },
+    /// The script of a group is not there.
+    NoScript { path: String, reason: String, likely: Option<String> },
+    /// Two groups of one name.
+    DuplicateGroup { name: String, line: usize },
+    /// Two robots with one id.
+    DuplicateId { id: u32, line: usize },
+    /// More ids than 16 bits have.
+    IdsExhausted { last: u32 },
+    /// Neither group nor id nor range of ids.
+    UnknownRobots { text: String, groups: Vec<String> },
+    /// An id that no robot has.
+    UnknownId { id: String, groups: Vec<String> },
+    /// A range of ids that is empty.
+    EmptyRange { text: String },
+    /// A robot outside the world.
+    OutsideWorld { what: String, size: [u32; 2] },
+    /// A time after the end of the run.
+    AfterEnd { key: &'static str, duration: String },
+    /// A list of the wrong length.
+    Length { key: String, expected: &'static str, found: usize },
+    /// A quantity that does not exist.
+    UnknownQuantity { text: String },
+    /// No script of the robots has a global of that name.
+    UnknownGlobal { name: String, known: Vec<String> },
+    /// `--set` names no group or table of that number.
+    NoSuchEntry { path: String, count: usize },
+    /// What the comparison needs is not a number.
+    NotANumber { of: &'static str },
+    /// A medium that no robot of the scenario has.
+    NoSuchMedium { medium: &'static str },
+    /// More robots than there is room for.
+    NoRoom { count: usize, placed: usize },
+}
+
+impl ScenarioError {
+    /// What to do about it, if the message does not say so by itself.
+    pub fn help(&self) -> Option<String> {
+        self.cause.help()
+    }
+}
+
+impl fmt::Display for ScenarioError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.cause.fmt(f)
+    }
+}
+
+impl std::error::Error for ScenarioError {}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Cause::Unreadable { path, reason } => write!(f, "cannot read `{path}`: {reason}"),
+            Cause::Syntax { message } => write!(f, "this is not TOML: {message}"),
+            Cause::UnknownKey { key, section, .. } => write!(f, "unknown key `{key}` in {section}"),
+            Cause::MissingKey { key, section } => write!(f, "{section} has no `{key}`"),
+            Cause::WrongType { key, expected, found } => {
+                write!(f, "`{key}` must be {expected}, not {found}")
+            }
+            Cause::OutOfRange { key, value, .. } => write!(f, "`{key}` cannot be {value}"),
+            Cause::UnknownWord { key, word, .. } => write!(f, "`{key}` cannot be \"{word}\""),
+            Cause::NoneOf { section, .. } => write!(f, "{section} does not say what is meant"),
+            Cause::Both { key, other } => {
+                write!(f, "`{key}` and `{other}` cannot stand together")
+            }
+            Cause::Without { key, needs } => write!(f, "`{key}` means nothing without `{needs}`"),
+            Cause::NoRobots => write!(f, "the scenario has no robots"),
+            Cause::Robot { error } => error.cause.fmt(f),
+            Cause::NoScript { path, reason, .. } => write!(f, "cannot read `{path}`: {reason}"),
+            Cause::DuplicateGroup { name, .. } => {
+                write!(f, "a group `{name}` is defined a second time")
+            }
+            Cause::DuplicateId { id, .. } => write!(f, "robot {id} is defined a second time"),
+            Cause::IdsExhausted { last } => write!(f, "the last robot would have id {last}"),
+            Cause::UnknownRobots { text, .. } => write!(f, "no group of robots is named `{text}`"),
+            Cause::UnknownId { id, .. } => write!(f, "there is no robot {id}"),
+            Cause::EmptyRange { text } => write!(f, "no robot is in `{text}`"),
+            Cause::OutsideWorld { what, .. } => write!(f, "{what} would be outside the world"),
+            Cause::AfterEnd { key, .. } => write!(f, "`{key}` is after the end of the run"),
+            Cause::Length { key, expected, found } => {
+                write!(f, "`{key}` must be {expected}, not a list of {found}")
+            }
+            Cause::UnknownQuantity { text } => write!(f, "there is no quantity `{text}`"),
+            Cause::UnknownGlobal { name, .. } => write!(f, "no script has a global `{name}`"),
+            Cause::NoSuchEntry { path, count } => {
+                write!(f, "there is no `{path}`: the file has {count}, and they count from 0")
+            }
+            Cause::NotANumber { of } => write!(f, "\"{of}\" needs a comparison with a number"),
+            Cause::NoSuchMedium { medium } => {
+                write!(f, "no robot of the scenario has the medium `{medium}`")
+            }
+            Cause::NoRoom { count, placed } => {
+                write!(f, "there is no room for {count} robots, only for {placed}")
+            }
+        }
+    }
+}
+
+impl Cause {
+    fn help(&self) -> Option<String> {
+        match self {
+            Cause::UnknownKey { key, known, .. } => Some(one_of(key, known)),
+            Cause::UnknownWord { word, known, .. } => Some(one_of(word, known)),
+            Cause::OutOfRange { range, .. } => Some(range.clone()),
+            Cause::NoneOf { keys, .. } => Some(format!("one of {} is needed", keys.join(", "))),
+            Cause::NoRobots => Some("write a [[robots]] section for each group of them".to_owned()),
+            Cause::Robot { error } => error.cause.help(),
+            Cause::NoScript { likely, .. } => {
+                likely.as_ref().map(|likely| format!("did you mean `{likely}`?"))
+            }
+            Cause::DuplicateGroup { line, .. } => {
+                Some(format!("the first is in line {line}; choose another `name`"))
+            }
+            Cause::DuplicateId { line, .. } => {
+                Some(format!("the group in line {line} has it; choose another `first_id`"))
+            }
+            Cause::IdsExhausted { .. } => Some("ids are 0 to 65535".to_owned()),
+            Cause::UnknownRobots { text, groups } => {
+                let forms = "(also: \"all\", an id as 3, ids as \"3..7\", or a list of these)";
+                Some(format!("{} {forms}", one_of(text, groups)))
+            }
+            Cause::UnknownId { groups, .. } => Some(format!("there are {}", groups.join(", "))),
+            Cause::EmptyRange { .. } => Some("\"3..7\" is 3, 4, 5, 6 and 7".to_owned()),
+            Cause::OutsideWorld { size: [width, height], .. } => {
+                Some(format!("the world is {width} mm by {height} mm, with (0, 0) in its middle"))
+            }
+            Cause::AfterEnd { duration, .. } => {
+                Some(format!("`duration` in [world] is {duration} s"))
+            }
+            Cause::UnknownQuantity { text } => Some(quantity_help(text)),
+            Cause::UnknownGlobal { name, known } if known.is_empty() => Some(format!(
+                "the scripts of these robots have none; a global is assigned outside of functions, as `{name} = 0`"
+            )),
+            Cause::UnknownGlobal { name, known } => Some(one_of(name, known)),
+            Cause::NoRoom { .. } => Some("make the world or `area` larger".to_owned()),
+            Cause::NotANumber { .. } => Some("equals, differs, below, above or between".to_owned()),
+            Cause::Unreadable { .. }
+            | Cause::Syntax { .. }
+            | Cause::MissingKey { .. }
+            | Cause::WrongType { .. }
+            | Cause::Both { .. }
+            | Cause::Without { .. }
+            | Cause::Length { .. }
+            | Cause::NoSuchEntry { .. }
+            | Cause::NoSuchMedium { .. } => None,
+        }
+    }
+}
+
+fn quantity_help(text: &str) -> String {
+    let first = text.split(['.', '(']).next().unwrap_or(text);
+    one_of(first, super::value::FORMS)
+}
+
+fn one_of<T: AsRef<str>>(name: &str, known: &[T]) -> String {
+    let distance = |known: &T| {
+        // Of `global.NAME` only the first word is compared.
+        let word = known.as_ref().split(['.', '(']).next().unwrap_or_default();
+        strsim::damerau_levenshtein(name, word)
+    };
+    let closest = known.iter().min_by_key(|known| distance(known));
+    match closest.filter(|known| distance(known) <= name.chars().count().max(3) / 3) {
+        Some(likely) => format!("did you mean `{}`?", likely.as_ref()),
+        None => {
+            let all: Vec<&str> = known.iter().map(AsRef::as_ref).collect();
+            format!("one of {}", all.join(", "))
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! `[[event]]`: what happens to the world during a run.
+
+use toml::de::DeValue;
+
+use super::error::Cause;
+use super::expect::not_after_end;
+use super::read::{Entry, Section};
+use super::robots::heading;
+use super::select::{Census, Selection};
+use super::world::{World, light, point_inside};
+use super::{Light, Loss, Medium};
+
+/// Something that happens at a time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Event {
+    /// Seconds from the start. It happens before the robots act at that time.
+    pub at: f64,
+    /// What happens.
+    pub action: Action,
+}
+
+/// What happens.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Action {
+    /// The robots fail for ever.
+    Fail(Selection),
+    /// The robots stop: no motor, no frame, no step.
+    Stop(Selection),
+    /// Stopped robots go on where they were.
+    Resume(Selection),
+    /// Robots that were not there from the start come.
+    Join(Selection),
+    /// The robots are moved.
+    Move {
+        /// Which.
+        robots: Selection,
+        /// Where to, or by how much.
+        to: Target,
+        /// Degrees to look at afterwards.
+        heading: Option<f64>,
+    },
+    /// The lights of the world are replaced.
+    Light(Vec<Light>),
+    /// A medium loses another share of its frames.
+    Loss(Medium, Loss),
+    /// No frame gets from one of these robots to one of those, nor back.
+    Block(Selection, Selection),
+    /// Frames get through again.
+    Restore(Selection, Selection),
+    /// Frames only get through inside of each part. Robots of no part are a part of their own.
+    Partition(Vec<Selection>),
+    /// All blocked links and partitions are over.
+    Heal,
+}
+
+/// Where robots are moved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Target {
+    /// Their centre comes to this point; they keep their places to each other.
+    To([f64; 2]),
+    /// Each by so many mm.
+    By([f64; 2]),
+}
+
+const ACTIONS: &[&str] = &[
+    "fail",
+    "stop",
+    "resume",
+    "join",
+    "move",
+    "light",
+    "loss",
+    "block",
+    "restore",
+    "partition",
+    "heal",
+];
+
+pub fn read(
+    section: &Section<'_>,
+    census: &Census,
+    world: &World,
+    used: &[Medium],
+) -> Option<Event> {
+    let at = section.required("at").and_then(|entry| {
+        let at = entry.number(0.0..=f64::MAX)?;
+        not_after_end(&entry, "at", at, world.duration)?;
+        Some(at)
+    });
+    let (key, entry) = section.one_of(ACTIONS)?;
+    for (other, needs) in [("to", "move"), ("by", "move"), ("heading", "move"), ("medium", "loss")]
+    {
+        if let Some(stray) = section.get(other).filter(|_| key != needs) {
+            stray.fail(Cause::Without { key: other, needs });
+        }
+    }
+    let action = match key {
+        "fail" => Action::Fail(census.select(&entry)?),
+        "stop" => Action::Stop(census.select(&entry)?),
+        "resume" => Action::Resume(census.select(&entry)?),
+        "join" => Action::Join(census.select(&entry)?),
+        "move" => moved(section, census.select(&entry), world)?,
+        "light" => Action::Light(lights(&entry, world)?),
+        "loss" => loss(section, &entry, used)?,
+        "block" => {
+            let [one, other] = pair(&entry, census)?;
+            Action::Block(one, other)
+        }
+        "restore" => {
+            let [one, other] = pair(&entry, census)?;
+            Action::Restore(one, other)
+        }
+        "partition" => {
+            let parts = entry.list()?;
+            Action::Partition(parts.iter().filter_map(|part| census.select(part)).collect())
+        }
+        _ => {
+            let DeValue::Boolean(true) = entry.value else {
+                entry.wrong_type("true");
+                return None;
+            };
+            Action::Heal
+        }
+    };
+    Some(Event { at: at?, action })
+}
+
+fn moved(section: &Section<'_>, robots: Option<Selection>, world: &World) -> Option<Action> {
+    let heading = section.get("heading").map(|entry| heading(&entry));
+    let (key, entry) = section.one_of(&["to", "by"])?;
+    let target = match key {
+        "to" => Target::To(point_inside(&entry, world)?),
+        _ => Target::By(entry.numbers("two numbers as [x, y]", -1e6..=1e6)?),
+    };
+    let heading = match heading {
+        None => None,
+        Some(heading) => Some(heading?),
+    };
+    Some(Action::Move { robots: robots?, to: target, heading })
+}
+
+/// The lights of an event: one, or a list of them.
+fn lights(entry: &Entry<'_>, world: &World) -> Option<Vec<Light>> {
+    match entry.value {
+        DeValue::Array(_) => {
+            Some(entry.list()?.iter().filter_map(|item| light(item, world)).collect())
+        }
+        _ => Some(vec![light(entry, world)?]),
+    }
+}
+
+fn loss(section: &Section<'_>, entry: &Entry<'_>, used: &[Medium]) -> Option<Action> {
+    let loss = super::medium::loss(entry);
+    let medium = match (section.get("medium"), used) {
+        // There is only one that can be meant.
+        (None, [only]) => Some(*only),
+        (None, _) => section.required("medium").and(None),
+        (Some(entry), _) => {
+            let medium = section.word("medium", &Medium::WORDS)?;
+            if !used.contains(&medium) {
+                entry.fail(Cause::NoSuchMedium { medium: medium.name() });
+                return None;
+            }
+            Some(medium)
+        }
+    };
+    Some(Action::Loss(medium?, loss?))
+}
+
+fn pair(entry: &Entry<'_>, census: &Census) -> Option<[Selection; 2]> {
+    let items = entry.list()?;
+    let [one, other] = items.as_slice() else {
+        let expected = "two lists of robots";
+        entry.fail(Cause::Length { key: entry.key.clone(), expected, found: items.len() });
+        return None;
+    };
+    let (one, other) = (census.select(one), census.select(other));
+    Some([one?, other?])
+}

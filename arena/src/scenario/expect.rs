@@ -1,0 +1,253 @@
+//! `[[expect]]`: what must hold, so that a scenario is a test.
+
+use bittybuzz_robots::Place;
+use toml::de::DeValue;
+
+use super::error::Cause;
+use super::keys::EXPECT;
+use super::read::{Entry, Section};
+use super::select::{Census, Selection};
+use super::value::Quantity;
+
+/// A condition on robots, and when it must hold.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Expect {
+    /// When it must hold.
+    pub when: When,
+    /// Which robots are looked at.
+    pub robots: Selection,
+    /// What of them.
+    pub value: Quantity,
+    /// How the robots' values count together.
+    pub of: Of,
+    /// What each value, or the one that comes of all, is compared with. [`Of::Agree`] needs none.
+    pub test: Option<Test>,
+    /// Numbers that differ by no more than this are equal.
+    pub tolerance: f64,
+    /// Where the condition is written.
+    pub place: Place,
+}
+
+/// When an expectation must hold, in seconds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum When {
+    /// At that time.
+    At(f64),
+    /// At some time up to then.
+    Within(f64),
+    /// All the time from the first to the second.
+    Always(f64, f64),
+}
+
+/// How the values of several robots count together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Of {
+    /// Every robot's value passes the test.
+    All,
+    /// That of one robot or more.
+    Any,
+    /// That of exactly one.
+    One,
+    /// That of no robot.
+    None,
+    /// That of so many or more.
+    AtLeast(u32),
+    /// All values are the same, and if there is a test they pass it.
+    Agree,
+    /// The test is about one number that comes of all.
+    Reduced(Reduction),
+}
+
+/// One number out of many. Values that are no numbers are left out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reduction {
+    /// Arithmetic mean.
+    Mean,
+    /// Sum.
+    Sum,
+    /// Smallest.
+    Min,
+    /// Largest.
+    Max,
+    /// Largest minus smallest.
+    Spread,
+    /// How many different values there are, numbers or not.
+    Different,
+}
+
+/// What a value is compared with.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Test {
+    /// The same.
+    Equals(Wanted),
+    /// Not the same.
+    Differs(Wanted),
+    /// Smaller than.
+    Below(f64),
+    /// Greater than.
+    Above(f64),
+    /// In a closed range.
+    Between(f64, f64),
+    /// Not nil, or nil.
+    Exists(bool),
+}
+
+/// What a value may be equal to.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Wanted {
+    /// A number.
+    Number(f64),
+    /// A string.
+    Text(String),
+}
+
+/// The words of `of`.
+const WORDS: [(&str, Of); 11] = [
+    ("all", Of::All),
+    ("any", Of::Any),
+    ("one", Of::One),
+    ("none", Of::None),
+    ("agree", Of::Agree),
+    ("mean", Of::Reduced(Reduction::Mean)),
+    ("sum", Of::Reduced(Reduction::Sum)),
+    ("min", Of::Reduced(Reduction::Min)),
+    ("max", Of::Reduced(Reduction::Max)),
+    ("spread", Of::Reduced(Reduction::Spread)),
+    ("different", Of::Reduced(Reduction::Different)),
+];
+
+const TIMES: &[&str] = &["at", "within", "always"];
+const TESTS: &[&str] = &["equals", "differs", "below", "above", "between", "exists"];
+
+/// Any number of TOML that is one.
+const FINITE: std::ops::RangeInclusive<f64> = f64::MIN..=f64::MAX;
+
+pub fn read(section: &Section<'_>, census: &Census, duration: f64) -> Option<Expect> {
+    debug_assert_eq!(section.name, EXPECT);
+    let when = when(section, duration);
+    let robots = census.selection(section, "robots");
+    let of = of(section);
+    let test = match of {
+        Some(Of::Agree) if TESTS.iter().all(|key| section.get(key).is_none()) => Some(None),
+        _ => test(section).map(Some),
+    };
+    let value = section.required("value").and_then(|entry| {
+        let quantity = quantity(&entry)?;
+        Some((quantity, entry.place()))
+    });
+    let tolerance = tolerance(section);
+    let (of, test) = (of?, test?);
+    if let (Of::Reduced(reduction), Some(test)) = (of, &test)
+        && !matches!(
+            test,
+            Test::Equals(Wanted::Number(_))
+                | Test::Differs(Wanted::Number(_))
+                | Test::Below(_)
+                | Test::Above(_)
+                | Test::Between(..)
+        )
+    {
+        let named = WORDS.iter().find(|(_, of)| *of == Of::Reduced(reduction));
+        let entry = section.get("of")?;
+        entry.fail(Cause::NotANumber { of: named.map_or("of", |(word, _)| word) });
+        return None;
+    }
+    let (value, place) = value?;
+    Some(Expect { when: when?, robots: robots?, value, of, test, tolerance, place })
+}
+
+/// A quantity of the file.
+pub fn quantity(entry: &Entry<'_>) -> Option<Quantity> {
+    let text = entry.string()?;
+    let quantity = Quantity::parse(text);
+    if quantity.is_none() {
+        entry.fail(Cause::UnknownQuantity { text: text.to_owned() });
+    }
+    quantity
+}
+
+fn when(section: &Section<'_>, duration: f64) -> Option<When> {
+    let (key, entry) = section.one_of(TIMES)?;
+    if key == "always" && matches!(entry.value, DeValue::Array(_)) {
+        let [from, to] = entry.numbers("a time or two as [from, to]", 0.0..=f64::MAX)?;
+        not_after_end(&entry, key, to.max(from), duration)?;
+        if to < from {
+            let range = "the second time comes after the first".to_owned();
+            let value = format!("[{from}, {to}]");
+            entry.fail(Cause::OutOfRange { key: entry.key.clone(), value, range });
+            return None;
+        }
+        return Some(When::Always(from, to));
+    }
+    let time = entry.number(0.0..=f64::MAX)?;
+    not_after_end(&entry, key, time, duration)?;
+    Some(match key {
+        "at" => When::At(time),
+        "within" => When::Within(time),
+        _ => When::Always(time, duration),
+    })
+}
+
+/// Notes a time at which nothing happens any more.
+pub fn not_after_end(entry: &Entry<'_>, key: &'static str, time: f64, duration: f64) -> Option<()> {
+    if time > duration {
+        entry.fail(Cause::AfterEnd { key, duration: duration.to_string() });
+        return None;
+    }
+    Some(())
+}
+
+fn of(section: &Section<'_>) -> Option<Of> {
+    let Some(entry) = section.get("of") else { return Some(Of::All) };
+    match entry.value {
+        DeValue::Integer(_) => entry.integer(1..=0x1_0000).map(Of::AtLeast),
+        DeValue::String(_) => section.word("of", &WORDS),
+        _ => {
+            entry.wrong_type("a word or a number of robots");
+            None
+        }
+    }
+}
+
+fn test(section: &Section<'_>) -> Option<Test> {
+    let (key, entry) = section.one_of(TESTS)?;
+    Some(match key {
+        "equals" => Test::Equals(wanted(&entry)?),
+        "differs" => Test::Differs(wanted(&entry)?),
+        "below" => Test::Below(entry.number(FINITE)?),
+        "above" => Test::Above(entry.number(FINITE)?),
+        "between" => {
+            let [low, high] = entry.numbers("two numbers as [low, high]", FINITE)?;
+            if high < low {
+                let range = "the second number is the larger one".to_owned();
+                let value = format!("[{low}, {high}]");
+                entry.fail(Cause::OutOfRange { key: entry.key.clone(), value, range });
+                return None;
+            }
+            Test::Between(low, high)
+        }
+        _ => Test::Exists(section.boolean(key)?),
+    })
+}
+
+/// Notes a tolerance that nothing uses.
+fn tolerance(section: &Section<'_>) -> f64 {
+    let Some(entry) = section.get("tolerance") else { return 0.0 };
+    let is_agree = section.get("of").is_some_and(|of| of.value.as_str() == Some("agree"));
+    let is_used = is_agree || section.get("equals").is_some() || section.get("differs").is_some();
+    if !is_used {
+        entry.fail(Cause::Without { key: "tolerance", needs: "equals" });
+    }
+    entry.number(0.0..=f64::MAX).unwrap_or(0.0)
+}
+
+fn wanted(entry: &Entry<'_>) -> Option<Wanted> {
+    match entry.value {
+        DeValue::String(text) => Some(Wanted::Text(text.to_string())),
+        DeValue::Integer(_) | DeValue::Float(_) => entry.number(FINITE).map(Wanted::Number),
+        _ => {
+            entry.wrong_type("a number or a string");
+            None
+        }
+    }
+}

@@ -1,0 +1,238 @@
+//! Every key of a scenario file: the table against which files and the document are checked.
+
+/// A key of a section.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Key {
+    /// Its name.
+    pub name: &'static str,
+    /// What it takes.
+    pub takes: &'static str,
+    /// What holds without it; empty where it is needed or where there is nothing then.
+    pub default: &'static str,
+    /// What it means, with its unit.
+    pub help: &'static str,
+}
+
+/// A section, as errors name it, and its keys.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SectionKeys {
+    /// Its name.
+    pub name: &'static str,
+    /// Its keys, in the order of the document.
+    pub keys: &'static [Key],
+}
+
+/// The file itself.
+pub const ROOT: &str = "the file";
+/// World.
+pub const WORLD: &str = "[world]";
+/// An obstacle of the world.
+pub const OBSTACLE: &str = "this obstacle";
+/// A lamp.
+pub const LIGHT: &str = "this light";
+/// A group of robots.
+pub const ROBOTS: &str = "this [[robots]]";
+/// The bodies.
+pub const BODY: &str = "[body]";
+/// That of the Kilobots.
+pub const KILOBOT: &str = "[body.kilobot]";
+/// That of the Zooids.
+pub const ZOOID: &str = "[body.zooid]";
+/// That of the Crazyflies.
+pub const CRAZYFLIE: &str = "[body.crazyflie]";
+/// The media.
+pub const MEDIUM: &str = "[medium]";
+/// Infrared.
+pub const IR: &str = "[medium.ir]";
+/// nRF24L01+.
+pub const NRF24: &str = "[medium.nrf24]";
+/// Peer to peer.
+pub const P2P: &str = "[medium.p2p]";
+/// An event.
+pub const EVENT: &str = "this [[event]]";
+/// An expectation.
+pub const EXPECT: &str = "this [[expect]]";
+/// What is kept.
+pub const OUTPUT: &str = "[output]";
+
+macro_rules! keys {
+    ($($name:literal $takes:literal $default:literal $help:literal),* $(,)?) => {
+        &[$(Key { name: $name, takes: $takes, default: $default, help: $help }),*]
+    };
+}
+
+/// Infrared measures distances and sends at a rate; the radios do neither.
+const IR_KEYS: &[Key] = keys![
+    "range" "number" "of the model" "largest distance at which a frame is heard, in mm; ir: from rim to rim, radio: from middle to middle",
+    "loss" "0 to 1 or [near, far]" "of the model" "share of frames lost on each link: everywhere, or where robots touch and at the end of the range",
+    "duplication" "0 to 1" "0" "share of frames that arrive twice",
+    "reordering" "0 to 1" "0" "share of frames that come up to half a second later",
+    "rate" "number" "of the preset" "frames that a robot can send in a second",
+    "distance_error" "number" "of the preset" "standard deviation of measured distances in mm",
+];
+
+const RADIO_KEYS: &[Key] = IR_KEYS.split_at(IR_KEYS.len() - 2).0;
+
+/// Every section.
+pub const SECTIONS: &[SectionKeys] = &[
+    SectionKeys {
+        name: ROOT,
+        keys: keys![
+            "world" "table" "" "the ground, light and time",
+            "robots" "tables" "" "groups of robots; at least one",
+            "body" "table" "of the models" "how the robots of a kind move",
+            "medium" "table" "of the models" "what carries frames",
+            "event" "tables" "none" "what happens during the run",
+            "expect" "tables" "none" "what must hold",
+            "output" "table" "" "what is kept for pictures and recordings",
+        ],
+    },
+    SectionKeys {
+        name: WORLD,
+        keys: keys![
+            "size" "[width, height]" "" "the ground in mm; (0, 0) is its middle, x to the right, y up",
+            "duration" "number" "" "seconds that are simulated",
+            "seed" "integer" "1" "from which all chance comes",
+            "obstacles" "list of tables" "none" "what no robot gets through",
+            "lights" "list of lights" "none" "lamps: tables, or only their places as [x, y]",
+            "ambient" "0 to 1023" "0" "light that is everywhere, as the sensor tells it",
+        ],
+    },
+    SectionKeys {
+        name: OBSTACLE,
+        keys: keys![
+            "at" "[x, y]" "" "centre of disc or box, in mm",
+            "radius" "number" "" "a disc of that radius in mm",
+            "size" "[width, height]" "" "a box along the axes, in mm",
+            "from" "[x, y]" "" "a thin wall from here, in mm",
+            "to" "[x, y]" "" "to here",
+        ],
+    },
+    SectionKeys {
+        name: LIGHT,
+        keys: keys![
+            "at" "[x, y]" "" "place in mm",
+            "brightness" "0 to 1023" "1023" "what the sensor of a robot beside it tells that looks at it",
+        ],
+    },
+    SectionKeys {
+        name: ROBOTS,
+        keys: keys![
+            "robot" "name or path" "" "kilobot, zooids, crazyflie, or a robot file (*.toml)",
+            "script" "path" "" "what they run: .bzz, .bo or .bbi",
+            "count" "integer" "1" "how many; with `positions` as many as there are",
+            "name" "string" "that of the robot" "how events and expectations name the group",
+            "first_id" "0 to 65535" "after the last" "id of the first robot; the others follow",
+            "placement" "word" "random" "grid, line, circle, random or list",
+            "at" "[x, y]" "middle of the world" "centre of grid, circle or area, start of a line, in mm",
+            "spacing" "number" "" "grid, line: from robot to robot in mm",
+            "columns" "integer" "a square" "grid: robots in a row",
+            "direction" "degrees" "0" "line: where it goes",
+            "radius" "number" "" "circle: in mm",
+            "area" "[width, height]" "the world" "random: the rectangle around `at`, in mm",
+            "positions" "list of [x, y]" "" "list: where each robot starts, in mm",
+            "heading" "degrees or \"random\"" "random" "where they look: 0 along x, anticlockwise",
+            "body" "word" "that of the robot" "for a robot file: moves and talks as kilobot, zooid or crazyflie",
+            "present" "true or false" "true" "false: they are not there until they `join`",
+        ],
+    },
+    SectionKeys {
+        name: BODY,
+        keys: keys![
+            "kilobot" "table" "" "the Kilobots",
+            "zooid" "table" "" "the Zooids",
+            "crazyflie" "table" "" "the Crazyflies",
+        ],
+    },
+    SectionKeys {
+        name: KILOBOT,
+        keys: keys![
+            "preset" "word" "standard" "whose numbers hold for bodies and infrared: standard, kilombo, argos or kilosim",
+            "radius" "number" "of the preset" "in mm",
+            "speed" "number" "of the preset" "straight on with the calibrated duty, in mm/s",
+            "turn" "number" "of the preset" "with the calibrated duty, in degrees per second",
+            "gain_error" "0 to 1" "of the preset" "standard deviation of each motor's gain, as a share of it",
+        ],
+    },
+    SectionKeys {
+        name: ZOOID,
+        keys: keys![
+            "radius" "number" "of the model" "in mm",
+            "speed" "number" "of the model" "of a wheel at full duty, in mm/s",
+            "gain_error" "0 to 1" "of the model" "standard deviation of each motor's gain, as a share of it",
+        ],
+    },
+    SectionKeys {
+        name: CRAZYFLIE,
+        keys: keys![
+            "radius" "number" "of the model" "in mm",
+            "speed" "number" "of the model" "fastest, in mm/s",
+            "acceleration" "number" "of the model" "largest, in mm/s²",
+            "lag" "number" "of the model" "time constant with which velocities are reached, in seconds",
+            "positioning" "word" "of the model" "how it knows where it is: none, flow, loco or lighthouse",
+        ],
+    },
+    SectionKeys {
+        name: MEDIUM,
+        keys: keys![
+            "ir" "table" "" "infrared between Kilobots",
+            "nrf24" "table" "" "nRF24L01+ between Zooids",
+            "p2p" "table" "" "peer-to-peer packets between Crazyflies",
+        ],
+    },
+    SectionKeys { name: IR, keys: IR_KEYS },
+    SectionKeys { name: NRF24, keys: RADIO_KEYS },
+    SectionKeys { name: P2P, keys: RADIO_KEYS },
+    SectionKeys {
+        name: EVENT,
+        keys: keys![
+            "at" "number" "" "when, in seconds; before the robots act at that time",
+            "fail" "robots" "" "they fail for ever: no motor, no frame, no step",
+            "stop" "robots" "" "no motor, no frame, no step, until they resume",
+            "resume" "robots" "" "stopped robots go on where they were",
+            "join" "robots" "" "robots that were not `present` come and start their scripts",
+            "move" "robots" "" "they are moved",
+            "to" "[x, y]" "" "move: where their middle comes to, in mm",
+            "by" "[x, y]" "" "move: by how much, in mm",
+            "heading" "degrees" "as before" "move: where they look then",
+            "light" "light or list" "" "these lights take the place of those before",
+            "loss" "0 to 1 or [near, far]" "" "the medium loses that share of frames from now on",
+            "medium" "word" "the only one" "loss: ir, nrf24 or p2p",
+            "block" "[robots, robots]" "" "no frame gets from the ones to the others, nor back",
+            "restore" "[robots, robots]" "" "the blocked links work again",
+            "partition" "list of robots" "" "frames only get through inside of each part",
+            "heal" "true" "" "all blocked links and partitions are over",
+        ],
+    },
+    SectionKeys {
+        name: EXPECT,
+        keys: keys![
+            "at" "number" "" "must hold at that second",
+            "within" "number" "" "must hold at some time up to that second",
+            "always" "number or [from, to]" "" "must hold from that second on, or from one to another",
+            "robots" "robots" "all" "which robots are looked at",
+            "value" "quantity" "" "what of them",
+            "of" "word or integer" "all" "how their values count together",
+            "equals" "number or string" "" "the value is this",
+            "differs" "number or string" "" "the value is not this",
+            "below" "number" "" "the value is less",
+            "above" "number" "" "the value is more",
+            "between" "[low, high]" "" "the value is one of these or between",
+            "exists" "true or false" "" "the value is not nil, or is nil",
+            "tolerance" "number" "0" "by how much equal numbers may differ",
+        ],
+    },
+    SectionKeys {
+        name: OUTPUT,
+        keys: keys![
+            "every" "number" "1" "seconds between two samples of recordings and pictures",
+            "plot" "list of quantities" "none" "what `--svg` draws over time, and `--csv` has columns of",
+        ],
+    },
+];
+
+/// The names of the keys of a section.
+pub fn of(section: &str) -> Vec<&'static str> {
+    let found = SECTIONS.iter().find(|keys| keys.name == section);
+    found.map_or(Vec::new(), |found| found.keys.iter().map(|key| key.name).collect())
+}

@@ -1,0 +1,113 @@
+//! `[medium.*]`: what becomes of the frames that robots send each other.
+
+use toml::de::DeValue;
+
+use super::error::Cause;
+use super::keys::{IR, NRF24, P2P};
+use super::read::{Entry, Section};
+
+/// What carries frames.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Medium {
+    /// Infrared of the Kilobots.
+    Ir,
+    /// nRF24L01+ of the Zooids.
+    Nrf24,
+    /// Peer-to-peer packets of the Crazyflies' nRF51.
+    P2p,
+}
+
+impl Medium {
+    /// Every medium with its name in scenario files.
+    pub const WORDS: [(&'static str, Medium); 3] =
+        [("ir", Medium::Ir), ("nrf24", Medium::Nrf24), ("p2p", Medium::P2p)];
+
+    /// Its name in scenario files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Medium::Ir => "ir",
+            Medium::Nrf24 => "nrf24",
+            Medium::P2p => "p2p",
+        }
+    }
+}
+
+/// How a medium behaves. What is `None` is as the physical model of the medium has it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct MediumSettings {
+    /// Largest distance at which a frame is heard, in mm: from rim to rim for infrared, from middle to middle for radio.
+    pub range: Option<f64>,
+    /// Share of frames that are lost.
+    pub loss: Option<Loss>,
+    /// Share of frames that arrive twice.
+    pub duplication: Option<f64>,
+    /// Share of frames that arrive up to half a second late.
+    pub reordering: Option<f64>,
+    /// Frames per second that a robot can send; infrared only.
+    pub rate: Option<f64>,
+    /// Standard deviation of measured distances in mm; infrared only.
+    pub distance_error: Option<f64>,
+}
+
+/// Share of frames that are lost on a link, beside all collisions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Loss {
+    /// Of robots that touch.
+    pub near: f64,
+    /// Of robots as far apart as the medium reaches.
+    pub far: f64,
+}
+
+/// The settings of every medium.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Media {
+    /// Of the Kilobots.
+    pub ir: MediumSettings,
+    /// Of the Zooids.
+    pub nrf24: MediumSettings,
+    /// Of the Crazyflies.
+    pub p2p: MediumSettings,
+}
+
+pub fn read(root: &Section<'_>, used: &[Medium]) -> Media {
+    let mut media = Media::default();
+    let Some(section) = root.section("medium", super::keys::MEDIUM) else { return media };
+    for (key, medium, name) in
+        [("ir", Medium::Ir, IR), ("nrf24", Medium::Nrf24, NRF24), ("p2p", Medium::P2p, P2P)]
+    {
+        let Some(settings) = section.section(key, name) else { continue };
+        if !used.contains(&medium) && !used.is_empty() {
+            settings.fail(Cause::NoSuchMedium { medium: key });
+        }
+        let settings = read_one(&settings);
+        match medium {
+            Medium::Ir => media.ir = settings,
+            Medium::Nrf24 => media.nrf24 = settings,
+            Medium::P2p => media.p2p = settings,
+        }
+    }
+    media
+}
+
+fn read_one(section: &Section<'_>) -> MediumSettings {
+    let share = |key| section.number(key, 0.0..=1.0);
+    MediumSettings {
+        range: section.number("range", 1.0..=1e6),
+        loss: section.get("loss").and_then(|entry| loss(&entry)),
+        duplication: share("duplication"),
+        reordering: share("reordering"),
+        // A frame takes 4.4 ms; the period of kilolib is 16 bits of 128 µs.
+        rate: section.number("rate", 0.12..=225.0),
+        distance_error: section.number("distance_error", 0.0..=1000.0),
+    }
+}
+
+/// One share for all links, or those of near and far ones.
+pub fn loss(entry: &Entry<'_>) -> Option<Loss> {
+    if let DeValue::Array(_) = entry.value {
+        let [near, far] = entry.numbers("a number or two as [near, far]", 0.0..=1.0)?;
+        return Some(Loss { near, far });
+    }
+    let share = entry.number(0.0..=1.0)?;
+    Some(Loss { near: share, far: share })
+}

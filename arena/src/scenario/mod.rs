@@ -1,0 +1,159 @@
+//! Scenario files: a world, the robots in it, what happens and what must come of it.
+//!
+//! A file is refused rather than guessed at. All its mistakes are found in one run, each with its place and what to do;
+//! `docs/scenario.md` describes every key, and [`keys`] is what it is checked against.
+
+mod body;
+mod error;
+mod event;
+mod expect;
+pub mod keys;
+mod medium;
+mod output;
+mod read;
+mod robots;
+mod select;
+mod value;
+mod world;
+
+use std::cell::RefCell;
+use std::path::Path;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+pub use body::{Bodies, Body, CrazyflieBody, KilobotBody, Positioning, Preset, ZooidBody};
+pub use error::{Cause, ScenarioError};
+pub use event::{Action, Event, Target};
+pub use expect::{Expect, Of, Reduction, Test, Wanted, When};
+pub use medium::{Loss, Media, Medium, MediumSettings};
+pub use output::Output;
+pub use robots::{Group, Heading, Placement};
+pub use select::Selection;
+pub use value::{Key, Quantity};
+pub use world::{Light, Obstacle, World};
+
+/// A scenario that can be run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scenario {
+    /// The ground, light and time.
+    pub world: World,
+    /// The robots; at least one group.
+    pub groups: Vec<Group>,
+    /// How they move.
+    pub bodies: Bodies,
+    /// What carries their frames.
+    pub media: Media,
+    /// What happens, by time; at one time in the order of the file.
+    pub events: Vec<Event>,
+    /// What must hold.
+    pub expects: Vec<Expect>,
+    /// What is kept of a run.
+    pub output: Output,
+}
+
+impl Scenario {
+    /// Reads a scenario file, with the values that `set` (`medium.ir.loss=0.1`) gives instead of the file's.
+    pub fn open(path: &Path, set: &[String]) -> Result<Scenario, Vec<ScenarioError>> {
+        let shown = path.to_string_lossy();
+        let text = std::fs::read_to_string(path).map_err(|error| {
+            let cause = Cause::Unreadable { path: shown.to_string(), reason: error.to_string() };
+            vec![ScenarioError { cause, place: None }]
+        })?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Scenario::parse(&text, &shown, folder, set)
+    }
+
+    /// Reads the text of a scenario file. `path` only names it in errors; scripts and robot files are searched from
+    /// `folder`.
+    pub fn parse(
+        text: &str,
+        path: &str,
+        folder: &Path,
+        set: &[String],
+    ) -> Result<Scenario, Vec<ScenarioError>> {
+        let source = read::Source { path, text };
+        let sources: Vec<(&str, String, &str)> = set.iter().map(|set| split(set)).collect();
+        let overrides: Vec<_> = sources
+            .iter()
+            .map(|(key, shown, value)| read::Override {
+                key,
+                source: read::Source { path: shown, text: value },
+                value: value_of(value),
+            })
+            .collect();
+        let reader = read::Reader { overrides: &overrides, errors: RefCell::default() };
+        let (document, mistakes) = DeTable::parse_recoverable(text);
+        for mistake in &mistakes {
+            let cause = Cause::Syntax { message: mistake.message().to_owned() };
+            reader.fail(source, mistake.span().unwrap_or(0..0), cause);
+        }
+        let scenario = match mistakes.is_empty() {
+            true => scenario(&read::Section::root(&reader, source, document.get_ref()), folder),
+            // What is left of the file would only give strange errors.
+            false => None,
+        };
+        let mut errors = reader.errors.into_inner();
+        errors.sort_by_key(|error| {
+            error.place.as_ref().map(|place| (place.path != path, place.line, place.column))
+        });
+        match scenario {
+            Some(scenario) if errors.is_empty() => Ok(scenario),
+            _ => Err(errors),
+        }
+    }
+
+    /// How many robots there are, absent ones included.
+    pub fn robot_count(&self) -> usize {
+        self.groups.iter().map(|group| group.count as usize).sum()
+    }
+}
+
+/// Reads everything, so that every mistake is found; `None` if there is one.
+fn scenario(root: &read::Section<'_>, folder: &Path) -> Option<Scenario> {
+    let world = world::read(root);
+    // Places and times cannot be checked against a world that is not there.
+    let boundless = World {
+        size: [f64::MAX; 2],
+        obstacles: Vec::new(),
+        lights: Vec::new(),
+        ambient: 0.0,
+        seed: 0,
+        duration: f64::MAX,
+    };
+    let known = world.as_ref().unwrap_or(&boundless);
+    let mut census = select::Census::default();
+    let groups = robots::read(root, folder, known, &mut census);
+    let mut used = Vec::new();
+    for group in &groups {
+        let medium = group.body.medium();
+        if !used.contains(&medium) {
+            used.push(medium);
+        }
+    }
+    let bodies = body::read(root);
+    let media = medium::read(root, &used);
+    let sections = root.sections("event", keys::EVENT);
+    let mut events: Vec<Event> =
+        sections.iter().filter_map(|section| event::read(section, &census, known, &used)).collect();
+    events.sort_by(|one, other| one.at.total_cmp(&other.at));
+    let sections = root.sections("expect", keys::EXPECT);
+    let expects = sections
+        .iter()
+        .filter_map(|section| expect::read(section, &census, known.duration))
+        .collect();
+    let output = output::read(root);
+    Some(Scenario { world: world?, groups, bodies, media, events, expects, output })
+}
+
+/// The parts of `medium.ir.loss=0.1`, and how errors name the place of the value.
+fn split(set: &str) -> (&str, String, &str) {
+    let (key, value) = set.split_once('=').unwrap_or((set, ""));
+    (key.trim(), format!("--set {}", key.trim()), value.trim())
+}
+
+/// A value of TOML; whatever is none is a string, so that words need no quotes.
+fn value_of(text: &str) -> Spanned<DeValue<'_>> {
+    DeValue::parse(text)
+        .unwrap_or_else(|_| Spanned::new(0..text.len(), DeValue::String(text.into())))
+}

@@ -1,0 +1,28 @@
+//! `[output]`: what is kept of a run.
+
+use bittybuzz_robots::Place;
+
+use super::expect::quantity;
+use super::keys::OUTPUT;
+use super::read::Section;
+use super::value::Quantity;
+
+/// What is kept of a run, for pictures and tables.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Output {
+    /// Seconds between two samples of pictures and recordings.
+    pub every: f64,
+    /// Quantities over time, and where each is written.
+    pub plot: Vec<(Quantity, Place)>,
+}
+
+pub fn read(root: &Section<'_>) -> Output {
+    let mut output = Output { every: 1.0, plot: Vec::new() };
+    let Some(section) = root.section("output", OUTPUT) else { return output };
+    if let Some(every) = section.number("every", 0.1..=3600.0) {
+        output.every = every;
+    }
+    let items = section.get("plot").and_then(|entry| entry.list()).unwrap_or_default();
+    output.plot = items.iter().filter_map(|item| Some((quantity(item)?, item.place()))).collect();
+    output
+}

@@ -1,0 +1,368 @@
+//! `[[robots]]`: which robots there are, where they start, and what they run.
+
+use std::ffi::OsStr;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+use bittybuzz_robots::{self as robots, Place, Robot};
+use toml::de::DeValue;
+
+use super::body::{self, Body};
+use super::error::Cause;
+use super::keys::ROBOTS;
+use super::read::{Entry, Section};
+use super::select::Census;
+use super::world::{World, point_inside};
+
+/// Robots of one kind that run one script.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Group {
+    /// By which events and expectations know it; none else has it.
+    pub name: String,
+    /// What kind of robot.
+    pub robot: Robot,
+    /// How they move and talk.
+    pub body: Body,
+    /// The script, image or object file that they run.
+    pub script: PathBuf,
+    /// How many.
+    pub count: u32,
+    /// Id of the first; the others follow.
+    pub first_id: u16,
+    /// Where they start.
+    pub placement: Placement,
+    /// Where they look at the start.
+    pub heading: Heading,
+    /// Whether they are there from the start; else an event lets them join.
+    pub present: bool,
+    /// Where the group is written.
+    pub place: Place,
+}
+
+/// Where robots start. Points in mm.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Placement {
+    /// In rows, around a centre.
+    Grid {
+        /// Centre of the grid.
+        at: [f64; 2],
+        /// From robot to robot, in mm.
+        spacing: f64,
+        /// Robots in a row.
+        columns: u32,
+    },
+    /// In a row, from a point on.
+    Line {
+        /// The first robot.
+        at: [f64; 2],
+        /// From robot to robot, in mm.
+        spacing: f64,
+        /// Degrees.
+        direction: f64,
+    },
+    /// Evenly on a circle.
+    Circle {
+        /// Its centre.
+        at: [f64; 2],
+        /// Its radius in mm.
+        radius: f64,
+    },
+    /// Anywhere in a rectangle, no two in one place.
+    Random {
+        /// Centre of the rectangle.
+        at: [f64; 2],
+        /// Its width and height in mm.
+        area: [f64; 2],
+    },
+    /// Where the file says.
+    List(Vec<[f64; 2]>),
+}
+
+/// Where robots look at the start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Heading {
+    /// Degrees, 0 along the x axis, anticlockwise.
+    Degrees(f64),
+    /// Anywhere.
+    Random,
+}
+
+/// Robots of a group: as many as there are ids.
+const COUNT: RangeInclusive<u32> = 1..=0x1_0000;
+
+/// Robots that stand closer than this would be in one another, in mm.
+const SPACING: RangeInclusive<f64> = 1.0..=1e6;
+
+pub fn read(root: &Section<'_>, folder: &Path, world: &World, census: &mut Census) -> Vec<Group> {
+    let sections = root.sections("robots", ROBOTS);
+    if sections.is_empty() && root.get("robots").is_none() {
+        root.fail(Cause::NoRobots);
+    }
+    sections.iter().filter_map(|section| group(section, folder, world, census)).collect()
+}
+
+fn group(
+    section: &Section<'_>,
+    folder: &Path,
+    world: &World,
+    census: &mut Census,
+) -> Option<Group> {
+    let place = section.place();
+    let robot = section.required("robot").and_then(|entry| robot(&entry, folder));
+    let body = robot.as_ref().and_then(|robot| body::of_group(section, robot));
+    let script = section.required("script").and_then(|entry| script(&entry, folder));
+    let count = section.integer("count", COUNT);
+    let listed = section.get("positions").and_then(|entry| entry.list());
+    let count = match (&listed, count) {
+        (Some(listed), None) if section.get("count").is_none() => listed.len() as u32,
+        (_, count) => count.unwrap_or(1),
+    };
+    let name = name(section, robot.as_ref(), census);
+    let first_id = section.integer("first_id", 0..=0xffff).unwrap_or(census.next_id());
+    let ids = first_id..first_id + count;
+    let pointed = |cause| match section.get("first_id") {
+        Some(entry) => entry.fail(cause),
+        None => section.fail(cause),
+    };
+    if ids.end > 0x1_0000 {
+        pointed(Cause::IdsExhausted { last: ids.end - 1 });
+        return None;
+    }
+    if let Some((id, line)) = census.taken(&ids) {
+        pointed(Cause::DuplicateId { id, line });
+    }
+    census.add(name.clone(), first_id, count, &place);
+    let placement = placement(section, count, world);
+    let heading = match section.get("heading") {
+        None => Some(Heading::Random),
+        Some(entry) if entry.value.as_str() == Some("random") => Some(Heading::Random),
+        Some(entry) => heading(&entry).map(Heading::Degrees),
+    };
+    Some(Group {
+        name,
+        robot: robot?,
+        body: body?,
+        script: script?,
+        count,
+        first_id: first_id as u16,
+        placement: placement?,
+        heading: heading?,
+        present: section.boolean("present").unwrap_or(true),
+        place,
+    })
+}
+
+/// Degrees.
+pub fn heading(entry: &Entry<'_>) -> Option<f64> {
+    if let DeValue::String(_) = entry.value {
+        entry.wrong_type("a number of degrees or \"random\"");
+        return None;
+    }
+    entry.number(-360.0..=360.0)
+}
+
+fn robot(entry: &Entry<'_>, folder: &Path) -> Option<Robot> {
+    let text = entry.string()?;
+    let is_file = Path::new(text).extension() == Some(OsStr::new("toml"));
+    let found = match is_file {
+        true => robots::find(&folder.join(text).to_string_lossy()),
+        false => robots::find(text),
+    };
+    match found {
+        Ok(robot) => Some(robot),
+        Err(error) => {
+            match &error.place {
+                // The mistake is in the robot file.
+                Some(place) => {
+                    entry.reader.fail_at(place, Cause::Robot { error: Box::new(error.clone()) })
+                }
+                None => entry.fail(Cause::Robot { error: Box::new(error) }),
+            }
+            None
+        }
+    }
+}
+
+/// The name of a group: its own, else that of its robot, with a number where that is taken.
+fn name(section: &Section<'_>, robot: Option<&Robot>, census: &Census) -> String {
+    if let Some(entry) = section.get("name") {
+        let name = entry.string().unwrap_or_default();
+        if let Some(line) = census.line_of(name) {
+            entry.fail(Cause::DuplicateGroup { name: name.to_owned(), line });
+        }
+        return name.to_owned();
+    }
+    let name = robot.map_or("", |robot| robot.name.as_str());
+    let mut names = (1..).map(|number| match number {
+        1 => name.to_owned(),
+        _ => format!("{name}-{number}"),
+    });
+    names.find(|name| census.line_of(name).is_none()).unwrap_or_default()
+}
+
+fn script(entry: &Entry<'_>, folder: &Path) -> Option<PathBuf> {
+    let text = entry.string()?;
+    let path = folder.join(text);
+    let reason = match path.metadata() {
+        Ok(metadata) if metadata.is_file() => return Some(path),
+        Ok(_) => "it is a folder".to_owned(),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            "there is no such file".to_owned()
+        }
+        Err(error) => error.to_string(),
+    };
+    let likely = likely_file(&path).map(|name| Path::new(text).with_file_name(name));
+    let likely = likely.map(|likely| likely.to_string_lossy().into_owned());
+    entry.fail(Cause::NoScript { path: text.to_owned(), reason, likely });
+    None
+}
+
+/// The script beside a missing one whose name is most like its.
+fn likely_file(path: &Path) -> Option<String> {
+    let wanted = path.file_name()?.to_str()?;
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let names = folder.unwrap_or(Path::new(".")).read_dir().ok()?.flatten().filter_map(|entry| {
+        let name = entry.file_name().into_string().ok()?;
+        [".bzz", ".bo", ".bbi"].iter().any(|end| name.ends_with(end)).then_some(name)
+    });
+    let scored = names.map(|name| (strsim::jaro_winkler(wanted, &name), name));
+    let best = scored.max_by(|a, b| a.0.total_cmp(&b.0).then_with(|| b.1.cmp(&a.1)))?;
+    (best.0 > 0.85).then_some(best.1)
+}
+
+#[derive(Clone, Copy)]
+enum Form {
+    Grid,
+    Line,
+    Circle,
+    Random,
+    List,
+}
+
+const FORMS: [(&str, Form); 5] = [
+    ("grid", Form::Grid),
+    ("line", Form::Line),
+    ("circle", Form::Circle),
+    ("random", Form::Random),
+    ("list", Form::List),
+];
+
+/// Keys of placements, and the placements that have them.
+const KEYS: [(&str, &[&str]); 7] = [
+    ("at", &["grid", "line", "circle", "random"]),
+    ("spacing", &["grid", "line"]),
+    ("columns", &["grid"]),
+    ("direction", &["line"]),
+    ("radius", &["circle"]),
+    ("area", &["random"]),
+    ("positions", &["list"]),
+];
+
+fn placement(section: &Section<'_>, count: u32, world: &World) -> Option<Placement> {
+    let form = match section.get("placement") {
+        Some(_) => section.word("placement", &FORMS)?,
+        None if section.get("positions").is_some() => Form::List,
+        None => Form::Random,
+    };
+    let word = FORMS.get(form as usize).map_or("", |(word, _)| *word);
+    for (key, forms) in KEYS {
+        if let (Some(entry), false) = (section.get(key), forms.contains(&word)) {
+            let needs = match forms {
+                [only] => only,
+                _ => "another placement",
+            };
+            entry.fail(Cause::Without { key, needs });
+        }
+    }
+    let at = match section.get("at") {
+        Some(entry) => point_inside(&entry, world)?,
+        None => [0.0; 2],
+    };
+    let spacing = || section.required("spacing").and_then(|entry| entry.number(SPACING));
+    let placement = match form {
+        Form::Grid => Placement::Grid {
+            at,
+            spacing: spacing()?,
+            columns: match section.get("columns") {
+                Some(entry) => entry.integer(COUNT)?,
+                None => f64::from(count).sqrt().ceil() as u32,
+            },
+        },
+        Form::Line => Placement::Line {
+            at,
+            spacing: spacing()?,
+            direction: section.get("direction").map_or(Some(0.0), |entry| heading(&entry))?,
+        },
+        Form::Circle => {
+            let radius = section.required("radius").and_then(|entry| entry.number(SPACING))?;
+            Placement::Circle { at, radius }
+        }
+        Form::Random => {
+            let area = section
+                .get("area")
+                .map(|entry| entry.numbers("two numbers as [width, height]", 1.0..=1e6));
+            // The whole world, wherever the centre of a smaller area may be.
+            Placement::Random { at, area: area.unwrap_or(Some(world.size))? }
+        }
+        Form::List => return list(section, count, world),
+    };
+    for (index, point) in placement.points(count).enumerate() {
+        if !world.contains(point) {
+            let [x, y] = point.map(f64::round);
+            let cause = world.outside(format!("robot {index} of this group at ({x}, {y})"));
+            match section.get("placement") {
+                Some(entry) => entry.fail(cause),
+                None => section.fail(cause),
+            }
+            return None;
+        }
+    }
+    Some(placement)
+}
+
+fn list(section: &Section<'_>, count: u32, world: &World) -> Option<Placement> {
+    let entry = section.required("positions")?;
+    let items = entry.list()?;
+    if items.len() != count as usize {
+        let expected = "as long as `count` says";
+        entry.fail(Cause::Length { key: "positions".to_owned(), expected, found: items.len() });
+        return None;
+    }
+    let points: Vec<Option<[f64; 2]>> =
+        items.iter().map(|item| point_inside(item, world)).collect();
+    points.into_iter().collect::<Option<Vec<_>>>().map(Placement::List)
+}
+
+impl Placement {
+    /// Where the robots of a group of that size start; nothing for [`Placement::Random`], which chance decides.
+    pub fn points(&self, count: u32) -> impl Iterator<Item = [f64; 2]> {
+        let count = match self {
+            Placement::Random { .. } => 0,
+            _ => count,
+        };
+        (0..count).map(move |index| self.point(index, count))
+    }
+
+    fn point(&self, index: u32, count: u32) -> [f64; 2] {
+        match self {
+            Placement::Grid { at, spacing, columns } => {
+                let columns = (*columns).min(count);
+                let rows = count.div_ceil(columns);
+                let offset =
+                    |place: u32, of: u32| (f64::from(place) - f64::from(of - 1) / 2.0) * spacing;
+                [at[0] + offset(index % columns, columns), at[1] + offset(index / columns, rows)]
+            }
+            Placement::Line { at, spacing, direction } => {
+                let (sine, cosine) = direction.to_radians().sin_cos();
+                let distance = spacing * f64::from(index);
+                [at[0] + distance * cosine, at[1] + distance * sine]
+            }
+            Placement::Circle { at, radius } => {
+                let turn = f64::from(index) / f64::from(count) * std::f64::consts::TAU;
+                [at[0] + radius * turn.cos(), at[1] + radius * turn.sin()]
+            }
+            Placement::Random { at, .. } => *at,
+            Placement::List(points) => points.get(index as usize).copied().unwrap_or_default(),
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! Which robots an event or an expectation means.
+
+use std::ops::Range;
+
+use bittybuzz_robots::Place;
+use toml::de::DeValue;
+
+use super::error::Cause;
+use super::read::{Entry, Section};
+
+/// Robots of a scenario, by their numbers in the order of the file, from 0.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Selection(Vec<Range<u32>>);
+
+impl Selection {
+    /// Every robot of a scenario with so many.
+    pub fn all(count: u32) -> Self {
+        Selection(std::iter::once(0..count).collect())
+    }
+
+    /// The robots' numbers, ascending, none twice.
+    pub fn iter(&self) -> impl Iterator<Item = usize> {
+        self.0.iter().flat_map(|range| range.start as usize..range.end as usize)
+    }
+
+    /// How many robots are meant.
+    pub fn count(&self) -> usize {
+        self.0.iter().map(|range| range.len()).sum()
+    }
+
+    /// Whether that robot is meant.
+    pub fn contains(&self, robot: usize) -> bool {
+        u32::try_from(robot).is_ok_and(|robot| self.0.iter().any(|range| range.contains(&robot)))
+    }
+
+    fn of(mut ranges: Vec<Range<u32>>) -> Self {
+        ranges.sort_by_key(|range| range.start);
+        let mut joined: Vec<Range<u32>> = Vec::new();
+        for range in ranges {
+            match joined.last_mut() {
+                Some(last) if range.start <= last.end => last.end = last.end.max(range.end),
+                _ => joined.push(range),
+            }
+        }
+        Selection(joined)
+    }
+}
+
+/// The robots that a scenario has, to find them by name and id.
+#[derive(Default)]
+pub struct Census {
+    groups: Vec<Known>,
+    count: u32,
+}
+
+struct Known {
+    name: String,
+    first_id: u32,
+    /// Their numbers.
+    robots: Range<u32>,
+    line: usize,
+}
+
+impl Known {
+    fn ids(&self) -> Range<u32> {
+        self.first_id..self.first_id + self.robots.len() as u32
+    }
+
+    /// The robots of these ids that are in the group.
+    fn with_ids(&self, ids: &Range<u32>) -> Option<Range<u32>> {
+        let own = self.ids();
+        let (start, end) = (ids.start.max(own.start), ids.end.min(own.end));
+        let number = |id: u32| id - self.first_id + self.robots.start;
+        (start < end).then(|| number(start)..number(end))
+    }
+}
+
+impl Census {
+    /// The id after all others.
+    pub fn next_id(&self) -> u32 {
+        self.groups.iter().map(|group| group.ids().end).max().unwrap_or(0)
+    }
+
+    /// Where a group with one of these ids is defined, and the first such id.
+    pub fn taken(&self, ids: &Range<u32>) -> Option<(u32, usize)> {
+        let mut groups = self.groups.iter();
+        let (robots, group) = groups.find_map(|group| Some((group.with_ids(ids)?, group)))?;
+        Some((group.first_id + (robots.start - group.robots.start), group.line))
+    }
+
+    /// Where a group of that name is defined.
+    pub fn line_of(&self, name: &str) -> Option<usize> {
+        self.groups.iter().find(|group| group.name == name).map(|group| group.line)
+    }
+
+    pub fn add(&mut self, name: String, first_id: u32, count: u32, place: &Place) {
+        let robots = self.count..self.count + count;
+        self.count += count;
+        self.groups.push(Known { name, first_id, robots, line: place.line });
+    }
+
+    /// What there is, for messages: `workers (0..19)`.
+    fn described(&self) -> Vec<String> {
+        let describe = |group: &Known| {
+            let ids = group.ids();
+            format!("`{}` with ids {} to {}", group.name, ids.start, ids.end.saturating_sub(1))
+        };
+        self.groups.iter().map(describe).collect()
+    }
+
+    /// The robots of that key; all of them if it is left out.
+    pub fn selection(&self, section: &Section<'_>, key: &str) -> Option<Selection> {
+        match section.get(key) {
+            Some(entry) => self.select(&entry),
+            None => Some(Selection::all(self.count)),
+        }
+    }
+
+    pub fn select(&self, entry: &Entry<'_>) -> Option<Selection> {
+        let mut ranges = Vec::new();
+        match entry.value {
+            DeValue::Array(_) => {
+                for item in entry.list()? {
+                    self.add_item(&item, &mut ranges)?;
+                }
+            }
+            _ => self.add_item(entry, &mut ranges)?,
+        }
+        Some(Selection::of(ranges))
+    }
+
+    fn add_item(&self, item: &Entry<'_>, ranges: &mut Vec<Range<u32>>) -> Option<()> {
+        match item.value {
+            DeValue::Integer(_) => {
+                let id = item.integer(0..=0xffff)?;
+                self.add_ids(item, &(id..id + 1), &id.to_string(), ranges)
+            }
+            DeValue::String(text) => self.add_text(item, text, ranges),
+            _ => {
+                item.wrong_type("robots: \"all\", a group, an id, \"3..7\" or a list of these");
+                None
+            }
+        }
+    }
+
+    fn add_text(&self, item: &Entry<'_>, text: &str, ranges: &mut Vec<Range<u32>>) -> Option<()> {
+        if text == "all" {
+            ranges.push(0..self.count);
+            return Some(());
+        }
+        if let Some(group) = self.groups.iter().find(|group| group.name == text) {
+            ranges.push(group.robots.clone());
+            return Some(());
+        }
+        let ids = text.split_once("..").and_then(|(first, last)| {
+            Some((first.trim().parse::<u16>().ok()?, last.trim().parse::<u16>().ok()?))
+        });
+        let Some((first, last)) = ids else {
+            let groups = self.groups.iter().map(|group| group.name.clone()).collect();
+            item.fail(Cause::UnknownRobots { text: text.to_owned(), groups });
+            return None;
+        };
+        if last < first {
+            item.fail(Cause::EmptyRange { text: text.to_owned() });
+            return None;
+        }
+        self.add_ids(item, &(u32::from(first)..u32::from(last) + 1), text, ranges)
+    }
+
+    fn add_ids(
+        &self,
+        item: &Entry<'_>,
+        ids: &Range<u32>,
+        text: &str,
+        ranges: &mut Vec<Range<u32>>,
+    ) -> Option<()> {
+        let found: Vec<Range<u32>> =
+            self.groups.iter().filter_map(|group| group.with_ids(ids)).collect();
+        let count: usize = found.iter().map(|range| range.len()).sum();
+        if count < ids.len() {
+            item.fail(Cause::UnknownId { id: text.to_owned(), groups: self.described() });
+            return None;
+        }
+        ranges.extend(found);
+        Some(())
+    }
+}

@@ -1,0 +1,116 @@
+//! What can be measured of a robot, as scenario files write it.
+
+use std::fmt;
+
+/// The ways to write a quantity.
+pub const FORMS: &[&str] = &[
+    "x",
+    "y",
+    "z",
+    "heading",
+    "distance(X, Y)",
+    "led",
+    "neighbors",
+    "running",
+    "global.NAME",
+    "stigmergy.NUMBER.KEY",
+];
+
+/// Something that every robot has at every time.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Quantity {
+    /// mm from the left edge of the world.
+    X,
+    /// mm from the lower edge of the world.
+    Y,
+    /// Height in mm.
+    Z,
+    /// Degrees in (-180, 180], 0 along the x axis, anticlockwise.
+    Heading,
+    /// mm on the ground to a point.
+    Distance([f64; 2]),
+    /// The colour that the LED shows, 0 to 7.
+    Led,
+    /// Robots that it has heard of late.
+    Neighbors,
+    /// 1 while its script runs, else 0.
+    Running,
+    /// A global of its script.
+    Global(String),
+    /// An entry of a stigmergy, as this robot knows it.
+    Stigmergy {
+        /// The stigmergy's number in the script.
+        number: u16,
+        /// The key; digits are an integer.
+        key: Key,
+    },
+}
+
+/// A key of a stigmergy.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Key {
+    /// An integer.
+    Number(i32),
+    /// A string of the script.
+    Text(String),
+}
+
+impl Quantity {
+    /// Reads a quantity; `None` if it is none.
+    pub fn parse(text: &str) -> Option<Quantity> {
+        if let Some(name) = text.strip_prefix("global.") {
+            return is_identifier(name).then(|| Quantity::Global(name.to_owned()));
+        }
+        if let Some(rest) = text.strip_prefix("stigmergy.") {
+            let (number, key) = rest.split_once('.')?;
+            let key = match key.parse() {
+                _ if key.is_empty() => return None,
+                Ok(number) => Key::Number(number),
+                Err(_) => Key::Text(key.to_owned()),
+            };
+            return Some(Quantity::Stigmergy { number: number.parse().ok()?, key });
+        }
+        if let Some(point) = text.strip_prefix("distance(") {
+            let (x, y) = point.strip_suffix(')')?.split_once(',')?;
+            let point = [x.trim().parse::<f64>().ok()?, y.trim().parse::<f64>().ok()?];
+            return point.iter().all(|axis| axis.is_finite()).then_some(Quantity::Distance(point));
+        }
+        Some(match text {
+            "x" => Quantity::X,
+            "y" => Quantity::Y,
+            "z" => Quantity::Z,
+            "heading" => Quantity::Heading,
+            "led" => Quantity::Led,
+            "neighbors" => Quantity::Neighbors,
+            "running" => Quantity::Running,
+            _ => return None,
+        })
+    }
+}
+
+fn is_identifier(name: &str) -> bool {
+    name.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Quantity::X => f.write_str("x"),
+            Quantity::Y => f.write_str("y"),
+            Quantity::Z => f.write_str("z"),
+            Quantity::Heading => f.write_str("heading"),
+            Quantity::Distance([x, y]) => write!(f, "distance({x}, {y})"),
+            Quantity::Led => f.write_str("led"),
+            Quantity::Neighbors => f.write_str("neighbors"),
+            Quantity::Running => f.write_str("running"),
+            Quantity::Global(name) => write!(f, "global.{name}"),
+            Quantity::Stigmergy { number, key: Key::Number(key) } => {
+                write!(f, "stigmergy.{number}.{key}")
+            }
+            Quantity::Stigmergy { number, key: Key::Text(key) } => {
+                write!(f, "stigmergy.{number}.{key}")
+            }
+        }
+    }
+}

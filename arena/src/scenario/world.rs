@@ -1,0 +1,150 @@
+//! `[world]`: the ground, what stands on it, light and time.
+
+use toml::de::DeValue;
+
+use super::error::Cause;
+use super::keys::{LIGHT, OBSTACLE, WORLD};
+use super::read::{Entry, Section};
+
+/// The ground on which the robots are: a rectangle with walls around it and (0, 0) in its middle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct World {
+    /// Width and height in mm.
+    pub size: [f64; 2],
+    /// What stands on it.
+    pub obstacles: Vec<Obstacle>,
+    /// The lights at the start.
+    pub lights: Vec<Light>,
+    /// Light that is everywhere, 0 to 1023 as the robot's sensor tells it.
+    pub ambient: f64,
+    /// From which all chance comes.
+    pub seed: u32,
+    /// Seconds.
+    pub duration: f64,
+}
+
+/// Something that no robot gets through.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Obstacle {
+    /// A disc.
+    Disc {
+        /// Its centre in mm.
+        at: [f64; 2],
+        /// Its radius in mm.
+        radius: f64,
+    },
+    /// A box along the axes.
+    Block {
+        /// Its centre in mm.
+        at: [f64; 2],
+        /// Width and height in mm.
+        size: [f64; 2],
+    },
+    /// A thin wall between two points.
+    Wall([f64; 2], [f64; 2]),
+}
+
+/// A lamp.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Light {
+    /// Where it is, in mm.
+    pub at: [f64; 2],
+    /// What the sensor of a robot beside it tells that looks at it, 0 to 1023.
+    pub brightness: f64,
+}
+
+/// A side of the world in mm: from a palm to a kilometre.
+const EXTENT: std::ops::RangeInclusive<f64> = 10.0..=1e6;
+
+/// What a 10-bit sensor tells.
+const BRIGHTNESS: std::ops::RangeInclusive<f64> = 0.0..=1023.0;
+
+/// Seconds: at most four weeks.
+const DURATION: std::ops::RangeInclusive<f64> = 0.1..=2_419_200.0;
+
+pub fn read(root: &Section<'_>) -> Option<World> {
+    let Some(section) = root.section("world", WORLD) else {
+        if root.get("world").is_none() {
+            root.fail(Cause::MissingKey { key: "world", section: root.name.to_owned() });
+        }
+        return None;
+    };
+    let size = section.required("size").and_then(|entry| entry.numbers(SIZE, EXTENT));
+    let duration = section.required("duration").and_then(|entry| entry.number(DURATION));
+    let mut world = World {
+        size: size.unwrap_or([1e6; 2]),
+        obstacles: Vec::new(),
+        lights: Vec::new(),
+        ambient: section.number("ambient", BRIGHTNESS).unwrap_or(0.0),
+        seed: section.integer("seed", 0..=u32::MAX).unwrap_or(1),
+        // Whatever comes later cannot be after the end then.
+        duration: duration.unwrap_or(*DURATION.end()),
+    };
+    for item in section.get("obstacles").and_then(|entry| entry.list()).unwrap_or_default() {
+        world.obstacles.extend(obstacle(&item, &world));
+    }
+    for item in section.get("lights").and_then(|entry| entry.list()).unwrap_or_default() {
+        world.lights.extend(light(&item, &world));
+    }
+    Some(world)
+}
+
+const SIZE: &str = "two numbers as [width, height]";
+
+fn obstacle(entry: &Entry<'_>, world: &World) -> Option<Obstacle> {
+    let section = entry.section(OBSTACLE)?;
+    let point = |key| section.required(key).and_then(|entry| point_inside(&entry, world));
+    let (key, shape) = section.one_of(&["radius", "size", "from"])?;
+    for (other, needs) in [("at", ["radius", "size"]), ("to", ["from", "from"])] {
+        if let Some(stray) = section.get(other).filter(|_| !needs.contains(&key)) {
+            stray.fail(Cause::Without { key: other, needs: needs[0] });
+        }
+    }
+    Some(match key {
+        "radius" => {
+            let at = point("at");
+            Obstacle::Disc { radius: shape.number(1.0..=1e6)?, at: at? }
+        }
+        "size" => {
+            let at = point("at");
+            Obstacle::Block { size: shape.numbers(SIZE, 1.0..=1e6)?, at: at? }
+        }
+        _ => {
+            let to = point("to");
+            Obstacle::Wall(point_inside(&shape, world)?, to?)
+        }
+    })
+}
+
+/// A lamp: a table, or only its place.
+pub fn light(entry: &Entry<'_>, world: &World) -> Option<Light> {
+    if let DeValue::Array(_) = entry.value {
+        return Some(Light { at: point_inside(entry, world)?, brightness: *BRIGHTNESS.end() });
+    }
+    let section = entry.section(LIGHT)?;
+    let at = section.required("at").and_then(|entry| point_inside(&entry, world));
+    let brightness = section.number("brightness", BRIGHTNESS).unwrap_or(*BRIGHTNESS.end());
+    Some(Light { at: at?, brightness })
+}
+
+/// A point of the world.
+pub fn point_inside(entry: &Entry<'_>, world: &World) -> Option<[f64; 2]> {
+    let point = entry.numbers("two numbers as [x, y]", f64::MIN..=f64::MAX)?;
+    if !world.contains(point) {
+        let [x, y] = point;
+        entry.fail(world.outside(format!("({x}, {y})")));
+        return None;
+    }
+    Some(point)
+}
+
+impl World {
+    /// Whether a point is on the ground.
+    pub fn contains(&self, [x, y]: [f64; 2]) -> bool {
+        2.0 * x.abs() <= self.size[0] && 2.0 * y.abs() <= self.size[1]
+    }
+
+    pub(super) fn outside(&self, what: String) -> Cause {
+        Cause::OutsideWorld { what, size: self.size.map(|side| side as u32) }
+    }
+}

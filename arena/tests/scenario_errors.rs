@@ -1,0 +1,315 @@
+//! Every mistake of a scenario file is told with line, column and what to do.
+
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use bittybuzz_arena::scenario::{Scenario, ScenarioError};
+
+/// A folder with the scripts that the scenarios name.
+fn folder() -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("scenario_errors");
+    fs::create_dir_all(folder.join("sub")).unwrap();
+    fs::write(folder.join("walk.bzz"), "function step() {}\n").unwrap();
+    fs::write(folder.join("broken.toml"), "name = \"mine\"\nnmae = 3\n").unwrap();
+    let kilobot = bittybuzz_robots::shipped()[0].1;
+    fs::write(folder.join("mine.toml"), kilobot.replace("\"kilobot\"", "\"mine\"")).unwrap();
+    folder
+}
+
+fn errors(text: &str, set: &[&str]) -> Vec<ScenarioError> {
+    let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
+    Scenario::parse(text, "s.toml", &folder(), &set).err().unwrap_or_default()
+}
+
+/// `s.toml:3:1: message | help`
+fn told(error: &ScenarioError) -> String {
+    let place = match &error.place {
+        Some(place) => format!("{}:{}:{}", place.path, place.line, place.column),
+        None => "-".to_owned(),
+    };
+    format!("{place}: {error} | {}", error.help().unwrap_or_default())
+}
+
+/// What most cases begin with; nine lines.
+const BASE: &str = r#"[world]
+size = [1000, 800]
+duration = 60
+
+[[robots]]
+robot = "kilobot"
+script = "walk.bzz"
+count = 5
+
+"#;
+
+/// A group in a world; the case goes on in the group, in line 7.
+const GROUP: &str = "[world]\nsize = [1000, 800]\nduration = 60\n[[robots]]\nrobot = \"kilobot\"\nscript = \"walk.bzz\"\n";
+
+/// What follows a start, where the error is, and what it says.
+const AFTER_BASE: &[(&str, &str, &[&str])] = &[
+    // Keys and types.
+    ("[medum]\n", "10:2", &["unknown key `medum` in the file", "did you mean `medium`?"]),
+    ("[medium.irr]\n", "10:9", &["unknown key `irr` in [medium]", "did you mean `ir`?"]),
+    ("[medium.ir]\nrnage = 3\n", "11:1", &["unknown key `rnage` in [medium.ir]", "`range`?"]),
+    ("[medium.ir]\nrange = \"far\"\n", "11:9", &["`range` must be a number, not a string"]),
+    ("[medium.ir]\nloss = 1.5\n", "11:8", &["`loss` cannot be 1.5", "from 0 to 1"]),
+    ("[medium.ir]\nloss = nan\n", "11:8", &["`loss` cannot be NaN", "from 0 to 1"]),
+    ("[medium.ir]\nrate = -2\n", "11:8", &["`rate` cannot be -2"]),
+    ("[medium.ir]\nloss = [0, 2]\n", "11:12", &["`loss` cannot be 2"]),
+    ("[medium.ir]\nloss = [0.5]\n", "11:8", &["a number or two as [near, far], not a list of 1"]),
+    ("[medium.nrf24]\nrange = 3\n", "10:1", &["no robot of the scenario has", "`nrf24`"]),
+    // Events.
+    ("[[event]]\nfail = 1\n", "10:1", &["this [[event]] has no `at`"]),
+    (
+        "[[event]]\nat = 61\nheal = true\n",
+        "11:6",
+        &["after the end", "`duration` in [world] is 60"],
+    ),
+    ("[[event]]\nat = 1\n", "10:1", &["does not say what is meant", "one of fail, stop,"]),
+    ("[[event]]\nat = 1\nfail = 1\nstop = 2\n", "13:8", &["`stop` and `fail` cannot stand"]),
+    ("[[event]]\nat = 1\nfail = 5\n", "12:8", &["no robot 5", "`kilobot` with ids 0 to 4"]),
+    ("[[event]]\nat = 1\nfail = \"3..7\"\n", "12:8", &["there is no robot 3..7"]),
+    ("[[event]]\nat = 1\nfail = \"3..1\"\n", "12:8", &["no robot is in `3..1`"]),
+    ("[[event]]\nat = 1\nfail = [1, \"kilobots\"]\n", "12:12", &["no group", "`kilobot`?"]),
+    ("[[event]]\nat = 1\nfail = 1.5\n", "12:8", &["`fail` must be robots:"]),
+    ("[[event]]\nat = 1\nmove = 1\n", "10:1", &["one of to, by is needed"]),
+    ("[[event]]\nat = 1\nmove = 1\nto = [1, 900]\n", "13:6", &["(1, 900)", "1000 mm by 800 mm"]),
+    ("[[event]]\nat = 1\nfail = 1\nto = [1, 2]\n", "13:6", &["`to` means nothing without `move`"]),
+    ("[[event]]\nat = 1\nheal = false\n", "12:8", &["`heal` must be true"]),
+    ("[[event]]\nat = 1\nblock = [1]\n", "12:9", &["`block` must be two lists of robots", "of 1"]),
+    ("[[event]]\nat = 1\nloss = 0.1\nmedium = \"it\"\n", "13:10", &["\"it\"", "`ir`?"]),
+    ("[[event]]\nat = 1\nloss = 0.1\nmedium = \"p2p\"\n", "13:10", &["no robot", "`p2p`"]),
+    ("[[event]]\nat = 1\nlight = { at = [1, 2], brightness = 2000 }\n", "12:37", &["2000"]),
+    // Expectations.
+    ("[[expect]]\nvalue = \"x\"\nabove = 1\n", "10:1", &["one of at, within, always is needed"]),
+    ("[[expect]]\nat = 1\nabove = 1\n", "10:1", &["this [[expect]] has no `value`"]),
+    ("[[expect]]\nat = 1\nvalue = \"x\"\n", "10:1", &["one of equals, differs"]),
+    ("[[expect]]\nat = 1\nvalue = \"ledd\"\nequals = 1\n", "12:9", &["`ledd`", "`led`?"]),
+    ("[[expect]]\nat = 1\nvalue = \"globl.a\"\nequals = 1\n", "12:9", &["`global.NAME`?"]),
+    ("[[expect]]\nat = 1\nvalue = \"global.1a\"\nequals = 1\n", "12:9", &["no quantity"]),
+    ("[[expect]]\nat = 1\nvalue = \"stigmergy.70000.a\"\nequals = 1\n", "12:9", &["no quantity"]),
+    ("[[expect]]\nat = 1\nwithin = 2\nvalue = \"x\"\nabove = 1\n", "12:10", &["`within` and `at`"]),
+    ("[[expect]]\nalways = [5, 2]\nvalue = \"x\"\nabove = 1\n", "11:10", &["[5, 2]"]),
+    ("[[expect]]\nat = 1\nvalue = \"x\"\nof = \"al\"\nabove = 1\n", "13:6", &["\"al\"", "`all`?"]),
+    ("[[expect]]\nat = 1\nvalue = \"x\"\nof = 0\nabove = 1\n", "13:6", &["`of` cannot be 0"]),
+    (
+        "[[expect]]\nat = 1\nvalue = \"x\"\nof = \"mean\"\nexists = true\n",
+        "13:6",
+        &["\"mean\" needs"],
+    ),
+    (
+        "[[expect]]\nat = 1\nvalue = \"x\"\nabove = 1\ntolerance = 1\n",
+        "14:13",
+        &["without `equals`"],
+    ),
+    (
+        "[[expect]]\nat = 1\nvalue = \"x\"\nequals = [1]\n",
+        "13:10",
+        &["a number or a string, not a list"],
+    ),
+    ("[[expect]]\nat = 1\nvalue = \"x\"\nbetween = [3, 1]\n", "13:11", &["[3, 1]"]),
+    (
+        "[[expect]]\nat = 1\nvalue = \"x\"\nbetween = [3]\n",
+        "13:11",
+        &["[low, high], not a list of 1"],
+    ),
+    // Output.
+    ("[output]\nevery = 0\n", "11:9", &["`every` cannot be 0"]),
+    ("[output]\nplot = [\"x\", \"speeed\"]\n", "11:14", &["no quantity `speeed`"]),
+    // TOML itself.
+    ("[output\n", "10:8", &["this is not TOML"]),
+];
+
+const AFTER_GROUP: &[(&str, &str, &[&str])] = &[
+    ("count = 0\n", "7:9", &["`count` cannot be 0", "1 to 65536"]),
+    ("cuont = 3\n", "7:1", &["unknown key `cuont` in this [[robots]]", "`count`?"]),
+    ("first_id = 70000\n", "7:12", &["`first_id` cannot be 70000"]),
+    ("count = 10\nfirst_id = 65530\n", "8:12", &["id 65539", "0 to 65535"]),
+    ("placement = \"gird\"\n", "7:13", &["\"gird\"", "`grid`?"]),
+    ("placement = \"grid\"\n", "4:1", &["this [[robots]] has no `spacing`"]),
+    ("placement = \"grid\"\nspacing = 50\nradius = 3\n", "9:10", &["without `circle`"]),
+    (
+        "placement = \"line\"\nspacing = 400\ncount = 9\n",
+        "7:13",
+        &["robot 2 of this group at (800, 0)"],
+    ),
+    ("at = [1001, 0]\n", "7:6", &["(1001, 0) would be outside", "1000 mm by 800 mm"]),
+    ("positions = [[1, 1], [2]]\n", "7:22", &["two numbers as [x, y], not a list of 1"]),
+    ("count = 3\npositions = [[1, 1]]\n", "8:13", &["as long as `count` says"]),
+    ("heading = \"left\"\n", "7:11", &["a number of degrees or \"random\""]),
+    ("heading = 400\n", "7:11", &["`heading` cannot be 400", "-360 to 360"]),
+    ("present = \"no\"\n", "7:11", &["`present` must be true or false"]),
+    ("body = \"kilobt\"\n", "7:8", &["\"kilobt\"", "`kilobot`?"]),
+    ("body = 3\n", "7:8", &["`body` must be a string, not an integer"]),
+    ("[body.kilobot]\nspede = 3\n", "8:1", &["unknown key `spede`", "`speed`?"]),
+    ("[body.kilobot]\npreset = \"argus\"\n", "8:10", &["\"argus\"", "`argos`?"]),
+    (
+        "[body.crazyflie]\npositioning = \"gps\"\n",
+        "8:15",
+        &["\"gps\"", "one of none, flow, loco, lighthouse"],
+    ),
+    ("[body]\nkilobot = { gain_error = 2 }\n", "8:26", &["`gain_error` cannot be 2"]),
+    (
+        "[[robots]]\nrobot = \"kilobot\"\nscript = \"walk.bzz\"\nfirst_id = 0\n",
+        "10:12",
+        &["robot 0 is defined", "line 4"],
+    ),
+    (
+        "[[robots]]\nrobot = \"kilobot\"\nscript = \"walk.bzz\"\nname = \"kilobot\"\n",
+        "10:8",
+        &["a second time", "line 4"],
+    ),
+    (
+        "[[robots]]\nrobot = \"killobot\"\nscript = \"walk.bzz\"\n",
+        "8:9",
+        &["no robot is named `killobot`", "`kilobot`?"],
+    ),
+    ("[[robots]]\nrobot = \"mine.toml\"\nscript = \"walk.bzz\"\n", "7:1", &["has no `body`"]),
+    (
+        "[[robots]]\nrobot = \"none.toml\"\nscript = \"walk.bzz\"\n",
+        "8:9",
+        &["cannot read", "none.toml"],
+    ),
+    (
+        "[[robots]]\nrobot = \"kilobot\"\nscript = \"wlak.bzz\"\n",
+        "9:10",
+        &["no such file", "`walk.bzz`?"],
+    ),
+    ("[[robots]]\nrobot = \"kilobot\"\nscript = \"sub\"\n", "9:10", &["it is a folder"]),
+    ("[[robots]]\nrobot = \"kilobot\"\n", "7:1", &["this [[robots]] has no `script`"]),
+    ("[[robots]]\nscript = \"walk.bzz\"\n", "7:1", &["this [[robots]] has no `robot`"]),
+];
+
+/// Whole files.
+const FILES: &[(&str, &str, &[&str])] = &[
+    ("", "1:1", &["the file has no `world`"]),
+    ("[world]\nduration = 3\n", "1:1", &["[world] has no `size`"]),
+    ("[world]\nsize = [3]\nduration = 3\n", "2:8", &["[width, height], not a list of 1"]),
+    ("[world]\nsize = [0, 100]\nduration = 3\n", "2:9", &["`size` cannot be 0"]),
+    ("[world]\nsize = [100, 100]\n", "1:1", &["[world] has no `duration`"]),
+    ("[world]\nsize = [100, 100]\nduration = 0\n", "3:12", &["`duration` cannot be 0"]),
+    ("[world]\nsize = [100, 100]\nduration = 9\nseed = -1\n", "4:8", &["`seed` cannot be -1"]),
+    ("[world]\nsize = [100, 100]\nduration = 9\n", "1:1", &["no robots", "[[robots]] section"]),
+    (
+        "[world]\nsize = [100, 100]\nduration = 9\nobstacles = [{ at = [5, 5] }]\n",
+        "4:14",
+        &["one of radius, size, from"],
+    ),
+    (
+        "[world]\nsize = [100, 100]\nduration = 9\nobstacles = [{ at = [5, 500], radius = 3 }]\n",
+        "4:21",
+        &["(5, 500)"],
+    ),
+    (
+        "[world]\nsize = [100, 100]\nduration = 9\nlights = [[5, -51]]\n",
+        "4:11",
+        &["(5, -51) would be outside"],
+    ),
+    ("world = 3\n", "1:9", &["`world` must be a table, not an integer"]),
+    ("[world]\nsize = [100, 100]\nduration = 9\nduration = 9\n", "4:1", &["not TOML", "duplicate"]),
+];
+
+#[track_caller]
+fn check(text: &str, place: &str, parts: &[&str]) {
+    let found: Vec<String> = errors(text, &[]).iter().map(told).collect();
+    let start = format!("s.toml:{place}: ");
+    let fits =
+        |told: &&String| told.starts_with(&start) && parts.iter().all(|part| told.contains(part));
+    assert!(found.iter().any(|told| fits(&told)), "{place} {parts:?}\nfound {found:#?}\nin {text}");
+}
+
+#[test]
+fn every_mistake_has_a_place_and_help() {
+    for (case, place, parts) in AFTER_BASE {
+        check(&format!("{BASE}{case}"), place, parts);
+    }
+    for (case, place, parts) in AFTER_GROUP {
+        check(&format!("{GROUP}{case}"), place, parts);
+    }
+    for (case, place, parts) in FILES {
+        check(case, place, parts);
+    }
+}
+
+#[test]
+fn one_mistake_is_one_error() {
+    let cases = AFTER_BASE;
+    for (case, ..) in cases {
+        let found: Vec<String> = errors(&format!("{BASE}{case}"), &[]).iter().map(told).collect();
+        assert_eq!(found.len(), 1, "{case}\n{found:#?}");
+    }
+    for (case, ..) in AFTER_GROUP {
+        let found: Vec<String> = errors(&format!("{GROUP}{case}"), &[]).iter().map(told).collect();
+        assert_eq!(found.len(), 1, "{case}\n{found:#?}");
+    }
+}
+
+#[test]
+fn all_mistakes_are_told_in_order() {
+    let text = r#"[world]
+size = [1000]
+duration = "long"
+[[robots]]
+robot = "kilbot"
+script = "none.bzz"
+[[robots]]
+robot = "kilobot"
+script = "walk.bzz"
+count = -1
+[medium.ir]
+loss = 2
+[[event]]
+at = "now"
+fail = "nobody"
+[[expect]]
+at = 1
+value = "led"
+equals = true
+"#;
+    let lines: Vec<usize> =
+        errors(text, &[]).iter().filter_map(|error| Some(error.place.as_ref()?.line)).collect();
+    assert_eq!(lines, [2, 3, 5, 6, 10, 12, 14, 15, 19]);
+}
+
+#[test]
+fn a_robot_file_that_is_wrong_tells_its_own_place() {
+    let text = format!("{GROUP}[[robots]]\nrobot = \"broken.toml\"\nscript = \"walk.bzz\"\n");
+    let found = errors(&text, &[]);
+    assert_eq!(found.len(), 1);
+    let place = found[0].place.as_ref().unwrap();
+    assert!(place.path.ends_with("broken.toml"), "{}", place.path);
+    assert_eq!(place.line, 2);
+}
+
+#[test]
+fn what_set_says_is_told_as_such() {
+    for (set, parts) in [
+        ("medium.ir.loss=2", &["--set medium.ir.loss:1:1", "`loss` cannot be 2"][..]),
+        ("medium.ir.los=0.2", &["--set medium.ir.los:1:1", "did you mean `loss`?"]),
+        ("robots.1.count=3", &["there is no `robots.1`", "the file has 1"]),
+        ("robots.count=3", &["there is no `robots.count`"]),
+        ("wrld.seed=3", &["--set wrld.seed", "did you mean `world`?"]),
+        ("world.seed=abc", &["`seed` must be an integer, not a string"]),
+        ("robots.0.script=wakl.bzz", &["--set robots.0.script", "`walk.bzz`?"]),
+    ] {
+        let found: Vec<String> = errors(BASE, &[set]).iter().map(told).collect();
+        assert_eq!(found.len(), 1, "{set}: {found:#?}");
+        for part in parts {
+            assert!(found[0].contains(part), "{part} is not in {}", found[0]);
+        }
+    }
+}
+
+#[test]
+fn set_takes_the_place_of_the_file() {
+    let set =
+        ["robots.0.count=7", "medium.ir.loss=0.25", "world.seed=9", "body.kilobot.preset=kilombo"];
+    let set = set.map(str::to_owned);
+    let scenario = Scenario::parse(BASE, "s.toml", &folder(), &set).unwrap();
+    assert_eq!(scenario.groups[0].count, 7);
+    assert_eq!(scenario.media.ir.loss.map(|loss| loss.far), Some(0.25));
+    assert_eq!(scenario.world.seed, 9);
+    assert_eq!(scenario.bodies.kilobot.preset, bittybuzz_arena::scenario::Preset::Kilombo);
+}
