@@ -10,6 +10,7 @@ use crate::leds::{Color, ScriptLeds, StatusChannel};
 use crate::link;
 use crate::motors::{POWER_MAX, Powers};
 use crate::robot::{self, function};
+use crate::section::Section;
 
 /// Steps between two status lines.
 const STATUS_STEPS: u32 = 10 * robot::TICK_HZ as u32;
@@ -126,8 +127,8 @@ impl Robot<Full> for Crazyflie {
         }
     }
 
-    fn position(&mut self, _: Axis) -> Option<f32> {
-        None
+    fn position(&mut self, axis: Axis) -> Option<f32> {
+        link::POSE.get().map(|pose| pose.along::<Section>(axis))
     }
 
     fn report(&mut self, record: &[u8]) {

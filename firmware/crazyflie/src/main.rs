@@ -22,6 +22,7 @@ mod clock;
 mod critical;
 mod failure;
 mod functions;
+mod id;
 mod leds;
 mod link;
 mod motors;
@@ -38,17 +39,18 @@ use bittybuzz_runtime::script::Script;
 use bittybuzz_runtime::setpoint::{self, Writer};
 use bittybuzz_vm_core::builtin::Feature;
 use bittybuzz_vm_core::number::Full;
-use bittybuzz_vm_core::{Image, Vm, features};
+use bittybuzz_vm_core::{Image, SwarmMemory, Vm, features};
 use defmt_rtt as _;
 use embassy_executor::Spawner;
+use embassy_stm32::bind_interrupts;
 use embassy_stm32::pac;
 use embassy_stm32::peripherals::IWDG;
 use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_stm32::{bind_interrupts, uid};
 use embassy_time::{Duration, Timer};
 use static_cell::{ConstStaticCell, StaticCell};
 
 use functions::{Crazyflie, is_function};
+use id::Id;
 use leds::{ScriptLeds, Status, StatusChannel, StatusLeds};
 use link::uart::Interrupts;
 use motors::{Motors, Powers};
@@ -67,11 +69,19 @@ static TASKS: Liveness = Liveness::new(5);
 static SETPOINTS: setpoint::Channel<Powers> = setpoint::Channel::new();
 static STATUS: StatusChannel = StatusChannel::new();
 
-type Machine = Vm<Full, section::Section, { robot::SLOTS }>;
-type ScriptTask = Script<Full, section::Section, Crazyflie, { robot::SLOTS }>;
+type Others = SwarmMemory<
+    Full,
+    { robot::NEIGHBORS },
+    { robot::STIGMERGY_ENTRIES },
+    { robot::SWARMS },
+    { robot::MESSAGE_BYTES },
+    { 8 * (robot::MESSAGE_BYTES - 4) },
+>;
+type Machine = Vm<Full, section::Section, { robot::SLOTS }, Others>;
+type ScriptTask = Script<Full, section::Section, Crazyflie, { robot::SLOTS }, Others>;
 
-/// The machine takes no more memory than the robot file promises, with room for what it does not have yet.
-const _: () = assert!(size_of::<Machine>() + robot::SWARM_MEMORY <= robot::MEMORY);
+/// The machine takes no more memory than the robot file promises.
+const _: () = assert!(size_of::<Machine>() <= robot::MEMORY);
 /// It has what scripts are built for.
 const _: () = assert!(robot::MATHS == (features::<Full>() & Feature::Maths as u8 != 0));
 
@@ -91,10 +101,17 @@ async fn main(spawner: Spawner) {
     let status_leds = StatusLeds::new(p.PC2, p.PC3);
     let (receiver, sender) = link::uart::open(p.USART6, p.PC6, p.PC7, p.PA4, Irqs);
 
-    let robot_id = robot_id();
+    let id = Id::find();
+    let robot_id = id.number();
     defmt::info!("BittyBuzz on {=str}, not tried on hardware", robot::NAME);
     defmt::info!("this firmware does not fly: motors get at most {=u8} of 255", motors::POWER_MAX);
-    defmt::info!("robot id {=u16}, from the chip's unique id: none is assigned", robot_id);
+    match id {
+        Id::Assigned(id) => defmt::info!("robot id {=u16}", id),
+        Id::OfChip(id) => defmt::warn!(
+            "robot id {=u16}, from the chip's unique id: `bbz flash --id` assigns one",
+            id
+        ),
+    }
 
     let crazyflie = Crazyflie::new(script_leds, Writer::new(&SETPOINTS), &STATUS, robot_id);
     let pulse = |task| TASKS.pulse(task);
@@ -112,14 +129,6 @@ async fn main(spawner: Spawner) {
     spawner.spawn(defmt::unwrap!(link::send::send_frames(sender, pulse(3))));
     spawner.spawn(defmt::unwrap!(leds::show_status(&STATUS, status_leds, pulse(4))));
     spawner.spawn(defmt::unwrap!(feed_watchdog(watchdog)));
-}
-
-/// A number that differs from robot to robot: a hash (32-bit FNV-1a, folded) of the chip's unique id.
-fn robot_id() -> u16 {
-    let hash = uid::uid()
-        .iter()
-        .fold(0x811c_9dc5_u32, |hash, byte| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193));
-    (hash >> 16) as u16 ^ hash as u16
 }
 
 #[embassy_executor::task]

@@ -3,7 +3,8 @@
 use bittybuzz_comms::trace;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Host, Image, Outcome, Reply, RobotFault, Vm,
+    Alone, Arguments, Axis, ByteCode, Entry, Host, Image, Network, Outcome, Reply, RobotFault,
+    Sighting, Vm,
 };
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
@@ -50,6 +51,14 @@ pub trait Robot<P: Profile> {
     /// The position, as [`Host::position`] says.
     fn position(&mut self, axis: Axis) -> Option<f32>;
 
+    /// The oldest frame that waits, as [`Host::receive`] says.
+    fn receive(&mut self, _frame: &mut [u8]) -> Option<(usize, Sighting<P>)> {
+        None
+    }
+
+    /// Sends a frame to whoever hears it, as [`Host::send`] says: queues it.
+    fn send(&mut self, _frame: &[u8]) {}
+
     /// Tells people. Called between slices only.
     fn report(&mut self, record: &[u8]);
 
@@ -86,8 +95,14 @@ pub struct Counts {
 }
 
 /// The script's task.
-pub struct Script<P: Profile, C: ByteCode + 'static, R, const SLOTS: usize> {
-    vm: &'static mut Vm<P, C, SLOTS>,
+pub struct Script<
+    P: Profile,
+    C: ByteCode + 'static,
+    R,
+    const SLOTS: usize,
+    N: Network<P> + 'static = Alone,
+> {
+    vm: &'static mut Vm<P, C, SLOTS, N>,
     robot_id: u16,
     /// The robot.
     pub robot: R,
@@ -98,9 +113,11 @@ pub struct Script<P: Profile, C: ByteCode + 'static, R, const SLOTS: usize> {
     delay: Option<Instant>,
 }
 
-impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<P, C, R, SLOTS> {
+impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize, N: Network<P> + 'static>
+    Script<P, C, R, SLOTS, N>
+{
     /// In this machine, on the robot with this id.
-    pub fn new(vm: &'static mut Vm<P, C, SLOTS>, robot_id: u16, robot: R, pulse: Pulse) -> Self {
+    pub fn new(vm: &'static mut Vm<P, C, SLOTS, N>, robot_id: u16, robot: R, pulse: Pulse) -> Self {
         let (log, counts) = (Log::new(), Counts::default());
         Script { vm, robot_id, robot, pulse, log, counts, delay: None }
     }
@@ -329,5 +346,13 @@ impl<P: Profile, R: Robot<P>> Host<P> for Bridge<'_, R> {
 
     fn position(&mut self, axis: Axis) -> Option<f32> {
         self.robot.position(axis)
+    }
+
+    fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<P>)> {
+        self.robot.receive(frame)
+    }
+
+    fn send(&mut self, frame: &[u8]) {
+        self.robot.send(frame);
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! Two ways to look at a robot:
 //! * [`trace`] runs `bbz trace`: what a person sees, log lines and faults as text, LEDs and motors on request;
-//! * [`Robot`] holds the emulator's own line: frames to and from the radio's processor, dead tasks, damaged flash.
+//! * [`Robot`] holds the emulator's own line: frames to and from the radio's processor, dead tasks, damaged flash;
+//! * [`Swarm`] holds several of them, which hear each other.
 //!
 //! [`guide`] carries out the guides in docs/.
 //!
@@ -10,6 +11,9 @@
 //! the Crazyflie than the one in its folder.
 
 pub mod guide;
+mod swarm;
+
+pub use swarm::{Member, Pose, Swarm};
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -195,6 +199,12 @@ impl Robot {
         let section = layout().script_section(&image(script)).expect("a short script");
         emulator.write(layout().script.address, &section).expect("it is written");
         Robot { emulator, now: Duration::ZERO, events: Vec::new() }
+    }
+
+    /// Gives it an id, which it takes at its start.
+    pub fn assign_id(&mut self, id: u16) {
+        let address = layout().id.expect("it has a place for an id").address;
+        self.write(address, &Layout::id_section(id));
     }
 
     /// Runs for so many ms, and returns what happened.

@@ -10,6 +10,8 @@ pub mod uart;
 
 use core::sync::atomic::{AtomicI16, AtomicU16, AtomicU32, Ordering};
 
+use bittybuzz_runtime::pose::LatestPose;
+
 /// Numbers of the link that others read.
 pub struct State {
     /// mV; 0 until the nRF51 has told it.
@@ -25,6 +27,9 @@ pub struct State {
     /// Frames that could not be sent in time.
     dropped: AtomicU32,
 }
+
+/// Where a positioning system sees the robot, which the ground station tells.
+pub static POSE: LatestPose = LatestPose::new();
 
 /// There is one link.
 pub static STATE: State = State {

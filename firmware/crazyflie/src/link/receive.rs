@@ -2,20 +2,16 @@
 
 use core::sync::atomic::Ordering;
 
-use bittybuzz_comms::syslink::{Packet, Parser};
+use bittybuzz_comms::syslink::{Crtp, Packet, Parser};
 use bittybuzz_runtime::liveness::{BEAT, Pulse};
+use bittybuzz_runtime::pose::Pose;
 use embassy_time::with_timeout;
 
-use super::STATE;
 use super::send::send;
 use super::setup::Keeper;
 use super::uart::Receiver;
+use super::{POSE, STATE};
 use crate::motors;
-
-/// Header of a CRTP packet that the ground station wants back: port 15, channel 0, whatever the two reserved bits are
-/// (crazyflie-firmware, crtpservice.c).
-const CRTP_ECHO: u8 = 0xf0;
-const CRTP_HEADER_MASK: u8 = 0xf3;
 
 /// P2P port of pings: a frame there that begins with this robot's id, low byte first, is sent back as it is. So people
 /// can try the radio between two robots.
@@ -47,7 +43,13 @@ pub async fn receive_frames(mut uart: Receiver, robot_id: u16, pulse: Pulse) -> 
 
 fn act(packet: &Packet<'_>, robot_id: u16) {
     match packet {
-        Packet::Raw([header, ..]) if header & CRTP_HEADER_MASK == CRTP_ECHO => send(packet),
+        Packet::Raw(data) => match Crtp::parse(data) {
+            Some(Crtp::Echo) => send(packet),
+            Some(Crtp::ExternalPose(pose)) => {
+                POSE.set(Pose::new(pose.position_m, pose.quaternion));
+            }
+            _ => {}
+        },
         Packet::Rssi(dbm) => STATE.rssi.store(*dbm, Ordering::Relaxed),
         Packet::P2pReceived { port, rssi, data } => {
             STATE.rssi.store(*rssi, Ordering::Relaxed);

@@ -1,0 +1,210 @@
+//! Several robots whose radios hear each other.
+//!
+//! The robots run by turns for less than the shortest frame is on the air, so that each frame reaches the others when its
+//! last bit does. Who transmits is deaf: that is the emulators' business. Loss is decided here, from a seed.
+
+use std::time::Duration;
+
+use bittybuzz_comms::trace::{Item, Record};
+use defmt_decoder::{DecodeError, StreamDecoder, Table};
+
+use crate::{Command, Core, Event, Robot, TimedEvent, crazyflie};
+
+/// A turn: less than 170 µs, which the shortest P2P frame takes at 2 Mb/s.
+const TURN_US: u64 = 150;
+/// Between two packets of the positioning system.
+const POSE_PERIOD_US: u64 = 100_000 / TURN_US * TURN_US;
+/// Strength of every signal, in -dBm.
+const RSSI: u8 = 60;
+
+/// Where a positioning system sees a robot: x, y, z in mm, and the direction of its nose in degrees.
+pub type Pose = [f32; 4];
+
+/// Robots in one room.
+pub struct Swarm {
+    members: Vec<Member>,
+    now_us: u64,
+    loss: f64,
+    random: u64,
+    /// P2P frames that were on the air, once for each robot that could have heard it.
+    pub on_air: u64,
+    /// Of these, the ones that were lost on the way.
+    pub lost: u64,
+}
+
+/// A robot of a swarm.
+pub struct Member {
+    /// Its emulator.
+    pub robot: Robot,
+    /// What it told.
+    pub told: Told,
+    pose: Option<Pose>,
+}
+
+/// What a robot told.
+#[derive(Default)]
+pub struct Told {
+    /// What its script logged: when, and the values.
+    pub log: Vec<(Duration, Vec<String>)>,
+    /// Messages of its firmware.
+    pub firmware: Vec<String>,
+    /// Records other than start and log, as they were decoded.
+    pub records: Vec<String>,
+    rtt: Vec<u8>,
+}
+
+impl Swarm {
+    /// Crazyflies with this script and these ids.
+    pub fn crazyflies(script: &str, ids: &[u16]) -> Self {
+        let member = |id: &u16| {
+            let mut robot = Robot::crazyflie(Core::Unicorn, script);
+            robot.assign_id(*id);
+            Member { robot, told: Told::default(), pose: None }
+        };
+        let members = ids.iter().map(member).collect();
+        Swarm { members, now_us: 0, loss: 0.0, random: 1, on_air: 0, lost: 0 }
+    }
+
+    /// From now on frames are lost with this probability, for each receiver on its own; equal seeds lose the same.
+    pub fn lose(&mut self, probability: f64, seed: u64) {
+        self.loss = probability;
+        // Xorshift knows no zero.
+        self.random = seed.max(1);
+    }
+
+    /// The robots.
+    pub fn members(&mut self) -> &mut [Member] {
+        &mut self.members
+    }
+
+    /// From now on the positioning system sees a robot there, or not at all.
+    pub fn place(&mut self, member: usize, pose: Option<Pose>) {
+        self.members[member].pose = pose;
+    }
+
+    /// Runs for so many ms.
+    pub fn run_ms(&mut self, ms: u64) {
+        let end = self.now_us + 1000 * ms;
+        while self.now_us < end {
+            let turn = TURN_US.min(end - self.now_us);
+            if self.now_us.is_multiple_of(POSE_PERIOD_US) {
+                self.tell_poses();
+            }
+            self.now_us += turn;
+            let events: Vec<Vec<TimedEvent>> =
+                self.members.iter_mut().map(|member| member.run_us(turn)).collect();
+            for (sender, events) in events.iter().enumerate() {
+                for event in events {
+                    if let Event::P2p { port, payload, air } = &event.event {
+                        self.carry(sender, event.at + *air, *port, payload);
+                    }
+                }
+            }
+        }
+        self.members.iter_mut().for_each(|member| member.told.read());
+    }
+
+    fn tell_poses(&mut self) {
+        for member in &mut self.members {
+            if let Some([x_mm, y_mm, z_mm, yaw_degrees]) = member.pose {
+                member.robot.tell(&Command::Pose { x_mm, y_mm, z_mm, yaw_degrees });
+            }
+        }
+    }
+
+    /// A frame goes to all others.
+    fn carry(&mut self, sender: usize, at: Duration, port: u8, payload: &[u8]) {
+        for receiver in (0..self.members.len()).filter(|receiver| *receiver != sender) {
+            self.on_air += 1;
+            if self.chance() < self.loss {
+                self.lost += 1;
+                continue;
+            }
+            let payload = payload.to_vec();
+            let robot = &mut self.members[receiver].robot;
+            robot.tell(&Command::P2p { at, port, rssi: RSSI, payload });
+        }
+    }
+
+    /// Xorshift: from 0 to 1.
+    fn chance(&mut self) -> f64 {
+        self.random ^= self.random << 13;
+        self.random ^= self.random >> 7;
+        self.random ^= self.random << 17;
+        (self.random >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+impl Member {
+    fn run_us(&mut self, us: u64) -> Vec<TimedEvent> {
+        let events = self.robot.run_us(us);
+        for event in &events {
+            if let Event::Rtt { bytes } = &event.event {
+                self.told.rtt.extend(bytes);
+            }
+        }
+        events
+    }
+
+    /// The values that the script logged last.
+    pub fn last_logged(&self) -> Option<&[String]> {
+        self.told.log.last().map(|(_, values)| values.as_slice())
+    }
+}
+
+impl Told {
+    /// Decodes everything that has come so far.
+    fn read(&mut self) {
+        let elf = std::fs::read(crazyflie()).expect("the image is there");
+        let table = Table::parse(&elf).expect("it can be read").expect("it has defmt messages");
+        let mut decoder = table.new_stream_decoder();
+        decoder.received(&self.rtt);
+        (self.log, self.firmware, self.records) = Default::default();
+        self.decode(decoder.as_mut());
+    }
+
+    fn decode(&mut self, decoder: &mut dyn StreamDecoder) {
+        loop {
+            match decoder.decode() {
+                Ok(frame) => {
+                    let time = frame.display_timestamp().map(|time| time.to_string());
+                    let seconds = time.and_then(|time| time.trim().parse().ok()).unwrap_or(0.0);
+                    self.note(
+                        Duration::from_secs_f64(seconds),
+                        &frame.display_message().to_string(),
+                    );
+                }
+                Err(DecodeError::UnexpectedEof) => return,
+                Err(DecodeError::Malformed) => panic!("the firmware's messages are damaged"),
+            }
+        }
+    }
+
+    fn note(&mut self, at: Duration, text: &str) {
+        let Some(list) = text.strip_prefix("bbz [").and_then(|list| list.strip_suffix(']')) else {
+            return self.firmware.push(text.to_owned());
+        };
+        let bytes: Vec<u8> =
+            list.split(", ").map(|number| number.parse().expect("a list of bytes")).collect();
+        match Record::decode(&bytes).expect("a record") {
+            Record::Start { .. } => {}
+            Record::Log { items, .. } => {
+                let items = items.map(|item| text_of(item.expect("an item")));
+                self.log.push((at, items.collect()));
+            }
+            Record::Fault { step, fault, .. } => {
+                self.records.push(format!("fault in {step}: {fault:?}"))
+            }
+            record => self.records.push(format!("{record:?}")),
+        }
+    }
+}
+
+fn text_of(item: Item<'_>) -> String {
+    match item {
+        Item::Nil => "nil".to_owned(),
+        Item::Int(value) => value.to_string(),
+        Item::Float(value) => value.to_string(),
+        other => format!("{other:?}"),
+    }
+}
