@@ -3,13 +3,18 @@
 use std::time::{Duration, Instant};
 
 use bittybuzz_vm_core::number::Profile;
-use bittybuzz_vm_core::{Entry, Fault, Image, ImageError, Outcome, Vm};
+use bittybuzz_vm_core::{
+    Entry, Fault, Image, ImageError, Outcome, Sighting, SwarmMemory, Value, Vm,
+};
 
 use crate::host::{Clock, HostRobot};
 use crate::interrupt::Interrupt;
 
 /// Slots of the machine that plays all robots, as many as there can be.
 pub const SLOTS: usize = 65_520;
+
+/// What the machine may remember of other robots, as much as any robot.
+type Network<P> = SwarmMemory<P, 255, 100, 8, 64, 480>;
 
 /// Instructions between two looks at Ctrl-C.
 const SLICE: u16 = 50_000;
@@ -29,6 +34,17 @@ pub struct Settings {
     pub steps: Option<u64>,
     /// Time between two steps.
     pub period: Duration,
+    /// Robots in sight all the time.
+    pub neighbors: Vec<InSight>,
+}
+
+/// A robot in sight.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InSight {
+    /// Its id.
+    pub id: u16,
+    /// Distance in mm, azimuth and elevation in radians.
+    pub place: [f32; 3],
 }
 
 /// How a run ended.
@@ -62,10 +78,11 @@ pub fn drive<P: Profile>(
     host: &mut HostRobot<'_>,
     interrupt: &mut Interrupt,
 ) -> Result<Ended, ImageError> {
-    let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new());
+    let mut vm: Box<Vm<P, &[u8], SLOTS, Network<P>>> = Box::new(Vm::new());
     vm.load_limited(Image::new(image), settings.slots, is_robot_function)?;
     vm.identify(settings.id, settings.seed);
-    let mut run = Run { vm, host, interrupt, entry: Entry::Global };
+    let neighbors = &settings.neighbors;
+    let mut run = Run { vm, host, interrupt, neighbors, entry: Entry::Global };
     let mut end = run.all(settings);
     if end == End::Interrupted {
         end = run.last_words();
@@ -75,9 +92,10 @@ pub fn drive<P: Profile>(
 }
 
 struct Run<'a, 'h, 'i, P: Profile> {
-    vm: Box<Vm<P, &'i [u8], SLOTS>>,
+    vm: Box<Vm<P, &'i [u8], SLOTS, Network<P>>>,
     host: &'a mut HostRobot<'h>,
     interrupt: &'a mut Interrupt,
+    neighbors: &'a [InSight],
     /// What was called last.
     entry: Entry,
 }
@@ -122,6 +140,10 @@ impl<P: Profile> Run<'_, '_, '_, P> {
 
     fn begin(&mut self, entry: Entry) -> bool {
         self.entry = entry;
+        for neighbor in self.neighbors {
+            let place = Some(neighbor.place.map(Value::float));
+            self.vm.meet(neighbor.id, &Sighting { robot: None, place }, u8::MAX);
+        }
         self.vm.begin(entry)
     }
 

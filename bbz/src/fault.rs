@@ -33,6 +33,11 @@ pub fn title(cause: FaultCode) -> &'static str {
         FaultCode::OutOfMemory => "no memory for a table, closure or string",
         FaultCode::AssertFailed => "an assertion that failed",
         FaultCode::RobotRefused => "a robot function that refused its arguments",
+        FaultCode::StoreFull => "a stigmergy that is full",
+        FaultCode::NotSendable => "a value that cannot be sent",
+        FaultCode::TooLong => "a value that is too long to be sent",
+        FaultCode::BadNumber => "a number that no swarm or stigmergy can have",
+        FaultCode::TooMany => "more swarms or stigmergies than the robot has memory for",
     }
 }
 
@@ -112,6 +117,20 @@ impl What<'_> {
             FaultCode::AssertFailed => match self.message() {
                 Some(message) => format!("assertion failed: {message}"),
                 None => "assertion failed".to_owned(),
+            },
+            FaultCode::StoreFull => {
+                "the stigmergies of this robot have no room for another key".to_owned()
+            }
+            FaultCode::NotSendable => format!("{first} cannot be sent to other robots"),
+            FaultCode::TooLong => "the message is too long to be sent".to_owned(),
+            FaultCode::BadNumber => {
+                "the number of a swarm or stigmergy must be 0 to 65535".to_owned()
+            }
+            FaultCode::TooMany => match self.callee.as_deref() {
+                Some("`stigmergy.create`") => {
+                    "this robot has no room for another stigmergy".to_owned()
+                }
+                _ => "this robot has no room for another swarm".to_owned(),
             },
             FaultCode::RobotRefused => {
                 let callee = self.callee.as_deref().unwrap_or("the robot function");
@@ -219,6 +238,22 @@ impl What<'_> {
             FaultCode::OutOfMemory => {
                 "keep fewer tables, closures and strings; storing nil removes an entry".to_owned()
             }
+            FaultCode::StoreFull => {
+                "a deleted key keeps its place; `stigmergy_entries` of the robot file \
+                                     says how many there are"
+                    .to_owned()
+            }
+            FaultCode::NotSendable => {
+                "numbers, strings, tables of these, and functions that capture nothing can be sent"
+                    .to_owned()
+            }
+            FaultCode::TooLong => {
+                "a message has at most 8 fragments: send several shorter ones".to_owned()
+            }
+            FaultCode::BadNumber => return None,
+            FaultCode::TooMany => "a robot is in at most 8 swarms, and has as many stigmergies as \
+                 `stigmergy_entries` of its robot file says"
+                .to_owned(),
             FaultCode::NotCallable | FaultCode::AssertFailed | FaultCode::RobotRefused => {
                 return None;
             }

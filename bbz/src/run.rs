@@ -10,7 +10,7 @@ use clap::Args;
 
 use crate::Ending;
 use crate::backtrace::Backtrace;
-use crate::drive::{self, End, Ended, SLOTS, Settings};
+use crate::drive::{self, End, Ended, InSight, SLOTS, Settings};
 use crate::fault;
 use crate::host::{Clock, HostRobot};
 use crate::interrupt::Interrupt;
@@ -27,6 +27,7 @@ Examples:
   bbz run hello.bzz                      global code and init(), then step() at 10 Hz until Ctrl-C
   bbz run hello.bzz --steps 100          100 steps at full speed
   bbz run blink.bzz --robot kilobot      with functions, profile and memory of the Kilobot
+  bbz run near.bzz --neighbor 2,50,0.7,0  with robot 2 in sight: 50 mm away, 0.7 rad to the left, level
   bbz run walk.bzz --id 3 --seed 7       as robot 3, with other random numbers
   bbz run follow.bzz -I behaviours       search behaviours/ for included files
   bbz run blink.bbi                      what `bbz build` has made
@@ -53,9 +54,30 @@ pub struct Arguments {
     /// Seed of the random numbers
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u32,
+    /// A robot in sight: distance in mm, azimuth and elevation in radians; may be given several times
+    #[arg(long = "neighbor", value_name = "ID,DISTANCE,AZIMUTH,ELEVATION", value_parser = neighbor, allow_hyphen_values = true)]
+    neighbors: Vec<InSight>,
     /// Folder to search for included files; may be given several times
     #[arg(short = 'I', value_name = "DIR")]
     include: Vec<PathBuf>,
+}
+
+/// Reads the value of `--neighbor`.
+fn neighbor(text: &str) -> Result<InSight, String> {
+    let fields: Vec<&str> = text.split(',').map(str::trim).collect();
+    let [id, place @ ..] = fields.as_slice() else { return Err("it is empty".to_owned()) };
+    let id = id.parse().map_err(|_| format!("the id `{id}` is not a number from 0 to 65535"))?;
+    if place.len() > 3 {
+        return Err("there are more than four numbers".to_owned());
+    }
+    let mut numbers = [0.0; 3];
+    for (number, field) in numbers.iter_mut().zip(place) {
+        *number = field.parse().map_err(|_| format!("`{field}` is not a number"))?;
+    }
+    if place.is_empty() || !numbers.iter().all(|number: &f32| number.is_finite()) {
+        return Err("give an id and a distance, and perhaps azimuth and elevation".to_owned());
+    }
+    Ok(InSight { id, place: numbers })
 }
 
 /// Carries out the command.
@@ -69,6 +91,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         seed: arguments.seed,
         slots: robot.map_or(SLOTS, |robot| robot.vm.slots as usize),
         steps: arguments.steps,
+        neighbors: arguments.neighbors.clone(),
         period: Duration::from_secs(1) / robot.map_or(TICK_HZ, |robot| robot.tick_hz),
     };
     let clock = match arguments.steps {

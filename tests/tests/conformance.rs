@@ -29,7 +29,6 @@ fn scripts_print_what_the_reference_prints() {
 }
 
 #[test]
-#[ignore = "the virtual machine has no neighbours, swarms and stigmergy yet"]
 fn swarm_scripts_print_what_the_reference_prints() {
     run("conformance of swarms", true, &NEIGHBORS, 4);
 }

@@ -28,11 +28,13 @@ pub enum Library {
     StigmergyObject = 8,
     /// `pos`: the position of the robot, where it knows one.
     Position = 9,
+    /// What `neighbors.map` and its relatives return.
+    Snapshot = 10,
 }
 
 impl Library {
     /// Every library, by number.
-    pub const ALL: [Library; 10] = [
+    pub const ALL: [Library; 11] = [
         Library::Global,
         Library::Math,
         Library::Rng,
@@ -43,6 +45,7 @@ impl Library {
         Library::Stigmergy,
         Library::StigmergyObject,
         Library::Position,
+        Library::Snapshot,
     ];
 
     /// The name of the global that holds it; `None` for those that are reached in another way.
@@ -54,10 +57,17 @@ impl Library {
             Library::Swarm => Some("swarm"),
             Library::Stigmergy => Some("stigmergy"),
             Library::Position => Some("pos"),
-            Library::Global | Library::Rng | Library::SwarmObject | Library::StigmergyObject => {
-                None
-            }
+            Library::Global
+            | Library::Rng
+            | Library::SwarmObject
+            | Library::StigmergyObject
+            | Library::Snapshot => None,
         }
+    }
+
+    /// Whether its functions work on an object, which is their first argument then.
+    pub const fn is_object(self) -> bool {
+        matches!(self, Library::SwarmObject | Library::StigmergyObject | Library::Snapshot)
     }
 }
 
@@ -218,6 +228,13 @@ builtins! {
     POSITION_Y = 84, Position."y", 0..=0, Value, Core, "pos.y: mm";
     POSITION_Z = 85, Position."z", 0..=0, Value, Core, "pos.z: mm";
     POSITION_ORIENTATION = 86, Position."orientation", 0..=0, Value, Core, "pos.orientation: degrees";
+
+    SNAPSHOT_GET = 87, Snapshot."get", 1..=1, Plain, Neighbors, "n.get(id): what is kept for that robot, or nil";
+    SNAPSHOT_COUNT = 88, Snapshot."count", 0..=0, Plain, Neighbors, "n.count()";
+    SNAPSHOT_FOREACH = 89, Snapshot."foreach", 1..=1, Calls, Neighbors, "n.foreach(f): f(id, value)";
+    SNAPSHOT_MAP = 90, Snapshot."map", 1..=1, Calls, Neighbors, "n.map(f): snapshot of f(id, value)";
+    SNAPSHOT_FILTER = 91, Snapshot."filter", 1..=1, Calls, Neighbors, "n.filter(f): those for which f(id, value)";
+    SNAPSHOT_REDUCE = 92, Snapshot."reduce", 2..=2, Calls, Neighbors, "n.reduce(f, a): a = f(id, value, a)";
 }
 
 /// The built-in of that name in that library.

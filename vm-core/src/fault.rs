@@ -30,11 +30,21 @@ pub enum FaultCode {
     AssertFailed = 11,
     /// A robot function refused; the detail is the number of the [`Refusal`].
     RobotRefused = 12,
+    /// No room for one more entry in the robot's stigmergies.
+    StoreFull = 13,
+    /// A value that cannot be sent: a function with captured values, a robot's function, a library.
+    NotSendable = 14,
+    /// A value that does not fit the fragments of a message.
+    TooLong = 15,
+    /// The number of a swarm or stigmergy is outside 0 to 65535.
+    BadNumber = 16,
+    /// More swarms or stigmergies than the robot has memory for.
+    TooMany = 17,
 }
 
 impl FaultCode {
     /// Every cause.
-    pub const ALL: [FaultCode; 12] = [
+    pub const ALL: [FaultCode; 17] = [
         FaultCode::WrongType,
         FaultCode::NotATable,
         FaultCode::NotCallable,
@@ -47,6 +57,11 @@ impl FaultCode {
         FaultCode::OutOfMemory,
         FaultCode::AssertFailed,
         FaultCode::RobotRefused,
+        FaultCode::StoreFull,
+        FaultCode::NotSendable,
+        FaultCode::TooLong,
+        FaultCode::BadNumber,
+        FaultCode::TooMany,
     ];
 }
 

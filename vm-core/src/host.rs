@@ -3,7 +3,7 @@
 use crate::bytecode::ByteCode;
 use crate::fault::RobotFault;
 use crate::machine::View;
-use crate::network::Sighting;
+use crate::network::{Periods, Sighting};
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
@@ -48,6 +48,11 @@ pub trait Host<P: Profile> {
 
     /// The robot's position, `None` where it does not know it.
     fn position(&mut self, axis: Axis) -> Option<f32>;
+
+    /// How often the robot is heard without the script's doing.
+    fn periods(&self) -> Periods {
+        Periods::DEFAULT
+    }
 
     /// Moves the oldest waiting frame into `frame`, and tells its length and who sent it. Asked before every step, until
     /// there is none.
@@ -113,7 +118,7 @@ impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> Arguments<'a, P, C, SLOTS>
             Tag::FLOAT => Item::Float(value.as_f32().unwrap_or(0.0)),
             Tag::NIL | Tag::UNSET => Item::Nil,
             Tag::STRING | Tag::TEXT => Item::String(Text { script: self.script, value }),
-            Tag::TABLE => Item::Table(self.script.arena.table_size(value.index())),
+            Tag::TABLE | Tag::SNAPSHOT => Item::Table(self.script.arena.table_size(value.index())),
             _ => Item::Function,
         }
     }

@@ -50,6 +50,7 @@ pub mod number;
 pub mod opcode;
 pub mod rom;
 mod slots;
+pub mod stamp;
 #[cfg(feature = "torture")]
 mod torture;
 mod value;
@@ -60,7 +61,7 @@ pub use fault::{Fault, FaultCode, Refusal, RobotFault};
 pub use host::{Arguments, Axis, Host, Item, Reply, Text};
 pub use image::{Entry, Image, ImageError};
 pub use machine::{Calls, GLOBALS, Outcome, Vm};
-pub use network::{Alone, Counters, Network, Sighting, SwarmMemory};
+pub use network::{Alone, Counters, Network, Periods, Sighting, SwarmMemory};
 #[cfg(feature = "torture")]
 pub use torture::Torture;
 pub use value::{Type, Value};

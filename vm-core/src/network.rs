@@ -17,6 +17,22 @@ pub struct Sighting<P: Profile> {
     pub place: Option<[Value<P>; 3]>,
 }
 
+/// How often a robot is heard without its script's doing, in steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Periods {
+    /// A robot that has sent nothing for so long sends a beacon.
+    pub beacon: u8,
+    /// A neighbour that was not heard for so long is forgotten.
+    pub forget: u8,
+    /// Between two advertisements of stigmergy entries where nothing changes, at most 150.
+    pub advertise: u8,
+}
+
+impl Periods {
+    /// A beacon after a second, forgotten after three, an advertisement every two.
+    pub const DEFAULT: Periods = Periods { beacon: 10, forget: 30, advertise: 20 };
+}
+
 /// A robot that was heard.
 #[derive(Clone, Copy, Debug)]
 pub struct Neighbor<P: Profile> {
@@ -85,8 +101,12 @@ pub struct Protocol {
     pub(crate) countdown: u8,
     /// The entry, or behind them the swarm, that was advertised last.
     pub(crate) advertised: u8,
+    /// How many stigmergies the script has created.
+    pub(crate) stigmergies: u8,
     /// Number of the last message in fragments.
     pub(crate) message: u8,
+    /// What was passed on last without being kept.
+    pub(crate) passed_on: u16,
     /// State of a generator that keeps robots from sending all at once.
     pub(crate) jitter: u16,
     pub(crate) counters: Counters,
@@ -129,9 +149,13 @@ pub trait Network<P: Profile>: sealed::Sealed {
     #[doc(hidden)]
     fn entries_mut(&mut self) -> &mut [Entry<P>];
     #[doc(hidden)]
-    fn stigmergies(&mut self) -> &mut [u16];
+    fn stigmergies(&self) -> &[u16];
     #[doc(hidden)]
-    fn swarms(&mut self) -> &mut [Swarm];
+    fn stigmergies_mut(&mut self) -> &mut [u16];
+    #[doc(hidden)]
+    fn swarms(&self) -> &[Swarm];
+    #[doc(hidden)]
+    fn swarms_mut(&mut self) -> &mut [Swarm];
     #[doc(hidden)]
     fn protocol(&mut self) -> Option<&mut Protocol>;
     #[doc(hidden)]
@@ -215,7 +239,9 @@ impl<
                 interval: 0,
                 countdown: 0,
                 advertised: 0,
+                stigmergies: 0,
                 message: 0,
+                passed_on: 0,
                 jitter: 0,
                 counters: Counters {
                     foreign: 0,
@@ -255,11 +281,19 @@ impl<
         &mut self.entries
     }
 
-    fn stigmergies(&mut self) -> &mut [u16] {
+    fn stigmergies(&self) -> &[u16] {
+        &self.stigmergies
+    }
+
+    fn stigmergies_mut(&mut self) -> &mut [u16] {
         &mut self.stigmergies
     }
 
-    fn swarms(&mut self) -> &mut [Swarm] {
+    fn swarms(&self) -> &[Swarm] {
+        &self.swarms
+    }
+
+    fn swarms_mut(&mut self) -> &mut [Swarm] {
         &mut self.swarms
     }
 
@@ -296,11 +330,19 @@ impl<P: Profile> Network<P> for Alone {
         &mut []
     }
 
-    fn stigmergies(&mut self) -> &mut [u16] {
+    fn stigmergies(&self) -> &[u16] {
+        &[]
+    }
+
+    fn stigmergies_mut(&mut self) -> &mut [u16] {
         &mut []
     }
 
-    fn swarms(&mut self) -> &mut [Swarm] {
+    fn swarms(&self) -> &[Swarm] {
+        &[]
+    }
+
+    fn swarms_mut(&mut self) -> &mut [Swarm] {
         &mut []
     }
 

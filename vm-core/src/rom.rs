@@ -47,6 +47,8 @@ const WORD: u8 = 3;
 // Of a built-in, the byte is its bit of [`Feature`](builtin::Feature) with these.
 const CALLS: u8 = 1 << 6;
 const VALUE: u8 = 1 << 7;
+/// Its first argument is the object that it was read from.
+const METHOD: u8 = 1 << 5;
 
 /// Where the two bytes of an opcode are.
 const fn row_of(opcode: u8) -> usize {
@@ -76,7 +78,11 @@ const fn bytes<const LENGTH: usize>(maths: &[u8]) -> [u8; LENGTH] {
     let mut row = 0;
     while row < builtin::TABLE.len() {
         let info = builtin::TABLE[row];
-        bytes[BUILTINS_AT + row] = kind_bits(info.kind) | info.feature as u8;
+        let method = match info.kind {
+            Kind::Plain | Kind::Calls if info.library.is_object() => METHOD,
+            _ => 0,
+        };
+        bytes[BUILTINS_AT + row] = kind_bits(info.kind) | method | info.feature as u8;
         row += 1;
     }
     let mut at = 0;
@@ -170,14 +176,19 @@ impl Needs {
         self.0 & (CALLS | VALUE) == kind_bits(kind)
     }
 
+    /// Whether its first argument is the object that it was read from.
+    pub(crate) fn is_method(self) -> bool {
+        self.0 & METHOD != 0
+    }
+
     /// Whether it is among these features.
     pub(crate) fn are_in(self, features: u8) -> bool {
-        self.0 & !(CALLS | VALUE | features) == 0
+        self.0 & !(CALLS | VALUE | METHOD | features) == 0
     }
 
     /// Whether it is a function, and among these features.
     pub(crate) fn is_function_in(self, features: u8) -> bool {
-        self.0 & !(CALLS | features) == 0
+        self.0 & !(CALLS | METHOD | features) == 0
     }
 }
 
@@ -212,6 +223,7 @@ mod tests {
             assert!(needs.are_in(info.feature as u8), "{}", info.name);
             let function = info.kind != Kind::Value;
             assert_eq!(needs.is_function_in(info.feature as u8), function, "{}", info.name);
+            assert_eq!(needs.is_method(), function && info.library.is_object(), "{}", info.name);
             assert_eq!(needs.byte(), Needs::from_byte(needs.byte()).byte());
         }
     }

@@ -45,6 +45,8 @@ impl Tag {
     pub const BOUND: Tag = Tag::of(0x12);
     /// String made at run time.
     pub const TEXT: Tag = Tag::of(0x13);
+    /// Neighbours and what is kept for each: a table that has functions.
+    pub const SNAPSHOT: Tag = Tag::of(0x15);
     /// Inside a table's head: its chain of array cells. Scripts never hold it.
     pub const CHAIN: Tag = Tag::of(0x14);
 
@@ -274,7 +276,7 @@ impl<P: Profile> Value<P> {
             Tag::FLOAT => Type::Float,
             Tag::NIL => Type::Nil,
             Tag::STRING | Tag::TEXT => Type::String,
-            Tag::TABLE | Tag::LIBRARY => Type::Table,
+            Tag::TABLE | Tag::LIBRARY | Tag::SNAPSHOT => Type::Table,
             Tag::UNSET => Type::Unset,
             _ => Type::Closure,
         }

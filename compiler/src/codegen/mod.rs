@@ -242,7 +242,7 @@ impl Generator<'_> {
             | builtin::NEIGHBORS_FILTER
             | builtin::NEIGHBORS_KIN
             | builtin::NEIGHBORS_NONKIN => {
-                self.objects.insert(Library::Neighbors);
+                self.objects.insert(Library::Snapshot);
             }
             _ => {}
         }
@@ -269,7 +269,7 @@ impl Generator<'_> {
             done.insert(library);
             for info in meanings.robots().members(library) {
                 let by_name = library == Library::Position
-                    || (self.objects.contains(&library) && is_member_of_object(info));
+                    || self.objects.contains(&library);
                 let wanted = meanings.escaped().contains(&library)
                     || meanings.is_assigned(library, info.name)
                     || (by_name && self.mentioned.contains(info.name));
@@ -282,21 +282,6 @@ impl Generator<'_> {
         }
         rows
     }
-}
-
-/// Of `neighbors`, what `neighbors.map(f)` and its relatives return has these; other objects have libraries of their
-/// own.
-fn is_member_of_object(info: &builtin::Info) -> bool {
-    info.library != Library::Neighbors
-        || matches!(
-            info.number,
-            builtin::NEIGHBORS_GET
-                | builtin::NEIGHBORS_COUNT
-                | builtin::NEIGHBORS_FOREACH
-                | builtin::NEIGHBORS_MAP
-                | builtin::NEIGHBORS_FILTER
-                | builtin::NEIGHBORS_REDUCE
-        )
 }
 
 /// As an operand; what does not fit is refused by the assembler.

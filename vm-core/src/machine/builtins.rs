@@ -3,7 +3,7 @@
 use core::cmp::Ordering;
 
 use super::Vm;
-use crate::builtin::{self, string};
+use crate::builtin::{self, Feature, string};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::{Arguments, Host};
@@ -48,6 +48,22 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
             | builtin::TO_FLOAT
             | builtin::ABS..=builtin::ROUND
             | builtin::SQRT..=builtin::EXPONENTIAL => self.compute(number, a, b),
+            builtin::NEIGHBORS_GET..=builtin::NEIGHBORS_IGNORE
+            | builtin::SNAPSHOT_GET..=builtin::SNAPSHOT_REDUCE
+                if N::FEATURES & Feature::Neighbors as u8 != 0 =>
+            {
+                self.neighbor_builtin(host, number, first, end, a)
+            }
+            builtin::SWARM_CREATE..=builtin::SWARM_OTHERS
+                if N::FEATURES & Feature::Swarm as u8 != 0 =>
+            {
+                self.swarm_builtin(number, first, end, a)
+            }
+            builtin::STIGMERGY_CREATE..=builtin::STIGMERGY_ONCONFLICTLOST
+                if N::FEATURES & Feature::Stigmergy as u8 != 0 =>
+            {
+                self.stigmergy_builtin(host, number, first, end, a)
+            }
             // All others take any value.
             _ if a.is(Tag::UNSET) => Err(self.fail(FaultCode::MissingArgument)),
             builtin::TYPE => Ok(Value::string(type_name(a.type_of()))),

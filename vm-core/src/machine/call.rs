@@ -121,15 +121,47 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         count: u8,
         below: u8,
     ) -> Result<(), Stopped> {
-        if !matches!(callee.tag(), Tag::BUILTIN | Tag::ROBOT) {
-            return Err(self.fail_on(FaultCode::NotCallable, callee, callee));
+        let mut function = callee;
+        let mut count = count;
+        if N::FEATURES != 0 && callee.is(Tag::BOUND) {
+            function = self.arena.closure_function(callee.index());
         }
-        self.take_out(count, below);
-        let number = callee.index() as u16;
-        if callee.is(Tag::ROBOT) {
+        let number = function.index() as u16;
+        if function.is(Tag::ROBOT) {
+            self.take_out(count, below);
             return self.call_robot(host, number, count, false);
         }
+        if !function.is(Tag::BUILTIN) {
+            return Err(self.fail_on(FaultCode::NotCallable, callee, callee));
+        }
+        if N::FEATURES != 0 && Needs::of::<P, C>(number as u8).is_method() {
+            let mut object = Value::nil();
+            if callee.is(Tag::BOUND) {
+                object = self.arena.closure_self(callee.index());
+            } else if below == 2 {
+                let under = usize::from(self.sp).wrapping_sub(usize::from(count));
+                object = self.arena.get(under.wrapping_sub(2));
+            }
+            self.take_out(count, below);
+            self.insert(count, object)?;
+            count = count.wrapping_add(1);
+        } else {
+            self.take_out(count, below);
+        }
         self.call_builtin(host, number as u8, count, false)
+    }
+
+    /// Puts a value under the `count` topmost.
+    #[inline(never)]
+    pub(super) fn insert(&mut self, count: u8, value: Value<P>) -> Result<(), Stopped> {
+        let mut at = usize::from(self.sp);
+        self.reserve(1)?;
+        for _ in 0..count {
+            self.arena.copy(at.wrapping_sub(1), at);
+            at = at.wrapping_sub(1);
+        }
+        self.arena.set(at, value);
+        Ok(())
     }
 
     /// Calls a built-in, whose arguments are on top.

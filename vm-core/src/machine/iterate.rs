@@ -1,8 +1,11 @@
 //! Built-ins that call script functions or wait. Each has a frame; [`Vm::resume`] goes on when the callback has
 //! returned, or when the machine runs again.
+//!
+//! What is iterated is the first argument: a table, a snapshot of neighbours, a stigmergy, or `neighbors` itself.
 
+use super::swarms::{object, object_number};
 use super::{Flow, Native, Vm};
-use crate::builtin;
+use crate::builtin::{self, Feature, Library};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
@@ -18,20 +21,37 @@ const BEGUN: isize = 1;
 /// Key and element that the callback is called for, where they are needed after it.
 const KEY: isize = 2;
 const ELEMENT: isize = 3;
-/// The first slot of the iteration, see [`crate::heap`]. Its last two slots are above the locals: the arguments of the
-/// callback.
+/// The first slot of the iteration, see [`crate::heap`]. Its last two slots are above the locals: the first arguments of
+/// the callback.
 const ITERATES: usize = 4;
 /// How many locals there are.
 const LOCALS: usize = 5;
 /// The first argument of a callback; its result then is in the same slot.
 const CALLBACK: usize = ITERATES + 2;
 
-/// How many arguments a built-in of kind `Calls` takes.
+/// How many arguments a built-in of kind `Calls` takes, with what it iterates.
 fn parameters(number: u8) -> u8 {
-    match number {
+    match task(number) {
         builtin::CLONE | builtin::DELAY => 1,
         builtin::REDUCE => 3,
         _ => 2,
+    }
+}
+
+/// The built-in that does with tables what this one does, where there is such a one.
+fn task(number: u8) -> u8 {
+    match number {
+        // Numbered alike.
+        builtin::NEIGHBORS_FOREACH..=builtin::NEIGHBORS_REDUCE => {
+            number - builtin::NEIGHBORS_FOREACH + builtin::FOREACH
+        }
+        builtin::SNAPSHOT_FOREACH..=builtin::SNAPSHOT_REDUCE => {
+            number - builtin::SNAPSHOT_FOREACH + builtin::FOREACH
+        }
+        builtin::STIGMERGY_FOREACH => builtin::FOREACH,
+        builtin::STIGMERGY_MAP => builtin::MAP,
+        builtin::STIGMERGY_REDUCE => builtin::REDUCE,
+        _ => number,
     }
 }
 
@@ -44,6 +64,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         number: u8,
         count: u8,
     ) -> Result<(), Stopped> {
+        let mut count = count;
+        let of_neighbors = N::FEATURES & Feature::Neighbors as u8 != 0
+            && (builtin::NEIGHBORS_FOREACH..=builtin::NEIGHBORS_REDUCE).contains(&number);
+        if of_neighbors {
+            self.insert(count, object(Library::Neighbors, 0))?;
+            count = count.wrapping_add(1);
+        }
         let wanted = parameters(number);
         if count < wanted {
             return Err(self.fail(FaultCode::MissingArgument));
@@ -54,16 +81,26 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         let argument = self.arena.get(first);
         if number == builtin::DELAY {
             self.need_number(argument)?;
-        } else {
+        } else if N::FEATURES == 0 || number < builtin::NEIGHBORS_GET {
             // Everything else is its own copy.
-            if number == builtin::CLONE && !argument.is(Tag::TABLE) && !argument.is(Tag::LIBRARY) {
+            if number == builtin::CLONE
+                && !matches!(argument.tag(), Tag::TABLE | Tag::LIBRARY | Tag::SNAPSHOT)
+            {
                 return Ok(());
             }
             self.library_to_table(host, first)?;
+        } else if number == builtin::SWARM_EXEC {
+            self.need_swarm(argument)?;
+        } else if number >= builtin::SNAPSHOT_FOREACH {
+            if !argument.is(Tag::SNAPSHOT) {
+                return Err(self.wrong_type(argument, argument));
+            }
+        } else if !of_neighbors {
+            self.need_stigmergy(argument)?;
         }
         self.enter_native(Native(number))?;
         self.reserve(LOCALS)?;
-        let result = match number {
+        let result = match task(number) {
             builtin::MAP | builtin::FILTER | builtin::CLONE => self.new_table()?,
             builtin::REDUCE => self.local(-1),
             _ => Value::nil(),
@@ -84,6 +121,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
             self.call(host, self.top(1), 0, 1)?;
             return Ok(Flow::Continue);
         }
+        if N::FEATURES != 0 && number == Native::MESSAGES.0 {
+            return self.next_message(host);
+        }
         if number == builtin::DELAY {
             let ms = self.local(-1).unpack().to_i32();
             let again = !self.local(BEGUN).is_nil();
@@ -95,48 +135,85 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
             return Ok(Flow::Continue);
         }
         let parameters = parameters(number);
+        let task = task(number);
         let first = usize::from(self.fp.wrapping_sub(u16::from(parameters)));
         let callback = usize::from(self.fp) + CALLBACK;
+        let source = self.arena.get(first);
+        let function = self.arena.get(first + 1);
         // Nothing is there before the first entry.
-        if usize::from(self.sp) > callback {
+        let returned = usize::from(self.sp) > callback;
+        if N::FEATURES & Feature::Swarm as u8 != 0 && number == builtin::SWARM_EXEC {
+            if returned {
+                self.leave_frame(parameters, self.top(1));
+            } else if self.is_member(object_number(source)) {
+                self.call(host, function, 0, 0)?;
+            } else {
+                self.leave_frame(parameters, Value::nil());
+            }
+            return Ok(Flow::Continue);
+        }
+        if returned {
             // What the callback, or the clone of an element, has left.
             let mut value = self.top(1);
-            if number == builtin::REDUCE {
+            if task == builtin::REDUCE {
                 self.set_local(RESULT, value);
-            } else if number != builtin::FOREACH && (number != builtin::FILTER || !value.is_false())
-            {
-                if number == builtin::FILTER {
+            } else if task != builtin::FOREACH && (task != builtin::FILTER || !value.is_false()) {
+                if task == builtin::FILTER {
                     value = self.local(ELEMENT);
                 }
                 self.table_set(self.local(RESULT), self.local(KEY), value)?;
             }
         }
-        let table = self.arena.get(first);
-        if !self.arena.table_next(table.index(), callback - 2) {
-            self.leave_frame(parameters, self.local(RESULT));
+        self.sp = callback as u16;
+        if !self.next_element(source, callback)? {
+            let mut result = self.local(RESULT);
+            let is_snapshot = matches!(
+                number,
+                builtin::NEIGHBORS_MAP
+                    | builtin::NEIGHBORS_FILTER
+                    | builtin::SNAPSHOT_MAP
+                    | builtin::SNAPSHOT_FILTER
+            );
+            if N::FEATURES != 0 && is_snapshot {
+                result = Value::indexed(Tag::SNAPSHOT, result.index() as u16);
+            }
+            self.leave_frame(parameters, result);
             return Ok(Flow::Continue);
         }
-        self.sp = callback as u16 + 2;
-        let mut element = self.top(1);
-        if number != builtin::CLONE && element.may_use_self() {
-            element = self.bind_function(element, table)?;
-            self.set_top(element);
+        let mut element = self.arena.get(callback + 1);
+        if number != builtin::CLONE && element.may_use_self() && source.is(Tag::TABLE) {
+            element = self.bind_function(element, source)?;
+            self.arena.set(callback + 1, element);
         }
-        match number {
+        match task {
             builtin::FOREACH => {}
             builtin::REDUCE => self.push(self.local(RESULT)),
             _ => {
-                self.set_local(KEY, self.top(2));
+                self.set_local(KEY, self.arena.get(callback));
                 self.set_local(ELEMENT, element);
             }
         }
         if number != builtin::CLONE {
             let count = usize::from(self.sp).wrapping_sub(callback) as u8;
-            self.call(host, self.arena.get(first + 1), count, 0)?;
+            self.call(host, function, count, 0)?;
         } else if element.is(Tag::TABLE) {
             // The clone takes the place of the element.
             self.begin_native(host, number, 1)?;
         }
         Ok(Flow::Continue)
+    }
+
+    /// Puts key and value of the next element, and of a stigmergy the robot too, on the stack, which ends at `callback`.
+    /// False if there is none.
+    fn next_element(&mut self, source: Value<P>, callback: usize) -> Result<bool, Stopped> {
+        if N::FEATURES != 0 && source.is(Tag::LIBRARY) {
+            return if source.index() as u8 == Library::Neighbors as u8 {
+                self.next_neighbor(callback - 2)
+            } else {
+                Ok(self.next_entry(object_number(source), callback - 2))
+            };
+        }
+        self.sp = callback as u16 + 2;
+        Ok(self.arena.table_next(source.index(), callback - 2))
     }
 }

@@ -12,6 +12,7 @@ use crate::host::{Axis, Host};
 use crate::image::USES_SELF;
 use crate::network::Network;
 use crate::number::Profile;
+use crate::rom::Needs;
 use crate::value::{Tag, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
@@ -71,8 +72,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
     /// The key as tables hold it: a float that is an integer becomes that integer. A fault if `table` is neither table
     /// nor library.
     #[inline(never)]
-    fn key(&mut self, table: Value<P>, key: Value<P>) -> Result<Value<P>, Stopped> {
-        if !table.is(Tag::TABLE) && !table.is(Tag::LIBRARY) {
+    pub(super) fn key(&mut self, table: Value<P>, key: Value<P>) -> Result<Value<P>, Stopped> {
+        if !matches!(table.tag(), Tag::TABLE | Tag::LIBRARY | Tag::SNAPSHOT) {
             return Err(self.fail_on(FaultCode::NotATable, table, key));
         }
         match key.tag() {
@@ -96,12 +97,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         bind: bool,
     ) -> Result<Value<P>, Stopped> {
         let key = self.key(table, key)?;
-        let value = if table.is(Tag::TABLE) {
-            self.arena.table_get(table.index(), key)
-        } else {
-            self.library_get(host, table, key)
-        };
-        if bind { self.bind(value, table) } else { Ok(value) }
+        if table.is(Tag::TABLE) {
+            let value = self.arena.table_get(table.index(), key);
+            return if bind { self.bind(value, table) } else { Ok(value) };
+        }
+        let value = self.library_get(host, table, key);
+        if bind { self.bind_function(value, table) } else { Ok(value) }
     }
 
     /// `table[key] = value`; all three are on the stack.
@@ -115,6 +116,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         let key = self.key(table, key)?;
         if table.is(Tag::TABLE) {
             return self.table_set(table, key, value);
+        }
+        if table.is(Tag::SNAPSHOT) {
+            return Err(self.fail_on(FaultCode::NotATable, table, key));
         }
         let overlay = self.make_overlay(table)?;
         self.table_set(overlay, key, if value.is_nil() { Value::unset() } else { value })
@@ -140,7 +144,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         if function.is(Tag::CLOSURE) {
             function = self.arena.closure_function(function.index());
         }
-        if !function.is(Tag::FUNCTION) || self.head(function.index() as u16) & USES_SELF == 0 {
+        let number = function.index() as u16;
+        let binds = match function.tag() {
+            Tag::FUNCTION => self.head(number) & USES_SELF != 0,
+            // Once read from its object it stays bound to it.
+            Tag::BUILTIN if N::FEATURES != 0 => {
+                value.is(Tag::BUILTIN) && Needs::of::<P, C>(number as u8).is_method()
+            }
+            _ => false,
+        };
+        if !binds {
             return Ok(value);
         }
         // The value is reachable through its table; neither moves.
@@ -150,13 +163,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
 
     /// The table of changes of a library, nil if there is none.
     #[inline(never)]
-    fn overlay(&self, library: Value<P>) -> Value<P> {
+    pub(super) fn overlay(&self, library: Value<P>) -> Value<P> {
         let overlays = self.arena.get(OVERLAYS);
         if overlays.is_nil() { overlays } else { self.arena.table_get(overlays.index(), library) }
     }
 
     /// The same, made if there is none.
-    fn make_overlay(&mut self, library: Value<P>) -> Result<Value<P>, Stopped> {
+    pub(super) fn make_overlay(&mut self, library: Value<P>) -> Result<Value<P>, Stopped> {
         let found = self.overlay(library);
         if !found.is_nil() {
             return Ok(found);
@@ -204,17 +217,24 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
             return Value::nil();
         }
         let Some(program) = &self.program else { return Value::nil() };
-        match program.library_member(library.index() as u8, key.index() as u16) {
-            Some(member) => Self::member(host, member),
+        let number = match library.tag() {
+            Tag::SNAPSHOT => Library::Snapshot as u8,
+            _ => library.index() as u8,
+        };
+        match program.library_member(number, key.index() as u16) {
+            Some(member) => self.member(host, library, member),
             None => Value::nil(),
         }
     }
 
     /// The value of a library's member.
-    fn member<H: Host<P>>(host: &mut H, member: u8) -> Value<P> {
+    fn member<H: Host<P>>(&self, host: &mut H, library: Value<P>, member: u8) -> Value<P> {
         let axis = match member {
             builtin::PI => return Value::float(core::f32::consts::PI),
             builtin::RNG => return Value::indexed(Tag::LIBRARY, Library::Rng as u16),
+            builtin::SWARM_OBJECT_ID | builtin::STIGMERGY_OBJECT_ID => {
+                return self.object_id(library, member);
+            }
             builtin::POSITION_X => Axis::X,
             builtin::POSITION_Y => Axis::Y,
             builtin::POSITION_Z => Axis::Z,
@@ -235,6 +255,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         if library.is(Tag::TABLE) {
             return Ok(());
         }
+        if library.is(Tag::SNAPSHOT) {
+            self.arena.set(slot, Value::indexed(Tag::TABLE, library.index() as u16));
+            return Ok(());
+        }
         if !library.is(Tag::LIBRARY) {
             return Err(self.fail_on(FaultCode::NotATable, library, library));
         }
@@ -243,7 +267,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         let Some(program) = self.program else { return Ok(()) };
         for row in 0..program.header().library_rows {
             let (number, string, _) = program.library_row(row);
-            if u16::from(number) == library.index() as u16 {
+            if number == library.index() as u8 {
                 let key = Value::string(string);
                 let value = self.library_get(host, library, key);
                 self.table_set(table, key, value)?;

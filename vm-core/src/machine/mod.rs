@@ -19,7 +19,12 @@ mod compare;
 mod interpret;
 mod iterate;
 mod library;
+mod messages;
+mod neighbors;
+mod serial;
 mod slow;
+mod stigmergy;
+mod swarms;
 #[cfg(feature = "strings")]
 mod text;
 
@@ -50,6 +55,8 @@ impl Native {
     /// An entry is to be called.
     const START: Native = Native(0x7d);
     const ROBOT: Native = Native(0x7e);
+    /// Messages are handled before `step()`.
+    const MESSAGES: Native = Native(0x7c);
     const EXIT: Native = Native(0x7f);
 
     #[inline(always)]
@@ -160,6 +167,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
     ) -> Result<(), ImageError> {
         self.program = None;
         self.state = State::Empty;
+        self.network = N::EMPTY;
         // A script that stopped may have left some.
         #[cfg(feature = "strings")]
         {
@@ -193,6 +201,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
     pub fn identify(&mut self, robot_id: u16, seed: u32) {
         self.robot_id = robot_id;
         self.rng = Rng::new(seed, robot_id);
+        if let Some(protocol) = self.network.protocol() {
+            protocol.jitter = robot_id;
+        }
     }
 
     /// Starts an entry; [`Vm::run`] then runs it. False if the script does not have it, or cannot run now.
@@ -204,6 +215,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         let callee = match program.header.entry(entry) {
             EntryPoint::None => return false,
             EntryPoint::Global(number) => self.arena.get(GLOBALS + usize::from(number)),
+            EntryPoint::Function(number) if entry == Entry::Step && self.is_social() => {
+                Value::indexed(Tag::FUNCTION, number)
+            }
             EntryPoint::Function(number) => {
                 let base = usize::from(self.sp);
                 let function = program.function(number);
@@ -220,6 +234,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
                 Value::indexed(Tag::FUNCTION, number)
             }
         };
+        if entry == Entry::Step && !callee.is_nil() && self.is_social() {
+            self.state = State::Running;
+            // A fault is reported by the next run.
+            let _ = self.begin_messages();
+            return true;
+        }
         self.begin_value(callee)
     }
 
@@ -248,6 +268,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         match flow {
             Ok(Flow::Done) => {
                 self.finish();
+                if self.is_social() {
+                    self.send_news(host);
+                }
                 Outcome::Done
             }
             Ok(Flow::Waiting) => Outcome::Waiting,
@@ -302,6 +325,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
                 reserved = reserved.max(fp + 1 + self.frame_room(pc));
                 (pc, fp) = self.caller(fp);
             } else {
+                self.arena.mark(value);
+            }
+        }
+        for place in 0..self.network.entries().len() {
+            if let Some(entry) = self.network.entries().get(place) {
+                let (key, value) = (entry.key, entry.value);
+                self.arena.mark(key);
                 self.arena.mark(value);
             }
         }

@@ -145,6 +145,11 @@ impl Swarms {
         if P::FULL { SWARMS_MAX as u8 } else { SWARMS_MAX as u8 / 2 }
     }
 
+    /// How many.
+    pub const fn count(&self) -> u8 {
+        self.count
+    }
+
     /// Adds a swarm and whether the robot is in it; `false` if no more fit.
     pub fn push(&mut self, id: u16, joined: bool) -> bool {
         let Some(place) = self.ids.get_mut(usize::from(self.count)) else {

@@ -1,0 +1,139 @@
+//! `swarm`: groups that robots join and leave.
+
+use super::{Native, Vm};
+use crate::builtin::{self, Library};
+use crate::bytecode::ByteCode;
+use crate::fault::{FaultCode, Stopped};
+use crate::network::Network;
+use crate::number::Profile;
+use crate::value::{Tag, Value};
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
+    /// The place of the swarm of a running `exec`: `depth` 0 is the innermost.
+    pub(super) fn current_swarm(&self, depth: u16) -> Option<u8> {
+        let (mut pc, mut fp) = (usize::from(self.pc), usize::from(self.fp));
+        let mut depth = depth;
+        while pc != Native::EXIT.position() {
+            if pc == Native(builtin::SWARM_EXEC).position() {
+                if depth == 0 {
+                    return Some(object_number(self.arena.get(fp.wrapping_sub(2))));
+                }
+                depth -= 1;
+            }
+            (pc, fp) = self.caller(fp);
+        }
+        None
+    }
+
+    /// Whether the robot is in that swarm.
+    pub(super) fn is_member(&self, swarm: u8) -> bool {
+        self.network.swarms().get(usize::from(swarm)).is_some_and(|swarm| swarm.is_member)
+    }
+
+    fn set_member(&mut self, swarm: u8, is_member: bool) {
+        if let Some(swarm) = self.network.swarms_mut().get_mut(usize::from(swarm))
+            && swarm.is_member != is_member
+        {
+            swarm.is_member = is_member;
+            swarm.is_news = true;
+        }
+    }
+
+    /// The swarm of that number, made if there is none.
+    fn create_swarm(&mut self, number: Value<P>) -> Result<u8, Stopped> {
+        let number = self.need_id(number)?;
+        for (place, swarm) in self.network.swarms_mut().iter_mut().enumerate() {
+            if !swarm.exists {
+                swarm.exists = true;
+                swarm.number = number;
+            }
+            if swarm.number == number {
+                return Ok(place as u8);
+            }
+        }
+        Err(self.fail(FaultCode::TooMany))
+    }
+
+    /// Numbers of swarms and stigmergies go from 0 to 65535.
+    pub(super) fn need_id(&mut self, number: Value<P>) -> Result<u16, Stopped> {
+        match number.as_int() {
+            None => Err(self.wrong_type(number, number)),
+            Some(id) => u16::try_from(id).map_err(|_| self.fail(FaultCode::BadNumber)),
+        }
+    }
+
+    /// The place of the swarm that is an argument.
+    pub(super) fn need_swarm(&mut self, object: Value<P>) -> Result<u8, Stopped> {
+        if object.is(Tag::LIBRARY) && object.index() as u8 == Library::SwarmObject as u8 {
+            return Ok(object_number(object));
+        }
+        Err(self.wrong_type(object, object))
+    }
+
+    /// Functions of `swarm` and of swarms that have their result at once; `a` is the first argument.
+    pub(super) fn swarm_builtin(
+        &mut self,
+        number: u8,
+        first: usize,
+        end: usize,
+        a: Value<P>,
+    ) -> Result<Value<P>, Stopped> {
+        let b = self.argument(first + 1, end);
+        let swarm = match number {
+            builtin::SWARM_ID => {
+                let depth = if a.is(Tag::UNSET) { 0 } else { self.need_id(a)? };
+                let swarm = self.current_swarm(depth).map(usize::from);
+                let found = swarm.and_then(|place| self.network.swarms().get(place));
+                return Ok(found.map_or(Value::nil(), |s| Value::int(i32::from(s.number))));
+            }
+            builtin::SWARM_CREATE => self.create_swarm(a)?,
+            builtin::SWARM_UNION..=builtin::SWARM_DIFFERENCE => {
+                let one = self.need_swarm(b)?;
+                let other = self.argument(first + 2, end);
+                let other = self.need_swarm(other)?;
+                let (in_one, in_other) = (self.is_member(one), self.is_member(other));
+                let is_member = match number {
+                    builtin::SWARM_UNION => in_one || in_other,
+                    builtin::SWARM_INTERSECTION => in_one && in_other,
+                    _ => in_one && !in_other,
+                };
+                let made = self.create_swarm(a)?;
+                self.set_member(made, is_member);
+                made
+            }
+            builtin::SWARM_OTHERS => {
+                let one = self.need_swarm(a)?;
+                let is_member = !self.is_member(one);
+                let made = self.create_swarm(b)?;
+                self.set_member(made, is_member);
+                made
+            }
+            _ => {
+                let swarm = self.need_swarm(a)?;
+                if b.is(Tag::UNSET) && number >= builtin::SWARM_SELECT {
+                    return Err(self.fail(FaultCode::MissingArgument));
+                }
+                match number {
+                    builtin::SWARM_IN => return Ok(Value::truth(self.is_member(swarm))),
+                    builtin::SWARM_SELECT => self.set_member(swarm, !b.is_false()),
+                    // Nothing changes where the condition of `unselect` is false.
+                    builtin::SWARM_UNSELECT if b.is_false() => {}
+                    _ => self.set_member(swarm, number == builtin::SWARM_JOIN),
+                }
+                return Ok(Value::nil());
+            }
+        };
+        Ok(object(Library::SwarmObject, swarm))
+    }
+}
+
+/// The object that scripts have of a swarm or a stigmergy.
+pub(super) fn object<P: Profile>(library: Library, number: u8) -> Value<P> {
+    Value::indexed(Tag::LIBRARY, u16::from_le_bytes([library as u8, number]))
+}
+
+/// Its place.
+pub(super) fn object_number<P: Profile>(object: Value<P>) -> u8 {
+    let [_, number] = (object.index() as u16).to_le_bytes();
+    number
+}
