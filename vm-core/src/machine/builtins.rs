@@ -7,8 +7,8 @@ use crate::builtin::{self, Feature, string};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::{Arguments, Host};
-#[cfg(feature = "maths")]
 use crate::network::Network;
+#[cfg(feature = "maths")]
 use crate::number::maths;
 use crate::number::{Profile, Rng, Rounding};
 use crate::value::{Tag, Type, Value};
