@@ -6,7 +6,7 @@
 //! Every frame carries bits of the hash of its script, so that robots with other scripts ignore it.
 
 mod plain;
-mod word;
+mod seal;
 
 use crate::number::Profile;
 use crate::value::{Tag, Value};
