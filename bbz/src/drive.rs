@@ -14,7 +14,7 @@ use crate::interrupt::Interrupt;
 pub const SLOTS: usize = 65_520;
 
 /// What the machine may remember of other robots, as much as any robot.
-type Network<P> = SwarmMemory<P, 255, 100, 8, 64, 480>;
+type Network<P> = SwarmMemory<P, 255, 255, 100, 8, 64, 480>;
 
 /// Instructions between two looks at Ctrl-C.
 const SLICE: u16 = 50_000;

@@ -38,10 +38,16 @@ fn write(robot: &Robot, out: &mut String) -> std::fmt::Result {
         ),
         ("SLOTS", vm.slots, "Slots of the arena."),
         ("NEIGHBORS", vm.neighbors, "Neighbours remembered at a time."),
+        ("BEARINGS", if vm.bearings { vm.neighbors } else { 0 }, "Of these with a direction."),
         ("IN_QUEUE", vm.in_queue, "Messages that can wait to be read."),
         ("OUT_QUEUE", vm.out_queue, "Messages that can wait to be sent."),
         ("STIGMERGY_ENTRIES", vm.stigmergy_entries, "Entries of all stigmergies together."),
         ("SWARMS", vm.swarms, "Swarms known at a time."),
+        ("FRAME_BYTES", robot.frame_bytes(), "Bytes of a frame: its type and a message."),
+        ("CONTENT_BYTES", robot.content_bytes(), "Bytes of a message in fragments."),
+        ("BEACON_STEPS", vm.beacon_steps, "Steps of silence before a beacon."),
+        ("FORGET_STEPS", vm.forget_steps, "Steps after which a neighbour is forgotten."),
+        ("ADVERTISE_STEPS", vm.advertise_steps, "Steps between two advertisements of entries."),
     ] {
         writeln!(out, "/// {help}\npub const {name}: usize = {value};")?;
     }

@@ -104,6 +104,8 @@ pub struct VmSizes {
     pub slots: u32,
     /// Neighbours remembered at a time; 0 leaves `neighbors` out.
     pub neighbors: u32,
+    /// Whether it measures in which direction a neighbour is; true if left out.
+    pub bearings: bool,
     /// Messages that can wait to be read by the script.
     pub in_queue: u32,
     /// Messages that can wait to be sent.
@@ -114,6 +116,12 @@ pub struct VmSizes {
     pub swarms: u32,
     /// Whether it has the floating-point functions of `math`, and powers; true if left out.
     pub maths: bool,
+    /// Steps of silence after which a beacon is sent; 10 if left out.
+    pub beacon_steps: u32,
+    /// Steps after which a neighbour that was not heard is forgotten; 30 if left out.
+    pub forget_steps: u32,
+    /// Steps between two advertisements of stigmergy entries where nothing changes; 20 if left out.
+    pub advertise_steps: u32,
 }
 
 /// The most that the firmware of a robot may need.

@@ -1,7 +1,5 @@
-//! What the memory of a virtual machine is for, and how much of it is left for scripts.
-//!
-//! The machine has no neighbours, queues, stigmergies and swarms yet. What they need is calculated here, so that a script
-//! that fits today fits when they come; then the sizes of the structures themselves take the place of these sums.
+//! What the memory of a virtual machine is for, and how much of it is left for scripts. The queues of messages, which the
+//! firmware has beside the machine, count as well.
 
 use bittybuzz_vm_core::{Value, number};
 
@@ -9,16 +7,16 @@ use crate::{Profile, Robot};
 
 /// Registers of the machine and what it knows of the image, on the chip where they are largest: 72 bytes on the
 /// ATmega328P, 84 on Cortex-M. The firmware's build checks it.
-const REGISTERS: u32 = 96;
+const REGISTERS: u32 = 88;
 
 /// Fragments of the longest value that one message cannot hold.
 const MOST_FRAGMENTS: u32 = 8;
-/// What a fragment has before its part of the value: kind and tags, bits of the script hash, robot, number and count.
-const FRAGMENT_HEADER: u32 = 5;
-/// What is kept of a value that is not complete: robot, number of the message, which fragments are there.
-const FRAGMENT_STATE: u32 = 4;
-/// Own clock, time to the next beacon, next entry to advertise, and counters of what was dropped or not understood.
-const PROTOCOL: u32 = 16;
+/// What a fragment has before its part of the value: type, robot, number of the message.
+const FRAGMENT_HEADER: u32 = 4;
+/// When what is to be sent, counters, and which fragments are here.
+const PROTOCOL: u32 = 30;
+/// Length of a frame in a queue, and how far its sender is.
+const QUEUED: u32 = 2;
 /// First and number of a queue's messages, and how many were dropped.
 const QUEUE: u32 = 4;
 
@@ -40,31 +38,38 @@ impl Robot {
         bytes as u32
     }
 
+    /// Bytes of a frame: the type byte and a message.
+    pub fn frame_bytes(&self) -> u32 {
+        1 + self.message_bytes
+    }
+
+    /// Bytes of all fragments of a message.
+    pub fn content_bytes(&self) -> u32 {
+        MOST_FRAGMENTS * (self.frame_bytes() - FRAGMENT_HEADER)
+    }
+
     /// Bytes for neighbours, messages, stigmergies and swarms. A listener or a conflict handler is a value of the script.
     pub fn swarm_memory(&self) -> u32 {
-        let (vm, message_bytes) = (self.vm, self.message_bytes);
-        let number = match self.profile {
-            Profile::Tiny => 2,
-            Profile::Full => 4,
+        let vm = self.vm;
+        // Fields of 32-bit chips begin at multiples of their size.
+        let (number, value, align) = match (self.profile, self.slot_bytes()) {
+            (Profile::Tiny, 3) => (2, 3, 1),
+            (Profile::Tiny, _) => (2, 4, 4),
+            (Profile::Full, _) => (4, 8, 4),
         };
-        // Its type beside it.
-        let value = 1 + number;
-        // Robot, steps since it was heard, a bit for each swarm; distance, azimuth, elevation.
-        let neighbor = 2 + 1 + 1 + 3 * number;
-        // Length and content.
-        let message = 1 + message_bytes;
-        // Which stigmergy, robot, clock (864,000 puts in 24 hours take more than 16 bits); key and value. At most as
-        // many stigmergies as entries, each with its number.
-        let entry = 1 + 2 + 4 + 2 * value + 2;
-        // Its number, and whether this robot is in it.
-        let swarm = 2 + 1;
-        let fragments = FRAGMENT_STATE + MOST_FRAGMENTS * (message_bytes - FRAGMENT_HEADER);
+        // Robot, steps, swarms, distance; azimuth and elevation.
+        let bearing = if vm.bearings { 2 * number } else { 0 };
+        let neighbor = 2 + 1 + 1 + number + bearing;
+        // Key, value, clock, robot, which stigmergy; at most as many stigmergies as entries, each with its number.
+        let entry = (2 * value + 4 + 2 + 1u32).next_multiple_of(align) + 2;
+        // Number; state.
+        let swarm = (2 + 1u32).next_multiple_of(align.min(2));
         vm.neighbors * neighbor
-            + (vm.in_queue + vm.out_queue) * message
+            + (vm.in_queue + vm.out_queue) * (self.frame_bytes() + QUEUED)
             + 2 * QUEUE
             + vm.stigmergy_entries * entry
             + vm.swarms * swarm
-            + fragments
+            + self.content_bytes()
             + PROTOCOL
     }
 

@@ -1,5 +1,7 @@
 //! Reads a robot file and checks everything that it says.
 
+use bittybuzz_vm_core::Periods;
+
 use crate::error::{Cause, Place, RobotError};
 use crate::generate::constant;
 use crate::layout::{Layout, Region};
@@ -85,21 +87,33 @@ fn vm_sizes(vm: &Section<'_>) -> Result<VmSizes, RobotError> {
         "memory",
         "slots",
         "neighbors",
+        "bearings",
         "in_queue",
         "out_queue",
         "stigmergy_entries",
         "swarms",
         "maths",
+        "beacon_steps",
+        "forget_steps",
+        "advertise_steps",
     ])?;
+    let steps = |key, range: RangeInclusive<u32>, usual: u8| {
+        let given = vm.optional(key, |section, key| section.integer(key, range.clone()))?;
+        Ok(given.unwrap_or(u32::from(usual)))
+    };
     Ok(VmSizes {
         memory: vm.integer("memory", 256..=262_144)?,
         slots: vm.integer("slots", 32..=65_520)?,
         neighbors: vm.integer("neighbors", 0..=255)?,
+        bearings: vm.optional("bearings", Section::boolean)?.unwrap_or(true),
         in_queue: vm.integer("in_queue", 1..=255)?,
         out_queue: vm.integer("out_queue", 1..=255)?,
-        stigmergy_entries: vm.integer("stigmergy_entries", 0..=255)?,
+        stigmergy_entries: vm.integer("stigmergy_entries", 0..=100)?,
         swarms: vm.integer("swarms", 0..=8)?,
         maths: vm.optional("maths", Section::boolean)?.unwrap_or(true),
+        beacon_steps: steps("beacon_steps", 1..=255, Periods::DEFAULT.beacon)?,
+        forget_steps: steps("forget_steps", 1..=255, Periods::DEFAULT.forget)?,
+        advertise_steps: steps("advertise_steps", 2..=150, Periods::DEFAULT.advertise)?,
     })
 }
 

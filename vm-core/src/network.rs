@@ -41,10 +41,8 @@ pub struct Neighbor<P: Profile> {
     pub(crate) steps_left: u8,
     /// Bit i: it is in the swarm that is number i in [`SwarmMemory`].
     pub(crate) swarms: u8,
-    /// Distance, azimuth and elevation are known.
-    pub(crate) is_placed: bool,
-    /// They, as floats.
-    pub(crate) place: [P::Raw; 3],
+    /// Distance in mm, a float; not a number if the place is not known.
+    pub(crate) distance: P::Raw,
 }
 
 /// An entry of a replica.
@@ -57,20 +55,41 @@ pub struct Entry<P: Profile> {
     pub(crate) clock: u32,
     /// Who put it.
     pub(crate) robot: u16,
-    /// 1 + the place of its stigmergy in [`SwarmMemory`]; 0: there is none.
-    pub(crate) stigmergy: u8,
-    /// It is to be sent at the end of the entry that is running.
-    pub(crate) is_news: bool,
+    /// 1 + the place of its stigmergy in [`SwarmMemory`]; 0: there is none. With [`NEWS`].
+    pub(crate) state: u8,
+}
+
+/// In the state of an entry or a swarm: it is to be sent when the entry that is running ends.
+pub(crate) const NEWS: u8 = 0x80;
+
+impl<P: Profile> Entry<P> {
+    /// Whether it is one of that stigmergy.
+    pub(crate) fn is_of(&self, stigmergy: u8) -> bool {
+        self.state & !NEWS == stigmergy + 1
+    }
 }
 
 /// A swarm that the script has created.
 #[derive(Clone, Copy, Debug)]
 pub struct Swarm {
     pub(crate) number: u16,
-    pub(crate) exists: bool,
-    pub(crate) is_member: bool,
-    /// That the robot has joined or left is to be sent.
-    pub(crate) is_news: bool,
+    /// [`EXISTS`], [`MEMBER`] and [`NEWS`].
+    pub(crate) state: u8,
+}
+
+/// In the state of a swarm: the script has created it.
+pub(crate) const EXISTS: u8 = 1;
+/// In the state of a swarm: the robot is in it.
+pub(crate) const MEMBER: u8 = 2;
+
+impl Swarm {
+    pub(crate) fn exists(&self) -> bool {
+        self.state != 0
+    }
+
+    pub(crate) fn has_member(&self) -> bool {
+        self.state & MEMBER != 0
+    }
 }
 
 /// What was heard but could not be used, and what else went wrong without harm.
@@ -145,6 +164,8 @@ pub trait Network<P: Profile>: sealed::Sealed {
     #[doc(hidden)]
     fn neighbors(&mut self) -> &mut [Neighbor<P>];
     #[doc(hidden)]
+    fn bearings(&mut self) -> &mut [[P::Raw; 2]];
+    #[doc(hidden)]
     fn entries(&self) -> &[Entry<P>];
     #[doc(hidden)]
     fn entries_mut(&mut self) -> &mut [Entry<P>];
@@ -172,18 +193,20 @@ impl<const BYTES: usize> Buffer for [u8; BYTES] {
     const ZERO: Self = [0; BYTES];
 }
 
-/// Memory for `NEIGHBORS` neighbours, `ENTRIES` entries of (at most as many) stigmergies, `SWARMS` swarms, at most 8; for
+/// Memory for `NEIGHBORS` neighbours and as many `BEARINGS`, or none on a robot that measures distances only; for `ENTRIES` entries of (at most as many) stigmergies, `SWARMS` swarms, at most 8; for
 /// frames of at most `FRAME` bytes, and `CONTENT` bytes of a message in fragments: 8 times `FRAME - 4`.
 #[derive(Clone, Copy, Debug)]
 pub struct SwarmMemory<
     P: Profile,
     const NEIGHBORS: usize,
+    const BEARINGS: usize,
     const ENTRIES: usize,
     const SWARMS: usize,
     const FRAME: usize,
     const CONTENT: usize,
 > {
     neighbors: [Neighbor<P>; NEIGHBORS],
+    bearings: [[P::Raw; 2]; BEARINGS],
     entries: [Entry<P>; ENTRIES],
     stigmergies: [u16; ENTRIES],
     swarms: [Swarm; SWARMS],
@@ -195,45 +218,38 @@ pub struct SwarmMemory<
 impl<
     P: Profile,
     const NEIGHBORS: usize,
+    const BEARINGS: usize,
     const ENTRIES: usize,
     const SWARMS: usize,
     const FRAME: usize,
     const CONTENT: usize,
-> sealed::Sealed for SwarmMemory<P, NEIGHBORS, ENTRIES, SWARMS, FRAME, CONTENT>
+> sealed::Sealed for SwarmMemory<P, NEIGHBORS, BEARINGS, ENTRIES, SWARMS, FRAME, CONTENT>
 {
 }
 
 impl<
     P: Profile,
     const NEIGHBORS: usize,
+    const BEARINGS: usize,
     const ENTRIES: usize,
     const SWARMS: usize,
     const FRAME: usize,
     const CONTENT: usize,
-> Network<P> for SwarmMemory<P, NEIGHBORS, ENTRIES, SWARMS, FRAME, CONTENT>
+> Network<P> for SwarmMemory<P, NEIGHBORS, BEARINGS, ENTRIES, SWARMS, FRAME, CONTENT>
 {
     const EMPTY: Self = {
+        assert!(BEARINGS == 0 || BEARINGS == NEIGHBORS, "all bearings or none");
         assert!(SWARMS <= 8, "a neighbour's swarms are the bits of a byte");
         assert!(ENTRIES <= 100, "entries are numbered in a byte");
         assert!(CONTENT == 8 * (FRAME - 4), "a message has at most 8 fragments");
         SwarmMemory {
-            neighbors: [Neighbor {
-                robot: 0,
-                steps_left: 0,
-                swarms: 0,
-                is_placed: false,
-                place: [P::ZERO; 3],
-            }; NEIGHBORS],
-            entries: [Entry {
-                key: Value::NIL,
-                value: Value::NIL,
-                clock: 0,
-                robot: 0,
-                stigmergy: 0,
-                is_news: false,
-            }; ENTRIES],
+            neighbors: [Neighbor { robot: 0, steps_left: 0, swarms: 0, distance: P::ZERO };
+                NEIGHBORS],
+            bearings: [[P::ZERO; 2]; BEARINGS],
+            entries: [Entry { key: Value::NIL, value: Value::NIL, clock: 0, robot: 0, state: 0 };
+                ENTRIES],
             stigmergies: [0; ENTRIES],
-            swarms: [Swarm { number: 0, exists: false, is_member: false, is_news: false }; SWARMS],
+            swarms: [Swarm { number: 0, state: 0 }; SWARMS],
             protocol: Protocol {
                 silent: 0,
                 interval: 0,
@@ -271,6 +287,10 @@ impl<
 
     fn neighbors(&mut self) -> &mut [Neighbor<P>] {
         &mut self.neighbors
+    }
+
+    fn bearings(&mut self) -> &mut [[P::Raw; 2]] {
+        &mut self.bearings
     }
 
     fn entries(&self) -> &[Entry<P>] {
@@ -319,6 +339,10 @@ impl<P: Profile> Network<P> for Alone {
     type Content = [u8; 0];
 
     fn neighbors(&mut self) -> &mut [Neighbor<P>] {
+        &mut []
+    }
+
+    fn bearings(&mut self) -> &mut [[P::Raw; 2]] {
         &mut []
     }
 

@@ -10,7 +10,7 @@ use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
 use crate::image::{Entry as EntryOf, EntryPoint};
 use crate::message::{self, Ignored, Message, Script, Swarms};
-use crate::network::{Buffer, Counters, Entry, Network, Sighting};
+use crate::network::{Buffer, Counters, Entry, NEWS, Network, Sighting};
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
@@ -187,7 +187,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
     /// Remembers what the next call of [`Vm::next_message`] needs to end a conflict.
     pub(super) fn begin_conflict(&mut self, local: &Entry<P>, remote: &message::Entry<P>) {
         let [c0, c1, c2, _] = remote.clock.to_le_bytes();
-        self.set_local(CONFLICT, Value::indexed(Tag::INT, u16::from(local.stigmergy - 1)));
+        self.set_local(CONFLICT, Value::indexed(Tag::INT, u16::from((local.state & !NEWS) - 1)));
         self.set_local(KEY, local.key);
         self.set_local(CLOCK_LOW, Value::indexed(Tag::INT, u16::from_le_bytes([c0, c1])));
         self.set_local(CLOCK_HIGH, Value::indexed(Tag::INT, u16::from(c2)));
@@ -195,7 +195,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
 
     fn note_swarms(&mut self, robot: u16, swarms: &Swarms) {
         for (number, is_member) in swarms.iter() {
-            let place = self.network.swarms().iter().position(|s| s.exists && s.number == number);
+            let place = self.network.swarms().iter().position(|s| s.exists() && s.number == number);
             let Some(place) = place else { continue };
             for neighbor in self.network.neighbors() {
                 if neighbor.steps_left != 0 && neighbor.robot == robot {
@@ -254,7 +254,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
 
     /// Sends an entry of a stigmergy, in fragments if need be.
     pub(super) fn send_entry<H: Host<P>>(&mut self, host: &mut H, entry: &Entry<P>) {
-        let place = usize::from(entry.stigmergy.wrapping_sub(1));
+        let place = usize::from((entry.state & !NEWS).wrapping_sub(1));
         let Some(stigmergy) = self.network.stigmergies().get(place).copied() else { return };
         let Entry { key, value, clock, robot, .. } = *entry;
         let plain = message::Entry { stigmergy, owner: robot, clock, key, value };
@@ -289,17 +289,17 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
     pub(super) fn send_news<H: Host<P>>(&mut self, host: &mut H) {
         for place in 0..self.network.entries().len() {
             let Some(entry) = self.network.entries_mut().get_mut(place) else { break };
-            if entry.is_news && entry.stigmergy != 0 {
-                entry.is_news = false;
+            if entry.state & NEWS != 0 {
+                entry.state &= !NEWS;
                 let entry = *entry;
                 self.send_entry(host, &entry);
             }
         }
         let mut swarms = Swarms::default();
         for swarm in self.network.swarms_mut() {
-            if swarm.is_news && swarms.count() < Swarms::capacity::<P>() {
-                swarm.is_news = false;
-                swarms.push(swarm.number, swarm.is_member);
+            if swarm.state & NEWS != 0 && swarms.count() < Swarms::capacity::<P>() {
+                swarm.state &= !NEWS;
+                swarms.push(swarm.number, swarm.has_member());
             }
         }
         self.send_swarms(host, swarms);
@@ -357,15 +357,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
                 protocol.advertised = place as u8;
             }
             if let Some(entry) = self.network.entries().get(place).copied() {
-                if entry.stigmergy != 0 {
+                if entry.state != 0 {
                     self.send_entry(host, &entry);
                     return;
                 }
             } else if let Some(swarm) = self.network.swarms().get(place.wrapping_sub(entries))
-                && swarm.exists
+                && swarm.exists()
             {
                 let mut swarms = Swarms::default();
-                swarms.push(swarm.number, swarm.is_member);
+                swarms.push(swarm.number, swarm.has_member());
                 self.send_swarms(host, swarms);
                 return;
             }

@@ -5,7 +5,7 @@ use crate::builtin::{self, string};
 use crate::bytecode::ByteCode;
 use crate::fault::Stopped;
 use crate::host::Host;
-use crate::network::{Neighbor, Network, Sighting};
+use crate::network::{Network, Sighting};
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
@@ -17,27 +17,32 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
 
     /// Remembers for so many steps that a robot was heard. If there is no room, who was not heard for the longest time is forgotten.
     pub(super) fn hear(&mut self, robot: u16, sighting: &Sighting<P>, steps: u8) {
-        let mut place: Option<&mut Neighbor<P>> = None;
-        for neighbor in self.network.neighbors() {
-            let known = neighbor.steps_left != 0 && neighbor.robot == robot;
-            if known || place.as_ref().is_none_or(|best| neighbor.steps_left < best.steps_left) {
-                place = Some(neighbor);
-            }
-            if known {
+        let mut place = 0;
+        let mut fewest = u8::MAX;
+        for (index, neighbor) in self.network.neighbors().iter().enumerate() {
+            if neighbor.steps_left != 0 && neighbor.robot == robot {
+                place = index;
                 break;
             }
-        }
-        let Some(neighbor) = place else { return };
-        if neighbor.steps_left == 0 || neighbor.robot != robot {
-            neighbor.robot = robot;
-            neighbor.swarms = 0;
-        }
-        neighbor.steps_left = steps;
-        neighbor.is_placed = sighting.place.is_some();
-        if let Some(place) = &sighting.place {
-            for (to, from) in neighbor.place.iter_mut().zip(place) {
-                *to = from.raw();
+            if neighbor.steps_left < fewest {
+                fewest = neighbor.steps_left;
+                place = index;
             }
+        }
+        let [distance, azimuth, elevation] = match &sighting.place {
+            Some(place) => place.map(Value::raw),
+            None => [P::float_from_f32(f32::NAN); 3],
+        };
+        if let Some(neighbor) = self.network.neighbors().get_mut(place) {
+            if neighbor.steps_left == 0 || neighbor.robot != robot {
+                neighbor.robot = robot;
+                neighbor.swarms = 0;
+            }
+            neighbor.steps_left = steps;
+            neighbor.distance = distance;
+        }
+        if let Some(bearing) = self.network.bearings().get_mut(place) {
+            *bearing = [azimuth, elevation];
         }
     }
 
@@ -81,8 +86,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
     /// A table of distance, azimuth and elevation of a neighbour.
     fn neighbor_data(&mut self, index: usize) -> Result<Value<P>, Stopped> {
         let mut values = [Value::nil(); 3];
-        if let Some(neighbor) = self.network.neighbors().get(index).filter(|n| n.is_placed) {
-            values = neighbor.place.map(|raw| Value::new(Tag::FLOAT, raw));
+        let distance = self.network.neighbors().get(index).map_or(P::ZERO, |n| n.distance);
+        if distance != P::float_from_f32(f32::NAN) {
+            let [azimuth, elevation] =
+                self.network.bearings().get(index).copied().unwrap_or([P::ZERO; 2]);
+            values = [distance, azimuth, elevation].map(|raw| Value::new(Tag::FLOAT, raw));
         }
         self.record([string::DISTANCE, string::AZIMUTH, string::ELEVATION], values)
     }

@@ -10,7 +10,7 @@ use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
 use crate::message::{self, CLOCK_MAX};
-use crate::network::{Entry, Network};
+use crate::network::{Entry, NEWS, Network};
 use crate::number::Profile;
 use crate::stamp::Stamp;
 use crate::value::{Tag, Type, Value};
@@ -57,24 +57,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
     /// The place of an entry.
     pub(super) fn find_entry(&self, stigmergy: u8, key: Value<P>) -> Option<usize> {
         self.network.entries().iter().position(|entry| {
-            entry.stigmergy == stigmergy + 1
-                && (entry.key.same(key) || self.arena.same_text(entry.key, key))
+            entry.is_of(stigmergy) && (entry.key.same(key) || self.arena.same_text(entry.key, key))
         })
     }
 
     /// The place of a new entry, with clock 0 and no value.
     pub(super) fn new_entry(&mut self, stigmergy: u8, key: Value<P>) -> Option<usize> {
         let entries = self.network.entries_mut();
-        let free = entries.iter().position(|entry| entry.stigmergy == 0)?;
+        let free = entries.iter().position(|entry| entry.state == 0)?;
         let entry = entries.get_mut(free)?;
-        *entry = Entry {
-            key,
-            value: Value::nil(),
-            clock: 0,
-            robot: 0,
-            stigmergy: stigmergy + 1,
-            is_news: false,
-        };
+        *entry = Entry { key, value: Value::nil(), clock: 0, robot: 0, state: stigmergy + 1 };
         Some(free)
     }
 
@@ -85,7 +77,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         let entries = self.network.entries();
         let found = (from..entries.len()).find_map(|place| {
             let entry = entries.get(place)?;
-            let is_one = entry.stigmergy == stigmergy + 1 && !entry.value.is_nil();
+            let is_one = entry.is_of(stigmergy) && !entry.value.is_nil();
             is_one.then_some((place, *entry))
         });
         let Some((place, entry)) = found else { return false };
@@ -113,8 +105,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         let stigmergy = self.need_stigmergy(a)?;
         if number == builtin::STIGMERGY_SIZE {
             let entries = self.network.entries().iter();
-            let present =
-                entries.filter(|entry| entry.stigmergy == stigmergy + 1 && !entry.value.is_nil());
+            let present = entries.filter(|entry| entry.is_of(stigmergy) && !entry.value.is_nil());
             return Ok(Value::int(present.count() as i32));
         }
         let b = self.argument(first + 1, end);
@@ -151,7 +142,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
             entry.value = value;
             entry.robot = robot;
             entry.clock = (entry.clock + 1).min(CLOCK_MAX);
-            entry.is_news = true;
+            entry.state |= NEWS;
         }
         self.hurry();
         Ok(Value::nil())
@@ -161,8 +152,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
     fn create_stigmergy(&mut self, number: u16) -> Result<u8, Stopped> {
         if let Some(place) = self.find_stigmergy(number) {
             for entry in self.network.entries_mut() {
-                if entry.stigmergy == place + 1 {
-                    entry.stigmergy = 0;
+                if entry.is_of(place) {
+                    entry.state = 0;
                     entry.key = Value::nil();
                     entry.value = Value::nil();
                 }
@@ -192,8 +183,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
             value: Value::nil(),
             clock: 0,
             robot: self.robot_id,
-            stigmergy: stigmergy + 1,
-            is_news: false,
+            state: stigmergy + 1,
         };
         self.send_entry(host, &question);
         Ok(())
@@ -266,7 +256,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
 
     fn mark_news(&mut self, place: usize) {
         if let Some(entry) = self.network.entries_mut().get_mut(place) {
-            entry.is_news = true;
+            entry.state |= NEWS;
         }
         self.hurry();
     }

@@ -4,7 +4,7 @@ use super::{Native, Vm};
 use crate::builtin::{self, Library};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
-use crate::network::Network;
+use crate::network::{EXISTS, MEMBER, NEWS, Network, Swarm};
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
@@ -27,15 +27,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
 
     /// Whether the robot is in that swarm.
     pub(super) fn is_member(&self, swarm: u8) -> bool {
-        self.network.swarms().get(usize::from(swarm)).is_some_and(|swarm| swarm.is_member)
+        self.network.swarms().get(usize::from(swarm)).is_some_and(Swarm::has_member)
     }
 
     fn set_member(&mut self, swarm: u8, is_member: bool) {
         if let Some(swarm) = self.network.swarms_mut().get_mut(usize::from(swarm))
-            && swarm.is_member != is_member
+            && swarm.has_member() != is_member
         {
-            swarm.is_member = is_member;
-            swarm.is_news = true;
+            swarm.state = (swarm.state ^ MEMBER) | NEWS;
         }
     }
 
@@ -43,8 +42,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
     fn create_swarm(&mut self, number: Value<P>) -> Result<u8, Stopped> {
         let number = self.need_id(number)?;
         for (place, swarm) in self.network.swarms_mut().iter_mut().enumerate() {
-            if !swarm.exists {
-                swarm.exists = true;
+            if !swarm.exists() {
+                swarm.state = EXISTS;
                 swarm.number = number;
             }
             if swarm.number == number {
