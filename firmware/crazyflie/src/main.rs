@@ -72,10 +72,11 @@ static STATUS: StatusChannel = StatusChannel::new();
 type Others = SwarmMemory<
     Full,
     { robot::NEIGHBORS },
+    { robot::BEARINGS },
     { robot::STIGMERGY_ENTRIES },
     { robot::SWARMS },
-    { robot::MESSAGE_BYTES },
-    { 8 * (robot::MESSAGE_BYTES - 4) },
+    { robot::FRAME_BYTES },
+    { robot::CONTENT_BYTES },
 >;
 type Machine = Vm<Full, section::Section, { robot::SLOTS }, Others>;
 type ScriptTask = Script<Full, section::Section, Crazyflie, { robot::SLOTS }, Others>;
