@@ -34,14 +34,17 @@
 
 mod body;
 mod brain;
+mod contact;
 mod error;
 mod geometry;
+mod grid;
 mod light;
 mod link;
 mod obstacle;
 mod robot;
 mod settings;
 mod statistics;
+mod step;
 mod stream;
 mod world;
 

@@ -1,6 +1,9 @@
-//! Walls and obstacles.
+//! Walls and obstacles, and how bodies are kept out of them.
 
-/// What bodies cannot enter.
+use super::geometry::Area;
+use super::grid::Cells;
+
+/// What bodies cannot enter, at any height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Obstacle {
     /// A thin wall between two points (mm).
@@ -30,4 +33,138 @@ pub enum Obstacle {
         /// Along y.
         height: f32,
     },
+}
+
+/// Less than this, in mm, two bodies may overlap; it keeps bodies at rest from trembling.
+pub(crate) const SLOP: f32 = 0.01;
+
+impl Obstacle {
+    /// Lower left and upper right corner of the least rectangle around it.
+    fn bounds(&self) -> ((f32, f32), (f32, f32)) {
+        match *self {
+            Obstacle::Segment { from, to } => {
+                ((from.0.min(to.0), from.1.min(to.1)), (from.0.max(to.0), from.1.max(to.1)))
+            }
+            Obstacle::Round { x, y, radius } => {
+                ((x - radius, y - radius), (x + radius, y + radius))
+            }
+            Obstacle::Box { x, y, width, height } => {
+                ((x - width / 2.0, y - height / 2.0), (x + width / 2.0, y + height / 2.0))
+            }
+        }
+    }
+
+    /// Where a disc must be so that it just touches; `None` if it is clear.
+    fn push_out(&self, x: f32, y: f32, radius: f32) -> Option<(f32, f32)> {
+        match *self {
+            Obstacle::Segment { from, to } => {
+                let (along_x, along_y) = (to.0 - from.0, to.1 - from.1);
+                let length = (along_x * along_x + along_y * along_y).sqrt();
+                let (ux, uy) =
+                    if length > 0.0 { (along_x / length, along_y / length) } else { (1.0, 0.0) };
+                let at = ((x - from.0) * ux + (y - from.1) * uy).clamp(0.0, length);
+                away(x, y, from.0 + at * ux, from.1 + at * uy, radius, (-uy, ux))
+            }
+            Obstacle::Round { x: cx, y: cy, radius: size } => {
+                away(x, y, cx, cy, radius + size, (1.0, 0.0))
+            }
+            Obstacle::Box { x: cx, y: cy, width, height } => {
+                let (dx, dy) = (x - cx, y - cy);
+                let (half_x, half_y) = (width / 2.0, height / 2.0);
+                if dx.abs() < half_x && dy.abs() < half_y {
+                    // The middle is inside: out through the nearest side.
+                    return Some(if half_x - dx.abs() < half_y - dy.abs() {
+                        (cx + (half_x + radius).copysign(dx), y)
+                    } else {
+                        (x, cy + (half_y + radius).copysign(dy))
+                    });
+                }
+                let nearest = (cx + dx.clamp(-half_x, half_x), cy + dy.clamp(-half_y, half_y));
+                away(x, y, nearest.0, nearest.1, radius, (1.0, 0.0))
+            }
+        }
+    }
+}
+
+/// Moves a point that is less than `distance` from another one to that distance; `normal` is the way if they coincide.
+fn away(
+    x: f32,
+    y: f32,
+    from_x: f32,
+    from_y: f32,
+    distance: f32,
+    normal: (f32, f32),
+) -> Option<(f32, f32)> {
+    let (dx, dy) = (x - from_x, y - from_y);
+    let squared = dx * dx + dy * dy;
+    if squared >= (distance - SLOP) * (distance - SLOP) {
+        return None;
+    }
+    let now = squared.sqrt();
+    let (ux, uy) = if now > 0.0 { (dx / now, dy / now) } else { normal };
+    Some((from_x + ux * distance, from_y + uy * distance))
+}
+
+/// The walls around the world and everything that stands in it.
+#[derive(Debug)]
+pub(crate) struct Obstacles {
+    area: Area,
+    /// mm by which obstacles are larger in the index: the greatest radius of a body and its way between two queries.
+    margin: f32,
+    all: Vec<Obstacle>,
+    cells: Cells,
+    /// Of each cell, where its obstacles begin in `members`; one more at the end.
+    starts: Vec<u32>,
+    members: Vec<u32>,
+}
+
+/// mm. Coarse enough that walls are in few cells, fine enough that a cell has few obstacles.
+const CELL: f32 = 100.0;
+
+impl Obstacles {
+    pub(crate) fn new(area: Area, margin: f32) -> Self {
+        let cells = Cells::new(area, CELL);
+        let starts = vec![0; cells.count() + 1];
+        Obstacles { area, margin, all: Vec::new(), cells, starts, members: Vec::new() }
+    }
+
+    /// Adds obstacles; the index is made anew.
+    pub(crate) fn add(&mut self, obstacle: Obstacle) {
+        self.all.push(obstacle);
+        let mut pairs = Vec::new();
+        for (index, obstacle) in self.all.iter().enumerate() {
+            let (low, high) = obstacle.bounds();
+            let low = (low.0 - self.margin, low.1 - self.margin);
+            let high = (high.0 + self.margin, high.1 + self.margin);
+            pairs.extend(self.cells.covered(low, high).map(|cell| (cell, index as u32)));
+        }
+        pairs.sort_unstable();
+        self.members = pairs.iter().map(|pair| pair.1).collect();
+        for (cell, start) in self.starts.iter_mut().enumerate() {
+            *start = pairs.partition_point(|pair| pair.0 < cell) as u32;
+        }
+    }
+
+    pub(crate) fn all(&self) -> &[Obstacle] {
+        &self.all
+    }
+
+    /// Where a disc must be so that it is in the world and in no obstacle; `None` if it is.
+    pub(crate) fn push_out(&self, x: f32, y: f32, radius: f32) -> Option<(f32, f32)> {
+        let (mut now_x, mut now_y) = (x, y);
+        if !self.all.is_empty() {
+            let cell = self.cells.of(x, y);
+            let range = self.starts[cell] as usize..self.starts[cell + 1] as usize;
+            for &member in &self.members[range] {
+                if let Some(free) = self.all[member as usize].push_out(now_x, now_y, radius) {
+                    (now_x, now_y) = free;
+                }
+            }
+        }
+        let reach_x = (self.area.width / 2.0 - radius).max(0.0);
+        let reach_y = (self.area.height / 2.0 - radius).max(0.0);
+        now_x = now_x.clamp(-reach_x, reach_x);
+        now_y = now_y.clamp(-reach_y, reach_y);
+        (now_x != x || now_y != y).then_some((now_x, now_y))
+    }
 }

@@ -1,7 +1,8 @@
 //! One robot: who it is and what others may see of it.
 
+use super::body::Body;
 use super::geometry::Pose;
-use super::link::Medium;
+use super::link::{Medium, Radio};
 
 /// Number of a robot: its place in the order of joining, and its id in frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -56,4 +57,13 @@ pub struct View {
     pub radius: f32,
     /// Colour: the sum of 1 red, 2 green, 4 blue.
     pub led: u8,
+}
+
+/// A robot, but for its brain and where it is.
+#[derive(Clone, Debug)]
+pub(crate) struct Robot {
+    pub(crate) body: Body,
+    pub(crate) radio: Radio,
+    pub(crate) state: RobotState,
+    pub(crate) led: u8,
 }

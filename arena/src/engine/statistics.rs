@@ -51,19 +51,10 @@ impl Statistics {
         }
         sum
     }
-
-    pub(crate) fn add(&mut self, other: &Statistics) {
-        self.contacts += other.contacts;
-        self.contact_ticks += other.contact_ticks;
-        self.wall_ticks += other.wall_ticks;
-        for (mine, theirs) in self.links.iter_mut().zip(&other.links) {
-            mine.add(theirs);
-        }
-    }
 }
 
 impl LinkStatistics {
-    fn add(&mut self, other: &LinkStatistics) {
+    pub(crate) fn add(&mut self, other: &LinkStatistics) {
         self.sent += other.sent;
         self.postponed += other.postponed;
         self.received += other.received;

@@ -11,8 +11,10 @@ pub(crate) enum Purpose {
     Build = 1,
     /// What happens to frames on the way.
     Hear = 2,
-    /// Back-off and jitter.
+    /// When a frame is first tried.
     Send = 3,
+    /// When it is tried again.
+    BackOff = 6,
     /// Errors of the position estimate.
     Estimate = 4,
     /// For brains.
@@ -27,7 +29,7 @@ impl Stream {
     /// The stream of one robot for one purpose in one tick.
     pub(crate) fn new(seed: u64, purpose: Purpose, robot: u16, tick: u64) -> Self {
         // Odd multipliers keep unlike inputs unlike; the generator itself mixes.
-        let place = (purpose as u64) << 56 ^ u64::from(robot) << 40 ^ tick;
+        let place = ((purpose as u64) << 56) ^ (u64::from(robot) << 40) ^ tick;
         let mut outer = SplitMix64::seed_from_u64(seed ^ place.wrapping_mul(0xd6e8_feb8_6659_fd93));
         Stream(SplitMix64::seed_from_u64(outer.next_u64()))
     }
@@ -50,7 +52,7 @@ impl Stream {
 
     /// In 0..end.
     pub fn below(&mut self, end: u32) -> u32 {
-        (u64::from(self.0.next_u32()) * u64::from(end) >> 32) as u32
+        ((u64::from(self.0.next_u32()) * u64::from(end)) >> 32) as u32
     }
 
     /// Normally distributed around 0, with deviation 1.

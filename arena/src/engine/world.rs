@@ -1,39 +1,84 @@
-//! The world: robots, obstacles, lamps, and time.
+//! The world: robots, obstacles, lamps, and what one may do to them.
 
+use core::hash::{Hash, Hasher};
+
+use rayon::ThreadPool;
+
+use super::body::{Body, Models};
 use super::brain::Brain;
+use super::contact::Crowd;
 use super::error::{AddError, SettingsError, UnknownRobot};
 use super::geometry::Pose;
 use super::light::{Light, LightId};
-use super::link::{Loss, Medium};
-use super::obstacle::Obstacle;
-use super::robot::{RobotId, RobotKind, RobotState, View};
+use super::link::{Air, Calibration, Loss, Medium, Pacing, Radio, Schedule, Topology};
+use super::obstacle::{Obstacle, Obstacles};
+use super::robot::{Robot, RobotId, RobotKind, RobotState, View};
 use super::settings::Settings;
 use super::statistics::Statistics;
+use super::step::Scratch;
+use super::stream::{Purpose, Stream};
 
 /// Robots with brains of type `B`, and everything around them.
 #[derive(Debug)]
 pub struct World<B> {
-    settings: Settings,
-    now: u64,
-    brains: Vec<B>,
-    views: Vec<View>,
-    obstacles: Vec<Obstacle>,
-    lights: Vec<Light>,
-    statistics: Statistics,
+    pub(crate) settings: Settings,
+    pub(crate) now: u64,
+    pub(crate) brains: Vec<B>,
+    pub(crate) robots: Vec<Robot>,
+    pub(crate) poses: Vec<Pose>,
+    pub(crate) kinds: Vec<RobotKind>,
+    pub(crate) obstacles: Obstacles,
+    pub(crate) lights: Vec<Light>,
+    pub(crate) crowd: Crowd,
+    pub(crate) substeps: u32,
+    pub(crate) models: Models,
+    pub(crate) air: [Air; Medium::COUNT],
+    pub(crate) schedules: [Schedule; Medium::COUNT],
+    pub(crate) pacing: Pacing,
+    pub(crate) topology: Topology,
+    pub(crate) calibration: Calibration,
+    pub(crate) statistics: Statistics,
+    pub(crate) scratch: Vec<Scratch>,
+    /// `None`: the caller's thread does everything.
+    pub(crate) pool: Option<ThreadPool>,
 }
 
 impl<B: Brain> World<B> {
     /// An empty world.
     pub fn new(settings: Settings) -> Result<Self, SettingsError> {
         settings.check()?;
+        let Settings { area, kilobot, zooid, crazyflie, infrared, nrf24, p2p, .. } = settings;
+        let pool = if settings.threads == 1 {
+            None
+        } else {
+            // A machine that gives no threads still simulates.
+            rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build().ok()
+        };
+        let widest = kilobot.radius.max(zooid.radius).max(crazyflie.radius);
         Ok(World {
             settings,
             now: 0,
             brains: Vec::new(),
-            views: Vec::new(),
-            obstacles: Vec::new(),
+            robots: Vec::new(),
+            poses: Vec::new(),
+            kinds: Vec::new(),
+            obstacles: Obstacles::new(area, widest + 1.0),
             lights: Vec::new(),
+            crowd: Crowd::new(area, &settings),
+            substeps: 1,
+            models: Models::new(&settings, 1),
+            air: [
+                Air::new(Medium::Infrared, infrared.link, 2.0 * kilobot.radius, area),
+                Air::new(Medium::Nrf24, nrf24.link, 0.0, area),
+                Air::new(Medium::P2p, p2p.link, 0.0, area),
+            ],
+            schedules: Default::default(),
+            pacing: Pacing { infrared, nrf24, p2p },
+            topology: Topology::default(),
+            calibration: Calibration::new(),
             statistics: Statistics::default(),
+            scratch: Vec::new(),
+            pool,
         })
     }
 
@@ -43,22 +88,33 @@ impl<B: Brain> World<B> {
         if !pose.is_finite() || !self.settings.area.contains(pose.x, pose.y) {
             return Err(AddError::Outside);
         }
+        let mut build = Stream::new(self.settings.seed, Purpose::Build, id, 0);
+        let body = Body::new(kind, &pose, &self.settings, &mut build);
+        let radio = Radio::new(kind.medium(), &self.pacing, &mut build);
+        let is_new = !self.kinds.contains(&kind);
         self.brains.push(brain);
-        let radius = 16.5;
-        self.views.push(View {
-            kind,
-            state: RobotState::Running,
-            pose,
-            estimate: None,
-            radius,
-            led: 0,
-        });
+        self.robots.push(Robot { body, radio, state: RobotState::Running, led: 0 });
+        self.poses.push(pose);
+        self.kinds.push(kind);
+        self.crowd.add();
+        if is_new {
+            self.crowd.resize(self.settings.area, &self.kinds);
+            self.substeps = self.substeps.max(kind.substeps(&self.settings));
+            self.models = Models::new(&self.settings, self.substeps);
+        }
+        self.place(usize::from(id), pose);
         Ok(RobotId(id))
     }
 
     /// Adds a wall or an obstacle.
     pub fn add_obstacle(&mut self, obstacle: Obstacle) {
-        self.obstacles.push(obstacle);
+        self.obstacles.add(obstacle);
+    }
+
+    /// All obstacles.
+    #[must_use]
+    pub fn obstacles(&self) -> &[Obstacle] {
+        self.obstacles.all()
     }
 
     /// Lights a lamp.
@@ -81,54 +137,64 @@ impl<B: Brain> World<B> {
 
     /// Changes the loss of a medium.
     pub fn set_loss(&mut self, medium: Medium, loss: Loss) {
-        let _ = (medium, loss);
+        let Loss { near, far } = loss;
+        self.air[medium as usize].link.loss =
+            Loss { near: near.clamp(0.0, 1.0), far: far.clamp(0.0, 1.0) };
     }
 
     /// Nothing passes between the two robots any more, in either direction.
     pub fn block(&mut self, a: RobotId, b: RobotId) -> Result<(), UnknownRobot> {
-        self.known(a)?;
-        self.known(b)
+        self.index(a)?;
+        self.index(b)?;
+        self.topology.block(a, b);
+        Ok(())
     }
 
     /// Undoes [`block`](Self::block).
     pub fn unblock(&mut self, a: RobotId, b: RobotId) -> Result<(), UnknownRobot> {
-        self.known(a)?;
-        self.known(b)
+        self.index(a)?;
+        self.index(b)?;
+        self.topology.unblock(a, b);
+        Ok(())
     }
 
     /// Splits the links: nothing passes between robots of unlike groups. Robots that join later are in group 0.
     pub fn partition(&mut self, group: impl FnMut(RobotId) -> u8) {
-        let _ = group;
+        self.topology.partition(self.ids().map(group).collect());
     }
 
     /// Undoes [`partition`](Self::partition).
-    pub fn heal(&mut self) {}
+    pub fn heal(&mut self) {
+        self.topology.heal();
+    }
 
     /// The robot fails for ever; its body stays.
     pub fn fail(&mut self, id: RobotId) -> Result<(), UnknownRobot> {
-        self.set_state(id, RobotState::Failed)
+        self.silence(id, RobotState::Failed)
     }
 
     /// Stops a running robot: motors off, deaf and silent, until it is resumed.
     pub fn stop(&mut self, id: RobotId) -> Result<(), UnknownRobot> {
-        self.set_state(id, RobotState::Stopped)
+        self.silence(id, RobotState::Stopped)
     }
 
     /// Lets a stopped robot go on where its brain was; a failed one stays as it is.
     pub fn resume(&mut self, id: RobotId) -> Result<(), UnknownRobot> {
-        self.set_state(id, RobotState::Running)
+        let index = self.index(id)?;
+        let state = &mut self.robots[index].state;
+        if *state == RobotState::Stopped {
+            *state = RobotState::Running;
+        }
+        Ok(())
     }
 
     /// Takes a robot somewhere else. A place outside of the world becomes the nearest inside.
     pub fn move_to(&mut self, id: RobotId, pose: Pose) -> Result<(), UnknownRobot> {
-        self.known(id)?;
-        self.views[usize::from(id.0)].pose = pose;
+        let index = self.index(id)?;
+        if pose.is_finite() {
+            self.place(index, pose);
+        }
         Ok(())
-    }
-
-    /// Simulates 100 ms.
-    pub fn tick(&mut self) {
-        self.now += 1;
     }
 
     /// Ticks since the beginning.
@@ -149,15 +215,30 @@ impl<B: Brain> World<B> {
         self.brains.is_empty()
     }
 
+    /// The ids of all robots.
+    pub fn ids(&self) -> impl Iterator<Item = RobotId> + use<B> {
+        (0..self.brains.len()).map(|index| RobotId(index as u16))
+    }
+
     /// What can be seen of a robot.
     #[must_use]
     pub fn robot(&self, id: RobotId) -> Option<View> {
-        self.views.get(usize::from(id.0)).copied()
+        let index = self.index(id).ok()?;
+        let Robot { body, state, led, .. } = &self.robots[index];
+        let kind = self.kinds[index];
+        Some(View {
+            kind,
+            state: *state,
+            pose: self.poses[index],
+            estimate: body.estimate().copied(),
+            radius: kind.radius(&self.settings),
+            led: *led,
+        })
     }
 
     /// All robots in the order of their ids.
-    pub fn robots(&self) -> impl ExactSizeIterator<Item = View> + '_ {
-        self.views.iter().copied()
+    pub fn robots(&self) -> impl Iterator<Item = View> + '_ {
+        self.ids().filter_map(|id| self.robot(id))
     }
 
     /// A robot's brain.
@@ -177,19 +258,72 @@ impl<B: Brain> World<B> {
         &self.statistics
     }
 
-    /// The numbers that hold now.
+    /// The numbers that the world began with; light and loss may have been changed since.
     #[must_use]
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    fn known(&self, id: RobotId) -> Result<(), UnknownRobot> {
-        if usize::from(id.0) < self.brains.len() { Ok(()) } else { Err(UnknownRobot(id)) }
+    /// A number that stands for the whole state but the brains: worlds that went the same way have the same.
+    #[must_use]
+    pub fn digest(&self) -> u64 {
+        let mut digest = Fnv(0xcbf2_9ce4_8422_2325);
+        self.now.hash(&mut digest);
+        self.statistics.hash(&mut digest);
+        let all = self.poses.iter().zip(&self.robots);
+        for (pose, Robot { body, radio, state, led }) in all {
+            for pose in [Some(pose), body.estimate()].into_iter().flatten() {
+                for part in [pose.x, pose.y, pose.z, pose.heading] {
+                    part.to_bits().hash(&mut digest);
+                }
+            }
+            (radio.attempt, radio.queue.len() as u8, *state as u8, led).hash(&mut digest);
+        }
+        digest.finish()
     }
 
-    fn set_state(&mut self, id: RobotId, state: RobotState) -> Result<(), UnknownRobot> {
-        self.known(id)?;
-        self.views[usize::from(id.0)].state = state;
+    fn index(&self, id: RobotId) -> Result<usize, UnknownRobot> {
+        let index = usize::from(id.0);
+        if index < self.brains.len() { Ok(index) } else { Err(UnknownRobot(id)) }
+    }
+
+    fn silence(&mut self, id: RobotId, state: RobotState) -> Result<(), UnknownRobot> {
+        let index = self.index(id)?;
+        let robot = &mut self.robots[index];
+        if robot.state != RobotState::Failed {
+            robot.state = state;
+            robot.body.halt();
+            robot.radio.queue.clear();
+            robot.radio.late = None;
+        }
         Ok(())
+    }
+
+    fn place(&mut self, index: usize, pose: Pose) {
+        let radius = self.kinds[index].radius(&self.settings);
+        let mut pose = Pose { z: pose.z.max(0.0), heading: super::wrap(pose.heading), ..pose };
+        if let Some((x, y)) = self.obstacles.push_out(pose.x, pose.y, radius) {
+            (pose.x, pose.y) = (x, y);
+        }
+        self.poses[index] = pose;
+        let (seed, now) = (self.settings.seed, self.now);
+        self.robots[index].body.sense(&pose, &self.models, 0.0, || {
+            Stream::new(seed, Purpose::Estimate, index as u16, now)
+        });
+    }
+}
+
+/// FNV-1a: the same on every machine and in every release, which the standard library does not promise of its own.
+struct Fnv(u64);
+
+impl Hasher for Fnv {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
     }
 }

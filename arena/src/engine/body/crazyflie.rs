@@ -1,5 +1,8 @@
 //! Crazyflie: follows a velocity, and believes to be where its positioning system says.
 
+use crate::engine::geometry::{Pose, wrap};
+use crate::engine::stream::Stream;
+
 /// What the flight controller is told.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Flight {
@@ -78,4 +81,129 @@ impl CrazyflieModel {
         acceleration: 3600.0,
         positioning: Positioning::LIGHTHOUSE,
     };
+}
+
+/// mm/s²
+const GRAVITY: f32 = 9810.0;
+
+/// A Crazyflie's body.
+#[derive(Clone, Debug)]
+pub(crate) struct Crazyflie {
+    pub(crate) flight: Flight,
+    /// mm/s along x, y, z of the world.
+    velocity: [f32; 3],
+    rate: f32,
+    /// What the estimate is off: x, y, z, heading.
+    error: [f32; 4],
+    pub(crate) estimate: Option<Pose>,
+}
+
+impl Crazyflie {
+    pub(crate) fn new() -> Self {
+        Crazyflie {
+            flight: Flight::Off,
+            velocity: [0.0; 3],
+            rate: 0.0,
+            error: [0.0; 4],
+            estimate: None,
+        }
+    }
+
+    pub(crate) fn advance(&mut self, pose: &mut Pose, model: &CrazyflieModel, seconds: f32) {
+        match self.flight {
+            Flight::Off if pose.z <= 0.0 => {
+                self.rest();
+                return;
+            }
+            Flight::Off => self.velocity[2] -= GRAVITY * seconds,
+            Flight::Velocity(wanted) => {
+                if pose.z <= 0.0 && (wanted.up <= 0.0 || wanted.up.is_nan()) {
+                    self.rest();
+                    return;
+                }
+                self.track(wanted, pose.heading, model, seconds);
+            }
+        }
+        let [vx, vy, vz] = self.velocity;
+        pose.x += vx * seconds;
+        pose.y += vy * seconds;
+        pose.z += vz * seconds;
+        pose.heading = wrap(pose.heading + self.rate * seconds);
+        if pose.z <= 0.0 {
+            pose.z = 0.0;
+            self.velocity[2] = self.velocity[2].max(0.0);
+        }
+    }
+
+    fn rest(&mut self) {
+        self.velocity = [0.0; 3];
+        self.rate = 0.0;
+    }
+
+    /// First-order lag towards the wanted velocity, within the limits of speed and acceleration.
+    fn track(&mut self, wanted: Velocity, heading: f32, model: &CrazyflieModel, seconds: f32) {
+        let (sin, cos) = libm::sincosf(heading);
+        let goal = shorten(
+            [
+                wanted.forward * cos - wanted.left * sin,
+                wanted.forward * sin + wanted.left * cos,
+                wanted.up,
+            ],
+            model.speed,
+        );
+        let part = if model.lag > 0.0 { 1.0 - libm::expf(-seconds / model.lag) } else { 1.0 };
+        let change = [0, 1, 2].map(|axis| (goal[axis] - self.velocity[axis]) * part);
+        let change = shorten(change, model.acceleration * seconds);
+        for (velocity, change) in self.velocity.iter_mut().zip(change) {
+            *velocity += change;
+        }
+        if wanted.turn.is_finite() {
+            self.rate += (wanted.turn - self.rate) * part;
+        }
+    }
+
+    /// The position that the robot believes in, after `seconds` more.
+    pub(crate) fn sense(
+        &mut self,
+        pose: &Pose,
+        model: &CrazyflieModel,
+        seconds: f32,
+        stream: &mut Stream,
+    ) {
+        match model.positioning {
+            Positioning::None => {
+                self.estimate = None;
+                return;
+            }
+            Positioning::Flow { walk, yaw_walk } => {
+                // The deck measures the height; what drifts is the place.
+                if pose.z > 0.0 {
+                    let root = seconds.sqrt();
+                    self.error[0] += walk * root * stream.normal();
+                    self.error[1] += walk * root * stream.normal();
+                    self.error[3] += yaw_walk * root * stream.normal();
+                }
+            }
+            Positioning::Absolute { sigma, yaw_sigma } => {
+                let scale = [sigma, sigma, sigma, yaw_sigma];
+                self.error = scale.map(|scale| scale * stream.normal());
+            }
+        }
+        self.estimate = Some(Pose {
+            x: pose.x + self.error[0],
+            y: pose.y + self.error[1],
+            z: pose.z + self.error[2],
+            heading: wrap(pose.heading + self.error[3]),
+        });
+    }
+}
+
+/// The same direction, not longer than `most`; what is no number becomes 0.
+fn shorten(vector: [f32; 3], most: f32) -> [f32; 3] {
+    let length = vector.iter().map(|part| part * part).sum::<f32>().sqrt();
+    if !length.is_finite() {
+        return [0.0; 3];
+    }
+    let scale = if length > most { most / length } else { 1.0 };
+    vector.map(|part| part * scale)
 }

@@ -4,6 +4,9 @@
 //! Nagpal: Kilobot, ICRA 2012). What both motors give in common drives the robot straight, what one gives more turns it,
 //! so unlike motors make it go in a curve, as real ones do.
 
+use crate::engine::geometry::{Pose, wrap};
+use crate::engine::stream::Stream;
+
 /// Duties of the motors, 0 to 255. The left one turns anticlockwise, the right one clockwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct KilobotMotors {
@@ -76,4 +79,89 @@ impl KilobotModel {
 
     /// Kilosim: 24 mm/s, 0.5 radians per second.
     pub const KILOSIM: Self = KilobotModel { speed: 24.0, turn_rate: 0.5, ..Self::STANDARD };
+}
+
+/// What a model means for one substep.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct KilobotStep {
+    dead: u8,
+    /// mm per duty of both motors.
+    ahead: f32,
+    /// Radians per duty of one motor.
+    turn: f32,
+    /// From the middle to the left leg, of a robot with heading 0.
+    leg: (f32, f32),
+}
+
+impl KilobotStep {
+    pub(crate) fn new(model: &KilobotModel, seconds: f32) -> Self {
+        let (sin, cos) = libm::sincosf(model.leg_angle);
+        KilobotStep {
+            dead: model.dead_duty,
+            ahead: model.speed * seconds / f32::from(model.straight_duty - model.dead_duty),
+            turn: model.turn_rate * seconds / f32::from(model.turn_duty - model.dead_duty),
+            leg: (model.leg_distance * cos, model.leg_distance * sin),
+        }
+    }
+}
+
+/// A Kilobot's body.
+#[derive(Clone, Debug)]
+pub(crate) struct Kilobot {
+    pub(crate) motors: KilobotMotors,
+    gain_left: f32,
+    gain_right: f32,
+    /// Heading for which sine and cosine were computed.
+    heading: f32,
+    sin: f32,
+    cos: f32,
+}
+
+impl Kilobot {
+    pub(crate) fn new(model: &KilobotModel, build: &mut Stream) -> Self {
+        Kilobot {
+            motors: KilobotMotors::default(),
+            gain_left: build.gain(model.gain_sigma),
+            gain_right: build.gain(model.gain_sigma),
+            heading: 0.0,
+            sin: 0.0,
+            cos: 1.0,
+        }
+    }
+
+    pub(crate) fn advance(&mut self, pose: &mut Pose, step: &KilobotStep) {
+        if self.motors == KilobotMotors::default() {
+            return;
+        }
+        if self.heading != pose.heading {
+            self.look(pose.heading);
+        }
+        let left = f32::from(self.motors.left.saturating_sub(step.dead)) * self.gain_left;
+        let right = f32::from(self.motors.right.saturating_sub(step.dead)) * self.gain_right;
+        let ahead = left.min(right) * step.ahead;
+        pose.x += ahead * self.cos;
+        pose.y += ahead * self.sin;
+        let turn = (left - right) * step.turn;
+        if turn != 0.0 {
+            let side = if turn > 0.0 { 1.0 } else { -1.0 };
+            let (x, y) = self.leg(step, side);
+            pose.heading = wrap(pose.heading + turn);
+            self.look(pose.heading);
+            let (new_x, new_y) = self.leg(step, side);
+            // The leg stays where it is.
+            pose.x += x - new_x;
+            pose.y += y - new_y;
+        }
+    }
+
+    fn look(&mut self, heading: f32) {
+        self.heading = heading;
+        (self.sin, self.cos) = libm::sincosf(heading);
+    }
+
+    /// From the middle to the leg on the left (1) or right (-1) side.
+    fn leg(&self, step: &KilobotStep, side: f32) -> (f32, f32) {
+        let (x, y) = (step.leg.0, step.leg.1 * side);
+        (x * self.cos - y * self.sin, x * self.sin + y * self.cos)
+    }
 }

@@ -1,5 +1,8 @@
 //! Zooid: two wheels, tracked by a projector.
 
+use crate::engine::geometry::{Pose, wrap};
+use crate::engine::stream::Stream;
+
 /// Duties of the wheels in percent, -100 (backwards) to 100.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wheels {
@@ -41,4 +44,77 @@ impl ZooidModel {
         gain_sigma: 0.05,
         unit: 0.92,
     };
+}
+
+/// From the middle to each photodiode, mm (layout of the board, version 1.3).
+const DIODE: f32 = 9.8;
+
+/// A projector's frame, seconds: 41 patterns of 333 µs. The robot knows where it was one frame ago.
+const FRAME: f32 = 0.013_653;
+
+/// A Zooid's body.
+#[derive(Clone, Debug)]
+pub(crate) struct Zooid {
+    pub(crate) wheels: Wheels,
+    gain_left: f32,
+    gain_right: f32,
+    /// mm/s and radians per second of the last substep.
+    speed: f32,
+    rate: f32,
+    pub(crate) estimate: Pose,
+}
+
+impl Zooid {
+    pub(crate) fn new(model: &ZooidModel, pose: &Pose, build: &mut Stream) -> Self {
+        Zooid {
+            wheels: Wheels::default(),
+            gain_left: build.gain(model.gain_sigma),
+            gain_right: build.gain(model.gain_sigma),
+            speed: 0.0,
+            rate: 0.0,
+            estimate: *pose,
+        }
+    }
+
+    pub(crate) fn advance(&mut self, pose: &mut Pose, model: &ZooidModel, seconds: f32) {
+        let left = wheel_speed(self.wheels.left, model) * self.gain_left;
+        let right = wheel_speed(self.wheels.right, model) * self.gain_right;
+        self.speed = (left + right) / 2.0;
+        self.rate = (right - left) / model.track;
+        if self.speed == 0.0 && self.rate == 0.0 {
+            return;
+        }
+        // An arc: its chord points half the turn further.
+        let half = self.rate * seconds / 2.0;
+        let chord =
+            self.speed * seconds * if half.abs() > 1e-3 { libm::sinf(half) / half } else { 1.0 };
+        let (sin, cos) = libm::sincosf(pose.heading + half);
+        pose.x += chord * cos;
+        pose.y += chord * sin;
+        pose.heading = wrap(pose.heading + 2.0 * half);
+    }
+
+    /// The position that the robot decodes: its two photodiodes are each in a stripe of the projector's code.
+    pub(crate) fn sense(&mut self, pose: &Pose, model: &ZooidModel) {
+        let heading = pose.heading - self.rate * FRAME;
+        let (sin, cos) = libm::sincosf(heading);
+        let (x, y) = (pose.x - self.speed * FRAME * cos, pose.y - self.speed * FRAME * sin);
+        // The line between the diodes is square to the heading.
+        let stripe = |value: f32| libm::floorf(value / model.unit + 0.5) * model.unit;
+        let (left_x, left_y) = (stripe(x - DIODE * sin), stripe(y + DIODE * cos));
+        let (right_x, right_y) = (stripe(x + DIODE * sin), stripe(y - DIODE * cos));
+        self.estimate = Pose {
+            x: (left_x + right_x) / 2.0,
+            y: (left_y + right_y) / 2.0,
+            z: 0.0,
+            heading: libm::atan2f(right_x - left_x, left_y - right_y),
+        };
+    }
+}
+
+/// mm/s of a wheel without its gain error.
+fn wheel_speed(duty: i8, model: &ZooidModel) -> f32 {
+    let effective = duty.unsigned_abs().min(model.full_duty).saturating_sub(model.dead_duty);
+    let speed = model.speed * f32::from(effective) / f32::from(model.full_duty - model.dead_duty);
+    if duty < 0 { -speed } else { speed }
 }

@@ -1,8 +1,20 @@
 //! Links: what goes through the air between robots, frame by frame.
 
+mod air;
+mod calibration;
+mod hear;
 mod packet;
+mod radio;
+mod schedule;
+mod topology;
 
+pub(crate) use air::{Air, Near};
+pub(crate) use calibration::Calibration;
+pub(crate) use hear::{Ether, Listener};
 pub(crate) use packet::{Heard, Late, Packet, Queue, Transmission};
+pub(crate) use radio::{Pacing, Radio};
+pub(crate) use schedule::{Attempt, Moment, Schedule};
+pub(crate) use topology::Topology;
 
 /// What carries frames. Between unlike media nothing passes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -1,0 +1,110 @@
+//! How fast the engine is: Kilobots that wander and send two frames per second, with contacts and collisions of frames.
+//!
+//! `cargo run --release -p bittybuzz-arena --example speed [THREADS]` prints, for each number of robots and of neighbours
+//! in range, robot-seconds per second and the engine's memory per robot (what the process grew by).
+
+use std::time::Instant;
+
+use bittybuzz_arena::engine::{
+    Actuators, Area, Brain, Io, Pose, RobotKind, Settings, Stream, World,
+};
+
+/// Walks straight and in curves, counts what it hears, sends all the time.
+struct Wanderer {
+    stream: Stream,
+    heard: u32,
+    nearest: f32,
+}
+
+impl Brain for Wanderer {
+    fn tick(&mut self, io: &mut Io<'_>) {
+        for frame in io.inbox.iter() {
+            self.heard += u32::from(frame.bytes[0] == 5);
+            if let Some([distance, ..]) = frame.sighting.place {
+                self.nearest = self.nearest.min(distance);
+            }
+        }
+        if io.outbox.room() > 0 {
+            let id = io.id.0.to_le_bytes();
+            // A full link is no error here: the next tick tries again.
+            let _ = io.outbox.push(&[5, id[0], id[1], 0, 0, 0, 0, 0, 0, 0]);
+        }
+        if io.now % 20 == u64::from(io.id.0 % 20)
+            && let Actuators::Kilobot(motors) = &mut io.actuators
+        {
+            (motors.left, motors.right) = match self.stream.below(4) {
+                0 => (70, 0),
+                1 => (0, 70),
+                _ => (70, 70),
+            };
+        }
+    }
+}
+
+fn world(robots: usize, neighbours: f32, threads: usize) -> World<Wanderer> {
+    let mut settings = Settings { seed: 1, threads, ..Settings::default() };
+    let reach = settings.infrared.link.range.unwrap_or(0.0) + 2.0 * settings.kilobot.radius;
+    let area = robots as f32 * core::f32::consts::PI * reach * reach / neighbours;
+    settings.area = Area { width: area.sqrt(), height: area.sqrt() };
+    let mut world = World::new(settings).expect("settings");
+    // A loose lattice: in a random heap the beginning would be nothing but contacts.
+    let columns = (robots as f32).sqrt().ceil();
+    let pitch = area.sqrt() / columns;
+    for robot in 0..robots {
+        let mut stream = Stream::for_brain(1, robot as u16);
+        let place =
+            |index: f32, chance: f32| (index + 0.5 + 0.4 * (chance - 0.5) - columns / 2.0) * pitch;
+        let (column, row) = (robot as f32 % columns, (robot as f32 / columns).floor());
+        let pose = Pose::new(
+            place(column, stream.unit()),
+            place(row, stream.unit()),
+            stream.unit() * core::f32::consts::TAU,
+        );
+        let brain = Wanderer { stream, heard: 0, nearest: f32::MAX };
+        world.add(RobotKind::Kilobot, pose, brain).expect("robot");
+    }
+    world
+}
+
+/// Memory of this process in bytes, where the system tells it.
+fn resident() -> Option<usize> {
+    let pages = std::fs::read_to_string("/proc/self/statm").ok()?;
+    Some(pages.split_whitespace().nth(1)?.parse::<usize>().ok()? * 4096)
+}
+
+fn main() {
+    let threads = std::env::args().nth(1).and_then(|threads| threads.parse().ok()).unwrap_or(0);
+    println!("robots  neighbours  robot-s/s  bytes/robot  heard/robot/s  collided  contact");
+    for neighbours in [5.0, 10.0, 20.0] {
+        for robots in [100, 1000, 5000, 20_000] {
+            let before = resident();
+            let mut world = world(robots, neighbours, threads);
+            for _ in 0..100 {
+                world.tick();
+            }
+            let ticks = 6_000_000 / robots;
+            let first = *world.statistics();
+            let begin = Instant::now();
+            for _ in 0..ticks {
+                world.tick();
+            }
+            let seconds = begin.elapsed().as_secs_f64();
+            let simulated = (robots * ticks) as f64 / 10.0;
+            let bytes = before.zip(resident()).map_or("-".to_owned(), |(before, after)| {
+                (after.saturating_sub(before) / robots).to_string()
+            });
+            let links = world.statistics().all_links();
+            let old = first.all_links();
+            let heard = (links.received - old.received) as f64;
+            let collided = (links.collided - old.collided) as f64;
+            let touching = (world.statistics().contact_ticks - first.contact_ticks) as f64;
+            println!(
+                "{robots:>6}  {neighbours:>10}  {:>9.0}  {bytes:>11}  {:>13.1}  {:>7.1}%  {:>6.1}%",
+                simulated / seconds,
+                heard / simulated,
+                100.0 * collided / (heard + collided),
+                10.0 * touching / simulated,
+            );
+        }
+    }
+}

@@ -1,0 +1,295 @@
+//! Contacts: discs that overlap push each other apart, walls and obstacles push them out.
+//!
+//! Every disc looks at its neighbours where they were before and moves by its part of each overlap, so the result does
+//! not depend on an order, and two discs move by the same amount in opposite directions. This is repeated near discs
+//! that moved, a few times; what is left of dense crowds is done in the next tick.
+
+use rayon::ThreadPool;
+use rayon::prelude::*;
+
+use super::geometry::{Area, Pose};
+use super::grid::Cells;
+use super::obstacle::{Obstacles, SLOP};
+use super::robot::RobotKind;
+use super::settings::Settings;
+use super::statistics::Statistics;
+
+/// Repetitions in one substep.
+const ROUNDS: usize = 6;
+
+/// Discs that one thread takes at a time.
+const CHUNK: usize = 512;
+
+/// mm by which a cell is larger than a disc: how far a disc may be pushed in one substep before it may miss a contact.
+const MARGIN: f32 = 3.0;
+
+/// Part of an overlap by which each of two discs moves: half if they touch nobody else. In a crowd this would overshoot
+/// (a hexagonal lattice stays calm up to a third).
+const ALONE: f32 = 0.5;
+const CROWDED: f32 = 0.3;
+
+/// Touches another robot.
+const ROBOT: u8 = 1;
+/// Touches a wall or an obstacle.
+const WALL: u8 = 2;
+
+/// A body seen from above.
+#[derive(Clone, Copy, Debug)]
+struct Disc {
+    x: f32,
+    y: f32,
+    z: f32,
+    cell: u32,
+    id: u16,
+    kind: RobotKind,
+    /// How many others it overlapped with in the last round.
+    crowd: u8,
+    /// [`ROBOT`], [`WALL`].
+    touches: u8,
+    /// Whether the last round moved it.
+    moved: bool,
+}
+
+/// Radii and heights of all kinds.
+#[derive(Clone, Copy, Debug)]
+struct Shapes {
+    /// Distance at which two kinds touch.
+    reach: [[f32; 3]; 3],
+    radius: [f32; 3],
+}
+
+/// All discs, sorted by cells.
+#[derive(Debug)]
+pub(crate) struct Crowd {
+    cells: Cells,
+    shapes: Shapes,
+    /// Of each cell, where its discs begin; two more at the end.
+    starts: Vec<u32>,
+    discs: Vec<Disc>,
+    next: Vec<Disc>,
+    /// Cells near which the last round moved something, and which they are.
+    awake: Vec<bool>,
+    awake_cells: Vec<u32>,
+    /// Of each robot, what it touched in this and in the last tick.
+    touches: Vec<u8>,
+    touched: Vec<u8>,
+    /// Of each robot, with how many it overlapped last.
+    crowding: Vec<u8>,
+}
+
+impl Crowd {
+    pub(crate) fn new(area: Area, settings: &Settings) -> Self {
+        let radius = [RobotKind::Kilobot, RobotKind::Zooid, RobotKind::Crazyflie]
+            .map(|kind| kind.radius(settings));
+        let shapes = Shapes { reach: radius.map(|a| radius.map(|b| a + b)), radius };
+        let mut crowd = Crowd {
+            cells: Cells::new(area, f32::INFINITY),
+            shapes,
+            starts: Vec::new(),
+            discs: Vec::new(),
+            next: Vec::new(),
+            awake: Vec::new(),
+            awake_cells: Vec::new(),
+            touches: Vec::new(),
+            touched: Vec::new(),
+            crowding: Vec::new(),
+        };
+        crowd.resize(area, &[]);
+        crowd
+    }
+
+    /// Cells for the largest of the kinds that are there.
+    pub(crate) fn resize(&mut self, area: Area, kinds: &[RobotKind]) {
+        let widest =
+            kinds.iter().map(|&kind| self.shapes.radius[kind as usize]).fold(1.0, f32::max);
+        self.cells = Cells::new(area, 2.0 * widest + MARGIN);
+        self.starts = vec![0; self.cells.count() + 2];
+        self.awake = vec![false; self.cells.count()];
+        self.awake_cells.clear();
+    }
+
+    /// One more robot.
+    pub(crate) fn add(&mut self) {
+        self.touches.push(0);
+        self.touched.push(0);
+        self.crowding.push(0);
+    }
+
+    /// Pushes everything apart, once per substep.
+    pub(crate) fn settle(
+        &mut self,
+        poses: &mut [Pose],
+        kinds: &[RobotKind],
+        obstacles: &Obstacles,
+        pool: Option<&ThreadPool>,
+    ) {
+        self.place(poses, kinds);
+        for round in 0..ROUNDS {
+            self.round(round, obstacles, pool);
+            if round == 0 {
+                for disc in &self.discs {
+                    self.touches[usize::from(disc.id)] |= disc.touches;
+                }
+            }
+            if !self.wake() {
+                break;
+            }
+        }
+        for disc in &self.discs {
+            let pose = &mut poses[usize::from(disc.id)];
+            (pose.x, pose.y) = (disc.x, disc.y);
+            self.crowding[usize::from(disc.id)] = disc.crowd;
+        }
+    }
+
+    /// Counts the contacts of a tick.
+    pub(crate) fn count(&mut self, statistics: &mut Statistics) {
+        for (now, before) in self.touches.iter_mut().zip(&mut self.touched) {
+            statistics.contact_ticks += u64::from(*now & ROBOT);
+            statistics.contacts += u64::from(*now & !*before & ROBOT);
+            statistics.wall_ticks += u64::from((*now & WALL) / WALL);
+            *before = core::mem::take(now);
+        }
+    }
+
+    /// Sorts the discs by cells; within a cell by id.
+    fn place(&mut self, poses: &[Pose], kinds: &[RobotKind]) {
+        self.starts.fill(0);
+        let unsorted = &mut self.next;
+        unsorted.clear();
+        unsorted.extend(poses.iter().zip(kinds).enumerate().map(|(id, (pose, &kind))| {
+            let cell = self.cells.of(pose.x, pose.y);
+            self.starts[cell + 2] += 1;
+            Disc {
+                x: pose.x,
+                y: pose.y,
+                z: pose.z,
+                cell: cell as u32,
+                id: id as u16,
+                kind,
+                crowd: self.crowding[id],
+                touches: 0,
+                moved: false,
+            }
+        }));
+        let mut sum = 0;
+        for start in &mut self.starts {
+            sum += *start;
+            *start = sum;
+        }
+        self.discs.clone_from(unsorted);
+        for disc in unsorted {
+            let slot = &mut self.starts[disc.cell as usize + 1];
+            self.discs[*slot as usize] = *disc;
+            *slot += 1;
+        }
+    }
+
+    fn round(&mut self, round: usize, obstacles: &Obstacles, pool: Option<&ThreadPool>) {
+        let Crowd { cells, shapes, starts, discs, next, awake, .. } = self;
+        let look = Look { cells, shapes, starts, discs, awake, obstacles, all: round == 0 };
+        let work = |(chunk, next): (usize, &mut [Disc])| {
+            for (offset, next) in next.iter_mut().enumerate() {
+                *next = look.pushed(chunk * CHUNK + offset);
+            }
+        };
+        match pool {
+            Some(pool) if discs.len() > CHUNK => {
+                pool.install(|| next.par_chunks_mut(CHUNK).enumerate().for_each(work));
+            }
+            _ => next.chunks_mut(CHUNK).enumerate().for_each(work),
+        }
+        core::mem::swap(&mut self.discs, &mut self.next);
+    }
+
+    /// Notes near which cells something moved; false if nothing did.
+    fn wake(&mut self) -> bool {
+        for &cell in &self.awake_cells {
+            self.awake[cell as usize] = false;
+        }
+        self.awake_cells.clear();
+        for disc in self.discs.iter().filter(|disc| disc.moved) {
+            let awake = &mut self.awake[disc.cell as usize];
+            if !*awake {
+                *awake = true;
+                self.awake_cells.push(disc.cell);
+            }
+        }
+        !self.awake_cells.is_empty()
+    }
+}
+
+/// What a disc sees in a round.
+struct Look<'a> {
+    cells: &'a Cells,
+    shapes: &'a Shapes,
+    starts: &'a [u32],
+    discs: &'a [Disc],
+    awake: &'a [bool],
+    obstacles: &'a Obstacles,
+    /// Whether all discs look, not only those near something that moved.
+    all: bool,
+}
+
+impl Look<'_> {
+    /// A disc after its neighbours, walls and obstacles pushed it.
+    fn pushed(&self, index: usize) -> Disc {
+        let mut disc = self.discs[index];
+        let rows = self.cells.around(disc.cell as usize);
+        if !self.all && !rows.iter().any(|row| self.awake[row.clone()].contains(&true)) {
+            disc.moved = false;
+            return disc;
+        }
+        let (mut push_x, mut push_y) = (0.0, 0.0);
+        let mut crowd = 0_u8;
+        let reach = &self.shapes.reach[disc.kind as usize];
+        for row in rows {
+            let range = self.starts[row.start] as usize..self.starts[row.end] as usize;
+            for (other_index, other) in range.clone().zip(&self.discs[range]) {
+                let (dx, dy) = (disc.x - other.x, disc.y - other.y);
+                let squared = dx * dx + dy * dy;
+                let reach = reach[other.kind as usize] - SLOP;
+                if squared >= reach * reach || other_index == index || !level(&disc, other) {
+                    continue;
+                }
+                crowd = crowd.saturating_add(1);
+                let distance = squared.sqrt();
+                let (ux, uy) = if distance > 0.0 {
+                    (dx / distance, dy / distance)
+                } else {
+                    apart(disc.id, other.id)
+                };
+                let part = if disc.crowd.max(other.crowd) < 2 { ALONE } else { CROWDED };
+                let push = (reach + SLOP - distance) * part;
+                push_x += ux * push;
+                push_y += uy * push;
+            }
+        }
+        let (old_x, old_y) = (disc.x, disc.y);
+        disc.x += push_x;
+        disc.y += push_y;
+        disc.crowd = crowd;
+        if crowd > 0 {
+            disc.touches |= ROBOT;
+        }
+        let radius = self.shapes.radius[disc.kind as usize];
+        if let Some((x, y)) = self.obstacles.push_out(disc.x, disc.y, radius) {
+            (disc.x, disc.y) = (x, y);
+            disc.touches |= WALL;
+        }
+        disc.moved = disc.x != old_x || disc.y != old_y;
+        disc
+    }
+}
+
+/// Whether two bodies are at heights at which they meet.
+fn level(a: &Disc, b: &Disc) -> bool {
+    a.z < b.z + b.kind.height() && b.z < a.z + a.kind.height()
+}
+
+/// The way apart for discs at the very same place: another one for each pair.
+fn apart(a: u16, b: u16) -> (f32, f32) {
+    let pair = u32::from(a.min(b)) * 31 + u32::from(a.max(b));
+    let (sin, cos) = libm::sincosf((pair % 1024) as f32 * 2.399_963);
+    if a < b { (cos, sin) } else { (-cos, -sin) }
+}

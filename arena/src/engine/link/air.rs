@@ -1,0 +1,166 @@
+//! What is on the air of one medium during a tick.
+
+use super::packet::Transmission;
+use super::topology::Topology;
+use super::{Link, Medium};
+use crate::engine::TICK_US;
+use crate::engine::geometry::{Area, Pose};
+use crate::engine::grid::Cells;
+use crate::engine::robot::RobotId;
+
+/// No transmission follows.
+const END: u32 = u32::MAX;
+
+/// What one needs of a transmission to know whether it is heard.
+#[derive(Clone, Copy, Debug)]
+struct Beam {
+    x: f32,
+    y: f32,
+    z: f32,
+    start: i32,
+    from: RobotId,
+    /// The one before in the same cell.
+    earlier: u32,
+}
+
+/// All transmissions that are or were on the air in this tick, and those of the last that may overlap with them.
+#[derive(Debug)]
+pub(crate) struct Air {
+    pub(crate) medium: Medium,
+    pub(crate) link: Link,
+    /// Distance between middles at which a frame is just heard, mm.
+    pub(crate) reach: f32,
+    /// What of it the two bodies take, mm.
+    pub(crate) bodies: f32,
+    cells: Cells,
+    /// Of each cell, the latest transmission.
+    latest: Vec<u32>,
+    beams: Vec<Beam>,
+    transmissions: Vec<Transmission>,
+}
+
+/// A transmission within reach.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Near {
+    pub(crate) start: i32,
+    pub(crate) index: u32,
+    pub(crate) distance: f32,
+    pub(crate) from: RobotId,
+}
+
+impl Air {
+    /// `bodies` mm of a distance between two middles are not counted by the link's range.
+    pub(crate) fn new(medium: Medium, link: Link, bodies: f32, area: Area) -> Self {
+        let reach = link.range.map_or(f32::INFINITY, |range| range + bodies);
+        let cells = Cells::new(area, reach);
+        Air {
+            medium,
+            link,
+            reach,
+            bodies,
+            cells,
+            latest: vec![END; cells.count()],
+            beams: Vec::new(),
+            transmissions: Vec::new(),
+        }
+    }
+
+    pub(crate) fn transmissions(&self) -> &[Transmission] {
+        &self.transmissions
+    }
+
+    /// Begins the next tick: keeps what is still on the air, or overlapped with what is.
+    pub(crate) fn turn(&mut self) {
+        let (tick, air_time) = (TICK_US as i32, self.medium.air_time_us() as i32);
+        for beam in &self.beams {
+            self.latest[self.cells.of(beam.x, beam.y)] = END;
+        }
+        self.beams.clear();
+        self.transmissions.retain_mut(|transmission| {
+            transmission.start -= tick;
+            transmission.start + 2 * air_time > 0
+        });
+        for index in 0..self.transmissions.len() {
+            self.enter(index);
+        }
+    }
+
+    /// Puts a frame on the air. Frames come in the order of their beginnings.
+    pub(crate) fn send(&mut self, transmission: Transmission) {
+        self.transmissions.push(transmission);
+        self.enter(self.transmissions.len() - 1);
+    }
+
+    fn enter(&mut self, index: usize) {
+        let Transmission { x, y, z, start, from, .. } = self.transmissions[index];
+        let latest = &mut self.latest[self.cells.of(x, y)];
+        self.beams.push(Beam { x, y, z, start, from, earlier: *latest });
+        *latest = index as u32;
+    }
+
+    /// How many frames a robot senses at time `at` that began before `since`; its own count too.
+    pub(crate) fn sensed(
+        &self,
+        robot: RobotId,
+        pose: &Pose,
+        at: i32,
+        since: i32,
+        topology: &Topology,
+    ) -> usize {
+        let on_air = at - self.medium.air_time_us() as i32;
+        let mut count = 0;
+        for row in self.cells.around(self.cells.of(pose.x, pose.y)) {
+            for &latest in &self.latest[row] {
+                let mut next = latest;
+                // Of one cell the later come first: behind the first that has ended all have.
+                while let Some(beam) = self.beams.get(next as usize) {
+                    if beam.start <= on_air {
+                        break;
+                    }
+                    if beam.start < since
+                        && distance_squared(beam, pose) <= self.reach * self.reach
+                        && topology.connects(robot, beam.from)
+                    {
+                        count += 1;
+                    }
+                    next = beam.earlier;
+                }
+            }
+        }
+        count
+    }
+
+    /// Everything within a robot's reach, sorted by time.
+    pub(crate) fn near(
+        &self,
+        robot: RobotId,
+        pose: &Pose,
+        topology: &Topology,
+        found: &mut Vec<Near>,
+    ) {
+        found.clear();
+        for row in self.cells.around(self.cells.of(pose.x, pose.y)) {
+            for &latest in &self.latest[row] {
+                let mut next = latest;
+                while let Some(beam) = self.beams.get(next as usize) {
+                    let squared = distance_squared(beam, pose);
+                    if squared <= self.reach * self.reach && topology.connects(robot, beam.from) {
+                        found.push(Near {
+                            start: beam.start,
+                            index: next,
+                            distance: squared.sqrt(),
+                            from: beam.from,
+                        });
+                    }
+                    next = beam.earlier;
+                }
+            }
+        }
+        found.sort_unstable_by_key(|near| (near.start, near.index));
+    }
+}
+
+fn distance_squared(beam: &Beam, pose: &Pose) -> f32 {
+    let (dx, dy, dz) = (beam.x - pose.x, beam.y - pose.y, beam.z - pose.z);
+    dx * dx + dy * dy + dz * dz
+}

@@ -1,0 +1,118 @@
+//! How a Kilobot measures a distance: two amplitudes of a frame's first pulses, and the tables of its calibration.
+//!
+//! kilolib has two tables per robot, of 14 converter readings at gaps of 0, 5, ... 65 mm, one for each gain of the
+//! receiver. The tables of real robots were never published; these fall like those of a light spreading out, saturate
+//! where the high gain does, and overlap where kilolib blends the two gains (700 to 900). What matters here is what they
+//! do to a distance: whole millimetres, coarser far away, none beyond the end.
+
+/// Converter readings of the high gain at gaps of 0, 5, ... 65 mm.
+const HIGH: [i32; 14] = [1020, 1015, 1008, 998, 975, 920, 850, 780, 710, 650, 600, 560, 530, 508];
+
+/// Converter readings of the low gain at the same gaps.
+const LOW: [i32; 14] = [880, 815, 755, 700, 650, 608, 572, 543, 520, 503, 490, 481, 474, 469];
+
+/// Steps per mm of the prepared answers.
+const STEPS: f32 = 8.0;
+
+/// mm: distance between the middles of robots that touch, as kilolib adds it.
+const TOUCHING: i32 = 33;
+
+/// Prepared answers: gap to measured distance between the middles.
+#[derive(Clone, Debug)]
+pub(crate) struct Calibration {
+    distances: Vec<u8>,
+}
+
+impl Calibration {
+    pub(crate) fn new() -> Self {
+        let distances = (0..(120.0 * STEPS) as u16)
+            .map(|step| {
+                let gap = f32::from(step) / STEPS;
+                distance(reading(&HIGH, gap), reading(&LOW, gap))
+            })
+            .collect();
+        Calibration { distances }
+    }
+
+    /// What a robot measures of a true gap (mm, errors included): the distance between the middles in whole mm.
+    pub(crate) fn measure(&self, gap: f32) -> f32 {
+        let step = (gap.max(0.0) * STEPS + 0.5) as usize;
+        f32::from(self.distances[step.min(self.distances.len() - 1)])
+    }
+}
+
+/// What the converter reads at a gap; beyond the table the last slope goes on.
+fn reading(table: &[i32; 14], gap: f32) -> i32 {
+    let index = ((gap / 5.0) as usize).min(12);
+    let (low, high) = (table[index] as f32, table[index + 1] as f32);
+    (low + (high - low) * (gap / 5.0 - index as f32)) as i32
+}
+
+/// kilolib's estimate: the gap by each gain's table, blended where both are valid.
+fn distance(high: i32, low: i32) -> u8 {
+    let far = (high < 900).then(|| {
+        if high > HIGH[0] {
+            return 0;
+        }
+        between(
+            &HIGH,
+            high,
+            HIGH.iter().skip(1).position(|&entry| high > entry).map_or(13, |i| i + 1),
+        )
+    });
+    let near = (high > 700).then(|| {
+        if low > LOW[0] {
+            return 0;
+        }
+        match LOW.iter().skip(1).position(|&entry| low > entry) {
+            Some(i) => between(&LOW, low, i + 1),
+            None => 90,
+        }
+    });
+    let gap = match (far, near) {
+        (Some(far), Some(near)) => (near * (high - 700) + far * (900 - high)) / 200,
+        (Some(far), None) => far,
+        (None, near) => near.unwrap_or(0),
+    };
+    (TOUCHING + gap).clamp(0, 255) as u8
+}
+
+/// The gap for a reading between two entries: whole mm, truncated as kilolib does.
+fn between(table: &[i32; 14], reading: i32, index: usize) -> i32 {
+    5 * index as i32 + 10 * (reading - table[index]) / (2 * (table[index] - table[index - 1]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tables_fall() {
+        for table in [HIGH, LOW] {
+            assert!(table.windows(2).all(|pair| pair[0] > pair[1]));
+        }
+    }
+
+    /// The inverse of the tables: within the truncation of kilolib's whole millimetres and the converter's steps.
+    #[test]
+    fn measures_what_is() {
+        let calibration = Calibration::new();
+        for tenth in 0..700 {
+            let gap = tenth as f32 / 10.0;
+            let measured = calibration.measure(gap) - 33.0;
+            assert!((measured - gap).abs() <= 2.0, "{gap} mm measured as {measured}");
+        }
+    }
+
+    #[test]
+    fn blends_both_gains() {
+        // At 800, halfway between 700 and 900: the mean of what both tables say.
+        let (far, near) = (between(&HIGH, 800, 7), between(&LOW, 520, 9));
+        assert_eq!(i32::from(distance(800, 520)), 33 + (far + near) / 2);
+    }
+
+    #[test]
+    fn beyond_the_table_it_goes_on() {
+        assert!(Calibration::new().measure(80.0) > 33.0 + 70.0);
+    }
+}

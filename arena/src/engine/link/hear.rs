@@ -1,0 +1,152 @@
+//! What one robot hears of a tick's transmissions.
+
+use super::Medium;
+use super::air::{Air, Near};
+use super::calibration::Calibration;
+use super::packet::{Heard, Late, Transmission};
+use super::topology::Topology;
+use crate::engine::TICK_US;
+use crate::engine::brain::Sighting;
+use crate::engine::geometry::{Pose, wrap};
+use crate::engine::robot::RobotId;
+use crate::engine::statistics::LinkStatistics;
+use crate::engine::stream::Stream;
+
+/// The longest that a frame is held back, in ticks.
+const LATEST: u32 = 5;
+
+/// A robot that listens.
+#[derive(Debug)]
+pub(crate) struct Listener<'a> {
+    pub(crate) id: RobotId,
+    pub(crate) pose: &'a Pose,
+    pub(crate) estimate: Option<&'a Pose>,
+    /// A frame that was held back.
+    pub(crate) late: &'a mut Option<Box<Late>>,
+    pub(crate) now: u64,
+}
+
+/// What listeners have in common.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ether<'a> {
+    pub(crate) air: &'a Air,
+    pub(crate) topology: &'a Topology,
+    pub(crate) calibration: &'a Calibration,
+    pub(crate) distance_sigma: f32,
+}
+
+impl Ether<'_> {
+    /// Fills `heard` with the frames that ended in the last tick and arrived.
+    pub(crate) fn hear(
+        &self,
+        listener: &mut Listener<'_>,
+        stream: impl FnOnce() -> Stream,
+        near: &mut Vec<Near>,
+        heard: &mut Vec<Heard>,
+        count: &mut LinkStatistics,
+    ) {
+        heard.clear();
+        self.air.near(listener.id, listener.pose, self.topology, near);
+        if near.is_empty() {
+            return;
+        }
+        let mut stream = stream();
+        let air_time = self.air.medium.air_time_us() as i32;
+        for (place, frame) in near.iter().enumerate() {
+            let end = frame.start + air_time;
+            if frame.from == listener.id || end <= 0 || end > TICK_US as i32 {
+                continue;
+            }
+            match disturbed(near, place, air_time, listener.id) {
+                Some(Disturbance::Sending) => count.deaf += 1,
+                Some(Disturbance::Collision) => count.collided += 1,
+                None if stream.chance(self.loss(frame.distance)) => count.lost += 1,
+                None => {
+                    count.received += 1;
+                    let sighting = self.sighting(listener, frame, &mut stream);
+                    self.deliver(listener, frame.index, sighting, &mut stream, heard, count);
+                }
+            }
+        }
+    }
+
+    /// Puts a frame into the inbox: once, twice, or later.
+    fn deliver(
+        &self,
+        listener: &mut Listener<'_>,
+        transmission: u32,
+        sighting: Sighting,
+        stream: &mut Stream,
+        heard: &mut Vec<Heard>,
+        count: &mut LinkStatistics,
+    ) {
+        let link = &self.air.link;
+        let frame = Heard { transmission, sighting };
+        if stream.chance(link.duplicate) {
+            count.duplicated += 1;
+            heard.push(frame);
+        }
+        if stream.chance(link.reorder) && listener.late.is_none() {
+            count.delayed += 1;
+            *listener.late = Some(Box::new(Late {
+                due: listener.now + 1 + u64::from(stream.below(LATEST)),
+                packet: self.air.transmissions()[transmission as usize].packet,
+                sighting,
+            }));
+        } else {
+            heard.push(frame);
+        }
+    }
+
+    /// Probability that a frame is lost over this distance between middles.
+    fn loss(&self, distance: f32) -> f32 {
+        let Some(range) = self.air.link.range else { return self.air.link.loss.near };
+        let loss = &self.air.link.loss;
+        let part = ((distance - self.air.bodies) / range).clamp(0.0, 1.0);
+        loss.near + (loss.far - loss.near) * part * part
+    }
+
+    fn sighting(&self, listener: &Listener<'_>, frame: &Near, stream: &mut Stream) -> Sighting {
+        if self.air.medium == Medium::Infrared {
+            let mut gap = frame.distance - self.air.bodies;
+            if self.distance_sigma > 0.0 {
+                gap += self.distance_sigma * stream.normal();
+            }
+            return Sighting {
+                robot: None,
+                place: Some([self.calibration.measure(gap), 0.0, 0.0]),
+            };
+        }
+        let Transmission { claim, .. } = &self.air.transmissions()[frame.index as usize];
+        let place = claim.zip(listener.estimate).map(|(claim, own)| seen_from(own, claim));
+        Sighting { robot: Some(frame.from), place }
+    }
+}
+
+/// What keeps a robot from hearing a frame.
+enum Disturbance {
+    Sending,
+    Collision,
+}
+
+/// What overlaps with the frame at `place` of all that are in reach, sorted by time and all of one length.
+fn disturbed(near: &[Near], place: usize, air_time: i32, listener: RobotId) -> Option<Disturbance> {
+    let start = near[place].start;
+    let before = near[..place].iter().rev().take_while(|other| other.start + air_time > start);
+    let after = near[place + 1..].iter().take_while(|other| other.start < start + air_time);
+    let mut overlapping = before.chain(after).peekable();
+    overlapping.peek()?;
+    if overlapping.any(|other| other.from == listener) {
+        Some(Disturbance::Sending)
+    } else {
+        Some(Disturbance::Collision)
+    }
+}
+
+/// Distance, azimuth and elevation of a claimed place, seen from where a robot believes to be.
+fn seen_from(own: &Pose, claim: [f32; 3]) -> [f32; 3] {
+    let (dx, dy, dz) = (claim[0] - own.x, claim[1] - own.y, claim[2] - own.z);
+    let flat = (dx * dx + dy * dy).sqrt();
+    let distance = (flat * flat + dz * dz).sqrt();
+    [distance, wrap(libm::atan2f(dy, dx) - own.heading), libm::atan2f(dz, flat)]
+}

@@ -1,0 +1,184 @@
+//! When a robot sends: its link's own clock, pacing and back-off.
+
+use super::packet::{Late, Queue};
+use super::{Infrared, Medium, Nrf24, P2p};
+use crate::engine::TICK_US;
+use crate::engine::stream::Stream;
+
+/// Units of kilolib's `kilo_tx_period`, µs.
+const UNIT_US: u32 = 128;
+
+/// kilolib's timer: 256 units. It asks for a message at each interrupt.
+const TIMER_US: u32 = 256 * UNIT_US;
+
+/// A transmitter that begins senses nothing that began less than so many µs before.
+const fn blind_us(medium: Medium) -> i32 {
+    match medium {
+        // The interrupt of the first pulse.
+        Medium::Infrared => 2,
+        // The nRF24 takes 130 µs from listening to sending.
+        Medium::Nrf24 => 130,
+        // It never listens before.
+        Medium::P2p => i32::MAX,
+    }
+}
+
+/// Pacing of all links.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pacing {
+    pub(crate) infrared: Infrared,
+    pub(crate) nrf24: Nrf24,
+    pub(crate) p2p: P2p,
+}
+
+/// A robot's link. Times are microseconds after the tick's beginning.
+#[derive(Clone, Debug)]
+pub(crate) struct Radio {
+    pub(crate) queue: Queue,
+    pub(crate) late: Option<Box<Late>>,
+    /// When it tries to send what waits.
+    pub(crate) attempt: i32,
+    /// Earliest time for the next frame.
+    ready: i32,
+    /// Infrared: the first timer interrupt of this tick. Radio: when in a tick the robot's script runs.
+    phase: i32,
+    /// Infrared: time between two timer interrupts.
+    period: i32,
+}
+
+impl Radio {
+    pub(crate) fn new(medium: Medium, pacing: &Pacing, build: &mut Stream) -> Self {
+        let (period, phase) = match medium {
+            Medium::Infrared => {
+                let period = TIMER_US as f32 * build.gain(pacing.infrared.clock_sigma);
+                (period as i32, build.below(period as u32) as i32)
+            }
+            // Robots are switched on at any time.
+            Medium::Nrf24 | Medium::P2p => (0, build.below(TICK_US) as i32),
+        };
+        Radio { queue: Queue::EMPTY, late: None, attempt: 0, ready: 0, phase, period }
+    }
+
+    /// Begins the next tick.
+    pub(crate) fn turn(&mut self, medium: Medium) {
+        let tick = TICK_US as i32;
+        self.attempt -= tick;
+        self.ready = self.ready.saturating_sub(tick).max(-tick);
+        if medium == Medium::Infrared {
+            self.phase = self.timer(tick) - tick;
+        }
+    }
+
+    /// A frame was put into the empty queue: when will the link first try to send it?
+    pub(crate) fn plan(&mut self, medium: Medium, pacing: &Pacing, stream: &mut Stream) {
+        self.attempt = match medium {
+            Medium::Infrared => self.timer(self.ready.max(0)),
+            Medium::Nrf24 => self.phase + stream.below(pacing.nrf24.backoff_us) as i32,
+            Medium::P2p => self.phase + stream.below(pacing.p2p.jitter_us.max(1)) as i32,
+        }
+        .max(self.ready);
+    }
+
+    /// Up to which time a frame must have begun to be noticed by a sender that begins at `at`; `None` if it does not
+    /// listen.
+    pub(crate) fn senses(medium: Medium, at: i32) -> Option<i32> {
+        (medium != Medium::P2p).then(|| at - blind_us(medium))
+    }
+
+    /// The channel was busy at `self.attempt` with so many frames: tries again later.
+    ///
+    /// kilolib: a receiver inside a frame keeps the timer's interrupt from sending; one that two frames confuse believes
+    /// to be idle, sends its first pulse, sees light and asks for an early interrupt after 0 to 255 units.
+    pub(crate) fn back_off(
+        &mut self,
+        medium: Medium,
+        frames: usize,
+        pacing: &Pacing,
+        stream: &mut Stream,
+    ) {
+        self.attempt = match medium {
+            Medium::Infrared if frames > 1 => {
+                self.attempt + (stream.below(256) * UNIT_US) as i32 + 1
+            }
+            Medium::Infrared => self.timer(self.attempt + 1),
+            Medium::Nrf24 | Medium::P2p => {
+                self.attempt + 1 + stream.below(pacing.nrf24.backoff_us) as i32
+            }
+        };
+    }
+
+    /// A frame began at `self.attempt`: when may the next, if there is one?
+    pub(crate) fn sent(&mut self, medium: Medium, pacing: &Pacing, stream: &mut Stream) {
+        let end = self.attempt + medium.air_time_us() as i32;
+        self.attempt = match medium {
+            Medium::Infrared => {
+                let pause = u32::from(pacing.infrared.tx_period) * UNIT_US;
+                self.ready = end.max(self.attempt + pause as i32);
+                self.timer(self.ready)
+            }
+            Medium::Nrf24 => end + stream.below(pacing.nrf24.backoff_us) as i32,
+            Medium::P2p => end + stream.below(pacing.p2p.jitter_us.max(1)) as i32,
+        };
+        if medium != Medium::Infrared {
+            self.ready = end;
+        }
+    }
+
+    /// The first timer interrupt at or after a time.
+    fn timer(&self, at: i32) -> i32 {
+        let since = at - self.phase;
+        if since <= 0 {
+            return self.phase;
+        }
+        self.phase + (since + self.period - 1) / self.period * self.period
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Infrared, Nrf24, P2p};
+    use super::*;
+    use crate::engine::stream::Purpose;
+
+    fn pacing() -> Pacing {
+        let infrared = Infrared { clock_sigma: 0.0, ..Infrared::STANDARD };
+        Pacing { infrared, nrf24: Nrf24::STANDARD, p2p: P2p::STANDARD }
+    }
+
+    /// kilolib's default: 16 interrupts of 32.768 ms between two frames.
+    #[test]
+    fn kilobots_send_twice_a_second() {
+        let pacing = pacing();
+        let mut stream = Stream::new(1, Purpose::Send, 0, 0);
+        let mut radio = Radio::new(Medium::Infrared, &pacing, &mut stream);
+        let (mut elapsed, mut last, mut sent) = (0_i64, None, 0);
+        for _ in 0..600 {
+            radio.turn(Medium::Infrared);
+            elapsed += i64::from(TICK_US);
+            radio.plan(Medium::Infrared, &pacing, &mut stream);
+            while radio.attempt < TICK_US as i32 {
+                let at = elapsed + i64::from(radio.attempt);
+                if let Some(last) = last {
+                    assert_eq!(at - last, 16 * 32_768);
+                }
+                last = Some(at);
+                sent += 1;
+                radio.sent(Medium::Infrared, &pacing, &mut stream);
+            }
+        }
+        assert!((114..=115).contains(&sent), "{sent} frames in a minute");
+    }
+
+    #[test]
+    fn a_busy_channel_waits_for_the_next_interrupt() {
+        let pacing = pacing();
+        let mut stream = Stream::new(1, Purpose::Send, 0, 0);
+        let mut radio = Radio::new(Medium::Infrared, &pacing, &mut stream);
+        radio.plan(Medium::Infrared, &pacing, &mut stream);
+        let first = radio.attempt;
+        radio.back_off(Medium::Infrared, 1, &pacing, &mut stream);
+        assert_eq!(radio.attempt - first, 32_768);
+        radio.back_off(Medium::Infrared, 2, &pacing, &mut stream);
+        assert!(radio.attempt - first - 32_768 <= 32_640 + 1);
+    }
+}

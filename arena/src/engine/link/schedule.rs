@@ -1,0 +1,101 @@
+//! Who sends when: all robots' attempts in the order of time.
+//!
+//! This is the only part of a tick that one thread does alone: whether a robot may send depends on who began before.
+
+use core::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use super::air::Air;
+use super::packet::Transmission;
+use super::radio::{Pacing, Radio};
+use super::topology::Topology;
+use crate::engine::TICK_US;
+use crate::engine::geometry::Pose;
+use crate::engine::robot::{Robot, RobotId};
+use crate::engine::statistics::LinkStatistics;
+use crate::engine::stream::{Purpose, Stream};
+
+/// A robot that will try to send.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Attempt {
+    pub(crate) at: i32,
+    pub(crate) robot: RobotId,
+}
+
+/// Attempts of a tick; kept for its memory.
+#[derive(Debug, Default)]
+pub(crate) struct Schedule {
+    pub(crate) planned: Vec<Attempt>,
+    again: BinaryHeap<Reverse<Attempt>>,
+}
+
+/// What holds for a whole tick.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Moment<'a> {
+    pub(crate) topology: &'a Topology,
+    pub(crate) pacing: &'a Pacing,
+    pub(crate) seed: u64,
+    pub(crate) now: u64,
+}
+
+impl Schedule {
+    /// Carries out the planned attempts, and those that follow from them.
+    pub(crate) fn run(
+        &mut self,
+        moment: &Moment<'_>,
+        robots: &mut [Robot],
+        poses: &[Pose],
+        air: &mut Air,
+        count: &mut LinkStatistics,
+    ) {
+        self.planned.sort_unstable();
+        let mut planned = self.planned.drain(..).peekable();
+        loop {
+            let first = match (planned.peek(), self.again.peek()) {
+                (Some(planned), Some(Reverse(again))) => planned < again,
+                (Some(_), None) => true,
+                (None, Some(_)) => false,
+                (None, None) => break,
+            };
+            let attempt =
+                if first { planned.next() } else { self.again.pop().map(|Reverse(again)| again) };
+            let Some(attempt) = attempt else { break };
+            if let Some(next) = carry_out(attempt, moment, robots, poses, air, count) {
+                self.again.push(Reverse(next));
+            }
+        }
+    }
+}
+
+/// Sends or backs off; the robot's next attempt, if it is in this tick.
+fn carry_out(
+    Attempt { at, robot }: Attempt,
+    moment: &Moment<'_>,
+    robots: &mut [Robot],
+    poses: &[Pose],
+    air: &mut Air,
+    count: &mut LinkStatistics,
+) -> Option<Attempt> {
+    let medium = air.medium;
+    let Robot { radio, body, .. } = robots.get_mut(usize::from(robot.0))?;
+    let pose = &poses[usize::from(robot.0)];
+    let moment_us = moment.now * u64::from(TICK_US) + at.max(0) as u64;
+    let mut stream = Stream::new(moment.seed, Purpose::BackOff, robot.0, moment_us);
+    let busy = Radio::senses(medium, at)
+        .map_or(0, |since| air.sensed(robot, pose, at, since, moment.topology));
+    if busy > 0 {
+        count.postponed += 1;
+        radio.back_off(medium, busy, moment.pacing, &mut stream);
+    } else {
+        let packet = radio.queue.pop()?;
+        count.sent += 1;
+        let claim = body.estimate().map(|pose| [pose.x, pose.y, pose.z]);
+        let Pose { x, y, z, .. } = *pose;
+        air.send(Transmission { start: at, from: robot, x, y, z, claim, packet });
+        radio.sent(medium, moment.pacing, &mut stream);
+        if radio.queue.len() == 0 {
+            return None;
+        }
+    }
+    (radio.attempt < TICK_US as i32).then_some(Attempt { at: radio.attempt, robot })
+}

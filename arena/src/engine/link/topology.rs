@@ -1,0 +1,42 @@
+//! Who is cut off from whom: blocked links and partitions.
+
+use std::collections::BTreeSet;
+
+use crate::engine::robot::RobotId;
+
+/// What keeps frames from passing, apart from distance. A robot that is cut off neither hears nor disturbs nor senses
+/// the other.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Topology {
+    blocked: BTreeSet<(RobotId, RobotId)>,
+    /// Of each robot; empty without a partition.
+    groups: Vec<u8>,
+}
+
+impl Topology {
+    pub(crate) fn block(&mut self, a: RobotId, b: RobotId) {
+        self.blocked.insert((a.min(b), a.max(b)));
+    }
+
+    pub(crate) fn unblock(&mut self, a: RobotId, b: RobotId) {
+        self.blocked.remove(&(a.min(b), a.max(b)));
+    }
+
+    pub(crate) fn partition(&mut self, groups: Vec<u8>) {
+        self.groups = groups;
+    }
+
+    pub(crate) fn heal(&mut self) {
+        self.groups.clear();
+    }
+
+    /// Whether frames pass between two robots that are near enough.
+    pub(crate) fn connects(&self, a: RobotId, b: RobotId) -> bool {
+        (self.groups.is_empty() || self.group(a) == self.group(b))
+            && (self.blocked.is_empty() || !self.blocked.contains(&(a.min(b), a.max(b))))
+    }
+
+    fn group(&self, robot: RobotId) -> u8 {
+        self.groups.get(usize::from(robot.0)).copied().unwrap_or(0)
+    }
+}

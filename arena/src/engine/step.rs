@@ -1,0 +1,218 @@
+//! One tick of the world.
+
+use rayon::prelude::*;
+
+use super::TICK;
+use super::brain::{Brain, Inbox, Io, Outbox, Sensors};
+use super::geometry::Pose;
+use super::light::Light;
+use super::link::{Attempt, Ether, Heard, Listener, Medium, Moment, Near, Pacing};
+use super::robot::{Robot, RobotId, RobotKind, RobotState};
+use super::statistics::LinkStatistics;
+use super::stream::{Purpose, Stream};
+use super::world::World;
+use super::{TICK_US, body::Models};
+
+/// Robots that one thread takes at a time. Small enough that a few slow brains do not hold up the others.
+const CHUNK: usize = 256;
+
+/// What one chunk needs and finds out in a tick; kept for its memory.
+#[derive(Debug, Default)]
+pub(crate) struct Scratch {
+    near: Vec<Near>,
+    heard: Vec<Heard>,
+    planned: [Vec<Attempt>; Medium::COUNT],
+    links: [LinkStatistics; Medium::COUNT],
+}
+
+/// What holds for all robots while they think.
+struct Surroundings<'a> {
+    ether: [Ether<'a>; Medium::COUNT],
+    lights: &'a [Light],
+    ambient: f32,
+    models: &'a Models,
+    pacing: &'a Pacing,
+    seed: u64,
+    now: u64,
+}
+
+/// Robots of a chunk.
+struct Chunk<'a, B> {
+    first: usize,
+    robots: &'a mut [Robot],
+    brains: &'a mut [B],
+    poses: &'a mut [Pose],
+    scratch: &'a mut Scratch,
+}
+
+impl<B: Brain> World<B> {
+    /// Simulates 100 ms.
+    pub fn tick(&mut self) {
+        self.think();
+        self.settle();
+        for _ in 1..self.substeps {
+            for (robot, pose) in self.robots.iter_mut().zip(&mut self.poses) {
+                robot.body.advance(pose, &self.models);
+            }
+            self.settle();
+        }
+        self.crowd.count(&mut self.statistics);
+        self.sense();
+        self.transmit();
+        self.now += 1;
+    }
+
+    /// Every robot hears, decides, and makes its first substep.
+    fn think(&mut self) {
+        self.scratch.resize_with(self.robots.len().div_ceil(CHUNK), Scratch::default);
+        let surroundings = Surroundings {
+            ether: [0, 1, 2].map(|medium| Ether {
+                air: &self.air[medium],
+                topology: &self.topology,
+                calibration: &self.calibration,
+                distance_sigma: self.pacing.infrared.distance_sigma,
+            }),
+            lights: &self.lights,
+            ambient: self.settings.ambient_light,
+            models: &self.models,
+            pacing: &self.pacing,
+            seed: self.settings.seed,
+            now: self.now,
+        };
+        match &self.pool {
+            Some(pool) if self.robots.len() > CHUNK => pool.install(|| {
+                let robots = self.robots.par_chunks_mut(CHUNK);
+                let parts = robots.zip(self.brains.par_chunks_mut(CHUNK));
+                let parts = parts.zip(self.poses.par_chunks_mut(CHUNK));
+                parts.zip(&mut self.scratch).enumerate().for_each(
+                    |(number, (((robots, brains), poses), scratch))| {
+                        let first = number * CHUNK;
+                        Chunk { first, robots, brains, poses, scratch }.think(&surroundings);
+                    },
+                );
+            }),
+            _ => {
+                let robots = self.robots.chunks_mut(CHUNK);
+                let parts = robots.zip(self.brains.chunks_mut(CHUNK));
+                let parts = parts.zip(self.poses.chunks_mut(CHUNK));
+                for (number, (((robots, brains), poses), scratch)) in
+                    parts.zip(&mut self.scratch).enumerate()
+                {
+                    let first = number * CHUNK;
+                    Chunk { first, robots, brains, poses, scratch }.think(&surroundings);
+                }
+            }
+        }
+        for scratch in &mut self.scratch {
+            for (schedule, planned) in self.schedules.iter_mut().zip(&mut scratch.planned) {
+                schedule.planned.append(planned);
+            }
+            for (sum, links) in self.statistics.links.iter_mut().zip(&mut scratch.links) {
+                sum.add(&core::mem::take(links));
+            }
+        }
+    }
+
+    fn settle(&mut self) {
+        self.crowd.settle(&mut self.poses, &self.kinds, &self.obstacles, self.pool.as_ref());
+    }
+
+    /// Robots with a positioning system learn where they are.
+    fn sense(&mut self) {
+        let (seed, now) = (self.settings.seed, self.now);
+        for (index, (robot, pose)) in self.robots.iter_mut().zip(&self.poses).enumerate() {
+            if self.kinds[index] != RobotKind::Kilobot {
+                robot.body.sense(pose, &self.models, TICK, || {
+                    Stream::new(seed, Purpose::Estimate, index as u16, now)
+                });
+            }
+        }
+    }
+
+    /// The links send.
+    fn transmit(&mut self) {
+        let moment = Moment {
+            topology: &self.topology,
+            pacing: &self.pacing,
+            seed: self.settings.seed,
+            now: self.now,
+        };
+        for medium in Medium::ALL {
+            let index = medium as usize;
+            let air = &mut self.air[index];
+            air.turn();
+            let count = &mut self.statistics.links[index];
+            self.schedules[index].run(&moment, &mut self.robots, &self.poses, air, count);
+        }
+    }
+}
+
+impl<B: Brain> Chunk<'_, B> {
+    fn think(self, around: &Surroundings<'_>) {
+        let Chunk { first, robots, brains, poses, scratch } = self;
+        for (offset, (robot, brain)) in robots.iter_mut().zip(brains).enumerate() {
+            let id = RobotId((first + offset) as u16);
+            let pose = &mut poses[offset];
+            let medium = robot.body.kind().medium();
+            robot.radio.turn(medium);
+            if robot.state == RobotState::Running {
+                think(id, robot, brain, pose, medium, scratch, around);
+            }
+            robot.body.advance(pose, around.models);
+        }
+    }
+}
+
+/// One robot hears and decides; its link plans when to send.
+fn think(
+    id: RobotId,
+    robot: &mut Robot,
+    brain: &mut impl Brain,
+    pose: &Pose,
+    medium: Medium,
+    scratch: &mut Scratch,
+    around: &Surroundings<'_>,
+) {
+    let now = around.now;
+    let ether = &around.ether[medium as usize];
+    let late = robot.radio.late.take_if(|late| late.due <= now);
+    let mut listener =
+        Listener { id, pose, estimate: robot.body.estimate(), late: &mut robot.radio.late, now };
+    ether.hear(
+        &mut listener,
+        || Stream::new(around.seed, Purpose::Hear, id.0, now),
+        &mut scratch.near,
+        &mut scratch.heard,
+        &mut scratch.links[medium as usize],
+    );
+    let estimate = robot.body.estimate().copied();
+    let was_empty = robot.radio.queue.len() == 0;
+    brain.tick(&mut Io {
+        id,
+        now,
+        inbox: Inbox {
+            heard: &scratch.heard,
+            air: ether.air.transmissions(),
+            late: late.as_deref(),
+        },
+        outbox: Outbox { queue: &mut robot.radio.queue, medium },
+        sensors: Sensors {
+            pose,
+            estimate: estimate.as_ref(),
+            ambient: around.ambient,
+            lights: around.lights,
+        },
+        actuators: robot.body.actuators(),
+        led: &mut robot.led,
+    });
+    if robot.radio.queue.len() == 0 {
+        return;
+    }
+    if was_empty {
+        let mut stream = Stream::new(around.seed, Purpose::Send, id.0, now);
+        robot.radio.plan(medium, around.pacing, &mut stream);
+    }
+    if robot.radio.attempt < TICK_US as i32 {
+        scratch.planned[medium as usize].push(Attempt { at: robot.radio.attempt, robot: id });
+    }
+}
