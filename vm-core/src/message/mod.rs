@@ -1,12 +1,17 @@
 //! Messages between robots: frames from bytes and to bytes. `docs/wire-format.md` is about the format.
 //!
 //! A frame is a type byte, by which links tell it from their own frames, and fields of fixed size. Only values that need no
-//! heap fit: nil, numbers and constant strings. Others travel in fragments.
+//! heap fit: nil, numbers and constant strings. Others travel in
+//! fragments, whose joined bytes are a [`content`].
 //!
 //! Every frame carries bits of the hash of its script, so that robots with other scripts ignore it.
 
+mod check;
+pub mod content;
 mod plain;
 mod seal;
+
+pub use check::crc16;
 
 use crate::number::Profile;
 use crate::value::{Tag, Value};

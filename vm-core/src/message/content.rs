@@ -1,0 +1,241 @@
+//! The content of messages that are too long for one frame: a check, what kind of message it is, and values as items.
+//!
+//! An item stands for a value, but for a table it only tells how many pairs of items follow: the walk over the heap is the
+//! machine's.
+
+use core::slice;
+
+use super::{CLOCK_MAX, Ignored, Script, crc16};
+use crate::number::{Profile, Word};
+use crate::value::{Tag, Value};
+
+/// What kind of message a content is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Head {
+    /// `neighbors.broadcast`: topic and value follow.
+    Broadcast,
+    /// An entry of a stigmergy: key and value follow.
+    Entry {
+        /// Number of the stigmergy.
+        stigmergy: u16,
+        /// Who wrote the value.
+        owner: u16,
+        /// When, on Lamport's clock, up to [`CLOCK_MAX`].
+        clock: u32,
+    },
+}
+
+/// A value, or the start of one.
+#[derive(Clone, Copy, Debug)]
+pub enum Item<P: Profile> {
+    /// nil, a number or a constant string.
+    Plain(Value<P>),
+    /// A string made at run time: so many bytes follow.
+    Text(u8),
+    /// A table: so many pairs of items follow, key and value.
+    Table(u8),
+    /// A function without captured values, by its number. Whether the script has so many is not checked.
+    Function(u16),
+}
+
+const BROADCAST: u8 = 0;
+const ENTRY: u8 = 1;
+const TEXT: u8 = 4;
+const TABLE: u8 = 5;
+const FUNCTION: u8 = 6;
+
+/// Bytes of the check.
+const CHECK: usize = 2;
+
+/// Writes a content: its head, then items.
+#[derive(Debug)]
+pub struct Writer<'a> {
+    room: &'a mut [u8],
+    /// How many bytes there are, or would be if there was room.
+    length: usize,
+    script: Script,
+}
+
+impl<'a> Writer<'a> {
+    /// Begins a content in this room.
+    pub fn new(room: &'a mut [u8], script: Script, head: Head) -> Self {
+        let mut writer = Writer { room, length: CHECK, script };
+        match head {
+            Head::Broadcast => writer.byte(BROADCAST),
+            Head::Entry { stigmergy, owner, clock } => {
+                writer.byte(ENTRY);
+                writer.number(stigmergy);
+                writer.number(owner);
+                writer.number(clock as u16);
+                writer.byte((clock >> 16) as u8);
+            }
+        }
+        writer
+    }
+
+    /// The next item.
+    #[inline(never)]
+    pub fn item<P: Profile>(&mut self, item: Item<P>) {
+        match item {
+            Item::Plain(value) => {
+                self.byte(value.tag().byte());
+                if value.is_nil() {
+                    return;
+                }
+                let offset = if value.is(Tag::STRING) { self.script.hash as u16 } else { 0 };
+                self.number(P::raw_to_u16(value.raw()).wrapping_add(offset));
+                if P::FULL {
+                    self.number((value.raw().to_u32() >> 16) as u16);
+                }
+            }
+            Item::Text(length) => {
+                self.byte(TEXT);
+                self.byte(length);
+            }
+            Item::Table(pairs) => {
+                self.byte(TABLE);
+                self.byte(pairs);
+            }
+            Item::Function(number) => {
+                self.byte(FUNCTION);
+                self.number(number);
+            }
+        }
+    }
+
+    /// The next byte of a text.
+    #[inline(never)]
+    pub fn byte(&mut self, byte: u8) {
+        if let Some(place) = self.room.get_mut(self.length) {
+            *place = byte;
+        }
+        self.length = self.length.saturating_add(1);
+    }
+
+    #[inline(never)]
+    fn number(&mut self, number: u16) {
+        let [low, high] = number.to_le_bytes();
+        self.byte(low);
+        self.byte(high);
+    }
+
+    /// Writes the check and tells how many bytes the content has; `None` if there is no room for it.
+    pub fn finish(self) -> Option<usize> {
+        let (place, checked) = self.room.get_mut(..self.length)?.split_first_chunk_mut()?;
+        *place = check(checked, self.script).to_le_bytes();
+        Some(self.length)
+    }
+}
+
+/// Reads a content whose check is right.
+#[derive(Clone, Debug)]
+pub struct Reader<'a> {
+    rest: slice::Iter<'a, u8>,
+    script: Script,
+    wrong: Option<Ignored>,
+}
+
+impl<'a> Reader<'a> {
+    /// Begins a content that is complete, and behind which there may be more bytes. Fails unless all its items make sense and
+    /// the check is right; from then on [`Reader::item`] gives what was written.
+    pub fn new<P: Profile>(content: &'a [u8], script: Script) -> Result<(Head, Self), Ignored> {
+        let Some((expected, checked)) = content.split_first_chunk() else {
+            return Err(Ignored::Malformed);
+        };
+        let mut reader = Reader { rest: checked.iter(), script, wrong: None };
+        let head = match reader.byte() {
+            BROADCAST => Head::Broadcast,
+            ENTRY => {
+                let (stigmergy, owner) = (reader.number(), reader.number());
+                let clock = u32::from(reader.number()) | u32::from(reader.byte()) << 16;
+                if clock > CLOCK_MAX {
+                    return Err(Ignored::Malformed);
+                }
+                Head::Entry { stigmergy, owner, clock }
+            }
+            _ => return Err(Ignored::Malformed),
+        };
+        let items = reader.clone();
+        // Topic or key, and value.
+        let mut left = 2_u16;
+        while left > 0 && reader.wrong.is_none() {
+            left -= 1;
+            match reader.item::<P>() {
+                Item::Text(length) => {
+                    for _ in 0..length {
+                        reader.byte();
+                    }
+                }
+                // Each item takes a byte at least, so there is no end of 16 bits before that of the content.
+                Item::Table(pairs) => left = left.saturating_add(2 * u16::from(pairs)),
+                _ => {}
+            }
+        }
+        let length = checked.len().wrapping_sub(reader.rest.len());
+        let right = check(checked.get(..length).unwrap_or(&[]), script).to_le_bytes();
+        match reader.wrong {
+            Some(wrong) => Err(wrong),
+            None if right != *expected => Err(Ignored::Foreign),
+            None => Ok((head, items)),
+        }
+    }
+
+    /// The next item; nil behind the last.
+    #[inline(never)]
+    pub fn item<P: Profile>(&mut self) -> Item<P> {
+        let tag = self.byte();
+        match tag {
+            0..=3 => {
+                let mut value = Value::nil();
+                if tag != 0 {
+                    let [b0, b1] = self.number().to_le_bytes();
+                    let [b2, b3] = if P::FULL { self.number().to_le_bytes() } else { [0; 2] };
+                    value = Value::new(Tag::of(tag), P::literal_from_le([b0, b1, b2, b3]));
+                    if tag == Tag::STRING.byte() {
+                        value = self.string(value);
+                    }
+                }
+                Item::Plain(value)
+            }
+            TEXT if P::FULL => Item::Text(self.byte()),
+            TABLE => Item::Table(self.byte()),
+            FUNCTION => Item::Function(self.number()),
+            _ => {
+                self.wrong = Some(Ignored::Malformed);
+                Item::Plain(Value::nil())
+            }
+        }
+    }
+
+    /// The string of a word.
+    fn string<P: Profile>(&mut self, word: Value<P>) -> Value<P> {
+        let low = P::raw_to_u16(word.raw());
+        let number = low.wrapping_sub(self.script.hash as u16);
+        if number >= self.script.strings || P::raw_from_u16(low) != word.raw() {
+            self.wrong.get_or_insert(Ignored::Foreign);
+        }
+        Value::string(number)
+    }
+
+    /// The next byte of a text.
+    #[inline(never)]
+    pub fn byte(&mut self) -> u8 {
+        match self.rest.next() {
+            Some(byte) => *byte,
+            None => {
+                self.wrong = Some(Ignored::Malformed);
+                0
+            }
+        }
+    }
+
+    #[inline(never)]
+    fn number(&mut self) -> u16 {
+        u16::from_le_bytes([self.byte(), self.byte()])
+    }
+}
+
+/// The check of those bytes, which begins with bits of the script's hash.
+fn check(bytes: &[u8], script: Script) -> u16 {
+    bytes.iter().fold(script.hash as u16, |check, byte| crc16(check, *byte))
+}
