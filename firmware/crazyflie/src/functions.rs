@@ -3,11 +3,13 @@
 use bittybuzz_runtime::script::{Console, Counts, Robot, Stopped};
 use bittybuzz_runtime::setpoint::Writer;
 use bittybuzz_vm_core::number::{Full, Profile, Rng};
-use bittybuzz_vm_core::{Arguments, Axis, ByteCode, Item, Refusal, Reply, RobotFault, Type, Value};
+use bittybuzz_vm_core::{
+    Arguments, Axis, ByteCode, Item, Refusal, Reply, RobotFault, Sighting, Type, Value,
+};
 use embassy_time::Instant;
 
 use crate::leds::{Color, ScriptLeds, StatusChannel};
-use crate::link;
+use crate::link::{self, swarm::MAIL};
 use crate::motors::{POWER_MAX, Powers};
 use crate::robot::{self, function};
 use crate::section::Section;
@@ -129,6 +131,14 @@ impl Robot<Full> for Crazyflie {
 
     fn position(&mut self, axis: Axis) -> Option<f32> {
         link::POSE.get().map(|pose| pose.along::<Section>(axis))
+    }
+
+    fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<Full>)> {
+        MAIL.receive(frame)
+    }
+
+    fn send(&mut self, frame: &[u8]) {
+        MAIL.send(frame);
     }
 
     fn report(&mut self, record: &[u8]) {

@@ -9,11 +9,12 @@
 //! | [`drive_motors`] | applies the script's set-points, and stops the motors when they expire |
 //! | [`link::receive`] | frames of the nRF51: radio, battery, shutdown |
 //! | [`link::send`] | frames to the nRF51 |
+//! | [`link::swarm`] | swarm messages to all other robots |
 //! | [`leds::show_status`] | the two LEDs of the firmware |
 //! | [`feed_watchdog`] | feeds the watchdog while all others live |
 //!
 //! # What it does not do yet
-//! Fly: no sensors are read, and motors get at most 30 % of full power. Exchange swarm messages.
+//! Fly: no sensors are read, and motors get at most 30 % of full power. Where it is it knows from a ground station.
 
 #![no_std]
 #![no_main]
@@ -34,6 +35,7 @@ mod robot {
     include!(concat!(env!("OUT_DIR"), "/robot.rs"));
 }
 
+use bittybuzz_comms::syslink::SWARM_MESSAGE_MAX;
 use bittybuzz_runtime::liveness::{LOOK, Liveness, Pulse};
 use bittybuzz_runtime::script::Script;
 use bittybuzz_runtime::setpoint::{self, Writer};
@@ -65,7 +67,7 @@ bind_interrupts!(struct Irqs {
 /// that it takes 170 to 470 ms; food comes every 100 ms.
 const WATCHDOG_US: u32 = 250_000;
 
-static TASKS: Liveness = Liveness::new(5);
+static TASKS: Liveness = Liveness::new(6);
 static SETPOINTS: setpoint::Channel<Powers> = setpoint::Channel::new();
 static STATUS: StatusChannel = StatusChannel::new();
 
@@ -83,6 +85,8 @@ type ScriptTask = Script<Full, section::Section, Crazyflie, { robot::SLOTS }, Ot
 
 /// The machine takes no more memory than the robot file promises.
 const _: () = assert!(size_of::<Machine>() <= robot::MEMORY);
+/// With its sender and position a message fits a frame of the radio.
+const _: () = assert!(robot::MESSAGE_BYTES <= SWARM_MESSAGE_MAX);
 /// It has what scripts are built for.
 const _: () = assert!(robot::MATHS == (features::<Full>() & Feature::Maths as u8 != 0));
 
@@ -128,6 +132,7 @@ async fn main(spawner: Spawner) {
     spawner.spawn(defmt::unwrap!(drive_motors(motors, pulse(1))));
     spawner.spawn(defmt::unwrap!(link::receive::receive_frames(receiver, robot_id, pulse(2))));
     spawner.spawn(defmt::unwrap!(link::send::send_frames(sender, pulse(3))));
+    spawner.spawn(defmt::unwrap!(link::swarm::broadcast_messages(robot_id, pulse(5))));
     spawner.spawn(defmt::unwrap!(leds::show_status(&STATUS, status_leds, pulse(4))));
     spawner.spawn(defmt::unwrap!(feed_watchdog(watchdog)));
 }

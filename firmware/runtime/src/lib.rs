@@ -18,6 +18,7 @@
 #![forbid(unsafe_code)]
 
 pub mod liveness;
+pub mod mail;
 pub mod pose;
 pub mod script;
 pub mod setpoint;

@@ -13,8 +13,15 @@ function step() { n = n + 1 led(n % 8) set_motor(0, 20 + n % 2) }
 ";
 
 /// The tasks: those that the watchdog looks after, and its own.
-const TASKS: [&str; 6] =
-    ["run_script", "drive_motors", "receive_frames", "send_frames", "show_status", "feed_watchdog"];
+const TASKS: [&str; 7] = [
+    "run_script",
+    "drive_motors",
+    "receive_frames",
+    "send_frames",
+    "broadcast_messages",
+    "show_status",
+    "feed_watchdog",
+];
 
 /// Nothing that a script does, and the sign of a robot that has locked itself.
 fn is_locked(events: &[TimedEvent]) -> bool {

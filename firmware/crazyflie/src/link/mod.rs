@@ -1,11 +1,12 @@
 //! The link to the nRF51822, which has the radio, the power switch and the battery: syslink on USART6 at 1 Mbaud.
 //!
 //! [`uart`] moves bytes between the pins and two rings, in interrupts. [`receive`] makes frames of them and acts upon them;
-//! [`send`] writes frames. [`setup`] brings the radio up, and again when the nRF51 has forgotten it.
+//! [`send`] writes frames. [`swarm`] carries the script's messages to and from other robots. [`setup`] brings the radio up, and again when the nRF51 has forgotten it.
 
 pub mod receive;
 pub mod send;
 mod setup;
+pub mod swarm;
 pub mod uart;
 
 use core::sync::atomic::{AtomicI16, AtomicU16, AtomicU32, Ordering};
@@ -24,6 +25,8 @@ pub struct State {
     rejected: AtomicU32,
     /// P2P frames of other robots.
     heard: AtomicU32,
+    /// Of these, the ones on the port of swarm messages that are none.
+    unknown: AtomicU32,
     /// Frames that could not be sent in time.
     dropped: AtomicU32,
 }
@@ -38,10 +41,12 @@ pub static STATE: State = State {
     received: AtomicU32::new(0),
     rejected: AtomicU32::new(0),
     heard: AtomicU32::new(0),
+    unknown: AtomicU32::new(0),
     dropped: AtomicU32::new(0),
 };
 
-/// What is told of the link from time to time: signal strength in dBm, and what [`State`] counts.
+/// What is told of the link from time to time: signal strength in dBm, what [`State`] counts, and swarm messages that there
+/// was no room for, heard and own ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
 pub struct Counts {
     rssi: i16,
@@ -49,6 +54,9 @@ pub struct Counts {
     rejected: u32,
     overrun: u32,
     heard: u32,
+    unknown: u32,
+    unread: u32,
+    unsent: u32,
     dropped: u32,
 }
 
@@ -60,12 +68,16 @@ impl State {
 
     /// Everything that is counted, since the start.
     pub fn counts(&self) -> Counts {
+        let mail = swarm::MAIL.dropped();
         Counts {
             rssi: self.rssi.load(Ordering::Relaxed),
             received: self.received.load(Ordering::Relaxed),
             rejected: self.rejected.load(Ordering::Relaxed),
             overrun: uart::overruns(),
             heard: self.heard.load(Ordering::Relaxed),
+            unknown: self.unknown.load(Ordering::Relaxed),
+            unread: mail.heard,
+            unsent: mail.unsent,
             dropped: self.dropped.load(Ordering::Relaxed),
         }
     }

@@ -2,13 +2,14 @@
 
 use core::sync::atomic::Ordering;
 
-use bittybuzz_comms::syslink::{Crtp, Packet, Parser};
+use bittybuzz_comms::syslink::{Crtp, Packet, Parser, SWARM_PORT};
 use bittybuzz_runtime::liveness::{BEAT, Pulse};
 use bittybuzz_runtime::pose::Pose;
 use embassy_time::with_timeout;
 
 use super::send::send;
 use super::setup::Keeper;
+use super::swarm::Ears;
 use super::uart::Receiver;
 use super::{POSE, STATE};
 use crate::motors;
@@ -22,6 +23,7 @@ const PING_PORT: u8 = 15;
 pub async fn receive_frames(mut uart: Receiver, robot_id: u16, pulse: Pulse) -> ! {
     let mut parser = Parser::new();
     let mut keeper = Keeper::new();
+    let mut ears = Ears::new(robot_id);
     let mut buffer = [0; 64];
     loop {
         pulse.beat();
@@ -33,7 +35,7 @@ pub async fn receive_frames(mut uart: Receiver, robot_id: u16, pulse: Pulse) -> 
                 // What this firmware does not know is none of its business.
                 if let Ok(packet) = Packet::received(frame) {
                     keeper.hear(&packet);
-                    act(&packet, robot_id);
+                    act(&packet, robot_id, &mut ears);
                 }
             });
         }
@@ -41,7 +43,7 @@ pub async fn receive_frames(mut uart: Receiver, robot_id: u16, pulse: Pulse) -> 
     }
 }
 
-fn act(packet: &Packet<'_>, robot_id: u16) {
+fn act(packet: &Packet<'_>, robot_id: u16, ears: &mut Ears) {
     match packet {
         Packet::Raw(data) => match Crtp::parse(data) {
             Some(Crtp::Echo) => send(packet),
@@ -54,8 +56,12 @@ fn act(packet: &Packet<'_>, robot_id: u16) {
         Packet::P2pReceived { port, rssi, data } => {
             STATE.rssi.store(*rssi, Ordering::Relaxed);
             STATE.heard.fetch_add(1, Ordering::Relaxed);
-            if *port == PING_PORT && data.starts_with(&robot_id.to_le_bytes()) {
-                send(&Packet::P2pSend { port: *port, data });
+            match *port {
+                PING_PORT if data.starts_with(&robot_id.to_le_bytes()) => {
+                    send(&Packet::P2pSend { port: *port, data });
+                }
+                SWARM_PORT => ears.hear(data),
+                _ => {}
             }
         }
         Packet::Battery(battery) => {

@@ -1,0 +1,64 @@
+//! Swarm messages over P2P broadcast.
+
+use core::sync::atomic::Ordering;
+
+use bittybuzz_comms::syslink::{P2P_MAX, Packet, Position, SWARM_PORT, SwarmFrame};
+use bittybuzz_runtime::liveness::Pulse;
+use bittybuzz_runtime::mail::Mail;
+use bittybuzz_vm_core::Sighting;
+use bittybuzz_vm_core::number::{Full, Rng};
+
+use super::send::send;
+use super::{POSE, STATE};
+use crate::robot::{IN_QUEUE, MESSAGE_BYTES, OUT_QUEUE};
+use crate::section::Section;
+
+/// Messages that wait for the script, and those that wait for the radio.
+pub static MAIL: Mail<Full, IN_QUEUE, OUT_QUEUE, MESSAGE_BYTES> = Mail::new();
+
+/// What hears swarm messages.
+pub struct Ears {
+    robot_id: u16,
+    /// Whether it was told that another robot has this one's id.
+    has_told: bool,
+}
+
+impl Ears {
+    /// Of the robot with this id.
+    pub fn new(robot_id: u16) -> Self {
+        Ears { robot_id, has_told: false }
+    }
+
+    /// The data of a P2P frame on the port of swarm messages. Where its sender is seen now is found out now: at the next
+    /// step both robots may be elsewhere.
+    pub fn hear(&mut self, data: &[u8]) {
+        let Some(SwarmFrame { robot, position, message }) = SwarmFrame::parse(data) else {
+            STATE.unknown.fetch_add(1, Ordering::Relaxed);
+            return;
+        };
+        if robot == self.robot_id && !self.has_told {
+            self.has_told = true;
+            defmt::warn!("another robot has id {=u16}, too: `bbz flash --id`", robot);
+        }
+        let place = match (POSE.get(), position) {
+            (Some(here), Some(there)) => Some(here.place_of::<Full, Section>(there.mm())),
+            _ => None,
+        };
+        MAIL.hear(message, Sighting { robot: Some(robot), place });
+    }
+}
+
+/// The task.
+#[embassy_executor::task]
+pub async fn broadcast_messages(robot_id: u16, pulse: Pulse) -> ! {
+    // Not the numbers of the script's generator, of which the seed is 0.
+    let rng = Rng::new(1, robot_id);
+    MAIL.drain(rng, pulse, |message| {
+        let position = POSE.get().and_then(|here| Position::from_mm(here.position_mm));
+        let frame = SwarmFrame { robot: robot_id, position, message };
+        if let Some(data) = frame.write(&mut [0; P2P_MAX]) {
+            send(&Packet::P2pSend { port: SWARM_PORT, data });
+        }
+    })
+    .await
+}
