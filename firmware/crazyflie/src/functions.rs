@@ -4,7 +4,7 @@ use bittybuzz_runtime::script::{Console, Counts, Robot, Stopped};
 use bittybuzz_runtime::setpoint::Writer;
 use bittybuzz_vm_core::number::{Full, Profile, Rng};
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Item, Refusal, Reply, RobotFault, Sighting, Type, Value,
+    Arguments, Axis, ByteCode, Item, Periods, Refusal, Reply, RobotFault, Sighting, Type, Value,
 };
 use embassy_time::Instant;
 
@@ -131,6 +131,15 @@ impl Robot<Full> for Crazyflie {
 
     fn position(&mut self, axis: Axis) -> Option<f32> {
         link::POSE.get().map(|pose| pose.along::<Section>(axis))
+    }
+
+    fn periods(&self) -> Periods {
+        // At most 255: robots/src/read.rs.
+        Periods {
+            beacon: robot::BEACON_STEPS as u8,
+            forget: robot::FORGET_STEPS as u8,
+            advertise: robot::ADVERTISE_STEPS as u8,
+        }
     }
 
     fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<Full>)> {

@@ -86,7 +86,7 @@ type ScriptTask = Script<Full, section::Section, Crazyflie, { robot::SLOTS }, Ot
 /// The machine takes no more memory than the robot file promises.
 const _: () = assert!(size_of::<Machine>() <= robot::MEMORY);
 /// With its sender and position a message fits a frame of the radio.
-const _: () = assert!(robot::MESSAGE_BYTES <= SWARM_MESSAGE_MAX);
+const _: () = assert!(robot::FRAME_BYTES <= SWARM_MESSAGE_MAX);
 /// It has what scripts are built for.
 const _: () = assert!(robot::MATHS == (features::<Full>() & Feature::Maths as u8 != 0));
 

@@ -3,8 +3,8 @@
 use bittybuzz_comms::trace;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Alone, Arguments, Axis, ByteCode, Entry, Host, Image, Network, Outcome, Reply, RobotFault,
-    Sighting, Vm,
+    Alone, Arguments, Axis, ByteCode, Entry, Host, Image, Network, Outcome, Periods, Reply,
+    RobotFault, Sighting, Vm,
 };
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
@@ -50,6 +50,11 @@ pub trait Robot<P: Profile> {
 
     /// The position, as [`Host::position`] says.
     fn position(&mut self, axis: Axis) -> Option<f32>;
+
+    /// How often the robot is heard without the script's doing, as [`Host::periods`] says.
+    fn periods(&self) -> Periods {
+        Periods::DEFAULT
+    }
 
     /// The oldest frame that waits, as [`Host::receive`] says.
     fn receive(&mut self, _frame: &mut [u8]) -> Option<(usize, Sighting<P>)> {
@@ -346,6 +351,10 @@ impl<P: Profile, R: Robot<P>> Host<P> for Bridge<'_, R> {
 
     fn position(&mut self, axis: Axis) -> Option<f32> {
         self.robot.position(axis)
+    }
+
+    fn periods(&self) -> Periods {
+        self.robot.periods()
     }
 
     fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<P>)> {

@@ -10,11 +10,11 @@ use bittybuzz_vm_core::number::{Full, Rng};
 
 use super::send::send;
 use super::{POSE, STATE};
-use crate::robot::{IN_QUEUE, MESSAGE_BYTES, OUT_QUEUE};
+use crate::robot::{FRAME_BYTES, IN_QUEUE, OUT_QUEUE};
 use crate::section::Section;
 
 /// Messages that wait for the script, and those that wait for the radio.
-pub static MAIL: Mail<Full, IN_QUEUE, OUT_QUEUE, MESSAGE_BYTES> = Mail::new();
+pub static MAIL: Mail<Full, IN_QUEUE, OUT_QUEUE, FRAME_BYTES> = Mail::new();
 
 /// What hears swarm messages.
 pub struct Ears {
