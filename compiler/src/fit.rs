@@ -185,7 +185,7 @@ pub fn verify(image: &[u8], profile: Profile, robot: &Robot) -> Result<(), Image
 }
 
 /// With all parts: [`lacking`] says which the robot does not have.
-type Network<P> = SwarmMemory<P, 1, 1, 1, 1, 10, 48>;
+type Network<P> = SwarmMemory<P, 1, 1, 1, 1, 17, 104>;
 
 fn load<P: number::Profile>(image: &[u8], robot: &Robot) -> Result<(), ImageError> {
     // Too large for the stack of a thread.

@@ -4,6 +4,7 @@
 //! which neighbours, swarms and stigmergy are left out and cost nothing.
 
 use crate::builtin::Feature;
+use crate::message;
 use crate::number::Profile;
 use crate::value::Value;
 
@@ -241,6 +242,7 @@ impl<
         assert!(BEARINGS == 0 || BEARINGS == NEIGHBORS, "all bearings or none");
         assert!(SWARMS <= 8, "a neighbour's swarms are the bits of a byte");
         assert!(ENTRIES <= 100, "entries are numbered in a byte");
+        assert!(FRAME >= message::plain_max::<P>(), "every message but long values fits a frame");
         assert!(CONTENT == 8 * (FRAME - 4), "a message has at most 8 fragments");
         SwarmMemory {
             neighbors: [Neighbor { robot: 0, steps_left: 0, swarms: 0, distance: P::ZERO };

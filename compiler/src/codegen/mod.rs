@@ -268,8 +268,7 @@ impl Generator<'_> {
         {
             done.insert(library);
             for info in meanings.robots().members(library) {
-                let by_name = library == Library::Position
-                    || self.objects.contains(&library);
+                let by_name = library == Library::Position || self.objects.contains(&library);
                 let wanted = meanings.escaped().contains(&library)
                     || meanings.is_assigned(library, info.name)
                     || (by_name && self.mentioned.contains(info.name));

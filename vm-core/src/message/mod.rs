@@ -18,6 +18,11 @@ use crate::value::{Tag, Value};
 
 /// Bytes of the longest frame but fragments.
 pub const PLAIN_MAX: usize = 17;
+/// The same in that profile.
+pub const fn plain_max<P: Profile>() -> usize {
+    if P::FULL { PLAIN_MAX } else { 10 }
+}
+
 /// Most swarms in a frame of the full profile; the tiny profile's hold half as many.
 pub const SWARMS_MAX: usize = 4;
 /// Most fragments of a message.

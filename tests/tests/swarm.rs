@@ -1,0 +1,552 @@
+//! Every function of `neighbors`, `swarm` and `stigmergy`, between two and more robots.
+
+use bittybuzz_tests::swarm::Swarm;
+use bittybuzz_vm_core::number::{Full, Profile, Tiny};
+
+/// Runs a script on robots with ids 1, 2, ..., in both profiles, and compares what each printed last.
+fn last(robots: usize, steps: usize, script: &str, expected: &[&str]) {
+    fn run<P: Profile>(robots: usize, steps: usize, script: &str, expected: &[&str]) {
+        let mut swarm: Swarm<P> = Swarm::new(robots, script);
+        swarm.steps(steps);
+        assert_eq!(swarm.last(), expected, "{}: {script}", P::NAME);
+    }
+    run::<Tiny>(robots, steps, script, expected);
+    run::<Full>(robots, steps, script, expected);
+}
+
+mod neighbors {
+    use super::last;
+
+    #[test]
+    fn a_broadcast_reaches_the_listeners_of_all_others() {
+        last(
+            3,
+            2,
+            "heard = 0
+             function init() { neighbors.listen(\"x\", function(topic, value, id) { heard = heard + value + id }) }
+             function step() { log(heard)  if(id == 2) neighbors.broadcast(\"x\", 40) }",
+            &["42", "0", "42"],
+        );
+    }
+
+    #[test]
+    fn topic_and_value_keep_their_types() {
+        last(
+            2,
+            2,
+            "function init() { neighbors.listen(\"t\", function(topic, value, id) {
+                 log(topic, \" \", type(value), \" \", value, \" \", id)
+             }) }
+             function step() { if(id == 2) neighbors.broadcast(\"t\", \"word\") else log(\"silent\") }",
+            &["silent", ""],
+        );
+        last(
+            2,
+            2,
+            "function init() { neighbors.listen(\"t\", function(topic, value, id) {
+                 log(topic, \" \", type(value), \" \", value, \" \", id)
+             }) }
+             function step() {
+               if(id == 2) {
+                 neighbors.broadcast(\"t\", 0 - 7)
+                 neighbors.broadcast(\"t\", 2.5)
+                 neighbors.broadcast(\"t\", nil)
+                 neighbors.broadcast(\"t\", \"word\")
+               }
+             }",
+            &["t string word 2", ""],
+        );
+    }
+
+    #[test]
+    fn ignore_ends_listening() {
+        last(
+            2,
+            4,
+            "heard = 0
+             t = 0
+             function init() { neighbors.listen(\"x\", function(t, v, r) { heard = heard + 1 }) }
+             function step() {
+               t = t + 1
+               neighbors.broadcast(\"x\", 1)
+               log(heard)
+               if(t == 3) neighbors.ignore(\"x\")
+             }",
+            &["2", "2"],
+        );
+    }
+
+    #[test]
+    fn a_robot_that_says_nothing_is_a_neighbour_by_its_beacons() {
+        last(3, 7, "function step() { log(neighbors.count()) }", &["2", "2", "2"]);
+    }
+
+    #[test]
+    fn who_is_not_heard_any_more_is_forgotten() {
+        use super::{Swarm, Tiny};
+        let mut swarm: Swarm<Tiny> = Swarm::new(2, "function step() { log(neighbors.count()) }");
+        swarm.steps(20);
+        assert_eq!(swarm.last(), ["1", "1"]);
+        swarm.reaches = Box::new(|_, _| false);
+        swarm.steps(9);
+        assert_eq!(swarm.last(), ["1", "1"]);
+        swarm.steps(6);
+        assert_eq!(swarm.last(), ["0", "0"]);
+        swarm.reaches = Box::new(|_, _| true);
+        swarm.steps(7);
+        assert_eq!(swarm.last(), ["1", "1"]);
+    }
+
+    /// The robots stand in a row, 10 mm from one to the next.
+    const TELL: &str = "function step() {
+        neighbors.broadcast(\"here\", 1)
+        report()
+    }\n";
+
+    fn reported(function: &str, expected: &[&str]) {
+        last(3, 3, &format!("{TELL}function report() {{ {function} }}"), expected);
+    }
+
+    #[test]
+    fn get_tells_where_a_neighbour_is() {
+        reported(
+            "var n = neighbors.get(3)
+             if(isnil(n)) log(\"nobody\")
+             else log(n.distance, \" \", n.azimuth, \" \", n.elevation, \" \", size(n))",
+            &["20.0 0.0 0.0 3", "10.0 0.0 0.0 3", "nobody"],
+        );
+    }
+
+    #[test]
+    fn foreach_goes_by_ascending_id() {
+        reported(
+            "var all = {.text = 0}
+             neighbors.foreach(function(id, data) { all.text = all.text * 10 + id })
+             log(all.text)",
+            &["23", "13", "12"],
+        );
+    }
+
+    #[test]
+    fn reduce_folds() {
+        reported(
+            "log(neighbors.reduce(function(id, data, sum) { return sum + data.distance }, 0.5))",
+            &["30.5", "20.5", "30.5"],
+        );
+    }
+
+    #[test]
+    fn map_keeps_what_the_function_returns() {
+        reported(
+            "var m = neighbors.map(function(id, data) { return id * 2 })
+             log(m.count(), \" \", m.get(1), \" \", m.get(2), \" \", m.reduce(function(id, v, a) { return a + v }, 0))",
+            &["2 nil 4 10", "2 2 nil 8", "2 2 4 6"],
+        );
+    }
+
+    #[test]
+    fn filter_keeps_those_for_which_it_is_true() {
+        reported(
+            "var near = neighbors.filter(function(id, data) { return data.distance < 15 })
+             var s = near.map(function(id, data) { return id + 0.5 })
+             log(near.count(), \" \", s.reduce(function(id, v, a) { return a + v }, 0.0))",
+            &["1 2.5", "2 5.0", "1 2.5"],
+        );
+    }
+
+    #[test]
+    fn snapshots_last_and_know_all_their_functions() {
+        reported(
+            "if(isnil(kept)) {
+               if(neighbors.count() == 2) kept = neighbors.filter(function(id, data) { return 1 })
+               return
+             }
+             var seen = {.n = 0}
+             kept.foreach(function(id, data) { seen.n = seen.n * 10 + id })
+             var far = kept.filter(function(id, data) { return data.distance > 15 })
+             log(type(kept), size(kept), \" \", seen.n, \" \", far.count())",
+            &["table2 23 1", "table2 13 0", "table2 12 1"],
+        );
+    }
+
+    #[test]
+    fn outside_of_swarms_all_are_kin() {
+        reported(
+            "log(neighbors.kin().count(), \" \", neighbors.nonkin().count())",
+            &["2 0", "2 0", "2 0"],
+        );
+    }
+
+    #[test]
+    fn functions_are_values() {
+        last(
+            2,
+            2,
+            "heard = 0
+             function init() {
+               n = neighbors
+               hear = n.listen
+               hear(\"x\", function(t, v, r) { heard = v })
+               tell = neighbors.broadcast
+             }
+             function step() {
+               tell(\"x\", 10 + id)
+               var count = n.count
+               var all = n.filter(function(i, d) { return 1 })
+               var size_of = all.count
+               log(heard, \" \", count(), \" \", size_of())
+             }",
+            &["12 1 1", "11 1 1"],
+        );
+    }
+
+    #[test]
+    fn inside_a_listener_the_sender_is_a_neighbour() {
+        last(
+            2,
+            2,
+            "function init() { neighbors.listen(\"x\", function(t, v, r) {
+               log(neighbors.get(r).distance)
+             }) }
+             function step() { if(id == 2) neighbors.broadcast(\"x\", 1) }",
+            &["10.0", ""],
+        );
+    }
+}
+
+mod swarms {
+    use super::last;
+
+    #[test]
+    fn membership_is_heard_by_others() {
+        last(
+            3,
+            4,
+            "function init() {
+               s = swarm.create(7)
+               s.select(id != 2)
+             }
+             function step() {
+               neighbors.broadcast(\"here\", 1)
+               s.exec(function() { log(neighbors.kin().count(), \" \", neighbors.nonkin().count(), \" \", swarm.id()) })
+               if(not s.in()) log(\"out \", swarm.id())
+             }",
+            &["1 1 7", "out nil", "1 1 7"],
+        );
+    }
+
+    #[test]
+    fn leaving_is_heard_too() {
+        last(
+            2,
+            8,
+            "t = 0
+             function init() { s = swarm.create(1)  s.join() }
+             function step() {
+               t = t + 1
+               neighbors.broadcast(\"here\", 1)
+               if(t == 5 and id == 2) s.leave()
+               s.exec(function() { log(neighbors.kin().count()) })
+             }",
+            &["0", "1"],
+        );
+    }
+
+    #[test]
+    fn sets_of_swarms() {
+        last(
+            4,
+            1,
+            "function init() {
+               a = swarm.create(1)  a.select(id <= 2)
+               b = swarm.create(2)  b.select(id == 2 or id == 3)
+               u = swarm.union(3, a, b)
+               i = swarm.intersection(4, a, b)
+               d = swarm.difference(5, a, b)
+               o = a.others(6)
+             }
+             function step() { log(u.in(), i.in(), d.in(), o.in(), \" \", u.id, i.id, d.id, o.id) }",
+            &["1010 3456", "1100 3456", "1001 3456", "0001 3456"],
+        );
+    }
+
+    #[test]
+    fn exec_returns_the_value_and_nests() {
+        last(
+            1,
+            1,
+            "function step() {
+               var a = swarm.create(1)
+               var b = swarm.create(2)
+               a.join()  b.join()
+               var x = a.exec(function() {
+                 return b.exec(function() { return swarm.id() * 100 + swarm.id(1) * 10 })
+               })
+               b.unselect(0)
+               var still = b.in()
+               b.unselect(1)
+               log(x, \" \", isnil(b.exec(function() { return 1 })), still, b.in(), isnil(swarm.id()))
+             }",
+            &["210 1101"],
+        );
+    }
+
+    #[test]
+    fn methods_are_values_bound_to_their_swarm() {
+        last(
+            1,
+            1,
+            "function step() {
+               var a = swarm.create(1)
+               var b = swarm.create(2)
+               var t = {}
+               t.join = a.join
+               t.join()
+               var is_in = b.in
+               foreach({.1 = 1}, b.select)
+               log(a.in(), is_in(), swarm.create(1).in())
+             }",
+            &["111"],
+        );
+    }
+}
+
+mod stigmergy {
+    use super::last;
+    use super::{Full, Swarm, Tiny};
+
+    #[test]
+    fn what_one_puts_all_get() {
+        last(
+            3,
+            4,
+            "function init() { v = stigmergy.create(1)  if(id == 2) { v.put(\"a\", 5)  v.put(7, 2.5) } }
+             function step() { log(v.get(\"a\"), \" \", v.get(7), \" \", v.size(), \" \", v.id) }",
+            &["5 2.5 2 1"; 3],
+        );
+    }
+
+    #[test]
+    fn the_later_put_wins_and_a_put_of_nil_deletes() {
+        last(
+            3,
+            9,
+            "t = 0
+             function init() { v = stigmergy.create(2) }
+             function step() {
+               t = t + 1
+               if(t == 1 and id == 1) v.put(\"a\", 1)
+               if(t == 3 and id == 3) v.put(\"a\", v.get(\"a\") + 10)
+               if(t == 3 and id == 2) v.put(\"b\", 1)
+               if(t == 6 and id == 1) v.put(\"b\", nil)
+               log(v.get(\"a\"), \" \", v.get(\"b\"), \" \", v.size())
+             }",
+            &["11 nil 1"; 3],
+        );
+    }
+
+    #[test]
+    fn at_equal_clocks_the_higher_robot_wins_and_the_other_is_told() {
+        last(
+            3,
+            6,
+            "lost = 0
+             function init() {
+               v = stigmergy.create(1)
+               v.onconflictlost(function(key, mine) { lost = mine.robot * 100 + mine.data * 10 + mine.timestamp })
+               v.put(\"k\", id)
+             }
+             function step() { log(v.get(\"k\"), \" \", lost) }",
+            &["3 111", "3 221", "3 0"],
+        );
+    }
+
+    #[test]
+    fn a_handler_decides_a_conflict() {
+        last(
+            3,
+            8,
+            "function init() {
+               v = stigmergy.create(1)
+               v.onconflict(function(key, local, remote) {
+                 if(local.data < remote.data) return local
+                 return remote
+               })
+               v.put(\"k\", 50 - id * id)
+               w = stigmergy.create(2)
+               w.put(\"k\", id)
+             }
+             function step() { log(v.get(\"k\"), \" \", w.get(\"k\")) }",
+            &["41 3"; 3],
+        );
+    }
+
+    #[test]
+    fn a_handler_that_decides_nothing_is_counted() {
+        let mut swarm: Swarm<Tiny> = Swarm::new(
+            2,
+            "function init() {
+               v = stigmergy.create(1)
+               v.onconflict(function(key, local, remote) { return 5 })
+               v.put(1, id)
+             }
+             function step() { log(v.get(1)) }",
+        );
+        swarm.steps(5);
+        assert_eq!(swarm.last(), ["1", "2"]);
+        for robot in &mut swarm.robots {
+            assert!(robot.counters().undecided > 0);
+        }
+    }
+
+    #[test]
+    fn foreach_map_and_reduce() {
+        last(
+            2,
+            3,
+            "function init() {
+               v = stigmergy.create(1)
+               v.put(\"a\" , 10)
+               v.put(id, id)
+             }
+             function step() {
+               var t = {.n = 0}
+               v.foreach(function(key, value, robot) { t.n = t.n + value * robot })
+               var m = v.map(function(key, value, robot) { return value + robot })
+               log(t.n, \" \", m[1], m[2], m.a, size(m), \" \", v.reduce(function(k, x, r, a) { return a + x }, 0))
+             }",
+            &["25 24123 13"; 2],
+        );
+    }
+
+    #[test]
+    fn create_again_empties_and_keeps_handlers() {
+        last(
+            2,
+            12,
+            "t = 0
+             lost = 0
+             function init() {
+               v = stigmergy.create(1)
+               v.onconflictlost(function(k, mine) { lost = 1 })
+               if(id == 2) v.put(\"a\", 1)
+             }
+             function step() {
+               t = t + 1
+               if(t == 4 and id == 1) { w = stigmergy.create(1)  now = w.size() }
+               if(t == 8) v.put(\"z\", id)
+               log(v.size(), \" \", now, \" \", lost)
+             }",
+            &["2 0 1", "2 nil 0"],
+        );
+    }
+
+    #[test]
+    fn a_question_is_answered() {
+        use std::cell::Cell;
+        use std::rc::Rc;
+        let mut swarm: Swarm<Full> = Swarm::new(
+            2,
+            "function init() { v = stigmergy.create(1)  if(id == 2) v.put(\"a\", 5) }
+             function step() { log(v.get(\"a\")) }",
+        );
+        let open = Rc::new(Cell::new(false));
+        let is_open = open.clone();
+        swarm.reaches = Box::new(move |_, _| is_open.get());
+        swarm.steps(100);
+        assert_eq!(swarm.last(), ["nil", "5"]);
+        open.set(true);
+        // The question in the first step, the answer in the second, and there it is in the third.
+        swarm.steps(3);
+        assert_eq!(swarm.last(), ["5", "5"]);
+    }
+
+    #[test]
+    fn a_full_store_passes_on() {
+        // Robot 2, between the others, is full with keys of a stigmergy that only it has.
+        let mut swarm: Swarm<Tiny> = Swarm::new(
+            3,
+            "function init() {
+               v = stigmergy.create(1)
+               if(id == 2) {
+                 w = stigmergy.create(2)
+                 w.put(1, 1)  w.put(2, 1)  w.put(3, 1)  w.put(4, 1)
+               }
+               if(id == 1) v.put(\"far\", 9)
+             }
+             function step() { if(id == 3) log(v.get(\"far\")) else log(v.size()) }",
+        );
+        swarm.reaches = Box::new(|from, to| from.abs_diff(to) == 1);
+        swarm.steps(40);
+        assert_eq!(swarm.last()[2], "9");
+        assert!(swarm.robots[1].counters().not_kept > 0);
+    }
+
+    #[test]
+    fn an_own_key_too_many_is_a_fault() {
+        let mut swarm: Swarm<Tiny> = Swarm::new(
+            1,
+            "function init() { v = stigmergy.create(1) }
+             i = 0
+             function step() { i = i + 1  v.put(i, i)  log(i) }",
+        );
+        for _ in 0..4 {
+            assert!(swarm.robots[0].try_step().is_ok());
+        }
+        let fault = swarm.robots[0].try_step().expect_err("there is no room");
+        assert_eq!(fault.code, bittybuzz_vm_core::FaultCode::StoreFull);
+        assert_eq!(swarm.last(), ["4"]);
+    }
+
+    #[test]
+    fn a_partition_heals() {
+        use std::cell::Cell;
+        use std::rc::Rc;
+        let mut swarm: Swarm<Tiny> = Swarm::new(
+            4,
+            "t = 0
+             function init() { v = stigmergy.create(1) }
+             function step() {
+               t = t + 1
+               if(t == 5) v.put(\"k\", id)
+               if(t == 8 and id == 1) v.put(\"k\", 100)
+               log(v.get(\"k\"))
+             }",
+        );
+        let healed = Rc::new(Cell::new(false));
+        let is_healed = healed.clone();
+        swarm.reaches = Box::new(move |from, to| is_healed.get() || (from < 2) == (to < 2));
+        swarm.steps(60);
+        assert_eq!(swarm.last(), ["100", "100", "4", "4"]);
+        healed.set(true);
+        swarm.steps(30);
+        assert_eq!(swarm.last(), ["100"; 4]);
+    }
+}
+
+#[test]
+fn duplicates_and_foreign_frames_do_no_harm() {
+    let script = "heard = 0
+        function init() { v = stigmergy.create(1)  neighbors.listen(\"x\", function(t, x, r) { heard = heard + 1 }) }
+        function step() { v.put(\"k\", id)  neighbors.broadcast(\"x\", 1)  log(heard) }";
+    let mut swarm: Swarm<Tiny> = Swarm::new(2, script);
+    let mut other: Swarm<Tiny> = Swarm::new(2, &format!("{script}\nlog(\"other\")"));
+    swarm.copies = 3;
+    swarm.step();
+    other.step();
+    let frames: Vec<_> = other.robots[0].link.inbox.drain(..).collect();
+    assert!(!frames.is_empty());
+    let count = frames.len();
+    for frame in frames {
+        swarm.robots[0].link.inbox.push_back(frame);
+    }
+    // Too short, of no type, nothing at all.
+    for bad in [vec![0x20, 1], vec![0xff; 10], vec![]] {
+        swarm.robots[0].link.inbox.push_back((bad, 1));
+    }
+    swarm.step();
+    assert_eq!(swarm.last(), ["3", "3"]);
+    let counters = swarm.robots[0].counters();
+    assert_eq!(usize::from(counters.foreign), count);
+    assert_eq!(counters.malformed, 3);
+}
