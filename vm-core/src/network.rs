@@ -164,6 +164,9 @@ pub trait Network<P: Profile>: sealed::Sealed {
 
     #[doc(hidden)]
     fn neighbors(&mut self) -> &mut [Neighbor<P>];
+    /// Neighbours and the numbers of stigmergies, for hosts that look at a robot.
+    #[doc(hidden)]
+    fn known(&self) -> (&[Neighbor<P>], &[u16]);
     #[doc(hidden)]
     fn bearings(&mut self) -> &mut [[P::Raw; 2]];
     #[doc(hidden)]
@@ -295,6 +298,10 @@ impl<
         &mut self.bearings
     }
 
+    fn known(&self) -> (&[Neighbor<P>], &[u16]) {
+        (&self.neighbors, &self.stigmergies)
+    }
+
     fn entries(&self) -> &[Entry<P>] {
         &self.entries
     }
@@ -346,6 +353,10 @@ impl<P: Profile> Network<P> for Alone {
 
     fn bearings(&mut self) -> &mut [[P::Raw; 2]] {
         &mut []
+    }
+
+    fn known(&self) -> (&[Neighbor<P>], &[u16]) {
+        (&[], &[])
     }
 
     fn entries(&self) -> &[Entry<P>] {

@@ -72,11 +72,20 @@ pub enum Cause {
     NotANumber { of: &'static str },
     /// A medium that no robot of the scenario has.
     NoSuchMedium { medium: &'static str },
+    /// A robot file whose virtual machine the simulator does not have.
+    Misfit { robot: String, needs: String },
+    /// The engine cannot have these numbers.
+    Settings { message: String },
     /// More robots than there is room for.
     NoRoom { count: usize, placed: usize },
 }
 
 impl ScenarioError {
+    /// Numbers that pass by themselves, but not together.
+    pub(crate) fn settings(error: crate::engine::SettingsError) -> Self {
+        ScenarioError { cause: Cause::Settings { message: error.to_string() }, place: None }
+    }
+
     /// What to do about it, if the message does not say so by itself.
     pub fn help(&self) -> Option<String> {
         self.cause.help()
@@ -133,6 +142,10 @@ impl fmt::Display for Cause {
             Cause::NoSuchMedium { medium } => {
                 write!(f, "no robot of the scenario has the medium `{medium}`")
             }
+            Cause::Misfit { robot, needs } => {
+                write!(f, "`{robot}` cannot be simulated: its body needs {needs}")
+            }
+            Cause::Settings { message } => write!(f, "the world cannot be made: {message}"),
             Cause::NoRoom { count, placed } => {
                 write!(f, "there is no room for {count} robots, only for {placed}")
             }
@@ -186,6 +199,8 @@ impl Cause {
             | Cause::Without { .. }
             | Cause::Length { .. }
             | Cause::NoSuchEntry { .. }
+            | Cause::Misfit { .. }
+            | Cause::Settings { .. }
             | Cause::NoSuchMedium { .. } => None,
         }
     }

@@ -49,7 +49,7 @@ pub enum Action {
     Restore(Selection, Selection),
     /// Frames only get through inside of each part. Robots of no part are a part of their own.
     Partition(Vec<Selection>),
-    /// All blocked links and partitions are over.
+    /// The partition is over.
     Heal,
 }
 

@@ -201,7 +201,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "block" "[robots, robots]" "" "no frame gets from the ones to the others, nor back",
             "restore" "[robots, robots]" "" "the blocked links work again",
             "partition" "list of robots" "" "frames only get through inside of each part",
-            "heal" "true" "" "all blocked links and partitions are over",
+            "heal" "true" "" "the partition is over",
         ],
     },
     SectionKeys {

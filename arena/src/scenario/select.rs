@@ -19,7 +19,7 @@ impl Selection {
     }
 
     /// The robots' numbers, ascending, none twice.
-    pub fn iter(&self) -> impl Iterator<Item = usize> {
+    pub fn iter(&self) -> impl Iterator<Item = usize> + Clone {
         self.0.iter().flat_map(|range| range.start as usize..range.end as usize)
     }
 

@@ -16,6 +16,7 @@ mod audit;
 mod builtins;
 mod call;
 mod compare;
+mod inspect;
 mod interpret;
 mod iterate;
 mod library;

@@ -1,0 +1,151 @@
+//! Whether what a scenario expects holds.
+
+use crate::scenario::{Expect, Of, Reduction, Scenario, Test, Wanted, When};
+
+use super::quantity::{Probe, Reading};
+use super::tick_at;
+
+/// An expectation, with what its names mean.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bound {
+    pub expect: Expect,
+    pub probe: Probe,
+    /// Ticks from and to which it counts.
+    window: (u64, u64),
+}
+
+/// How an expectation fared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// It is too early to tell.
+    Open,
+    /// It held when it had to.
+    Held,
+    /// It did not.
+    Failed,
+}
+
+/// An expectation during a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Convergence {
+    /// How it fares.
+    pub verdict: Verdict,
+    /// Since which tick the condition is true without a break, whatever the expectation says of times.
+    pub since: Option<u64>,
+    /// The tick in which it failed.
+    pub failed_at: Option<u64>,
+}
+
+impl Convergence {
+    /// Before the first look.
+    pub const START: Convergence =
+        Convergence { verdict: Verdict::Open, since: None, failed_at: None };
+}
+
+impl Bound {
+    pub fn new(expect: &Expect, probe: Probe, scenario: &Scenario) -> Self {
+        let end = tick_at(scenario.world.duration);
+        let window = match expect.when {
+            When::At(time) => (tick_at(time), tick_at(time)),
+            When::Within(time) => (0, tick_at(time)),
+            When::Always(from, to) => (tick_at(from), tick_at(to)),
+        };
+        let window = (window.0.min(end), window.1.min(end));
+        Bound { expect: expect.clone(), probe, window }
+    }
+
+    /// Takes notice of whether the condition is true at that tick.
+    pub fn follow(&self, convergence: &mut Convergence, tick: u64, is_true: bool) {
+        convergence.since = match (is_true, convergence.since) {
+            (true, None) => Some(tick),
+            (true, since) => since,
+            (false, _) => None,
+        };
+        let (from, to) = self.window;
+        if convergence.verdict != Verdict::Open || tick < from {
+            return;
+        }
+        let is_within = matches!(self.expect.when, When::Within(_));
+        convergence.verdict = match is_true {
+            true if is_within || tick >= to => Verdict::Held,
+            false if !is_within || tick >= to => Verdict::Failed,
+            _ => Verdict::Open,
+        };
+        if convergence.verdict == Verdict::Failed {
+            convergence.failed_at = Some(tick);
+        }
+    }
+
+    /// Whether the condition is true of these readings.
+    pub fn is_true<'p>(&self, readings: impl Iterator<Item = Reading<'p>> + Clone) -> bool {
+        let Expect { of, test, tolerance, .. } = &self.expect;
+        let mut readings = readings;
+        let passes = |reading: Reading<'p>| match test {
+            Some(test) => passes(test, &reading, *tolerance),
+            None => true,
+        };
+        match of {
+            Of::All => readings.all(passes),
+            Of::Any => readings.any(passes),
+            Of::None => !readings.any(passes),
+            Of::One => readings.filter(|reading| passes(*reading)).take(2).count() == 1,
+            Of::AtLeast(count) => {
+                let count = *count as usize;
+                readings.filter(|reading| passes(*reading)).take(count).count() == count
+            }
+            Of::Agree => {
+                let Some(first) = readings.clone().next() else { return true };
+                readings.all(|reading| reading.is_like(&first, *tolerance) && passes(reading))
+            }
+            Of::Reduced(reduction) => {
+                reduce(*reduction, readings).is_some_and(|number| passes(Reading::Number(number)))
+            }
+        }
+    }
+}
+
+fn passes(test: &Test, reading: &Reading<'_>, tolerance: f64) -> bool {
+    let is_like = |wanted: &Wanted| match wanted {
+        Wanted::Number(number) => reading.is_like(&Reading::Number(*number), tolerance),
+        Wanted::Text(text) => reading.is_like(&Reading::Text(text), 0.0),
+    };
+    let number = reading.number();
+    match test {
+        Test::Equals(wanted) => is_like(wanted),
+        Test::Differs(wanted) => !is_like(wanted),
+        Test::Below(limit) => number.is_some_and(|number| number < *limit),
+        Test::Above(limit) => number.is_some_and(|number| number > *limit),
+        Test::Between(low, high) => number.is_some_and(|number| (*low..=*high).contains(&number)),
+        Test::Exists(exists) => (*reading != Reading::Nil) == *exists,
+    }
+}
+
+/// One number out of many; `None` if there is none to begin with.
+pub fn reduce<'p>(
+    reduction: Reduction,
+    readings: impl Iterator<Item = Reading<'p>>,
+) -> Option<f64> {
+    if reduction == Reduction::Different {
+        let mut seen: Vec<Reading<'p>> = Vec::new();
+        for reading in readings {
+            if !seen.contains(&reading) {
+                seen.push(reading);
+            }
+        }
+        return Some(seen.len() as f64);
+    }
+    let (mut count, mut sum, mut min, mut max) = (0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY);
+    for number in readings.filter_map(|reading| reading.number()) {
+        count += 1.0;
+        sum += number;
+        min = min.min(number);
+        max = max.max(number);
+    }
+    (count > 0.0).then_some(match reduction {
+        Reduction::Mean => sum / count,
+        Reduction::Sum => sum,
+        Reduction::Min => min,
+        Reduction::Max => max,
+        Reduction::Spread | Reduction::Different => max - min,
+    })
+}

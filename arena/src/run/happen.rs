@@ -1,0 +1,169 @@
+//! Events: what happens to a world during a run.
+
+use crate::engine::{LightId, Pose, RobotId, World};
+use crate::scenario::{Action, Event, Light, Scenario, Selection, Target};
+
+use super::robot::Robot;
+use super::settings::{engine_light, engine_loss, engine_medium};
+use super::tick_at;
+
+/// Which events were, and what they have left behind.
+pub struct Happenings {
+    /// Number of the next event.
+    next: usize,
+    /// Where robots are or will be when they join.
+    starts: Vec<Pose>,
+    /// The engine's number of each robot that is there.
+    ids: Vec<Option<RobotId>>,
+    lights: Vec<LightId>,
+    /// The part of each robot while links are partitioned.
+    parts: Option<Vec<u8>>,
+}
+
+impl Happenings {
+    pub fn new(starts: Vec<Pose>, lights: Vec<LightId>) -> Self {
+        Happenings { next: 0, ids: vec![None; starts.len()], starts, lights, parts: None }
+    }
+
+    /// How many robots there are or will be.
+    pub fn count(&self) -> usize {
+        self.ids.len()
+    }
+
+    pub fn id(&self, number: usize) -> Option<RobotId> {
+        self.ids.get(number).copied().flatten()
+    }
+
+    pub fn start_of(&self, number: usize) -> Pose {
+        self.starts.get(number).copied().unwrap_or_default()
+    }
+
+    pub fn joined(&mut self, number: usize, id: RobotId) {
+        if let Some(place) = self.ids.get_mut(number) {
+            *place = Some(id);
+        }
+    }
+
+    /// The next event, if its time has come.
+    pub fn due<'s>(&mut self, scenario: &'s Scenario, now: u64) -> Option<&'s Event> {
+        let event = scenario.events.get(self.next).filter(|event| tick_at(event.at) <= now)?;
+        self.next += 1;
+        Some(event)
+    }
+
+    /// Makes it happen; the robots that are to join.
+    pub fn act(&mut self, event: &Event, world: &mut World<Robot<'_>>) -> Vec<usize> {
+        match &event.action {
+            Action::Fail(robots) => self.each(robots, |id| world.fail(id)),
+            Action::Stop(robots) => self.each(robots, |id| world.stop(id)),
+            Action::Resume(robots) => self.each(robots, |id| world.resume(id)),
+            Action::Join(robots) => {
+                return robots.iter().filter(|number| self.id(*number).is_none()).collect();
+            }
+            Action::Move { robots, to, heading } => self.displace(robots, *to, *heading, world),
+            Action::Light(lights) => self.relight(lights, world),
+            Action::Loss(medium, loss) => {
+                world.set_loss(engine_medium(*medium), engine_loss(*loss));
+            }
+            Action::Block(one, other) => self.pairs(one, other, |a, b| world.block(a, b)),
+            Action::Restore(one, other) => self.pairs(one, other, |a, b| world.unblock(a, b)),
+            Action::Partition(parts) => self.parts = Some(self.numbered(parts)),
+            Action::Heal => {
+                self.parts = None;
+                world.heal();
+            }
+        }
+        Vec::new()
+    }
+
+    /// Puts everybody into its part, those who have just joined too.
+    pub fn settle(&self, world: &mut World<Robot<'_>>) {
+        let Some(parts) = &self.parts else { return };
+        let mut by_id = vec![0; world.len()];
+        for (id, part) in self.ids.iter().zip(parts) {
+            if let Some(place) = id.and_then(|id| by_id.get_mut(usize::from(id.0))) {
+                *place = *part;
+            }
+        }
+        world.partition(|id| by_id.get(usize::from(id.0)).copied().unwrap_or(0));
+    }
+
+    fn each<E>(&self, robots: &Selection, mut act: impl FnMut(RobotId) -> Result<(), E>) {
+        for id in robots.iter().filter_map(|number| self.id(number)) {
+            // The engine knows every robot that has joined.
+            let _ = act(id);
+        }
+    }
+
+    fn pairs<E>(
+        &self,
+        one: &Selection,
+        other: &Selection,
+        mut act: impl FnMut(RobotId, RobotId) -> Result<(), E>,
+    ) {
+        for a in one.iter().filter_map(|number| self.id(number)) {
+            self.each(other, |b| if a == b { Ok(()) } else { act(a, b) });
+        }
+    }
+
+    /// The part of each robot; that of robots in no part has number 0.
+    fn numbered(&self, parts: &[Selection]) -> Vec<u8> {
+        let mut numbers = vec![0; self.ids.len()];
+        for (part, robots) in parts.iter().enumerate() {
+            for robot in robots.iter() {
+                if let Some(number) = numbers.get_mut(robot) {
+                    *number = (part + 1) as u8;
+                }
+            }
+        }
+        numbers
+    }
+
+    fn displace(
+        &mut self,
+        robots: &Selection,
+        to: Target,
+        heading: Option<f64>,
+        world: &mut World<Robot<'_>>,
+    ) {
+        let pose = |number: usize| match self.id(number).and_then(|id| world.robot(id)) {
+            Some(view) => view.pose,
+            None => self.start_of(number),
+        };
+        let poses: Vec<(usize, Pose)> =
+            robots.iter().map(|number| (number, pose(number))).collect();
+        let mean = |axis: fn(&Pose) -> f32| {
+            poses.iter().map(|(_, pose)| f64::from(axis(pose))).sum::<f64>() / poses.len() as f64
+        };
+        let [dx, dy] = match to {
+            Target::By(by) => by,
+            Target::To([x, y]) => [x - mean(|pose| pose.x), y - mean(|pose| pose.y)],
+        };
+        for (number, mut pose) in poses {
+            pose.x += dx as f32;
+            pose.y += dy as f32;
+            if let Some(heading) = heading {
+                pose = Pose { z: pose.z, ..Pose::new(pose.x, pose.y, heading.to_radians() as f32) };
+            }
+            match (self.id(number), self.starts.get_mut(number)) {
+                // The engine knows every robot that has joined.
+                (Some(id), _) => drop(world.move_to(id, pose)),
+                (None, Some(start)) => *start = pose,
+                (None, None) => {}
+            }
+        }
+    }
+
+    fn relight(&mut self, lights: &[Light], world: &mut World<Robot<'_>>) {
+        for (index, light) in lights.iter().enumerate() {
+            match self.lights.get(index) {
+                Some(id) => world.set_light(*id, engine_light(*light)),
+                None => self.lights.push(world.add_light(engine_light(*light))),
+            }
+        }
+        let off = crate::engine::Light { x: 0.0, y: 0.0, intensity: 0.0 };
+        for id in self.lights.iter().skip(lights.len()) {
+            world.set_light(*id, off);
+        }
+    }
+}

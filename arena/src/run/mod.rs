@@ -1,0 +1,32 @@
+//! Runs a scenario: scripts in robots, events, expectations, many runs at once.
+//!
+//! [`Setup`] is a scenario with its programs, checked against each other; a [`Simulation`] is one run of it with one
+//! seed. The caller makes it go on, a tick at a time, and looks at it in between.
+
+mod expectation;
+mod happen;
+mod place;
+mod program;
+mod quantity;
+mod robot;
+mod settings;
+mod setup;
+mod simulation;
+mod summary;
+
+pub use expectation::{Convergence, Verdict};
+pub use program::Program;
+pub use quantity::Reading;
+pub use robot::{FaultRecord, LogLine, Piece};
+pub use setup::{Setup, SetupError};
+pub use simulation::Simulation;
+pub use summary::Summary;
+
+/// Ticks per second.
+pub const TICKS_PER_SECOND: f64 = 10.0;
+
+/// The first tick that is not before that time.
+fn tick_at(seconds: f64) -> u64 {
+    // What was meant as a whole number of ticks is one, whatever binary fractions make of it.
+    (seconds * TICKS_PER_SECOND - 1e-6).ceil().max(0.0) as u64
+}

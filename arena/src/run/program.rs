@@ -1,0 +1,30 @@
+//! What a group of robots runs.
+
+use bittybuzz_compiler::symbols::Symbols;
+
+/// An image, and what is known of its source.
+#[derive(Debug, Clone)]
+pub struct Program {
+    /// The image.
+    pub image: Vec<u8>,
+    /// Names and texts; without them globals have no names.
+    pub symbols: Option<Symbols>,
+}
+
+impl Program {
+    /// The number of a global.
+    pub fn global(&self, name: &str) -> Option<u16> {
+        let globals = &self.symbols.as_ref()?.globals;
+        globals.iter().position(|global| global == name).and_then(|at| u16::try_from(at).ok())
+    }
+
+    /// The names of the globals.
+    pub fn globals(&self) -> &[String] {
+        self.symbols.as_ref().map_or(&[], |symbols| &symbols.globals)
+    }
+
+    /// The text of a string.
+    pub fn string(&self, number: u16) -> Option<&str> {
+        self.symbols.as_ref()?.string(number)
+    }
+}

@@ -1,0 +1,154 @@
+//! Quantities of a run: names of the scenario are looked up once, then values are read from robots.
+
+use bittybuzz_vm_core::builtin;
+
+use crate::engine::{RobotState, View};
+use crate::scenario::{Cause, Key, Quantity, Scenario, Selection};
+
+use super::program::Program;
+use super::robot::{Content, Robot};
+use super::setup::group_of;
+
+/// What a quantity of a robot is at a time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Reading<'p> {
+    /// nil, or the robot is not there.
+    Nil,
+    /// A number.
+    Number(f64),
+    /// A string of the script.
+    Text(&'p str),
+    /// A table, a function, or a string that is not in the script's text.
+    Other,
+}
+
+/// A quantity whose names are looked up.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Probe {
+    /// Something about the body.
+    Body(Quantity),
+    /// Global of each group; `None` where the script has none of that name.
+    Global(Vec<Option<u16>>),
+    /// A stigmergy's entry: its number, and the key in each group.
+    Stigmergy(u16, Vec<Option<Content>>),
+}
+
+impl Probe {
+    /// Looks names up in the programs of `robots`; at least one of them must have it.
+    pub fn new(
+        quantity: &Quantity,
+        scenario: &Scenario,
+        programs: &[Program],
+        robots: &Selection,
+    ) -> Result<Probe, Cause> {
+        match quantity {
+            Quantity::Global(name) => {
+                let numbers: Vec<_> = programs.iter().map(|program| program.global(name)).collect();
+                let mut meant: Vec<usize> =
+                    robots.iter().map(|robot| group_of(scenario, robot).0).collect();
+                meant.dedup();
+                let has_it = |group: &usize| matches!(numbers.get(*group), Some(Some(_)));
+                if meant.iter().any(has_it) {
+                    return Ok(Probe::Global(numbers));
+                }
+                let programs = meant.iter().filter_map(|group| programs.get(*group));
+                let known = programs.flat_map(Program::globals);
+                // Names with a blank are the compiler's own.
+                let mut known: Vec<String> =
+                    known.filter(|name| !name.contains(' ')).cloned().collect();
+                known.sort();
+                known.dedup();
+                Err(Cause::UnknownGlobal { name: name.clone(), known })
+            }
+            Quantity::Stigmergy { number, key } => {
+                let keys = programs.iter().map(|program| match key {
+                    Key::Number(key) => Some(Content::Number(f64::from(*key))),
+                    Key::Text(text) => string_number(program, text).map(Content::Text),
+                });
+                Ok(Probe::Stigmergy(*number, keys.collect()))
+            }
+            body => Ok(Probe::Body(body.clone())),
+        }
+    }
+
+    /// Reads it from a robot of that group. `None`: the robot is not there.
+    pub fn read<'p>(
+        &self,
+        group: usize,
+        program: &'p Program,
+        robot: Option<(&Robot<'_>, View)>,
+    ) -> Reading<'p> {
+        let Some((robot, view)) = robot else { return Reading::Nil };
+        match self {
+            Probe::Body(quantity) => body(quantity, robot, &view),
+            Probe::Global(numbers) => match numbers.get(group) {
+                Some(Some(number)) => reading(robot.global(*number), program),
+                _ => Reading::Nil,
+            },
+            Probe::Stigmergy(number, keys) => match keys.get(group) {
+                Some(Some(key)) => reading(robot.stigmergy(*number, *key), program),
+                _ => Reading::Nil,
+            },
+        }
+    }
+}
+
+/// The number of a string of the script.
+fn string_number(program: &Program, text: &str) -> Option<u16> {
+    let symbols = program.symbols.as_ref()?;
+    let own = symbols.strings.iter().position(|string| string == text);
+    let number = match own {
+        Some(own) => own + usize::from(builtin::string::COUNT),
+        None => builtin::STRINGS.iter().position(|string| *string == text)?,
+    };
+    u16::try_from(number).ok()
+}
+
+fn reading(content: Content, program: &Program) -> Reading<'_> {
+    match content {
+        Content::Nil => Reading::Nil,
+        Content::Number(number) => Reading::Number(number),
+        Content::Text(number) => program.string(number).map_or(Reading::Other, Reading::Text),
+        Content::Other => Reading::Other,
+    }
+}
+
+fn body<'p>(quantity: &Quantity, robot: &Robot<'_>, view: &View) -> Reading<'p> {
+    let pose = view.pose;
+    let (x, y) = (f64::from(pose.x), f64::from(pose.y));
+    Reading::Number(match quantity {
+        Quantity::X => x,
+        Quantity::Y => y,
+        Quantity::Z => f64::from(pose.z),
+        Quantity::Heading => f64::from(pose.heading).to_degrees(),
+        Quantity::Distance([to_x, to_y]) => (x - to_x).hypot(y - to_y),
+        Quantity::Led => f64::from(view.led),
+        Quantity::Neighbors => robot.neighbors() as f64,
+        Quantity::Running => {
+            let runs = view.state == RobotState::Running && robot.state().fault.is_none();
+            f64::from(u8::from(runs))
+        }
+        // They have probes of their own.
+        Quantity::Global(_) | Quantity::Stigmergy { .. } => return Reading::Other,
+    })
+}
+
+impl Reading<'_> {
+    /// The number, if it is one.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Reading::Number(number) => Some(*number),
+            _ => None,
+        }
+    }
+
+    /// Whether two readings are the same; numbers up to a tolerance.
+    pub fn is_like(&self, other: &Reading<'_>, tolerance: f64) -> bool {
+        match (self, other) {
+            (Reading::Number(one), Reading::Number(other)) => (one - other).abs() <= tolerance,
+            (Reading::Nil, Reading::Nil) => true,
+            (Reading::Text(one), Reading::Text(other)) => one == other,
+            _ => false,
+        }
+    }
+}

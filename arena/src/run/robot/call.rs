@@ -1,0 +1,164 @@
+//! Robot functions: arguments are checked as on the robot, then the body carries them out.
+
+use bittybuzz_robots::{Parameter, Type as Kind};
+use bittybuzz_vm_core::link::name_hash;
+use bittybuzz_vm_core::number::Profile;
+use bittybuzz_vm_core::{Arguments, ByteCode, Item, Refusal, Reply, RobotFault, Value};
+
+use crate::engine::Actuators;
+
+use super::platform::Platform;
+use super::{crazyflie, kilobot, zooid};
+
+/// What a function did.
+pub enum Done {
+    /// It is finished and returns nil.
+    Nil,
+    /// It is finished and returns an integer.
+    Int(i32),
+    /// It goes on.
+    Wait,
+    /// The body does not have it.
+    Unknown,
+    /// An argument is outside what the robot can do.
+    OutOfRange,
+}
+
+/// The numbers that a call passes; 0 where there are fewer, or where it is no number.
+pub struct Numbers {
+    pub count: usize,
+    values: [f32; 4],
+}
+
+impl Numbers {
+    pub fn float(&self, index: usize) -> f32 {
+        self.values.get(index).copied().unwrap_or(0.0)
+    }
+
+    /// An integer argument. All that functions take are exact in a float.
+    pub fn int(&self, index: usize) -> i32 {
+        self.float(index) as i32
+    }
+}
+
+pub fn call<P: Profile, C: ByteCode, const SLOTS: usize>(
+    platform: &mut Platform<'_, '_, '_>,
+    hash: u16,
+    arguments: &Arguments<'_, P, C, SLOTS>,
+    again: bool,
+) -> Result<Reply<P>, RobotFault> {
+    const LED: u16 = name_hash("led");
+    const LIGHT: u16 = name_hash("light");
+    const PRINT: u16 = name_hash("print");
+    const SHOW: u16 = name_hash("show");
+
+    let cast = platform.state.cast;
+    let Some(function) = cast.function(hash) else {
+        return Err(RobotFault::Refused(Refusal::NotBuiltIn));
+    };
+    if !function.accepts.iter().any(|list| mismatch(list, arguments) == Mismatch::None) {
+        platform.state.refusal = Some(accepted(function));
+        return Err(refusal(function, arguments));
+    }
+    let mut numbers = Numbers { count: arguments.count(), values: [0.0; 4] };
+    for (index, value) in numbers.values.iter_mut().enumerate() {
+        *value = match arguments.item(index) {
+            Item::Int(value) => value as f32,
+            Item::Float(value) => value,
+            _ => 0.0,
+        };
+    }
+    let done = match hash {
+        LED if numbers.count == 1 => {
+            *platform.io.led = (numbers.int(0) & 7) as u8;
+            Done::Nil
+        }
+        LIGHT => Done::Int(i32::from(platform.io.sensors.light())),
+        PRINT => {
+            platform.write(Vec::new(), arguments);
+            Done::Nil
+        }
+        SHOW => {
+            let time = platform.state.pilot.stopwatch(platform.milliseconds());
+            platform.write(time, arguments);
+            Done::Nil
+        }
+        _ => match platform.io.actuators {
+            Actuators::Kilobot(ref mut motors) => {
+                kilobot::call(motors, cast.duties, hash, &numbers)
+            }
+            Actuators::Zooid(ref mut wheels) => {
+                zooid::call(wheels, platform.io.sensors.estimate(), hash, &numbers)
+            }
+            Actuators::Crazyflie(_) => crazyflie::call(platform, hash, &numbers, again),
+        },
+    };
+    Ok(match done {
+        Done::Nil => Reply::Value(Value::nil()),
+        Done::Int(value) => Reply::Value(Value::int(value)),
+        Done::Wait => Reply::Wait,
+        // As `bbz run` plays functions of which nothing is known but their result.
+        Done::Unknown => Reply::Value(match function.returns {
+            Some(Kind::Int) => Value::int(0),
+            Some(Kind::Number) => Value::float(0.0),
+            _ => Value::nil(),
+        }),
+        Done::OutOfRange => return Err(RobotFault::Refused(Refusal::OutOfRange)),
+    })
+}
+
+/// What keeps arguments from fitting a list of parameters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Mismatch {
+    None,
+    Count,
+    /// The first argument of a wrong type.
+    Argument(usize),
+}
+
+fn mismatch<P: Profile, C: ByteCode, const SLOTS: usize>(
+    list: &[Parameter],
+    arguments: &Arguments<'_, P, C, SLOTS>,
+) -> Mismatch {
+    if list.len() != arguments.count() {
+        return Mismatch::Count;
+    }
+    let fits = |index: usize, kind| {
+        matches!(
+            (kind, arguments.item(index)),
+            (Kind::Any, _)
+                | (Kind::Int | Kind::Number, Item::Int(_))
+                | (Kind::Number, Item::Float(_))
+                | (Kind::String, Item::String(_))
+                | (Kind::Table, Item::Table(_))
+                | (Kind::Function, Item::Function)
+        )
+    };
+    let wrong = list.iter().enumerate().find(|(index, parameter)| !fits(*index, parameter.kind));
+    wrong.map_or(Mismatch::None, |(index, _)| Mismatch::Argument(index))
+}
+
+fn refusal<P: Profile, C: ByteCode, const SLOTS: usize>(
+    function: &bittybuzz_robots::Function,
+    arguments: &Arguments<'_, P, C, SLOTS>,
+) -> RobotFault {
+    let mismatches = function.accepts.iter().map(|list| mismatch(list, arguments));
+    let wrong = mismatches.filter_map(|mismatch| match mismatch {
+        Mismatch::Argument(index) => Some(index),
+        Mismatch::Count | Mismatch::None => None,
+    });
+    match wrong.max() {
+        Some(index) => RobotFault::WrongType(arguments.value(index).type_of()),
+        None => RobotFault::Refused(Refusal::ArgumentCount),
+    }
+}
+
+/// `goto takes (x: number, y: number) or (x: number, y: number, z: number)`
+fn accepted(function: &bittybuzz_robots::Function) -> String {
+    let list = |list: &Vec<Parameter>| {
+        let parameters: Vec<String> = list.iter().map(Parameter::to_string).collect();
+        format!("({})", parameters.join(", "))
+    };
+    let lists: Vec<String> = function.accepts.iter().map(list).collect();
+    format!("{} takes {}", function.name, lists.join(" or "))
+}

@@ -1,0 +1,227 @@
+//! One run of a scenario with one seed.
+
+use crate::engine::{View, World};
+use crate::scenario::ScenarioError;
+
+use super::expectation::{Convergence, Verdict};
+use super::happen::Happenings;
+use super::place::poses;
+use super::quantity::{Probe, Reading};
+use super::robot::{LogLine, Robot};
+use super::settings::{engine_light, engine_obstacle, kind, settings};
+use super::setup::{Cast, Setup, group_of};
+use super::summary::{FaultOf, Summary};
+use super::tick_at;
+
+/// A run that goes on tick by tick.
+pub struct Simulation<'p> {
+    setup: &'p Setup<'p>,
+    casts: &'p [Cast<'p>],
+    world: World<Robot<'p>>,
+    happenings: Happenings,
+    seed: u32,
+    convergences: Vec<Convergence>,
+    faults: Vec<FaultOf>,
+    /// A robot has logged something or stopped in the last tick.
+    has_news: bool,
+    end: u64,
+}
+
+impl<'p> Simulation<'p> {
+    /// The world before its first tick. `casts` come from [`Setup::casts`]. The trace does not depend on the number of
+    /// `threads`; 0 is one per core.
+    pub fn new(
+        setup: &'p Setup<'p>,
+        casts: &'p [Cast<'p>],
+        seed: u32,
+        threads: usize,
+    ) -> Result<Self, ScenarioError> {
+        let scenario = setup.scenario;
+        let settings = settings(scenario, seed, threads);
+        let poses = poses(scenario, &settings)?;
+        let mut world = World::new(settings).map_err(ScenarioError::settings)?;
+        for obstacle in &scenario.world.obstacles {
+            world.add_obstacle(engine_obstacle(*obstacle));
+        }
+        let lights = scenario.world.lights.iter();
+        let lights = lights.map(|light| world.add_light(engine_light(*light))).collect();
+        let mut simulation = Simulation {
+            setup,
+            casts,
+            world,
+            happenings: Happenings::new(poses, lights),
+            seed,
+            convergences: vec![Convergence::START; setup.expects().len()],
+            faults: Vec::new(),
+            has_news: false,
+            end: tick_at(scenario.world.duration),
+        };
+        let mut number = 0;
+        for group in &scenario.groups {
+            for _ in 0..group.count {
+                if group.present {
+                    simulation.join(number);
+                }
+                number += 1;
+            }
+        }
+        simulation.observe();
+        Ok(simulation)
+    }
+
+    /// Whether the scenario's duration is over.
+    pub fn is_over(&self) -> bool {
+        self.world.now() >= self.end
+    }
+
+    /// Ticks that have passed.
+    pub fn now(&self) -> u64 {
+        self.world.now()
+    }
+
+    /// Ticks that the scenario lasts.
+    pub fn end(&self) -> u64 {
+        self.end
+    }
+
+    /// What the run is of.
+    pub fn setup(&self) -> &'p Setup<'p> {
+        self.setup
+    }
+
+    /// Seed of the run.
+    pub fn seed(&self) -> u32 {
+        self.seed
+    }
+
+    /// Simulates 100 ms: events first, then the world, then a look at what is expected.
+    pub fn tick(&mut self) {
+        while let Some(event) = self.happenings.due(self.setup.scenario, self.world.now()) {
+            for number in self.happenings.act(event, &mut self.world) {
+                self.join(number);
+            }
+            self.happenings.settle(&mut self.world);
+        }
+        self.world.tick();
+        self.collect_faults();
+        self.observe();
+    }
+
+    /// Lines that were logged since the last question: number of the robot and line, by robot.
+    pub fn take_log(&mut self) -> Vec<(usize, LogLine)> {
+        let mut lines = Vec::new();
+        if !std::mem::take(&mut self.has_news) {
+            return lines;
+        }
+        for number in 0..self.happenings.count() {
+            let Some(id) = self.happenings.id(number) else { continue };
+            let Some(robot) = self.world.brain_mut(id) else { continue };
+            lines.extend(robot.take_log().into_iter().map(|line| (number, line)));
+        }
+        lines
+    }
+
+    /// What can be seen of a robot; `None` if it is not there yet.
+    pub fn view(&self, number: usize) -> Option<View> {
+        self.world.robot(self.happenings.id(number)?)
+    }
+
+    /// Reads a quantity of a robot.
+    pub fn read(&self, probe: &Probe, number: usize) -> Reading<'p> {
+        let (group, _) = group_of(self.setup.scenario, number);
+        let Some(program) = self.setup.programs.get(group) else { return Reading::Nil };
+        let id = self.happenings.id(number);
+        let robot = id.and_then(|id| Some((self.world.brain(id)?, self.world.robot(id)?)));
+        probe.read(group, program, robot)
+    }
+
+    /// How many robots the scenario has, absent ones included.
+    pub fn robot_count(&self) -> usize {
+        self.happenings.count()
+    }
+
+    /// How the expectations fare, in the order of the file.
+    pub fn convergences(&self) -> &[Convergence] {
+        &self.convergences
+    }
+
+    /// What can be told of the run so far.
+    pub fn summary(&self) -> Summary {
+        let ids = (0..self.happenings.count()).filter_map(|number| self.happenings.id(number));
+        let brains = ids.filter_map(|id| self.world.brain(id));
+        Summary {
+            seed: self.seed,
+            ticks: self.world.now(),
+            robots: self.world.len(),
+            convergences: self.convergences.clone(),
+            statistics: *self.world.statistics(),
+            dropped: brains.map(|robot| u64::from(robot.state().dropped)).sum(),
+            faults: self.faults.clone(),
+        }
+    }
+
+    fn join(&mut self, number: usize) {
+        let (group, _) = group_of(self.setup.scenario, number);
+        let (Some(of), Some(cast)) = (self.setup.scenario.groups.get(group), self.casts.get(group))
+        else {
+            return;
+        };
+        // The image was loaded before: it is not refused now.
+        let Ok(robot) = Robot::new(cast, self.setup.id(number), self.seed) else { return };
+        let pose = self.happenings.start_of(number);
+        if let Ok(id) = self.world.add(kind(of.body), pose, robot) {
+            self.happenings.joined(number, id);
+        }
+    }
+
+    /// Looks for new faults, if a robot has told of news.
+    fn collect_faults(&mut self) {
+        // Every cast is asked, so that no news is left for later.
+        let told = self.casts.iter().filter(|cast| cast.take_news()).count();
+        if told == 0 {
+            return;
+        }
+        self.has_news = true;
+        let now = self.world.now() - 1;
+        for number in 0..self.happenings.count() {
+            let Some(id) = self.happenings.id(number) else { continue };
+            let fault = self.world.brain(id).and_then(|robot| robot.state().fault.as_deref());
+            if let Some(record) = fault.filter(|record| record.tick == now) {
+                self.faults.push(FaultOf { robot: number, record: record.clone() });
+            }
+        }
+    }
+
+    fn observe(&mut self) {
+        let tick = self.world.now();
+        for (index, bound) in self.setup.expects().iter().enumerate() {
+            let robots = bound.expect.robots.iter();
+            let is_true = bound.is_true(Readings { simulation: self, probe: &bound.probe, robots });
+            if let Some(convergence) = self.convergences.get_mut(index) {
+                bound.follow(convergence, tick, is_true);
+            }
+        }
+    }
+
+    /// Whether an expectation has failed.
+    pub fn has_failed(&self) -> bool {
+        self.convergences.iter().any(|convergence| convergence.verdict == Verdict::Failed)
+    }
+}
+
+/// The readings of some robots.
+#[derive(Clone)]
+struct Readings<'a, 'p, I> {
+    simulation: &'a Simulation<'p>,
+    probe: &'a Probe,
+    robots: I,
+}
+
+impl<'p, I: Iterator<Item = usize>> Iterator for Readings<'_, 'p, I> {
+    type Item = Reading<'p>;
+
+    fn next(&mut self) -> Option<Reading<'p>> {
+        let number = self.robots.next()?;
+        Some(self.simulation.read(self.probe, number))
+    }
+}
