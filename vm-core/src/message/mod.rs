@@ -10,8 +10,10 @@ mod check;
 pub mod content;
 mod plain;
 mod seal;
+mod waiting;
 
 pub use check::crc16;
+pub use waiting::{has_same_topic, supersedes};
 
 use crate::number::Profile;
 use crate::value::{Tag, Value};

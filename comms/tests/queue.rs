@@ -1,0 +1,338 @@
+//! Queues against a list that does the same slowly, and the rules by example.
+
+use bittybuzz_comms::queue::{Counters, Inbox, Outbox};
+use bittybuzz_vm_core::Value;
+use bittybuzz_vm_core::message::{Entry, Fragment, Kind, Message, PLAIN_MAX, Script, Swarms};
+use bittybuzz_vm_core::number::{Full, Profile, Tiny};
+use proptest::prelude::*;
+
+const SCRIPT: Script = Script { hash: 0x5bad_c0de, strings: 30 };
+
+fn frame<P: Profile>(message: Message<'_, P>) -> Vec<u8> {
+    let mut frame = [0; PLAIN_MAX + 20];
+    let length = message.encode(SCRIPT, &mut frame).expect("it fits");
+    frame[..length].to_vec()
+}
+
+fn beacon(robot: u16) -> Vec<u8> {
+    frame::<Tiny>(Message::Beacon { robot })
+}
+
+fn broadcast(robot: u16, topic: u16, value: i32) -> Vec<u8> {
+    frame::<Tiny>(Message::Broadcast { robot, topic, value: Value::int(value) })
+}
+
+fn entry<P: Profile>(owner: u16, clock: u32, key: i32, value: i32) -> Vec<u8> {
+    let (key, value) = (Value::int(key), Value::int(value));
+    frame::<P>(Message::Entry(Entry { stigmergy: 1, owner, clock, key, value }))
+}
+
+fn swarms(id: u16) -> Vec<u8> {
+    let mut swarms = Swarms::default();
+    swarms.push(id, true);
+    frame::<Tiny>(Message::Swarms { robot: 1, swarms })
+}
+
+fn fragment(number: u8, index: u8) -> Vec<u8> {
+    let content = &[1, 2, 3, 4, 5, 6];
+    frame::<Tiny>(Message::Fragment(Fragment { robot: 1, number, index, last: false, content }))
+}
+
+fn popped<const BYTES: usize, const FRAMES: usize>(
+    outbox: &mut Outbox<Tiny, BYTES, FRAMES>,
+) -> Vec<Vec<u8>> {
+    std::iter::from_fn(|| outbox.pop().map(<[u8]>::to_vec)).collect()
+}
+
+#[test]
+fn the_highest_priority_and_the_oldest_go_in_turn() {
+    let mut outbox = Outbox::<Tiny, 10, 8>::new();
+    for frame in [beacon(1), swarms(2), entry::<Tiny>(1, 1, 3, 0), fragment(4, 0)] {
+        outbox.push(&frame);
+    }
+    for value in 0..3 {
+        outbox.push(&broadcast(1, value, 0));
+    }
+    let order = [
+        broadcast(1, 0, 0),
+        beacon(1),
+        broadcast(1, 1, 0),
+        swarms(2),
+        broadcast(1, 2, 0),
+        entry::<Tiny>(1, 1, 3, 0),
+        fragment(4, 0),
+    ];
+    assert_eq!(popped(&mut outbox), order);
+    assert_eq!(outbox.counters(), Counters::default());
+}
+
+#[test]
+fn a_full_queue_drops_the_oldest_of_the_lowest_priority() {
+    let mut outbox = Outbox::<Tiny, 10, 3>::new();
+    for frame in [entry::<Tiny>(1, 1, 1, 0), beacon(1), beacon(2)] {
+        outbox.push(&frame);
+    }
+    // For a third beacon the first has to go, for an entry the second.
+    outbox.push(&beacon(3));
+    outbox.push(&entry::<Tiny>(1, 1, 2, 0));
+    outbox.push(&entry::<Tiny>(1, 1, 3, 0));
+    assert_eq!(outbox.counters().dropped, 3);
+    // There is no lower priority than its own.
+    outbox.push(&beacon(4));
+    assert_eq!(outbox.counters().dropped, 4);
+    let entries = [1, 2, 3].map(|key| entry::<Tiny>(1, 1, key, 0));
+    assert_eq!(popped(&mut outbox), entries);
+}
+
+#[test]
+fn doubles_wait_once_and_are_where_they_were_seen_last() {
+    let mut inbox = Inbox::<Tiny, u16, 10, 3>::new(0);
+    inbox.push(&beacon(1), 50);
+    inbox.push(&beacon(2), 60);
+    inbox.push(&beacon(1), 70);
+    assert_eq!((inbox.len(), inbox.counters().duplicates), (2, 1));
+    assert_eq!(inbox.pop(), Some((&beacon(1)[..], 70)));
+    // It does not wait any more.
+    inbox.push(&beacon(1), 80);
+    assert_eq!((inbox.len(), inbox.counters().duplicates), (2, 1));
+}
+
+/// With that entry waiting, whether another takes its place.
+fn replaces<P: Profile>(waiting: &[u8], new: &[u8]) -> bool {
+    let mut inbox = Inbox::<P, (), 20, 4>::new(());
+    inbox.push(&beacon(1), ());
+    inbox.push(waiting, ());
+    inbox.push(&beacon(2), ());
+    inbox.push(new, ());
+    let replaced = inbox.len() == 3;
+    let frames: Vec<_> = std::iter::from_fn(|| inbox.pop().map(|(f, ())| f.to_vec())).collect();
+    assert!(frames.iter().any(|frame| frame == new));
+    assert_eq!(frames.iter().any(|frame| frame == waiting), !replaced);
+    replaced
+}
+
+fn entries_replace_older_ones<P: Profile>() {
+    let waiting = entry::<P>(7, 0x10_0105, 3, 9);
+    assert!(replaces::<P>(&waiting, &entry::<P>(2, 0x10_0106, 3, 0)));
+    assert!(replaces::<P>(&waiting, &entry::<P>(2, 0x11_0000, 3, 0)));
+    assert!(replaces::<P>(&waiting, &entry::<P>(2, 0x20_0000, 3, 0)));
+    assert!(replaces::<P>(&waiting, &entry::<P>(7, 0x10_0105, 3, 1)));
+    // A conflict, an older one, another key.
+    assert!(!replaces::<P>(&waiting, &entry::<P>(8, 0x10_0105, 3, 9)));
+    assert!(!replaces::<P>(&waiting, &entry::<P>(7, 0x10_0104, 3, 9)));
+    assert!(!replaces::<P>(&waiting, &entry::<P>(7, 0x0f_ffff, 3, 9)));
+    assert!(!replaces::<P>(&waiting, &entry::<P>(7, 0x10_0106, 4, 9)));
+    let message = |stigmergy, key, script| {
+        let value = Value::nil();
+        let mut frame = [0; 20];
+        let entry = Entry::<P> { stigmergy, owner: 7, clock: 0x20_0000, key, value };
+        let length = Message::Entry(entry).encode(script, &mut frame).unwrap();
+        frame[..length].to_vec()
+    };
+    // A value of another type; another stigmergy, a string of the same number as key, another script.
+    assert!(replaces::<P>(&waiting, &message(1, Value::int(3), SCRIPT)));
+    assert!(!replaces::<P>(&waiting, &message(2, Value::int(3), SCRIPT)));
+    let number = 3_u16.wrapping_sub(SCRIPT.hash as u16);
+    assert!(!replaces::<P>(&waiting, &message(1, Value::string(number), SCRIPT)));
+    let foreign = Script { hash: SCRIPT.hash ^ 0x1000_0000, ..SCRIPT };
+    assert!(!replaces::<P>(&waiting, &message(1, Value::int(3), foreign)));
+    if P::FULL {
+        let foreign = Script { hash: SCRIPT.hash ^ 1, ..SCRIPT };
+        assert!(!replaces::<P>(&waiting, &message(1, Value::int(3), foreign)));
+    }
+}
+
+#[test]
+fn an_entry_replaces_older_ones_of_its_key() {
+    entries_replace_older_ones::<Tiny>();
+    entries_replace_older_ones::<Full>();
+}
+
+#[test]
+fn a_broadcast_makes_those_of_earlier_steps_stale() {
+    let mut outbox = Outbox::<Tiny, 10, 8>::new();
+    outbox.begin_step();
+    outbox.push(&broadcast(1, 1, 10));
+    outbox.push(&broadcast(1, 1, 11));
+    outbox.push(&broadcast(1, 2, 12));
+    assert_eq!(outbox.len(), 3);
+    outbox.begin_step();
+    outbox.push(&broadcast(1, 1, 13));
+    outbox.push(&broadcast(1, 1, 14));
+    let values = [(2, 12), (1, 13), (1, 14)];
+    assert_eq!(popped(&mut outbox), values.map(|(topic, value)| broadcast(1, topic, value)));
+    assert_eq!(outbox.counters(), Counters::default());
+}
+
+#[test]
+fn what_is_no_frame_is_dropped() {
+    let mut inbox = Inbox::<Tiny, (), 10, 2>::new(());
+    for junk in [&[][..], &[0; 10], &[3; 10], &[0x80; 10], &[8; 11]] {
+        inbox.push(junk, ());
+    }
+    assert_eq!((inbox.len(), inbox.counters().dropped), (0, 5));
+}
+
+/// The rules, on a list with the oldest first.
+#[derive(Default)]
+struct Model {
+    waiting: Vec<(Vec<u8>, bool, u16)>,
+    by_age: bool,
+    counters: Counters,
+}
+
+const FRAMES: usize = 5;
+
+impl Model {
+    fn push(&mut self, frame: &[u8], extra: u16, is_outbox: bool) {
+        let Some(kind) = frame.first().and_then(|first| Kind::of(*first)) else {
+            self.counters.dropped += 1;
+            return;
+        };
+        if let Some(same) = self.waiting.iter_mut().find(|waiting| waiting.0 == frame) {
+            (same.1, same.2) = (false, extra);
+            self.counters.duplicates += 1;
+            return;
+        }
+        let new = (frame.to_vec(), false, extra);
+        let key = |frame: &[u8]| (frame[0] & 0xe4, frame[5] & 0xf0, frame[6..8].to_vec());
+        let clock = |frame: &[u8]| (frame[0] & 0x18, frame[5] & 15, frame[4], frame[3]);
+        if kind == Kind::Entry {
+            let superseded: Vec<usize> = (0..self.waiting.len())
+                .filter(|at| {
+                    let old = &self.waiting[*at].0;
+                    Kind::of(old[0]) == Some(Kind::Entry)
+                        && key(old) == key(frame)
+                        && (clock(old) < clock(frame)
+                            || clock(old) == clock(frame) && old[1..3] == frame[1..3])
+                })
+                .collect();
+            if let Some((oldest, others)) = superseded.split_first() {
+                self.waiting[*oldest] = new;
+                for other in others.iter().rev() {
+                    self.waiting.remove(*other);
+                }
+                return;
+            }
+        }
+        if kind == Kind::Broadcast && is_outbox {
+            self.waiting.retain(|(old, is_stale, _)| {
+                !(*is_stale && Kind::of(old[0]) == Some(kind) && old[1..5] == frame[1..5])
+            });
+        }
+        if self.waiting.len() == FRAMES {
+            let lowest = self.waiting.iter().map(|(old, ..)| Kind::of(old[0])).min().unwrap();
+            self.counters.dropped += 1;
+            if lowest > Some(kind) {
+                return;
+            }
+            let at = self.waiting.iter().position(|(old, ..)| Kind::of(old[0]) == lowest).unwrap();
+            self.waiting.remove(at);
+        }
+        self.waiting.push(new);
+    }
+
+    fn pop(&mut self) -> Option<(Vec<u8>, u16)> {
+        let highest = self.waiting.iter().map(|(frame, ..)| Kind::of(frame[0])).max()?;
+        let is_next =
+            |(frame, ..): &(Vec<u8>, bool, u16)| self.by_age || Kind::of(frame[0]) == highest;
+        let at = self.waiting.iter().position(is_next)?;
+        self.by_age = !self.by_age;
+        let (frame, _, extra) = self.waiting.remove(at);
+        Some((frame, extra))
+    }
+}
+
+#[derive(Debug, Clone)]
+enum Act {
+    Push(Vec<u8>, u16),
+    Pop,
+    Step,
+}
+
+fn frames() -> impl Strategy<Value = Vec<u8>> {
+    prop_oneof![
+        (0..3_u16).prop_map(beacon),
+        (0..3_u16).prop_map(swarms),
+        (0..2_u8, 0..2_u8).prop_map(|(number, index)| fragment(number, index)),
+        (0..2_u16, 0..3_u16, 0..3_i32).prop_map(|(robot, topic, v)| broadcast(robot, topic, v)),
+        (0..3_u16, prop_oneof![0..4_u32, 0xffff..0x1_0002_u32], 0..2_i32, 0..2_i32)
+            .prop_map(|(owner, clock, key, value)| entry::<Tiny>(owner, clock, key, value)),
+        prop::collection::vec(any::<u8>(), 10),
+    ]
+}
+
+fn acts() -> impl Strategy<Value = Vec<Act>> {
+    let act = prop_oneof![
+        6 => (frames(), any::<u16>()).prop_map(|(frame, extra)| Act::Push(frame, extra)),
+        3 => Just(Act::Pop),
+        1 => Just(Act::Step),
+    ];
+    prop::collection::vec(act, 0..120)
+}
+
+proptest! {
+    #[test]
+    fn an_inbox_does_what_the_model_does(acts in acts()) {
+        let mut inbox = Inbox::<Tiny, u16, 10, FRAMES>::new(0);
+        let mut model = Model::default();
+        for act in acts {
+            match act {
+                Act::Push(frame, extra) => {
+                    inbox.push(&frame, extra);
+                    model.push(&frame, extra, false);
+                }
+                Act::Pop | Act::Step => {
+                    let popped = inbox.pop().map(|(frame, extra)| (frame.to_vec(), extra));
+                    prop_assert_eq!(popped, model.pop());
+                }
+            }
+            prop_assert_eq!(inbox.len(), model.waiting.len());
+            prop_assert_eq!(inbox.counters(), model.counters);
+        }
+    }
+
+    #[test]
+    fn an_outbox_does_what_the_model_does(acts in acts()) {
+        let mut outbox = Outbox::<Tiny, 10, FRAMES>::new();
+        let mut model = Model::default();
+        for act in acts {
+            match act {
+                Act::Push(frame, _) => {
+                    outbox.push(&frame);
+                    model.push(&frame, 0, true);
+                }
+                Act::Pop => {
+                    let popped = outbox.pop().map(<[u8]>::to_vec);
+                    prop_assert_eq!(popped, model.pop().map(|(frame, _)| frame));
+                }
+                Act::Step => {
+                    outbox.begin_step();
+                    model.waiting.iter_mut().for_each(|waiting| waiting.1 = true);
+                }
+            }
+            prop_assert_eq!(outbox.len(), model.waiting.len());
+            prop_assert_eq!(outbox.counters(), model.counters);
+        }
+    }
+
+    /// Whatever comes in, a frame that is inside leaves before twice as many have left as the queue holds, or is dropped.
+    #[test]
+    fn nothing_starves(flood in prop::collection::vec(frames(), 40)) {
+        let mut outbox = Outbox::<Tiny, 10, FRAMES>::new();
+        outbox.push(&beacon(999));
+        let mut left = 0;
+        for frame in flood {
+            if outbox.len() == FRAMES {
+                break;
+            }
+            outbox.push(&frame);
+            if outbox.pop() == Some(&beacon(999)[..]) {
+                prop_assert!(left <= 2);
+                return Ok(());
+            }
+            left += 1;
+        }
+        prop_assert!(left <= 2, "the oldest goes every second time");
+    }
+}
