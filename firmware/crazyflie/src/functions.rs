@@ -165,6 +165,17 @@ impl Robot<Full> for Crazyflie {
                 counts.longest_slice_us,
                 link::STATE.counts()
             );
+            let messages = counts.messages;
+            defmt::info!(
+                "messages of other scripts {=u16}, senseless {=u16}, with this robot's id {=u16}, incomplete {=u16}; \
+                 entries not kept {=u16}, undecided {=u16}",
+                messages.foreign,
+                messages.malformed,
+                messages.own_id,
+                messages.incomplete,
+                messages.not_kept,
+                messages.undecided
+            );
         }
     }
 

@@ -20,7 +20,7 @@ impl Id {
     pub fn find() -> Self {
         // SAFETY: the section is flash that nothing writes while the program runs, and lies within the chip.
         let [id, complement] = unsafe { black_box(ID_ADDRESS as *const [u16; 2]).read() };
-        if id == !complement { Id::Assigned(id) } else { Id::OfChip(hash(&uid::uid())) }
+        if id == !complement { Id::Assigned(id) } else { Id::OfChip(fold(chip())) }
     }
 
     /// The number.
@@ -31,10 +31,12 @@ impl Id {
     }
 }
 
-/// 32-bit FNV-1a, folded.
-fn hash(bytes: &[u8]) -> u16 {
-    let hash = bytes
-        .iter()
-        .fold(0x811c_9dc5_u32, |hash, byte| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193));
+/// A hash of the chip's unique id: 32-bit FNV-1a.
+pub fn chip() -> u32 {
+    let of_byte = |hash: u32, byte: &u8| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193);
+    uid::uid().iter().fold(0x811c_9dc5, of_byte)
+}
+
+fn fold(hash: u32) -> u16 {
     (hash >> 16) as u16 ^ hash as u16
 }

@@ -3,8 +3,8 @@
 use bittybuzz_comms::trace;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Alone, Arguments, Axis, ByteCode, Entry, Host, Image, Network, Outcome, Periods, Reply,
-    RobotFault, Sighting, Vm,
+    Alone, Arguments, Axis, ByteCode, Counters, Entry, Host, Image, Network, Outcome, Periods,
+    Reply, RobotFault, Sighting, Vm,
 };
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
@@ -97,6 +97,8 @@ pub struct Counts {
     pub missed: u32,
     /// The longest slice in µs.
     pub longest_slice_us: u32,
+    /// Swarm messages that could not be used.
+    pub messages: Counters,
 }
 
 /// The script's task.
@@ -181,6 +183,7 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize, N: Netw
                 return Ok(());
             }
             self.counts.steps = self.counts.steps.wrapping_add(1);
+            self.counts.messages = self.vm.counters();
         }
     }
 

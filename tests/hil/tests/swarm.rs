@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may")]
 
-use bittybuzz_hil::Swarm;
+use bittybuzz_hil::{Command, Event, Member, Swarm, resets};
 
 /// The ground station's pose is the script's `pos`, until it is a second old.
 #[test]
@@ -114,4 +114,164 @@ fn two_robots_agree_though_most_frames_are_lost() {
     swarm.run_ms(30_000);
     assert!(swarm.lost * 2 > swarm.on_air, "{} of {}", swarm.lost, swarm.on_air);
     assert!(agreed(&mut swarm), "{:?}", swarm.members()[0].told.log.last());
+}
+
+/// Tells a number with every step, and counts what the others tell.
+const TALK: &str = "\
+function init() {
+  n = 0
+  heard = 0
+  neighbors.listen(\"number\", function(topic, value, robot) { heard = heard + 1 })
+}
+function step() {
+  n = n + 1
+  led(n % 8)
+  neighbors.broadcast(\"number\", n)
+  log(n, heard)
+}
+";
+
+/// The content of a P2P frame that a robot with this script sends.
+fn sent_by(script: &str, id: u16) -> (u8, Vec<u8>) {
+    let mut swarm = Swarm::crazyflies(script, &[id]);
+    swarm.run_ms(2000);
+    let events = &swarm.members()[0].robot.events;
+    let sent = events.iter().find_map(|event| match &event.event {
+        Event::P2p { port, payload, .. } => Some((*port, payload.clone())),
+        _ => None,
+    });
+    sent.expect("a message within two seconds")
+}
+
+/// As the nRF51 tells the STM32 of a P2P frame.
+fn heard(port: u8, payload: &[u8]) -> Vec<u8> {
+    syslink(0x0a, &[&[port, 60], payload].concat())
+}
+
+fn syslink(kind: u8, payload: &[u8]) -> Vec<u8> {
+    let mut frame = vec![0xbc, 0xcf, kind, payload.len() as u8];
+    frame.extend(payload);
+    let check = frame[2..].iter().fold([0u8; 2], |[a, b], byte| {
+        let a = a.wrapping_add(*byte);
+        [a, b.wrapping_add(a)]
+    });
+    frame.extend(check);
+    frame
+}
+
+/// A number behind a word in the robot's last status line.
+fn status(member: &Member, word: &str) -> u64 {
+    let lines = member.told.firmware.iter().rev();
+    let number = lines.filter_map(|line| {
+        let (_, rest) = line.split_once(word)?;
+        let digits: String = rest.trim_start().chars().take_while(char::is_ascii_digit).collect();
+        digits.parse().ok()
+    });
+    number.into_iter().next().unwrap_or_else(|| panic!("no {word}: {:?}", member.told.firmware))
+}
+
+/// The other robot's messages come as fast as the line takes them, for two seconds: the robot steps on, and what it has
+/// no time for is counted.
+#[test]
+fn a_flood_delays_no_step_and_is_counted() {
+    let (port, payload) = sent_by(TALK, 1);
+    let mut swarm = Swarm::crazyflies(TALK, &[2]);
+    swarm.run_ms(7000);
+    let message = heard(port, &payload);
+    let flood = message.repeat(2_000_000 / 10 / message.len());
+    let sent = (flood.len() / message.len()) as u64;
+    swarm.members()[0].robot.tell(&Command::Bytes { bytes: flood });
+    swarm.run_ms(3550);
+    let member = &mut swarm.members()[0];
+    assert_eq!(resets(&member.robot.events), []);
+    assert!(member.told.records.is_empty(), "{:?}", member.told.records);
+    // One step in every tick, and none late.
+    let steps: Vec<f64> = member.told.log.iter().map(|(at, _)| at.as_secs_f64()).collect();
+    assert_eq!(steps.len(), 105);
+    for (n, at) in (1..).zip(steps) {
+        assert!(
+            (f64::from(n) * 0.1..f64::from(n) * 0.1 + 0.02).contains(&at),
+            "step {n} at {at} s"
+        );
+    }
+    let told =
+        member.told.firmware.iter().any(|line| line.starts_with("100 steps, 0 ticks missed"));
+    assert!(told, "{:?}", member.told.firmware);
+    assert!(status(member, "longest slice") <= 500);
+    assert_eq!(status(member, "heard:"), sent);
+    let taken: u64 = member.last_logged().unwrap()[1].parse().unwrap();
+    assert!(taken >= 100, "{taken} in twenty steps");
+    assert_eq!(status(member, "unread:"), sent - taken);
+    let statistics = member.robot.statistics().board;
+    assert_eq!((statistics.overruns, statistics.peer_dropped), (0, 0));
+}
+
+/// Frames of other programs, of other scripts, cut and made up, on all ports.
+#[test]
+fn what_means_nothing_is_counted_and_harms_nothing() {
+    let mut swarm = Swarm::crazyflies(TALK, &[2]);
+    swarm.run_ms(1000);
+    let (port, other_script) = sent_by(&TALK.replace("number", "thing"), 1);
+    let (_, same_script) = sent_by(TALK, 1);
+    let mut random = 0x2545_f491_4f6c_dd1d_u64;
+    let mut next = move || {
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        random
+    };
+    let (mut foreign, mut unknown, mut elsewhere) = (0, 0, 0);
+    for _ in 0..400 {
+        let noise: Vec<u8> = (0..next() % 61).map(|_| next() as u8).collect();
+        let frame = match next() % 4 {
+            0 => {
+                foreign += 1;
+                heard(port, &other_script)
+            }
+            // Without a message, or with a tag that no version knows.
+            1 => {
+                unknown += 1;
+                heard(port, &same_script[..(next() % 4) as usize])
+            }
+            2 => {
+                unknown += 1;
+                heard(port, &[&[next() as u8 & 0x7f][..], &noise[..noise.len().min(59)]].concat())
+            }
+            _ => {
+                elsewhere += 1;
+                heard((next() % 11) as u8, &noise)
+            }
+        };
+        swarm.members()[0].robot.tell(&Command::Bytes { bytes: frame });
+        swarm.run_ms(20);
+    }
+    swarm.run_ms(2000);
+    let member = &mut swarm.members()[0];
+    assert_eq!(resets(&member.robot.events), []);
+    assert!(member.told.records.is_empty(), "{:?}", member.told.records);
+    assert_eq!(
+        member.last_logged().unwrap(),
+        ["109", "0"],
+        "the script goes on and has heard nothing"
+    );
+    assert_eq!(status(member, "heard:"), foreign + unknown + elsewhere);
+    assert_eq!(status(member, "unknown:"), unknown);
+    assert_eq!(status(member, "messages of other scripts"), foreign);
+}
+
+/// Another robot has the same id: it is told once, and is no neighbour.
+#[test]
+fn the_own_id_from_elsewhere_is_told_once() {
+    let script = "function step() { neighbors.broadcast(\"a\", 1) log(neighbors.count()) }";
+    let (port, message) = sent_by(script, 7);
+    let mut swarm = Swarm::crazyflies(script, &[7, 8]);
+    for _ in 0..10 {
+        swarm.members()[0].robot.tell(&Command::Bytes { bytes: heard(port, &message) });
+        swarm.run_ms(200);
+    }
+    for (member, count) in swarm.members().iter().zip([1, 0]) {
+        let warnings = member.told.firmware.iter().filter(|line| line.contains("has id 7, too"));
+        assert_eq!(warnings.count(), count, "{:?}", member.told.firmware);
+        assert_eq!(member.last_logged().unwrap(), ["1"]);
+    }
 }

@@ -10,6 +10,7 @@ use bittybuzz_vm_core::number::{Full, Rng};
 
 use super::send::send;
 use super::{POSE, STATE};
+use crate::id;
 use crate::robot::{FRAME_BYTES, IN_QUEUE, OUT_QUEUE};
 use crate::section::Section;
 
@@ -51,8 +52,8 @@ impl Ears {
 /// The task.
 #[embassy_executor::task]
 pub async fn broadcast_messages(robot_id: u16, pulse: Pulse) -> ! {
-    // Not the numbers of the script's generator, of which the seed is 0.
-    let rng = Rng::new(1, robot_id);
+    // Also robots that have the same id by mistake send at different times, and so hear of it.
+    let rng = Rng::new(id::chip(), robot_id);
     MAIL.drain(rng, pulse, |message| {
         let position = POSE.get().and_then(|here| Position::from_mm(here.position_mm));
         let frame = SwarmFrame { robot: robot_id, position, message };
