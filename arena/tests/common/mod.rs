@@ -1,0 +1,145 @@
+//! A brain for tests: does as it is told, and remembers what it heard.
+
+#![allow(dead_code, reason = "each test file uses a part of it")]
+
+use bittybuzz_arena::engine::{
+    Actuators, Area, Brain, Flight, Io, Link, Loss, Pose, Positioning, RobotId, RobotKind,
+    Settings, Sighting, Velocity, World,
+};
+
+/// A frame as it was heard.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Said {
+    pub tick: u64,
+    pub bytes: Vec<u8>,
+    pub sighting: Sighting,
+}
+
+impl Said {
+    /// The sender's id, which [`Probe`] puts into its frames.
+    pub fn from(&self) -> u16 {
+        u16::from_le_bytes([self.bytes[1], self.bytes[2]])
+    }
+
+    /// The frame's number.
+    pub fn number(&self) -> u32 {
+        u32::from_le_bytes(self.bytes[3..7].try_into().unwrap())
+    }
+
+    pub fn distance(&self) -> f32 {
+        self.sighting.place.unwrap()[0]
+    }
+}
+
+/// Does as it is told.
+#[derive(Clone, Debug, Default)]
+pub struct Probe {
+    /// Duties of both motors or wheels.
+    pub motors: (i16, i16),
+    /// For Crazyflies.
+    pub fly: Option<Velocity>,
+    /// Whether it sends whenever the link takes a frame.
+    pub talks: bool,
+    /// Frames given to the link.
+    pub given: u32,
+    pub heard: Vec<Said>,
+    pub light: u16,
+    pub ticks: u64,
+}
+
+impl Probe {
+    pub fn talking() -> Self {
+        Probe { talks: true, ..Probe::default() }
+    }
+
+    pub fn driving(left: i16, right: i16) -> Self {
+        Probe { motors: (left, right), ..Probe::default() }
+    }
+
+    pub fn flying(forward: f32, left: f32, up: f32) -> Self {
+        Probe { fly: Some(Velocity { forward, left, up, turn: 0.0 }), ..Probe::default() }
+    }
+
+    /// How many frames of that robot it heard.
+    pub fn heard_from(&self, id: RobotId) -> usize {
+        self.heard.iter().filter(|said| said.from() == id.0).count()
+    }
+}
+
+impl Brain for Probe {
+    fn tick(&mut self, io: &mut Io<'_>) {
+        self.ticks += 1;
+        self.light = io.sensors.light();
+        self.heard.extend(io.inbox.iter().map(|frame| Said {
+            tick: io.now,
+            bytes: frame.bytes.to_vec(),
+            sighting: frame.sighting,
+        }));
+        while self.talks && io.outbox.room() > 0 {
+            let mut frame = vec![5];
+            frame.extend(io.id.0.to_le_bytes());
+            frame.extend(self.given.to_le_bytes());
+            io.outbox.push(&frame).unwrap();
+            self.given += 1;
+        }
+        let (left, right) = self.motors;
+        match &mut io.actuators {
+            Actuators::Kilobot(motors) => (motors.left, motors.right) = (left as u8, right as u8),
+            Actuators::Zooid(wheels) => (wheels.left, wheels.right) = (left as i8, right as i8),
+            Actuators::Crazyflie(flight) => {
+                **flight = self.fly.map_or(Flight::Off, Flight::Velocity)
+            }
+        }
+        *io.led = (self.heard.len() % 8) as u8;
+    }
+}
+
+/// Settings without any chance: equal robots, no loss, no noise, exact clocks.
+pub fn exact() -> Settings {
+    let mut settings =
+        Settings { area: Area { width: 4000.0, height: 4000.0 }, ..Settings::default() };
+    settings.kilobot.gain_sigma = 0.0;
+    settings.zooid.gain_sigma = 0.0;
+    settings.crazyflie.positioning = Positioning::Absolute { sigma: 0.0, yaw_sigma: 0.0 };
+    for link in links(&mut settings) {
+        link.loss = Loss::even(0.0);
+    }
+    settings.infrared.distance_sigma = 0.0;
+    settings.infrared.clock_sigma = 0.0;
+    settings
+}
+
+pub fn links(settings: &mut Settings) -> [&mut Link; 3] {
+    [&mut settings.infrared.link, &mut settings.nrf24.link, &mut settings.p2p.link]
+}
+
+pub fn kilobot(world: &mut World<Probe>, x: f32, y: f32, heading: f32, brain: Probe) -> RobotId {
+    world.add(RobotKind::Kilobot, Pose::new(x, y, heading), brain).unwrap()
+}
+
+pub fn run(world: &mut World<Probe>, ticks: u64) {
+    for _ in 0..ticks {
+        world.tick();
+    }
+}
+
+pub fn pose(world: &World<Probe>, id: RobotId) -> Pose {
+    world.robot(id).unwrap().pose
+}
+
+pub fn probe(world: &World<Probe>, id: RobotId) -> &Probe {
+    world.brain(id).unwrap()
+}
+
+/// Mean and standard deviation.
+pub fn moments(values: &[f32]) -> (f32, f32) {
+    let count = values.len() as f32;
+    let mean = values.iter().sum::<f32>() / count;
+    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f32>() / (count - 1.0);
+    (mean, variance.sqrt())
+}
+
+#[track_caller]
+pub fn close(found: f32, expected: f32, tolerance: f32) {
+    assert!((found - expected).abs() <= tolerance, "{found} instead of {expected} +- {tolerance}");
+}

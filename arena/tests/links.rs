@@ -1,0 +1,508 @@
+//! Frames on the air: range, collisions, carrier sense, loss, and who is cut off.
+
+mod common;
+
+use bittybuzz_arena::engine::{
+    Area, Infrared, Loss, Medium, Pose, PushError, RobotId, RobotKind, RobotState, Settings, World,
+};
+use common::*;
+
+/// Kilobots that send at every timer interrupt (32.768 ms).
+fn busy(seed: u64) -> Settings {
+    let mut settings = Settings { seed, ..exact() };
+    settings.infrared.tx_period = 0;
+    settings
+}
+
+/// Lets everything arrive that was given to a link.
+fn drain(world: &mut World<Probe>) {
+    for id in world.ids() {
+        world.brain_mut(id).unwrap().talks = false;
+    }
+    run(world, 20);
+}
+
+fn crazyflie(world: &mut World<Probe>, x: f32, y: f32, brain: Probe) -> RobotId {
+    world.add(RobotKind::Crazyflie, Pose::new(x, y, 0.0), brain).unwrap()
+}
+
+#[test]
+fn infrared_ends_70_mm_from_rim_to_rim() {
+    let mut world = World::new(exact()).unwrap();
+    let speaker = kilobot(&mut world, 0.0, 0.0, 0.0, Probe::talking());
+    let inside = kilobot(&mut world, 33.0 + 69.9, 0.0, 0.0, Probe::default());
+    let outside = kilobot(&mut world, -33.0 - 70.1, 0.0, 0.0, Probe::default());
+    run(&mut world, 100);
+    assert!(probe(&world, inside).heard_from(speaker) >= 18);
+    assert_eq!(probe(&world, outside).heard.len(), 0);
+}
+
+#[test]
+fn a_kilobot_sends_twice_a_second_and_as_often_as_it_is_told() {
+    for (period, interrupts) in [(3906, 16.0), (781, 4.0), (0, 1.0)] {
+        let mut settings = exact();
+        settings.infrared.tx_period = period;
+        let mut world = World::new(settings).unwrap();
+        let speaker = kilobot(&mut world, 0.0, 0.0, 0.0, Probe::talking());
+        let listener = kilobot(&mut world, 50.0, 0.0, 0.0, Probe::default());
+        run(&mut world, 600);
+        // The link asks the script at most once per tick.
+        let expected = 60.0 / f32::max(0.032_768 * interrupts, 0.1);
+        close(probe(&world, listener).heard_from(speaker) as f32, expected, 2.0);
+    }
+}
+
+#[test]
+fn frames_arrive_whole_in_order_and_padded() {
+    let mut world = World::new(exact()).unwrap();
+    let speaker = kilobot(&mut world, 0.0, 0.0, 0.0, Probe::talking());
+    let listener = kilobot(&mut world, 50.0, 0.0, 0.0, Probe::default());
+    run(&mut world, 200);
+    let heard = &probe(&world, listener).heard;
+    for (number, said) in heard.iter().enumerate() {
+        assert_eq!(said.bytes.len(), 10);
+        assert_eq!(
+            (said.bytes[0], said.from(), said.bytes[7..].to_vec()),
+            (5, speaker.0, vec![0; 3])
+        );
+        assert_eq!(said.number(), number as u32);
+        assert_eq!(said.sighting.robot, None, "infrared does not tell who sends");
+    }
+}
+
+/// A and C do not hear each other, B hears both. Each sends 4.41 ms of every 100 ms, at the first interrupt after its
+/// tick; the interrupts of both come with unlike periods, so the distance between two frames takes all values of one
+/// period: they overlap for 2 * 4.41 of 32.768 ms.
+#[test]
+fn hidden_terminals_collide() {
+    let (mut received, mut collided) = (0, 0);
+    for seed in 0..30 {
+        let mut settings = exact();
+        settings.seed = seed;
+        settings.infrared.tx_period = 0;
+        settings.infrared.clock_sigma = 0.01;
+        let mut world = World::new(settings).unwrap();
+        kilobot(&mut world, -90.0, 0.0, 0.0, Probe::talking());
+        let middle = kilobot(&mut world, 0.0, 0.0, 0.0, Probe::default());
+        kilobot(&mut world, 90.0, 0.0, 0.0, Probe::talking());
+        run(&mut world, 300);
+        let link = world.statistics().link(Medium::Infrared);
+        assert_eq!(link.postponed, 0, "they do not sense each other");
+        assert_eq!(link.received as usize, probe(&world, middle).heard.len());
+        assert!(link.collided % 2 == 0, "both frames are lost");
+        received += link.received;
+        collided += link.collided;
+    }
+    let part = collided as f32 / (collided + received) as f32;
+    close(part, 2.0 * 4.41 / 32.768, 0.05);
+}
+
+#[test]
+fn carrier_sense_keeps_neighbours_from_colliding() {
+    let (mut postponed, mut sent) = (0, 0);
+    for seed in 0..20 {
+        let mut settings = busy(seed);
+        settings.infrared.clock_sigma = 0.01;
+        let mut world = World::new(settings).unwrap();
+        kilobot(&mut world, -40.0, 0.0, 0.0, Probe::talking());
+        kilobot(&mut world, 0.0, 0.0, 0.0, Probe::default());
+        kilobot(&mut world, 40.0, 0.0, 0.0, Probe::talking());
+        run(&mut world, 300);
+        let link = world.statistics().link(Medium::Infrared);
+        assert_eq!((link.collided, link.deaf), (0, 0));
+        postponed += link.postponed;
+        sent += link.sent;
+    }
+    // Without it 13 % of the frames would begin while the other sends.
+    assert!(postponed > sent / 20, "{postponed} of {sent}");
+    assert!(sent > 20 * 2 * 290, "a postponed frame is not a lost one");
+}
+
+/// 20 Kilobots in one place, all in range: the channel is shared, hardly anything collides.
+#[test]
+fn a_crowd_shares_the_channel() {
+    let mut settings = busy(2);
+    settings.infrared.clock_sigma = 0.01;
+    settings.infrared.link.range = Some(400.0);
+    let mut world = World::new(settings).unwrap();
+    for i in 0..20 {
+        kilobot(&mut world, (i % 5) as f32 * 40.0, (i / 5) as f32 * 40.0, 0.0, Probe::talking());
+    }
+    run(&mut world, 200);
+    let link = *world.statistics().link(Medium::Infrared);
+    // 4.41 ms per frame: at most 227 frames per second, of which back-off leaves a good part.
+    assert!(link.sent > 20 * 60 && link.sent < 20 * 227, "{} frames", link.sent);
+    assert!(link.collided + link.deaf < link.received / 100);
+}
+
+/// Whatever is sent ends at every robot in range in one way or another.
+#[test]
+fn every_frame_is_accounted_for() {
+    for medium in [RobotKind::Zooid, RobotKind::Crazyflie, RobotKind::Kilobot] {
+        let mut settings = Settings { seed: 4, ..exact() };
+        for link in links(&mut settings) {
+            link.range = None;
+            link.loss = Loss::even(0.3);
+        }
+        settings.infrared.tx_period = 0;
+        let mut world = World::new(settings).unwrap();
+        for i in 0..20 {
+            let pose = Pose::new((i % 5) as f32 * 150.0, (i / 5) as f32 * 150.0, 0.0);
+            world.add(medium, pose, Probe::talking()).unwrap();
+        }
+        run(&mut world, 100);
+        drain(&mut world);
+        let link = world.statistics().link(medium.medium());
+        let given: u64 = world.ids().map(|id| u64::from(probe(&world, id).given)).sum();
+        assert_eq!(link.sent, given, "nothing stays in a link");
+        assert_eq!(link.received + link.collided + link.deaf + link.lost, 19 * link.sent);
+        let heard: usize = world.ids().map(|id| probe(&world, id).heard.len()).sum();
+        assert_eq!(heard as u64, link.received);
+        let arrived = link.received + link.lost;
+        close(link.lost as f32 / arrived as f32, 0.3, 0.02);
+    }
+}
+
+/// Without carrier sense, frames that overlap are missed by the one who sends, and nothing else happens with two.
+#[test]
+fn p2p_is_deaf_while_it_sends() {
+    let mut settings = exact();
+    settings.p2p.jitter_us = 1000;
+    let (mut deaf, mut sent) = (0, 0);
+    for seed in 0..300 {
+        let mut world = World::new(Settings { seed, ..settings }).unwrap();
+        let a = crazyflie(&mut world, 0.0, 0.0, Probe::talking());
+        let b = crazyflie(&mut world, 1000.0, 0.0, Probe::talking());
+        run(&mut world, 50);
+        drain(&mut world);
+        let link = world.statistics().link(Medium::P2p);
+        assert_eq!((link.collided, link.postponed), (0, 0));
+        // If one is deaf to a frame, so is the other to the frame that it sent meanwhile.
+        let missed = |by, of| probe(&world, of).given as usize - probe(&world, by).heard_from(of);
+        assert_eq!(missed(a, b) + missed(b, a), link.deaf as usize);
+        assert_eq!(missed(a, b) == 0, missed(b, a) == 0);
+        deaf += link.deaf;
+        sent += link.sent;
+    }
+    // Three frames of 0.4 ms in 100 ms each: a frame overlaps with one of the other's in 3 * 0.8 of 100 cases.
+    close(deaf as f32 / sent as f32, 0.024, 0.012);
+}
+
+#[test]
+fn p2p_frames_that_overlap_are_lost_to_third_parties() {
+    let mut collided = 0;
+    for seed in 0..200 {
+        let mut world = World::new(Settings { seed, ..exact() }).unwrap();
+        crazyflie(&mut world, 0.0, 0.0, Probe::talking());
+        crazyflie(&mut world, 500.0, 0.0, Probe::talking());
+        let third = crazyflie(&mut world, 0.0, 500.0, Probe::default());
+        run(&mut world, 30);
+        drain(&mut world);
+        let link = world.statistics().link(Medium::P2p);
+        // The senders are deaf to what collides at the third.
+        assert_eq!(link.collided, link.sent - probe(&world, third).heard.len() as u64);
+        assert_eq!(link.collided, link.deaf);
+        collided += link.collided;
+    }
+    assert!(collided > 0);
+}
+
+/// Carrier sense leaves the 130 µs in which the nRF24 goes from listening to sending.
+#[test]
+fn nrf24_senses_but_not_in_its_first_130_us() {
+    let mut settings = Settings { seed: 6, ..exact() };
+    settings.nrf24.backoff_us = 20_000;
+    let mut world = World::new(settings).unwrap();
+    for i in 0..40 {
+        let pose = Pose::new((i % 8) as f32 * 60.0, (i / 8) as f32 * 60.0, 0.0);
+        world.add(RobotKind::Zooid, pose, Probe::talking()).unwrap();
+    }
+    run(&mut world, 200);
+    let link = world.statistics().link(Medium::Nrf24);
+    let heard = link.received + link.collided;
+    // Up to 3 frames of each of 40 in 100 ms: 39 others begin 1.2 frames per ms; within 130 µs before or after, 27 %
+    // at most. Without carrier sense it would be 400 µs, 38 %.
+    let part = link.collided as f32 / heard as f32;
+    assert!(part > 0.05 && part < 0.27, "{part}");
+    assert!(link.postponed > 0);
+}
+
+/// The loss grows with the square of the part of the range: 10 % to 70 %.
+#[test]
+fn loss_rises_with_distance() {
+    let mut settings =
+        Settings { seed: 8, area: Area { width: 9000.0, height: 4000.0 }, ..exact() };
+    settings.infrared.link.loss = Loss { near: 0.1, far: 0.7 };
+    let mut world = World::new(settings).unwrap();
+    let gaps = [0.5, 20.0, 35.0, 50.0, 69.9];
+    let mut pairs = Vec::new();
+    for row in 0..20 {
+        for (column, gap) in gaps.into_iter().enumerate() {
+            let (x, y) = (column as f32 * 400.0 - 1000.0, row as f32 * 150.0 - 1500.0);
+            let speaker = kilobot(&mut world, x, y, 0.0, Probe::talking());
+            let listener = kilobot(&mut world, x + 33.0 + gap, y, 0.0, Probe::default());
+            pairs.push((column, speaker, listener));
+        }
+    }
+    run(&mut world, 1000);
+    for (column, gap) in gaps.into_iter().enumerate() {
+        let mine = || pairs.iter().filter(|pair| pair.0 == column);
+        let heard: usize = mine().map(|pair| probe(&world, pair.2).heard_from(pair.1)).sum();
+        let sent: u32 = mine().map(|pair| probe(&world, pair.1).given - 1).sum();
+        let expected = 0.1 + 0.6 * (gap / 70.0) * (gap / 70.0);
+        // About 3,800 frames: three deviations are 2.4 %.
+        close(1.0 - heard as f32 / sent as f32, expected, 0.03);
+    }
+}
+
+#[test]
+fn distances_have_a_deviation_of_2_mm() {
+    let mut settings = Settings { seed: 10, ..exact() };
+    settings.infrared.distance_sigma = 2.0;
+    let mut world = World::new(settings).unwrap();
+    let speaker = kilobot(&mut world, 0.0, 0.0, 0.0, Probe::talking());
+    for (gap, at) in [(15.0, (1.0, 0.0)), (30.0, (0.0, 1.0)), (55.0, (-1.0, 0.0))] {
+        let reach = 33.0 + gap;
+        kilobot(&mut world, at.0 * reach, at.1 * reach, 0.0, Probe::default());
+    }
+    run(&mut world, 8000);
+    for (id, gap) in [(1, 15.0), (2, 30.0), (3, 55.0)] {
+        let heard = &probe(&world, RobotId(id)).heard;
+        let measured: Vec<_> = heard.iter().map(|said| said.distance()).collect();
+        assert!(measured.len() > 1400 && measured.iter().all(|mm| mm.fract() == 0.0));
+        let (mean, sigma) = moments(&measured);
+        // Whole millimetres, truncated: up to 1 mm off, and a deviation of 0.3 mm more.
+        close(mean, 33.0 + gap, 1.3);
+        close(sigma, 2.0, 0.35);
+        assert!(heard.iter().all(|said| said.from() == speaker.0));
+        assert!(heard.iter().all(|said| said.sighting.place.unwrap()[1..] == [0.0, 0.0]));
+    }
+}
+
+/// Azimuth and elevation as the receiver sees them, in all quadrants.
+#[test]
+fn flying_robots_see_each_other_where_they_are() {
+    let mut world = World::new(exact()).unwrap();
+    let at = |x, y, z, heading| Pose { z, ..Pose::new(x, y, heading) };
+    let hover = || Probe { talks: true, ..Probe::flying(0.0, 0.0, 0.0) };
+    let poses = [
+        at(0.0, 0.0, 500.0, 0.0),
+        at(600.0, 600.0, 800.0, 2.0),
+        at(-700.0, 200.0, 300.0, -1.0),
+        at(-100.0, -900.0, 1200.0, 3.0),
+    ];
+    for pose in poses {
+        world.add(RobotKind::Crazyflie, pose, hover()).unwrap();
+    }
+    run(&mut world, 30);
+    for (own, id) in poses.iter().zip(world.ids().collect::<Vec<_>>()) {
+        for (other, other_pose) in
+            poses.iter().enumerate().filter(|(other, _)| *other != usize::from(id.0))
+        {
+            let said =
+                probe(&world, id).heard.iter().rfind(|said| usize::from(said.from()) == other);
+            let sighting = said.unwrap().sighting;
+            assert_eq!(sighting.robot, Some(RobotId(other as u16)));
+            let [distance, azimuth, elevation] = sighting.place.unwrap();
+            // Back from the receiver's frame to the world.
+            let bearing = azimuth + own.heading;
+            let flat = distance * elevation.cos();
+            close(own.x + flat * bearing.cos(), other_pose.x, 0.5);
+            close(own.y + flat * bearing.sin(), other_pose.y, 0.5);
+            close(own.z + distance * elevation.sin(), other_pose.z, 0.5);
+            assert!(azimuth > -std::f32::consts::PI && azimuth <= std::f32::consts::PI);
+        }
+    }
+}
+
+#[test]
+fn a_robot_on_the_left_has_a_positive_azimuth() {
+    let mut world = World::new(exact()).unwrap();
+    let looks_up = Pose::new(0.0, 0.0, std::f32::consts::FRAC_PI_2);
+    let id = world.add(RobotKind::Zooid, looks_up, Probe::default()).unwrap();
+    world.add(RobotKind::Zooid, Pose::new(-300.0, 0.0, 0.0), Probe::talking()).unwrap();
+    run(&mut world, 5);
+    let [distance, azimuth, elevation] = probe(&world, id).heard[0].sighting.place.unwrap();
+    close(distance, 300.0, 1.0);
+    close(azimuth, std::f32::consts::FRAC_PI_2, 0.05);
+    assert_eq!(elevation, 0.0);
+}
+
+#[test]
+fn without_a_position_a_sender_has_no_place() {
+    let mut settings = exact();
+    settings.crazyflie.positioning = bittybuzz_arena::engine::Positioning::None;
+    let mut world = World::new(settings).unwrap();
+    crazyflie(&mut world, 0.0, 0.0, Probe::talking());
+    let id = crazyflie(&mut world, 500.0, 0.0, Probe::default());
+    run(&mut world, 5);
+    let sighting = probe(&world, id).heard[0].sighting;
+    assert_eq!((sighting.robot, sighting.place), (Some(RobotId(0)), None));
+}
+
+#[test]
+fn partitions_and_blocked_links() {
+    let mut world = World::new(exact()).unwrap();
+    let a = kilobot(&mut world, 0.0, 0.0, 0.0, Probe::talking());
+    let b = kilobot(&mut world, 60.0, 0.0, 0.0, Probe::talking());
+    let c = kilobot(&mut world, 0.0, 60.0, 0.0, Probe::talking());
+    let heard = |world: &World<Probe>| {
+        [(a, b), (b, a), (a, c), (c, a), (b, c)].map(|(by, of)| probe(world, by).heard_from(of))
+    };
+    let mut before = [0; 5];
+    let mut passed = |world: &mut World<Probe>| {
+        // What is on its way arrives.
+        run(world, 1);
+        before = heard(world);
+        run(world, 100);
+        let now = heard(world);
+        [0, 1, 2, 3, 4].map(|i| now[i] > before[i])
+    };
+    assert_eq!(passed(&mut world), [true; 5]);
+    world.block(b, a).unwrap();
+    assert_eq!(passed(&mut world), [false, false, true, true, true]);
+    world.unblock(a, b).unwrap();
+    world.partition(|id| u8::from(id == c));
+    assert_eq!(passed(&mut world), [true, true, false, false, false]);
+    world.heal();
+    assert_eq!(passed(&mut world), [true; 5]);
+}
+
+/// A robot in another partition is neither heard nor sensed nor does it disturb.
+#[test]
+fn a_partition_is_like_distance() {
+    let mut settings = busy(3);
+    settings.infrared.clock_sigma = 0.01;
+    let mut world = World::new(settings).unwrap();
+    for i in 0..6 {
+        kilobot(&mut world, (i % 3) as f32 * 34.0, (i / 3) as f32 * 34.0, 0.0, Probe::talking());
+    }
+    world.partition(|id| id.0 as u8);
+    run(&mut world, 300);
+    let link = world.statistics().link(Medium::Infrared);
+    assert_eq!((link.received, link.collided, link.postponed, link.deaf), (0, 0, 0, 0));
+    assert!(link.sent > 1700);
+}
+
+#[test]
+fn unlike_media_do_not_meet() {
+    let mut world = World::new(exact()).unwrap();
+    let kinds = [RobotKind::Kilobot, RobotKind::Zooid, RobotKind::Crazyflie];
+    for (i, kind) in kinds.into_iter().enumerate() {
+        world.add(kind, Pose::new(i as f32 * 100.0, 0.0, 0.0), Probe::talking()).unwrap();
+    }
+    run(&mut world, 50);
+    assert!(world.ids().all(|id| probe(&world, id).heard.is_empty()));
+    assert_eq!(world.statistics().all_links().received, 0);
+}
+
+#[test]
+fn copies_and_delays_are_counted_and_nothing_is_lost() {
+    let mut settings = Settings { seed: 12, ..exact() };
+    settings.nrf24.link.duplicate = 0.2;
+    settings.nrf24.link.reorder = 0.3;
+    let mut world = World::new(settings).unwrap();
+    let speaker = world.add(RobotKind::Zooid, Pose::default(), Probe::talking()).unwrap();
+    let listener =
+        world.add(RobotKind::Zooid, Pose::new(200.0, 0.0, 0.0), Probe::default()).unwrap();
+    run(&mut world, 400);
+    drain(&mut world);
+    let link = *world.statistics().link(Medium::Nrf24);
+    let heard = &probe(&world, listener).heard;
+    let mut numbers: Vec<_> = heard.iter().map(|said| said.number()).collect();
+    let overtaken = numbers.windows(2).filter(|pair| pair[1] < pair[0]).count() as u64;
+    assert!(overtaken > 0 && overtaken <= link.delayed);
+    numbers.sort_unstable();
+    numbers.dedup();
+    let given = probe(&world, speaker).given;
+    assert_eq!(numbers, (0..given).collect::<Vec<_>>());
+    assert_eq!(heard.len() as u64, u64::from(given) + link.duplicated);
+    close(link.duplicated as f32 / link.received as f32, 0.2, 0.04);
+}
+
+#[test]
+fn stopped_and_failed_robots_are_silent_and_deaf() {
+    let mut world = World::new(exact()).unwrap();
+    let brain = Probe { motors: (70, 70), ..Probe::talking() };
+    let a = kilobot(&mut world, 0.0, 0.0, 0.0, brain.clone());
+    let b = kilobot(&mut world, 60.0, 0.0, 0.0, Probe::talking());
+    run(&mut world, 20);
+    world.stop(a).unwrap();
+    run(&mut world, 2);
+    let (stopped, heard) = (pose(&world, a), probe(&world, b).heard_from(a));
+    let ticks = probe(&world, a).ticks;
+    run(&mut world, 50);
+    assert_eq!((pose(&world, a), probe(&world, b).heard_from(a)), (stopped, heard));
+    assert_eq!(probe(&world, a).ticks, ticks);
+    world.resume(a).unwrap();
+    run(&mut world, 20);
+    assert!(probe(&world, b).heard_from(a) > heard && pose(&world, a) != stopped);
+    world.fail(b).unwrap();
+    world.resume(b).unwrap();
+    assert_eq!(world.robot(b).unwrap().state, RobotState::Failed);
+    let ticks = probe(&world, b).ticks;
+    run(&mut world, 20);
+    assert_eq!(probe(&world, b).ticks, ticks);
+}
+
+#[test]
+fn robots_join_while_others_run() {
+    let mut world = World::new(exact()).unwrap();
+    let a = kilobot(&mut world, 0.0, 0.0, 0.0, Probe::talking());
+    run(&mut world, 50);
+    let b = kilobot(&mut world, 60.0, 0.0, 0.0, Probe::talking());
+    assert_eq!((a, b, world.len()), (RobotId(0), RobotId(1), 2));
+    run(&mut world, 50);
+    assert!(probe(&world, a).heard_from(b) > 0 && probe(&world, b).heard_from(a) > 0);
+    assert!(world.add(RobotKind::Kilobot, Pose::new(3000.0, 0.0, 0.0), Probe::default()).is_err());
+    let nowhere = Pose { x: f32::NAN, ..Pose::default() };
+    assert!(world.add(RobotKind::Kilobot, nowhere, Probe::default()).is_err());
+}
+
+#[test]
+fn loss_can_change_while_the_world_runs() {
+    let mut world = World::new(exact()).unwrap();
+    let a = kilobot(&mut world, 0.0, 0.0, 0.0, Probe::talking());
+    let b = kilobot(&mut world, 60.0, 0.0, 0.0, Probe::default());
+    world.set_loss(Medium::Infrared, Loss::even(1.0));
+    run(&mut world, 100);
+    assert_eq!(probe(&world, b).heard_from(a), 0);
+    world.set_loss(Medium::Infrared, Loss::even(0.0));
+    run(&mut world, 100);
+    assert!(probe(&world, b).heard_from(a) >= 18);
+}
+
+/// The outbox takes what the link takes.
+#[test]
+fn an_outbox_refuses_what_does_not_fit() {
+    use bittybuzz_arena::engine::{Brain, Io};
+    struct Pushes;
+    impl Brain for Pushes {
+        fn tick(&mut self, io: &mut Io<'_>) {
+            assert_eq!(io.outbox.push(&[]), Err(PushError::Length));
+            assert_eq!(io.outbox.push(&[7; 26]), Err(PushError::Length));
+            while io.outbox.room() > 0 {
+                io.outbox.push(&[7; 25]).unwrap();
+            }
+            assert_eq!(io.outbox.push(&[7; 25]), Err(PushError::Full));
+        }
+    }
+    let mut world = World::new(exact()).unwrap();
+    world.add(RobotKind::Zooid, Pose::default(), Pushes).unwrap();
+    for _ in 0..20 {
+        world.tick();
+    }
+    let sent = world.statistics().link(Medium::Nrf24).sent;
+    assert!((54..=60).contains(&sent), "{sent} of three per tick");
+}
+
+#[test]
+fn impossible_settings_are_named() {
+    let mut settings = exact();
+    settings.infrared = Infrared { clock_sigma: f32::NAN, ..Infrared::STANDARD };
+    assert_eq!(settings.check().unwrap_err().field, "infrared.clock_sigma");
+    let mut settings = exact();
+    settings.p2p.link.loss.far = 1.5;
+    let refused = World::<Probe>::new(settings).unwrap_err();
+    assert_eq!(refused.to_string(), "p2p.link.loss.far must be a probability from 0 to 1");
+}
