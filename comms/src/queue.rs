@@ -1,14 +1,14 @@
 //! Frames that wait: for the script's next step, or for the link.
 //!
 //! Queues have a fixed size and no allocator. What is in them is worth having: doubles are dropped, an entry of a stigmergy
-//! replaces the older one of its key that still waits, a broadcast the one on its topic of a step that is over. If there still is
-//! no place, the oldest frame of the lowest priority goes, and is counted. Priorities are those of [`Kind`].
+//! takes the place of the older one of its key that still waits, a broadcast of the one on its topic of a step that is over. If
+//! there still is no place, the oldest frame of the lowest priority goes, and is counted. Priorities are those of [`Kind`].
 //!
 //! There is no critical section inside: who shares a queue with an interrupt handler has to guard it.
 
 use core::marker::PhantomData;
 
-use bittybuzz_vm_core::message::{Kind, has_same_topic, supersedes};
+use bittybuzz_vm_core::message::{Kind, replaces};
 use bittybuzz_vm_core::number::Profile;
 
 /// What a queue has not passed on.
@@ -41,12 +41,12 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize> Inbox<P, E, B
 
     /// How many frames wait.
     pub fn len(&self) -> usize {
-        self.queue.waiting.into()
+        self.queue.len()
     }
 
     /// Whether no frame waits.
     pub fn is_empty(&self) -> bool {
-        self.queue.waiting == 0
+        self.queue.len() == 0
     }
 
     /// What was not passed on.
@@ -65,9 +65,8 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize> Inbox<P, E, B
 
     /// Takes a frame out: in turn the oldest of the highest priority, and the oldest.
     pub fn pop(&mut self) -> Option<(&[u8], E)> {
-        let place = self.queue.pop()?;
-        let extra = *self.extras.get(place)?;
-        Some((self.queue.slots.get(place)?.frame(), extra))
+        let (place, frame) = self.queue.pop()?;
+        Some((frame, *self.extras.get(place)?))
     }
 }
 
@@ -79,12 +78,12 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Outbox<P, BYTES, FRAME
 
     /// How many frames wait.
     pub fn len(&self) -> usize {
-        self.queue.waiting.into()
+        self.queue.len()
     }
 
     /// Whether no frame waits.
     pub fn is_empty(&self) -> bool {
-        self.queue.waiting == 0
+        self.queue.len() == 0
     }
 
     /// What was not passed on.
@@ -106,8 +105,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Outbox<P, BYTES, FRAME
 
     /// Takes a frame out: in turn the oldest of the highest priority, and the oldest.
     pub fn pop(&mut self) -> Option<&[u8]> {
-        let place = self.queue.pop()?;
-        Some(self.queue.slots.get(place)?.frame())
+        self.queue.pop().map(|(_, frame)| frame)
     }
 }
 
@@ -119,8 +117,8 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Default for Outbox<P, 
 
 #[derive(Debug, Clone, Copy)]
 struct Slot<const BYTES: usize> {
-    /// 1 for the frame that waits longest, and so on; 0 if there is none.
-    rank: u8,
+    /// How many frames came since, and this one, as far as a byte goes; 0 if no frame waits here.
+    age: u8,
     length: u8,
     /// From a step that is over.
     is_stale: bool,
@@ -131,149 +129,124 @@ impl<const BYTES: usize> Slot<BYTES> {
     fn frame(&self) -> &[u8] {
         self.bytes.get(..self.length.into()).unwrap_or(&[])
     }
-}
 
-/// Which frame comes first.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Order {
-    /// The oldest.
-    Age,
-    /// The oldest of the highest priority.
-    Highest,
-    /// The oldest of the lowest priority.
-    Lowest,
+    /// 0 is the lowest.
+    fn priority(&self) -> u8 {
+        self.bytes.first().map_or(0, |first| priority(*first))
+    }
 }
 
 /// Frames in slots, which never move; a new queue is all zeros.
 #[derive(Debug, Clone)]
 struct Queue<P, const BYTES: usize, const FRAMES: usize> {
     slots: [Slot<BYTES>; FRAMES],
-    waiting: u8,
     /// The next frame to go is the oldest.
     by_age: bool,
     counters: Counters,
     profile: PhantomData<P>,
 }
 
+/// How well a slot suits a new frame: the same waits there; one that the new frame replaces; nothing. Below, the priority of what
+/// waits there decides.
+const SAME: u8 = 255;
+const REPLACED: u8 = 254;
+const EMPTY: u8 = 253;
+const HIGHEST_PRIORITY: u8 = 250;
+
 impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES> {
     const EMPTY: Self = {
-        assert!(FRAMES < 256 && BYTES < 256, "ranks and lengths are bytes");
+        assert!(BYTES < 256, "lengths are bytes");
         Queue {
-            slots: [Slot { rank: 0, length: 0, is_stale: false, bytes: [0; BYTES] }; FRAMES],
-            waiting: 0,
+            slots: [Slot { age: 0, length: 0, is_stale: false, bytes: [0; BYTES] }; FRAMES],
             by_age: false,
             counters: Counters { dropped: 0, duplicates: 0 },
             profile: PhantomData,
         }
     };
 
+    fn len(&self) -> usize {
+        self.slots.iter().filter(|slot| slot.age != 0).count()
+    }
+
     /// Puts a frame into a slot and tells which; `None` if it is dropped.
+    ///
+    /// Replaced frames go. One of them, the oldest, leaves its place to the new frame, so that an entry that changes all the
+    /// time is not always the last.
     fn push(&mut self, frame: &[u8]) -> Option<usize> {
-        let place = self.place_for(frame);
-        let Some(slot) = place.and_then(|place| self.slots.get_mut(place)) else {
+        let kind = frame.first().and_then(|first| Kind::of(*first));
+        let (Some(kind), true) = (kind, frame.len() <= BYTES) else {
             count(&mut self.counters.dropped);
             return None;
         };
+        let mut best: Option<(u8, usize, &mut Slot<BYTES>)> = None;
+        for (place, slot) in self.slots.iter_mut().enumerate() {
+            let mut suits = EMPTY;
+            if slot.age != 0 {
+                slot.age = slot.age.saturating_add(1);
+                suits = HIGHEST_PRIORITY - slot.priority();
+                if slot.frame() == frame {
+                    suits = SAME;
+                } else if replaces::<P>(frame, slot.frame(), slot.is_stale) {
+                    suits = REPLACED;
+                }
+            }
+            let this = (suits, place, slot);
+            best = match best {
+                None => Some(this),
+                Some(other) => {
+                    let is_better = (this.0, this.2.age) > (other.0, other.2.age);
+                    let (better, worse) = if is_better { (this, other) } else { (other, this) };
+                    if worse.0 == REPLACED {
+                        worse.2.age = 0;
+                    }
+                    Some(better)
+                }
+            };
+        }
+        let (suits, place, slot) = best?;
+        match suits {
+            SAME => count(&mut self.counters.duplicates),
+            REPLACED => {}
+            EMPTY => slot.age = 1,
+            _ => {
+                count(&mut self.counters.dropped);
+                if slot.priority() > kind as u8 {
+                    return None;
+                }
+                slot.age = 1;
+            }
+        }
         slot.length = frame.len() as u8;
         slot.is_stale = false;
         for (to, from) in slot.bytes.iter_mut().zip(frame) {
             *to = *from;
         }
-        place
-    }
-
-    /// Makes place for a frame: a slot with its rank.
-    fn place_for(&mut self, frame: &[u8]) -> Option<usize> {
-        let kind = Kind::of(*frame.first()?)?;
-        if frame.len() > BYTES {
-            return None;
-        }
-        let same = |slot: &Slot<BYTES>| slot.rank != 0 && slot.frame() == frame;
-        if let Some(place) = self.slots.iter().position(same) {
-            count(&mut self.counters.duplicates);
-            return Some(place);
-        }
-        // The oldest whose place it takes, so that an entry that changes all the time is not always the last.
-        let mut place: Option<usize> = None;
-        for at in 0..FRAMES {
-            let Some(slot) = self.slots.get(at) else { break };
-            if slot.rank == 0 {
-                continue;
-            }
-            if supersedes::<P>(frame, slot.frame()) {
-                let (older, younger) = match place {
-                    Some(other) if self.rank(other) < slot.rank => (other, Some(at)),
-                    other => (at, other),
-                };
-                place = Some(older);
-                if let Some(younger) = younger {
-                    self.free(younger);
-                }
-            } else if slot.is_stale && has_same_topic::<P>(frame, slot.frame()) {
-                self.free(at);
-            }
-        }
-        if place.is_some() {
-            return place;
-        }
-        if usize::from(self.waiting) == FRAMES {
-            let lowest = self.first(Order::Lowest)?;
-            if self.kind(lowest) > Some(kind) {
-                return None;
-            }
-            self.free(lowest);
-            count(&mut self.counters.dropped);
-        }
-        let place = self.slots.iter().position(|slot| slot.rank == 0)?;
-        self.waiting = self.waiting.wrapping_add(1);
-        self.slots.get_mut(place)?.rank = self.waiting;
         Some(place)
     }
 
     /// Takes the next frame out of its slot, where it can be read until the next one comes in.
-    fn pop(&mut self) -> Option<usize> {
-        let place = self.first(if self.by_age { Order::Age } else { Order::Highest })?;
-        self.by_age = !self.by_age;
-        self.free(place);
-        Some(place)
-    }
-
-    /// The slot with the first frame of an order.
-    #[inline(never)]
-    fn first(&self, order: Order) -> Option<usize> {
-        let waiting = (0..FRAMES).filter(|at| self.rank(*at) != 0);
-        waiting.min_by_key(|at| {
-            let priority = self.kind(*at).map_or(0, |kind| kind as u8);
-            let group = match order {
-                Order::Age => 0,
-                Order::Highest => !priority,
-                Order::Lowest => priority,
-            };
-            (group, self.rank(*at))
-        })
-    }
-
-    /// Empties a slot.
-    #[inline(never)]
-    fn free(&mut self, place: usize) {
-        let rank = self.rank(place);
-        for slot in &mut self.slots {
-            if slot.rank == rank {
-                slot.rank = 0;
-            } else if slot.rank > rank {
-                slot.rank = slot.rank.wrapping_sub(1);
+    fn pop(&mut self) -> Option<(usize, &[u8])> {
+        let by_age = self.by_age;
+        let mut best = None;
+        let mut first = (0, 0);
+        for (place, slot) in self.slots.iter_mut().enumerate() {
+            let order = (if by_age { 0 } else { slot.priority() }, slot.age);
+            if slot.age != 0 && order > first {
+                first = order;
+                best = Some((place, slot));
             }
         }
-        self.waiting = self.waiting.wrapping_sub(1);
+        let (place, slot) = best?;
+        slot.age = 0;
+        self.by_age = !by_age;
+        Some((place, slot.frame()))
     }
+}
 
-    fn rank(&self, place: usize) -> u8 {
-        self.slots.get(place).map_or(0, |slot| slot.rank)
-    }
-
-    fn kind(&self, place: usize) -> Option<Kind> {
-        Kind::of(*self.slots.get(place)?.bytes.first()?)
-    }
+/// Of a frame with that type byte.
+#[inline(never)]
+fn priority(first: u8) -> u8 {
+    Kind::of(first).map_or(0, |kind| kind as u8)
 }
 
 /// One more, as far as the counter goes.

@@ -159,7 +159,7 @@ fn a_broadcast_makes_those_of_earlier_steps_stale() {
     outbox.begin_step();
     outbox.push(&broadcast(1, 1, 13));
     outbox.push(&broadcast(1, 1, 14));
-    let values = [(2, 12), (1, 13), (1, 14)];
+    let values = [(1, 13), (2, 12), (1, 14)];
     assert_eq!(popped(&mut outbox), values.map(|(topic, value)| broadcast(1, topic, value)));
     assert_eq!(outbox.counters(), Counters::default());
 }
@@ -184,41 +184,38 @@ struct Model {
 const FRAMES: usize = 5;
 
 impl Model {
-    fn push(&mut self, frame: &[u8], extra: u16, is_outbox: bool) {
+    fn push(&mut self, frame: &[u8], extra: u16) {
         let Some(kind) = frame.first().and_then(|first| Kind::of(*first)) else {
             self.counters.dropped += 1;
             return;
         };
-        if let Some(same) = self.waiting.iter_mut().find(|waiting| waiting.0 == frame) {
-            (same.1, same.2) = (false, extra);
-            self.counters.duplicates += 1;
-            return;
-        }
         let new = (frame.to_vec(), false, extra);
         let key = |frame: &[u8]| (frame[0] & 0xe4, frame[5] & 0xf0, frame[6..8].to_vec());
         let clock = |frame: &[u8]| (frame[0] & 0x18, frame[5] & 15, frame[4], frame[3]);
-        if kind == Kind::Entry {
-            let superseded: Vec<usize> = (0..self.waiting.len())
-                .filter(|at| {
-                    let old = &self.waiting[*at].0;
-                    Kind::of(old[0]) == Some(Kind::Entry)
-                        && key(old) == key(frame)
+        let is_replaced = |at: &usize| {
+            let (old, is_stale, _) = &self.waiting[*at];
+            match (kind, Kind::of(old[0])) {
+                (Kind::Entry, Some(Kind::Entry)) => {
+                    key(old) == key(frame)
                         && (clock(old) < clock(frame)
                             || clock(old) == clock(frame) && old[1..3] == frame[1..3])
-                })
-                .collect();
-            if let Some((oldest, others)) = superseded.split_first() {
-                self.waiting[*oldest] = new;
-                for other in others.iter().rev() {
-                    self.waiting.remove(*other);
                 }
-                return;
+                (Kind::Broadcast, Some(Kind::Broadcast)) => {
+                    *is_stale && old[1..5] == frame[1..5] && old[7..] == frame[7..]
+                }
+                _ => false,
             }
-        }
-        if kind == Kind::Broadcast && is_outbox {
-            self.waiting.retain(|(old, is_stale, _)| {
-                !(*is_stale && Kind::of(old[0]) == Some(kind) && old[1..5] == frame[1..5])
-            });
+        };
+        let replaced: Vec<usize> = (0..self.waiting.len()).filter(is_replaced).collect();
+        let same = self.waiting.iter().position(|(old, ..)| old == frame);
+        let place = same.or(replaced.first().copied());
+        if let Some(place) = place {
+            self.waiting[place] = new;
+            self.counters.duplicates += u16::from(same.is_some());
+            for other in replaced.into_iter().rev().filter(|other| *other != place) {
+                self.waiting.remove(other);
+            }
+            return;
         }
         if self.waiting.len() == FRAMES {
             let lowest = self.waiting.iter().map(|(old, ..)| Kind::of(old[0])).min().unwrap();
@@ -280,7 +277,7 @@ proptest! {
             match act {
                 Act::Push(frame, extra) => {
                     inbox.push(&frame, extra);
-                    model.push(&frame, extra, false);
+                    model.push(&frame, extra);
                 }
                 Act::Pop | Act::Step => {
                     let popped = inbox.pop().map(|(frame, extra)| (frame.to_vec(), extra));
@@ -300,7 +297,7 @@ proptest! {
             match act {
                 Act::Push(frame, _) => {
                     outbox.push(&frame);
-                    model.push(&frame, 0, true);
+                    model.push(&frame, 0);
                 }
                 Act::Pop => {
                     let popped = outbox.pop().map(<[u8]>::to_vec);

@@ -13,7 +13,7 @@ mod seal;
 mod waiting;
 
 pub use check::crc16;
-pub use waiting::{has_same_topic, supersedes};
+pub use waiting::replaces;
 
 use crate::number::Profile;
 use crate::value::{Tag, Value};

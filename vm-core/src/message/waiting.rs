@@ -3,52 +3,54 @@
 use super::Kind;
 use crate::number::Profile;
 
-/// Type byte of an entry: the bits of stigmergy and kind of key.
-const WHERE: u8 = 0xe4;
+/// Type byte: that it is a broadcast.
+const BROADCAST: u8 = 0xfc;
+/// Type byte: stigmergy and kind of key.
+const ENTRY: u8 = 0xe4;
+/// Type byte of an entry: the highest bits of the clock.
+const CLOCK: u8 = 0x18;
 const ROBOT: usize = 1;
 const TOPIC: usize = 3;
 const KEY: usize = 6;
 
-/// Whether an entry of a stigmergy makes a waiting one useless: that of the same script, stigmergy and key with a lower clock, or
-/// by the same robot with the same. At equal clocks of two robots both have to be heard, as that is a conflict.
+/// Whether a frame makes one useless that waits.
+///
+/// An entry of a stigmergy does that to one of the same script, stigmergy and key with a lower clock, or with the same by the same
+/// robot; at equal clocks of two robots both have to be heard, as that is a conflict. A broadcast does it to one of the same
+/// robot on the same topic that is stale, that is of an earlier step.
 #[inline(never)]
-pub fn supersedes<P: Profile>(new: &[u8], waiting: &[u8]) -> bool {
-    let ([new_type, ..], [old_type, ..]) = (new, waiting) else {
+pub fn replaces<P: Profile>(new: &[u8], waiting: &[u8], is_stale: bool) -> bool {
+    let (Some(new_head), Some(head)) = (new.first_chunk(), waiting.first_chunk()) else {
         return false;
     };
-    let is_entry = |first: u8| Kind::of(first) == Some(Kind::Entry);
-    let value = KEY + P::WORD_BYTES;
-    let hash = value + P::WORD_BYTES;
-    is_entry(*new_type)
-        && is_entry(*old_type)
-        && (new_type ^ old_type) & WHERE == 0
-        && (byte(new, 5) ^ byte(waiting, 5)) & 0xf0 == 0
-        && same(new, waiting, KEY, value)
-        && (!P::FULL || same(new, waiting, hash, hash + 3))
-        && match clock(new).cmp(&clock(waiting)) {
-            core::cmp::Ordering::Greater => true,
-            core::cmp::Ordering::Equal => same(new, waiting, ROBOT, TOPIC),
-            core::cmp::Ordering::Less => false,
-        }
-}
-
-/// Whether both are broadcasts on the same topic by the same robot.
-#[inline(never)]
-pub fn has_same_topic<P: Profile>(new: &[u8], waiting: &[u8]) -> bool {
-    let is_broadcast = |frame| Kind::of(byte(frame, 0)) == Some(Kind::Broadcast);
-    is_broadcast(new) && is_broadcast(waiting) && same(new, waiting, ROBOT, TOPIC + P::WORD_BYTES)
-}
-
-fn byte(frame: &[u8], at: usize) -> u8 {
-    frame.get(at).copied().unwrap_or(0)
+    let [new_type, n1, n2, n3, n4, n5] = *new_head;
+    let [old_type, o1, o2, o3, o4, o5] = *head;
+    let word = P::WORD_BYTES;
+    if Kind::of(new_type) == Some(Kind::Broadcast) {
+        return is_stale
+            && (new_type ^ old_type) & BROADCAST == 0
+            && same(new, waiting, ROBOT, TOPIC + word)
+            && same(new, waiting, TOPIC + 2 * word, TOPIC + 2 * word + 3);
+    }
+    if Kind::of(new_type) != Some(Kind::Entry)
+        || (new_type ^ old_type) & ENTRY != 0
+        || (n5 ^ o5) & 0xf0 != 0
+        || !same(new, waiting, KEY, KEY + word)
+        || P::FULL && !same(new, waiting, KEY + 2 * word, KEY + 2 * word + 3)
+    {
+        return false;
+    }
+    let high = |first: u8, high: u8| high & 0x0f | (first & CLOCK) << 1;
+    let (new_high, old_high) = (high(new_type, n5), high(old_type, o5));
+    let (new_low, old_low) = (u16::from_le_bytes([n3, n4]), u16::from_le_bytes([o3, o4]));
+    if new_high != old_high {
+        return new_high > old_high;
+    }
+    new_low > old_low || new_low == old_low && n1 == o1 && n2 == o2
 }
 
 /// Whether both have the same bytes there.
+#[inline(never)]
 fn same(new: &[u8], waiting: &[u8], from: usize, to: usize) -> bool {
     matches!((new.get(from..to), waiting.get(from..to)), (Some(new), Some(waiting)) if new == waiting)
-}
-
-/// Its bytes, high ones first.
-fn clock(entry: &[u8]) -> [u8; 4] {
-    [byte(entry, 0) & 0x18, byte(entry, 5) & 0x0f, byte(entry, 4), byte(entry, 3)]
 }
