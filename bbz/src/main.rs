@@ -31,6 +31,7 @@ mod program;
 mod report;
 mod run;
 mod selection;
+mod sim;
 mod trace;
 
 use std::process::ExitCode;
@@ -42,6 +43,7 @@ Examples:
   bbz run hello.bzz                      run a script on this computer
   bbz check hello.bzz --robot kilobot    find mistakes without running it
   bbz build hello.bzz --robot kilobot    make the image that the robot runs
+  bbz sim swarm.toml                     simulate the robots of a scenario
   bbz flash hello.bzz --robot crazyflie  write it to the robot
   bbz trace robot.elf --robot crazyflie --script hello.bzz    what a robot tells
   bbz explain E0201                      explain a message
@@ -63,6 +65,8 @@ enum Command {
     Build(build::Arguments),
     /// Run a script on this computer
     Run(run::Arguments),
+    /// Simulate the robots of a scenario, and test what comes of it
+    Sim(sim::Arguments),
     /// Write a script to a robot, and if asked the firmware
     Flash(flash::Arguments),
     /// Show what a robot tells of its script, live
@@ -103,6 +107,7 @@ fn main() -> ExitCode {
         Command::Check(arguments) => check::execute(arguments),
         Command::Build(arguments) => build::execute(arguments),
         Command::Run(arguments) => run::execute(arguments),
+        Command::Sim(arguments) => sim::execute(arguments),
         Command::Flash(arguments) => flash::execute(arguments),
         Command::Trace(arguments) => trace::execute(arguments),
         Command::Disasm(arguments) => disasm::execute(arguments),

@@ -80,6 +80,8 @@ pub enum Problem {
     NotYet(String),
     /// A robot, by its title, to which no id can be assigned.
     NoIdRegion(String),
+    /// A `--set` that is no `KEY=VALUE`.
+    Setting(String),
     /// There is nothing to emulate.
     NoFirmware,
     /// Symbols where an image is needed.
@@ -195,6 +197,7 @@ impl Problem {
             Problem::Robot(error) => error.cause.help(),
             Problem::Object { .. } => Some("compile its script instead".to_owned()),
             Problem::Symbols { .. } => Some("`bbz build` writes it anew".to_owned()),
+            Problem::Setting(_) => Some("write it as `--set medium.ir.loss=0.1`".to_owned()),
             Problem::NoRobot => Some("name it, as in --robot crazyflie".to_owned()),
             Problem::NotYet(_) => {
                 Some("its robot file has no [layout]: where firmware and script lie".to_owned())
@@ -276,6 +279,7 @@ impl fmt::Display for Problem {
                 write!(f, "the {robot} cannot be flashed or traced by this `bbz` yet")
             }
             Problem::NoIdRegion(robot) => write!(f, "the {robot} has no place for an id"),
+            Problem::Setting(argument) => write!(f, "`--set {argument}` gives no value"),
             Problem::NoFirmware => write!(f, "there is no firmware to emulate"),
             Problem::NoImage(path) => {
                 write!(f, "`{}` tells of a script, but is not one", path.display())
@@ -318,7 +322,7 @@ fn likely_file(path: &Path) -> Option<PathBuf> {
     let searched = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let names = searched.read_dir().ok()?.flatten().filter_map(|entry| {
         let name = entry.file_name().into_string().ok()?;
-        ([".bzz", ".bo", ".bbi"].iter().any(|end| name.ends_with(end))).then_some(name)
+        ([".bzz", ".bo", ".bbi", ".toml"].iter().any(|end| name.ends_with(end))).then_some(name)
     });
     let scored = names.map(|name| (strsim::jaro_winkler(wanted, &name), name));
     let best = scored.max_by(|a, b| a.0.total_cmp(&b.0))?;

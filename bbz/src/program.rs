@@ -54,6 +54,7 @@ impl Kind {
 }
 
 /// An image, perhaps with its symbols and source.
+#[derive(Clone)]
 pub struct Program {
     /// The image.
     pub image: Vec<u8>,

@@ -4,6 +4,7 @@ use annotate_snippets::{AnnotationKind, Group, Level, Renderer as Style, Snippet
 use bittybuzz_compiler::diagnostic::{Diagnostic, Severity};
 use bittybuzz_compiler::render::{Color, Renderer};
 use bittybuzz_compiler::source::SourceMap;
+use bittybuzz_robots::Place;
 
 use crate::problem::Problem;
 
@@ -25,10 +26,15 @@ pub fn count(diagnostics: &[Diagnostic]) -> (usize, usize) {
 
 /// Prints what is wrong with the command line or a file.
 pub fn problem(problem: &Problem) {
-    let title = Level::ERROR.primary_title(problem.to_string());
-    let Some(place) = problem.place() else {
+    mistake(&problem.to_string(), problem.place(), problem.help());
+}
+
+/// Prints an error, where it is, and what to do about it.
+pub fn mistake(message: &str, place: Option<&Place>, help: Option<String>) {
+    let title = Level::ERROR.primary_title(message);
+    let Some(place) = place else {
         print(Group::with_title(title));
-        if let Some(help) = problem.help() {
+        if let Some(help) = help {
             print(Group::with_title(Level::HELP.primary_title(help)));
         }
         return;
@@ -37,7 +43,7 @@ pub fn problem(problem: &Problem) {
     let end = place.source[start..].char_indices().nth(place.width).map(|(at, _)| start + at);
     let mark = AnnotationKind::Primary.span(start..end.unwrap_or(place.source.len()));
     let snippet = Snippet::source(&place.source).line_start(place.line).path(&place.path);
-    let help = problem.help().map(|help| Level::HELP.message(help));
+    let help = help.map(|help| Level::HELP.message(help));
     print(title.element(snippet.annotation(mark)).elements(help));
 }
 

@@ -18,9 +18,9 @@ pub use expectation::{Convergence, Verdict};
 pub use program::Program;
 pub use quantity::Reading;
 pub use robot::{FaultRecord, LogLine, Piece};
-pub use setup::{Setup, SetupError};
+pub use setup::{Cast, Setup, SetupError};
 pub use simulation::Simulation;
-pub use summary::Summary;
+pub use summary::{FaultOf, Summary};
 
 /// Ticks per second.
 pub const TICKS_PER_SECOND: f64 = 10.0;

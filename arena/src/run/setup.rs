@@ -165,6 +165,11 @@ impl<'p> Setup<'p> {
         &self.plots
     }
 
+    /// The group of a robot by its number.
+    pub fn group(&self, number: usize) -> usize {
+        group_of(self.scenario, number).0
+    }
+
     /// The id of a robot by its number.
     pub fn id(&self, number: usize) -> u16 {
         id(self.scenario, number)

@@ -102,7 +102,7 @@ pub enum Wanted {
 }
 
 /// The words of `of`.
-const WORDS: [(&str, Of); 11] = [
+pub const WORDS: [(&str, Of); 11] = [
     ("all", Of::All),
     ("any", Of::Any),
     ("one", Of::One),

@@ -4,6 +4,7 @@
 //! `docs/scenario.md` describes every key, and [`keys`] is what it is checked against.
 
 mod body;
+mod describe;
 mod error;
 mod event;
 mod expect;

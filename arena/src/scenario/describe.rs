@@ -1,0 +1,46 @@
+//! Expectations in words, for summaries and tables.
+
+use std::fmt;
+
+use super::expect::{Expect, Of, Test, WORDS, Wanted, When};
+
+impl fmt::Display for Expect {
+    /// `all: led equals 4, within 10 s`
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.of {
+            Of::AtLeast(count) => write!(f, "{count} or more: {}", self.value)?,
+            of => {
+                let word =
+                    WORDS.iter().find(|(_, known)| *known == of).map_or("", |(word, _)| word);
+                match of {
+                    Of::Reduced(_) => write!(f, "{word} of {}", self.value)?,
+                    _ => write!(f, "{word}: {}", self.value)?,
+                }
+            }
+        }
+        match &self.test {
+            Some(Test::Equals(wanted)) => write!(f, " equals {wanted}")?,
+            Some(Test::Differs(wanted)) => write!(f, " differs from {wanted}")?,
+            Some(Test::Below(limit)) => write!(f, " below {limit}")?,
+            Some(Test::Above(limit)) => write!(f, " above {limit}")?,
+            Some(Test::Between(low, high)) => write!(f, " from {low} to {high}")?,
+            Some(Test::Exists(true)) => f.write_str(" exists")?,
+            Some(Test::Exists(false)) => f.write_str(" does not exist")?,
+            None => {}
+        }
+        match self.when {
+            When::At(time) => write!(f, ", at {time} s"),
+            When::Within(time) => write!(f, ", within {time} s"),
+            When::Always(from, to) => write!(f, ", always from {from} to {to} s"),
+        }
+    }
+}
+
+impl fmt::Display for Wanted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Wanted::Number(number) => number.fmt(f),
+            Wanted::Text(text) => write!(f, "\"{text}\""),
+        }
+    }
+}

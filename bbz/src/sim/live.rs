@@ -1,0 +1,101 @@
+//! One run, watched: progress, log lines, pictures and a recording.
+
+use bittybuzz_arena::run::{LogLine, Piece, Setup, Simulation, Summary};
+
+use crate::Ending;
+use crate::interrupt::Interrupt;
+use crate::output::Output;
+use crate::printed::{Printed, unknown_string};
+use crate::problem::Problem;
+use crate::program::Program;
+
+use super::open::{self, Opened};
+use super::progress::Progress;
+use super::{Arguments, summary};
+
+/// Runs a scenario once.
+pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
+    let Some(opened) = open::open(&arguments.scenario, set, &arguments.include)? else {
+        return Ok(Ending::CompileError);
+    };
+    let Some(setup) = opened.setup() else { return Ok(Ending::CompileError) };
+    let casts = setup.casts();
+    let seed = arguments.seed.unwrap_or(opened.scenario.world.seed);
+    let mut simulation = match Simulation::new(&setup, &casts, seed, 0) {
+        Ok(simulation) => simulation,
+        Err(error) => {
+            open::print(&[error]);
+            return Ok(Ending::CompileError);
+        }
+    };
+    let mut interrupt = Interrupt::install().map_err(Problem::Interrupt)?;
+    let mut output = Output::new();
+    let is_quiet = arguments.headless || arguments.json;
+    let mut progress = Progress::new(simulation.end(), is_quiet);
+    let robots = simulation.robot_count() as f64;
+    while !simulation.is_over() && !interrupt.is_raised() && !output.has_failed() {
+        simulation.tick();
+        if !is_quiet {
+            let lines = simulation.take_log();
+            if !lines.is_empty() {
+                progress.aside(|| {
+                    for (robot, line) in &lines {
+                        output.line(&text(&setup, &opened, *robot, line));
+                    }
+                    output.refresh();
+                });
+            }
+        }
+        let now = simulation.now();
+        progress.set(now, |elapsed| {
+            let seconds = now as f64 / 10.0;
+            let rate = robots * seconds / elapsed.as_secs_f64();
+            format!("{seconds:.0} s simulated, {rate:.0} robot-seconds per second")
+        });
+    }
+    let elapsed = progress.finish();
+    let result = simulation.summary();
+    output.flush();
+    summary::faults(&setup, &opened.programs, &result);
+    if arguments.json {
+        output.line(summary::json(&setup, &result).to_string().as_bytes());
+    } else {
+        for line in summary::text(&setup, &result, elapsed) {
+            output.line(line.as_bytes());
+        }
+    }
+    output.finish()?;
+    Ok(ending(&result))
+}
+
+/// How a run ended.
+fn ending(summary: &Summary) -> Ending {
+    if summary.is_success() { Ending::Success } else { Ending::RuntimeError }
+}
+
+/// `    12.3 robot 7    text`
+fn text(setup: &Setup<'_>, opened: &Opened, robot: usize, line: &LogLine) -> Vec<u8> {
+    let id = setup.id(robot);
+    let mut text = format!("{:>8.1} {id:>5}  ", line.tick as f64 / 10.0).into_bytes();
+    let program = opened.programs.get(setup.group(robot));
+    for piece in &line.pieces {
+        let printed = match piece {
+            Piece::Nil => Printed::Nil,
+            Piece::Int(value) => Printed::Int(*value),
+            Piece::Float(value) => Printed::Float(*value),
+            Piece::Constant(number) => Printed::Text(constant(program, *number)),
+            Piece::Text(bytes) => Printed::Text(bytes.clone()),
+            Piece::Table(size) => Printed::Table(*size),
+            Piece::Function => Printed::Function,
+        };
+        printed.append_to(&mut text);
+    }
+    text
+}
+
+fn constant(program: Option<&Program>, number: u16) -> Vec<u8> {
+    match program.and_then(|program| program.string(number)) {
+        Some(known) => known.as_bytes().to_vec(),
+        None => unknown_string(number),
+    }
+}

@@ -1,0 +1,73 @@
+//! `bbz sim`: simulates the robots of a scenario.
+
+mod batch;
+mod live;
+mod open;
+mod progress;
+mod summary;
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::Ending;
+use crate::problem::Problem;
+
+const EXAMPLES: &str = "\
+Examples:
+  bbz sim swarm.toml                     run it: log lines, then a summary
+  bbz sim swarm.toml --seed 7            the same world with other chance
+  bbz sim swarm.toml --svg pictures      draw trajectories, and what [output] names over time
+  bbz sim swarm.toml --record run.bbr    keep poses and LEDs of every robot
+  bbz sim swarm.toml --set medium.ir.loss=0.3    another value than the file's
+  bbz sim swarm.toml --runs 20 --set medium.ir.loss=0,0.3 --csv runs.csv    compare 40 runs
+  bbz sim swarm.toml --headless --json   for programs that read the result
+
+docs/scenario.md describes scenario files.
+
+Exit status: 0 every [[expect]] held, 1 one did not or a script stopped with an error, 2 the scenario is wrong or a
+script does not compile, 3 wrong command line or file.";
+
+/// Arguments of `bbz sim`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Scenario (*.toml)
+    scenario: PathBuf,
+    /// Seed of all chance [default: that of the scenario]
+    #[arg(long, value_name = "N")]
+    seed: Option<u32>,
+    /// Print no log lines and no progress, only the result
+    #[arg(long)]
+    headless: bool,
+    /// Print the result as JSON, and no log lines
+    #[arg(long)]
+    json: bool,
+    /// Write a recording of every robot to a file
+    #[arg(long, value_name = "OUT", conflicts_with_all = ["runs", "csv"])]
+    record: Option<PathBuf>,
+    /// Write pictures to a folder
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["runs", "csv"])]
+    svg: Option<PathBuf>,
+    /// Simulate so many times, with one seed after the other
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    runs: Option<u32>,
+    /// Take other values than the file's for a key such as `medium.ir.loss`; with several every combination is simulated
+    #[arg(long, value_name = "KEY=V1,V2...")]
+    set: Vec<String>,
+    /// Write a table with a row for each run
+    #[arg(long, value_name = "OUT")]
+    csv: Option<PathBuf>,
+    /// Folder to search for included files; may be given several times
+    #[arg(short = 'I', value_name = "DIR")]
+    include: Vec<PathBuf>,
+}
+
+/// Carries out the command.
+pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+    let variants = batch::variants(&arguments.set)?;
+    match variants.as_slice() {
+        [only] if arguments.runs.is_none() && arguments.csv.is_none() => live::run(arguments, only),
+        _ => batch::run(arguments, &variants),
+    }
+}

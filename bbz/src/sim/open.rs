@@ -1,0 +1,93 @@
+//! A scenario with its scripts, compiled once for each kind of robot that runs them.
+
+use std::path::{Path, PathBuf};
+
+use bittybuzz_arena::run;
+use bittybuzz_arena::scenario::{Scenario, ScenarioError};
+use bittybuzz_compiler::refusal;
+use bittybuzz_robots as robots;
+
+use crate::problem::Problem;
+use crate::program::Program;
+use crate::report;
+use crate::selection::Selection;
+
+/// A scenario and the programs of its groups.
+pub struct Opened {
+    pub scenario: Scenario,
+    /// For messages, of each group.
+    pub programs: Vec<Program>,
+    /// For the robots, of each group.
+    pub images: Vec<run::Program>,
+}
+
+/// Reads a scenario with the values of `--set`, and compiles its scripts. Prints what is wrong, and is `None` then.
+pub fn open(path: &Path, set: &[String], include: &[PathBuf]) -> Result<Option<Opened>, Problem> {
+    if path.is_dir() {
+        return Err(Problem::Folder(path.to_owned()));
+    }
+    // What the file says is the scenario's concern, that it can be opened is the command line's.
+    std::fs::File::open(path).map_err(|error| Problem::unreadable(path, error))?;
+    let scenario = match Scenario::open(path, set) {
+        Ok(scenario) => scenario,
+        Err(errors) => {
+            print(&errors);
+            return Ok(None);
+        }
+    };
+    let mut programs: Vec<Option<Program>> = Vec::new();
+    let known = robots::all_shipped();
+    for (number, group) in scenario.groups.iter().enumerate() {
+        let same = scenario
+            .groups
+            .iter()
+            .take(number)
+            .position(|other| (&other.script, &other.robot) == (&group.script, &group.robot));
+        let program = match same {
+            // It was told already what is wrong with it.
+            Some(same) => programs.get(same).cloned().flatten(),
+            None => {
+                let robot = Some(group.robot.clone());
+                let selection = Selection { robot, known: known.clone(), profile: None };
+                Program::open(&group.script, include, &selection)?
+            }
+        };
+        programs.push(program);
+    }
+    let Some(programs) = programs.into_iter().collect::<Option<Vec<Program>>>() else {
+        return Ok(None);
+    };
+    let image = |program: &Program| run::Program {
+        image: program.image.clone(),
+        symbols: program.symbols.clone(),
+    };
+    let images = programs.iter().map(image).collect();
+    Ok(Some(Opened { scenario, programs, images }))
+}
+
+impl Opened {
+    /// What all runs of it share. Prints what is wrong, and is `None` then.
+    pub fn setup(&self) -> Option<run::Setup<'_>> {
+        match run::Setup::new(&self.scenario, &self.images) {
+            Ok(setup) => Some(setup),
+            Err(run::SetupError::Scenario(errors)) => {
+                print(&errors);
+                None
+            }
+            Err(run::SetupError::Refused { group, cause }) => {
+                let group = self.scenario.groups.get(group);
+                let script = group.map_or(Path::new(""), |group| &group.script);
+                let message = format!("`{}` {}", script.display(), refusal::sentence(&cause));
+                report::mistake(&message, group.map(|group| &group.place), None);
+                None
+            }
+        }
+    }
+}
+
+/// Prints what is wrong with a scenario.
+pub fn print(errors: &[ScenarioError]) {
+    for error in errors {
+        report::mistake(&error.to_string(), error.place.as_deref(), error.help());
+    }
+}

@@ -1,0 +1,53 @@
+//! How far a simulation is, on a terminal.
+
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// How often the line is written anew.
+const REFRESH_HZ: u8 = 5;
+
+/// A line that shows how far it is; nothing where nobody would see it.
+pub struct Progress {
+    bar: ProgressBar,
+    start: Instant,
+    shown: Instant,
+}
+
+impl Progress {
+    /// A line for so many steps, ticks or runs.
+    pub fn new(length: u64, is_hidden: bool) -> Self {
+        let target = match is_hidden {
+            true => ProgressDrawTarget::hidden(),
+            // Hidden too, unless it is a terminal.
+            false => ProgressDrawTarget::stderr_with_hz(REFRESH_HZ),
+        };
+        let bar = ProgressBar::with_draw_target(Some(length), target);
+        let template = "{bar:30} {percent:>3} %  {msg}  {eta} left";
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        Progress { bar, start: Instant::now(), shown: Instant::now() }
+    }
+
+    /// Shows how far it is. `message` is only asked for when it is time to.
+    pub fn set(&mut self, position: u64, message: impl FnOnce(Duration) -> String) {
+        let now = Instant::now();
+        if !self.bar.is_hidden() && now - self.shown >= Duration::from_millis(200) {
+            self.shown = now;
+            self.bar.set_message(message(now - self.start));
+            self.bar.set_position(position);
+        }
+    }
+
+    /// Writes something else in between.
+    pub fn aside<T>(&self, write: impl FnOnce() -> T) -> T {
+        self.bar.suspend(write)
+    }
+
+    /// Takes the line away; how long it took.
+    pub fn finish(self) -> Duration {
+        self.bar.finish_and_clear();
+        self.start.elapsed()
+    }
+}

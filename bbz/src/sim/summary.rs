@@ -1,0 +1,134 @@
+//! What came of a run, for people and for programs.
+
+use std::time::Duration;
+
+use bittybuzz_arena::engine::LinkStatistics;
+use bittybuzz_arena::run::{Convergence, Setup, Summary, Verdict};
+use serde_json::{Value, json};
+
+use crate::backtrace::Backtrace;
+use crate::fault;
+use crate::program::Program;
+
+/// The lines of a summary.
+pub fn text(setup: &Setup<'_>, summary: &Summary, elapsed: Duration) -> Vec<String> {
+    let seconds = seconds(summary.ticks);
+    let rate = summary.robots as f64 * seconds / elapsed.as_secs_f64().max(1e-9);
+    let mut lines = vec![format!(
+        "{} robots, {seconds:.1} s, seed {}: {rate:.0} robot-seconds per second",
+        summary.robots, summary.seed
+    )];
+    for (expect, convergence) in setup.scenario.expects.iter().zip(&summary.convergences) {
+        let verdict = match convergence.verdict {
+            Verdict::Held => "held",
+            Verdict::Failed => "FAILED",
+            Verdict::Open => "OPEN",
+        };
+        let place = &expect.place;
+        lines.push(format!(
+            "{verdict:<7} {}:{}: {expect}; {}",
+            place.path,
+            place.line,
+            since(convergence)
+        ));
+    }
+    let LinkStatistics { sent, received, lost, collided, deaf, .. } =
+        summary.statistics.all_links();
+    lines.push(format!(
+        "frames  {sent} sent, {received} received, {lost} lost, {collided} collided, {deaf} missed while sending, {} dropped before sending",
+        summary.dropped
+    ));
+    lines.push(format!("contacts {}", summary.statistics.contacts));
+    let faults = summary.faults.len();
+    if faults > 0 {
+        lines.push(format!("scripts stopped by an error: {faults}"));
+    }
+    lines
+}
+
+fn since(convergence: &Convergence) -> String {
+    match (convergence.since, convergence.failed_at) {
+        (Some(tick), _) => format!("true for good since {:.1} s", seconds(tick)),
+        (None, Some(tick)) => format!("not true at {:.1} s, nor at the end", seconds(tick)),
+        (None, None) => "not true at the end".to_owned(),
+    }
+}
+
+/// The summary as an object.
+pub fn json(setup: &Setup<'_>, summary: &Summary) -> Value {
+    let expects = setup.scenario.expects.iter().zip(&summary.convergences);
+    let expects: Vec<Value> = expects
+        .map(|(expect, convergence)| {
+            json!({
+                "line": expect.place.line,
+                "text": expect.to_string(),
+                "held": convergence.verdict == Verdict::Held,
+                "since": convergence.since.map(seconds),
+            })
+        })
+        .collect();
+    let faults: Vec<Value> = summary
+        .faults
+        .iter()
+        .map(|fault| {
+            let program = setup.programs.get(setup.group(fault.robot));
+            let symbols = program.and_then(|program| program.symbols.as_ref());
+            let position = fault.record.positions.first().copied();
+            let place = symbols.zip(position).and_then(|(symbols, position)| {
+                Some((symbols, symbols.position(u32::from(position))?))
+            });
+            json!({
+                "robot": setup.id(fault.robot),
+                "time": seconds(fault.record.tick),
+                "code": crate::fault::code(fault.record.fault.code),
+                "file": place.and_then(|(symbols, place)| symbols.file(place.file)),
+                "line": place.map(|(_, place)| place.line),
+                "column": place.map(|(_, place)| place.column),
+            })
+        })
+        .collect();
+    let links = summary.statistics.all_links();
+    json!({
+        "success": summary.is_success(),
+        "seed": summary.seed,
+        "robots": summary.robots,
+        "seconds": seconds(summary.ticks),
+        "expects": expects,
+        "frames": {
+            "sent": links.sent, "received": links.received, "lost": links.lost, "collided": links.collided,
+            "deaf": links.deaf, "dropped": summary.dropped,
+        },
+        "contacts": summary.statistics.contacts,
+        "faults": faults,
+    })
+}
+
+/// Prints what stopped scripts: one message for all robots with the same fault at the same place.
+pub fn faults(setup: &Setup<'_>, programs: &[Program], summary: &Summary) {
+    let mut told: Vec<(usize, u16, u8)> = Vec::new();
+    let key = |fault: &bittybuzz_arena::run::FaultOf| {
+        let fault_code = fault.record.fault.code as u8;
+        (setup.group(fault.robot), fault.record.fault.position, fault_code)
+    };
+    for fault in &summary.faults {
+        if told.contains(&key(fault)) {
+            continue;
+        }
+        told.push(key(fault));
+        let Some(program) = programs.get(setup.group(fault.robot)) else { continue };
+        let record = &fault.record;
+        let others = summary.faults.iter().filter(|other| key(other) == key(fault)).count() - 1;
+        let (id, time) = (setup.id(fault.robot), seconds(record.tick));
+        let note = match others {
+            0 => format!("robot {id} stopped at {time:.1} s"),
+            1 => format!("robot {id} stopped at {time:.1} s, and another one later"),
+            _ => format!("robot {id} stopped at {time:.1} s, and {others} others"),
+        };
+        let backtrace = Backtrace::new(program, record.positions.clone(), Some(record.entry));
+        fault::report(&record.fault, program, &backtrace, record.refusal.as_deref(), Some(&note));
+    }
+}
+
+fn seconds(ticks: u64) -> f64 {
+    ticks as f64 / 10.0
+}
