@@ -104,7 +104,7 @@ pub struct Counters {
     pub own_id: u16,
     /// Entries of stigmergies that were passed on but not kept, since the store is full.
     pub not_kept: u16,
-    /// Messages of which a fragment was missing.
+    /// Messages in fragments that were given up: a fragment was missing, another message came between, or there was no memory.
     pub incomplete: u16,
     /// Conflicts that the handler did not decide.
     pub undecided: u16,
@@ -123,8 +123,6 @@ pub struct Protocol {
     pub(crate) advertised: u8,
     /// How many stigmergies the script has created.
     pub(crate) stigmergies: u8,
-    /// Number of the last message in fragments.
-    pub(crate) message: u8,
     /// What was passed on last without being kept.
     pub(crate) passed_on: u16,
     /// State of a generator that keeps robots from sending all at once.
@@ -141,8 +139,8 @@ pub struct Assembly {
     pub(crate) present: u8,
     /// How many there are, 0 as long as the last is not here.
     pub(crate) count: u8,
-    /// Bytes of each fragment but the last.
-    pub(crate) fragment_bytes: u8,
+    /// Bytes of the last.
+    pub(crate) last_bytes: u8,
     /// Steps until it is given up; 0: there is none.
     pub(crate) steps_left: u8,
 }
@@ -261,7 +259,6 @@ impl<
                 countdown: 0,
                 advertised: 0,
                 stigmergies: 0,
-                message: 0,
                 passed_on: 0,
                 jitter: 0,
                 counters: Counters {
@@ -278,7 +275,7 @@ impl<
                 number: 0,
                 present: 0,
                 count: 0,
-                fragment_bytes: 0,
+                last_bytes: 0,
                 steps_left: 0,
             },
             content: [0; CONTENT],

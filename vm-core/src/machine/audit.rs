@@ -74,6 +74,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         for slot in OVERLAYS..self.base() {
             self.audit_value(arena.get(slot))?;
         }
+        for entry in self.network.entries() {
+            self.audit_value(entry.key)?;
+            self.audit_value(entry.value)?;
+        }
         let (mut fp, mut end) = (usize::from(self.fp), usize::from(self.sp));
         while end > self.base() {
             for slot in fp + 1..end {

@@ -23,12 +23,10 @@ const CONFLICT: isize = 2;
 const KEY: isize = 3;
 const CLOCK_LOW: isize = 4;
 const CLOCK_HIGH: isize = 5;
-/// The remote value, if it is on the heap.
-const REMOTE: isize = 6;
 /// The robot's own value that lost the conflict.
-pub(super) const LOST: isize = 7;
+pub(super) const LOST: isize = 6;
 /// How many locals there are.
-const LOCALS: usize = 7;
+const LOCALS: usize = 6;
 
 /// Most messages that a step takes, so that a flood cannot hold it up for ever.
 const MOST: i32 = 32;
@@ -91,7 +89,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         let mut frame = N::Frame::ZERO;
         let received = if left > 0 { host.receive(frame.as_mut()) } else { None };
         let Some((length, sighting)) = received else {
-            self.keep_in_touch(host);
+            self.keep_in_touch(host)?;
             self.sp = base as u16 + 1;
             let callee = self.step_function();
             self.push(callee);
@@ -114,7 +112,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         }
     }
 
-    fn script(&self) -> Script {
+    pub(super) fn script(&self) -> Script {
         self.program.as_ref().map_or(Script { hash: 0, strings: 0 }, |program| {
             let header = program.header();
             Script { hash: header.hash(), strings: string::COUNT + header.strings() }
@@ -253,27 +251,45 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
     }
 
     /// Sends an entry of a stigmergy, in fragments if need be.
-    pub(super) fn send_entry<H: Host<P>>(&mut self, host: &mut H, entry: &Entry<P>) {
+    pub(super) fn send_entry<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        entry: &Entry<P>,
+    ) -> Result<(), Stopped> {
         let place = usize::from((entry.state & !NEWS).wrapping_sub(1));
-        let Some(stigmergy) = self.network.stigmergies().get(place).copied() else { return };
+        let stigmergy = self.network.stigmergies().get(place).copied().unwrap_or(0);
         let Entry { key, value, clock, robot, .. } = *entry;
-        let plain = message::Entry { stigmergy, owner: robot, clock, key, value };
-        if !self.send(host, &Message::Entry(plain)) {
-            self.send_long_entry(host, &plain);
+        let entry = message::Entry { stigmergy, owner: robot, clock, key, value };
+        self.send_in_any_form(host, &entry)
+    }
+
+    fn send_in_any_form<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        entry: &message::Entry<P>,
+    ) -> Result<(), Stopped> {
+        if self.send(host, &Message::Entry(*entry)) {
+            return Ok(());
         }
+        self.send_long_entry(host, entry)
     }
 
     /// An entry that finds no place here goes to the neighbours.
-    pub(super) fn pass_on<H: Host<P>>(&mut self, host: &mut H, entry: &message::Entry<P>) {
+    pub(super) fn pass_on<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        entry: &message::Entry<P>,
+    ) -> Result<(), Stopped> {
         self.count(|counters| &mut counters.not_kept);
         let [low, high, ..] = entry.clock.to_le_bytes();
         let clock = u16::from_le_bytes([low, high]);
         let digest = entry.owner ^ clock ^ (entry.key.index() as u16).wrapping_mul(3);
-        let Some(protocol) = self.network.protocol() else { return };
-        if protocol.passed_on != digest {
-            protocol.passed_on = digest;
-            self.send(host, &Message::Entry(*entry));
+        let Some(protocol) = self.network.protocol() else { return Ok(()) };
+        if protocol.passed_on == digest {
+            return Ok(());
         }
+        protocol.passed_on = digest;
+        self.send_in_any_form(host, entry)
     }
 
     /// Something changed, or a neighbour is behind: entries are advertised more often for a while.
@@ -286,13 +302,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
 
     /// Sends what has changed in the entry that ends.
     #[inline(never)]
-    pub(super) fn send_news<H: Host<P>>(&mut self, host: &mut H) {
+    pub(super) fn send_news<H: Host<P>>(&mut self, host: &mut H) -> Result<(), Stopped> {
         for place in 0..self.network.entries().len() {
             let Some(entry) = self.network.entries_mut().get_mut(place) else { break };
             if entry.state & NEWS != 0 {
                 entry.state &= !NEWS;
                 let entry = *entry;
-                self.send_entry(host, &entry);
+                self.send_entry(host, &entry)?;
             }
         }
         let mut swarms = Swarms::default();
@@ -303,6 +319,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
             }
         }
         self.send_swarms(host, swarms);
+        Ok(())
     }
 
     fn send_swarms<H: Host<P>>(&mut self, host: &mut H, swarms: Swarms) {
@@ -314,13 +331,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
 
     /// What is due once a step: an advertisement, a beacon, the end of patience with a message.
     #[inline(never)]
-    pub(super) fn keep_in_touch<H: Host<P>>(&mut self, host: &mut H) {
+    fn keep_in_touch<H: Host<P>>(&mut self, host: &mut H) -> Result<(), Stopped> {
         let periods = host.periods();
         let features = self.program.as_ref().map_or(0, |program| program.header().features());
         if let Some((assembly, _)) = self.network.assembly() {
             assembly.steps_left = assembly.steps_left.saturating_sub(1);
         }
-        let Some(protocol) = self.network.protocol() else { return };
+        let Some(protocol) = self.network.protocol() else { return Ok(()) };
         protocol.silent = protocol.silent.saturating_add(1);
         if protocol.silent >= periods.beacon
             && features & (Feature::Neighbors as u8 | Feature::Swarm as u8) != 0
@@ -328,10 +345,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
             let robot = self.robot_id;
             self.send(host, &Message::Beacon { robot });
         }
-        let Some(protocol) = self.network.protocol() else { return };
+        let Some(protocol) = self.network.protocol() else { return Ok(()) };
         protocol.countdown = protocol.countdown.saturating_sub(1);
         if protocol.countdown != 0 {
-            return;
+            return Ok(());
         }
         // Where nothing changes, ever more seldom; and not all robots at once.
         let interval = protocol.interval.max(SHORTEST_INTERVAL);
@@ -339,14 +356,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         let [_, random] = protocol.jitter.to_le_bytes();
         protocol.countdown = interval + (random & (interval >> 1));
         protocol.interval = (interval + (interval >> 2) + 1).min(periods.advertise);
-        self.advertise(host);
+        self.advertise(host)
     }
 
     /// Sends the next of all entries and swarms, in turn.
-    fn advertise<H: Host<P>>(&mut self, host: &mut H) {
+    fn advertise<H: Host<P>>(&mut self, host: &mut H) -> Result<(), Stopped> {
         let entries = self.network.entries().len();
         let all = entries + self.network.swarms().len();
-        let Some(protocol) = self.network.protocol() else { return };
+        let Some(protocol) = self.network.protocol() else { return Ok(()) };
         let mut place = usize::from(protocol.advertised);
         for _ in 0..all {
             place += 1;
@@ -358,8 +375,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
             }
             if let Some(entry) = self.network.entries().get(place).copied() {
                 if entry.state != 0 {
-                    self.send_entry(host, &entry);
-                    return;
+                    return self.send_entry(host, &entry);
                 }
             } else if let Some(swarm) = self.network.swarms().get(place.wrapping_sub(entries))
                 && swarm.exists()
@@ -367,8 +383,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
                 let mut swarms = Swarms::default();
                 swarms.push(swarm.number, swarm.has_member());
                 self.send_swarms(host, swarms);
-                return;
+                return Ok(());
             }
         }
+        Ok(())
     }
 }

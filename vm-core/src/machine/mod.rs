@@ -270,7 +270,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
             Ok(Flow::Done) => {
                 self.finish();
                 if self.is_social() {
-                    self.send_news(host);
+                    let _ = self.send_news(host);
+                    if let State::Faulted(fault) = self.state {
+                        return Outcome::Fault(fault);
+                    }
                 }
                 Outcome::Done
             }

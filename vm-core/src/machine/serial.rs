@@ -1,45 +1,368 @@
-//! Values that need more than a frame: to the content of fragments, and back to the heap.
+//! Values that need more than a frame: from the heap to the content of fragments, and back.
+//!
+//! Tables in tables are walked with what is under way on the machine's stack, so that nothing recurses.
+
 use super::Vm;
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
+use crate::heap::ITERATION;
 use crate::host::Host;
-use crate::message::{self, Fragment};
-use crate::network::Network;
+use crate::image::CAPTURES;
+use crate::message::content::{Head, Item, Reader, Writer};
+use crate::message::{self, FRAGMENT_HEAD, FRAGMENTS_MAX, Fragment, Message, STIGMERGIES};
+use crate::network::{Buffer, Network};
 use crate::number::Profile;
-use crate::value::Value;
+use crate::value::{Tag, Value};
+
+/// Steps without a new fragment after which a message is given up: a Kilobot sends two frames a second.
+const PATIENCE: u8 = 20;
+
+// Slots of a table that is being read.
+const TABLE: usize = 0;
+const LEFT: usize = 1;
+/// Unset as long as it is not read.
+const KEY: usize = 2;
+const ELEMENT: usize = 3;
+const READING: usize = 4;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
+    /// Bytes of content in a fragment. The same on every robot of a profile that shares its medium with smaller ones.
+    fn fragment_bytes() -> usize {
+        let room = N::Frame::ZERO.as_ref().len().saturating_sub(FRAGMENT_HEAD);
+        if P::FULL { room } else { room.min(message::plain_max::<P>() - FRAGMENT_HEAD) }
+    }
+
+    /// The value as an entry of a stigmergy keeps it: a table is copied, so that later changes are no part of it. A
+    /// fault if it cannot be sent. All are on the stack.
     pub(super) fn sendable(
         &mut self,
-        _stigmergy: u8,
-        _key: Value<P>,
+        stigmergy: u8,
+        key: Value<P>,
         value: Value<P>,
     ) -> Result<Value<P>, Stopped> {
-        if value.is_plain() {
-            Ok(value)
-        } else {
-            Err(self.fail_on(FaultCode::NotSendable, value, value))
+        let number = self.network.stigmergies().get(usize::from(stigmergy)).copied().unwrap_or(0);
+        let has_frame = number < STIGMERGIES && matches!(key.tag(), Tag::INT | Tag::STRING);
+        if has_frame && value.is_plain() {
+            return Ok(value);
         }
+        let mut content = N::Content::ZERO;
+        let head = Head::Entry { stigmergy: number, owner: 0, clock: 0 };
+        let length = self.write(head, key, value, content.as_mut())?;
+        if !matches!(value.tag(), Tag::TABLE | Tag::SNAPSHOT) {
+            return Ok(value);
+        }
+        let content = content.as_ref().get(..length).unwrap_or(&[]);
+        let Ok((_, mut reader)) = Reader::new::<P>(content, self.script()) else {
+            return Ok(Value::nil());
+        };
+        let top = self.sp;
+        self.read(&mut reader)?;
+        self.read(&mut reader)?;
+        let copy = self.pop();
+        self.sp = top;
+        Ok(copy)
     }
+
+    /// `neighbors.broadcast` of what has no frame. Both are on the stack.
     pub(super) fn broadcast_long<H: Host<P>>(
         &mut self,
-        _host: &mut H,
-        _topic: Value<P>,
+        host: &mut H,
+        topic: Value<P>,
         value: Value<P>,
     ) -> Result<(), Stopped> {
-        Err(self.fail_on(FaultCode::NotSendable, value, value))
+        let mut content = N::Content::ZERO;
+        let length = self.write(Head::Broadcast, topic, value, content.as_mut())?;
+        self.send_fragments(host, content.as_ref().get(..length).unwrap_or(&[]));
+        Ok(())
     }
+
+    /// Sends an entry that has no frame.
     pub(super) fn send_long_entry<H: Host<P>>(
         &mut self,
-        _host: &mut H,
-        _entry: &message::Entry<P>,
-    ) {
+        host: &mut H,
+        entry: &message::Entry<P>,
+    ) -> Result<(), Stopped> {
+        let mut content = N::Content::ZERO;
+        let message::Entry { stigmergy, owner, clock, key, value } = *entry;
+        let head = Head::Entry { stigmergy, owner, clock };
+        let length = self.write(head, key, value, content.as_mut())?;
+        self.send_fragments(host, content.as_ref().get(..length).unwrap_or(&[]));
+        Ok(())
     }
+
+    /// The number of the message is a part of its check, so that fragments of the same content complete each other
+    /// whenever they come.
+    fn send_fragments<H: Host<P>>(&mut self, host: &mut H, content: &[u8]) {
+        let robot = self.robot_id;
+        let number = content.first().copied().unwrap_or(0);
+        let mut rest = content;
+        for index in 0..FRAGMENTS_MAX {
+            let length = rest.len().min(Self::fragment_bytes());
+            let Some((content, behind)) = rest.split_at_checked(length) else { break };
+            rest = behind;
+            let last = rest.is_empty();
+            self.send(host, &Message::Fragment(Fragment { robot, number, index, last, content }));
+            if last {
+                break;
+            }
+        }
+    }
+
+    /// Writes the content of a message and tells its length.
+    fn write(
+        &mut self,
+        head: Head,
+        first: Value<P>,
+        second: Value<P>,
+        room: &mut [u8],
+    ) -> Result<usize, Stopped> {
+        let most = usize::from(FRAGMENTS_MAX) * Self::fragment_bytes();
+        let room = room.get_mut(..most).unwrap_or(&mut []);
+        let mut writer = Writer::new(room, self.script(), head);
+        self.write_value(&mut writer, first)?;
+        self.write_value(&mut writer, second)?;
+        match writer.finish() {
+            Some(length) => Ok(length),
+            None => Err(self.fail(FaultCode::TooLong)),
+        }
+    }
+
+    fn write_value(&mut self, writer: &mut Writer<'_>, value: Value<P>) -> Result<(), Stopped> {
+        let base = usize::from(self.sp);
+        let mut value = value;
+        loop {
+            self.write_item(writer, value)?;
+            if !writer.fits() {
+                return Err(self.fail(FaultCode::TooLong));
+            }
+            if matches!(value.tag(), Tag::TABLE | Tag::SNAPSHOT) {
+                // The table, and where in it.
+                self.reserve(1 + ITERATION)?;
+                self.arena.set(usize::from(self.sp) - 1 - ITERATION, value);
+            }
+            // The next value of the innermost table that has one.
+            loop {
+                let top = usize::from(self.sp);
+                if top == base {
+                    return Ok(());
+                }
+                let at = top - ITERATION;
+                if self.arena.table_next(self.arena.get(at - 1).index(), at) {
+                    break;
+                }
+                self.sp = at as u16 - 1;
+            }
+            self.write_item(writer, self.top(2))?;
+            value = self.top(1);
+        }
+    }
+
+    /// Writes a value; of a table, how large it is.
+    fn write_item(&mut self, writer: &mut Writer<'_>, value: Value<P>) -> Result<(), Stopped> {
+        let item = match value.tag() {
+            Tag::NIL | Tag::INT | Tag::FLOAT | Tag::STRING => Item::Plain(value),
+            Tag::FUNCTION => Item::Function(value.index() as u16),
+            Tag::TABLE | Tag::SNAPSHOT => match u8::try_from(self.table_size(value)) {
+                Ok(size) => Item::Table(size),
+                Err(_) => return Err(self.fail(FaultCode::TooLong)),
+            },
+            #[cfg(feature = "strings")]
+            Tag::TEXT => match u8::try_from(self.view().text_length(value)) {
+                Ok(length) => Item::Text(length),
+                Err(_) => return Err(self.fail(FaultCode::TooLong)),
+            },
+            _ => return Err(self.fail_on(FaultCode::NotSendable, value, value)),
+        };
+        writer.item(item);
+        #[cfg(feature = "strings")]
+        if value.is(Tag::TEXT) {
+            self.view().text_bytes(value).for_each(|byte| writer.byte(byte));
+        }
+        Ok(())
+    }
+
+    /// Puts a fragment to the others of its message; what is complete is delivered.
     pub(super) fn assemble<H: Host<P>>(
         &mut self,
-        _host: &mut H,
-        _fragment: &Fragment<'_>,
+        host: &mut H,
+        fragment: &Fragment<'_>,
     ) -> Result<(), Stopped> {
-        Ok(())
+        let piece = Self::fragment_bytes();
+        let script = self.script();
+        let Some((assembly, _)) = self.network.assembly() else { return Ok(()) };
+        let Fragment { robot, number, index, last, content: part } = *fragment;
+        let same = assembly.steps_left != 0 && assembly.robot == robot && assembly.number == number;
+        if !same {
+            let interrupts = assembly.steps_left != 0;
+            // A robot that begins another message has ended the one before.
+            if !interrupts || assembly.robot == robot {
+                assembly.robot = robot;
+                assembly.number = number;
+                assembly.present = 0;
+                assembly.count = 0;
+            }
+            let takes = assembly.present == 0;
+            if interrupts {
+                self.count(|counters| &mut counters.incomplete);
+            }
+            if !takes {
+                return Ok(());
+            }
+        }
+        let Some((assembly, content)) = self.network.assembly() else { return Ok(()) };
+        if !last && part.len() != piece {
+            self.count(|counters| &mut counters.malformed);
+            return Ok(());
+        }
+        let from = usize::from(index) * piece;
+        for (to, byte) in content.iter_mut().skip(from).zip(part.iter().take(piece)) {
+            *to = *byte;
+        }
+        assembly.present |= 1 << index;
+        assembly.steps_left = PATIENCE;
+        if last {
+            assembly.count = index + 1;
+            assembly.last_bytes = part.len().min(piece) as u8;
+        }
+        if assembly.count == 0 || u16::from(assembly.present) + 1 != 1 << assembly.count {
+            return Ok(());
+        }
+        assembly.steps_left = 0;
+        let length = usize::from(assembly.count - 1) * piece + usize::from(assembly.last_bytes);
+        // The buffer is free again before listeners run.
+        let mut whole = N::Content::ZERO;
+        for (to, byte) in whole.as_mut().iter_mut().zip(content) {
+            *to = *byte;
+        }
+        match Reader::new::<P>(whole.as_ref().get(..length).unwrap_or(&[]), script) {
+            Ok((head, reader)) => self.deliver(host, robot, head, reader),
+            Err(_) => {
+                self.count(|counters| &mut counters.incomplete);
+                Ok(())
+            }
+        }
+    }
+
+    /// Reads a complete message and hands it to the listener, or merges it.
+    fn deliver<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        robot: u16,
+        head: Head,
+        mut reader: Reader<'_>,
+    ) -> Result<(), Stopped> {
+        if !self.has_room_for(reader.clone()) {
+            self.count(|counters| &mut counters.incomplete);
+            return Ok(());
+        }
+        self.read(&mut reader)?;
+        self.read(&mut reader)?;
+        let (first, second) = (self.top(2), self.top(1));
+        match head {
+            Head::Broadcast => self.tell_listener(host, first, second, robot),
+            Head::Entry { stigmergy, owner, clock } => {
+                let key = match first.tag() {
+                    Tag::INT | Tag::FLOAT | Tag::STRING | Tag::TEXT => first,
+                    _ => return Ok(()),
+                };
+                let entry = message::Entry { stigmergy, owner, clock, key, value: second };
+                self.merge(host, &entry).map(|_| ())
+            }
+        }
+    }
+
+    /// Whether topic or key, and value, find room without harm to the script.
+    fn has_room_for(&mut self, mut reader: Reader<'_>) -> bool {
+        let mut cells = 0;
+        let mut tables = 0;
+        let mut left = 2_u16;
+        while left > 0 {
+            left -= 1;
+            match reader.item::<P>() {
+                Item::Table(pairs) => {
+                    left = left.saturating_add(2 * u16::from(pairs));
+                    // The head has two pairs, each other cell at least one.
+                    cells += 1 + usize::from(pairs);
+                    tables += 1;
+                }
+                Item::Text(length) => {
+                    cells += 1 + usize::from(length) / 20;
+                    (0..length).for_each(|_| {
+                        reader.byte();
+                    });
+                }
+                Item::Function(number) => {
+                    // A function that captures values is none without them.
+                    let known =
+                        self.program.as_ref().is_some_and(|p| number < p.header().functions());
+                    if !known || self.head(number) & CAPTURES != 0 {
+                        return false;
+                    }
+                }
+                Item::Plain(_) => {}
+            }
+        }
+        let slots = cells * crate::arena::CELL + tables * READING + 2 * super::NATIVE_ROOM;
+        if self.arena.unused() < slots {
+            self.collect();
+        }
+        self.arena.unused() >= slots
+    }
+
+    /// Pushes the next value of a content.
+    fn read(&mut self, reader: &mut Reader<'_>) -> Result<(), Stopped> {
+        let result = usize::from(self.sp);
+        self.reserve(1)?;
+        loop {
+            let mut value = match reader.item::<P>() {
+                Item::Plain(value) => value,
+                Item::Function(number) => Value::indexed(Tag::FUNCTION, number),
+                Item::Table(pairs) => {
+                    self.reserve(READING)?;
+                    let at = usize::from(self.sp) - READING;
+                    let table = self.new_table()?;
+                    self.arena.set(at + TABLE, table);
+                    self.arena.set(at + LEFT, Value::int(i32::from(pairs)));
+                    self.arena.set(at + KEY, Value::unset());
+                    if pairs != 0 {
+                        continue;
+                    }
+                    self.sp = at as u16;
+                    table
+                }
+                #[cfg(feature = "strings")]
+                Item::Text(length) => self.read_text(reader, length)?,
+                #[cfg(not(feature = "strings"))]
+                Item::Text(_) => Value::nil(),
+            };
+            // To its table, which may be complete with it.
+            loop {
+                let top = usize::from(self.sp);
+                if top == result + 1 {
+                    self.arena.set(result, value);
+                    return Ok(());
+                }
+                let at = top - READING;
+                let key = self.arena.get(at + KEY);
+                if key.is(Tag::UNSET) {
+                    self.arena.set(at + KEY, value);
+                    break;
+                }
+                self.arena.set(at + ELEMENT, value);
+                if matches!(key.tag(), Tag::INT | Tag::FLOAT | Tag::STRING | Tag::TEXT) {
+                    let table = self.arena.get(at + TABLE);
+                    let key = self.key(table, key)?;
+                    self.table_set(table, key, value)?;
+                }
+                self.arena.set(at + KEY, Value::unset());
+                let left = self.arena.get(at + LEFT).index() as u16 - 1;
+                self.arena.set(at + LEFT, Value::int(i32::from(left)));
+                if left != 0 {
+                    break;
+                }
+                value = self.arena.get(at + TABLE);
+                self.sp = at as u16;
+            }
+        }
     }
 }

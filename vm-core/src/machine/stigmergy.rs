@@ -185,8 +185,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
             robot: self.robot_id,
             state: stigmergy + 1,
         };
-        self.send_entry(host, &question);
-        Ok(())
+        self.send_entry(host, &question)
     }
 
     /// The function under that key of the table of listeners and handlers, nil if there is none.
@@ -215,7 +214,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
             if remote.clock != 0 {
                 match self.new_entry(stigmergy, remote.key) {
                     Some(place) => self.take(place, remote),
-                    None => self.pass_on(host, remote),
+                    None => self.pass_on(host, remote)?,
                 }
             }
             return Ok(false);

@@ -7,6 +7,7 @@ use crate::builtin::{self, string};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::heap::{TextBuilder, TextCursor};
+use crate::message::content::Reader;
 use crate::network::Network;
 use crate::number::{self, Number, Profile};
 use crate::value::{Tag, Value};
@@ -159,6 +160,19 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
             self.arena.text_put(text, byte);
         }
         Ok(())
+    }
+
+    /// The text of the next so many bytes of a message.
+    pub(super) fn read_text(
+        &mut self,
+        reader: &mut Reader<'_>,
+        length: u8,
+    ) -> Result<Value<P>, Stopped> {
+        let mut text = self.begin_text()?;
+        for _ in 0..length {
+            self.add(&mut text, reader.byte())?;
+        }
+        Ok(self.end_text(&text))
     }
 
     /// Adds bytes `from..to` of a string.

@@ -119,6 +119,11 @@ impl<'a> Writer<'a> {
         self.byte(high);
     }
 
+    /// Whether there was room for everything so far.
+    pub fn fits(&self) -> bool {
+        self.length <= self.room.len()
+    }
+
     /// Writes the check and tells how many bytes the content has; `None` if there is no room for it.
     pub fn finish(self) -> Option<usize> {
         let (place, checked) = self.room.get_mut(..self.length)?.split_first_chunk_mut()?;
