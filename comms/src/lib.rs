@@ -6,6 +6,8 @@
 //! 3. **No allocation, no panic, no unsafe code**, so that all of it may run in an interrupt handler.
 //!
 //! # What is here
+//! * [`infrared`]: swarm messages of Kilobots.
+//! * [`nrf24`]: swarm messages of Zooids.
 //! * [`queue`]: frames that wait for the script's step, or for the link.
 //! * [`syslink`]: the serial link between the two processors of a Crazyflie, and the P2P radio frames in it.
 //! * [`trace`]: what a robot tells its people: start, log lines, faults.
@@ -16,6 +18,8 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod infrared;
+pub mod nrf24;
 pub mod queue;
 pub mod syslink;
 pub mod trace;

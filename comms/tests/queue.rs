@@ -126,7 +126,7 @@ fn entries_replace_older_ones<P: Profile>() {
         let value = Value::nil();
         let mut frame = [0; 20];
         let entry = Entry::<P> { stigmergy, owner: 7, clock: 0x20_0000, key, value };
-        let length = Message::Entry(entry).encode(script, &mut frame).unwrap();
+        let length = Message::Entry(entry).encode(script, &mut frame).expect("it fits");
         frame[..length].to_vec()
     };
     // A value of another type; another stigmergy, a string of the same number as key, another script.
@@ -218,12 +218,17 @@ impl Model {
             return;
         }
         if self.waiting.len() == FRAMES {
-            let lowest = self.waiting.iter().map(|(old, ..)| Kind::of(old[0])).min().unwrap();
+            let lowest =
+                self.waiting.iter().map(|(old, ..)| Kind::of(old[0])).min().expect("it is full");
             self.counters.dropped += 1;
             if lowest > Some(kind) {
                 return;
             }
-            let at = self.waiting.iter().position(|(old, ..)| Kind::of(old[0]) == lowest).unwrap();
+            let at = self
+                .waiting
+                .iter()
+                .position(|(old, ..)| Kind::of(old[0]) == lowest)
+                .expect("one is");
             self.waiting.remove(at);
         }
         self.waiting.push(new);
