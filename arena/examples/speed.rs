@@ -1,7 +1,7 @@
 //! How fast the engine is: Kilobots that wander and send two frames per second, with contacts and collisions of frames.
 //!
-//! `cargo run --release -p bittybuzz-arena --example speed [THREADS]` prints, for each number of robots and of neighbours
-//! in range, robot-seconds per second and the engine's memory per robot (what the process grew by).
+//! `cargo run --release -p bittybuzz-arena --example speed [THREADS [ROBOTS NEIGHBOURS]]` prints, for each number of robots
+//! and of neighbours in range, robot-seconds per second and the engine's memory per robot (what the process grew by).
 
 use std::time::Instant;
 
@@ -73,38 +73,47 @@ fn resident() -> Option<usize> {
 }
 
 fn main() {
-    let threads = std::env::args().nth(1).and_then(|threads| threads.parse().ok()).unwrap_or(0);
-    println!("robots  neighbours  robot-s/s  bytes/robot  heard/robot/s  collided  contact");
-    for neighbours in [5.0, 10.0, 20.0] {
-        for robots in [100, 1000, 5000, 20_000] {
-            let before = resident();
-            let mut world = world(robots, neighbours, threads);
-            for _ in 0..100 {
-                world.tick();
+    let arguments: Vec<usize> =
+        std::env::args().skip(1).filter_map(|argument| argument.parse().ok()).collect();
+    let threads = arguments.first().copied().unwrap_or(0);
+    let mut cases = Vec::new();
+    match arguments[..] {
+        [_, robots, neighbours] => cases.push((robots, neighbours as f32)),
+        _ => {
+            for neighbours in [5.0, 10.0, 20.0] {
+                cases.extend([100, 1000, 5000, 20_000].map(|robots| (robots, neighbours)));
             }
-            let ticks = 6_000_000 / robots;
-            let first = *world.statistics();
-            let begin = Instant::now();
-            for _ in 0..ticks {
-                world.tick();
-            }
-            let seconds = begin.elapsed().as_secs_f64();
-            let simulated = (robots * ticks) as f64 / 10.0;
-            let bytes = before.zip(resident()).map_or("-".to_owned(), |(before, after)| {
-                (after.saturating_sub(before) / robots).to_string()
-            });
-            let links = world.statistics().all_links();
-            let old = first.all_links();
-            let heard = (links.received - old.received) as f64;
-            let collided = (links.collided - old.collided) as f64;
-            let touching = (world.statistics().contact_ticks - first.contact_ticks) as f64;
-            println!(
-                "{robots:>6}  {neighbours:>10}  {:>9.0}  {bytes:>11}  {:>13.1}  {:>7.1}%  {:>6.1}%",
-                simulated / seconds,
-                heard / simulated,
-                100.0 * collided / (heard + collided),
-                10.0 * touching / simulated,
-            );
         }
+    }
+    println!("robots  neighbours  robot-s/s  bytes/robot  heard/robot/s  collided  contact");
+    for (robots, neighbours) in cases {
+        let before = resident();
+        let mut world = world(robots, neighbours, threads);
+        for _ in 0..100 {
+            world.tick();
+        }
+        let ticks = 6_000_000 / robots;
+        let first = *world.statistics();
+        let begin = Instant::now();
+        for _ in 0..ticks {
+            world.tick();
+        }
+        let seconds = begin.elapsed().as_secs_f64();
+        let simulated = (robots * ticks) as f64 / 10.0;
+        let bytes = before.zip(resident()).map_or("-".to_owned(), |(before, after)| {
+            (after.saturating_sub(before) / robots).to_string()
+        });
+        let links = world.statistics().all_links();
+        let old = first.all_links();
+        let heard = (links.received - old.received) as f64;
+        let collided = (links.collided - old.collided) as f64;
+        let touching = (world.statistics().contact_ticks - first.contact_ticks) as f64;
+        println!(
+            "{robots:>6}  {neighbours:>10}  {:>9.0}  {bytes:>11}  {:>13.1}  {:>7.1}%  {:>6.1}%",
+            simulated / seconds,
+            heard / simulated,
+            100.0 * collided / (heard + collided),
+            10.0 * touching / simulated,
+        );
     }
 }

@@ -3,7 +3,8 @@
 mod common;
 
 use bittybuzz_arena::engine::{
-    Area, Infrared, Loss, Medium, Pose, PushError, RobotId, RobotKind, RobotState, Settings, World,
+    Area, Infrared, Loss, Medium, Pose, PushError, RobotId, RobotKind, RobotState, Settings,
+    Stream, World,
 };
 use common::*;
 
@@ -35,6 +36,44 @@ fn infrared_ends_70_mm_from_rim_to_rim() {
     run(&mut world, 100);
     assert!(probe(&world, inside).heard_from(speaker) >= 18);
     assert_eq!(probe(&world, outside).heard.len(), 0);
+}
+
+/// In random worlds of all shapes, who hears whom is who is in range by all pairs.
+#[test]
+fn the_grid_connects_what_all_pairs_connect() {
+    for seed in 0..6 {
+        let mut stream = Stream::for_brain(seed, 3);
+        let (width, height) = (500.0 + 1500.0 * stream.unit(), 400.0 + 600.0 * stream.unit());
+        let mut settings = Settings { seed, area: Area { width, height }, ..exact() };
+        settings.infrared.clock_sigma = 0.01;
+        settings.infrared.link.range = Some(20.0 + 150.0 * stream.unit());
+        let mut world = World::new(settings).unwrap();
+        for _ in 0..60 {
+            let (x, y) = ((stream.unit() - 0.5) * width, (stream.unit() - 0.5) * height);
+            kilobot(&mut world, x, y, 0.0, Probe::default());
+        }
+        // First they push each other apart and stand still.
+        run(&mut world, 100);
+        let poses: Vec<_> = world.robots().map(|view| view.pose).collect();
+        for id in world.ids() {
+            world.brain_mut(id).unwrap().talks = true;
+        }
+        run(&mut world, 600);
+        for by in world.ids() {
+            for of in world.ids().filter(|of| *of != by) {
+                let (a, b) = (poses[usize::from(by.0)], poses[usize::from(of.0)]);
+                let gap = (a.x - b.x).hypot(a.y - b.y) - 33.0;
+                let past = gap - settings.infrared.link.range.unwrap();
+                if past.abs() > 0.1 {
+                    assert_eq!(
+                        probe(&world, by).heard_from(of) > 0,
+                        past < 0.0,
+                        "{seed}: {gap} mm"
+                    );
+                }
+            }
+        }
+    }
 }
 
 #[test]

@@ -15,7 +15,7 @@ use super::settings::Settings;
 use super::statistics::Statistics;
 
 /// Repetitions in one substep.
-const ROUNDS: usize = 6;
+const ROUNDS: usize = 4;
 
 /// Discs that one thread takes at a time.
 const CHUNK: usize = 512;
@@ -67,9 +67,9 @@ pub(crate) struct Crowd {
     starts: Vec<u32>,
     discs: Vec<Disc>,
     next: Vec<Disc>,
-    /// Cells near which the last round moved something, and which they are.
+    /// Cells in or beside which the last round moved something, and around which cells they are.
     awake: Vec<bool>,
-    awake_cells: Vec<u32>,
+    woken: Vec<u32>,
     /// Of each robot, what it touched in this and in the last tick.
     touches: Vec<u8>,
     touched: Vec<u8>,
@@ -89,7 +89,7 @@ impl Crowd {
             discs: Vec::new(),
             next: Vec::new(),
             awake: Vec::new(),
-            awake_cells: Vec::new(),
+            woken: Vec::new(),
             touches: Vec::new(),
             touched: Vec::new(),
             crowding: Vec::new(),
@@ -105,7 +105,7 @@ impl Crowd {
         self.cells = Cells::new(area, 2.0 * widest + MARGIN);
         self.starts = vec![0; self.cells.count() + 2];
         self.awake = vec![false; self.cells.count()];
-        self.awake_cells.clear();
+        self.woken.clear();
     }
 
     /// One more robot.
@@ -204,18 +204,22 @@ impl Crowd {
 
     /// Notes near which cells something moved; false if nothing did.
     fn wake(&mut self) -> bool {
-        for &cell in &self.awake_cells {
-            self.awake[cell as usize] = false;
-        }
-        self.awake_cells.clear();
-        for disc in self.discs.iter().filter(|disc| disc.moved) {
-            let awake = &mut self.awake[disc.cell as usize];
-            if !*awake {
-                *awake = true;
-                self.awake_cells.push(disc.cell);
+        for cell in self.woken.drain(..) {
+            for row in self.cells.around(cell as usize) {
+                self.awake[row].fill(false);
             }
         }
-        !self.awake_cells.is_empty()
+        let mut last = u32::MAX;
+        for disc in self.discs.iter().filter(|disc| disc.moved) {
+            if disc.cell != last {
+                last = disc.cell;
+                self.woken.push(last);
+                for row in self.cells.around(last as usize) {
+                    self.awake[row].fill(true);
+                }
+            }
+        }
+        !self.woken.is_empty()
     }
 }
 
@@ -235,15 +239,14 @@ impl Look<'_> {
     /// A disc after its neighbours, walls and obstacles pushed it.
     fn pushed(&self, index: usize) -> Disc {
         let mut disc = self.discs[index];
-        let rows = self.cells.around(disc.cell as usize);
-        if !self.all && !rows.iter().any(|row| self.awake[row.clone()].contains(&true)) {
+        if !self.all && !self.awake[disc.cell as usize] {
             disc.moved = false;
             return disc;
         }
         let (mut push_x, mut push_y) = (0.0, 0.0);
         let mut crowd = 0_u8;
         let reach = &self.shapes.reach[disc.kind as usize];
-        for row in rows {
+        for row in self.cells.around(disc.cell as usize) {
             let range = self.starts[row.start] as usize..self.starts[row.end] as usize;
             for (other_index, other) in range.clone().zip(&self.discs[range]) {
                 let (dx, dy) = (disc.x - other.x, disc.y - other.y);

@@ -36,7 +36,7 @@ pub enum Obstacle {
 }
 
 /// Less than this, in mm, two bodies may overlap; it keeps bodies at rest from trembling.
-pub(crate) const SLOP: f32 = 0.01;
+pub(crate) const SLOP: f32 = 0.05;
 
 impl Obstacle {
     /// Lower left and upper right corner of the least rectangle around it.
