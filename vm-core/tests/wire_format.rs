@@ -1,5 +1,7 @@
 //! The vectors of docs/wire-format.md, both ways. They were computed from its tables, not by the code that they test.
 
+#![allow(clippy::unwrap_used, reason = "a test's own helpers")]
+
 use std::fmt::Write;
 
 use bittybuzz_vm_core::Value;
@@ -85,7 +87,7 @@ fn shown<P: Profile>(value: Value<P>) -> String {
 fn written<P: Profile>(text: &str) -> Vec<u8> {
     let (kind, fields) = text.split_once(": ").expect("a kind");
     let mut words = Words::of(fields);
-    let mut content = Vec::new();
+    let content;
     let message = match kind {
         "broadcast" => Message::Broadcast {
             robot: words.named("robot") as u16,

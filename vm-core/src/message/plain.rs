@@ -116,6 +116,9 @@ impl<'a, P: Profile> Message<'a, P> {
             *to = *from;
         }
         if let Message::Fragment(Fragment { content, .. }) = self {
+            if content.is_empty() {
+                return None;
+            }
             rest.get_mut(..content.len())?.copy_from_slice(content);
             return Some(length.wrapping_add(content.len()));
         }

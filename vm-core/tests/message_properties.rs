@@ -1,0 +1,259 @@
+//! What holds for every message, and for every sequence of bytes that may be one.
+
+use bittybuzz_vm_core::Value;
+use bittybuzz_vm_core::message::content::{Head, Item, Reader, Writer};
+use bittybuzz_vm_core::message::{
+    CLOCK_MAX, Entry, Fragment, Ignored, Kind, Message, Script, Swarms,
+};
+use bittybuzz_vm_core::number::{Full, Profile, Tiny};
+use proptest::prelude::*;
+
+const SCRIPT: Script = Script { hash: 0xfeed_fade, strings: 300 };
+
+type TinyMessage<'a> = Message<'a, Tiny>;
+type FullMessage<'a> = Message<'a, Full>;
+
+fn sealed<P: Profile>(message: &Message<'_, P>) -> Option<Vec<u8>> {
+    let mut frame = [0xee; 64];
+    let length = message.encode(SCRIPT, &mut frame)?;
+    Some(frame[..length].to_vec())
+}
+
+/// All there is in a message: its own words and bits do not lie.
+fn meaning<P: Profile>(message: &Message<'_, P>) -> String {
+    match message {
+        Message::Swarms { robot, swarms } => {
+            format!("{robot} {:?}", swarms.iter().collect::<Vec<_>>())
+        }
+        message => format!("{message:?}"),
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Plain {
+    Nil,
+    Int(i32),
+    Float(f32),
+    String(u16),
+}
+
+impl Plain {
+    fn value<P: Profile>(self) -> Value<P> {
+        match self {
+            Plain::Nil => Value::nil(),
+            Plain::Int(number) => Value::int(number),
+            Plain::Float(number) => Value::float(number),
+            Plain::String(number) => Value::string(number),
+        }
+    }
+}
+
+fn values() -> impl Strategy<Value = Plain> {
+    prop_oneof![
+        Just(Plain::Nil),
+        any::<i32>().prop_map(Plain::Int),
+        any::<f32>().prop_map(Plain::Float),
+        (0..SCRIPT.strings).prop_map(Plain::String),
+    ]
+}
+
+fn keys() -> impl Strategy<Value = Plain> {
+    prop_oneof![any::<i32>().prop_map(Plain::Int), (0..SCRIPT.strings).prop_map(Plain::String),]
+}
+
+fn comes_back<P: Profile>(message: &Message<'_, P>) {
+    let frame = sealed(message).expect("a frame");
+    let read = Message::<P>::decode(&frame, SCRIPT).expect("a message");
+    assert_eq!(meaning(&read), meaning(message));
+    // A longer packet; one that is cut off.
+    if !matches!(message, Message::Fragment(_)) {
+        let longer = [&frame[..], &[0xff; 7]].concat();
+        let read = Message::<P>::decode(&longer, SCRIPT).expect("a message");
+        assert_eq!(meaning(&read), meaning(message));
+        for length in 0..frame.len() {
+            let cut = Message::<P>::decode(&frame[..length], SCRIPT);
+            assert_eq!(cut.unwrap_err(), Ignored::Malformed);
+        }
+    }
+    // No frame where there is no room.
+    for room in 0..frame.len() {
+        assert_eq!(message.encode(SCRIPT, &mut vec![0; room]), None);
+    }
+}
+
+/// With other bits of the hash that the frame carries.
+fn is_foreign<P: Profile>(message: &Message<'_, P>, bits: u32) {
+    let other = Script { hash: SCRIPT.hash ^ bits, ..SCRIPT };
+    let read = Message::<P>::decode(&sealed(message).expect("a frame"), other).map(|_| ());
+    assert_eq!(read, Err(Ignored::Foreign));
+}
+
+fn nothing_else_is_read<P: Profile>(bytes: &[u8]) {
+    let Ok(message) = Message::<P>::decode(bytes, SCRIPT) else { return };
+    let frame = sealed(&message).expect("what can be read can be written");
+    assert!(frame.len() <= bytes.len());
+    assert_eq!(Kind::of(frame[0]), Kind::of(bytes[0]));
+    let again = Message::<P>::decode(&frame, SCRIPT).expect("and read again");
+    assert_eq!(meaning(&again), meaning(&message));
+}
+
+/// The items of a content, `None` if it is refused.
+fn items<P: Profile>(content: &[u8]) -> Option<(Head, Vec<Item<P>>, Vec<u8>)> {
+    let (head, mut reader) = Reader::new::<P>(content, SCRIPT).ok()?;
+    let (mut items, mut text, mut left) = (Vec::new(), Vec::new(), 2_usize);
+    while left > 0 {
+        left -= 1;
+        let item = reader.item::<P>();
+        match item {
+            Item::Table(pairs) => left += 2 * usize::from(pairs),
+            Item::Text(length) => text.extend((0..length).map(|_| reader.byte())),
+            _ => {}
+        }
+        items.push(item);
+    }
+    Some((head, items, text))
+}
+
+fn content_comes_back<P: Profile>(content: &[u8]) {
+    let Some((head, items, text)) = items::<P>(content) else { return };
+    let mut text = text.into_iter();
+    let mut room = vec![0; content.len()];
+    let mut writer = Writer::new(&mut room, SCRIPT, head);
+    for item in items {
+        writer.item(item);
+        if let Item::Text(length) = item {
+            text.by_ref().take(length.into()).for_each(|byte| writer.byte(byte));
+        }
+    }
+    let length = writer.finish().expect("it had room");
+    assert_eq!(room[..length], content[..length]);
+}
+
+/// Bytes with the check that a content has to begin with.
+fn checked(bytes: &[u8]) -> Vec<u8> {
+    let mut content = vec![0; 2];
+    let check = bytes
+        .iter()
+        .fold(SCRIPT.hash as u16, |check, byte| bittybuzz_vm_core::message::crc16(check, *byte));
+    content[..2].copy_from_slice(&check.to_le_bytes());
+    content.extend(bytes);
+    content
+}
+
+/// Bytes that are often the head of a content and items.
+fn contents() -> impl Strategy<Value = Vec<u8>> {
+    let word = || {
+        let string = (0..SCRIPT.strings).prop_map(|number| number.wrapping_add(SCRIPT.hash as u16));
+        prop_oneof![any::<u16>(), string].prop_map(|word| word.to_le_bytes().to_vec())
+    };
+    let item = prop_oneof![
+        Just(vec![0]),
+        (1..4_u8, word()).prop_map(|(tag, word)| [&[tag], &word[..]].concat()),
+        (1..4_u8, word()).prop_map(|(tag, word)| [&[tag], &word[..], &[0, 0]].concat()),
+        (0..5_u8).prop_map(|length| [&[4, length][..], &vec![b'x'; length.into()]].concat()),
+        (0..3_u8).prop_map(|pairs| vec![5, pairs]),
+        any::<u16>().prop_map(|number| [&[6], &number.to_le_bytes()[..]].concat()),
+        prop::collection::vec(any::<u8>(), 0..4),
+    ];
+    let head = prop_oneof![
+        Just(vec![0]),
+        prop::collection::vec(any::<u8>(), 6).prop_map(|rest| [&[1], &rest[..], &[0x3f]].concat()),
+    ];
+    (head, prop::collection::vec(item, 0..8))
+        .prop_map(|(head, items)| checked(&[head, items.concat()].concat()))
+}
+
+proptest! {
+    #[test]
+    fn broadcasts_come_back(
+        robot: u16, topic in 0..SCRIPT.strings, value in values(), bits in 1..=0xff_ffff_u32,
+    ) {
+        let tiny = TinyMessage::Broadcast { robot, topic, value: value.value() };
+        let full = FullMessage::Broadcast { robot, topic, value: value.value() };
+        comes_back(&tiny);
+        comes_back(&full);
+        is_foreign(&tiny, bits);
+        is_foreign(&full, bits);
+    }
+
+    #[test]
+    fn entries_come_back(
+        stigmergy in 0..3_u16, owner: u16, clock in 0..=CLOCK_MAX, key in keys(), value in values(),
+        bits in 1..16_u32,
+    ) {
+        let tiny = Entry::<Tiny> { stigmergy, owner, clock, key: key.value(), value: value.value() };
+        let full = Entry::<Full> { stigmergy, owner, clock, key: key.value(), value: value.value() };
+        comes_back(&Message::Entry(tiny));
+        comes_back(&Message::Entry(full));
+        is_foreign(&Message::Entry(tiny), bits << 28);
+        is_foreign(&Message::Entry(full), bits << 28);
+        is_foreign(&Message::Entry(full), bits << 8);
+    }
+
+    #[test]
+    fn what_has_no_frame_is_told(
+        stigmergy: u16, clock: u32, key in values(), value in values(), index in 0..8_u8,
+    ) {
+        let (key, value) = (key.value::<Full>(), value.value());
+        let entry = Message::Entry(Entry { stigmergy, owner: 1, clock, key, value });
+        let has_key = key.as_int().is_some() || key.as_string().is_some();
+        let has_frame = stigmergy < 3 && clock <= CLOCK_MAX && has_key;
+        prop_assert_eq!(sealed(&entry).is_some(), has_frame);
+        let none = Swarms::default();
+        prop_assert_eq!(sealed(&FullMessage::Swarms { robot: 1, swarms: none }), None);
+        let content = &[][..];
+        let empty = Fragment { robot: 1, number: 2, index, last: true, content };
+        prop_assert_eq!(sealed(&FullMessage::Fragment(empty)), None);
+    }
+
+    #[test]
+    fn the_rest_comes_back(
+        robot: u16, ids in prop::collection::vec(any::<(u16, bool)>(), 1..=4), number: u8,
+        index in 0..8_u8, last: bool, content in prop::collection::vec(any::<u8>(), 1..50),
+        bits in 1..=0xffff_u32,
+    ) {
+        comes_back(&TinyMessage::Beacon { robot });
+        is_foreign(&TinyMessage::Beacon { robot }, bits);
+        is_foreign(&TinyMessage::Beacon { robot }, bits << 16);
+        let mut swarms = Swarms::default();
+        prop_assert!(ids.iter().all(|(id, joined)| swarms.push(*id, *joined)));
+        let full = FullMessage::Swarms { robot, swarms };
+        comes_back(&full);
+        is_foreign(&full, bits);
+        let tiny = TinyMessage::Swarms { robot, swarms };
+        if ids.len() > 2 {
+            prop_assert_eq!(sealed(&tiny), None);
+        } else {
+            comes_back(&tiny);
+        }
+        let content = &content[..];
+        comes_back(&TinyMessage::Fragment(Fragment { robot, number, index, last, content }));
+    }
+
+    #[test]
+    fn bytes_are_a_message_that_can_be_written_or_none(
+        bytes in prop::collection::vec(any::<u8>(), 0..24), kind in 0..0x80_u8, ours: bool,
+    ) {
+        let mut bytes = bytes;
+        if let Some(first) = bytes.first_mut() {
+            *first = kind;
+        }
+        // Often with this script's hash where entries and beacons have it.
+        if ours && let Some(hash) = bytes.get_mut(3..7) {
+            hash.copy_from_slice(&SCRIPT.hash.to_le_bytes());
+            bytes[5] = if kind < 0x20 { bytes[5] } else { bytes[5] & 0x0f | 0xf0 };
+        }
+        nothing_else_is_read::<Full>(&bytes);
+        nothing_else_is_read::<Tiny>(&bytes);
+    }
+
+    #[test]
+    fn contents_are_read_as_they_were_written_or_not_at_all(
+        bytes in prop::collection::vec(any::<u8>(), 0..40), content in contents(),
+    ) {
+        for content in [bytes.clone(), checked(&bytes), content] {
+            content_comes_back::<Tiny>(&content);
+            content_comes_back::<Full>(&content);
+        }
+    }
+}
