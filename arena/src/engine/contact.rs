@@ -20,6 +20,9 @@ const ROUNDS: usize = 4;
 /// Discs that one thread takes at a time.
 const CHUNK: usize = 512;
 
+/// So many cells cost nothing worth mentioning.
+const CELLS: usize = 1000;
+
 /// mm by which a cell is larger than a disc: how far a disc may be pushed in one substep before it may miss a contact.
 const MARGIN: f32 = 3.0;
 
@@ -83,7 +86,7 @@ impl Crowd {
             .map(|kind| kind.radius(settings));
         let shapes = Shapes { reach: radius.map(|a| radius.map(|b| a + b)), radius };
         let mut crowd = Crowd {
-            cells: Cells::new(area, f32::INFINITY),
+            cells: Cells::new(area, f32::INFINITY, 1),
             shapes,
             starts: Vec::new(),
             discs: Vec::new(),
@@ -98,11 +101,11 @@ impl Crowd {
         crowd
     }
 
-    /// Cells for the largest of the kinds that are there.
+    /// Cells for the largest of the kinds that are there, and for so many robots: every tick clears them all.
     pub(crate) fn resize(&mut self, area: Area, kinds: &[RobotKind]) {
         let widest =
             kinds.iter().map(|&kind| self.shapes.radius[kind as usize]).fold(1.0, f32::max);
-        self.cells = Cells::new(area, 2.0 * widest + MARGIN);
+        self.cells = Cells::new(area, 2.0 * widest + MARGIN, CELLS.max(8 * kinds.len()));
         self.starts = vec![0; self.cells.count() + 2];
         self.awake = vec![false; self.cells.count()];
         self.woken.clear();

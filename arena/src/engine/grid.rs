@@ -4,9 +4,6 @@ use core::ops::Range;
 
 use super::geometry::Area;
 
-/// Most cells along a side: a small range in a huge world gets larger cells than it needs.
-const MOST: f32 = 500.0;
-
 /// How the world is divided. Around the world lies a rim of cells in which nothing is, so that every cell has eight
 /// neighbours.
 #[derive(Clone, Copy, Debug)]
@@ -21,9 +18,12 @@ pub(crate) struct Cells {
 }
 
 impl Cells {
-    /// Cells at least `size` mm wide; of infinite size there is one.
-    pub(crate) fn new(area: Area, size: f32) -> Self {
-        let side = size.max(area.width / MOST).max(area.height / MOST).max(1.0);
+    /// Cells at least `size` mm wide (of infinite size there is one), and hardly more than `most` of them.
+    pub(crate) fn new(area: Area, size: f32, most: usize) -> Self {
+        let most = most.max(1) as f32;
+        let side = size.max((area.width / most * area.height).sqrt());
+        // In a narrow world the root alone would still give too many.
+        let side = side.max(area.width / most).max(area.height / most).max(1.0);
         let columns = (area.width / side).ceil().max(1.0);
         let rows = (area.height / side).ceil().max(1.0);
         let stride = columns as usize + 2;

@@ -38,7 +38,25 @@ pub enum Obstacle {
 /// Less than this, in mm, two bodies may overlap; it keeps bodies at rest from trembling.
 pub(crate) const SLOP: f32 = 0.05;
 
+/// mm, far beyond every world.
+const FAR: f32 = 1e7;
+
 impl Obstacle {
+    /// Without negative sizes; `None` if it is no place, or too far away for the arithmetic.
+    fn sound(self) -> Option<Self> {
+        let (sound, numbers) = match self {
+            Obstacle::Segment { from, to } => (self, [from.0, from.1, to.0, to.1]),
+            Obstacle::Round { x, y, radius } => {
+                (Obstacle::Round { x, y, radius: radius.abs() }, [x, y, radius, 0.0])
+            }
+            Obstacle::Box { x, y, width, height } => {
+                let (width, height) = (width.abs(), height.abs());
+                (Obstacle::Box { x, y, width, height }, [x, y, width, height])
+            }
+        };
+        numbers.iter().all(|number| number.abs() < FAR).then_some(sound)
+    }
+
     /// Lower left and upper right corner of the least rectangle around it.
     fn bounds(&self) -> ((f32, f32), (f32, f32)) {
         match *self {
@@ -113,35 +131,32 @@ pub(crate) struct Obstacles {
     margin: f32,
     all: Vec<Obstacle>,
     cells: Cells,
-    /// Of each cell, where its obstacles begin in `members`; one more at the end.
-    starts: Vec<u32>,
-    members: Vec<u32>,
+    /// Of each cell, the obstacles that reach into it.
+    members: Vec<Vec<u32>>,
 }
 
 /// mm. Coarse enough that walls are in few cells, fine enough that a cell has few obstacles.
 const CELL: f32 = 100.0;
 
+/// Most cells: they cost memory only.
+const CELLS: usize = 20_000;
+
 impl Obstacles {
     pub(crate) fn new(area: Area, margin: f32) -> Self {
-        let cells = Cells::new(area, CELL);
-        let starts = vec![0; cells.count() + 1];
-        Obstacles { area, margin, all: Vec::new(), cells, starts, members: Vec::new() }
+        let cells = Cells::new(area, CELL, CELLS);
+        let members = vec![Vec::new(); cells.count()];
+        Obstacles { area, margin, all: Vec::new(), cells, members }
     }
 
-    /// Adds obstacles; the index is made anew.
     pub(crate) fn add(&mut self, obstacle: Obstacle) {
+        let Some(obstacle) = obstacle.sound() else { return };
+        let (low, high) = obstacle.bounds();
+        let low = (low.0 - self.margin, low.1 - self.margin);
+        let high = (high.0 + self.margin, high.1 + self.margin);
+        let index = self.all.len() as u32;
         self.all.push(obstacle);
-        let mut pairs = Vec::new();
-        for (index, obstacle) in self.all.iter().enumerate() {
-            let (low, high) = obstacle.bounds();
-            let low = (low.0 - self.margin, low.1 - self.margin);
-            let high = (high.0 + self.margin, high.1 + self.margin);
-            pairs.extend(self.cells.covered(low, high).map(|cell| (cell, index as u32)));
-        }
-        pairs.sort_unstable();
-        self.members = pairs.iter().map(|pair| pair.1).collect();
-        for (cell, start) in self.starts.iter_mut().enumerate() {
-            *start = pairs.partition_point(|pair| pair.0 < cell) as u32;
+        for cell in self.cells.covered(low, high) {
+            self.members[cell].push(index);
         }
     }
 
@@ -153,9 +168,7 @@ impl Obstacles {
     pub(crate) fn push_out(&self, x: f32, y: f32, radius: f32) -> Option<(f32, f32)> {
         let (mut now_x, mut now_y) = (x, y);
         if !self.all.is_empty() {
-            let cell = self.cells.of(x, y);
-            let range = self.starts[cell] as usize..self.starts[cell + 1] as usize;
-            for &member in &self.members[range] {
+            for &member in &self.members[self.cells.of(x, y)] {
                 if let Some(free) = self.all[member as usize].push_out(now_x, now_y, radius) {
                     (now_x, now_y) = free;
                 }

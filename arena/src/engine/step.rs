@@ -1,5 +1,6 @@
 //! One tick of the world.
 
+use rayon::ThreadPool;
 use rayon::prelude::*;
 
 use super::TICK;
@@ -51,9 +52,10 @@ impl<B: Brain> World<B> {
         self.think();
         self.settle();
         for _ in 1..self.substeps {
-            for (robot, pose) in self.robots.iter_mut().zip(&mut self.poses) {
-                robot.body.advance(pose, &self.models);
-            }
+            let models = &self.models;
+            each(self.pool.as_ref(), &mut self.robots, &mut self.poses, |_, robot, pose| {
+                robot.body.advance(pose, models);
+            });
             self.settle();
         }
         self.crowd.count(&mut self.statistics);
@@ -119,14 +121,13 @@ impl<B: Brain> World<B> {
 
     /// Robots with a positioning system learn where they are.
     fn sense(&mut self) {
-        let (seed, now) = (self.settings.seed, self.now);
-        for (index, (robot, pose)) in self.robots.iter_mut().zip(&self.poses).enumerate() {
-            if self.kinds[index] != RobotKind::Kilobot {
-                robot.body.sense(pose, &self.models, TICK, || {
-                    Stream::new(seed, Purpose::Estimate, index as u16, now)
-                });
-            }
+        if self.kinds.iter().all(|&kind| kind == RobotKind::Kilobot) {
+            return;
         }
+        let (seed, now, models) = (self.settings.seed, self.now, &self.models);
+        each(self.pool.as_ref(), &mut self.robots, &mut self.poses, |id, robot, pose| {
+            robot.body.sense(pose, models, TICK, || Stream::new(seed, Purpose::Estimate, id, now));
+        });
     }
 
     /// The links send.
@@ -143,6 +144,26 @@ impl<B: Brain> World<B> {
             air.turn();
             let count = &mut self.statistics.links[index];
             self.schedules[index].run(&moment, &mut self.robots, &self.poses, air, count);
+        }
+    }
+}
+
+/// Does the same with every robot.
+fn each(
+    pool: Option<&ThreadPool>,
+    robots: &mut [Robot],
+    poses: &mut [Pose],
+    work: impl Fn(u16, &mut Robot, &mut Pose) + Send + Sync,
+) {
+    match pool {
+        Some(pool) if robots.len() > CHUNK => pool.install(|| {
+            let all = robots.par_iter_mut().zip(poses).enumerate().with_min_len(CHUNK);
+            all.for_each(|(id, (robot, pose))| work(id as u16, robot, pose));
+        }),
+        _ => {
+            for (id, (robot, pose)) in robots.iter_mut().zip(poses).enumerate() {
+                work(id as u16, robot, pose);
+            }
         }
     }
 }

@@ -92,13 +92,16 @@ impl<B: Brain> World<B> {
         let body = Body::new(kind, &pose, &self.settings, &mut build);
         let radio = Radio::new(kind.medium(), &self.pacing, &mut build);
         let is_new = !self.kinds.contains(&kind);
+        let has_doubled = self.brains.len().is_power_of_two();
         self.brains.push(brain);
         self.robots.push(Robot { body, radio, state: RobotState::Running, led: 0 });
         self.poses.push(pose);
         self.kinds.push(kind);
         self.crowd.add();
-        if is_new {
+        if is_new || has_doubled {
             self.crowd.resize(self.settings.area, &self.kinds);
+        }
+        if is_new {
             self.substeps = self.substeps.max(kind.substeps(&self.settings));
             self.models = Models::new(&self.settings, self.substeps);
         }
@@ -106,7 +109,8 @@ impl<B: Brain> World<B> {
         Ok(RobotId(id))
     }
 
-    /// Adds a wall or an obstacle.
+    /// Adds a wall or an obstacle. A size counts without its sign; what is further away than 10 km, or at
+    /// no number, is nowhere.
     pub fn add_obstacle(&mut self, obstacle: Obstacle) {
         self.obstacles.add(obstacle);
     }

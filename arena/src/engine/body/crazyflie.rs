@@ -86,6 +86,9 @@ impl CrazyflieModel {
 /// mm/s²
 const GRAVITY: f32 = 9810.0;
 
+/// Greatest rate of yaw, radians per second (a choice: a full turn per second).
+const TURN: f32 = core::f32::consts::TAU;
+
 /// A Crazyflie's body.
 #[derive(Clone, Debug)]
 pub(crate) struct Crazyflie {
@@ -158,7 +161,7 @@ impl Crazyflie {
             *velocity += change;
         }
         if wanted.turn.is_finite() {
-            self.rate += (wanted.turn - self.rate) * part;
+            self.rate += (wanted.turn.clamp(-TURN, TURN) - self.rate) * part;
         }
     }
 

@@ -8,6 +8,9 @@ use crate::engine::geometry::{Area, Pose};
 use crate::engine::grid::Cells;
 use crate::engine::robot::RobotId;
 
+/// Most cells of a medium: they are never cleared, so they cost memory only.
+const CELLS: usize = 100_000;
+
 /// No transmission follows.
 const END: u32 = u32::MAX;
 
@@ -52,7 +55,7 @@ impl Air {
     /// `bodies` mm of a distance between two middles are not counted by the link's range.
     pub(crate) fn new(medium: Medium, link: Link, bodies: f32, area: Area) -> Self {
         let reach = link.range.map_or(f32::INFINITY, |range| range + bodies);
-        let cells = Cells::new(area, reach);
+        let cells = Cells::new(area, reach, CELLS);
         Air {
             medium,
             link,
