@@ -146,6 +146,10 @@ impl Robot<Full> for Crazyflie {
         MAIL.receive(frame)
     }
 
+    fn begin_step(&mut self) {
+        MAIL.begin_step();
+    }
+
     fn send(&mut self, frame: &[u8]) {
         MAIL.send(frame);
     }

@@ -61,6 +61,9 @@ pub trait Robot<P: Profile> {
         None
     }
 
+    /// A step begins: what it sends may replace what the one before has sent and nobody has heard yet.
+    fn begin_step(&mut self) {}
+
     /// Sends a frame to whoever hears it, as [`Host::send`] says: queues it.
     fn send(&mut self, _frame: &[u8]) {}
 
@@ -179,6 +182,7 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize, N: Netw
         loop {
             self.wait_until(ticks.next()).await;
             ticks.take();
+            self.robot.begin_step();
             if !self.entry(Entry::Step, ticks).await? {
                 return Ok(());
             }

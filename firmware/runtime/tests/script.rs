@@ -2,7 +2,8 @@
 
 mod common;
 
-use common::{Events, run, run_image};
+use bittybuzz_vm_core::{Sighting, Value};
+use common::{Events, run, run_hearing, run_image};
 
 fn with<'a>(events: &'a Events, what: &str) -> Vec<(u64, &'a str)> {
     let wanted = events.iter().filter(|(_, text)| text.starts_with(what));
@@ -141,4 +142,34 @@ fn a_damaged_image_is_refused_and_told() {
     assert_eq!(with(&events, "Refused"), [(0, "Refused(NotAnImage)")]);
     assert_eq!(with(&events, "stop"), [(0, "stop Refused")]);
     assert!(with(&events, "motor").iter().all(|(_, text)| *text == "motor stop"));
+}
+
+/// What a step sends goes out in that step, and the robot knows which step it belongs to.
+#[test]
+fn messages_go_out_with_their_step() {
+    let script = "function init() { n = 0 }\nfunction step() { n = n + 1 if(n < 3) neighbors.broadcast(\"topic\", n) }";
+    let events = run(script, 350);
+    let radio: Vec<(u64, bool)> = events
+        .iter()
+        .filter(|(_, text)| text == "begin step" || text.starts_with("send [5, 7, 0, "))
+        .map(|(ms, text)| (*ms, text == "begin step"))
+        .collect();
+    assert_eq!(radio, [(100, true), (100, false), (200, true), (200, false), (300, true)]);
+}
+
+/// A beacon of robot 9 (type 8, robot, script hash), heard between two steps.
+#[test]
+fn what_was_heard_is_known_in_the_next_step() {
+    let script =
+        "function step() { neighbors.foreach(function(id, data) { log(id, data.distance) }) }";
+    let image = common::image(script);
+    // The script's hash is behind magic, form and features.
+    let beacon = [&[8, 9, 0][..], &image[3..7]].concat();
+    let place = Some([1500.5, 0.0, 0.0].map(Value::float));
+    let radio = vec![(150, beacon, Sighting { robot: Some(9), place })];
+    let logs = run_hearing(&image, radio, 350);
+    assert_eq!(
+        with(&logs, "log"),
+        [(200, "log 1: 9 Float(1500.5)"), (300, "log 2: 9 Float(1500.5)")]
+    );
 }

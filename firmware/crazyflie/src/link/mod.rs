@@ -46,7 +46,7 @@ pub static STATE: State = State {
 };
 
 /// What is told of the link from time to time: signal strength in dBm, what [`State`] counts, and swarm messages that there
-/// was no room for, heard and own ones.
+/// was no room for, heard and own ones, and those that were heard while the same one waited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
 pub struct Counts {
     rssi: i16,
@@ -55,8 +55,9 @@ pub struct Counts {
     overrun: u32,
     heard: u32,
     unknown: u32,
-    unread: u32,
-    unsent: u32,
+    unread: u16,
+    doubles: u16,
+    unsent: u16,
     dropped: u32,
 }
 
@@ -68,7 +69,7 @@ impl State {
 
     /// Everything that is counted, since the start.
     pub fn counts(&self) -> Counts {
-        let mail = swarm::MAIL.dropped();
+        let (unread, unsent) = (swarm::MAIL.unread(), swarm::MAIL.unsent());
         Counts {
             rssi: self.rssi.load(Ordering::Relaxed),
             received: self.received.load(Ordering::Relaxed),
@@ -76,8 +77,9 @@ impl State {
             overrun: uart::overruns(),
             heard: self.heard.load(Ordering::Relaxed),
             unknown: self.unknown.load(Ordering::Relaxed),
-            unread: mail.heard,
-            unsent: mail.unsent,
+            unread: unread.dropped,
+            doubles: unread.duplicates,
+            unsent: unsent.dropped,
             dropped: self.dropped.load(Ordering::Relaxed),
         }
     }

@@ -15,7 +15,7 @@ use crate::robot::{FRAME_BYTES, IN_QUEUE, OUT_QUEUE};
 use crate::section::Section;
 
 /// Messages that wait for the script, and those that wait for the radio.
-pub static MAIL: Mail<Full, IN_QUEUE, OUT_QUEUE, FRAME_BYTES> = Mail::new();
+pub static MAIL: Mail<Full, FRAME_BYTES, IN_QUEUE, OUT_QUEUE> = Mail::new();
 
 /// What hears swarm messages.
 pub struct Ears {

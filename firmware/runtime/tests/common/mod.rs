@@ -17,7 +17,9 @@ use bittybuzz_runtime::script::{Console, Counts, Robot, Script, Stopped};
 use bittybuzz_runtime::setpoint::{Channel, Motors, Writer};
 use bittybuzz_vm_core::link::name_hash;
 use bittybuzz_vm_core::number::Full;
-use bittybuzz_vm_core::{Arguments, Axis, ByteCode, Reply, RobotFault, Value};
+use bittybuzz_vm_core::{
+    Arguments, Axis, ByteCode, Reply, RobotFault, Sighting, SwarmMemory, Value,
+};
 use embassy_time::{Duration, Instant, MockDriver};
 
 /// There is one clock: tests take turns.
@@ -49,9 +51,13 @@ pub fn take_events() -> Events {
     std::mem::take(&mut EVENTS.lock().unwrap())
 }
 
+/// Frames that a robot will hear: when in ms, what, and from whom.
+pub type Frames = Vec<(u64, Vec<u8>, Sighting<Full>)>;
+
 /// Notes what it is told.
 pub struct Fake {
     pub setpoint: Writer<i32>,
+    pub radio: Frames,
 }
 
 const MOTOR: u16 = name_hash("motor");
@@ -80,6 +86,21 @@ impl Robot<Full> for Fake {
 
     fn position(&mut self, _: Axis) -> Option<f32> {
         None
+    }
+
+    fn begin_step(&mut self) {
+        note("begin step");
+    }
+
+    fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<Full>)> {
+        let next = self.radio.iter().position(|(ms, ..)| *ms <= now_ms())?;
+        let (_, heard, sighting) = self.radio.remove(next);
+        frame[..heard.len()].copy_from_slice(&heard);
+        Some((heard.len(), sighting))
+    }
+
+    fn send(&mut self, frame: &[u8]) {
+        note(format!("send {frame:?}"));
     }
 
     fn report(&mut self, record: &[u8]) {
@@ -133,6 +154,9 @@ impl Motors for FakeMotors {
     }
 }
 
+/// Frames have 24 bytes behind their type.
+type Others = SwarmMemory<Full, 2, 2, 2, 2, 25, { 8 * 21 }>;
+
 /// The image of a script that may call `motor(int)` and `work(us)`.
 pub fn image(source: &str) -> Vec<u8> {
     let robot = "name = \"fake\"\ntitle = \"none\"\nchip = \"none\"\nprofile = \"full\"\ntick_hz = 10\nmessage_bytes = 24\n\
@@ -157,14 +181,20 @@ pub fn run(source: &str, ms: u64) -> Events {
 }
 
 pub fn run_image(image: &[u8], ms: u64) -> Events {
+    run_hearing(image, Vec::new(), ms)
+}
+
+/// Runs an image on a robot that hears these frames.
+pub fn run_hearing(image: &[u8], radio: Frames, ms: u64) -> Events {
     let _turn = clock();
     take_events();
     let channel: &'static Channel<i32> = Box::leak(Box::new(Channel::new()));
     let liveness: &'static Liveness = Box::leak(Box::new(Liveness::new(2)));
     let image: &'static [u8] = Box::leak(image.to_vec().into_boxed_slice());
-    let robot = Fake { setpoint: Writer::new(channel) };
+    let robot = Fake { setpoint: Writer::new(channel), radio };
     let vm = Box::leak(Box::new(bittybuzz_vm_core::Vm::new()));
-    let mut script: Script<Full, &[u8], Fake, 400> = Script::new(vm, 7, robot, liveness.pulse(0));
+    let mut script: Script<Full, &[u8], Fake, 400, Others> =
+        Script::new(vm, 7, robot, liveness.pulse(0));
     let both = async {
         let _ = script
             .run(bittybuzz_vm_core::Image::new(image), is_function, 1, Duration::from_hz(10))
