@@ -132,11 +132,6 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize, N: Netw
         Script { vm, robot_id, robot, pulse, log, counts, delay: None }
     }
 
-    /// What the script has done so far.
-    pub fn counts(&self) -> Counts {
-        self.counts
-    }
-
     /// Runs the script in `image` at `period`, until it stops. `is_robot_function` tells whether the robot has a function
     /// of that name hash.
     pub async fn run(
@@ -155,7 +150,7 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize, N: Netw
         self.vm.identify(self.robot_id, seed);
         let hash = self.vm.header().map_or(0, |header| header.hash());
         self.robot.report(&trace::start(self.robot_id, hash));
-        self.robot.renew(self.counts);
+        self.renew();
         let mut ticks = Ticks::start(period);
         match self.all(&mut ticks).await {
             Ok(()) => {
@@ -187,7 +182,6 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize, N: Netw
                 return Ok(());
             }
             self.counts.steps = self.counts.steps.wrapping_add(1);
-            self.counts.messages = self.vm.counters();
         }
     }
 
@@ -217,7 +211,7 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize, N: Netw
             }
             match outcome {
                 Outcome::Waiting => {
-                    self.robot.renew(self.counts);
+                    self.renew();
                     let poll = Instant::now() + POLL;
                     self.wait_until(self.delay.map_or(poll, |end| end.min(poll))).await;
                     ticks.pass();
@@ -227,7 +221,7 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize, N: Netw
                 }
                 Outcome::Pending => yield_now().await,
                 Outcome::Done | Outcome::Fault(_) => {
-                    self.robot.renew(self.counts);
+                    self.renew();
                     return Ok(true);
                 }
             }
@@ -246,6 +240,12 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize, N: Netw
             self.robot.report(&trace::overrun(self.counts.steps, self.counts.missed));
         }
         *overruns += 1;
+    }
+
+    /// Set-points hold anew.
+    fn renew(&mut self) {
+        let counts = Counts { messages: self.vm.counters(), ..self.counts };
+        self.robot.renew(counts);
     }
 
     fn check_expiry(&mut self) {
