@@ -155,7 +155,10 @@ impl<'p> Simulation<'p> {
             robots: self.world.len(),
             convergences: self.convergences.clone(),
             statistics: *self.world.statistics(),
-            dropped: brains.map(|robot| u64::from(robot.state().dropped)).sum(),
+            dropped: brains.fold([0, 0], |[heard, sent], robot| {
+                let [from_inbox, from_outbox] = robot.dropped().map(u64::from);
+                [heard + from_inbox, sent + from_outbox]
+            }),
             faults: self.faults.clone(),
         }
     }

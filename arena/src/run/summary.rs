@@ -27,8 +27,8 @@ pub struct Summary {
     pub convergences: Vec<Convergence>,
     /// Frames and contacts.
     pub statistics: Statistics,
-    /// Frames that scripts wanted to send and robots had no room for.
-    pub dropped: u64,
+    /// Frames that robots' queues had no room for: heard, and to be sent.
+    pub dropped: [u64; 2],
     /// Scripts that have stopped, by time.
     pub faults: Vec<FaultOf>,
 }

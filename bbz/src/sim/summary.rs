@@ -34,9 +34,12 @@ pub fn text(setup: &Setup<'_>, summary: &Summary, elapsed: Duration) -> Vec<Stri
     }
     let LinkStatistics { sent, received, lost, collided, deaf, .. } =
         summary.statistics.all_links();
+    let [unread, unsent] = summary.dropped;
     lines.push(format!(
-        "frames  {sent} sent, {received} received, {lost} lost, {collided} collided, {deaf} missed while sending, {} dropped before sending",
-        summary.dropped
+        "frames  {sent} sent, {received} received, {lost} lost, {collided} collided, {deaf} missed while sending"
+    ));
+    lines.push(format!(
+        "queues  {unsent} frames dropped before they were sent, {unread} before they were read"
     ));
     lines.push(format!("contacts {}", summary.statistics.contacts));
     let faults = summary.faults.len();
@@ -96,7 +99,7 @@ pub fn json(setup: &Setup<'_>, summary: &Summary) -> Value {
         "expects": expects,
         "frames": {
             "sent": links.sent, "received": links.received, "lost": links.lost, "collided": links.collided,
-            "deaf": links.deaf, "dropped": summary.dropped,
+            "deaf": links.deaf, "dropped_unread": summary.dropped[0], "dropped_unsent": summary.dropped[1],
         },
         "contacts": summary.statistics.contacts,
         "faults": faults,

@@ -7,7 +7,7 @@ use bittybuzz_vm_core::{Arguments, ByteCode, Item, Refusal, Reply, RobotFault, V
 
 use crate::engine::Actuators;
 
-use super::platform::Platform;
+use super::platform::Deck;
 use super::{crazyflie, kilobot, zooid};
 
 /// What a function did.
@@ -42,7 +42,7 @@ impl Numbers {
 }
 
 pub fn call<P: Profile, C: ByteCode, const SLOTS: usize>(
-    platform: &mut Platform<'_, '_, '_>,
+    deck: &mut Deck<'_, '_, '_>,
     hash: u16,
     arguments: &Arguments<'_, P, C, SLOTS>,
     again: bool,
@@ -52,12 +52,12 @@ pub fn call<P: Profile, C: ByteCode, const SLOTS: usize>(
     const PRINT: u16 = name_hash("print");
     const SHOW: u16 = name_hash("show");
 
-    let cast = platform.state.cast;
+    let cast = deck.state.cast;
     let Some(function) = cast.function(hash) else {
         return Err(RobotFault::Refused(Refusal::NotBuiltIn));
     };
     if !function.accepts.iter().any(|list| mismatch(list, arguments) == Mismatch::None) {
-        platform.state.refusal = Some(accepted(function));
+        deck.state.refusal = Some(accepted(function));
         return Err(refusal(function, arguments));
     }
     let mut numbers = Numbers { count: arguments.count(), values: [0.0; 4] };
@@ -70,27 +70,27 @@ pub fn call<P: Profile, C: ByteCode, const SLOTS: usize>(
     }
     let done = match hash {
         LED if numbers.count == 1 => {
-            *platform.io.led = (numbers.int(0) & 7) as u8;
+            *deck.io.led = (numbers.int(0) & 7) as u8;
             Done::Nil
         }
-        LIGHT => Done::Int(i32::from(platform.io.sensors.light())),
+        LIGHT => Done::Int(i32::from(deck.io.sensors.light())),
         PRINT => {
-            platform.write(Vec::new(), arguments);
+            deck.write(Vec::new(), arguments);
             Done::Nil
         }
         SHOW => {
-            let time = platform.state.pilot.stopwatch(platform.milliseconds());
-            platform.write(time, arguments);
+            let time = deck.state.pilot.stopwatch(deck.milliseconds());
+            deck.write(time, arguments);
             Done::Nil
         }
-        _ => match platform.io.actuators {
+        _ => match deck.io.actuators {
             Actuators::Kilobot(ref mut motors) => {
                 kilobot::call(motors, cast.duties, hash, &numbers)
             }
             Actuators::Zooid(ref mut wheels) => {
-                zooid::call(wheels, platform.io.sensors.estimate(), hash, &numbers)
+                zooid::call(wheels, deck.io.sensors.estimate(), hash, &numbers)
             }
-            Actuators::Crazyflie(_) => crazyflie::call(platform, hash, &numbers, again),
+            Actuators::Crazyflie(_) => crazyflie::call(deck, hash, &numbers, again),
         },
     };
     Ok(match done {

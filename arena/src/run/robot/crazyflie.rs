@@ -6,7 +6,7 @@ use crate::engine::{Flight, Pose, Velocity, wrap};
 
 use super::call::{Done, Numbers};
 use super::log::Piece;
-use super::platform::Platform;
+use super::platform::Deck;
 
 /// mm/s of take-off, landing and flights to a place, as robots/crazyflie.toml says.
 const SPEED: f32 = 500.0;
@@ -110,12 +110,7 @@ impl Pilot {
     }
 }
 
-pub fn call(
-    platform: &mut Platform<'_, '_, '_>,
-    hash: u16,
-    numbers: &Numbers,
-    again: bool,
-) -> Done {
+pub fn call(deck: &mut Deck<'_, '_, '_>, hash: u16, numbers: &Numbers, again: bool) -> Done {
     const LED: u16 = name_hash("led");
     const SET_MOTOR: u16 = name_hash("set_motor");
     const TAKEOFF: u16 = name_hash("takeoff");
@@ -139,15 +134,15 @@ pub fn call(
     const START: u16 = name_hash("start");
     const GO: u16 = name_hash("go");
 
-    let now = platform.milliseconds();
-    let here = platform.io.sensors.estimate();
-    let pilot = &mut platform.state.pilot;
+    let now = deck.milliseconds();
+    let here = deck.io.sensors.estimate();
+    let pilot = &mut deck.state.pilot;
     let (first, second) = (numbers.float(0), numbers.float(1));
     match hash {
         LED => {
             // led(c, on): c 0 red, else green.
             let bit = if numbers.int(0) == 0 { 1 } else { 2 };
-            let led = &mut *platform.io.led;
+            let led = &mut *deck.io.led;
             *led = if numbers.int(1) == 0 { *led & !bit } else { *led | bit };
             Done::Nil
         }
@@ -222,7 +217,7 @@ pub fn call(
         GET_UP | GET_LEFT | GET_RIGHT | GET_FRONT | GET_BACK => Done::Int(OUT_OF_RANGE),
         GET_Z => Done::Int(here.map_or(OUT_OF_RANGE, |here| here.z as i32)),
         BATTERY => Done::Int(pilot.battery()),
-        RAND_BBZ => Done::Int(platform.state.chance.below(300) as i32 - 150),
+        RAND_BBZ => Done::Int(deck.state.chance.below(300) as i32 - 150),
         START => {
             pilot.started = pilot.started.or(Some(now));
             Done::Nil

@@ -12,14 +12,14 @@ use bittybuzz_vm_core::{
     Entry, Fault, Image, ImageError, Network, Outcome, SwarmMemory, Value, Vm,
 };
 
-use crate::engine::{Actuators, Brain, Flight, Io, KilobotMotors, Stream, Wheels};
+use crate::engine::{Actuators, Brain, Flight, Io, KilobotMotors, Sighting, Stream, Wheels};
 use crate::scenario::Body;
 
 use super::setup::Cast;
 use crazyflie::Pilot;
 pub use kilobot::Duties;
 pub use log::{LogLine, Piece};
-use platform::Platform;
+use platform::{Deck, Inbox, Outbox, Platform};
 
 /// Slots of the machines, at least as many as the robots' files say.
 pub const KILOBOT_SLOTS: usize = 350;
@@ -31,13 +31,18 @@ type KilobotMemory = SwarmMemory<Tiny, 15, 0, 4, 8, 10, 48>;
 type ZooidMemory = SwarmMemory<Tiny, 10, 10, 4, 8, 25, 168>;
 type CrazyflieMemory = SwarmMemory<Full, 10, 10, 4, 8, 49, 360>;
 
-type Script<'p, P, const SLOTS: usize, N> = Box<Vm<P, &'p [u8], SLOTS, N>>;
-
 /// A virtual machine of one of the robots.
 enum Machine<'p> {
-    Kilobot(Script<'p, Tiny, KILOBOT_SLOTS, KilobotMemory>),
-    Zooid(Script<'p, Tiny, ZOOID_SLOTS, ZooidMemory>),
-    Crazyflie(Script<'p, Full, CRAZYFLIE_SLOTS, CrazyflieMemory>),
+    Kilobot(Box<Scripted<'p, Tiny, KILOBOT_SLOTS, KilobotMemory, 10>>),
+    Zooid(Box<Scripted<'p, Tiny, ZOOID_SLOTS, ZooidMemory, 25>>),
+    Crazyflie(Box<Scripted<'p, Full, CRAZYFLIE_SLOTS, CrazyflieMemory, 49>>),
+}
+
+/// A virtual machine, and the frames that wait for it and for its link.
+struct Scripted<'p, P: Profile, const SLOTS: usize, N: Network<P>, const FRAME: usize> {
+    vm: Vm<P, &'p [u8], SLOTS, N>,
+    inbox: Inbox<P, FRAME>,
+    outbox: Outbox<P, FRAME>,
 }
 
 /// Instructions that a robot executes in a tick, about: an instruction takes some 150 cycles of the ATmega328P at 8 MHz,
@@ -86,8 +91,6 @@ pub struct State<'p> {
     pilot: Pilot,
     /// Of `rand_bbz`.
     chance: Stream,
-    /// Frames that the link could not take.
-    pub dropped: u32,
     pub logged: Vec<LogLine>,
     pub fault: Option<Box<FaultRecord>>,
     refusal: Option<String>,
@@ -108,7 +111,6 @@ impl<'p> Robot<'p> {
             awake: 0,
             pilot: Pilot::default(),
             chance: Stream::for_brain(u64::from(seed), id),
-            dropped: 0,
             logged: Vec::new(),
             fault: None,
             refusal: None,
@@ -121,6 +123,15 @@ impl<'p> Robot<'p> {
         &self.state
     }
 
+    /// Frames that its queues had no room for, heard and to be sent.
+    pub fn dropped(&self) -> [u16; 2] {
+        match &self.machine {
+            Machine::Kilobot(of) => of.dropped(),
+            Machine::Zooid(of) => of.dropped(),
+            Machine::Crazyflie(of) => of.dropped(),
+        }
+    }
+
     /// Takes what it has logged.
     pub fn take_log(&mut self) -> Vec<LogLine> {
         std::mem::take(&mut self.state.logged)
@@ -129,9 +140,9 @@ impl<'p> Robot<'p> {
     /// A global of its script.
     pub fn global(&self, number: u16) -> Content {
         match &self.machine {
-            Machine::Kilobot(vm) => content(vm.global(number)),
-            Machine::Zooid(vm) => content(vm.global(number)),
-            Machine::Crazyflie(vm) => content(vm.global(number)),
+            Machine::Kilobot(of) => content(of.vm.global(number)),
+            Machine::Zooid(of) => content(of.vm.global(number)),
+            Machine::Crazyflie(of) => content(of.vm.global(number)),
         }
     }
 }
@@ -140,18 +151,18 @@ impl Robot<'_> {
     /// An entry of a stigmergy, as this robot knows it.
     pub fn stigmergy(&self, number: u16, key: Content) -> Content {
         match &self.machine {
-            Machine::Kilobot(vm) => content(vm.replica(number, value(key))),
-            Machine::Zooid(vm) => content(vm.replica(number, value(key))),
-            Machine::Crazyflie(vm) => content(vm.replica(number, value(key))),
+            Machine::Kilobot(of) => content(of.vm.replica(number, value(key))),
+            Machine::Zooid(of) => content(of.vm.replica(number, value(key))),
+            Machine::Crazyflie(of) => content(of.vm.replica(number, value(key))),
         }
     }
 
     /// How many neighbours it has.
     pub fn neighbors(&self) -> usize {
         match &self.machine {
-            Machine::Kilobot(vm) => vm.neighbor_count(),
-            Machine::Zooid(vm) => vm.neighbor_count(),
-            Machine::Crazyflie(vm) => vm.neighbor_count(),
+            Machine::Kilobot(of) => of.vm.neighbor_count(),
+            Machine::Zooid(of) => of.vm.neighbor_count(),
+            Machine::Crazyflie(of) => of.vm.neighbor_count(),
         }
     }
 }
@@ -187,23 +198,25 @@ fn value<P: Profile>(key: Content) -> Value<P> {
     }
 }
 
-fn load<'p, P: Profile, const SLOTS: usize, N: Network<P>>(
+fn load<'p, P: Profile, const SLOTS: usize, N: Network<P>, const FRAME: usize>(
     cast: &Cast<'p>,
     id: u16,
     seed: u32,
-) -> Result<Script<'p, P, SLOTS, N>, ImageError> {
-    let mut vm: Script<'p, P, SLOTS, N> = Box::new(Vm::new());
+) -> Result<Box<Scripted<'p, P, SLOTS, N, FRAME>>, ImageError> {
+    let (inbox, outbox) = (Inbox::new(Sighting::default()), Outbox::new());
+    let mut scripted = Box::new(Scripted { vm: Vm::new(), inbox, outbox });
+    let vm = &mut scripted.vm;
     vm.load_limited(Image::new(cast.image), cast.slots, |hash| cast.has_function(hash))?;
     vm.identify(id, seed);
-    Ok(vm)
+    Ok(scripted)
 }
 
 impl Brain for Robot<'_> {
     fn tick(&mut self, io: &mut Io<'_>) {
         match &mut self.machine {
-            Machine::Kilobot(vm) => drive(vm, &mut self.state, io, KILOBOT_BUDGET),
-            Machine::Zooid(vm) => drive(vm, &mut self.state, io, BUDGET),
-            Machine::Crazyflie(vm) => drive(vm, &mut self.state, io, BUDGET),
+            Machine::Kilobot(of) => of.tick(&mut self.state, io, KILOBOT_BUDGET),
+            Machine::Zooid(of) => of.tick(&mut self.state, io, BUDGET),
+            Machine::Crazyflie(of) => of.tick(&mut self.state, io, BUDGET),
         }
         if let Actuators::Crazyflie(flight) = &mut io.actuators {
             **flight = self.state.pilot.fly(io.sensors.estimate());
@@ -211,55 +224,73 @@ impl Brain for Robot<'_> {
     }
 }
 
-/// Runs a tick: global code and `init` in the first, then a step in each, unless one takes longer.
-fn drive<P: Profile, const SLOTS: usize, N: Network<P>>(
-    vm: &mut Vm<P, &[u8], SLOTS, N>,
-    state: &mut State<'_>,
-    io: &mut Io<'_>,
-    budget: u16,
-) {
-    if state.fault.is_some() {
-        return;
+impl<P: Profile, const SLOTS: usize, N: Network<P>, const FRAME: usize>
+    Scripted<'_, P, SLOTS, N, FRAME>
+{
+    fn dropped(&self) -> [u16; 2] {
+        [self.inbox.counters().dropped, self.outbox.counters().dropped]
     }
-    let mut platform = Platform { io, heard: 0, state };
-    loop {
-        let stage = platform.state.stage;
-        let entry = match stage {
-            Stage::Global => Entry::Global,
-            Stage::Init => Entry::Init,
-            Stage::Step => Entry::Step,
-        };
-        let is_running = platform.state.is_running || vm.begin(entry);
-        let outcome = if is_running { vm.run(&mut platform, budget) } else { Outcome::Done };
-        let state = &mut *platform.state;
-        match outcome {
-            Outcome::Done => {
-                state.is_running = false;
-                match stage {
-                    Stage::Global => state.stage = Stage::Init,
-                    Stage::Init => {
-                        state.stage = Stage::Step;
+
+    fn tick(&mut self, state: &mut State<'_>, io: &mut Io<'_>, budget: u16) {
+        if state.fault.is_some() {
+            return;
+        }
+        for frame in io.inbox.iter() {
+            self.inbox.push(frame.bytes, frame.sighting);
+        }
+        self.run(state, io, budget);
+        while io.outbox.room() > 0
+            && let Some(frame) = self.outbox.pop()
+        {
+            // There is room, and no frame of the machine is longer than the link's.
+            let _ = io.outbox.push(frame);
+        }
+    }
+
+    /// Runs a tick: global code and `init` in the first, then a step in each, unless one takes longer.
+    fn run(&mut self, state: &mut State<'_>, io: &mut Io<'_>, budget: u16) {
+        let Scripted { vm, inbox, outbox } = self;
+        let mut platform = Platform { deck: Deck { io, state }, inbox, outbox };
+        loop {
+            let stage = platform.deck.state.stage;
+            let entry = match stage {
+                Stage::Global => Entry::Global,
+                Stage::Init => Entry::Init,
+                Stage::Step => Entry::Step,
+            };
+            if !platform.deck.state.is_running {
+                platform.outbox.begin_step();
+            }
+            let is_running = platform.deck.state.is_running || vm.begin(entry);
+            let outcome = if is_running { vm.run(&mut platform, budget) } else { Outcome::Done };
+            let Deck { io, state } = &mut platform.deck;
+            match outcome {
+                Outcome::Done => {
+                    state.is_running = false;
+                    state.stage = match stage {
+                        Stage::Global => Stage::Init,
+                        Stage::Init | Stage::Step => Stage::Step,
+                    };
+                    if stage != Stage::Global {
                         return;
                     }
-                    Stage::Step => return,
                 }
-            }
-            Outcome::Pending | Outcome::Waiting => {
-                state.is_running = true;
-                return;
-            }
-            Outcome::Fault(fault) => {
-                let record = FaultRecord {
-                    tick: platform.io.now,
-                    fault,
-                    positions: vm.calls().collect(),
-                    entry,
-                    refusal: state.refusal.take(),
-                };
-                state.fault = Some(Box::new(record));
-                state.cast.note();
-                halt(&mut platform.io.actuators, &mut state.pilot);
-                return;
+                Outcome::Pending | Outcome::Waiting => {
+                    state.is_running = true;
+                    return;
+                }
+                Outcome::Fault(fault) => {
+                    state.fault = Some(Box::new(FaultRecord {
+                        tick: io.now,
+                        fault,
+                        positions: vm.calls().collect(),
+                        entry,
+                        refusal: state.refusal.take(),
+                    }));
+                    state.cast.note();
+                    halt(&mut io.actuators, &mut state.pilot);
+                    return;
+                }
             }
         }
     }

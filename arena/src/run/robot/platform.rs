@@ -1,5 +1,6 @@
 //! The machine's view of the robot: frames, position, time, calls.
 
+use bittybuzz_comms::queue;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
     Arguments, Axis, ByteCode, Host, Item, Periods, Reply, RobotFault, Sighting, Value,
@@ -10,15 +11,29 @@ use crate::engine::{Io, TICK_US};
 use super::log::{LogLine, Piece};
 use super::{State, call};
 
-/// A robot during a tick.
-pub struct Platform<'a, 'io, 'p> {
+/// The body of a robot during a tick, and what it is doing.
+pub struct Deck<'a, 'io, 'p> {
     pub io: &'a mut Io<'io>,
-    /// Frames of this tick that were handed to the machine.
-    pub heard: usize,
     pub state: &'a mut State<'p>,
 }
 
-impl Platform<'_, '_, '_> {
+/// A robot during a tick. Frames wait in queues like the real robots'.
+pub struct Platform<'a, 'io, 'p, P: Profile, const FRAME: usize> {
+    pub deck: Deck<'a, 'io, 'p>,
+    pub inbox: &'a mut Inbox<P, FRAME>,
+    pub outbox: &'a mut Outbox<P, FRAME>,
+}
+
+/// Frames that were heard, with what the link knows of the sender.
+pub type Inbox<P, const FRAME: usize> = queue::Inbox<P, crate::engine::Sighting, FRAME, QUEUED>;
+
+/// Frames that are to be sent.
+pub type Outbox<P, const FRAME: usize> = queue::Outbox<P, FRAME, QUEUED>;
+
+/// Frames of a queue, as the files of all three robots say.
+pub const QUEUED: usize = 10;
+
+impl Deck<'_, '_, '_> {
     /// Milliseconds since the world began.
     pub fn milliseconds(&self) -> u64 {
         self.io.now * u64::from(TICK_US / 1000)
@@ -46,30 +61,31 @@ impl Platform<'_, '_, '_> {
     }
 }
 
-impl<P: Profile> Host<P> for Platform<'_, '_, '_> {
+impl<P: Profile, const FRAME: usize> Host<P> for Platform<'_, '_, '_, P, FRAME> {
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
         arguments: Arguments<'_, P, C, SLOTS>,
         again: bool,
     ) -> Result<Reply<P>, RobotFault> {
-        call::call(self, function, &arguments, again)
+        call::call(&mut self.deck, function, &arguments, again)
     }
 
     fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {
-        self.write(Vec::new(), &arguments);
+        self.deck.write(Vec::new(), &arguments);
     }
 
     fn delay_is_over(&mut self, ms: i32, again: bool) -> bool {
-        let now = self.milliseconds();
+        let now = self.deck.milliseconds();
+        let awake = &mut self.deck.state.awake;
         if !again {
-            self.state.awake = now + u64::try_from(ms).unwrap_or(0);
+            *awake = now + u64::try_from(ms).unwrap_or(0);
         }
-        self.state.awake <= now
+        *awake <= now
     }
 
     fn position(&mut self, axis: Axis) -> Option<f32> {
-        let pose = self.io.sensors.estimate()?;
+        let pose = self.deck.io.sensors.estimate()?;
         Some(match axis {
             Axis::X => pose.x,
             Axis::Y => pose.y,
@@ -79,23 +95,20 @@ impl<P: Profile> Host<P> for Platform<'_, '_, '_> {
     }
 
     fn periods(&self) -> Periods {
-        self.state.cast.periods
+        self.deck.state.cast.periods
     }
 
     fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<P>)> {
-        let heard = self.io.inbox.iter().nth(self.heard)?;
-        self.heard += 1;
-        let length = heard.bytes.len().min(frame.len());
-        frame[..length].copy_from_slice(&heard.bytes[..length]);
-        let ids = self.state.cast.ids;
-        let sender = heard.sighting.robot.and_then(|robot| ids.get(usize::from(robot.0)));
-        let place = heard.sighting.place.map(|place| place.map(Value::float));
+        let (bytes, sighting) = self.inbox.pop()?;
+        let length = bytes.len().min(frame.len());
+        frame[..length].copy_from_slice(&bytes[..length]);
+        let ids = self.deck.state.cast.ids;
+        let sender = sighting.robot.and_then(|robot| ids.get(usize::from(robot.0)));
+        let place = sighting.place.map(|place| place.map(Value::float));
         Some((length, Sighting { robot: sender.copied(), place }))
     }
 
     fn send(&mut self, frame: &[u8]) {
-        if self.io.outbox.push(frame).is_err() {
-            self.state.dropped += 1;
-        }
+        self.outbox.push(frame);
     }
 }
