@@ -12,11 +12,13 @@
 //!
 //! # Parts
 //! * [`engine`]: bodies, contacts, links, light.
+//! * [`output`]: recordings, pictures, tables.
 //! * [`run`]: scripts in the robots of a scenario, its events and expectations.
 //! * [`scenario`]: files that say what is in a world, what happens in it, and what must come of it.
 
 #![forbid(unsafe_code)]
 
 pub mod engine;
+pub mod output;
 pub mod run;
 pub mod scenario;

@@ -3,6 +3,7 @@
 //! [`Setup`] is a scenario with its programs, checked against each other; a [`Simulation`] is one run of it with one
 //! seed. The caller makes it go on, a tick at a time, and looks at it in between.
 
+mod batch;
 mod expectation;
 mod happen;
 mod place;
@@ -14,6 +15,7 @@ mod setup;
 mod simulation;
 mod summary;
 
+pub use batch::batch;
 pub use expectation::{Convergence, Verdict};
 pub use program::Program;
 pub use quantity::Reading;

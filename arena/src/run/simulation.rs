@@ -1,9 +1,9 @@
 //! One run of a scenario with one seed.
 
 use crate::engine::{View, World};
-use crate::scenario::ScenarioError;
+use crate::scenario::{Reduction, ScenarioError};
 
-use super::expectation::{Convergence, Verdict};
+use super::expectation::{Convergence, reduce};
 use super::happen::Happenings;
 use super::place::poses;
 use super::quantity::{Probe, Reading};
@@ -126,6 +126,12 @@ impl<'p> Simulation<'p> {
         self.world.robot(self.happenings.id(number)?)
     }
 
+    /// Whether the script of a robot has stopped with a fault.
+    pub fn is_faulted(&self, number: usize) -> bool {
+        let robot = self.happenings.id(number).and_then(|id| self.world.brain(id));
+        robot.is_some_and(|robot| robot.state().fault.is_some())
+    }
+
     /// Reads a quantity of a robot.
     pub fn read(&self, probe: &Probe, number: usize) -> Reading<'p> {
         let (group, _) = group_of(self.setup.scenario, number);
@@ -160,7 +166,16 @@ impl<'p> Simulation<'p> {
                 [heard + from_inbox, sent + from_outbox]
             }),
             faults: self.faults.clone(),
+            values: self.setup.plots().iter().map(|probe| self.spread(probe)).collect(),
         }
+    }
+
+    /// Mean, smallest and largest of a quantity now.
+    fn spread(&self, probe: &Probe) -> Option<[f64; 3]> {
+        let robots = 0..self.robot_count();
+        let readings = robots.map(|robot| self.read(probe, robot));
+        let of = |reduction| reduce(reduction, readings.clone());
+        Some([of(Reduction::Mean)?, of(Reduction::Min)?, of(Reduction::Max)?])
     }
 
     fn join(&mut self, number: usize) {
@@ -204,11 +219,6 @@ impl<'p> Simulation<'p> {
                 bound.follow(convergence, tick, is_true);
             }
         }
-    }
-
-    /// Whether an expectation has failed.
-    pub fn has_failed(&self) -> bool {
-        self.convergences.iter().any(|convergence| convergence.verdict == Verdict::Failed)
     }
 }
 

@@ -31,6 +31,8 @@ pub struct Summary {
     pub dropped: [u64; 2],
     /// Scripts that have stopped, by time.
     pub faults: Vec<FaultOf>,
+    /// Mean, smallest and largest of each quantity of `plot` at the end.
+    pub values: Vec<Option<[f64; 3]>>,
 }
 
 impl Summary {

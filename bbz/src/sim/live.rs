@@ -9,6 +9,7 @@ use crate::printed::{Printed, unknown_string};
 use crate::problem::Problem;
 use crate::program::Program;
 
+use super::keep::Keeper;
 use super::open::{self, Opened};
 use super::progress::Progress;
 use super::{Arguments, summary};
@@ -33,8 +34,11 @@ pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
     let is_quiet = arguments.headless || arguments.json;
     let mut progress = Progress::new(simulation.end(), is_quiet);
     let robots = simulation.robot_count() as f64;
+    let mut keeper = Keeper::new(arguments, &simulation)?;
+    keeper.sample(&simulation)?;
     while !simulation.is_over() && !interrupt.is_raised() && !output.has_failed() {
         simulation.tick();
+        keeper.sample(&simulation)?;
         if !is_quiet {
             let lines = simulation.take_log();
             if !lines.is_empty() {
@@ -55,6 +59,7 @@ pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
     }
     let elapsed = progress.finish();
     let result = simulation.summary();
+    keeper.finish(&setup)?;
     output.flush();
     summary::faults(&setup, &opened.programs, &result);
     if arguments.json {

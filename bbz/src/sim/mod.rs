@@ -1,6 +1,7 @@
 //! `bbz sim`: simulates the robots of a scenario.
 
 mod batch;
+mod keep;
 mod live;
 mod open;
 mod progress;

@@ -1,0 +1,43 @@
+//! The columns of a table of runs.
+
+use crate::run::{Summary, TICKS_PER_SECOND, Verdict};
+use crate::scenario::Scenario;
+
+/// The names of the metrics of a scenario's runs.
+pub fn names(scenario: &Scenario) -> Vec<String> {
+    let mut names = vec!["success".to_owned()];
+    for expect in &scenario.expects {
+        names.push(format!("held:{}", expect.place.line));
+        names.push(format!("since:{}", expect.place.line));
+    }
+    for (quantity, _) in &scenario.output.plot {
+        names.extend(["mean", "min", "max"].map(|word| format!("{word} {quantity}")));
+    }
+    let counts = ["sent", "received", "lost", "collided", "deaf", "unsent", "unread"];
+    names.extend(counts.map(str::to_owned));
+    names.extend(["contacts", "faults"].map(str::to_owned));
+    names
+}
+
+/// What they are of a run.
+pub fn values(summary: &Summary) -> Vec<Option<f64>> {
+    let truth = |is: bool| Some(f64::from(u8::from(is)));
+    let mut values = vec![truth(summary.is_success())];
+    for convergence in &summary.convergences {
+        values.push(truth(convergence.verdict == Verdict::Held));
+        values.push(convergence.since.map(|tick| tick as f64 / TICKS_PER_SECOND));
+    }
+    for value in &summary.values {
+        values.extend(match value {
+            Some(value) => value.map(Some),
+            None => [None; 3],
+        });
+    }
+    let links = summary.statistics.all_links();
+    let [unread, unsent] = summary.dropped;
+    let counts = [links.sent, links.received, links.lost, links.collided, links.deaf];
+    let counts = counts.into_iter().chain([unsent, unread, summary.statistics.contacts]);
+    values.extend(counts.map(|count| Some(count as f64)));
+    values.push(Some(summary.faults.len() as f64));
+    values
+}

@@ -1,0 +1,15 @@
+//! What is kept of runs: recordings, pictures, tables.
+
+mod chart;
+mod history;
+pub mod metrics;
+pub mod recorder;
+pub mod recording;
+mod svg;
+mod table;
+mod trajectories;
+
+pub use chart::chart;
+pub use history::History;
+pub use table::{Row, Table, quartiles};
+pub use trajectories::trajectories;

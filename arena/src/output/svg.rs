@@ -1,0 +1,68 @@
+//! The few elements of SVG that the pictures need.
+
+use std::fmt::Write;
+
+/// A picture that grows element by element.
+pub struct Svg {
+    text: String,
+}
+
+impl Svg {
+    /// An empty picture of that size, white.
+    pub fn new(width: f64, height: f64) -> Self {
+        let mut svg = Svg { text: String::new() };
+        svg.put(format_args!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" \
+             height=\"{height:.0}\" font-family=\"sans-serif\" font-size=\"12\">\n\
+             <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
+        ));
+        svg
+    }
+
+    /// Adds an element. Whatever comes from outside was [`escape`]d.
+    pub fn put(&mut self, element: std::fmt::Arguments<'_>) {
+        // Writing to a string does not fail.
+        let _ = self.text.write_fmt(element);
+    }
+
+    /// A line through points, in a colour.
+    pub fn line(&mut self, points: impl Iterator<Item = [f64; 2]>, color: &str, width: f64) {
+        let mut path = String::new();
+        for (number, [x, y]) in points.enumerate() {
+            let _ = write!(path, "{}{x:.1} {y:.1}", if number == 0 { "M" } else { "L" });
+        }
+        if !path.is_empty() {
+            self.put(format_args!(
+                "<path d=\"{path}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"{width}\"/>\n"
+            ));
+        }
+    }
+
+    /// The whole text.
+    pub fn finish(mut self) -> String {
+        self.text.push_str("</svg>\n");
+        self.text
+    }
+}
+
+/// Text as it may stand between elements and in attributes.
+pub fn escape(text: &str) -> String {
+    let mut escaped = String::new();
+    for c in text.chars() {
+        match c {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            // XML has no other control characters than these.
+            c if c.is_control() && !matches!(c, '\t' | '\n' | '\r') => escaped.push('\u{fffd}'),
+            c => escaped.push(c),
+        }
+    }
+    escaped
+}
+
+/// A colour of its own for each of many things: the golden angle keeps neighbours in number apart.
+pub fn color(number: usize) -> String {
+    format!("hsl({:.0} 70% 42%)", (number as f64 * 137.508) % 360.0)
+}

@@ -1,0 +1,63 @@
+//! A row for each of many runs, as CSV, and what is usual among them.
+
+/// One run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Seed of the run.
+    pub seed: u32,
+    /// The values of the parameters, in the order of the table's.
+    pub parameters: Vec<String>,
+    /// The metrics, in the order of the table's; `None` where the run has none.
+    pub metrics: Vec<Option<f64>>,
+}
+
+/// Many runs.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Table {
+    /// Names of the parameters, as `--set` has them.
+    pub parameters: Vec<String>,
+    /// Names of the metrics.
+    pub metrics: Vec<String>,
+    /// A row for each run.
+    pub rows: Vec<Row>,
+}
+
+impl Table {
+    /// The table as CSV (RFC 4180), with a line of names first. Numbers have as many digits as they need, a metric that is
+    /// missing is empty.
+    pub fn to_csv(&self) -> String {
+        let names = ["seed".to_owned()].into_iter().chain(self.parameters.iter().cloned());
+        let mut text = line(names.chain(self.metrics.iter().cloned()));
+        for row in &self.rows {
+            let metrics = row.metrics.iter();
+            let metrics = metrics.map(|metric| metric.map_or(String::new(), |m| m.to_string()));
+            let cells = [row.seed.to_string()].into_iter().chain(row.parameters.iter().cloned());
+            text.push_str(&line(cells.chain(metrics)));
+        }
+        text
+    }
+}
+
+fn line(cells: impl Iterator<Item = String>) -> String {
+    let quoted = cells.map(|cell| match cell.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", cell.replace('"', "\"\"")),
+        false => cell,
+    });
+    let mut line = quoted.collect::<Vec<String>>().join(",");
+    line.push_str("\r\n");
+    line
+}
+
+/// Smallest, lower quartile, median, upper quartile and largest of some numbers; between two of them it is interpolated.
+/// `None` if there are none.
+pub fn quartiles(numbers: &[f64]) -> Option<[f64; 5]> {
+    let mut sorted: Vec<f64> = numbers.iter().copied().filter(|number| !number.is_nan()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let last = sorted.len().checked_sub(1)?;
+    let at = |share: f64| {
+        let place = share * last as f64;
+        let (below, above) = (sorted[place.floor() as usize], sorted[place.ceil() as usize]);
+        below + (above - below) * place.fract()
+    };
+    Some([at(0.0), at(0.25), at(0.5), at(0.75), at(1.0)])
+}

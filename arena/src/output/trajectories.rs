@@ -1,0 +1,83 @@
+//! A picture of the ways that robots went.
+
+use crate::scenario::{Obstacle, World};
+
+use super::history::History;
+use super::svg::{Svg, color};
+
+/// Longer side of the world in the picture.
+const SIDE: f64 = 900.0;
+const MARGIN: f64 = 10.0;
+
+/// Ways that are drawn at most; of more robots an even choice is.
+const WAYS: usize = 500;
+
+/// The world with obstacles and lights, the way of each robot, a ring where it began and a dot where it ended.
+pub fn trajectories(world: &World, history: &History) -> String {
+    let [width, height] = world.size;
+    let scale = SIDE / width.max(height);
+    let place = |[x, y]: [f64; 2]| {
+        [MARGIN + (x + width / 2.0) * scale, MARGIN + (height / 2.0 - y) * scale]
+    };
+    let mut svg = Svg::new(width * scale + 2.0 * MARGIN, height * scale + 2.0 * MARGIN);
+    svg.put(format_args!(
+        "<rect x=\"{MARGIN}\" y=\"{MARGIN}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"none\" stroke=\"black\"/>\n",
+        width * scale,
+        height * scale
+    ));
+    for light in &world.lights {
+        let [x, y] = place(light.at);
+        svg.put(format_args!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"8\" fill=\"gold\"/>\n"));
+    }
+    for obstacle in &world.obstacles {
+        match *obstacle {
+            Obstacle::Disc { at, radius } => {
+                let ([x, y], radius) = (place(at), radius * scale);
+                svg.put(format_args!(
+                    "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\" fill=\"silver\"/>\n"
+                ));
+            }
+            Obstacle::Block { at, size } => {
+                let [x, y] = place([at[0] - size[0] / 2.0, at[1] + size[1] / 2.0]);
+                let [width, height] = size.map(|side| side * scale);
+                svg.put(format_args!(
+                    "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"silver\"/>\n"
+                ));
+            }
+            Obstacle::Wall(from, to) => {
+                svg.line([place(from), place(to)].into_iter(), "black", 2.0)
+            }
+        }
+    }
+    let robots = history.places.first().map_or(0, Vec::len);
+    let step = robots.div_ceil(WAYS).max(1);
+    for robot in 0..robots {
+        let places = history.places.iter().filter_map(|sample| *sample.get(robot)?);
+        let points: Vec<[f64; 2]> =
+            places.map(|[x, y]| place([f64::from(x), f64::from(y)])).collect();
+        let (Some([x, y]), Some([from_x, from_y])) = (points.last(), points.first()) else {
+            continue;
+        };
+        let color = color(robot);
+        svg.put(format_args!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.5\" fill=\"{color}\"/>\n"));
+        if robot % step == 0 {
+            svg.put(format_args!(
+                "<circle cx=\"{from_x:.1}\" cy=\"{from_y:.1}\" r=\"3\" fill=\"none\" stroke=\"{color}\"/>\n"
+            ));
+            svg.line(thinned(&points), &color, 1.0);
+        }
+    }
+    svg.finish()
+}
+
+/// Without the points that nobody could tell from the one before.
+fn thinned(points: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> {
+    let mut last: Option<[f64; 2]> = None;
+    points.iter().copied().filter(move |[x, y]| {
+        let is_new = last.is_none_or(|last| (x - last[0]).hypot(y - last[1]) > 0.5);
+        if is_new {
+            last = Some([*x, *y]);
+        }
+        is_new
+    })
+}
