@@ -131,16 +131,21 @@ function step() {
 }
 ";
 
-/// The content of a P2P frame that a robot with this script sends.
-fn sent_by(script: &str, id: u16) -> (u8, Vec<u8>) {
+/// The P2P frames, ports and contents, that a robot with this script sends in two seconds.
+fn all_sent_by(script: &str, id: u16) -> Vec<(u8, Vec<u8>)> {
     let mut swarm = Swarm::crazyflies(script, &[id]);
     swarm.run_ms(2000);
-    let events = &swarm.members()[0].robot.events;
-    let sent = events.iter().find_map(|event| match &event.event {
+    let events = swarm.members()[0].robot.events.iter();
+    let sent = events.filter_map(|event| match &event.event {
         Event::P2p { port, payload, .. } => Some((*port, payload.clone())),
         _ => None,
     });
-    sent.expect("a message within two seconds")
+    sent.collect()
+}
+
+/// The first of them.
+fn sent_by(script: &str, id: u16) -> (u8, Vec<u8>) {
+    all_sent_by(script, id).swap_remove(0)
 }
 
 /// As the nRF51 tells the STM32 of a P2P frame.
@@ -219,6 +224,34 @@ fn a_flood_delays_no_step_and_is_counted() {
     assert_eq!((statistics.overruns, statistics.peer_dropped), (0, 0));
 }
 
+/// Fragments of many messages, as fast as the line takes them and in any order: no slice is long, and the robot steps on.
+#[test]
+fn a_storm_of_fragments_delays_nothing() {
+    let mut frames: Vec<Vec<u8>> =
+        all_sent_by(TABLES, 1).into_iter().map(|(port, payload)| heard(port, &payload)).collect();
+    assert!(frames.len() >= 50, "{}", frames.len());
+    let whole: Vec<u8> = frames.concat();
+    frames.sort();
+    let mixed: Vec<u8> = frames.concat();
+    let mut swarm = Swarm::crazyflies(TABLES, &[2]);
+    swarm.run_ms(5000);
+    for flood in [whole.repeat(60), mixed.repeat(60)] {
+        let us = 10 * flood.len() as u64;
+        swarm.members()[0].robot.tell(&Command::Bytes { bytes: flood });
+        swarm.run_ms(us / 1000);
+    }
+    swarm.run_ms(3000);
+    let member = &mut swarm.members()[0];
+    assert_eq!(resets(&member.robot.events), []);
+    assert!(member.told.records.is_empty(), "{:?}", member.told.records);
+    let told =
+        member.told.firmware.iter().any(|line| line.starts_with("100 steps, 0 ticks missed"));
+    assert!(told, "{:?}", member.told.firmware);
+    let longest = status(member, "longest slice");
+    println!("longest slice {longest} us, {} tables", member.told.log.len());
+    assert!((1..=500).contains(&longest), "{longest} us");
+}
+
 /// Frames of other programs, of other scripts, cut and made up, on all ports.
 #[test]
 fn what_means_nothing_is_counted_and_harms_nothing() {
@@ -290,4 +323,57 @@ fn the_own_id_from_elsewhere_is_told_once() {
         assert_eq!(warnings.count(), count, "{:?}", member.told.firmware);
         assert_eq!(member.last_logged().unwrap(), ["1"]);
     }
+}
+
+/// Tells a table that is longer than a frame, and sums up what it hears.
+const TABLES: &str = "\
+function init() {
+  neighbors.listen(\"table\", function(topic, table, robot) {
+    sum = 0
+    foreach(table, function(key, value) { sum = sum + key * value })
+    log(robot, size(table), sum)
+  })
+}
+function step() {
+  t = {}
+  for(i = 0, i < 12, i = i + 1) t[i] = 1000 * id + i
+  neighbors.broadcast(\"table\", t)
+}
+";
+
+/// Longer than a frame: the table travels in fragments, and the other robot sees it whole or not at all.
+#[test]
+fn a_table_travels_in_fragments() {
+    let mut swarm = Swarm::crazyflies(TABLES, &[1, 2]);
+    swarm.lose(0.2, 7);
+    swarm.run_ms(6000);
+    for (member, other) in swarm.members().iter().zip([2, 1]) {
+        assert!(member.told.records.is_empty(), "{:?}", member.told.records);
+        let sum: i32 = (0..12).map(|i| i * (1000 * other + i)).sum();
+        let expected = [other.to_string(), "12".to_owned(), sum.to_string()];
+        // Three fragments of a message arrive together with a probability of one half.
+        let heard = member.told.log.len();
+        assert!((10..50).contains(&heard), "{heard} of 59");
+        assert!(
+            member.told.log.iter().all(|(_, values)| *values == expected),
+            "{:?}",
+            member.told.log
+        );
+    }
+}
+
+/// The same seed, the same loss, the same frames: bit for bit.
+#[test]
+fn the_same_run_again_is_the_same() {
+    let run = || {
+        let mut swarm = Swarm::crazyflies(AGREE, &[3, 7]);
+        swarm.lose(0.5, 9);
+        swarm.place(0, Some([0.0, 0.0, 0.0, 0.0]));
+        swarm.place(1, Some([1000.0, 0.0, 0.0, 0.0]));
+        swarm.run_ms(2000);
+        let lost = swarm.lost;
+        let events = swarm.members().iter().map(|member| member.robot.events.clone());
+        (lost, events.collect::<Vec<_>>())
+    };
+    assert!(run() == run());
 }
