@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may")]
 
-use bittybuzz_hil::{Command, Event, Member, Swarm, resets};
+use bittybuzz_hil::{Command, Core, Event, Member, Robot, Swarm, resets};
 
 /// The ground station's pose is the script's `pos`, until it is a second old.
 #[test]
@@ -376,4 +376,25 @@ fn the_same_run_again_is_the_same() {
         (lost, events.collect::<Vec<_>>())
     };
     assert!(run() == run());
+}
+
+/// A robot on QEMU takes over what one on Unicorn has put, and tells it.
+#[test]
+fn robots_on_unlike_cores_agree() {
+    let (port, payload) = sent_by(AGREE, 7);
+    let mut robot = Robot::crazyflie(Core::Qemu, AGREE);
+    robot.assign_id(3);
+    robot.run_ms(130);
+    let at = robot.now();
+    robot.tell(&Command::P2p { at, port, rssi: 60, payload });
+    let events = robot.run_ms(120);
+    // Type, owner, clock, ..., key 0, value 107: as in docs/wire-format.md, behind the header without a position.
+    let value = 107_u32.to_le_bytes();
+    let told = events.iter().any(|event| match &event.event {
+        Event::P2p { payload, .. } => {
+            payload.starts_with(&[0xb0, 3, 0]) && payload.windows(4).any(|word| word == value)
+        }
+        _ => false,
+    });
+    assert!(told, "{events:?}");
 }
