@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may")]
 
-use bittybuzz_hil::{Command, Core, Event, Member, Robot, Swarm, resets};
+use bittybuzz_hil::{Command, Core, Event, Member, RADIO_RAW, Robot, Swarm, resets};
 
 /// The ground station's pose is the script's `pos`, until it is a second old.
 #[test]
@@ -128,6 +128,7 @@ function step() {
   led(n % 8)
   neighbors.broadcast(\"number\", n)
   log(n, heard)
+  neighbors.foreach(function(id, data) { if(n == 85) log(id, data.distance, data.azimuth, data.elevation) })
 }
 ";
 
@@ -175,15 +176,26 @@ fn status(member: &Member, word: &str) -> u64 {
     number.into_iter().next().unwrap_or_else(|| panic!("no {word}: {:?}", member.told.firmware))
 }
 
-/// Where the value is in the broadcast of a number: behind the header of the P2P frame without a position, type, robot and
+/// Where the value is in the broadcast of a number: behind the header of the P2P frame with a position, type, robot and
 /// topic.
-const VALUE: usize = 3 + 1 + 2 + 4;
+const VALUE: usize = 3 + 6 + 1 + 2 + 4;
+
+/// A ground station's packet: the robot is at the origin, and its nose points along x.
+fn at_the_origin() -> Vec<u8> {
+    let numbers = [0.0_f32, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+    let numbers: Vec<u8> = numbers.into_iter().flat_map(f32::to_le_bytes).collect();
+    syslink(RADIO_RAW, &[&[0x6d, 8][..], &numbers].concat())
+}
 
 /// The other robot's messages come as fast as the line takes them, for two seconds: the robot steps on, and what it has
-/// no time for is counted. Every tenth is the same as the one before.
+/// no time for is counted. It knows where it is, so that it calculates for every message where the other one is. Every tenth
+/// is the same as the one before.
 #[test]
 fn a_flood_delays_no_step_and_is_counted() {
     let (port, payload) = sent_by(TALK, 1);
+    // From 300, 400, -500 mm.
+    let position = [0x2c, 0x01, 0x90, 0x01, 0x0c, 0xfe];
+    let payload = [&[0xb1, 1, 0], &position[..], &payload[3..]].concat();
     let mut swarm = Swarm::crazyflies(TALK, &[2]);
     swarm.run_ms(7000);
     let length = heard(port, &payload).len();
@@ -192,7 +204,8 @@ fn a_flood_delays_no_step_and_is_counted() {
         let value = u16::try_from(if n % 10 == 9 { n - 1 } else { n }).unwrap();
         let mut payload = payload.clone();
         payload[VALUE..VALUE + 2].copy_from_slice(&value.to_le_bytes());
-        heard(port, &payload)
+        let pose = if n % 1000 == 0 { at_the_origin() } else { vec![] };
+        [pose, heard(port, &payload)].concat()
     });
     let flood: Vec<u8> = flood.collect();
     swarm.members()[0].robot.tell(&Command::Bytes { bytes: flood });
@@ -201,7 +214,15 @@ fn a_flood_delays_no_step_and_is_counted() {
     assert_eq!(resets(&member.robot.events), []);
     assert!(member.told.records.is_empty(), "{:?}", member.told.records);
     // One step in every tick, and none late.
-    let steps: Vec<f64> = member.told.log.iter().map(|(at, _)| at.as_secs_f64()).collect();
+    let (seen, steps): (Vec<_>, Vec<_>) =
+        member.told.log.iter().partition(|(_, values)| values.len() == 4);
+    // 3-4-5 on the ground, and as far down.
+    let [(_, seen)] = &seen[..] else { panic!("{seen:?}") };
+    let [distance, azimuth, elevation] = [1, 2, 3].map(|at| seen[at].parse::<f32>().unwrap());
+    assert!((distance - 500.0 * 2.0_f32.sqrt()).abs() < 0.01, "{distance}");
+    assert!((azimuth - (4.0_f32 / 3.0).atan()).abs() < 1e-5, "{azimuth}");
+    assert!((elevation + std::f32::consts::FRAC_PI_4).abs() < 1e-5, "{elevation}");
+    let steps: Vec<f64> = steps.iter().map(|(at, _)| at.as_secs_f64()).collect();
     assert_eq!(steps.len(), 105);
     for (n, at) in (1..).zip(steps) {
         assert!(
@@ -212,7 +233,9 @@ fn a_flood_delays_no_step_and_is_counted() {
     let told =
         member.told.firmware.iter().any(|line| line.starts_with("100 steps, 0 ticks missed"));
     assert!(told, "{:?}", member.told.firmware);
-    assert!(status(member, "longest slice") <= 500);
+    let longest = status(member, "longest slice");
+    println!("{sent} messages, longest slice {longest} us");
+    assert!((1..=500).contains(&longest), "{longest} us");
     assert_eq!(status(member, "heard:"), sent);
     let taken: u64 = member.last_logged().unwrap()[1].parse().unwrap();
     assert!(taken >= 100, "{taken} in twenty steps");
