@@ -71,7 +71,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
     /// puts its id there. False if there is none.
     pub(super) fn next_neighbor(&mut self, at: usize) -> Result<bool, Stopped> {
         let last = self.arena.get(at);
-        let from = if last.is_nil() { 0 } else { last.index() as u16 + 1 };
+        let from = if last.is_nil() { 0 } else { (last.index() as u16).wrapping_add(1) };
         if !last.is_nil() && from == 0 {
             return Ok(false);
         }
