@@ -69,7 +69,7 @@ mod contents {
         writer.item::<P>(Item::Table(1));
         writer.item::<P>(Item::Plain(Value::int(0)));
         writer.item::<P>(Item::Function(300));
-        let length = writer.finish().unwrap();
+        let length = writer.finish().expect("room");
         room[..length].to_vec()
     }
 

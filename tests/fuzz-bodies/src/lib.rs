@@ -9,10 +9,11 @@
 //! | `script_mutated` | changes to the words of a known script | the same; most of these inputs get past the lexer |
 //! | `bo` | bytes as an object file of the reference compiler | the same for the importer |
 //! | `bo_mutated` | changes to the instructions of a known object file, and a debug file | the same; many of these inputs are programs |
+//! | `message` | decisions that make frames | what can be read can be written and read again; a robot that hears it goes on as before |
 //!
 //! A run keeps to its budget, and ends the same in slices, with a collection at every allocation, and after an allocation
 //! that failed; the machine's memory is as it must be. Each body tells whether its input got that far: past verifier,
-//! compiler or importer.
+//! compiler or importer, or to a message that the robot understood.
 //!
 //! Empty without the feature `torture`, which must not get into what a plain build makes of the workspace.
 #![cfg(feature = "torture")]
@@ -20,6 +21,7 @@
 mod bo_mutation;
 mod choices;
 mod machine;
+mod messages;
 mod mutation;
 mod program;
 mod seeds;
@@ -112,6 +114,11 @@ pub fn bo_mutated(data: &[u8]) -> bool {
         changes = rest;
     }
     object(&program.bytes(), None, data)
+}
+
+/// The first byte chooses the profile, the others make frames.
+pub fn message(data: &[u8]) -> bool {
+    messages::run(data)
 }
 
 fn object(bytes: &[u8], debug: Option<&[u8]>, data: &[u8]) -> bool {

@@ -53,6 +53,11 @@ fn bo_mutated() {
     replay("bo_mutated", bodies::bo_mutated);
 }
 
+#[test]
+fn message() {
+    replay("message", bodies::message);
+}
+
 /// What the fuzzer does, without its guidance: so many inputs of random length, of which so many hundredths must get past
 /// verifier, compiler or importer. Else most of the work would be in front of that.
 fn sample(body: fn(&[u8]) -> bool, count: u32, length: std::ops::Range<u32>, share: u32) {
@@ -93,4 +98,9 @@ fn random_changes_of_scripts() {
 #[test]
 fn random_changes_of_object_files() {
     sample(bodies::bo_mutated, 1000, 5..20, 20);
+}
+
+#[test]
+fn random_messages() {
+    sample(bodies::message, 500, 20..400, 90);
 }

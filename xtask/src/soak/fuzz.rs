@@ -44,6 +44,8 @@ const COMPILER: &[&str] = &[
     "vm-core/src/verify.rs",
 ];
 
+const MESSAGES: &[&str] = &["vm-core/src/", "comms/src/queue.rs"];
+
 const TARGETS: &[Target] = &[
     Target { name: IMAGE, exercises: MACHINE },
     Target { name: "image_mutated", exercises: MACHINE },
@@ -52,6 +54,7 @@ const TARGETS: &[Target] = &[
     Target { name: "script_mutated", exercises: COMPILER },
     Target { name: "bo", exercises: COMPILER },
     Target { name: "bo_mutated", exercises: COMPILER },
+    Target { name: "message", exercises: MESSAGES },
 ];
 
 /// Names of all targets.
@@ -241,7 +244,7 @@ mod tests {
     fn what_is_exercised_exists() {
         let files = Sources::list().unwrap();
         let nothing = files.under(&[]).fingerprint().unwrap();
-        for start in [BODIES, MACHINE, COMPILER].concat() {
+        for start in [BODIES, MACHINE, COMPILER, MESSAGES].concat() {
             assert_ne!(files.under(&[start]).fingerprint().unwrap(), nothing, "{start}");
         }
     }

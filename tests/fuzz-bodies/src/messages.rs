@@ -1,0 +1,335 @@
+//! Messages of every kind, right and wrong ones, for a robot whose script listens to all of them.
+
+use std::path::Path;
+use std::sync::OnceLock;
+
+use bittybuzz_comms::queue::{Inbox, Outbox};
+use bittybuzz_compiler::compile::compile;
+use bittybuzz_compiler::include::{Loader, MemoryFiles};
+use bittybuzz_robots::Profile as ProfileName;
+use bittybuzz_vm_core::message::content::{Head, Item, Reader, Writer};
+use bittybuzz_vm_core::message::{Entry, FRAGMENT_HEAD, Fragment, Message, Script, Swarms, crc16};
+use bittybuzz_vm_core::number::{Full, Profile, Tiny};
+use bittybuzz_vm_core::{
+    Arguments, Axis, ByteCode, Entry as EntryPoint, FaultCode, Host, Image, Outcome, Reply,
+    RobotFault, Sighting, SwarmMemory, Value, Vm, builtin,
+};
+
+use crate::choices::Choices;
+use crate::options;
+
+/// Shows whatever it hears, and keeps nothing: no message is its fault.
+const SCRIPT: &str = r#"
+n = 0
+function show(x) {
+  if(istable(x)) foreach(x, function(k, v) { n = (n + size(x)) % 1000 log(k, v) })
+  else log(x)
+}
+function init() {
+  neighbors.listen("a", function(topic, value, robot) { log(topic, robot) show(value) })
+  neighbors.listen("b", function(topic, value, robot) { n = robot % 7 })
+  s = stigmergy.create(1)
+  s.put("k", 0)
+  s.onconflict(function(k, l, r) { show(l) if(l.robot > r.robot) return l return r })
+  s.onconflictlost(function(k, l) { log(k) show(l.data) })
+  u = stigmergy.create(9)
+  u.put(0.5, "b")
+  w = swarm.create(1)
+  w.join()
+}
+function step() {
+  n = (n + 1) % 1000
+  neighbors.foreach(function(robot, data) { log(robot, data.distance) })
+  w.exec(function() { log(neighbors.kin().count(), neighbors.nonkin().count()) })
+  neighbors.broadcast("a", n)
+  if(n % 3 == 0) neighbors.broadcast("c", { .x = n, .y = { .1 = "a" } })
+  s.put("k", n)
+  show(u.get(0.5))
+  log(s.size(), u.size())
+}
+"#;
+
+const FRAME: usize = 20;
+const CONTENT: usize = 8 * (FRAME - FRAGMENT_HEAD);
+const SLOTS: usize = 350;
+type Machine<P> = Vm<P, &'static [u8], SLOTS, SwarmMemory<P, 3, 3, 5, 2, FRAME, CONTENT>>;
+
+/// The robot's id.
+const ROBOT: u16 = 3;
+
+/// The first byte says which profile; every byte that follows decides something about a frame. Whether there was a message
+/// that the robot understood.
+pub fn run(data: &[u8]) -> bool {
+    match data.split_first() {
+        Some((first, rest)) if first % 2 == 0 => receive::<Tiny>(&mut Choices::new(rest)),
+        Some((_, rest)) => receive::<Full>(&mut Choices::new(rest)),
+        None => false,
+    }
+}
+
+fn image<P: Profile>() -> &'static [u8] {
+    static IMAGES: OnceLock<[Vec<u8>; 2]> = OnceLock::new();
+    let images = IMAGES.get_or_init(|| {
+        [ProfileName::Tiny, ProfileName::Full].map(|profile| {
+            let files = MemoryFiles::default();
+            let loader = Loader::new(&files);
+            let compiled = compile(Path::new("fuzz.bzz"), SCRIPT.into(), &loader, options(profile));
+            compiled.image.unwrap_or_else(|| panic!("{:?}", compiled.diagnostics))
+        })
+    });
+    &images[usize::from(P::FULL)]
+}
+
+fn receive<P: Profile>(choices: &mut Choices<'_>) -> bool {
+    let mut vm: Box<Machine<P>> = Box::new(Vm::new());
+    vm.load(Image::new(image::<P>()), |_| true).unwrap_or_else(|error| panic!("{error:?}"));
+    vm.identify(ROBOT, 1);
+    let script = vm.header().map(|header| Script {
+        hash: header.hash(),
+        strings: header.strings() + builtin::string::COUNT,
+    });
+    let Some(script) = script else { return false };
+    let mut link = Link::<P>::new();
+    let mut understood = false;
+    for entry in [EntryPoint::Global, EntryPoint::Init] {
+        if !step(&mut vm, &mut link, entry) {
+            return false;
+        }
+    }
+    for _ in 0..20 {
+        if choices.is_empty() {
+            break;
+        }
+        for _ in 0..choices.below(6) {
+            for frame in frames::<P>(choices, script) {
+                understood |= check::<P>(&frame, script);
+                link.inbox.push(&frame, choices.byte());
+            }
+        }
+        if !step(&mut vm, &mut link, EntryPoint::Step) {
+            break;
+        }
+    }
+    understood
+}
+
+/// Runs an entry; `false` if that was the end, for want of memory.
+fn step<P: Profile>(vm: &mut Machine<P>, link: &mut Link<P>, entry: EntryPoint) -> bool {
+    link.outbox.begin_step();
+    assert!(vm.begin(entry), "{entry:?} does not begin");
+    for _ in 0..10_000 {
+        let outcome = vm.run(link, 50);
+        assert_eq!(vm.audit(), Ok(()));
+        match outcome {
+            Outcome::Done => return true,
+            Outcome::Pending | Outcome::Waiting => {}
+            Outcome::Fault(fault) => {
+                let is_memory =
+                    matches!(fault.code, FaultCode::OutOfMemory | FaultCode::StackOverflow);
+                assert!(is_memory, "a message is the script's fault: {fault:?}");
+                return false;
+            }
+        }
+    }
+    panic!("{entry:?} does not end");
+}
+
+/// What can be read can be written, and is then read as the same. Whether it can be read.
+fn check<P: Profile>(frame: &[u8], script: Script) -> bool {
+    let Ok(message) = Message::<P>::decode(frame, script) else { return false };
+    let mut room = [0; 64];
+    let length = message.encode(script, &mut room).expect("a message that was read");
+    let again = Message::<P>::decode(&room[..length], script);
+    let same = match (&message, &again) {
+        (Message::Swarms { robot, swarms }, Ok(Message::Swarms { robot: other, swarms: list })) => {
+            robot == other && swarms.iter().eq(list.iter())
+        }
+        (message, Ok(again)) => format!("{message:?}") == format!("{again:?}"),
+        _ => false,
+    };
+    assert!(same, "{message:?} and {again:?}");
+    true
+}
+
+/// A frame, or those of a message in fragments.
+fn frames<P: Profile>(choices: &mut Choices<'_>, script: Script) -> Vec<Vec<u8>> {
+    let sealed = |message: &Message<'_, P>| {
+        let mut frame = [0; FRAME];
+        let length = message.encode(script, &mut frame);
+        length.map(|length| frame[..length].to_vec()).into_iter().collect::<Vec<_>>()
+    };
+    let robot = u16::from(choices.byte() % 8);
+    match choices.below(8) {
+        0 => {
+            let length = choices.below(FRAME + 1);
+            vec![(0..length).map(|_| choices.byte()).collect()]
+        }
+        1 => {
+            let topic = choices.byte().into();
+            let value = value(choices);
+            sealed(&Message::Broadcast { robot, topic, value })
+        }
+        2 | 3 => sealed(&Message::Entry(Entry {
+            stigmergy: choices.below(4) as u16,
+            owner: robot,
+            clock: clock(choices),
+            key: value(choices),
+            value: value(choices),
+        })),
+        4 => sealed(&Message::Beacon { robot }),
+        5 => {
+            let mut swarms = Swarms::default();
+            for _ in 0..choices.below(5) {
+                swarms.push(choices.below(4) as u16, choices.flag());
+            }
+            sealed(&Message::Swarms { robot, swarms })
+        }
+        kind => {
+            let content =
+                if kind == 6 { items::<P>(choices, script) } else { bytes(choices, script) };
+            fragments::<P>(choices, robot, &content).iter().flat_map(sealed).collect()
+        }
+    }
+}
+
+fn clock(choices: &mut Choices<'_>) -> u32 {
+    match choices.byte() {
+        255 => u32::MAX >> choices.below(32),
+        near => near.into(),
+    }
+}
+
+fn value<P: Profile>(choices: &mut Choices<'_>) -> Value<P> {
+    match choices.below(4) {
+        0 => Value::nil(),
+        1 => Value::int(i32::from(choices.byte()) - 3),
+        2 => Value::float(f32::from(choices.byte()) / 2.0),
+        _ => Value::string(choices.byte().into()),
+    }
+}
+
+/// A content that begins with the right check.
+fn bytes(choices: &mut Choices<'_>, script: Script) -> Vec<u8> {
+    let content: Vec<u8> = (0..choices.below(CONTENT)).map(|_| choices.byte()).collect();
+    let check = content.iter().fold(script.hash as u16, |check, byte| crc16(check, *byte));
+    [&check.to_le_bytes()[..], &content].concat()
+}
+
+/// A content of items.
+fn items<P: Profile>(choices: &mut Choices<'_>, script: Script) -> Vec<u8> {
+    let head = if choices.flag() {
+        Head::Broadcast
+    } else {
+        let stigmergy = [1, 9, 10][choices.below(3)];
+        Head::Entry { stigmergy, owner: choices.below(8) as u16, clock: clock(choices) }
+    };
+    let mut room = [0; CONTENT];
+    let mut writer = Writer::new(&mut room, script, head);
+    let mut left = 2;
+    while left > 0 {
+        left -= 1;
+        match choices.below(8) {
+            0 => {
+                let pairs = choices.below(4);
+                writer.item::<P>(Item::Table(pairs as u8));
+                left += 2 * pairs;
+            }
+            1 if P::FULL => {
+                let length = choices.below(12);
+                writer.item::<P>(Item::Text(length as u8));
+                (0..length).for_each(|_| writer.byte(choices.byte()));
+            }
+            2 => writer.item::<P>(Item::Function(choices.byte().into())),
+            _ => writer.item::<P>(Item::Plain(value(choices))),
+        }
+        if left > CONTENT {
+            return Vec::new();
+        }
+    }
+    let Some(length) = writer.finish() else { return Vec::new() };
+    let content = room[..length].to_vec();
+    if let Ok((again, _)) = Reader::new::<P>(&content, script) {
+        assert_eq!(again, head);
+    }
+    content
+}
+
+/// The fragments of a content, some of them twice, missing or somewhere else.
+fn fragments<'c, P: Profile>(
+    choices: &mut Choices<'_>,
+    robot: u16,
+    content: &'c [u8],
+) -> Vec<Message<'c, P>> {
+    let piece = if P::FULL { FRAME - FRAGMENT_HEAD } else { 6 };
+    let pieces: Vec<&[u8]> = content.chunks(piece).take(8).collect();
+    let number =
+        if choices.flag() { choices.byte() } else { content.first().copied().unwrap_or(0) };
+    let fragments = pieces.iter().enumerate().map(|(index, content)| {
+        let last = index + 1 == pieces.len();
+        Message::Fragment(Fragment { robot, number, index: index as u8, last, content })
+    });
+    let mut fragments: Vec<Message<'_, P>> = fragments.collect();
+    if !fragments.is_empty() {
+        for _ in 0..choices.below(4).saturating_sub(1) {
+            let [from, to] = [0, 0].map(|_: u8| choices.below(fragments.len()));
+            match choices.below(3) {
+                0 => fragments.swap(from, to),
+                1 => fragments.push(fragments[from]),
+                _ => fragments[to] = fragments[from],
+            }
+        }
+    }
+    fragments
+}
+
+/// Queues, and a robot that can do nothing.
+struct Link<P: Profile> {
+    inbox: Inbox<P, u8, FRAME, 10>,
+    outbox: Outbox<P, FRAME, 10>,
+}
+
+impl<P: Profile> Link<P> {
+    fn new() -> Self {
+        Link { inbox: Inbox::new(0), outbox: Outbox::new() }
+    }
+}
+
+impl<P: Profile> Host<P> for Link<P> {
+    fn call<C: ByteCode, const N: usize>(
+        &mut self,
+        _: u16,
+        _: Arguments<'_, P, C, N>,
+        _: bool,
+    ) -> Result<Reply<P>, RobotFault> {
+        Ok(Reply::Value(Value::nil()))
+    }
+
+    fn log<C: ByteCode, const N: usize>(&mut self, arguments: Arguments<'_, P, C, N>) {
+        for index in 0..arguments.count() {
+            let _ = arguments.item(index);
+        }
+    }
+
+    fn delay_is_over(&mut self, _: i32, again: bool) -> bool {
+        again
+    }
+
+    fn position(&mut self, _: Axis) -> Option<f32> {
+        None
+    }
+
+    fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<P>)> {
+        let (received, extra) = self.inbox.pop()?;
+        frame.get_mut(..received.len())?.copy_from_slice(received);
+        let place = (extra % 2 == 0).then(|| [Value::float(extra.into()); 3]);
+        let robot = (extra % 3 == 0).then_some(u16::from(extra % 8));
+        Some((received.len(), Sighting { robot, place }))
+    }
+
+    fn send(&mut self, frame: &[u8]) {
+        assert!(!frame.is_empty() && frame.len() <= FRAME, "{frame:?}");
+        self.outbox.push(frame);
+        // What it sends it also hears, as if from another of its id.
+        self.inbox.push(frame, 0);
+    }
+}
