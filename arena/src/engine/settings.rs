@@ -58,7 +58,7 @@ impl Settings {
     pub fn argos(&mut self) {
         self.kilobot = KilobotModel::ARGOS;
         self.ideal_infrared(100.0 - 2.0 * 16.5);
-        self.infrared.tx_period = 781;
+        self.infrared.tx_period = 767;
     }
 
     /// Kilobots as Kilosim has them: 96 mm between middles.

@@ -40,23 +40,35 @@ pub(crate) struct Radio {
     pub(crate) attempt: i32,
     /// Earliest time for the next frame.
     ready: i32,
-    /// Infrared: the first timer interrupt of this tick. Radio: when in a tick the robot's script runs.
-    phase: i32,
+    /// When in a tick the robot's script gives it frames: robots are switched on at any time.
+    script: i32,
+    /// Infrared: the first timer interrupt of this tick.
+    interrupt: i32,
     /// Infrared: time between two timer interrupts.
     period: i32,
 }
 
 impl Radio {
     pub(crate) fn new(medium: Medium, pacing: &Pacing, build: &mut Stream) -> Self {
-        let (period, phase) = match medium {
-            Medium::Infrared => {
-                let period = TIMER_US as f32 * build.gain(pacing.infrared.clock_sigma);
-                (period as i32, build.below(period as u32) as i32)
-            }
-            // Robots are switched on at any time.
-            Medium::Nrf24 | Medium::P2p => (0, build.below(TICK_US) as i32),
+        let period = match medium {
+            Medium::Infrared => (TIMER_US as f32 * build.gain(pacing.infrared.clock_sigma)) as u32,
+            Medium::Nrf24 | Medium::P2p => 0,
         };
-        Radio { queue: Queue::EMPTY, late: None, attempt: 0, ready: 0, phase, period }
+        // Early enough that the first frame is usually out before the next tick.
+        let wait = match medium {
+            Medium::Infrared => period,
+            Medium::Nrf24 => pacing.nrf24.backoff_us,
+            Medium::P2p => pacing.p2p.jitter_us,
+        };
+        Radio {
+            queue: Queue::EMPTY,
+            late: None,
+            attempt: 0,
+            ready: 0,
+            script: build.below(TICK_US.saturating_sub(wait).max(1)) as i32,
+            interrupt: build.below(period.max(1)) as i32,
+            period: period as i32,
+        }
     }
 
     /// Begins the next tick.
@@ -65,18 +77,20 @@ impl Radio {
         self.attempt -= tick;
         self.ready = self.ready.saturating_sub(tick).max(-tick);
         if medium == Medium::Infrared {
-            self.phase = self.timer(tick) - tick;
+            self.interrupt = self.timer(tick) - tick;
         }
     }
 
     /// A frame was put into the empty queue: when will the link first try to send it?
     pub(crate) fn plan(&mut self, medium: Medium, pacing: &Pacing, stream: &mut Stream) {
+        let from = self.ready.max(self.script);
         self.attempt = match medium {
-            Medium::Infrared => self.timer(self.ready.max(0)),
-            Medium::Nrf24 => self.phase + stream.below(pacing.nrf24.backoff_us) as i32,
-            Medium::P2p => self.phase + stream.below(pacing.p2p.jitter_us.max(1)) as i32,
-        }
-        .max(self.ready);
+            // A link that was not ready for long had other frames, and the script this one, too: it was waiting.
+            Medium::Infrared if self.ready > -self.period => self.timer(self.ready.max(0)),
+            Medium::Infrared => self.timer(from),
+            Medium::Nrf24 => from + stream.below(pacing.nrf24.backoff_us) as i32,
+            Medium::P2p => from + stream.below(pacing.p2p.jitter_us.max(1)) as i32,
+        };
     }
 
     /// Up to which time a frame must have begun to be noticed by a sender that begins at `at`; `None` if it does not
@@ -126,11 +140,11 @@ impl Radio {
 
     /// The first timer interrupt at or after a time.
     fn timer(&self, at: i32) -> i32 {
-        let since = at - self.phase;
+        let since = at - self.interrupt;
         if since <= 0 {
-            return self.phase;
+            return self.interrupt;
         }
-        self.phase + (since + self.period - 1) / self.period * self.period
+        self.interrupt + (since + self.period - 1) / self.period * self.period
     }
 }
 
