@@ -8,6 +8,7 @@ pub fn names(scenario: &Scenario) -> Vec<String> {
     let mut names = vec!["success".to_owned()];
     for expect in &scenario.expects {
         names.push(format!("held:{}", expect.place.line));
+        names.push(format!("first:{}", expect.place.line));
         names.push(format!("since:{}", expect.place.line));
     }
     for (quantity, _) in &scenario.output.plot {
@@ -25,7 +26,8 @@ pub fn values(summary: &Summary) -> Vec<Option<f64>> {
     let mut values = vec![truth(summary.is_success())];
     for convergence in &summary.convergences {
         values.push(truth(convergence.verdict == Verdict::Held));
-        values.push(convergence.since.map(|tick| tick as f64 / TICKS_PER_SECOND));
+        let times = [convergence.first, convergence.since];
+        values.extend(times.map(|tick| Some(tick? as f64 / TICKS_PER_SECOND)));
     }
     for value in &summary.values {
         values.extend(match value {

@@ -64,5 +64,5 @@ pub fn escape(text: &str) -> String {
 
 /// A colour of its own for each of many things: the golden angle keeps neighbours in number apart.
 pub fn color(number: usize) -> String {
-    format!("hsl({:.0} 70% 42%)", (number as f64 * 137.508) % 360.0)
+    format!("hsl({:.0},70%,42%)", (number as f64 * 137.508) % 360.0)
 }

@@ -30,6 +30,8 @@ pub enum Verdict {
 pub struct Convergence {
     /// How it fares.
     pub verdict: Verdict,
+    /// The first tick at which the condition was true.
+    pub first: Option<u64>,
     /// Since which tick the condition is true without a break, whatever the expectation says of times.
     pub since: Option<u64>,
     /// The tick in which it failed.
@@ -39,7 +41,7 @@ pub struct Convergence {
 impl Convergence {
     /// Before the first look.
     pub const START: Convergence =
-        Convergence { verdict: Verdict::Open, since: None, failed_at: None };
+        Convergence { verdict: Verdict::Open, first: None, since: None, failed_at: None };
 }
 
 impl Bound {
@@ -61,6 +63,7 @@ impl Bound {
             (true, since) => since,
             (false, _) => None,
         };
+        convergence.first = convergence.first.or(convergence.since);
         let (from, to) = self.window;
         if convergence.verdict != Verdict::Open || tick < from {
             return;

@@ -50,10 +50,15 @@ pub fn text(setup: &Setup<'_>, summary: &Summary, elapsed: Duration) -> Vec<Stri
 }
 
 fn since(convergence: &Convergence) -> String {
-    match (convergence.since, convergence.failed_at) {
-        (Some(tick), _) => format!("true for good since {:.1} s", seconds(tick)),
-        (None, Some(tick)) => format!("not true at {:.1} s, nor at the end", seconds(tick)),
-        (None, None) => "not true at the end".to_owned(),
+    let Convergence { verdict, first, since, failed_at } = convergence;
+    match (since, first, failed_at) {
+        (Some(tick), ..) => format!("true for good since {:.1} s", seconds(*tick)),
+        (None, _, Some(tick)) => format!("not true at {:.1} s, nor at the end", seconds(*tick)),
+        (None, Some(tick), None) => {
+            format!("first true at {:.1} s, not at the end", seconds(*tick))
+        }
+        (None, None, None) if *verdict == Verdict::Open => "not true so far".to_owned(),
+        (None, None, None) => "never true".to_owned(),
     }
 }
 
@@ -66,6 +71,7 @@ pub fn json(setup: &Setup<'_>, summary: &Summary) -> Value {
                 "line": expect.place.line,
                 "text": expect.to_string(),
                 "held": convergence.verdict == Verdict::Held,
+                "first": convergence.first.map(seconds),
                 "since": convergence.since.map(seconds),
             })
         })

@@ -54,8 +54,8 @@ fn goto(wheels: &mut Wheels, here: Option<Pose>, [x, y]: [f32; 2]) -> Done {
     let ahead = if angle.abs() < 0.5 { (distance * 0.12).min(24.0) } else { 0.0 };
     let duty = |effort: f32| match effort {
         _ if effort.abs() < 0.3 => 0,
-        // Below this a wheel stands still.
-        _ => (effort + 22.0 * effort.signum()).clamp(-60.0, 60.0) as i8,
+        // Up to a duty of 22 a wheel stands still.
+        _ => (effort.abs().max(1.0) + 22.0).min(60.0).copysign(effort).round() as i8,
     };
     *wheels = Wheels { left: duty(ahead - turn), right: duty(ahead + turn) };
     Done::Wait

@@ -1,0 +1,58 @@
+//! docs/scenario.md describes every key, and nothing else.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use bittybuzz_arena::scenario::Scenario;
+use bittybuzz_arena::scenario::keys::{SECTIONS, SectionKeys};
+
+const DOCUMENT: &str = include_str!("../../docs/scenario.md");
+
+/// The table of a section, as the document has it.
+fn table(section: &SectionKeys) -> String {
+    let mut table = "| Key | Takes | Without it | Meaning |\n|---|---|---|---|\n".to_owned();
+    for key in section.keys {
+        let default = if key.default.is_empty() { "" } else { key.default };
+        let _ = writeln!(table, "| `{}` | {} | {default} | {} |", key.name, key.takes, key.help);
+    }
+    table
+}
+
+#[test]
+fn the_tables_of_keys_are_those_of_the_code() {
+    for section in SECTIONS {
+        assert!(
+            DOCUMENT.contains(&table(section)),
+            "docs/scenario.md needs this table for {}:\n{}",
+            section.name,
+            table(section)
+        );
+    }
+    // Other tables have fewer columns.
+    let is_key = |line: &&str| line.starts_with("| `") && line.matches(" | ").count() == 3;
+    let rows = DOCUMENT.lines().filter(is_key).count();
+    let mut keys: usize = SECTIONS.iter().map(|section| section.keys.len()).sum();
+    // The radios share a table.
+    keys -=
+        SECTIONS.iter().find(|section| section.name == "[medium.p2p]").map_or(0, |s| s.keys.len());
+    assert_eq!(rows, keys, "docs/scenario.md has rows for keys that do not exist");
+}
+
+#[test]
+fn every_quantity_is_described() {
+    for form in bittybuzz_arena::scenario::QUANTITIES {
+        assert!(DOCUMENT.contains(&format!("* `{form}`")), "{form}");
+    }
+}
+
+#[test]
+fn the_worked_example_is_a_scenario() {
+    let start = DOCUMENT.find("```toml\n").map_or(0, |at| at + "```toml\n".len());
+    let text = &DOCUMENT[start..];
+    let text = &text[..text.find("```").unwrap_or(0)];
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
+    let read = Scenario::parse(text, "example", &examples, &[]);
+    let scenario = read.unwrap_or_else(|errors| panic!("{errors:#?}"));
+    assert_eq!(scenario.groups.len(), 2);
+    assert!(!scenario.events.is_empty() && !scenario.expects.is_empty());
+}
