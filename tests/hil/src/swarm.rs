@@ -1,7 +1,8 @@
 //! Several robots whose radios hear each other.
 //!
-//! The robots run by turns for less than the shortest frame is on the air, so that each frame reaches the others when its
-//! last bit does. Who transmits is deaf: that is the emulators' business. Loss is decided here, from a seed.
+//! The robots run by turns that are no longer than a radio needs from its decision to transmit to the first bit. So all
+//! frames that overlap with one on the air are known before its last bit, with which it reaches the others. Two that overlap
+//! are both lost. Who transmits is deaf: that is the emulators' business. Other losses are decided here, from a seed.
 
 use std::time::Duration;
 
@@ -10,8 +11,9 @@ use defmt_decoder::{DecodeError, StreamDecoder, Table};
 
 use crate::{Command, Core, Event, Robot, TimedEvent, crazyflie};
 
-/// A turn: less than 170 µs, which the shortest P2P frame takes at 2 Mb/s.
-const TURN_US: u64 = 150;
+/// From reception to transmission (nRF51 reference manual), and a turn.
+const RAMP_US: u64 = 130;
+const TURN_US: u64 = RAMP_US;
 /// Between two packets of the positioning system.
 const POSE_PERIOD_US: u64 = 100_000 / TURN_US * TURN_US;
 /// Strength of every signal, in -dBm.
@@ -24,12 +26,25 @@ pub type Pose = [f32; 4];
 pub struct Swarm {
     members: Vec<Member>,
     now_us: u64,
+    air: Vec<OnAir>,
     loss: f64,
     random: u64,
     /// P2P frames that were on the air, once for each robot that could have heard it.
     pub on_air: u64,
     /// Of these, the ones that were lost on the way.
     pub lost: u64,
+    /// And the ones that overlapped with another.
+    pub collided: u64,
+}
+
+/// A frame on its way.
+struct OnAir {
+    sender: usize,
+    begin: Duration,
+    end: Duration,
+    port: u8,
+    payload: Vec<u8>,
+    has_arrived: bool,
 }
 
 /// A robot of a swarm.
@@ -62,7 +77,8 @@ impl Swarm {
             Member { robot, told: Told::default(), pose: None }
         };
         let members = ids.iter().map(member).collect();
-        Swarm { members, now_us: 0, loss: 0.0, random: 1, on_air: 0, lost: 0 }
+        let air = vec![];
+        Swarm { members, now_us: 0, air, loss: 0.0, random: 1, on_air: 0, lost: 0, collided: 0 }
     }
 
     /// From now on frames are lost with this probability, for each receiver on its own; equal seeds lose the same.
@@ -91,15 +107,22 @@ impl Swarm {
                 self.tell_poses();
             }
             self.now_us += turn;
-            let events: Vec<Vec<TimedEvent>> =
-                self.members.iter_mut().map(|member| member.run_us(turn)).collect();
-            for (sender, events) in events.iter().enumerate() {
-                for event in events {
-                    if let Event::P2p { port, payload, air } = &event.event {
-                        self.carry(sender, event.at + *air, *port, payload);
+            for (sender, member) in self.members.iter_mut().enumerate() {
+                for TimedEvent { at, event } in member.run_us(turn) {
+                    if let Event::P2p { port, payload, air } = event {
+                        let (begin, end) = (at + Duration::from_micros(RAMP_US), at + air);
+                        self.air.push(OnAir {
+                            sender,
+                            begin,
+                            end,
+                            port,
+                            payload,
+                            has_arrived: false,
+                        });
                     }
                 }
             }
+            self.carry();
         }
         self.members.iter_mut().for_each(|member| member.told.read());
     }
@@ -112,18 +135,37 @@ impl Swarm {
         }
     }
 
-    /// A frame goes to all others.
-    fn carry(&mut self, sender: usize, at: Duration, port: u8, payload: &[u8]) {
-        for receiver in (0..self.members.len()).filter(|receiver| *receiver != sender) {
-            self.on_air += 1;
-            if self.chance() < self.loss {
-                self.lost += 1;
+    /// Frames that end before the next turn does go to all others.
+    fn carry(&mut self) {
+        let now = Duration::from_micros(self.now_us);
+        let next = now + Duration::from_micros(TURN_US);
+        for number in 0..self.air.len() {
+            let OnAir { sender, begin, end, port, .. } = self.air[number];
+            if end > next || self.air[number].has_arrived {
                 continue;
             }
-            let payload = payload.to_vec();
-            let robot = &mut self.members[receiver].robot;
-            robot.tell(&Command::P2p { at, port, rssi: RSSI, payload });
+            self.air[number].has_arrived = true;
+            for receiver in (0..self.members.len()).filter(|receiver| *receiver != sender) {
+                self.on_air += 1;
+                // To its own frames the receiver is deaf anyway.
+                let overlaps = |other: &OnAir| {
+                    ![sender, receiver].contains(&other.sender)
+                        && other.begin < end
+                        && begin < other.end
+                };
+                if self.air.iter().any(overlaps) {
+                    self.collided += 1;
+                } else if self.chance() < self.loss {
+                    self.lost += 1;
+                } else {
+                    let payload = self.air[number].payload.clone();
+                    let command = Command::P2p { at: end, port, rssi: RSSI, payload };
+                    self.members[receiver].robot.tell(&command);
+                }
+            }
         }
+        // The longest frame is on the air for 0.3 ms.
+        self.air.retain(|frame| frame.end + Duration::from_millis(1) > now);
     }
 
     /// Xorshift: from 0 to 1.

@@ -1,7 +1,8 @@
 //! The link to the nRF51822, which has the radio, the power switch and the battery: syslink on USART6 at 1 Mbaud.
 //!
 //! [`uart`] moves bytes between the pins and two rings, in interrupts. [`receive`] makes frames of them and acts upon them;
-//! [`send`] writes frames. [`swarm`] carries the script's messages to and from other robots. [`setup`] brings the radio up, and again when the nRF51 has forgotten it.
+//! [`send`] writes frames. [`swarm`] carries the script's messages to and from other robots. [`setup`] brings the radio up,
+//! and again when the nRF51 has forgotten it.
 
 pub mod receive;
 pub mod send;
