@@ -75,6 +75,7 @@ fn instruction_set_is_up_to_date() {
             Library::Rng => "`math.rng`",
             Library::SwarmObject => "what `swarm.create` returns",
             Library::StigmergyObject => "what `stigmergy.create` returns",
+            Library::Snapshot => "what `neighbors.map` and its relatives return",
             other => &format!("`{}`", other.global_name().unwrap()),
         };
         writeln!(text, "| {} | {name} |", library as u8).unwrap();
