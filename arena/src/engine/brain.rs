@@ -6,6 +6,7 @@ use super::body::Actuators;
 use super::geometry::Pose;
 use super::light::{self, Light};
 use super::link::{Heard, Late, Medium, Packet, Queue, Transmission};
+use super::ranger::{Side, Sight};
 use super::robot::RobotId;
 
 /// Decides what a robot does: a virtual machine, an emulated image, or a few lines of a test.
@@ -151,6 +152,8 @@ impl Outbox<'_> {
 /// What a robot senses; nothing is computed that is not asked for.
 #[derive(Clone, Copy, Debug)]
 pub struct Sensors<'a> {
+    pub(crate) id: RobotId,
+    pub(crate) sight: Sight<'a>,
     pub(crate) pose: &'a Pose,
     pub(crate) estimate: Option<&'a Pose>,
     pub(crate) ambient: f32,
@@ -162,6 +165,13 @@ impl Sensors<'_> {
     #[must_use]
     pub fn estimate(&self) -> Option<Pose> {
         self.estimate.copied()
+    }
+
+    /// What the Multi-ranger deck of a Crazyflie reads: mm from the robot's middle to the wall, obstacle or robot ahead
+    /// or beside, at its height; `None` if nothing is in reach. A line, not the sensor's cone, and without noise.
+    #[must_use]
+    pub fn range(&self, side: Side) -> Option<f32> {
+        self.sight.range(self.id, self.pose, side)
     }
 
     /// What the light sensor reads, 0 (dark) to 1023.

@@ -10,7 +10,8 @@ use rayon::prelude::*;
 use super::geometry::{Area, Pose};
 use super::grid::Cells;
 use super::obstacle::{Obstacles, SLOP};
-use super::robot::RobotKind;
+use super::ranger::Ray;
+use super::robot::{RobotId, RobotKind};
 use super::settings::Settings;
 use super::statistics::Statistics;
 
@@ -143,6 +144,31 @@ impl Crowd {
             (pose.x, pose.y) = (disc.x, disc.y);
             self.crowding[usize::from(disc.id)] = disc.crowd;
         }
+    }
+
+    /// How far along a ray the first robot is (at the height of the ray, as it was after the last tick), at most `reach`.
+    pub(crate) fn nearest(&self, robot: RobotId, ray: &Ray, height: f32, reach: f32) -> f32 {
+        let mut nearest = reach;
+        let mut walked = 0.0;
+        // A robot that the ray meets is in a cell beside one of these points.
+        while walked < nearest + self.cells.side() {
+            let (x, y) = ray.at(walked);
+            for row in self.cells.around(self.cells.of(x, y)) {
+                let range = self.starts[row.start] as usize..self.starts[row.end] as usize;
+                for disc in self.discs.get(range).unwrap_or_default() {
+                    let is_level = disc.z <= height && height < disc.z + disc.kind.height();
+                    if disc.id == robot.0 || !is_level {
+                        continue;
+                    }
+                    let radius = self.shapes.radius[disc.kind as usize];
+                    if let Some(distance) = ray.to_disc(disc.x, disc.y, radius) {
+                        nearest = nearest.min(distance);
+                    }
+                }
+            }
+            walked += self.cells.side();
+        }
+        nearest
     }
 
     /// Counts the contacts of a tick.

@@ -38,6 +38,11 @@ impl Cells {
         }
     }
 
+    /// mm from side to side of a cell.
+    pub(crate) fn side(&self) -> f32 {
+        1.0 / self.per_mm
+    }
+
     /// How many cells there are, the rim included.
     pub(crate) fn count(&self) -> usize {
         self.count

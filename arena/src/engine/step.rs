@@ -8,6 +8,7 @@ use super::brain::{Brain, Inbox, Io, Outbox, Sensors};
 use super::geometry::Pose;
 use super::light::Light;
 use super::link::{Attempt, Ether, Heard, Listener, Medium, Moment, Near, Pacing};
+use super::ranger::Sight;
 use super::robot::{Robot, RobotId, RobotKind, RobotState};
 use super::statistics::LinkStatistics;
 use super::stream::{Purpose, Stream};
@@ -29,6 +30,7 @@ pub(crate) struct Scratch {
 /// What holds for all robots while they think.
 struct Surroundings<'a> {
     ether: [Ether<'a>; Medium::COUNT],
+    sight: Sight<'a>,
     lights: &'a [Light],
     ambient: f32,
     models: &'a Models,
@@ -74,6 +76,11 @@ impl<B: Brain> World<B> {
                 calibration: &self.calibration,
                 distance_sigma: self.pacing.infrared.distance_sigma,
             }),
+            sight: Sight {
+                area: self.settings.area,
+                obstacles: &self.obstacles,
+                crowd: &self.crowd,
+            },
             lights: &self.lights,
             ambient: self.settings.ambient_light,
             models: &self.models,
@@ -218,6 +225,8 @@ fn think(
         },
         outbox: Outbox { queue: &mut robot.radio.queue, medium },
         sensors: Sensors {
+            id,
+            sight: around.sight,
             pose,
             estimate: estimate.as_ref(),
             ambient: around.ambient,

@@ -4,7 +4,7 @@
 
 use bittybuzz_arena::engine::{
     Actuators, Area, Brain, Flight, Io, Link, Loss, Pose, Positioning, RobotId, RobotKind,
-    Settings, Sighting, Velocity, World,
+    Settings, Side, Sighting, Velocity, World,
 };
 
 /// A frame as it was heard.
@@ -44,6 +44,8 @@ pub struct Probe {
     pub given: u32,
     pub heard: Vec<Said>,
     pub light: u16,
+    /// Front, left, back, right.
+    pub ranges: [Option<f32>; 4],
     pub ticks: u64,
 }
 
@@ -70,6 +72,8 @@ impl Brain for Probe {
     fn tick(&mut self, io: &mut Io<'_>) {
         self.ticks += 1;
         self.light = io.sensors.light();
+        self.ranges =
+            [Side::Front, Side::Left, Side::Back, Side::Right].map(|side| io.sensors.range(side));
         self.heard.extend(io.inbox.iter().map(|frame| Said {
             tick: io.now,
             bytes: frame.bytes.to_vec(),

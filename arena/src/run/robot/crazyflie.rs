@@ -2,7 +2,7 @@
 
 use bittybuzz_vm_core::link::name_hash;
 
-use crate::engine::{Flight, Pose, Velocity, wrap};
+use crate::engine::{Flight, Pose, Side, Velocity, wrap};
 
 use super::call::{Done, Numbers};
 use super::log::Piece;
@@ -16,7 +16,7 @@ const CRUISE: f32 = 200.0;
 const TURN: f32 = 45.0;
 /// mm at which it has arrived.
 const ARRIVED: f32 = 50.0;
-/// What `get_*` return when nothing is in range. The world has no range finders.
+/// What `get_*` return when nothing is in range. The world has no ceiling.
 const OUT_OF_RANGE: i32 = 32_767;
 /// How long `goTo` and what has no end of its own may take, in ms.
 const PATIENCE: u64 = 3000;
@@ -214,7 +214,11 @@ pub fn call(deck: &mut Deck<'_, '_, '_>, hash: u16, numbers: &Numbers, again: bo
         FORWARD => pilot.cruise(CRUISE, 0.0, 0.0),
         LEFT => pilot.cruise(0.0, 0.0, TURN),
         RIGHT => pilot.cruise(0.0, 0.0, -TURN),
-        GET_UP | GET_LEFT | GET_RIGHT | GET_FRONT | GET_BACK => Done::Int(OUT_OF_RANGE),
+        GET_UP => Done::Int(OUT_OF_RANGE),
+        GET_LEFT => range(deck, Side::Left),
+        GET_RIGHT => range(deck, Side::Right),
+        GET_FRONT => range(deck, Side::Front),
+        GET_BACK => range(deck, Side::Back),
         GET_Z => Done::Int(here.map_or(OUT_OF_RANGE, |here| here.z as i32)),
         BATTERY => Done::Int(pilot.battery()),
         RAND_BBZ => Done::Int(deck.state.chance.below(300) as i32 - 150),
@@ -236,4 +240,9 @@ fn pace(height: f32, numbers: &Numbers) -> f32 {
         steps if numbers.count == 2 && steps > 0 => (height / (steps as f32 * 0.1)).max(1.0),
         _ => SPEED,
     }
+}
+
+/// What the Multi-ranger reads, in mm.
+fn range(deck: &Deck<'_, '_, '_>, side: Side) -> Done {
+    Done::Int(deck.io.sensors.range(side).map_or(OUT_OF_RANGE, |mm| mm as i32))
 }
