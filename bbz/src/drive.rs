@@ -3,18 +3,13 @@
 use std::time::{Duration, Instant};
 
 use bittybuzz_vm_core::number::Profile;
-use bittybuzz_vm_core::{
-    Entry, Fault, Image, ImageError, Outcome, Sighting, SwarmMemory, Value, Vm,
-};
+use bittybuzz_vm_core::{Entry, Fault, Image, ImageError, Outcome, Sighting, Sizes, Value, Vm};
 
 use crate::host::{Clock, HostRobot};
 use crate::interrupt::Interrupt;
 
 /// Slots of the machine that plays all robots, as many as there can be.
 pub const SLOTS: usize = 65_520;
-
-/// What the machine may remember of other robots, as much as any robot.
-type Network<P> = SwarmMemory<P, 255, 255, 100, 8, 64, 480>;
 
 /// Instructions between two looks at Ctrl-C.
 const SLICE: u16 = 50_000;
@@ -30,6 +25,8 @@ pub struct Settings {
     pub seed: u32,
     /// Slots of the robot's machine.
     pub slots: usize,
+    /// What it remembers of other robots.
+    pub sizes: Sizes,
     /// Steps at full speed, or without end in real time.
     pub steps: Option<u64>,
     /// Time between two steps.
@@ -78,7 +75,8 @@ pub fn drive<P: Profile>(
     host: &mut HostRobot<'_>,
     interrupt: &mut Interrupt,
 ) -> Result<Ended, ImageError> {
-    let mut vm: Box<Vm<P, &[u8], SLOTS, Network<P>>> = Box::new(Vm::new());
+    let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new());
+    vm.equip(settings.sizes);
     vm.load_limited(Image::new(image), settings.slots, is_robot_function)?;
     vm.identify(settings.id, settings.seed);
     let neighbors = &settings.neighbors;
@@ -92,7 +90,7 @@ pub fn drive<P: Profile>(
 }
 
 struct Run<'a, 'h, 'i, P: Profile> {
-    vm: Box<Vm<P, &'i [u8], SLOTS, Network<P>>>,
+    vm: Box<Vm<P, &'i [u8], SLOTS>>,
     host: &'a mut HostRobot<'h>,
     interrupt: &'a mut Interrupt,
     neighbors: &'a [InSight],

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use annotate_snippets::{Group, Level};
-use bittybuzz_robots::Profile;
+use bittybuzz_robots::{Profile, Robot};
+use bittybuzz_vm_core::Sizes;
 use bittybuzz_vm_core::number::{Full, Tiny};
 use clap::Args;
 
@@ -21,6 +22,9 @@ use crate::selection::SelectionArguments;
 
 /// Steps per second where no robot is named.
 const TICK_HZ: u32 = 10;
+
+/// What is remembered of other robots where no robot is named.
+const MOST_SIZES: Sizes = Sizes { neighbors: 255, bearings: true, entries: 100, swarms: 8 };
 
 const EXAMPLES: &str = "\
 Examples:
@@ -90,6 +94,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         id: arguments.id,
         seed: arguments.seed,
         slots: robot.map_or(SLOTS, |robot| robot.vm.slots as usize),
+        sizes: robot.map_or(MOST_SIZES, Robot::sizes),
         steps: arguments.steps,
         neighbors: arguments.neighbors.clone(),
         period: Duration::from_secs(1) / robot.map_or(TICK_HZ, |robot| robot.tick_hz),

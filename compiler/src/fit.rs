@@ -10,7 +10,7 @@ use bittybuzz_vm_core::builtin::{self, Feature};
 use bittybuzz_vm_core::image::{BESIDE_GLOBALS, Header};
 use bittybuzz_vm_core::number::{self, Full, Tiny};
 use bittybuzz_vm_core::opcode;
-use bittybuzz_vm_core::{Image, ImageError, SwarmMemory, Vm};
+use bittybuzz_vm_core::{Image, ImageError, Sizes, Vm};
 
 use code::Instruction;
 pub use stack::Way;
@@ -184,12 +184,11 @@ pub fn verify(image: &[u8], profile: Profile, robot: &Robot) -> Result<(), Image
     }
 }
 
-/// With all parts: [`lacking`] says which the robot does not have.
-type Network<P> = SwarmMemory<P, 1, 1, 1, 1, 17, 104>;
-
 fn load<P: number::Profile>(image: &[u8], robot: &Robot) -> Result<(), ImageError> {
     // Too large for the stack of a thread.
-    let mut vm: Box<Vm<P, &[u8], MOST_SLOTS, Network<P>>> = Box::new(Vm::new());
+    let mut vm: Box<Vm<P, &[u8], MOST_SLOTS>> = Box::new(Vm::new());
+    // [`lacking`] says what the robot does not have.
+    vm.equip(Sizes { neighbors: 1, bearings: false, entries: 1, swarms: 1 });
     let has_function = |hash| robot.functions.iter().any(|function| function.hash() == hash);
     vm.load_limited(Image::new(image), robot.vm.slots as usize, has_function)
 }

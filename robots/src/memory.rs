@@ -1,7 +1,8 @@
 //! What the memory of a virtual machine is for, and how much of it is left for scripts. The queues of messages, which the
 //! firmware has beside the machine, count as well.
 
-use bittybuzz_vm_core::{Value, number};
+use bittybuzz_vm_core::message::{FRAGMENT_HEAD, FRAGMENTS_MAX, FULL_FRAME, TINY_FRAME};
+use bittybuzz_vm_core::{Sizes, Value, number};
 
 use crate::{Profile, Robot};
 
@@ -9,12 +10,8 @@ use crate::{Profile, Robot};
 /// ATmega328P, 84 on Cortex-M. The firmware's build checks it.
 const REGISTERS: u32 = 88;
 
-/// Fragments of the longest value that one message cannot hold.
-const MOST_FRAGMENTS: u32 = 8;
-/// What a fragment has before its part of the value: type, robot, number of the message.
-const FRAGMENT_HEADER: u32 = 4;
 /// When what is to be sent, counters, and which fragments are here.
-const PROTOCOL: u32 = 30;
+const PROTOCOL: u32 = 36;
 /// Length of a frame in a queue, and how far its sender is.
 const QUEUED: u32 = 2;
 /// First and number of a queue's messages, and how many were dropped.
@@ -38,38 +35,34 @@ impl Robot {
         bytes as u32
     }
 
-    /// Bytes of a frame: the type byte and a message.
-    pub fn frame_bytes(&self) -> u32 {
-        1 + self.message_bytes
+    /// How much of other robots is remembered.
+    pub fn sizes(&self) -> Sizes {
+        let byte = |count: u32| u8::try_from(count).unwrap_or(u8::MAX);
+        Sizes {
+            neighbors: byte(self.vm.neighbors),
+            bearings: self.vm.bearings,
+            entries: byte(self.vm.stigmergy_entries),
+            swarms: byte(self.vm.swarms),
+        }
     }
 
-    /// Bytes of all fragments of a message.
-    pub fn content_bytes(&self) -> u32 {
-        MOST_FRAGMENTS * (self.frame_bytes() - FRAGMENT_HEADER)
+    /// Bytes of a frame: its type and a message.
+    pub fn frame_bytes(&self) -> u32 {
+        let bytes = match self.profile {
+            Profile::Tiny => TINY_FRAME,
+            Profile::Full => FULL_FRAME,
+        };
+        bytes as u32
     }
 
     /// Bytes for neighbours, messages, stigmergies and swarms. A listener or a conflict handler is a value of the script.
     pub fn swarm_memory(&self) -> u32 {
         let vm = self.vm;
-        // Fields of 32-bit chips begin at multiples of their size.
-        let (number, value, align) = match (self.profile, self.slot_bytes()) {
-            (Profile::Tiny, 3) => (2, 3, 1),
-            (Profile::Tiny, _) => (2, 4, 4),
-            (Profile::Full, _) => (4, 8, 4),
-        };
-        // Robot, steps, swarms, distance; azimuth and elevation.
-        let bearing = if vm.bearings { 2 * number } else { 0 };
-        let neighbor = 2 + 1 + 1 + number + bearing;
-        // Key, value, clock, robot, which stigmergy; at most as many stigmergies as entries, each with its number.
-        let entry = (2 * value + 4 + 2 + 1u32).next_multiple_of(align) + 2;
-        // Number; state.
-        let swarm = (2 + 1u32).next_multiple_of(align.min(2));
-        vm.neighbors * neighbor
+        let content = u32::from(FRAGMENTS_MAX) * (self.frame_bytes() - FRAGMENT_HEAD as u32);
+        self.sizes().slots() as u32 * self.slot_bytes()
             + (vm.in_queue + vm.out_queue) * (self.frame_bytes() + QUEUED)
             + 2 * QUEUE
-            + vm.stigmergy_entries * entry
-            + vm.swarms * swarm
-            + self.content_bytes()
+            + content
             + PROTOCOL
     }
 

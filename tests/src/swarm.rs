@@ -6,17 +6,16 @@ use bittybuzz_vm_core::builtin::{self, string};
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
     Arguments, Axis, ByteCode, Counters, Entry, Fault, Host, Image, Item, Outcome, Periods, Reply,
-    RobotFault, Sighting, SwarmMemory, Value, Vm,
+    RobotFault, Sighting, Sizes, Value, Vm,
 };
 
 use crate::compiler;
 use bittybuzz_compiler::include::MemoryFiles;
 
-/// The Kilobot's slots.
+/// What the Kilobot has.
 const SLOTS: usize = 350;
-/// Its neighbours, entries and swarms, and frames that are just long enough for every message of `full`.
-type Others<P> = SwarmMemory<P, 15, 15, 4, 8, 17, 104>;
-type Machine<P> = Vm<P, &'static [u8], SLOTS, Others<P>>;
+const SIZES: Sizes = Sizes { neighbors: 15, bearings: true, entries: 4, swarms: 8 };
+type Machine<P> = Vm<P, &'static [u8], { SLOTS + SIZES.slots() }>;
 
 /// Robots that run one script, number 0 with id 1 and so on.
 pub struct Swarm<P: Profile> {
@@ -62,6 +61,7 @@ impl<P: Profile> Swarm<P> {
         let strings = symbols.strings;
         let robots = (0..count).map(|place| {
             let mut vm: Box<Machine<P>> = Box::new(Vm::new());
+            vm.equip(SIZES);
             if let Err(error) = vm.load(Image::new(image), |_| true) {
                 panic!("{script}: {error:?}");
             }

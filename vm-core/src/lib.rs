@@ -14,6 +14,7 @@
 //! |---|---|---|
 //! | `maths` | on | floating-point functions of `math`, `gaussian`, `exponential`: 3.5 kB of flash on the AVR, 2.2 on a Cortex-M |
 //! | `strings` | on | text: strings made at run time, library `string` (useful in the full profile only) |
+//! | `swarm` | on | `neighbors`, `swarm`, `stigmergy` and their messages |
 //! | `torture` | off | for tests: makes allocations fail and collections frequent on request |
 //!
 //! # What it will not do
@@ -61,7 +62,7 @@ pub use fault::{Fault, FaultCode, Refusal, RobotFault};
 pub use host::{Arguments, Axis, Host, Item, Reply, Text};
 pub use image::{Entry, Image, ImageError};
 pub use machine::{Calls, GLOBALS, Outcome, Vm};
-pub use network::{Alone, Counters, Network, Periods, Sighting, SwarmMemory};
+pub use network::{Counters, Periods, Sighting, Sizes};
 #[cfg(feature = "torture")]
 pub use torture::Torture;
 pub use value::{Type, Value};

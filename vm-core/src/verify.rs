@@ -13,21 +13,21 @@ use crate::bytecode::ByteCode;
 use crate::image::{
     BESIDE_GLOBALS, CAPTURES, DEPTH_MAX, ImageError, PARAMETERS, USES_SELF, Verified,
 };
-use crate::network::Network;
 use crate::number::Profile;
 use crate::opcode::{self, DROP_RESULT, Operand};
 use crate::rom::{Effect, Needs};
 use crate::value::{Tag, Value};
 
-/// The bits of [`Feature`] that the machine of this build offers in a profile: strings made at run time need `full`.
+/// The bits of [`Feature`] that the machine of this build offers in a profile: strings made at run time need `full`;
+/// neighbours, swarms and stigmergy memory for them.
 pub const fn features<P: Profile>() -> u8 {
     (if cfg!(feature = "maths") { Feature::Maths as u8 } else { 0 })
         | (if cfg!(feature = "strings") && P::FULL { Feature::Strings as u8 } else { 0 })
-}
-
-/// The bits that it offers with that memory.
-const fn offered<P: Profile, N: Network<P>>() -> u8 {
-    features::<P>() | N::FEATURES
+        | (if cfg!(feature = "swarm") {
+            Feature::Neighbors as u8 | Feature::Swarm as u8 | Feature::Stigmergy as u8
+        } else {
+            0
+        })
 }
 
 // Operands as the table of effects has them. Not the enum, because to get there from a number takes a comparison for each.
@@ -52,16 +52,17 @@ impl<C: ByteCode> Verified<C> {
     /// Checks every byte that the machine will rely on. `is_robot_function` tells whether the robot has a function
     /// of that name hash.
     #[inline(never)]
-    pub(crate) fn verify<P: Profile, N: Network<P>, const SLOTS: usize>(
+    pub(crate) fn verify<P: Profile, const SLOTS: usize>(
         &self,
         scratch: &mut Arena<P, SLOTS>,
+        offered: u8,
         is_robot_function: impl Fn(u16) -> bool,
     ) -> Result<(), ImageError> {
         let header = &self.header;
         if header.is_full() != P::FULL {
             return Err(ImageError::Profile);
         }
-        let missing = header.features() & !offered::<P, N>();
+        let missing = header.features() & !offered;
         if missing != 0 {
             return Err(ImageError::Features(missing.into()));
         }
@@ -91,7 +92,7 @@ impl<C: ByteCode> Verified<C> {
             if self.named::<P>(LIBRARY, library.into()) < 0
                 || self.named::<P>(STRING, string) < 0
                 || needs < 0
-                || !Needs::from_byte(needs as u8).are_in(offered::<P, N>())
+                || !Needs::from_byte(needs as u8).are_in(offered)
             {
                 return Err(ImageError::LibraryTable(row));
             }
@@ -111,7 +112,7 @@ impl<C: ByteCode> Verified<C> {
             {
                 return Err(ImageError::Function(number));
             }
-            self.pass::<P, N, SLOTS>(start, end, scratch)?;
+            self.pass(offered, start, end, scratch)?;
             start = end;
             number += 1;
             if number >= header.functions() {
@@ -156,8 +157,9 @@ impl<C: ByteCode> Verified<C> {
     /// How many values an instruction takes off the stack; [`NONE`] if its operand or trailer is wrong, locals and jumps
     /// aside. `head` is the header of the function that it is in.
     #[inline(never)]
-    fn pops<P: Profile, N: Network<P>>(
+    fn pops<P: Profile>(
         &self,
+        offered: u8,
         opcode: u8,
         effect: Effect,
         number: u16,
@@ -203,7 +205,7 @@ impl<C: ByteCode> Verified<C> {
             let needs = Needs::from_byte(named);
             // A result can be dropped only where it comes at once.
             let drops = effect.has_arguments() && trailer & DROP_RESULT != 0;
-            if !needs.is_function_in(offered::<P, N>()) || drops && needs.is(Kind::Calls) {
+            if !needs.is_function_in(offered) || drops && needs.is(Kind::Calls) {
                 return NONE;
             }
         }
@@ -212,8 +214,9 @@ impl<C: ByteCode> Verified<C> {
 
     /// Follows the code of the function from `start` to `end`. Inlined into its caller, for one prologue less.
     #[inline(always)]
-    fn pass<P: Profile, N: Network<P>, const SLOTS: usize>(
+    fn pass<P: Profile, const SLOTS: usize>(
         &self,
+        offered: u8,
         start: usize,
         end: usize,
         memory: &mut Arena<P, SLOTS>,
@@ -282,7 +285,7 @@ impl<C: ByteCode> Verified<C> {
 
             let operand = effect.operand();
             let number = decoded.operand as u16;
-            let pops = self.pops::<P, N>(opcode, effect, number, trailer, head);
+            let pops = self.pops::<P>(offered, opcode, effect, number, trailer, head);
             if pops < 0 {
                 return Err(ImageError::Operand(here));
             }

@@ -1,14 +1,13 @@
 //! For tests: looks whether memory is as it must be. See feature `torture`.
 
-use super::{GLOBALS, OVERLAYS, State, Vm};
+use super::{OVERLAYS, State, Vm};
 use crate::arena::CELL;
 use crate::bytecode::ByteCode;
 use crate::heap::{FREE, LIVE};
-use crate::network::Network;
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Collects, and says what is wrong with the memory of a script that has not stopped.
     pub fn audit(&mut self) -> Result<(), &'static str> {
         if self.program.is_none() || matches!(self.state, State::Faulted(_)) {
@@ -72,11 +71,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
             return Err("a free cell is not in the list");
         }
         for slot in OVERLAYS..self.base() {
-            self.audit_value(arena.get(slot))?;
-        }
-        for entry in self.network.entries() {
-            self.audit_value(entry.key)?;
-            self.audit_value(entry.value)?;
+            if slot < usize::from(self.others) || self.is_root(slot) {
+                self.audit_value(arena.get(slot))?;
+            }
         }
         let (mut fp, mut end) = (usize::from(self.fp), usize::from(self.sp));
         while end > self.base() {
@@ -87,11 +84,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
             fp -= usize::from(arena.get(fp).tag().byte());
         }
         Ok(())
-    }
-
-    /// First slot of the stack.
-    fn base(&self) -> usize {
-        GLOBALS + self.header().map_or(0, |header| usize::from(header.globals()))
     }
 
     fn audit_value(&self, value: Value<P>) -> Result<(), &'static str> {

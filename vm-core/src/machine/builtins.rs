@@ -3,17 +3,16 @@
 use core::cmp::Ordering;
 
 use super::Vm;
-use crate::builtin::{self, Feature, string};
+use crate::builtin::{self, string};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::{Arguments, Host};
-use crate::network::Network;
 #[cfg(feature = "maths")]
 use crate::number::maths;
 use crate::number::{Profile, Rng, Rounding};
 use crate::value::{Tag, Type, Value};
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Computes a built-in of kind `Plain` from the `count` arguments on top, which stay there.
     #[inline(never)]
     pub(super) fn builtin<H: Host<P>>(
@@ -48,20 +47,17 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
             | builtin::TO_FLOAT
             | builtin::ABS..=builtin::ROUND
             | builtin::SQRT..=builtin::EXPONENTIAL => self.compute(number, a, b),
+            #[cfg(feature = "swarm")]
             builtin::NEIGHBORS_GET..=builtin::NEIGHBORS_IGNORE
-            | builtin::SNAPSHOT_GET..=builtin::SNAPSHOT_REDUCE
-                if N::FEATURES & Feature::Neighbors as u8 != 0 =>
-            {
+            | builtin::SNAPSHOT_GET..=builtin::SNAPSHOT_REDUCE => {
                 self.neighbor_builtin(host, number, first, end, a)
             }
-            builtin::SWARM_CREATE..=builtin::SWARM_OTHERS
-                if N::FEATURES & Feature::Swarm as u8 != 0 =>
-            {
+            #[cfg(feature = "swarm")]
+            builtin::SWARM_CREATE..=builtin::SWARM_OTHERS => {
                 self.swarm_builtin(number, first, end, a)
             }
-            builtin::STIGMERGY_CREATE..=builtin::STIGMERGY_ONCONFLICTLOST
-                if N::FEATURES & Feature::Stigmergy as u8 != 0 =>
-            {
+            #[cfg(feature = "swarm")]
+            builtin::STIGMERGY_CREATE..=builtin::STIGMERGY_ONCONFLICTLOST => {
                 self.stigmergy_builtin(host, number, first, end, a)
             }
             // All others take any value.

@@ -6,12 +6,11 @@ use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, RobotFault, Stopped};
 use crate::host::{Arguments, Host, Reply};
 use crate::image::{CAPTURES, PARAMETERS, USES_SELF};
-use crate::network::Network;
 use crate::number::Profile;
 use crate::rom::Needs;
 use crate::value::{Tag, Type, Value};
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The slot `below` the top of the operands: 1 is the top.
     #[inline(never)]
     pub(super) fn top(&self, below: u8) -> Value<P> {
@@ -123,7 +122,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
     ) -> Result<(), Stopped> {
         let mut function = callee;
         let mut count = count;
-        if N::FEATURES != 0 && callee.is(Tag::BOUND) {
+        if cfg!(feature = "swarm") && callee.is(Tag::BOUND) {
             function = self.arena.closure_function(callee.index());
         }
         let number = function.index() as u16;
@@ -134,7 +133,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         if !function.is(Tag::BUILTIN) {
             return Err(self.fail_on(FaultCode::NotCallable, callee, callee));
         }
-        if N::FEATURES != 0 && Needs::of::<P, C>(number as u8).is_method() {
+        if cfg!(feature = "swarm") && Needs::of::<P, C>(number as u8).is_method() {
             let mut object = Value::nil();
             if callee.is(Tag::BOUND) {
                 object = self.arena.closure_self(callee.index());

@@ -6,7 +6,6 @@ use super::Vm;
 use crate::builtin::string;
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
-use crate::network::Network;
 use crate::number::Profile;
 use crate::opcode::order;
 use crate::value::{Tag, Value};
@@ -14,7 +13,7 @@ use crate::value::{Tag, Value};
 /// The orders of values that are not equal.
 const UNEQUAL: u8 = order::LESS | order::GREATER;
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// `a == b`: numbers by value, strings by text, tables and closures by identity.
     #[inline(never)]
     pub(super) fn equal(&self, a: Value<P>, b: Value<P>) -> bool {

@@ -13,12 +13,11 @@ use crate::bytecode::ByteCode;
 use crate::fault::Stopped;
 use crate::host::Host;
 use crate::image::USES_SELF;
-use crate::network::Network;
 use crate::number::Profile;
 use crate::opcode::{self, WIDE, order};
 use crate::value::{Tag, Value};
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Runs at most `budget` instructions: `Continue` means that it is used up.
     #[inline(never)]
     #[allow(clippy::collapsible_match, reason = "guards would split the jump table")]
@@ -397,7 +396,7 @@ fn order_of<P: Profile>(a: P::Raw, b: P::Raw) -> u8 {
     }
 }
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Divides integers, if they are the two operands below `sp`.
     #[inline(never)]
     fn divide_quickly(&mut self, op: u8, sp: usize) -> bool {

@@ -3,13 +3,15 @@
 //!
 //! What is iterated is the first argument: a table, a snapshot of neighbours, a stigmergy, or `neighbors` itself.
 
+#[cfg(feature = "swarm")]
 use super::swarms::{object, object_number};
 use super::{Flow, Native, Vm};
-use crate::builtin::{self, Feature, Library};
+use crate::builtin;
+#[cfg(feature = "swarm")]
+use crate::builtin::Library;
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
-use crate::network::Network;
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
@@ -55,7 +57,13 @@ fn task(number: u8) -> u8 {
     }
 }
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
+/// Whether it is a function of `neighbors`, which is what it iterates.
+#[cfg(feature = "swarm")]
+fn is_of_neighbors(number: u8) -> bool {
+    (builtin::NEIGHBORS_FOREACH..=builtin::NEIGHBORS_REDUCE).contains(&number)
+}
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Begins a built-in of kind `Calls`, whose `count` arguments are on top.
     #[inline(never)]
     pub(super) fn begin_native<H: Host<P>>(
@@ -64,10 +72,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         number: u8,
         count: u8,
     ) -> Result<(), Stopped> {
+        #[cfg(feature = "swarm")]
         let mut count = count;
-        let of_neighbors = N::FEATURES & Feature::Neighbors as u8 != 0
-            && (builtin::NEIGHBORS_FOREACH..=builtin::NEIGHBORS_REDUCE).contains(&number);
-        if of_neighbors {
+        #[cfg(feature = "swarm")]
+        if is_of_neighbors(number) {
             self.insert(count, object(Library::Neighbors, 0))?;
             count = count.wrapping_add(1);
         }
@@ -81,7 +89,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         let argument = self.arena.get(first);
         if number == builtin::DELAY {
             self.need_number(argument)?;
-        } else if N::FEATURES == 0 || number < builtin::NEIGHBORS_GET {
+        } else if number < builtin::NEIGHBORS_GET {
             // Everything else is its own copy.
             if number == builtin::CLONE
                 && !matches!(argument.tag(), Tag::TABLE | Tag::LIBRARY | Tag::SNAPSHOT)
@@ -89,14 +97,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
                 return Ok(());
             }
             self.library_to_table(host, first)?;
-        } else if number == builtin::SWARM_EXEC {
-            self.need_swarm(argument)?;
-        } else if number >= builtin::SNAPSHOT_FOREACH {
-            if !argument.is(Tag::SNAPSHOT) {
-                return Err(self.wrong_type(argument, argument));
-            }
-        } else if !of_neighbors {
-            self.need_stigmergy(argument)?;
+        } else {
+            #[cfg(feature = "swarm")]
+            self.need_source(number, argument)?;
         }
         self.enter_native(Native(number))?;
         self.reserve(LOCALS)?;
@@ -107,6 +110,19 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         };
         self.set_local(RESULT, result);
         Ok(())
+    }
+
+    /// What a function of a swarm, a snapshot or a stigmergy works on has to be one.
+    #[cfg(feature = "swarm")]
+    fn need_source(&mut self, number: u8, source: Value<P>) -> Result<(), Stopped> {
+        match number {
+            builtin::SWARM_EXEC => self.need_swarm(source).map(|_| ()),
+            builtin::STIGMERGY_FOREACH..=builtin::STIGMERGY_REDUCE => {
+                self.need_stigmergy(source).map(|_| ())
+            }
+            _ if is_of_neighbors(number) || source.is(Tag::SNAPSHOT) => Ok(()),
+            _ => Err(self.wrong_type(source, source)),
+        }
     }
 
     /// Goes on in the built-in at the stored position.
@@ -121,7 +137,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
             self.call(host, self.top(1), 0, 1)?;
             return Ok(Flow::Continue);
         }
-        if N::FEATURES != 0 && number == Native::MESSAGES.0 {
+        #[cfg(feature = "swarm")]
+        if number == Native::MESSAGES.0 {
             return self.next_message(host);
         }
         if number == builtin::DELAY {
@@ -142,7 +159,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         let function = self.arena.get(first + 1);
         // Nothing is there before the first entry.
         let returned = usize::from(self.sp) > callback;
-        if N::FEATURES & Feature::Swarm as u8 != 0 && number == builtin::SWARM_EXEC {
+        #[cfg(feature = "swarm")]
+        if number == builtin::SWARM_EXEC {
             if returned {
                 self.leave_frame(parameters, self.top(1));
             } else if self.is_member(object_number(source)) {
@@ -174,7 +192,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
                     | builtin::SNAPSHOT_MAP
                     | builtin::SNAPSHOT_FILTER
             );
-            if N::FEATURES != 0 && is_snapshot {
+            if is_snapshot {
                 result = Value::indexed(Tag::SNAPSHOT, result.index() as u16);
             }
             self.leave_frame(parameters, result);
@@ -206,9 +224,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
     /// Puts key and value of the next element, and of a stigmergy the robot too, on the stack, which ends at `callback`.
     /// False if there is none.
     fn next_element(&mut self, source: Value<P>, callback: usize) -> Result<bool, Stopped> {
-        if N::FEATURES != 0 && source.is(Tag::LIBRARY) {
+        #[cfg(feature = "swarm")]
+        if source.is(Tag::LIBRARY) {
             return if source.index() as u8 == Library::Neighbors as u8 {
-                self.next_neighbor(callback - 2)
+                Ok(self.next_neighbor(callback - 2)? != 0)
             } else {
                 Ok(self.next_entry(object_number(source), callback - 2))
             };

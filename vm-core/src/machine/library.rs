@@ -10,12 +10,11 @@ use crate::fault::{FaultCode, Stopped};
 use crate::heap::{ITERATION, NoCell};
 use crate::host::{Axis, Host};
 use crate::image::USES_SELF;
-use crate::network::Network;
 use crate::number::Profile;
 use crate::rom::Needs;
 use crate::value::{Tag, Value};
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn table_size(&self, table: Value<P>) -> usize {
         self.arena.table_size(table.index())
     }
@@ -148,7 +147,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         let binds = match function.tag() {
             Tag::FUNCTION => self.head(number) & USES_SELF != 0,
             // Once read from its object it stays bound to it.
-            Tag::BUILTIN if N::FEATURES != 0 => {
+            Tag::BUILTIN if cfg!(feature = "swarm") => {
                 value.is(Tag::BUILTIN) && Needs::of::<P, C>(number as u8).is_method()
             }
             _ => false,
@@ -229,9 +228,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
 
     /// The value of a library's member.
     fn member<H: Host<P>>(&self, host: &mut H, library: Value<P>, member: u8) -> Value<P> {
+        #[cfg(not(feature = "swarm"))]
+        let _ = library;
         let axis = match member {
             builtin::PI => return Value::float(core::f32::consts::PI),
             builtin::RNG => return Value::indexed(Tag::LIBRARY, Library::Rng as u16),
+            #[cfg(feature = "swarm")]
             builtin::SWARM_OBJECT_ID | builtin::STIGMERGY_OBJECT_ID => {
                 return self.object_id(library, member);
             }

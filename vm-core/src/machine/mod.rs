@@ -16,27 +16,37 @@ mod audit;
 mod builtins;
 mod call;
 mod compare;
+#[cfg(feature = "swarm")]
 mod inspect;
 mod interpret;
 mod iterate;
 mod library;
+#[cfg(feature = "swarm")]
 mod messages;
+#[cfg(feature = "swarm")]
 mod neighbors;
+#[cfg(feature = "swarm")]
 mod serial;
 mod slow;
+#[cfg(feature = "swarm")]
 mod stigmergy;
+#[cfg(feature = "swarm")]
 mod swarms;
 #[cfg(feature = "strings")]
 mod text;
 
 use crate::arena::Arena;
+use crate::builtin::Feature;
 use crate::bytecode::ByteCode;
 use crate::fault::{Fault, FaultCode, Stopped};
 use crate::host::Host;
 use crate::image::{Entry, EntryPoint, Header, Image, ImageError, Verified};
-use crate::network::{Alone, Network};
+#[cfg(feature = "swarm")]
+use crate::network::Protocol;
+use crate::network::{ENTRY, Sizes};
 use crate::number::{Profile, Rng};
 use crate::value::{Tag, Type, Value};
+use crate::verify::features;
 
 /// The slot of the machine's own global: changes that the script made to libraries, see [`library`].
 const OVERLAYS: usize = 0;
@@ -57,6 +67,7 @@ impl Native {
     const START: Native = Native(0x7d);
     const ROBOT: Native = Native(0x7e);
     /// Messages are handled before `step()`.
+    #[cfg(feature = "swarm")]
     const MESSAGES: Native = Native(0x7c);
     const EXIT: Native = Native(0x7f);
 
@@ -70,6 +81,7 @@ impl Native {
 #[derive(Clone, Copy)]
 pub(crate) struct View<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
     pub(crate) arena: &'a Arena<P, SLOTS>,
+    #[cfg_attr(not(feature = "strings"), allow(dead_code, reason = "only text needs it"))]
     program: Option<&'a Verified<C>>,
 }
 
@@ -102,7 +114,7 @@ enum State {
 
 /// A virtual machine with `SLOTS` slots of memory for one script.
 #[repr(C)]
-pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P> = Alone> {
+pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
     /// Position of the next instruction, or that of a [`Native`].
     pc: u16,
     /// Slot of the running frame's record.
@@ -119,18 +131,23 @@ pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P> = Alone
     #[cfg(feature = "torture")]
     pub torture: crate::torture::Torture,
     program: Option<Verified<C>>,
-    network: N,
+    /// The first slot of what is known of other robots.
+    others: u16,
+    #[cfg(feature = "swarm")]
+    protocol: Protocol<P>,
     // Last, so that the AVR reaches the other fields with short instructions.
     arena: Arena<P, SLOTS>,
 }
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// A machine without a program on robot 0. All zeros: a static takes no flash, and nothing has to be copied.
     pub const fn new() -> Self {
         Vm {
             arena: Arena::new(),
             program: None,
-            network: N::EMPTY,
+            others: 0,
+            #[cfg(feature = "swarm")]
+            protocol: Protocol::EMPTY,
             pc: 0,
             fp: 0,
             sp: 0,
@@ -142,6 +159,49 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
             #[cfg(feature = "torture")]
             torture: crate::torture::Torture::NONE,
         }
+    }
+
+    /// Says how much it remembers of other robots; before an image is loaded. Takes [`Sizes::slots`] of its slots.
+    #[cfg(feature = "swarm")]
+    pub fn equip(&mut self, sizes: Sizes) {
+        self.program = None;
+        self.state = State::Empty;
+        self.protocol.sizes = sizes;
+    }
+
+    /// How much it remembers of other robots.
+    fn sizes(&self) -> Sizes {
+        #[cfg(feature = "swarm")]
+        return self.protocol.sizes;
+        #[cfg(not(feature = "swarm"))]
+        Sizes::NONE
+    }
+
+    /// The bits of [`Feature`] that it offers.
+    fn offered(&self) -> u8 {
+        let sizes = self.sizes();
+        let mut offered = features::<P>();
+        for (feature, count) in [
+            (Feature::Neighbors, sizes.neighbors),
+            (Feature::Swarm, sizes.swarms),
+            (Feature::Stigmergy, sizes.entries),
+        ] {
+            if count == 0 {
+                offered &= !(feature as u8);
+            }
+        }
+        offered
+    }
+
+    /// First slot of the stack.
+    fn base(&self) -> usize {
+        usize::from(self.others) + self.sizes().slots()
+    }
+
+    /// Whether a slot of what is known of other robots holds a value: keys and values of entries do.
+    fn is_root(&self, slot: usize) -> bool {
+        let place = slot.wrapping_sub(self.others.into());
+        place < usize::from(self.sizes().entries) * ENTRY && place & 2 == 0
     }
 
     /// What a host may look at.
@@ -168,20 +228,23 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
     ) -> Result<(), ImageError> {
         self.program = None;
         self.state = State::Empty;
-        self.network = N::EMPTY;
         // A script that stopped may have left some.
         #[cfg(feature = "strings")]
         {
             self.work = 0;
         }
+        let others = self.sizes().slots();
+        let slots = slots.min(SLOTS.saturating_sub(others));
         self.arena.reset(slots);
         // In its place from the start: a copy of the header would cost the AVR more than the verifier's tables.
+        let offered = self.offered();
         let program = self.program.insert(Verified::claimed(image.code));
         let checked = program
             .read_header()
-            .and_then(|()| program.verify::<P, N, SLOTS>(&mut self.arena, is_robot_function));
-        let base = GLOBALS + usize::from(program.header().globals());
-        self.arena.reset(slots);
+            .and_then(|()| program.verify(&mut self.arena, offered, is_robot_function));
+        self.others = GLOBALS as u16 + program.header().globals();
+        let base = usize::from(self.others) + others;
+        self.arena.reset(slots + others);
         if checked.is_err() {
             self.program = None;
             return checked;
@@ -202,8 +265,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
     pub fn identify(&mut self, robot_id: u16, seed: u32) {
         self.robot_id = robot_id;
         self.rng = Rng::new(seed, robot_id);
-        if let Some(protocol) = self.network.protocol() {
-            protocol.jitter = robot_id;
+        #[cfg(feature = "swarm")]
+        {
+            self.protocol.jitter = robot_id;
         }
     }
 
@@ -216,6 +280,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         let callee = match program.header.entry(entry) {
             EntryPoint::None => return false,
             EntryPoint::Global(number) => self.arena.get(GLOBALS + usize::from(number)),
+            #[cfg(feature = "swarm")]
             EntryPoint::Function(number) if entry == Entry::Step && self.is_social() => {
                 Value::indexed(Tag::FUNCTION, number)
             }
@@ -235,6 +300,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
                 Value::indexed(Tag::FUNCTION, number)
             }
         };
+        #[cfg(feature = "swarm")]
         if entry == Entry::Step && !callee.is_nil() && self.is_social() {
             self.state = State::Running;
             // A fault is reported by the next run.
@@ -269,20 +335,22 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         match flow {
             Ok(Flow::Done) => {
                 self.finish();
-                if self.is_social() {
-                    let _ = self.send_news(host);
-                    if let State::Faulted(fault) = self.state {
-                        return Outcome::Fault(fault);
-                    }
+                #[cfg(feature = "swarm")]
+                if self.is_social() && self.send_news(host).is_err() {
+                    return self.stopped();
                 }
                 Outcome::Done
             }
             Ok(Flow::Waiting) => Outcome::Waiting,
             Ok(Flow::Continue) => Outcome::Pending,
-            Err(Stopped) => match self.state {
-                State::Faulted(fault) => Outcome::Fault(fault),
-                _ => Outcome::Done,
-            },
+            Err(Stopped) => self.stopped(),
+        }
+    }
+
+    fn stopped(&self) -> Outcome {
+        match self.state {
+            State::Faulted(fault) => Outcome::Fault(fault),
+            _ => Outcome::Done,
         }
     }
 
@@ -294,7 +362,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
 
     /// The calls that led to where the machine is, innermost first: offsets from the start of the code of the last
     /// byte of the instruction where each function is.
-    pub fn calls(&self) -> Calls<'_, P, C, SLOTS, N> {
+    pub fn calls(&self) -> Calls<'_, P, C, SLOTS> {
         // Between entries none runs, but the loop leaves the position as it was.
         let idle = self.state == State::Idle;
         let pc = if idle { Native::EXIT.position() } else { usize::from(self.pc) };
@@ -321,21 +389,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         let (mut pc, mut fp) = (usize::from(self.pc), usize::from(self.fp));
         let mut slot = usize::from(self.sp);
         let mut reserved = slot;
+        let base = self.base();
         while slot > OVERLAYS {
             slot -= 1;
+            if slot < base && slot >= usize::from(self.others) && !self.is_root(slot) {
+                continue;
+            }
             let value = self.arena.get(slot);
             if slot == fp {
                 // The record of a frame, which is no value.
                 reserved = reserved.max(fp + 1 + self.frame_room(pc));
                 (pc, fp) = self.caller(fp);
             } else {
-                self.arena.mark(value);
-            }
-        }
-        for place in 0..self.network.entries().len() {
-            if let Some(entry) = self.network.entries().get(place) {
-                let (key, value) = (entry.key, entry.value);
-                self.arena.mark(key);
                 self.arena.mark(value);
             }
         }
@@ -402,7 +467,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
     }
 }
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Default for Vm<P, C, SLOTS, N> {
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Default for Vm<P, C, SLOTS> {
     fn default() -> Self {
         Self::new()
     }
@@ -423,15 +488,13 @@ fn record<P: Profile>(delta: usize, position: usize) -> Value<P> {
 }
 
 /// See [`Vm::calls`].
-pub struct Calls<'a, P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> {
-    vm: &'a Vm<P, C, SLOTS, N>,
+pub struct Calls<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
+    vm: &'a Vm<P, C, SLOTS>,
     pc: usize,
     fp: usize,
 }
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Iterator
-    for Calls<'_, P, C, SLOTS, N>
-{
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Iterator for Calls<'_, P, C, SLOTS> {
     type Item = u16;
 
     fn next(&mut self) -> Option<u16> {

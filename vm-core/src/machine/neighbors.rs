@@ -5,92 +5,182 @@ use crate::builtin::{self, string};
 use crate::bytecode::ByteCode;
 use crate::fault::Stopped;
 use crate::host::Host;
-use crate::network::{Network, Sighting};
+use crate::network::{ENTRY, Sighting};
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
+// Slots of a neighbour: its id, with bits of its swarms in place of a tag; its distance, with the steps until it is
+// forgotten; and where directions are known these two.
+const DISTANCE: usize = 1;
+const AZIMUTH: usize = 2;
+const ELEVATION: usize = 3;
+
+/// The bits of the tag that are steps; the other is that of swarm 7.
+const STEPS: u8 = 0x7f;
+/// Most steps.
+const STEPS_MAX: u8 = 126;
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Makes a robot a neighbour for so many steps, as if a frame of its had been received: for hosts that have no link.
     pub fn meet(&mut self, robot: u16, sighting: &Sighting<P>, steps: u8) {
         self.hear(robot, sighting, steps);
     }
 
-    /// Remembers for so many steps that a robot was heard. If there is no room, who was not heard for the longest time is forgotten.
+    /// The first slot of the neighbour at that place.
+    fn neighbor_slot(&self, place: usize) -> usize {
+        let sizes = &self.protocol.sizes;
+        usize::from(self.others)
+            + usize::from(sizes.entries) * (ENTRY + 1)
+            + usize::from(sizes.swarms)
+            + place * sizes.neighbor()
+    }
+
+    /// Steps until it is forgotten; 0: there is none.
+    fn steps_left(&self, at: usize) -> u8 {
+        self.arena.get(at + DISTANCE).tag().byte() & STEPS
+    }
+
+    /// How many there are.
+    pub(super) fn count_neighbors(&self) -> usize {
+        let all = 0..usize::from(self.protocol.sizes.neighbors);
+        all.filter(|place| self.steps_left(self.neighbor_slot(*place)) != 0).count()
+    }
+
+    /// The first slot of a robot that is a neighbour, 0 if it is none.
+    #[inline(never)]
+    fn find_neighbor(&self, robot: u16) -> usize {
+        for place in 0..usize::from(self.protocol.sizes.neighbors) {
+            let at = self.neighbor_slot(place);
+            if self.steps_left(at) != 0 && self.arena.index_at(at) as u16 == robot {
+                return at;
+            }
+        }
+        0
+    }
+
+    /// Remembers for so many steps that a robot was heard. If there is no room, who was not heard for the longest time is
+    /// forgotten.
     pub(super) fn hear(&mut self, robot: u16, sighting: &Sighting<P>, steps: u8) {
-        let mut place = 0;
-        let mut fewest = u8::MAX;
-        for (index, neighbor) in self.network.neighbors().iter().enumerate() {
-            if neighbor.steps_left != 0 && neighbor.robot == robot {
-                place = index;
-                break;
+        let mut at = self.find_neighbor(robot);
+        if at == 0 {
+            let mut fewest = u8::MAX;
+            for place in 0..usize::from(self.protocol.sizes.neighbors) {
+                let here = self.neighbor_slot(place);
+                let left = self.steps_left(here);
+                if left < fewest {
+                    fewest = left;
+                    at = here;
+                }
             }
-            if neighbor.steps_left < fewest {
-                fewest = neighbor.steps_left;
-                place = index;
+            if at == 0 {
+                return;
+            }
+            self.arena.set(at, Value::indexed(Tag::NIL, robot));
+            self.arena.set(at + DISTANCE, Value::nil());
+        }
+        let swarm = self.arena.get(at + DISTANCE).tag().byte() & !STEPS;
+        let mut distance = P::float_from_f32(f32::NAN);
+        if let Some([measured, azimuth, elevation]) = sighting.place {
+            distance = measured.raw();
+            if self.protocol.sizes.bearings {
+                self.arena.set(at + AZIMUTH, azimuth);
+                self.arena.set(at + ELEVATION, elevation);
             }
         }
-        let [distance, azimuth, elevation] = match &sighting.place {
-            Some(place) => place.map(Value::raw),
-            None => [P::float_from_f32(f32::NAN); 3],
-        };
-        if let Some(neighbor) = self.network.neighbors().get_mut(place) {
-            if neighbor.steps_left == 0 || neighbor.robot != robot {
-                neighbor.robot = robot;
-                neighbor.swarms = 0;
-            }
-            neighbor.steps_left = steps;
-            neighbor.distance = distance;
-        }
-        if let Some(bearing) = self.network.bearings().get_mut(place) {
-            *bearing = [azimuth, elevation];
-        }
+        let tag = Tag::of(swarm | steps.min(STEPS_MAX));
+        self.arena.set(at + DISTANCE, Value::new(tag, distance));
     }
 
     /// A step has passed.
     pub(super) fn age_neighbors(&mut self) {
-        for neighbor in self.network.neighbors() {
-            neighbor.steps_left = neighbor.steps_left.saturating_sub(1);
+        for place in 0..usize::from(self.protocol.sizes.neighbors) {
+            let at = self.neighbor_slot(place) + DISTANCE;
+            let value = self.arena.get(at);
+            if value.tag().byte() & STEPS != 0 {
+                self.arena.set(at, Value::new(Tag::of(value.tag().byte() - 1), value.raw()));
+            }
         }
     }
 
-    /// The neighbour with the lowest id that is at least `from`, with its place among the neighbours.
-    fn neighbor_from(&mut self, from: u16) -> Option<(usize, u16)> {
-        let mut found: Option<(usize, u16)> = None;
-        for (index, neighbor) in self.network.neighbors().iter().enumerate() {
-            if neighbor.steps_left != 0
-                && neighbor.robot >= from
-                && found.is_none_or(|(_, robot)| neighbor.robot < robot)
-            {
-                found = Some((index, neighbor.robot));
+    /// Notes whether a neighbour is in the swarm at that place.
+    pub(super) fn note_swarm(&mut self, robot: u16, swarm: u8, is_member: bool) {
+        let mut at = self.find_neighbor(robot);
+        if at == 0 {
+            return;
+        }
+        let mut bit = 1 << swarm;
+        // The eighth has no room beside the others: no tag is 255.
+        if swarm == 7 {
+            at += DISTANCE;
+            bit = !STEPS;
+        }
+        let value = self.arena.get(at);
+        let mut bits = value.tag().byte() & !bit;
+        if is_member {
+            bits |= bit;
+        }
+        self.arena.set(at, Value::new(Tag::of(bits), value.raw()));
+    }
+
+    /// Whether a neighbour is in the swarm at that place.
+    fn is_kin(&self, at: usize, swarm: u8) -> bool {
+        if swarm == 7 {
+            return self.arena.get(at + DISTANCE).tag().byte() & !STEPS != 0;
+        }
+        self.arena.get(at).tag().byte() >> swarm & 1 != 0
+    }
+
+    /// The first slot of the neighbour with the lowest id that is at least `from`; 0 if there is none.
+    fn neighbor_from(&self, from: u16) -> usize {
+        let mut found = 0;
+        let mut lowest = u16::MAX;
+        for place in 0..usize::from(self.protocol.sizes.neighbors) {
+            let at = self.neighbor_slot(place);
+            let robot = self.arena.index_at(at) as u16;
+            if self.steps_left(at) != 0 && robot >= from && robot <= lowest {
+                found = at;
+                lowest = robot;
             }
         }
         found
     }
 
-    /// Pushes id and data of the neighbour that comes after the one whose id is in slot `at` (nil: of the first), and
-    /// puts its id there. False if there is none.
-    pub(super) fn next_neighbor(&mut self, at: usize) -> Result<bool, Stopped> {
-        let last = self.arena.get(at);
-        let from = if last.is_nil() { 0 } else { (last.index() as u16).wrapping_add(1) };
-        if !last.is_nil() && from == 0 {
-            return Ok(false);
+    /// Pushes id and data of the neighbour that comes after the one whose id is in slot `last` (nil: of the first), and
+    /// puts its id there. Its first slot, 0 if there is none.
+    pub(super) fn next_neighbor(&mut self, last: usize) -> Result<usize, Stopped> {
+        let value = self.arena.get(last);
+        let mut from = 0;
+        if !value.is_nil() {
+            from = (value.index() as u16).wrapping_add(1);
+            if from == 0 {
+                return Ok(0);
+            }
         }
-        let Some((index, robot)) = self.neighbor_from(from) else { return Ok(false) };
-        self.arena.set(at, Value::indexed(Tag::INT, robot));
-        self.push(Value::int(i32::from(robot)));
-        let data = self.neighbor_data(index)?;
-        self.push(data);
-        Ok(true)
+        let at = self.neighbor_from(from);
+        if at != 0 {
+            let robot = Value::indexed(Tag::INT, self.arena.index_at(at) as u16);
+            self.arena.set(last, robot);
+            self.push(robot);
+            let data = self.neighbor_data(at)?;
+            self.push(data);
+        }
+        Ok(at)
     }
 
     /// A table of distance, azimuth and elevation of a neighbour.
-    fn neighbor_data(&mut self, index: usize) -> Result<Value<P>, Stopped> {
+    fn neighbor_data(&mut self, at: usize) -> Result<Value<P>, Stopped> {
         let mut values = [Value::nil(); 3];
-        let distance = self.network.neighbors().get(index).map_or(P::ZERO, |n| n.distance);
+        let distance = self.arena.get(at + DISTANCE).raw();
         if distance != P::float_from_f32(f32::NAN) {
-            let [azimuth, elevation] =
-                self.network.bearings().get(index).copied().unwrap_or([P::ZERO; 2]);
-            values = [distance, azimuth, elevation].map(|raw| Value::new(Tag::FLOAT, raw));
+            values = [
+                Value::new(Tag::FLOAT, distance),
+                Value::new(Tag::FLOAT, P::ZERO),
+                Value::new(Tag::FLOAT, P::ZERO),
+            ];
+            if self.protocol.sizes.bearings {
+                values[1] = self.arena.get(at + AZIMUTH);
+                values[2] = self.arena.get(at + ELEVATION);
+            }
         }
         self.record([string::DISTANCE, string::AZIMUTH, string::ELEVATION], values)
     }
@@ -128,19 +218,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         a: Value<P>,
     ) -> Result<Value<P>, Stopped> {
         match number {
-            builtin::NEIGHBORS_COUNT => {
-                let neighbors = self.network.neighbors().iter();
-                let count = neighbors.filter(|neighbor| neighbor.steps_left != 0).count();
-                Ok(Value::int(count as i32))
-            }
+            builtin::NEIGHBORS_COUNT => Ok(Value::int(self.count_neighbors() as i32)),
             builtin::NEIGHBORS_GET => {
                 let Some(id) = a.as_int() else { return Err(self.wrong_type(a, a)) };
-                match self.neighbor_from(id as u16) {
-                    Some((index, robot)) if Value::<P>::int(i32::from(robot)).same(a) => {
-                        self.neighbor_data(index)
-                    }
-                    _ => Ok(Value::nil()),
+                // Of a negative id, which none has in `full`, the bits are those of another.
+                let at = self.find_neighbor(id as u16);
+                if at == 0 || P::FULL && id >> 16 != 0 {
+                    return Ok(Value::nil());
                 }
+                self.neighbor_data(at)
             }
             builtin::NEIGHBORS_KIN | builtin::NEIGHBORS_NONKIN => {
                 self.kin(number == builtin::NEIGHBORS_KIN)
@@ -169,16 +255,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         self.sp = base as u16 + 2;
         let table = self.new_table()?;
         self.arena.set(base, table);
-        while self.next_neighbor(base + 1)? {
-            let robot = self.arena.get(base + 1).index() as u16;
-            let is_kin = match swarm {
-                Some(swarm) => self.network.neighbors().iter().any(|neighbor| {
-                    neighbor.steps_left != 0
-                        && neighbor.robot == robot
-                        && neighbor.swarms >> swarm & 1 != 0
-                }),
-                None => true,
-            };
+        loop {
+            let at = self.next_neighbor(base + 1)?;
+            if at == 0 {
+                break;
+            }
+            let is_kin = swarm.is_none_or(|swarm| self.is_kin(at, swarm));
             if is_kin == wanted {
                 self.table_set(table, self.top(2), self.top(1))?;
             }

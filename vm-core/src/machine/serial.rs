@@ -10,7 +10,7 @@ use crate::host::Host;
 use crate::image::CAPTURES;
 use crate::message::content::{Head, Item, Reader, Writer};
 use crate::message::{self, FRAGMENT_HEAD, FRAGMENTS_MAX, Fragment, Message, STIGMERGIES};
-use crate::network::{Buffer, Network};
+use crate::network::{Buffer, Count};
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
@@ -25,11 +25,10 @@ const KEY: usize = 2;
 const ELEMENT: usize = 3;
 const READING: usize = 4;
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
-    /// Bytes of content in a fragment. The same on every robot of a profile that shares its medium with smaller ones.
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
+    /// Bytes of content in a fragment.
     fn fragment_bytes() -> usize {
-        let room = N::Frame::ZERO.as_ref().len().saturating_sub(FRAGMENT_HEAD);
-        if P::FULL { room } else { room.min(message::plain_max::<P>() - FRAGMENT_HEAD) }
+        P::Frame::ZERO.as_ref().len().saturating_sub(FRAGMENT_HEAD)
     }
 
     /// The value as an entry of a stigmergy keeps it: a table is copied, so that later changes are no part of it. A
@@ -40,12 +39,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         key: Value<P>,
         value: Value<P>,
     ) -> Result<Value<P>, Stopped> {
-        let number = self.network.stigmergies().get(usize::from(stigmergy)).copied().unwrap_or(0);
+        let number = self.number_of_stigmergy(stigmergy);
         let has_frame = number < STIGMERGIES && matches!(key.tag(), Tag::INT | Tag::STRING);
         if has_frame && value.is_plain() {
             return Ok(value);
         }
-        let mut content = N::Content::ZERO;
+        let mut content = P::Content::ZERO;
         let head = Head::Entry { stigmergy: number, owner: 0, clock: 0 };
         let length = self.write(head, key, value, content.as_mut())?;
         if !matches!(value.tag(), Tag::TABLE | Tag::SNAPSHOT) {
@@ -70,7 +69,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         topic: Value<P>,
         value: Value<P>,
     ) -> Result<(), Stopped> {
-        let mut content = N::Content::ZERO;
+        let mut content = P::Content::ZERO;
         let length = self.write(Head::Broadcast, topic, value, content.as_mut())?;
         self.send_fragments(host, content.as_ref().get(..length).unwrap_or(&[]));
         Ok(())
@@ -82,7 +81,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         host: &mut H,
         entry: &message::Entry<P>,
     ) -> Result<(), Stopped> {
-        let mut content = N::Content::ZERO;
+        let mut content = P::Content::ZERO;
         let message::Entry { stigmergy, owner, clock, key, value } = *entry;
         let head = Head::Entry { stigmergy, owner, clock };
         let length = self.write(head, key, value, content.as_mut())?;
@@ -116,8 +115,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         second: Value<P>,
         room: &mut [u8],
     ) -> Result<usize, Stopped> {
-        let most = usize::from(FRAGMENTS_MAX) * Self::fragment_bytes();
-        let room = room.get_mut(..most).unwrap_or(&mut []);
         let mut writer = Writer::new(room, self.script(), head);
         self.write_value(&mut writer, first)?;
         self.write_value(&mut writer, second)?;
@@ -188,56 +185,54 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         fragment: &Fragment<'_>,
     ) -> Result<(), Stopped> {
         let piece = Self::fragment_bytes();
-        let script = self.script();
-        let Some((assembly, _)) = self.network.assembly() else { return Ok(()) };
         let Fragment { robot, number, index, last, content: part } = *fragment;
-        let same = assembly.steps_left != 0 && assembly.robot == robot && assembly.number == number;
-        if !same {
+        let assembly = &mut self.protocol.assembly;
+        let is_other = assembly.robot != robot;
+        if assembly.steps_left == 0 || is_other || assembly.number != number {
             let interrupts = assembly.steps_left != 0;
             // A robot that begins another message has ended the one before.
-            if !interrupts || assembly.robot == robot {
+            let gives_way = !interrupts || !is_other;
+            if gives_way {
                 assembly.robot = robot;
                 assembly.number = number;
                 assembly.present = 0;
-                assembly.count = 0;
+                assembly.all = 0;
             }
-            let takes = assembly.present == 0;
             if interrupts {
-                self.count(|counters| &mut counters.incomplete);
+                self.protocol.count(Count::Incomplete);
             }
-            if !takes {
+            if !gives_way {
                 return Ok(());
             }
         }
-        let Some((assembly, content)) = self.network.assembly() else { return Ok(()) };
         if !last && part.len() != piece {
-            self.count(|counters| &mut counters.malformed);
+            self.protocol.count(Count::Malformed);
             return Ok(());
         }
+        let assembly = &mut self.protocol.assembly;
         let from = usize::from(index) * piece;
-        for (to, byte) in content.iter_mut().skip(from).zip(part.iter().take(piece)) {
+        let room = assembly.content.as_mut().iter_mut().skip(from);
+        for (to, byte) in room.zip(part.iter().take(piece)) {
             *to = *byte;
         }
-        assembly.present |= 1 << index;
+        let bit = 1 << index;
+        assembly.present |= bit;
         assembly.steps_left = PATIENCE;
         if last {
-            assembly.count = index + 1;
-            assembly.last_bytes = part.len().min(piece) as u8;
+            assembly.all = bit | (bit - 1);
+            assembly.length = (from + part.len().min(piece)) as u16;
         }
-        if assembly.count == 0 || u16::from(assembly.present) + 1 != 1 << assembly.count {
+        if assembly.all == 0 || assembly.present & assembly.all != assembly.all {
             return Ok(());
         }
         assembly.steps_left = 0;
-        let length = usize::from(assembly.count - 1) * piece + usize::from(assembly.last_bytes);
-        // The buffer is free again before listeners run.
-        let mut whole = N::Content::ZERO;
-        for (to, byte) in whole.as_mut().iter_mut().zip(content) {
-            *to = *byte;
-        }
-        match Reader::new::<P>(whole.as_ref().get(..length).unwrap_or(&[]), script) {
+        let length = usize::from(assembly.length);
+        // A copy, since another message may come while this one is dealt with.
+        let content = assembly.content;
+        match Reader::new::<P>(content.as_ref().get(..length).unwrap_or(&[]), self.script()) {
             Ok((head, reader)) => self.deliver(host, robot, head, reader),
             Err(_) => {
-                self.count(|counters| &mut counters.incomplete);
+                self.protocol.count(Count::Incomplete);
                 Ok(())
             }
         }
@@ -252,7 +247,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         mut reader: Reader<'_>,
     ) -> Result<(), Stopped> {
         if !self.has_room_for(reader.clone()) {
-            self.count(|counters| &mut counters.incomplete);
+            self.protocol.count(Count::Incomplete);
             return Ok(());
         }
         self.read(&mut reader)?;
@@ -266,7 +261,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
                     _ => return Ok(()),
                 };
                 let entry = message::Entry { stigmergy, owner, clock, key, value: second };
-                self.merge(host, &entry).map(|_| ())
+                self.merge(host, &entry)
             }
         }
     }

@@ -5,7 +5,6 @@ use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
 use crate::image::{PARAMETERS, USES_SELF};
-use crate::network::Network;
 use crate::number::Profile;
 #[cfg(feature = "maths")]
 use crate::number::maths::{self, Function};
@@ -13,7 +12,7 @@ use crate::opcode::{self, DROP_RESULT, Operand};
 use crate::rom::Effect;
 use crate::value::{Tag, Value};
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Executes one instruction; `pc` is behind opcode and operand.
     #[inline(never)]
     pub(super) fn slow<H: Host<P>>(

@@ -4,16 +4,23 @@ use core::cmp::Ordering;
 
 use super::Vm;
 use super::messages::LOST;
-use super::swarms::{object, object_number};
+use super::swarms::{NEWS, object, object_number};
 use crate::builtin::{self, Library, string};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
-use crate::message::{self, CLOCK_MAX};
-use crate::network::{Entry, NEWS, Network};
+use crate::message::{CLOCK_MAX, Entry};
+use crate::network::{Count, ENTRY};
 use crate::number::Profile;
 use crate::stamp::Stamp;
 use crate::value::{Tag, Type, Value};
+
+// Slots of an entry: key and value; the robot that put it, with 1 + the place of its stigmergy in place of a tag, nil if there
+// is no entry; the low bits of the clock, with the high ones in place of a tag.
+const KEY: usize = 0;
+const VALUE: usize = 1;
+const ROBOT: usize = 2;
+const CLOCK: usize = 3;
 
 /// The handlers of stigmergies, beside listeners: a library that no script has, with the object's number.
 const ON_CONFLICT: u8 = 0xfe;
@@ -21,13 +28,68 @@ const ON_CONFLICT_LOST: u8 = 0xfd;
 /// In place of a library whose overlay holds listeners and handlers.
 const HANDLERS: u16 = 0xff;
 
-impl<P: Profile> Entry<P> {
-    pub(super) fn stamp(&self) -> Stamp<P> {
-        Stamp { clock: self.clock, robot: self.robot, value: self.value }
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
+    /// The first slot of the entry at that place.
+    pub(super) fn entry_slot(&self, place: u8) -> usize {
+        usize::from(self.others) + usize::from(place) * ENTRY
     }
-}
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
+    /// The slot of the number of the stigmergy at that place.
+    fn stigmergy_slot(&self, place: u8) -> usize {
+        self.entry_slot(self.protocol.sizes.entries) + usize::from(place)
+    }
+
+    /// The number of the stigmergy at that place.
+    pub(super) fn number_of_stigmergy(&self, place: u8) -> u16 {
+        self.arena.index_at(self.stigmergy_slot(place)) as u16
+    }
+
+    /// What an entry is worth.
+    pub(super) fn stamp(&self, at: usize) -> Stamp<P> {
+        let clock = self.arena.get(at + CLOCK);
+        let [low, high] = (clock.index() as u16).to_le_bytes();
+        Stamp {
+            clock: u32::from_le_bytes([low, high, clock.tag().byte(), 0]),
+            robot: self.arena.index_at(at + ROBOT) as u16,
+            value: self.arena.get(at + VALUE),
+        }
+    }
+
+    /// Sets it, as news.
+    fn set_stamp(&mut self, at: usize, stigmergy: u8, stamp: &Stamp<P>) {
+        let [low, high, highest, _] = stamp.clock.to_le_bytes();
+        let state = Tag::of((stigmergy + 1) | NEWS);
+        self.arena.set(at + VALUE, stamp.value);
+        self.arena.set(at + ROBOT, Value::indexed(state, stamp.robot));
+        let clock = Value::indexed(Tag::of(highest), u16::from_le_bytes([low, high]));
+        self.arena.set(at + CLOCK, clock);
+        self.hurry();
+    }
+
+    /// 1 + the place of the stigmergy of an entry, 0 if there is no entry; with [`NEWS`].
+    pub(super) fn entry_state(&self, at: usize) -> u8 {
+        self.arena.get(at + ROBOT).tag().byte()
+    }
+
+    /// That an entry is news, or no longer.
+    pub(super) fn set_entry_state(&mut self, at: usize, state: u8) {
+        let robot = self.arena.get(at + ROBOT).raw();
+        self.arena.set(at + ROBOT, Value::new(Tag::of(state), robot));
+    }
+
+    /// An entry as it is sent.
+    pub(super) fn entry_message(&self, at: usize) -> Entry<P> {
+        let stamp = self.stamp(at);
+        let place = (self.entry_state(at) & !NEWS).wrapping_sub(1);
+        Entry {
+            stigmergy: self.number_of_stigmergy(place),
+            owner: stamp.robot,
+            clock: stamp.clock,
+            key: self.arena.get(at + KEY),
+            value: stamp.value,
+        }
+    }
+
     /// The place of the stigmergy that is an argument.
     pub(super) fn need_stigmergy(&mut self, value: Value<P>) -> Result<u8, Stopped> {
         if value.is(Tag::LIBRARY) && value.index() as u8 == Library::StigmergyObject as u8 {
@@ -38,57 +100,76 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
 
     /// Number of a swarm or stigmergy.
     pub(super) fn object_id(&self, value: Value<P>, member: u8) -> Value<P> {
-        let place = usize::from(object_number(value));
-        let number = if member == builtin::SWARM_OBJECT_ID {
-            self.network.swarms().get(place).map(|swarm| swarm.number)
-        } else {
-            self.network.stigmergies().get(place).copied()
-        };
-        number.map_or(Value::nil(), |number| Value::int(i32::from(number)))
-    }
-
-    /// The place of the stigmergy of that number, among those that exist.
-    pub(super) fn find_stigmergy(&mut self, number: u16) -> Option<u8> {
-        let count = usize::from(self.network.protocol()?.stigmergies);
-        let found = self.network.stigmergies().iter().take(count).position(|n| *n == number);
-        found.map(|place| place as u8)
-    }
-
-    /// The place of an entry.
-    pub(super) fn find_entry(&self, stigmergy: u8, key: Value<P>) -> Option<usize> {
-        self.network.entries().iter().position(|entry| {
-            entry.is_of(stigmergy) && (entry.key.same(key) || self.arena.same_text(entry.key, key))
+        let place = object_number(value);
+        self.number_at(match member {
+            builtin::SWARM_OBJECT_ID => self.swarm_slot(place),
+            _ => self.stigmergy_slot(place),
         })
     }
 
-    /// The place of a new entry, with clock 0 and no value.
-    pub(super) fn new_entry(&mut self, stigmergy: u8, key: Value<P>) -> Option<usize> {
-        let entries = self.network.entries_mut();
-        let free = entries.iter().position(|entry| entry.state == 0)?;
-        let entry = entries.get_mut(free)?;
-        *entry = Entry { key, value: Value::nil(), clock: 0, robot: 0, state: stigmergy + 1 };
-        Some(free)
+    /// The integer in a slot, whatever there is in place of its tag.
+    pub(super) fn number_at(&self, at: usize) -> Value<P> {
+        Value::indexed(Tag::INT, self.arena.index_at(at) as u16)
     }
 
-    /// Slots `at` and above get key, value and robot of the next entry, that slot `at` counts; false if there is none.
+    /// The place of the stigmergy of that number; how many there are if there is none.
+    pub(super) fn find_stigmergy(&self, number: u16) -> u8 {
+        let mut place = 0;
+        while place < self.protocol.stigmergies && self.number_of_stigmergy(place) != number {
+            place += 1;
+        }
+        place
+    }
+
+    /// The first slot of an entry, 0 if there is none.
+    #[inline(never)]
+    pub(super) fn find_entry(&self, stigmergy: u8, key: Value<P>) -> usize {
+        for place in 0..self.protocol.sizes.entries {
+            let at = self.entry_slot(place);
+            if self.entry_state(at) & !NEWS == stigmergy + 1 {
+                let here = self.arena.get(at + KEY);
+                if here.same(key) || self.arena.same_text(here, key) {
+                    return at;
+                }
+            }
+        }
+        0
+    }
+
+    /// The first slot for a new entry with that key, clock 0 and no value; 0 if there is no room.
+    fn new_entry(&mut self, key: Value<P>) -> usize {
+        for place in 0..self.protocol.sizes.entries {
+            let at = self.entry_slot(place);
+            if self.entry_state(at) == 0 {
+                self.arena.set(at + KEY, key);
+                self.arena.set(at + VALUE, Value::nil());
+                self.arena.set(at + CLOCK, Value::nil());
+                return at;
+            }
+        }
+        0
+    }
+
+    /// Pushes key, value and robot of the next entry, where slot `at` counts; false if there is none.
     pub(super) fn next_entry(&mut self, stigmergy: u8, at: usize) -> bool {
         let next = self.arena.get(at);
-        let from = if next.is_nil() { 0 } else { next.index() };
-        let entries = self.network.entries();
-        let found = (from..entries.len()).find_map(|place| {
-            let entry = entries.get(place)?;
-            let is_one = entry.is_of(stigmergy) && !entry.value.is_nil();
-            is_one.then_some((place, *entry))
-        });
-        let Some((place, entry)) = found else { return false };
-        self.arena.set(at, Value::int(place as i32 + 1));
-        self.push(entry.key);
-        self.push(entry.value);
-        self.push(Value::int(i32::from(entry.robot)));
-        true
+        let from = if next.is_nil() { 0 } else { next.index() as u8 };
+        for place in from..self.protocol.sizes.entries {
+            let entry = self.entry_slot(place);
+            let value = self.arena.get(entry + VALUE);
+            if self.entry_state(entry) & !NEWS == stigmergy + 1 && !value.is_nil() {
+                self.arena.set(at, Value::int(i32::from(place) + 1));
+                self.push(self.arena.get(entry + KEY));
+                self.push(value);
+                self.push(self.number_at(entry + ROBOT));
+                return true;
+            }
+        }
+        false
     }
 
     /// Functions of `stigmergy` and of stigmergies that have their result at once; `a` is the first argument.
+    #[inline(never)]
     pub(super) fn stigmergy_builtin<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -103,89 +184,80 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
             return Ok(object(Library::StigmergyObject, stigmergy));
         }
         let stigmergy = self.need_stigmergy(a)?;
-        if number == builtin::STIGMERGY_SIZE {
-            let entries = self.network.entries().iter();
-            let present = entries.filter(|entry| entry.is_of(stigmergy) && !entry.value.is_nil());
-            return Ok(Value::int(present.count() as i32));
-        }
         let b = self.argument(first + 1, end);
-        if number >= builtin::STIGMERGY_ONCONFLICT {
-            let library = match number {
-                builtin::STIGMERGY_ONCONFLICT => ON_CONFLICT,
-                _ => ON_CONFLICT_LOST,
-            };
-            self.set_handler(handler(library, stigmergy), b)?;
-            return Ok(Value::nil());
+        match number {
+            builtin::STIGMERGY_SIZE => {
+                // The iteration counts in a slot of its own.
+                let top = self.sp;
+                self.reserve(1)?;
+                let mut count = 0;
+                while self.next_entry(stigmergy, top.into()) {
+                    self.sp = top + 1;
+                    count += 1;
+                }
+                self.sp = top;
+                return Ok(Value::int(count));
+            }
+            builtin::STIGMERGY_ONCONFLICT => {
+                self.set_handler(handler(ON_CONFLICT, stigmergy), b)?;
+                return Ok(Value::nil());
+            }
+            builtin::STIGMERGY_ONCONFLICTLOST => {
+                self.set_handler(handler(ON_CONFLICT_LOST, stigmergy), b)?;
+                return Ok(Value::nil());
+            }
+            _ => {}
         }
         let key = self.key(a, b)?;
-        let found = self.find_entry(stigmergy, key);
+        let mut at = self.find_entry(stigmergy, key);
         if number == builtin::STIGMERGY_GET {
-            if let Some(entry) = found.and_then(|place| self.network.entries().get(place)) {
-                return Ok(entry.value);
+            if at != 0 {
+                return Ok(self.arena.get(at + VALUE));
             }
-            self.ask(host, stigmergy, key)?;
+            // Who knows it?
+            let stigmergy = self.number_of_stigmergy(stigmergy);
+            let owner = self.robot_id;
+            let question = Entry { stigmergy, owner, clock: 0, key, value: Value::nil() };
+            self.send_entry(host, &question)?;
             return Ok(Value::nil());
         }
         let value = self.argument(first + 2, end);
         if value.is(Tag::UNSET) {
             return Err(self.fail(FaultCode::MissingArgument));
         }
-        if found.is_none() && value.is_nil() {
-            return Ok(Value::nil());
+        if at == 0 && value.is_nil() {
+            return Ok(value);
         }
         let value = self.sendable(stigmergy, key, value)?;
-        let Some(place) = found.or_else(|| self.new_entry(stigmergy, key)) else {
-            return Err(self.fail(FaultCode::StoreFull));
-        };
-        let robot = self.robot_id;
-        if let Some(entry) = self.network.entries_mut().get_mut(place) {
-            entry.value = value;
-            entry.robot = robot;
-            entry.clock = (entry.clock + 1).min(CLOCK_MAX);
-            entry.state |= NEWS;
+        if at == 0 {
+            at = self.new_entry(key);
+            if at == 0 {
+                return Err(self.fail(FaultCode::StoreFull));
+            }
         }
-        self.hurry();
+        let clock = (self.stamp(at).clock + 1).min(CLOCK_MAX);
+        self.set_stamp(at, stigmergy, &Stamp { clock, robot: self.robot_id, value });
         Ok(Value::nil())
     }
 
     /// The place of the stigmergy of that number, empty.
     fn create_stigmergy(&mut self, number: u16) -> Result<u8, Stopped> {
-        if let Some(place) = self.find_stigmergy(number) {
-            for entry in self.network.entries_mut() {
-                if entry.is_of(place) {
-                    entry.state = 0;
-                    entry.key = Value::nil();
-                    entry.value = Value::nil();
-                }
-            }
-            return Ok(place);
-        }
-        let place = self.network.protocol().map_or(0, |protocol| protocol.stigmergies);
-        let Some(slot) = self.network.stigmergies_mut().get_mut(usize::from(place)) else {
+        let stigmergy = self.find_stigmergy(number);
+        if stigmergy == self.protocol.sizes.entries {
             return Err(self.fail(FaultCode::TooMany));
-        };
-        *slot = number;
-        if let Some(protocol) = self.network.protocol() {
-            protocol.stigmergies = place + 1;
         }
-        Ok(place)
-    }
-
-    /// Asks the neighbours for an entry that is not here.
-    fn ask<H: Host<P>>(
-        &mut self,
-        host: &mut H,
-        stigmergy: u8,
-        key: Value<P>,
-    ) -> Result<(), Stopped> {
-        let question = Entry {
-            key,
-            value: Value::nil(),
-            clock: 0,
-            robot: self.robot_id,
-            state: stigmergy + 1,
-        };
-        self.send_entry(host, &question)
+        if stigmergy == self.protocol.stigmergies {
+            self.protocol.stigmergies += 1;
+            let at = self.stigmergy_slot(stigmergy);
+            self.arena.set(at, Value::indexed(Tag::INT, number));
+        }
+        for place in 0..self.protocol.sizes.entries {
+            let at = self.entry_slot(place);
+            if self.entry_state(at) & !NEWS == stigmergy + 1 {
+                self.arena.fill(at, at + ENTRY);
+            }
+        }
+        Ok(stigmergy)
     }
 
     /// The function under that key of the table of listeners and handlers, nil if there is none.
@@ -195,6 +267,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
     }
 
     /// Sets it; nil removes.
+    #[inline(never)]
     pub(super) fn set_handler(&mut self, key: Value<P>, function: Value<P>) -> Result<(), Stopped> {
         if !function.is_nil() && function.type_of() != Type::Closure {
             return Err(self.wrong_type(function, function));
@@ -203,96 +276,69 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         self.table_set(handlers, key, function)
     }
 
-    /// Merges an entry that was heard. True if that takes a call of a handler, which has begun then.
+    /// Merges an entry that was heard; a handler may have to be called for that, which begins then.
+    #[inline(never)]
     pub(super) fn merge<H: Host<P>>(
         &mut self,
         host: &mut H,
-        remote: &message::Entry<P>,
-    ) -> Result<bool, Stopped> {
-        let Some(stigmergy) = self.find_stigmergy(remote.stigmergy) else { return Ok(false) };
-        let Some(place) = self.find_entry(stigmergy, remote.key) else {
-            if remote.clock != 0 {
-                match self.new_entry(stigmergy, remote.key) {
-                    Some(place) => self.take(place, remote),
-                    None => self.pass_on(host, remote)?,
-                }
+        remote: &Entry<P>,
+    ) -> Result<(), Stopped> {
+        let stigmergy = self.find_stigmergy(remote.stigmergy);
+        if stigmergy == self.protocol.stigmergies {
+            return Ok(());
+        }
+        let theirs = Stamp { clock: remote.clock, robot: remote.owner, value: remote.value };
+        let mut at = self.find_entry(stigmergy, remote.key);
+        if at == 0 {
+            if remote.clock == 0 {
+                return Ok(());
             }
-            return Ok(false);
-        };
-        let Some(local) = self.network.entries().get(place).copied() else { return Ok(false) };
-        let stamp = Stamp { clock: remote.clock, robot: remote.owner, value: remote.value };
-        let order = stamp.order(&local.stamp());
-        if remote.clock == local.clock && remote.owner != local.robot {
+            at = self.new_entry(remote.key);
+            if at == 0 {
+                return self.pass_on(host, remote);
+            }
+        }
+        let mine = self.stamp(at);
+        let mut order = theirs.order(&mine);
+        if mine.clock == theirs.clock && mine.robot != theirs.robot {
             let decides = self.handler(handler(ON_CONFLICT, stigmergy));
             if !decides.is_nil() {
-                self.ask_handler(host, decides, &local, remote)?;
-                return Ok(true);
+                self.begin_conflict(stigmergy, remote);
+                self.push(remote.key);
+                self.push_stamp(&mine)?;
+                self.push_stamp(&theirs)?;
+                return self.call(host, decides, 3, 0);
             }
-            if order == Ordering::Greater && local.robot == self.robot_id {
-                self.set_local(LOST, local.value);
-                self.take(place, remote);
-                return self.tell_lost(host, stigmergy, &local);
+            if order == Ordering::Greater && mine.robot == self.robot_id {
+                self.set_local(LOST, mine.value);
+                self.set_stamp(at, stigmergy, &theirs);
+                self.tell_lost(host, stigmergy, remote.key, &mine)?;
+                order = Ordering::Equal;
             }
         }
         match order {
-            Ordering::Greater => self.take(place, remote),
+            Ordering::Greater => self.set_stamp(at, stigmergy, &theirs),
             // The neighbour is behind.
-            Ordering::Less => self.mark_news(place),
+            Ordering::Less => self.set_stamp(at, stigmergy, &mine),
             Ordering::Equal => {}
         }
-        Ok(false)
+        Ok(())
     }
 
-    /// Puts what was heard in the place of an entry.
-    fn take(&mut self, place: usize, remote: &message::Entry<P>) {
-        if let Some(entry) = self.network.entries_mut().get_mut(place) {
-            entry.value = remote.value;
-            entry.clock = remote.clock;
-            entry.robot = remote.owner;
-        }
-        self.mark_news(place);
-    }
-
-    fn mark_news(&mut self, place: usize) {
-        if let Some(entry) = self.network.entries_mut().get_mut(place) {
-            entry.state |= NEWS;
-        }
-        self.hurry();
-    }
-
-    /// Calls the handler of conflicts: f(key, local, remote).
-    fn ask_handler<H: Host<P>>(
-        &mut self,
-        host: &mut H,
-        decides: Value<P>,
-        local: &Entry<P>,
-        remote: &message::Entry<P>,
-    ) -> Result<(), Stopped> {
-        self.begin_conflict(local, remote);
-        self.push(local.key);
-        let mine = self.entry_table(local.robot, local.value, local.clock)?;
-        self.push(mine);
-        let theirs = self.entry_table(remote.owner, remote.value, remote.clock)?;
-        self.push(theirs);
-        self.call(host, decides, 3, 0)
-    }
-
-    /// A table of robot, data and timestamp.
-    fn entry_table(
-        &mut self,
-        robot: u16,
-        value: Value<P>,
-        clock: u32,
-    ) -> Result<Value<P>, Stopped> {
-        let clock = clock.min(P::INT_MAX as u32) as i32;
-        self.record(
+    /// Pushes a table of robot, data and timestamp.
+    fn push_stamp(&mut self, stamp: &Stamp<P>) -> Result<(), Stopped> {
+        let clock = stamp.clock.min(P::INT_MAX as u32) as i32;
+        let table = self.record(
             [string::ROBOT, string::DATA, string::TIMESTAMP],
-            [Value::int(i32::from(robot)), value, Value::int(clock)],
-        )
+            [Value::indexed(Tag::INT, stamp.robot), stamp.value, Value::int(clock)],
+        )?;
+        self.push(table);
+        Ok(())
     }
 
-    /// Ends a conflict by what the handler said: the winner is stored and sent. True if `onconflictlost` has to run,
-    /// which has begun then.
+    /// Ends a conflict by what the handler said: the winner is stored and sent. `onconflictlost` may have to run, and
+    /// begins then.
+    #[inline(never)]
     pub(super) fn settle<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -300,31 +346,31 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         stigmergy: u8,
         key: Value<P>,
         clock: u32,
-    ) -> Result<bool, Stopped> {
+    ) -> Result<(), Stopped> {
         let mut robot = Value::nil();
         let mut data = Value::nil();
         if verdict.is(Tag::TABLE) {
             robot = self.arena.table_get(verdict.index(), Value::string(string::ROBOT));
             data = self.arena.table_get(verdict.index(), Value::string(string::DATA));
         }
-        let place = self.find_entry(stigmergy, key);
-        let local = place.and_then(|place| self.network.entries().get(place).copied());
-        let (Some(place), Some(local), Some(robot)) = (place, local, robot.as_int()) else {
-            self.count(|counters| &mut counters.undecided);
-            return Ok(false);
-        };
+        let at = self.find_entry(stigmergy, key);
+        if !robot.is(Tag::INT) || at == 0 {
+            self.protocol.count(Count::Undecided);
+            return Ok(());
+        }
+        let mine = self.stamp(at);
         // The handler may have put something else.
-        if local.clock != clock {
-            return Ok(false);
+        if mine.clock != clock {
+            return Ok(());
         }
-        let data = self.sendable(stigmergy, key, data)?;
-        self.set_local(LOST, local.value);
-        let winner = message::Entry { stigmergy: 0, owner: robot as u16, clock, key, value: data };
-        self.take(place, &winner);
-        if local.robot == self.robot_id && winner.owner != self.robot_id {
-            return self.tell_lost(host, stigmergy, &local);
+        let value = self.sendable(stigmergy, key, data)?;
+        let winner = Stamp { clock, robot: robot.index() as u16, value };
+        self.set_local(LOST, mine.value);
+        self.set_stamp(at, stigmergy, &winner);
+        if mine.robot == self.robot_id && winner.robot != self.robot_id {
+            self.tell_lost(host, stigmergy, key, &mine)?;
         }
-        Ok(false)
+        Ok(())
     }
 
     /// Calls `onconflictlost`, if there is one, with the robot's own entry that lost.
@@ -332,17 +378,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         &mut self,
         host: &mut H,
         stigmergy: u8,
-        lost: &Entry<P>,
-    ) -> Result<bool, Stopped> {
+        key: Value<P>,
+        lost: &Stamp<P>,
+    ) -> Result<(), Stopped> {
         let told = self.handler(handler(ON_CONFLICT_LOST, stigmergy));
         if told.is_nil() {
-            return Ok(false);
+            return Ok(());
         }
-        self.push(lost.key);
-        let mine = self.entry_table(lost.robot, lost.value, lost.clock)?;
-        self.push(mine);
-        self.call(host, told, 2, 0)?;
-        Ok(true)
+        self.push(key);
+        self.push_stamp(lost)?;
+        self.call(host, told, 2, 0)
     }
 }
 

@@ -4,11 +4,17 @@ use super::{Native, Vm};
 use crate::builtin::{self, Library};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
-use crate::network::{EXISTS, MEMBER, NEWS, Network, Swarm};
+use crate::network::ENTRY;
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
+// The slot of a swarm: its number, with these in place of a tag.
+const EXISTS: u8 = 1;
+const MEMBER: u8 = 2;
+/// In place of a tag, of a swarm or an entry: it is to be sent when the entry point that is running returns.
+pub(super) const NEWS: u8 = 0x80;
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The place of the swarm of a running `exec`: `depth` 0 is the innermost.
     pub(super) fn current_swarm(&self, depth: u16) -> Option<u8> {
         let (mut pc, mut fp) = (usize::from(self.pc), usize::from(self.fp));
@@ -25,30 +31,54 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         None
     }
 
-    /// Whether the robot is in that swarm.
-    pub(super) fn is_member(&self, swarm: u8) -> bool {
-        self.network.swarms().get(usize::from(swarm)).is_some_and(Swarm::has_member)
+    /// The slot of the swarm at that place.
+    pub(super) fn swarm_slot(&self, place: u8) -> usize {
+        let entries = usize::from(self.protocol.sizes.entries);
+        usize::from(self.others) + entries * (ENTRY + 1) + usize::from(place)
     }
 
-    fn set_member(&mut self, swarm: u8, is_member: bool) {
-        if let Some(swarm) = self.network.swarms_mut().get_mut(usize::from(swarm))
-            && swarm.has_member() != is_member
-        {
-            swarm.state = (swarm.state ^ MEMBER) | NEWS;
+    /// Whether the robot is in the swarm at that place.
+    pub(super) fn is_member(&self, place: u8) -> bool {
+        self.arena.get(self.swarm_slot(place)).tag().byte() & MEMBER != 0
+    }
+
+    fn set_member(&mut self, place: u8, is_member: bool) {
+        if self.is_member(place) != is_member {
+            let at = self.swarm_slot(place);
+            let swarm = self.arena.get(at);
+            let state = (swarm.tag().byte() ^ MEMBER) | NEWS;
+            self.arena.set(at, Value::new(Tag::of(state), swarm.raw()));
         }
+    }
+
+    /// The place of the swarm of that number; how many there are if there is none.
+    pub(super) fn find_swarm(&self, number: u16) -> u8 {
+        let mut place = 0;
+        while place < self.protocol.sizes.swarms {
+            let swarm = self.arena.get(self.swarm_slot(place));
+            if swarm.tag() != Tag::NIL && swarm.index() as u16 == number {
+                break;
+            }
+            place += 1;
+        }
+        place
     }
 
     /// The swarm of that number, made if there is none.
     fn create_swarm(&mut self, number: Value<P>) -> Result<u8, Stopped> {
         let number = self.need_id(number)?;
-        for (place, swarm) in self.network.swarms_mut().iter_mut().enumerate() {
-            if !swarm.exists() {
-                swarm.state = EXISTS;
-                swarm.number = number;
+        let mut place = self.find_swarm(number);
+        if place < self.protocol.sizes.swarms {
+            return Ok(place);
+        }
+        place = 0;
+        while place < self.protocol.sizes.swarms {
+            let at = self.swarm_slot(place);
+            if self.arena.get(at).tag() == Tag::NIL {
+                self.arena.set(at, Value::indexed(Tag::of(EXISTS), number));
+                return Ok(place);
             }
-            if swarm.number == number {
-                return Ok(place as u8);
-            }
+            place += 1;
         }
         Err(self.fail(FaultCode::TooMany))
     }
@@ -81,9 +111,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS,
         let swarm = match number {
             builtin::SWARM_ID => {
                 let depth = if a.is(Tag::UNSET) { 0 } else { self.need_id(a)? };
-                let swarm = self.current_swarm(depth).map(usize::from);
-                let found = swarm.and_then(|place| self.network.swarms().get(place));
-                return Ok(found.map_or(Value::nil(), |s| Value::int(i32::from(s.number))));
+                return Ok(match self.current_swarm(depth) {
+                    Some(place) => self.number_at(self.swarm_slot(place)),
+                    None => Value::nil(),
+                });
             }
             builtin::SWARM_CREATE => self.create_swarm(a)?,
             builtin::SWARM_UNION..=builtin::SWARM_DIFFERENCE => {

@@ -8,7 +8,6 @@ use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::heap::{TextBuilder, TextCursor};
 use crate::message::content::Reader;
-use crate::network::Network;
 use crate::number::{self, Number, Profile};
 use crate::value::{Tag, Value};
 
@@ -136,7 +135,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> View<'_, P, C, SLOTS> {
     }
 }
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize, N: Network<P>> Vm<P, C, SLOTS, N> {
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn is_text(&self, value: Value<P>) -> bool {
         value.is(Tag::STRING) || value.is(Tag::TEXT)
     }

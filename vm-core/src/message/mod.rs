@@ -20,10 +20,10 @@ use crate::value::{Tag, Value};
 
 /// Bytes of the longest frame but fragments.
 pub const PLAIN_MAX: usize = 17;
-/// The same in that profile.
-pub const fn plain_max<P: Profile>() -> usize {
-    if P::FULL { PLAIN_MAX } else { 10 }
-}
+/// Bytes of the longest frame in the tiny profile: those of a Kilobot, its type byte and nine more.
+pub const TINY_FRAME: usize = 10;
+/// Bytes of the longest frame in the full profile, which fits what every link of such robots carries.
+pub const FULL_FRAME: usize = 49;
 
 /// Most swarms in a frame of the full profile; the tiny profile's hold half as many.
 pub const SWARMS_MAX: usize = 4;

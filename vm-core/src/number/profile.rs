@@ -10,6 +10,8 @@ use super::float16::F16;
 #[cfg(feature = "maths")]
 use super::tables::Polynomials;
 use super::word::Word;
+use crate::message;
+use crate::network::{Buffer, content_bytes};
 use crate::rom;
 use crate::slots::Stored;
 
@@ -43,6 +45,10 @@ pub trait Profile: sealed::Sealed + Stored + Copy + Default + Debug + 'static {
     const INT_MAX: i32;
     /// Bytes of a literal in an image.
     const WORD_BYTES: usize;
+    /// Room for a frame, and for the contents of all fragments of a message.
+    type Frame: Buffer;
+    /// See [`Profile::Frame`].
+    type Content: Buffer;
     /// The machine's own tables.
     const ROM: &'static [u8];
     /// Where among them the coefficients of polynomials are.
@@ -223,6 +229,8 @@ macro_rules! integer_operations {
 
 impl Profile for Tiny {
     type Raw = u16;
+    type Frame = [u8; message::TINY_FRAME];
+    type Content = [u8; content_bytes(message::TINY_FRAME)];
 
     const NAME: &'static str = "tiny";
     const ID: u8 = 0;
@@ -257,6 +265,8 @@ impl Profile for Tiny {
 
 impl Profile for Full {
     type Raw = u32;
+    type Frame = [u8; message::FULL_FRAME];
+    type Content = [u8; content_bytes(message::FULL_FRAME)];
 
     const NAME: &'static str = "full";
     const ID: u8 = 1;

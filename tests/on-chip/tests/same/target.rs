@@ -3,7 +3,7 @@
 use crate::emulator::{Emulator, Feed};
 use bittybuzz_on_chip::{Header, Report, run, slots};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
-use bittybuzz_vm_core::{Alone, Vm};
+use bittybuzz_vm_core::Vm;
 
 /// A chip with a profile, and what plays it.
 pub struct Target {
@@ -84,5 +84,5 @@ impl Target {
 
 /// In a new machine, on which nothing has run before.
 fn host<P: Profile, const SLOTS: usize>(header: Header, image: &[u8]) -> Report {
-    run(&mut Vm::<P, &[u8], SLOTS, Alone>::new(), image, header)
+    run(&mut Vm::<P, &[u8], SLOTS>::new(), image, header)
 }
