@@ -50,6 +50,13 @@ pub struct Sighting<P: Profile> {
     pub place: Option<[Value<P>; 3]>,
 }
 
+impl<P: Profile> Default for Sighting<P> {
+    /// Nothing is known.
+    fn default() -> Self {
+        Sighting { robot: None, place: None }
+    }
+}
+
 /// How often a robot is heard without its script's doing, in steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Periods {

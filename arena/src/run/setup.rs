@@ -2,8 +2,8 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use bittybuzz_robots::{Function, Profile};
-use bittybuzz_vm_core::{ImageError, Periods};
+use bittybuzz_robots::{Function, Profile, Robot as RobotFile};
+use bittybuzz_vm_core::{ImageError, Periods, Sizes};
 
 use crate::scenario::{Action, Body, Cause, Scenario, ScenarioError};
 
@@ -44,6 +44,7 @@ pub struct Cast<'p> {
     pub body: Body,
     pub image: &'p [u8],
     pub slots: usize,
+    pub sizes: Sizes,
     pub duties: Duties,
     pub ids: &'p [u16],
     pub periods: Periods,
@@ -82,13 +83,15 @@ impl<'p> Setup<'p> {
         for group in &scenario.groups {
             let robot = &group.robot;
             let (profile, slots) = machine(group.body);
+            let total = |robot: &RobotFile| robot.vm.slots as usize + robot.sizes().slots();
             let misfit = match robot {
                 _ if robot.profile != profile => {
                     Some(format!("profile {}, not {}", profile.name(), robot.profile.name()))
                 }
-                _ if robot.vm.slots as usize > slots => {
-                    Some(format!("at most {slots} slots, not {}", robot.vm.slots))
-                }
+                _ if total(robot) > slots => Some(format!(
+                    "at most {slots} slots for the script and what it knows of others, not {}",
+                    total(robot)
+                )),
                 _ => None,
             };
             if let Some(needs) = misfit {
@@ -141,6 +144,7 @@ impl<'p> Setup<'p> {
                     body: group.body,
                     image: &program.image,
                     slots: group.robot.vm.slots as usize,
+                    sizes: group.robot.sizes(),
                     duties,
                     ids: &self.ids,
                     periods: Periods {

@@ -41,7 +41,7 @@ use bittybuzz_runtime::script::Script;
 use bittybuzz_runtime::setpoint::{self, Writer};
 use bittybuzz_vm_core::builtin::Feature;
 use bittybuzz_vm_core::number::Full;
-use bittybuzz_vm_core::{Image, SwarmMemory, Vm, features};
+use bittybuzz_vm_core::{Image, Sizes, Vm, features};
 use defmt_rtt as _;
 use embassy_executor::Spawner;
 use embassy_stm32::bind_interrupts;
@@ -71,17 +71,16 @@ static TASKS: Liveness = Liveness::new(6);
 static SETPOINTS: setpoint::Channel<Powers> = setpoint::Channel::new();
 static STATUS: StatusChannel = StatusChannel::new();
 
-type Others = SwarmMemory<
-    Full,
-    { robot::NEIGHBORS },
-    { robot::BEARINGS },
-    { robot::STIGMERGY_ENTRIES },
-    { robot::SWARMS },
-    { robot::FRAME_BYTES },
-    { robot::CONTENT_BYTES },
->;
-type Machine = Vm<Full, section::Section, { robot::SLOTS }, Others>;
-type ScriptTask = Script<Full, section::Section, Crazyflie, { robot::SLOTS }, Others>;
+/// What the machine remembers of other robots.
+const SIZES: Sizes = Sizes {
+    neighbors: robot::NEIGHBORS as u8,
+    bearings: robot::BEARINGS != 0,
+    entries: robot::STIGMERGY_ENTRIES as u8,
+    swarms: robot::SWARMS as u8,
+};
+const SLOTS: usize = robot::SLOTS + SIZES.slots();
+type Machine = Vm<Full, section::Section, SLOTS>;
+type ScriptTask = Script<Full, section::Section, Crazyflie, SLOTS>;
 
 /// The machine takes no more memory than the robot file promises.
 const _: () = assert!(size_of::<Machine>() <= robot::MEMORY);
@@ -122,7 +121,9 @@ async fn main(spawner: Spawner) {
     let pulse = |task| TASKS.pulse(task);
     static VM: ConstStaticCell<Machine> = ConstStaticCell::new(Vm::new());
     static SCRIPT: StaticCell<ScriptTask> = StaticCell::new();
-    let script = SCRIPT.init(Script::new(VM.take(), robot_id, crazyflie, pulse(0)));
+    let vm = VM.take();
+    vm.equip(SIZES);
+    let script = SCRIPT.init(Script::new(vm, robot_id, crazyflie, pulse(0)));
     if let Some(failure) = failure {
         defmt::error!("restarted after {}: no script runs until power-on", failure);
         STATUS.signal(Status::Stopped);

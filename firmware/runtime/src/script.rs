@@ -3,8 +3,8 @@
 use bittybuzz_comms::trace;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Alone, Arguments, Axis, ByteCode, Counters, Entry, Host, Image, Network, Outcome, Periods,
-    Reply, RobotFault, Sighting, Vm,
+    Arguments, Axis, ByteCode, Counters, Entry, Host, Image, Outcome, Periods, Reply, RobotFault,
+    Sighting, Vm,
 };
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
@@ -105,14 +105,8 @@ pub struct Counts {
 }
 
 /// The script's task.
-pub struct Script<
-    P: Profile,
-    C: ByteCode + 'static,
-    R,
-    const SLOTS: usize,
-    N: Network<P> + 'static = Alone,
-> {
-    vm: &'static mut Vm<P, C, SLOTS, N>,
+pub struct Script<P: Profile, C: ByteCode + 'static, R, const SLOTS: usize> {
+    vm: &'static mut Vm<P, C, SLOTS>,
     robot_id: u16,
     /// The robot.
     pub robot: R,
@@ -123,11 +117,9 @@ pub struct Script<
     delay: Option<Instant>,
 }
 
-impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize, N: Network<P> + 'static>
-    Script<P, C, R, SLOTS, N>
-{
+impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<P, C, R, SLOTS> {
     /// In this machine, on the robot with this id.
-    pub fn new(vm: &'static mut Vm<P, C, SLOTS, N>, robot_id: u16, robot: R, pulse: Pulse) -> Self {
+    pub fn new(vm: &'static mut Vm<P, C, SLOTS>, robot_id: u16, robot: R, pulse: Pulse) -> Self {
         let (log, counts) = (Log::new(), Counts::default());
         Script { vm, robot_id, robot, pulse, log, counts, delay: None }
     }

@@ -7,10 +7,9 @@ mod log;
 mod platform;
 mod zooid;
 
+use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
-use bittybuzz_vm_core::{
-    Entry, Fault, Image, ImageError, Network, Outcome, SwarmMemory, Value, Vm,
-};
+use bittybuzz_vm_core::{Entry, Fault, Image, ImageError, Outcome, Sizes, Value, Vm};
 
 use crate::engine::{Actuators, Brain, Flight, Io, KilobotMotors, Sighting, Stream, Wheels};
 use crate::scenario::Body;
@@ -21,26 +20,25 @@ pub use kilobot::Duties;
 pub use log::{LogLine, Piece};
 use platform::{Deck, Inbox, Outbox, Platform};
 
-/// Slots of the machines, at least as many as the robots' files say.
-pub const KILOBOT_SLOTS: usize = 350;
-pub const ZOOID_SLOTS: usize = 426;
-pub const CRAZYFLIE_SLOTS: usize = 481;
+/// What the robots remember of others, at least as much as their files say.
+const KILOBOT_SIZES: Sizes = Sizes { neighbors: 15, bearings: false, entries: 4, swarms: 8 };
+const SIZES: Sizes = Sizes { neighbors: 10, bearings: true, entries: 4, swarms: 8 };
 
-/// What the robots remember of others: neighbours, their bearings, entries, swarms, bytes of a frame, of a message in fragments.
-type KilobotMemory = SwarmMemory<Tiny, 15, 0, 4, 8, 10, 48>;
-type ZooidMemory = SwarmMemory<Tiny, 10, 10, 4, 8, 25, 168>;
-type CrazyflieMemory = SwarmMemory<Full, 10, 10, 4, 8, 49, 360>;
+/// Slots of the machines, for scripts and for these.
+pub const KILOBOT_SLOTS: usize = 350 + KILOBOT_SIZES.slots();
+pub const ZOOID_SLOTS: usize = 426 + SIZES.slots();
+pub const CRAZYFLIE_SLOTS: usize = 481 + SIZES.slots();
 
 /// A virtual machine of one of the robots.
 enum Machine<'p> {
-    Kilobot(Box<Scripted<'p, Tiny, KILOBOT_SLOTS, KilobotMemory, 10>>),
-    Zooid(Box<Scripted<'p, Tiny, ZOOID_SLOTS, ZooidMemory, 25>>),
-    Crazyflie(Box<Scripted<'p, Full, CRAZYFLIE_SLOTS, CrazyflieMemory, 49>>),
+    Kilobot(Box<Scripted<'p, Tiny, KILOBOT_SLOTS, TINY_FRAME>>),
+    Zooid(Box<Scripted<'p, Tiny, ZOOID_SLOTS, TINY_FRAME>>),
+    Crazyflie(Box<Scripted<'p, Full, CRAZYFLIE_SLOTS, FULL_FRAME>>),
 }
 
 /// A virtual machine, and the frames that wait for it and for its link.
-struct Scripted<'p, P: Profile, const SLOTS: usize, N: Network<P>, const FRAME: usize> {
-    vm: Vm<P, &'p [u8], SLOTS, N>,
+struct Scripted<'p, P: Profile, const SLOTS: usize, const FRAME: usize> {
+    vm: Vm<P, &'p [u8], SLOTS>,
     inbox: Inbox<P, FRAME>,
     outbox: Outbox<P, FRAME>,
 }
@@ -198,14 +196,15 @@ fn value<P: Profile>(key: Content) -> Value<P> {
     }
 }
 
-fn load<'p, P: Profile, const SLOTS: usize, N: Network<P>, const FRAME: usize>(
+fn load<'p, P: Profile, const SLOTS: usize, const FRAME: usize>(
     cast: &Cast<'p>,
     id: u16,
     seed: u32,
-) -> Result<Box<Scripted<'p, P, SLOTS, N, FRAME>>, ImageError> {
+) -> Result<Box<Scripted<'p, P, SLOTS, FRAME>>, ImageError> {
     let (inbox, outbox) = (Inbox::new(Sighting::default()), Outbox::new());
     let mut scripted = Box::new(Scripted { vm: Vm::new(), inbox, outbox });
     let vm = &mut scripted.vm;
+    vm.equip(cast.sizes);
     vm.load_limited(Image::new(cast.image), cast.slots, |hash| cast.has_function(hash))?;
     vm.identify(id, seed);
     Ok(scripted)
@@ -224,9 +223,7 @@ impl Brain for Robot<'_> {
     }
 }
 
-impl<P: Profile, const SLOTS: usize, N: Network<P>, const FRAME: usize>
-    Scripted<'_, P, SLOTS, N, FRAME>
-{
+impl<P: Profile, const SLOTS: usize, const FRAME: usize> Scripted<'_, P, SLOTS, FRAME> {
     fn dropped(&self) -> [u16; 2] {
         [self.inbox.counters().dropped, self.outbox.counters().dropped]
     }

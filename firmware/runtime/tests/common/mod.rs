@@ -17,9 +17,7 @@ use bittybuzz_runtime::script::{Console, Counts, Robot, Script, Stopped};
 use bittybuzz_runtime::setpoint::{Channel, Motors, Writer};
 use bittybuzz_vm_core::link::name_hash;
 use bittybuzz_vm_core::number::Full;
-use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Reply, RobotFault, Sighting, SwarmMemory, Value,
-};
+use bittybuzz_vm_core::{Arguments, Axis, ByteCode, Reply, RobotFault, Sighting, Sizes, Value};
 use embassy_time::{Duration, Instant, MockDriver};
 
 /// There is one clock: tests take turns.
@@ -154,8 +152,8 @@ impl Motors for FakeMotors {
     }
 }
 
-/// Frames have 24 bytes behind their type.
-type Others = SwarmMemory<Full, 2, 2, 2, 2, 25, { 8 * 21 }>;
+/// What the robot remembers of others.
+const SIZES: Sizes = Sizes { neighbors: 2, bearings: true, entries: 2, swarms: 2 };
 
 /// The image of a script that may call `motor(int)` and `work(us)`.
 pub fn image(source: &str) -> Vec<u8> {
@@ -193,8 +191,8 @@ pub fn run_hearing(image: &[u8], radio: Frames, ms: u64) -> Events {
     let image: &'static [u8] = Box::leak(image.to_vec().into_boxed_slice());
     let robot = Fake { setpoint: Writer::new(channel), radio };
     let vm = Box::leak(Box::new(bittybuzz_vm_core::Vm::new()));
-    let mut script: Script<Full, &[u8], Fake, 400, Others> =
-        Script::new(vm, 7, robot, liveness.pulse(0));
+    vm.equip(SIZES);
+    let mut script: Script<Full, &[u8], Fake, 400> = Script::new(vm, 7, robot, liveness.pulse(0));
     let both = async {
         let _ = script
             .run(bittybuzz_vm_core::Image::new(image), is_function, 1, Duration::from_hz(10))

@@ -2,8 +2,8 @@
 
 use crate::emulator::{Emulator, Feed};
 use bittybuzz_on_chip::{Header, Report, run, slots};
-use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::Vm;
+use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 
 /// A chip with a profile, and what plays it.
 pub struct Target {
