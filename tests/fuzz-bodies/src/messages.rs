@@ -8,11 +8,13 @@ use bittybuzz_compiler::compile::compile;
 use bittybuzz_compiler::include::{Loader, MemoryFiles};
 use bittybuzz_robots::Profile as ProfileName;
 use bittybuzz_vm_core::message::content::{Head, Item, Reader, Writer};
-use bittybuzz_vm_core::message::{Entry, FRAGMENT_HEAD, Fragment, Message, Script, Swarms, crc16};
+use bittybuzz_vm_core::message::{
+    Entry, FRAGMENT_HEAD, FULL_FRAME, Fragment, Message, Script, Swarms, TINY_FRAME, crc16,
+};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{
     Arguments, Axis, ByteCode, Entry as EntryPoint, FaultCode, Host, Image, Outcome, Reply,
-    RobotFault, Sighting, SwarmMemory, Value, Vm, builtin,
+    RobotFault, Sighting, Sizes, Value, Vm, builtin,
 };
 
 use crate::choices::Choices;
@@ -49,10 +51,13 @@ function step() {
 }
 "#;
 
-const FRAME: usize = 20;
+/// Room for the frames of both profiles.
+const FRAME: usize = FULL_FRAME;
 const CONTENT: usize = 8 * (FRAME - FRAGMENT_HEAD);
-const SLOTS: usize = 350;
-type Machine<P> = Vm<P, &'static [u8], SLOTS, SwarmMemory<P, 3, 3, 5, 2, FRAME, CONTENT>>;
+/// Little memory, so that it is soon full.
+const SIZES: Sizes = Sizes { neighbors: 3, bearings: true, entries: 5, swarms: 2 };
+const SLOTS: usize = 350 + SIZES.slots();
+type Machine<P> = Vm<P, &'static [u8], SLOTS>;
 
 /// The robot's id.
 const ROBOT: u16 = 3;
@@ -82,6 +87,7 @@ fn image<P: Profile>() -> &'static [u8] {
 
 fn receive<P: Profile>(choices: &mut Choices<'_>) -> bool {
     let mut vm: Box<Machine<P>> = Box::new(Vm::new());
+    vm.equip(SIZES);
     vm.load(Image::new(image::<P>()), |_| true).unwrap_or_else(|error| panic!("{error:?}"));
     vm.identify(ROBOT, 1);
     let script = vm.header().map(|header| Script {
@@ -260,7 +266,7 @@ fn fragments<'c, P: Profile>(
     robot: u16,
     content: &'c [u8],
 ) -> Vec<Message<'c, P>> {
-    let piece = if P::FULL { FRAME - FRAGMENT_HEAD } else { 6 };
+    let piece = if P::FULL { FULL_FRAME } else { TINY_FRAME } - FRAGMENT_HEAD;
     let pieces: Vec<&[u8]> = content.chunks(piece).take(8).collect();
     let number =
         if choices.flag() { choices.byte() } else { content.first().copied().unwrap_or(0) };
