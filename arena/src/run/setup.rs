@@ -41,13 +41,13 @@ pub struct Setup<'p> {
 
 /// What the robots of a group share in a run.
 pub struct Cast<'p> {
-    pub body: Body,
-    pub image: &'p [u8],
-    pub slots: usize,
-    pub sizes: Sizes,
-    pub duties: Duties,
-    pub ids: &'p [u16],
-    pub periods: Periods,
+    pub(super) body: Body,
+    pub(super) image: &'p [u8],
+    pub(super) slots: usize,
+    pub(super) sizes: Sizes,
+    pub(super) duties: Duties,
+    pub(super) ids: &'p [u16],
+    pub(super) periods: Periods,
     functions: Vec<(u16, &'p Function)>,
     /// Somebody has logged or stopped.
     news: AtomicBool,
@@ -104,8 +104,10 @@ impl<'p> Setup<'p> {
         for expect in &scenario.expects {
             match Probe::new(&expect.value, scenario, programs, &expect.robots) {
                 Ok(probe) => expects.push(Bound::new(expect, probe, scenario)),
-                Err(cause) => errors
-                    .push(ScenarioError { cause, place: Some(Box::new(expect.place.clone())) }),
+                Err(cause) => errors.push(ScenarioError {
+                    cause,
+                    place: Some(Box::new(expect.value_place.clone())),
+                }),
             }
         }
         let all = crate::scenario::Selection::all(scenario.robot_count() as u32);

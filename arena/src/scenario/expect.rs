@@ -26,6 +26,8 @@ pub struct Expect {
     pub tolerance: f64,
     /// Where the condition is written.
     pub place: Place,
+    /// Where its quantity is.
+    pub value_place: Place,
 }
 
 /// When an expectation must hold, in seconds.
@@ -152,8 +154,9 @@ pub fn read(section: &Section<'_>, census: &Census, duration: f64) -> Option<Exp
         entry.fail(Cause::NotANumber { of: named.map_or("of", |(word, _)| word) });
         return None;
     }
-    let (value, place) = value?;
-    Some(Expect { when: when?, robots: robots?, value, of, test, tolerance, place })
+    let (value, value_place) = value?;
+    let place = section.place();
+    Some(Expect { when: when?, robots: robots?, value, of, test, tolerance, place, value_place })
 }
 
 /// A quantity of the file.

@@ -1,0 +1,197 @@
+//! An expectation of each kind holds and fails when it should.
+
+mod script;
+
+use bittybuzz_arena::run::Verdict;
+use script::{folder, run, setup_errors};
+
+/// Robot n has n in `number`, a word in `word`, shows its number, and never assigns `nothing`. `steps` grows.
+const SCRIPT: &str = "\
+number = 0
+word = \"even\"
+nothing = nil
+steps = 0
+function init() {
+  number = id
+  if(id % 2 == 1) word = \"odd\"
+  s = stigmergy.create(3)
+  if(id < 2) s.put(\"key\", id + 10)
+  led(id)
+}
+function step() { steps = steps + 1 assert(nothing == nil) }
+";
+
+/// What is expected of five robots, ids 0 to 4, for ten seconds, and whether it holds.
+const CASES: &[(&str, bool)] = &[
+    // Times.
+    ("at = 5\nvalue = \"global.steps\"\nequals = 49", true),
+    ("at = 5\nvalue = \"global.steps\"\nequals = 50", false),
+    ("at = 0\nvalue = \"global.number\"\nexists = false", true),
+    ("at = 10\nvalue = \"global.steps\"\nequals = 99", true),
+    ("within = 5\nvalue = \"global.steps\"\nequals = 30", true),
+    ("within = 2\nvalue = \"global.steps\"\nequals = 30", false),
+    ("always = 1\nvalue = \"global.steps\"\nabove = 5", true),
+    ("always = 0\nvalue = \"global.steps\"\nabove = 5", false),
+    ("always = [0, 5]\nvalue = \"global.steps\"\nbelow = 50", false),
+    ("always = [0.1, 5]\nvalue = \"global.steps\"\nbelow = 50", true),
+    // Comparisons.
+    ("at = 1\nvalue = \"global.number\"\nrobots = 3\nequals = 3", true),
+    ("at = 1\nvalue = \"global.number\"\nrobots = 3\nequals = 3.5", false),
+    ("at = 1\nvalue = \"global.number\"\nrobots = 3\nequals = 3.5\ntolerance = 0.5", true),
+    ("at = 1\nvalue = \"global.number\"\nrobots = 3\ndiffers = 3", false),
+    ("at = 1\nvalue = \"global.number\"\nrobots = 3\ndiffers = 2", true),
+    ("at = 1\nvalue = \"global.word\"\nrobots = [1, 3]\nequals = \"odd\"", true),
+    ("at = 1\nvalue = \"global.word\"\nrobots = [1, 2]\nequals = \"odd\"", false),
+    ("at = 1\nvalue = \"global.word\"\nrobots = 1\nequals = 3", false),
+    ("at = 1\nvalue = \"global.number\"\nbelow = 5", true),
+    ("at = 1\nvalue = \"global.number\"\nbelow = 4", false),
+    ("at = 1\nvalue = \"global.number\"\nrobots = \"1..4\"\nabove = 0", true),
+    ("at = 1\nvalue = \"global.number\"\nabove = 0", false),
+    ("at = 1\nvalue = \"global.number\"\nbetween = [0, 4]", true),
+    ("at = 1\nvalue = \"global.number\"\nbetween = [1, 4]", false),
+    ("at = 1\nvalue = \"global.nothing\"\nexists = false", true),
+    ("at = 1\nvalue = \"global.nothing\"\nexists = true", false),
+    ("at = 1\nvalue = \"global.nothing\"\nbelow = 5", false),
+    ("at = 1\nvalue = \"global.word\"\nexists = true", true),
+    // How values count together.
+    ("at = 1\nvalue = \"global.number\"\nof = \"any\"\nequals = 4", true),
+    ("at = 1\nvalue = \"global.number\"\nof = \"any\"\nequals = 5", false),
+    ("at = 1\nvalue = \"global.number\"\nof = \"none\"\nequals = 5", true),
+    ("at = 1\nvalue = \"global.number\"\nof = \"none\"\nequals = 4", false),
+    ("at = 1\nvalue = \"global.number\"\nof = \"one\"\nequals = 4", true),
+    ("at = 1\nvalue = \"global.number\"\nof = \"one\"\nabove = 2", false),
+    ("at = 1\nvalue = \"global.number\"\nof = 2\nabove = 2", true),
+    ("at = 1\nvalue = \"global.number\"\nof = 3\nabove = 2", false),
+    ("at = 1\nvalue = \"global.steps\"\nof = \"agree\"", true),
+    ("at = 1\nvalue = \"global.number\"\nof = \"agree\"", false),
+    ("at = 1\nvalue = \"global.number\"\nof = \"agree\"\ntolerance = 4", true),
+    ("at = 1\nvalue = \"global.word\"\nof = \"agree\"", false),
+    (
+        "at = 1\nvalue = \"global.word\"\nof = \"agree\"\nrobots = [0, 2, 4]\nequals = \"even\"",
+        true,
+    ),
+    (
+        "at = 1\nvalue = \"global.word\"\nof = \"agree\"\nrobots = [0, 2, 4]\nequals = \"odd\"",
+        false,
+    ),
+    ("at = 1\nvalue = \"global.number\"\nof = \"mean\"\nequals = 2", true),
+    ("at = 1\nvalue = \"global.number\"\nof = \"mean\"\nequals = 3", false),
+    ("at = 1\nvalue = \"global.number\"\nof = \"sum\"\nequals = 10", true),
+    ("at = 1\nvalue = \"global.number\"\nof = \"sum\"\nabove = 10", false),
+    ("at = 1\nvalue = \"global.number\"\nof = \"min\"\nequals = 0", true),
+    ("at = 1\nvalue = \"global.number\"\nof = \"min\"\nequals = 1", false),
+    ("at = 1\nvalue = \"global.number\"\nof = \"max\"\nequals = 4", true),
+    ("at = 1\nvalue = \"global.number\"\nof = \"max\"\nbelow = 4", false),
+    ("at = 1\nvalue = \"global.number\"\nof = \"spread\"\nequals = 4", true),
+    ("at = 1\nvalue = \"global.number\"\nof = \"spread\"\nequals = 0", false),
+    ("at = 1\nvalue = \"global.word\"\nof = \"different\"\nequals = 2", true),
+    ("at = 1\nvalue = \"global.word\"\nof = \"different\"\nequals = 1", false),
+    ("at = 1\nvalue = \"global.word\"\nof = \"mean\"\nequals = 0", false),
+    // Quantities.
+    ("at = 1\nvalue = \"x\"\nrobots = 2\nequals = 0\ntolerance = 0.01", true),
+    ("at = 1\nvalue = \"x\"\nrobots = 3\nequals = 0\ntolerance = 0.01", false),
+    ("at = 1\nvalue = \"y\"\nequals = 100\ntolerance = 0.01", true),
+    ("at = 1\nvalue = \"z\"\nequals = 0", true),
+    ("at = 1\nvalue = \"heading\"\nequals = 90\ntolerance = 0.01", true),
+    ("at = 1\nvalue = \"heading\"\nequals = 0", false),
+    ("at = 1\nvalue = \"distance(0, 70)\"\nrobots = 3\nequals = 50\ntolerance = 0.01", true),
+    ("at = 1\nvalue = \"distance(0, 70)\"\nrobots = 3\nequals = 40", false),
+    ("at = 1\nvalue = \"led\"\nof = \"sum\"\nequals = 10", true),
+    ("at = 1\nvalue = \"led\"\nequals = 1", false),
+    ("at = 1\nvalue = \"running\"\nequals = 1", true),
+    ("at = 10\nvalue = \"neighbors\"\nrobots = 2\nequals = 4", true),
+    ("at = 0\nvalue = \"neighbors\"\nrobots = 2\nequals = 4", false),
+    ("at = 0.1\nvalue = \"stigmergy.3.key\"\nrobots = 1\nequals = 11", true),
+    ("at = 0.1\nvalue = \"stigmergy.3.key\"\nrobots = 4\nexists = false", true),
+    // At equal clocks the higher robot wins.
+    ("at = 10\nvalue = \"stigmergy.3.key\"\nof = \"agree\"\nequals = 11", true),
+    ("at = 10\nvalue = \"stigmergy.3.other\"\nexists = true", false),
+    ("at = 10\nvalue = \"stigmergy.2.key\"\nexists = true", false),
+    ("at = 10\nvalue = \"stigmergy.3.7\"\nexists = true", false),
+];
+
+const WORLD: &str = "[world]\nsize = [1000, 1000]\nduration = 10\n\
+    [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\ncount = 5\nplacement = \"line\"\nat = [-80, 100]\nspacing = 40\nheading = 90\n\
+    [medium.ir]\nloss = 0\n";
+
+#[test]
+fn every_kind_holds_and_fails_when_it_should() {
+    let folder = folder("expectations", &[("s.bzz", SCRIPT)]);
+    let mut text = WORLD.to_owned();
+    for (case, _) in CASES {
+        text += &format!("[[expect]]\n{case}\n");
+    }
+    let summary = run(&folder, &text);
+    assert!(summary.faults.is_empty(), "{:?}", summary.faults);
+    for ((case, holds), found) in CASES.iter().zip(&summary.convergences) {
+        let verdict = if *holds { Verdict::Held } else { Verdict::Failed };
+        assert_eq!(found.verdict, verdict, "{case}\n{found:?}");
+    }
+    assert!(!summary.is_success());
+}
+
+#[test]
+fn the_time_since_when_it_is_true_for_good_is_told() {
+    let folder = folder("since", &[("s.bzz", SCRIPT)]);
+    let text = format!(
+        "{WORLD}[[expect]]\nat = 10\nvalue = \"global.steps\"\nabove = 49\n\
+         [[expect]]\nwithin = 10\nvalue = \"global.steps\"\nbetween = [10, 20]\n"
+    );
+    let summary = run(&folder, &text);
+    // Step 50 ends in the tick that ends at 5.1 s.
+    assert_eq!(
+        (summary.convergences[0].first, summary.convergences[0].since),
+        (Some(51), Some(51))
+    );
+    assert_eq!((summary.convergences[1].first, summary.convergences[1].since), (Some(11), None));
+    assert!(summary.is_success());
+}
+
+#[test]
+fn a_fault_is_no_success() {
+    let script = "n = 0\nfunction step() { n = n + 1 if(n == 10 and id == 1) set_motor(300, 0) }\n";
+    let folder = folder("fault", &[("s.bzz", script)]);
+    let text =
+        format!("{WORLD}[[expect]]\nat = 10\nvalue = \"running\"\nof = \"sum\"\nequals = 4\n");
+    let summary = run(&folder, &text);
+    assert_eq!(summary.convergences[0].verdict, Verdict::Held);
+    assert_eq!(summary.faults.len(), 1);
+    assert_eq!((summary.faults[0].robot, summary.faults[0].record.tick), (1, 10));
+    assert!(!summary.is_success());
+}
+
+#[test]
+fn names_that_no_script_has_are_told_with_their_place() {
+    let folder = folder("names", &[("s.bzz", SCRIPT), ("other.bzz", "other = 1\n")]);
+    let text = format!(
+        "{WORLD}[[robots]]\nrobot = \"kilobot\"\nname = \"others\"\nscript = \"other.bzz\"\n\
+         [[expect]]\nat = 1\nvalue = \"global.numbr\"\nequals = 1\n\
+         [[expect]]\nat = 1\nvalue = \"global.number\"\nrobots = \"others\"\nequals = 1\n\
+         [output]\nplot = [\"global.other\", \"global.none\"]\n"
+    );
+    let errors = setup_errors(&folder, &text);
+    let told: Vec<String> = errors
+        .iter()
+        .map(|error| {
+            let place = error.place.as_ref().map_or((0, 0), |place| (place.line, place.column));
+            format!("{place:?} {error} | {}", error.help().unwrap_or_default())
+        })
+        .collect();
+    assert_eq!(told.len(), 3, "{told:#?}");
+    assert!(told[0].contains("`numbr`") && told[0].contains("`number`?"), "{}", told[0]);
+    assert!(told[1].contains("`number`") && told[1].contains("other"), "{}", told[1]);
+    assert!(told[2].contains("`none`"), "{}", told[2]);
+}
+
+#[test]
+fn a_robot_that_the_simulator_cannot_be_is_refused() {
+    let kilobot = bittybuzz_robots::shipped()[0].1;
+    let large = kilobot.replace("memory = 1640", "memory = 8000");
+    let slots = kilobot.lines().find(|line| line.starts_with("slots")).unwrap_or_default();
+    let large = large.replace(slots, "slots = 1000");
+    let folder = folder("misfit", &[("s.bzz", SCRIPT), ("large.toml", &large)]);
+    let text = WORLD.replace("\"kilobot\"", "\"large.toml\"\nbody = \"kilobot\"");
+    let errors = setup_errors(&folder, &text);
+    assert_eq!(errors.len(), 1);
+    assert!(errors[0].to_string().contains("not 1000"), "{}", errors[0]);
+}

@@ -1,0 +1,116 @@
+//! Pictures are XML and show what they should; tables are CSV; the same seed gives the same run.
+
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+mod script;
+
+use bittybuzz_arena::output::recording::Writer;
+use bittybuzz_arena::output::{History, Row, Table, chart, quartiles, recorder, trajectories};
+use script::{folder, read, run_with};
+
+const WALK: &str = "math.rng.setseed(id)\nn = 0\nfunction step() { n = n + 1\n\
+    if(rand() % 3 == 0) left() else forward()\nneighbors.broadcast(\"n\", n) led(n % 8) }\n\
+    function init() { neighbors.listen(\"n\", function(t, v, r) { heard = v }) }\nheard = nil\n";
+
+fn world(count: u32) -> String {
+    format!(
+        "[world]\nsize = [800, 600]\nduration = 5\nseed = 3\nobstacles = [{{ at = [200, 0], radius = 30 }},\n\
+         {{ at = [-200, 0], size = [40, 90] }}, {{ from = [0, 100], to = [50, 200] }}]\nlights = [[10, 20]]\n\
+         [[robots]]\nrobot = \"kilobot\"\nscript = \"walk.bzz\"\ncount = {count}\n\
+         [output]\nplot = [\"global.heard\", \"x\"]\n"
+    )
+}
+
+#[test]
+fn pictures_are_xml() {
+    let folder = folder("pictures", &[("walk.bzz", WALK)]);
+    for count in [1, 20, 60] {
+        let mut history = History::default();
+        run_with(&folder, &world(count), 1, |simulation| history.sample(simulation));
+        let (scenario, _) = read(&folder, &world(count));
+        let picture = trajectories(&scenario.world, &history);
+        let document = roxmltree::Document::parse(&picture).unwrap();
+        let circles = document.descendants().filter(|node| node.has_tag_name("circle")).count();
+        // Start and end of each robot, a lamp, a disc.
+        assert_eq!(circles, 2 * count as usize + 2);
+        for ((quantity, _), values) in scenario.output.plot.iter().zip(&history.values) {
+            let picture = chart(&quantity.to_string(), &history.times, values);
+            let document = roxmltree::Document::parse(&picture).unwrap();
+            let curves = document.descendants().filter(|node| {
+                node.has_tag_name("path") && node.attribute("stroke-width").is_some()
+            });
+            let expected = if count <= 50 { count as usize } else { 5 };
+            assert!(curves.count() <= expected, "{quantity}");
+            assert!(document.descendants().any(|node| node.text() == Some(&quantity.to_string())));
+        }
+    }
+}
+
+#[test]
+fn charts_of_odd_values_are_xml() {
+    for values in [
+        vec![],
+        vec![vec![]],
+        vec![vec![None, None]; 3],
+        vec![vec![Some(f64::NAN), Some(f64::INFINITY)]; 3],
+        vec![vec![Some(1e300), Some(-1e300)]; 3],
+        vec![vec![Some(7.0); 60]; 3],
+    ] {
+        let picture =
+            chart("a < b & \"c\" \u{1}", &[0.0, 1.0, 2.0][..values.len().min(3)], &values);
+        roxmltree::Document::parse(&picture).unwrap_or_else(|error| panic!("{error}\n{picture}"));
+    }
+}
+
+#[test]
+fn tables_are_csv() {
+    let table = Table {
+        parameters: vec!["robots.0.script".to_owned()],
+        metrics: vec!["since:3".to_owned(), "mean distance(1, 2)".to_owned()],
+        rows: vec![
+            Row { seed: 1, parameters: vec!["a,\"b\"".to_owned()], metrics: vec![Some(1.5), None] },
+            Row { seed: 2, parameters: vec![String::new()], metrics: vec![Some(-3.0), Some(0.1)] },
+        ],
+    };
+    // RFC 4180: cells with commas or quotes are quoted, quotes doubled, lines end in CR LF.
+    assert_eq!(
+        table.to_csv(),
+        "seed,robots.0.script,since:3,\"mean distance(1, 2)\"\r\n1,\"a,\"\"b\"\"\",1.5,\r\n2,,-3,0.1\r\n"
+    );
+}
+
+#[test]
+fn quartiles_are_those_of_the_textbook() {
+    // Linear interpolation, as R's type 7 and NumPy have it.
+    assert_eq!(quartiles(&[7.0, 1.0, 3.0, 5.0]), Some([1.0, 2.5, 4.0, 5.5, 7.0]));
+    assert_eq!(quartiles(&[2.0]), Some([2.0; 5]));
+    assert_eq!(quartiles(&[]), None);
+}
+
+/// A recording of every tick, and the summary.
+fn trace(threads: usize, seed: u32) -> (Vec<u8>, String) {
+    let folder = folder("same", &[("walk.bzz", WALK)]);
+    let text = world(150).replace("seed = 3", &format!("seed = {seed}"));
+    let mut samples = Vec::new();
+    let mut header = None;
+    let summary = run_with(&folder, &text, threads, |simulation| {
+        header.get_or_insert_with(|| recorder::header(simulation));
+        samples.push((simulation.now(), recorder::robots(simulation)));
+    });
+    let mut file = Vec::new();
+    let mut writer = Writer::new(&mut file, &header.unwrap()).unwrap();
+    for (tick, robots) in samples {
+        writer.write(tick, &robots).unwrap();
+    }
+    writer.finish().unwrap();
+    (file, format!("{summary:?}"))
+}
+
+#[test]
+fn the_same_seed_gives_the_same_run_on_any_number_of_threads() {
+    let one = trace(1, 3);
+    for threads in [1, 2, 3, 7] {
+        assert!(trace(threads, 3) == one, "{threads} threads");
+    }
+    assert!(trace(1, 4) != one);
+}

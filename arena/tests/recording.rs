@@ -1,0 +1,132 @@
+//! Recordings are what docs/recording.md says, come back as they were, and damage is noticed.
+
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+use bittybuzz_arena::output::recording::{
+    Header, Reader, RecordingError, Robot, Sample, State, Writer,
+};
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+fn write(header: &Header, samples: &[Sample]) -> Vec<u8> {
+    let mut file = Vec::new();
+    let mut writer = Writer::new(&mut file, header).unwrap();
+    for sample in samples {
+        writer.write(sample.tick, &sample.robots).unwrap();
+    }
+    writer.finish().unwrap();
+    file
+}
+
+fn read(file: &[u8]) -> Result<(Header, Vec<Sample>), RecordingError> {
+    let mut reader = Reader::new(file)?;
+    let samples = reader.by_ref().collect::<Result<Vec<Sample>, RecordingError>>()?;
+    Ok((reader.header().clone(), samples))
+}
+
+/// The header and the samples of the test vector.
+fn documented() -> (Header, Vec<Sample>) {
+    let header = Header { size: [2000, 1000], tick_ms: 100, ids: vec![0, 7] };
+    let robot = Robot { x: -120, y: 5, z: 0, heading: 0x4000, led: 4, state: State::Running };
+    let moved = Robot { x: -110, ..robot };
+    let samples = vec![
+        Sample { tick: 0, robots: vec![None, Some(robot)] },
+        Sample { tick: 10, robots: vec![None, Some(moved)] },
+    ];
+    (header, samples)
+}
+
+#[test]
+fn the_test_vector_of_the_document_holds() {
+    let document = include_str!("../../docs/recording.md");
+    let vector = document.split("```text\n").nth(1).and_then(|rest| rest.split("```").next());
+    let bytes: Vec<u8> = vector
+        .unwrap()
+        .split_whitespace()
+        .map(|byte| u8::from_str_radix(byte, 16).unwrap())
+        .collect();
+    let (header, samples) = documented();
+    assert_eq!(write(&header, &samples), bytes);
+    assert_eq!(read(&bytes), Ok((header, samples)));
+}
+
+#[test]
+fn every_cut_is_noticed() {
+    let (header, samples) = documented();
+    let file = write(&header, &samples);
+    for length in 0..file.len() {
+        assert!(read(&file[..length]).is_err(), "{length}");
+    }
+    let longer = [file.as_slice(), &[0]].concat();
+    assert!(matches!(read(&longer), Err(RecordingError::Malformed(_))));
+}
+
+#[test]
+fn other_files_and_versions_are_refused() {
+    let (header, samples) = documented();
+    let mut file = write(&header, &samples);
+    assert_eq!(read(b"[world]").unwrap_err(), RecordingError::NotARecording);
+    assert_eq!(read(b"bbzrec").unwrap_err(), RecordingError::Truncated);
+    file[6] = 9;
+    assert_eq!(read(&file).unwrap_err(), RecordingError::Version(9));
+}
+
+fn robot() -> impl Strategy<Value = Robot> {
+    let states = [State::Running, State::Stopped, State::Failed, State::Faulted];
+    (any::<[i32; 3]>(), any::<u16>(), 0u8..8, 0usize..4).prop_map(
+        move |([x, y, z], heading, led, state)| Robot {
+            x,
+            y,
+            z,
+            heading,
+            led,
+            state: states[state],
+        },
+    )
+}
+
+/// A recording of some robots: who has joined stays, and may move or not.
+fn recording() -> impl Strategy<Value = (Header, Vec<Sample>)> {
+    (vec(any::<u16>(), 0..6), any::<[u32; 2]>(), any::<u32>()).prop_flat_map(
+        |(ids, size, tick_ms)| {
+            let count = ids.len();
+            let header = Header { size, tick_ms, ids };
+            let step = (1u64..1 << 40, vec(proptest::option::of(robot()), count));
+            vec(step, 0..8).prop_map(move |steps| {
+                let mut robots = vec![None; count];
+                let mut tick = 0;
+                let mut samples = Vec::new();
+                for (later, changes) in steps {
+                    tick += later;
+                    for (robot, change) in robots.iter_mut().zip(changes) {
+                        *robot = change.or(*robot);
+                    }
+                    samples.push(Sample { tick, robots: robots.clone() });
+                }
+                (header.clone(), samples)
+            })
+        },
+    )
+}
+
+proptest! {
+    #[test]
+    fn what_is_written_is_read((header, samples) in recording()) {
+        let file = write(&header, &samples);
+        prop_assert_eq!(read(&file), Ok((header, samples)));
+    }
+
+    #[test]
+    fn damage_does_no_harm((header, samples) in recording(), at in any::<prop::sample::Index>(), byte in any::<u8>()) {
+        let mut file = write(&header, &samples);
+        let at = at.index(file.len());
+        file[at] = byte;
+        let _ = read(&file);
+    }
+
+    #[test]
+    fn any_bytes_do_no_harm(rest in vec(any::<u8>(), 0..64)) {
+        let file = [b"bbzrec\x01".as_slice(), &rest].concat();
+        let _ = read(&file);
+    }
+}

@@ -1,0 +1,78 @@
+//! Scenarios with scripts, in a folder of the test's own.
+
+#![allow(dead_code, reason = "each test program uses its part of this module")]
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use bittybuzz_arena::run::{Program, Setup, SetupError, Simulation, Summary};
+use bittybuzz_arena::scenario::{Scenario, ScenarioError};
+use bittybuzz_compiler::compile::{Options, compile};
+use bittybuzz_compiler::include::{DiskFiles, Loader};
+
+/// A folder with scripts, by name and text.
+pub fn folder(test: &str, scripts: &[(&str, &str)]) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+    fs::create_dir_all(&folder).unwrap();
+    for (name, text) in scripts {
+        fs::write(folder.join(name), text).unwrap();
+    }
+    folder
+}
+
+/// A scenario of that folder, and its compiled scripts.
+pub fn read(folder: &Path, text: &str) -> (Scenario, Vec<Program>) {
+    let read = Scenario::parse(text, "test.toml", folder, &[]);
+    let scenario = read.unwrap_or_else(|errors| panic!("{errors:#?}\n{text}"));
+    let programs = scenario
+        .groups
+        .iter()
+        .map(|group| {
+            let options = Options {
+                robot: Some(group.robot.clone()),
+                robots: bittybuzz_robots::all_shipped(),
+                profile: None,
+            };
+            let text = fs::read_to_string(&group.script).unwrap();
+            let compiled = compile(&group.script, text, &Loader::new(&DiskFiles), &options);
+            let image = compiled.image.unwrap_or_else(|| panic!("{:#?}", compiled.diagnostics));
+            Program { image, symbols: compiled.symbols }
+        })
+        .collect();
+    (scenario, programs)
+}
+
+/// Runs a scenario to its end, and shows the simulation after each tick.
+pub fn run_with(
+    folder: &Path,
+    text: &str,
+    threads: usize,
+    mut look: impl FnMut(&mut Simulation<'_>),
+) -> Summary {
+    let (scenario, programs) = read(folder, text);
+    let setup = Setup::new(&scenario, &programs).unwrap();
+    let casts = setup.casts();
+    let seed = scenario.world.seed;
+    let mut simulation = Simulation::new(&setup, &casts, seed, threads).unwrap();
+    while !simulation.is_over() {
+        simulation.tick();
+        look(&mut simulation);
+    }
+    simulation.summary()
+}
+
+/// Runs a scenario to its end.
+pub fn run(folder: &Path, text: &str) -> Summary {
+    run_with(folder, text, 1, |_| {})
+}
+
+/// What is wrong between a scenario and its scripts.
+pub fn setup_errors(folder: &Path, text: &str) -> Vec<ScenarioError> {
+    let (scenario, programs) = read(folder, text);
+    match Setup::new(&scenario, &programs) {
+        Err(SetupError::Scenario(errors)) => errors,
+        Err(error) => panic!("{error:?}"),
+        Ok(_) => Vec::new(),
+    }
+}

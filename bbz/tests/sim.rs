@@ -1,0 +1,176 @@
+//! `bbz sim`: what it prints and writes, and how it ends.
+
+mod support;
+
+use serde_json::Value;
+use support::Folder;
+
+const SCRIPT: &str =
+    "n = 0\nfunction step() { n = n + 1 led(n % 8) if(n == 5 and id == 1) log(\"five \", n) }\n";
+
+const SCENARIO: &str = "[world]\nsize = [500, 500]\nduration = 2\n\
+    [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\ncount = 3\n\
+    [output]\nplot = [\"global.n\"]\n\
+    [[expect]]\nat = 2\nvalue = \"global.n\"\nequals = 19\n";
+
+fn folder(test: &str) -> Folder {
+    let folder = Folder::with(test, "s.bzz", SCRIPT);
+    folder.write("s.toml", SCENARIO);
+    folder
+}
+
+#[test]
+fn a_scenario_that_holds_succeeds() {
+    let outcome = folder("sim_holds").bbz(&["sim", "s.toml"]);
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+    let lines: Vec<&str> = outcome.stdout.lines().collect();
+    assert_eq!(lines[0], "     0.5     1  five 5");
+    assert!(lines[1].starts_with("3 robots, 2.0 s, seed 1: "), "{}", lines[1]);
+    assert_eq!(
+        lines[2],
+        "held    s.toml:10: all: global.n equals 19, at 2 s; true for good since 2.0 s"
+    );
+    assert!(lines[3].starts_with("frames "), "{}", lines[3]);
+}
+
+#[test]
+fn an_expectation_that_fails_is_status_1() {
+    let folder = folder("sim_fails");
+    folder.write("s.toml", SCENARIO.replace("equals = 19", "equals = 20"));
+    let outcome = folder.bbz(&["sim", "s.toml", "--headless"]);
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(1), ""));
+    assert!(outcome.stdout.contains("FAILED  s.toml:10:"), "{}", outcome.stdout);
+    assert!(!outcome.stdout.contains("five"), "{}", outcome.stdout);
+}
+
+#[test]
+fn a_fault_is_status_1_with_file_and_line() {
+    let folder = folder("sim_fault");
+    folder.write(
+        "s.bzz",
+        "n = 0\nfunction step() {\n  n = n + 1\n  if(n == 19) led(n / (id - 1))\n}\n",
+    );
+    let outcome = folder.bbz(&["sim", "s.toml"]);
+    assert_eq!(outcome.status, Some(1));
+    outcome.says(&["error[R0005]", "--> s.bzz:4:", "robot 1 stopped at 1.9 s", "in `step`"]);
+    assert!(outcome.stdout.contains("scripts stopped by an error: 1"), "{}", outcome.stdout);
+    // The same for many robots is told once.
+    folder.write("s.bzz", "n = 0\nfunction step() { n = n + 1 if(n == 9) led(1 / 0) }\n");
+    let outcome = folder.bbz(&["sim", "s.toml"]);
+    assert_eq!(outcome.stderr.matches("error[").count(), 1, "{}", outcome.stderr);
+    outcome.says(&["robot 0 stopped at 0.9 s, and 2 others"]);
+}
+
+#[test]
+fn what_is_wrong_with_scenario_or_script_is_status_2() {
+    let folder = folder("sim_wrong");
+    folder.write("s.toml", SCENARIO.replace("count", "cuont").replace("size", "seize"));
+    folder.bbz(&["sim", "s.toml"]).fails_with(
+        2,
+        &[
+            "unknown key `cuont`",
+            "s.toml:7:1",
+            "did you mean `count`?",
+            "unknown key `seize`",
+            "s.toml:2:1",
+        ],
+    );
+    folder.write("s.toml", SCENARIO.replace("global.n\"\nequals", "global.m\"\nequals"));
+    folder.bbz(&["sim", "s.toml"]).fails_with(2, &["no script has a global `m`", "s.toml:12:9"]);
+    folder.write("s.toml", SCENARIO);
+    folder.write("s.bzz", "function step() { led(1, 2, 3) }\n");
+    folder.bbz(&["sim", "s.toml"]).fails_with(2, &["error[E", "s.bzz:1:", "led"]);
+    folder.write("s.bzz", SCRIPT);
+    folder
+        .bbz(&["sim", "s.toml", "--set", "medium.ir.loss=2"])
+        .fails_with(2, &["`loss` cannot be 2", "--set medium.ir.loss"]);
+    folder.write("s.toml", SCENARIO.replace("[500, 500]", "[60, 60]"));
+    folder.bbz(&["sim", "s.toml"]).fails_with(2, &["no room for 3 robots", "s.toml:4:"]);
+}
+
+#[test]
+fn a_wrong_command_line_is_status_3() {
+    let folder = folder("sim_usage");
+    folder.bbz(&["sim", "ss.toml"]).fails_with(3, &["there is no file `ss.toml`", "`s.toml`?"]);
+    folder.bbz(&["sim", "."]).fails_with(3, &["folder"]);
+    folder.bbz(&["sim"]).fails_with(3, &["<SCENARIO>"]);
+    folder.bbz(&["sim", "s.toml", "--set", "world.seed"]).fails_with(3, &["gives no value"]);
+    folder.bbz(&["sim", "s.toml", "--runs", "0"]).fails_with(3, &["--runs"]);
+    folder.bbz(&["sim", "s.toml", "--record", "a", "--runs", "2"]).fails_with(3, &["--record"]);
+    folder.bbz(&["sim", "s.toml", "--record", "no/such/file"]).fails_with(3, &["cannot write"]);
+    folder.bbz(&["sim", "s.toml", "--csv", "no/such/file"]);
+}
+
+#[test]
+fn json_is_one_object() {
+    let folder = folder("sim_json");
+    let outcome = folder.bbz(&["sim", "s.toml", "--json", "--seed", "9"]);
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+    let result: Value = serde_json::from_str(&outcome.stdout).unwrap();
+    assert_eq!(result["success"], true);
+    assert_eq!(result["seed"], 9);
+    assert_eq!(result["expects"][0]["since"], 2.0);
+    assert_eq!(result["faults"], serde_json::json!([]));
+}
+
+#[test]
+fn recordings_and_pictures_are_written() {
+    let folder = folder("sim_files");
+    let outcome = folder.bbz(&["sim", "s.toml", "--record", "run.bbr", "--svg", "pictures"]);
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+    assert!(folder.read("run.bbr").starts_with(b"bbzrec\x01"));
+    for picture in ["pictures/trajectories.svg", "pictures/global-n.svg"] {
+        assert!(folder.read(picture).starts_with(b"<svg "), "{picture}");
+    }
+}
+
+#[test]
+fn every_combination_is_run_with_every_seed() {
+    let folder = folder("sim_batch");
+    let arguments = ["sim", "s.toml", "--runs", "3", "--seed", "5", "--csv", "runs.csv"];
+    let set = ["--set", "robots.0.count=2,4", "--set", "medium.ir.loss=0,[0.1,0.5]"];
+    let outcome = folder.bbz(&[arguments.as_slice(), &set].concat());
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+    let table = String::from_utf8(folder.read("runs.csv")).unwrap();
+    let rows: Vec<&str> = table.split_terminator("\r\n").collect();
+    assert_eq!(rows.len(), 1 + 2 * 2 * 3);
+    assert!(
+        rows[0].starts_with(
+            "seed,robots.0.count,medium.ir.loss,success,held:10,first:10,since:10,mean global.n,"
+        ),
+        "{}",
+        rows[0]
+    );
+    for (row, start) in rows[1..].iter().zip([
+        "5,2,0,1,1,2,2,19,19,19,",
+        "6,2,0,",
+        "7,2,0,",
+        "5,2,\"[0.1,0.5]\",1,",
+        "6,2,\"[0.1,0.5]\",",
+        "7,2,\"[0.1,0.5]\",",
+        "5,4,0,",
+        "6,4,0,",
+        "7,4,0,",
+        "5,4,\"[0.1,0.5]\",",
+        "6,4,\"[0.1,0.5]\",",
+        "7,4,\"[0.1,0.5]\",",
+    ]) {
+        assert!(row.starts_with(start), "{row}");
+    }
+    assert!(
+        outcome.stdout.contains("robots.0.count=4 medium.ir.loss=0: 3 of 3 runs succeeded"),
+        "{}",
+        outcome.stdout
+    );
+    // Twice the same gives the same table.
+    let again = folder.bbz(&[arguments.as_slice(), &set].concat());
+    assert_eq!(again.stdout, outcome.stdout);
+    assert_eq!(folder.read("runs.csv"), table.as_bytes());
+
+    folder.write("s.toml", SCENARIO.replace("equals = 19", "equals = 20"));
+    assert_eq!(folder.bbz(&["sim", "s.toml", "--runs", "2"]).status, Some(1));
+    let json = folder.bbz(&["sim", "s.toml", "--runs", "2", "--json"]);
+    let result: Value = serde_json::from_str(&json.stdout).unwrap();
+    assert_eq!(result["runs"][1]["seed"], 2);
+    assert_eq!(result["runs"][1]["metrics"]["success"], 0.0);
+}
