@@ -1,0 +1,8 @@
+//! The stigmergy's protocol, explored state by state: three robots that put, delete and forget, and a network that loses,
+//! doubles and reorders.
+//!
+//! The robots are no model: each transition is made by the virtual machine, which is given what the robot knows and what
+//! happens, runs a step, and is asked what it knows then ([`replica`]). What is explored is every order of events ([`world`]).
+
+pub mod replica;
+pub mod world;

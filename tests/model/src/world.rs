@@ -1,0 +1,205 @@
+//! Three robots and what is on its way between them.
+//!
+//! The network is the set of all frames that were ever sent. Any of them may arrive anywhere at any time: a frame that never
+//! does is lost, one that arrives again was doubled, and there is no order.
+
+use std::cell::RefCell;
+use std::collections::{BTreeSet, HashMap};
+
+use stateright::{Model, Property};
+
+use crate::replica::{Event, Frame, KEYS, ROBOTS, Replica, Rule, Stamp, react};
+
+/// How much happens.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds {
+    /// Handler of conflicts.
+    pub rule: Rule,
+    /// Puts and deletions, of all robots together.
+    pub puts: u8,
+    /// How often robots empty their replicas, together.
+    pub forgets: u8,
+    /// How often robots ask for a value, together.
+    pub gets: u8,
+}
+
+/// A state.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct World {
+    /// What each robot knows.
+    pub replicas: [Replica; ROBOTS.len()],
+    /// All frames ever sent.
+    pub network: BTreeSet<Frame>,
+    puts: u8,
+    forgets: u8,
+    gets: u8,
+    /// A robot that has heard something knows less than before, or not what it heard.
+    pub has_gone_back: bool,
+}
+
+/// What happens next, and to which robot.
+pub type Action = (usize, Event);
+
+impl Rule {
+    /// By what values under a key are compared: the greatest is kept. Written anew, as an oracle.
+    fn rank(self, stamp: &Stamp) -> impl Ord + use<> {
+        let robot = i32::from(stamp.robot);
+        match self {
+            Rule::Default => (stamp.clock, stamp.value.is_some(), robot, stamp.value),
+            Rule::LowerRobot => (stamp.clock, true, -robot, stamp.value),
+        }
+    }
+}
+
+thread_local! {
+    /// Reactions of robots that are known, as most states differ elsewhere.
+    static REACTIONS: RefCell<HashMap<(u16, Rule, Replica, Event), (Replica, Vec<Frame>)>> = RefCell::default();
+}
+
+fn reaction(robot: u16, rule: Rule, known: &Replica, event: Event) -> (Replica, Vec<Frame>) {
+    let question = (robot, rule, known.clone(), event);
+    if let Some(answer) = REACTIONS.with_borrow(|known| known.get(&question).cloned()) {
+        return answer;
+    }
+    let answer = react(robot, rule, known, event);
+    REACTIONS.with_borrow_mut(|known| known.insert(question, answer.clone()));
+    answer
+}
+
+impl Bounds {
+    /// What all robots know when everything that is on its way is lost, and from then on all frames between neighbours in a
+    /// row arrive; `None` if that does not come to an end.
+    pub fn settle(&self, world: &World) -> Option<[Replica; ROBOTS.len()]> {
+        let mut replicas = world.replicas.clone();
+        // Twice the row's length is enough for all to know all, and once more shows that nothing changes.
+        for _ in 0..2 * ROBOTS.len() {
+            let before = replicas.clone();
+            for from in 0..ROBOTS.len() {
+                let (_, frames) = reaction(ROBOTS[from], self.rule, &replicas[from], Event::Idle);
+                for to in [from.wrapping_sub(1), from + 1] {
+                    let Some(replica) = replicas.get_mut(to) else { continue };
+                    for frame in &frames {
+                        let heard = Event::Hear(*frame);
+                        (*replica, _) = reaction(ROBOTS[to], self.rule, replica, heard);
+                    }
+                }
+            }
+            if before == replicas {
+                return Some(replicas);
+            }
+        }
+        None
+    }
+
+    /// Whether all robots end up with the latest of what any of them knows.
+    fn converges(&self, world: &World) -> bool {
+        let latest = |key: i32| {
+            let known = world.replicas.iter().filter_map(|replica| replica.get(&key).copied());
+            known.max_by_key(|stamp| self.rule.rank(stamp)).map(|stamp| (key, stamp))
+        };
+        let expected: Replica = (0..KEYS).filter_map(latest).collect();
+        self.settle(world).is_some_and(|replicas| replicas.iter().all(|known| *known == expected))
+    }
+
+    /// Whether what a robot knows after an event is what it should.
+    fn is_right(&self, before: &Replica, event: Event, after: &Replica) -> bool {
+        (0..KEYS).all(|key| {
+            let (before, after) = (before.get(&key), after.get(&key));
+            match event {
+                Event::Hear((heard, stamp)) if heard == key && stamp.clock != 0 => {
+                    let both = before.copied().into_iter().chain([stamp]);
+                    after.copied() == both.max_by_key(|stamp| self.rule.rank(stamp))
+                }
+                Event::Put(put, value) if put == key => match after {
+                    Some(after) => {
+                        after.value == value
+                            && before.is_none_or(|before| after.clock > before.clock)
+                    }
+                    None => before.is_none() && value.is_none(),
+                },
+                Event::Forget => after.is_none(),
+                _ => before == after,
+            }
+        })
+    }
+}
+
+impl Model for Bounds {
+    type State = World;
+    type Action = Action;
+
+    fn init_states(&self) -> Vec<World> {
+        vec![World {
+            replicas: Default::default(),
+            network: BTreeSet::new(),
+            puts: 0,
+            forgets: 0,
+            gets: 0,
+            has_gone_back: false,
+        }]
+    }
+
+    fn actions(&self, world: &World, actions: &mut Vec<Action>) {
+        for robot in 0..ROBOTS.len() {
+            actions.extend(world.network.iter().map(|frame| (robot, Event::Hear(*frame))));
+            if world.puts < self.puts {
+                // Every value is another one.
+                for value in [None, Some(i32::from(world.puts) + 1)] {
+                    actions.extend((0..KEYS).map(|key| (robot, Event::Put(key, value))));
+                }
+            }
+            if world.gets < self.gets {
+                actions.extend((0..KEYS).map(|key| (robot, Event::Get(key))));
+            }
+            if world.forgets < self.forgets {
+                actions.push((robot, Event::Forget));
+            }
+        }
+    }
+
+    fn next_state(&self, world: &World, (robot, event): Action) -> Option<World> {
+        let before = &world.replicas[robot];
+        let (after, sent) = reaction(ROBOTS[robot], self.rule, before, event);
+        let mut next = world.clone();
+        next.has_gone_back |= !self.is_right(before, event, &after);
+        next.replicas[robot] = after;
+        next.network.extend(sent);
+        match event {
+            Event::Put(..) => next.puts += 1,
+            Event::Get(_) => next.gets += 1,
+            Event::Forget => next.forgets += 1,
+            Event::Hear(_) | Event::Idle => {}
+        }
+        (next != *world).then_some(next)
+    }
+
+    fn properties(&self) -> Vec<Property<Self>> {
+        vec![
+            Property::always("a replica never goes back", |_, world: &World| !world.has_gone_back),
+            Property::always("equal stamps are equal values", |model: &Bounds, world: &World| {
+                // A robot that forgets its own puts counts anew.
+                model.forgets > 0 || has_unique_stamps(world)
+            }),
+            Property::always(
+                "all robots agree when messages arrive",
+                |model: &Bounds, world: &World| model.converges(world),
+            ),
+            Property::sometimes("robots disagree about a clock", |_, world: &World| {
+                let of =
+                    |replica: &Replica| replica.get(&0).map(|stamp| (stamp.clock, stamp.robot));
+                let (first, second) = (of(&world.replicas[0]), of(&world.replicas[1]));
+                matches!((first, second), (Some(one), Some(two)) if one.0 == two.0 && one.1 != two.1)
+            }),
+        ]
+    }
+}
+
+fn has_unique_stamps(world: &World) -> bool {
+    let known = world.replicas.iter().flatten().map(|(key, stamp)| (*key, *stamp));
+    let all: BTreeSet<Frame> = known.chain(world.network.iter().copied()).collect();
+    let questions = all.iter().filter(|(_, stamp)| stamp.clock == 0).count();
+    let stamps = all.iter().filter(|(_, stamp)| stamp.clock != 0);
+    let distinct: BTreeSet<_> =
+        stamps.map(|(key, stamp)| (*key, stamp.clock, stamp.robot)).collect();
+    distinct.len() + questions == all.len()
+}
