@@ -193,5 +193,5 @@ fn a_robot_that_the_simulator_cannot_be_is_refused() {
     let text = WORLD.replace("\"kilobot\"", "\"large.toml\"\nbody = \"kilobot\"");
     let errors = setup_errors(&folder, &text);
     assert_eq!(errors.len(), 1);
-    assert!(errors[0].to_string().contains("not 1000"), "{}", errors[0]);
+    assert!(errors[0].to_string().contains("slots for the script"), "{}", errors[0]);
 }
