@@ -4,6 +4,7 @@
 //! frames that overlap with one on the air are known before its last bit, with which it reaches the others. Two that overlap
 //! are both lost. Who transmits is deaf: that is the emulators' business. Other losses are decided here, from a seed.
 
+use std::sync::OnceLock;
 use std::time::Duration;
 
 use bittybuzz_comms::trace::{Item, Record};
@@ -57,7 +58,6 @@ pub struct Member {
 }
 
 /// What a robot told.
-#[derive(Default)]
 pub struct Told {
     /// What its script logged: when, and the values.
     pub log: Vec<(Duration, Vec<String>)>,
@@ -65,7 +65,7 @@ pub struct Told {
     pub firmware: Vec<String>,
     /// Records other than start and log, as they were decoded.
     pub records: Vec<String>,
-    rtt: Vec<u8>,
+    decoder: Box<dyn StreamDecoder + Send + Sync>,
 }
 
 impl Swarm {
@@ -74,7 +74,7 @@ impl Swarm {
         let member = |id: &u16| {
             let mut robot = Robot::crazyflie(Core::Unicorn, script);
             robot.assign_id(*id);
-            Member { robot, told: Told::default(), pose: None }
+            Member { robot, told: Told::new(), pose: None }
         };
         let members = ids.iter().map(member).collect();
         let air = vec![];
@@ -84,8 +84,8 @@ impl Swarm {
     /// From now on frames are lost with this probability, for each receiver on its own; equal seeds lose the same.
     pub fn lose(&mut self, probability: f64, seed: u64) {
         self.loss = probability;
-        // Xorshift knows no zero.
-        self.random = seed.max(1);
+        // Xorshift knows no zero, and begins slowly with few bits.
+        self.random = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
     }
 
     /// The robots.
@@ -124,7 +124,6 @@ impl Swarm {
             }
             self.carry();
         }
-        self.members.iter_mut().for_each(|member| member.told.read());
     }
 
     fn tell_poses(&mut self) {
@@ -182,7 +181,7 @@ impl Member {
         let events = self.robot.run_us(us);
         for event in &events {
             if let Event::Rtt { bytes } = &event.event {
-                self.told.rtt.extend(bytes);
+                self.told.read(bytes);
             }
         }
         events
@@ -195,30 +194,29 @@ impl Member {
 }
 
 impl Told {
-    /// Decodes everything that has come so far.
-    fn read(&mut self) {
-        let elf = std::fs::read(crazyflie()).expect("the image is there");
-        let table = Table::parse(&elf).expect("it can be read").expect("it has defmt messages");
-        let mut decoder = table.new_stream_decoder();
-        decoder.received(&self.rtt);
-        (self.log, self.firmware, self.records) = Default::default();
-        self.decode(decoder.as_mut());
+    fn new() -> Self {
+        static TABLE: OnceLock<Table> = OnceLock::new();
+        let table = TABLE.get_or_init(|| {
+            let elf = std::fs::read(crazyflie()).expect("the image is there");
+            Table::parse(&elf).expect("it can be read").expect("it has defmt messages")
+        });
+        let (log, firmware, records) = (vec![], vec![], vec![]);
+        Told { log, firmware, records, decoder: table.new_stream_decoder() }
     }
 
-    fn decode(&mut self, decoder: &mut dyn StreamDecoder) {
+    fn read(&mut self, bytes: &[u8]) {
+        self.decoder.received(bytes);
         loop {
-            match decoder.decode() {
+            let (time, text) = match self.decoder.decode() {
                 Ok(frame) => {
                     let time = frame.display_timestamp().map(|time| time.to_string());
-                    let seconds = time.and_then(|time| time.trim().parse().ok()).unwrap_or(0.0);
-                    self.note(
-                        Duration::from_secs_f64(seconds),
-                        &frame.display_message().to_string(),
-                    );
+                    (time, frame.display_message().to_string())
                 }
                 Err(DecodeError::UnexpectedEof) => return,
                 Err(DecodeError::Malformed) => panic!("the firmware's messages are damaged"),
-            }
+            };
+            let seconds = time.and_then(|time| time.trim().parse().ok());
+            self.note(Duration::from_secs_f64(seconds.unwrap_or(0.0)), &text);
         }
     }
 

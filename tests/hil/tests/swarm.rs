@@ -401,6 +401,29 @@ fn the_same_run_again_is_the_same() {
     assert!(run() == run());
 }
 
+/// Some minutes: `cargo xtask soak` runs it. How long two robots take to agree at any loss.
+#[test]
+#[ignore = "soak"]
+fn two_robots_agree_at_any_loss() {
+    const SEEDS: u64 = 20;
+    for loss in [0.0, 0.1, 0.3, 0.5, 0.7, 0.9] {
+        let mut times: Vec<u64> = (1..=SEEDS)
+            .map(|seed| {
+                let mut swarm = Swarm::crazyflies(AGREE, &[3, 7]);
+                swarm.lose(loss, seed);
+                let steps = (1..=3000).find(|_| {
+                    swarm.run_ms(100);
+                    agreed(&mut swarm)
+                });
+                steps.unwrap_or_else(|| panic!("not within five minutes: loss {loss}, seed {seed}"))
+            })
+            .collect();
+        times.sort_unstable();
+        let [median, longest] = [times[times.len() / 2], times[times.len() - 1]];
+        println!("loss {loss}: median {median} steps, longest {longest}");
+    }
+}
+
 /// Five robots that step at the same instant, each with a message in every step: most are heard.
 #[test]
 fn robots_that_step_together_hear_each_other() {
