@@ -187,6 +187,18 @@ fn a_zooid_knows_where_it_is_to_a_stripe() {
     assert!(off.iter().any(|angle| angle.abs() > 0.01));
 }
 
+/// What the robot knows is one frame of the projector (13.65 ms) old.
+#[test]
+fn a_moving_zooid_knows_where_it_was() {
+    let mut world = World::new(exact()).unwrap();
+    let id = zooid(&mut world, 0.0, 0.0, 60, 60);
+    for _ in 0..10 {
+        world.tick();
+        let view = world.robot(id).unwrap();
+        close(view.pose.x - view.estimate.unwrap().x, 500.0 * 0.013_65, 0.47);
+    }
+}
+
 fn crazyflie(
     world: &mut World<Probe>,
     x: f32,

@@ -42,6 +42,19 @@ fn two_robots_share_the_way_apart() {
     assert_eq!(world.statistics().contacts, 2, "they do not tremble");
 }
 
+/// Who pushes on is in contact all the time, but has begun once.
+#[test]
+fn a_contact_begins_once() {
+    let mut world = World::new(exact()).unwrap();
+    kilobot(&mut world, -20.0, 0.0, 0.0, Probe::driving(70, 70));
+    kilobot(&mut world, 20.0, 0.0, std::f32::consts::PI, Probe::driving(70, 70));
+    run(&mut world, 100);
+    let statistics = world.statistics();
+    assert_eq!(statistics.contacts, 2);
+    // 7 mm between the rims, which both close with 2 mm per second times ten.
+    close(statistics.contact_ticks as f32, 2.0 * (100.0 - 3.5), 4.0);
+}
+
 #[test]
 fn a_heap_spreads_and_its_middle_stays() {
     let mut world = World::new(Settings { seed: 3, ..exact() }).unwrap();

@@ -466,6 +466,15 @@ fn stopped_and_failed_robots_are_silent_and_deaf() {
     world.resume(a).unwrap();
     run(&mut world, 20);
     assert!(probe(&world, b).heard_from(a) > heard && pose(&world, a) != stopped);
+    // What waited in its link when it was stopped is gone.
+    run(&mut world, 5);
+    world.stop(a).unwrap();
+    world.brain_mut(a).unwrap().talks = false;
+    run(&mut world, 2);
+    let heard = probe(&world, b).heard_from(a);
+    world.resume(a).unwrap();
+    run(&mut world, 20);
+    assert_eq!(probe(&world, b).heard_from(a), heard);
     world.fail(b).unwrap();
     world.resume(b).unwrap();
     assert_eq!(world.robot(b).unwrap().state, RobotState::Failed);

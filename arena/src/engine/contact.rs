@@ -1,7 +1,7 @@
 //! Contacts: discs that overlap push each other apart, walls and obstacles push them out.
 //!
-//! Every disc looks at its neighbours where they were before and moves by its part of each overlap, so the result does
-//! not depend on an order, and two discs move by the same amount in opposite directions. This is repeated near discs
+//! Every disc looks at its neighbours where they were before and moves by half of each overlap, so the result does not
+//! depend on an order, and two discs move by the same amount in opposite directions. This is repeated near discs
 //! that moved, a few times; what is left of dense crowds is done in the next tick.
 
 use rayon::ThreadPool;
@@ -27,11 +27,6 @@ const CELLS: usize = 1000;
 /// mm by which a cell is larger than a disc: how far a disc may be pushed in one substep before it may miss a contact.
 const MARGIN: f32 = 3.0;
 
-/// Part of an overlap by which each of two discs moves: half if they touch nobody else. In a crowd this would overshoot
-/// (a hexagonal lattice stays calm up to a third).
-const ALONE: f32 = 0.5;
-const CROWDED: f32 = 0.3;
-
 /// Touches another robot.
 const ROBOT: u8 = 1;
 /// Touches a wall or an obstacle.
@@ -46,8 +41,6 @@ struct Disc {
     cell: u32,
     id: u16,
     kind: RobotKind,
-    /// How many others it overlapped with in the last round.
-    crowd: u8,
     /// [`ROBOT`], [`WALL`].
     touches: u8,
     /// Whether the last round moved it.
@@ -77,8 +70,6 @@ pub(crate) struct Crowd {
     /// Of each robot, what it touched in this and in the last tick.
     touches: Vec<u8>,
     touched: Vec<u8>,
-    /// Of each robot, with how many it overlapped last.
-    crowding: Vec<u8>,
 }
 
 impl Crowd {
@@ -96,7 +87,6 @@ impl Crowd {
             woken: Vec::new(),
             touches: Vec::new(),
             touched: Vec::new(),
-            crowding: Vec::new(),
         };
         crowd.resize(area, &[]);
         crowd
@@ -116,7 +106,6 @@ impl Crowd {
     pub(crate) fn add(&mut self) {
         self.touches.push(0);
         self.touched.push(0);
-        self.crowding.push(0);
     }
 
     /// Pushes everything apart, once per substep.
@@ -142,7 +131,6 @@ impl Crowd {
         for disc in &self.discs {
             let pose = &mut poses[usize::from(disc.id)];
             (pose.x, pose.y) = (disc.x, disc.y);
-            self.crowding[usize::from(disc.id)] = disc.crowd;
         }
     }
 
@@ -196,7 +184,6 @@ impl Crowd {
                 cell: cell as u32,
                 id: id as u16,
                 kind,
-                crowd: self.crowding[id],
                 touches: 0,
                 moved: false,
             }
@@ -273,7 +260,6 @@ impl Look<'_> {
             return disc;
         }
         let (mut push_x, mut push_y) = (0.0, 0.0);
-        let mut crowd = 0_u8;
         let reach = &self.shapes.reach[disc.kind as usize];
         for row in self.cells.around(disc.cell as usize) {
             let range = self.starts[row.start] as usize..self.starts[row.end] as usize;
@@ -284,15 +270,14 @@ impl Look<'_> {
                 if squared >= reach * reach || other_index == index || !level(&disc, other) {
                     continue;
                 }
-                crowd = crowd.saturating_add(1);
+                disc.touches |= ROBOT;
                 let distance = squared.sqrt();
                 let (ux, uy) = if distance > 0.0 {
                     (dx / distance, dy / distance)
                 } else {
                     apart(disc.id, other.id)
                 };
-                let part = if disc.crowd.max(other.crowd) < 2 { ALONE } else { CROWDED };
-                let push = (reach + SLOP - distance) * part;
+                let push = (reach + SLOP - distance) / 2.0;
                 push_x += ux * push;
                 push_y += uy * push;
             }
@@ -300,10 +285,6 @@ impl Look<'_> {
         let (old_x, old_y) = (disc.x, disc.y);
         disc.x += push_x;
         disc.y += push_y;
-        disc.crowd = crowd;
-        if crowd > 0 {
-            disc.touches |= ROBOT;
-        }
         let radius = self.shapes.radius[disc.kind as usize];
         if let Some((x, y)) = self.obstacles.push_out(disc.x, disc.y, radius) {
             (disc.x, disc.y) = (x, y);
