@@ -21,20 +21,74 @@ pub struct Stamp<P: Profile> {
 
 impl<P: Profile> Stamp<P> {
     /// The higher clock is the later one; at equal clocks a value before nil, then the higher robot id. A robot that
-    /// was started anew may have put two values at the same clock: then their types and bits decide. Values on the heap
-    /// are equal for this.
+    /// was started anew may have put two values at the same clock: then their types and bits decide. Values of one type on
+    /// the heap are equal for this.
     pub fn order(&self, other: &Self) -> Ordering {
         let present = |stamp: &Self| !stamp.value.is_nil();
         self.clock
             .cmp(&other.clock)
             .then_with(|| present(self).cmp(&present(other)))
             .then_with(|| self.robot.cmp(&other.robot))
-            .then_with(|| {
-                if self.value.is_heap() || other.value.is_heap() {
-                    return Ordering::Equal;
-                }
-                let tags = self.value.tag().byte().cmp(&other.value.tag().byte());
-                tags.then_with(|| self.value.raw().cmp(&other.value.raw()))
+            .then_with(|| self.value.tag().byte().cmp(&other.value.tag().byte()))
+            .then_with(|| match self.value.is_heap() {
+                true => Ordering::Equal,
+                false => self.value.raw().cmp(&other.value.raw()),
             })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use crate::number::Tiny;
+    use crate::value::Tag;
+    use proptest::prelude::*;
+
+    /// What a replica has after another stamp was heard.
+    fn join(known: Stamp<Tiny>, heard: Stamp<Tiny>) -> Stamp<Tiny> {
+        if heard.order(&known) == Ordering::Greater { heard } else { known }
+    }
+
+    /// Few of each kind, so that many are equal in part.
+    fn stamps() -> impl Strategy<Value = Stamp<Tiny>> {
+        let tags = [Tag::NIL, Tag::INT, Tag::FLOAT, Tag::STRING, Tag::TABLE, Tag::TEXT];
+        (0..3_u32, 1..3_u16, prop::sample::select(&tags[..]), 0..3_u16).prop_map(
+            |(clock, robot, tag, raw)| {
+                // Of a nil all bits are zero; all tables are one table here.
+                let raw =
+                    if tag == Tag::NIL || tag == Tag::TABLE || tag == Tag::TEXT { 0 } else { raw };
+                Stamp { clock, robot, value: Value::new(tag, raw) }
+            },
+        )
+    }
+
+    fn same(one: Stamp<Tiny>, other: Stamp<Tiny>) -> bool {
+        one.clock == other.clock && one.robot == other.robot && one.value.same(other.value)
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_heard_twice_changes_nothing(a in stamps()) {
+            prop_assert!(same(join(a, a), a));
+        }
+
+        #[test]
+        fn it_does_not_matter_what_is_heard_first(a in stamps(), b in stamps()) {
+            prop_assert!(same(join(a, b), join(b, a)));
+            prop_assert_eq!(a.order(&b), b.order(&a).reverse());
+        }
+
+        #[test]
+        fn it_does_not_matter_who_heard_it(a in stamps(), b in stamps(), c in stamps()) {
+            prop_assert!(same(join(join(a, b), c), join(a, join(b, c))));
+        }
+
+        #[test]
+        fn a_later_clock_wins_whatever_is_put(a in stamps(), b in stamps()) {
+            let expected = a.clock.cmp(&b.clock);
+            prop_assert!(expected == Ordering::Equal || a.order(&b) == expected);
+        }
     }
 }

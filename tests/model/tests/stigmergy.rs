@@ -31,3 +31,9 @@ fn robots_may_forget() {
 fn questions_change_nothing() {
     check(Bounds { puts: 2, gets: 1, ..BOUNDS });
 }
+
+#[test]
+#[ignore = "a minute without optimisation"]
+fn four_puts() {
+    check(Bounds { puts: 4, ..BOUNDS });
+}
