@@ -51,10 +51,11 @@ mod tests {
         if heard.order(&known) == Ordering::Greater { heard } else { known }
     }
 
+    const TAGS: &[Tag] = &[Tag::NIL, Tag::INT, Tag::FLOAT, Tag::STRING, Tag::TABLE, Tag::TEXT];
+
     /// Few of each kind, so that many are equal in part.
     fn stamps() -> impl Strategy<Value = Stamp<Tiny>> {
-        let tags = [Tag::NIL, Tag::INT, Tag::FLOAT, Tag::STRING, Tag::TABLE, Tag::TEXT];
-        (0..3_u32, 1..3_u16, prop::sample::select(&tags[..]), 0..3_u16).prop_map(
+        (0..3_u32, 1..3_u16, prop::sample::select(TAGS), 0..3_u16).prop_map(
             |(clock, robot, tag, raw)| {
                 // Of a nil all bits are zero; all tables are one table here.
                 let raw =
