@@ -51,12 +51,17 @@ impl Rule {
     }
 }
 
+/// To whom what happens, and what that robot knows.
+type Question = (u16, Rule, Replica, Event);
+/// What it knows then, and what it sends.
+type Answer = (Replica, Vec<Frame>);
+
 thread_local! {
     /// Reactions of robots that are known, as most states differ elsewhere.
-    static REACTIONS: RefCell<HashMap<(u16, Rule, Replica, Event), (Replica, Vec<Frame>)>> = RefCell::default();
+    static REACTIONS: RefCell<HashMap<Question, Answer>> = RefCell::default();
 }
 
-fn reaction(robot: u16, rule: Rule, known: &Replica, event: Event) -> (Replica, Vec<Frame>) {
+fn reaction(robot: u16, rule: Rule, known: &Replica, event: Event) -> Answer {
     let question = (robot, rule, known.clone(), event);
     if let Some(answer) = REACTIONS.with_borrow(|known| known.get(&question).cloned()) {
         return answer;
