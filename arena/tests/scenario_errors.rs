@@ -65,7 +65,7 @@ const AFTER_BASE: &[(&str, &str, &[&str])] = &[
     (
         "[[event]]\nat = 61\nheal = true\n",
         "11:6",
-        &["after the end", "`duration` in [world] is 60"],
+        &["not within the run", "`duration` in [world] is 60"],
     ),
     ("[[event]]\nat = 1\n", "10:1", &["does not say what is meant", "one of fail, stop,"]),
     ("[[event]]\nat = 1\nfail = 1\nstop = 2\n", "13:8", &["`stop` and `fail` cannot stand"]),
@@ -82,6 +82,9 @@ const AFTER_BASE: &[(&str, &str, &[&str])] = &[
     ("[[event]]\nat = 1\nloss = 0.1\nmedium = \"it\"\n", "13:10", &["\"it\"", "`ir`?"]),
     ("[[event]]\nat = 1\nloss = 0.1\nmedium = \"p2p\"\n", "13:10", &["no robot", "`p2p`"]),
     ("[[event]]\nat = 1\nlight = { at = [1, 2], brightness = 2000 }\n", "12:37", &["2000"]),
+    ("[[event]]\nat = 60\nheal = true\n", "11:6", &["not within the run"]),
+    ("[[event]]\nat = 1\npartition = []\n", "12:13", &["1 to 255 parts"]),
+    ("[[event]]\nat = 1\npartition = [[0, 1], [2, 1]]\n", "12:22", &["robot 1 is in two parts"]),
     // Expectations.
     ("[[expect]]\nvalue = \"x\"\nabove = 1\n", "10:1", &["one of at, within, always is needed"]),
     ("[[expect]]\nat = 1\nabove = 1\n", "10:1", &["this [[expect]] has no `value`"]),

@@ -54,6 +54,8 @@ pub enum Cause {
     UnknownRobots { text: String, groups: Vec<String> },
     /// An id that no robot has.
     UnknownId { id: String, groups: Vec<String> },
+    /// A robot in two parts of a partition.
+    TwoParts { id: u32 },
     /// A range of ids that is empty.
     EmptyRange { text: String },
     /// A robot outside the world.
@@ -127,9 +129,10 @@ impl fmt::Display for Cause {
             Cause::IdsExhausted { last } => write!(f, "the last robot would have id {last}"),
             Cause::UnknownRobots { text, .. } => write!(f, "no group of robots is named `{text}`"),
             Cause::UnknownId { id, .. } => write!(f, "there is no robot {id}"),
+            Cause::TwoParts { id } => write!(f, "robot {id} is in two parts"),
             Cause::EmptyRange { text } => write!(f, "no robot is in `{text}`"),
             Cause::OutsideWorld { what, .. } => write!(f, "{what} would be outside the world"),
-            Cause::AfterEnd { key, .. } => write!(f, "`{key}` is after the end of the run"),
+            Cause::AfterEnd { key, .. } => write!(f, "`{key}` is not within the run"),
             Cause::Length { key, expected, found } => {
                 write!(f, "`{key}` must be {expected}, not a list of {found}")
             }
@@ -186,7 +189,7 @@ impl Cause {
             }
             Cause::UnknownQuantity { text } => Some(quantity_help(text)),
             Cause::UnknownGlobal { name, known } if known.is_empty() => Some(format!(
-                "the scripts of these robots have none; a global is assigned outside of functions, as `{name} = 0`"
+                "the scripts of these robots have none, or images no symbols; a global is assigned outside of functions: `{name} = 0`"
             )),
             Cause::UnknownGlobal { name, known } => Some(one_of(name, known)),
             Cause::NoRoom { .. } => Some("make the world or `area` larger".to_owned()),
@@ -198,6 +201,7 @@ impl Cause {
             | Cause::Both { .. }
             | Cause::Without { .. }
             | Cause::Length { .. }
+            | Cause::TwoParts { .. }
             | Cause::NoSuchEntry { .. }
             | Cause::Misfit { .. }
             | Cause::Settings { .. }

@@ -85,6 +85,11 @@ pub fn read(
     let at = section.required("at").and_then(|entry| {
         let at = entry.number(0.0..=f64::MAX)?;
         not_after_end(&entry, "at", at, world.duration)?;
+        // At the very end nothing acts any more.
+        if at >= world.duration {
+            entry.fail(Cause::AfterEnd { key: "at", duration: world.duration.to_string() });
+            return None;
+        }
         Some(at)
     });
     let (key, entry) = section.one_of(ACTIONS)?;
@@ -110,10 +115,7 @@ pub fn read(
             let [one, other] = pair(&entry, census)?;
             Action::Restore(one, other)
         }
-        "partition" => {
-            let parts = entry.list()?;
-            Action::Partition(parts.iter().filter_map(|part| census.select(part)).collect())
-        }
+        "partition" => Action::Partition(parts(&entry, census)?),
         _ => {
             let DeValue::Boolean(true) = entry.value else {
                 entry.wrong_type("true");
@@ -176,4 +178,27 @@ fn pair(entry: &Entry<'_>, census: &Census) -> Option<[Selection; 2]> {
     };
     let (one, other) = (census.select(one), census.select(other));
     Some([one?, other?])
+}
+
+/// Parts of a partition are numbered in a byte; 0 is that of robots in no part.
+const PARTS: usize = 255;
+
+fn parts(entry: &Entry<'_>, census: &Census) -> Option<Vec<Selection>> {
+    let items = entry.list()?;
+    if items.is_empty() || items.len() > PARTS {
+        let expected = "a list of 1 to 255 parts";
+        entry.fail(Cause::Length { key: entry.key.clone(), expected, found: items.len() });
+        return None;
+    }
+    let mut parts: Vec<Selection> = Vec::new();
+    for item in &items {
+        let part = census.select(item)?;
+        let is_taken = |robot: &usize| parts.iter().any(|other| other.contains(*robot));
+        if let Some(robot) = part.iter().find(is_taken) {
+            item.fail(Cause::TwoParts { id: census.id(robot) });
+            return None;
+        }
+        parts.push(part);
+    }
+    Some(parts)
 }

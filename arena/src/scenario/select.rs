@@ -88,6 +88,13 @@ impl Census {
         Some((group.first_id + (robots.start - group.robots.start), group.line))
     }
 
+    /// The id of a robot by its number.
+    pub fn id(&self, robot: usize) -> u32 {
+        let number = robot as u32;
+        let group = self.groups.iter().find(|group| group.robots.contains(&number));
+        group.map_or(0, |group| group.first_id + (number - group.robots.start))
+    }
+
     /// Where a group of that name is defined.
     pub fn line_of(&self, name: &str) -> Option<usize> {
         self.groups.iter().find(|group| group.name == name).map(|group| group.line)

@@ -304,3 +304,31 @@ fn halt(actuators: &mut Actuators<'_>, pilot: &mut Pilot) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn machines_are_as_large_as_the_robots() {
+        for (name, slots) in
+            [("kilobot", KILOBOT_SLOTS), ("zooids", ZOOID_SLOTS), ("crazyflie", CRAZYFLIE_SLOTS)]
+        {
+            let robot = bittybuzz_robots::find(name).unwrap_or_else(|error| panic!("{error}"));
+            assert_eq!(robot.vm.slots as usize + robot.sizes().slots(), slots, "{name}");
+            assert_eq!([robot.vm.in_queue, robot.vm.out_queue], [platform::QUEUED as u32; 2]);
+        }
+    }
+
+    /// A world of 20,000 robots fits the cache the better the smaller they are.
+    #[test]
+    fn robots_are_small() {
+        let vm = size_of::<Vm<Tiny, &[u8], KILOBOT_SLOTS>>();
+        assert!(vm <= 2200, "{vm} bytes");
+        let kilobot =
+            size_of::<Scripted<'_, Tiny, KILOBOT_SLOTS, TINY_FRAME>>() + size_of::<Robot<'_>>();
+        assert!(kilobot <= 3000, "{kilobot} bytes");
+        let crazyflie = size_of::<Vm<Full, &[u8], CRAZYFLIE_SLOTS>>();
+        assert!(crazyflie <= 4116, "{crazyflie} bytes");
+    }
+}
