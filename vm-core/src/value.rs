@@ -131,6 +131,13 @@ impl<P: Profile> Value<P> {
         Self::new(tag, P::raw_from_u16(index))
     }
 
+    /// A slot with a number up to 254, known at run time only, in place of a tag. A function on its own, because the AVR's
+    /// compiler would join what leads to the number with the search of [`Tag::of`], and then not see through it.
+    #[inline(never)]
+    pub(crate) fn marked(number: u8, raw: P::Raw) -> Self {
+        Self::new(Tag::of(number), raw)
+    }
+
     /// nil
     #[inline(always)]
     pub fn nil() -> Self {

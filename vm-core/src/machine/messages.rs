@@ -196,6 +196,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// `neighbors.broadcast`, `listen` and `ignore`.
+    #[inline(never)]
     pub(super) fn talk<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -288,7 +289,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let swarm = self.arena.get(at);
             let state = swarm.tag().byte();
             if state & NEWS != 0 {
-                self.arena.set(at, Value::new(Tag::of(state & !NEWS), swarm.raw()));
+                self.arena.set(at, Value::marked(state & !NEWS, swarm.raw()));
                 self.send_swarm(host, place);
             }
         }

@@ -27,6 +27,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// The first slot of the neighbour at that place.
+    #[inline(never)]
     fn neighbor_slot(&self, place: usize) -> usize {
         let sizes = &self.protocol.sizes;
         usize::from(self.others)
@@ -36,6 +37,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Steps until it is forgotten; 0: there is none.
+    #[inline(never)]
     fn steps_left(&self, at: usize) -> u8 {
         self.arena.get(at + DISTANCE).tag().byte() & STEPS
     }
@@ -60,6 +62,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Remembers for so many steps that a robot was heard. If there is no room, who was not heard for the longest time is
     /// forgotten.
+    #[inline(never)]
     pub(super) fn hear(&mut self, robot: u16, sighting: &Sighting<P>, steps: u8) {
         let mut at = self.find_neighbor(robot);
         if at == 0 {
@@ -87,8 +90,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.arena.set(at + ELEVATION, elevation);
             }
         }
-        let tag = Tag::of(swarm | steps.min(STEPS_MAX));
-        self.arena.set(at + DISTANCE, Value::new(tag, distance));
+        let neighbor = Value::marked(swarm | steps.min(STEPS_MAX), distance);
+        self.arena.set(at + DISTANCE, neighbor);
     }
 
     /// A step has passed.
@@ -97,7 +100,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let at = self.neighbor_slot(place) + DISTANCE;
             let value = self.arena.get(at);
             if value.tag().byte() & STEPS != 0 {
-                self.arena.set(at, Value::new(Tag::of(value.tag().byte() - 1), value.raw()));
+                self.arena.set(at, Value::marked(value.tag().byte() - 1, value.raw()));
             }
         }
     }
@@ -119,7 +122,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if is_member {
             bits |= bit;
         }
-        self.arena.set(at, Value::new(Tag::of(bits), value.raw()));
+        self.arena.set(at, Value::marked(bits, value.raw()));
     }
 
     /// Whether a neighbour is in the swarm at that place.
@@ -131,6 +134,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// The first slot of the neighbour with the lowest id that is at least `from`; 0 if there is none.
+    #[inline(never)]
     fn neighbor_from(&self, from: u16) -> usize {
         let mut found = 0;
         let mut lowest = u16::MAX;
@@ -209,6 +213,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Functions of `neighbors` and of snapshots that have their result at once; `a` is the first argument.
+    #[inline(never)]
     pub(super) fn neighbor_builtin<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -247,6 +252,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// A snapshot of the neighbours that are in the swarm of the running `exec`, or of those that are not.
+    #[inline(never)]
     fn kin(&mut self, wanted: bool) -> Result<Value<P>, Stopped> {
         let swarm = self.current_swarm(0);
         let base = usize::from(self.sp);

@@ -179,6 +179,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Puts a fragment to the others of its message; what is complete is delivered.
+    #[inline(never)]
     pub(super) fn assemble<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -239,6 +240,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Reads a complete message and hands it to the listener, or merges it.
+    #[inline(never)]
     fn deliver<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -267,6 +269,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Whether topic or key, and value, find room without harm to the script.
+    #[inline(never)]
     fn has_room_for(&mut self, mut reader: Reader<'_>) -> bool {
         let mut cells = 0;
         let mut tables = 0;

@@ -30,6 +30,7 @@ const HANDLERS: u16 = 0xff;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The first slot of the entry at that place.
+    #[inline(never)]
     pub(super) fn entry_slot(&self, place: u8) -> usize {
         usize::from(self.others) + usize::from(place) * ENTRY
     }
@@ -45,6 +46,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// What an entry is worth.
+    #[inline(never)]
     pub(super) fn stamp(&self, at: usize) -> Stamp<P> {
         let clock = self.arena.get(at + CLOCK);
         let [low, high] = (clock.index() as u16).to_le_bytes();
@@ -58,15 +60,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Sets it, as news.
     fn set_stamp(&mut self, at: usize, stigmergy: u8, stamp: &Stamp<P>) {
         let [low, high, highest, _] = stamp.clock.to_le_bytes();
-        let state = Tag::of((stigmergy + 1) | NEWS);
+        let state = (stigmergy + 1) | NEWS;
         self.arena.set(at + VALUE, stamp.value);
-        self.arena.set(at + ROBOT, Value::indexed(state, stamp.robot));
-        let clock = Value::indexed(Tag::of(highest), u16::from_le_bytes([low, high]));
+        self.arena.set(at + ROBOT, Value::marked(state, P::raw_from_u16(stamp.robot)));
+        let clock = Value::marked(highest, P::raw_from_u16(u16::from_le_bytes([low, high])));
         self.arena.set(at + CLOCK, clock);
         self.hurry();
     }
 
     /// 1 + the place of the stigmergy of an entry, 0 if there is no entry; with [`NEWS`].
+    #[inline(never)]
     pub(super) fn entry_state(&self, at: usize) -> u8 {
         self.arena.get(at + ROBOT).tag().byte()
     }
@@ -74,10 +77,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// That an entry is news, or no longer.
     pub(super) fn set_entry_state(&mut self, at: usize, state: u8) {
         let robot = self.arena.get(at + ROBOT).raw();
-        self.arena.set(at + ROBOT, Value::new(Tag::of(state), robot));
+        self.arena.set(at + ROBOT, Value::marked(state, robot));
     }
 
     /// An entry as it is sent.
+    #[inline(never)]
     pub(super) fn entry_message(&self, at: usize) -> Entry<P> {
         let stamp = self.stamp(at);
         let place = (self.entry_state(at) & !NEWS).wrapping_sub(1);

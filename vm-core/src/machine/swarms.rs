@@ -32,12 +32,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// The slot of the swarm at that place.
+    #[inline(never)]
     pub(super) fn swarm_slot(&self, place: u8) -> usize {
         let entries = usize::from(self.protocol.sizes.entries);
         usize::from(self.others) + entries * (ENTRY + 1) + usize::from(place)
     }
 
     /// Whether the robot is in the swarm at that place.
+    #[inline(never)]
     pub(super) fn is_member(&self, place: u8) -> bool {
         self.arena.get(self.swarm_slot(place)).tag().byte() & MEMBER != 0
     }
@@ -47,7 +49,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let at = self.swarm_slot(place);
             let swarm = self.arena.get(at);
             let state = (swarm.tag().byte() ^ MEMBER) | NEWS;
-            self.arena.set(at, Value::new(Tag::of(state), swarm.raw()));
+            self.arena.set(at, Value::marked(state, swarm.raw()));
         }
     }
 
@@ -100,6 +102,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Functions of `swarm` and of swarms that have their result at once; `a` is the first argument.
+    #[inline(never)]
     pub(super) fn swarm_builtin(
         &mut self,
         number: u8,
