@@ -62,7 +62,7 @@ pub use fault::{Fault, FaultCode, Refusal, RobotFault};
 pub use host::{Arguments, Axis, Host, Item, Reply, Text};
 pub use image::{Entry, Image, ImageError};
 pub use machine::{Calls, GLOBALS, Outcome, Vm};
-pub use network::{Counters, Periods, Sighting, Sizes};
+pub use network::{Buffer, Counters, Periods, Sighting, Sizes};
 #[cfg(feature = "torture")]
 pub use torture::Torture;
 pub use value::{Type, Value};

@@ -8,8 +8,9 @@
 //!    the first thing counted is nothing.
 //! 3. **The machine is the robots' own**, every check on; its sizes are those of robots/bench.toml.
 //!
-//! # What it will not do
-//! Neighbours and messages: the machine has none yet.
+//! # Neighbours
+//! Before each step there are [`NEIGHBORS`] robots in sight, with ids from 2 on, at 10 mm, 20 mm and so on. If the script has
+//! broadcast an integer, each of them sends the same on its topic: the first 0, the next 1 and so on.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -20,7 +21,8 @@ pub use script::{HEADER, ROOM, SYMBOL, header, split};
 
 use bittybuzz_vm_core::number::{Number, Profile};
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Host, Image, Outcome, Refusal, Reply, RobotFault, Value, Vm,
+    Arguments, Axis, Buffer, ByteCode, Entry, Host, Image, Outcome, Refusal, Reply, RobotFault,
+    Sighting, Sizes, Value, Vm,
 };
 
 #[allow(dead_code, reason = "it is generated for firmware")]
@@ -28,14 +30,27 @@ mod robot {
     include!(concat!(env!("OUT_DIR"), "/robot.rs"));
 }
 
-/// What the machine may take on the smallest chip: everything, and what of it is for parts that it does not have yet.
-pub const MEMORY: [usize; 2] = [robot::MEMORY, robot::SWARM_MEMORY];
+/// What the machine may take on the smallest chip, the queues of messages beside it included.
+pub const MEMORY: usize = robot::MEMORY;
+
+/// What the machine remembers of other robots.
+const SIZES: Sizes = Sizes {
+    neighbors: robot::NEIGHBORS as u8,
+    bearings: robot::BEARINGS != 0,
+    entries: robot::STIGMERGY_ENTRIES as u8,
+    swarms: robot::SWARMS as u8,
+};
 
 /// The machine under test.
-pub type Machine<P, C> = Vm<P, C, { robot::SLOTS }>;
+pub type Machine<P, C> = Vm<P, C, { robot::SLOTS + SIZES.slots() }>;
+
+/// Robots in sight.
+pub const NEIGHBORS: u8 = 8;
 
 /// The id of the robot under test.
 const ROBOT_ID: u16 = 1;
+/// The id of the first of its neighbours.
+const FIRST_NEIGHBOR: u16 = 2;
 
 /// Budget of a slice.
 const BUDGET: u16 = u16::MAX;
@@ -76,7 +91,7 @@ impl Mark {
 
 /// The way from the program to whoever runs it.
 pub trait Meter {
-    /// Says something. On the AVR the upper half of the value gets lost.
+    /// Says something. On the AVR the upper half of the value gets lost, of a float the lower half, which is zero there.
     fn mark(&mut self, mark: Mark, value: u32);
 
     /// Has it counted what `work` takes.
@@ -97,6 +112,7 @@ pub fn run<P: Profile, C: ByteCode>(
     global: u16,
     meter: &mut impl Meter,
 ) {
+    vm.equip(SIZES);
     vm.identify(ROBOT_ID, 0);
     let (mark, value) = match count_all(vm, image, meter) {
         Ok(()) => result(vm.global(global).unwrap_or(Value::nil())),
@@ -112,11 +128,30 @@ fn count_all<P: Profile, C: ByteCode>(
 ) -> Result<(), (Mark, u32)> {
     meter.count(|| ());
     meter.count(|| load(vm, image)).map_err(|()| (Mark::Refused, 0))?;
-    enter(vm, Entry::Global)?;
-    enter(vm, Entry::Init)?;
-    enter(vm, Entry::Step)?;
-    meter.count(|| enter(vm, Entry::Step))?;
-    meter.count(|| enter(vm, Entry::Step))
+    let mut robot = Robot { frame: P::Frame::ZERO, length: 0, coming: 0 };
+    enter(vm, Entry::Global, &mut robot)?;
+    enter(vm, Entry::Init, &mut robot)?;
+    approach(vm, &mut robot);
+    enter(vm, Entry::Step, &mut robot)?;
+    for _ in 0..2 {
+        approach(vm, &mut robot);
+        meter.count(|| enter(vm, Entry::Step, &mut robot))?;
+    }
+    Ok(())
+}
+
+/// All neighbours come into sight, and what they have sent waits.
+fn approach<P: Profile, C: ByteCode>(vm: &mut Machine<P, C>, robot: &mut Robot<P>) {
+    for number in 0..NEIGHBORS {
+        vm.meet(FIRST_NEIGHBOR + u16::from(number), &sighting(number), u8::MAX);
+    }
+    robot.coming = NEIGHBORS;
+}
+
+/// How far that neighbour is.
+fn sighting<P: Profile>(number: u8) -> Sighting<P> {
+    let distance = f32::from(10 * (number + 1));
+    Sighting { robot: None, place: Some([distance, 0.0, 0.0].map(Value::float)) }
 }
 
 #[inline(never)]
@@ -131,12 +166,16 @@ fn is_known(function: u16) -> bool {
 
 /// What a robot does at a tick. Not inlined, so that there is one copy, as in a robot.
 #[inline(never)]
-fn enter<P: Profile, C: ByteCode>(vm: &mut Machine<P, C>, entry: Entry) -> Result<(), (Mark, u32)> {
+fn enter<P: Profile, C: ByteCode>(
+    vm: &mut Machine<P, C>,
+    entry: Entry,
+    robot: &mut Robot<P>,
+) -> Result<(), (Mark, u32)> {
     if !vm.begin(entry) {
         return Ok(());
     }
     for _ in 0..MOST_SLICES {
-        match vm.run(&mut Robot, BUDGET) {
+        match vm.run(robot, BUDGET) {
             Outcome::Pending => {}
             Outcome::Done => return Ok(()),
             Outcome::Fault(fault) => return Err((Mark::Fault, fault.code as u32)),
@@ -155,10 +194,17 @@ fn result<P: Profile>(value: Value<P>) -> (Mark, u32) {
     }
 }
 
-/// A robot whose functions do nothing.
-struct Robot;
+/// A robot whose functions do nothing, and what its neighbours send.
+struct Robot<P: Profile> {
+    /// What the script has broadcast last.
+    frame: P::Frame,
+    /// Its length, 0 if there was none.
+    length: usize,
+    /// How many neighbours have still to send it.
+    coming: u8,
+}
 
-impl<P: Profile> Host<P> for Robot {
+impl<P: Profile> Host<P> for Robot<P> {
     #[inline]
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
@@ -182,5 +228,31 @@ impl<P: Profile> Host<P> for Robot {
 
     fn position(&mut self, _: Axis) -> Option<f32> {
         None
+    }
+
+    fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<P>)> {
+        if self.length == 0 || self.coming == 0 {
+            return None;
+        }
+        let number = NEIGHBORS - self.coming;
+        self.coming -= 1;
+        for (to, from) in frame.iter_mut().zip(self.frame.as_ref()) {
+            *to = *from;
+        }
+        // The sender, and the integer behind the topic (docs/wire-format.md).
+        if let [_, low, high, rest @ ..] = frame {
+            [*low, *high] = (FIRST_NEIGHBOR + u16::from(number)).to_le_bytes();
+            if let Some(byte) = rest.get_mut(P::WORD_BYTES) {
+                *byte = number;
+            }
+        }
+        Some((self.length, sighting(number)))
+    }
+
+    fn send(&mut self, frame: &[u8]) {
+        self.length = frame.len();
+        for (to, from) in self.frame.as_mut().iter_mut().zip(frame) {
+            *to = *from;
+        }
     }
 }
