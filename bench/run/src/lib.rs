@@ -128,7 +128,8 @@ fn count_all<P: Profile, C: ByteCode>(
 ) -> Result<(), (Mark, u32)> {
     meter.count(|| ());
     meter.count(|| load(vm, image)).map_err(|()| (Mark::Refused, 0))?;
-    let mut robot = Robot { frame: P::Frame::ZERO, length: 0, coming: 0 };
+    let sightings = core::array::from_fn(|number| sighting(number as u8));
+    let mut robot = Robot { frame: P::Frame::ZERO, length: 0, coming: 0, sightings };
     enter(vm, Entry::Global, &mut robot)?;
     enter(vm, Entry::Init, &mut robot)?;
     approach(vm, &mut robot);
@@ -142,16 +143,16 @@ fn count_all<P: Profile, C: ByteCode>(
 
 /// All neighbours come into sight, and what they have sent waits.
 fn approach<P: Profile, C: ByteCode>(vm: &mut Machine<P, C>, robot: &mut Robot<P>) {
-    for number in 0..NEIGHBORS {
-        vm.meet(FIRST_NEIGHBOR + u16::from(number), &sighting(number), u8::MAX);
+    for (robot, sighting) in (FIRST_NEIGHBOR..).zip(&robot.sightings) {
+        vm.meet(robot, sighting, u8::MAX);
     }
     robot.coming = NEIGHBORS;
 }
 
 /// How far that neighbour is.
 fn sighting<P: Profile>(number: u8) -> Sighting<P> {
-    let distance = f32::from(10 * (number + 1));
-    Sighting { robot: None, place: Some([distance, 0.0, 0.0].map(Value::float)) }
+    let distance = i32::from(10 * (number + 1));
+    Sighting { robot: None, place: Some([distance, 0, 0].map(Value::float_from_int)) }
 }
 
 #[inline(never)]
@@ -202,6 +203,8 @@ struct Robot<P: Profile> {
     length: usize,
     /// How many neighbours have still to send it.
     coming: u8,
+    /// Where they are: it is the link's work to find out.
+    sightings: [Sighting<P>; NEIGHBORS as usize],
 }
 
 impl<P: Profile> Host<P> for Robot<P> {
@@ -246,7 +249,8 @@ impl<P: Profile> Host<P> for Robot<P> {
                 *byte = number;
             }
         }
-        Some((self.length, sighting(number)))
+        let sighting = self.sightings.get(usize::from(number))?;
+        Some((self.length, *sighting))
     }
 
     fn send(&mut self, frame: &[u8]) {

@@ -36,15 +36,10 @@ const MOST: i32 = 32;
 const SHORTEST_INTERVAL: u8 = 2;
 
 /// The parts that need messages.
-const SOCIAL: u8 = Feature::Neighbors as u8 | Feature::Swarm as u8 | Feature::Stigmergy as u8;
+pub(super) const SOCIAL: u8 =
+    Feature::Neighbors as u8 | Feature::Swarm as u8 | Feature::Stigmergy as u8;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Whether the script has anything to do with other robots.
-    #[inline(always)]
-    pub(super) fn is_social(&self) -> bool {
-        self.features() & SOCIAL != 0
-    }
-
     fn features(&self) -> u8 {
         self.program.as_ref().map_or(0, |program| program.header().features())
     }

@@ -133,6 +133,9 @@ pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
     program: Option<Verified<C>>,
     /// The first slot of what is known of other robots.
     others: u16,
+    /// The script has to do with other robots.
+    #[cfg(feature = "swarm")]
+    is_social: bool,
     #[cfg(feature = "swarm")]
     protocol: Protocol<P>,
     // Last, so that the AVR reaches the other fields with short instructions.
@@ -146,6 +149,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             arena: Arena::new(),
             program: None,
             others: 0,
+            #[cfg(feature = "swarm")]
+            is_social: false,
             #[cfg(feature = "swarm")]
             protocol: Protocol::EMPTY,
             pc: 0,
@@ -243,6 +248,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             .read_header()
             .and_then(|()| program.verify(&mut self.arena, offered, is_robot_function));
         self.others = GLOBALS as u16 + program.header().globals();
+        #[cfg(feature = "swarm")]
+        {
+            self.is_social = program.header().features() & messages::SOCIAL != 0;
+        }
         let base = usize::from(self.others) + others;
         self.arena.reset(slots + others);
         if checked.is_err() {
@@ -281,7 +290,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             EntryPoint::None => return false,
             EntryPoint::Global(number) => self.arena.get(GLOBALS + usize::from(number)),
             #[cfg(feature = "swarm")]
-            EntryPoint::Function(number) if entry == Entry::Step && self.is_social() => {
+            EntryPoint::Function(number) if entry == Entry::Step && self.is_social => {
                 Value::indexed(Tag::FUNCTION, number)
             }
             EntryPoint::Function(number) => {
@@ -301,7 +310,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
         };
         #[cfg(feature = "swarm")]
-        if entry == Entry::Step && !callee.is_nil() && self.is_social() {
+        if entry == Entry::Step && !callee.is_nil() && self.is_social {
             self.state = State::Running;
             // A fault is reported by the next run.
             let _ = self.begin_messages();
@@ -336,7 +345,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             Ok(Flow::Done) => {
                 self.finish();
                 #[cfg(feature = "swarm")]
-                if self.is_social() && self.send_news(host).is_err() {
+                if self.is_social && self.send_news(host).is_err() {
                     return self.stopped();
                 }
                 Outcome::Done

@@ -51,11 +51,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The first slot of a robot that is a neighbour, 0 if it is none.
     #[inline(never)]
     fn find_neighbor(&self, robot: u16) -> usize {
-        for place in 0..usize::from(self.protocol.sizes.neighbors) {
-            let at = self.neighbor_slot(place);
-            if self.steps_left(at) != 0 && self.arena.index_at(at) as u16 == robot {
+        let width = self.protocol.sizes.neighbor();
+        let mut at = self.neighbor_slot(0);
+        for _ in 0..self.protocol.sizes.neighbors {
+            if self.arena.index_at(at) as u16 == robot && self.steps_left(at) != 0 {
                 return at;
             }
+            at += width;
         }
         0
     }
@@ -82,7 +84,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.arena.set(at + DISTANCE, Value::nil());
         }
         let swarm = self.arena.get(at + DISTANCE).tag().byte() & !STEPS;
-        let mut distance = P::float_from_f32(f32::NAN);
+        let mut distance = P::NAN;
         if let Some([measured, azimuth, elevation]) = sighting.place {
             distance = measured.raw();
             if self.protocol.sizes.bearings {
@@ -175,7 +177,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     fn neighbor_data(&mut self, at: usize) -> Result<Value<P>, Stopped> {
         let mut values = [Value::nil(); 3];
         let distance = self.arena.get(at + DISTANCE).raw();
-        if distance != P::float_from_f32(f32::NAN) {
+        if distance != P::NAN {
             values = [
                 Value::new(Tag::FLOAT, distance),
                 Value::new(Tag::FLOAT, P::ZERO),

@@ -30,6 +30,8 @@ pub trait Profile: sealed::Sealed + Stored + Copy + Default + Debug + 'static {
     type Raw: Word;
     /// The payload of which all bits are zero.
     const ZERO: Self::Raw;
+    /// The float that is not a number.
+    const NAN: Self::Raw;
 
     /// The name in images, robot files and messages to people.
     const NAME: &'static str;
@@ -229,6 +231,7 @@ macro_rules! integer_operations {
 
 impl Profile for Tiny {
     type Raw = u16;
+    const NAN: u16 = F16::NAN.0;
     type Frame = [u8; message::TINY_FRAME];
     type Content = [u8; content_bytes(message::TINY_FRAME)];
 
@@ -265,6 +268,7 @@ impl Profile for Tiny {
 
 impl Profile for Full {
     type Raw = u32;
+    const NAN: u32 = 0x7FC0_0000;
     type Frame = [u8; message::FULL_FRAME];
     type Content = [u8; content_bytes(message::FULL_FRAME)];
 
@@ -284,7 +288,7 @@ impl Profile for Full {
 
     #[inline]
     fn float_from_f32(value: f32) -> u32 {
-        if value.is_nan() { 0x7FC0_0000 } else { value.to_bits() }
+        if value.is_nan() { Self::NAN } else { value.to_bits() }
     }
 
     #[inline]
