@@ -2,6 +2,7 @@
 
 /// The check of what was checked before, and one more byte.
 // A loop over bits: a table would take more flash than the rest of the messages.
+#[inline(never)]
 pub const fn crc16(check: u16, byte: u8) -> u16 {
     let mut check = check ^ byte as u16;
     let mut bit = 0;

@@ -127,7 +127,8 @@ impl<'a> Writer<'a> {
     /// Writes the check and tells how many bytes the content has; `None` if there is no room for it.
     pub fn finish(self) -> Option<usize> {
         let (place, checked) = self.room.get_mut(..self.length)?.split_first_chunk_mut()?;
-        *place = check(checked, self.script).to_le_bytes();
+        let hash = self.script.hash as u16;
+        *place = checked.iter().fold(hash, |check, byte| crc16(check, *byte)).to_le_bytes();
         Some(self.length)
     }
 }
@@ -136,7 +137,12 @@ impl<'a> Writer<'a> {
 #[derive(Clone, Debug)]
 pub struct Reader<'a> {
     rest: slice::Iter<'a, u8>,
-    script: Script,
+    /// The low bits of the script's hash.
+    hash: u16,
+    /// How many constant strings there are.
+    strings: u16,
+    /// Of what was read.
+    check: u16,
     wrong: Option<Ignored>,
 }
 
@@ -144,21 +150,25 @@ impl<'a> Reader<'a> {
     /// Begins a content that is complete, and behind which there may be more bytes. Fails unless all its items make sense and
     /// the check is right; from then on [`Reader::item`] gives what was written.
     pub fn new<P: Profile>(content: &'a [u8], script: Script) -> Result<(Head, Self), Ignored> {
-        let Some((expected, checked)) = content.split_first_chunk() else {
-            return Err(Ignored::Malformed);
-        };
-        let mut reader = Reader { rest: checked.iter(), script, wrong: None };
+        let hash = script.hash as u16;
+        let (rest, strings) = (content.iter(), script.strings);
+        let mut reader = Reader { rest, hash, strings, check: 0, wrong: None };
+        let expected = reader.number();
+        reader.check = hash;
         let head = match reader.byte() {
             BROADCAST => Head::Broadcast,
             ENTRY => {
                 let (stigmergy, owner) = (reader.number(), reader.number());
                 let clock = u32::from(reader.number()) | u32::from(reader.byte()) << 16;
                 if clock > CLOCK_MAX {
-                    return Err(Ignored::Malformed);
+                    reader.wrong = Some(Ignored::Malformed);
                 }
                 Head::Entry { stigmergy, owner, clock }
             }
-            _ => return Err(Ignored::Malformed),
+            _ => {
+                reader.wrong = Some(Ignored::Malformed);
+                Head::Broadcast
+            }
         };
         let items = reader.clone();
         // Topic or key, and value.
@@ -166,7 +176,7 @@ impl<'a> Reader<'a> {
         while left > 0 && reader.wrong.is_none() {
             left -= 1;
             match reader.item::<P>() {
-                Item::Text(length) => {
+                Item::Text(length) if P::FULL => {
                     for _ in 0..length {
                         reader.byte();
                     }
@@ -176,11 +186,9 @@ impl<'a> Reader<'a> {
                 _ => {}
             }
         }
-        let length = checked.len().wrapping_sub(reader.rest.len());
-        let right = check(checked.get(..length).unwrap_or(&[]), script).to_le_bytes();
         match reader.wrong {
             Some(wrong) => Err(wrong),
-            None if right != *expected => Err(Ignored::Foreign),
+            None if reader.check != expected => Err(Ignored::Foreign),
             None => Ok((head, items)),
         }
     }
@@ -215,8 +223,8 @@ impl<'a> Reader<'a> {
     /// The string of a word.
     fn string<P: Profile>(&mut self, word: Value<P>) -> Value<P> {
         let low = P::raw_to_u16(word.raw());
-        let number = low.wrapping_sub(self.script.hash as u16);
-        if number >= self.script.strings || P::raw_from_u16(low) != word.raw() {
+        let number = low.wrapping_sub(self.hash);
+        if number >= self.strings || P::raw_from_u16(low) != word.raw() {
             self.wrong.get_or_insert(Ignored::Foreign);
         }
         Value::string(number)
@@ -226,7 +234,10 @@ impl<'a> Reader<'a> {
     #[inline(never)]
     pub fn byte(&mut self) -> u8 {
         match self.rest.next() {
-            Some(byte) => *byte,
+            Some(byte) => {
+                self.check = crc16(self.check, *byte);
+                *byte
+            }
             None => {
                 self.wrong = Some(Ignored::Malformed);
                 0
@@ -238,9 +249,4 @@ impl<'a> Reader<'a> {
     fn number(&mut self) -> u16 {
         u16::from_le_bytes([self.byte(), self.byte()])
     }
-}
-
-/// The check of those bytes, which begins with bits of the script's hash.
-fn check(bytes: &[u8], script: Script) -> u16 {
-    bytes.iter().fold(script.hash as u16, |check, byte| crc16(check, *byte))
 }
