@@ -114,3 +114,31 @@ fn delays_take_their_time() {
     // The step of 0.1 s goes on at 1.1 s, in the tick that ends at 1.2 s.
     assert_eq!((trace[10].1, trace[11].1), (Some(0.0), Some(1.0)));
 }
+
+#[test]
+fn messages_of_another_script_are_counted_and_ignored() {
+    let script = |name: &str| {
+        format!(
+            "r = 0\n{name} = 1\nfunction init() {{ neighbors.listen(\"t\", function(t, v, i) {{ r = r + 1 }}) }}\n\
+             function step() {{ neighbors.broadcast(\"t\", {name}) }}\n"
+        )
+    };
+    let folder = folder("foreign", &[("a.bzz", &script("a")), ("b.bzz", &script("b"))]);
+    let group = |script: &str, x: i32| {
+        format!("[[robots]]\nrobot = \"kilobot\"\nscript = \"{script}\"\npositions = [[{x}, 0]]\n")
+    };
+    let world = "[world]\nsize = [500, 500]\nduration = 10\n[medium.ir]\nloss = 0\n";
+    let run = |second: &str| {
+        let text = format!(
+            "{world}{}{}[output]\nplot = [\"global.r\"]\n",
+            group("a.bzz", -30),
+            group(second, 30)
+        );
+        script::run(&folder, &text)
+    };
+    let (other, same) = (run("b.bzz"), run("a.bzz"));
+    assert!(other.unusable.foreign > 20, "{:?}", other.unusable);
+    assert_eq!(other.values[0], Some([0.0; 3]));
+    assert_eq!(same.unusable.foreign, 0);
+    assert!(same.values[0].is_some_and(|[_, least, _]| least > 10.0), "{:?}", same.values);
+}

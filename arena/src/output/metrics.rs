@@ -1,6 +1,6 @@
 //! The columns of a table of runs.
 
-use crate::run::{Summary, TICKS_PER_SECOND, Verdict};
+use crate::run::{Summary, TICKS_PER_SECOND, Unusable, Verdict};
 use crate::scenario::Scenario;
 
 /// The names of the metrics of a scenario's runs.
@@ -16,6 +16,8 @@ pub fn names(scenario: &Scenario) -> Vec<String> {
     }
     let counts = ["sent", "received", "lost", "collided", "deaf", "unsent", "unread"];
     names.extend(counts.map(str::to_owned));
+    let unusable = Unusable::default().counts();
+    names.extend(unusable.map(|(name, _)| name.to_owned()));
     names.extend(["contacts", "faults"].map(str::to_owned));
     names
 }
@@ -38,7 +40,9 @@ pub fn values(summary: &Summary) -> Vec<Option<f64>> {
     let links = summary.statistics.all_links();
     let [unread, unsent] = summary.dropped;
     let counts = [links.sent, links.received, links.lost, links.collided, links.deaf];
-    let counts = counts.into_iter().chain([unsent, unread, summary.statistics.contacts]);
+    let unusable = summary.unusable.counts().map(|(_, count)| count);
+    let counts = counts.into_iter().chain([unsent, unread]).chain(unusable);
+    let counts = counts.chain([summary.statistics.contacts]);
     values.extend(counts.map(|count| Some(count as f64)));
     values.push(Some(summary.faults.len() as f64));
     values

@@ -22,7 +22,7 @@ pub use quantity::Reading;
 pub use robot::{FaultRecord, LogLine, Piece};
 pub use setup::{Cast, Setup, SetupError};
 pub use simulation::Simulation;
-pub use summary::{FaultOf, Summary};
+pub use summary::{FaultOf, Summary, Unusable};
 
 /// Ticks per second.
 pub const TICKS_PER_SECOND: f64 = 10.0;

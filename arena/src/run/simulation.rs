@@ -10,7 +10,7 @@ use super::quantity::{Probe, Reading};
 use super::robot::{LogLine, Robot};
 use super::settings::{engine_light, engine_obstacle, kind, settings};
 use super::setup::{Cast, Setup, group_of};
-use super::summary::{FaultOf, Summary};
+use super::summary::{FaultOf, Summary, Unusable};
 use super::tick_at;
 
 /// A run that goes on tick by tick.
@@ -161,6 +161,9 @@ impl<'p> Simulation<'p> {
             robots: self.world.len(),
             convergences: self.convergences.clone(),
             statistics: *self.world.statistics(),
+            unusable: brains
+                .clone()
+                .fold(Unusable::default(), |sum, robot| sum.add(robot.counters())),
             dropped: brains.fold([0, 0], |[heard, sent], robot| {
                 let [from_inbox, from_outbox] = robot.dropped().map(u64::from);
                 [heard + from_inbox, sent + from_outbox]

@@ -1,5 +1,7 @@
 //! What is told of a run when it is over.
 
+use bittybuzz_vm_core::Counters;
+
 use crate::engine::Statistics;
 
 use super::expectation::{Convergence, Verdict};
@@ -12,6 +14,53 @@ pub struct FaultOf {
     pub robot: usize,
     /// What happened.
     pub record: FaultRecord,
+}
+
+/// Messages that robots heard and could not use, all robots together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Unusable {
+    /// Of another script.
+    pub foreign: u64,
+    /// Without sense.
+    pub malformed: u64,
+    /// From a robot with the receiver's id.
+    pub own_id: u64,
+    /// Entries of stigmergies for which there was no room; they were passed on.
+    pub not_kept: u64,
+    /// Messages of which a fragment was missing.
+    pub incomplete: u64,
+    /// Conflicts that a handler did not decide.
+    pub undecided: u64,
+}
+
+impl Unusable {
+    /// Adds those of a robot.
+    pub(super) fn add(mut self, robot: Counters) -> Self {
+        for (sum, count) in [
+            (&mut self.foreign, robot.foreign),
+            (&mut self.malformed, robot.malformed),
+            (&mut self.own_id, robot.own_id),
+            (&mut self.not_kept, robot.not_kept),
+            (&mut self.incomplete, robot.incomplete),
+            (&mut self.undecided, robot.undecided),
+        ] {
+            *sum += u64::from(count);
+        }
+        self
+    }
+
+    /// Names and counts, in the order of the fields.
+    pub fn counts(&self) -> [(&'static str, u64); 6] {
+        let Unusable { foreign, malformed, own_id, not_kept, incomplete, undecided } = *self;
+        [
+            ("foreign", foreign),
+            ("malformed", malformed),
+            ("own_id", own_id),
+            ("not_kept", not_kept),
+            ("incomplete", incomplete),
+            ("undecided", undecided),
+        ]
+    }
 }
 
 /// A run in numbers.
@@ -29,6 +78,8 @@ pub struct Summary {
     pub statistics: Statistics,
     /// Frames that robots' queues had no room for: heard, and to be sent.
     pub dropped: [u64; 2],
+    /// Messages that robots could not use.
+    pub unusable: Unusable,
     /// Scripts that have stopped, by time.
     pub faults: Vec<FaultOf>,
     /// Mean, smallest and largest of each quantity of `plot` at the end.

@@ -39,16 +39,15 @@ pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
     while !simulation.is_over() && !interrupt.is_raised() && !output.has_failed() {
         simulation.tick();
         keeper.sample(&simulation)?;
-        if !is_quiet {
-            let lines = simulation.take_log();
-            if !lines.is_empty() {
-                progress.aside(|| {
-                    for (robot, line) in &lines {
-                        output.line(&text(&setup, &opened, *robot, line));
-                    }
-                    output.refresh();
-                });
-            }
+        // Who does not read them takes them too: they would grow.
+        let lines = simulation.take_log();
+        if !lines.is_empty() && !is_quiet {
+            progress.aside(|| {
+                for (robot, line) in &lines {
+                    output.line(&text(&setup, &opened, *robot, line));
+                }
+                output.flush();
+            });
         }
         let now = simulation.now();
         progress.set(now, |elapsed| {

@@ -1,5 +1,6 @@
 //! What came of a run, for people and for programs.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use bittybuzz_arena::engine::LinkStatistics;
@@ -41,6 +42,12 @@ pub fn text(setup: &Setup<'_>, summary: &Summary, elapsed: Duration) -> Vec<Stri
     lines.push(format!(
         "queues  {unsent} frames dropped before they were sent, {unread} before they were read"
     ));
+    let unusable = summary.unusable.counts().into_iter().filter(|(_, count)| *count > 0);
+    let unusable: Vec<String> =
+        unusable.map(|(name, count)| format!("{count} {}", name.replace('_', " "))).collect();
+    if !unusable.is_empty() {
+        lines.push(format!("messages that were of no use: {}", unusable.join(", ")));
+    }
     lines.push(format!("contacts {}", summary.statistics.contacts));
     let faults = summary.faults.len();
     if faults > 0 {
@@ -107,6 +114,7 @@ pub fn json(setup: &Setup<'_>, summary: &Summary) -> Value {
             "sent": links.sent, "received": links.received, "lost": links.lost, "collided": links.collided,
             "deaf": links.deaf, "dropped_unread": summary.dropped[0], "dropped_unsent": summary.dropped[1],
         },
+        "unusable": summary.unusable.counts().into_iter().collect::<BTreeMap<_, _>>(),
         "contacts": summary.statistics.contacts,
         "faults": faults,
     })

@@ -9,7 +9,7 @@ mod zooid;
 
 use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
-use bittybuzz_vm_core::{Entry, Fault, Image, ImageError, Outcome, Sizes, Value, Vm};
+use bittybuzz_vm_core::{Counters, Entry, Fault, Image, ImageError, Outcome, Sizes, Value, Vm};
 
 use crate::engine::{Actuators, Brain, Flight, Io, KilobotMotors, Sighting, Stream, Wheels};
 use crate::scenario::Body;
@@ -127,6 +127,15 @@ impl<'p> Robot<'p> {
             Machine::Kilobot(of) => of.dropped(),
             Machine::Zooid(of) => of.dropped(),
             Machine::Crazyflie(of) => of.dropped(),
+        }
+    }
+
+    /// Messages that it could not use.
+    pub fn counters(&self) -> Counters {
+        match &self.machine {
+            Machine::Kilobot(of) => of.vm.counters(),
+            Machine::Zooid(of) => of.vm.counters(),
+            Machine::Crazyflie(of) => of.vm.counters(),
         }
     }
 
