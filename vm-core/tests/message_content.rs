@@ -1,0 +1,76 @@
+//! Contents of messages in fragments: what is refused, and their check.
+
+use bittybuzz_vm_core::Value;
+use bittybuzz_vm_core::message::content::{Head, Item, Reader, Writer};
+use bittybuzz_vm_core::message::{CLOCK_MAX, Ignored, Script, crc16};
+use bittybuzz_vm_core::number::{Full, Profile, Tiny};
+
+const SCRIPT: Script = Script { hash: 0x1234_5678, strings: 20 };
+
+#[test]
+fn the_check_is_mcrf4xx() {
+    // Its check value, and Kilobots' frames of zeros and ones.
+    let of = |bytes: &[u8]| bytes.iter().fold(0xffff, |check, byte| crc16(check, *byte));
+    assert_eq!(of(b"123456789"), 0x6f91);
+    assert_eq!(of(&[0; 10]), 0x9c87);
+    assert_eq!(of(&[0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0]), 0x881d);
+}
+
+/// Key -1.5 and the table { string 13: { 0: function 300 } }.
+fn content<P: Profile>(head: Head) -> Vec<u8> {
+    let mut room = [0xee; 64];
+    let mut writer = Writer::new(&mut room, SCRIPT, head);
+    writer.item::<P>(Item::Plain(Value::float(-1.5)));
+    writer.item::<P>(Item::Table(1));
+    writer.item::<P>(Item::Plain(Value::string(13)));
+    writer.item::<P>(Item::Table(1));
+    writer.item::<P>(Item::Plain(Value::int(0)));
+    writer.item::<P>(Item::Function(300));
+    let length = writer.finish().expect("room");
+    room[..length].to_vec()
+}
+
+#[test]
+fn a_table_is_its_pairs() {
+    let head = Head::Entry { stigmergy: 700, owner: 2, clock: CLOCK_MAX };
+    let bytes = content::<Tiny>(head);
+    let expected = [
+        1, 0xbc, 2, 2, 0, 255, 255, 0x3f, 2, 0, 0xbf, 5, 1, 3, 0x85, 0x56, 5, 1, 1, 0, 0, 6, 44, 1,
+    ];
+    assert_eq!(bytes[2..], expected);
+    let padded = [&bytes[..], &[9, 9]].concat();
+    let (read, mut items) = Reader::new::<Tiny>(&padded, SCRIPT).unwrap();
+    assert_eq!(read, head);
+    assert!(matches!(items.item::<Tiny>(), Item::Plain(v) if v.as_f32() == Some(-1.5)));
+    assert!(matches!(items.item::<Tiny>(), Item::Table(1)));
+    assert!(matches!(items.item::<Tiny>(), Item::Plain(v) if v.as_string() == Some(13)));
+    assert!(matches!(items.item::<Tiny>(), Item::Table(1)));
+    assert!(matches!(items.item::<Tiny>(), Item::Plain(v) if v.as_int() == Some(0)));
+    assert!(matches!(items.item::<Tiny>(), Item::Function(300)));
+}
+
+#[test]
+fn what_is_cut_or_changed_is_refused() {
+    let bytes = content::<Full>(Head::Broadcast);
+    assert!(Reader::new::<Full>(&bytes, SCRIPT).is_ok());
+    for length in 0..bytes.len() {
+        let cut = Reader::new::<Full>(&bytes[..length], SCRIPT);
+        assert_eq!(cut.unwrap_err(), Ignored::Malformed);
+    }
+    for bit in 0..8 * bytes.len() {
+        let mut changed = bytes.clone();
+        changed[bit / 8] ^= 1 << (bit % 8);
+        assert!(Reader::new::<Full>(&changed, SCRIPT).is_err(), "bit {bit}");
+    }
+    let other = Script { hash: SCRIPT.hash + 1, ..SCRIPT };
+    assert_eq!(Reader::new::<Full>(&bytes, other).unwrap_err(), Ignored::Foreign);
+}
+
+#[test]
+fn without_room_there_is_no_content() {
+    let mut room = [0; 8];
+    let mut writer = Writer::new(&mut room, SCRIPT, Head::Broadcast);
+    writer.item::<Tiny>(Item::Plain(Value::string(13)));
+    writer.item::<Tiny>(Item::Plain(Value::int(1)));
+    assert_eq!(writer.finish(), None);
+}
