@@ -1,11 +1,13 @@
 //! Bodies move as the formulas say.
 
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
 mod common;
 
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use bittybuzz_arena::engine::{
-    Area, Pose, Positioning, RobotKind, Settings, Velocity, World, wrap,
+    Area, Pose, Positioning, RobotId, RobotKind, Settings, Velocity, World, wrap,
 };
 use common::*;
 
@@ -106,14 +108,16 @@ fn gains_differ_by_10_percent() {
 /// Speeds and turn rates that the other simulators have, at the duties of their calibration.
 #[test]
 fn presets_have_the_numbers_of_other_simulators() {
-    let presets: [(fn(&mut Settings), _, _, i16, i16); 3] = [
-        (Settings::kilombo, 7.0, 13.0_f32.to_radians(), 75, 75),
-        (Settings::argos, 60.0 * 48.0 / 255.0, 60.0 * 77.0 / 255.0 / 25.0, 48, 77),
-        (Settings::kilosim, 24.0, 0.5, 70, 70),
+    let mut presets = [exact(); 3];
+    presets[0].kilombo();
+    presets[1].argos();
+    presets[2].kilosim();
+    let numbers = [
+        (7.0, 13.0_f32.to_radians(), 75, 75),
+        (60.0 * 48.0 / 255.0, 60.0 * 77.0 / 255.0 / 25.0, 48, 77),
+        (24.0, 0.5, 70, 70),
     ];
-    for (preset, speed, rate, straight, turn) in presets {
-        let mut settings = exact();
-        preset(&mut settings);
+    for (mut settings, (speed, rate, straight, turn)) in presets.into_iter().zip(numbers) {
         settings.kilobot.gain_sigma = 0.0;
         let mut world = World::new(settings).unwrap();
         let ahead = kilobot(&mut world, 0.0, 0.0, 0.0, Probe::driving(straight, straight));
@@ -124,13 +128,7 @@ fn presets_have_the_numbers_of_other_simulators() {
     }
 }
 
-fn zooid(
-    world: &mut World<Probe>,
-    x: f32,
-    y: f32,
-    left: i16,
-    right: i16,
-) -> bittybuzz_arena::engine::RobotId {
+fn zooid(world: &mut World<Probe>, x: f32, y: f32, left: i16, right: i16) -> RobotId {
     world.add(RobotKind::Zooid, Pose::new(x, y, 0.0), Probe::driving(left, right)).unwrap()
 }
 
@@ -199,12 +197,7 @@ fn a_moving_zooid_knows_where_it_was() {
     }
 }
 
-fn crazyflie(
-    world: &mut World<Probe>,
-    x: f32,
-    z: f32,
-    brain: Probe,
-) -> bittybuzz_arena::engine::RobotId {
+fn hovering(world: &mut World<Probe>, x: f32, z: f32, brain: Probe) -> RobotId {
     let pose = Pose { z, ..Pose::new(x, 0.0, 0.0) };
     world.add(RobotKind::Crazyflie, pose, brain).unwrap()
 }
@@ -215,7 +208,7 @@ fn a_crazyflie_follows_with_a_lag() {
     let mut settings = exact();
     settings.crazyflie.acceleration = 1e6;
     let mut world = World::new(settings).unwrap();
-    let id = crazyflie(&mut world, 0.0, 500.0, Probe::flying(500.0, 0.0, 0.0));
+    let id = hovering(&mut world, 0.0, 500.0, Probe::flying(500.0, 0.0, 0.0));
     for tick in 1..=20 {
         world.tick();
         let t = tick as f32 * 0.1;
@@ -233,7 +226,7 @@ fn a_crazyflie_follows_with_a_lag() {
 fn a_crazyflie_keeps_its_limits() {
     let settings = exact();
     let mut world = World::new(settings).unwrap();
-    let id = crazyflie(&mut world, -1500.0, 500.0, Probe::flying(5000.0, 0.0, 0.0));
+    let id = hovering(&mut world, -1500.0, 500.0, Probe::flying(5000.0, 0.0, 0.0));
     let (mut place, mut speed) = (pose(&world, id).x, 0.0);
     for _ in 0..20 {
         world.tick();
@@ -268,8 +261,8 @@ fn a_crazyflie_flies_in_its_own_frame_and_falls_when_off() {
 #[test]
 fn a_crazyflie_on_the_ground_rises_only_upwards() {
     let mut world = World::new(exact()).unwrap();
-    let stays = crazyflie(&mut world, 0.0, 0.0, Probe::flying(500.0, 0.0, 0.0));
-    let rises = crazyflie(&mut world, 500.0, 0.0, Probe::flying(0.0, 0.0, 300.0));
+    let stays = hovering(&mut world, 0.0, 0.0, Probe::flying(500.0, 0.0, 0.0));
+    let rises = hovering(&mut world, 500.0, 0.0, Probe::flying(0.0, 0.0, 300.0));
     run(&mut world, 20);
     assert_eq!(pose(&world, stays).x, 0.0);
     close(pose(&world, rises).z, 300.0 * (2.0 - 0.3), 10.0);
@@ -321,7 +314,7 @@ fn without_positioning_it_knows_nothing() {
     let mut settings = exact();
     settings.crazyflie.positioning = Positioning::None;
     let mut world = World::new(settings).unwrap();
-    let id = crazyflie(&mut world, 0.0, 100.0, Probe::default());
+    let id = hovering(&mut world, 0.0, 100.0, Probe::default());
     run(&mut world, 3);
     assert_eq!(world.robot(id).unwrap().estimate, None);
 }

@@ -1,5 +1,7 @@
 //! One seed, one trace, on any number of threads.
 
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
 mod common;
 
 use bittybuzz_arena::engine::Actuators;

@@ -1,5 +1,7 @@
 //! Nothing that a script, a scenario or chance does panics the engine or takes a robot out of the world.
 
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
 mod common;
 
 use bittybuzz_arena::engine::{

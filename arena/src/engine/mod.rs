@@ -10,6 +10,14 @@
 //! Millimetres, radians (anticlockwise positive, in (-pi, pi]), seconds; microseconds inside a tick. The world is a
 //! rectangle with the origin in its middle, x to the right and y up.
 //!
+//! # What it leaves out
+//! * Nothing shades infrared, radio or light; no stronger frame survives an overlap; a frame reaches as far as it disturbs.
+//! * All scripts see the world as it was at the beginning of a tick; only their frames leave at different times of it.
+//! * Nobody is pushed to turn, nothing has mass: two bodies share an overlap in halves. The 15 ms of spin-up of a Kilobot,
+//!   the attitude of a Crazyflie, batteries and temperature are shorter or slower than what is looked at here.
+//! * A Kilobot's clock is off, but does not wander: two hidden terminals of equal clocks may collide for long.
+//! * A Crazyflie's estimate begins at its true place, in the frame of the world, also with a Flow deck.
+//!
 //! ```
 //! use bittybuzz_arena::engine::{Actuators, Brain, Io, Pose, RobotKind, Settings, World};
 //!

@@ -1,5 +1,6 @@
 //! A brain for tests: does as it is told, and remembers what it heard.
 
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
 use bittybuzz_arena::engine::{
@@ -135,6 +136,14 @@ pub fn probe(world: &World<Probe>, id: RobotId) -> &Probe {
     world.brain(id).unwrap()
 }
 
+/// Lets everything arrive that was given to a link.
+pub fn drain(world: &mut World<Probe>) {
+    for id in world.ids() {
+        world.brain_mut(id).unwrap().talks = false;
+    }
+    run(world, 20);
+}
+
 /// Mean and standard deviation.
 pub fn moments(values: &[f32]) -> (f32, f32) {
     let count = values.len() as f32;
@@ -146,4 +155,16 @@ pub fn moments(values: &[f32]) -> (f32, f32) {
 #[track_caller]
 pub fn close(found: f32, expected: f32, tolerance: f32) {
     assert!((found - expected).abs() <= tolerance, "{found} instead of {expected} +- {tolerance}");
+}
+
+pub fn crazyflie(world: &mut World<Probe>, x: f32, y: f32, brain: Probe) -> RobotId {
+    world.add(RobotKind::Crazyflie, Pose::new(x, y, 0.0), brain).unwrap()
+}
+
+/// Kilobots with unlike clocks that send at every fourth timer interrupt (131 ms).
+pub fn busy(seed: u64) -> Settings {
+    let mut settings = Settings { seed, ..exact() };
+    settings.infrared.clock_sigma = 0.01;
+    settings.infrared.tx_period = 781;
+    settings
 }

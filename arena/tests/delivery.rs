@@ -1,0 +1,245 @@
+//! What arrives: who is seen where, who is cut off, what is copied or late, and who does not work.
+
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+mod common;
+
+use bittybuzz_arena::engine::{
+    Infrared, Loss, Medium, Pose, PushError, RobotId, RobotKind, RobotState, Settings, World,
+};
+use common::*;
+
+/// Azimuth and elevation as the receiver sees them, in all quadrants.
+#[test]
+fn flying_robots_see_each_other_where_they_are() {
+    let mut world = World::new(exact()).unwrap();
+    let at = |x, y, z, heading| Pose { z, ..Pose::new(x, y, heading) };
+    let hover = || Probe { talks: true, ..Probe::flying(0.0, 0.0, 0.0) };
+    let poses = [
+        at(0.0, 0.0, 500.0, 0.0),
+        at(600.0, 600.0, 800.0, 2.0),
+        at(-700.0, 200.0, 300.0, -1.0),
+        at(-100.0, -900.0, 1200.0, 3.0),
+    ];
+    for pose in poses {
+        world.add(RobotKind::Crazyflie, pose, hover()).unwrap();
+    }
+    run(&mut world, 30);
+    for (own, id) in poses.iter().zip(world.ids().collect::<Vec<_>>()) {
+        for (other, other_pose) in
+            poses.iter().enumerate().filter(|(other, _)| *other != usize::from(id.0))
+        {
+            let said =
+                probe(&world, id).heard.iter().rfind(|said| usize::from(said.from()) == other);
+            let sighting = said.unwrap().sighting;
+            assert_eq!(sighting.robot, Some(RobotId(other as u16)));
+            let [distance, azimuth, elevation] = sighting.place.unwrap();
+            // Back from the receiver's frame to the world.
+            let bearing = azimuth + own.heading;
+            let flat = distance * elevation.cos();
+            close(own.x + flat * bearing.cos(), other_pose.x, 0.5);
+            close(own.y + flat * bearing.sin(), other_pose.y, 0.5);
+            close(own.z + distance * elevation.sin(), other_pose.z, 0.5);
+            assert!(azimuth > -std::f32::consts::PI && azimuth <= std::f32::consts::PI);
+        }
+    }
+}
+
+#[test]
+fn a_robot_on_the_left_has_a_positive_azimuth() {
+    let mut world = World::new(exact()).unwrap();
+    let looks_up = Pose::new(0.0, 0.0, std::f32::consts::FRAC_PI_2);
+    let id = world.add(RobotKind::Zooid, looks_up, Probe::default()).unwrap();
+    world.add(RobotKind::Zooid, Pose::new(-300.0, 0.0, 0.0), Probe::talking()).unwrap();
+    run(&mut world, 5);
+    let [distance, azimuth, elevation] = probe(&world, id).heard[0].sighting.place.unwrap();
+    close(distance, 300.0, 1.0);
+    close(azimuth, std::f32::consts::FRAC_PI_2, 0.05);
+    assert_eq!(elevation, 0.0);
+}
+
+#[test]
+fn without_a_position_a_sender_has_no_place() {
+    let mut settings = exact();
+    settings.crazyflie.positioning = bittybuzz_arena::engine::Positioning::None;
+    let mut world = World::new(settings).unwrap();
+    crazyflie(&mut world, 0.0, 0.0, Probe::talking());
+    let id = crazyflie(&mut world, 500.0, 0.0, Probe::default());
+    run(&mut world, 5);
+    let sighting = probe(&world, id).heard[0].sighting;
+    assert_eq!((sighting.robot, sighting.place), (Some(RobotId(0)), None));
+}
+
+#[test]
+fn partitions_and_blocked_links() {
+    let mut world = World::new(exact()).unwrap();
+    let a = kilobot(&mut world, 0.0, 0.0, 0.0, Probe::talking());
+    let b = kilobot(&mut world, 60.0, 0.0, 0.0, Probe::talking());
+    let c = kilobot(&mut world, 0.0, 60.0, 0.0, Probe::talking());
+    let heard = |world: &World<Probe>| {
+        [(a, b), (b, a), (a, c), (c, a), (b, c)].map(|(by, of)| probe(world, by).heard_from(of))
+    };
+    let mut before = [0; 5];
+    let mut passed = |world: &mut World<Probe>| {
+        // What is on its way arrives.
+        run(world, 1);
+        before = heard(world);
+        run(world, 100);
+        let now = heard(world);
+        [0, 1, 2, 3, 4].map(|i| now[i] > before[i])
+    };
+    assert_eq!(passed(&mut world), [true; 5]);
+    world.block(b, a).unwrap();
+    assert_eq!(passed(&mut world), [false, false, true, true, true]);
+    world.unblock(a, b).unwrap();
+    world.partition(|id| u8::from(id == c));
+    assert_eq!(passed(&mut world), [true, true, false, false, false]);
+    world.heal();
+    assert_eq!(passed(&mut world), [true; 5]);
+}
+
+/// A robot in another partition is neither heard nor sensed nor does it disturb.
+#[test]
+fn a_partition_is_like_distance() {
+    let mut world = World::new(busy(3)).unwrap();
+    for i in 0..6 {
+        kilobot(&mut world, (i % 3) as f32 * 34.0, (i / 3) as f32 * 34.0, 0.0, Probe::talking());
+    }
+    world.partition(|id| id.0 as u8);
+    run(&mut world, 300);
+    let link = world.statistics().link(Medium::Infrared);
+    assert_eq!((link.received, link.collided, link.postponed, link.deaf), (0, 0, 0, 0));
+    assert!(link.sent > 6 * 220);
+}
+
+#[test]
+fn unlike_media_do_not_meet() {
+    let mut world = World::new(exact()).unwrap();
+    let kinds = [RobotKind::Kilobot, RobotKind::Zooid, RobotKind::Crazyflie];
+    for (i, kind) in kinds.into_iter().enumerate() {
+        world.add(kind, Pose::new(i as f32 * 100.0, 0.0, 0.0), Probe::talking()).unwrap();
+    }
+    run(&mut world, 50);
+    assert!(world.ids().all(|id| probe(&world, id).heard.is_empty()));
+    assert_eq!(world.statistics().all_links().received, 0);
+}
+
+#[test]
+fn copies_and_delays_are_counted_and_nothing_is_lost() {
+    let mut settings = Settings { seed: 12, ..exact() };
+    settings.nrf24.link.duplicate = 0.2;
+    settings.nrf24.link.reorder = 0.3;
+    let mut world = World::new(settings).unwrap();
+    let speaker = world.add(RobotKind::Zooid, Pose::default(), Probe::talking()).unwrap();
+    let listener =
+        world.add(RobotKind::Zooid, Pose::new(200.0, 0.0, 0.0), Probe::default()).unwrap();
+    run(&mut world, 400);
+    drain(&mut world);
+    let link = *world.statistics().link(Medium::Nrf24);
+    let heard = &probe(&world, listener).heard;
+    let mut numbers: Vec<_> = heard.iter().map(|said| said.number()).collect();
+    let overtaken = numbers.windows(2).filter(|pair| pair[1] < pair[0]).count() as u64;
+    assert!(overtaken > 0 && overtaken <= link.delayed);
+    numbers.sort_unstable();
+    numbers.dedup();
+    let given = probe(&world, speaker).given;
+    assert_eq!(numbers, (0..given).collect::<Vec<_>>());
+    assert_eq!(heard.len() as u64, u64::from(given) + link.duplicated);
+    close(link.duplicated as f32 / link.received as f32, 0.2, 0.04);
+}
+
+#[test]
+fn stopped_and_failed_robots_are_silent_and_deaf() {
+    let mut world = World::new(exact()).unwrap();
+    let brain = Probe { motors: (70, 70), ..Probe::talking() };
+    let a = kilobot(&mut world, 0.0, 0.0, 0.0, brain.clone());
+    let b = kilobot(&mut world, 60.0, 0.0, 0.0, Probe::talking());
+    run(&mut world, 20);
+    world.stop(a).unwrap();
+    run(&mut world, 2);
+    let (stopped, heard) = (pose(&world, a), probe(&world, b).heard_from(a));
+    let ticks = probe(&world, a).ticks;
+    run(&mut world, 50);
+    assert_eq!((pose(&world, a), probe(&world, b).heard_from(a)), (stopped, heard));
+    assert_eq!(probe(&world, a).ticks, ticks);
+    world.resume(a).unwrap();
+    run(&mut world, 20);
+    assert!(probe(&world, b).heard_from(a) > heard && pose(&world, a) != stopped);
+    // What waited in its link when it was stopped is gone.
+    run(&mut world, 5);
+    world.stop(a).unwrap();
+    world.brain_mut(a).unwrap().talks = false;
+    run(&mut world, 2);
+    let heard = probe(&world, b).heard_from(a);
+    world.resume(a).unwrap();
+    run(&mut world, 20);
+    assert_eq!(probe(&world, b).heard_from(a), heard);
+    world.fail(b).unwrap();
+    world.resume(b).unwrap();
+    assert_eq!(world.robot(b).unwrap().state, RobotState::Failed);
+    let ticks = probe(&world, b).ticks;
+    run(&mut world, 20);
+    assert_eq!(probe(&world, b).ticks, ticks);
+}
+
+#[test]
+fn robots_join_while_others_run() {
+    let mut world = World::new(exact()).unwrap();
+    let a = kilobot(&mut world, 0.0, 0.0, 0.0, Probe::talking());
+    run(&mut world, 50);
+    let b = kilobot(&mut world, 60.0, 0.0, 0.0, Probe::talking());
+    assert_eq!((a, b, world.len()), (RobotId(0), RobotId(1), 2));
+    run(&mut world, 50);
+    assert!(probe(&world, a).heard_from(b) > 0 && probe(&world, b).heard_from(a) > 0);
+    assert!(world.add(RobotKind::Kilobot, Pose::new(3000.0, 0.0, 0.0), Probe::default()).is_err());
+    let nowhere = Pose { x: f32::NAN, ..Pose::default() };
+    assert!(world.add(RobotKind::Kilobot, nowhere, Probe::default()).is_err());
+}
+
+#[test]
+fn loss_can_change_while_the_world_runs() {
+    let mut world = World::new(exact()).unwrap();
+    let a = kilobot(&mut world, 0.0, 0.0, 0.0, Probe::talking());
+    let b = kilobot(&mut world, 60.0, 0.0, 0.0, Probe::default());
+    world.set_loss(Medium::Infrared, Loss::even(1.0));
+    run(&mut world, 100);
+    assert_eq!(probe(&world, b).heard_from(a), 0);
+    world.set_loss(Medium::Infrared, Loss::even(0.0));
+    run(&mut world, 100);
+    assert!(probe(&world, b).heard_from(a) >= 18);
+}
+
+/// The outbox takes what the link takes.
+#[test]
+fn an_outbox_refuses_what_does_not_fit() {
+    use bittybuzz_arena::engine::{Brain, Io};
+    struct Pushes;
+    impl Brain for Pushes {
+        fn tick(&mut self, io: &mut Io<'_>) {
+            assert_eq!(io.outbox.push(&[]), Err(PushError::Length));
+            assert_eq!(io.outbox.push(&[7; 26]), Err(PushError::Length));
+            while io.outbox.room() > 0 {
+                io.outbox.push(&[7; 25]).unwrap();
+            }
+            assert_eq!(io.outbox.push(&[7; 25]), Err(PushError::Full));
+        }
+    }
+    let mut world = World::new(exact()).unwrap();
+    world.add(RobotKind::Zooid, Pose::default(), Pushes).unwrap();
+    for _ in 0..20 {
+        world.tick();
+    }
+    let sent = world.statistics().link(Medium::Nrf24).sent;
+    assert!((54..=60).contains(&sent), "{sent} of three per tick");
+}
+
+#[test]
+fn impossible_settings_are_named() {
+    let mut settings = exact();
+    settings.infrared = Infrared { clock_sigma: f32::NAN, ..Infrared::STANDARD };
+    assert_eq!(settings.check().unwrap_err().field, "infrared.clock_sigma");
+    let mut settings = exact();
+    settings.p2p.link.loss.far = 1.5;
+    let refused = World::<Probe>::new(settings).unwrap_err();
+    assert_eq!(refused.to_string(), "p2p.link.loss.far must be a probability from 0 to 1");
+}
