@@ -87,16 +87,16 @@ fn disturb(world: &mut World<Mad>, stream: &mut Stream) {
     let other = RobotId(stream.below(50) as u16);
     // Ids may be unknown: refusals are part of the game.
     match stream.below(14) {
-        0 => drop(world.fail(id)),
-        1 => drop(world.stop(id)),
-        2 => drop(world.resume(id)),
+        0 => world.fail(id).unwrap_or(()),
+        1 => world.stop(id).unwrap_or(()),
+        2 => world.resume(id).unwrap_or(()),
         3 => {
             let (x, y, z, heading) =
                 (number(stream), number(stream), number(stream), number(stream));
-            drop(world.move_to(id, Pose { x, y, z, heading }));
+            world.move_to(id, Pose { x, y, z, heading }).unwrap_or(());
         }
-        4 => drop(world.block(id, other)),
-        5 => drop(world.unblock(id, other)),
+        4 => world.block(id, other).unwrap_or(()),
+        5 => world.unblock(id, other).unwrap_or(()),
         6 => {
             let parts = stream.below(4) + 1;
             world.partition(|id| (u32::from(id.0) % parts) as u8);
