@@ -1,8 +1,7 @@
 //! Messages between robots: frames from bytes and to bytes. `docs/wire-format.md` is about the format.
 //!
 //! A frame is a type byte, by which links tell it from their own frames, and fields of fixed size. Only values that need no
-//! heap fit: nil, numbers and constant strings. Others travel in
-//! fragments, whose joined bytes are a [`content`].
+//! heap fit: nil, numbers and constant strings. Others travel in fragments, whose joined bytes are a [`content`].
 //!
 //! Every frame carries bits of the hash of its script, so that robots with other scripts ignore it.
 
@@ -33,7 +32,7 @@ pub const FRAGMENTS_MAX: u8 = 8;
 pub const FRAGMENT_HEAD: usize = 4;
 /// The last value of a stigmergy entry's clock.
 pub const CLOCK_MAX: u32 = (1 << 22) - 1;
-/// The only stigmergies whose entries have a frame are those with a number below.
+/// Entries of stigmergies with a number below have a frame of their own; those of others travel in fragments.
 pub const STIGMERGIES: u16 = 3;
 
 /// The script of a robot, as far as messages need it.
@@ -103,7 +102,7 @@ pub struct Swarms {
 pub struct Fragment<'a> {
     /// The sender.
     pub robot: u16,
-    /// The message's number: the sender's last, plus one.
+    /// The message's number: the low byte of its content's check.
     pub number: u8,
     /// Which part, below [`FRAGMENTS_MAX`].
     pub index: u8,
