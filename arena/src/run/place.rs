@@ -118,7 +118,7 @@ impl<'a> Taken<'a> {
 }
 
 fn distance(one: [f64; 2], other: [f64; 2]) -> f64 {
-    (one[0] - other[0]).hypot(one[1] - other[1])
+    libm::hypot(one[0] - other[0], one[1] - other[1])
 }
 
 /// From a point to an obstacle; negative inside.
@@ -127,7 +127,7 @@ fn gap(obstacle: Obstacle, point: [f64; 2]) -> f64 {
         Obstacle::Disc { at, radius } => distance(at, point) - radius,
         Obstacle::Block { at, size } => {
             let beyond = |axis: usize| ((point[axis] - at[axis]).abs() - size[axis] / 2.0).max(0.0);
-            beyond(0).hypot(beyond(1))
+            libm::hypot(beyond(0), beyond(1))
         }
         Obstacle::Wall(from, to) => {
             let along = [to[0] - from[0], to[1] - from[1]];

@@ -121,7 +121,7 @@ fn body<'p>(quantity: &Quantity, robot: &Robot<'_>, view: &View) -> Reading<'p> 
         Quantity::Y => y,
         Quantity::Z => f64::from(pose.z),
         Quantity::Heading => f64::from(pose.heading).to_degrees(),
-        Quantity::Distance([to_x, to_y]) => (x - to_x).hypot(y - to_y),
+        Quantity::Distance([to_x, to_y]) => libm::hypot(x - to_x, y - to_y),
         Quantity::Led => f64::from(view.led),
         Quantity::Neighbors => robot.neighbors() as f64,
         Quantity::Running => {

@@ -353,13 +353,14 @@ impl Placement {
                 [at[0] + offset(index % columns, columns), at[1] + offset(index / columns, rows)]
             }
             Placement::Line { at, spacing, direction } => {
-                let (sine, cosine) = direction.to_radians().sin_cos();
+                let (sine, cosine) = libm::sincos(direction.to_radians());
                 let distance = spacing * f64::from(index);
                 [at[0] + distance * cosine, at[1] + distance * sine]
             }
             Placement::Circle { at, radius } => {
                 let turn = f64::from(index) / f64::from(count) * std::f64::consts::TAU;
-                [at[0] + radius * turn.cos(), at[1] + radius * turn.sin()]
+                let (sine, cosine) = libm::sincos(turn);
+                [at[0] + radius * cosine, at[1] + radius * sine]
             }
             Placement::Random { at, .. } => *at,
             Placement::List(points) => points.get(index as usize).copied().unwrap_or_default(),

@@ -66,7 +66,7 @@ impl Pilot {
             Task::Goal { to: [x, y, height], faces_x } => {
                 let Some(here) = here else { return Flight::Velocity(Velocity::default()) };
                 let (dx, dy) = (x - here.x, y - here.y);
-                let distance = dx.hypot(dy);
+                let distance = libm::hypotf(dx, dy);
                 // A second from the goal it begins to slow down.
                 let share = if distance > 0.0 { distance.min(SPEED) / distance } else { 0.0 };
                 let (sine, cosine) = (libm::sinf(here.heading), libm::cosf(here.heading));
@@ -204,7 +204,8 @@ pub fn call(deck: &mut Deck<'_, '_, '_>, hash: u16, numbers: &Numbers, again: bo
                 pilot.task = Task::Goal { to, faces_x: hash == GO_TO };
             }
             let Some(here) = here else { return Done::Int(0) };
-            let distance = (to[0] - here.x).hypot(to[1] - here.y).hypot(to[2] - here.z);
+            let distance =
+                libm::hypotf(libm::hypotf(to[0] - here.x, to[1] - here.y), to[2] - here.z);
             if distance < ARRIVED {
                 return Done::Int(1);
             }

@@ -43,7 +43,7 @@ fn goto(wheels: &mut Wheels, here: Option<Pose>, [x, y]: [f32; 2]) -> Done {
         return Done::Int(0);
     };
     let (dx, dy) = (x - here.x, y - here.y);
-    let distance = dx.hypot(dy);
+    let distance = libm::hypotf(dx, dy);
     if distance < ARRIVED {
         *wheels = Wheels::default();
         return Done::Int(1);
