@@ -132,7 +132,11 @@ const AFTER_GROUP: &[(&str, &str, &[&str])] = &[
     ("count = 10\nfirst_id = 65530\n", "8:12", &["id 65539", "0 to 65535"]),
     ("placement = \"gird\"\n", "7:13", &["\"gird\"", "`grid`?"]),
     ("placement = \"grid\"\n", "4:1", &["this [[robots]] has no `spacing`"]),
-    ("placement = \"grid\"\nspacing = 50\nradius = 3\n", "9:10", &["without `circle`"]),
+    (
+        "placement = \"grid\"\nspacing = 50\nradius = 3\n",
+        "9:10",
+        &["without `placement = \"circle\"`"],
+    ),
     (
         "placement = \"line\"\nspacing = 400\ncount = 9\n",
         "7:13",

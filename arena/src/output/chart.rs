@@ -8,6 +8,9 @@ const HEIGHT: f64 = 400.0;
 /// Left, right, top and bottom of the area of the curves.
 const AREA: [f64; 4] = [70.0, 885.0, 30.0, 360.0];
 
+/// Samples that a curve has at most; of more an even choice is drawn.
+const SAMPLES: usize = 2000;
+
 /// Robots with a curve of their own; more are shown by their median and quartiles.
 const CURVES: usize = 50;
 
@@ -46,19 +49,18 @@ pub fn chart(title: &str, times: &[f64], values: &[Vec<Option<f64>>]) -> String 
         ));
     }
     let robots = values.first().map_or(0, Vec::len);
+    let step = times.len().div_ceil(SAMPLES).max(1);
+    let samples = times.iter().zip(values).step_by(step);
     if robots <= CURVES {
         for robot in 0..robots {
-            let samples = times.iter().zip(values);
-            let points = samples.filter_map(|(time, sample)| {
+            let points = samples.clone().filter_map(|(time, sample)| {
                 let value = (*sample.get(robot)?)?;
                 Some([x(*time), y(value)])
             });
             svg.line(points, &color(robot), 1.2);
         }
     } else {
-        let spread: Vec<(f64, [f64; 5])> = times
-            .iter()
-            .zip(values)
+        let spread: Vec<(f64, [f64; 5])> = samples
             .filter_map(|(time, sample)| {
                 let numbers: Vec<f64> = sample.iter().flatten().copied().collect();
                 Some((*time, quartiles(&numbers)?))

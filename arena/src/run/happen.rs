@@ -148,7 +148,13 @@ impl Happenings {
             match (self.id(number), self.starts.get_mut(number)) {
                 // The engine knows every robot that has joined.
                 (Some(id), _) => drop(world.move_to(id, pose)),
-                (None, Some(start)) => *start = pose,
+                // The engine takes who is there to the nearest place inside.
+                (None, Some(start)) => {
+                    let area = world.settings().area;
+                    pose.x = pose.x.clamp(-area.width / 2.0, area.width / 2.0);
+                    pose.y = pose.y.clamp(-area.height / 2.0, area.height / 2.0);
+                    *start = pose;
+                }
                 (None, None) => {}
             }
         }

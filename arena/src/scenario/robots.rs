@@ -230,7 +230,7 @@ fn likely_file(path: &Path) -> Option<String> {
     (best.0 > 0.85).then_some(best.1)
 }
 
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum Form {
     Grid,
     Line,
@@ -247,15 +247,15 @@ const FORMS: [(&str, Form); 5] = [
     ("list", Form::List),
 ];
 
-/// Keys of placements, and the placements that have them.
-const KEYS: [(&str, &[&str]); 7] = [
-    ("at", &["grid", "line", "circle", "random"]),
-    ("spacing", &["grid", "line"]),
-    ("columns", &["grid"]),
-    ("direction", &["line"]),
-    ("radius", &["circle"]),
-    ("area", &["random"]),
-    ("positions", &["list"]),
+/// Keys of placements, the placements that have them, and what a file must say for that.
+const KEYS: [(&str, &[Form], &str); 7] = [
+    ("at", &[Form::Grid, Form::Line, Form::Circle, Form::Random], "another placement"),
+    ("spacing", &[Form::Grid, Form::Line], "placement = \"grid\" or \"line\""),
+    ("columns", &[Form::Grid], "placement = \"grid\""),
+    ("direction", &[Form::Line], "placement = \"line\""),
+    ("radius", &[Form::Circle], "placement = \"circle\""),
+    ("area", &[Form::Random], "placement = \"random\""),
+    ("positions", &[Form::List], "placement = \"list\""),
 ];
 
 fn placement(section: &Section<'_>, count: u32, world: &World) -> Option<Placement> {
@@ -264,13 +264,8 @@ fn placement(section: &Section<'_>, count: u32, world: &World) -> Option<Placeme
         None if section.get("positions").is_some() => Form::List,
         None => Form::Random,
     };
-    let word = FORMS.get(form as usize).map_or("", |(word, _)| *word);
-    for (key, forms) in KEYS {
-        if let (Some(entry), false) = (section.get(key), forms.contains(&word)) {
-            let needs = match forms {
-                [only] => only,
-                _ => "another placement",
-            };
+    for (key, forms, needs) in KEYS {
+        if let Some(entry) = section.get(key).filter(|_| !forms.contains(&form)) {
             entry.fail(Cause::Without { key, needs });
         }
     }
