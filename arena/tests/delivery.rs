@@ -209,6 +209,17 @@ fn loss_can_change_while_the_world_runs() {
     assert!(probe(&world, b).heard_from(a) >= 18);
 }
 
+/// A frame is a type byte and as much as the robot's file says.
+#[test]
+fn frames_are_as_long_as_the_robots_have_them() {
+    let links =
+        [("kilobot", Medium::Infrared), ("zooids", Medium::Nrf24), ("crazyflie", Medium::P2p)];
+    for (name, medium) in links {
+        let robot = bittybuzz_robots::find(name).unwrap();
+        assert_eq!(medium.frame_bytes(), 1 + robot.message_bytes as usize, "{name}");
+    }
+}
+
 /// The outbox takes what the link takes.
 #[test]
 fn an_outbox_refuses_what_does_not_fit() {

@@ -68,3 +68,40 @@ impl Cells {
         (first..=last - width).step_by(stride).flat_map(move |start| start..=start + width)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::stream::Stream;
+
+    fn is_around(cells: &Cells, here: (f32, f32), there: (f32, f32)) -> bool {
+        let other = cells.of(there.0, there.1);
+        cells.around(cells.of(here.0, here.1)).iter().any(|row| row.contains(&other))
+    }
+
+    /// Whatever is nearer than a cell's side is in the cells around, in worlds of all shapes.
+    #[test]
+    fn neighbours_are_around() {
+        let mut stream = Stream::for_brain(1, 1);
+        for _ in 0..300 {
+            let side = |stream: &mut Stream| 1.0 + 3000.0 * stream.unit() * stream.unit();
+            let area = Area { width: side(&mut stream), height: side(&mut stream) };
+            let size = 5.0 + 200.0 * stream.unit();
+            let cells = Cells::new(area, size, 2000);
+            assert!(cells.count() < 4 * 2000);
+            for _ in 0..50 {
+                let here =
+                    ((stream.unit() - 0.5) * area.width, (stream.unit() - 0.5) * area.height);
+                let angle = stream.unit() * core::f32::consts::TAU;
+                let distance = size * stream.unit();
+                let there = (here.0 + distance * angle.cos(), here.1 + distance * angle.sin());
+                assert!(is_around(&cells, here, there), "{area:?} {size}: {here:?} {there:?}");
+                let low = (here.0.min(there.0), here.1.min(there.1));
+                let high = (here.0.max(there.0), here.1.max(there.1));
+                let covered: Vec<_> = cells.covered(low, high).collect();
+                assert!(covered.contains(&cells.of(here.0, here.1)));
+                assert!(covered.contains(&cells.of(there.0, there.1)));
+            }
+        }
+    }
+}

@@ -65,3 +65,53 @@ impl Stream {
         (1.0 + sigma * self.normal().clamp(-3.0, 3.0)).max(0.0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Correlation of the first numbers of two rows of streams.
+    fn correlation(one: impl Fn(u64) -> Stream, other: impl Fn(u64) -> Stream) -> f32 {
+        const COUNT: u64 = 20_000;
+        let product = |i| (one(i).unit() - 0.5) * (other(i).unit() - 0.5);
+        // A uniform number has a variance of one twelfth.
+        12.0 * (0..COUNT).map(product).sum::<f32>() / COUNT as f32
+    }
+
+    /// Streams that differ in one thing only have nothing to do with each other: three deviations of 20,000 are 0.021.
+    #[test]
+    fn streams_are_independent() {
+        let of = |seed, purpose, robot, tick| Stream::new(seed, purpose, robot, tick);
+        let one = |i| of(1, Purpose::Hear, (i % 200) as u16, i / 200);
+        let seeds = correlation(one, |i| of(2, Purpose::Hear, (i % 200) as u16, i / 200));
+        let purposes = correlation(one, |i| of(1, Purpose::Send, (i % 200) as u16, i / 200));
+        let robots = correlation(one, |i| of(1, Purpose::Hear, (i % 200) as u16 + 1, i / 200));
+        let ticks = correlation(one, |i| of(1, Purpose::Hear, (i % 200) as u16, i / 200 + 1));
+        for (name, found) in
+            [("seeds", seeds), ("purposes", purposes), ("robots", robots), ("ticks", ticks)]
+        {
+            assert!(found.abs() < 0.021, "{name}: {found}");
+        }
+        assert!(correlation(one, one) > 0.95);
+    }
+
+    #[test]
+    fn first_numbers_are_spread_evenly() {
+        let mut parts = [0_u32; 20];
+        for i in 0..20_000 {
+            let mut stream = Stream::new(7, Purpose::Hear, (i % 1000) as u16, i / 1000);
+            parts[stream.below(20) as usize] += 1;
+        }
+        // Chi squared of 19 degrees of freedom is below 43.8 in 999 of 1,000 cases.
+        let chi = parts.map(|count| (count as f32 - 1000.0).powi(2) / 1000.0).iter().sum::<f32>();
+        assert!(chi < 43.8, "{chi}");
+    }
+
+    #[test]
+    fn gains_end_at_three_deviations() {
+        let mut stream = Stream::for_brain(3, 3);
+        let gains: Vec<f32> = (0..10_000).map(|_| stream.gain(0.1)).collect();
+        assert!(gains.iter().all(|gain| (0.7..=1.3).contains(gain)));
+        assert!(gains.iter().any(|gain| *gain > 1.28) && gains.iter().any(|gain| *gain < 0.72));
+    }
+}
