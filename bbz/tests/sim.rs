@@ -193,3 +193,26 @@ fn every_combination_is_run_with_every_seed() {
     assert_eq!(result["runs"][1]["seed"], 2);
     assert_eq!(result["runs"][1]["metrics"]["success"], 0.0);
 }
+
+/// Four weeks that nobody waits for.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_a_run_with_a_summary() {
+    use std::io::{BufRead, BufReader, Read};
+
+    let folder = folder("sim_interrupt");
+    folder.write("s.toml", SCENARIO.replace("duration = 2", "duration = 2419200"));
+    let mut child =
+        folder.command(&["sim", "s.toml", "--set", "expect.0.at=2419200"]).spawn().unwrap();
+    let mut stdout = BufReader::new(child.stdout.take().unwrap());
+    let mut printed = String::new();
+    stdout.read_line(&mut printed).unwrap();
+    assert_eq!(printed, "     0.5     1  five 5\n");
+    let kill = ["-INT", &child.id().to_string()];
+    assert!(std::process::Command::new("kill").args(kill).status().unwrap().success());
+    let outcome = support::finish(child);
+    assert_eq!(outcome.status, Some(1));
+    outcome.says(&["stopped by Ctrl-C at", "of 2419200 s"]);
+    stdout.read_to_string(&mut printed).unwrap();
+    assert!(printed.contains("OPEN    s.toml:10:"), "{printed}");
+}

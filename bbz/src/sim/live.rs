@@ -1,5 +1,6 @@
 //! One run, watched: progress, log lines, pictures and a recording.
 
+use annotate_snippets::{Group, Level};
 use bittybuzz_arena::run::{LogLine, Piece, Setup, Simulation, Summary};
 
 use crate::Ending;
@@ -8,6 +9,7 @@ use crate::output::Output;
 use crate::printed::{Printed, unknown_string};
 use crate::problem::Problem;
 use crate::program::Program;
+use crate::report;
 
 use super::keep::Keeper;
 use super::open::{self, Opened};
@@ -60,6 +62,11 @@ pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
     let result = simulation.summary();
     keeper.finish(&setup)?;
     output.flush();
+    if interrupt.is_raised() {
+        let end = opened.scenario.world.duration;
+        let title = format!("stopped by Ctrl-C at {} s of {end} s", simulation.now() as f64 / 10.0);
+        report::print(Group::with_title(Level::NOTE.primary_title(title)));
+    }
     summary::faults(&setup, &opened.programs, &result);
     if arguments.json {
         output.line(summary::json(&setup, &result).to_string().as_bytes());
