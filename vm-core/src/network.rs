@@ -115,6 +115,8 @@ pub(crate) struct Protocol<P: Profile> {
     pub(crate) interval: u8,
     /// Steps until the next.
     pub(crate) countdown: u8,
+    /// The first slot of the entry that has changed last; 0 before any has.
+    pub(crate) newest: u16,
     /// The entry, or behind them the swarm, that was advertised last.
     pub(crate) advertised: u8,
     /// What was passed on last without being kept.
@@ -152,6 +154,7 @@ impl<P: Profile> Protocol<P> {
         silent: 0,
         interval: 0,
         countdown: 0,
+        newest: 0,
         advertised: 0,
         passed_on: 0,
         jitter: 0,

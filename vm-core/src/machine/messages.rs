@@ -34,6 +34,8 @@ const MOST: i32 = 32;
 
 /// The shortest time between two advertisements, in steps.
 const SHORTEST_INTERVAL: u8 = 2;
+/// From here on entries take turns.
+const LONG_INTERVAL: u8 = 10;
 
 /// The parts that need messages.
 pub(super) const SOCIAL: u8 =
@@ -262,8 +264,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.send_entry(host, entry)
     }
 
-    /// Something changed, or a neighbour is behind: entries are advertised more often for a while.
-    pub(super) fn hurry(&mut self) {
+    /// An entry has changed, or a neighbour is behind: for a while it is advertised often.
+    pub(super) fn hurry(&mut self, at: usize) {
+        self.protocol.newest = at as u16;
         self.protocol.interval = SHORTEST_INTERVAL;
         self.protocol.countdown = self.protocol.countdown.min(SHORTEST_INTERVAL);
     }
@@ -310,12 +313,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         protocol.countdown = protocol.countdown.saturating_sub(1);
         let advertises = protocol.countdown == 0;
         if advertises {
-            // Where nothing changes, ever more seldom; and not all robots at once.
+            // Ever more seldom, and not all robots at once.
             let interval = protocol.interval.max(SHORTEST_INTERVAL);
             protocol.jitter = protocol.jitter.wrapping_mul(25173).wrapping_add(13849);
             let [_, random] = protocol.jitter.to_le_bytes();
             protocol.countdown = interval.wrapping_add(random & (interval >> 1));
-            protocol.interval = (interval + (interval >> 2) + 1).min(periods.advertise);
+            protocol.interval = (interval + (random & 1)).min(periods.advertise);
         }
         let is_silent = protocol.silent >= periods.beacon;
         if is_silent && self.features() & (Feature::Neighbors as u8 | Feature::Swarm as u8) != 0 {
@@ -325,8 +328,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if advertises { self.advertise(host) } else { Ok(()) }
     }
 
-    /// Sends the next of all entries and swarms, in turn.
+    /// Sends the newest entry as long as not enough neighbours are known to have it, else the next of all entries and
+    /// swarms, in turn.
     fn advertise<H: Host<P>>(&mut self, host: &mut H) -> Result<(), Stopped> {
+        let newest = usize::from(self.protocol.newest);
+        if newest != 0 && self.protocol.interval < LONG_INTERVAL && self.entry_state(newest) != 0 {
+            return self.send_entry(host, &self.entry_message(newest));
+        }
         let entries = self.protocol.sizes.entries;
         let all = entries + self.protocol.sizes.swarms;
         for _ in 0..all {

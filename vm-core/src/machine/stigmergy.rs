@@ -65,7 +65,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.set(at + ROBOT, Value::marked(state, P::raw_from_u16(stamp.robot)));
         let clock = Value::marked(highest, P::raw_from_u16(u16::from_le_bytes([low, high])));
         self.arena.set(at + CLOCK, clock);
-        self.hurry();
+        self.hurry(at);
     }
 
     /// 1 + the place of the stigmergy of an entry, 0 if there is no entry; with [`NEWS`].
@@ -303,7 +303,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
         }
         let mine = self.stamp(at);
-        let mut order = theirs.order(&mine);
+        let order = theirs.order(&mine);
         if mine.clock == theirs.clock && mine.robot != theirs.robot {
             let decides = self.handler(handler(ON_CONFLICT, stigmergy));
             if !decides.is_nil() {
@@ -316,15 +316,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             if order == Ordering::Greater && mine.robot == self.robot_id {
                 self.set_local(LOST, mine.value);
                 self.set_stamp(at, stigmergy, &theirs);
-                self.tell_lost(host, stigmergy, remote.key, &mine)?;
-                order = Ordering::Equal;
+                return self.tell_lost(host, stigmergy, remote.key, &mine);
             }
         }
         match order {
             Ordering::Greater => self.set_stamp(at, stigmergy, &theirs),
             // The neighbour is behind.
             Ordering::Less => self.set_stamp(at, stigmergy, &mine),
-            Ordering::Equal => {}
+            // The neighbour has it: less haste.
+            Ordering::Equal => {
+                let interval = self.protocol.interval.saturating_add(1);
+                self.protocol.interval = interval.min(host.periods().advertise);
+            }
         }
         Ok(())
     }
