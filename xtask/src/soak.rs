@@ -1,6 +1,7 @@
 //! Evidence that takes too long for every change. What was shown is kept under `target/soak`, so that a run which was
 //! stopped goes on where it was; it counts until the sources change. `fuzz` counts until those change that a target exercises.
 
+mod convergence;
 mod fuzz;
 mod mutants;
 mod same;
@@ -31,6 +32,7 @@ enum Verdict {
 }
 
 const PARTS: &[Part] = &[
+    Part { name: "convergence", items: convergence::items, run: convergence::run },
     Part { name: "fuzz", items: fuzz::items, run: fuzz::run },
     Part { name: "mutants", items: mutants::items, run: mutants::run },
     Part { name: "noise", items: || vec!["a million bytes".to_owned()], run: |_| noise() },
@@ -84,7 +86,7 @@ pub fn run(arguments: &[String]) -> Result<(), Failure> {
     if missing.is_empty() { Ok(()) } else { Err(Failure::Soak { left: missing }) }
 }
 
-/// Some of the mutants, for CI; the tests pass without them.
+/// Some of the mutants, and some seeds of the convergence, for CI; the tests pass without the mutants.
 pub fn sample() -> Result<(), Failure> {
     for name in table::SAMPLE {
         match mutants::run(name)? {
@@ -94,7 +96,7 @@ pub fn sample() -> Result<(), Failure> {
             }
         }
     }
-    Ok(())
+    convergence::sample()
 }
 
 fn noise() -> Result<Verdict, Failure> {
