@@ -1,7 +1,8 @@
 //! How fast the engine is: Kilobots that wander and send two frames per second, with contacts and collisions of frames.
 //!
 //! `cargo run --release -p bittybuzz-arena --example speed [THREADS [ROBOTS NEIGHBOURS]]` prints, for each number of robots
-//! and of neighbours in range, robot-seconds per second and the engine's memory per robot (what the process grew by).
+//! and of neighbours in range, robot-seconds per second and memory per robot: what the process grew by, brains and, in
+//! small worlds, the stacks of the threads included.
 
 use std::time::Instant;
 
@@ -72,48 +73,52 @@ fn resident() -> Option<usize> {
     Some(pages.split_whitespace().nth(1)?.parse::<usize>().ok()? * 4096)
 }
 
-fn main() {
+fn main() -> std::io::Result<()> {
     let arguments: Vec<usize> =
         std::env::args().skip(1).filter_map(|argument| argument.parse().ok()).collect();
-    let threads = arguments.first().copied().unwrap_or(0);
-    let mut cases = Vec::new();
-    match arguments[..] {
-        [_, robots, neighbours] => cases.push((robots, neighbours as f32)),
-        _ => {
-            for neighbours in [5.0, 10.0, 20.0] {
-                cases.extend([100, 1000, 5000, 20_000].map(|robots| (robots, neighbours)));
-            }
-        }
+    if let [threads, robots, neighbours] = arguments[..] {
+        measure(threads, robots, neighbours as f32);
+        return Ok(());
     }
     println!("robots  neighbours  robot-s/s  bytes/robot  heard/robot/s  collided  contact");
-    for (robots, neighbours) in cases {
-        let before = resident();
-        let mut world = world(robots, neighbours, threads);
-        for _ in 0..100 {
-            world.tick();
+    let threads = arguments.first().copied().unwrap_or(0);
+    for neighbours in [5, 10, 20] {
+        for robots in [100, 1000, 5000, 20_000] {
+            // A process each, so that none uses the memory of the last.
+            let case = [threads, robots, neighbours].map(|number| number.to_string());
+            std::process::Command::new(std::env::current_exe()?).args(case).status()?;
         }
-        let ticks = 6_000_000 / robots;
-        let first = *world.statistics();
-        let begin = Instant::now();
-        for _ in 0..ticks {
-            world.tick();
-        }
-        let seconds = begin.elapsed().as_secs_f64();
-        let simulated = (robots * ticks) as f64 / 10.0;
-        let bytes = before.zip(resident()).map_or("-".to_owned(), |(before, after)| {
-            (after.saturating_sub(before) / robots).to_string()
-        });
-        let links = world.statistics().all_links();
-        let old = first.all_links();
-        let heard = (links.received - old.received) as f64;
-        let collided = (links.collided - old.collided) as f64;
-        let touching = (world.statistics().contact_ticks - first.contact_ticks) as f64;
-        println!(
-            "{robots:>6}  {neighbours:>10}  {:>9.0}  {bytes:>11}  {:>13.1}  {:>7.1}%  {:>6.1}%",
-            simulated / seconds,
-            heard / simulated,
-            100.0 * collided / (heard + collided),
-            10.0 * touching / simulated,
-        );
     }
+    Ok(())
+}
+
+fn measure(threads: usize, robots: usize, neighbours: f32) {
+    let before = resident();
+    let mut world = world(robots, neighbours, threads);
+    for _ in 0..100 {
+        world.tick();
+    }
+    let ticks = 6_000_000 / robots;
+    let old = world.statistics().all_links();
+    let touched = world.statistics().contact_ticks;
+    let begin = Instant::now();
+    for _ in 0..ticks {
+        world.tick();
+    }
+    let seconds = begin.elapsed().as_secs_f64();
+    let simulated = (robots * ticks) as f64 / 10.0;
+    let bytes = before
+        .zip(resident())
+        .map_or("-".to_owned(), |(before, after)| ((after - before) / robots).to_string());
+    let links = world.statistics().all_links();
+    let heard = (links.received - old.received) as f64;
+    let collided = (links.collided - old.collided) as f64;
+    let touching = (world.statistics().contact_ticks - touched) as f64;
+    println!(
+        "{robots:>6}  {neighbours:>10}  {:>9.0}  {bytes:>11}  {:>13.1}  {:>7.1}%  {:>6.1}%",
+        simulated / seconds,
+        heard / simulated,
+        100.0 * collided / (heard + collided),
+        10.0 * touching / simulated,
+    );
 }
