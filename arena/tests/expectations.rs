@@ -11,6 +11,7 @@ number = 0
 word = \"even\"
 nothing = nil
 steps = 0
+state = { .count = 7, .0 = { .x = 1.5 }, .name = \"deep\" }
 function init() {
   number = id
   if(id % 2 == 1) word = \"odd\"
@@ -53,6 +54,14 @@ const CASES: &[(&str, bool)] = &[
     ("at = 1\nvalue = \"global.nothing\"\nexists = true", false),
     ("at = 1\nvalue = \"global.nothing\"\nbelow = 5", false),
     ("at = 1\nvalue = \"global.word\"\nexists = true", true),
+    ("at = 1\nvalue = \"global.state.count\"\nequals = 7", true),
+    ("at = 1\nvalue = \"global.state.count\"\nequals = 8", false),
+    ("at = 1\nvalue = \"global.state.0.x\"\nequals = 1.5", true),
+    ("at = 1\nvalue = \"global.state.name\"\nequals = \"deep\"", true),
+    ("at = 1\nvalue = \"global.state.1\"\nexists = false", true),
+    ("at = 1\nvalue = \"global.number.count\"\nexists = true", false),
+    ("at = 1\nvalue = \"global.state\"\nexists = true", true),
+    ("at = 1\nvalue = \"global.state\"\nequals = 7", false),
     // How values count together.
     ("at = 1\nvalue = \"global.number\"\nof = \"any\"\nequals = 4", true),
     ("at = 1\nvalue = \"global.number\"\nof = \"any\"\nequals = 5", false),
@@ -167,7 +176,7 @@ fn names_that_no_script_has_are_told_with_their_place() {
         "{WORLD}[[robots]]\nrobot = \"kilobot\"\nname = \"others\"\nscript = \"other.bzz\"\n\
          [[expect]]\nat = 1\nvalue = \"global.numbr\"\nequals = 1\n\
          [[expect]]\nat = 1\nvalue = \"global.number\"\nrobots = \"others\"\nequals = 1\n\
-         [output]\nplot = [\"global.other\", \"global.none\"]\n"
+         [output]\nplot = [\"global.other\", \"global.none\", \"global.state.nokey\"]\n"
     );
     let errors = setup_errors(&folder, &text);
     let told: Vec<String> = errors
@@ -177,10 +186,11 @@ fn names_that_no_script_has_are_told_with_their_place() {
             format!("{place:?} {error} | {}", error.help().unwrap_or_default())
         })
         .collect();
-    assert_eq!(told.len(), 3, "{told:#?}");
+    assert_eq!(told.len(), 4, "{told:#?}");
     assert!(told[0].contains("`numbr`") && told[0].contains("`number`?"), "{}", told[0]);
     assert!(told[1].contains("`number`") && told[1].contains("other"), "{}", told[1]);
     assert!(told[2].contains("`none`"), "{}", told[2]);
+    assert!(told[3].contains("`state.nokey`"), "{}", told[3]);
 }
 
 #[test]

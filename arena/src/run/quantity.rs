@@ -27,8 +27,8 @@ pub enum Reading<'p> {
 pub enum Probe {
     /// Something about the body.
     Body(Quantity),
-    /// Global of each group; `None` where the script has none of that name.
-    Global(Vec<Option<u16>>),
+    /// Global of each group, and the keys into tables there; `None` where the script has none of these names.
+    Global(Vec<Option<(u16, Vec<Content>)>>),
     /// A stigmergy's entry: its number, and the key in each group.
     Stigmergy(u16, Vec<Option<Content>>),
 }
@@ -42,8 +42,12 @@ impl Probe {
         robots: &Selection,
     ) -> Result<Probe, Cause> {
         match quantity {
-            Quantity::Global(name) => {
-                let numbers: Vec<_> = programs.iter().map(|program| program.global(name)).collect();
+            Quantity::Global { name, keys } => {
+                let path = |program: &Program| {
+                    let keys = keys.iter().map(|key| content(program, key));
+                    Some((program.global(name)?, keys.collect::<Option<Vec<Content>>>()?))
+                };
+                let numbers: Vec<_> = programs.iter().map(path).collect();
                 let mut meant: Vec<usize> =
                     robots.iter().map(|robot| group_of(scenario, robot).0).collect();
                 meant.dedup();
@@ -58,13 +62,10 @@ impl Probe {
                     known.filter(|name| !name.contains(' ')).cloned().collect();
                 known.sort();
                 known.dedup();
-                Err(Cause::UnknownGlobal { name: name.clone(), known })
+                Err(Cause::UnknownGlobal { name: unknown(name, keys, &known), known })
             }
             Quantity::Stigmergy { number, key } => {
-                let keys = programs.iter().map(|program| match key {
-                    Key::Number(key) => Some(Content::Number(f64::from(*key))),
-                    Key::Text(text) => string_number(program, text).map(Content::Text),
-                });
+                let keys = programs.iter().map(|program| content(program, key));
                 Ok(Probe::Stigmergy(*number, keys.collect()))
             }
             body => Ok(Probe::Body(body.clone())),
@@ -82,7 +83,7 @@ impl Probe {
         match self {
             Probe::Body(quantity) => body(quantity, robot, &view),
             Probe::Global(numbers) => match numbers.get(group) {
-                Some(Some(number)) => reading(robot.global(*number), program),
+                Some(Some((number, keys))) => reading(robot.global(*number, keys), program),
                 _ => Reading::Nil,
             },
             Probe::Stigmergy(number, keys) => match keys.get(group) {
@@ -90,6 +91,24 @@ impl Probe {
                 _ => Reading::Nil,
             },
         }
+    }
+}
+
+/// The name that no script has: that of the global, or where there is one with the keys.
+fn unknown(name: &str, keys: &[Key], known: &[String]) -> String {
+    match known.iter().any(|global| global == name) {
+        true => Quantity::Global { name: name.to_owned(), keys: keys.to_vec() }
+            .to_string()
+            .replacen("global.", "", 1),
+        false => name.to_owned(),
+    }
+}
+
+/// A key as the script has it; `None` for a string that it has not.
+fn content(program: &Program, key: &Key) -> Option<Content> {
+    match key {
+        Key::Number(key) => Some(Content::Number(f64::from(*key))),
+        Key::Text(text) => string_number(program, text).map(Content::Text),
     }
 }
 
@@ -129,7 +148,7 @@ fn body<'p>(quantity: &Quantity, robot: &Robot<'_>, view: &View) -> Reading<'p> 
             f64::from(u8::from(runs))
         }
         // They have probes of their own.
-        Quantity::Global(_) | Quantity::Stigmergy { .. } => return Reading::Other,
+        Quantity::Global { .. } | Quantity::Stigmergy { .. } => return Reading::Other,
     })
 }
 

@@ -13,6 +13,7 @@ pub const FORMS: &[&str] = &[
     "neighbors",
     "running",
     "global.NAME",
+    "global.NAME.KEY",
     "stigmergy.NUMBER.KEY",
 ];
 
@@ -35,8 +36,13 @@ pub enum Quantity {
     Neighbors,
     /// 1 while its script runs, else 0.
     Running,
-    /// A global of its script.
-    Global(String),
+    /// A global of its script, or what is in a table there.
+    Global {
+        /// Its name.
+        name: String,
+        /// The keys that lead into tables; none for the global itself.
+        keys: Vec<Key>,
+    },
     /// An entry of a stigmergy, as this robot knows it.
     Stigmergy {
         /// The stigmergy's number in the script.
@@ -46,7 +52,7 @@ pub enum Quantity {
     },
 }
 
-/// A key of a stigmergy.
+/// A key of a stigmergy or a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Key {
     /// An integer.
@@ -58,17 +64,17 @@ pub enum Key {
 impl Quantity {
     /// Reads a quantity; `None` if it is none.
     pub fn parse(text: &str) -> Option<Quantity> {
-        if let Some(name) = text.strip_prefix("global.") {
-            return is_identifier(name).then(|| Quantity::Global(name.to_owned()));
+        if let Some(path) = text.strip_prefix("global.") {
+            let mut words = path.split('.');
+            let name = words.next().filter(|name| is_identifier(name))?.to_owned();
+            return Some(Quantity::Global { name, keys: words.map(key).collect::<Option<_>>()? });
         }
         if let Some(rest) = text.strip_prefix("stigmergy.") {
             let (number, key) = rest.split_once('.')?;
-            let key = match key.parse() {
-                _ if key.is_empty() => return None,
-                Ok(number) => Key::Number(number),
-                Err(_) => Key::Text(key.to_owned()),
-            };
-            return Some(Quantity::Stigmergy { number: number.parse().ok()?, key });
+            return Some(Quantity::Stigmergy {
+                number: number.parse().ok()?,
+                key: self::key(key)?,
+            });
         }
         if let Some(point) = text.strip_prefix("distance(") {
             let (x, y) = point.strip_suffix(')')?.split_once(',')?;
@@ -88,6 +94,15 @@ impl Quantity {
     }
 }
 
+/// Digits are an integer.
+fn key(text: &str) -> Option<Key> {
+    match text.parse() {
+        _ if text.is_empty() => None,
+        Ok(number) => Some(Key::Number(number)),
+        Err(_) => Some(Key::Text(text.to_owned())),
+    }
+}
+
 fn is_identifier(name: &str) -> bool {
     name.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
@@ -104,13 +119,20 @@ impl fmt::Display for Quantity {
             Quantity::Led => f.write_str("led"),
             Quantity::Neighbors => f.write_str("neighbors"),
             Quantity::Running => f.write_str("running"),
-            Quantity::Global(name) => write!(f, "global.{name}"),
-            Quantity::Stigmergy { number, key: Key::Number(key) } => {
-                write!(f, "stigmergy.{number}.{key}")
+            Quantity::Global { name, keys } => {
+                write!(f, "global.{name}")?;
+                keys.iter().try_for_each(|key| write!(f, ".{key}"))
             }
-            Quantity::Stigmergy { number, key: Key::Text(key) } => {
-                write!(f, "stigmergy.{number}.{key}")
-            }
+            Quantity::Stigmergy { number, key } => write!(f, "stigmergy.{number}.{key}"),
+        }
+    }
+}
+
+impl fmt::Display for Key {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Key::Number(number) => number.fmt(f),
+            Key::Text(text) => f.write_str(text),
         }
     }
 }

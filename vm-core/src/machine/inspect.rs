@@ -3,12 +3,17 @@
 use super::Vm;
 use crate::bytecode::ByteCode;
 use crate::number::Profile;
-use crate::value::Value;
+use crate::value::{Tag, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// How many robots were heard of late.
     pub fn neighbor_count(&self) -> usize {
         self.count_neighbors()
+    }
+
+    /// What a table has under a key, nil if nothing; `None` if the value is no table.
+    pub fn field(&self, table: Value<P>, key: Value<P>) -> Option<Value<P>> {
+        table.is(Tag::TABLE).then(|| self.arena.table_get(table.index(), key))
     }
 
     /// What this robot knows to be in a stigmergy. nil if the entry was deleted.

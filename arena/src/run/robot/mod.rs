@@ -144,12 +144,12 @@ impl<'p> Robot<'p> {
         std::mem::take(&mut self.state.logged)
     }
 
-    /// A global of its script.
-    pub fn global(&self, number: u16) -> Content {
+    /// A global of its script, or what `keys` lead to in tables there.
+    pub fn global(&self, number: u16, keys: &[Content]) -> Content {
         match &self.machine {
-            Machine::Kilobot(of) => content(of.vm.global(number)),
-            Machine::Zooid(of) => content(of.vm.global(number)),
-            Machine::Crazyflie(of) => content(of.vm.global(number)),
+            Machine::Kilobot(of) => of.global(number, keys),
+            Machine::Zooid(of) => of.global(number, keys),
+            Machine::Crazyflie(of) => of.global(number, keys),
         }
     }
 }
@@ -196,7 +196,7 @@ fn content<P: Profile>(value: Option<Value<P>>) -> Content {
     }
 }
 
-/// A key of a stigmergy.
+/// A key of a stigmergy or a table.
 fn value<P: Profile>(key: Content) -> Value<P> {
     match key {
         Content::Number(number) => Value::int(number as i32),
@@ -233,6 +233,11 @@ impl Brain for Robot<'_> {
 }
 
 impl<P: Profile, const SLOTS: usize, const FRAME: usize> Scripted<'_, P, SLOTS, FRAME> {
+    fn global(&self, number: u16, keys: &[Content]) -> Content {
+        let global = self.vm.global(number);
+        content(keys.iter().fold(global, |table, key| self.vm.field(table?, value(*key))))
+    }
+
     fn dropped(&self) -> [u16; 2] {
         [self.inbox.counters().dropped, self.outbox.counters().dropped]
     }
