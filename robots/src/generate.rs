@@ -26,15 +26,14 @@ fn write(robot: &Robot, out: &mut String) -> std::fmt::Result {
     writeln!(out, "/// Name of the robot.\npub const NAME: &str = {:?};", robot.name)?;
     writeln!(out, "/// Number profile.\npub const PROFILE: &str = {:?};", robot.profile.name())?;
     let vm = robot.vm;
-    let swarm_memory = robot.swarm_memory();
     for (name, value, help) in [
         ("TICK_HZ", robot.tick_hz, "Steps per second."),
         ("MESSAGE_BYTES", robot.message_bytes, "Bytes of a swarm message in one frame."),
         ("MEMORY", vm.memory, "Bytes that the machine object may take."),
         (
-            "SWARM_MEMORY",
-            swarm_memory,
-            "Bytes of them for neighbours, messages, stigmergies and swarms.",
+            "QUEUE_MEMORY",
+            robot.queue_memory(),
+            "Bytes of them for messages that wait, which are not in the machine.",
         ),
         ("SLOTS", vm.slots, "Slots of the arena."),
         ("NEIGHBORS", vm.neighbors, "Neighbours remembered at a time."),

@@ -55,15 +55,15 @@ impl Robot {
         bytes as u32
     }
 
+    /// Bytes for messages that wait, which the firmware has beside the machine.
+    pub fn queue_memory(&self) -> u32 {
+        (self.vm.in_queue + self.vm.out_queue) * (self.frame_bytes() + QUEUED) + 2 * QUEUE
+    }
+
     /// Bytes for neighbours, messages, stigmergies and swarms. A listener or a conflict handler is a value of the script.
-    pub fn swarm_memory(&self) -> u32 {
-        let vm = self.vm;
+    fn swarm_memory(&self) -> u32 {
         let content = u32::from(FRAGMENTS_MAX) * (self.frame_bytes() - FRAGMENT_HEAD as u32);
-        self.sizes().slots() as u32 * self.slot_bytes()
-            + (vm.in_queue + vm.out_queue) * (self.frame_bytes() + QUEUED)
-            + 2 * QUEUE
-            + content
-            + PROTOCOL
+        self.sizes().slots() as u32 * self.slot_bytes() + self.queue_memory() + content + PROTOCOL
     }
 
     /// The most slots that are left for scripts.

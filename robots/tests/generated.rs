@@ -19,7 +19,7 @@ fn main() {
     println!("{} {} {} {}", robot::NAME, robot::PROFILE, robot::MATHS, is_led);
     println!(
         "{} {} {} {} {} {} {} {} {} {}",
-        robot::TICK_HZ, robot::MESSAGE_BYTES, robot::MEMORY, robot::SWARM_MEMORY, robot::SLOTS, robot::NEIGHBORS,
+        robot::TICK_HZ, robot::MESSAGE_BYTES, robot::MEMORY, robot::QUEUE_MEMORY, robot::SLOTS, robot::NEIGHBORS,
         robot::IN_QUEUE, robot::OUT_QUEUE, robot::STIGMERGY_ENTRIES, robot::SWARMS,
     );
     for (hash, name) in robot::FUNCTIONS {
@@ -48,7 +48,7 @@ fn expected(robot: &Robot) -> String {
         robot.tick_hz,
         robot.message_bytes,
         vm.memory,
-        robot.swarm_memory(),
+        robot.queue_memory(),
         vm.slots,
         vm.neighbors,
         vm.in_queue,

@@ -133,6 +133,7 @@ impl<P: Profile> Value<P> {
 
     /// A slot with a number up to 254, known at run time only, in place of a tag. A function on its own, because the AVR's
     /// compiler would join what leads to the number with the search of [`Tag::of`], and then not see through it.
+    #[cfg(feature = "swarm")]
     #[inline(never)]
     pub(crate) fn marked(number: u8, raw: P::Raw) -> Self {
         Self::new(Tag::of(number), raw)

@@ -66,12 +66,13 @@ impl Probe {
 
     /// Links it; returns the ELF file.
     pub fn build(&self, extent: Extent, quiet: bool) -> Result<PathBuf, Failure> {
-        let slots = sizes::find(self.robot)?.vm.slots;
+        let robot = sizes::find(self.robot)?;
+        let slots = robot.vm.slots as usize + robot.sizes().slots();
         let features = match extent {
             Extent::Empty => "empty",
             Extent::Least => "",
-            Extent::Tiny => "maths",
-            Extent::Full => "maths,strings,full",
+            Extent::Tiny => "maths,swarm",
+            Extent::Full => "maths,strings,full,swarm",
         };
         let arguments = ["build", "--release", "--target", self.target, "--features", features];
         let line = Line::new("cargo", &arguments).env("PROBE_SLOTS", &slots.to_string());

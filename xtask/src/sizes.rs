@@ -95,8 +95,7 @@ fn check(sizes: &[Sizes]) -> Result<(), Failure> {
     let mut excesses = Vec::new();
     for Sizes { robot, values } in sizes {
         let file = find(robot)?;
-        // The machine does not have everything yet that its memory is for.
-        let machine = file.vm.memory - file.swarm_memory();
+        let machine = file.vm.memory - file.queue_memory();
         let budget = file
             .budget
             .iter()

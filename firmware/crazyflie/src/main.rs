@@ -83,7 +83,7 @@ type Machine = Vm<Full, section::Section, SLOTS>;
 type ScriptTask = Script<Full, section::Section, Crazyflie, SLOTS>;
 
 /// The machine takes no more memory than the robot file promises.
-const _: () = assert!(size_of::<Machine>() <= robot::MEMORY);
+const _: () = assert!(size_of::<Machine>() <= robot::MEMORY - robot::QUEUE_MEMORY);
 /// With its sender and position a message fits a frame of the radio.
 const _: () = assert!(robot::FRAME_BYTES <= SWARM_MESSAGE_MAX);
 /// It has what scripts are built for.

@@ -105,6 +105,8 @@ extern "C" fn main() -> ! {
         let place = &raw mut VM;
         // SAFETY: the only reference to it; main runs once.
         let vm = unsafe { &mut *place };
+        #[cfg(feature = "swarm")]
+        vm.equip(core::hint::black_box(bittybuzz_vm_core::Sizes::NONE));
         if vm.load(Image::new(Flash), |hash| hash == 1).is_ok() {
             for entry in [Entry::Global, Entry::Init, Entry::Step, Entry::Reset, Entry::Destroy] {
                 if vm.begin(entry) {

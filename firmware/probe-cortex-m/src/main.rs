@@ -10,7 +10,7 @@ use bittybuzz_vm_core::number::Full as Numbers;
 #[cfg(not(feature = "full"))]
 use bittybuzz_vm_core::number::Tiny as Numbers;
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Host, Image, Reply, RobotFault, Value, Vm,
+    Arguments, Axis, ByteCode, Entry, Host, Image, Reply, RobotFault, Sighting, Value, Vm,
 };
 
 /// As many as the robot has whose machine is measured.
@@ -52,6 +52,15 @@ impl Host<Numbers> for Probe {
     fn position(&mut self, _: Axis) -> Option<f32> {
         None
     }
+
+    fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<Numbers>)> {
+        let length = core::hint::black_box(frame.len());
+        Some((length, Sighting { robot: None, place: Some([Value::int(length as i32); 3]) }))
+    }
+
+    fn send(&mut self, frame: &[u8]) {
+        core::hint::black_box(frame);
+    }
 }
 
 /// Not constant, so that the compiler cannot foresee the script.
@@ -63,6 +72,8 @@ fn main() -> ! {
     // The entry macro makes it a reference: main runs once.
     static mut VM: Vm<Numbers, &'static [u8], SLOTS> = Vm::new();
     if cfg!(not(feature = "empty")) {
+        #[cfg(feature = "swarm")]
+        VM.equip(core::hint::black_box(bittybuzz_vm_core::Sizes::NONE));
         let image: &'static [u8] = core::hint::black_box(&IMAGE);
         if VM.load(Image::new(image), |hash| hash == 1).is_ok() {
             for entry in [Entry::Global, Entry::Init, Entry::Step, Entry::Reset, Entry::Destroy] {
