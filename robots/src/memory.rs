@@ -6,9 +6,9 @@ use bittybuzz_vm_core::{Sizes, Value, number};
 
 use crate::{Profile, Robot};
 
-/// Registers of the machine and what it knows of the image, on the chip where they are largest: 72 bytes on the
-/// ATmega328P, 84 on Cortex-M. The firmware's build checks it.
-const REGISTERS: u32 = 84;
+/// Registers of the machine and what it knows of the image: on the ATmega328P, and on Cortex-M, where fields are aligned. The
+/// firmware's build checks it.
+const REGISTERS: [u32; 2] = [84, 100];
 
 /// When what is to be sent, counters, and which fragments are here.
 const PROTOCOL: u32 = 36;
@@ -21,14 +21,18 @@ const QUEUE: u32 = 4;
 const AVR: [&str; 2] = ["ATmega", "ATtiny"];
 
 impl Robot {
+    /// Whether its chip takes bytes as they come. A robot without a chip counts as the smallest one.
+    fn is_packed(&self) -> bool {
+        let is_avr = |chip: &String| AVR.iter().any(|family| chip.starts_with(family));
+        self.chip.as_ref().is_none_or(is_avr)
+    }
+
     /// Bytes of a slot of the machine's arena. On 32-bit chips slots are as large as is fast to reach. A robot without a chip
     /// counts as the smallest one.
     pub fn slot_bytes(&self) -> u32 {
-        let is_avr = |chip: &String| AVR.iter().any(|family| chip.starts_with(family));
-        let is_packed = self.chip.as_ref().is_none_or(is_avr);
         let bytes = match self.profile {
             // This program itself runs on a larger chip.
-            Profile::Tiny if !is_packed => size_of::<Value<number::Tiny>>(),
+            Profile::Tiny if !self.is_packed() => size_of::<Value<number::Tiny>>(),
             Profile::Tiny => Value::<number::Tiny>::SLOT_BYTES,
             Profile::Full => Value::<number::Full>::SLOT_BYTES,
         };
@@ -68,6 +72,8 @@ impl Robot {
 
     /// The most slots that are left for scripts.
     pub fn most_slots(&self) -> u32 {
-        self.vm.memory.saturating_sub(REGISTERS + self.swarm_memory()) / self.slot_bytes()
+        let [packed, aligned] = REGISTERS;
+        let registers = if self.is_packed() { packed } else { aligned };
+        self.vm.memory.saturating_sub(registers + self.swarm_memory()) / self.slot_bytes()
     }
 }
