@@ -1,0 +1,19 @@
+//! What the shipped scenarios expect comes true.
+
+use bittybuzz_tests::{bbz, files, report};
+
+#[test]
+fn shipped_scenarios_come_true() {
+    bbz::path();
+    let paths = files::with_extension("examples", "toml");
+    let failures: Vec<_> = files::in_parallel(&paths, |path| {
+        let outcome = bbz::run(&["sim", path, "--headless"], &[]);
+        let came_true = outcome.status == Some(0) && outcome.stderr.is_empty();
+        (!came_true)
+            .then(|| format!("{path}: {:?}\n{}{}", outcome.status, outcome.stdout, outcome.stderr))
+    })
+    .into_iter()
+    .flatten()
+    .collect();
+    report::conclude("scenarios", paths.len(), 9, &failures);
+}
