@@ -41,6 +41,8 @@ struct Scripted<'p, P: Profile, const SLOTS: usize, const FRAME: usize> {
     vm: Vm<P, &'p [u8], SLOTS>,
     inbox: Inbox<P, FRAME>,
     outbox: Outbox<P, FRAME>,
+    /// A frame may be in the inbox. Most ticks there is none, and the queue's memory need not be looked at.
+    has_mail: bool,
 }
 
 /// Instructions that a robot executes in a tick, about: an instruction takes some 150 cycles of the ATmega328P at 8 MHz,
@@ -211,7 +213,7 @@ fn load<'p, P: Profile, const SLOTS: usize, const FRAME: usize>(
     seed: u32,
 ) -> Result<Box<Scripted<'p, P, SLOTS, FRAME>>, ImageError> {
     let (inbox, outbox) = (Inbox::new(Sighting::default()), Outbox::new());
-    let mut scripted = Box::new(Scripted { vm: Vm::new(), inbox, outbox });
+    let mut scripted = Box::new(Scripted { vm: Vm::new(), inbox, outbox, has_mail: false });
     let vm = &mut scripted.vm;
     vm.equip(cast.sizes);
     vm.load_limited(Image::new(cast.image), cast.slots, |hash| cast.has_function(hash))?;
@@ -248,6 +250,7 @@ impl<P: Profile, const SLOTS: usize, const FRAME: usize> Scripted<'_, P, SLOTS, 
         }
         for frame in io.inbox.iter() {
             self.inbox.push(frame.bytes, frame.sighting);
+            self.has_mail = true;
         }
         self.run(state, io, budget);
         while io.outbox.room() > 0
@@ -260,8 +263,8 @@ impl<P: Profile, const SLOTS: usize, const FRAME: usize> Scripted<'_, P, SLOTS, 
 
     /// Runs a tick: global code and `init` in the first, then a step in each, unless one takes longer.
     fn run(&mut self, state: &mut State<'_>, io: &mut Io<'_>, budget: u16) {
-        let Scripted { vm, inbox, outbox } = self;
-        let mut platform = Platform { deck: Deck { io, state }, inbox, outbox };
+        let Scripted { vm, inbox, outbox, has_mail } = self;
+        let mut platform = Platform { deck: Deck { io, state }, inbox, outbox, has_mail };
         loop {
             let stage = platform.deck.state.stage;
             let entry = match stage {

@@ -22,6 +22,8 @@ pub struct Platform<'a, 'io, 'p, P: Profile, const FRAME: usize> {
     pub deck: Deck<'a, 'io, 'p>,
     pub inbox: &'a mut Inbox<P, FRAME>,
     pub outbox: &'a mut Outbox<P, FRAME>,
+    /// A frame may be in the inbox.
+    pub has_mail: &'a mut bool,
 }
 
 /// Frames that were heard, with what the link knows of the sender.
@@ -99,7 +101,13 @@ impl<P: Profile, const FRAME: usize> Host<P> for Platform<'_, '_, '_, P, FRAME> 
     }
 
     fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<P>)> {
-        let (bytes, sighting) = self.inbox.pop()?;
+        if !*self.has_mail {
+            return None;
+        }
+        let Some((bytes, sighting)) = self.inbox.pop() else {
+            *self.has_mail = false;
+            return None;
+        };
         let length = bytes.len().min(frame.len());
         frame[..length].copy_from_slice(&bytes[..length]);
         let ids = self.deck.state.cast.ids;
