@@ -2,10 +2,8 @@
 
 mod support;
 
-use std::path::Path;
-
 use serde_json::Value;
-use support::{Folder, Outcome};
+use support::Folder;
 
 const SCRIPT: &str =
     "n = 0\nfunction step() { n = n + 1 led(n % 8) if(n == 5 and id == 1) log(\"five \", n) }\n";
@@ -19,23 +17,6 @@ fn folder(test: &str) -> Folder {
     let folder = Folder::with(test, "s.bzz", SCRIPT);
     folder.write("s.toml", SCENARIO);
     folder
-}
-
-#[test]
-fn shipped_scenarios_succeed() {
-    let folder = Folder::new("sim_shipped");
-    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
-    let mut count = 0;
-    for entry in examples.read_dir().unwrap() {
-        let path = entry.unwrap().path();
-        if path.extension().is_some_and(|extension| extension == "toml") {
-            let outcome = folder.bbz(&["sim", path.to_str().unwrap(), "--headless"]);
-            let Outcome { status, stdout, stderr } = outcome;
-            assert_eq!((status, stderr.as_str()), (Some(0), ""), "{}\n{stdout}", path.display());
-            count += 1;
-        }
-    }
-    assert!(count >= 2);
 }
 
 #[test]
