@@ -13,6 +13,8 @@ use core::num::NonZeroUsize;
 use crate::heap::NoCell;
 use crate::number::Profile;
 use crate::slots::Slots;
+#[cfg(feature = "swarm")]
+use crate::value::Tag;
 use crate::value::Value;
 
 /// Slots of a heap cell: a header and six others.
@@ -159,6 +161,13 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     #[inline(never)]
     pub(crate) fn set_link(&mut self, cell: usize, to: usize) {
         self.slots.set_index(cell, to);
+    }
+
+    /// Puts a number up to 254 in place of a slot's tag. A function on its own for the same reason as [`Value::marked`].
+    #[cfg(feature = "swarm")]
+    #[inline(never)]
+    pub(crate) fn set_tag(&mut self, at: usize, number: u8) {
+        self.slots.set_tag(at, Tag::of(number));
     }
 
     /// A cell from the free list or from below the heap, all nil: with that its header is one of a cell in use. A collection is needed first if there

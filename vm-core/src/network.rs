@@ -109,6 +109,8 @@ pub(crate) struct Protocol<P: Profile> {
     pub(crate) sizes: Sizes,
     /// How many stigmergies the script has created.
     pub(crate) stigmergies: u8,
+    /// The place of the neighbour that was heard last.
+    pub(crate) heard: u8,
     /// Steps since the last frame with the robot's own id.
     pub(crate) silent: u8,
     /// Steps between two advertisements of entries.
@@ -151,6 +153,7 @@ impl<P: Profile> Protocol<P> {
     pub(crate) const EMPTY: Self = Protocol {
         sizes: Sizes::NONE,
         stigmergies: 0,
+        heard: 0,
         silent: 0,
         interval: 0,
         countdown: 0,

@@ -7,6 +7,7 @@ use crate::fault::Stopped;
 use crate::host::Host;
 use crate::network::{ENTRY, Sighting};
 use crate::number::Profile;
+use crate::slots::Slots;
 use crate::value::{Tag, Value};
 
 // Slots of a neighbour: its id, with bits of its swarms in place of a tag; its distance, with the steps until it is
@@ -39,7 +40,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Steps until it is forgotten; 0: there is none.
     #[inline(never)]
     fn steps_left(&self, at: usize) -> u8 {
-        self.arena.get(at + DISTANCE).tag().byte() & STEPS
+        self.arena.slots.tag_at(at + DISTANCE).byte() & STEPS
     }
 
     /// How many there are.
@@ -50,14 +51,19 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// The first slot of a robot that is a neighbour, 0 if it is none.
     #[inline(never)]
-    fn find_neighbor(&self, robot: u16) -> usize {
-        let width = self.protocol.sizes.neighbor();
-        let mut at = self.neighbor_slot(0);
+    fn find_neighbor(&mut self, robot: u16) -> usize {
+        // Frames often come in the order in which they came before.
+        let mut place = self.protocol.heard;
         for _ in 0..self.protocol.sizes.neighbors {
+            place += 1;
+            if place >= self.protocol.sizes.neighbors {
+                place = 0;
+            }
+            let at = self.neighbor_slot(place.into());
             if self.arena.index_at(at) as u16 == robot && self.steps_left(at) != 0 {
+                self.protocol.heard = place;
                 return at;
             }
-            at += width;
         }
         0
     }
@@ -98,12 +104,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// A step has passed.
     pub(super) fn age_neighbors(&mut self) {
-        for place in 0..usize::from(self.protocol.sizes.neighbors) {
-            let at = self.neighbor_slot(place) + DISTANCE;
-            let value = self.arena.get(at);
-            if value.tag().byte() & STEPS != 0 {
-                self.arena.set(at, Value::marked(value.tag().byte() - 1, value.raw()));
+        let mut at = self.neighbor_slot(0) + DISTANCE;
+        for _ in 0..self.protocol.sizes.neighbors {
+            let tag = self.arena.slots.tag_at(at);
+            if tag.byte() & STEPS != 0 {
+                self.arena.set_tag(at, tag.byte() - 1);
             }
+            at += self.protocol.sizes.neighbor();
         }
     }
 
