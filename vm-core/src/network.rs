@@ -1,6 +1,6 @@
 //! What a robot knows of others: how much it may remember, when it speaks of itself, and what it could not use.
 //!
-//! Neighbours, swarms and entries of stigmergies are slots of the arena, between the globals and the stack.
+//! Neighbours, swarms and entries of stigmergies are slots of the arena, above those of the script.
 
 use crate::message::FRAGMENTS_MAX;
 use crate::number::Profile;

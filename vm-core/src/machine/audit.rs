@@ -1,9 +1,10 @@
 //! For tests: looks whether memory is as it must be. See feature `torture`.
 
-use super::{OVERLAYS, State, Vm};
+use super::{GLOBALS, OVERLAYS, State, Vm};
 use crate::arena::CELL;
 use crate::bytecode::ByteCode;
 use crate::heap::{FREE, LIVE};
+use crate::network::ENTRY;
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
@@ -71,9 +72,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return Err("a free cell is not in the list");
         }
         for slot in OVERLAYS..self.base() {
-            if slot < usize::from(self.others) || self.is_root(slot) {
-                self.audit_value(arena.get(slot))?;
-            }
+            self.audit_value(arena.get(slot))?;
+        }
+        for entry in 0..usize::from(self.sizes().entries) {
+            let at = usize::from(self.others) + entry * ENTRY;
+            self.audit_value(arena.get(at))?;
+            self.audit_value(arena.get(at + 1))?;
         }
         let (mut fp, mut end) = (usize::from(self.fp), usize::from(self.sp));
         while end > self.base() {
@@ -84,6 +88,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             fp -= usize::from(arena.get(fp).tag().byte());
         }
         Ok(())
+    }
+
+    /// First slot of the stack.
+    fn base(&self) -> usize {
+        GLOBALS + self.header().map_or(0, |header| usize::from(header.globals()))
     }
 
     fn audit_value(&self, value: Value<P>) -> Result<(), &'static str> {

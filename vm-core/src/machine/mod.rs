@@ -198,17 +198,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         offered
     }
 
-    /// First slot of the stack.
-    fn base(&self) -> usize {
-        usize::from(self.others) + self.sizes().slots()
-    }
-
-    /// Whether a slot of what is known of other robots holds a value: keys and values of entries do.
-    fn is_root(&self, slot: usize) -> bool {
-        let place = slot.wrapping_sub(self.others.into());
-        place < usize::from(self.sizes().entries) * ENTRY && place & 2 == 0
-    }
-
     /// What a host may look at.
     fn view(&self) -> View<'_, P, C, SLOTS> {
         View { arena: &self.arena, program: self.program.as_ref() }
@@ -247,13 +236,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let checked = program
             .read_header()
             .and_then(|()| program.verify(&mut self.arena, offered, is_robot_function));
-        self.others = GLOBALS as u16 + program.header().globals();
         #[cfg(feature = "swarm")]
         {
             self.is_social = program.header().features() & messages::SOCIAL != 0;
         }
-        let base = usize::from(self.others) + others;
-        self.arena.reset(slots + others);
+        let base = GLOBALS + usize::from(program.header().globals());
+        // Above the memory of the script.
+        self.others = slots as u16;
+        self.arena.fill(slots, slots + others);
+        self.arena.reset(slots);
         if checked.is_err() {
             self.program = None;
             return checked;
@@ -398,12 +389,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let (mut pc, mut fp) = (usize::from(self.pc), usize::from(self.fp));
         let mut slot = usize::from(self.sp);
         let mut reserved = slot;
-        let base = self.base();
+        let mut entry = usize::from(self.others);
+        for _ in 0..self.sizes().entries {
+            // Key and value.
+            self.arena.mark(self.arena.get(entry));
+            self.arena.mark(self.arena.get(entry + 1));
+            entry += ENTRY;
+        }
         while slot > OVERLAYS {
             slot -= 1;
-            if slot < base && slot >= usize::from(self.others) && !self.is_root(slot) {
-                continue;
-            }
             let value = self.arena.get(slot);
             if slot == fp {
                 // The record of a frame, which is no value.
