@@ -4,7 +4,7 @@
 //! listeners and handlers of conflicts are called from there. When none is left, `step()` takes the frame's place.
 
 use super::swarms::NEWS;
-use super::{Flow, Native, Vm};
+use super::{Flow, Native, State, Vm};
 use crate::builtin::{self, Feature, string};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
@@ -52,8 +52,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Counters { foreign, malformed, own_id, not_kept, incomplete, undecided }
     }
 
-    /// Begins a step: messages first.
-    pub(super) fn begin_messages(&mut self) -> Result<(), Stopped> {
+    /// Begins a step: messages first. A fault is reported by the next run.
+    #[inline(never)]
+    pub(super) fn begin_messages(&mut self) {
+        self.state = State::Running;
+        let _ = self.enter_messages();
+    }
+
+    fn enter_messages(&mut self) -> Result<(), Stopped> {
         let base = usize::from(self.sp);
         self.ensure(base + 1 + super::NATIVE_ROOM)?;
         self.push(super::record(0, Native::EXIT.position()));

@@ -302,9 +302,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         };
         #[cfg(feature = "swarm")]
         if entry == Entry::Step && !callee.is_nil() && self.is_social {
-            self.state = State::Running;
-            // A fault is reported by the next run.
-            let _ = self.begin_messages();
+            self.begin_messages();
             return true;
         }
         self.begin_value(callee)
