@@ -15,5 +15,5 @@ fn shipped_scenarios_come_true() {
     .into_iter()
     .flatten()
     .collect();
-    report::conclude("scenarios", paths.len(), 9, &failures);
+    report::conclude("scenarios", paths.len(), 14, &failures);
 }
