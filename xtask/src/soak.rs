@@ -2,6 +2,7 @@
 //! stopped goes on where it was; it counts until the sources change. `fuzz` counts until those change that a target exercises.
 
 mod convergence;
+mod day;
 mod fuzz;
 mod mutants;
 mod same;
@@ -33,6 +34,7 @@ enum Verdict {
 
 const PARTS: &[Part] = &[
     Part { name: "convergence", items: convergence::items, run: convergence::run },
+    Part { name: "day", items: day::items, run: day::run },
     Part { name: "fuzz", items: fuzz::items, run: fuzz::run },
     Part { name: "mutants", items: mutants::items, run: mutants::run },
     Part { name: "noise", items: || vec!["a million bytes".to_owned()], run: |_| noise() },

@@ -143,6 +143,7 @@ fn body<'p>(quantity: &Quantity, robot: &Robot<'_>, view: &View) -> Reading<'p> 
         Quantity::Distance([to_x, to_y]) => libm::hypot(x - to_x, y - to_y),
         Quantity::Led => f64::from(view.led),
         Quantity::Neighbors => robot.neighbors() as f64,
+        Quantity::Free => robot.free_slots() as f64,
         Quantity::Running => {
             let runs = view.state == RobotState::Running && robot.state().fault.is_none();
             f64::from(u8::from(runs))

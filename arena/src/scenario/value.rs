@@ -34,6 +34,8 @@ pub enum Quantity {
     Led,
     /// Robots that it has heard of late.
     Neighbors,
+    /// Slots of its script's memory that are free.
+    Free,
     /// 1 while its script runs, else 0.
     Running,
     /// A global of its script, or what is in a table there.
@@ -88,6 +90,7 @@ impl Quantity {
             "heading" => Quantity::Heading,
             "led" => Quantity::Led,
             "neighbors" => Quantity::Neighbors,
+            "free" => Quantity::Free,
             "running" => Quantity::Running,
             _ => return None,
         })
@@ -118,6 +121,7 @@ impl fmt::Display for Quantity {
             Quantity::Distance([x, y]) => write!(f, "distance({x}, {y})"),
             Quantity::Led => f.write_str("led"),
             Quantity::Neighbors => f.write_str("neighbors"),
+            Quantity::Free => f.write_str("free"),
             Quantity::Running => f.write_str("running"),
             Quantity::Global { name, keys } => {
                 write!(f, "global.{name}")?;

@@ -11,6 +11,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.count_neighbors()
     }
 
+    /// Slots that neither the script's stack nor its heap uses, garbage not counted as unused.
+    pub fn free_slots(&self) -> usize {
+        self.arena.unused()
+    }
+
     /// What a table has under a key, nil if nothing; `None` if the value is no table.
     pub fn field(&self, table: Value<P>, key: Value<P>) -> Option<Value<P>> {
         table.is(Tag::TABLE).then(|| self.arena.table_get(table.index(), key))

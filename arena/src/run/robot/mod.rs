@@ -166,6 +166,15 @@ impl Robot<'_> {
         }
     }
 
+    /// Slots of its script's memory that are free.
+    pub fn free_slots(&self) -> usize {
+        match &self.machine {
+            Machine::Kilobot(of) => of.vm.free_slots(),
+            Machine::Zooid(of) => of.vm.free_slots(),
+            Machine::Crazyflie(of) => of.vm.free_slots(),
+        }
+    }
+
     /// How many neighbours it has.
     pub fn neighbors(&self) -> usize {
         match &self.machine {
