@@ -17,3 +17,13 @@ fn shipped_scenarios_come_true() {
     .collect();
     report::conclude("scenarios", paths.len(), 14, &failures);
 }
+
+/// `cargo xtask soak day` runs all 24 hours.
+#[test]
+fn the_first_minutes_of_the_day() {
+    bbz::path();
+    let arguments =
+        ["sim", "tests/scenarios/day.toml", "--headless", "--set", "world.duration=600"];
+    let outcome = bbz::run(&arguments, &[]);
+    assert_eq!(outcome.status, Some(0), "{}{}", outcome.stdout, outcome.stderr);
+}
