@@ -23,7 +23,7 @@
 //! | `chip` | the chip as probe-rs and datasheets name it; left out for a robot that is never flashed |
 //! | `profile` | `"tiny"` (16-bit numbers) or `"full"` (32-bit numbers) |
 //! | `tick_hz` | steps per second |
-//! | `message_bytes` | bytes of a swarm message that one frame of its link carries, link headers not counted |
+//! | `message_bytes` | bytes behind the type of a swarm message that one frame of its link can carry: at least 9 in `tiny`, 48 in `full` |
 //! | `[vm]` | sizes of the virtual machine, see [`VmSizes`] |
 //! | `[budget]` | the most that the firmware image may need, see [`Budget`]; left out with `chip` |
 //! | `[layout]` | where firmware, script and data lie on the chip, see [`Layout`]; left out where no script can be flashed alone |

@@ -1,6 +1,7 @@
 //! Reads a robot file and checks everything that it says.
 
 use bittybuzz_vm_core::Periods;
+use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
 
 use crate::error::{Cause, Place, RobotError};
 use crate::generate::constant;
@@ -59,14 +60,14 @@ pub fn robot(text: &str, path: &str) -> Result<Robot, RobotError> {
         functions.push(function);
     }
     let vm = root.section("vm", "[vm]")?;
+    let profile = root.profile("profile")?;
     let robot = Robot {
         name: name.text.to_owned(),
         title: root.line("title")?.text.to_owned(),
         chip: root.optional("chip", |root, key| Ok(root.line(key)?.text.to_owned()))?,
-        profile: root.profile("profile")?,
+        profile,
         tick_hz: root.integer("tick_hz", 1..=100)?,
-        // 9 bytes is what every plain message of the tiny profile needs.
-        message_bytes: root.integer("message_bytes", 9..=255)?,
+        message_bytes: root.integer("message_bytes", message_bytes(profile)..=255)?,
         vm: vm_sizes(&vm)?,
         budget: root.optional("budget", |root, key| budget(&root.section(key, "[budget]")?))?,
         layout: root.optional("layout", |root, key| layout(&root.section(key, "[layout]")?))?,
@@ -123,6 +124,15 @@ fn budget(section: &Section<'_>) -> Result<Budget, RobotError> {
         flash_bytes: section.integer("flash_bytes", 1024..=16_777_216)?,
         ram_bytes: section.integer("ram_bytes", 256..=16_777_216)?,
     })
+}
+
+/// Bytes of the longest message behind its type.
+fn message_bytes(profile: Profile) -> u32 {
+    let frame = match profile {
+        Profile::Tiny => TINY_FRAME,
+        Profile::Full => FULL_FRAME,
+    };
+    frame as u32 - 1
 }
 
 /// Vector tables of ARM's M profile are aligned to the power of two that holds them, here 128 words (ARMv7-M B3.2.5,

@@ -182,7 +182,7 @@ fn every_error_has_its_place() {
         ("0x0800_c000", "0x0800_c100", Expected("Unaligned", 23, 22, "no multiple of 512")),
         ("0xc000", "0xc200", Expected("Overlap", 23, 10, "`script` and `application` overlap")),
         ("slots = 200", "slots = 215", Expected("TooManySlots", 10, 9, "room for 214 `slots`")),
-        ("\"tiny\"", "\"full\"", Expected("TooManySlots", 10, 9, "200 slots of 5 bytes")),
+        ("\"tiny\"", "\"full\"", Expected("OutOfRange", 6, 17, "from 48 to 255")),
         ("\"tiny\"", "\"tinny\"", Expected("UnknownProfile", 4, 11, "did you mean `tiny`?")),
         ("\"tiny\"", "\"Cortex\"", Expected("UnknownProfile", 4, 11, "one of tiny, full")),
         ("\"toy\"", "\"Toy\"", Expected("BadRobotName", 1, 8, "lower-case")),

@@ -26,7 +26,7 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
 }
 
 /// Bytes for a batch: what the machine leaves of the chip's flash.
-const ROOM: usize = 0x1600;
+const ROOM: usize = 0x1400;
 
 #[unsafe(no_mangle)]
 #[unsafe(link_section = ".progmem.data")]
