@@ -234,7 +234,10 @@ impl What<'_> {
             FaultCode::Unordered => {
                 "numbers are ordered, and strings; nil is below everything".to_owned()
             }
-            FaultCode::StackOverflow => "does this function call itself without end?".to_owned(),
+            FaultCode::StackOverflow => {
+                "does a function call itself without end? If the calls are few, tables and closures fill the memory"
+                    .to_owned()
+            }
             FaultCode::OutOfMemory => {
                 "keep fewer tables, closures and strings; storing nil removes an entry".to_owned()
             }
