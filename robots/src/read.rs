@@ -60,14 +60,14 @@ pub fn robot(text: &str, path: &str) -> Result<Robot, RobotError> {
         functions.push(function);
     }
     let vm = root.section("vm", "[vm]")?;
-    let profile = root.profile("profile")?;
     let robot = Robot {
         name: name.text.to_owned(),
         title: root.line("title")?.text.to_owned(),
         chip: root.optional("chip", |root, key| Ok(root.line(key)?.text.to_owned()))?,
-        profile,
+        profile: root.profile("profile")?,
         tick_hz: root.integer("tick_hz", 1..=100)?,
-        message_bytes: root.integer("message_bytes", message_bytes(profile)..=255)?,
+        message_bytes: root
+            .integer("message_bytes", message_bytes(root.profile("profile")?)..=255)?,
         vm: vm_sizes(&vm)?,
         budget: root.optional("budget", |root, key| budget(&root.section(key, "[budget]")?))?,
         layout: root.optional("layout", |root, key| layout(&root.section(key, "[layout]")?))?,

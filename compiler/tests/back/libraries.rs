@@ -92,7 +92,7 @@ fn objects_have_the_members_that_the_script_names() {
     );
     assert_eq!(
         rows("n = neighbors.kin() log(n.count())"),
-        ["neighbors.\"count\" = neighbors.count"]
+        ["Snapshot.\"count\" = Snapshot.count"]
     );
     assert_eq!(
         rows("v = stigmergy.create(1) v.put(\"a\", 1)"),
