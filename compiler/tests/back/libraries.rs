@@ -90,10 +90,7 @@ fn objects_have_the_members_that_the_script_names() {
         rows("s = swarm.create(1) s.join() log(s[\"id\"])"),
         ["SwarmObject.\"id\" = SwarmObject.id", "SwarmObject.\"join\" = SwarmObject.join"]
     );
-    assert_eq!(
-        rows("n = neighbors.kin() log(n.count())"),
-        ["Snapshot.\"count\" = Snapshot.count"]
-    );
+    assert_eq!(rows("n = neighbors.kin() log(n.count())"), ["Snapshot.\"count\" = Snapshot.count"]);
     assert_eq!(
         rows("v = stigmergy.create(1) v.put(\"a\", 1)"),
         ["StigmergyObject.\"put\" = StigmergyObject.put"]
