@@ -334,12 +334,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if advertises { self.advertise(host) } else { Ok(()) }
     }
 
-    /// Sends the newest entry as long as not enough neighbours are known to have it, else the next of all entries and
-    /// swarms, in turn.
+    /// Sends the newest entry as long as not enough neighbours are known to have it; and the next of all entries and
+    /// swarms, in turn, so that news about one do not keep the others back.
     fn advertise<H: Host<P>>(&mut self, host: &mut H) -> Result<(), Stopped> {
         let newest = usize::from(self.protocol.newest);
+        let mut sent = 0;
         if newest != 0 && self.protocol.interval < LONG_INTERVAL && self.entry_state(newest) != 0 {
-            return self.send_entry(host, &self.entry_message(newest));
+            self.send_entry(host, &self.entry_message(newest))?;
+            sent = newest;
         }
         let entries = self.protocol.sizes.entries;
         let all = entries + self.protocol.sizes.swarms;
@@ -357,7 +359,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
             } else {
                 let at = self.entry_slot(place);
-                if self.entry_state(at) != 0 {
+                if self.entry_state(at) != 0 && at != sent {
                     return self.send_entry(host, &self.entry_message(at));
                 }
             }
