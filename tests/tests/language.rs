@@ -25,7 +25,6 @@ fn scripts_do_what_their_comments_say() {
 }
 
 #[test]
-#[ignore = "the virtual machine has no neighbours, swarms and stigmergy yet"]
 fn swarm_scripts_do_what_their_comments_say() {
     run("swarm", &files::with_extension(SWARM, "bzz"), 5);
 }

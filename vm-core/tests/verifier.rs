@@ -201,7 +201,7 @@ fn operands_exist() {
     assert_eq!(check(1, &[BUILTIN, builtin::SWARM_ID, END]), Err(ImageError::Operand(0)));
     assert_eq!(check(1, &[ROBOT, 0, END]), Err(ImageError::Operand(0)));
     assert_eq!(check_with(1, &[ROBOT, 0, END], |p| p.imports = vec![7]), Ok(()));
-    assert_eq!(check(1, &[LIBRARY, 10, END]), Err(ImageError::Operand(0)));
+    assert_eq!(check(1, &[LIBRARY, 11, END]), Err(ImageError::Operand(0)));
     assert_eq!(check(1, &[CAPTURE_GET, 0, END]), Err(ImageError::Operand(0)));
     // A result can be dropped only where the built-in gives it at once.
     let drop = |number| check(2, &[NIL, NIL, CALL_BUILTIN, number, 2 | DROP_RESULT, END]);

@@ -124,7 +124,7 @@ mod tests {
             .split_whitespace()
             .collect();
         assert_eq!(row, ["empty", "2,661", "26,610", "10.0", "-1.4", "%"]);
-        assert!(text.contains("needs neighbours"), "{text}");
+        assert!(text.contains("not yet"), "{text}");
         // In the profile full only.
         assert!(!text.contains("float"), "{text}");
     }
