@@ -6,11 +6,9 @@
 
 use std::time::{Duration, Instant};
 
-use bittybuzz_robots::{Function, Parameter, Robot, Type as Kind};
+use bittybuzz_robots::{Function, Robot, accepted_lists, accepting, idle_result};
 use bittybuzz_vm_core::number::{Profile, format_float, format_int};
-use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Host, Item, Refusal, Reply, RobotFault, Text, Value,
-};
+use bittybuzz_vm_core::{Arguments, Axis, ByteCode, Host, Item, Reply, RobotFault, Text};
 
 use crate::output::Output;
 use crate::printed::{Printed, unknown_string};
@@ -113,19 +111,11 @@ impl<P: Profile> Host<P> for HostRobot<'_> {
     ) -> Result<Reply<P>, RobotFault> {
         let candidates: Vec<&Function> =
             self.functions.iter().filter(|known| known.hash() == function).copied().collect();
-        let accepted = candidates.iter().find(|known| {
-            known.accepts.iter().any(|list| first_mismatch(list, &arguments) == Mismatch::None)
-        });
-        let Some(accepted) = accepted else {
-            return Err(self.refuse(&candidates, &arguments));
-        };
+        let accepted = accepting(&candidates, &arguments)
+            .inspect_err(|_| self.refusal = Some(accepted_lists(&candidates)))?;
         let line = self.call_text(&accepted.name, &arguments);
         self.output.line(&line);
-        Ok(Reply::Value(match accepted.returns {
-            Some(Kind::Int) => Value::int(0),
-            Some(Kind::Number) => Value::float(0.0),
-            _ => Value::nil(),
-        }))
+        Ok(Reply::Value(idle_result(accepted)))
     }
 
     fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {
@@ -162,72 +152,6 @@ impl<P: Profile> Host<P> for HostRobot<'_> {
         };
         self.position.contains(&name).then_some(0.0)
     }
-}
-
-impl HostRobot<'_> {
-    /// The fault for arguments that no list accepts.
-    fn refuse<P: Profile, C: ByteCode, const SLOTS: usize>(
-        &mut self,
-        candidates: &[&Function],
-        arguments: &Arguments<'_, P, C, SLOTS>,
-    ) -> RobotFault {
-        let lists = || candidates.iter().flat_map(|known| &known.accepts);
-        self.refusal = Some(accepted_lists(candidates));
-        let mismatches = lists().map(|list| first_mismatch(list, arguments));
-        let wrong = mismatches.filter_map(|mismatch| match mismatch {
-            Mismatch::Argument(index) => Some(index),
-            Mismatch::Count | Mismatch::None => None,
-        });
-        match wrong.max() {
-            Some(index) => RobotFault::WrongType(arguments.value(index).type_of()),
-            None => RobotFault::Refused(Refusal::ArgumentCount),
-        }
-    }
-}
-
-/// What keeps arguments from fitting a list of parameters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Mismatch {
-    None,
-    Count,
-    /// The first argument of a wrong type.
-    Argument(usize),
-}
-
-fn first_mismatch<P: Profile, C: ByteCode, const SLOTS: usize>(
-    list: &[Parameter],
-    arguments: &Arguments<'_, P, C, SLOTS>,
-) -> Mismatch {
-    if list.len() != arguments.count() {
-        return Mismatch::Count;
-    }
-    let fits = |index: usize, kind| {
-        matches!(
-            (kind, arguments.item(index)),
-            (Kind::Any, _)
-                | (Kind::Int | Kind::Number, Item::Int(_))
-                | (Kind::Number, Item::Float(_))
-                | (Kind::String, Item::String(_))
-                | (Kind::Table, Item::Table(_))
-                | (Kind::Function, Item::Function)
-        )
-    };
-    let wrong = list.iter().enumerate().find(|(index, parameter)| !fits(*index, parameter.kind));
-    wrong.map_or(Mismatch::None, |(index, _)| Mismatch::Argument(index))
-}
-
-/// `goto takes (x: number, y: number) or (x: number, y: number, z: number)`
-pub fn accepted_lists(candidates: &[&Function]) -> String {
-    let lists = candidates.iter().flat_map(|known| &known.accepts);
-    let accepted: Vec<String> = lists.map(|list| signature(list)).collect();
-    let name = candidates.first().map_or("the function", |known| known.name.as_str());
-    format!("{name} takes {}", accepted.join(" or "))
-}
-
-/// `(x: number, y: number)`
-fn signature(list: &[Parameter]) -> String {
-    let parameters: Vec<String> = list.iter().map(Parameter::to_string).collect();
-    format!("({})", parameters.join(", "))
 }
 
 /// Writes a string in quotes, as a script would.

@@ -34,6 +34,7 @@
 //! It knows no pins, clocks or drivers: those are the firmware's. It does not say how a function is carried out,
 //! only how it is called. It is a host crate; nothing of it runs on a robot.
 
+mod call;
 mod error;
 mod generate;
 mod layout;
@@ -44,6 +45,7 @@ mod signature;
 use std::path::Path;
 
 pub use bittybuzz_vm_core::link::name_hash;
+pub use call::{accepted_lists, accepting, idle_result};
 pub use error::{Cause, Place, RobotError};
 pub use generate::generate_rust;
 pub use layout::{Layout, Region};

@@ -276,7 +276,7 @@ impl<'a> Teller<'a> {
             _ => return None,
         }
         let name = fault::robot_function(fault, self.program())?;
-        Some(host::accepted_lists(&[self.robot?.function(name)?]))
+        Some(bittybuzz_robots::accepted_lists(&[self.robot?.function(name)?]))
     }
 
     fn refused(&mut self, time: Option<f64>, cause: ImageError) {

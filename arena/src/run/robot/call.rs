@@ -1,6 +1,6 @@
 //! Robot functions: arguments are checked as on the robot, then the body carries them out.
 
-use bittybuzz_robots::{Parameter, Type as Kind};
+use bittybuzz_robots::{accepted_lists, accepting, idle_result};
 use bittybuzz_vm_core::link::name_hash;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{Arguments, ByteCode, Item, Refusal, Reply, RobotFault, Value};
@@ -56,9 +56,9 @@ pub fn call<P: Profile, C: ByteCode, const SLOTS: usize>(
     let Some(function) = cast.function(hash) else {
         return Err(RobotFault::Refused(Refusal::NotBuiltIn));
     };
-    if !function.accepts.iter().any(|list| mismatch(list, arguments) == Mismatch::None) {
-        deck.state.refusal = Some(accepted(function));
-        return Err(refusal(function, arguments));
+    if let Err(fault) = accepting(&[function], arguments) {
+        deck.state.refusal = Some(accepted_lists(&[function]));
+        return Err(fault);
     }
     let mut numbers = Numbers { count: arguments.count(), values: [0.0; 4] };
     for (index, value) in numbers.values.iter_mut().enumerate() {
@@ -98,67 +98,7 @@ pub fn call<P: Profile, C: ByteCode, const SLOTS: usize>(
         Done::Int(value) => Reply::Value(Value::int(value)),
         Done::Wait => Reply::Wait,
         // As `bbz run` plays functions of which nothing is known but their result.
-        Done::Unknown => Reply::Value(match function.returns {
-            Some(Kind::Int) => Value::int(0),
-            Some(Kind::Number) => Value::float(0.0),
-            _ => Value::nil(),
-        }),
+        Done::Unknown => Reply::Value(idle_result(function)),
         Done::OutOfRange => return Err(RobotFault::Refused(Refusal::OutOfRange)),
     })
-}
-
-/// What keeps arguments from fitting a list of parameters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Mismatch {
-    None,
-    Count,
-    /// The first argument of a wrong type.
-    Argument(usize),
-}
-
-fn mismatch<P: Profile, C: ByteCode, const SLOTS: usize>(
-    list: &[Parameter],
-    arguments: &Arguments<'_, P, C, SLOTS>,
-) -> Mismatch {
-    if list.len() != arguments.count() {
-        return Mismatch::Count;
-    }
-    let fits = |index: usize, kind| {
-        matches!(
-            (kind, arguments.item(index)),
-            (Kind::Any, _)
-                | (Kind::Int | Kind::Number, Item::Int(_))
-                | (Kind::Number, Item::Float(_))
-                | (Kind::String, Item::String(_))
-                | (Kind::Table, Item::Table(_))
-                | (Kind::Function, Item::Function)
-        )
-    };
-    let wrong = list.iter().enumerate().find(|(index, parameter)| !fits(*index, parameter.kind));
-    wrong.map_or(Mismatch::None, |(index, _)| Mismatch::Argument(index))
-}
-
-fn refusal<P: Profile, C: ByteCode, const SLOTS: usize>(
-    function: &bittybuzz_robots::Function,
-    arguments: &Arguments<'_, P, C, SLOTS>,
-) -> RobotFault {
-    let mismatches = function.accepts.iter().map(|list| mismatch(list, arguments));
-    let wrong = mismatches.filter_map(|mismatch| match mismatch {
-        Mismatch::Argument(index) => Some(index),
-        Mismatch::Count | Mismatch::None => None,
-    });
-    match wrong.max() {
-        Some(index) => RobotFault::WrongType(arguments.value(index).type_of()),
-        None => RobotFault::Refused(Refusal::ArgumentCount),
-    }
-}
-
-/// `goto takes (x: number, y: number) or (x: number, y: number, z: number)`
-fn accepted(function: &bittybuzz_robots::Function) -> String {
-    let list = |list: &Vec<Parameter>| {
-        let parameters: Vec<String> = list.iter().map(Parameter::to_string).collect();
-        format!("({})", parameters.join(", "))
-    };
-    let lists: Vec<String> = function.accepts.iter().map(list).collect();
-    format!("{} takes {}", function.name, lists.join(" or "))
 }

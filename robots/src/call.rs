@@ -1,0 +1,81 @@
+//! Whether a call of a robot function passes what the robot file says, for programs that play robots on a computer.
+
+use bittybuzz_vm_core::number::Profile;
+use bittybuzz_vm_core::{Arguments, ByteCode, Item, Refusal, RobotFault, Value};
+
+use crate::{Function, Parameter, Type};
+
+/// The first of `candidates`, functions of one name, that takes these arguments; else the fault that a robot would report.
+pub fn accepting<'a, P: Profile, C: ByteCode, const SLOTS: usize>(
+    candidates: &[&'a Function],
+    arguments: &Arguments<'_, P, C, SLOTS>,
+) -> Result<&'a Function, RobotFault> {
+    let mut wrong = None;
+    for function in candidates {
+        for list in &function.accepts {
+            match mismatch(list, arguments) {
+                Mismatch::None => return Ok(function),
+                // Of several lists the one counts that was met furthest.
+                Mismatch::Argument(index) => wrong = wrong.max(Some(index)),
+                Mismatch::Count => {}
+            }
+        }
+    }
+    Err(match wrong {
+        Some(index) => RobotFault::WrongType(arguments.value(index).type_of()),
+        None => RobotFault::Refused(Refusal::ArgumentCount),
+    })
+}
+
+/// `goto takes (x: number, y: number) or (x: number, y: number, z: number)`
+pub fn accepted_lists(candidates: &[&Function]) -> String {
+    let lists = candidates.iter().flat_map(|known| &known.accepts);
+    let accepted: Vec<String> = lists.map(|list| signature(list)).collect();
+    let name = candidates.first().map_or("the function", |known| known.name.as_str());
+    format!("{name} takes {}", accepted.join(" or "))
+}
+
+/// What a function returns that is not carried out: 0, 0.0 or nil.
+pub fn idle_result<P: Profile>(function: &Function) -> Value<P> {
+    match function.returns {
+        Some(Type::Int) => Value::int(0),
+        Some(Type::Number) => Value::float(0.0),
+        _ => Value::nil(),
+    }
+}
+
+/// What keeps arguments from fitting a list of parameters.
+enum Mismatch {
+    None,
+    Count,
+    /// The first argument of a wrong type.
+    Argument(usize),
+}
+
+fn mismatch<P: Profile, C: ByteCode, const SLOTS: usize>(
+    list: &[Parameter],
+    arguments: &Arguments<'_, P, C, SLOTS>,
+) -> Mismatch {
+    if list.len() != arguments.count() {
+        return Mismatch::Count;
+    }
+    let fits = |index: usize, kind| {
+        matches!(
+            (kind, arguments.item(index)),
+            (Type::Any, _)
+                | (Type::Int | Type::Number, Item::Int(_))
+                | (Type::Number, Item::Float(_))
+                | (Type::String, Item::String(_))
+                | (Type::Table, Item::Table(_))
+                | (Type::Function, Item::Function)
+        )
+    };
+    let wrong = list.iter().enumerate().find(|(index, parameter)| !fits(*index, parameter.kind));
+    wrong.map_or(Mismatch::None, |(index, _)| Mismatch::Argument(index))
+}
+
+/// `(x: number, y: number)`
+fn signature(list: &[Parameter]) -> String {
+    let parameters: Vec<String> = list.iter().map(Parameter::to_string).collect();
+    format!("({})", parameters.join(", "))
+}
