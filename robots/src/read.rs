@@ -113,7 +113,7 @@ fn vm_sizes(vm: &Section<'_>) -> Result<VmSizes, RobotError> {
         swarms: vm.integer("swarms", 0..=8)?,
         maths: vm.optional("maths", Section::boolean)?.unwrap_or(true),
         beacon_steps: steps("beacon_steps", 1..=255, Periods::DEFAULT.beacon)?,
-        forget_steps: steps("forget_steps", 1..=255, Periods::DEFAULT.forget)?,
+        forget_steps: steps("forget_steps", 1..=126, Periods::DEFAULT.forget)?,
         advertise_steps: steps("advertise_steps", 2..=150, Periods::DEFAULT.advertise)?,
     })
 }

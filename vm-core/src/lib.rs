@@ -14,7 +14,7 @@
 //! |---|---|---|
 //! | `maths` | on | floating-point functions of `math`, `gaussian`, `exponential`: 3.5 kB of flash on the AVR, 2.2 on a Cortex-M |
 //! | `strings` | on | text: strings made at run time, library `string` (useful in the full profile only) |
-//! | `swarm` | on | `neighbors`, `swarm`, `stigmergy` and their messages |
+//! | `swarm` | on | `neighbors`, `swarm`, `stigmergy` and their messages: 17 kB of flash on the AVR, 13 on a Cortex-M |
 //! | `torture` | off | for tests: makes allocations fail and collections frequent on request |
 //!
 //! # What it will not do

@@ -26,6 +26,12 @@ impl Sizes {
     /// No neighbours, no swarms, no stigmergies.
     pub const NONE: Sizes = Sizes { neighbors: 0, bearings: false, entries: 0, swarms: 0 };
 
+    /// Within what a byte can count.
+    #[cfg(feature = "swarm")]
+    pub(crate) fn clamped(self) -> Sizes {
+        Sizes { entries: self.entries.min(100), swarms: self.swarms.min(8), ..self }
+    }
+
     /// Slots of the arena that it takes.
     pub const fn slots(&self) -> usize {
         // A stigmergy beside each entry.

@@ -118,7 +118,7 @@ fn measure(target: Target, catalogue: &Catalogue) -> Result<figures::Scripts, Fa
     let program = Program::build(target)?;
     let mut counts = figures::Scripts::new();
     let mut verification = None;
-    for script in catalogue.scripts.iter().filter(|script| script.can_run_on(target)) {
+    for script in catalogue.scripts.iter().filter(|script| script.is_for(target)) {
         let compiled = Compiled::script(&script.name, target.profile())?;
         let told = program.run(&compiled)?;
         let result = told.result(target, script).map_err(Failure::Bench)?;

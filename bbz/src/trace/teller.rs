@@ -10,7 +10,6 @@ use serde_json::{Value, json};
 use crate::Ending;
 use crate::backtrace::Backtrace;
 use crate::fault;
-use crate::host;
 use crate::output::Output;
 use crate::printed::{Printed, unknown_string};
 use crate::problem::Problem;

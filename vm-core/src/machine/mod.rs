@@ -171,7 +171,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub fn equip(&mut self, sizes: Sizes) {
         self.program = None;
         self.state = State::Empty;
-        self.protocol.sizes = sizes;
+        self.protocol.sizes = sizes.clamped();
     }
 
     /// How much it remembers of other robots.

@@ -25,8 +25,6 @@ pub struct Script {
     pub name: String,
     /// The global `r` after the third step: an integer or a float.
     pub result: serde_json::Number,
-    /// What the machine lacks for it.
-    pub needs: Option<String>,
     /// It runs in the profile `full` only.
     #[serde(default)]
     full: bool,
@@ -51,10 +49,6 @@ impl Script {
     /// Whether it has to do with a profile of numbers at all.
     pub fn is_for(&self, target: Target) -> bool {
         !self.full || target.profile() == Profile::Full
-    }
-
-    pub fn can_run_on(&self, target: Target) -> bool {
-        self.is_for(target) && self.needs.is_none()
     }
 
     /// What it costs the reference. That has no profiles.
