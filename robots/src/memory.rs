@@ -2,9 +2,9 @@
 //! firmware has beside the machine, count as well.
 
 use bittybuzz_vm_core::message::{FRAGMENT_HEAD, FRAGMENTS_MAX, FULL_FRAME, TINY_FRAME};
-use bittybuzz_vm_core::{Sizes, Value, number};
+use bittybuzz_vm_core::{Sighting, Sizes, Value, number};
 
-use crate::{Profile, Robot};
+use crate::{Profile, Robot, VmSizes};
 
 /// Registers of the machine and what it knows of the image: on the ATmega328P, and on Cortex-M, where fields are aligned. The
 /// firmware's build checks it.
@@ -12,10 +12,11 @@ const REGISTERS: [u32; 2] = [84, 100];
 
 /// When what is to be sent, counters, and which fragments are here.
 const PROTOCOL: u32 = 36;
-/// Length of a frame in a queue, and how far its sender is.
-const QUEUED: u32 = 2;
-/// First and number of a queue's messages, and how many were dropped.
-const QUEUE: u32 = 4;
+/// Beside a frame in a queue: how many came since, its length, and whether it is stale.
+const QUEUED: u32 = 3;
+/// Of a queue: what was dropped, what came twice, and whose turn it is. On Cortex-M also the alignment, what guards it between
+/// tasks, and its half of what wakes the sending one.
+const QUEUE: [u32; 2] = [5, 18];
 
 /// How chips of the AVR family are named.
 const AVR: [&str; 2] = ["ATmega", "ATtiny"];
@@ -25,6 +26,11 @@ impl Robot {
     fn is_packed(&self) -> bool {
         let is_avr = |chip: &String| AVR.iter().any(|family| chip.starts_with(family));
         self.chip.as_ref().is_none_or(is_avr)
+    }
+
+    /// Of a number on the ATmega328P and one on Cortex-M, the one that holds.
+    fn of_chip(&self, [packed, aligned]: [u32; 2]) -> u32 {
+        if self.is_packed() { packed } else { aligned }
     }
 
     /// Bytes of a slot of the machine's arena. On 32-bit chips slots are as large as is fast to reach. A robot without a chip
@@ -59,9 +65,22 @@ impl Robot {
         bytes as u32
     }
 
+    /// Bytes for what the link knows of the sender of a frame that waits to be read: how far it is in mm, or where it was seen.
+    pub fn sighting_bytes(&self) -> u32 {
+        let bytes = match (self.vm.bearings, self.profile) {
+            (false, _) => 1,
+            (true, Profile::Tiny) => size_of::<Sighting<number::Tiny>>(),
+            (true, Profile::Full) => size_of::<Sighting<number::Full>>(),
+        };
+        bytes as u32
+    }
+
     /// Bytes for messages that wait, which the firmware has beside the machine.
     pub fn queue_memory(&self) -> u32 {
-        (self.vm.in_queue + self.vm.out_queue) * (self.frame_bytes() + QUEUED) + 2 * QUEUE
+        let VmSizes { in_queue, out_queue, .. } = self.vm;
+        (in_queue + out_queue) * (self.frame_bytes() + QUEUED)
+            + in_queue * self.sighting_bytes()
+            + 2 * self.of_chip(QUEUE)
     }
 
     /// Bytes for neighbours, messages, stigmergies and swarms. A listener or a conflict handler is a value of the script.
@@ -72,8 +91,7 @@ impl Robot {
 
     /// The most slots that are left for scripts.
     pub fn most_slots(&self) -> u32 {
-        let [packed, aligned] = REGISTERS;
-        let registers = if self.is_packed() { packed } else { aligned };
-        self.vm.memory.saturating_sub(registers + self.swarm_memory()) / self.slot_bytes()
+        let taken = self.of_chip(REGISTERS) + self.swarm_memory();
+        self.vm.memory.saturating_sub(taken) / self.slot_bytes()
     }
 }

@@ -1,6 +1,7 @@
 //! Every cause of an error, with its line and column; the shipped files; `find`.
 
 use super::*;
+use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
 use std::collections::HashMap;
 
 /// A file that is right, which each case below spoils in one place.
@@ -12,7 +13,7 @@ tick_hz = 10
 message_bytes = 9
 
 [vm]
-memory = 1640
+memory = 1888
 slots = 200
 neighbors = 15
 in_queue = 10
@@ -65,7 +66,7 @@ fn a_good_file_says_what_it_says() {
     assert_eq!(toy.chip.as_deref(), Some("STM32F051C8"));
     assert_eq!((toy.profile, toy.tick_hz, toy.message_bytes), (Profile::Tiny, 10, 9));
     let vm = VmSizes {
-        memory: 1640,
+        memory: 1888,
         slots: 200,
         neighbors: 15,
         bearings: true,
@@ -153,7 +154,7 @@ fn every_error_has_its_place() {
         ("slots = 200", "slots = 31", Expected("OutOfRange", 10, 9, "cannot be 31")),
         ("slots = 200", "slots = -1", Expected("OutOfRange", 10, 9, "cannot be -1")),
         ("slots = 200", "slots = 99999999999999999999", Expected("OutOfRange", 10, 9, "9999")),
-        ("memory = 1640", "memory = 0", Expected("OutOfRange", 9, 10, "from 256")),
+        ("memory = 1888", "memory = 0", Expected("OutOfRange", 9, 10, "from 256")),
         ("neighbors = 15", "neighbors = 256", Expected("OutOfRange", 11, 13, "from 0 to 255")),
         ("in_queue = 10", "in_queue = 0", Expected("OutOfRange", 12, 12, "from 1 to 255")),
         ("out_queue = 10", "out_queue = 0", Expected("OutOfRange", 13, 13, "from 1 to 255")),
@@ -260,7 +261,7 @@ fn colliding_hashes_are_refused() {
 fn the_message_shows_the_line() {
     let text = GOOD.replacen("Toy robot\"", "Toy r\u{f6}bot\" # \u{fc}", 1);
     let error = error_of(&text.replacen("slots = 200", "slots =   1_000", 1));
-    let expected = "toy.toml:10:11: 1000 slots of 4 bytes do not fit in 1640 bytes of `memory`, beside neighbours \
+    let expected = "toy.toml:10:11: 1000 slots of 4 bytes do not fit in 1888 bytes of `memory`, beside neighbours \
                     and messages\n\
                     10 | slots =   1_000\n   |           ^^^^^\n\
                     help: there is room for 214 `slots`; or give it more `memory`";
@@ -416,4 +417,34 @@ fn shipped_robots_leave_no_memory_unused() {
     }
     let [kilobot, bench] = ["kilobot", "bench"].map(|name| find(name).unwrap());
     assert_eq!((kilobot.vm, kilobot.message_bytes), (bench.vm, bench.message_bytes));
+}
+
+/// The sum is what the queues take.
+#[test]
+fn queues_are_counted() {
+    use bittybuzz_comms::queue::{Inbox, Outbox};
+    use bittybuzz_vm_core::{Sighting, number};
+
+    type TinyOut = Outbox<number::Tiny, TINY_FRAME, 10>;
+    type FullOut = Outbox<number::Full, FULL_FRAME, 10>;
+    /// An AVR does not align them to 2 bytes, as this computer does.
+    const UNALIGNED: usize = 2;
+    /// On Cortex-M a count guards each, and three words wake a task.
+    const GUARDS: usize = 2 * 4 + 12;
+    let kilobot =
+        size_of::<Inbox<number::Tiny, u8, TINY_FRAME, 10>>() + size_of::<TinyOut>() - UNALIGNED;
+    let zooid = size_of::<Inbox<number::Tiny, Sighting<number::Tiny>, TINY_FRAME, 16>>()
+        + size_of::<TinyOut>()
+        + GUARDS;
+    let crazyflie = size_of::<Inbox<number::Full, Sighting<number::Full>, FULL_FRAME, 10>>()
+        + size_of::<FullOut>()
+        + GUARDS;
+    for (name, in_queue, needed) in
+        [("kilobot", 10, kilobot), ("zooids", 16, zooid), ("crazyflie", 10, crazyflie)]
+    {
+        let robot = find(name).unwrap();
+        assert_eq!((robot.vm.in_queue, robot.vm.out_queue), (in_queue, 10), "{name}");
+        let counted = robot.queue_memory() as usize;
+        assert!((needed..needed + 8).contains(&counted), "{name}: {counted}, not {needed}");
+    }
 }

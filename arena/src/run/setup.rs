@@ -10,7 +10,7 @@ use crate::scenario::{Action, Body, Cause, Scenario, ScenarioError};
 use super::expectation::Bound;
 use super::program::Program;
 use super::quantity::Probe;
-use super::robot::{CRAZYFLIE_SLOTS, Duties, KILOBOT_SLOTS, Robot, ZOOID_SLOTS};
+use super::robot::{CRAZYFLIE_SLOTS, Duties, KILOBOT_SLOTS, Robot, ZOOIDS_SLOTS};
 use super::settings;
 
 /// Why a scenario cannot be run with these programs.
@@ -191,7 +191,7 @@ fn steps(count: u32) -> u8 {
 fn machine(body: Body) -> (Profile, usize) {
     match body {
         Body::Kilobot => (Profile::Tiny, KILOBOT_SLOTS),
-        Body::Zooid => (Profile::Tiny, ZOOID_SLOTS),
+        Body::Zooid => (Profile::Tiny, ZOOIDS_SLOTS),
         Body::Crazyflie => (Profile::Full, CRAZYFLIE_SLOTS),
     }
 }

@@ -84,6 +84,7 @@ type ScriptTask = Script<Full, section::Section, Crazyflie, SLOTS>;
 
 /// The machine takes no more memory than the robot file promises.
 const _: () = assert!(size_of::<Machine>() <= robot::MEMORY - robot::QUEUE_MEMORY);
+const _: () = assert!(size_of_val(&link::swarm::MAIL) <= robot::QUEUE_MEMORY);
 /// With its sender and position a message fits a frame of the radio.
 const _: () = assert!(robot::FRAME_BYTES <= SWARM_MESSAGE_MAX);
 /// It has what scripts are built for.

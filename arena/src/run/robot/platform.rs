@@ -1,12 +1,12 @@
 //! The machine's view of the robot: frames, position, time, calls.
 
-use bittybuzz_comms::queue;
+use bittybuzz_comms::queue::{Inbox, Outbox};
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
     Arguments, Axis, ByteCode, Host, Item, Periods, Reply, RobotFault, Sighting, Value,
 };
 
-use crate::engine::{Io, TICK_US};
+use crate::engine::{self, Io, TICK_US};
 
 use super::log::{LogLine, Piece};
 use super::{State, call};
@@ -18,22 +18,14 @@ pub struct Deck<'a, 'io, 'p> {
 }
 
 /// A robot during a tick. Frames wait in queues like the real robots'.
-pub struct Platform<'a, 'io, 'p, P: Profile, const FRAME: usize> {
+pub struct Platform<'a, 'io, 'p, P: Profile, const FRAME: usize, const IN: usize, const OUT: usize>
+{
     pub deck: Deck<'a, 'io, 'p>,
-    pub inbox: &'a mut Inbox<P, FRAME>,
-    pub outbox: &'a mut Outbox<P, FRAME>,
+    pub inbox: &'a mut Inbox<P, engine::Sighting, FRAME, IN>,
+    pub outbox: &'a mut Outbox<P, FRAME, OUT>,
     /// A frame may be in the inbox.
     pub has_mail: &'a mut bool,
 }
-
-/// Frames that were heard, with what the link knows of the sender.
-pub type Inbox<P, const FRAME: usize> = queue::Inbox<P, crate::engine::Sighting, FRAME, QUEUED>;
-
-/// Frames that are to be sent.
-pub type Outbox<P, const FRAME: usize> = queue::Outbox<P, FRAME, QUEUED>;
-
-/// Frames of a queue, as the files of all three robots say.
-pub const QUEUED: usize = 10;
 
 impl Deck<'_, '_, '_> {
     /// Milliseconds since the world began.
@@ -63,7 +55,9 @@ impl Deck<'_, '_, '_> {
     }
 }
 
-impl<P: Profile, const FRAME: usize> Host<P> for Platform<'_, '_, '_, P, FRAME> {
+impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Host<P>
+    for Platform<'_, '_, '_, P, FRAME, IN, OUT>
+{
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
