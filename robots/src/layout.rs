@@ -18,8 +18,9 @@ pub struct Layout {
     pub script: Region,
     /// RAM for variables.
     pub ram: Region,
-    /// RAM that only the core reaches (core-coupled memory); the stack is there. `None` on chips without.
-    pub ccm: Option<Region>,
+    /// RAM for the stack alone, best with no memory below, so that a full stack is a fault and damages no variable. `None`
+    /// if the stack grows down from the end of `ram`.
+    pub stack: Option<Region>,
     /// Flash of the robot's id, which nothing else shares an erasable sector with: see [`Layout::id_section`]. `None`
     /// where no id can be assigned.
     pub id: Option<Region>,
@@ -57,11 +58,11 @@ impl Region {
 impl Layout {
     /// Every region with its name in the linker script.
     pub fn regions(&self) -> impl Iterator<Item = (&'static str, Region)> {
-        let ccm = self.ccm.map(|ccm| ("CCM", ccm));
+        let stack = self.stack.map(|stack| ("STACK", stack));
         let id = self.id.map(|id| ("ID", id));
         [("FLASH", self.application), ("SCRIPT", self.script), ("RAM", self.ram)]
             .into_iter()
-            .chain(ccm)
+            .chain(stack)
             .chain(id)
     }
 
@@ -88,8 +89,7 @@ impl Layout {
 
     /// The `memory.x` that cortex-m-rt's linker script includes.
     ///
-    /// What is linked into the section `.script` goes to the script region. The stack grows down from the end of the
-    /// CCM, if there is one, so that it cannot grow into variables.
+    /// What is linked into the section `.script` goes to the script region.
     pub fn memory_x(&self) -> String {
         let mut out = String::new();
         // Writing to a String cannot fail.
@@ -103,9 +103,9 @@ impl Layout {
             writeln!(out, "  {name} : ORIGIN = {address:#010x}, LENGTH = {size:#x}")?;
         }
         writeln!(out, "}}")?;
-        if self.ccm.is_some() {
-            writeln!(out, "_stack_start = ORIGIN(CCM) + LENGTH(CCM);")?;
-            writeln!(out, "_stack_end = ORIGIN(CCM);")?;
+        if self.stack.is_some() {
+            writeln!(out, "_stack_start = ORIGIN(STACK) + LENGTH(STACK);")?;
+            writeln!(out, "_stack_end = ORIGIN(STACK);")?;
         }
         writeln!(out, "SECTIONS\n{{\n  .script : ALIGN(4) {{ KEEP(*(.script)); }} > SCRIPT")?;
         writeln!(out, "}}\nINSERT AFTER .rodata;")
@@ -122,7 +122,7 @@ mod tests {
             application: region(0x0800_4000, 0x1_c000),
             script: region(0x0802_0000, 12),
             ram: region(0x2000_0000, 0x2_0000),
-            ccm: Some(region(0x1000_0000, 0x1_0000)),
+            stack: Some(region(0x1000_0000, 0x1_0000)),
             id: Some(region(0x0804_0000, 0x2_0000)),
         }
     }
@@ -148,14 +148,14 @@ mod tests {
             "  FLASH : ORIGIN = 0x08004000, LENGTH = 0x1c000\n",
             "  SCRIPT : ORIGIN = 0x08020000, LENGTH = 0xc\n",
             "  RAM : ORIGIN = 0x20000000, LENGTH = 0x20000\n",
-            "  CCM : ORIGIN = 0x10000000, LENGTH = 0x10000\n",
+            "  STACK : ORIGIN = 0x10000000, LENGTH = 0x10000\n",
             "  ID : ORIGIN = 0x08040000, LENGTH = 0x20000\n",
-            "_stack_start = ORIGIN(CCM) + LENGTH(CCM);\n",
+            "_stack_start = ORIGIN(STACK) + LENGTH(STACK);\n",
         ] {
             assert!(text.contains(line), "{line}{text}");
         }
-        let text = Layout { ccm: None, ..layout() }.memory_x();
-        assert!(!text.contains("CCM") && !text.contains("_stack_start"), "{text}");
+        let text = Layout { stack: None, ..layout() }.memory_x();
+        assert!(!text.contains("STACK") && !text.contains("_stack_start"), "{text}");
     }
 
     #[test]

@@ -140,17 +140,17 @@ fn message_bytes(profile: Profile) -> u32 {
 const ALIGNMENT: u32 = 512;
 
 fn layout(section: &Section<'_>) -> Result<Layout, RobotError> {
-    section.only(&["application", "script", "ram", "ccm", "id"])?;
+    section.only(&["application", "script", "ram", "stack", "id"])?;
     let layout = Layout {
         application: region(section, "application")?,
         script: region(section, "script")?,
         ram: region(section, "ram")?,
-        ccm: section.optional("ccm", region)?,
+        stack: section.optional("stack", region)?,
         id: section.optional("id", region)?,
     };
-    let Layout { application, script, ram, ccm, id } = layout;
+    let Layout { application, script, ram, stack, id } = layout;
     let always = [("application", application), ("script", script), ("ram", ram)];
-    let sometimes = [("ccm", ccm), ("id", id)].into_iter();
+    let sometimes = [("stack", stack), ("id", id)].into_iter();
     let sometimes = sometimes.filter_map(|(key, region)| Some((key, region?)));
     let regions: Vec<_> = always.into_iter().chain(sometimes).collect();
     for (index, (key, region)) in regions.iter().enumerate() {

@@ -29,7 +29,7 @@ ram_bytes = 8192
 application = { address = 0x0800_0000, size = 0xc000 }
 script = { address = 0x0800_c000, size = 0x4000 }
 ram = { address = 0x2000_0000, size = 0x2000 }
-ccm = { address = 0x1000_0000, size = 0x200 }
+stack = { address = 0x1000_0000, size = 0x200 }
 
 [[table]]
 name = "pos"
@@ -85,7 +85,7 @@ fn a_good_file_says_what_it_says() {
         application: Region { address: 0x0800_0000, size: 0xc000 },
         script: Region { address: 0x0800_c000, size: 0x4000 },
         ram: Region { address: 0x2000_0000, size: 0x2000 },
-        ccm: Some(Region { address: 0x1000_0000, size: 0x200 }),
+        stack: Some(Region { address: 0x1000_0000, size: 0x200 }),
         id: None,
     };
     assert_eq!(toy.layout, Some(layout));
@@ -106,7 +106,7 @@ fn what_may_be_left_out() {
     for (from, to) in [
         ("chip = \"STM32F051C8\"\n", ""),
         ("[budget]\nflash_bytes = 65536\nram_bytes = 8192\n", ""),
-        ("ccm = { address = 0x1000_0000, size = 0x200 }\n", ""),
+        ("stack = { address = 0x1000_0000, size = 0x200 }\n", ""),
         ("neighbors = 15", "neighbors = 0"),
         ("stigmergy_entries = 4", "stigmergy_entries = 0"),
         ("swarms = 8", "swarms = 0"),
@@ -163,23 +163,23 @@ fn every_error_has_its_place() {
         ("message_bytes = 9", "message_bytes = 8", Expected("OutOfRange", 6, 17, "from 9 to")),
         ("flash_bytes = 65536", "flash_bytes = 0", Expected("OutOfRange", 18, 15, "cannot be 0")),
         ("ram_bytes = 8192", "ram_bytes = 0", Expected("OutOfRange", 19, 13, "cannot be 0")),
-        ("ccm =", "cmm =", Expected("UnknownKey", 25, 1, "did you mean `ccm`?")),
+        ("stack =", "stakc =", Expected("UnknownKey", 25, 1, "did you mean `stack`?")),
         ("ram = {", "# {", Expected("MissingKey", 21, 1, "[layout] has no `ram`")),
         ("application = {", "application = 1 # {", Expected("WrongType", 22, 15, "a table")),
-        (", size = 0x200 }", " }", Expected("MissingKey", 25, 7, "the region has no `size`")),
+        (", size = 0x200 }", " }", Expected("MissingKey", 25, 9, "the region has no `size`")),
         (
             "size = 0x200 }",
             "length = 512 }",
-            Expected("UnknownKey", 25, 32, "one of address, size"),
+            Expected("UnknownKey", 25, 34, "one of address, size"),
         ),
         (
-            "ccm = {",
+            "stack = {",
             "id = { address = 0x2000_0000, size = 512 } # {",
             Expected("Overlap", 25, 6, "`id` and `ram` overlap"),
         ),
-        ("size = 0x200 }", "size = 0 }", Expected("OutOfRange", 25, 39, "from 512")),
-        ("0x1000_0000", "0x1_0000_0000", Expected("OutOfRange", 25, 19, "cannot be")),
-        ("size = 0x200 }", "size = 0xf000_0000 }", Expected("OutOfRange", 25, 39, "to 4026531839")),
+        ("size = 0x200 }", "size = 0 }", Expected("OutOfRange", 25, 41, "from 512")),
+        ("0x1000_0000", "0x1_0000_0000", Expected("OutOfRange", 25, 21, "cannot be")),
+        ("size = 0x200 }", "size = 0xf000_0000 }", Expected("OutOfRange", 25, 41, "to 4026531839")),
         ("0x0800_c000", "0x0800_c100", Expected("Unaligned", 23, 22, "no multiple of 512")),
         ("0xc000", "0xc200", Expected("Overlap", 23, 10, "`script` and `application` overlap")),
         ("slots = 200", "slots = 215", Expected("TooManySlots", 10, 9, "room for 214 `slots`")),

@@ -29,13 +29,13 @@ fn main() {
 }
 "#;
 
-/// What prints the regions of a robot with a layout that has a CCM and an id, and of one without.
+/// What prints the regions of a robot with a layout that has a stack and an id, and of one without.
 const PRINT_LAYOUT: &str = r#"
 fn layout() {
     println!("FLASH {} {}", robot::FLASH_ADDRESS, robot::FLASH_SIZE);
     println!("SCRIPT {} {}", robot::SCRIPT_ADDRESS, robot::SCRIPT_SIZE);
     println!("RAM {} {}", robot::RAM_ADDRESS, robot::RAM_SIZE);
-    println!("CCM {} {}", robot::CCM_ADDRESS, robot::CCM_SIZE);
+    println!("STACK {} {}", robot::STACK_ADDRESS, robot::STACK_SIZE);
     println!("ID {} {}", robot::ID_ADDRESS, robot::ID_SIZE);
 }
 "#;

@@ -14,6 +14,8 @@ pub struct Board {
     pub folder: &'static str,
     target: &'static str,
     program: &'static str,
+    /// Leaves out what only a debug probe reads.
+    untold: &'static [&'static str],
 }
 
 /// The Crazyflie's.
@@ -22,7 +24,24 @@ pub const CRAZYFLIE: Board = Board {
     folder: "firmware/crazyflie",
     target: "thumbv7em-none-eabihf",
     program: "bittybuzz-crazyflie",
+    untold: &[],
 };
+
+/// The Zooid's.
+pub const ZOOIDS: Board = Board {
+    robot: "zooids",
+    folder: "firmware/zooids",
+    target: "thumbv6m-none-eabi",
+    program: "bittybuzz-zooids",
+    // It would take a sixth of the RAM.
+    untold: &["--no-default-features"],
+};
+
+/// All of them.
+pub const BOARDS: [&Board; 2] = [&CRAZYFLIE, &ZOOIDS];
+
+/// For people.
+const NAMES: &str = "`crazyflie` or `zooids`";
 
 /// `build BOARD [--script FILE]`
 pub fn run(arguments: &[String]) -> Result<(), Failure> {
@@ -55,24 +74,38 @@ fn read(arguments: &[String]) -> Result<(&str, Option<&str>), Failure> {
     }
     match board {
         Some(board) => Ok((board, script)),
-        None => usage("which board? `crazyflie`".to_owned()),
+        None => usage(format!("which board? {NAMES}")),
     }
 }
 
 fn find(robot: &str) -> Result<&'static Board, Failure> {
-    if robot == CRAZYFLIE.robot {
-        return Ok(&CRAZYFLIE);
+    if let Some(board) = BOARDS.into_iter().find(|board| board.robot == robot) {
+        return Ok(board);
     }
     match bittybuzz_robots::all_shipped().iter().any(|known| known.name == robot) {
         true => Err(Failure::NoFirmware { robot: robot.to_owned() }),
-        false => Err(Failure::Usage(format!("there is no board `{robot}`; try `crazyflie`"))),
+        false => Err(Failure::Usage(format!("there is no board `{robot}`; try {NAMES}"))),
     }
 }
 
 impl Board {
     /// Builds the image with this script, or the board's own; returns where it is.
     pub fn build(&self, script: Option<&Path>, quiet: bool) -> Result<PathBuf, Failure> {
-        let mut line = Line::new("cargo", &["build", "--release"]);
+        self.build_with(&[], script, quiet)
+    }
+
+    /// The same without what only a debug probe reads.
+    pub fn build_untold(&self, quiet: bool) -> Result<PathBuf, Failure> {
+        self.build_with(self.untold, None, quiet)
+    }
+
+    fn build_with(
+        &self,
+        arguments: &[&str],
+        script: Option<&Path>,
+        quiet: bool,
+    ) -> Result<PathBuf, Failure> {
+        let mut line = Line::new("cargo", &[&["build", "--release"], arguments].concat());
         if let Some(script) = script {
             line = line.env("BBZ_SCRIPT", &script.display().to_string());
         }
@@ -115,10 +148,10 @@ mod tests {
 
     #[test]
     fn robots_without_firmware_are_told_from_unknown_ones() {
-        assert_eq!(find("crazyflie").ok().map(|board| board.robot), Some("crazyflie"));
-        for robot in ["zooids", "kilobot"] {
-            assert!(matches!(find(robot), Err(Failure::NoFirmware { .. })), "{robot}");
+        for robot in ["crazyflie", "zooids"] {
+            assert_eq!(find(robot).ok().map(|board| board.robot), Some(robot));
         }
+        assert!(matches!(find("kilobot"), Err(Failure::NoFirmware { .. })));
         assert!(matches!(find("crazyfly"), Err(Failure::Usage(_))));
     }
 }

@@ -1,6 +1,6 @@
 //! Tests, and what CI runs.
 
-use crate::board::CRAZYFLIE;
+use crate::board::{BOARDS, CRAZYFLIE};
 use crate::failure::Failure;
 use crate::probe::PROBES;
 use crate::shell::{Line, cargo};
@@ -84,10 +84,13 @@ fn lint() -> Result<(), Failure> {
         let leave_out = ["clippy", "--package", "bittybuzz-vm-core", "--no-default-features"];
         cargo(&[&leave_out[..], &["--features", features], &DENY].concat())?;
     }
-    let firmware =
-        |arguments: &[&str]| Line::new("cargo", arguments).in_workspace(CRAZYFLIE.folder).run();
-    firmware(&["fmt", "--check"])?;
-    firmware(&[&["clippy", "--release"], &DENY[..]].concat())
+    for board in BOARDS {
+        let firmware =
+            |arguments: &[&str]| Line::new("cargo", arguments).in_workspace(board.folder).run();
+        firmware(&["fmt", "--check"])?;
+        firmware(&[&["clippy", "--release"], &DENY[..]].concat())?;
+    }
+    Ok(())
 }
 
 /// Links the virtual machine for the robots' cores with a panic handler that does not exist: fails if a panic is left in

@@ -51,7 +51,7 @@ const TASKS: &[Task] = &[
     Task {
         name: "build",
         arguments: "BOARD [--script FILE]",
-        help: "build a robot's firmware with a script in it; BOARD is crazyflie",
+        help: "build a robot's firmware with a script in it; BOARD is crazyflie or zooids",
         run: board::run,
     },
     Task {

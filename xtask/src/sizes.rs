@@ -1,6 +1,6 @@
 //! How much of a robot's memory the firmware takes, and how much of that the virtual machine.
 //!
-//! An image is measured as it is flashed. The machine alone is measured in a probe: its size with the machine less its size
+//! An image is measured as it is flashed, but without what only a debug probe reads where that can be left out. The machine alone is measured in a probe: its size with the machine less its size
 //! without. The probe's image is not known to the compiler, so that all of the machine is in it, soft float included:
 //!
 //! | name | the machine with |
@@ -10,7 +10,7 @@
 //! | `vm_full_flash` | everything in the profile `full` |
 //! | `vm_ram` | the robot's sizes and profile |
 
-use crate::board::{Board, CRAZYFLIE};
+use crate::board::{Board, CRAZYFLIE, ZOOIDS};
 use crate::elf;
 use crate::failure::Failure;
 use crate::probe::{ATMEGA328P, CORTEX_M0, CORTEX_M4F, Extent, Probe};
@@ -25,7 +25,7 @@ struct Measured {
 
 const ROBOTS: &[Measured] = &[
     Measured { firmware: Some(&CRAZYFLIE), probe: &CORTEX_M4F },
-    Measured { firmware: None, probe: &CORTEX_M0 },
+    Measured { firmware: Some(&ZOOIDS), probe: &CORTEX_M0 },
     Measured { firmware: None, probe: &ATMEGA328P },
 ];
 
@@ -60,7 +60,7 @@ impl Measured {
     fn sizes(&self, quiet: bool) -> Result<Sizes, Failure> {
         let mut values = Vec::new();
         if let Some(firmware) = self.firmware {
-            let image = elf::footprint(&firmware.build(None, quiet)?)?;
+            let image = elf::footprint(&firmware.build_untold(quiet)?)?;
             values.extend([("flash", image.flash), ("ram", image.ram)]);
         }
         let robot = find(self.probe.robot)?;

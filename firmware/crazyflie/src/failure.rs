@@ -144,5 +144,5 @@ extern "C" fn hard_fault(frame: *const u32) -> ! {
 }
 
 /// Where an exception frame of eight words can begin.
-const STACK: core::ops::Range<usize> = crate::robot::CCM_ADDRESS
-    ..crate::robot::CCM_ADDRESS + crate::robot::CCM_SIZE - 7 * size_of::<u32>();
+const STACK: core::ops::Range<usize> = crate::robot::STACK_ADDRESS
+    ..crate::robot::STACK_ADDRESS + crate::robot::STACK_SIZE - 7 * size_of::<u32>();

@@ -71,6 +71,9 @@ static TASKS: Liveness = Liveness::new(6);
 static SETPOINTS: setpoint::Channel<Powers> = setpoint::Channel::new();
 static STATUS: StatusChannel = StatusChannel::new();
 
+/// Room for what the script prints in a slice.
+const LOG_BYTES: usize = 1024;
+
 /// What the machine remembers of other robots.
 const SIZES: Sizes = Sizes {
     neighbors: robot::NEIGHBORS as u8,
@@ -120,11 +123,12 @@ async fn main(spawner: Spawner) {
 
     let crazyflie = Crazyflie::new(script_leds, Writer::new(&SETPOINTS), &STATUS, robot_id);
     let pulse = |task| TASKS.pulse(task);
+    static LOG: ConstStaticCell<[u8; LOG_BYTES]> = ConstStaticCell::new([0; LOG_BYTES]);
     static VM: ConstStaticCell<Machine> = ConstStaticCell::new(Vm::new());
     static SCRIPT: StaticCell<ScriptTask> = StaticCell::new();
     let vm = VM.take();
     vm.equip(SIZES);
-    let script = SCRIPT.init(Script::new(vm, robot_id, crazyflie, pulse(0)));
+    let script = SCRIPT.init(Script::new(vm, robot_id, crazyflie, pulse(0), LOG.take()));
     if let Some(failure) = failure {
         defmt::error!("restarted after {}: no script runs until power-on", failure);
         STATUS.signal(Status::Stopped);

@@ -118,9 +118,16 @@ pub struct Script<P: Profile, C: ByteCode + 'static, R, const SLOTS: usize> {
 }
 
 impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<P, C, R, SLOTS> {
-    /// In this machine, on the robot with this id.
-    pub fn new(vm: &'static mut Vm<P, C, SLOTS>, robot_id: u16, robot: R, pulse: Pulse) -> Self {
-        let (log, counts) = (Log::new(), Counts::default());
+    /// In this machine, on the robot with this id. `log` is the room for what is printed in a slice, each time a byte and at
+    /// most [`trace::RECORD_MAX`]; none where nobody reads it.
+    pub fn new(
+        vm: &'static mut Vm<P, C, SLOTS>,
+        robot_id: u16,
+        robot: R,
+        pulse: Pulse,
+        log: &'static mut [u8],
+    ) -> Self {
+        let (log, counts) = (Log::new(log), Counts::default());
         Script { vm, robot_id, robot, pulse, log, counts, delay: None }
     }
 

@@ -2,53 +2,56 @@
 //! interpreter's loop.
 
 use bittybuzz_comms::trace;
-use heapless::Vec;
 
-/// Bytes of records that a slice may print, a length byte before each.
-const ROOM: usize = 1024;
-
-/// A slice ends when so much is printed: the rest of the room is for what one more chunk of instructions may print.
-const MUCH: usize = ROOM / 4;
-
-/// Records of one slice.
+/// Records of one slice, a length byte before each. Without any room nothing is kept, and nothing is missed.
 pub struct Log {
-    records: Vec<u8, ROOM>,
+    room: &'static mut [u8],
+    used: usize,
     lost: u32,
 }
 
 impl Log {
-    /// Empty.
-    pub fn new() -> Self {
-        Log { records: Vec::new(), lost: 0 }
+    /// Empty, in this room.
+    pub fn new(room: &'static mut [u8]) -> Self {
+        Log { room, used: 0, lost: 0 }
     }
 
-    /// Adds a record. Where there is no room it is counted as lost.
+    /// Adds a record. Where there is not enough room it is counted as lost.
     pub fn push(&mut self, record: &[u8]) {
-        let length = u8::try_from(record.len()).ok();
-        match length {
-            Some(length) if self.records.len() + 1 + record.len() <= ROOM => {
-                let _ = self.records.push(length);
-                let _ = self.records.extend_from_slice(record);
-            }
-            _ => self.lost = self.lost.wrapping_add(1),
+        if self.room.is_empty() {
+            return;
         }
+        let rest = self.room.get_mut(self.used..).unwrap_or_default();
+        let (Ok(length), Some((first, place))) =
+            (u8::try_from(record.len()), rest.split_first_mut())
+        else {
+            self.lost = self.lost.wrapping_add(1);
+            return;
+        };
+        let Some(place) = place.get_mut(..record.len()) else {
+            self.lost = self.lost.wrapping_add(1);
+            return;
+        };
+        *first = length;
+        place.iter_mut().zip(record).for_each(|(to, from)| *to = *from);
+        self.used += 1 + record.len();
     }
 
-    /// Whether it is time to tell.
+    /// Whether it is time to tell: the rest of the room is for what one more chunk of instructions may print.
     pub fn is_much(&self) -> bool {
-        self.records.len() >= MUCH
+        self.used > self.room.len() / 4
     }
 
     /// Gives all records to `sink` and forgets them.
     pub fn drain(&mut self, mut sink: impl FnMut(&[u8])) {
-        let mut rest = self.records.as_slice();
+        let mut rest = self.room.get(..self.used).unwrap_or_default();
         while let [length, tail @ ..] = rest
             && let Some((record, tail)) = tail.split_at_checked(usize::from(*length))
         {
             sink(record);
             rest = tail;
         }
-        self.records.clear();
+        self.used = 0;
         if self.lost > 0 {
             sink(&trace::lost(self.lost));
             self.lost = 0;

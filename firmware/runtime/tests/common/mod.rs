@@ -192,7 +192,8 @@ pub fn run_hearing(image: &[u8], radio: Frames, ms: u64) -> Events {
     let robot = Fake { setpoint: Writer::new(channel), radio };
     let vm = Box::leak(Box::new(bittybuzz_vm_core::Vm::new()));
     vm.equip(SIZES);
-    let mut script: Script<Full, &[u8], Fake, 400> = Script::new(vm, 7, robot, liveness.pulse(0));
+    let mut script: Script<Full, &[u8], Fake, 400> =
+        Script::new(vm, 7, robot, liveness.pulse(0), Box::leak(Box::new([0; 1024])));
     let both = async {
         let _ = script
             .run(bittybuzz_vm_core::Image::new(image), is_function, 1, Duration::from_hz(10))

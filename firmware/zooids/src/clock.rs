@@ -1,0 +1,28 @@
+//! The Zooid's clock tree: 16 MHz crystal, 48 MHz core and buses (RM0091 section 6.2), and the crystal's 16 MHz on PA8 for
+//! the radio, which has no crystal of its own.
+
+use embassy_stm32::peripherals::{MCO, PA8};
+use embassy_stm32::rcc::{
+    AHBPrescaler, APBPrescaler, Hse, HseMode, Mco, McoConfig, McoSource, Pll, PllMul, PllPreDiv,
+    PllSource, Sysclk,
+};
+use embassy_stm32::time::mhz;
+use embassy_stm32::{Config, Peri};
+
+/// For `embassy_stm32::init`.
+pub fn config() -> Config {
+    let mut config = Config::default();
+    let rcc = &mut config.rcc;
+    rcc.hse = Some(Hse { freq: mhz(16), mode: HseMode::Oscillator });
+    // 16 MHz / 2 * 6
+    rcc.pll = Some(Pll { src: PllSource::HSE, prediv: PllPreDiv::DIV2, mul: PllMul::MUL6 });
+    rcc.sys = Sysclk::PLL1_P;
+    rcc.ahb_pre = AHBPrescaler::DIV1;
+    rcc.apb1_pre = APBPrescaler::DIV1;
+    config
+}
+
+/// Gives the radio its clock, for ever.
+pub fn feed_radio(mco: Peri<'static, MCO>, pin: Peri<'static, PA8>) {
+    let _ = Mco::new(mco, pin, McoSource::HSE, McoConfig::default());
+}

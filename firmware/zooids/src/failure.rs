@@ -1,0 +1,115 @@
+//! What happens when the firmware itself fails: the motors lose power first, then the robot notes what happened where a
+//! reset does not erase it, and restarts. After the restart it tells, and stands still: no script runs until the power is
+//! switched off and on.
+
+use core::arch::naked_asm;
+use core::panic::PanicInfo;
+use core::ptr::{read_volatile, write_volatile};
+
+use cortex_m::peripheral::SCB;
+use embassy_stm32::pac::RCC;
+
+use crate::motors;
+
+/// Marks a note as written by [`restart_after`]: memory holds anything after power-on.
+const WRITTEN: u32 = 0xb177_fa11;
+
+/// A word each: [`WRITTEN`], cause, pc, lr. Survives a reset, but not a loss of power.
+#[unsafe(link_section = ".uninit.failure")]
+static mut NOTE: [u32; 4] = [0; 4];
+
+/// Why the robot has restarted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Failure {
+    /// A task showed no sign of life and the watchdog ended the program.
+    Watchdog,
+    /// The program found a mistake of its own; `lr` is behind the call of the panic handler.
+    Panic { lr: u32 },
+    /// The processor refused an instruction or an access, or the stack is full. `pc` is the instruction, 0 if the stack could
+    /// not hold it, and `lr` its caller.
+    HardFault { pc: u32, lr: u32 },
+    /// An exception or interrupt of this number, which nothing handles.
+    Unhandled { number: u32 },
+}
+
+/// Why the last reset came, if it was not power-on or a person. Clears the chip's flags and the note.
+pub fn take() -> Option<Failure> {
+    let flags = RCC.csr().read();
+    RCC.csr().modify(|w| w.set_rmvf(true));
+    // SAFETY: the only access but for that of a failure, after which nothing else runs.
+    let [written, cause, pc, lr] = unsafe {
+        let note = read_volatile(&raw const NOTE);
+        write_volatile(&raw mut NOTE, [0; 4]);
+        note
+    };
+    if flags.iwdgrstf() {
+        return Some(Failure::Watchdog);
+    }
+    if !flags.sftrstf() || written != WRITTEN {
+        return None;
+    }
+    Some(match cause {
+        0 => Failure::Panic { lr },
+        3 => Failure::HardFault { pc, lr },
+        number => Failure::Unhandled { number },
+    })
+}
+
+fn restart_after(cause: u32, pc: u32, lr: u32) -> ! {
+    motors::cut_power();
+    // SAFETY: nothing else runs from here on.
+    unsafe { write_volatile(&raw mut NOTE, [WRITTEN, cause, pc, lr]) };
+    SCB::sys_reset()
+}
+
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    let lr: u32;
+    // SAFETY: reads a register.
+    unsafe { core::arch::asm!("mov {}, lr", out(reg) lr) };
+    restart_after(0, 0, lr)
+}
+
+/// Every exception and interrupt without a handler of its own.
+#[cortex_m_rt::exception]
+unsafe fn DefaultHandler(_: i16) -> ! {
+    // SAFETY: reading ICSR has no effect. ARMv6-M B3.2.4: six bits.
+    let active = unsafe { (*SCB::PTR).icsr.read() } & 0x3f;
+    restart_after(active, 0, 0)
+}
+
+/// The stack pointer may be outside the memory: a full stack is one of the reasons to be here. So the handler begins with
+/// a stack pointer of its own, before anything is pushed.
+///
+/// # Safety
+/// Called by the processor only.
+#[unsafe(no_mangle)]
+#[unsafe(naked)]
+unsafe extern "C" fn HardFault() -> ! {
+    naked_asm!(
+        "mrs r0, msp",
+        "ldr r1, =_stack_start",
+        "msr msp, r1",
+        "ldr r1, ={handler}",
+        "bx r1",
+        handler = sym hard_fault,
+    )
+}
+
+extern "C" fn hard_fault(frame: *const u32) -> ! {
+    motors::cut_power();
+    let (mut pc, mut lr) = (0, 0);
+    if STACK.contains(&(frame as usize)) && (frame as usize).is_multiple_of(4) {
+        // SAFETY: eight words from here on lie within the stack's memory; the exception has written them.
+        unsafe {
+            lr = frame.add(5).read_volatile();
+            pc = frame.add(6).read_volatile();
+        }
+    }
+    restart_after(3, pc, lr)
+}
+
+/// Where an exception frame of eight words can begin.
+const STACK: core::ops::Range<usize> = crate::robot::STACK_ADDRESS
+    ..crate::robot::STACK_ADDRESS + crate::robot::STACK_SIZE - 7 * size_of::<u32>();

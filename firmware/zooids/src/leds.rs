@@ -1,0 +1,150 @@
+//! The RGB LED. It is the script's, until the firmware has something to tell: a fault blinks red as often as its number,
+//! red all the time means that no script can run.
+
+use bittybuzz_runtime::liveness::{BEAT, Pulse};
+use bittybuzz_runtime::script::Stopped;
+use embassy_futures::select::{Either, select};
+use embassy_stm32::Peri;
+use embassy_stm32::gpio::{AfType, Flex, OutputType, Speed};
+use embassy_stm32::pac;
+use embassy_stm32::pac::timer::vals::Ocm;
+use embassy_stm32::peripherals::{PA9, PA10, PA11, TIM1};
+use embassy_stm32::rcc;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
+use embassy_time::{Duration, Instant, Timer};
+
+/// 48 MHz / 24 = 2 MHz
+const PRESCALER: u16 = 24;
+/// 2 MHz / 10000 = 200 Hz
+const PERIOD: u16 = 10_000;
+/// The LED is very bright: an eighth of its light is plenty (SwarmUI divides all colours by 8).
+const ON: u16 = PERIOD / 8;
+
+/// Timer 1 on PA9 to PA11 (data sheet of the STM32F051, table 14).
+const AF: u8 = 2;
+
+/// The sum of [`RED`], [`GREEN`] and [`BLUE`].
+pub type Color = u8;
+/// PA10, channel 3.
+pub const RED: Color = 1;
+/// PA11, channel 4.
+pub const GREEN: Color = 2;
+/// PA9, channel 2.
+pub const BLUE: Color = 4;
+
+/// What the LED shall show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Light {
+    /// The script's colour.
+    Script(Color),
+    /// The script has stopped with this fault.
+    Fault(u8),
+    /// The script does not run: the image is refused, or the robot has locked itself.
+    Stopped,
+}
+
+/// Carries the latest of them to the task.
+pub type LightChannel = Signal<CriticalSectionRawMutex, Light>;
+
+impl Light {
+    /// What a stopped script leaves behind, if it is not just the end.
+    pub fn of(stopped: Stopped) -> Option<Self> {
+        match stopped {
+            Stopped::Ended => None,
+            Stopped::Fault(cause) => Some(Light::Fault(cause)),
+            Stopped::Refused => Some(Light::Stopped),
+        }
+    }
+
+    /// The colour in phase `phase`, in units of [`UNIT`].
+    fn color(self, phase: u32) -> Color {
+        match self {
+            Light::Script(color) => color,
+            // Blinks of 200 ms, 200 ms apart; the whole once in a while.
+            Light::Fault(cause) => {
+                let blinks = 8 * u32::from(cause);
+                let at = phase % (blinks + 24);
+                if at < blinks && at % 8 < 4 { RED } else { 0 }
+            }
+            Light::Stopped => RED,
+        }
+    }
+}
+
+/// The LED: common anode, so that low shines.
+pub struct Led {
+    _pins: [Flex<'static>; 3],
+}
+
+impl Led {
+    /// Dark.
+    pub fn new(
+        _timer: Peri<'static, TIM1>,
+        red: Peri<'static, PA10>,
+        green: Peri<'static, PA11>,
+        blue: Peri<'static, PA9>,
+    ) -> Self {
+        rcc::enable_and_reset::<TIM1>();
+        let timer = pac::TIM1;
+        timer.psc().write_value(PRESCALER - 1);
+        timer.arr().write(|w| w.set_arr(PERIOD - 1));
+        timer.ccmr_output(0).write(|w| {
+            w.set_ocm(1, Ocm::PWM_MODE1);
+            w.set_ocpe(1, true);
+        });
+        timer.ccmr_output(1).write(|w| {
+            for channel in 0..2 {
+                w.set_ocm(channel, Ocm::PWM_MODE1);
+                w.set_ocpe(channel, true);
+            }
+        });
+        // Active is low (RM0091 17.4.9, CCxP).
+        timer.ccer().write(|w| {
+            for channel in 1..4 {
+                w.set_cce(channel, true);
+                w.set_ccp(channel, true);
+            }
+        });
+        timer.bdtr().write(|w| w.set_moe(true));
+        timer.egr().write(|w| w.set_ug(true));
+        timer.cr1().write(|w| w.set_cen(true));
+        let as_output = |mut pin: Flex<'static>| {
+            pin.set_as_af_unchecked(AF, AfType::output(OutputType::PushPull, Speed::Low));
+            pin
+        };
+        Led { _pins: [Flex::new(red), Flex::new(green), Flex::new(blue)].map(as_output) }
+    }
+
+    fn show(&mut self, color: Color) {
+        for (bit, channel) in [(RED, 2), (GREEN, 3), (BLUE, 1)] {
+            let compare = if color & bit == 0 { 0 } else { ON };
+            pac::TIM1.ccr(channel).write(|w| w.set_ccr(compare));
+        }
+    }
+}
+
+/// The pattern's resolution.
+const UNIT: Duration = BEAT;
+
+/// The task of the LED.
+#[embassy_executor::task]
+pub async fn shine(channel: &'static LightChannel, mut led: Led, pulse: Pulse) -> ! {
+    let mut light = Light::Script(0);
+    let mut phase = 0;
+    let mut next = Instant::now() + UNIT;
+    loop {
+        pulse.beat();
+        led.show(light.color(phase));
+        match select(channel.wait(), Timer::at(next)).await {
+            Either::First(now) => {
+                light = now;
+                phase = 0;
+            }
+            Either::Second(()) => {
+                phase += 1;
+                next += UNIT;
+            }
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! BittyBuzz for Zooids: a Buzz script on the STM32F051, the nRF24L01+ as its radio, a projector as its positioning system.
+//!
+//! **Not tried on hardware**: the image is tested in emulation (`emulation/`).
+//!
+//! # Tasks
+//! | task | what it does |
+//! |---|---|
+//! | [`run_script`] | the virtual machine at 10 Hz, in slices of at most 500 µs |
+//! | [`leds::shine`] | the LED: the script's colour, or what has failed |
+//! | [`feed_watchdog`] | feeds the watchdog while all others live |
+
+#![no_std]
+#![no_main]
+
+mod clock;
+mod failure;
+mod functions;
+mod id;
+mod leds;
+mod log;
+mod motors;
+mod section;
+
+mod robot {
+    //! Generated from `robots/zooids.toml`.
+    #![allow(dead_code, reason = "the robot file tells more than this firmware uses")]
+    include!(concat!(env!("OUT_DIR"), "/robot.rs"));
+}
+
+use bittybuzz_runtime::liveness::{LOOK, Liveness};
+use bittybuzz_runtime::script::Script;
+use bittybuzz_vm_core::builtin::Feature;
+use bittybuzz_vm_core::number::Tiny;
+use bittybuzz_vm_core::{Image, Sizes, Vm, features};
+#[cfg(feature = "defmt")]
+use defmt_rtt as _;
+use embassy_executor::{SpawnError, SpawnToken, Spawner};
+use embassy_stm32::pac;
+use embassy_stm32::peripherals::IWDG;
+use embassy_stm32::wdg::IndependentWatchdog;
+use embassy_time::{Duration, Timer};
+use static_cell::{ConstStaticCell, StaticCell};
+
+use functions::{Zooid, is_function};
+use id::Id;
+use leds::{Led, Light, LightChannel};
+use log::{error, info, warning};
+
+/// Without food for so long the chip restarts. The watchdog's own clock is between 30 and 50 kHz (data sheet, table 42), so
+/// that it takes 200 to 333 ms; food comes every 100 ms.
+const WATCHDOG_US: u32 = 250_000;
+
+/// Room for what the script prints in a slice; nobody reads it but defmt.
+const LOG_BYTES: usize = if cfg!(feature = "defmt") { 256 } else { 0 };
+
+static TASKS: Liveness = Liveness::new(2);
+static LIGHT: LightChannel = LightChannel::new();
+
+/// What the machine remembers of other robots.
+const SIZES: Sizes = Sizes {
+    neighbors: robot::NEIGHBORS as u8,
+    bearings: robot::BEARINGS != 0,
+    entries: robot::STIGMERGY_ENTRIES as u8,
+    swarms: robot::SWARMS as u8,
+};
+const SLOTS: usize = robot::SLOTS + SIZES.slots();
+type Machine = Vm<Tiny, section::Section, SLOTS>;
+type ScriptTask = Script<Tiny, section::Section, Zooid, SLOTS>;
+
+/// The machine takes no more memory than the robot file promises.
+const _: () = assert!(size_of::<Machine>() <= robot::MEMORY - robot::QUEUE_MEMORY);
+/// It has what scripts are built for.
+const _: () = assert!(robot::MATHS == (features::<Tiny>() & Feature::Maths as u8 != 0));
+
+#[embassy_executor::main]
+async fn main(spawner: Spawner) {
+    let failure = failure::take();
+    let p = embassy_stm32::init(clock::config());
+    clock::feed_radio(p.MCO, p.PA8);
+    // A debugger may stop the core; time stops for the watchdog, too (RM0091 32.9.4).
+    pac::RCC.apb2enr().modify(|w| w.set_dbgmcuen(true));
+    pac::DBGMCU.apb1_fz().modify(|w| w.set_iwdg(true));
+    let mut watchdog = IndependentWatchdog::new(p.IWDG, WATCHDOG_US);
+    watchdog.unleash();
+
+    let led = Led::new(p.TIM1, p.PA10, p.PA11, p.PA9);
+
+    let id = Id::find();
+    let robot_id = id.number();
+    info!("BittyBuzz on {=str}, not tried on hardware", robot::NAME);
+    match id {
+        Id::Assigned(_id) => info!("robot id {=u16}", _id),
+        Id::OfChip(_id) => warning!(
+            "robot id {=u16}, from the chip's unique id: `bbz flash --id` assigns one",
+            _id
+        ),
+    }
+
+    let zooid = Zooid::new(&LIGHT);
+    let pulse = |task| TASKS.pulse(task);
+    static LOG: ConstStaticCell<[u8; LOG_BYTES]> = ConstStaticCell::new([0; LOG_BYTES]);
+    static VM: ConstStaticCell<Machine> = ConstStaticCell::new(Vm::new());
+    static SCRIPT: StaticCell<ScriptTask> = StaticCell::new();
+    let vm = VM.take();
+    vm.equip(SIZES);
+    let script = SCRIPT.init(Script::new(vm, robot_id, zooid, pulse(0), LOG.take()));
+    if let Some(_failure) = failure {
+        error!("restarted after {}: no script runs until power-on", _failure);
+        LIGHT.signal(Light::Stopped);
+    }
+    start(spawner, run_script(script, failure.is_none()));
+    start(spawner, leds::shine(&LIGHT, led, pulse(1)));
+    start(spawner, feed_watchdog(watchdog));
+}
+
+/// Each task is started once: there is a place for it. If there were none, the watchdog would tell.
+fn start<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
+    if let Ok(task) = task {
+        spawner.spawn(task);
+    }
+}
+
+#[embassy_executor::task]
+async fn run_script(script: &'static mut ScriptTask, may_run: bool) -> ! {
+    if may_run {
+        let image = Image::new(section::image());
+        let period = Duration::from_hz(robot::TICK_HZ as u64);
+        // The robot's id makes the random numbers of robots differ.
+        let _ = script.run(image, is_function, 0, period).await;
+        info!("the script has stopped");
+    }
+    script.rest().await
+}
+
+#[embassy_executor::task]
+async fn feed_watchdog(mut watchdog: IndependentWatchdog<'static, IWDG>) -> ! {
+    watchdog.pet();
+    loop {
+        Timer::after(LOOK).await;
+        if TASKS.all_live() {
+            watchdog.pet();
+        } else {
+            error!("no sign of life from task(s) {=u8:b}", TASKS.missing());
+        }
+    }
+}
