@@ -1,0 +1,138 @@
+//! A projector and a robot under it, in floating-point numbers and from the facts, not from the code under test.
+
+#![allow(dead_code, reason = "each test uses its part")]
+
+use bittybuzz_motion::Angle;
+use bittybuzz_motion::projector::{Decoder, READABLE_US};
+use bittybuzz_motion::track::{Pose, Tracker};
+
+/// Seconds of a pattern, and how many make a frame.
+pub const PATTERN: f64 = 333e-6;
+pub const FRAME: f64 = 41.0 * PATTERN;
+
+/// x and y in mm, heading in radians, anticlockwise from x.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Truth {
+    pub x: f64,
+    pub y: f64,
+    pub heading: f64,
+}
+
+/// A generator of noise: xorshift.
+pub struct Noise(pub u64);
+
+impl Noise {
+    /// From 0 to 1.
+    pub fn uniform(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
+/// The projector's pattern `k` at a pixel: white or not (the makers' bitmaps).
+pub fn pattern(k: usize, column: u32, row: u32) -> bool {
+    let gray = |n: u32| n ^ (n / 2);
+    match k {
+        0 => false,
+        1..=10 => gray(column) & (1 << (10 - k)) != 0,
+        11..=20 => gray(row) & (1 << (20 - k)) != 0,
+        _ => true,
+    }
+}
+
+/// The pixel at a place in mm: 883 columns are 812.8 mm, 558 rows 508 mm, and the middle of columns 56 to 967 and of rows
+/// 227 to 796 is the origin.
+pub fn pixel([x, y]: [f64; 2]) -> (u32, u32) {
+    let (column, row) = (511.5 + x * 883.0 / 812.8, 511.5 - y * 558.0 / 508.0);
+    (column.round() as u32, row.round() as u32)
+}
+
+/// Where the photodiodes are: 1 on the right, 2 on the left, 19.6 mm apart.
+pub fn diodes(truth: Truth) -> [[f64; 2]; 2] {
+    let (sin, cos) = truth.heading.sin_cos();
+    [9.8, -9.8].map(|aside| [truth.x + aside * sin, truth.y - aside * cos])
+}
+
+/// The edges that the photodiodes see while the robot moves: time in µs, diode, whether there is light now.
+pub struct Light {
+    levels: [bool; 2],
+    /// Frames that are not shown.
+    lost: f64,
+    /// µs by which an edge is early on average, and may be more or less.
+    jitter: f64,
+    noise: Noise,
+    is_lost: bool,
+    next: f64,
+}
+
+impl Light {
+    pub fn new(lost: f64, jitter: f64, seed: u64) -> Self {
+        let noise = Noise(seed);
+        Light { levels: [false; 2], lost, jitter, noise, is_lost: false, next: 0.0 }
+    }
+
+    /// From one step of 9 µs to the next.
+    pub fn step(&mut self, time: f64, truth: Truth) -> Vec<(u32, usize, bool)> {
+        if time >= self.next {
+            self.is_lost = self.noise.uniform() < self.lost;
+            self.next += FRAME;
+        }
+        let k = ((time.rem_euclid(FRAME)) / PATTERN) as usize;
+        let mut edges = Vec::new();
+        for (diode, place) in diodes(truth).into_iter().enumerate() {
+            let (column, row) = pixel(place);
+            let level = !self.is_lost && pattern(k.min(40), column, row);
+            if level != self.levels[diode] {
+                self.levels[diode] = level;
+                let early = 2.0 * self.noise.uniform() * self.jitter;
+                edges.push(((time * 1e6 - early + 100.0) as u32, diode, level));
+            }
+        }
+        edges
+    }
+}
+
+/// What the firmware does with them: decoders in the interrupts, a tracker in a task.
+pub struct Robot {
+    pub decoders: [Decoder; 2],
+    pub tracker: Tracker,
+    frame: Option<u32>,
+}
+
+impl Robot {
+    pub fn new() -> Self {
+        let decoders = [Decoder::new(); 2];
+        Robot { decoders, tracker: Tracker::new(), frame: None }
+    }
+
+    pub fn edge(&mut self, (at, diode, is_lit): (u32, usize, bool)) {
+        if self.decoders[diode].edge(at, is_lit) && self.frame.is_none() {
+            self.frame = Some(at);
+        }
+    }
+
+    /// Whether a frame was read just now, and its beginning.
+    pub fn task(&mut self, now: u32) -> Option<u32> {
+        let frame = self.frame?;
+        if now.wrapping_sub(frame) < READABLE_US {
+            return None;
+        }
+        self.frame = None;
+        let [right, left] = self.decoders.each_ref().map(|decoder| decoder.pixel(frame));
+        self.tracker.see(frame, right?, left?);
+        Some(frame)
+    }
+}
+
+/// mm and radians by which a pose is off.
+pub fn error(pose: &Pose, truth: Truth) -> (f64, f64) {
+    let (x, y) = (f64::from(pose.x) / 16.0 - truth.x, f64::from(pose.y) / 16.0 - truth.y);
+    let turn = radians(pose.heading) - truth.heading;
+    (x.hypot(y), turn.sin().atan2(turn.cos()))
+}
+
+pub fn radians(angle: Angle) -> f64 {
+    f64::from(angle.0) * std::f64::consts::PI / 32768.0
+}
