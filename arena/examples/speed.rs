@@ -25,11 +25,6 @@ impl Brain for Wanderer {
                 self.nearest = self.nearest.min(distance);
             }
         }
-        if io.outbox.room() > 0 {
-            let id = io.id.0.to_le_bytes();
-            // A full link is no error here: the next tick tries again.
-            let _ = io.outbox.push(&[5, id[0], id[1], 0, 0, 0, 0, 0, 0, 0]);
-        }
         if io.now % 20 == u64::from(io.id.0 % 20)
             && let Actuators::Kilobot(motors) = &mut io.actuators
         {
@@ -39,6 +34,15 @@ impl Brain for Wanderer {
                 _ => (70, 70),
             };
         }
+    }
+
+    fn has_frame(&self) -> bool {
+        true
+    }
+
+    fn next_frame(&mut self, frame: &mut [u8]) -> usize {
+        frame[0] = 5;
+        frame.len()
     }
 }
 

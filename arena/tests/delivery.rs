@@ -5,7 +5,7 @@
 mod common;
 
 use bittybuzz_arena::engine::{
-    Infrared, Loss, Medium, Pose, PushError, RobotId, RobotKind, RobotState, Settings, World,
+    Infrared, Loss, Medium, Pose, RobotId, RobotKind, RobotState, Settings, World,
 };
 use common::*;
 
@@ -165,7 +165,7 @@ fn stopped_and_failed_robots_are_silent_and_deaf() {
     world.resume(a).unwrap();
     run(&mut world, 20);
     assert!(probe(&world, b).heard_from(a) > heard && pose(&world, a) != stopped);
-    // What waited in its link when it was stopped is gone.
+    // What it was about to send when it was stopped it sends when it goes on.
     run(&mut world, 5);
     world.stop(a).unwrap();
     world.brain_mut(a).unwrap().talks = false;
@@ -173,7 +173,7 @@ fn stopped_and_failed_robots_are_silent_and_deaf() {
     let heard = probe(&world, b).heard_from(a);
     world.resume(a).unwrap();
     run(&mut world, 20);
-    assert_eq!(probe(&world, b).heard_from(a), heard);
+    assert_eq!(probe(&world, b).heard_from(a), heard + 1);
     world.fail(b).unwrap();
     world.resume(b).unwrap();
     assert_eq!(world.robot(b).unwrap().state, RobotState::Failed);
@@ -220,28 +220,84 @@ fn frames_are_as_long_as_the_robots_have_them() {
     }
 }
 
-/// The outbox takes what the link takes.
+/// kilolib asks for a message when it begins to send: what a brain learns while it waits for its slot still goes out.
 #[test]
-fn an_outbox_refuses_what_does_not_fit() {
-    use bittybuzz_arena::engine::{Brain, Io};
-    struct Pushes;
-    impl Brain for Pushes {
-        fn tick(&mut self, io: &mut Io<'_>) {
-            assert_eq!(io.outbox.push(&[]), Err(PushError::Length));
-            assert_eq!(io.outbox.push(&[7; 26]), Err(PushError::Length));
-            while io.outbox.room() > 0 {
-                io.outbox.push(&[7; 25]).unwrap();
-            }
-            assert_eq!(io.outbox.push(&[7; 25]), Err(PushError::Full));
+fn frames_are_as_new_as_their_slot() {
+    for kind in [RobotKind::Kilobot, RobotKind::Zooid, RobotKind::Crazyflie] {
+        let mut world = World::new(exact()).unwrap();
+        let a = world.add(kind, Pose::default(), Probe::talking()).unwrap();
+        let b = world.add(kind, Pose::new(80.0, 0.0, 0.0), Probe::default()).unwrap();
+        run(&mut world, 300);
+        let heard = &probe(&world, b).heard;
+        assert!(heard.len() >= 55 && probe(&world, a).given as usize >= heard.len());
+        for said in heard {
+            // Heard in the tick after the one in which it ended; a frame may last across the end of one.
+            let age = said.tick + 1 - said.written();
+            assert!((1..=2).contains(&age), "{kind:?}: {age} ticks old");
         }
     }
-    let mut world = World::new(exact()).unwrap();
-    world.add(RobotKind::Zooid, Pose::default(), Pushes).unwrap();
-    for _ in 0..20 {
-        world.tick();
+}
+
+/// A busy channel takes no frame from a brain.
+#[test]
+fn who_waits_for_the_channel_keeps_its_frame() {
+    let mut world = World::new(busy(5)).unwrap();
+    for i in 0..12 {
+        kilobot(&mut world, (i % 4) as f32 * 40.0, (i / 4) as f32 * 40.0, 0.0, Probe::talking());
     }
-    let sent = world.statistics().link(Medium::Nrf24).sent;
-    assert!((54..=60).contains(&sent), "{sent} of three per tick");
+    run(&mut world, 200);
+    let link = world.statistics().link(Medium::Infrared);
+    let given: u64 = world.ids().map(|id| u64::from(probe(&world, id).given)).sum();
+    assert!(link.postponed > 100 && link.sent == given);
+}
+
+/// A brain that writes too much or nothing.
+#[test]
+fn frames_end_where_the_link_ends_them() {
+    use bittybuzz_arena::engine::{Brain, Io};
+    struct Writes(usize, usize);
+    impl Brain for Writes {
+        fn tick(&mut self, io: &mut Io<'_>) {
+            for frame in io.inbox.iter() {
+                self.1 = frame.bytes.len();
+            }
+        }
+        fn has_frame(&self) -> bool {
+            true
+        }
+        fn next_frame(&mut self, frame: &mut [u8]) -> usize {
+            frame.fill(7);
+            self.0
+        }
+    }
+    for (kind, length, heard) in [
+        (RobotKind::Zooid, 0, None),
+        (RobotKind::Zooid, 3, Some(3)),
+        (RobotKind::Zooid, 26, Some(25)),
+        (RobotKind::Crazyflie, usize::MAX, Some(49)),
+        (RobotKind::Kilobot, 3, Some(10)),
+    ] {
+        let mut world = World::new(exact()).unwrap();
+        world.add(kind, Pose::default(), Writes(length, 0)).unwrap();
+        let b = world.add(kind, Pose::new(80.0, 0.0, 0.0), Writes(0, 0)).unwrap();
+        for _ in 0..20 {
+            world.tick();
+        }
+        assert_eq!(world.brain(b).unwrap().1, heard.unwrap_or(0), "{kind:?} {length}");
+        assert_eq!(world.statistics().all_links().sent > 0, heard.is_some());
+    }
+}
+
+/// More than an hour without a word: times in microseconds do not overflow.
+#[test]
+fn silence_may_last() {
+    let mut world = World::new(exact()).unwrap();
+    let a = kilobot(&mut world, 0.0, 0.0, 0.0, Probe::default());
+    let b = kilobot(&mut world, 60.0, 0.0, 0.0, Probe::default());
+    run(&mut world, 40_000);
+    world.brain_mut(a).unwrap().talks = true;
+    run(&mut world, 10);
+    assert!(probe(&world, b).heard_from(a) >= 1);
 }
 
 #[test]

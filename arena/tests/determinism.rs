@@ -15,6 +15,7 @@ use common::*;
 struct Wanderer {
     stream: Stream,
     memory: u64,
+    unsent: u8,
 }
 
 impl Wanderer {
@@ -38,9 +39,7 @@ impl Brain for Wanderer {
             self.remember(u64::from(pose.x.to_bits()));
         }
         let word = self.memory.to_le_bytes();
-        while io.outbox.room() > 0 {
-            io.outbox.push(&[5, word[0], word[1], word[2]]).unwrap();
-        }
+        self.unsent = 3;
         *io.led = word[3] & 7;
         match &mut io.actuators {
             Actuators::Kilobot(motors) => {
@@ -57,6 +56,19 @@ impl Brain for Wanderer {
                 **flight = Flight::Velocity(velocity);
             }
         }
+    }
+
+    fn has_frame(&self) -> bool {
+        self.unsent > 0
+    }
+
+    fn next_frame(&mut self, frame: &mut [u8]) -> usize {
+        self.unsent -= 1;
+        // When it is asked is part of the trace.
+        self.remember(u64::from(self.unsent));
+        frame[0] = 5;
+        frame[1..4].copy_from_slice(&self.memory.to_le_bytes()[..3]);
+        4
     }
 }
 
@@ -92,7 +104,8 @@ fn trace(seed: u64, threads: usize) -> Vec<u64> {
             1 => RobotKind::Crazyflie,
             _ => RobotKind::Kilobot,
         };
-        let brain = Wanderer { stream: Stream::for_brain(seed, i), memory: u64::from(i) };
+        let brain =
+            Wanderer { stream: Stream::for_brain(seed, i), memory: u64::from(i), unsent: 0 };
         world.add(kind, place(), brain).unwrap();
     }
     (0..40)

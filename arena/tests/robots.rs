@@ -142,3 +142,25 @@ fn messages_of_another_script_are_counted_and_ignored() {
     assert_eq!(same.unusable.foreign, 0);
     assert!(same.values[0].is_some_and(|[_, least, _]| least > 10.0), "{:?}", same.values);
 }
+
+/// A Kilobot sends every fifth step only, and what it says is of the step before, not of when its link was last free.
+#[test]
+fn broadcasts_are_of_the_last_step() {
+    let script = "t = 0\nr = 0\nfunction init() {\n neighbors.listen(\"t\", function(topic, value, robot) {\n \
+                  if(t - value > r) r = t - value\n })\n}\n\
+                  function step() { t = t + 1 neighbors.broadcast(\"t\", t) }\n";
+    let folder = folder("fresh", &[("a.bzz", script)]);
+    for (robot, medium) in [("kilobot", "ir"), ("zooids", "nrf24"), ("crazyflie", "p2p")] {
+        let text = format!(
+            "[world]\nsize = [500, 500]\nduration = 60\n[medium.{medium}]\nloss = 0\n\
+             [[robots]]\nrobot = \"{robot}\"\nscript = \"a.bzz\"\npositions = [[-45, 0], [45, 0]]\n\
+             [output]\nplot = [\"global.r\"]\n"
+        );
+        let summary = script::run(&folder, &text);
+        assert!(summary.statistics.all_links().received >= 200, "{:?}", summary.statistics);
+        // One more where a frame lasts across the end of a tick.
+        let oldest = summary.values[0].map(|[_, _, most]| most);
+        assert!(oldest.is_some_and(|steps| steps <= 1.0), "{robot}: {oldest:?} steps old");
+        assert_eq!(summary.dropped, [0, 0]);
+    }
+}

@@ -4,11 +4,12 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use bittybuzz_arena::scenario::{Scenario, ScenarioError};
 
-/// A folder with the scripts that the scenarios name.
-fn folder() -> PathBuf {
+/// A folder with the scripts that the scenarios name, written before the first test reads it.
+static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("scenario_errors");
     fs::create_dir_all(folder.join("sub")).unwrap();
     fs::write(folder.join("walk.bzz"), "function step() {}\n").unwrap();
@@ -16,11 +17,11 @@ fn folder() -> PathBuf {
     let kilobot = bittybuzz_robots::shipped()[0].1;
     fs::write(folder.join("mine.toml"), kilobot.replace("\"kilobot\"", "\"mine\"")).unwrap();
     folder
-}
+});
 
 fn errors(text: &str, set: &[&str]) -> Vec<ScenarioError> {
     let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
-    Scenario::parse(text, "s.toml", &folder(), &set).err().unwrap_or_default()
+    Scenario::parse(text, "s.toml", &FOLDER, &set).err().unwrap_or_default()
 }
 
 /// `s.toml:3:1: message | help`
@@ -314,7 +315,7 @@ fn set_takes_the_place_of_the_file() {
     let set =
         ["robots.0.count=7", "medium.ir.loss=0.25", "world.seed=9", "body.kilobot.preset=kilombo"];
     let set = set.map(str::to_owned);
-    let scenario = Scenario::parse(BASE, "s.toml", &folder(), &set).unwrap();
+    let scenario = Scenario::parse(BASE, "s.toml", &FOLDER, &set).unwrap();
     assert_eq!(scenario.groups[0].count, 7);
     assert_eq!(scenario.media.ir.loss.map(|loss| loss.far), Some(0.25));
     assert_eq!(scenario.world.seed, 9);

@@ -25,13 +25,8 @@ fn number(stream: &mut Stream) -> f32 {
 impl Brain for Mad {
     fn tick(&mut self, io: &mut Io<'_>) {
         let stream = &mut self.0;
-        let frame = [stream.below(256) as u8; 60];
-        for _ in 0..stream.below(6) {
-            // Refusals are part of the game.
-            let _ = io.outbox.push(&frame[..stream.below(61) as usize]);
-        }
         let longest = io.inbox.iter().map(|frame| frame.bytes.len()).max();
-        assert!(longest.unwrap_or(0) <= io.outbox.frame_bytes());
+        assert!(longest.unwrap_or(0) <= 49);
         assert!(io.sensors.light() <= 1023);
         *io.led = stream.below(256) as u8;
         match &mut io.actuators {
@@ -53,6 +48,16 @@ impl Brain for Mad {
                 };
             }
         }
+    }
+
+    fn has_frame(&self) -> bool {
+        !self.0.clone().chance(0.2)
+    }
+
+    /// Up to twice as long as any frame.
+    fn next_frame(&mut self, frame: &mut [u8]) -> usize {
+        frame.fill(self.0.below(256) as u8);
+        self.0.below(99) as usize
     }
 }
 
@@ -78,7 +83,7 @@ fn settings(seed: u64, stream: &mut Stream) -> Settings {
     settings.infrared.tx_period = [0, 1, 781, u16::MAX][stream.below(4) as usize];
     settings.infrared.clock_sigma = 0.1 * stream.unit();
     settings.nrf24.backoff_us = [1, 100_000][stream.below(2) as usize];
-    settings.p2p.jitter_us = [0, 100_000][stream.below(2) as usize];
+    settings.p2p.pause_us = [[0, 0], [0, 100_000], [100_000; 2]][stream.below(3) as usize];
     settings
 }
 

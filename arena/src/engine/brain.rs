@@ -1,11 +1,9 @@
 //! What an engine asks of a robot's brain, and what it gives to it.
 
-use core::fmt;
-
 use super::body::Actuators;
 use super::geometry::Pose;
 use super::light::{self, Light};
-use super::link::{Heard, Late, Medium, Packet, Queue, Transmission};
+use super::link::{Heard, Late, Transmission};
 use super::ranger::{Side, Sight};
 use super::robot::RobotId;
 
@@ -15,11 +13,32 @@ use super::robot::RobotId;
 pub trait Brain: Send {
     /// Runs one tick of 100 ms.
     fn tick(&mut self, io: &mut Io<'_>);
+
+    /// Whether it has a frame to be sent; asked after each tick and each frame.
+    fn has_frame(&self) -> bool {
+        false
+    }
+
+    /// The channel is free and the link begins to send: writes what is newest now, type byte and payload, and returns how
+    /// many bytes these are; 0 sends nothing after all. `frame` is as long as the link's longest, and all zeros; infrared
+    /// sends all of it.
+    fn next_frame(&mut self, frame: &mut [u8]) -> usize {
+        let _ = frame;
+        0
+    }
 }
 
 impl<B: Brain + ?Sized> Brain for Box<B> {
     fn tick(&mut self, io: &mut Io<'_>) {
         (**self).tick(io);
+    }
+
+    fn has_frame(&self) -> bool {
+        (**self).has_frame()
+    }
+
+    fn next_frame(&mut self, frame: &mut [u8]) -> usize {
+        (**self).next_frame(frame)
     }
 }
 
@@ -32,8 +51,6 @@ pub struct Io<'a> {
     pub now: u64,
     /// What was heard since the last tick.
     pub inbox: Inbox<'a>,
-    /// What is to be sent.
-    pub outbox: Outbox<'a>,
     /// Light and position.
     pub sensors: Sensors<'a>,
     /// Motors keep what they were last told.
@@ -92,60 +109,6 @@ impl<'a> Inbox<'a> {
                 sighting: heard.sighting,
             })
             .chain(late.map(|late| Frame { bytes: late.packet.bytes(), sighting: late.sighting }))
-    }
-}
-
-/// Where frames go that are to be sent. The link sends them when it may; what does not fit waits in the brain.
-#[derive(Debug)]
-pub struct Outbox<'a> {
-    pub(crate) queue: &'a mut Queue,
-    pub(crate) medium: Medium,
-}
-
-/// Why a link did not take a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PushError {
-    /// The link still has earlier frames to send.
-    Full,
-    /// Empty, or longer than the link's frames.
-    Length,
-}
-
-impl fmt::Display for PushError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            PushError::Full => "the link has frames to send",
-            PushError::Length => "the link has no frames of that length",
-        })
-    }
-}
-
-impl core::error::Error for PushError {}
-
-impl Outbox<'_> {
-    /// How many frames the link takes now.
-    #[must_use]
-    pub fn room(&self) -> usize {
-        self.medium.queue() - self.queue.len()
-    }
-
-    /// Longest frame in bytes.
-    #[must_use]
-    pub fn frame_bytes(&self) -> usize {
-        self.medium.frame_bytes()
-    }
-
-    /// Gives a frame (type byte and payload) to the link.
-    pub fn push(&mut self, frame: &[u8]) -> Result<(), PushError> {
-        if frame.is_empty() || frame.len() > self.frame_bytes() {
-            return Err(PushError::Length);
-        }
-        if self.room() == 0 {
-            return Err(PushError::Full);
-        }
-        let padded = if self.medium == Medium::Infrared { self.frame_bytes() } else { 0 };
-        self.queue.push(Packet::new(frame, padded));
-        Ok(())
     }
 }
 

@@ -4,7 +4,7 @@
 //! A tick is 100 ms ([`TICK_US`]), in which
 //! 1. every robot hears the frames of the last tick, and its brain runs;
 //! 2. bodies move, in as many substeps as the fastest needs, and push each other apart;
-//! 3. the links send what the brains gave them, in the order of time, to the microsecond.
+//! 3. the links send, in the order of time, to the microsecond; each takes the frame from the brain when it begins to.
 //!
 //! # Units
 //! Millimetres, radians (anticlockwise positive, in (-pi, pi]), seconds; microseconds inside a tick. The world is a
@@ -61,7 +61,7 @@ pub use body::{
     Actuators, CrazyflieModel, Flight, KilobotModel, KilobotMotors, Positioning, Velocity, Wheels,
     ZooidModel,
 };
-pub use brain::{Brain, Frame, Inbox, Io, Outbox, PushError, Sensors, Sighting};
+pub use brain::{Brain, Frame, Inbox, Io, Sensors, Sighting};
 pub use error::{AddError, SettingsError, UnknownRobot};
 pub use geometry::{Area, Pose, wrap};
 pub use light::{Light, LightId};

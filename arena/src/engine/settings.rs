@@ -76,6 +76,7 @@ impl Settings {
     /// Whether a world can have these numbers.
     pub fn check(&self) -> Result<(), SettingsError> {
         let Settings { kilobot, zooid, crazyflie, .. } = self;
+        let [least, most] = self.p2p.pause_us;
         let length = "a number from 1 to 1e6";
         let positive = "a number greater than 0";
         let not_negative = "0 or more";
@@ -105,7 +106,7 @@ impl Settings {
             ("infrared.clock_sigma", within(self.infrared.clock_sigma, 0.0, 0.1), "0 to 0.1"),
             ("infrared.distance_sigma", not_below_0(self.infrared.distance_sigma), not_negative),
             ("nrf24.backoff_us", (1..=100_000).contains(&self.nrf24.backoff_us), "1 to 100000"),
-            ("p2p.jitter_us", self.p2p.jitter_us <= 100_000, "0 to 100000"),
+            ("p2p.pause_us", least <= most && most <= 100_000, "0 to 100000, the less first"),
         ];
         for (field, holds, must) in checks {
             if !holds {

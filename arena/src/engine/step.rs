@@ -4,7 +4,7 @@ use rayon::ThreadPool;
 use rayon::prelude::*;
 
 use super::TICK;
-use super::brain::{Brain, Inbox, Io, Outbox, Sensors};
+use super::brain::{Brain, Inbox, Io, Sensors};
 use super::geometry::Pose;
 use super::light::Light;
 use super::link::{Attempt, Ether, Heard, Listener, Medium, Moment, Near, Pacing};
@@ -150,7 +150,8 @@ impl<B: Brain> World<B> {
             let air = &mut self.air[index];
             air.turn();
             let count = &mut self.statistics.links[index];
-            self.schedules[index].run(&moment, &mut self.robots, &self.poses, air, count);
+            let (robots, brains) = (&mut self.robots, &mut self.brains);
+            self.schedules[index].run(&moment, robots, brains, &self.poses, air, count);
         }
     }
 }
@@ -214,7 +215,6 @@ fn think(
         &mut scratch.links[medium as usize],
     );
     let estimate = robot.body.estimate().copied();
-    let was_empty = robot.radio.queue.len() == 0;
     brain.tick(&mut Io {
         id,
         now,
@@ -223,7 +223,6 @@ fn think(
             air: ether.air.transmissions(),
             late: late.as_deref(),
         },
-        outbox: Outbox { queue: &mut robot.radio.queue, medium },
         sensors: Sensors {
             id,
             sight: around.sight,
@@ -235,10 +234,10 @@ fn think(
         actuators: robot.body.actuators(),
         led: &mut robot.led,
     });
-    if robot.radio.queue.len() == 0 {
-        return;
-    }
-    if was_empty {
+    if !robot.radio.waits {
+        if !brain.has_frame() {
+            return;
+        }
         let mut stream = Stream::new(around.seed, Purpose::Send, id.0, now);
         robot.radio.plan(medium, around.pacing, &mut stream);
     }

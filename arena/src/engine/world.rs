@@ -281,7 +281,7 @@ impl<B: Brain> World<B> {
                     part.to_bits().hash(&mut digest);
                 }
             }
-            (radio.attempt, radio.queue.len() as u8, *state as u8, led).hash(&mut digest);
+            (radio.attempt, radio.waits, *state as u8, led).hash(&mut digest);
         }
         digest.finish()
     }
@@ -297,7 +297,7 @@ impl<B: Brain> World<B> {
         if robot.state != RobotState::Failed {
             robot.state = state;
             robot.body.halt();
-            robot.radio.queue.clear();
+            robot.radio.waits = false;
             robot.radio.late = None;
         }
         Ok(())

@@ -27,6 +27,11 @@ impl Said {
         u32::from_le_bytes(self.bytes[3..7].try_into().unwrap())
     }
 
+    /// The sender's ticks when the frame began.
+    pub fn written(&self) -> u64 {
+        u64::from(u16::from_le_bytes([self.bytes[7], self.bytes[8]]))
+    }
+
     pub fn distance(&self) -> f32 {
         self.sighting.place.unwrap()[0]
     }
@@ -39,10 +44,13 @@ pub struct Probe {
     pub motors: (i16, i16),
     /// For Crazyflies.
     pub fly: Option<Velocity>,
-    /// Whether it sends whenever the link takes a frame.
+    /// Whether it always has frames to send: a Kilobot one in a tick, others three.
     pub talks: bool,
+    /// Frames that wait.
+    pub waiting: u32,
     /// Frames given to the link.
     pub given: u32,
+    pub id: u16,
     pub heard: Vec<Said>,
     pub light: u16,
     /// Front, left, back, right.
@@ -80,12 +88,9 @@ impl Brain for Probe {
             bytes: frame.bytes.to_vec(),
             sighting: frame.sighting,
         }));
-        while self.talks && io.outbox.room() > 0 {
-            let mut frame = vec![5];
-            frame.extend(io.id.0.to_le_bytes());
-            frame.extend(self.given.to_le_bytes());
-            io.outbox.push(&frame).unwrap();
-            self.given += 1;
+        self.id = io.id.0;
+        if self.talks {
+            self.waiting = if matches!(io.actuators, Actuators::Kilobot(_)) { 1 } else { 3 };
         }
         let (left, right) = self.motors;
         match &mut io.actuators {
@@ -96,6 +101,20 @@ impl Brain for Probe {
             }
         }
         *io.led = (self.heard.len() % 8) as u8;
+    }
+
+    fn has_frame(&self) -> bool {
+        self.waiting > 0
+    }
+
+    fn next_frame(&mut self, frame: &mut [u8]) -> usize {
+        frame[0] = 5;
+        frame[1..3].copy_from_slice(&self.id.to_le_bytes());
+        frame[3..7].copy_from_slice(&self.given.to_le_bytes());
+        frame[7..9].copy_from_slice(&(self.ticks as u16).to_le_bytes());
+        self.given += 1;
+        self.waiting -= 1;
+        9
     }
 }
 

@@ -11,7 +11,7 @@ mod topology;
 pub(crate) use air::{Air, Near};
 pub(crate) use calibration::Calibration;
 pub(crate) use hear::{Ether, Listener};
-pub(crate) use packet::{Heard, Late, Packet, Queue, Transmission};
+pub(crate) use packet::{Heard, Late, Transmission};
 pub(crate) use radio::{Pacing, Radio};
 pub(crate) use schedule::{Attempt, Moment, Schedule};
 pub(crate) use topology::Topology;
@@ -54,17 +54,6 @@ impl Medium {
             Medium::Nrf24 => 200,
             // 62 bytes at 2 Mb/s and settling, 0.29 to 0.42 ms.
             Medium::P2p => 400,
-        }
-    }
-
-    /// How many frames the link takes from a brain in one tick.
-    #[must_use]
-    pub const fn queue(self) -> usize {
-        match self {
-            // kilolib asks for one message when it is about to send.
-            Medium::Infrared => 1,
-            // Three levels of the chip's own queue.
-            Medium::Nrf24 | Medium::P2p => 3,
         }
     }
 }
@@ -156,12 +145,13 @@ impl Nrf24 {
 pub struct P2p {
     /// What all media have.
     pub link: Link,
-    /// A frame leaves a random time up to this after the script gave it, µs.
-    pub jitter_us: u32,
+    /// Before each frame a robot pauses a random time from the first to the second, µs.
+    pub pause_us: [u32; 2],
 }
 
 impl P2p {
-    /// All Crazyflies in a room hear each other. Loss and jitter are choices (nothing is published).
+    /// All Crazyflies in a room hear each other. Loss is a choice (nothing is published); pauses are those of the firmware
+    /// (firmware/runtime/src/mail.rs).
     pub const STANDARD: Self = P2p {
         link: Link {
             range: None,
@@ -169,6 +159,6 @@ impl P2p {
             duplicate: 0.0,
             reorder: 0.0,
         },
-        jitter_us: 5000,
+        pause_us: [2_000, 18_000],
     };
 }

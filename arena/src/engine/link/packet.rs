@@ -7,9 +7,6 @@ use crate::engine::robot::RobotId;
 /// Longest frame of all media.
 const CAPACITY: usize = 49;
 
-/// Most frames that a link keeps.
-const SLOTS: usize = 3;
-
 /// The bytes of a frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Packet {
@@ -18,15 +15,17 @@ pub(crate) struct Packet {
 }
 
 impl Packet {
-    const EMPTY: Packet = Packet { length: 0, bytes: [0; CAPACITY] };
-
-    /// A frame of at least `padded` bytes; the caller has checked its length.
-    pub(crate) fn new(frame: &[u8], padded: usize) -> Self {
-        let mut packet = Packet::EMPTY;
-        let length = frame.len().min(CAPACITY);
-        packet.bytes[..length].copy_from_slice(&frame[..length]);
-        packet.length = length.max(padded).min(CAPACITY) as u8;
-        packet
+    /// What a brain writes for a link of that medium; `None` if it writes nothing.
+    pub(crate) fn of(medium: Medium, write: impl FnOnce(&mut [u8]) -> usize) -> Option<Self> {
+        let mut bytes = [0; CAPACITY];
+        let frame = &mut bytes[..medium.frame_bytes()];
+        let longest = frame.len();
+        let length = match write(frame) {
+            0 => return None,
+            _ if medium == Medium::Infrared => longest,
+            length => length.min(longest),
+        };
+        Some(Packet { length: length as u8, bytes })
     }
 
     pub(crate) fn bytes(&self) -> &[u8] {
@@ -34,44 +33,10 @@ impl Packet {
     }
 }
 
-/// The frames that wait in a robot's link; the oldest first.
-#[derive(Clone, Debug)]
-pub(crate) struct Queue {
-    packets: [Packet; SLOTS],
-    length: u8,
-}
-
-impl Queue {
-    pub(crate) const EMPTY: Queue = Queue { packets: [Packet::EMPTY; SLOTS], length: 0 };
-
-    pub(crate) fn len(&self) -> usize {
-        usize::from(self.length)
-    }
-
-    pub(crate) fn clear(&mut self) {
-        self.length = 0;
-    }
-
-    /// The caller has seen that there is room.
-    pub(crate) fn push(&mut self, packet: Packet) {
-        if let Some(slot) = self.packets.get_mut(usize::from(self.length)) {
-            *slot = packet;
-            self.length += 1;
-        }
-    }
-
-    pub(crate) fn pop(&mut self) -> Option<Packet> {
-        let oldest = *self.packets[..usize::from(self.length)].first()?;
-        self.packets.rotate_left(1);
-        self.length -= 1;
-        Some(oldest)
-    }
-}
-
 const _: () = {
     let mut i = 0;
     while i < Medium::COUNT {
-        assert!(Medium::ALL[i].frame_bytes() <= CAPACITY && Medium::ALL[i].queue() <= SLOTS);
+        assert!(Medium::ALL[i].frame_bytes() <= CAPACITY);
         i += 1;
     }
 };

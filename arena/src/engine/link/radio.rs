@@ -1,6 +1,6 @@
 //! When a robot sends: its link's own clock, pacing and back-off.
 
-use super::packet::{Late, Queue};
+use super::packet::Late;
 use super::{Infrared, Medium, Nrf24, P2p};
 use crate::engine::TICK_US;
 use crate::engine::stream::Stream;
@@ -34,13 +34,14 @@ pub(crate) struct Pacing {
 /// A robot's link. Times are microseconds after the tick's beginning.
 #[derive(Clone, Debug)]
 pub(crate) struct Radio {
-    pub(crate) queue: Queue,
     pub(crate) late: Option<Box<Late>>,
-    /// When it tries to send what waits.
+    /// The brain has a frame for it.
+    pub(crate) waits: bool,
+    /// When it tries to send then.
     pub(crate) attempt: i32,
     /// Earliest time for the next frame.
     ready: i32,
-    /// When in a tick the robot's script gives it frames: robots are switched on at any time.
+    /// When in a tick the robot's script has frames for it: robots are switched on at any time.
     script: i32,
     /// Infrared: the first timer interrupt of this tick.
     interrupt: i32,
@@ -58,11 +59,11 @@ impl Radio {
         let wait = match medium {
             Medium::Infrared => period,
             Medium::Nrf24 => pacing.nrf24.backoff_us,
-            Medium::P2p => pacing.p2p.jitter_us,
+            Medium::P2p => pacing.p2p.pause_us[1],
         };
         Radio {
-            queue: Queue::EMPTY,
             late: None,
+            waits: false,
             attempt: 0,
             ready: 0,
             script: build.below(TICK_US.saturating_sub(wait).max(1)) as i32,
@@ -74,22 +75,23 @@ impl Radio {
     /// Begins the next tick.
     pub(crate) fn turn(&mut self, medium: Medium) {
         let tick = TICK_US as i32;
-        self.attempt -= tick;
+        self.attempt = self.attempt.saturating_sub(tick);
         self.ready = self.ready.saturating_sub(tick).max(-tick);
         if medium == Medium::Infrared {
             self.interrupt = self.timer(tick) - tick;
         }
     }
 
-    /// A frame was put into the empty queue: when will the link first try to send it?
+    /// The brain has a frame, and had none: when will the link first try to send it?
     pub(crate) fn plan(&mut self, medium: Medium, pacing: &Pacing, stream: &mut Stream) {
         let from = self.ready.max(self.script);
+        self.waits = true;
         self.attempt = match medium {
             // A link that was not ready for long had other frames, and the script this one, too: it was waiting.
             Medium::Infrared if self.ready > -self.period => self.timer(self.ready.max(0)),
             Medium::Infrared => self.timer(from),
             Medium::Nrf24 => from + stream.below(pacing.nrf24.backoff_us) as i32,
-            Medium::P2p => from + stream.below(pacing.p2p.jitter_us.max(1)) as i32,
+            Medium::P2p => from + pause(pacing, stream),
         };
     }
 
@@ -131,7 +133,7 @@ impl Radio {
                 self.timer(self.ready)
             }
             Medium::Nrf24 => end + stream.below(pacing.nrf24.backoff_us) as i32,
-            Medium::P2p => end + stream.below(pacing.p2p.jitter_us.max(1)) as i32,
+            Medium::P2p => end + pause(pacing, stream),
         };
         if medium != Medium::Infrared {
             self.ready = end;
@@ -146,6 +148,12 @@ impl Radio {
         }
         self.interrupt + (since + self.period - 1) / self.period * self.period
     }
+}
+
+/// Of a Crazyflie before a frame, µs.
+fn pause(pacing: &Pacing, stream: &mut Stream) -> i32 {
+    let [least, most] = pacing.p2p.pause_us;
+    (least + stream.below((most - least).max(1))) as i32
 }
 
 #[cfg(test)]

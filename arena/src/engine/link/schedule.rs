@@ -6,10 +6,11 @@ use core::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::air::Air;
-use super::packet::Transmission;
+use super::packet::{Packet, Transmission};
 use super::radio::{Pacing, Radio};
 use super::topology::Topology;
 use crate::engine::TICK_US;
+use crate::engine::brain::Brain;
 use crate::engine::geometry::Pose;
 use crate::engine::robot::{Robot, RobotId};
 use crate::engine::statistics::LinkStatistics;
@@ -40,10 +41,11 @@ pub(crate) struct Moment<'a> {
 
 impl Schedule {
     /// Carries out the planned attempts, and those that follow from them.
-    pub(crate) fn run(
+    pub(crate) fn run<B: Brain>(
         &mut self,
         moment: &Moment<'_>,
         robots: &mut [Robot],
+        brains: &mut [B],
         poses: &[Pose],
         air: &mut Air,
         count: &mut LinkStatistics,
@@ -60,7 +62,12 @@ impl Schedule {
             let attempt =
                 if first { planned.next() } else { self.again.pop().map(|Reverse(again)| again) };
             let Some(attempt) = attempt else { break };
-            if let Some(next) = carry_out(attempt, moment, robots, poses, air, count) {
+            let index = usize::from(attempt.robot.0);
+            let (Some(robot), Some(brain)) = (robots.get_mut(index), brains.get_mut(index)) else {
+                continue;
+            };
+            if let Some(next) = carry_out(attempt, moment, robot, brain, &poses[index], air, count)
+            {
                 self.again.push(Reverse(next));
             }
         }
@@ -71,14 +78,13 @@ impl Schedule {
 fn carry_out(
     Attempt { at, robot }: Attempt,
     moment: &Moment<'_>,
-    robots: &mut [Robot],
-    poses: &[Pose],
+    Robot { radio, body, .. }: &mut Robot,
+    brain: &mut impl Brain,
+    pose: &Pose,
     air: &mut Air,
     count: &mut LinkStatistics,
 ) -> Option<Attempt> {
     let medium = air.medium;
-    let Robot { radio, body, .. } = robots.get_mut(usize::from(robot.0))?;
-    let pose = &poses[usize::from(robot.0)];
     let moment_us = moment.now * u64::from(TICK_US) + at.max(0) as u64;
     let mut stream = Stream::new(moment.seed, Purpose::BackOff, robot.0, moment_us);
     let busy = Radio::senses(medium, at)
@@ -87,13 +93,15 @@ fn carry_out(
         count.postponed += 1;
         radio.back_off(medium, busy, moment.pacing, &mut stream);
     } else {
-        let packet = radio.queue.pop()?;
+        let packet = Packet::of(medium, |frame| brain.next_frame(frame));
+        radio.waits = packet.is_some() && brain.has_frame();
+        let packet = packet?;
         count.sent += 1;
         let claim = body.estimate().map(|pose| [pose.x, pose.y, pose.z]);
         let Pose { x, y, z, .. } = *pose;
         air.send(Transmission { start: at, from: robot, x, y, z, claim, packet });
         radio.sent(medium, moment.pacing, &mut stream);
-        if radio.queue.len() == 0 {
+        if !radio.waits {
             return None;
         }
     }

@@ -57,6 +57,8 @@ struct Scripted<
     outbox: Outbox<P, FRAME, OUT>,
     /// A frame may be in the inbox. Most ticks there is none, and the queue's memory need not be looked at.
     has_mail: bool,
+    /// A frame is in the outbox.
+    has_unsent: bool,
 }
 
 /// Instructions that a robot executes in a tick, about: an instruction takes some 150 cycles of the ATmega328P at 8 MHz,
@@ -246,7 +248,8 @@ fn load<
     seed: u32,
 ) -> Loaded<'p, P, SLOTS, FRAME, IN, OUT> {
     let (inbox, outbox) = (Inbox::new(Sighting::default()), Outbox::new());
-    let mut scripted = Box::new(Scripted { vm: Vm::new(), inbox, outbox, has_mail: false });
+    let mut scripted =
+        Box::new(Scripted { vm: Vm::new(), inbox, outbox, has_mail: false, has_unsent: false });
     let vm = &mut scripted.vm;
     vm.equip(cast.sizes);
     vm.load_limited(Image::new(cast.image), cast.slots, |hash| cast.has_function(hash))?;
@@ -263,6 +266,22 @@ impl Brain for Robot<'_> {
         }
         if let Actuators::Crazyflie(flight) = &mut io.actuators {
             **flight = self.state.pilot.fly(io.sensors.estimate());
+        }
+    }
+
+    fn has_frame(&self) -> bool {
+        match &self.machine {
+            Machine::Kilobot(of) => of.has_unsent,
+            Machine::Zooid(of) => of.has_unsent,
+            Machine::Crazyflie(of) => of.has_unsent,
+        }
+    }
+
+    fn next_frame(&mut self, frame: &mut [u8]) -> usize {
+        match &mut self.machine {
+            Machine::Kilobot(of) => of.next_frame(frame),
+            Machine::Zooid(of) => of.next_frame(frame),
+            Machine::Crazyflie(of) => of.next_frame(frame),
         }
     }
 }
@@ -288,18 +307,23 @@ impl<P: Profile, const SLOTS: usize, const FRAME: usize, const IN: usize, const 
             self.has_mail = true;
         }
         self.run(state, io, budget);
-        while io.outbox.room() > 0
-            && let Some(frame) = self.outbox.pop()
-        {
-            // There is room, and no frame of the machine is longer than the link's.
-            let _ = io.outbox.push(frame);
-        }
+    }
+
+    fn next_frame(&mut self, frame: &mut [u8]) -> usize {
+        // No frame of the machine is longer than the link's.
+        let length = self.outbox.pop().map_or(0, |next| {
+            frame.iter_mut().zip(next).for_each(|(to, from)| *to = *from);
+            next.len()
+        });
+        self.has_unsent = !self.outbox.is_empty();
+        length
     }
 
     /// Runs a tick: global code and `init` in the first, then a step in each, unless one takes longer.
     fn run(&mut self, state: &mut State<'_>, io: &mut Io<'_>, budget: u16) {
-        let Scripted { vm, inbox, outbox, has_mail } = self;
-        let mut platform = Platform { deck: Deck { io, state }, inbox, outbox, has_mail };
+        let Scripted { vm, inbox, outbox, has_mail, has_unsent } = self;
+        let mut platform =
+            Platform { deck: Deck { io, state }, inbox, outbox, has_mail, has_unsent };
         loop {
             let stage = platform.deck.state.stage;
             let entry = match stage {

@@ -25,6 +25,8 @@ pub struct Platform<'a, 'io, 'p, P: Profile, const FRAME: usize, const IN: usize
     pub outbox: &'a mut Outbox<P, FRAME, OUT>,
     /// A frame may be in the inbox.
     pub has_mail: &'a mut bool,
+    /// A frame is in the outbox.
+    pub has_unsent: &'a mut bool,
 }
 
 impl Deck<'_, '_, '_> {
@@ -112,5 +114,6 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Host<P>
 
     fn send(&mut self, frame: &[u8]) {
         self.outbox.push(frame);
+        *self.has_unsent = true;
     }
 }
