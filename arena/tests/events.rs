@@ -182,3 +182,49 @@ fn events_happen_in_the_order_of_time_and_then_of_the_file() {
     let parsed = parsed.unwrap_or_else(|errors| panic!("{errors:?}"));
     assert!(parsed.events.windows(2).all(|pair| pair[0].at <= pair[1].at));
 }
+
+/// Failed, stopped, faulted and running robots begin anew where they are, with new dice; their motors are off at first.
+#[test]
+fn restarted_robots_begin_anew() {
+    let events = "[[event]]\nat = 5\nfail = 1\n[[event]]\nat = 10\nrestart = 1\n\
+                  [[event]]\nat = 20\nstop = 1\n[[event]]\nat = 22\nrestart = \"all\"\n";
+    let trace = trace(&here("restart"), events);
+    assert_eq!((trace.steps[at(5.0)], trace.steps[at(9.9)]), (Some(49.0), Some(49.0)));
+    assert_eq!(trace.states[at(9.9)], Some(RobotState::Failed));
+    // Global code and init in the first tick, then a step in each.
+    assert_eq!((trace.steps[at(10.1)], trace.steps[at(11.1)]), (Some(0.0), Some(10.0)));
+    assert_eq!(trace.states[at(10.1)], Some(RobotState::Running));
+    assert_eq!((trace.steps[at(22.1)], trace.steps[at(30.0)]), (Some(0.0), Some(79.0)));
+    let [from, to] = [at(9.9), at(10.1)].map(|at| trace.places[at]);
+    assert_eq!(from, to, "it is where it was");
+    // It hears the other one again.
+    assert!(trace.heard[at(20.0)] > Some(10.0), "{:?}", trace.heard[at(20.0)]);
+}
+
+#[test]
+fn restarted_scripts_throw_other_dice_and_their_faults_stay_counted() {
+    let script = "dice = -1\nfunction init() { dice = math.rng.uniform(0, 30000) log(dice) }\n\
+                  function step() { if(id == 1) dice.x = 1 }\n";
+    let folder = folder("restart_fault", &[("dice.bzz", script)]);
+    let text = "[world]\nsize = [1000, 1000]\nduration = 3\n\
+                [[robots]]\nrobot = \"kilobot\"\nscript = \"dice.bzz\"\npositions = [[-30, 0], [30, 0]]\n\
+                [[robots]]\nname = \"away\"\nrobot = \"kilobot\"\nscript = \"dice.bzz\"\npresent = false\n\
+                [[event]]\nat = 2\nrestart = \"all\"\n[output]\nplot = [\"global.dice\"]\n";
+    let mut dice = Vec::new();
+    let mut lines = 0;
+    let summary = run_with(&folder, text, 1, |simulation| {
+        let probe = &simulation.setup().plots()[0];
+        dice.extend(simulation.read(probe, 0).number());
+        assert!(simulation.view(2).is_none(), "who has not joined is not restarted");
+        // Nobody looks for a while: what was logged before the restart is still there.
+        if simulation.now() > 25 {
+            lines += simulation.take_log().len();
+        }
+    });
+    dice.dedup();
+    assert_eq!(dice.len(), 2, "{dice:?}");
+    assert_eq!(lines, 4);
+    let times: Vec<(usize, u64)> =
+        summary.faults.iter().map(|fault| (fault.robot, fault.record.tick)).collect();
+    assert_eq!(times, [(1, 1), (1, 21)]);
+}

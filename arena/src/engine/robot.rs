@@ -38,7 +38,7 @@ pub enum RobotState {
     Running,
     /// Stopped: no motors, no link, no brain, until it is resumed.
     Stopped,
-    /// Failed for ever. Its body stays where it is.
+    /// Failed, until it is restarted. Its body stays where it is.
     Failed,
 }
 

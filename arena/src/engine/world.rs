@@ -172,7 +172,7 @@ impl<B: Brain> World<B> {
         self.topology.heal();
     }
 
-    /// The robot fails for ever; its body stays.
+    /// The robot fails; its body stays, and nothing but a [`restart`](Self::restart) brings it back.
     pub fn fail(&mut self, id: RobotId) -> Result<(), UnknownRobot> {
         self.silence(id, RobotState::Failed)
     }
@@ -190,6 +190,19 @@ impl<B: Brain> World<B> {
             *state = RobotState::Running;
         }
         Ok(())
+    }
+
+    /// Switches a robot off and on, whatever its state: it runs, where it is, with another brain and its motors off. What is
+    /// of its body stays, such as the gains of its motors. Returns the brain that it had.
+    pub fn restart(&mut self, id: RobotId, brain: B) -> Result<B, UnknownRobot> {
+        let index = self.index(id)?;
+        let robot = &mut self.robots[index];
+        robot.state = RobotState::Running;
+        robot.led = 0;
+        robot.body.restart();
+        robot.radio.silence();
+        self.place(index, self.poses[index]);
+        Ok(core::mem::replace(&mut self.brains[index], brain))
     }
 
     /// Takes a robot somewhere else. A place outside of the world becomes the nearest inside.
@@ -297,8 +310,7 @@ impl<B: Brain> World<B> {
         if robot.state != RobotState::Failed {
             robot.state = state;
             robot.body.halt();
-            robot.radio.waits = false;
-            robot.radio.late = None;
+            robot.radio.silence();
         }
         Ok(())
     }

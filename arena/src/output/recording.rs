@@ -61,7 +61,7 @@ pub enum State {
     Running = 0,
     /// Stopped by an event.
     Stopped = 1,
-    /// Failed for ever.
+    /// Failed.
     Failed = 2,
     /// Its script had an error.
     Faulted = 3,

@@ -51,12 +51,15 @@ impl Happenings {
         Some(event)
     }
 
-    /// Makes it happen; the robots that are to join.
+    /// Makes it happen; the robots whose scripts are to begin.
     pub fn act(&mut self, event: &Event, world: &mut World<Robot<'_>>) -> Vec<usize> {
         match &event.action {
             Action::Fail(robots) => self.each(robots, |id| world.fail(id)),
             Action::Stop(robots) => self.each(robots, |id| world.stop(id)),
             Action::Resume(robots) => self.each(robots, |id| world.resume(id)),
+            Action::Restart(robots) => {
+                return robots.iter().filter(|number| self.id(*number).is_some()).collect();
+            }
             Action::Join(robots) => {
                 return robots.iter().filter(|number| self.id(*number).is_none()).collect();
             }

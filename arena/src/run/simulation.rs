@@ -22,6 +22,8 @@ pub struct Simulation<'p> {
     seed: u32,
     convergences: Vec<Convergence>,
     faults: Vec<FaultOf>,
+    /// What robots had counted that were restarted.
+    past: Past,
     /// A robot has logged something or stopped in the last tick.
     has_news: bool,
     end: u64,
@@ -53,6 +55,7 @@ impl<'p> Simulation<'p> {
             seed,
             convergences: vec![Convergence::START; setup.expects().len()],
             faults: Vec::new(),
+            past: Past::default(),
             has_news: false,
             end: tick_at(scenario.world.duration),
         };
@@ -60,7 +63,7 @@ impl<'p> Simulation<'p> {
         for group in &scenario.groups {
             for _ in 0..group.count {
                 if group.present {
-                    simulation.join(number);
+                    simulation.start(number);
                 }
                 number += 1;
             }
@@ -98,7 +101,7 @@ impl<'p> Simulation<'p> {
     pub fn tick(&mut self) {
         while let Some(event) = self.happenings.due(self.setup.scenario, self.world.now()) {
             for number in self.happenings.act(event, &mut self.world) {
-                self.join(number);
+                self.start(number);
             }
             self.happenings.settle(&mut self.world);
         }
@@ -155,19 +158,15 @@ impl<'p> Simulation<'p> {
     pub fn summary(&self) -> Summary {
         let ids = (0..self.happenings.count()).filter_map(|number| self.happenings.id(number));
         let brains = ids.filter_map(|id| self.world.brain(id));
+        let Past { unusable, dropped } = brains.fold(self.past, Past::add);
         Summary {
             seed: self.seed,
             ticks: self.world.now(),
             robots: self.world.len(),
             convergences: self.convergences.clone(),
             statistics: *self.world.statistics(),
-            unusable: brains
-                .clone()
-                .fold(Unusable::default(), |sum, robot| sum.add(robot.counters())),
-            dropped: brains.fold([0, 0], |[heard, sent], robot| {
-                let [from_inbox, from_outbox] = robot.dropped().map(u64::from);
-                [heard + from_inbox, sent + from_outbox]
-            }),
+            unusable,
+            dropped,
             faults: self.faults.clone(),
             values: self.setup.plots().iter().map(|probe| self.spread(probe)).collect(),
         }
@@ -181,18 +180,34 @@ impl<'p> Simulation<'p> {
         Some([of(Reduction::Mean)?, of(Reduction::Min)?, of(Reduction::Max)?])
     }
 
-    fn join(&mut self, number: usize) {
+    /// A robot is switched on: one that is there already, off before.
+    fn start(&mut self, number: usize) {
         let (group, _) = group_of(self.setup.scenario, number);
         let (Some(of), Some(cast)) = (self.setup.scenario.groups.get(group), self.casts.get(group))
         else {
             return;
         };
+        let there = self.happenings.id(number);
+        // Whoever is switched on anew throws other dice.
+        let seed = match there {
+            Some(_) => self.seed ^ (self.world.now() as u32 + 1).wrapping_mul(0x9e37_79b9),
+            None => self.seed,
+        };
         // The image was loaded before: it is not refused now.
-        let Ok(robot) = Robot::new(cast, self.setup.id(number), self.seed) else { return };
-        let pose = self.happenings.start_of(number);
-        if let Ok(id) = self.world.add(kind(of.body), pose, robot) {
-            self.happenings.joined(number, id);
+        let Ok(mut robot) = Robot::new(cast, self.setup.id(number), seed) else { return };
+        let Some(id) = there else {
+            let pose = self.happenings.start_of(number);
+            if let Ok(id) = self.world.add(kind(of.body), pose, robot) {
+                self.happenings.joined(number, id);
+            }
+            return;
+        };
+        if let Some(old) = self.world.brain_mut(id) {
+            self.past = self.past.add(old);
+            robot.adopt_log(old);
         }
+        // The world knows everybody who is there.
+        let _ = self.world.restart(id, robot);
     }
 
     /// Looks for new faults, if a robot has told of news.
@@ -221,6 +236,24 @@ impl<'p> Simulation<'p> {
             if let Some(convergence) = self.convergences.get_mut(index) {
                 bound.follow(convergence, tick, is_true);
             }
+        }
+    }
+}
+
+/// What robots count for the summary.
+#[derive(Debug, Clone, Copy, Default)]
+struct Past {
+    unusable: Unusable,
+    dropped: [u64; 2],
+}
+
+impl Past {
+    fn add(self, robot: &Robot<'_>) -> Self {
+        let [heard, sent] = self.dropped;
+        let [from_inbox, from_outbox] = robot.dropped().map(u64::from);
+        Past {
+            unusable: self.unusable.add(robot.counters()),
+            dropped: [heard + from_inbox, sent + from_outbox],
         }
     }
 }

@@ -22,12 +22,14 @@ pub struct Event {
 /// What happens.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Action {
-    /// The robots fail for ever.
+    /// The robots fail: no motor, no frame, no step.
     Fail(Selection),
     /// The robots stop: no motor, no frame, no step.
     Stop(Selection),
     /// Stopped robots go on where they were.
     Resume(Selection),
+    /// The robots are switched off and on.
+    Restart(Selection),
     /// Robots that were not there from the start come.
     Join(Selection),
     /// The robots are moved.
@@ -66,6 +68,7 @@ const ACTIONS: &[&str] = &[
     "fail",
     "stop",
     "resume",
+    "restart",
     "join",
     "move",
     "light",
@@ -103,6 +106,7 @@ pub fn read(
         "fail" => Action::Fail(census.select(&entry)?),
         "stop" => Action::Stop(census.select(&entry)?),
         "resume" => Action::Resume(census.select(&entry)?),
+        "restart" => Action::Restart(census.select(&entry)?),
         "join" => Action::Join(census.select(&entry)?),
         "move" => moved(section, census.select(&entry), world)?,
         "light" => Action::Light(lights(&entry, world)?),

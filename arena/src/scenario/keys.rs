@@ -187,9 +187,10 @@ pub const SECTIONS: &[SectionKeys] = &[
         name: EVENT,
         keys: keys![
             "at" "number" "" "when, in seconds; before the robots act at that time",
-            "fail" "robots" "" "they fail for ever: no motor, no frame, no step",
+            "fail" "robots" "" "they fail: no motor, no frame, no step, until they are restarted",
             "stop" "robots" "" "no motor, no frame, no step, until they resume",
             "resume" "robots" "" "stopped robots go on where they were",
+            "restart" "robots" "" "they are switched off and on where they are: their scripts begin anew",
             "join" "robots" "" "robots that were not `present` come and start their scripts",
             "move" "robots" "" "they are moved",
             "to" "[x, y]" "" "move: where their middle comes to, in mm",

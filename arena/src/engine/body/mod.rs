@@ -137,6 +137,14 @@ impl Body {
         }
     }
 
+    /// As after power-on: motors off, and nothing is known of where it is.
+    pub(crate) fn restart(&mut self) {
+        match self {
+            Body::Crazyflie(body) => *body = Crazyflie::new(),
+            Body::Kilobot(_) | Body::Zooid(_) => self.halt(),
+        }
+    }
+
     /// Moves for one substep.
     pub(crate) fn advance(&mut self, pose: &mut Pose, models: &Models) {
         match self {

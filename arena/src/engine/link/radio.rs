@@ -72,6 +72,12 @@ impl Radio {
         }
     }
 
+    /// Forgets what was to be sent and what is to arrive.
+    pub(crate) fn silence(&mut self) {
+        self.waits = false;
+        self.late = None;
+    }
+
     /// Begins the next tick.
     pub(crate) fn turn(&mut self, medium: Medium) {
         let tick = TICK_US as i32;

@@ -157,6 +157,11 @@ impl<'p> Robot<'p> {
         }
     }
 
+    /// Takes over what another robot has logged.
+    pub fn adopt_log(&mut self, other: &mut Self) {
+        self.state.logged.append(&mut other.state.logged);
+    }
+
     /// Takes what it has logged.
     pub fn take_log(&mut self) -> Vec<LogLine> {
         std::mem::take(&mut self.state.logged)
