@@ -4,7 +4,7 @@
 
 use crate::message::FRAGMENTS_MAX;
 use crate::number::Profile;
-use crate::value::Value;
+use crate::value::{Tag, Value};
 
 /// How much a machine remembers of other robots. What is 0 is left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,7 +42,7 @@ impl Sizes {
 
     /// Slots of a neighbour: robot, distance; azimuth, elevation.
     pub(crate) const fn neighbor(&self) -> usize {
-        if self.bearings { 4 } else { 2 }
+        2 + 2 * self.bearings as usize
     }
 }
 
@@ -54,6 +54,15 @@ pub struct Sighting<P: Profile> {
     /// Distance in mm, azimuth and elevation in radians as the receiver sees the sender: 0 ahead, anticlockwise and up
     /// positive; floats. `None` where it is not known.
     pub place: Option<[Value<P>; 3]>,
+}
+
+impl<P: Profile> Sighting<P> {
+    /// Of a link that knows how far the sender is, a float in mm, but not in which direction.
+    #[inline]
+    pub fn at(distance: Value<P>) -> Self {
+        let zero = Value::new(Tag::FLOAT, P::ZERO);
+        Sighting { robot: None, place: Some([distance, zero, zero]) }
+    }
 }
 
 impl<P: Profile> Default for Sighting<P> {
@@ -115,8 +124,18 @@ pub(crate) struct Protocol<P: Profile> {
     pub(crate) sizes: Sizes,
     /// How many stigmergies the script has created.
     pub(crate) stigmergies: u8,
-    /// The place of the neighbour that was heard last.
+    /// Number of the step, on which neighbours are forgotten.
+    pub(crate) step: u8,
+    /// 1 + the place of the neighbour that was heard last: often the next message comes from the one behind it.
     pub(crate) heard: u8,
+    /// The script has created a swarm or a stigmergy.
+    pub(crate) shares: bool,
+    /// An entry or a swarm is to be sent when the entry point that is running returns.
+    pub(crate) has_news: bool,
+    /// How many messages this step may still take.
+    pub(crate) messages_left: u8,
+    /// The handler of a conflict runs.
+    pub(crate) in_conflict: bool,
     /// Steps since the last frame with the robot's own id.
     pub(crate) silent: u8,
     /// Steps between two advertisements of entries.
@@ -159,7 +178,12 @@ impl<P: Profile> Protocol<P> {
     pub(crate) const EMPTY: Self = Protocol {
         sizes: Sizes::NONE,
         stigmergies: 0,
+        step: 0,
         heard: 0,
+        shares: false,
+        has_news: false,
+        messages_left: 0,
+        in_conflict: false,
         silent: 0,
         interval: 0,
         countdown: 0,
@@ -178,6 +202,17 @@ impl<P: Profile> Protocol<P> {
             content: P::Content::ZERO,
         },
     };
+
+    /// Forgets what was heard and said with another script. What only delays a message may stay.
+    pub(crate) fn forget(&mut self) {
+        self.stigmergies = 0;
+        self.heard = 0;
+        self.shares = false;
+        self.has_news = false;
+        self.in_conflict = false;
+        self.newest = 0;
+        self.assembly.steps_left = 0;
+    }
 
     pub(crate) fn count(&mut self, which: Count) {
         if let Some(counter) = self.counters.get_mut(which as usize) {

@@ -128,8 +128,10 @@ fn count_all<P: Profile, C: ByteCode>(
 ) -> Result<(), (Mark, u32)> {
     meter.count(|| ());
     meter.count(|| load(vm, image)).map_err(|()| (Mark::Refused, 0))?;
-    let sightings = core::array::from_fn(|number| sighting(number as u8));
-    let mut robot = Robot { frame: P::Frame::ZERO, length: 0, coming: 0, sightings };
+    // How far they are is the link's work to find out.
+    let distances = core::array::from_fn(|number| Value::float_from_int(10 * (number as i32 + 1)));
+    let frames = [P::Frame::ZERO; NEIGHBORS as usize];
+    let mut robot = Robot { frames, length: 0, coming: 0, distances };
     enter(vm, Entry::Global, &mut robot)?;
     enter(vm, Entry::Init, &mut robot)?;
     approach(vm, &mut robot);
@@ -143,16 +145,21 @@ fn count_all<P: Profile, C: ByteCode>(
 
 /// All neighbours come into sight, and what they have sent waits.
 fn approach<P: Profile, C: ByteCode>(vm: &mut Machine<P, C>, robot: &mut Robot<P>) {
-    for (robot, sighting) in (FIRST_NEIGHBOR..).zip(&robot.sightings) {
-        vm.meet(robot, sighting, u8::MAX);
+    for (robot, distance) in (FIRST_NEIGHBOR..).zip(&robot.distances) {
+        vm.meet(robot, &Sighting::at(*distance), u8::MAX);
     }
     robot.coming = NEIGHBORS;
-}
-
-/// How far that neighbour is.
-fn sighting<P: Profile>(number: u8) -> Sighting<P> {
-    let distance = i32::from(10 * (number + 1));
-    Sighting { robot: None, place: Some([distance, 0, 0].map(Value::float_from_int)) }
+    let Some(sent) = robot.frames.first().copied() else { return };
+    for (number, frame) in (0..).zip(&mut robot.frames) {
+        *frame = sent;
+        // The sender, and the integer behind the topic (docs/wire-format.md).
+        if let [_, low, high, rest @ ..] = frame.as_mut() {
+            [*low, *high] = (FIRST_NEIGHBOR + u16::from(number)).to_le_bytes();
+            if let Some(byte) = rest.get_mut(P::WORD_BYTES) {
+                *byte = number;
+            }
+        }
+    }
 }
 
 #[inline(never)]
@@ -197,14 +204,14 @@ fn result<P: Profile>(value: Value<P>) -> (Mark, u32) {
 
 /// A robot whose functions do nothing, and what its neighbours send.
 struct Robot<P: Profile> {
-    /// What the script has broadcast last.
-    frame: P::Frame,
+    /// What they send: the first of them what the script has broadcast last.
+    frames: [P::Frame; NEIGHBORS as usize],
     /// Its length, 0 if there was none.
     length: usize,
     /// How many neighbours have still to send it.
     coming: u8,
-    /// Where they are: it is the link's work to find out.
-    sightings: [Sighting<P>; NEIGHBORS as usize],
+    /// How far they are, floats in mm.
+    distances: [Value<P>; NEIGHBORS as usize],
 }
 
 impl<P: Profile> Host<P> for Robot<P> {
@@ -239,24 +246,18 @@ impl<P: Profile> Host<P> for Robot<P> {
         }
         let number = NEIGHBORS - self.coming;
         self.coming -= 1;
-        for (to, from) in frame.iter_mut().zip(self.frame.as_ref()) {
-            *to = *from;
-        }
-        // The sender, and the integer behind the topic (docs/wire-format.md).
-        if let [_, low, high, rest @ ..] = frame {
-            [*low, *high] = (FIRST_NEIGHBOR + u16::from(number)).to_le_bytes();
-            if let Some(byte) = rest.get_mut(P::WORD_BYTES) {
-                *byte = number;
-            }
-        }
-        let sighting = self.sightings.get(usize::from(number))?;
-        Some((self.length, *sighting))
+        let sent = self.frames.get(usize::from(number))?;
+        frame.get_mut(..sent.as_ref().len())?.copy_from_slice(sent.as_ref());
+        let distance = self.distances.get(usize::from(number))?;
+        Some((self.length, Sighting::at(*distance)))
     }
 
     fn send(&mut self, frame: &[u8]) {
         self.length = frame.len();
-        for (to, from) in self.frame.as_mut().iter_mut().zip(frame) {
-            *to = *from;
+        if let Some(sent) = self.frames.first_mut() {
+            for (to, from) in sent.as_mut().iter_mut().zip(frame) {
+                *to = *from;
+            }
         }
     }
 }

@@ -42,6 +42,24 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         Ok(Value::indexed(Tag::TABLE, cell as u16))
     }
 
+    /// A new table with the values of three slots, from `first` on, under constant strings.
+    #[cfg(feature = "swarm")]
+    #[inline(never)]
+    pub(crate) fn new_record(&mut self, keys: [u16; 3], first: usize) -> Result<Value<P>, NoCell> {
+        let table = self.new_table()?;
+        let more = self.take_cell()?.get();
+        self.set_link(table.index(), more);
+        let pairs = [table.index() + HEAD, table.index() + HEAD + 2, more + 1];
+        for ((key, pair), from) in keys.into_iter().zip(pairs).zip(first..) {
+            // A key without a value is none.
+            if !self.get(from).is_nil() {
+                self.set(pair, Value::string(key));
+                self.copy(from, pair + 1);
+            }
+        }
+        Ok(table)
+    }
+
     #[inline(always)]
     fn array_length(&self, table: usize) -> usize {
         self.index_at(table + LENGTH)
@@ -100,8 +118,14 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         {
             return self.get(self.array_slot(table, index));
         }
+        self.pair(table, key)
+    }
+
+    /// The value under a key that is no integer (normalised), nil if there is none.
+    #[inline(never)]
+    pub(crate) fn pair(&self, table: usize, key: Value<P>) -> Value<P> {
         let slot = self.find_pair(table, key);
-        if slot == 0 { Value::nil() } else { self.get(slot + 1) }
+        if slot == 0 { Value::nil() } else { self.get_fast(slot + 1) }
     }
 
     /// Stores a value under a key (normalised, not nil); nil removes. Changes nothing if it fails, and cannot fail

@@ -75,7 +75,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.audit_value(arena.get(slot))?;
         }
         for entry in 0..usize::from(self.sizes().entries) {
-            let at = usize::from(self.others) + entry * ENTRY;
+            let at = self.entries_at() + entry * ENTRY;
             self.audit_value(arena.get(at))?;
             self.audit_value(arena.get(at + 1))?;
         }

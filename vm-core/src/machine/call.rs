@@ -40,6 +40,35 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.set_fast(usize::from(self.fp).wrapping_add_signed(number), value);
     }
 
+    /// Calls a callback with the `count` arguments on top.
+    #[inline(never)]
+    pub(super) fn call_back<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        callee: Value<P>,
+        count: u8,
+    ) -> Result<(), Stopped> {
+        // The usual: it captures nothing, has as many parameters as there are arguments, and its room is there. By itself
+        // this path needs few registers, which an AVR would have to save.
+        if callee.is(Tag::FUNCTION)
+            && let Some(program) = &self.program
+        {
+            let position = program.function(callee.index() as u16);
+            let fp = usize::from(self.sp);
+            let room = usize::from(program.code.byte(position.wrapping_add(1)));
+            let limit = fp.wrapping_add(1).wrapping_add(room);
+            if program.code.byte(position) == count && limit <= usize::from(self.arena.reserved) {
+                let caller = record(fp.wrapping_sub(usize::from(self.fp)), usize::from(self.pc));
+                self.arena.set_fast(fp, caller);
+                self.fp = fp as u16;
+                self.sp = fp.wrapping_add(1) as u16;
+                self.pc = position.wrapping_add(2) as u16;
+                return Ok(());
+            }
+        }
+        self.call(host, callee, count, 0)
+    }
+
     /// Calls `callee` with the `count` arguments on top. `below` slots, the callee's and perhaps its self's, are taken out
     /// from under the arguments.
     #[inline(never)]
@@ -197,8 +226,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     #[inline(never)]
     pub(super) fn leave_frame(&mut self, count: u8, result: Value<P>) {
         let (pc, outer) = self.caller(usize::from(self.fp));
-        self.sp = self.fp.wrapping_sub(u16::from(count));
-        self.push(result);
+        let at = self.fp.wrapping_sub(u16::from(count));
+        self.arena.set_fast(usize::from(at), result);
+        self.sp = at.wrapping_add(1);
         self.fp = outer as u16;
         self.pc = pc as u16;
     }

@@ -73,6 +73,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     return Ok(Flow::Continue);
                 }
                 budget -= 1;
+                #[cfg(feature = "swarm")]
+                if pc == Native::MESSAGES.position() {
+                    self.next_message(host)?;
+                    continue;
+                }
                 if self.resume(host)? == Flow::Waiting {
                     return Ok(Flow::Waiting);
                 }
@@ -289,18 +294,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         };
                         let outer = get!(fp!());
                         let caller = self.fp.wrapping_sub(u16::from(outer.tag().byte()));
-                        if outer.index() >= SPECIAL {
-                            if outer.index() == Native::EXIT.position() {
-                                // Nobody takes the value of an entry.
-                                self.fp = caller;
-                                return Ok(Flow::Done);
-                            }
-                            break Left::Returning;
-                        }
                         pc = outer.index();
+                        if pc == Native::EXIT.position() {
+                            // Nobody takes the value of an entry.
+                            self.fp = caller;
+                            return Ok(Flow::Done);
+                        }
                         sp = fp!().wrapping_sub(arg as usize);
                         push!(value);
                         self.fp = caller;
+                        if pc >= SPECIAL {
+                            break Left::Returned;
+                        }
                         continue;
                     }
                     // Tables under plain keys; libraries, other keys, functions that may have to be bound and
@@ -363,10 +368,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     self.slow(host, op, arg as i16)?;
                     budget = self.less_work(budget);
                 }
-                Left::Returning => {
-                    let value = if op == opcode::RETURN { self.top(1) } else { Value::nil() };
-                    self.leave_frame(arg as u8, value);
-                }
+                Left::Returned => {}
             }
         }
     }
@@ -446,7 +448,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 enum Left {
     /// The instruction is decoded, but not done.
     Undone,
-    /// A function returns a value to the machine itself.
-    Returning,
+    /// A function has returned to the machine itself.
+    Returned,
     BudgetSpent,
 }

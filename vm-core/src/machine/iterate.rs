@@ -137,10 +137,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.call(host, self.top(1), 0, 1)?;
             return Ok(Flow::Continue);
         }
-        #[cfg(feature = "swarm")]
-        if number == Native::MESSAGES.0 {
-            return self.next_message(host);
-        }
         if number == builtin::DELAY {
             let ms = self.local(-1).unpack().to_i32();
             let again = !self.local(BEGUN).is_nil();
@@ -164,7 +160,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             if returned {
                 self.leave_frame(parameters, self.top(1));
             } else if self.is_member(object_number(source)) {
-                self.call(host, function, 0, 0)?;
+                self.call_back(host, function, 0)?;
             } else {
                 self.leave_frame(parameters, Value::nil());
             }
@@ -213,7 +209,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         if number != builtin::CLONE {
             let count = usize::from(self.sp).wrapping_sub(callback) as u8;
-            self.call(host, function, count, 0)?;
+            self.call_back(host, function, count)?;
         } else if element.is(Tag::TABLE) {
             // The clone takes the place of the element.
             self.begin_native(host, number, 1)?;

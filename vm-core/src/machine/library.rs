@@ -160,26 +160,32 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(self.arena.bound(cell.index(), plain, table))
     }
 
-    /// The table of changes of a library, nil if there is none.
+    /// The table of changes of a library, or the function that listens to a topic; nil if there is none.
     #[inline(never)]
-    pub(super) fn overlay(&self, library: Value<P>) -> Value<P> {
-        let overlays = self.arena.get(OVERLAYS);
-        if overlays.is_nil() { overlays } else { self.arena.table_get(overlays.index(), library) }
+    pub(super) fn overlay(&self, key: Value<P>) -> Value<P> {
+        let overlays = self.arena.get_fast(OVERLAYS);
+        if overlays.is_nil() { overlays } else { self.arena.pair(overlays.index(), key) }
     }
 
-    /// The same, made if there is none.
-    pub(super) fn make_overlay(&mut self, library: Value<P>) -> Result<Value<P>, Stopped> {
-        let found = self.overlay(library);
-        if !found.is_nil() {
-            return Ok(found);
-        }
+    /// The table of all these, made if there is none.
+    #[inline(never)]
+    pub(super) fn overlays(&mut self) -> Result<Value<P>, Stopped> {
         if self.arena.get(OVERLAYS).is_nil() {
             let overlays = self.new_table()?;
             self.arena.set(OVERLAYS, overlays);
         }
+        Ok(self.arena.get(OVERLAYS))
+    }
+
+    /// The same, made if there is none.
+    fn make_overlay(&mut self, library: Value<P>) -> Result<Value<P>, Stopped> {
+        let found = self.overlay(library);
+        if !found.is_nil() {
+            return Ok(found);
+        }
         // Something is under the key before the table is made, so that putting the table there takes no cell: until then
         // nothing would lead to it.
-        let overlays = self.arena.get(OVERLAYS);
+        let overlays = self.overlays()?;
         self.table_set(overlays, library, library)?;
         let made = self.new_table()?;
         let _ = self.arena.table_set(overlays.index(), library, made);
@@ -189,10 +195,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Pushes so many nils on the operands of a frame that may be full already.
     #[inline(never)]
     pub(super) fn reserve(&mut self, count: usize) -> Result<(), Stopped> {
-        self.ensure(usize::from(self.sp) + count)?;
-        for _ in 0..count {
-            self.push(Value::nil());
-        }
+        let top = usize::from(self.sp);
+        let end = top.wrapping_add(count);
+        self.ensure(end)?;
+        self.arena.fill(top, end);
+        self.sp = end as u16;
         Ok(())
     }
 

@@ -4,33 +4,32 @@
 //! listeners and handlers of conflicts are called from there. When none is left, `step()` takes the frame's place.
 
 use super::swarms::NEWS;
-use super::{Flow, Native, State, Vm};
+use super::{Native, State, Vm};
 use crate::builtin::{self, Feature, string};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
-use crate::image::{Entry as EntryOf, EntryPoint};
-use crate::message::{Entry, Ignored, Message, Script, Swarms};
-use crate::network::{Buffer, Count, Counters, Sighting};
+use crate::image::Entry as EntryOf;
+use crate::message::frame::Frame;
+use crate::message::{Entry, FRAGMENT_HEAD, Ignored, Kind, Script, Swarms};
+use crate::network::{Count, Counters, Sighting};
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
-// Locals of the frame.
-/// How many messages this step may still take.
-const LEFT: isize = 1;
-/// nil, or the conflict whose handler runs: its stigmergy, and the highest bits of its clock.
-const CONFLICT: isize = 2;
+// Locals of the frame. Those of a conflict are set while its handler runs.
+/// Its stigmergy, and the highest bits of its clock.
+const CONFLICT: isize = 1;
 /// The other bits of the clock.
-const CLOCK: isize = 3;
+const CLOCK: isize = 2;
 /// Its key.
-const KEY: isize = 4;
+const KEY: isize = 3;
 /// The robot's own value that lost the conflict.
-pub(super) const LOST: isize = 5;
+pub(super) const LOST: isize = 4;
 /// How many locals there are.
-const LOCALS: usize = 5;
+const LOCALS: usize = 4;
 
 /// Most messages that a step takes, so that a flood cannot hold it up for ever.
-const MOST: i32 = 32;
+const MOST: u8 = 32;
 
 /// The shortest time between two advertisements, in steps.
 const SHORTEST_INTERVAL: u8 = 2;
@@ -62,9 +61,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     fn enter_messages(&mut self) -> Result<(), Stopped> {
         let base = usize::from(self.sp);
         self.ensure(base + 1 + super::NATIVE_ROOM)?;
-        self.push(super::record(0, Native::EXIT.position()));
-        self.push(Value::int(MOST));
-        self.reserve(LOCALS - 1)?;
+        self.arena.set(base, super::record(0, Native::EXIT.position()));
+        self.sp = (base + 1 + LOCALS) as u16;
+        self.arena.fill(base + 1, self.sp.into());
+        self.protocol.messages_left = MOST;
+        // Messages often come in the order in which their senders were heard first.
+        self.protocol.heard = 0;
         self.pc = Native::MESSAGES.position() as u16;
         self.age_neighbors();
         Ok(())
@@ -72,46 +74,41 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Handles the next message, or begins `step()` if there is none.
     #[inline(never)]
-    pub(super) fn next_message<H: Host<P>>(&mut self, host: &mut H) -> Result<Flow, Stopped> {
+    pub(super) fn next_message<H: Host<P>>(&mut self, host: &mut H) -> Result<(), Stopped> {
         let base = self.fp;
-        let conflict = self.local(CONFLICT);
-        if !conflict.is_nil() {
-            self.set_local(CONFLICT, Value::nil());
-            let [low, high] = (self.local(CLOCK).index() as u16).to_le_bytes();
-            let [stigmergy, highest] = (conflict.index() as u16).to_le_bytes();
-            let clock = u32::from_le_bytes([low, high, highest, 0]);
-            // The handler's result is on top.
-            self.settle(host, self.top(1), stigmergy, self.local(KEY), clock)?;
+        if self.protocol.in_conflict {
+            self.end_conflict(host)?;
             if self.fp != base {
-                return Ok(Flow::Continue);
+                return Ok(());
             }
         }
         self.sp = base + 1 + LOCALS as u16;
-        let left = self.local(LEFT).index() as u16;
-        let mut frame = P::Frame::ZERO;
-        if left != 0
-            && let Some((length, sighting)) = host.receive(frame.as_mut())
+        let mut frame = Frame::EMPTY;
+        if self.protocol.messages_left != 0
+            && let Some((length, sighting)) = host.receive(frame.bytes_mut())
         {
-            self.set_local(LEFT, Value::indexed(Tag::INT, left - 1));
-            let frame = frame.as_ref().get(..length).unwrap_or(&[]);
-            self.handle(host, frame, &sighting)?;
-        } else {
-            self.keep_in_touch(host)?;
+            self.protocol.messages_left -= 1;
+            return self.handle(host, &mut frame, length, &sighting);
+        }
+        self.keep_in_touch(host)?;
+        let Some(program) = &self.program else { return Ok(()) };
+        let point = program.header().entry(EntryOf::Step);
+        if !self.enter_function(point, usize::from(base)) {
             self.sp = base + 1;
-            self.push(self.step_function());
+            self.push(self.entry_value(point));
             self.pc = Native::START.position() as u16;
         }
-        Ok(Flow::Continue)
+        Ok(())
     }
 
-    fn step_function(&self) -> Value<P> {
-        match self.program.as_ref().map(|program| program.header().entry(EntryOf::Step)) {
-            Some(EntryPoint::Function(number)) => Value::indexed(Tag::FUNCTION, number),
-            Some(EntryPoint::Global(number)) => {
-                self.arena.get(super::GLOBALS + usize::from(number))
-            }
-            _ => Value::nil(),
-        }
+    /// The handler of a conflict has returned: its result is on top.
+    #[inline(never)]
+    fn end_conflict<H: Host<P>>(&mut self, host: &mut H) -> Result<(), Stopped> {
+        self.protocol.in_conflict = false;
+        let [low, high] = (self.local(CLOCK).index() as u16).to_le_bytes();
+        let [stigmergy, highest] = (self.local(CONFLICT).index() as u16).to_le_bytes();
+        let clock = u32::from_le_bytes([low, high, highest, 0]);
+        self.settle(host, self.top(1), stigmergy, self.local(KEY), clock)
     }
 
     pub(super) fn script(&self) -> Script {
@@ -121,15 +118,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         })
     }
 
-    #[inline(never)]
+    #[inline(always)]
     fn handle<H: Host<P>>(
         &mut self,
         host: &mut H,
-        frame: &[u8],
+        frame: &mut Frame<P>,
+        length: usize,
         sighting: &Sighting<P>,
     ) -> Result<(), Stopped> {
-        let message = match Message::decode(frame, self.script()) {
-            Ok(message) => message,
+        let kind = match frame.open(length, &self.script()) {
+            Ok(kind) => kind,
             Err(why) => {
                 self.protocol.count(match why {
                     Ignored::Foreign => Count::Foreign,
@@ -138,61 +136,57 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 return Ok(());
             }
         };
-        let in_frame = match &message {
-            Message::Broadcast { robot, .. }
-            | Message::Beacon { robot }
-            | Message::Swarms { robot, .. } => Some(*robot),
-            Message::Fragment(fragment) => Some(fragment.robot),
-            Message::Entry(_) => None,
-        };
-        if let Some(robot) = in_frame.or(sighting.robot) {
-            if robot == self.robot_id {
+        let robot = frame.robot();
+        let sender = if kind == Kind::Entry { sighting.robot } else { Some(robot) };
+        if let Some(sender) = sender {
+            if sender == self.robot_id {
                 self.protocol.count(Count::OwnId);
                 return Ok(());
             }
-            self.hear(robot, sighting, host.periods().forget);
+            self.hear(sender, sighting, host.periods().forget);
         }
-        match message {
-            Message::Broadcast { robot, topic, value } => {
-                self.tell_listener(host, Value::string(topic), value, robot)
+        let (topic, value) = match kind {
+            Kind::Broadcast => {
+                let (topic, value) = frame.broadcast();
+                (Value::string(topic), value)
             }
-            Message::Entry(entry) => self.merge(host, &entry),
-            Message::Swarms { robot, swarms } => {
-                for (number, is_member) in swarms.iter() {
+            Kind::Fragment => {
+                let content = frame.bytes(length).get(FRAGMENT_HEAD..).unwrap_or(&[]);
+                if !self.assemble(host, &frame.fragment(content))? {
+                    return Ok(());
+                }
+                // Both stay on the stack below the arguments.
+                (self.top(2), self.top(1))
+            }
+            Kind::Entry => return self.merge(host, &frame.entry()),
+            Kind::Swarms => {
+                for (number, is_member) in frame.swarms().iter() {
                     let swarm = self.find_swarm(number);
                     if swarm < self.protocol.sizes.swarms {
-                        self.note_swarm(robot, swarm, is_member);
+                        self.note_swarm(swarm, is_member);
                     }
                 }
-                Ok(())
+                return Ok(());
             }
-            Message::Fragment(fragment) => self.assemble(host, &fragment),
-            Message::Beacon { .. } => Ok(()),
-        }
-    }
-
-    /// Calls the listener of a topic: f(topic, value, robot). A value on the heap is on the stack, too.
-    pub(super) fn tell_listener<H: Host<P>>(
-        &mut self,
-        host: &mut H,
-        topic: Value<P>,
-        value: Value<P>,
-        robot: u16,
-    ) -> Result<(), Stopped> {
-        let listener = self.handler(topic);
+            Kind::Beacon => return Ok(()),
+        };
+        let listener = self.overlay(topic);
         if listener.is_nil() {
             return Ok(());
         }
-        self.push(topic);
-        self.push(value);
-        self.push(Value::indexed(Tag::INT, robot));
-        self.call(host, listener, 3, 0)
+        let top = usize::from(self.sp);
+        self.arena.set_fast(top, topic);
+        self.arena.set_fast(top + 1, value);
+        self.arena.set_fast(top + 2, Value::indexed(Tag::INT, robot));
+        self.sp = top as u16 + 3;
+        self.call_back(host, listener, 3)
     }
 
     /// Remembers what the next call of [`Vm::next_message`] needs to end a conflict.
     pub(super) fn begin_conflict(&mut self, stigmergy: u8, remote: &Entry<P>) {
         let [low, high, highest, _] = remote.clock.to_le_bytes();
         let conflict = u16::from_le_bytes([stigmergy, highest]);
+        self.protocol.in_conflict = true;
         self.set_local(CONFLICT, Value::indexed(Tag::INT, conflict));
         self.set_local(CLOCK, Value::indexed(Tag::INT, u16::from_le_bytes([low, high])));
         self.set_local(KEY, remote.key);
@@ -220,24 +214,26 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if number != builtin::NEIGHBORS_BROADCAST {
             self.set_handler(topic, b)?;
         } else if topic.is(Tag::STRING) && b.is_plain() {
-            let (robot, topic) = (self.robot_id, topic.index() as u16);
-            self.send(host, &Message::Broadcast { robot, topic, value: b });
+            let mut frame = Frame::EMPTY;
+            if frame.put_broadcast(self.robot_id, topic.index() as u16, b).is_some() {
+                self.send(host, &mut frame, &[]);
+            }
         } else {
             self.broadcast_long(host, topic, b)?;
         }
         Ok(Value::nil())
     }
 
-    /// Sends a message that fits a frame. False if it does not.
+    /// Sends a frame that is open; `content` is that of a fragment.
     #[inline(never)]
-    pub(super) fn send<H: Host<P>>(&mut self, host: &mut H, message: &Message<'_, P>) -> bool {
-        let mut frame = P::Frame::ZERO;
-        let Some(length) = message.encode(self.script(), frame.as_mut()) else { return false };
-        host.send(frame.as_ref().get(..length).unwrap_or(&[]));
-        if !matches!(message, Message::Entry(_)) {
-            self.protocol.silent = 0;
+    pub(super) fn send<H: Host<P>>(&mut self, host: &mut H, frame: &mut Frame<P>, content: &[u8]) {
+        let Some(head) = frame.seal(&self.script()) else { return };
+        let room = frame.bytes_mut().get_mut(head..).unwrap_or(&mut []);
+        for (to, from) in room.iter_mut().zip(content) {
+            *to = *from;
         }
-        true
+        host.send(frame.bytes(head + content.len()));
+        self.protocol.silent = 0;
     }
 
     /// Sends an entry of a stigmergy, in fragments if need be.
@@ -247,10 +243,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         host: &mut H,
         entry: &Entry<P>,
     ) -> Result<(), Stopped> {
-        if self.send(host, &Message::Entry(*entry)) {
-            return Ok(());
+        let mut frame = Frame::EMPTY;
+        if frame.put_entry(entry).is_none() {
+            return self.send_long_entry(host, entry);
         }
-        self.send_long_entry(host, entry)
+        // It does not tell who has sent it.
+        let silent = self.protocol.silent;
+        self.send(host, &mut frame, &[]);
+        self.protocol.silent = silent;
+        Ok(())
     }
 
     /// An entry that finds no place here goes to the neighbours, once.
@@ -280,6 +281,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Sends what has changed in the entry point that ends.
     #[inline(never)]
     pub(super) fn send_news<H: Host<P>>(&mut self, host: &mut H) -> Result<(), Stopped> {
+        self.protocol.has_news = false;
         for place in 0..self.protocol.sizes.entries {
             let at = self.entry_slot(place);
             let state = self.entry_state(at);
@@ -305,8 +307,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let mut swarms = Swarms::default();
         let number = self.arena.index_at(self.swarm_slot(place)) as u16;
         swarms.push(number, self.is_member(place));
-        let robot = self.robot_id;
-        self.send(host, &Message::Swarms { robot, swarms });
+        let mut frame = Frame::EMPTY;
+        frame.put_swarms(self.robot_id, &swarms);
+        self.send(host, &mut frame, &[]);
     }
 
     /// What is due once a step: an advertisement, a beacon, the end of patience with a message.
@@ -317,7 +320,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         protocol.assembly.steps_left = protocol.assembly.steps_left.saturating_sub(1);
         protocol.silent = protocol.silent.saturating_add(1);
         protocol.countdown = protocol.countdown.saturating_sub(1);
-        let advertises = protocol.countdown == 0;
+        let advertises = protocol.countdown == 0 && protocol.shares;
         if advertises {
             // Ever more seldom, and not all robots at once.
             let interval = protocol.interval.max(SHORTEST_INTERVAL);
@@ -328,8 +331,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         let is_silent = protocol.silent >= periods.beacon;
         if is_silent && self.features() & (Feature::Neighbors as u8 | Feature::Swarm as u8) != 0 {
-            let robot = self.robot_id;
-            self.send(host, &Message::Beacon { robot });
+            let mut frame = Frame::EMPTY;
+            frame.put_beacon(self.robot_id);
+            self.send(host, &mut frame, &[]);
         }
         if advertises { self.advertise(host) } else { Ok(()) }
     }

@@ -131,7 +131,7 @@ pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
     #[cfg(feature = "torture")]
     pub torture: crate::torture::Torture,
     program: Option<Verified<C>>,
-    /// The first slot of what is known of other robots.
+    /// The first slot of what is known of other robots: neighbours, entries, stigmergies, swarms.
     others: u16,
     /// The script has to do with other robots.
     #[cfg(feature = "swarm")]
@@ -180,6 +180,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         return self.protocol.sizes;
         #[cfg(not(feature = "swarm"))]
         Sizes::NONE
+    }
+
+    /// The first slot of the entries, behind the neighbours.
+    fn entries_at(&self) -> usize {
+        let sizes = self.sizes();
+        usize::from(self.others) + usize::from(sizes.neighbors) * sizes.neighbor()
     }
 
     /// The bits of [`Feature`] that it offers.
@@ -239,6 +245,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         #[cfg(feature = "swarm")]
         {
             self.is_social = program.header().features() & messages::SOCIAL != 0;
+            self.protocol.forget();
         }
         let base = GLOBALS + usize::from(program.header().globals());
         // Above the memory of the script.
@@ -277,35 +284,48 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if self.state != State::Idle {
             return false;
         }
-        let callee = match program.header.entry(entry) {
-            EntryPoint::None => return false,
-            EntryPoint::Global(number) => self.arena.get(GLOBALS + usize::from(number)),
-            #[cfg(feature = "swarm")]
-            EntryPoint::Function(number) if entry == Entry::Step && self.is_social => {
-                Value::indexed(Tag::FUNCTION, number)
-            }
-            EntryPoint::Function(number) => {
-                let base = usize::from(self.sp);
-                let function = program.function(number);
-                let limit = base + 1 + usize::from(program.code.byte(function + 1));
-                if program.code.byte(function) == 0 && limit <= usize::from(self.arena.bottom) {
-                    // The usual: without parameters. The frame is the outermost.
-                    self.arena.reserved = limit as u16;
-                    self.state = State::Running;
-                    self.arena.set_fast(base, record(0, Native::EXIT.position()));
-                    self.sp = base as u16 + 1;
-                    self.pc = function as u16 + 2;
-                    return true;
-                }
-                Value::indexed(Tag::FUNCTION, number)
-            }
-        };
+        let point = program.header.entry(entry);
         #[cfg(feature = "swarm")]
-        if entry == Entry::Step && !callee.is_nil() && self.is_social {
-            self.begin_messages();
+        if entry == Entry::Step && self.is_social {
+            let is_there = !self.entry_value(point).is_nil();
+            if is_there {
+                self.begin_messages();
+            }
+            return is_there;
+        }
+        if self.enter_function(point, usize::from(self.sp)) {
+            self.state = State::Running;
             return true;
         }
+        let callee = self.entry_value(point);
         self.begin_value(callee)
+    }
+
+    /// What an entry calls.
+    #[inline(never)]
+    fn entry_value(&self, point: EntryPoint) -> Value<P> {
+        match point {
+            EntryPoint::None => Value::nil(),
+            EntryPoint::Global(number) => self.arena.get(GLOBALS + usize::from(number)),
+            EntryPoint::Function(number) => Value::indexed(Tag::FUNCTION, number),
+        }
+    }
+
+    /// The usual entry: a function without parameters, for which there is room. Makes it the outermost frame, at `base`.
+    fn enter_function(&mut self, point: EntryPoint, base: usize) -> bool {
+        let (EntryPoint::Function(number), Some(program)) = (point, &self.program) else {
+            return false;
+        };
+        let function = program.function(number);
+        let limit = base + 1 + usize::from(program.code.byte(function + 1));
+        let fits = program.code.byte(function) == 0 && limit <= usize::from(self.arena.bottom);
+        if fits {
+            self.arena.reserved = limit as u16;
+            self.arena.set_fast(base, record(0, Native::EXIT.position()));
+            self.sp = base as u16 + 1;
+            self.pc = function as u16 + 2;
+        }
+        fits
     }
 
     /// Starts an entry that any value may be.
@@ -334,7 +354,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             Ok(Flow::Done) => {
                 self.finish();
                 #[cfg(feature = "swarm")]
-                if self.is_social && self.send_news(host).is_err() {
+                if self.protocol.has_news && self.send_news(host).is_err() {
                     return self.stopped();
                 }
                 Outcome::Done
@@ -387,7 +407,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let (mut pc, mut fp) = (usize::from(self.pc), usize::from(self.fp));
         let mut slot = usize::from(self.sp);
         let mut reserved = slot;
-        let mut entry = usize::from(self.others);
+        let mut entry = self.entries_at();
         for _ in 0..self.sizes().entries {
             // Key and value.
             self.arena.mark(self.arena.get(entry));

@@ -5,21 +5,21 @@ use crate::builtin::{self, string};
 use crate::bytecode::ByteCode;
 use crate::fault::Stopped;
 use crate::host::Host;
-use crate::network::{ENTRY, Sighting};
+use crate::network::Sighting;
 use crate::number::Profile;
 use crate::slots::Slots;
 use crate::value::{Tag, Value};
 
-// Slots of a neighbour: its id, with bits of its swarms in place of a tag; its distance, with the steps until it is
+// Slots of a neighbour: its id, with bits of its swarms in place of a tag; its distance, with the step at which it is
 // forgotten; and where directions are known these two.
 const DISTANCE: usize = 1;
 const AZIMUTH: usize = 2;
 const ELEVATION: usize = 3;
 
-/// The bits of the tag that are steps; the other is that of swarm 7.
-const STEPS: u8 = 0x7f;
-/// Most steps.
-const STEPS_MAX: u8 = 126;
+/// The bits of the tag that are a step, 0 if there is no neighbour; the other is that of swarm 7.
+const STEP: u8 = 0x7f;
+/// Steps are counted from 1 to this one, after which 1 follows.
+const LAST_STEP: u8 = 0x7f;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Makes a robot a neighbour for so many steps, as if a frame of its had been received: for hosts that have no link.
@@ -27,69 +27,86 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.hear(robot, sighting, steps);
     }
 
-    /// The first slot of the neighbour at that place.
-    #[inline(never)]
-    fn neighbor_slot(&self, place: usize) -> usize {
-        let sizes = &self.protocol.sizes;
-        usize::from(self.others)
-            + usize::from(sizes.entries) * (ENTRY + 1)
-            + usize::from(sizes.swarms)
-            + place * sizes.neighbor()
+    /// The slots of neighbours: the first, and the first behind them.
+    #[inline(always)]
+    fn neighbor_slots(&self) -> (usize, usize) {
+        (usize::from(self.others), self.entries_at())
     }
 
-    /// Steps until it is forgotten; 0: there is none.
-    #[inline(never)]
-    fn steps_left(&self, at: usize) -> u8 {
-        self.arena.slots.tag_at(at + DISTANCE).byte() & STEPS
+    /// The step at which it is forgotten; 0: there is none.
+    #[inline(always)]
+    fn end_step(&self, at: usize) -> u8 {
+        self.arena.slots.tag_at(at + DISTANCE).byte() & STEP
     }
 
     /// How many there are.
     pub(super) fn count_neighbors(&self) -> usize {
-        let all = 0..usize::from(self.protocol.sizes.neighbors);
-        all.filter(|place| self.steps_left(self.neighbor_slot(*place)) != 0).count()
+        let (mut at, end) = self.neighbor_slots();
+        let mut count = 0;
+        while at < end {
+            count += usize::from(self.end_step(at) != 0);
+            at += self.protocol.sizes.neighbor();
+        }
+        count
     }
 
-    /// The first slot of a robot that is a neighbour, 0 if it is none.
+    /// The first slot of the neighbour at that place.
+    #[inline(always)]
+    fn neighbor_slot(&self, place: u8) -> usize {
+        let mut slots = usize::from(place) * 2;
+        if self.protocol.sizes.bearings {
+            slots *= 2;
+        }
+        usize::from(self.others) + slots
+    }
+
+    /// Whether that robot is the neighbour at that place.
+    #[inline(always)]
+    fn is_neighbor(&self, place: u8, robot: u16) -> bool {
+        let at = self.neighbor_slot(place);
+        place < self.protocol.sizes.neighbors
+            && self.arena.index_at(at) as u16 == robot
+            && self.end_step(at) != 0
+    }
+
+    /// The place of a robot. One that is no neighbour becomes one; if there is no room, who was not heard for the longest
+    /// time is forgotten.
     #[inline(never)]
-    fn find_neighbor(&mut self, robot: u16) -> usize {
-        // Frames often come in the order in which they came before.
-        let mut place = self.protocol.heard;
-        for _ in 0..self.protocol.sizes.neighbors {
-            place += 1;
-            if place >= self.protocol.sizes.neighbors {
-                place = 0;
+    fn find_neighbor(&mut self, robot: u16) -> u8 {
+        let mut fewest = u8::MAX;
+        let mut oldest = 0;
+        for place in 0..self.protocol.sizes.neighbors {
+            if self.is_neighbor(place, robot) {
+                return place;
             }
-            let at = self.neighbor_slot(place.into());
-            if self.arena.index_at(at) as u16 == robot && self.steps_left(at) != 0 {
-                self.protocol.heard = place;
-                return at;
+            let mut left = self.end_step(self.neighbor_slot(place));
+            if left != 0 && left < self.protocol.step {
+                left += LAST_STEP;
+            }
+            if left < fewest {
+                fewest = left;
+                oldest = place;
             }
         }
-        0
+        let at = self.neighbor_slot(oldest);
+        self.arena.set(at, Value::indexed(Tag::NIL, robot));
+        self.arena.set(at + DISTANCE, Value::nil());
+        oldest
     }
 
-    /// Remembers for so many steps that a robot was heard. If there is no room, who was not heard for the longest time is
-    /// forgotten.
+    /// Remembers for so many steps that a robot was heard.
     #[inline(never)]
     pub(super) fn hear(&mut self, robot: u16, sighting: &Sighting<P>, steps: u8) {
-        let mut at = self.find_neighbor(robot);
-        if at == 0 {
-            let mut fewest = u8::MAX;
-            for place in 0..usize::from(self.protocol.sizes.neighbors) {
-                let here = self.neighbor_slot(place);
-                let left = self.steps_left(here);
-                if left < fewest {
-                    fewest = left;
-                    at = here;
-                }
-            }
-            if at == 0 {
+        let mut place = self.protocol.heard;
+        if !self.is_neighbor(place, robot) {
+            if self.protocol.sizes.neighbors == 0 {
                 return;
             }
-            self.arena.set(at, Value::indexed(Tag::NIL, robot));
-            self.arena.set(at + DISTANCE, Value::nil());
+            place = self.find_neighbor(robot);
         }
-        let swarm = self.arena.get(at + DISTANCE).tag().byte() & !STEPS;
+        self.protocol.heard = place + 1;
+        let at = self.neighbor_slot(place);
+        let swarm = self.arena.slots.tag_at(at + DISTANCE).byte() & !STEP;
         let mut distance = P::NAN;
         if let Some([measured, azimuth, elevation]) = sighting.place {
             distance = measured.raw();
@@ -98,33 +115,40 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.arena.set(at + ELEVATION, elevation);
             }
         }
-        let neighbor = Value::marked(swarm | steps.min(STEPS_MAX), distance);
+        let mut end = self.protocol.step + steps.clamp(1, LAST_STEP - 1);
+        if end > LAST_STEP {
+            end -= LAST_STEP;
+        }
+        let neighbor = Value::marked(swarm | end, distance);
         self.arena.set(at + DISTANCE, neighbor);
     }
 
     /// A step has passed.
     pub(super) fn age_neighbors(&mut self) {
-        let mut at = self.neighbor_slot(0) + DISTANCE;
-        for _ in 0..self.protocol.sizes.neighbors {
-            let tag = self.arena.slots.tag_at(at);
-            if tag.byte() & STEPS != 0 {
-                self.arena.set_tag(at, tag.byte() - 1);
+        let mut step = self.protocol.step + 1;
+        if step > LAST_STEP {
+            step = 1;
+        }
+        self.protocol.step = step;
+        let (mut at, end) = self.neighbor_slots();
+        while at < end {
+            if self.end_step(at) == step {
+                let swarm = self.arena.slots.tag_at(at + DISTANCE).byte() & !STEP;
+                self.arena.set_tag(at + DISTANCE, swarm);
             }
             at += self.protocol.sizes.neighbor();
         }
     }
 
-    /// Notes whether a neighbour is in the swarm at that place.
-    pub(super) fn note_swarm(&mut self, robot: u16, swarm: u8, is_member: bool) {
-        let mut at = self.find_neighbor(robot);
-        if at == 0 {
-            return;
-        }
+    /// Notes whether the neighbour that was heard last is in the swarm at that place.
+    pub(super) fn note_swarm(&mut self, swarm: u8, is_member: bool) {
+        let Some(place) = self.protocol.heard.checked_sub(1) else { return };
+        let mut at = self.neighbor_slot(place);
         let mut bit = 1 << swarm;
         // The eighth has no room beside the others: no tag is 255.
         if swarm == 7 {
             at += DISTANCE;
-            bit = !STEPS;
+            bit = !STEP;
         }
         let value = self.arena.get(at);
         let mut bits = value.tag().byte() & !bit;
@@ -137,7 +161,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Whether a neighbour is in the swarm at that place.
     fn is_kin(&self, at: usize, swarm: u8) -> bool {
         if swarm == 7 {
-            return self.arena.get(at + DISTANCE).tag().byte() & !STEPS != 0;
+            return self.arena.get(at + DISTANCE).tag().byte() & !STEP != 0;
         }
         self.arena.get(at).tag().byte() >> swarm & 1 != 0
     }
@@ -145,15 +169,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The first slot of the neighbour with the lowest id that is at least `from`; 0 if there is none.
     #[inline(never)]
     fn neighbor_from(&self, from: u16) -> usize {
+        let (mut at, end) = self.neighbor_slots();
         let mut found = 0;
         let mut lowest = u16::MAX;
-        for place in 0..usize::from(self.protocol.sizes.neighbors) {
-            let at = self.neighbor_slot(place);
+        while at < end {
             let robot = self.arena.index_at(at) as u16;
-            if self.steps_left(at) != 0 && robot >= from && robot <= lowest {
+            if self.end_step(at) != 0 && robot >= from && robot <= lowest {
                 found = at;
                 lowest = robot;
             }
+            at += self.protocol.sizes.neighbor();
         }
         found
     }
@@ -207,16 +232,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) -> Result<Value<P>, Stopped> {
         // On the stack, where a collection finds them.
         let first = usize::from(self.sp);
-        self.reserve(4)?;
+        self.reserve(3)?;
         for (number, value) in values.into_iter().enumerate() {
             self.arena.set(first + number, value);
         }
-        let table = self.new_table()?;
-        self.set_top(table);
-        for (number, key) in keys.into_iter().enumerate() {
-            let value = self.arena.get(first + number);
-            self.table_set(table, Value::string(key), value)?;
-        }
+        let table = self.allocate(|vm| vm.arena.new_record(keys, first))?;
         self.sp = first as u16;
         Ok(table)
     }
@@ -236,8 +256,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             builtin::NEIGHBORS_GET => {
                 let Some(id) = a.as_int() else { return Err(self.wrong_type(a, a)) };
                 // Of a negative id, which none has in `full`, the bits are those of another.
-                let at = self.find_neighbor(id as u16);
-                if at == 0 || P::FULL && id >> 16 != 0 {
+                let at = self.neighbor_from(id as u16);
+                let found = at != 0 && self.arena.index_at(at) as u16 == id as u16;
+                if !found || P::FULL && id >> 16 != 0 {
                     return Ok(Value::nil());
                 }
                 self.neighbor_data(at)

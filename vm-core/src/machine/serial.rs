@@ -9,7 +9,8 @@ use crate::heap::ITERATION;
 use crate::host::Host;
 use crate::image::CAPTURES;
 use crate::message::content::{Head, Item, Reader, Writer};
-use crate::message::{self, FRAGMENT_HEAD, FRAGMENTS_MAX, Fragment, Message, STIGMERGIES};
+use crate::message::frame::Frame;
+use crate::message::{self, FRAGMENT_HEAD, FRAGMENTS_MAX, Fragment, STIGMERGIES};
 use crate::network::{Buffer, Count};
 use crate::number::Profile;
 use crate::value::{Tag, Value};
@@ -100,7 +101,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let Some((content, behind)) = rest.split_at_checked(length) else { break };
             rest = behind;
             let last = rest.is_empty();
-            self.send(host, &Message::Fragment(Fragment { robot, number, index, last, content }));
+            let mut frame = Frame::EMPTY;
+            frame.put_fragment(&Fragment { robot, number, index, last, content });
+            self.send(host, &mut frame, content);
             if last {
                 break;
             }
@@ -178,13 +181,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// Puts a fragment to the others of its message; what is complete is delivered.
+    /// Puts a fragment to the others of its message. A complete entry is merged; of a complete broadcast topic and value are
+    /// left on the stack: true.
     #[inline(never)]
     pub(super) fn assemble<H: Host<P>>(
         &mut self,
         host: &mut H,
         fragment: &Fragment<'_>,
-    ) -> Result<(), Stopped> {
+    ) -> Result<bool, Stopped> {
         let piece = Self::fragment_bytes();
         let Fragment { robot, number, index, last, content: part } = *fragment;
         let assembly = &mut self.protocol.assembly;
@@ -203,12 +207,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.protocol.count(Count::Incomplete);
             }
             if !gives_way {
-                return Ok(());
+                return Ok(false);
             }
         }
         if !last && part.len() != piece {
             self.protocol.count(Count::Malformed);
-            return Ok(());
+            return Ok(false);
         }
         let assembly = &mut self.protocol.assembly;
         let from = usize::from(index) * piece;
@@ -224,46 +228,46 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             assembly.length = (from + part.len().min(piece)) as u16;
         }
         if assembly.all == 0 || assembly.present & assembly.all != assembly.all {
-            return Ok(());
+            return Ok(false);
         }
         assembly.steps_left = 0;
         let length = usize::from(assembly.length);
         // A copy, since another message may come while this one is dealt with.
         let content = assembly.content;
         match Reader::new::<P>(content.as_ref().get(..length).unwrap_or(&[]), self.script()) {
-            Ok((head, reader)) => self.deliver(host, robot, head, reader),
+            Ok((head, reader)) => self.deliver(host, head, reader),
             Err(_) => {
                 self.protocol.count(Count::Incomplete);
-                Ok(())
+                Ok(false)
             }
         }
     }
 
-    /// Reads a complete message and hands it to the listener, or merges it.
+    /// Reads a complete message; see [`Vm::assemble`].
     #[inline(never)]
     fn deliver<H: Host<P>>(
         &mut self,
         host: &mut H,
-        robot: u16,
         head: Head,
         mut reader: Reader<'_>,
-    ) -> Result<(), Stopped> {
+    ) -> Result<bool, Stopped> {
         if !self.has_room_for(reader.clone()) {
             self.protocol.count(Count::Incomplete);
-            return Ok(());
+            return Ok(false);
         }
         self.read(&mut reader)?;
         self.read(&mut reader)?;
         let (first, second) = (self.top(2), self.top(1));
         match head {
-            Head::Broadcast => self.tell_listener(host, first, second, robot),
+            Head::Broadcast => Ok(true),
             Head::Entry { stigmergy, owner, clock } => {
                 let key = match first.tag() {
                     Tag::INT | Tag::FLOAT | Tag::STRING | Tag::TEXT => first,
-                    _ => return Ok(()),
+                    _ => return Ok(false),
                 };
                 let entry = message::Entry { stigmergy, owner, clock, key, value: second };
-                self.merge(host, &entry)
+                self.merge(host, &entry)?;
+                Ok(false)
             }
         }
     }

@@ -25,14 +25,12 @@ const CLOCK: usize = 3;
 /// The handlers of stigmergies, beside listeners: a library that no script has, with the object's number.
 const ON_CONFLICT: u8 = 0xfe;
 const ON_CONFLICT_LOST: u8 = 0xfd;
-/// In place of a library whose overlay holds listeners and handlers.
-const HANDLERS: u16 = 0xff;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The first slot of the entry at that place.
     #[inline(never)]
     pub(super) fn entry_slot(&self, place: u8) -> usize {
-        usize::from(self.others) + usize::from(place) * ENTRY
+        self.entries_at() + usize::from(place) * ENTRY
     }
 
     /// The slot of the number of the stigmergy at that place.
@@ -65,6 +63,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.set(at + ROBOT, Value::marked(state, P::raw_from_u16(stamp.robot)));
         let clock = Value::marked(highest, P::raw_from_u16(u16::from_le_bytes([low, high])));
         self.arena.set(at + CLOCK, clock);
+        self.protocol.has_news = true;
         self.hurry(at);
     }
 
@@ -252,6 +251,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         if stigmergy == self.protocol.stigmergies {
             self.protocol.stigmergies += 1;
+            self.protocol.shares = true;
             let at = self.stigmergy_slot(stigmergy);
             self.arena.set(at, Value::indexed(Tag::INT, number));
         }
@@ -264,19 +264,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(stigmergy)
     }
 
-    /// The function under that key of the table of listeners and handlers, nil if there is none.
-    pub(super) fn handler(&self, key: Value<P>) -> Value<P> {
-        let handlers = self.overlay(Value::indexed(Tag::LIBRARY, HANDLERS));
-        if handlers.is_nil() { handlers } else { self.arena.table_get(handlers.index(), key) }
-    }
-
-    /// Sets it; nil removes.
+    /// Sets a listener or handler; nil removes.
     #[inline(never)]
     pub(super) fn set_handler(&mut self, key: Value<P>, function: Value<P>) -> Result<(), Stopped> {
         if !function.is_nil() && function.type_of() != Type::Closure {
             return Err(self.wrong_type(function, function));
         }
-        let handlers = self.make_overlay(Value::indexed(Tag::LIBRARY, HANDLERS))?;
+        let handlers = self.overlays()?;
         self.table_set(handlers, key, function)
     }
 
@@ -305,13 +299,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let mine = self.stamp(at);
         let order = theirs.order(&mine);
         if mine.clock == theirs.clock && mine.robot != theirs.robot {
-            let decides = self.handler(handler(ON_CONFLICT, stigmergy));
+            let decides = self.overlay(handler(ON_CONFLICT, stigmergy));
             if !decides.is_nil() {
                 self.begin_conflict(stigmergy, remote);
                 self.push(remote.key);
                 self.push_stamp(&mine)?;
                 self.push_stamp(&theirs)?;
-                return self.call(host, decides, 3, 0);
+                return self.call_back(host, decides, 3);
             }
             if order == Ordering::Greater && mine.robot == self.robot_id {
                 self.set_local(LOST, mine.value);
@@ -388,13 +382,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         key: Value<P>,
         lost: &Stamp<P>,
     ) -> Result<(), Stopped> {
-        let told = self.handler(handler(ON_CONFLICT_LOST, stigmergy));
+        let told = self.overlay(handler(ON_CONFLICT_LOST, stigmergy));
         if told.is_nil() {
             return Ok(());
         }
         self.push(key);
         self.push_stamp(lost)?;
-        self.call(host, told, 2, 0)
+        self.call_back(host, told, 2)
     }
 }
 

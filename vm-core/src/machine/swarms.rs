@@ -4,7 +4,6 @@ use super::{Native, Vm};
 use crate::builtin::{self, Library};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
-use crate::network::ENTRY;
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
@@ -34,8 +33,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The slot of the swarm at that place.
     #[inline(never)]
     pub(super) fn swarm_slot(&self, place: u8) -> usize {
-        let entries = usize::from(self.protocol.sizes.entries);
-        usize::from(self.others) + entries * (ENTRY + 1) + usize::from(place)
+        let entries = self.protocol.sizes.entries;
+        self.entry_slot(entries) + usize::from(entries) + usize::from(place)
     }
 
     /// Whether the robot is in the swarm at that place.
@@ -50,6 +49,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let swarm = self.arena.get(at);
             let state = (swarm.tag().byte() ^ MEMBER) | NEWS;
             self.arena.set(at, Value::marked(state, swarm.raw()));
+            self.protocol.has_news = true;
         }
     }
 
@@ -78,6 +78,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let at = self.swarm_slot(place);
             if self.arena.get(at).tag() == Tag::NIL {
                 self.arena.set(at, Value::indexed(Tag::of(EXISTS), number));
+                self.protocol.shares = true;
                 return Ok(place);
             }
             place += 1;

@@ -7,8 +7,9 @@
 
 mod check;
 pub mod content;
+pub(crate) mod frame;
 mod plain;
-mod seal;
+
 mod waiting;
 
 pub use check::crc16;

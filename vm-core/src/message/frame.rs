@@ -1,0 +1,350 @@
+//! Frames in place: fields where they travel, and the script's hash put on them or taken off.
+//!
+//! An open frame has strings as their numbers, the whole clock of an entry in one place, and zero for the hash. Opening and sealing
+//! differ in direction only, so there is one function for all kinds and both ways.
+
+use super::{
+    CLOCK_MAX, Entry, FRAGMENT_HEAD, Fragment, Ignored, Kind, STIGMERGIES, Script, Swarms,
+};
+use crate::network::Buffer;
+use crate::number::{Profile, Word};
+use crate::value::{Tag, Value};
+
+const BROADCAST: u8 = 0x04;
+const BEACON: u8 = 0x08;
+const SWARMS: u8 = 0x09;
+const FRAGMENT: u8 = 0x10;
+/// Fragment: none follows.
+const LAST: u8 = 0x08;
+/// Fragment: which part.
+const INDEX: u8 = 0x07;
+/// Entry: the unit of the stigmergy's number plus one.
+const STIGMERGY: u8 = 0x20;
+/// Entry: the key is a string.
+const STRING_KEY: u8 = 0x04;
+/// Entry: bits 20 and 21 of the clock.
+const CLOCK: u8 = 0x18;
+/// Broadcast and entry: the tag of the value.
+const VALUE: u8 = 0x03;
+
+// Where fields are.
+const ROBOT: usize = 1;
+/// Broadcast.
+const TOPIC: usize = 3;
+/// Entry.
+const KEY: usize = 6;
+/// Swarms: those of the robot, and how many there are.
+const INFO: usize = 5;
+/// Swarms.
+const IDS: usize = 6;
+
+/// A frame in a buffer for the longest of its profile, so that no position in it needs a check.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame<P: Profile>(P::Frame);
+
+impl<P: Profile> Frame<P> {
+    pub(crate) const EMPTY: Self = Frame(P::Frame::ZERO);
+
+    /// The whole buffer.
+    #[inline(always)]
+    pub(crate) fn bytes_mut(&mut self) -> &mut [u8] {
+        self.0.as_mut()
+    }
+
+    /// The first `length` bytes.
+    #[inline(always)]
+    pub(crate) fn bytes(&self, length: usize) -> &[u8] {
+        self.0.as_ref().get(..length).unwrap_or(&[])
+    }
+
+    /// Opens the frame of that length that is in the buffer.
+    #[inline(always)]
+    pub(crate) fn open(&mut self, length: usize, script: &Script) -> Result<Kind, Ignored> {
+        let kind = Kind::of(self.byte(0)).ok_or(Ignored::Malformed)?;
+        let content = usize::from(kind == Kind::Fragment);
+        if self.length(kind).is_none_or(|needed| needed + content > length) {
+            return Err(Ignored::Malformed);
+        }
+        if self.translate(kind, script, false) { Ok(kind) } else { Err(Ignored::Foreign) }
+    }
+
+    /// Seals an open frame and tells its length, of a fragment without its content; `None` if there is no such frame.
+    #[inline(never)]
+    pub(crate) fn seal(&mut self, script: &Script) -> Option<usize> {
+        let kind = Kind::of(self.byte(0))?;
+        self.translate(kind, script, true);
+        self.length(kind)
+    }
+
+    /// How many bytes travel, of a fragment without its content; `None` if there is no such frame.
+    #[inline(always)]
+    fn length(&self, kind: Kind) -> Option<usize> {
+        let length = match kind {
+            Kind::Broadcast => 3 + 2 * P::WORD_BYTES as u8 + 3,
+            Kind::Entry => 6 + 2 * P::WORD_BYTES as u8 + if P::FULL { 3 } else { 0 },
+            Kind::Swarms => {
+                let count = self.byte(INFO) & 0x0f;
+                if count.wrapping_sub(1) >= Swarms::capacity::<P>() {
+                    return None;
+                }
+                6 + 2 * count
+            }
+            Kind::Beacon => 7,
+            Kind::Fragment => FRAGMENT_HEAD as u8,
+        };
+        Some(usize::from(length))
+    }
+
+    /// Puts the script's hash on it or takes it off; `false` if it was that of another script.
+    #[inline(never)]
+    fn translate(&mut self, kind: Kind, script: &Script, out: bool) -> bool {
+        let hash = script.hash.to_le_bytes();
+        let [h0, h1, _, h3] = hash;
+        let first = self.byte(0);
+        let foreign = match kind {
+            Kind::Fragment => 0,
+            Kind::Beacon => self.mix_three(3, hash) | self.mix(6, h3),
+            Kind::Swarms => self.mix(3, h0) | self.mix(4, h1),
+            Kind::Broadcast => {
+                self.mix_three(TOPIC + 2 * P::WORD_BYTES, hash)
+                    | self.translate_words(TOPIC, Tag::STRING, script, out)
+            }
+            Kind::Entry => {
+                let key = if first & STRING_KEY == 0 { Tag::INT } else { Tag::STRING };
+                let high = self.byte(5);
+                let mut clock = high & 0x0f;
+                let mut foreign = 0;
+                if out {
+                    self.set_byte(0, first | high >> 1 & CLOCK);
+                    clock |= h3 & 0xf0;
+                } else {
+                    foreign = (high ^ h3) & 0xf0;
+                    clock |= (first & CLOCK) << 1;
+                }
+                self.set_byte(5, clock);
+                if P::FULL {
+                    foreign |= self.mix_three(KEY + 2 * P::WORD_BYTES, hash);
+                }
+                foreign | self.translate_words(KEY, key, script, out)
+            }
+        };
+        foreign == 0
+    }
+
+    /// Puts a byte of the hash on or takes it off; not 0 if another comes out than zero.
+    #[inline(always)]
+    fn mix(&mut self, at: usize, hash: u8) -> u8 {
+        let byte = self.byte(at) ^ hash;
+        self.set_byte(at, byte);
+        byte
+    }
+
+    /// The lower bytes of the hash.
+    #[inline(always)]
+    fn mix_three(&mut self, at: usize, [h0, h1, h2, _]: [u8; 4]) -> u8 {
+        self.mix(at, h0) | self.mix(at + 1, h1) | self.mix(at + 2, h2)
+    }
+
+    /// Translates topic or key, and value, where they are strings; not 0 if one is not of this script.
+    #[inline(always)]
+    fn translate_words(&mut self, at: usize, first: Tag, script: &Script, out: bool) -> u8 {
+        let value = Tag::of(self.byte(0) & VALUE);
+        let bytes = self.0.as_mut();
+        let mut foreign = 0;
+        if first == Tag::STRING
+            && let Some(word) = bytes.get_mut(at..at + P::WORD_BYTES)
+        {
+            foreign |= translate_string(word, script, out);
+        }
+        if value == Tag::STRING
+            && let Some(word) = bytes.get_mut(at + P::WORD_BYTES..at + 2 * P::WORD_BYTES)
+        {
+            foreign |= translate_string(word, script, out);
+        }
+        foreign
+    }
+
+    #[inline(always)]
+    fn byte(&self, at: usize) -> u8 {
+        self.0.as_ref()[at]
+    }
+
+    #[inline(always)]
+    fn set_byte(&mut self, at: usize, byte: u8) {
+        self.0.as_mut()[at] = byte;
+    }
+
+    #[inline(always)]
+    fn number(&self, at: usize) -> u16 {
+        u16::from_le_bytes([self.byte(at), self.byte(at + 1)])
+    }
+
+    #[inline(always)]
+    fn set_number(&mut self, at: usize, number: u16) {
+        let [low, high] = number.to_le_bytes();
+        self.set_byte(at, low);
+        self.set_byte(at + 1, high);
+    }
+
+    #[inline(always)]
+    fn word(&self, tag: Tag, at: usize) -> Value<P> {
+        let low = self.number(at).to_le_bytes();
+        let high = if P::FULL { self.number(at + 2).to_le_bytes() } else { [0; 2] };
+        Value::new(tag, P::literal_from_le([low[0], low[1], high[0], high[1]]))
+    }
+
+    #[inline(always)]
+    fn set_word(&mut self, at: usize, value: Value<P>) {
+        let word = value.raw().to_u32();
+        self.set_number(at, word as u16);
+        if P::FULL {
+            self.set_number(at + 2, (word >> 16) as u16);
+        }
+    }
+
+    /// Of a broadcast or an entry.
+    #[inline(always)]
+    fn value(&self, at: usize) -> Value<P> {
+        let tag = Tag::of(self.byte(0) & VALUE);
+        // Whatever its word is.
+        if tag == Tag::NIL { Value::nil() } else { self.word(tag, at) }
+    }
+
+    /// The sender; of an entry, its owner.
+    #[inline(always)]
+    pub(crate) fn robot(&self) -> u16 {
+        self.number(ROBOT)
+    }
+
+    /// Topic and value of a broadcast.
+    #[inline(always)]
+    pub(crate) fn broadcast(&self) -> (u16, Value<P>) {
+        (self.number(TOPIC), self.value(TOPIC + P::WORD_BYTES))
+    }
+
+    /// An entry.
+    #[inline(always)]
+    pub(crate) fn entry(&self) -> Entry<P> {
+        let first = self.byte(0);
+        let key = if first & STRING_KEY != 0 { Tag::STRING } else { Tag::INT };
+        Entry {
+            stigmergy: u16::from((first / STIGMERGY).wrapping_sub(1)),
+            owner: self.robot(),
+            clock: u32::from_le_bytes([self.byte(3), self.byte(4), self.byte(5), 0]),
+            key: self.word(key, KEY),
+            value: self.value(KEY + P::WORD_BYTES),
+        }
+    }
+
+    /// The swarms of a robot.
+    #[inline(always)]
+    pub(crate) fn swarms(&self) -> Swarms {
+        let info = self.byte(INFO);
+        let mut ids = [self.number(IDS), self.number(IDS + 2), 0, 0];
+        if P::FULL {
+            ids[2] = self.number(IDS + 4);
+            ids[3] = self.number(IDS + 6);
+        }
+        Swarms { count: info & 0x0f, joined: info >> 4, ids }
+    }
+
+    /// A fragment; `content` is what is behind its head.
+    #[inline(always)]
+    pub(crate) fn fragment<'a>(&self, content: &'a [u8]) -> Fragment<'a> {
+        let first = self.byte(0);
+        Fragment {
+            robot: self.robot(),
+            number: self.byte(3),
+            index: first & INDEX,
+            last: first & LAST != 0,
+            content,
+        }
+    }
+
+    /// Makes an empty frame an open beacon.
+    #[inline(always)]
+    pub(crate) fn put_beacon(&mut self, robot: u16) {
+        self.set_byte(0, BEACON);
+        self.set_number(ROBOT, robot);
+    }
+
+    /// Makes an empty frame an open broadcast; `None` if the value does not fit.
+    #[inline(always)]
+    pub(crate) fn put_broadcast(&mut self, robot: u16, topic: u16, value: Value<P>) -> Option<()> {
+        self.set_byte(0, BROADCAST | plain_tag(value)?);
+        self.set_number(ROBOT, robot);
+        self.set_word(TOPIC, Value::string(topic));
+        self.set_word(TOPIC + P::WORD_BYTES, value);
+        Some(())
+    }
+
+    /// Makes an empty frame an open entry; `None` if it does not fit.
+    #[inline(always)]
+    pub(crate) fn put_entry(&mut self, entry: &Entry<P>) -> Option<()> {
+        let string = match entry.key.tag() {
+            Tag::INT => 0,
+            Tag::STRING => STRING_KEY,
+            _ => return None,
+        };
+        if entry.stigmergy >= STIGMERGIES || entry.clock > CLOCK_MAX {
+            return None;
+        }
+        let stigmergy = (entry.stigmergy as u8 + 1).wrapping_mul(STIGMERGY);
+        self.set_byte(0, stigmergy | string | plain_tag(entry.value)?);
+        self.set_number(ROBOT, entry.owner);
+        self.set_number(3, entry.clock as u16);
+        self.set_byte(5, (entry.clock >> 16) as u8);
+        self.set_word(KEY, entry.key);
+        self.set_word(KEY + P::WORD_BYTES, entry.value);
+        Some(())
+    }
+
+    /// Makes an empty frame an open list of swarms.
+    #[inline(always)]
+    pub(crate) fn put_swarms(&mut self, robot: u16, swarms: &Swarms) {
+        self.set_byte(0, SWARMS);
+        self.set_number(ROBOT, robot);
+        self.set_byte(INFO, swarms.count | swarms.joined << 4);
+        let [a, b, c, d] = swarms.ids;
+        self.set_number(IDS, a);
+        self.set_number(IDS + 2, b);
+        if P::FULL {
+            self.set_number(IDS + 4, c);
+            self.set_number(IDS + 6, d);
+        }
+    }
+
+    /// Makes an empty frame the head of a fragment.
+    #[inline(always)]
+    pub(crate) fn put_fragment(&mut self, fragment: &Fragment<'_>) {
+        let last = if fragment.last { LAST } else { 0 };
+        self.set_byte(0, FRAGMENT | last | fragment.index & INDEX);
+        self.set_number(ROBOT, fragment.robot);
+        self.set_byte(3, fragment.number);
+    }
+}
+
+/// The tag of a value that fits a frame.
+#[inline(always)]
+fn plain_tag<P: Profile>(value: Value<P>) -> Option<u8> {
+    if value.is_plain() { Some(value.tag().byte()) } else { None }
+}
+
+/// Adds the low bits of the script's hash to a string's number, or takes them off; not 0 if it then is no string of the script.
+///
+/// Strings of another script are hardly ever strings of this one.
+#[inline(never)]
+fn translate_string(word: &mut [u8], script: &Script, out: bool) -> u8 {
+    let Some((bytes, high)) = word.split_first_chunk_mut() else { return 1 };
+    let mut number = u16::from_le_bytes(*bytes);
+    if out {
+        number = number.wrapping_add(script.hash as u16);
+    } else {
+        number = number.wrapping_sub(script.hash as u16);
+        if number >= script.strings || high.iter().any(|byte| *byte != 0) {
+            return 1;
+        }
+    }
+    *bytes = number.to_le_bytes();
+    0
+}
