@@ -120,7 +120,6 @@ fn what_the_robot_would_refuse_is_not_written() {
         .fails_with(3, &["calls a function that the robot does not have"]);
     folder.write("cut.bbi", "bbi");
     flash(&["cut.bbi", "--robot", "crazyflie"]).fails_with(3, &["`cut.bbi` is not an image"]);
-    flash(&["s.bzz", "--robot", "zooids"]).fails_with(3, &["Zooid cannot be", "yet"]);
     flash(&["s.bzz", "--robot", "kilobot"]).fails_with(3, &["Kilobot cannot be", "yet"]);
     flash(&["s.bzz"]).fails_with(3, &["--robot"]);
     flash(&["none.bzz", "--robot", "crazyflie"]).fails_with(3, &["there is no file `none.bzz`"]);
