@@ -151,6 +151,21 @@ const AFTER_GROUP: &[(&str, &str, &[&str])] = &[
     ("present = \"no\"\n", "7:11", &["`present` must be true or false"]),
     ("body = \"kilobt\"\n", "7:8", &["\"kilobt\"", "`kilobot`?"]),
     ("body = 3\n", "7:8", &["`body` must be a string, not an integer"]),
+    ("model = 3\n", "7:9", &["`model` must be a table, not an integer"]),
+    ("model = { gain_error = 2 }\n", "7:24", &["`gain_error` cannot be 2", "from 0 to 1"]),
+    (
+        "model = { gane_error = 2 }\n",
+        "7:11",
+        &["in the `model` of these Kilobots", "`gain_error`?"],
+    ),
+    (
+        "model = { radius = 20 }\n",
+        "7:11",
+        &["unknown key `radius`", "one of speed, turn, gain_error"],
+    ),
+    ("model = { lag = 1 }\n", "7:11", &["unknown key `lag` in the `model` of these Kilobots"]),
+    ("link = { range = -1 }\n", "7:18", &["`range` cannot be -1"]),
+    ("link = { lose = 0.1 }\n", "7:10", &["in the `link` of these Kilobots", "`loss`?"]),
     ("[body.kilobot]\nspede = 3\n", "8:1", &["unknown key `spede`", "`speed`?"]),
     ("[body.kilobot]\npreset = \"argus\"\n", "8:10", &["\"argus\"", "`argos`?"]),
     (

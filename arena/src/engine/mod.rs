@@ -55,6 +55,7 @@ mod settings;
 mod statistics;
 mod step;
 mod stream;
+mod variant;
 mod world;
 
 pub use body::{
@@ -72,6 +73,7 @@ pub use robot::{RobotId, RobotKind, RobotState, View};
 pub use settings::Settings;
 pub use statistics::{LinkStatistics, Statistics};
 pub use stream::Stream;
+pub use variant::Variant;
 pub use world::World;
 
 /// Length of a tick in microseconds: the period of the robots' scripts.

@@ -3,6 +3,7 @@
 use super::body::Body;
 use super::geometry::Pose;
 use super::link::{Medium, Radio};
+use super::variant::Variant;
 
 /// Number of a robot: its place in the order of joining, and its id in frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -62,6 +63,7 @@ pub struct View {
 /// A robot, but for its brain and where it is.
 #[derive(Clone, Debug)]
 pub(crate) struct Robot {
+    pub(crate) variant: Variant,
     pub(crate) body: Body,
     pub(crate) radio: Radio,
     pub(crate) state: RobotState,

@@ -4,16 +4,17 @@ use rayon::ThreadPool;
 use rayon::prelude::*;
 
 use super::TICK;
+use super::TICK_US;
 use super::brain::{Brain, Inbox, Io, Sensors};
 use super::geometry::Pose;
 use super::light::Light;
-use super::link::{Attempt, Ether, Heard, Listener, Medium, Moment, Near, Pacing};
+use super::link::{Attempt, Ether, Heard, Listener, Medium, Moment, Near};
 use super::ranger::Sight;
 use super::robot::{Robot, RobotId, RobotKind, RobotState};
 use super::statistics::LinkStatistics;
 use super::stream::{Purpose, Stream};
+use super::variant::Numbers;
 use super::world::World;
-use super::{TICK_US, body::Models};
 
 /// Robots that one thread takes at a time. Small enough that a few slow brains do not hold up the others.
 const CHUNK: usize = 256;
@@ -33,8 +34,7 @@ struct Surroundings<'a> {
     sight: Sight<'a>,
     lights: &'a [Light],
     ambient: f32,
-    models: &'a Models,
-    pacing: &'a Pacing,
+    numbers: &'a [Numbers],
     seed: u64,
     now: u64,
 }
@@ -54,9 +54,9 @@ impl<B: Brain> World<B> {
         self.think();
         self.settle();
         for _ in 1..self.substeps {
-            let models = &self.models;
+            let numbers = &self.numbers;
             each(self.pool.as_ref(), &mut self.robots, &mut self.poses, |_, robot, pose| {
-                robot.body.advance(pose, models);
+                robot.body.advance(pose, &numbers[usize::from(robot.variant.0)].models);
             });
             self.settle();
         }
@@ -74,7 +74,6 @@ impl<B: Brain> World<B> {
                 air: &self.air[medium],
                 topology: &self.topology,
                 calibration: &self.calibration,
-                distance_sigma: self.pacing.infrared.distance_sigma,
             }),
             sight: Sight {
                 area: self.settings.area,
@@ -83,8 +82,7 @@ impl<B: Brain> World<B> {
             },
             lights: &self.lights,
             ambient: self.settings.ambient_light,
-            models: &self.models,
-            pacing: &self.pacing,
+            numbers: &self.numbers,
             seed: self.settings.seed,
             now: self.now,
         };
@@ -131,8 +129,9 @@ impl<B: Brain> World<B> {
         if self.kinds.iter().all(|&kind| kind == RobotKind::Kilobot) {
             return;
         }
-        let (seed, now, models) = (self.settings.seed, self.now, &self.models);
+        let (seed, now, numbers) = (self.settings.seed, self.now, &self.numbers);
         each(self.pool.as_ref(), &mut self.robots, &mut self.poses, |id, robot, pose| {
+            let models = &numbers[usize::from(robot.variant.0)].models;
             robot.body.sense(pose, models, TICK, || Stream::new(seed, Purpose::Estimate, id, now));
         });
     }
@@ -141,7 +140,7 @@ impl<B: Brain> World<B> {
     fn transmit(&mut self) {
         let moment = Moment {
             topology: &self.topology,
-            pacing: &self.pacing,
+            numbers: &self.numbers,
             seed: self.settings.seed,
             now: self.now,
         };
@@ -187,7 +186,7 @@ impl<B: Brain> Chunk<'_, B> {
             if robot.state == RobotState::Running {
                 think(id, robot, brain, pose, medium, scratch, around);
             }
-            robot.body.advance(pose, around.models);
+            robot.body.advance(pose, &around.numbers[usize::from(robot.variant.0)].models);
         }
     }
 }
@@ -205,8 +204,15 @@ fn think(
     let now = around.now;
     let ether = &around.ether[medium as usize];
     let late = robot.radio.late.take_if(|late| late.due <= now);
-    let mut listener =
-        Listener { id, pose, estimate: robot.body.estimate(), late: &mut robot.radio.late, now };
+    let pacing = &around.numbers[usize::from(robot.variant.0)].pacing;
+    let mut listener = Listener {
+        id,
+        pose,
+        estimate: robot.body.estimate(),
+        distance_sigma: pacing.infrared.distance_sigma,
+        late: &mut robot.radio.late,
+        now,
+    };
     ether.hear(
         &mut listener,
         || Stream::new(around.seed, Purpose::Hear, id.0, now),
@@ -239,7 +245,7 @@ fn think(
             return;
         }
         let mut stream = Stream::new(around.seed, Purpose::Send, id.0, now);
-        robot.radio.plan(medium, around.pacing, &mut stream);
+        robot.radio.plan(medium, pacing, &mut stream);
     }
     if robot.radio.attempt < TICK_US as i32 {
         scratch.planned[medium as usize].push(Attempt { at: robot.radio.attempt, robot: id });

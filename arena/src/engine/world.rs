@@ -4,19 +4,20 @@ use core::hash::{Hash, Hasher};
 
 use rayon::ThreadPool;
 
-use super::body::{Body, Models};
+use super::body::Body;
 use super::brain::Brain;
 use super::contact::Crowd;
 use super::error::{AddError, SettingsError, UnknownRobot};
 use super::geometry::Pose;
 use super::light::{Light, LightId};
-use super::link::{Air, Calibration, Loss, Medium, Pacing, Radio, Schedule, Topology};
+use super::link::{Air, Calibration, Loss, Medium, Radio, Schedule, Topology};
 use super::obstacle::{Obstacle, Obstacles};
 use super::robot::{Robot, RobotId, RobotKind, RobotState, View};
 use super::settings::Settings;
 use super::statistics::Statistics;
 use super::step::Scratch;
 use super::stream::{Purpose, Stream};
+use super::variant::{Numbers, Variant};
 
 /// Robots with brains of type `B`, and everything around them.
 #[derive(Debug)]
@@ -31,10 +32,10 @@ pub struct World<B> {
     pub(crate) lights: Vec<Light>,
     pub(crate) crowd: Crowd,
     pub(crate) substeps: u32,
-    pub(crate) models: Models,
+    /// Of each variant.
+    pub(crate) numbers: Vec<Numbers>,
     pub(crate) air: [Air; Medium::COUNT],
     pub(crate) schedules: [Schedule; Medium::COUNT],
-    pub(crate) pacing: Pacing,
     pub(crate) topology: Topology,
     pub(crate) calibration: Calibration,
     pub(crate) statistics: Statistics,
@@ -66,14 +67,13 @@ impl<B: Brain> World<B> {
             lights: Vec::new(),
             crowd: Crowd::new(area, &settings),
             substeps: 1,
-            models: Models::new(&settings, 1),
+            numbers: vec![Numbers::new(settings, 1)],
             air: [
                 Air::new(Medium::Infrared, infrared.link, 2.0 * kilobot.radius, area),
                 Air::new(Medium::Nrf24, nrf24.link, 0.0, area),
                 Air::new(Medium::P2p, p2p.link, 0.0, area),
             ],
             schedules: Default::default(),
-            pacing: Pacing { infrared, nrf24, p2p },
             topology: Topology::default(),
             calibration: Calibration::new(),
             statistics: Statistics::default(),
@@ -82,28 +82,64 @@ impl<B: Brain> World<B> {
         })
     }
 
+    /// Adds numbers that hold for some robots: how they move, and what becomes of the frames that they send. Seed, area,
+    /// light and the sizes of bodies are the world's.
+    pub fn add_variant(&mut self, settings: Settings) -> Result<Variant, SettingsError> {
+        settings.check()?;
+        let too_many = SettingsError { field: "variant", must: "one of at most 65536" };
+        let number = u16::try_from(self.numbers.len()).map_err(|_| too_many)?;
+        let mut settings = settings;
+        settings.kilobot.radius = self.settings.kilobot.radius;
+        settings.zooid.radius = self.settings.zooid.radius;
+        settings.crazyflie.radius = self.settings.crazyflie.radius;
+        let Settings { infrared, nrf24, p2p, .. } = settings;
+        for (air, link) in self.air.iter_mut().zip([infrared.link, nrf24.link, p2p.link]) {
+            air.add_link(link, self.settings.area);
+        }
+        self.numbers.push(Numbers::new(settings, self.substeps));
+        Ok(Variant(number))
+    }
+
     /// Puts a robot into the world, also while it runs. Ids count up from 0.
     pub fn add(&mut self, kind: RobotKind, pose: Pose, brain: B) -> Result<RobotId, AddError> {
+        self.add_as(Variant::STANDARD, kind, pose, brain)
+    }
+
+    /// Puts a robot of a variant of this world into it.
+    pub fn add_as(
+        &mut self,
+        variant: Variant,
+        kind: RobotKind,
+        pose: Pose,
+        brain: B,
+    ) -> Result<RobotId, AddError> {
         let id = u16::try_from(self.brains.len()).map_err(|_| AddError::TooMany)?;
         if !pose.is_finite() || !self.settings.area.contains(pose.x, pose.y) {
             return Err(AddError::Outside);
         }
+        let Some(Numbers { settings, pacing, .. }) = self.numbers.get(usize::from(variant.0))
+        else {
+            return Err(AddError::UnknownVariant);
+        };
         let mut build = Stream::new(self.settings.seed, Purpose::Build, id, 0);
-        let body = Body::new(kind, &pose, &self.settings, &mut build);
-        let radio = Radio::new(kind.medium(), &self.pacing, &mut build);
+        let body = Body::new(kind, &pose, settings, &mut build);
+        let radio = Radio::new(kind.medium(), pacing, &mut build);
+        let substeps = kind.substeps(settings);
         let is_new = !self.kinds.contains(&kind);
         let has_doubled = self.brains.len().is_power_of_two();
         self.brains.push(brain);
-        self.robots.push(Robot { body, radio, state: RobotState::Running, led: 0 });
+        self.robots.push(Robot { variant, body, radio, state: RobotState::Running, led: 0 });
         self.poses.push(pose);
         self.kinds.push(kind);
         self.crowd.add();
         if is_new || has_doubled {
             self.crowd.resize(self.settings.area, &self.kinds);
         }
-        if is_new {
-            self.substeps = self.substeps.max(kind.substeps(&self.settings));
-            self.models = Models::new(&self.settings, self.substeps);
+        if substeps > self.substeps {
+            self.substeps = substeps;
+            for numbers in &mut self.numbers {
+                *numbers = Numbers::new(numbers.settings, substeps);
+            }
         }
         self.place(usize::from(id), pose);
         Ok(RobotId(id))
@@ -139,11 +175,11 @@ impl<B: Brain> World<B> {
         self.settings.ambient_light = reading.clamp(0.0, 1023.0);
     }
 
-    /// Changes the loss of a medium.
+    /// Changes the loss of a medium, whoever sends.
     pub fn set_loss(&mut self, medium: Medium, loss: Loss) {
         let Loss { near, far } = loss;
-        self.air[medium as usize].link.loss =
-            Loss { near: near.clamp(0.0, 1.0), far: far.clamp(0.0, 1.0) };
+        let loss = Loss { near: near.clamp(0.0, 1.0), far: far.clamp(0.0, 1.0) };
+        self.air[medium as usize].set_loss(loss);
     }
 
     /// Nothing passes between the two robots any more, in either direction.
@@ -288,7 +324,7 @@ impl<B: Brain> World<B> {
         self.now.hash(&mut digest);
         self.statistics.hash(&mut digest);
         let all = self.poses.iter().zip(&self.robots);
-        for (pose, Robot { body, radio, state, led }) in all {
+        for (pose, Robot { body, radio, state, led, .. }) in all {
             for pose in [Some(pose), body.estimate()].into_iter().flatten() {
                 for part in [pose.x, pose.y, pose.z, pose.heading] {
                     part.to_bits().hash(&mut digest);
@@ -323,9 +359,11 @@ impl<B: Brain> World<B> {
         }
         self.poses[index] = pose;
         let (seed, now) = (self.settings.seed, self.now);
-        self.robots[index].body.sense(&pose, &self.models, 0.0, || {
-            Stream::new(seed, Purpose::Estimate, index as u16, now)
-        });
+        let robot = &mut self.robots[index];
+        let models = &self.numbers[usize::from(robot.variant.0)].models;
+        robot
+            .body
+            .sense(&pose, models, 0.0, || Stream::new(seed, Purpose::Estimate, index as u16, now));
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::engine;
 use crate::scenario::{
-    Bodies, Body, Light, Loss, Media, Medium, MediumSettings, Obstacle, Positioning, Preset,
+    Bodies, Body, Group, Light, Loss, Media, Medium, MediumSettings, Obstacle, Positioning, Preset,
     Scenario,
 };
 
@@ -16,9 +16,28 @@ pub fn settings(scenario: &Scenario, seed: u32, threads: usize) -> engine::Setti
         ambient_light: scenario.world.ambient as f32,
         ..engine::Settings::default()
     };
+    match scenario.bodies.kilobot.preset {
+        Preset::Standard => {}
+        Preset::Kilombo => settings.kilombo(),
+        Preset::Argos => settings.argos(),
+        Preset::Kilosim => settings.kilosim(),
+    }
     bodies(&mut settings, &scenario.bodies);
-    media(&mut settings, &scenario.media);
+    let Media { ir, nrf24, p2p } = &scenario.media;
+    medium(&mut settings, Medium::Ir, ir);
+    medium(&mut settings, Medium::Nrf24, nrf24);
+    medium(&mut settings, Medium::P2p, p2p);
     settings
+}
+
+/// The settings for a group, if they are others than `settings`, those of the world.
+pub fn of_group(mut settings: engine::Settings, group: &Group) -> Option<engine::Settings> {
+    if group.model == Bodies::default() && group.link == MediumSettings::default() {
+        return None;
+    }
+    bodies(&mut settings, &group.model);
+    medium(&mut settings, group.body.medium(), &group.link);
+    Some(settings)
 }
 
 fn set(number: &mut f32, value: Option<f64>) {
@@ -28,12 +47,6 @@ fn set(number: &mut f32, value: Option<f64>) {
 }
 
 fn bodies(settings: &mut engine::Settings, bodies: &Bodies) {
-    match bodies.kilobot.preset {
-        Preset::Standard => {}
-        Preset::Kilombo => settings.kilombo(),
-        Preset::Argos => settings.argos(),
-        Preset::Kilosim => settings.kilosim(),
-    }
     let kilobot = &mut settings.kilobot;
     set(&mut kilobot.radius, bodies.kilobot.radius);
     set(&mut kilobot.speed, bodies.kilobot.speed);
@@ -58,26 +71,26 @@ fn bodies(settings: &mut engine::Settings, bodies: &Bodies) {
     }
 }
 
-fn media(settings: &mut engine::Settings, media: &Media) {
-    link(&mut settings.infrared.link, &media.ir);
-    link(&mut settings.nrf24.link, &media.nrf24);
-    link(&mut settings.p2p.link, &media.p2p);
-    set(&mut settings.infrared.distance_sigma, media.ir.distance_error);
-    if let Some(rate) = media.ir.rate {
+fn medium(settings: &mut engine::Settings, medium: Medium, differs: &MediumSettings) {
+    let link = match medium {
+        Medium::Ir => &mut settings.infrared.link,
+        Medium::Nrf24 => &mut settings.nrf24.link,
+        Medium::P2p => &mut settings.p2p.link,
+    };
+    if let Some(range) = differs.range {
+        link.range = Some(range as f32);
+    }
+    if let Some(loss) = differs.loss {
+        link.loss = engine_loss(loss);
+    }
+    set(&mut link.duplicate, differs.duplication);
+    set(&mut link.reorder, differs.reordering);
+    // Only infrared has these.
+    set(&mut settings.infrared.distance_sigma, differs.distance_error);
+    if let Some(rate) = differs.rate {
         // In units of 128 µs.
         settings.infrared.tx_period = (1.0 / rate / 128e-6).clamp(1.0, 65_535.0) as u16;
     }
-}
-
-fn link(link: &mut engine::Link, settings: &MediumSettings) {
-    if let Some(range) = settings.range {
-        link.range = Some(range as f32);
-    }
-    if let Some(loss) = settings.loss {
-        link.loss = engine_loss(loss);
-    }
-    set(&mut link.duplicate, settings.duplication);
-    set(&mut link.reorder, settings.reordering);
 }
 
 pub fn engine_loss(loss: Loss) -> engine::Loss {

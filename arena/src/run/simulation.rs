@@ -1,6 +1,6 @@
 //! One run of a scenario with one seed.
 
-use crate::engine::{View, World};
+use crate::engine::{Variant, View, World};
 use crate::scenario::{Reduction, ScenarioError};
 
 use super::expectation::{Convergence, reduce};
@@ -8,7 +8,7 @@ use super::happen::Happenings;
 use super::place::poses;
 use super::quantity::{Probe, Reading};
 use super::robot::{LogLine, Robot};
-use super::settings::{engine_light, engine_obstacle, kind, settings};
+use super::settings::{engine_light, engine_obstacle, kind, of_group, settings};
 use super::setup::{Cast, Setup, group_of};
 use super::summary::{FaultOf, Summary, Unusable};
 use super::tick_at;
@@ -17,6 +17,8 @@ use super::tick_at;
 pub struct Simulation<'p> {
     setup: &'p Setup<'p>,
     casts: &'p [Cast<'p>],
+    /// Of each group.
+    variants: Vec<Variant>,
     world: World<Robot<'p>>,
     happenings: Happenings,
     seed: u32,
@@ -42,6 +44,12 @@ impl<'p> Simulation<'p> {
         let settings = settings(scenario, seed, threads);
         let poses = poses(scenario, &settings)?;
         let mut world = World::new(settings).map_err(ScenarioError::settings)?;
+        let variants = scenario.groups.iter().map(|group| match of_group(settings, group) {
+            Some(settings) => world.add_variant(settings),
+            None => Ok(Variant::STANDARD),
+        });
+        let variants: Result<Vec<Variant>, _> = variants.collect();
+        let variants = variants.map_err(ScenarioError::settings)?;
         for obstacle in &scenario.world.obstacles {
             world.add_obstacle(engine_obstacle(*obstacle));
         }
@@ -50,6 +58,7 @@ impl<'p> Simulation<'p> {
         let mut simulation = Simulation {
             setup,
             casts,
+            variants,
             world,
             happenings: Happenings::new(poses, lights),
             seed,
@@ -197,7 +206,8 @@ impl<'p> Simulation<'p> {
         let Ok(mut robot) = Robot::new(cast, self.setup.id(number), seed) else { return };
         let Some(id) = there else {
             let pose = self.happenings.start_of(number);
-            if let Ok(id) = self.world.add(kind(of.body), pose, robot) {
+            let variant = self.variants.get(group).copied().unwrap_or_default();
+            if let Ok(id) = self.world.add_as(variant, kind(of.body), pose, robot) {
                 self.happenings.joined(number, id);
             }
             return;

@@ -1,5 +1,7 @@
 //! `[body.*]`: how the robots of a kind move, where that is different from the physical model.
 
+use std::ops::RangeInclusive;
+
 use bittybuzz_robots::Robot;
 
 use super::error::Cause;
@@ -143,34 +145,61 @@ pub fn of_group(section: &Section<'_>, robot: &Robot) -> Option<Body> {
 }
 
 pub fn read(root: &Section<'_>) -> Bodies {
+    let Some(section) = root.section("body", keys::BODY) else { return Bodies::default() };
+    Bodies {
+        kilobot: section.section("kilobot", keys::KILOBOT).map_or_else(Default::default, kilobot),
+        zooid: section.section("zooid", keys::ZOOID).map_or_else(Default::default, zooid),
+        crazyflie: section
+            .section("crazyflie", keys::CRAZYFLIE)
+            .map_or_else(Default::default, crazyflie),
+    }
+}
+
+/// How the robots of a group differ from others with that body.
+pub fn model(group: &Section<'_>, body: Body) -> Bodies {
+    let name = match body {
+        Body::Kilobot => keys::KILOBOT_MODEL,
+        Body::Zooid => keys::ZOOID_MODEL,
+        Body::Crazyflie => keys::CRAZYFLIE_MODEL,
+    };
     let mut bodies = Bodies::default();
-    let Some(section) = root.section("body", keys::BODY) else { return bodies };
-    let radius = |section: &Section<'_>| section.number("radius", 1.0..=10_000.0);
-    let gain_error = |section: &Section<'_>| section.number("gain_error", 0.0..=1.0);
-    if let Some(kilobot) = section.section("kilobot", keys::KILOBOT) {
-        bodies.kilobot = KilobotBody {
-            preset: kilobot.word("preset", &PRESETS).unwrap_or_default(),
-            radius: radius(&kilobot),
-            speed: kilobot.number("speed", 0.0..=10_000.0),
-            turn: kilobot.number("turn", 0.0..=5000.0),
-            gain_error: gain_error(&kilobot),
-        };
-    }
-    if let Some(zooid) = section.section("zooid", keys::ZOOID) {
-        bodies.zooid = ZooidBody {
-            radius: radius(&zooid),
-            speed: zooid.number("speed", 0.0..=10_000.0),
-            gain_error: gain_error(&zooid),
-        };
-    }
-    if let Some(crazyflie) = section.section("crazyflie", keys::CRAZYFLIE) {
-        bodies.crazyflie = CrazyflieBody {
-            radius: radius(&crazyflie),
-            speed: crazyflie.number("speed", 0.0..=100_000.0),
-            acceleration: crazyflie.number("acceleration", 1.0..=1e6),
-            lag: crazyflie.number("lag", 0.0..=10.0),
-            positioning: crazyflie.word("positioning", &POSITIONINGS),
-        };
+    if let Some(section) = group.section("model", name) {
+        match body {
+            Body::Kilobot => bodies.kilobot = kilobot(section),
+            Body::Zooid => bodies.zooid = zooid(section),
+            Body::Crazyflie => bodies.crazyflie = crazyflie(section),
+        }
     }
     bodies
+}
+
+const RADIUS: RangeInclusive<f64> = 1.0..=10_000.0;
+const GAIN_ERROR: RangeInclusive<f64> = 0.0..=1.0;
+
+fn kilobot(section: Section<'_>) -> KilobotBody {
+    KilobotBody {
+        preset: section.word("preset", &PRESETS).unwrap_or_default(),
+        radius: section.number("radius", RADIUS),
+        speed: section.number("speed", 0.0..=10_000.0),
+        turn: section.number("turn", 0.0..=5000.0),
+        gain_error: section.number("gain_error", GAIN_ERROR),
+    }
+}
+
+fn zooid(section: Section<'_>) -> ZooidBody {
+    ZooidBody {
+        radius: section.number("radius", RADIUS),
+        speed: section.number("speed", 0.0..=10_000.0),
+        gain_error: section.number("gain_error", GAIN_ERROR),
+    }
+}
+
+fn crazyflie(section: Section<'_>) -> CrazyflieBody {
+    CrazyflieBody {
+        radius: section.number("radius", RADIUS),
+        speed: section.number("speed", 0.0..=100_000.0),
+        acceleration: section.number("acceleration", 1.0..=1e6),
+        lag: section.number("lag", 0.0..=10.0),
+        positioning: section.word("positioning", &POSITIONINGS),
+    }
 }

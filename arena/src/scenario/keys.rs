@@ -32,6 +32,18 @@ pub const OBSTACLE: &str = "this obstacle";
 pub const LIGHT: &str = "this light";
 /// A group of robots.
 pub const ROBOTS: &str = "this [[robots]]";
+/// How the Kilobots of a group move.
+pub const KILOBOT_MODEL: &str = "the `model` of these Kilobots";
+/// How the Zooids of a group move.
+pub const ZOOID_MODEL: &str = "the `model` of these Zooids";
+/// How the Crazyflies of a group move.
+pub const CRAZYFLIE_MODEL: &str = "the `model` of these Crazyflies";
+/// How the Kilobots of a group talk.
+pub const IR_LINK: &str = "the `link` of these Kilobots";
+/// How the Zooids of a group talk.
+pub const NRF24_LINK: &str = "the `link` of these Zooids";
+/// How the Crazyflies of a group talk.
+pub const P2P_LINK: &str = "the `link` of these Crazyflies";
 /// The bodies.
 pub const BODY: &str = "[body]";
 /// That of the Kilobots.
@@ -134,6 +146,8 @@ pub const SECTIONS: &[SectionKeys] = &[
             "heading" "degrees or \"random\"" "random" "where they look: 0 along x, anticlockwise",
             "body" "word" "that of the robot" "for a robot file: moves and talks as kilobot, zooid or crazyflie",
             "present" "true or false" "true" "false: they are not there until they `join`",
+            "model" "table" "as [body] says" "how these robots move, where others of their kind move otherwise",
+            "link" "table" "as [medium] says" "what becomes of the frames that these robots send",
         ],
     },
     SectionKeys {
@@ -197,7 +211,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "by" "[x, y]" "" "move: by how much, in mm",
             "heading" "degrees" "as before" "move: where they look then",
             "light" "light or list" "" "these lights take the place of those before",
-            "loss" "0 to 1 or [near, far]" "" "the medium loses that share of frames from now on",
+            "loss" "0 to 1 or [near, far]" "" "the medium loses that share of all frames from now on",
             "medium" "word" "the only one" "loss: ir, nrf24 or p2p",
             "block" "[robots, robots]" "" "no frame gets from the ones to the others, nor back",
             "restore" "[robots, robots]" "" "the blocked links work again",
@@ -232,8 +246,21 @@ pub const SECTIONS: &[SectionKeys] = &[
     },
 ];
 
+/// Sections of a group, those for all robots of a kind whose keys they have, and which of these they have not: robots of a kind
+/// are of one size.
+const OF_GROUP: [(&str, &str, &[&str]); 6] = [
+    (KILOBOT_MODEL, KILOBOT, &["preset", "radius"]),
+    (ZOOID_MODEL, ZOOID, &["radius"]),
+    (CRAZYFLIE_MODEL, CRAZYFLIE, &["radius"]),
+    (IR_LINK, IR, &[]),
+    (NRF24_LINK, NRF24, &[]),
+    (P2P_LINK, P2P, &[]),
+];
+
 /// The names of the keys of a section.
 pub fn of(section: &str) -> Vec<&'static str> {
-    let found = SECTIONS.iter().find(|keys| keys.name == section);
-    found.map_or(Vec::new(), |found| found.keys.iter().map(|key| key.name).collect())
+    let of_group = OF_GROUP.iter().find(|(name, ..)| *name == section);
+    let (section, without) = of_group.map_or((section, &[][..]), |(_, of, without)| (of, without));
+    let keys = SECTIONS.iter().find(|keys| keys.name == section).map_or(&[][..], |of| of.keys);
+    keys.iter().map(|key| key.name).filter(|name| !without.contains(name)).collect()
 }

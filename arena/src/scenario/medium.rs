@@ -3,7 +3,7 @@
 use toml::de::DeValue;
 
 use super::error::Cause;
-use super::keys::{IR, NRF24, P2P};
+use super::keys::{IR, IR_LINK, NRF24, NRF24_LINK, P2P, P2P_LINK};
 use super::read::{Entry, Section};
 
 /// What carries frames.
@@ -87,6 +87,16 @@ pub fn read(root: &Section<'_>, used: &[Medium]) -> Media {
         }
     }
     media
+}
+
+/// What becomes of the frames of a group, where that differs from the medium.
+pub fn link(group: &Section<'_>, medium: Medium) -> MediumSettings {
+    let name = match medium {
+        Medium::Ir => IR_LINK,
+        Medium::Nrf24 => NRF24_LINK,
+        Medium::P2p => P2P_LINK,
+    };
+    group.section("link", name).map_or_else(MediumSettings::default, |section| read_one(&section))
 }
 
 fn read_one(section: &Section<'_>) -> MediumSettings {

@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 use bittybuzz_robots::{self as robots, Place, Robot};
 use toml::de::DeValue;
 
-use super::body::{self, Body};
+use super::body::{self, Bodies, Body};
 use super::error::Cause;
 use super::keys::ROBOTS;
+use super::medium::{self, MediumSettings};
 use super::read::{Entry, Section};
 use super::select::Census;
 use super::world::{World, point_inside};
@@ -35,6 +36,10 @@ pub struct Group {
     pub heading: Heading,
     /// Whether they are there from the start; else an event lets them join.
     pub present: bool,
+    /// In what they move otherwise than all robots with that body.
+    pub model: Bodies,
+    /// In what their frames differ from all of that medium.
+    pub link: MediumSettings,
     /// Where the group is written.
     pub place: Place,
 }
@@ -110,6 +115,8 @@ fn group(
     let place = section.place();
     let robot = section.required("robot").and_then(|entry| robot(&entry, folder));
     let body = robot.as_ref().and_then(|robot| body::of_group(section, robot));
+    let model = body.map(|body| body::model(section, body));
+    let link = body.map(|body| medium::link(section, body.medium()));
     let script = section.required("script").and_then(|entry| script(&entry, folder));
     let count = section.integer("count", COUNT);
     let listed = section.get("positions").and_then(|entry| entry.list());
@@ -148,6 +155,8 @@ fn group(
         placement: placement?,
         heading: heading?,
         present: section.boolean("present").unwrap_or(true),
+        model: model?,
+        link: link?,
         place,
     })
 }

@@ -2,11 +2,12 @@
 
 use super::packet::Transmission;
 use super::topology::Topology;
-use super::{Link, Medium};
+use super::{Link, Loss, Medium};
 use crate::engine::TICK_US;
 use crate::engine::geometry::{Area, Pose};
 use crate::engine::grid::Cells;
 use crate::engine::robot::RobotId;
+use crate::engine::variant::Variant;
 
 /// Most cells of a medium: they are never cleared, so they cost memory only.
 const CELLS: usize = 100_000;
@@ -22,6 +23,8 @@ struct Beam {
     z: f32,
     start: i32,
     from: RobotId,
+    /// Of the sender.
+    variant: Variant,
     /// The one before in the same cell.
     earlier: u32,
 }
@@ -30,11 +33,13 @@ struct Beam {
 #[derive(Debug)]
 pub(crate) struct Air {
     pub(crate) medium: Medium,
-    pub(crate) link: Link,
-    /// Distance between middles at which a frame is just heard, mm.
-    pub(crate) reach: f32,
-    /// What of it the two bodies take, mm.
+    /// Of each variant of senders.
+    links: Vec<Link>,
+    /// Of each, the distance between middles at which a frame is just heard, mm.
+    reaches: Vec<f32>,
+    /// What of that distance the two bodies take, mm.
     pub(crate) bodies: f32,
+    /// As large as the longest reach.
     cells: Cells,
     /// Of each cell, the latest transmission.
     latest: Vec<u32>,
@@ -49,23 +54,56 @@ pub(crate) struct Near {
     pub(crate) index: u32,
     pub(crate) distance: f32,
     pub(crate) from: RobotId,
+    pub(crate) variant: Variant,
 }
 
 impl Air {
     /// `bodies` mm of a distance between two middles are not counted by the link's range.
     pub(crate) fn new(medium: Medium, link: Link, bodies: f32, area: Area) -> Self {
-        let reach = link.range.map_or(f32::INFINITY, |range| range + bodies);
-        let cells = Cells::new(area, reach, CELLS);
-        Air {
+        let cells = Cells::new(area, f32::INFINITY, 1);
+        let mut air = Air {
             medium,
-            link,
-            reach,
+            links: Vec::new(),
+            reaches: Vec::new(),
             bodies,
             cells,
-            latest: vec![END; cells.count()],
+            latest: Vec::new(),
             beams: Vec::new(),
             transmissions: Vec::new(),
+        };
+        air.add_link(link, area);
+        air
+    }
+
+    /// The link of one more variant of senders.
+    pub(crate) fn add_link(&mut self, link: Link, area: Area) {
+        let reach = link.range.map_or(f32::INFINITY, |range| range + self.bodies);
+        self.links.push(link);
+        self.reaches.push(reach);
+        let widest = self.reaches.iter().copied().fold(0.0, f32::max);
+        self.cells = Cells::new(area, widest, CELLS);
+        self.latest = vec![END; self.cells.count()];
+        self.beams.clear();
+        for index in 0..self.transmissions.len() {
+            self.enter(index);
         }
+    }
+
+    /// How it is with the frames of that variant.
+    pub(crate) fn link(&self, variant: Variant) -> &Link {
+        &self.links[usize::from(variant.0)]
+    }
+
+    /// All links lose that share of frames.
+    pub(crate) fn set_loss(&mut self, loss: Loss) {
+        for link in &mut self.links {
+            link.loss = loss;
+        }
+    }
+
+    fn reaches(&self, beam: &Beam, squared: f32) -> bool {
+        let reach = self.reaches[usize::from(beam.variant.0)];
+        squared <= reach * reach
     }
 
     pub(crate) fn transmissions(&self) -> &[Transmission] {
@@ -95,9 +133,9 @@ impl Air {
     }
 
     fn enter(&mut self, index: usize) {
-        let Transmission { x, y, z, start, from, .. } = self.transmissions[index];
+        let Transmission { x, y, z, start, from, variant, .. } = self.transmissions[index];
         let latest = &mut self.latest[self.cells.of(x, y)];
-        self.beams.push(Beam { x, y, z, start, from, earlier: *latest });
+        self.beams.push(Beam { x, y, z, start, from, variant, earlier: *latest });
         *latest = index as u32;
     }
 
@@ -121,7 +159,7 @@ impl Air {
                         break;
                     }
                     if beam.start < since
-                        && distance_squared(beam, pose) <= self.reach * self.reach
+                        && self.reaches(beam, distance_squared(beam, pose))
                         && topology.connects(robot, beam.from)
                     {
                         count += 1;
@@ -147,12 +185,13 @@ impl Air {
                 let mut next = latest;
                 while let Some(beam) = self.beams.get(next as usize) {
                     let squared = distance_squared(beam, pose);
-                    if squared <= self.reach * self.reach && topology.connects(robot, beam.from) {
+                    if self.reaches(beam, squared) && topology.connects(robot, beam.from) {
                         found.push(Near {
                             start: beam.start,
                             index: next,
                             distance: squared.sqrt(),
                             from: beam.from,
+                            variant: beam.variant,
                         });
                     }
                     next = beam.earlier;

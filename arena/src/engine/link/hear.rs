@@ -1,10 +1,10 @@
 //! What one robot hears of a tick's transmissions.
 
-use super::Medium;
 use super::air::{Air, Near};
 use super::calibration::Calibration;
 use super::packet::{Heard, Late, Transmission};
 use super::topology::Topology;
+use super::{Link, Medium};
 use crate::engine::TICK_US;
 use crate::engine::brain::Sighting;
 use crate::engine::geometry::{Pose, wrap};
@@ -21,6 +21,8 @@ pub(crate) struct Listener<'a> {
     pub(crate) id: RobotId,
     pub(crate) pose: &'a Pose,
     pub(crate) estimate: Option<&'a Pose>,
+    /// Deviation of the distances that it measures, mm.
+    pub(crate) distance_sigma: f32,
     /// A frame that was held back.
     pub(crate) late: &'a mut Option<Box<Late>>,
     pub(crate) now: u64,
@@ -32,7 +34,6 @@ pub(crate) struct Ether<'a> {
     pub(crate) air: &'a Air,
     pub(crate) topology: &'a Topology,
     pub(crate) calibration: &'a Calibration,
-    pub(crate) distance_sigma: f32,
 }
 
 impl Ether<'_> {
@@ -60,11 +61,11 @@ impl Ether<'_> {
             match disturbed(near, place, air_time, listener.id) {
                 Some(Disturbance::Sending) => count.deaf += 1,
                 Some(Disturbance::Collision) => count.collided += 1,
-                None if stream.chance(self.loss(frame.distance)) => count.lost += 1,
+                None if stream.chance(self.loss(frame)) => count.lost += 1,
                 None => {
                     count.received += 1;
                     let sighting = self.sighting(listener, frame, &mut stream);
-                    self.deliver(listener, frame.index, sighting, &mut stream, heard, count);
+                    self.deliver(listener, frame, sighting, &mut stream, heard, count);
                 }
             }
         }
@@ -74,14 +75,14 @@ impl Ether<'_> {
     fn deliver(
         &self,
         listener: &mut Listener<'_>,
-        transmission: u32,
+        near: &Near,
         sighting: Sighting,
         stream: &mut Stream,
         heard: &mut Vec<Heard>,
         count: &mut LinkStatistics,
     ) {
-        let link = &self.air.link;
-        let frame = Heard { transmission, sighting };
+        let link = self.air.link(near.variant);
+        let frame = Heard { transmission: near.index, sighting };
         if stream.chance(link.duplicate) {
             count.duplicated += 1;
             heard.push(frame);
@@ -90,7 +91,7 @@ impl Ether<'_> {
             count.delayed += 1;
             *listener.late = Some(Box::new(Late {
                 due: listener.now + 1 + u64::from(stream.below(LATEST)),
-                packet: self.air.transmissions()[transmission as usize].packet,
+                packet: self.air.transmissions()[near.index as usize].packet,
                 sighting,
             }));
         } else {
@@ -98,19 +99,19 @@ impl Ether<'_> {
         }
     }
 
-    /// Probability that a frame is lost over this distance between middles.
-    fn loss(&self, distance: f32) -> f32 {
-        let Some(range) = self.air.link.range else { return self.air.link.loss.near };
-        let loss = &self.air.link.loss;
-        let part = ((distance - self.air.bodies) / range).clamp(0.0, 1.0);
+    /// Probability that a frame is lost on its way.
+    fn loss(&self, frame: &Near) -> f32 {
+        let Link { range, loss, .. } = self.air.link(frame.variant);
+        let Some(range) = range else { return loss.near };
+        let part = ((frame.distance - self.air.bodies) / range).clamp(0.0, 1.0);
         loss.near + (loss.far - loss.near) * part * part
     }
 
     fn sighting(&self, listener: &Listener<'_>, frame: &Near, stream: &mut Stream) -> Sighting {
         if self.air.medium == Medium::Infrared {
             let mut gap = frame.distance - self.air.bodies;
-            if self.distance_sigma > 0.0 {
-                gap += self.distance_sigma * stream.normal();
+            if listener.distance_sigma > 0.0 {
+                gap += listener.distance_sigma * stream.normal();
             }
             return Sighting {
                 robot: None,

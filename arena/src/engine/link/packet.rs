@@ -3,6 +3,7 @@
 use super::Medium;
 use crate::engine::brain::Sighting;
 use crate::engine::robot::RobotId;
+use crate::engine::variant::Variant;
 
 /// Longest frame of all media.
 const CAPACITY: usize = 49;
@@ -47,6 +48,8 @@ pub(crate) struct Transmission {
     /// When it began: microseconds after the window's beginning; negative if before.
     pub(crate) start: i32,
     pub(crate) from: RobotId,
+    /// Of the sender.
+    pub(crate) variant: Variant,
     pub(crate) x: f32,
     pub(crate) y: f32,
     pub(crate) z: f32,

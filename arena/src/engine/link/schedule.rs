@@ -7,7 +7,7 @@ use std::collections::BinaryHeap;
 
 use super::air::Air;
 use super::packet::{Packet, Transmission};
-use super::radio::{Pacing, Radio};
+use super::radio::Radio;
 use super::topology::Topology;
 use crate::engine::TICK_US;
 use crate::engine::brain::Brain;
@@ -15,6 +15,7 @@ use crate::engine::geometry::Pose;
 use crate::engine::robot::{Robot, RobotId};
 use crate::engine::statistics::LinkStatistics;
 use crate::engine::stream::{Purpose, Stream};
+use crate::engine::variant::Numbers;
 
 /// A robot that will try to send.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -34,7 +35,7 @@ pub(crate) struct Schedule {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Moment<'a> {
     pub(crate) topology: &'a Topology,
-    pub(crate) pacing: &'a Pacing,
+    pub(crate) numbers: &'a [Numbers],
     pub(crate) seed: u64,
     pub(crate) now: u64,
 }
@@ -78,20 +79,21 @@ impl Schedule {
 fn carry_out(
     Attempt { at, robot }: Attempt,
     moment: &Moment<'_>,
-    Robot { radio, body, .. }: &mut Robot,
+    Robot { variant, radio, body, .. }: &mut Robot,
     brain: &mut impl Brain,
     pose: &Pose,
     air: &mut Air,
     count: &mut LinkStatistics,
 ) -> Option<Attempt> {
     let medium = air.medium;
+    let pacing = &moment.numbers[usize::from(variant.0)].pacing;
     let moment_us = moment.now * u64::from(TICK_US) + at.max(0) as u64;
     let mut stream = Stream::new(moment.seed, Purpose::BackOff, robot.0, moment_us);
     let busy = Radio::senses(medium, at)
         .map_or(0, |since| air.sensed(robot, pose, at, since, moment.topology));
     if busy > 0 {
         count.postponed += 1;
-        radio.back_off(medium, busy, moment.pacing, &mut stream);
+        radio.back_off(medium, busy, pacing, &mut stream);
     } else {
         let packet = Packet::of(medium, |frame| brain.next_frame(frame));
         radio.waits = packet.is_some() && brain.has_frame();
@@ -99,8 +101,9 @@ fn carry_out(
         count.sent += 1;
         let claim = body.estimate().map(|pose| [pose.x, pose.y, pose.z]);
         let Pose { x, y, z, .. } = *pose;
-        air.send(Transmission { start: at, from: robot, x, y, z, claim, packet });
-        radio.sent(medium, moment.pacing, &mut stream);
+        let variant = *variant;
+        air.send(Transmission { start: at, from: robot, variant, x, y, z, claim, packet });
+        radio.sent(medium, pacing, &mut stream);
         if !radio.waits {
             return None;
         }

@@ -1,0 +1,140 @@
+//! Groups of one kind that differ: in how they move, and in what becomes of their frames.
+
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+mod common;
+mod script;
+
+use bittybuzz_arena::engine::{AddError, Link, Loss, Medium, RobotKind, Settings, World};
+use bittybuzz_arena::engine::{Pose, RobotId};
+use common::{Probe, close, exact, links, probe, run};
+use script::{folder, run_with};
+
+/// Two who talk, the second with a link of its own, and listeners at 40 and at 60 mm from rim to rim of each.
+#[test]
+fn a_link_is_that_of_the_sender() {
+    for kind in [RobotKind::Kilobot, RobotKind::Zooid, RobotKind::Crazyflie] {
+        let mut settings = Settings { seed: 3, ..exact() };
+        for link in links(&mut settings) {
+            link.range = Some(150.0);
+        }
+        let mut world = World::new(settings).unwrap();
+        for link in links(&mut settings) {
+            *link =
+                Link { range: Some(120.0), loss: Loss::even(0.5), duplicate: 1.0, reorder: 0.0 };
+        }
+        let weak = world.add_variant(settings).unwrap();
+        // From middle to middle; infrared counts from rim to rim.
+        let bodies = if kind == RobotKind::Kilobot { 33.0 } else { 0.0 };
+        let at = |x: f32, y: f32| Pose::new(x, y, 0.0);
+        let strong_one = world.add(kind, at(0.0, 1000.0), Probe::talking()).unwrap();
+        let weak_one = world.add_as(weak, kind, at(0.0, -1000.0), Probe::talking()).unwrap();
+        let mut listen =
+            |x: f32, y: f32| world.add(kind, at(x + bodies, y), Probe::default()).unwrap();
+        let [near_strong, far_strong] =
+            [listen(110.0, 1000.0), listen(-140.0 - 2.0 * bodies, 1000.0)];
+        let [near_weak, far_weak] =
+            [listen(110.0, -1000.0), listen(-140.0 - 2.0 * bodies, -1000.0)];
+        run(&mut world, 1000);
+        let heard = |by: RobotId, of| probe(&world, by).heard_from(of) as f32;
+        let given = |of: RobotId| probe(&world, of).given as f32;
+        close(heard(near_strong, strong_one), given(strong_one), 3.0);
+        close(heard(far_strong, strong_one), given(strong_one), 3.0);
+        assert_eq!(heard(far_weak, weak_one), 0.0, "{kind:?}");
+        // Half of the frames twice: 191 or more frames, three deviations of the share are 11 %.
+        close(heard(near_weak, weak_one) / given(weak_one), 1.0, 0.22);
+        // An event changes all.
+        for medium in Medium::ALL {
+            world.set_loss(medium, Loss::even(1.0));
+        }
+        run(&mut world, 2);
+        let before = world.statistics().all_links().received;
+        run(&mut world, 100);
+        assert_eq!(world.statistics().all_links().received, before);
+    }
+}
+
+#[test]
+fn a_variant_that_reaches_further_is_heard_and_sensed_further_away() {
+    let mut settings = Settings { seed: 3, ..exact() };
+    settings.infrared.link.range = Some(20.0);
+    let mut world = World::new(settings).unwrap();
+    let a = world.add(RobotKind::Kilobot, Pose::default(), Probe::talking()).unwrap();
+    run(&mut world, 20);
+    // While frames are on the air.
+    settings.infrared.link.range = Some(900.0);
+    let strong = world.add_variant(settings).unwrap();
+    let far = Pose::new(800.0, 0.0, 0.0);
+    let b = world.add_as(strong, RobotKind::Kilobot, far, Probe::talking()).unwrap();
+    run(&mut world, 200);
+    assert!(probe(&world, a).heard_from(b) > 30 && probe(&world, b).heard.is_empty());
+    let other = World::<Probe>::new(settings).unwrap().add_as(
+        strong,
+        RobotKind::Zooid,
+        far,
+        Probe::default(),
+    );
+    assert_eq!(other.unwrap_err(), AddError::UnknownVariant);
+    settings.infrared.link.loss.near = -1.0;
+    assert_eq!(world.add_variant(settings).unwrap_err().field, "infrared.link.loss.near");
+}
+
+const WALK: &str = "r = 0\nfunction init() { neighbors.listen(\"n\", function(t, v, i) { r = r + 1 }) }\n\
+                    function step() { forward() neighbors.broadcast(\"n\", id) }\n";
+
+/// The fast ones go twice as far; those with worn motors go astray.
+#[test]
+fn models_are_those_of_their_group() {
+    let folder = folder("models", &[("walk.bzz", WALK)]);
+    let group = |name: &str, y: i32, more: &str| {
+        format!(
+            "[[robots]]\nname = \"{name}\"\nrobot = \"kilobot\"\nscript = \"walk.bzz\"\ncount = 10\n\
+             placement = \"line\"\nspacing = 150\nat = [-700, {y}]\nheading = 90\n{more}\n"
+        )
+    };
+    let text = format!(
+        "[world]\nsize = [2000, 2000]\nduration = 20\n[body.kilobot]\ngain_error = 0\n{}{}{}",
+        group("plain", -900, ""),
+        group("fast", -300, "model = { speed = 20 }"),
+        group("worn", 300, "model = { gain_error = 0.3 }\nlink = { rate = 8 }"),
+    );
+    let mut ends = Vec::new();
+    let summary = run_with(&folder, &text, 1, |simulation| {
+        ends = (0..30).filter_map(|robot| simulation.view(robot)).map(|view| view.pose).collect();
+    });
+    assert!(summary.faults.is_empty());
+    let straight = std::f32::consts::FRAC_PI_2;
+    for (number, pose) in ends.iter().enumerate() {
+        match number / 10 {
+            0 => close(pose.y, -900.0 + 200.0, 2.0),
+            1 => close(pose.y, -300.0 + 400.0, 4.0),
+            _ => assert!(pose.y < 520.0),
+        }
+        if number < 20 {
+            close(pose.heading, straight, 0.001);
+        }
+    }
+    let strays = ends[20..].iter().filter(|pose| (pose.heading - straight).abs() > 0.3).count();
+    assert!(strays >= 6, "{strays} of 10");
+    // 10 robots of each group for 20 s: 2 frames a second, and 8 where the file says so (kilolib's timer gives 7.6).
+    let sent = summary.statistics.all_links().sent;
+    assert!((2 * 380 + 1450..=2 * 400 + 1600).contains(&sent), "{sent}");
+}
+
+/// `--set` speaks of groups, and a group of defaults is no other than one that says nothing.
+#[test]
+fn parameters_of_groups_can_be_set() {
+    let folder = folder("set_models", &[("walk.bzz", WALK)]);
+    let text = "[world]\nsize = [500, 500]\nduration = 1\n\
+                [[robots]]\nrobot = \"crazyflie\"\nscript = \"walk.bzz\"\nmodel = {}\n";
+    let set = |set: &[&str]| {
+        let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
+        bittybuzz_arena::scenario::Scenario::parse(text, "s.toml", &folder, &set)
+    };
+    let scenario = set(&["robots.0.model.lag=0.5", "robots.0.link.loss=0.25"]).unwrap();
+    let group = &scenario.groups[0];
+    assert_eq!(group.model.crazyflie.lag, Some(0.5));
+    assert_eq!(group.link.loss.map(|loss| (loss.near, loss.far)), Some((0.25, 0.25)));
+    assert_eq!(set(&[]).unwrap().groups[0].model, bittybuzz_arena::scenario::Bodies::default());
+    assert!(set(&["robots.0.link.rate=3"]).is_err(), "only infrared has a rate");
+}
