@@ -300,7 +300,6 @@ fn wrong_command_lines_say_what_to_do() {
         (&["trace"], &["FIRMWARE"]),
         (&["trace", "robot.elf"], &["the robot is not named", "--robot crazyflie"]),
         (&["trace", "robot.elf", "--robot", "kilobot"], &["Kilobot cannot be", "yet"]),
-        (&["trace", "robot.elf", "--robot", "zooids", "--emulate"], &["Zooid cannot be", "yet"]),
         (&["trace", "none.elf", "--robot", "crazyflie"], &["there is no file `none.elf`"]),
         (&["trace", "-", "--emulate"], &["no firmware to emulate", "(ELF)"]),
         (&["trace", "-", "--seconds", "3"], &["--emulate"]),
