@@ -1,7 +1,8 @@
 //! The board of a Crazyflie 2: an STM32F405, an nRF51822, LEDs and motors.
 
-use crate::f405::{F405, Pin, Pwm};
+use crate::f405::F405;
 use crate::nrf51::{BAUD, Nrf51, Output};
+use crate::stm32::{Pin, Pwm};
 use crate::{Battery, Event, Frame, Led, Lines, Link, P2pFrame, Pose, ResetCause, Time, Width};
 
 /// Port, pin, whether it shines when the pin is high.

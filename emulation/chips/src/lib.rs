@@ -19,13 +19,17 @@
 
 mod crazyflie;
 mod event;
+mod f051;
 mod f405;
+mod nrf24;
 mod nrf51;
+mod random;
 mod serial;
+mod stm32;
 mod time;
 
 pub use crazyflie::{Crazyflie, Settings, Statistics};
 pub use event::{Event, HardwareError, Led, ResetCause};
-pub use f405::{Lines, Width};
 pub use nrf51::{Battery, Frame, Link, MAX_PAYLOAD, P2P_MAX, P2pFrame, Pose};
+pub use stm32::{Lines, Width};
 pub use time::Time;

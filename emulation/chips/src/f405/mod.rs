@@ -1,26 +1,16 @@
 //! The STM32F405: its peripherals, their clocks and their interrupt lines.
 
-mod bus;
-mod exti;
-mod gpio;
 mod rcc;
 mod system;
-mod timer;
 mod usart;
-mod watchdog;
 
 use std::collections::{BTreeMap, HashSet};
 
-use self::bus::Write;
-pub use self::bus::{Lines, Width};
-use self::exti::Exti;
-pub(crate) use self::gpio::{Pin, Port};
 use self::rcc::Rcc;
 use self::system::{Flash, Identity, Power};
-pub(crate) use self::timer::{Pwm, Timer};
 pub(crate) use self::usart::{Sent, Usart};
-use self::watchdog::Watchdog;
-use crate::{HardwareError, ResetCause, Time};
+use crate::stm32::{Exti, Kind, Pin, Port, PortReset, Timer, Watchdog, Write};
+use crate::{HardwareError, Lines, ResetCause, Time, Width};
 
 /// First address of each timer, and its interrupt (RM0090 tables 1 and 62).
 const TIMERS: [(u32, u8); 4] =
@@ -36,6 +26,17 @@ const GPIO_LAST: u32 = 0x4002_2000;
 const RCC: u32 = 0x4002_3800;
 const FLASH: u32 = 0x4002_3c00;
 const DEBUG: u32 = 0xe004_2000;
+/// Numbers of the interrupts of EXTI lines 0 to 15 (RM0090 table 62).
+const EXTI_IRQ: [u8; 16] = [6, 7, 8, 9, 10, 23, 23, 23, 23, 23, 40, 40, 40, 40, 40, 40];
+/// Nominal frequency of the oscillator LSI; a real one is anywhere between 17 and 47 kHz.
+const LSI_HZ: u64 = 32_000;
+/// The pins of the debugger are the only ones that are not inputs (RM0090 8.4).
+const PORTS: [PortReset; 9] = {
+    let mut ports = [PortReset { moder: 0, ospeedr: 0, pupdr: 0 }; 9];
+    ports[0] = PortReset { moder: 0xa800_0000, ospeedr: 0, pupdr: 0x6400_0000 };
+    ports[1] = PortReset { moder: 0x0000_0280, ospeedr: 0x0000_00c0, pupdr: 0x0000_0100 };
+    ports
+};
 /// Peripherals begin at multiples of this.
 const BLOCK: u32 = 0x400;
 
@@ -70,12 +71,12 @@ impl F405 {
             rcc,
             power: Power::new(),
             flash: Flash::new(),
-            ports: std::array::from_fn(Port::new),
-            exti: Exti::default(),
+            ports: PORTS.map(Port::new),
+            exti: Exti::new(EXTI_IRQ),
             usart: Usart::new(clocks.pclk2),
-            timers: [true, false, false, true]
-                .map(|wide| Timer::new(wide, clocks.timers1, Time::ZERO)),
-            watchdog: Watchdog::new(),
+            timers: [Kind::Wide, Kind::General, Kind::General, Kind::Wide]
+                .map(|kind| Timer::new(kind, clocks.timers1, Time::ZERO)),
+            watchdog: Watchdog::new(LSI_HZ),
             identity: Identity::new(unique_id, device_type),
             storage: BTreeMap::new(),
             unknown: BTreeMap::new(),
@@ -90,17 +91,17 @@ impl F405 {
         self.rcc.reset(cause);
         self.power = Power::new();
         self.flash = Flash::new();
-        for (number, port) in self.ports.iter_mut().enumerate() {
-            port.reset(number);
+        for port in &mut self.ports {
+            port.reset();
         }
-        self.exti = Exti::default();
+        self.exti = Exti::new(EXTI_IRQ);
         self.lines = Lines::default();
         self.usart.reset();
-        self.watchdog = Watchdog::new();
+        self.watchdog = Watchdog::new(LSI_HZ);
         self.storage.clear();
         let clocks = self.rcc.clocks();
         for timer in &mut self.timers {
-            *timer = Timer::new(timer.is_wide(), clocks.timers1, self.now);
+            *timer = Timer::new(timer.kind(), clocks.timers1, self.now);
         }
         self.usart.set_clock(clocks.pclk2);
         self.pins_changed();
@@ -130,7 +131,7 @@ impl F405 {
     pub fn take_watchdog_expiry(&mut self) -> bool {
         let expired = self.watchdog.expires().is_some_and(|at| at <= self.now);
         if expired {
-            self.watchdog = Watchdog::new();
+            self.watchdog = Watchdog::new(LSI_HZ);
         }
         expired
     }
@@ -343,13 +344,13 @@ impl F405 {
         let is_set = |number: usize, bit: usize| register == number && bits >> bit & 1 != 0;
         for (number, port) in self.ports.iter_mut().enumerate() {
             if is_set(0, number) {
-                port.reset(number);
+                port.reset();
             }
         }
         let hz = self.rcc.clocks().timers1;
         for (number, timer) in self.timers.iter_mut().enumerate() {
             if is_set(4, number) {
-                *timer = Timer::new(timer.is_wide(), hz, self.now);
+                *timer = Timer::new(timer.kind(), hz, self.now);
             }
         }
         if is_set(4, 28) {

@@ -1,6 +1,6 @@
 //! Reset and clock control (RM0090 6).
 
-use super::bus::Write;
+use crate::stm32::Write;
 use crate::{HardwareError, ResetCause};
 
 /// Registers by offset / 4.

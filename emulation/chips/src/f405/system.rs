@@ -1,6 +1,6 @@
 //! The small ones: power controller (RM0090 5), flash interface (3) and what identifies the chip (38, 39).
 
-use super::bus::Write;
+use crate::stm32::Write;
 use crate::HardwareError;
 
 /// DBGMCU_IDCODE of the STM32F405, revision Y (38.6.1).

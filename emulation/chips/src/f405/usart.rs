@@ -1,6 +1,6 @@
 //! USART of the STM32F4 (RM0090 30): asynchronous, 8 data bits, no parity, one stop bit, by interrupts.
 
-use super::bus::Write;
+use crate::stm32::Write;
 use crate::Time;
 use crate::serial::{self, FRAME_BITS, Received};
 

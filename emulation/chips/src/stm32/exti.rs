@@ -1,12 +1,10 @@
-//! External interrupts (RM0090 12) and the choice of their pins (SYSCFG, 9.3).
+//! External interrupts of pins (RM0090 12, RM0091 11.2) and the choice of the pins (SYSCFG, RM0090 9.3, RM0091 9.1).
 
 use super::bus::{Lines, Write};
 
-/// Numbers of the interrupts of lines 0 to 15 (RM0090 table 62).
-const IRQ: [u8; 16] = [6, 7, 8, 9, 10, 23, 23, 23, 23, 23, 40, 40, 40, 40, 40, 40];
-
-#[derive(Default)]
 pub(crate) struct Exti {
+    /// The interrupt of each line.
+    irq: [u8; 16],
     imr: u32,
     emr: u32,
     rtsr: u32,
@@ -22,6 +20,22 @@ pub(crate) struct Exti {
 }
 
 impl Exti {
+    /// One whose lines 0 to 15 raise these interrupts.
+    pub fn new(irq: [u8; 16]) -> Self {
+        Exti {
+            irq,
+            imr: 0,
+            emr: 0,
+            rtsr: 0,
+            ftsr: 0,
+            swier: 0,
+            pending: 0,
+            exticr: [0; 4],
+            levels: 0,
+            driven: 0,
+        }
+    }
+
     /// Which port line `line` listens to.
     pub fn port(&self, line: u8) -> usize {
         (self.exticr[usize::from(line / 4)] >> (4 * (line % 4)) & 0xf) as usize
@@ -40,8 +54,8 @@ impl Exti {
         if requests == std::mem::replace(&mut self.driven, requests) {
             return;
         }
-        for irq in [6, 7, 8, 9, 10, 23, 40] {
-            let high = (0..16).any(|line| IRQ[line] == irq && requests >> line & 1 != 0);
+        for irq in self.irq {
+            let high = (0..16).any(|line| self.irq[line] == irq && requests >> line & 1 != 0);
             lines.set(irq, high);
         }
     }
@@ -92,9 +106,12 @@ mod tests {
     use super::*;
     use crate::Width;
 
+    /// Those of the STM32F405 (RM0090 table 62).
+    const IRQ: [u8; 16] = [6, 7, 8, 9, 10, 23, 23, 23, 23, 23, 40, 40, 40, 40, 40, 40];
+
     #[test]
     fn edges_raise_the_chosen_interrupt() {
-        let mut exti = Exti::default();
+        let mut exti = Exti::new(IRQ);
         let word = |value| Write::new(0, Width::Word, value);
         exti.write(0x00, word(1 << 4 | 1 << 14));
         exti.write(0x08, word(1 << 4));
@@ -114,7 +131,7 @@ mod tests {
 
     #[test]
     fn the_port_of_a_line_follows_exticr() {
-        let mut exti = Exti::default();
+        let mut exti = Exti::new(IRQ);
         exti.write_choice(3, Write::new(0, Width::Word, 2 << 8));
         assert_eq!(exti.port(14), 2);
         assert_eq!(exti.port(13), 0);

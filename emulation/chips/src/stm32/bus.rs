@@ -22,6 +22,15 @@ impl Width {
         }
     }
 
+    /// How many bytes it has.
+    pub const fn bytes(self) -> u32 {
+        match self {
+            Width::Byte => 1,
+            Width::Half => 2,
+            Width::Word => 4,
+        }
+    }
+
     pub(crate) const fn mask(self) -> u32 {
         match self {
             Width::Byte => 0xff,
@@ -62,7 +71,7 @@ impl Write {
     }
 }
 
-/// The levels of the interrupt lines to the NVIC; bit n is interrupt n (RM0090 table 62).
+/// The levels of the interrupt lines to the NVIC; bit n is interrupt n.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Lines(u128);
 

@@ -1,8 +1,8 @@
-//! General-purpose timers TIM2 to TIM5 (RM0090 18), counting up: compare and update interrupts, PWM.
+//! Timers (RM0090 18; RM0091 17 to 20), counting up: compare and update interrupts, PWM.
 //!
 //! Compare values and the reload value take effect at once, as if never preloaded: at most one period of the
-//! timer too early. Counting down, centred counting, one-pulse and slave modes have no model; [`Timer::write`]
-//! says so when the firmware asks for one.
+//! timer too early. Counting down, centred counting, one-pulse and slave modes, repetition, break and input capture have
+//! no model; [`Timer::write`] says so when the firmware asks for one of the first five.
 
 use super::bus::Write;
 use crate::Time;
@@ -18,8 +18,10 @@ const CCER: u32 = 0x20;
 const CNT: u32 = 0x24;
 const PSC: u32 = 0x28;
 const ARR: u32 = 0x2c;
+const RCR: u32 = 0x30;
 const CCR1: u32 = 0x34;
 const CCR4: u32 = 0x40;
+const BDTR: u32 = 0x44;
 const REGISTERS: usize = 0x54 / 4;
 
 const CR1_CEN: u32 = 1 << 0;
@@ -31,6 +33,44 @@ const SMCR_SMS: u32 = 7;
 const UIF: u32 = 1 << 0;
 /// Update and the four compare interrupts.
 const INTERRUPTS: u32 = 0x1f;
+/// Main output enable.
+const BDTR_MOE: u32 = 1 << 15;
+
+/// What a timer has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// 32 bits, four channels: TIM2, and TIM5 of the STM32F4.
+    Wide,
+    /// 16 bits, four channels: TIM3, TIM4.
+    General,
+    /// 16 bits, four channels behind a main output enable: TIM1.
+    Advanced,
+    /// Two channels behind a main output enable: TIM15 of the STM32F0.
+    Dual,
+    /// One channel behind a main output enable: TIM16 and TIM17 of the STM32F0.
+    SingleGated,
+    /// One channel: TIM14 of the STM32F0.
+    Single,
+}
+
+impl Kind {
+    const fn channels(self) -> u32 {
+        match self {
+            Kind::Wide | Kind::General | Kind::Advanced => 4,
+            Kind::Dual => 2,
+            Kind::SingleGated | Kind::Single => 1,
+        }
+    }
+
+    const fn has_main_output(self) -> bool {
+        matches!(self, Kind::Advanced | Kind::Dual | Kind::SingleGated)
+    }
+
+    /// The largest count.
+    const fn limit(self) -> u32 {
+        if matches!(self, Kind::Wide) { 0xffff_ffff } else { 0xffff }
+    }
+}
 
 /// The signal of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,8 +89,7 @@ impl Pwm {
 pub(crate) struct Timer {
     /// The registers that are only remembered, and those that are not but CNT, by offset / 4.
     registers: [u32; REGISTERS],
-    /// TIM2 and TIM5 have 32 bits.
-    wide: bool,
+    kind: Kind,
     hz: u64,
     /// The prescaler at work; PSC is taken over at the next update.
     prescaler: u32,
@@ -65,14 +104,14 @@ pub(crate) struct Timer {
 }
 
 impl Timer {
-    pub fn new(wide: bool, hz: u64, now: Time) -> Self {
+    pub fn new(kind: Kind, hz: u64, now: Time) -> Self {
         let mut registers = [0; REGISTERS];
-        registers[ARR as usize / 4] = if wide { 0xffff_ffff } else { 0xffff };
-        Timer { registers, wide, hz, prescaler: 0, count: 0, since: now, seen: 0, next: None }
+        registers[ARR as usize / 4] = kind.limit();
+        Timer { registers, kind, hz, prescaler: 0, count: 0, since: now, seen: 0, next: None }
     }
 
-    pub fn is_wide(&self) -> bool {
-        self.wide
+    pub fn kind(&self) -> Kind {
+        self.kind
     }
 
     fn register(&self, offset: u32) -> u32 {
@@ -130,7 +169,7 @@ impl Timer {
             return;
         }
         let mut raised = 0;
-        for channel in 0..4 {
+        for channel in 0..self.kind.channels() {
             if self.next_match(channel) <= count {
                 raised |= 2 << channel;
             }
@@ -161,13 +200,20 @@ impl Timer {
             return None;
         }
         let update = (waiting & UIF != 0).then(|| self.next_count(0));
-        let compares =
-            (0..4).filter(|n| waiting & 2 << n != 0).map(|channel| self.next_match(channel));
+        let compares = (0..self.kind.channels())
+            .filter(|n| waiting & 2 << n != 0)
+            .map(|channel| self.next_match(channel));
         compares.chain(update).min().map(|count| self.time_of(count))
     }
 
     pub fn interrupt(&self) -> bool {
         self.register(SR) & self.register(DIER) & INTERRUPTS != 0
+    }
+
+    /// Of TIM1, whose interrupts have lines of their own: update, and compare.
+    pub fn separate_interrupts(&self) -> [bool; 2] {
+        let raised = self.register(SR) & self.register(DIER) & INTERRUPTS;
+        [raised & UIF != 0, raised & !UIF != 0]
     }
 
     /// The clock of the timer changes.
@@ -196,7 +242,7 @@ impl Timer {
     }
 
     fn set(&mut self, offset: u32, write: Write, now: Time) -> bool {
-        let width = if self.wide { 0xffff_ffff } else { 0xffff };
+        let width = self.kind.limit();
         let count = self.count_at(now) % self.period();
         match offset {
             CR1 => {
@@ -227,6 +273,8 @@ impl Timer {
                 // A counter already beyond the new value would go on to its width's end and wrap there.
                 self.restart(if count > u64::from(reload) { 0 } else { count }, now);
             }
+            CCR1..=CCR4 if (offset - CCR1) / 4 >= self.kind.channels() => {}
+            RCR => return write.ones() == 0,
             CCR1..=CCR4 => {
                 let register = &mut self.registers[offset as usize / 4];
                 *register = write.merge(*register) & width;
@@ -241,12 +289,13 @@ impl Timer {
         true
     }
 
-    /// What channel 0 to 3 puts on its pin; none if its output is off (CCxE) or it is no output.
+    /// What channel 0 to 3 puts on its pin; none if its output is off (CCxE, MOE) or it is no output.
     pub fn output(&self, channel: u32) -> Option<Pwm> {
         let enable = self.register(CCER) >> (4 * channel);
         let register = if channel < 2 { CCMR1 } else { CCMR2 };
         let mode = self.register(register) >> (8 * (channel % 2));
-        if enable & 1 == 0 || mode & 3 != 0 {
+        let gated = self.kind.has_main_output() && self.register(BDTR) & BDTR_MOE == 0;
+        if enable & 1 == 0 || mode & 3 != 0 || gated {
             return None;
         }
         let inverted = enable & 2 != 0;
@@ -282,7 +331,7 @@ mod tests {
     const HZ: u64 = 84_000_000;
 
     fn timer() -> Timer {
-        Timer::new(true, HZ, Time::ZERO)
+        Timer::new(Kind::Wide, HZ, Time::ZERO)
     }
 
     fn write(timer: &mut Timer, offset: u32, value: u32, now: Time) {
@@ -390,6 +439,35 @@ mod tests {
         let mut timer = timer();
         assert!(!timer.write(CR1, Write::new(0, Width::Word, 1 << 4), Time::ZERO));
         assert!(!timer.write(SMCR, Write::new(0, Width::Word, 7), Time::ZERO));
+    }
+
+    #[test]
+    fn an_advanced_timer_needs_its_main_output() {
+        let mut timer = Timer::new(Kind::Advanced, 48_000_000, Time::ZERO);
+        for (offset, value) in [(PSC, 23), (ARR, 9999), (CCMR2, 6 << 4), (CCER, 1 << 8 | 1 << 9)] {
+            write(&mut timer, offset, value, Time::ZERO);
+        }
+        write(&mut timer, EGR, 1, Time::ZERO);
+        write(&mut timer, CCR1 + 8, 2500, Time::ZERO);
+        write(&mut timer, CR1, CR1_CEN, Time::ZERO);
+        assert_eq!(timer.output(2), None);
+        write(&mut timer, BDTR, BDTR_MOE, Time::ZERO);
+        assert_eq!(timer.output(2), Some(Pwm { duty: 0.75, frequency_hz: 200.0 }));
+        assert_eq!(timer.separate_interrupts(), [false; 2]);
+        write(&mut timer, DIER, 1 << 3, Time::ZERO);
+        timer.advance(Time::from_micros(1_250));
+        assert_eq!(timer.separate_interrupts(), [false, true]);
+    }
+
+    #[test]
+    fn channels_that_a_timer_has_not_do_nothing() {
+        let mut timer = Timer::new(Kind::Single, 48_000_000, Time::ZERO);
+        write(&mut timer, CCR1 + 4, 5, Time::ZERO);
+        assert_eq!(timer.read(CCR1 + 4, Time::ZERO), 0);
+        write(&mut timer, DIER, 0x1e, Time::ZERO);
+        write(&mut timer, CR1, CR1_CEN, Time::ZERO);
+        timer.advance(Time::from_millis(2));
+        assert_eq!(timer.read(SR, Time::from_millis(2)), UIF | 2, "one channel");
     }
 
     #[test]

@@ -1,12 +1,10 @@
-//! The independent watchdog (RM0090 21).
+//! The independent watchdog (RM0090 21, RM0091 23); its window, which no robot uses, stays open.
 
 use super::bus::Write;
 use crate::Time;
 
-/// Nominal frequency of the oscillator LSI; a real one is anywhere between 17 and 47 kHz.
-const LSI_HZ: u64 = 32_000;
-
 pub(crate) struct Watchdog {
+    lsi_hz: u64,
     prescaler: u32,
     reload: u32,
     unlocked: bool,
@@ -14,8 +12,9 @@ pub(crate) struct Watchdog {
 }
 
 impl Watchdog {
-    pub fn new() -> Self {
-        Watchdog { prescaler: 0, reload: 0xfff, unlocked: false, expires: None }
+    /// One that counts the periods of an oscillator of `lsi_hz`.
+    pub fn new(lsi_hz: u64) -> Self {
+        Watchdog { lsi_hz, prescaler: 0, reload: 0xfff, unlocked: false, expires: None }
     }
 
     /// When it will reset the chip.
@@ -26,13 +25,15 @@ impl Watchdog {
     /// From a full counter to the reset: RLR + 1 periods of LSI / (4 * 2^PR), at most / 256.
     fn period(&self) -> Time {
         let divider = 4 << self.prescaler.min(6);
-        Time::of_ticks(u64::from(self.reload + 1) * divider, LSI_HZ)
+        Time::of_ticks(u64::from(self.reload + 1) * divider, self.lsi_hz)
     }
 
     pub fn read(&self, offset: u32) -> u32 {
         match offset {
             0x04 => self.prescaler,
             0x08 => self.reload,
+            // WINR, of the STM32F0.
+            0x10 => 0xfff,
             // The key cannot be read; new values are taken over at once (SR 0).
             _ => 0,
         }
@@ -69,7 +70,7 @@ mod tests {
         for (prescaler, millis) in
             [(0, 512), (1, 1024), (2, 2048), (3, 4096), (4, 8192), (5, 16_384), (6, 32_768)]
         {
-            let mut watchdog = Watchdog::new();
+            let mut watchdog = Watchdog::new(32_000);
             write(&mut watchdog, 0x00, 0x5555, Time::ZERO);
             write(&mut watchdog, 0x04, prescaler, Time::ZERO);
             write(&mut watchdog, 0x00, 0xcccc, Time::ZERO);
@@ -79,7 +80,7 @@ mod tests {
 
     #[test]
     fn protected_until_unlocked_and_fed_by_key() {
-        let mut watchdog = Watchdog::new();
+        let mut watchdog = Watchdog::new(32_000);
         write(&mut watchdog, 0x08, 100, Time::ZERO);
         assert_eq!(watchdog.read(0x08), 0xfff);
         write(&mut watchdog, 0x00, 0xaaaa, Time::ZERO);

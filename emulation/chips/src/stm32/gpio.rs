@@ -1,4 +1,4 @@
-//! General-purpose inputs and outputs (RM0090 8).
+//! General-purpose inputs and outputs (RM0090 8, RM0091 8).
 
 use super::bus::Write;
 
@@ -12,6 +12,16 @@ const BSRR: u32 = 0x18;
 const LCKR: u32 = 0x1c;
 const AFRL: u32 = 0x20;
 const AFRH: u32 = 0x24;
+/// Of the STM32F0 only; nothing uses it on the STM32F4, where it is reserved.
+const BRR: u32 = 0x28;
+
+/// What of a port is not zero after a reset.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PortReset {
+    pub moder: u32,
+    pub ospeedr: u32,
+    pub pupdr: u32,
+}
 
 /// What a pin does to the world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,6 +35,7 @@ pub(crate) enum Pin {
 }
 
 pub(crate) struct Port {
+    after_reset: PortReset,
     moder: u32,
     otyper: u32,
     ospeedr: u32,
@@ -38,14 +49,10 @@ pub(crate) struct Port {
 }
 
 impl Port {
-    /// Port A is number 0. The pins of the debugger are the only ones that are not inputs (8.4).
-    pub fn new(number: usize) -> Self {
-        let (moder, ospeedr, pupdr) = match number {
-            0 => (0xa800_0000, 0, 0x6400_0000),
-            1 => (0x0000_0280, 0x0000_00c0, 0x0000_0100),
-            _ => (0, 0, 0),
-        };
+    pub fn new(after_reset: PortReset) -> Self {
+        let PortReset { moder, ospeedr, pupdr } = after_reset;
         Port {
+            after_reset,
             moder,
             otyper: 0,
             ospeedr,
@@ -59,8 +66,8 @@ impl Port {
     }
 
     /// The registers to their reset values; what the board drives stays.
-    pub fn reset(&mut self, number: usize) {
-        *self = Port { driven: self.driven, levels: self.levels, ..Port::new(number) };
+    pub fn reset(&mut self) {
+        *self = Port { driven: self.driven, levels: self.levels, ..Port::new(self.after_reset) };
     }
 
     /// The board drives `pin`.
@@ -118,6 +125,7 @@ impl Port {
             ODR => self.odr = write.merge(self.odr) & 0xffff,
             // Setting has priority over resetting (8.4.7).
             BSRR => self.odr = self.odr & !(write.ones() >> 16) | write.ones() & 0xffff,
+            BRR => self.odr &= !write.ones(),
             LCKR => self.lckr = write.merge(self.lckr),
             AFRL => self.afr[0] = write.merge(self.afr[0]),
             AFRH => self.afr[1] = write.merge(self.afr[1]),
@@ -135,19 +143,14 @@ mod tests {
         port.write(offset, Write::new(offset, Width::Word, value));
     }
 
-    #[test]
-    fn reset_values_are_the_manuals() {
-        // RM0090 8.4.1 to 8.4.4.
-        assert_eq!(Port::new(0).read(MODER), 0xa800_0000);
-        assert_eq!(Port::new(0).read(PUPDR), 0x6400_0000);
-        assert_eq!(Port::new(1).read(MODER), 0x0000_0280);
-        assert_eq!(Port::new(1).read(OSPEEDR), 0x0000_00c0);
-        assert_eq!(Port::new(2).read(MODER), 0);
+    /// A port whose pins are all inputs.
+    fn port() -> Port {
+        Port::new(PortReset { moder: 0, ospeedr: 0, pupdr: 0 })
     }
 
     #[test]
     fn a_pin_does_what_its_mode_says() {
-        let mut port = Port::new(2);
+        let mut port = port();
         write(&mut port, BSRR, 1 << 3);
         assert_eq!(port.pin(3), Pin::Floating, "an input drives nothing");
         write(&mut port, MODER, 1 << 6);
@@ -163,16 +166,18 @@ mod tests {
 
     #[test]
     fn set_wins_over_reset_and_bytes_leave_the_rest() {
-        let mut port = Port::new(2);
+        let mut port = port();
         write(&mut port, BSRR, 0x00ff_00ff);
         assert_eq!(port.read(ODR), 0xff);
         port.write(ODR, Write::new(ODR + 1, Width::Byte, 0x81));
         assert_eq!(port.read(ODR), 0x81ff);
+        write(&mut port, BRR, 0x8001);
+        assert_eq!(port.read(ODR), 0x01fe);
     }
 
     #[test]
     fn inputs_show_the_boards_level_or_the_pull_up() {
-        let mut port = Port::new(0);
+        let mut port = port();
         assert_eq!(port.read(IDR) >> 4 & 1, 0);
         write(&mut port, PUPDR, 1 << 8);
         assert_eq!(port.read(IDR) >> 4 & 1, 1);

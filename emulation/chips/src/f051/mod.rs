@@ -1,0 +1,493 @@
+//! The STM32F051: its peripherals, their clocks and their interrupt lines.
+
+mod adc;
+mod dma;
+mod flash;
+mod i2c;
+mod identity;
+mod rcc;
+mod spi;
+
+use std::collections::{BTreeMap, HashSet};
+
+use self::adc::Adc;
+use self::dma::Dma;
+pub use self::dma::Transfer;
+use self::flash::Flash;
+pub use self::flash::{FlashChange, FlashContent};
+pub(crate) use self::i2c::Action;
+use self::i2c::I2c;
+use self::identity::Identity;
+use self::rcc::{Bus, Rcc};
+use self::spi::Spi;
+use crate::stm32::{Exti, Kind, Pin, Port, PortReset, Timer, Watchdog, Write};
+use crate::{HardwareError, Lines, ResetCause, Time, Width};
+
+/// A timer's first address (RM0091 table 1), what it has, and its interrupt (table 36): of TIM1 that of updates, the
+/// next one is that of compares.
+const TIMERS: [(u32, Kind, u8); 7] = [
+    (0x4001_2c00, Kind::Advanced, 13),
+    (0x4000_0000, Kind::Wide, 15),
+    (0x4000_0400, Kind::General, 16),
+    (0x4000_2000, Kind::Single, 19),
+    (0x4001_4000, Kind::Dual, 20),
+    (0x4001_4400, Kind::SingleGated, 21),
+    (0x4001_4800, Kind::SingleGated, 22),
+];
+const TIM1: usize = 0;
+const WATCHDOG: u32 = 0x4000_3000;
+const I2C2: u32 = 0x4000_5800;
+const SYSCFG: u32 = 0x4001_0000;
+const EXTI: u32 = 0x4001_0400;
+const ADC: u32 = 0x4001_2400;
+const SPI1: u32 = 0x4001_3000;
+const DBGMCU: u32 = 0x4001_5800;
+const DMA1: u32 = 0x4002_0000;
+const RCC: u32 = 0x4002_1000;
+const FLASH: u32 = 0x4002_2000;
+const GPIO: u32 = 0x4800_0000;
+const GPIO_LAST: u32 = 0x4800_1400;
+const PWR: u32 = 0x4000_7000;
+/// Interrupts (RM0091 table 36).
+const FLASH_IRQ: u8 = 3;
+const DMA_IRQ: [u8; dma::CHANNELS] = [9, 10, 10, 11, 11];
+const ADC_IRQ: u8 = 12;
+const I2C2_IRQ: u8 = 24;
+const SPI1_IRQ: u8 = 25;
+const EXTI_IRQ: [u8; 16] = [5, 5, 6, 6, 7, 7, 7, 7, 7, 7, 7, 7, 7, 7, 7, 7];
+/// DMA channels, counted from 0 (RM0091 table 29).
+const ADC_CHANNEL: usize = 0;
+const SPI1_CHANNELS: [usize; 2] = [2, 1];
+const I2C2_CHANNELS: [usize; 2] = [3, 4];
+/// DBGMCU_IDCODE of the STM32F051, revision 1.0 (32.4.1).
+const DEBUG_ID: u32 = 0x1000_0440;
+/// The pins of the debugger are the only ones that are not inputs (RM0091 8.4). There is no port E.
+const PORTS: [PortReset; 6] = {
+    let mut ports = [PortReset { moder: 0, ospeedr: 0, pupdr: 0 }; 6];
+    ports[0] = PortReset { moder: 0x2800_0000, ospeedr: 0x0c00_0000, pupdr: 0x2400_0000 };
+    ports
+};
+/// Peripherals begin at multiples of this.
+const BLOCK: u32 = 0x400;
+
+pub(crate) const FLASH_SIZE: u32 = flash::SIZE;
+
+/// What the chip does at its pins and waits for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Signal {
+    /// SPI1 has sent this byte; [`F051::spi_received`] gives the one that came.
+    Spi(Time, u8),
+    /// I2C2 has done this; [`F051::i2c_acknowledge`] or [`F051::i2c_received`] answers.
+    I2c(Time, Action),
+}
+
+pub(crate) struct F051 {
+    now: Time,
+    rcc: Rcc,
+    flash: Flash,
+    pub ports: [Port; 6],
+    exti: Exti,
+    spi: Spi,
+    i2c: I2c,
+    adc: Adc,
+    dma: Dma,
+    timers: [Timer; TIMERS.len()],
+    watchdog: Watchdog,
+    identity: Identity,
+    /// What has no model: the value of every word that was written.
+    storage: BTreeMap<u32, u32>,
+    /// First address used of each block without a model, and of what a model does not know.
+    pub unknown: BTreeMap<u32, u32>,
+    pub accesses_without_clock: u64,
+    flash_change: Option<FlashChange>,
+    errors: Vec<HardwareError>,
+    reported: HashSet<HardwareError>,
+    lines: Lines,
+}
+
+impl F051 {
+    pub fn new(unique_id: [u8; 12], battery_volts: f64) -> Self {
+        let rcc = Rcc::new();
+        let clocks = rcc.clocks();
+        F051 {
+            now: Time::ZERO,
+            flash: Flash::new(),
+            ports: PORTS.map(Port::new),
+            exti: Exti::new(EXTI_IRQ),
+            spi: Spi::new(clocks.pclk),
+            i2c: I2c::new(clocks.pclk),
+            adc: Adc::new(clocks.pclk, clocks.hsi14, battery_volts),
+            dma: Dma::default(),
+            timers: TIMERS.map(|(_, kind, _)| Timer::new(kind, clocks.timers, Time::ZERO)),
+            watchdog: Watchdog::new(rcc::LSI_HZ),
+            identity: Identity::new(unique_id),
+            storage: BTreeMap::new(),
+            unknown: BTreeMap::new(),
+            accesses_without_clock: 0,
+            flash_change: None,
+            errors: Vec::new(),
+            reported: HashSet::new(),
+            lines: Lines::default(),
+            rcc,
+        }
+    }
+
+    pub fn reset(&mut self, cause: ResetCause) {
+        self.rcc.reset(cause);
+        self.flash = Flash::new();
+        for port in &mut self.ports {
+            port.reset();
+        }
+        self.exti = Exti::new(EXTI_IRQ);
+        let clocks = self.rcc.clocks();
+        self.spi = Spi::new(clocks.pclk);
+        self.i2c = I2c::new(clocks.pclk);
+        self.adc = Adc::new(clocks.pclk, clocks.hsi14, self.adc.battery_volts);
+        self.dma = Dma::default();
+        self.watchdog = Watchdog::new(rcc::LSI_HZ);
+        self.storage.clear();
+        self.flash_change = None;
+        self.lines = Lines::default();
+        for timer in &mut self.timers {
+            *timer = Timer::new(timer.kind(), clocks.timers, self.now);
+        }
+        self.pins_changed();
+    }
+
+    /// Lets time pass until `now`, which is not beyond [`Self::next`]; returns what is to be answered.
+    pub fn advance(&mut self, now: Time) -> Option<Signal> {
+        self.now = now;
+        for timer in &mut self.timers {
+            if timer.next_event().is_some_and(|at| at <= now) {
+                timer.advance(now);
+            }
+        }
+        self.adc.advance(now);
+        let spi = self.spi.advance(now).map(|(end, byte)| Signal::Spi(end, byte));
+        let signal = spi.or_else(|| {
+            self.i2c.advance(now).map(|(end, action)| Signal::I2c(end, action))
+        });
+        self.update_lines();
+        signal
+    }
+
+    /// When something happens in the chip by itself.
+    pub fn next(&self) -> Option<Time> {
+        let buses = self.spi.next_event().into_iter().chain(self.i2c.next_event());
+        buses.chain(self.adc.next_event()).chain(self.next_event()).min()
+    }
+
+    /// When an interrupt line may move, or a DMA transfer be due: not what a program sees only when it looks.
+    pub fn next_event(&self) -> Option<Time> {
+        let spi = self.spi.next_event().filter(|_| self.spi.is_watched());
+        let i2c = self.i2c.next_event().filter(|_| self.i2c.is_watched());
+        let adc = self.adc.next_event().filter(|_| self.adc.is_watched());
+        let timers = self.timers.iter().filter_map(Timer::next_event);
+        timers.chain(self.watchdog.expires()).chain(spi).chain(i2c).chain(adc).min()
+    }
+
+    /// The byte that SPI1 got for the one that it has sent.
+    pub fn spi_received(&mut self, byte: u8, end: Time) {
+        self.spi.received(byte, end);
+        self.update_lines();
+    }
+
+    pub fn i2c_acknowledge(&mut self, acknowledged: bool, end: Time) {
+        self.i2c.acknowledge(acknowledged, end);
+        self.update_lines();
+    }
+
+    pub fn i2c_received(&mut self, byte: u8, end: Time) {
+        self.i2c.receive(byte, end);
+        self.update_lines();
+    }
+
+    /// The data item that the DMA controller moves now, if any.
+    pub fn next_transfer(&mut self) -> Option<Transfer> {
+        let spi = self.spi.dma_requests();
+        let i2c = self.i2c.dma_requests();
+        let requests = [
+            (self.adc.dma_request(), ADC_CHANNEL, false),
+            (spi[1], SPI1_CHANNELS[1], false),
+            (spi[0], SPI1_CHANNELS[0], true),
+            (i2c[0], I2C2_CHANNELS[0], true),
+            (i2c[1], I2C2_CHANNELS[1], false),
+        ];
+        let due = requests.into_iter().filter(|(asks, _, _)| *asks);
+        for (_, channel, to_peripheral) in due {
+            if let Some(transfer) = self.dma.request(channel, to_peripheral) {
+                self.update_lines();
+                return Some(transfer);
+            }
+        }
+        None
+    }
+
+    /// Whether the watchdog has run out; asked once, it stands still until the reset that it wants.
+    pub fn take_watchdog_expiry(&mut self) -> bool {
+        let expired = self.watchdog.expires().is_some_and(|at| at <= self.now);
+        if expired {
+            self.watchdog = Watchdog::new(rcc::LSI_HZ);
+        }
+        expired
+    }
+
+    pub fn watchdog_runs(&self) -> bool {
+        self.watchdog.expires().is_some()
+    }
+
+    pub fn lines(&self) -> Lines {
+        self.lines
+    }
+
+    /// Frequencies of the core, and of the bus that all peripherals hang on.
+    pub fn clocks_hz(&self) -> [u64; 2] {
+        let clocks = self.rcc.clocks();
+        [clocks.hclk, clocks.pclk]
+    }
+
+    pub fn core_clock_hz(&self) -> u64 {
+        self.rcc.clocks().hclk
+    }
+
+    /// What the pin MCO shows, PA8 with alternate function 0; 0 for nothing.
+    pub fn mco_hz(&self) -> u64 {
+        if self.ports[0].pin(8) == Pin::Alternate(0) { self.rcc.clocks().mco } else { 0 }
+    }
+
+    /// TIM1 or TIM2.
+    pub fn timer(&self, number: usize) -> &Timer {
+        &self.timers[number - 1]
+    }
+
+    pub fn take_errors(&mut self) -> Vec<HardwareError> {
+        std::mem::take(&mut self.errors)
+    }
+
+    pub fn take_flash_change(&mut self) -> Option<FlashChange> {
+        self.flash_change.take()
+    }
+
+    /// Nothing happens until `now`.
+    pub fn set_now(&mut self, now: Time) {
+        self.now = now;
+    }
+
+    pub fn set_battery_volts(&mut self, volts: f64) {
+        self.adc.battery_volts = volts;
+    }
+
+    /// The board drives a pin.
+    pub fn drive(&mut self, port: usize, pin: u8, high: bool) {
+        self.ports[port].drive(pin, high);
+        self.pins_changed();
+    }
+
+    fn pins_changed(&mut self) {
+        let levels = (0..16).fold(0, |levels, line| {
+            let high = self.ports.get(self.exti.port(line)).is_some_and(|port| port.level(line));
+            levels | u32::from(high) << line
+        });
+        self.exti.observe(levels);
+        self.exti.drive(&mut self.lines);
+    }
+
+    fn update_lines(&mut self) {
+        for (number, (timer, (_, _, irq))) in self.timers.iter().zip(TIMERS).enumerate() {
+            if number == TIM1 {
+                let [update, compare] = timer.separate_interrupts();
+                self.lines.set(irq, update);
+                self.lines.set(irq + 1, compare);
+            } else {
+                self.lines.set(irq, timer.interrupt());
+            }
+        }
+        for irq in [DMA_IRQ[0], DMA_IRQ[1], DMA_IRQ[3]] {
+            let raised = |channel: usize| DMA_IRQ[channel] == irq && self.dma.interrupt(channel);
+            self.lines.set(irq, (0..dma::CHANNELS).any(raised));
+        }
+        self.lines.set(FLASH_IRQ, self.flash.interrupt());
+        self.lines.set(ADC_IRQ, self.adc.interrupt());
+        self.lines.set(I2C2_IRQ, self.i2c.interrupt());
+        self.lines.set(SPI1_IRQ, self.spi.interrupt());
+        self.exti.drive(&mut self.lines);
+    }
+
+    fn report(&mut self, error: HardwareError) {
+        if self.reported.insert(error.clone()) {
+            self.errors.push(error);
+        }
+    }
+
+    fn has_clock(&mut self, base: u32) -> bool {
+        let clocked = self.rcc.is_clocked(base);
+        if !clocked {
+            self.accesses_without_clock += 1;
+            self.report(HardwareError::NoClock { base });
+        }
+        clocked
+    }
+
+    pub fn read(&mut self, address: u32, width: Width) -> u32 {
+        let word = address & !3;
+        let value = if let Some(value) = self.identity.read(word) {
+            value
+        } else {
+            let base = word & !(BLOCK - 1);
+            if self.has_clock(base) { self.read_block(base, word, width) } else { 0 }
+        };
+        value.checked_shr((address & 3) * 8).unwrap_or(0) & width.mask()
+    }
+
+    fn read_block(&mut self, base: u32, address: u32, width: Width) -> u32 {
+        let offset = address - base;
+        let value = match base {
+            WATCHDOG => self.watchdog.read(offset),
+            I2C2 => self.i2c.read(offset, self.now),
+            SYSCFG if (0x08..0x18).contains(&offset) => {
+                self.exti.read_choice(offset as usize / 4 - 2)
+            }
+            EXTI => self.exti.read(offset),
+            ADC => self.adc.read(offset),
+            SPI1 => self.spi.read(offset, width != Width::Byte),
+            DBGMCU if offset == 0 => DEBUG_ID,
+            DMA1 => self.dma.read(offset),
+            RCC => self.rcc.read(offset),
+            FLASH => self.flash.read(offset),
+            GPIO..=GPIO_LAST => match self.ports.get(((base - GPIO) / BLOCK) as usize) {
+                Some(port) => port.read(offset),
+                None => 0,
+            },
+            _ => match TIMERS.iter().position(|(timer, _, _)| *timer == base) {
+                Some(number) => self.timers[number].read(offset, self.now),
+                None => {
+                    self.note_unknown(base, address);
+                    self.storage.get(&address).copied().unwrap_or(0)
+                }
+            },
+        };
+        self.update_lines();
+        value
+    }
+
+    fn note_unknown(&mut self, base: u32, address: u32) {
+        // The rest of SYSCFG, DBGMCU and the power controller are storage on the chip, too.
+        if ![SYSCFG, DBGMCU, PWR].contains(&base) {
+            self.unknown.entry(base).or_insert(address);
+        }
+    }
+
+    pub fn write(&mut self, address: u32, width: Width, value: u32) {
+        let word = address & !3;
+        let base = word & !(BLOCK - 1);
+        if self.identity.read(word).is_none() && self.has_clock(base) {
+            self.write_block(base, word, Write::new(address, width, value), width);
+        }
+    }
+
+    fn write_block(&mut self, base: u32, address: u32, write: Write, width: Width) {
+        let offset = address - base;
+        let mut modelled = true;
+        match base {
+            WATCHDOG => self.watchdog.write(offset, write, self.now),
+            I2C2 => modelled = self.i2c.write(offset, write, self.now),
+            SYSCFG if (0x08..0x18).contains(&offset) => {
+                self.exti.write_choice(offset as usize / 4 - 2, write);
+                self.pins_changed();
+            }
+            EXTI => self.exti.write(offset, write),
+            ADC => modelled = self.adc.write(offset, write, self.now),
+            SPI1 => modelled = self.spi.write(offset, write, width != Width::Byte, self.now),
+            DMA1 => modelled = self.dma.write(offset, write),
+            RCC => {
+                let reset = self.rcc.write(offset, write);
+                self.clocks_changed();
+                if let Some((bus, bits)) = reset {
+                    self.reset_peripherals(bus, bits);
+                }
+            }
+            FLASH => {
+                self.flash_change = self.flash.write(offset, write).or(self.flash_change);
+                self.check_clocks();
+            }
+            GPIO..=GPIO_LAST => {
+                if let Some(port) = self.ports.get_mut(((base - GPIO) / BLOCK) as usize) {
+                    port.write(offset, write);
+                    self.pins_changed();
+                }
+            }
+            _ => match TIMERS.iter().position(|(timer, _, _)| *timer == base) {
+                Some(number) => modelled = self.timers[number].write(offset, write, self.now),
+                None => {
+                    self.note_unknown(base, address);
+                    let word = self.storage.entry(address).or_insert(0);
+                    *word = write.merge(*word);
+                }
+            },
+        }
+        if !modelled {
+            self.unknown.entry(base).or_insert(address);
+        }
+        self.update_lines();
+    }
+
+    /// The core writes to the flash, where the halfword `old` stands.
+    pub fn program(&mut self, address: u32, old: u16, new: u16) -> Option<FlashChange> {
+        let change = self.flash.program(address, old, new);
+        self.update_lines();
+        change
+    }
+
+    fn clocks_changed(&mut self) {
+        let clocks = self.rcc.clocks();
+        for timer in &mut self.timers {
+            timer.set_clock(clocks.timers, self.now);
+        }
+        self.spi.set_clock(clocks.pclk);
+        self.i2c.set_clock(clocks.pclk);
+        self.adc.set_clock(clocks.pclk, clocks.hsi14);
+        self.check_clocks();
+    }
+
+    fn check_clocks(&mut self) {
+        let hclk = self.rcc.clocks().hclk;
+        for error in self.rcc.errors().into_iter().chain(self.flash.error(hclk)) {
+            self.report(error);
+        }
+    }
+
+    /// RCC_xxxRSTR: the bits are those of RCC_xxxENR.
+    fn reset_peripherals(&mut self, bus: Bus, bits: u32) {
+        let is_set = |of: Bus, bit: usize| bus == of && bits >> bit & 1 != 0;
+        for (number, port) in self.ports.iter_mut().enumerate() {
+            if is_set(Bus::Ahb, 17 + number) {
+                port.reset();
+            }
+        }
+        let clocks = self.rcc.clocks();
+        let bits = [
+            (Bus::Apb2, 11),
+            (Bus::Apb1, 0),
+            (Bus::Apb1, 1),
+            (Bus::Apb1, 8),
+            (Bus::Apb2, 16),
+            (Bus::Apb2, 17),
+            (Bus::Apb2, 18),
+        ];
+        for (timer, (bus, bit)) in self.timers.iter_mut().zip(bits) {
+            if is_set(bus, bit) {
+                *timer = Timer::new(timer.kind(), clocks.timers, self.now);
+            }
+        }
+        if is_set(Bus::Apb2, 9) {
+            self.adc = Adc::new(clocks.pclk, clocks.hsi14, self.adc.battery_volts);
+        }
+        if is_set(Bus::Apb2, 12) {
+            self.spi = Spi::new(clocks.pclk);
+        }
+        if is_set(Bus::Apb1, 22) {
+            self.i2c = I2c::new(clocks.pclk);
+        }
+        self.pins_changed();
+    }
+}

@@ -1,0 +1,166 @@
+//! nRF24L01+ (Nordic's product specification, version 1.0), at the level of its pins: SPI, CE, IRQ, and the air.
+//!
+//! What follows from the analog part is reduced to time: it settles for 130 µs before it sends or receives, and it hears
+//! what others say exactly. Between two packets it settles anew even when CE stays high, which the chip does not.
+
+mod packet;
+mod port;
+mod radio;
+mod registers;
+#[cfg(test)]
+mod tests;
+
+use std::collections::VecDeque;
+
+pub use self::packet::{MAX_PAYLOAD, Packet, Transmission};
+use self::port::Exchange;
+use self::radio::State;
+use self::registers::{
+    CONFIG, CONFIG_PRIM_RX, CONFIG_PWR_UP, FIFO_STATUS, INTERRUPTS, OBSERVE_TX, PIPES, RPD,
+    Registers, STATUS,
+};
+use crate::Time;
+
+/// Payloads that each FIFO holds.
+const FIFO: usize = 3;
+/// The specification's limit for SCK.
+pub(crate) const SPI_LIMIT_HZ: u64 = 10_000_000;
+/// What must stand at XC1.
+pub(crate) const CLOCK_HZ: u64 = 16_000_000;
+/// From power-on until SPI works (6.1.7, Tpor: 100 ms for the supply, the reset included).
+const POWER_ON: Time = Time::from_millis(100);
+
+/// What waits to be sent.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Outgoing {
+    Payload { bytes: Vec<u8>, no_ack: bool },
+    /// With the next acknowledgement on this pipe; `sent` once it was.
+    Acknowledgement { pipe: usize, bytes: Vec<u8>, sent: bool },
+}
+
+/// What the radio counted since power-on.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct RadioStatistics {
+    /// Packets sent, acknowledgements and repetitions included.
+    pub sent: u64,
+    /// Packets that reached the receive FIFO.
+    pub received: u64,
+    /// Packets for it that were damaged.
+    pub damaged: u64,
+    /// Packets that came while it did not listen.
+    pub unheard: u64,
+    /// Packets for which the receive FIFO had no room.
+    pub overflown: u64,
+    /// Bytes on SPI before the radio's power-on reset was over.
+    pub too_early: u64,
+    /// Registers other than STATUS written while it sent or received, which only works by chance.
+    pub written_while_active: u64,
+    /// CE pulses that were too short to send.
+    pub short_pulses: u64,
+}
+
+pub(crate) struct Nrf24 {
+    registers: Registers,
+    /// RX_DR, TX_DS and MAX_RT.
+    raised: u8,
+    /// OBSERVE_TX: packets lost, retransmissions of the current one.
+    lost: u8,
+    retries: u8,
+    transmit: VecDeque<Outgoing>,
+    receive: VecDeque<(usize, Vec<u8>)>,
+    /// REUSE_TX_PL is active.
+    reuses: bool,
+    /// The command on SPI, while CSN is low.
+    exchange: Option<Exchange>,
+    has_clock: bool,
+    /// CE.
+    enabled: bool,
+    state: State,
+    /// Number of the next packet.
+    id: u8,
+    /// Of each pipe the last packet, to drop repetitions.
+    last: [Option<(u8, Vec<u8>)>; PIPES],
+    /// Signals on the air: those that have not ended, and when each is audible.
+    carriers: Vec<(u8, Time, Time)>,
+    /// Packets on their way here, and whether they arrive undamaged.
+    arriving: Vec<(Transmission, bool)>,
+    /// RPD, when the radio does not listen.
+    power_detected: bool,
+    transmissions: Vec<Transmission>,
+    /// When the last of them ends.
+    transmissions_end: Time,
+    pub statistics: RadioStatistics,
+}
+
+impl Nrf24 {
+    /// One whose power has just come.
+    pub fn new() -> Self {
+        Nrf24 {
+            registers: Registers::new(),
+            raised: 0,
+            lost: 0,
+            retries: 0,
+            transmit: VecDeque::new(),
+            receive: VecDeque::new(),
+            reuses: false,
+            exchange: None,
+            has_clock: false,
+            enabled: false,
+            state: State::PoweredDown,
+            id: 0,
+            last: Default::default(),
+            carriers: Vec::new(),
+            arriving: Vec::new(),
+            power_detected: false,
+            transmissions: Vec::new(),
+            transmissions_end: Time::ZERO,
+            statistics: RadioStatistics::default(),
+        }
+    }
+
+    /// The level of its pin IRQ: low while an unmasked flag is raised.
+    pub fn irq(&self) -> bool {
+        self.raised & !self.registers.get(CONFIG) & INTERRUPTS == 0
+    }
+
+    /// What it begins to send, soon: announced 120 µs before the first bit.
+    pub fn take_transmissions(&mut self) -> Vec<Transmission> {
+        std::mem::take(&mut self.transmissions)
+    }
+
+    fn status(&self) -> u8 {
+        let pipe = self.receive.front().map_or(7, |(pipe, _)| *pipe as u8);
+        self.raised | pipe << 1 | u8::from(self.transmit.len() == FIFO)
+    }
+
+    fn fifo_status(&self) -> u8 {
+        let bits = [
+            self.receive.is_empty(),
+            self.receive.len() == FIFO,
+            false,
+            false,
+            self.transmit.is_empty(),
+            self.transmit.len() == FIFO,
+            self.reuses,
+        ];
+        bits.iter().enumerate().fold(0, |byte, (bit, set)| byte | u8::from(*set) << bit)
+    }
+
+    fn read_register(&self, register: u8, index: usize, now: Time) -> u8 {
+        match register {
+            STATUS => self.status(),
+            OBSERVE_TX => self.lost << 4 | self.retries,
+            RPD => u8::from(self.detects_power(now)),
+            FIFO_STATUS => self.fifo_status(),
+            _ => self.registers.read(register, index),
+        }
+    }
+
+    fn is_powered_up(&self) -> bool {
+        self.registers.get(CONFIG) & CONFIG_PWR_UP != 0
+    }
+
+    fn is_receiver(&self) -> bool {
+        self.registers.get(CONFIG) & CONFIG_PRIM_RX != 0
+    }
+}

@@ -1,0 +1,61 @@
+//! What is on the air.
+
+use super::registers::Address;
+use crate::Time;
+
+/// Most bytes of a payload.
+pub const MAX_PAYLOAD: usize = 32;
+
+/// How a packet is sent, which its receiver must agree to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Format {
+    /// 2400 + `channel` MHz.
+    pub channel: u8,
+    pub bits_per_second: u64,
+    pub crc_bytes: usize,
+    /// With the control field of nine bits.
+    pub enhanced: bool,
+}
+
+/// A packet, as one radio transmits it and others may receive it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Packet {
+    pub(super) format: Format,
+    pub(super) address: Address,
+    /// Distinguishes a new packet from a repeated one, 0 to 3.
+    pub(super) id: u8,
+    /// The receiver shall not acknowledge it.
+    pub(super) no_ack: bool,
+    pub(super) payload: Vec<u8>,
+}
+
+impl Packet {
+    /// 0 to 127: the packet is sent at 2400 + so many MHz.
+    pub fn channel(&self) -> u8 {
+        self.format.channel
+    }
+
+    /// 0 to 32 bytes.
+    pub fn payload(&self) -> &[u8] {
+        &self.payload
+    }
+
+    /// How long it is on the air (product specification, 7.3): preamble, address, control field, payload, checksum.
+    pub fn air_time(&self) -> Time {
+        let Format { bits_per_second, crc_bytes, enhanced, .. } = self.format;
+        let bytes = 1 + self.address.width() + self.payload.len() + crc_bytes;
+        let bits = 8 * bytes as u64 + if enhanced { 9 } else { 0 };
+        Time::of_ticks(bits, bits_per_second)
+    }
+}
+
+/// A packet with its time.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Transmission {
+    /// Its first bit.
+    pub begin: Time,
+    /// Behind its last bit.
+    pub end: Time,
+    /// What is sent.
+    pub packet: Packet,
+}

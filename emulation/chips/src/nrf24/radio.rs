@@ -1,0 +1,339 @@
+//! Modes of operation (product specification, 6.1), sending and receiving (7).
+
+use super::packet::Format;
+use super::registers::{
+    DYNPD, EN_AA, EN_RXADDR, FEATURE_EN_DPL, MAX_RT, PIPES, RF_CH, RX_DR, RX_PW_P0, SETUP_RETR,
+    TX_DS,
+};
+use super::{FIFO, Nrf24, Outgoing, Packet, Transmission};
+use crate::Time;
+
+/// Power-down to standby with a clock from outside (6.1.7, Tpd2stby).
+const START_UP: Time = Time::from_micros(150);
+/// CE must be high so long to send (Thce).
+const PULSE: Time = Time::from_micros(10);
+/// Standby to sending or receiving, and between the two (Tstby2a).
+const SETTLING: Time = Time::from_micros(130);
+/// A signal is detected after so long (6.4).
+const DETECTION: Time = Time::from_micros(40);
+
+/// What the radio does, and until when.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum State {
+    PoweredDown,
+    Starting(Time),
+    Standby,
+    /// CE is high, but not long enough.
+    Pulse(Time),
+    /// The packet is announced; at the time its first bit goes out.
+    SendSettling(Time),
+    Sending(Time),
+    /// The acknowledgement may come; at the time it is too late.
+    AwaitingAck(Time),
+    ReceiveSettling(Time),
+    /// Since.
+    Receiving(Time),
+    /// An acknowledgement is announced, then sent.
+    AckSettling(Time),
+    Acknowledging(Time),
+}
+
+impl Nrf24 {
+    /// CE.
+    pub fn enable(&mut self, enabled: bool, now: Time) {
+        if enabled == self.enabled {
+            return;
+        }
+        self.enabled = enabled;
+        if !enabled {
+            match self.state {
+                State::Pulse(_) => {
+                    self.statistics.short_pulses += 1;
+                    self.state = State::Standby;
+                }
+                State::ReceiveSettling(_) | State::Receiving(_) => {
+                    self.power_detected = self.detects_power(now);
+                    self.state = State::Standby;
+                }
+                _ => {}
+            }
+        }
+        self.proceed(now);
+    }
+
+    /// The frequency at XC1.
+    pub fn set_clock(&mut self, hz: u64, now: Time) {
+        let has_clock = hz == super::CLOCK_HZ;
+        if has_clock != self.has_clock {
+            self.has_clock = has_clock;
+            self.control(now);
+        }
+    }
+
+    /// Whether it sends or receives, or is about to.
+    pub(super) fn is_active(&self) -> bool {
+        !matches!(self.state, State::PoweredDown | State::Starting(_) | State::Standby)
+    }
+
+    /// CONFIG or the clock may have changed.
+    pub(super) fn control(&mut self, now: Time) {
+        if !self.is_powered_up() || !self.has_clock {
+            self.state = State::PoweredDown;
+        } else if self.state == State::PoweredDown {
+            self.state = State::Starting(now + START_UP);
+        } else if !self.is_receiver()
+            && matches!(self.state, State::ReceiveSettling(_) | State::Receiving(_))
+        {
+            self.power_detected = self.detects_power(now);
+            self.state = State::Standby;
+        }
+        self.proceed(now);
+    }
+
+    /// From standby to what the pins and registers want.
+    pub(super) fn proceed(&mut self, now: Time) {
+        if self.state != State::Standby || !self.enabled {
+            return;
+        }
+        if self.is_receiver() {
+            self.state = State::ReceiveSettling(now + SETTLING);
+        } else if self.raised & MAX_RT == 0 && self.outgoing().is_some() {
+            self.state = State::Pulse(now + PULSE);
+        }
+    }
+
+    fn outgoing(&self) -> Option<(&[u8], bool)> {
+        match self.transmit.front()? {
+            Outgoing::Payload { bytes, no_ack } => Some((bytes, *no_ack)),
+            Outgoing::Acknowledgement { .. } => None,
+        }
+    }
+
+    pub fn next_event(&self) -> Option<Time> {
+        let state = match self.state {
+            State::Starting(at)
+            | State::Pulse(at)
+            | State::SendSettling(at)
+            | State::Sending(at)
+            | State::AwaitingAck(at)
+            | State::ReceiveSettling(at)
+            | State::AckSettling(at)
+            | State::Acknowledging(at) => Some(at),
+            State::PoweredDown | State::Standby | State::Receiving(_) => None,
+        };
+        self.arriving.iter().map(|(transmission, _)| transmission.end).chain(state).min()
+    }
+
+    /// Lets time pass until `now`, which is not beyond the next event.
+    pub fn advance(&mut self, now: Time) {
+        while let Some(arrived) = self.arriving.iter().position(|(packet, _)| packet.end <= now) {
+            let (transmission, intact) = self.arriving.remove(arrived);
+            self.arrive(transmission, intact);
+        }
+        match self.state {
+            State::Starting(at) if at <= now => {
+                self.state = State::Standby;
+                self.proceed(now);
+            }
+            State::Pulse(at) if at <= now => {
+                let begin = at + (SETTLING - PULSE);
+                self.retries = 0;
+                if !self.reuses {
+                    self.id = (self.id + 1) & 3;
+                }
+                self.announce(begin);
+            }
+            State::SendSettling(at) if at <= now => {
+                self.state = State::Sending(self.transmissions_end);
+            }
+            State::Sending(at) if at <= now => self.sent(at),
+            State::AwaitingAck(at) if at <= now => self.retry(at),
+            State::ReceiveSettling(at) if at <= now => self.state = State::Receiving(at),
+            State::AckSettling(at) if at <= now => {
+                self.state = State::Acknowledging(self.transmissions_end);
+            }
+            State::Acknowledging(at) if at <= now => {
+                self.state = State::Standby;
+                self.proceed(at);
+            }
+            _ => {}
+        }
+    }
+
+    fn format(&self) -> Format {
+        Format {
+            channel: self.registers.get(RF_CH),
+            bits_per_second: self.registers.bits_per_second(),
+            crc_bytes: self.registers.crc_bytes(),
+            enhanced: self.registers.is_enhanced(),
+        }
+    }
+
+    /// The packet that is to be sent.
+    fn packet(&self) -> Option<Packet> {
+        let (bytes, no_ack) = self.outgoing()?;
+        let payload = bytes.to_vec();
+        let address = self.registers.transmit_address();
+        Some(Packet { format: self.format(), address, id: self.id, no_ack, payload })
+    }
+
+    /// The packet goes out at `begin`.
+    fn announce(&mut self, begin: Time) {
+        let Some(packet) = self.packet() else {
+            self.state = State::Standby;
+            return;
+        };
+        self.state = State::SendSettling(begin);
+        self.transmit_at(begin, packet);
+    }
+
+    fn transmit_at(&mut self, begin: Time, packet: Packet) {
+        let end = begin + packet.air_time();
+        self.transmissions_end = end;
+        self.statistics.sent += 1;
+        self.transmissions.push(Transmission { begin, end, packet });
+    }
+
+    /// Its last bit is out.
+    fn sent(&mut self, now: Time) {
+        let Some((_, no_ack)) = self.outgoing() else {
+            // The FIFO was flushed meanwhile.
+            self.state = State::Standby;
+            return;
+        };
+        if no_ack || !self.registers.is_set(EN_AA, 0) {
+            self.delivered(now);
+            return;
+        }
+        let delay = u64::from(self.registers.get(SETUP_RETR) >> 4) + 1;
+        self.state = State::AwaitingAck(now + Time::from_micros(250 * delay) - SETTLING);
+    }
+
+    fn delivered(&mut self, now: Time) {
+        self.raised |= TX_DS;
+        if !self.reuses {
+            self.transmit.pop_front();
+        }
+        self.state = State::Standby;
+        self.proceed(now);
+    }
+
+    /// No acknowledgement has come (7.4.2): at `now` begins the settling before the next try.
+    fn retry(&mut self, now: Time) {
+        if self.retries < self.registers.get(SETUP_RETR) & 0xf {
+            self.retries += 1;
+            self.announce(now + SETTLING);
+        } else {
+            self.raised |= MAX_RT;
+            self.lost = (self.lost + 1).min(15);
+            self.state = State::Standby;
+        }
+    }
+
+    /// Somebody else's signal is on the air. A packet that can be received comes by [`Self::hear`], too.
+    pub fn sense(&mut self, channel: u8, begin: Time, end: Time) {
+        self.carriers.retain(|(_, _, other)| *other >= begin);
+        self.carriers.push((channel, begin, end));
+    }
+
+    /// A packet is on its way here; `intact` unless something else is on the air with it.
+    pub fn hear(&mut self, transmission: Transmission, intact: bool) {
+        self.arriving.push((transmission, intact));
+    }
+
+    /// RPD (6.4): live while it listens, else as it was at the end.
+    pub(super) fn detects_power(&self, now: Time) -> bool {
+        let State::Receiving(since) = self.state else { return self.power_detected };
+        let channel = self.registers.get(RF_CH);
+        self.carriers.iter().any(|(on, begin, end)| {
+            *on == channel && since.max(*begin) + DETECTION <= now && now < *end
+        })
+    }
+
+    fn arrive(&mut self, Transmission { begin, end, packet }: Transmission, intact: bool) {
+        if packet.format != self.format() {
+            return;
+        }
+        match self.state {
+            State::Receiving(since) if since <= begin => {}
+            State::AwaitingAck(_) => {
+                if intact && packet.address == self.registers.pipe_address(0) {
+                    self.acknowledged(packet, end);
+                }
+                return;
+            }
+            _ => {
+                self.statistics.unheard += 1;
+                return;
+            }
+        }
+        if !intact {
+            self.statistics.damaged += 1;
+            return;
+        }
+        let pipe = (0..PIPES).find(|pipe| {
+            self.registers.is_set(EN_RXADDR, *pipe)
+                && self.registers.pipe_address(*pipe) == packet.address
+        });
+        let Some(pipe) = pipe.filter(|pipe| self.fits(*pipe, packet.payload.len())) else { return };
+        self.power_detected = true;
+        let seen = Some((packet.id, packet.payload.clone()));
+        let is_repeated = packet.format.enhanced && self.last[pipe] == seen;
+        if !is_repeated {
+            if self.receive.len() == FIFO {
+                self.statistics.overflown += 1;
+                return;
+            }
+            self.last[pipe] = seen;
+            self.receive.push_back((pipe, packet.payload.clone()));
+            self.raised |= RX_DR;
+            self.statistics.received += 1;
+        }
+        if packet.format.enhanced && !packet.no_ack && self.registers.is_set(EN_AA, pipe) {
+            self.acknowledge(pipe, &packet, is_repeated, end);
+        }
+    }
+
+    fn is_dynamic(&self, pipe: usize) -> bool {
+        self.registers.has_feature(FEATURE_EN_DPL) && self.registers.is_set(DYNPD, pipe)
+    }
+
+    /// Whether a payload of this length is what a pipe expects: a wrong one moves the checksum, and so has none.
+    fn fits(&self, pipe: usize, length: usize) -> bool {
+        self.is_dynamic(pipe) || usize::from(self.registers.get(RX_PW_P0 + pipe as u8)) == length
+    }
+
+    /// Answers a packet, with the payload that waits for this pipe. One that was sent before has arrived when a new
+    /// packet comes (7.4.1).
+    fn acknowledge(&mut self, pipe: usize, packet: &Packet, is_repeated: bool, end: Time) {
+        if !is_repeated {
+            let has_arrived = |outgoing: &Outgoing| matches!(outgoing, Outgoing::Acknowledgement { pipe: on, sent: true, .. } if *on == pipe);
+            let before = self.transmit.len();
+            self.transmit.retain(|outgoing| !has_arrived(outgoing));
+            if self.transmit.len() < before {
+                self.raised |= TX_DS;
+            }
+        }
+        let mut payload = Vec::new();
+        let waiting = self.transmit.iter_mut().find(|outgoing| {
+            matches!(outgoing, Outgoing::Acknowledgement { pipe: on, .. } if *on == pipe)
+        });
+        if let Some(Outgoing::Acknowledgement { bytes, sent, .. }) = waiting {
+            payload.clone_from(bytes);
+            *sent = true;
+        }
+        let answer = Packet { payload, no_ack: true, ..packet.clone() };
+        self.state = State::AckSettling(end + SETTLING);
+        self.transmit_at(end + SETTLING, answer);
+    }
+
+    /// The acknowledgement has come, maybe with a payload.
+    fn acknowledged(&mut self, packet: Packet, now: Time) {
+        if !packet.payload.is_empty() && self.receive.len() < FIFO {
+            self.receive.push_back((0, packet.payload));
+            self.raised |= RX_DR;
+            self.statistics.received += 1;
+        }
+        self.delivered(now);
+    }
+}

@@ -1,0 +1,14 @@
+//! Peripherals that more than one of the STM32 have, and how a core reaches them.
+
+mod bus;
+mod exti;
+mod gpio;
+mod timer;
+mod watchdog;
+
+pub(crate) use self::bus::Write;
+pub use self::bus::{Lines, Width};
+pub(crate) use self::exti::Exti;
+pub(crate) use self::gpio::{Pin, Port, PortReset};
+pub(crate) use self::timer::{Kind, Pwm, Timer};
+pub(crate) use self::watchdog::Watchdog;
