@@ -1,5 +1,6 @@
 //! The board of a Crazyflie 2: an STM32F405, an nRF51822, LEDs and motors.
 
+use crate::board::{Board, CoreKind, MemoryMap};
 use crate::f405::F405;
 use crate::nrf51::{BAUD, Nrf51, Output};
 use crate::stm32::{Pin, Pwm};
@@ -115,29 +116,6 @@ impl Crazyflie {
         board
     }
 
-    /// The time that all peripherals have reached.
-    pub fn now(&self) -> Time {
-        self.now
-    }
-
-    /// Lets time pass until `to`; does nothing if that is past.
-    pub fn advance(&mut self, to: Time) {
-        while let Some(at) = self.next.filter(|at| *at <= to) {
-            self.now = self.now.max(at);
-            if let Some(sent) = self.f405.advance(self.now) {
-                self.nrf51.receive(sent.byte, sent.baud, self.now);
-            }
-            if self.f405.take_watchdog_expiry() {
-                self.reset_request = Some(ResetCause::IndependentWatchdog);
-            }
-            self.settle();
-        }
-        if to > self.now {
-            self.now = to;
-            self.f405.set_now(to);
-        }
-    }
-
     /// Carries to the other end of the line and the pins what has changed now.
     fn settle(&mut self) {
         for output in self.nrf51.advance(self.now) {
@@ -162,30 +140,6 @@ impl Crazyflie {
         let events = self.f405.next_event().into_iter().chain(self.nrf51.next_event());
         // What waits for a clock that stands still never comes.
         events.min().filter(|at| *at < Time::NEVER)
-    }
-
-    /// When something will next change by itself: an interrupt line, a pin, a byte on the wire.
-    pub fn next_event(&self) -> Option<Time> {
-        self.next
-    }
-
-    /// The core reads. `address` is aligned to `width`; the ranges are the peripherals, 0x4000_0000 to
-    /// 0x5fff_ffff, the one-time programmable and unique-id area, 0x1fff_7000 to 0x1fff_7fff, and
-    /// DBGMCU at 0xe004_2000.
-    pub fn read(&mut self, address: u32, width: Width) -> u32 {
-        let value = self.f405.read(address, width);
-        self.after_access();
-        value
-    }
-
-    /// The core writes to a peripheral.
-    pub fn write(&mut self, address: u32, width: Width, value: u32) {
-        self.f405.write(address, width, value);
-        self.after_access();
-        // What decides about LEDs and motors: TIM2, TIM4, the ports and the clocks.
-        if matches!(address >> 10, 0x10_0000 | 0x10_0002 | 0x10_0080..=0x10_008e) {
-            self.observe();
-        }
     }
 
     fn after_access(&mut self) {
@@ -219,43 +173,6 @@ impl Crazyflie {
                 self.events.push((self.now, Event::Motor { number, duty, frequency_hz }));
             }
         }
-    }
-
-    /// The levels of the interrupt lines.
-    pub fn interrupts(&self) -> Lines {
-        self.f405.lines()
-    }
-
-    /// Frequency of the core, as the RCC registers say.
-    pub fn core_clock_hz(&self) -> u64 {
-        self.f405.core_clock_hz()
-    }
-
-    /// Whether the chip wants to be reset, and why; the core then calls [`reset`](Self::reset).
-    pub fn take_reset_request(&mut self) -> Option<ResetCause> {
-        self.reset_request.take()
-    }
-
-    /// Resets the STM32. The radio's processor goes on, and RCC_CSR keeps the causes.
-    pub fn reset(&mut self, cause: ResetCause) {
-        self.f405.reset(cause);
-        self.observe();
-        self.settle();
-    }
-
-    /// Whether the watchdog runs: it will reset a chip that does nothing any more.
-    pub fn watchdog_runs(&self) -> bool {
-        self.f405.watchdog_runs()
-    }
-
-    /// Whether the radio's processor still powers the STM32.
-    pub fn is_powered(&self) -> bool {
-        !self.power_is_off
-    }
-
-    /// What happened since the last call, in order.
-    pub fn take_events(&mut self) -> Vec<(Time, Event)> {
-        std::mem::take(&mut self.events)
     }
 
     /// Counters since power-on.
@@ -327,6 +244,95 @@ impl Crazyflie {
     pub fn request_shutdown(&mut self) {
         self.nrf51.request_shutdown(self.now);
         self.settle();
+    }
+}
+
+/// Reads reach, beside the peripherals, the one-time programmable and unique-id area and DBGMCU. A reset leaves the radio's
+/// processor alone, which also decides about the power.
+impl Board for Crazyflie {
+    const CORE: CoreKind = CoreKind::CortexM4F;
+    const MEMORY: MemoryMap = MemoryMap {
+        flash: 1024 * 1024,
+        ram: 128 * 1024,
+        ccm: 64 * 1024,
+        peripherals: &[(0x4000_0000, 0x8_0000), (0x5000_0000, 0x6_1000), (0x1fff_7000, 0x1000)],
+    };
+
+    fn power_on(number: usize) -> Self {
+        let mut settings = Settings::default();
+        // The last digit of the default.
+        settings.unique_id[11] = settings.unique_id[11].wrapping_add(number as u8);
+        Crazyflie::new(settings)
+    }
+
+    fn now(&self) -> Time {
+        self.now
+    }
+
+    fn advance(&mut self, to: Time) {
+        while let Some(at) = self.next.filter(|at| *at <= to) {
+            self.now = self.now.max(at);
+            if let Some(sent) = self.f405.advance(self.now) {
+                self.nrf51.receive(sent.byte, sent.baud, self.now);
+            }
+            if self.f405.take_watchdog_expiry() {
+                self.reset_request = Some(ResetCause::IndependentWatchdog);
+            }
+            self.settle();
+        }
+        if to > self.now {
+            self.now = to;
+            self.f405.set_now(to);
+        }
+    }
+
+    fn next_event(&self) -> Option<Time> {
+        self.next
+    }
+
+    fn read(&mut self, address: u32, width: Width) -> u32 {
+        let value = self.f405.read(address, width);
+        self.after_access();
+        value
+    }
+
+    fn write(&mut self, address: u32, width: Width, value: u32) {
+        self.f405.write(address, width, value);
+        self.after_access();
+        // What decides about LEDs and motors: TIM2, TIM4, the ports and the clocks.
+        if matches!(address >> 10, 0x10_0000 | 0x10_0002 | 0x10_0080..=0x10_008e) {
+            self.observe();
+        }
+    }
+
+    fn interrupts(&self) -> Lines {
+        self.f405.lines()
+    }
+
+    fn core_clock_hz(&self) -> u64 {
+        self.f405.core_clock_hz()
+    }
+
+    fn take_reset_request(&mut self) -> Option<ResetCause> {
+        self.reset_request.take()
+    }
+
+    fn reset(&mut self, cause: ResetCause) {
+        self.f405.reset(cause);
+        self.observe();
+        self.settle();
+    }
+
+    fn watchdog_runs(&self) -> bool {
+        self.f405.watchdog_runs()
+    }
+
+    fn is_powered(&self) -> bool {
+        !self.power_is_off
+    }
+
+    fn take_events(&mut self) -> Vec<(Time, Event)> {
+        std::mem::take(&mut self.events)
     }
 }
 

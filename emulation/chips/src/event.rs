@@ -16,7 +16,8 @@ pub enum Event {
     },
     /// The signal at a motor changes.
     Motor {
-        /// 1 to 4, as on the Crazyflie's board.
+        /// 1 to 4: the motors of a Crazyflie as on its board; the inputs of a Zooid's bridges, IN1 and IN2 of motor 1, then those
+        /// of motor 2.
         number: u8,
         /// Part of the time that the motor is on, 0 to 1.
         duty: f64,
@@ -31,6 +32,15 @@ pub enum Event {
         payload: Vec<u8>,
         /// Whether it arrived with a good checksum; if not, the peer dropped it.
         intact: bool,
+    },
+    /// The nRF24L01+ begins to transmit a packet.
+    Radio {
+        /// It is sent at 2400 + so many MHz.
+        channel: u8,
+        /// Its content.
+        payload: Vec<u8>,
+        /// How long it takes: the last bit is out then.
+        air: Time,
     },
     /// The radio begins to transmit a P2P frame to all other robots; it is deaf meanwhile.
     P2p {
@@ -50,7 +60,7 @@ pub enum Event {
     HardwareError(HardwareError),
 }
 
-/// The LEDs of a Crazyflie 2.
+/// The LEDs of a Crazyflie 2, and the colours of a Zooid's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Led {
     /// PD2, beside the charger.
@@ -65,6 +75,12 @@ pub enum Led {
     RedRight,
     /// The radio processor's.
     BlueRight,
+    /// Of a Zooid.
+    Red,
+    /// Of a Zooid.
+    Green,
+    /// Of a Zooid.
+    Blue,
 }
 
 impl Led {
@@ -77,6 +93,9 @@ impl Led {
             Led::GreenRight => "green_right",
             Led::RedRight => "red_right",
             Led::BlueRight => "blue_right",
+            Led::Red => "red",
+            Led::Green => "green",
+            Led::Blue => "blue",
         }
     }
 }
@@ -109,7 +128,7 @@ impl ResetCause {
 /// What the chip does not allow; each is reported once per cause, not once per access.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum HardwareError {
-    /// A clock beyond its limit (RM0090 6.2).
+    /// A clock beyond its limit (RM0090 6.2, RM0091 6.2).
     ClockTooFast {
         /// SYSCLK, AHB, APB1 or APB2.
         clock: &'static str,
@@ -135,6 +154,13 @@ pub enum HardwareError {
         /// Frequency of the oscillator within.
         vco_hz: u64,
     },
+    /// SPI clocks the nRF24L01+ faster than that allows (product specification, 8.3.2).
+    RadioSpiTooFast {
+        /// Of SCK.
+        hz: u64,
+        /// What is allowed.
+        limit_hz: u64,
+    },
     /// A peripheral was used whose clock is off: reads give 0, writes are lost.
     NoClock {
         /// Where its registers begin.
@@ -157,7 +183,12 @@ impl fmt::Display for HardwareError {
             ),
             HardwareError::PllOutOfRange { input_hz, vco_hz } => write!(
                 f,
-                "the PLL gets {input_hz} Hz and oscillates at {vco_hz} Hz; allowed are 0.95 to 2.1 MHz and 100 to 432 MHz"
+                "the PLL gets {input_hz} Hz and oscillates at {vco_hz} Hz; allowed are 0.95 to 2.1 MHz and 100 to 432 MHz \
+                 on the STM32F405, 1 to 24 MHz and 16 to 48 MHz on the STM32F051"
+            ),
+            HardwareError::RadioSpiTooFast { hz, limit_hz } => write!(
+                f,
+                "SPI runs at {hz} Hz, the radio allows {limit_hz} Hz: divide by more in SPI_CR1"
             ),
             HardwareError::NoClock { base } => {
                 write!(

@@ -6,7 +6,7 @@
 //!
 //! # Principles
 //! 1. **The registers decide.** Clocks, baud rates, timer rates and the watchdog follow what the firmware
-//!    wrote, as the reference manual (RM0090 for the STM32F405) says; a pin shows what its mode lets through.
+//!    wrote, as the reference manual (RM0090 for the STM32F405, RM0091 for the STM32F051) says; a pin shows what its mode lets through.
 //! 2. **A mistake must show.** A clock beyond its limit, too few flash wait states, a peripheral without its
 //!    clock, a wrong baud rate: each is an event, or garbage on the wire, as on the robot.
 //! 3. **Only what happens.** Time is in picoseconds since power-on and jumps from event to event; the same
@@ -17,6 +17,8 @@
 //! electrical effects. A register that no robot here needs is plain storage, and its first use is recorded.
 //! The models are written from the manuals; they were not compared with hardware.
 
+mod air;
+mod board;
 mod crazyflie;
 mod event;
 mod f051;
@@ -27,9 +29,15 @@ mod random;
 mod serial;
 mod stm32;
 mod time;
+mod zooid;
 
+pub use air::{Air, AirStatistics, Heard, LOOKAHEAD, Sender};
+pub use board::{Board, CoreKind, MemoryMap};
 pub use crazyflie::{Crazyflie, Settings, Statistics};
 pub use event::{Event, HardwareError, Led, ResetCause};
+pub use f051::{FlashChange, FlashContent, Transfer};
+pub use nrf24::{MAX_PAYLOAD as RADIO_MAX, Packet, RadioStatistics, Transmission};
 pub use nrf51::{Battery, Frame, Link, MAX_PAYLOAD, P2P_MAX, P2pFrame, Pose};
 pub use stm32::{Lines, Width};
 pub use time::Time;
+pub use zooid::{Light, STEP_MM, TablePose, Zooid, ZooidStatistics};

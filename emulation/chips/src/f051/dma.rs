@@ -68,8 +68,7 @@ impl Dma {
             let step = if channel.ccr & increments != 0 { width.bytes() } else { 0 };
             base.wrapping_add(channel.done * step)
         };
-        let peripheral =
-            (advanced(channel.cpar, CCR_PINC, peripheral_width), peripheral_width);
+        let peripheral = (advanced(channel.cpar, CCR_PINC, peripheral_width), peripheral_width);
         let memory = (advanced(channel.cmar, CCR_MINC, memory_width), memory_width);
         channel.done += 1;
         channel.cndtr -= 1;
@@ -164,10 +163,8 @@ mod tests {
         write(&mut dma, 0x30, CCR_EN | CCR_TCIE | CCR_DIR | CCR_MINC);
         assert_eq!(dma.request(2, false), None, "the other way");
         for at in 0..2 {
-            let transfer = Transfer {
-                from: (0x2000_0100 + at, Width::Byte),
-                to: (0x4001_300c, Width::Byte),
-            };
+            let transfer =
+                Transfer { from: (0x2000_0100 + at, Width::Byte), to: (0x4001_300c, Width::Byte) };
             assert_eq!(dma.request(2, true), Some(transfer));
         }
         assert_eq!(dma.request(2, true), None);

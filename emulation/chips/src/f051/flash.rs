@@ -201,7 +201,11 @@ mod tests {
         write(&mut flash, CR, CR_PG);
         let change = flash.program(START + 2, 0xffff, 0x1234).unwrap();
         assert_eq!(change.content, FlashContent::Halfword(0x1234));
-        assert_eq!(flash.program(START + 2, 0x1234, 0x1230), None, "bits cannot go down one by one");
+        assert_eq!(
+            flash.program(START + 2, 0x1234, 0x1230),
+            None,
+            "bits cannot go down one by one"
+        );
         assert!(flash.program(START + 2, 0x1234, 0).is_some(), "but all of them can");
     }
 

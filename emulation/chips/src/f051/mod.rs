@@ -164,9 +164,8 @@ impl F051 {
         }
         self.adc.advance(now);
         let spi = self.spi.advance(now).map(|(end, byte)| Signal::Spi(end, byte));
-        let signal = spi.or_else(|| {
-            self.i2c.advance(now).map(|(end, action)| Signal::I2c(end, action))
-        });
+        let signal =
+            spi.or_else(|| self.i2c.advance(now).map(|(end, action)| Signal::I2c(end, action)));
         self.update_lines();
         signal
     }
@@ -253,6 +252,11 @@ impl F051 {
     /// What the pin MCO shows, PA8 with alternate function 0; 0 for nothing.
     pub fn mco_hz(&self) -> u64 {
         if self.ports[0].pin(8) == Pin::Alternate(0) { self.rcc.clocks().mco } else { 0 }
+    }
+
+    /// Bits per second on SPI1.
+    pub fn spi_bit_rate(&self) -> u64 {
+        self.spi.bit_rate()
     }
 
     /// TIM1 or TIM2.

@@ -5,7 +5,7 @@ use crate::{HardwareError, ResetCause};
 
 /// Registers by offset / 4.
 const CR: usize = 0;
-const CFGR: usize = 0x04 / 4;
+const CFGR: usize = 1;
 const APB2RSTR: usize = 0x0c / 4;
 const APB1RSTR: usize = 0x10 / 4;
 const AHBENR: usize = 0x14 / 4;
@@ -334,13 +334,9 @@ mod tests {
     #[test]
     fn too_fast_a_pll_is_reported() {
         let errors = zooid(7).errors();
-        let too_fast = HardwareError::ClockTooFast {
-            clock: "SYSCLK",
-            hz: 56_000_000,
-            limit_hz: 48_000_000,
-        };
-        let out_of_range =
-            HardwareError::PllOutOfRange { input_hz: 8_000_000, vco_hz: 56_000_000 };
+        let too_fast =
+            HardwareError::ClockTooFast { clock: "SYSCLK", hz: 56_000_000, limit_hz: 48_000_000 };
+        let out_of_range = HardwareError::PllOutOfRange { input_hz: 8_000_000, vco_hz: 56_000_000 };
         assert_eq!(errors, [too_fast, out_of_range]);
     }
 

@@ -1,7 +1,7 @@
 //! The small ones: power controller (RM0090 5), flash interface (3) and what identifies the chip (38, 39).
 
-use crate::stm32::Write;
 use crate::HardwareError;
+use crate::stm32::Write;
 
 /// DBGMCU_IDCODE of the STM32F405, revision Y (38.6.1).
 pub(crate) const DEBUG_ID: u32 = 0x100f_6413;

@@ -1,8 +1,8 @@
 //! USART of the STM32F4 (RM0090 30): asynchronous, 8 data bits, no parity, one stop bit, by interrupts.
 
-use crate::stm32::Write;
 use crate::Time;
 use crate::serial::{self, FRAME_BITS, Received};
+use crate::stm32::Write;
 
 const SR: u32 = 0x00;
 const DR: u32 = 0x04;

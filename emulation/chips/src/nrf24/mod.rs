@@ -3,6 +3,8 @@
 //! What follows from the analog part is reduced to time: it settles for 130 µs before it sends or receives, and it hears
 //! what others say exactly. Between two packets it settles anew even when CE stays high, which the chip does not.
 
+#[cfg(test)]
+mod driver_tests;
 mod packet;
 mod port;
 mod radio;
@@ -33,9 +35,16 @@ const POWER_ON: Time = Time::from_millis(100);
 /// What waits to be sent.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Outgoing {
-    Payload { bytes: Vec<u8>, no_ack: bool },
+    Payload {
+        bytes: Vec<u8>,
+        no_ack: bool,
+    },
     /// With the next acknowledgement on this pipe; `sent` once it was.
-    Acknowledgement { pipe: usize, bytes: Vec<u8>, sent: bool },
+    Acknowledgement {
+        pipe: usize,
+        bytes: Vec<u8>,
+        sent: bool,
+    },
 }
 
 /// What the radio counted since power-on.

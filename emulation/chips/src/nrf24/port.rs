@@ -83,8 +83,9 @@ impl Nrf24 {
     fn finish(&mut self, command: u8, mut data: Vec<u8>, now: Time) {
         data.truncate(MAX_PAYLOAD);
         match command {
-            R_RX_PAYLOAD if !data.is_empty() => {
-                self.receive.pop_front();
+            // A payload that was not read to its end stays.
+            R_RX_PAYLOAD => {
+                self.receive.pop_front_if(|(_, bytes)| data.len() >= bytes.len());
             }
             W_TX_PAYLOAD => self.push(Outgoing::Payload { bytes: data, no_ack: false }),
             W_TX_PAYLOAD_NOACK if self.registers.has_feature(FEATURE_EN_DYN_ACK) => {

@@ -169,6 +169,14 @@ impl Nrf24 {
         }
     }
 
+    /// A packet with this payload as this radio would send it now, without acknowledgement.
+    pub fn packet_of(&self, payload: &[u8]) -> Packet {
+        let payload = payload.iter().take(super::MAX_PAYLOAD).copied().collect();
+        let address = self.registers.transmit_address();
+        // Strangers do not count.
+        Packet { format: self.format(), address, id: 0, no_ack: true, payload }
+    }
+
     /// The packet that is to be sent.
     fn packet(&self) -> Option<Packet> {
         let (bytes, no_ack) = self.outgoing()?;

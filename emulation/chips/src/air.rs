@@ -1,0 +1,129 @@
+//! The radio channel that several nRF24L01+ share.
+
+use crate::Time;
+use crate::nrf24::Transmission;
+use crate::random::Random;
+
+/// How long before its first bit a radio announces a packet: so long robots may run without hearing of each other.
+pub const LOOKAHEAD: Time = Time::from_micros(120);
+
+/// Who sends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sender {
+    /// The robot with this number.
+    Robot(usize),
+    /// Somebody else, whom all robots hear.
+    Stranger,
+}
+
+/// What the air did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct AirStatistics {
+    /// Packets, once for each robot that could have heard it.
+    pub carried: u64,
+    /// Of these, the ones that overlapped with another packet on the same channel.
+    pub collided: u64,
+    /// And the ones that were lost by chance.
+    pub lost: u64,
+}
+
+/// What a robot hears.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Heard {
+    /// A signal on a channel, from, to: it is too early to say more.
+    Signal(u8, Time, Time),
+    /// A packet, and whether it is whole.
+    Packet(Transmission, bool),
+}
+
+/// The air between robots on one table: all hear all. Packets that overlap on one channel are lost, both of them, and
+/// others by chance, for each receiver on its own.
+pub struct Air {
+    on_air: Vec<OnAir>,
+    loss: f64,
+    random: Random,
+    /// What has happened.
+    pub statistics: AirStatistics,
+}
+
+struct OnAir {
+    sender: Sender,
+    transmission: Transmission,
+    is_sensed: bool,
+    has_arrived: bool,
+}
+
+impl Default for Air {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Air {
+    /// Without losses but those of overlapping packets.
+    pub fn new() -> Self {
+        let (on_air, random) = (Vec::new(), Random::new(0));
+        Air { on_air, loss: 0.0, random, statistics: AirStatistics::default() }
+    }
+
+    /// From now on a packet is lost with probability `loss`; equal seeds lose the same.
+    pub fn lose(&mut self, loss: f64, seed: u64) {
+        (self.loss, self.random) = (loss, Random::new(seed));
+    }
+
+    /// Somebody will send.
+    pub fn add(&mut self, sender: Sender, transmission: Transmission) {
+        let (is_sensed, has_arrived) = (false, false);
+        self.on_air.push(OnAir { sender, transmission, is_sensed, has_arrived });
+    }
+
+    /// When the next packet reaches somebody, of those that are known.
+    pub fn next_event(&self) -> Option<Time> {
+        let waiting = self.on_air.iter().filter(|packet| !packet.has_arrived);
+        waiting.map(|packet| packet.transmission.begin).min()
+    }
+
+    /// Tells `robots` robots by `tell` what happens before `until`, up to which all that will be sent must be known.
+    pub fn carry(&mut self, until: Time, robots: usize, mut tell: impl FnMut(usize, Heard)) {
+        if self.on_air.is_empty() {
+            return;
+        }
+        for number in 0..self.on_air.len() {
+            let OnAir { sender, ref transmission, is_sensed, has_arrived } = self.on_air[number];
+            let receivers = (0..robots).filter(|robot| sender != Sender::Robot(*robot));
+            let (begin, end) = (transmission.begin, transmission.end);
+            let channel = transmission.packet.channel();
+            if !is_sensed && begin < until {
+                self.on_air[number].is_sensed = true;
+                for receiver in receivers.clone() {
+                    tell(receiver, Heard::Signal(channel, begin, end));
+                }
+            }
+            if has_arrived || end > until {
+                continue;
+            }
+            self.on_air[number].has_arrived = true;
+            for receiver in receivers {
+                let overlaps = |other: &OnAir| {
+                    let (sent, by) = (&other.transmission, other.sender);
+                    // To what it sends itself a receiver is deaf anyway.
+                    !std::ptr::eq(other, &self.on_air[number])
+                        && by != Sender::Robot(receiver)
+                        && sent.packet.channel() == channel
+                        && sent.begin < end
+                        && begin < sent.end
+                };
+                let collides = self.on_air.iter().any(overlaps);
+                let is_lost = !collides && self.random.chance(self.loss);
+                self.statistics.carried += 1;
+                self.statistics.collided += u64::from(collides);
+                self.statistics.lost += u64::from(is_lost);
+                let packet = self.on_air[number].transmission.clone();
+                tell(receiver, Heard::Packet(packet, !collides && !is_lost));
+            }
+        }
+        // What may still overlap with one that has not ended stays: the longest packet of 250 kb/s is on the air for 1.4 ms.
+        let old = until - Time::from_millis(2);
+        self.on_air.retain(|packet| !packet.has_arrived || packet.transmission.end > old);
+    }
+}

@@ -1,0 +1,87 @@
+//! What a core needs to know of the robot around it.
+
+use crate::{Event, FlashChange, Lines, ResetCause, Time, Transfer, Width};
+
+/// Which core executes the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CoreKind {
+    /// ARMv6-M: two bits of priority, 32 interrupts, no way to mask but PRIMASK.
+    CortexM0,
+    /// ARMv7E-M with single precision: four bits of priority.
+    CortexM4F,
+}
+
+/// What lies in the core's address space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MemoryMap {
+    /// Bytes of flash at 0x0800_0000, also seen at 0.
+    pub flash: u32,
+    /// Bytes of RAM at 0x2000_0000.
+    pub ram: u32,
+    /// Bytes of core-coupled memory at 0x1000_0000; 0 for none.
+    pub ccm: u32,
+    /// First addresses and sizes, in whole pages of 4 KiB, of what the board answers for.
+    pub peripherals: &'static [(u32, u32)],
+}
+
+/// A robot without the core of its STM32.
+pub trait Board: Sized {
+    /// The core it wants.
+    const CORE: CoreKind;
+    /// What that core sees.
+    const MEMORY: MemoryMap;
+
+    /// Robot `number` of several, whose power was just turned on.
+    fn power_on(number: usize) -> Self;
+
+    /// The time that all peripherals have reached.
+    fn now(&self) -> Time;
+
+    /// Lets time pass until `to`; does nothing if that is past.
+    fn advance(&mut self, to: Time);
+
+    /// When an interrupt line may next move by itself, or a DMA transfer be due.
+    fn next_event(&self) -> Option<Time>;
+
+    /// The core reads. `address` is aligned to `width` and within [`MemoryMap::peripherals`].
+    fn read(&mut self, address: u32, width: Width) -> u32;
+
+    /// The core writes to a peripheral.
+    fn write(&mut self, address: u32, width: Width, value: u32);
+
+    /// The levels of the interrupt lines.
+    fn interrupts(&self) -> Lines;
+
+    /// Frequency of the core, as the RCC registers say.
+    fn core_clock_hz(&self) -> u64;
+
+    /// Whether the chip wants to be reset, and why; the core then calls [`reset`](Self::reset).
+    fn take_reset_request(&mut self) -> Option<ResetCause>;
+
+    /// Resets the STM32; the rest of the robot goes on.
+    fn reset(&mut self, cause: ResetCause);
+
+    /// Whether the watchdog runs: it will reset a chip that does nothing any more.
+    fn watchdog_runs(&self) -> bool;
+
+    /// Whether the STM32 has power.
+    fn is_powered(&self) -> bool;
+
+    /// What happened since the last call, in order.
+    fn take_events(&mut self) -> Vec<(Time, Event)>;
+
+    /// The data item that the DMA controller moves now, if any: to be done by the core, which has the memory.
+    fn next_transfer(&mut self) -> Option<Transfer> {
+        None
+    }
+
+    /// The core writes a halfword to the flash, where `old` stands; what that changes.
+    fn program(&mut self, _address: u32, _old: u16, _new: u16) -> Option<FlashChange> {
+        None
+    }
+
+    /// What the firmware has told the flash to do.
+    fn take_flash_change(&mut self) -> Option<FlashChange> {
+        None
+    }
+}

@@ -1,0 +1,139 @@
+//! The bus of touch controller and motion sensor: both have registers, and a pointer that the first byte of a write sets.
+
+use super::motion::Motion;
+use super::touch::Touch;
+use crate::Time;
+
+/// A chip with registers.
+pub(super) trait Device {
+    /// The next byte is read from or written to `register`.
+    fn point(&mut self, register: u8);
+    /// Writes a byte and goes on to the next register.
+    fn write(&mut self, byte: u8, now: Time);
+    /// Reads a byte and goes on to the next register.
+    fn read(&mut self, now: Time) -> u8;
+}
+
+pub(super) struct Devices {
+    pub touch: Touch,
+    pub motion: Motion,
+    /// The one that was addressed.
+    selected: Option<u8>,
+    /// The next byte that is written is a register's number.
+    points: bool,
+}
+
+impl Devices {
+    pub fn new() -> Self {
+        let (touch, motion) = (Touch::new(), Motion::new());
+        Devices { touch, motion, selected: None, points: false }
+    }
+
+    fn device(&mut self) -> Option<&mut dyn Device> {
+        match self.selected? {
+            Touch::ADDRESS => Some(&mut self.touch),
+            Motion::ADDRESS => Some(&mut self.motion),
+            _ => None,
+        }
+    }
+
+    /// Whether somebody answers to `address`.
+    pub fn start(&mut self, address: u8, read: bool) -> bool {
+        self.selected = Some(address);
+        self.points = !read;
+        self.device().is_some()
+    }
+
+    /// Whether the byte is acknowledged.
+    pub fn write(&mut self, byte: u8, now: Time) -> bool {
+        let points = std::mem::take(&mut self.points);
+        let Some(device) = self.device() else { return false };
+        if points {
+            device.point(byte)
+        } else {
+            device.write(byte, now)
+        }
+        true
+    }
+
+    /// The bus is high where nobody drives it.
+    pub fn read(&mut self, now: Time) -> u8 {
+        self.device().map_or(0xff, |device| device.read(now))
+    }
+
+    pub fn stop(&mut self) {
+        self.selected = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NOW: Time = Time::from_millis(500);
+
+    fn read(devices: &mut Devices, address: u8, register: u8, count: usize) -> Vec<u8> {
+        assert!(devices.start(address, false));
+        assert!(devices.write(register, NOW));
+        assert!(devices.start(address, true));
+        let bytes = (0..count).map(|_| devices.read(NOW)).collect();
+        devices.stop();
+        bytes
+    }
+
+    fn write(devices: &mut Devices, address: u8, bytes: &[u8]) {
+        assert!(devices.start(address, false));
+        assert!(bytes.iter().all(|byte| devices.write(*byte, NOW)));
+        devices.stop();
+    }
+
+    #[test]
+    fn the_chips_tell_who_they_are() {
+        let mut devices = Devices::new();
+        assert_eq!(read(&mut devices, Touch::ADDRESS, 0, 1), [0x2e]);
+        assert_eq!(read(&mut devices, Motion::ADDRESS, 0x0f, 1), [0x69]);
+        assert!(!devices.start(0x42, true));
+    }
+
+    #[test]
+    fn a_touch_pulls_change_until_its_status_is_read() {
+        let mut devices = Devices::new();
+        assert!(devices.touch.change());
+        devices.touch.press(0b10);
+        assert!(!devices.touch.change());
+        assert_eq!(read(&mut devices, Touch::ADDRESS, 2, 2), [1, 0b10]);
+        assert!(devices.touch.change());
+        devices.touch.press(0);
+        assert!(!devices.touch.change());
+        assert_eq!(read(&mut devices, Touch::ADDRESS, 2, 2), [0, 0]);
+    }
+
+    #[test]
+    fn setups_are_kept_and_calibration_takes_a_while() {
+        let mut devices = Devices::new();
+        write(&mut devices, Touch::ADDRESS, &[32, 25, 25]);
+        assert_eq!(read(&mut devices, Touch::ADDRESS, 32, 3), [25, 25, 20]);
+        write(&mut devices, Touch::ADDRESS, &[56, 1]);
+        assert_eq!(read(&mut devices, Touch::ADDRESS, 2, 1), [0x80]);
+        devices.start(Touch::ADDRESS, false);
+        devices.write(2, NOW);
+        assert_eq!(devices.touch.read(NOW + CALIBRATED), 0);
+    }
+
+    const CALIBRATED: Time = Time::from_millis(100);
+
+    #[test]
+    fn gravity_and_turning_are_measured_once_the_sensors_are_on() {
+        let mut devices = Devices::new();
+        devices.motion.turn_degrees_s = -90.0;
+        assert_eq!(read(&mut devices, Motion::ADDRESS, 0x1e, 1), [0]);
+        assert_eq!(read(&mut devices, Motion::ADDRESS, 0x22, 12), [0; 12]);
+        // 416 Hz, 2 g and 245 dps.
+        write(&mut devices, Motion::ADDRESS, &[0x10, 0x60, 0x60]);
+        assert_eq!(read(&mut devices, Motion::ADDRESS, 0x1e, 1), [3]);
+        let outputs = read(&mut devices, Motion::ADDRESS, 0x22, 12);
+        let word = |at: usize| f64::from(i16::from_le_bytes([outputs[at], outputs[at + 1]]));
+        assert!((word(4) * 8.75e-3 + 90.0).abs() < 0.01, "dps");
+        assert!((word(10) * 0.061e-3 - 1.0).abs() < 1e-4, "g");
+    }
+}

@@ -1,0 +1,405 @@
+//! The board of a Zooid (PCB version 1.3): an STM32F051, an nRF24L01+, photodiodes, touch, motion sensor, LED, motors.
+
+mod i2c;
+mod motion;
+mod projector;
+#[cfg(test)]
+mod tests;
+mod touch;
+
+use self::i2c::Devices;
+use self::projector::Diodes;
+pub use self::projector::{Light, STEP_MM, TablePose};
+use crate::board::{Board, CoreKind, MemoryMap};
+use crate::f051::{Action, F051, FLASH_SIZE, Signal};
+use crate::nrf24::{Nrf24, RadioStatistics, SPI_LIMIT_HZ, Transmission};
+use crate::stm32::{Pin, Pwm};
+use crate::{Event, FlashChange, HardwareError, Led, Lines, ResetCause, Time, Transfer, Width};
+
+const A: usize = 0;
+const B: usize = 1;
+/// Port and pin.
+const CSN: (usize, u8) = (A, 4);
+const CE: (usize, u8) = (B, 0);
+const IRQ: (usize, u8) = (A, 15);
+/// SCK, MISO and MOSI, alternate function 0.
+const SPI: [u8; 3] = [5, 6, 7];
+const PHOTODIODES: [(usize, u8); 2] = [(B, 9), (B, 1)];
+const TOUCH_CHANGE: (usize, u8) = (B, 2);
+const MOTION_INT1: (usize, u8) = (B, 12);
+/// Low while charging.
+const CHARGING: (usize, u8) = (B, 13);
+/// SCL and SDA, alternate function 1.
+const I2C: [u8; 2] = [10, 11];
+/// Pins of port A and channels of TIM1, alternate function 2; common anode: they shine while low.
+const LEDS: [(Led, u8, u32); 3] = [(Led::Red, 10, 2), (Led::Green, 11, 3), (Led::Blue, 9, 1)];
+/// Alternate function of LEDs and of the motors: pin n of port A is channel n of TIM2 and input n of the bridges.
+const TIMER_FUNCTION: u8 = 2;
+const MOTOR_INPUTS: u8 = 4;
+
+/// What a Zooid counted since power-on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ZooidStatistics {
+    /// Of the radio.
+    pub radio: RadioStatistics,
+    /// Frequencies of the core and of the peripherals' bus, as they are now.
+    pub clocks_hz: [u64; 2],
+    /// Accesses to peripherals whose clock is off.
+    pub accesses_without_clock: u64,
+    /// First addresses that were used of what has no model and is plain storage.
+    pub unknown: Vec<u32>,
+}
+
+/// A Zooid without the core of its STM32.
+pub struct Zooid {
+    now: Time,
+    /// When something happens by itself.
+    next: Option<Time>,
+    f051: F051,
+    radio: Nrf24,
+    devices: Devices,
+    diodes: Diodes,
+    /// Where it is, and since when that is known.
+    pose: Option<(Time, TablePose)>,
+    leds: [bool; LEDS.len()],
+    motors: [Pwm; MOTOR_INPUTS as usize],
+    /// CSN is low, CE is high.
+    selected: bool,
+    enabled: bool,
+    /// Levels of IRQ and CHANGE.
+    irq: bool,
+    change: bool,
+    spi_was_too_fast: bool,
+    reset_request: Option<ResetCause>,
+    transmissions: Vec<Transmission>,
+    events: Vec<(Time, Event)>,
+}
+
+impl Zooid {
+    /// Lets the bus masters and the pins act on what has happened now.
+    fn step(&mut self) {
+        while let Some(signal) = self.f051.advance(self.now) {
+            match signal {
+                Signal::Spi(end, byte) => self.exchange(byte, end),
+                Signal::I2c(end, action) => self.talk(action, end),
+            }
+        }
+        self.radio.advance(self.now);
+        self.settle_radio();
+        while self.diodes.next_event() <= self.now {
+            if let Some((diode, level)) = self.diodes.advance(self.now, self.pose) {
+                let (port, pin) = PHOTODIODES[diode];
+                self.f051.drive(port, pin, level);
+            }
+        }
+        if self.f051.take_watchdog_expiry() {
+            self.reset_request = Some(ResetCause::IndependentWatchdog);
+        }
+        self.next = self.find_next();
+    }
+
+    /// A byte on SPI: it reaches the radio if the pins are the peripheral's.
+    fn exchange(&mut self, byte: u8, end: Time) {
+        if self.f051.spi_bit_rate() > SPI_LIMIT_HZ && !self.spi_was_too_fast {
+            self.spi_was_too_fast = true;
+            let error = HardwareError::RadioSpiTooFast {
+                hz: self.f051.spi_bit_rate(),
+                limit_hz: SPI_LIMIT_HZ,
+            };
+            self.events.push((self.now, Event::HardwareError(error)));
+        }
+        let connected = SPI.iter().all(|pin| self.f051.ports[A].pin(*pin) == Pin::Alternate(0));
+        let answer = if connected { self.radio.transfer(byte, end) } else { 0 };
+        self.f051.spi_received(answer, end);
+    }
+
+    fn talk(&mut self, action: Action, end: Time) {
+        let connected = I2C.iter().all(|pin| self.f051.ports[B].pin(*pin) == Pin::Alternate(1));
+        match action {
+            Action::Start { address, read } => {
+                let answers = self.devices.start(address, read) && connected;
+                self.f051.i2c_acknowledge(answers, end);
+            }
+            Action::Write(byte) => {
+                let answers = connected && self.devices.write(byte, end);
+                self.f051.i2c_acknowledge(answers, end);
+            }
+            Action::Read => {
+                let byte = if connected { self.devices.read(end) } else { 0xff };
+                self.f051.i2c_received(byte, end);
+            }
+            Action::Stop => self.devices.stop(),
+        }
+        self.settle_touch();
+    }
+
+    /// The radio's pins, and what it announces.
+    fn settle_radio(&mut self) {
+        let irq = self.radio.irq();
+        if irq != std::mem::replace(&mut self.irq, irq) {
+            self.f051.drive(IRQ.0, IRQ.1, irq);
+        }
+        for transmission in self.radio.take_transmissions() {
+            let Transmission { begin, end, packet } = &transmission;
+            let (channel, payload) = (packet.channel(), packet.payload().to_vec());
+            self.events.push((*begin, Event::Radio { channel, payload, air: *end - *begin }));
+            self.transmissions.push(transmission);
+        }
+    }
+
+    fn settle_touch(&mut self) {
+        let change = self.devices.touch.change();
+        if change != std::mem::replace(&mut self.change, change) {
+            self.f051.drive(TOUCH_CHANGE.0, TOUCH_CHANGE.1, change);
+        }
+    }
+
+    /// What the firmware does to the radio's pins. What nobody drives does nothing.
+    fn settle_pins(&mut self) {
+        let selected = self.f051.ports[CSN.0].pin(CSN.1) == Pin::Level(false);
+        if selected != std::mem::replace(&mut self.selected, selected) {
+            self.radio.select(selected, self.now);
+        }
+        let enabled = self.f051.ports[CE.0].pin(CE.1) == Pin::Level(true);
+        if enabled != std::mem::replace(&mut self.enabled, enabled) {
+            self.radio.enable(enabled, self.now);
+        }
+        self.radio.set_clock(self.f051.mco_hz(), self.now);
+        self.settle_radio();
+    }
+
+    fn find_next(&self) -> Option<Time> {
+        let radio = self.radio.next_event();
+        let events = self.f051.next().into_iter().chain(radio);
+        events.chain([self.diodes.next_event()]).min().filter(|at| *at < Time::NEVER)
+    }
+
+    fn after_access(&mut self) {
+        let errors = self.f051.take_errors();
+        self.events.extend(errors.into_iter().map(|error| (self.now, Event::HardwareError(error))));
+        self.next = self.find_next();
+    }
+
+    /// The signal at a pin of port A that may be channel `channel` of a timer; none if nobody drives it.
+    fn signal(&self, pin: u8, timer: usize, channel: u32) -> Option<Pwm> {
+        match self.f051.ports[A].pin(pin) {
+            Pin::Floating => None,
+            Pin::Level(level) => Some(if level { Pwm::HIGH } else { Pwm::LOW }),
+            Pin::Alternate(TIMER_FUNCTION) => self.f051.timer(timer).output(channel),
+            Pin::Alternate(_) => None,
+        }
+    }
+
+    /// Looks at LED and motors.
+    fn observe(&mut self) {
+        for (index, (led, pin, channel)) in LEDS.into_iter().enumerate() {
+            let on = self.signal(pin, 1, channel).is_some_and(|signal| signal.duty < 1.0);
+            if on != std::mem::replace(&mut self.leds[index], on) {
+                self.events.push((self.now, Event::Led { led, on }));
+            }
+        }
+        for input in 0..MOTOR_INPUTS {
+            // The bridge's inputs are pulled down.
+            let signal = self.signal(input, 2, u32::from(input)).unwrap_or(Pwm::LOW);
+            if signal != std::mem::replace(&mut self.motors[usize::from(input)], signal) {
+                let Pwm { duty, frequency_hz } = signal;
+                let event = Event::Motor { number: input + 1, duty, frequency_hz };
+                self.events.push((self.now, event));
+            }
+        }
+    }
+
+    /// Until when nothing changes as long as the core sleeps.
+    pub fn quiet_until(&self) -> Time {
+        self.next.unwrap_or(Time::NEVER)
+    }
+
+    /// What it begins to transmit; see [`Air`](crate::Air).
+    pub fn take_transmissions(&mut self) -> Vec<Transmission> {
+        std::mem::take(&mut self.transmissions)
+    }
+
+    /// A signal is on the air, on this channel from `begin` to `end`.
+    pub fn sense(&mut self, channel: u8, begin: Time, end: Time) {
+        self.radio.sense(channel, begin, end);
+    }
+
+    /// A packet comes here, whole (`intact`) or not; its end is not past.
+    pub fn hear(&mut self, transmission: Transmission, intact: bool) {
+        self.radio.hear(transmission, intact);
+        self.next = self.find_next();
+    }
+
+    /// A packet with this payload as this robot's radio would send it now, from `begin` on.
+    pub fn packet_of(&self, payload: &[u8], begin: Time) -> Transmission {
+        let packet = self.radio.packet_of(payload);
+        Transmission { begin, end: begin + packet.air_time(), packet }
+    }
+
+    /// From now on it is there; nowhere means that the projector does not reach it.
+    pub fn place(&mut self, pose: Option<TablePose>) {
+        self.pose = pose.map(|pose| (self.now, pose));
+        // The sensor's z points up, the table's headings grow to the right.
+        self.devices.motion.turn_degrees_s = pose.map_or(0.0, |pose| -pose.turn_degrees_s);
+    }
+
+    /// From now on the projector's light is as bad as this.
+    pub fn set_light(&mut self, light: Light) {
+        self.diodes.set_light(light);
+    }
+
+    /// Fingers are on these electrodes from now on: bit 0 is KEY1.
+    pub fn press(&mut self, keys: u8) {
+        self.devices.touch.press(keys);
+        self.settle_touch();
+        self.next = self.find_next();
+    }
+
+    /// The battery has so many volts, and is charged or not.
+    pub fn set_battery(&mut self, volts: f64, charging: bool) {
+        self.f051.set_battery_volts(volts);
+        self.f051.drive(CHARGING.0, CHARGING.1, !charging);
+        self.next = self.find_next();
+    }
+
+    /// Counters since power-on.
+    pub fn statistics(&self) -> ZooidStatistics {
+        ZooidStatistics {
+            radio: self.radio.statistics.clone(),
+            clocks_hz: self.f051.clocks_hz(),
+            accesses_without_clock: self.f051.accesses_without_clock,
+            unknown: self.f051.unknown.values().copied().collect(),
+        }
+    }
+}
+
+/// A half full battery.
+const BATTERY_VOLTS: f64 = 3.8;
+
+impl Board for Zooid {
+    const CORE: CoreKind = CoreKind::CortexM0;
+    const MEMORY: MemoryMap = MemoryMap {
+        flash: FLASH_SIZE,
+        ram: 8 * 1024,
+        ccm: 0,
+        peripherals: &[(0x4000_0000, 0x3_0000), (0x4800_0000, 0x2000), (0x1fff_e000, 0x2000)],
+    };
+
+    fn power_on(number: usize) -> Self {
+        let mut unique_id = *b"\x29\x00\x1d\x00ZOOID-00";
+        unique_id[10..].copy_from_slice(&(number as u16).to_be_bytes());
+        let mut board = Zooid {
+            now: Time::ZERO,
+            next: None,
+            f051: F051::new(unique_id, BATTERY_VOLTS),
+            radio: Nrf24::new(),
+            devices: Devices::new(),
+            diodes: Diodes::new(),
+            pose: None,
+            leds: [false; LEDS.len()],
+            motors: [Pwm::LOW; MOTOR_INPUTS as usize],
+            selected: false,
+            enabled: false,
+            irq: true,
+            change: true,
+            spi_was_too_fast: false,
+            reset_request: None,
+            transmissions: Vec::new(),
+            events: Vec::new(),
+        };
+        for ((port, pin), level) in
+            [(IRQ, true), (TOUCH_CHANGE, true), (CHARGING, true), (MOTION_INT1, false)]
+        {
+            board.f051.drive(port, pin, level);
+        }
+        for (port, pin) in PHOTODIODES {
+            board.f051.drive(port, pin, false);
+        }
+        board.next = board.find_next();
+        board
+    }
+
+    fn now(&self) -> Time {
+        self.now
+    }
+
+    fn advance(&mut self, to: Time) {
+        while let Some(at) = self.next.filter(|at| *at <= to) {
+            self.now = self.now.max(at);
+            self.step();
+        }
+        if to > self.now {
+            self.now = to;
+            self.f051.set_now(to);
+        }
+    }
+
+    fn next_event(&self) -> Option<Time> {
+        let radio = self.radio.next_event();
+        let events = self.f051.next_event().into_iter().chain(radio);
+        events.chain([self.diodes.next_event()]).min().filter(|at| *at < Time::NEVER)
+    }
+
+    fn read(&mut self, address: u32, width: Width) -> u32 {
+        let value = self.f051.read(address, width);
+        self.after_access();
+        value
+    }
+
+    fn write(&mut self, address: u32, width: Width, value: u32) {
+        self.f051.write(address, width, value);
+        let block = address >> 10;
+        // RCC, and ports A and B.
+        if matches!(block, 0x10_0084 | 0x12_0000 | 0x12_0001) {
+            self.settle_pins();
+        }
+        // TIM2 and TIM1, RCC, port A.
+        if matches!(block, 0x10_0000 | 0x10_004b | 0x10_0084 | 0x12_0000) {
+            self.observe();
+        }
+        self.after_access();
+    }
+
+    fn interrupts(&self) -> Lines {
+        self.f051.lines()
+    }
+
+    fn core_clock_hz(&self) -> u64 {
+        self.f051.core_clock_hz()
+    }
+
+    fn take_reset_request(&mut self) -> Option<ResetCause> {
+        self.reset_request.take()
+    }
+
+    fn reset(&mut self, cause: ResetCause) {
+        self.f051.reset(cause);
+        self.settle_pins();
+        self.observe();
+        self.next = self.find_next();
+    }
+
+    fn watchdog_runs(&self) -> bool {
+        self.f051.watchdog_runs()
+    }
+
+    fn is_powered(&self) -> bool {
+        true
+    }
+
+    fn take_events(&mut self) -> Vec<(Time, Event)> {
+        std::mem::take(&mut self.events)
+    }
+
+    fn next_transfer(&mut self) -> Option<Transfer> {
+        self.f051.next_transfer()
+    }
+
+    fn program(&mut self, address: u32, old: u16, new: u16) -> Option<FlashChange> {
+        self.f051.program(address, old, new)
+    }
+
+    fn take_flash_change(&mut self) -> Option<FlashChange> {
+        self.f051.take_flash_change()
+    }
+}

@@ -1,0 +1,107 @@
+//! LSM6DS3 accelerometer and gyroscope on I2C (data sheet DocID026899): identity, output rates, and what a robot that
+//! drives on a level table measures. No taps, no tilt, no FIFO, no noise.
+
+use super::i2c::Device;
+use crate::Time;
+
+const WHO_AM_I: u8 = 0x0f;
+const CTRL1_XL: u8 = 0x10;
+const CTRL2_G: u8 = 0x11;
+const CTRL3_C: u8 = 0x12;
+const STATUS: u8 = 0x1e;
+/// Temperature, then three axes of the gyroscope and three of the accelerometer, two bytes each.
+const OUTPUTS: u8 = 0x20;
+const OUTPUTS_END: u8 = 0x2e;
+const CTRL3_C_SW_RESET: u8 = 1 << 0;
+const CTRL3_C_IF_INC: u8 = 1 << 2;
+/// Sensitivities at the smallest ranges, per unit: 0.061 mg and 8.75 mdps; each range has the factor of its bits.
+const MICRO_G: f64 = 61.0;
+const MICRO_DPS: f64 = 8750.0;
+
+pub(super) struct Motion {
+    registers: [u8; 128],
+    pointer: u8,
+    /// Degrees per second around the axis that points up.
+    pub turn_degrees_s: f64,
+}
+
+impl Motion {
+    /// 7 bits, SA0 low.
+    pub const ADDRESS: u8 = 0x6a;
+
+    pub fn new() -> Self {
+        let mut registers = [0; 128];
+        registers[usize::from(WHO_AM_I)] = 0x69;
+        registers[usize::from(CTRL3_C)] = CTRL3_C_IF_INC;
+        Motion { registers, pointer: 0, turn_degrees_s: 0.0 }
+    }
+
+    fn get(&self, register: u8) -> u8 {
+        self.registers[usize::from(register & 0x7f)]
+    }
+
+    /// A sensor whose output rate is 0 is off.
+    fn is_on(&self, control: u8) -> bool {
+        self.get(control) >> 4 != 0
+    }
+
+    fn output(&self, word: u8) -> i16 {
+        match word {
+            // Around z.
+            3 if self.is_on(CTRL2_G) => {
+                // 245, 500, 1000, 2000 dps.
+                let factor = [1.0, 2.0, 4.0, 8.0][usize::from(self.get(CTRL2_G) >> 2 & 3)];
+                (self.turn_degrees_s * 1e6 / (MICRO_DPS * factor)) as i16
+            }
+            // Along z: the table holds the robot against gravity.
+            6 if self.is_on(CTRL1_XL) => {
+                // 2, 16, 4, 8 g.
+                let factor = [1.0, 8.0, 2.0, 4.0][usize::from(self.get(CTRL1_XL) >> 2 & 3)];
+                (1e6 / (MICRO_G * factor)) as i16
+            }
+            _ => 0,
+        }
+    }
+}
+
+impl Device for Motion {
+    fn point(&mut self, register: u8) {
+        self.pointer = register & 0x7f;
+    }
+
+    fn write(&mut self, byte: u8, _now: Time) {
+        match self.pointer {
+            CTRL3_C if byte & CTRL3_C_SW_RESET != 0 => {
+                *self = Motion {
+                    pointer: CTRL3_C,
+                    turn_degrees_s: self.turn_degrees_s,
+                    ..Motion::new()
+                };
+            }
+            WHO_AM_I | STATUS | OUTPUTS..OUTPUTS_END => {}
+            pointer => self.registers[usize::from(pointer)] = byte,
+        }
+        self.next();
+    }
+
+    fn read(&mut self, _now: Time) -> u8 {
+        let byte = match self.pointer {
+            STATUS => u8::from(self.is_on(CTRL1_XL)) | u8::from(self.is_on(CTRL2_G)) << 1,
+            pointer @ OUTPUTS..OUTPUTS_END => {
+                let word = self.output((pointer - OUTPUTS) / 2).to_le_bytes();
+                word[usize::from(pointer & 1)]
+            }
+            pointer => self.get(pointer),
+        };
+        self.next();
+        byte
+    }
+}
+
+impl Motion {
+    fn next(&mut self) {
+        if self.get(CTRL3_C) & CTRL3_C_IF_INC != 0 {
+            self.pointer = self.pointer.wrapping_add(1) & 0x7f;
+        }
+    }
+}

@@ -1,0 +1,247 @@
+//! The projector above the table: what a photodiode sees of its gray code.
+//!
+//! A frame is 41 patterns of 333 µs: black, ten bits of x, ten of y, the most significant first, and twenty times white
+//! (TI DLP LightCrafter 4500 as SwarmUI sets it up; the values were decoded from its bitmaps).
+
+use crate::Time;
+use crate::random::Random;
+
+/// Patterns of a frame, and how long each is shown.
+pub(super) const PATTERNS: u32 = 41;
+const PATTERN: Time = Time::from_micros(333);
+pub(super) const FRAME: Time = Time::from_micros(333 * PATTERNS as u64);
+/// Bits of each coordinate.
+const BITS: u32 = 10;
+/// What is projected: columns and rows, in steps of the code.
+const COLUMNS: std::ops::RangeInclusive<f64> = 56.0..=967.0;
+const ROWS: std::ops::RangeInclusive<f64> = 227.0..=796.0;
+/// A step in mm, along x and along y (0.8128 m over 883 steps and 0.508 m over 558, position_control.c of SwarmUI).
+pub const STEP_MM: [f64; 2] = [812.8 / 883.0, 508.0 / 558.0];
+/// From the middle of the robot to each photodiode, in mm (board layout, version 1.3).
+const DIODE_MM: f64 = 9.8;
+
+/// Where a robot stands on the table and how it moves.
+///
+/// The frame is the projector's: x to the right, y down as seen from above, both 0 where the code is 0; headings grow from
+/// x to y.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TablePose {
+    /// mm.
+    pub x_mm: f64,
+    /// mm.
+    pub y_mm: f64,
+    /// Where the antenna points, in degrees.
+    pub heading_degrees: f64,
+    /// mm/s along x and y.
+    pub velocity_mm_s: [f64; 2],
+    /// Degrees per second.
+    pub turn_degrees_s: f64,
+}
+
+impl TablePose {
+    /// It stands there.
+    pub const fn at(x_mm: f64, y_mm: f64, heading_degrees: f64) -> Self {
+        let (velocity_mm_s, turn_degrees_s) = ([0.0; 2], 0.0);
+        TablePose { x_mm, y_mm, heading_degrees, velocity_mm_s, turn_degrees_s }
+    }
+
+    /// After so long.
+    pub fn after(&self, span: Time) -> Self {
+        let seconds = span.picos() as f64 * 1e-12;
+        TablePose {
+            x_mm: self.x_mm + self.velocity_mm_s[0] * seconds,
+            y_mm: self.y_mm + self.velocity_mm_s[1] * seconds,
+            heading_degrees: self.heading_degrees + self.turn_degrees_s * seconds,
+            ..*self
+        }
+    }
+
+    /// Where photodiode 0 (right of the heading) or 1 (left) is, in mm.
+    fn diode(&self, diode: usize) -> [f64; 2] {
+        let side = if diode == 0 { 90.0 } else { -90.0 };
+        let (sin, cos) = (self.heading_degrees + side).to_radians().sin_cos();
+        [self.x_mm + DIODE_MM * cos, self.y_mm + DIODE_MM * sin]
+    }
+}
+
+/// How bad the light is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Light {
+    /// Probability that a frame does not reach the robot: both diodes stay dark.
+    pub lose: f64,
+    /// An edge comes up to so many µs too early or too late, all equally probable.
+    pub jitter_us: f64,
+    /// Start of the pseudo-random sequence that decides: equal seeds, equal faults.
+    pub seed: u64,
+}
+
+/// The pattern of the code at `[x, y]` mm, the first shown in bit 0; dark where nothing is projected.
+pub(super) fn pattern(position_mm: [f64; 2], pattern: u32) -> bool {
+    let steps = [0, 1].map(|axis| (position_mm[axis] / STEP_MM[axis]).round());
+    if !COLUMNS.contains(&steps[0]) || !ROWS.contains(&steps[1]) {
+        return false;
+    }
+    let bit = |step: f64, index: u32| gray(step as u32) >> (BITS - 1 - index) & 1 != 0;
+    match pattern {
+        0 => false,
+        1..=10 => bit(steps[0], pattern - 1),
+        11..=20 => bit(steps[1], pattern - 11),
+        _ => true,
+    }
+}
+
+fn gray(n: u32) -> u32 {
+    n ^ n >> 1
+}
+
+/// What the two photodiodes of a robot see, one edge after the other.
+pub(super) struct Diodes {
+    light: Light,
+    /// Edges of the frame that is shown, in order.
+    edges: Vec<(Time, usize, bool)>,
+    next: usize,
+    /// The first frame that is not among them.
+    frame: u64,
+    levels: [bool; 2],
+}
+
+impl Diodes {
+    /// Dark until the next frame.
+    pub fn new() -> Self {
+        let light = Light::default();
+        Diodes { light, edges: Vec::new(), next: 0, frame: 0, levels: [false; 2] }
+    }
+
+    pub fn set_light(&mut self, light: Light) {
+        self.light = light;
+    }
+
+    /// When one of them changes, or a frame begins.
+    pub fn next_event(&self) -> Time {
+        match self.edges.get(self.next) {
+            Some((at, _, _)) => *at,
+            None => begin_of(self.frame),
+        }
+    }
+
+    /// The diode that changes at `now` and what it becomes. `pose` is where the robot is at `since`.
+    pub fn advance(&mut self, now: Time, pose: Option<(Time, TablePose)>) -> Option<(usize, bool)> {
+        if self.next == self.edges.len() && begin_of(self.frame) <= now {
+            self.show(pose);
+        }
+        let (_, diode, level) = *self.edges.get(self.next).filter(|(at, _, _)| *at <= now)?;
+        self.next += 1;
+        Some((diode, level))
+    }
+
+    /// Looks at the whole frame: the robot moves on while it is shown, as it moves at its beginning.
+    fn show(&mut self, pose: Option<(Time, TablePose)>) {
+        let begin = begin_of(self.frame);
+        let mut random = Random::of(self.light.seed, self.frame);
+        self.frame += 1;
+        self.edges.clear();
+        self.next = 0;
+        let pose = pose.filter(|_| !random.chance(self.light.lose));
+        for number in 0..PATTERNS {
+            let at = begin + Time::from_picos(PATTERN.picos() * u64::from(number));
+            let here = pose.map(|(since, pose)| pose.after(at - since));
+            for diode in 0..2 {
+                let level = here.is_some_and(|pose| pattern(pose.diode(diode), number));
+                if level != std::mem::replace(&mut self.levels[diode], level) {
+                    let early = Time::from_picos((self.light.jitter_us * 1e6) as u64);
+                    let late = early.picos() as f64 * 2.0 * random.unit();
+                    // Not before the frame: what is over cannot change.
+                    let at = (at + Time::from_picos(late as u64) - early).max(begin);
+                    self.edges.push((at, diode, level));
+                }
+            }
+        }
+        self.edges.sort_by_key(|(at, _, _)| *at);
+    }
+}
+
+fn begin_of(frame: u64) -> Time {
+    Time::from_picos(FRAME.picos().saturating_mul(frame))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the code shows in steps `x`, `y`, bits of each coordinate as text.
+    fn code(x: u32, y: u32) -> [String; 2] {
+        let at = [f64::from(x) * STEP_MM[0], f64::from(y) * STEP_MM[1]];
+        let text = |range: std::ops::Range<u32>| {
+            range.map(|number| if pattern(at, number) { '1' } else { '0' }).collect()
+        };
+        assert!(!pattern(at, 0));
+        assert!((21..PATTERNS).all(|number| pattern(at, number)));
+        [text(1..11), text(11..21)]
+    }
+
+    #[test]
+    fn the_code_is_that_of_the_projectors_bitmaps() {
+        assert_eq!(code(512, 512), ["1100000000", "1100000000"]);
+        assert_eq!(code(56, 796), ["0000100100", "1010010010"]);
+    }
+
+    #[test]
+    fn nothing_is_projected_beside_the_table() {
+        for at in [[0.0, 460.0], [900.0, 460.0], [460.0, 0.0], [460.0, 800.0]] {
+            assert!((0..PATTERNS).all(|number| !pattern(at, number)), "{at:?}");
+        }
+    }
+
+    /// SwarmUI: angle = atan2(y2 - y1, x2 - x1) + 90 (sensors.c).
+    #[test]
+    fn the_diodes_say_where_the_antenna_points() {
+        for heading in [-170.0, -45.0, 0.0, 30.0, 90.0, 135.0] {
+            let pose = TablePose::at(100.0, 200.0, heading);
+            let ([x1, y1], [x2, y2]) = (pose.diode(0), pose.diode(1));
+            let angle = (y2 - y1).atan2(x2 - x1).to_degrees() + 90.0;
+            let angle = if angle > 180.0 { angle - 360.0 } else { angle };
+            assert!((angle - heading).abs() < 1e-9, "{angle}");
+            assert!(((x1 + x2) / 2.0 - 100.0).abs() < 1e-9);
+            assert!(((x1 - x2).hypot(y1 - y2) - 19.6).abs() < 1e-9, "baseline");
+        }
+    }
+
+    /// Levels of a diode at the middle of each pattern of frame `frame`.
+    fn seen(diodes: &mut Diodes, pose: TablePose, frames: u64) -> Vec<[bool; 2]> {
+        let mut levels = [false; 2];
+        let mut seen = Vec::new();
+        for number in 0..frames * u64::from(PATTERNS) {
+            let now = Time::from_picos(PATTERN.picos() * number + PATTERN.picos() / 2);
+            while diodes.next_event() <= now {
+                let at = diodes.next_event();
+                if let Some((diode, level)) = diodes.advance(at, Some((Time::ZERO, pose))) {
+                    levels[diode] = level;
+                }
+            }
+            seen.push(levels);
+        }
+        seen
+    }
+
+    #[test]
+    fn edges_follow_the_code() {
+        let pose = TablePose::at(500.0, 400.0, 20.0);
+        let mut diodes = Diodes::new();
+        diodes.set_light(Light { jitter_us: 100.0, ..Light::default() });
+        for (number, levels) in seen(&mut diodes, pose, 3).into_iter().enumerate() {
+            let number = number as u32 % PATTERNS;
+            let expected = [0, 1].map(|diode| pattern(pose.diode(diode), number));
+            assert_eq!(levels, expected, "pattern {number}");
+        }
+    }
+
+    #[test]
+    fn lost_frames_are_dark_and_as_many_as_asked() {
+        let pose = TablePose::at(500.0, 400.0, 20.0);
+        let mut diodes = Diodes::new();
+        diodes.set_light(Light { lose: 0.1, seed: 3, ..Light::default() });
+        let seen = seen(&mut diodes, pose, 2000);
+        let dark = seen.chunks(PATTERNS as usize).filter(|frame| !frame[40][0]).count();
+        assert!((150..250).contains(&dark), "{dark} of 2000");
+    }
+}
