@@ -1,6 +1,6 @@
 //! What a core needs to know of the robot around it.
 
-use crate::{Event, FlashChange, Lines, ResetCause, Time, Transfer, Width};
+use crate::{Event, FlashChange, Heard, Lines, ResetCause, Time, Transfer, Transmission, Width};
 
 /// Which core executes the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,6 +77,24 @@ pub trait Board: Sized {
 
     /// The core writes a halfword to the flash, where `old` stands; what that changes.
     fn program(&mut self, _address: u32, _old: u16, _new: u16) -> Option<FlashChange> {
+        None
+    }
+
+    /// Until when nothing changes as long as the core sleeps.
+    fn quiet_until(&self) -> Time {
+        self.next_event().unwrap_or(Time::NEVER)
+    }
+
+    /// The packets that it begins to transmit on a channel shared with others; see [`Air`](crate::Air).
+    fn take_transmissions(&mut self) -> Vec<Transmission> {
+        Vec::new()
+    }
+
+    /// Something is on that channel, not before now.
+    fn hear(&mut self, _heard: Heard) {}
+
+    /// A packet with this payload as this robot would send it from `begin` on; none without such a radio.
+    fn packet_of(&self, _payload: &[u8], _begin: Time) -> Option<Transmission> {
         None
     }
 

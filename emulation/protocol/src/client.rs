@@ -6,7 +6,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Stdio};
 use std::time::Duration;
 
 use crate::Pause;
-use crate::message::{self, Command, Output, Reply, Statistics, TimedEvent};
+use crate::message::{self, Command, Output, Reply, RobotEvent, Statistics, TimedEvent};
 
 /// An emulator program that runs as a child process. It ends with this value.
 pub struct Emulator {
@@ -29,7 +29,13 @@ pub struct Run {
 impl Emulator {
     /// Starts `program`, which finds nothing loaded. Its standard error is the caller's.
     pub fn spawn(program: &Path) -> Result<Self, ClientError> {
+        Self::spawn_with(program, &[])
+    }
+
+    /// Starts `program` with arguments: which robots it plays.
+    pub fn spawn_with(program: &Path, arguments: &[&str]) -> Result<Self, ClientError> {
         let mut child = std::process::Command::new(program)
+            .args(arguments)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()
@@ -57,7 +63,17 @@ impl Emulator {
 
     /// Reads flash, RAM, or the unique id and what was programmed once.
     pub fn read(&mut self, address: u32, length: u32) -> Result<Vec<u8>, ClientError> {
-        match self.ask(&Command::Read { address, length }, |_| ())? {
+        self.read_of(0, address, length)
+    }
+
+    /// Reads flash, RAM or the unique id of one of several robots.
+    pub fn read_of(
+        &mut self,
+        robot: usize,
+        address: u32,
+        length: u32,
+    ) -> Result<Vec<u8>, ClientError> {
+        match self.ask(robot, &Command::Read { address, length }, |_| ())? {
             Reply::Bytes { bytes } => Ok(bytes),
             reply => Err(ClientError::unexpected(&reply)),
         }
@@ -74,9 +90,18 @@ impl Emulator {
     pub fn run_with(
         &mut self,
         until: Duration,
-        on_event: impl FnMut(TimedEvent),
+        mut on_event: impl FnMut(TimedEvent),
     ) -> Result<(Duration, Pause), ClientError> {
-        match self.ask(&Command::Run { until }, on_event)? {
+        self.run_all(until, |event| on_event(event.timed))
+    }
+
+    /// Runs all robots until `until` since power-on, and hands over every event as it comes.
+    pub fn run_all(
+        &mut self,
+        until: Duration,
+        on_event: impl FnMut(RobotEvent),
+    ) -> Result<(Duration, Pause), ClientError> {
+        match self.ask(0, &Command::Run { until }, on_event)? {
             Reply::Paused { at, reason } => Ok((at, reason)),
             reply => Err(ClientError::unexpected(&reply)),
         }
@@ -84,7 +109,12 @@ impl Emulator {
 
     /// The counters since power-on.
     pub fn statistics(&mut self) -> Result<Statistics, ClientError> {
-        match self.ask(&Command::Statistics, |_| ())? {
+        self.statistics_of(0)
+    }
+
+    /// The counters of one of several robots.
+    pub fn statistics_of(&mut self, robot: usize) -> Result<Statistics, ClientError> {
+        match self.ask(robot, &Command::Statistics, |_| ())? {
             Reply::Statistics(statistics) => Ok(*statistics),
             reply => Err(ClientError::unexpected(&reply)),
         }
@@ -92,7 +122,12 @@ impl Emulator {
 
     /// Sends a command that is answered by `ok`: the ones without a method of their own.
     pub fn done(&mut self, command: &Command) -> Result<(), ClientError> {
-        match self.ask(command, |_| ())? {
+        self.done_by(0, command)
+    }
+
+    /// Sends a command for one of several robots that is answered by `ok`.
+    pub fn done_by(&mut self, robot: usize, command: &Command) -> Result<(), ClientError> {
+        match self.ask(robot, command, |_| ())? {
             Reply::Ok => Ok(()),
             reply => Err(ClientError::unexpected(&reply)),
         }
@@ -100,10 +135,11 @@ impl Emulator {
 
     fn ask(
         &mut self,
+        robot: usize,
         command: &Command,
-        mut on_event: impl FnMut(TimedEvent),
+        mut on_event: impl FnMut(RobotEvent),
     ) -> Result<Reply, ClientError> {
-        let mut line = serde_json::to_string(command)
+        let mut line = message::line_of(robot, command)
             .map_err(|error| ClientError::Protocol(error.to_string()))?;
         line.push('\n');
         self.input.write_all(line.as_bytes())?;

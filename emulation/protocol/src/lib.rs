@@ -5,7 +5,7 @@
 //! object per line (docs/emulation.md). This crate has both ends:
 //!
 //! * [`Emulator`] starts such a program and talks to it;
-//! * [`serve`] is the loop of such a program; what it drives is a [`Machine`];
+//! * [`serve`] is the loop of such a program; what it drives are [`Machine`]s, one for each robot;
 //! * [`message`] is what they say, [`Image`] the ELF file that they load.
 //!
 //! # Principles
@@ -18,6 +18,8 @@
 //! RTT buffer, and makes functions return at once.
 
 mod client;
+mod control;
+mod fleet;
 mod image;
 mod machine;
 pub mod message;
@@ -25,6 +27,7 @@ mod rtt;
 mod server;
 
 pub use client::{ClientError, Emulator, Run};
+pub use control::{Control, Refusal};
 pub use image::{Image, ImageError};
 pub use machine::{Machine, MachineError, Pause};
 pub use server::serve;

@@ -2,14 +2,15 @@
 
 use std::time::Duration;
 
-use bittybuzz_chips::Crazyflie;
-
-use crate::Image;
 use crate::message::{CoreStatistics, TimedEvent};
+use crate::{Control, Image};
 
 /// A robot that runs an image. Its memory is reached as by a debugger; its board answers the commands that
 /// concern the radio's processor.
 pub trait Machine {
+    /// What is around the core.
+    type Board: Control;
+
     /// Turns the power off, erases the flash, writes the image and turns the power on. The core starts with
     /// the stack pointer and the address that stand at [`Image::vectors`], as Bitcraze's bootloader starts
     /// it; the vector table's register, VTOR, keeps its reset value 0.
@@ -37,7 +38,12 @@ pub trait Machine {
     fn statistics(&self) -> CoreStatistics;
 
     /// The board around the core.
-    fn board(&mut self) -> &mut Crazyflie;
+    fn board(&mut self) -> &mut Self::Board;
+
+    /// Until when it certainly does nothing: its core sleeps and nothing comes by itself. The past if it runs.
+    fn quiet_until(&mut self) -> Duration {
+        Duration::ZERO
+    }
 }
 
 /// Why a run is over.
@@ -49,8 +55,8 @@ pub use crate::message::PauseReason as Pause;
 pub enum MachineError {
     /// No memory there.
     #[error(
-        "{length} bytes at {address:#010x} are not all in memory: \
-         flash is 0x08000000 to 0x080fffff, RAM 0x20000000 to 0x2001ffff and 0x10000000 to 0x1000ffff"
+        "{length} bytes at {address:#010x} are not all in memory: flash begins at 0x08000000, RAM at 0x20000000; the \
+         Crazyflie has 1 MiB, 128 KiB, and 64 KiB at 0x10000000, the Zooid 64 KiB and 8 KiB"
     )]
     NoMemory {
         /// First address.

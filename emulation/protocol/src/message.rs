@@ -7,6 +7,27 @@ use bittybuzz_chips as chips;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+/// Reads a command, and which robot it is for: member `robot`, 0 if there is none.
+pub(crate) fn parse_command(line: &[u8]) -> serde_json::Result<(usize, Command)> {
+    let mut value: serde_json::Value = serde_json::from_slice(line)?;
+    let robot = match value.as_object_mut().and_then(|members| members.remove("robot")) {
+        Some(robot) => serde_json::from_value(robot)?,
+        None => 0,
+    };
+    Ok((robot, serde_json::from_value(value)?))
+}
+
+/// Writes a command for one of several robots.
+pub(crate) fn line_of(robot: usize, command: &Command) -> serde_json::Result<String> {
+    let mut value = serde_json::to_value(command)?;
+    if robot != 0
+        && let Some(members) = value.as_object_mut()
+    {
+        members.insert("robot".into(), robot.into());
+    }
+    serde_json::to_string(&value)
+}
+
 /// Reads one line.
 ///
 /// It goes by way of a value: with serde_json's `arbitrary_precision`, which defmt-decoder turns on where both are built
@@ -109,6 +130,56 @@ pub enum Command {
     },
     /// The power button is pressed.
     Shutdown,
+    /// A Zooid is somewhere on its table, in the projector's frame.
+    Place {
+        /// To the right, in mm.
+        x_mm: f64,
+        /// Down as seen from above, in mm.
+        y_mm: f64,
+        /// Where its antenna points in degrees, from x towards y.
+        heading_degrees: f64,
+        /// How it moves until it is placed anew: mm/s along x.
+        #[serde(default)]
+        vx_mm_s: f64,
+        /// mm/s along y.
+        #[serde(default)]
+        vy_mm_s: f64,
+        /// Degrees per second.
+        #[serde(default)]
+        turn_degrees_s: f64,
+    },
+    /// A Zooid is where no projector sees it.
+    Remove,
+    /// The projector's light on a Zooid becomes bad.
+    Light {
+        /// Probability that a frame is lost.
+        lose: f64,
+        /// Edges come up to so many µs too early or too late.
+        jitter_us: f64,
+        /// Start of the pseudo-random sequence.
+        seed: u64,
+    },
+    /// Fingers are on a Zooid's electrodes.
+    Touch {
+        /// Bit 0 is the first electrode.
+        keys: u8,
+    },
+    /// Zooids lose packets on the air.
+    Air {
+        /// Probability that a packet is lost, for each receiver on its own.
+        lose: f64,
+        /// Start of the pseudo-random sequence.
+        seed: u64,
+    },
+    /// Somebody sends a packet to the Zooids as they send to each other.
+    Radio {
+        /// When its first bit comes; not before now.
+        #[serde(rename = "at_ns", with = "nanoseconds")]
+        at: Duration,
+        /// Content, in hexadecimal.
+        #[serde(with = "hex")]
+        payload: Vec<u8>,
+    },
     /// A function returns at once from now on.
     Skip {
         /// Its name: as in the symbol table, or a part of the path that only it has.
@@ -124,10 +195,26 @@ pub enum Command {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Output {
-    /// Something happened on the robot.
-    Event(TimedEvent),
+    /// Something happened on a robot.
+    Event(RobotEvent),
     /// A command is finished.
     Reply(Reply),
+}
+
+/// An event and where it happened.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RobotEvent {
+    /// Which robot of the program's; not written for the first.
+    #[serde(default, skip_serializing_if = "is_first")]
+    pub robot: usize,
+    /// What, and when.
+    #[serde(flatten)]
+    pub timed: TimedEvent,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde calls it so")]
+fn is_first(robot: &usize) -> bool {
+    *robot == 0
 }
 
 /// An event and its time.
@@ -160,7 +247,7 @@ pub enum Event {
     },
     /// The signal at a motor changed.
     Motor {
-        /// 1 to 4.
+        /// 1 to 4; of a Zooid the inputs of its bridges, IN1 and IN2 of motor 1, then those of motor 2.
         number: u8,
         /// Part of the time that it is on, 0 to 1.
         duty: f64,
@@ -186,6 +273,17 @@ pub enum Event {
         #[serde(with = "hex")]
         payload: Vec<u8>,
         /// How long it takes; the radio is deaf meanwhile.
+        #[serde(rename = "air_ns", with = "nanoseconds")]
+        air: Duration,
+    },
+    /// A Zooid begins to transmit a packet.
+    Radio {
+        /// It is sent at 2400 + so many MHz.
+        channel: u8,
+        /// Content, in hexadecimal.
+        #[serde(with = "hex")]
+        payload: Vec<u8>,
+        /// How long it takes.
         #[serde(rename = "air_ns", with = "nanoseconds")]
         air: Duration,
     },
@@ -253,12 +351,14 @@ pub enum PauseReason {
 }
 
 /// Counters since power-on.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Statistics {
     /// What the core counted.
     pub core: CoreStatistics,
     /// What the board counted.
     pub board: BoardStatistics,
+    /// What happened to the packets between all Zooids of the program.
+    pub air: AirStatistics,
 }
 
 /// What a core counts.
@@ -273,10 +373,72 @@ pub struct CoreStatistics {
     pub longest_masked: Duration,
 }
 
-/// What a board counts; the meaning of each stands in [`bittybuzz_chips::Statistics`].
+/// What the air did; the meaning of each stands in [`bittybuzz_chips::AirStatistics`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "bittybuzz_chips::AirStatistics says it")]
+pub struct AirStatistics {
+    pub carried: u64,
+    pub collided: u64,
+    pub lost: u64,
+}
+
+impl From<chips::AirStatistics> for AirStatistics {
+    fn from(s: chips::AirStatistics) -> Self {
+        AirStatistics { carried: s.carried, collided: s.collided, lost: s.lost }
+    }
+}
+
+/// What a board counts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum BoardStatistics {
+    /// That of a Crazyflie.
+    Crazyflie(CrazyflieStatistics),
+    /// That of a Zooid.
+    Zooid(ZooidStatistics),
+}
+
+/// What a Zooid's board counts; the meaning of each stands in [`bittybuzz_chips::ZooidStatistics`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs, reason = "bittybuzz_chips::ZooidStatistics says it")]
+pub struct ZooidStatistics {
+    pub radio_sent: u64,
+    pub radio_received: u64,
+    pub radio_damaged: u64,
+    pub radio_unheard: u64,
+    pub radio_overflown: u64,
+    pub radio_too_early: u64,
+    pub radio_written_while_active: u64,
+    pub radio_short_pulses: u64,
+    pub clocks_hz: [u64; 2],
+    pub accesses_without_clock: u64,
+    pub unknown: Vec<u32>,
+}
+
+impl From<chips::ZooidStatistics> for ZooidStatistics {
+    fn from(s: chips::ZooidStatistics) -> Self {
+        ZooidStatistics {
+            radio_sent: s.radio.sent,
+            radio_received: s.radio.received,
+            radio_damaged: s.radio.damaged,
+            radio_unheard: s.radio.unheard,
+            radio_overflown: s.radio.overflown,
+            radio_too_early: s.radio.too_early,
+            radio_written_while_active: s.radio.written_while_active,
+            radio_short_pulses: s.radio.short_pulses,
+            clocks_hz: s.clocks_hz,
+            accesses_without_clock: s.accesses_without_clock,
+            unknown: s.unknown,
+        }
+    }
+}
+
+/// What a Crazyflie's board counts; the meaning of each stands in [`bittybuzz_chips::Statistics`].
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 #[allow(missing_docs, reason = "bittybuzz_chips::Statistics says it")]
-pub struct BoardStatistics {
+pub struct CrazyflieStatistics {
     #[serde(rename = "receive_latency_ns", with = "nanoseconds")]
     pub receive_latency: Duration,
     pub overruns: u64,
@@ -295,9 +457,9 @@ pub struct BoardStatistics {
     pub unknown: Vec<u32>,
 }
 
-impl From<chips::Statistics> for BoardStatistics {
+impl From<chips::Statistics> for CrazyflieStatistics {
     fn from(s: chips::Statistics) -> Self {
-        BoardStatistics {
+        CrazyflieStatistics {
             receive_latency: Duration::from_nanos(s.receive_latency.nanos()),
             overruns: s.overruns,
             framing_errors: s.framing_errors,
@@ -329,6 +491,9 @@ impl From<chips::Event> for Event {
             }
             chips::Event::P2p { port, payload, air } => {
                 Event::P2p { port, payload, air: Duration::from_nanos(air.nanos()) }
+            }
+            chips::Event::Radio { channel, payload, air } => {
+                Event::Radio { channel, payload, air: Duration::from_nanos(air.nanos()) }
             }
             chips::Event::PowerOff { acknowledged } => Event::PowerOff { acknowledged },
             chips::Event::HardwareError(error) => Event::HardwareError { text: error.to_string() },

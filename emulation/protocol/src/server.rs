@@ -3,39 +3,43 @@
 use std::io::{self, BufRead, Write};
 use std::time::Duration;
 
-use bittybuzz_chips::{Battery, Frame, Link, MAX_PAYLOAD, P2P_MAX, P2pFrame, Pose, Time, Width};
+use bittybuzz_chips::{Air, Board, RADIO_MAX, Sender, Width};
 
-use crate::message::{self, Command, Event, Output, Reply, Statistics, TimedEvent};
+use crate::control::{Refusal, probability};
+use crate::fleet::{Fleet, time};
+use crate::message::{
+    Command, Event, Output, Reply, RobotEvent, Statistics, TimedEvent, parse_command,
+};
 use crate::rtt::Rtt;
-use crate::{Image, ImageError, Machine, MachineError, Pause};
+use crate::{Control, Image, ImageError, Machine, MachineError, Pause};
 
 /// How often the log is read, in the robot's time.
 const POLL: Duration = Duration::from_millis(1);
-/// One-time programmable area and unique id, which the board answers for; reading it has no effect.
-const IDENTITY: std::ops::Range<u32> = 0x1fff_7000..0x1fff_8000;
+/// One-time programmable area, system memory and unique id, which the board answers for; reading it has no effect.
+const IDENTITY: std::ops::Range<u32> = 0x1fff_7000..0x2000_0000;
 /// More than the largest memory there is.
 const LONGEST_READ: u32 = 1024 * 1024;
 
-/// Reads commands from `input`, one JSON object per line, and writes events and replies to `output`, until
-/// `quit` or the end of the input. Errors are those of the two streams only.
-pub fn serve(
-    machine: &mut impl Machine,
+/// Drives `machines`, a robot each, which hear each other. Reads commands from `input`, one JSON object per line, and
+/// writes events and replies to `output`, until `quit` or the end of the input. Errors are those of the two streams only.
+pub fn serve<M: Machine>(
+    machines: &mut [M],
     input: impl BufRead,
     output: impl Write,
 ) -> io::Result<()> {
-    let mut server = Server { machine, output, loaded: None };
+    let mut server = Server { fleet: Fleet { machines, air: Air::new() }, output, loaded: None };
     for line in input.split(b'\n') {
         let line = line?;
         if line.trim_ascii().is_empty() {
             continue;
         }
-        let reply = match message::parse(&line) {
-            Ok(Command::Quit) => {
+        let reply = match parse_command(&line) {
+            Ok((_, Command::Quit)) => {
                 server.print(&Output::Reply(Reply::Ok))?;
                 return server.output.flush();
             }
-            Ok(Command::Run { until }) => server.run(until)?,
-            Ok(command) => server.execute(command),
+            Ok((_, Command::Run { until })) => server.run(until)?,
+            Ok((robot, command)) => server.execute(robot, command),
             Err(error) => Err(CommandError::Unknown(error)),
         };
         let reply = reply.unwrap_or_else(|error| Reply::Error { message: error.to_string() });
@@ -46,7 +50,7 @@ pub fn serve(
 }
 
 struct Server<'a, M, W> {
-    machine: &'a mut M,
+    fleet: Fleet<'a, M>,
     output: W,
     loaded: Option<Loaded>,
 }
@@ -64,14 +68,14 @@ enum CommandError {
     Unknown(serde_json::Error),
     #[error("nothing is loaded: send {{\"command\":\"load\",\"elf\":PATH}} first")]
     NotLoaded,
-    #[error("a frame's payload has at most {MAX_PAYLOAD} bytes, this one has {0}")]
-    FrameTooLong(usize),
-    #[error("a P2P frame has at most {P2P_MAX} bytes, this one has {0}")]
-    P2pTooLong(usize),
     #[error("read at most {LONGEST_READ} bytes at once, not {0}")]
     ReadTooLong(u32),
-    #[error("a probability is between 0 and 1, not {0}")]
-    NotAProbability(f64),
+    #[error("a packet has at most {RADIO_MAX} bytes, this one has {0}")]
+    PacketTooLong(usize),
+    #[error("there is no robot {robot}: this program plays {robots}, counted from 0")]
+    NoRobot { robot: usize, robots: usize },
+    #[error(transparent)]
+    Refused(#[from] Refusal),
     #[error(transparent)]
     Image(#[from] ImageError),
     #[error(transparent)]
@@ -84,18 +88,24 @@ impl<M: Machine, W: Write> Server<'_, M, W> {
         self.output.write_all(b"\n")
     }
 
-    fn execute(&mut self, command: Command) -> Result<Reply, CommandError> {
+    fn execute(&mut self, robot: usize, command: Command) -> Result<Reply, CommandError> {
         if let Command::Load { elf } = command {
             let image = Image::open(&elf)?;
             self.loaded = None;
-            self.machine.load(&image)?;
+            self.fleet.air = Air::new();
+            for machine in self.fleet.machines.iter_mut() {
+                machine.load(&image)?;
+            }
             let rtt = Rtt::new(&image);
             self.loaded = Some(Loaded { image, rtt, now: Duration::ZERO });
             return Ok(Reply::Ok);
         }
         let loaded = self.loaded.as_ref().ok_or(CommandError::NotLoaded)?;
+        let robots = self.fleet.machines.len();
+        let machine =
+            self.fleet.machines.get_mut(robot).ok_or(CommandError::NoRobot { robot, robots })?;
         match command {
-            Command::Write { address, bytes } => self.machine.write_memory(address, &bytes)?,
+            Command::Write { address, bytes } => machine.write_memory(address, &bytes)?,
             Command::Read { address, length } => {
                 if length > LONGEST_READ {
                     return Err(CommandError::ReadTooLong(length));
@@ -103,58 +113,40 @@ impl<M: Machine, W: Write> Server<'_, M, W> {
                 let mut bytes = vec![0; length as usize];
                 let end = address.saturating_add(length);
                 if IDENTITY.contains(&address) && end <= IDENTITY.end {
-                    let board = self.machine.board();
+                    let board = machine.board();
                     for (address, byte) in (address..end).zip(&mut bytes) {
                         *byte = board.read(address, Width::Byte) as u8;
                     }
                 } else {
-                    self.machine.read_memory(address, &mut bytes)?;
+                    machine.read_memory(address, &mut bytes)?;
                 }
                 return Ok(Reply::Bytes { bytes });
             }
-            Command::Send { kind, payload } => {
-                let length = payload.len();
-                let frame = Frame::new(kind, payload).ok_or(CommandError::FrameTooLong(length))?;
-                self.machine.board().send(&frame);
-            }
-            Command::P2p { at, port, rssi, payload } => {
-                let length = payload.len();
-                let frame = P2pFrame::new(port, rssi, payload);
-                let frame = frame.ok_or(CommandError::P2pTooLong(length))?;
-                let end = Time::from_nanos(u64::try_from(at.as_nanos()).unwrap_or(u64::MAX));
-                self.machine.board().hear(&frame, end);
-            }
-            Command::Pose { x_mm, y_mm, z_mm, yaw_degrees } => {
-                let pose = Pose { position_mm: [x_mm, y_mm, z_mm], yaw_degrees };
-                self.machine.board().tell_pose(pose);
-            }
-            Command::Bytes { bytes } => self.machine.board().send_bytes(&bytes),
-            Command::Link { lose, corrupt, seed } => {
-                for probability in [lose, corrupt] {
-                    if !(0.0..=1.0).contains(&probability) {
-                        return Err(CommandError::NotAProbability(probability));
-                    }
-                }
-                self.machine.board().set_link(Link { lose, corrupt, seed });
-            }
-            Command::FlowControl { full } => self.machine.board().set_flow_control(full),
-            Command::Battery { volts, charging, usb_powered } => {
-                self.machine.board().set_battery(Battery { volts, charging, usb_powered });
-            }
-            Command::Shutdown => self.machine.board().request_shutdown(),
             Command::Skip { symbol } => {
                 let address = loaded.image.function(&symbol)?;
-                self.machine.skip(address)?;
+                machine.skip(address)?;
+            }
+            Command::Air { lose, seed } => self.fleet.air.lose(probability(lose)?, seed),
+            Command::Radio { at, payload } => {
+                if payload.len() > RADIO_MAX {
+                    return Err(CommandError::PacketTooLong(payload.len()));
+                }
+                let begin = time(at.max(loaded.now));
+                let packet = machine.board().packet_of(&payload, begin);
+                let packet = packet.ok_or(Refusal::OtherRobot(M::Board::NAME))?;
+                self.fleet.air.add(Sender::Stranger, packet);
             }
             Command::Statistics => {
                 return Ok(Reply::Statistics(Box::new(Statistics {
-                    core: self.machine.statistics(),
-                    board: self.machine.board().statistics().into(),
+                    core: machine.statistics(),
+                    board: machine.board().counted(),
+                    air: self.fleet.air.statistics.into(),
                 })));
             }
             Command::Load { .. } | Command::Run { .. } | Command::Quit => {
                 unreachable!("handled by the callers")
             }
+            command => machine.board().obey(command)?,
         }
         Ok(Reply::Ok)
     }
@@ -177,23 +169,30 @@ impl<M: Machine, W: Write> Server<'_, M, W> {
         let mut reason = Pause::Time;
         while loaded.now < until && reason == Pause::Time {
             let slice = (loaded.now + POLL).min(until);
-            match self.machine.run(slice) {
+            match self.fleet.run(loaded.now, slice) {
                 Ok(pause) => reason = pause,
                 Err(error) => return Ok(Err(error.into())),
             }
             loaded.now = slice;
-            let mut events = self.machine.take_events();
-            if let Some(rtt) = &loaded.rtt {
-                match rtt.poll(self.machine) {
-                    Ok(bytes) if bytes.is_empty() => {}
-                    Ok(bytes) => events.push(TimedEvent { at: slice, event: Event::Rtt { bytes } }),
-                    Err(error) => return Ok(Err(error.into())),
+            let mut is_news = false;
+            for robot in 0..self.fleet.machines.len() {
+                let machine = &mut self.fleet.machines[robot];
+                let mut events = machine.take_events();
+                if let Some(rtt) = &loaded.rtt {
+                    match rtt.poll(machine) {
+                        Ok(bytes) if bytes.is_empty() => {}
+                        Ok(bytes) => {
+                            events.push(TimedEvent { at: slice, event: Event::Rtt { bytes } });
+                        }
+                        Err(error) => return Ok(Err(error.into())),
+                    }
+                }
+                is_news |= !events.is_empty();
+                for timed in events {
+                    self.print(&Output::Event(RobotEvent { robot, timed }))?;
                 }
             }
-            if !events.is_empty() {
-                for event in events {
-                    self.print(&Output::Event(event))?;
-                }
+            if is_news {
                 // Whoever watches wants to see them now.
                 self.output.flush()?;
             }

@@ -7,8 +7,10 @@ mod elf;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use bittybuzz_chips::{Crazyflie, Settings, Time};
-use bittybuzz_emulation::message::{self, CoreStatistics, Event, Output, Reply, TimedEvent};
+use bittybuzz_chips::{Board, Crazyflie, Settings, Time};
+use bittybuzz_emulation::message::{
+    self, CoreStatistics, Event, Output, Reply, RobotEvent, TimedEvent,
+};
 use bittybuzz_emulation::{Image, Machine, MachineError, Pause, serve};
 
 use self::elf::{Elf, FUNCTION};
@@ -60,6 +62,8 @@ impl Logger {
 }
 
 impl Machine for Logger {
+    type Board = Crazyflie;
+
     fn load(&mut self, _: &Image) -> Result<(), MachineError> {
         *self = Logger::new();
         Ok(())
@@ -110,7 +114,7 @@ impl Machine for Logger {
 /// What the server answers to `lines`.
 fn answers(lines: &[&str]) -> Vec<Output> {
     let mut output = Vec::new();
-    serve(&mut Logger::new(), lines.join("\n").as_bytes(), &mut output).unwrap();
+    serve(&mut [Logger::new()], lines.join("\n").as_bytes(), &mut output).unwrap();
     let output = String::from_utf8(output).unwrap();
     output.lines().map(|line| message::parse(line.as_bytes()).unwrap()).collect()
 }
@@ -148,7 +152,11 @@ fn the_log_is_read_around_the_end_of_its_ring() {
     ]);
     let mut log: Vec<u8> = Vec::new();
     for output in &outputs {
-        if let Output::Event(TimedEvent { event: Event::Rtt { bytes }, at }) = output {
+        if let Output::Event(RobotEvent {
+            timed: TimedEvent { event: Event::Rtt { bytes }, at },
+            ..
+        }) = output
+        {
             log.extend(bytes);
             assert_eq!(at.as_nanos() % 1_000_000, 0);
         }
@@ -212,6 +220,10 @@ fn bad_input_is_answered_with_what_to_do() {
         (r#"{"command":"skip","symbol":"nobody"}"#, "no function is called \"nobody\""),
         (&long, "at most 64 bytes, this one has 65"),
         (&p2p, "at most 60 bytes, this one has 61"),
+        (r#"{"command":"touch","keys":1}"#, "a Crazyflie has no such thing"),
+        (r#"{"command":"radio","at_ns":0,"payload":"00"}"#, "a Crazyflie has no such thing"),
+        (r#"{"robot":1,"command":"statistics"}"#, "there is no robot 1"),
+        (r#"{"robot":-1,"command":"statistics"}"#, "invalid value"),
         (r#"{"command":"p2p","at_ns":0,"port":300,"rssi":1,"payload":""}"#, "invalid value"),
     ] {
         let outputs = answers(&[&good, line, r#"{"command":"statistics"}"#]);

@@ -14,7 +14,9 @@ use crate::board::{Board, CoreKind, MemoryMap};
 use crate::f051::{Action, F051, FLASH_SIZE, Signal};
 use crate::nrf24::{Nrf24, RadioStatistics, SPI_LIMIT_HZ, Transmission};
 use crate::stm32::{Pin, Pwm};
-use crate::{Event, FlashChange, HardwareError, Led, Lines, ResetCause, Time, Transfer, Width};
+use crate::{
+    Event, FlashChange, HardwareError, Heard, Led, Lines, ResetCause, Time, Transfer, Width,
+};
 
 const A: usize = 0;
 const B: usize = 1;
@@ -209,33 +211,6 @@ impl Zooid {
         }
     }
 
-    /// Until when nothing changes as long as the core sleeps.
-    pub fn quiet_until(&self) -> Time {
-        self.next.unwrap_or(Time::NEVER)
-    }
-
-    /// What it begins to transmit; see [`Air`](crate::Air).
-    pub fn take_transmissions(&mut self) -> Vec<Transmission> {
-        std::mem::take(&mut self.transmissions)
-    }
-
-    /// A signal is on the air, on this channel from `begin` to `end`.
-    pub fn sense(&mut self, channel: u8, begin: Time, end: Time) {
-        self.radio.sense(channel, begin, end);
-    }
-
-    /// A packet comes here, whole (`intact`) or not; its end is not past.
-    pub fn hear(&mut self, transmission: Transmission, intact: bool) {
-        self.radio.hear(transmission, intact);
-        self.next = self.find_next();
-    }
-
-    /// A packet with this payload as this robot's radio would send it now, from `begin` on.
-    pub fn packet_of(&self, payload: &[u8], begin: Time) -> Transmission {
-        let packet = self.radio.packet_of(payload);
-        Transmission { begin, end: begin + packet.air_time(), packet }
-    }
-
     /// From now on it is there; nowhere means that the projector does not reach it.
     pub fn place(&mut self, pose: Option<TablePose>) {
         self.pose = pose.map(|pose| (self.now, pose));
@@ -393,6 +368,29 @@ impl Board for Zooid {
 
     fn next_transfer(&mut self) -> Option<Transfer> {
         self.f051.next_transfer()
+    }
+
+    fn quiet_until(&self) -> Time {
+        self.next.unwrap_or(Time::NEVER)
+    }
+
+    fn take_transmissions(&mut self) -> Vec<Transmission> {
+        std::mem::take(&mut self.transmissions)
+    }
+
+    fn hear(&mut self, heard: Heard) {
+        match heard {
+            Heard::Signal(channel, begin, end) => self.radio.sense(channel, begin, end),
+            Heard::Packet(transmission, intact) => {
+                self.radio.hear(transmission, intact);
+                self.next = self.find_next();
+            }
+        }
+    }
+
+    fn packet_of(&self, payload: &[u8], begin: Time) -> Option<Transmission> {
+        let packet = self.radio.packet_of(payload);
+        Some(Transmission { begin, end: begin + packet.air_time(), packet })
     }
 
     fn program(&mut self, address: u32, old: u16, new: u16) -> Option<FlashChange> {

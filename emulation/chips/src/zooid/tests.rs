@@ -1,7 +1,7 @@
 //! The board, by the registers that a firmware writes.
 
 use super::*;
-use crate::air::{Air, Heard, LOOKAHEAD, Sender};
+use crate::air::{Air, LOOKAHEAD, Sender};
 
 const RCC: u32 = 0x4002_1000;
 const FLASH_ACR: u32 = 0x4002_2000;
@@ -143,10 +143,7 @@ fn a_packet_reaches_the_other_boards_irq() {
     let mut now = now;
     for _ in 0..5 {
         now = now + LOOKAHEAD;
-        air.carry(now, 2, |robot, heard| match heard {
-            Heard::Signal(channel, begin, end) => boards[robot].sense(channel, begin, end),
-            Heard::Packet(packet, intact) => boards[robot].hear(packet, intact),
-        });
+        air.carry(now, 2, |robot, heard| boards[robot].hear(heard));
         for (number, board) in boards.iter_mut().enumerate() {
             board.advance(now);
             for transmission in board.take_transmissions() {

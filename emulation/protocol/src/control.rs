@@ -1,0 +1,128 @@
+//! Which commands a board obeys.
+
+use bittybuzz_chips::{
+    Battery, Board, Crazyflie, Frame, Light, Link, MAX_PAYLOAD, P2P_MAX, P2pFrame, Pose, TablePose,
+    Time, Zooid,
+};
+
+use crate::message::{BoardStatistics, Command};
+
+/// A board that is told what happens to its robot.
+pub trait Control: Board {
+    /// What people call the robot.
+    const NAME: &'static str;
+
+    /// Obeys a command that concerns the board.
+    fn obey(&mut self, command: Command) -> Result<(), Refusal>;
+
+    /// What it counted since power-on.
+    fn counted(&self) -> BoardStatistics;
+}
+
+/// Why a board does not obey.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// Too much for the link.
+    #[error("a frame's payload has at most {MAX_PAYLOAD} bytes, this one has {0}")]
+    FrameTooLong(usize),
+    /// Too much for the radio.
+    #[error("a P2P frame has at most {P2P_MAX} bytes, this one has {0}")]
+    P2pTooLong(usize),
+    /// Not between 0 and 1.
+    #[error("a probability is between 0 and 1, not {0}")]
+    NotAProbability(f64),
+    /// Not a number that makes sense there.
+    #[error("{name} is a finite number, not {value}")]
+    NotFinite {
+        /// The member of the command.
+        name: &'static str,
+        /// What it was.
+        value: f64,
+    },
+    /// Another robot has it.
+    #[error("a {0} has no such thing; docs/emulation.md says which robot obeys which command")]
+    OtherRobot(&'static str),
+}
+
+/// A probability.
+pub(crate) fn probability(value: f64) -> Result<f64, Refusal> {
+    if (0.0..=1.0).contains(&value) { Ok(value) } else { Err(Refusal::NotAProbability(value)) }
+}
+
+fn finite(name: &'static str, value: f64) -> Result<f64, Refusal> {
+    if value.is_finite() { Ok(value) } else { Err(Refusal::NotFinite { name, value }) }
+}
+
+impl Control for Crazyflie {
+    const NAME: &'static str = "Crazyflie";
+
+    fn obey(&mut self, command: Command) -> Result<(), Refusal> {
+        match command {
+            Command::Send { kind, payload } => {
+                let length = payload.len();
+                let frame = Frame::new(kind, payload).ok_or(Refusal::FrameTooLong(length))?;
+                self.send(&frame);
+            }
+            Command::P2p { at, port, rssi, payload } => {
+                let length = payload.len();
+                let frame = P2pFrame::new(port, rssi, payload);
+                let frame = frame.ok_or(Refusal::P2pTooLong(length))?;
+                let end = Time::from_nanos(u64::try_from(at.as_nanos()).unwrap_or(u64::MAX));
+                Crazyflie::hear(self, &frame, end);
+            }
+            Command::Pose { x_mm, y_mm, z_mm, yaw_degrees } => {
+                self.tell_pose(Pose { position_mm: [x_mm, y_mm, z_mm], yaw_degrees });
+            }
+            Command::Bytes { bytes } => self.send_bytes(&bytes),
+            Command::Link { lose, corrupt, seed } => {
+                let (lose, corrupt) = (probability(lose)?, probability(corrupt)?);
+                self.set_link(Link { lose, corrupt, seed });
+            }
+            Command::FlowControl { full } => self.set_flow_control(full),
+            Command::Battery { volts, charging, usb_powered } => {
+                self.set_battery(Battery { volts, charging, usb_powered });
+            }
+            Command::Shutdown => self.request_shutdown(),
+            _ => return Err(Refusal::OtherRobot(Self::NAME)),
+        }
+        Ok(())
+    }
+
+    fn counted(&self) -> BoardStatistics {
+        BoardStatistics::Crazyflie(self.statistics().into())
+    }
+}
+
+impl Control for Zooid {
+    const NAME: &'static str = "Zooid";
+
+    fn obey(&mut self, command: Command) -> Result<(), Refusal> {
+        match command {
+            Command::Place { x_mm, y_mm, heading_degrees, vx_mm_s, vy_mm_s, turn_degrees_s } => {
+                self.place(Some(TablePose {
+                    x_mm: finite("x_mm", x_mm)?,
+                    y_mm: finite("y_mm", y_mm)?,
+                    heading_degrees: finite("heading_degrees", heading_degrees)?,
+                    velocity_mm_s: [finite("vx_mm_s", vx_mm_s)?, finite("vy_mm_s", vy_mm_s)?],
+                    turn_degrees_s: finite("turn_degrees_s", turn_degrees_s)?,
+                }));
+            }
+            Command::Remove => self.place(None),
+            Command::Light { lose, jitter_us, seed } => {
+                let (lose, jitter_us) = (probability(lose)?, finite("jitter_us", jitter_us)?);
+                self.set_light(Light { lose, jitter_us, seed });
+            }
+            Command::Touch { keys } => self.press(keys),
+            Command::Battery { volts, charging, .. } => {
+                self.set_battery(f64::from(volts), charging);
+            }
+            _ => return Err(Refusal::OtherRobot(Self::NAME)),
+        }
+        Ok(())
+    }
+
+    fn counted(&self) -> BoardStatistics {
+        BoardStatistics::Zooid(self.statistics().into())
+    }
+}
