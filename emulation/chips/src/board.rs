@@ -70,6 +70,11 @@ pub trait Board: Sized {
     /// What happened since the last call, in order.
     fn take_events(&mut self) -> Vec<(Time, Event)>;
 
+    /// Whether [`next_transfer`](Self::next_transfer) or [`take_flash_change`](Self::take_flash_change) has something to do.
+    fn wants_memory(&self) -> bool {
+        false
+    }
+
     /// The data item that the DMA controller moves now, if any: to be done by the core, which has the memory.
     fn next_transfer(&mut self) -> Option<Transfer> {
         None

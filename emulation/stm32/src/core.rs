@@ -1,6 +1,8 @@
 //! The core: Unicorn, the memory it sees, and what it is stopped by.
 
-use bittybuzz_chips::{ResetCause, Time, Width};
+use bittybuzz_chips::{
+    Board, CoreKind, FlashChange, FlashContent, MemoryMap, ResetCause, Time, Transfer, Width,
+};
 use bittybuzz_emulation::MachineError;
 use unicorn_engine::{
     Arch, HookType, MemType, Mode, Prot, RegisterARM as Register, TlbEntry, TlbType, Unicorn,
@@ -8,31 +10,20 @@ use unicorn_engine::{
 };
 
 use crate::blocks::Block;
+use crate::exception::Lockup;
 use crate::nvic::{Masks, Nvic};
 use crate::private::Registers;
 use crate::system::System;
 use crate::systick::SysTick;
 
 pub const FLASH: u32 = 0x0800_0000;
-pub const FLASH_SIZE: u32 = 1024 * 1024;
 /// The flash is also seen from address 0 when the chip boots from it (RM0090 2.4).
 pub const FLASH_ALIAS: u32 = 0;
 pub const SRAM: u32 = 0x2000_0000;
-pub const SRAM_SIZE: u32 = 128 * 1024;
 /// Core-coupled memory, of which code cannot run.
 pub const CCM: u32 = 0x1000_0000;
-pub const CCM_SIZE: u32 = 64 * 1024;
-/// First address and size of what the board answers for, in whole pages, and of the private bus.
-const PERIPHERALS: [(u32, u64); 3] =
-    [(0x4000_0000, 0x8_0000), (0x5000_0000, 0x6_1000), (0x1fff_7000, 0x1000)];
+/// First address and size of the private bus.
 const PRIVATE: (u32, u64) = (0xe000_0000, 0x10_0000);
-/// First and last addresses of what is not RAM. An access that fails there is noticed; a hook that also covered
-/// RAM would make every access to it slow.
-const NOT_RAM: [(u64, u64); 3] = [
-    (0, CCM as u64 - 1),
-    ((CCM + CCM_SIZE) as u64, SRAM as u64 - 1),
-    ((SRAM + SRAM_SIZE) as u64, 0xffff_ffff),
-];
 /// The Thumb bit of xPSR.
 pub const XPSR_T: u32 = 1 << 24;
 /// An address at which nothing ever runs; Unicorn wants one to stop at.
@@ -56,10 +47,12 @@ pub enum Stop {
     /// A bad fetch, or a bad access.
     BadFetch,
     BadAccess,
+    /// A halfword is written to the flash.
+    FlashWrite,
 }
 
-pub struct Core<'a> {
-    pub uc: Unicorn<'a, System>,
+pub struct Core<'a, B: Board + 'static> {
+    pub uc: Unicorn<'a, System<B>>,
 }
 
 /// An error of Unicorn that no firmware causes.
@@ -67,18 +60,22 @@ pub fn failed(error: uc_error) -> MachineError {
     MachineError::Emulation(format!("Unicorn: {error:?}"))
 }
 
-impl Core<'_> {
-    /// A core whose flash is erased and whose RAM is not.
-    pub fn new() -> Result<Self, MachineError> {
+impl<B: Board> Core<'_, B> {
+    /// The core of robot `number` of several, whose flash is erased and whose RAM is not.
+    pub fn new(number: usize) -> Result<Self, MachineError> {
         let mode = Mode::THUMB | Mode::MCLASS;
-        let mut uc = Unicorn::new_with_data(Arch::ARM, mode, System::new()).map_err(failed)?;
+        let mut uc =
+            Unicorn::new_with_data(Arch::ARM, mode, System::new(number)).map_err(failed)?;
         map(&mut uc).and_then(|()| hook(&mut uc)).map_err(failed)?;
         let mut core = Core { uc };
-        let erased = vec![0xff; FLASH_SIZE as usize];
+        let erased = vec![0xff; B::MEMORY.flash as usize];
         core.write_bytes(FLASH, &erased)?;
         // What static RAM holds when its power comes is not zero; here it is always the same.
         let mut state = 1_u32;
-        for (start, size) in [(SRAM, SRAM_SIZE), (CCM, CCM_SIZE)] {
+        for (start, size) in [(SRAM, B::MEMORY.ram), (CCM, B::MEMORY.ccm)] {
+            if size == 0 {
+                continue;
+            }
             let noise: Vec<u8> = (0..size)
                 .map(|_| {
                     state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -90,7 +87,7 @@ impl Core<'_> {
         Ok(core)
     }
 
-    pub fn system(&mut self) -> &mut System {
+    pub fn system(&mut self) -> &mut System<B> {
         self.uc.get_data_mut()
     }
 
@@ -108,8 +105,8 @@ impl Core<'_> {
 
     /// Writes memory; the flash is written through both of its addresses.
     pub fn write_bytes(&mut self, address: u32, bytes: &[u8]) -> Result<(), MachineError> {
-        check_memory(address, bytes.len())?;
-        let flash = (FLASH..FLASH + FLASH_SIZE).contains(&address);
+        Self::check_memory(address, bytes.len())?;
+        let flash = (FLASH..FLASH + B::MEMORY.flash).contains(&address);
         self.uc.mem_write(u64::from(address), bytes).map_err(failed)?;
         if flash {
             let alias = address - FLASH + FLASH_ALIAS;
@@ -121,14 +118,14 @@ impl Core<'_> {
     }
 
     pub fn read_bytes(&self, address: u32, bytes: &mut [u8]) -> Result<(), MachineError> {
-        check_memory(address, bytes.len())?;
+        Self::check_memory(address, bytes.len())?;
         self.uc.mem_read(u64::from(address), bytes).map_err(failed)
     }
 
     /// Reads a word as the core would when it takes an exception; none where nothing is.
     pub fn read_word(&self, address: u32) -> Option<u32> {
-        if !is_within(address, 4, FLASH_ALIAS, FLASH_SIZE) {
-            check_memory(address, 4).ok()?;
+        if !is_within(address, 4, FLASH_ALIAS, B::MEMORY.flash) {
+            Self::check_memory(address, 4).ok()?;
         }
         let mut bytes = [0; 4];
         self.uc.mem_read(u64::from(address), &mut bytes).ok()?;
@@ -160,6 +157,7 @@ impl Core<'_> {
                 })
             }
             Err(uc_error::FETCH_UNMAPPED | uc_error::FETCH_PROT) => Ok(Stop::BadFetch),
+            Err(uc_error::WRITE_PROT) if self.is_flash_write() => Ok(Stop::FlashWrite),
             Err(
                 uc_error::READ_UNMAPPED
                 | uc_error::READ_PROT
@@ -192,7 +190,7 @@ impl Core<'_> {
         if let Some(cause) = cause {
             system.board.reset(cause);
         }
-        system.nvic = Nvic::new();
+        system.nvic = Nvic::new(B::CORE);
         system.registers = Registers::new();
         system.event = false;
         let (hz, cycles) = (system.board.core_clock_hz(), system.cycles);
@@ -217,20 +215,84 @@ fn is_within(address: u32, length: usize, start: u32, size: u32) -> bool {
     address.checked_sub(start).is_some_and(|at| at as usize + length <= size as usize)
 }
 
-/// Whether `length` bytes from `address` on are RAM.
-pub fn is_ram(address: u32, length: usize) -> bool {
-    is_within(address, length, SRAM, SRAM_SIZE) || is_within(address, length, CCM, CCM_SIZE)
-}
+impl<B: Board> Core<'_, B> {
+    /// Whether `length` bytes from `address` on are RAM.
+    pub fn is_ram(address: u32, length: usize) -> bool {
+        is_within(address, length, SRAM, B::MEMORY.ram)
+            || is_within(address, length, CCM, B::MEMORY.ccm)
+    }
 
-fn check_memory(address: u32, length: usize) -> Result<(), MachineError> {
-    if is_ram(address, length) || is_within(address, length, FLASH, FLASH_SIZE) {
+    fn check_memory(address: u32, length: usize) -> Result<(), MachineError> {
+        if Self::is_ram(address, length) || is_within(address, length, FLASH, B::MEMORY.flash) {
+            Ok(())
+        } else {
+            Err(MachineError::NoMemory { address, length })
+        }
+    }
+
+    /// Whether the access that failed was a write of a halfword to the flash, by an instruction of 16 bits.
+    fn is_flash_write(&self) -> bool {
+        let system = self.uc.get_data();
+        system.failed_write.0 == 2
+            && is_within(system.failed_address, 2, FLASH, B::MEMORY.flash)
+            && B::CORE == CoreKind::CortexM0
+    }
+
+    /// The core has written a halfword to the flash: the flash interface decides what becomes of it.
+    pub fn program_flash(&mut self) -> Result<Result<(), Lockup>, MachineError> {
+        let address = self.system().failed_address;
+        let mut old = [0; 2];
+        self.read_bytes(address, &mut old)?;
+        let system = self.system();
+        let new = system.failed_write.1 as u16;
+        let change = system.board.program(address, u16::from_le_bytes(old), new);
+        if let Some(change) = change {
+            self.change_flash(change)?;
+        }
+        let pc = self.register(Register::PC)?;
+        self.set_register(Register::PC, (pc + 2) | 1)?;
+        Ok(Ok(()))
+    }
+
+    /// The flash changes, and the core waits.
+    pub fn change_flash(&mut self, change: FlashChange) -> Result<(), MachineError> {
+        match change.content {
+            FlashContent::Erased(bytes) => {
+                self.write_bytes(change.address, &vec![0xff; bytes as usize])?;
+            }
+            FlashContent::Halfword(value) => {
+                self.write_bytes(change.address, &value.to_le_bytes())?;
+            }
+        }
+        let system = self.system();
+        let cycles = system.cycles;
+        let end = system.now() + change.takes;
+        system.clock.skip_to(end, cycles);
         Ok(())
-    } else {
-        Err(MachineError::NoMemory { address, length })
+    }
+
+    /// Moves a data item for the DMA controller. Where there is no memory it reads 0 and loses what it writes.
+    pub fn transfer(&mut self, transfer: Transfer) -> Result<(), MachineError> {
+        let (from, from_width) = transfer.from;
+        let (to, to_width) = transfer.to;
+        let mut bytes = [0; 4];
+        let length = from_width.bytes() as usize;
+        if Self::check_memory(from, length).is_ok() {
+            self.read_bytes(from, &mut bytes[..length])?;
+        } else {
+            bytes = self.system().board.read(from, from_width).to_le_bytes();
+        }
+        let length = to_width.bytes() as usize;
+        if Self::is_ram(to, length) {
+            self.write_bytes(to, &bytes[..length])
+        } else {
+            self.system().board.write(to, to_width, u32::from_le_bytes(bytes));
+            Ok(())
+        }
     }
 }
 
-fn read_masks(uc: &Unicorn<'_, System>) -> Result<Masks, uc_error> {
+fn read_masks<B: Board>(uc: &Unicorn<'_, System<B>>) -> Result<Masks, uc_error> {
     Ok(Masks {
         primask: uc.reg_read(Register::PRIMASK)? != 0,
         faultmask: uc.reg_read(Register::FAULTMASK)? != 0,
@@ -238,21 +300,23 @@ fn read_masks(uc: &Unicorn<'_, System>) -> Result<Masks, uc_error> {
     })
 }
 
-fn map(uc: &mut Unicorn<'_, System>) -> Result<(), uc_error> {
+fn map<B: Board>(uc: &mut Unicorn<'_, System<B>>) -> Result<(), uc_error> {
     for start in [FLASH, FLASH_ALIAS] {
-        uc.mem_map(u64::from(start), u64::from(FLASH_SIZE), Prot::READ | Prot::EXEC)?;
+        uc.mem_map(u64::from(start), u64::from(B::MEMORY.flash), Prot::READ | Prot::EXEC)?;
     }
-    uc.mem_map(u64::from(SRAM), u64::from(SRAM_SIZE), Prot::ALL)?;
-    uc.mem_map(u64::from(CCM), u64::from(CCM_SIZE), Prot::READ | Prot::WRITE)?;
-    for (base, size) in PERIPHERALS {
+    uc.mem_map(u64::from(SRAM), u64::from(B::MEMORY.ram), Prot::ALL)?;
+    if B::MEMORY.ccm > 0 {
+        uc.mem_map(u64::from(CCM), u64::from(B::MEMORY.ccm), Prot::READ | Prot::WRITE)?;
+    }
+    for (base, size) in B::MEMORY.peripherals.iter().copied() {
         uc.mmio_map(
             u64::from(base),
-            size,
-            Some(move |uc: &mut Unicorn<'_, System>, offset: u64, size: usize| {
+            u64::from(size),
+            Some(move |uc: &mut Unicorn<'_, System<B>>, offset: u64, size: usize| {
                 let width = Width::from_bytes(size).unwrap_or(Width::Word);
                 u64::from(uc.get_data_mut().read(base + offset as u32, width))
             }),
-            Some(move |uc: &mut Unicorn<'_, System>, offset: u64, size: usize, value: u64| {
+            Some(move |uc: &mut Unicorn<'_, System<B>>, offset: u64, size: usize, value: u64| {
                 let width = Width::from_bytes(size).unwrap_or(Width::Word);
                 uc.get_data_mut().write(base + offset as u32, width, value as u32);
             }),
@@ -262,11 +326,11 @@ fn map(uc: &mut Unicorn<'_, System>) -> Result<(), uc_error> {
     uc.mmio_map(
         u64::from(base),
         size,
-        Some(move |uc: &mut Unicorn<'_, System>, offset: u64, size: usize| {
+        Some(move |uc: &mut Unicorn<'_, System<B>>, offset: u64, size: usize| {
             let width = Width::from_bytes(size).unwrap_or(Width::Word);
             u64::from(uc.get_data_mut().read_private(base + offset as u32, width))
         }),
-        Some(move |uc: &mut Unicorn<'_, System>, offset: u64, size: usize, value: u64| {
+        Some(move |uc: &mut Unicorn<'_, System<B>>, offset: u64, size: usize, value: u64| {
             let width = Width::from_bytes(size).unwrap_or(Width::Word);
             let system = uc.get_data_mut();
             system.write_private(base + offset as u32, width, value as u32);
@@ -275,7 +339,7 @@ fn map(uc: &mut Unicorn<'_, System>) -> Result<(), uc_error> {
     )
 }
 
-fn hook(uc: &mut Unicorn<'_, System>) -> Result<(), uc_error> {
+fn hook<B: Board>(uc: &mut Unicorn<'_, System<B>>) -> Result<(), uc_error> {
     uc.add_block_hook(1, 0, |uc, address, size| begin_block(uc, address as u32, size))?;
     uc.add_intr_hook(|uc, interrupt| {
         uc.get_data_mut().interrupt = Some(interrupt);
@@ -284,17 +348,43 @@ fn hook(uc: &mut Unicorn<'_, System>) -> Result<(), uc_error> {
     // Unicorn's own table of pages says that data may be executed everywhere, and then checks every write.
     uc.ctl_set_tlb_type(TlbType::VIRTUAL)?;
     uc.add_tlb_hook(1, 0, enter_page)?;
-    for (first, last) in NOT_RAM {
-        uc.add_mem_hook(HookType::MEM_INVALID, first, last, |uc, _: MemType, address, _, _| {
-            uc.get_data_mut().failed_address = address as u32;
-            false
-        })?;
+    for (first, last) in not_ram(&B::MEMORY) {
+        uc.add_mem_hook(
+            HookType::MEM_INVALID,
+            first,
+            last,
+            |uc, _: MemType, address, size, value| {
+                let system = uc.get_data_mut();
+                system.failed_address = address as u32;
+                system.failed_write = (size, value as u32);
+                false
+            },
+        )?;
     }
     Ok(())
 }
 
+/// First and last addresses of what is not RAM. An access that fails there is noticed; a hook that also covered
+/// RAM would make every access to it slow.
+fn not_ram(memory: &MemoryMap) -> Vec<(u64, u64)> {
+    let mut ranges = Vec::new();
+    let mut start = 0;
+    for (first, size) in [(CCM, memory.ccm), (SRAM, memory.ram)] {
+        if size > 0 {
+            ranges.push((start, u64::from(first) - 1));
+            start = u64::from(first) + u64::from(size);
+        }
+    }
+    ranges.push((start, 0xffff_ffff));
+    ranges
+}
+
 /// An access to a page that Unicorn does not remember: what is not allowed there is found when it happens.
-fn enter_page(uc: &mut Unicorn<'_, System>, address: u64, kind: MemType) -> Option<TlbEntry> {
+fn enter_page<B: Board>(
+    uc: &mut Unicorn<'_, System<B>>,
+    address: u64,
+    kind: MemType,
+) -> Option<TlbEntry> {
     if kind == MemType::FETCH {
         return Some(TlbEntry { paddr: address, perms: Prot::ALL });
     }
@@ -305,7 +395,7 @@ fn enter_page(uc: &mut Unicorn<'_, System>, address: u64, kind: MemType) -> Opti
 }
 
 /// Counts the block that is about to run, or stops before it.
-fn begin_block(uc: &mut Unicorn<'_, System>, address: u32, size: u32) {
+fn begin_block<B: Board>(uc: &mut Unicorn<'_, System<B>>, address: u32, size: u32) {
     if std::mem::take(&mut uc.get_data_mut().masks_touched)
         && let Ok(masks) = read_masks(uc)
     {
@@ -332,7 +422,7 @@ fn begin_block(uc: &mut Unicorn<'_, System>, address: u32, size: u32) {
             };
             let system = uc.get_data_mut();
             // Code in RAM may change without notice.
-            if !(SRAM..SRAM + SRAM_SIZE).contains(&address) {
+            if !(SRAM..SRAM + B::MEMORY.ram).contains(&address) {
                 system.blocks.insert(address, size, block);
             }
             block

@@ -1,14 +1,21 @@
 //! How the core enters an exception and returns from it (ARMv7-M B1.5.6 to B1.5.8), and what faults lead to
 //! (B1.5.14).
 
+use bittybuzz_chips::{Board, CoreKind};
 use bittybuzz_emulation::MachineError;
 use unicorn_engine::RegisterARM as Register;
 
-use crate::core::{Core, Stop, XPSR_T, failed, is_ram};
+use crate::core::{Core, Stop, XPSR_T, failed};
 use crate::nvic::number;
 
-/// Cycles that a Cortex-M4 takes from an interrupt to its handler and back again, at least (ARM DDI 0439 3.9.1).
-const ENTRY_CYCLES: u64 = 12;
+/// Cycles from an interrupt to its handler, at least: Cortex-M4 (ARM DDI 0439 3.9.1), Cortex-M0 (ARM DDI 0432 3.9).
+const fn entry_cycles(core: CoreKind) -> u64 {
+    match core {
+        CoreKind::CortexM0 => 16,
+        CoreKind::CortexM4F => 12,
+    }
+}
+/// Cycles back again; that of the Cortex-M0 is not published and taken to be the same.
 const EXIT_CYCLES: u64 = 10;
 
 /// Words of a frame: r0 to r3, r12, lr, return address, xPSR.
@@ -71,7 +78,7 @@ pub struct Lockup;
 /// What an operation of the core leads to, if the emulation works.
 type Outcome = Result<Result<(), Lockup>, MachineError>;
 
-impl Core<'_> {
+impl<B: Board> Core<'_, B> {
     /// Takes `exception`: stacks what the procedure call standard does not save, and goes to the handler.
     pub fn enter(&mut self, exception: u8) -> Outcome {
         let control = self.register(Register::CONTROL)?;
@@ -96,7 +103,7 @@ impl Core<'_> {
             bytes.extend([0; 4]);
         }
         let stacked =
-            is_ram(frame, bytes.len()) && self.uc.mem_write(u64::from(frame), &bytes).is_ok();
+            Self::is_ram(frame, bytes.len()) && self.uc.mem_write(u64::from(frame), &bytes).is_ok();
         self.set_register(Register::SP, frame)?;
 
         let thread = xpsr & XPSR_EXCEPTION == 0;
@@ -142,7 +149,7 @@ impl Core<'_> {
         system.nvic.activate(exception);
         system.event = true;
         system.exceptions += 1;
-        system.cycles += ENTRY_CYCLES;
+        system.cycles += entry_cycles(B::CORE);
         self.set_register(Register::LR, value)?;
         // The exception's number makes the core use the main stack.
         let cleared = xpsr & !(XPSR_EXCEPTION | XPSR_IT) | XPSR_T | u32::from(exception);
@@ -184,7 +191,7 @@ impl Core<'_> {
         let has_float = value & RETURN_BASIC == 0;
         let words = if has_float { EXTENDED_FRAME } else { BASIC_FRAME };
         let mut bytes = vec![0; 4 * words as usize];
-        if !is_ram(frame, bytes.len()) {
+        if !Self::is_ram(frame, bytes.len()) {
             return self.fault(number::BUS_FAULT, cause::UNSTKERR);
         }
         self.uc.mem_read(u64::from(frame), &mut bytes).map_err(failed)?;
@@ -231,6 +238,7 @@ impl Core<'_> {
     pub fn raise(&mut self, stop: Stop) -> Outcome {
         match stop {
             Stop::Deadline | Stop::WaitForEvent | Stop::WaitForInterrupt => Ok(Ok(())),
+            Stop::FlashWrite => self.program_flash(),
             Stop::Return(value) => self.leave(value),
             Stop::SupervisorCall => self.synchronous(number::SV_CALL, 0),
             // Without a debugger it escalates (C1.6.1).
@@ -259,7 +267,7 @@ impl Core<'_> {
         }
     }
 
-    fn fault(&mut self, exception: u8, cause: u32) -> Outcome {
+    pub fn fault(&mut self, exception: u8, cause: u32) -> Outcome {
         let registers = &mut self.system().registers;
         registers.cfsr |= cause;
         let enabled = SHCSR_ENABLED

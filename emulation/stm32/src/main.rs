@@ -31,40 +31,77 @@ mod tests;
 
 use std::process::ExitCode;
 
-const USAGE: &str = "\
-bbz-emulate-stm32: runs the firmware image of a Crazyflie, as it is flashed
+use bittybuzz_chips::{Crazyflie, Zooid};
+use bittybuzz_emulation::Control;
 
-It takes no arguments. It reads commands from standard input and writes replies and events to standard
-output, one JSON object per line; docs/emulation.md describes them. `bbz trace` starts it by itself.
+const USAGE: &str = "\
+bbz-emulate-stm32: runs the firmware image of a robot, as it is flashed
+
+Options:
+  --robot ROBOT    crazyflie [default] or zooids
+  --count N        so many of them, 1 to 100, which hear each other's radio [default: 1]
+
+It reads commands from standard input and writes replies and events to standard output, one JSON object
+per line; docs/emulation.md describes them. `bbz trace` starts it by itself.
 
 Try: echo '{\"command\":\"load\",\"elf\":\"FIRMWARE\"}
            {\"command\":\"run\",\"until_ns\":1000000000}' | bbz-emulate-stm32
 ";
 
+/// More would be a mistake: a robot takes some MiB.
+const MOST: usize = 100;
+
 fn main() -> ExitCode {
-    if let Some(argument) = std::env::args_os().nth(1) {
-        if argument == "--help" || argument == "-h" {
-            print!("{USAGE}");
-            return ExitCode::SUCCESS;
+    let arguments: Vec<String> = std::env::args_os()
+        .skip(1)
+        .map(|argument| argument.to_string_lossy().into_owned())
+        .collect();
+    let mut robot = "crazyflie";
+    let mut count = 1;
+    let mut rest = arguments.iter();
+    while let Some(argument) = rest.next() {
+        match argument.as_str() {
+            "--help" | "-h" => {
+                print!("{USAGE}");
+                return ExitCode::SUCCESS;
+            }
+            "--robot" => match rest.next().map(String::as_str) {
+                Some(name @ ("crazyflie" | "zooids")) => robot = name,
+                _ => return refuse("--robot is crazyflie or zooids"),
+            },
+            "--count" => match rest.next().and_then(|count| count.parse().ok()) {
+                Some(number @ 1..=MOST) => count = number,
+                _ => return refuse("--count is a number from 1 to 100"),
+            },
+            other => return refuse(&format!("what is {other}?")),
         }
-        eprint!("error: no argument is expected\n\n{USAGE}");
-        return ExitCode::from(3);
     }
-    let mut robot = match robot::Robot::new() {
-        Ok(robot) => robot,
-        Err(error) => {
-            eprintln!("error: {error}");
-            return ExitCode::FAILURE;
-        }
+    let outcome = match robot {
+        "zooids" => play::<Zooid>(count),
+        _ => play::<Crazyflie>(count),
     };
-    let output = std::io::BufWriter::new(std::io::stdout().lock());
-    match bittybuzz_emulation::serve(&mut robot, std::io::stdin().lock(), output) {
+    match outcome {
         Ok(()) => ExitCode::SUCCESS,
-        // Whoever started this program is gone.
-        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error}");
             ExitCode::FAILURE
         }
+    }
+}
+
+fn refuse(mistake: &str) -> ExitCode {
+    eprint!("error: {mistake}\n\n{USAGE}");
+    ExitCode::from(3)
+}
+
+/// Plays so many robots with this board until the input ends.
+fn play<B: Control + 'static>(count: usize) -> Result<(), String> {
+    let robots: Result<Vec<_>, _> = (0..count).map(robot::Robot::<B>::new).collect();
+    let mut robots = robots.map_err(|error| error.to_string())?;
+    let output = std::io::BufWriter::new(std::io::stdout().lock());
+    match bittybuzz_emulation::serve(&mut robots, std::io::stdin().lock(), output) {
+        // Whoever started this program is gone.
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.to_string()),
+        _ => Ok(()),
     }
 }

@@ -1,5 +1,7 @@
 //! Exceptions: which are pending, active and enabled, and which comes next (ARMv7-M B1.5, B3.4).
 
+use bittybuzz_chips::CoreKind;
+
 /// Numbers of exceptions; interrupt n is exception 16 + n.
 pub mod number {
     pub const NMI: u8 = 2;
@@ -13,10 +15,8 @@ pub mod number {
     pub const FIRST_INTERRUPT: u8 = 16;
 }
 
-/// Interrupts of the STM32F405, rounded up to whole registers.
+/// Interrupts of the STM32F405, rounded up to whole registers; the Cortex-M0 has 32.
 const INTERRUPTS: usize = 96;
-/// The STM32F4 has four bits of priority, the upper ones.
-const PRIORITY_BITS: u8 = 0xf0;
 /// Priority of code that no exception runs: below all.
 const THREAD: i16 = 256;
 
@@ -36,6 +36,7 @@ impl Masks {
 }
 
 pub struct Nvic {
+    core: CoreKind,
     enabled: u128,
     pending: u128,
     lines: u128,
@@ -50,8 +51,9 @@ pub struct Nvic {
 }
 
 impl Nvic {
-    pub fn new() -> Self {
+    pub fn new(core: CoreKind) -> Self {
         Nvic {
+            core,
             enabled: 0,
             pending: 0,
             lines: 0,
@@ -60,6 +62,21 @@ impl Nvic {
             system_pending: 0,
             active: Vec::new(),
             group: 0,
+        }
+    }
+
+    /// Those of a priority that count, the upper ones.
+    fn priority_bits(&self) -> u8 {
+        match self.core {
+            CoreKind::CortexM0 => 0xc0,
+            CoreKind::CortexM4F => 0xf0,
+        }
+    }
+
+    fn interrupts(&self) -> u32 {
+        match self.core {
+            CoreKind::CortexM0 => 32,
+            CoreKind::CortexM4F => INTERRUPTS as u32,
         }
     }
 
@@ -78,7 +95,7 @@ impl Nvic {
 
     /// Pends an interrupt by its own number; those that the chip does not have are ignored.
     pub fn pend_interrupt(&mut self, interrupt: u32) {
-        if interrupt < INTERRUPTS as u32 {
+        if interrupt < self.interrupts() {
             self.pending |= 1 << interrupt;
         }
     }
@@ -185,7 +202,7 @@ impl Nvic {
     }
 
     pub fn set_system_priority(&mut self, exception: usize, priority: u8) {
-        self.system_priorities[exception] = priority & PRIORITY_BITS;
+        self.system_priorities[exception] = priority & self.priority_bits();
     }
 
     /// Reads NVIC_ISER to NVIC_IPR; `offset` from 0xe000e100, of a word.
@@ -215,7 +232,7 @@ impl Nvic {
         let shift = 8 * (offset & 0x7f).min(0x8);
         // Only interrupts that exist have bits.
         let bits = match offset & 0x7f {
-            0..=0x8 => u128::from(value & mask) << shift,
+            offset @ 0..=0x8 if 8 * offset < self.interrupts() => u128::from(value & mask) << shift,
             _ => 0,
         };
         match offset {
@@ -232,9 +249,10 @@ impl Nvic {
             }
             0x300..0x360 => {
                 let first = (offset - 0x300) as usize;
+                let bits = self.priority_bits();
                 for (index, priority) in self.priorities[first..first + 4].iter_mut().enumerate() {
                     if mask >> (8 * index) & 0xff != 0 {
-                        *priority = (value >> (8 * index)) as u8 & PRIORITY_BITS;
+                        *priority = (value >> (8 * index)) as u8 & bits;
                     }
                 }
             }
@@ -250,7 +268,7 @@ mod tests {
     const NO_MASKS: Masks = Masks { primask: false, faultmask: false, basepri: 0 };
 
     fn enabled(priorities: &[(u8, u8)]) -> Nvic {
-        let mut nvic = Nvic::new();
+        let mut nvic = Nvic::new(CoreKind::CortexM4F);
         for (interrupt, priority) in priorities {
             nvic.enabled |= 1 << interrupt;
             nvic.priorities[usize::from(*interrupt)] = *priority;
@@ -313,7 +331,7 @@ mod tests {
 
     #[test]
     fn registers_stand_where_the_manual_says() {
-        let mut nvic = Nvic::new();
+        let mut nvic = Nvic::new(CoreKind::CortexM4F);
         nvic.write(0x008, 1 << 7, !0); // NVIC_ISER2: USART6
         assert_eq!(nvic.read(0x008), 1 << 7);
         assert_eq!(nvic.read(0x088), 1 << 7, "NVIC_ICER2 reads the same");
@@ -324,8 +342,20 @@ mod tests {
     }
 
     #[test]
+    fn a_cortex_m0_has_32_interrupts_and_two_bits_of_priority() {
+        let mut nvic = Nvic::new(CoreKind::CortexM0);
+        nvic.write(0x000, !0, !0);
+        nvic.write(0x004, !0, !0);
+        assert_eq!([nvic.read(0x000), nvic.read(0x004)], [!0, 0]);
+        nvic.write(0x300, 0xffff_ffff, !0);
+        assert_eq!(nvic.read(0x300), 0xc0c0_c0c0);
+        nvic.pend_interrupt(32);
+        assert_eq!(nvic.next(NO_MASKS), None);
+    }
+
+    #[test]
     fn interrupts_that_do_not_exist_are_ignored() {
-        let mut nvic = Nvic::new();
+        let mut nvic = Nvic::new(CoreKind::CortexM4F);
         nvic.write(0x00c, !0, !0);
         nvic.write(0x10c, !0, !0);
         nvic.pend_interrupt(96);

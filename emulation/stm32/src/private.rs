@@ -1,6 +1,6 @@
 //! The registers of the core: system control block and its neighbours (ARMv7-M B3.2).
 
-use bittybuzz_chips::Width;
+use bittybuzz_chips::{Board, CoreKind, Width};
 
 use crate::nvic::number;
 use crate::system::System;
@@ -18,6 +18,7 @@ const AIRCR: u32 = 0xe000_ed0c;
 const SCR: u32 = 0xe000_ed10;
 const CCR: u32 = 0xe000_ed14;
 const SHPR1: u32 = 0xe000_ed18;
+const SHPR2: u32 = 0xe000_ed1c;
 const SHPR3: u32 = 0xe000_ed20;
 const SHCSR: u32 = 0xe000_ed24;
 const CFSR: u32 = 0xe000_ed28;
@@ -36,6 +37,8 @@ const DBGMCU_END: u32 = 0xe004_2400;
 
 /// Cortex-M4, revision r0p1.
 const CORTEX_M4: u32 = 0x410f_c241;
+/// Cortex-M0, revision r0p0 (ARM DDI 0432, 4.1.1).
+const CORTEX_M0: u32 = 0x410c_c200;
 /// Key of AIRCR when read and when written.
 const VECTKEY_READ: u32 = 0xfa05 << 16;
 const VECTKEY: u32 = 0x05fa << 16;
@@ -94,7 +97,23 @@ impl Registers {
     }
 }
 
-impl System {
+/// Whether a Cortex-M0 has this register: no vector table to move, no causes of faults, no cycle counter (ARMv6-M B3.2.2).
+fn is_in_armv6m(address: u32) -> bool {
+    matches!(
+        address,
+        SYST..SYST_END
+            | NVIC..NVIC_END
+            | CPUID
+            | ICSR
+            | AIRCR
+            | SCR
+            | CCR
+            | SHPR2..=SHPR3
+            | SHCSR
+    )
+}
+
+impl<B: Board> System<B> {
     /// The core reads from its private bus, 0xe000_0000 to 0xe00f_ffff.
     pub fn read_private(&mut self, address: u32, width: Width) -> u32 {
         if (DBGMCU..DBGMCU_END).contains(&address) {
@@ -104,6 +123,9 @@ impl System {
     }
 
     fn read_private_word(&mut self, address: u32) -> u32 {
+        if B::CORE == CoreKind::CortexM0 && !is_in_armv6m(address) {
+            return 0;
+        }
         let registers = &mut self.registers;
         match address {
             DWT_CTRL => registers.dwt_ctrl,
@@ -115,7 +137,10 @@ impl System {
                 self.systick.read(address - SYST)
             }
             NVIC..NVIC_END => self.nvic.read(address - NVIC),
-            CPUID => CORTEX_M4,
+            CPUID => match B::CORE {
+                CoreKind::CortexM0 => CORTEX_M0,
+                CoreKind::CortexM4F => CORTEX_M4,
+            },
             ICSR => self.interrupt_state(),
             VTOR => registers.vtor,
             AIRCR => VECTKEY_READ | u32::from(self.nvic.group()) << 8,
@@ -165,6 +190,9 @@ impl System {
     }
 
     fn write_private_word(&mut self, address: u32, value: u32, mask: u32) {
+        if B::CORE == CoreKind::CortexM0 && !is_in_armv6m(address) {
+            return;
+        }
         let registers = &mut self.registers;
         let merge = |old: u32| old & !mask | value & mask;
         match address {

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use bittybuzz_chips::{Crazyflie, ResetCause, Time};
+use bittybuzz_chips::{Board, ResetCause, Time};
 use bittybuzz_emulation::message::{CoreStatistics, Event, TimedEvent};
-use bittybuzz_emulation::{Image, Machine, MachineError, Pause};
+use bittybuzz_emulation::{Control, Image, Machine, MachineError, Pause};
 use unicorn_engine::RegisterARM as Register;
 
 use crate::core::{Core, FLASH, Stop};
@@ -20,26 +20,29 @@ enum State {
     LockedUp,
 }
 
-/// A Crazyflie with its core.
-pub struct Robot<'a> {
-    core: Core<'a>,
+/// A robot with its core.
+pub struct Robot<'a, B: Board + 'static> {
+    /// Which one, of several.
+    number: usize,
+    core: Core<'a, B>,
     state: State,
     vectors: u32,
 }
 
-impl Robot<'_> {
-    /// One that has no image yet.
-    pub fn new() -> Result<Self, MachineError> {
-        Ok(Robot { core: Core::new()?, state: State::Running, vectors: FLASH })
+impl<B: Board> Robot<'_, B> {
+    /// Number `number` of several, which has no image yet.
+    pub fn new(number: usize) -> Result<Self, MachineError> {
+        let core = Core::new(number)?;
+        Ok(Robot { number, core, state: State::Running, vectors: FLASH })
     }
 
     /// One that starts `flash`, which begins with its vectors, at address `vectors`.
     #[cfg(test)]
     pub fn with_flash(vectors: u32, flash: &[u8]) -> Result<Self, MachineError> {
-        let mut core = Core::new()?;
+        let mut core = Core::new(0)?;
         core.write_bytes(vectors, flash)?;
         core.reset(None, vectors)?;
-        Ok(Robot { core, state: State::Running, vectors })
+        Ok(Robot { number: 0, core, state: State::Running, vectors })
     }
 
     fn reset(&mut self, cause: ResetCause) -> Result<(), MachineError> {
@@ -79,6 +82,18 @@ impl Robot<'_> {
             return Ok(true);
         }
         Ok(system.nvic.any_pending() && system.nvic.next(masks).is_some())
+    }
+
+    /// Does what the DMA controller and the flash interface want of the memory.
+    fn move_data(&mut self) -> Result<(), MachineError> {
+        while let Some(transfer) = self.core.system().board.next_transfer() {
+            self.core.transfer(transfer)?;
+        }
+        if let Some(change) = self.core.system().board.take_flash_change() {
+            self.core.change_flash(change)?;
+        }
+        self.core.system().catch_up();
+        Ok(())
     }
 
     fn step(&mut self, until: Time) -> Result<(), MachineError> {
@@ -122,14 +137,17 @@ impl Robot<'_> {
     }
 }
 
-impl Machine for Robot<'_> {
+impl<B: Control> Machine for Robot<'_, B> {
+    type Board = B;
+
     fn load(&mut self, image: &Image) -> Result<(), MachineError> {
-        let mut core = Core::new()?;
+        let number = self.number;
+        let mut core = Core::new(number)?;
         for (address, bytes) in image.segments() {
             core.write_bytes(address, bytes)?;
         }
         core.reset(None, image.vectors())?;
-        *self = Robot { core, state: State::Running, vectors: image.vectors() };
+        *self = Robot { number, core, state: State::Running, vectors: image.vectors() };
         Ok(())
     }
 
@@ -138,6 +156,10 @@ impl Machine for Robot<'_> {
         loop {
             let system = self.core.system();
             system.catch_up();
+            if system.board.wants_memory() {
+                self.move_data()?;
+            }
+            let system = self.core.system();
             if !system.board.is_powered() {
                 return Ok(Pause::PowerOff);
             }
@@ -183,7 +205,19 @@ impl Machine for Robot<'_> {
         }
     }
 
-    fn board(&mut self) -> &mut Crazyflie {
+    fn board(&mut self) -> &mut B {
         &mut self.core.system().board
+    }
+
+    fn quiet_until(&mut self) -> Duration {
+        let sleeps = matches!(self.state, State::WaitingForEvent | State::WaitingForInterrupt);
+        let system = self.core.system();
+        // Something may have woken it since.
+        if !sleeps || system.event || system.nvic.any_pending() || system.board.wants_memory() {
+            return Duration::ZERO;
+        }
+        let quiet =
+            system.systick.next_event().into_iter().chain([system.board.quiet_until()]).min();
+        Duration::from_nanos(quiet.unwrap_or(Time::NEVER).nanos())
     }
 }

@@ -1,6 +1,6 @@
 //! Everything around the core's registers: what the callbacks of Unicorn reach.
 
-use bittybuzz_chips::{Crazyflie, Settings, Time, Width};
+use bittybuzz_chips::{Board, Time, Width};
 use bittybuzz_emulation::message::{Event, TimedEvent};
 
 use crate::blocks::{Block, Blocks};
@@ -14,8 +14,8 @@ use crate::systick::SysTick;
 const LOOK_AGAIN: u64 = 1_000;
 
 /// What the callbacks of Unicorn reach.
-pub struct System {
-    pub board: Crazyflie,
+pub struct System<B> {
+    pub board: B,
     pub nvic: Nvic,
     pub systick: SysTick,
     pub registers: Registers,
@@ -38,8 +38,9 @@ pub struct System {
     longest_masked: Time,
     /// The exception that Unicorn asks for by its own number.
     pub interrupt: Option<u32>,
-    /// Address of the last access that failed.
+    /// Address of the last access that failed, and what it was to write.
     pub failed_address: u32,
+    pub failed_write: (usize, u32),
     /// The deadline has stopped it.
     pub stopped: bool,
     pub events: Vec<TimedEvent>,
@@ -48,13 +49,14 @@ pub struct System {
     mpu_noted: bool,
 }
 
-impl System {
-    pub fn new() -> Self {
-        let board = Crazyflie::new(Settings::default());
+impl<B: Board> System<B> {
+    /// Robot `number` of several, just turned on.
+    pub fn new(number: usize) -> Self {
+        let board = B::power_on(number);
         let hz = board.core_clock_hz();
         System {
             board,
-            nvic: Nvic::new(),
+            nvic: Nvic::new(B::CORE),
             systick: SysTick::new(hz),
             registers: Registers::new(),
             clock: Clock::new(hz),
@@ -70,6 +72,7 @@ impl System {
             longest_masked: Time::ZERO,
             interrupt: None,
             failed_address: 0,
+            failed_write: (0, 0),
             stopped: false,
             events: Vec::new(),
             exceptions: 0,
@@ -148,7 +151,7 @@ impl System {
             }
             self.deadline = 0;
         }
-        if self.nvic.any_pending() || self.registers.reset_requested {
+        if self.nvic.any_pending() || self.registers.reset_requested || self.board.wants_memory() {
             self.deadline = 0;
         } else if let Some(next) = self.next_event() {
             self.deadline = self.deadline.min(self.clock.cycle(next));

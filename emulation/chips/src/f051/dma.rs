@@ -51,13 +51,26 @@ pub(crate) struct Dma {
 }
 
 impl Dma {
+    /// Whether any channel is on.
+    pub fn is_on(&self) -> bool {
+        self.channels.iter().any(|channel| channel.ccr & CCR_EN != 0)
+    }
+
+    /// Whether channel `index` has something to move in this direction.
+    pub fn is_ready(&self, index: usize, to_peripheral: bool) -> bool {
+        self.channels.get(index).is_some_and(|channel| {
+            channel.ccr & CCR_EN != 0
+                && channel.cndtr > 0
+                && (channel.ccr & CCR_DIR != 0) == to_peripheral
+        })
+    }
+
     /// What channel `index` (0 for channel 1) moves now that its peripheral asks: to the peripheral, or from it.
     pub fn request(&mut self, index: usize, to_peripheral: bool) -> Option<Transfer> {
-        let channel = self.channels.get_mut(index)?;
-        let is_to_peripheral = channel.ccr & CCR_DIR != 0;
-        if channel.ccr & CCR_EN == 0 || channel.cndtr == 0 || is_to_peripheral != to_peripheral {
+        if !self.is_ready(index, to_peripheral) {
             return None;
         }
+        let channel = self.channels.get_mut(index)?;
         let width = |field: u32| match channel.ccr >> field & 3 {
             0 => Width::Byte,
             1 => Width::Half,
@@ -86,7 +99,7 @@ impl Dma {
         if flags != 0 {
             self.isr |= (flags | GIF) << (4 * index);
         }
-        let (from, to) = if is_to_peripheral { (memory, peripheral) } else { (peripheral, memory) };
+        let (from, to) = if to_peripheral { (memory, peripheral) } else { (peripheral, memory) };
         Some(Transfer { from, to })
     }
 

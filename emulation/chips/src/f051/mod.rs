@@ -201,18 +201,28 @@ impl F051 {
         self.update_lines();
     }
 
-    /// The data item that the DMA controller moves now, if any.
-    pub fn next_transfer(&mut self) -> Option<Transfer> {
+    /// Peripherals that ask for a DMA transfer: whether one does, its channel, and whether it is to the peripheral.
+    fn requests(&self) -> [(bool, usize, bool); 5] {
         let spi = self.spi.dma_requests();
         let i2c = self.i2c.dma_requests();
-        let requests = [
+        [
             (self.adc.dma_request(), ADC_CHANNEL, false),
             (spi[1], SPI1_CHANNELS[1], false),
             (spi[0], SPI1_CHANNELS[0], true),
             (i2c[0], I2C2_CHANNELS[0], true),
             (i2c[1], I2C2_CHANNELS[1], false),
-        ];
-        let due = requests.into_iter().filter(|(asks, _, _)| *asks);
+        ]
+    }
+
+    /// Whether a DMA transfer or a change of the flash is due.
+    pub fn wants_memory(&self) -> bool {
+        let due = |(asks, channel, to): (bool, usize, bool)| asks && self.dma.is_ready(channel, to);
+        self.flash_change.is_some() || self.dma.is_on() && self.requests().into_iter().any(due)
+    }
+
+    /// The data item that the DMA controller moves now, if any.
+    pub fn next_transfer(&mut self) -> Option<Transfer> {
+        let due = self.requests().into_iter().filter(|(asks, _, _)| *asks);
         for (_, channel, to_peripheral) in due {
             if let Some(transfer) = self.dma.request(channel, to_peripheral) {
                 self.update_lines();

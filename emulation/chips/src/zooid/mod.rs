@@ -366,6 +366,10 @@ impl Board for Zooid {
         std::mem::take(&mut self.events)
     }
 
+    fn wants_memory(&self) -> bool {
+        self.f051.wants_memory()
+    }
+
     fn next_transfer(&mut self) -> Option<Transfer> {
         self.f051.next_transfer()
     }

@@ -9,7 +9,8 @@ use bittybuzz_emulation::{Machine, Pause};
 
 use self::programs::{CODE, Program};
 use crate::core::{FLASH, SRAM};
-use crate::robot::Robot;
+
+type Robot<'a> = crate::robot::Robot<'a, bittybuzz_chips::Crazyflie>;
 
 const STACK: u32 = SRAM + 0x1_0000;
 const APPLICATION: u32 = FLASH + 0x4000;
