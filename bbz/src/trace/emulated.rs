@@ -55,7 +55,13 @@ impl Emulation<'_> {
             Some((path, program)) => Some(probe_rs::script_section(&layout, path, &program.image)?),
         };
         let table = self.table()?;
-        let mut emulator = Emulator::spawn(&self.executable()).map_err(Problem::Emulator)?;
+        // Emulators play a Crazyflie unless they are told otherwise.
+        let arguments = match self.robot.name.as_str() {
+            "crazyflie" => vec![],
+            name => vec!["--robot", name],
+        };
+        let mut emulator =
+            Emulator::spawn_with(&self.executable(), &arguments).map_err(Problem::Emulator)?;
         emulator.load(self.firmware).map_err(Problem::Emulator)?;
         if let Some(script) = script {
             emulator.write(layout.script.address, &script).map_err(Problem::Emulator)?;
@@ -143,7 +149,7 @@ impl Reader<'_> {
                 format!("motor {number}"),
                 format!("{:.1} % at {:.1} kHz", duty * 100.0, frequency_hz / 1000.0),
             ),
-            Event::Syslink { .. } | Event::P2p { .. } => vec![],
+            Event::Syslink { .. } | Event::P2p { .. } | Event::Radio { .. } => vec![],
             Event::Reset { cause } => {
                 // The firmware begins anew in the middle of a message.
                 self.decoder = self.table.new_stream_decoder();

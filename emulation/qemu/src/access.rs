@@ -1,6 +1,6 @@
 //! What a trapped load or store means: done in the core's place, with the board's registers.
 
-use bittybuzz_chips::{Crazyflie, Width};
+use bittybuzz_chips::{Board, Crazyflie, Width};
 
 use crate::core::{Core, CoreError, VTOR};
 use crate::memory::{CCM, FLASH, Layout};

@@ -36,6 +36,8 @@ impl From<RobotError> for MachineError {
 }
 
 impl Machine for Bridge {
+    type Board = Crazyflie;
+
     fn load(&mut self, image: &Image) -> Result<(), MachineError> {
         self.robot = None;
         self.board = Crazyflie::new(Settings::default());

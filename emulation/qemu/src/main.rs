@@ -49,7 +49,8 @@ struct Arguments {}
 
 fn main() -> ExitCode {
     Arguments::parse();
-    match bittybuzz_emulation::serve(&mut bridge::Bridge::new(), stdin().lock(), stdout().lock()) {
+    match bittybuzz_emulation::serve(&mut [bridge::Bridge::new()], stdin().lock(), stdout().lock())
+    {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("bbz-emulate-qemu: the pipe to the caller broke: {error}");

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::time::Duration;
 
-use bittybuzz_chips::{Crazyflie, ResetCause, Time};
+use bittybuzz_chips::{Board, Crazyflie, ResetCause, Time};
 use bittybuzz_emulation::Pause;
 use bittybuzz_emulation::message::{CoreStatistics, Event, TimedEvent};
 

@@ -14,6 +14,8 @@ pub struct Block {
     pub sends_event: bool,
     /// It ends with WFE.
     pub waits_for_event: bool,
+    /// It has an instruction that ARMv6-M lacks.
+    pub beyond_armv6m: bool,
 }
 
 impl Block {
@@ -26,6 +28,7 @@ impl Block {
             // 0b11101, 0b11110 and 0b11111 begin an instruction of 32 bits (ARMv7-M A5.1).
             let second = if first >> 11 >= 0b11101 { halfwords.next() } else { None };
             block.waits_for_event = false;
+            block.beyond_armv6m |= !is_armv6m(first, second);
             match (first, second) {
                 (0xbf20, _) | (0xf3af, Some(0x8002)) => block.waits_for_event = true,
                 (0xbf40, _) | (0xf3af, Some(0x8004)) => block.sends_event = true,
@@ -39,6 +42,23 @@ impl Block {
             }
         }
         block
+    }
+}
+
+/// Whether an instruction is one of ARMv6-M (DDI 0419 A5.2, A5.3).
+fn is_armv6m(first: u16, second: Option<u16>) -> bool {
+    match (first, second) {
+        // CBZ, CBNZ; IT. The hints next to IT have 0 in their lowest four bits.
+        (0xb100..=0xb1ff | 0xb300..=0xb3ff | 0xb900..=0xb9ff | 0xbb00..=0xbbff, None) => false,
+        (0xbf00..=0xbfff, None) => first & 0xf == 0,
+        (_, None) => true,
+        // BL; MSR, MRS, DSB, DMB, ISB, UDF.
+        (0xf000..=0xf7ff, Some(second)) if second & 0xd000 == 0xd000 => true,
+        (0xf380..=0xf38f, Some(second)) => second & 0xff00 == 0x8800,
+        (0xf3ef, Some(second)) => second & 0xf000 == 0x8000,
+        (0xf3bf, Some(second)) => matches!(second & 0xfff0, 0x8f40 | 0x8f50 | 0x8f60),
+        (0xf7f0..=0xf7ff, Some(second)) => second & 0xf000 == 0xa000,
+        _ => false,
     }
 }
 
@@ -95,7 +115,39 @@ mod tests {
     fn counts_short_and_long_instructions() {
         // movs r0, #1; ldr.w r0, [r1, #4]; vadd.f32 s0, s0, s1; b .
         let block = parse(&[0x2001, 0xf8d1, 0x0004, 0xee30, 0x0a20, 0xe7fe]);
-        assert_eq!(block, Block { instructions: 4, ..Block::default() });
+        assert_eq!(block, Block { instructions: 4, beyond_armv6m: true, ..Block::default() });
+    }
+
+    #[test]
+    fn knows_what_armv6m_lacks() {
+        // cpsid i; wfe; bl; dmb; mrs; msr; rev; bx lr
+        let code: &[&[u16]] = &[
+            &[0xb672],
+            &[0xbf20],
+            &[0xf000, 0xf801],
+            &[0xf3bf, 0x8f5f],
+            &[0xf3ef, 0x8010],
+            &[0xf380, 0x8810],
+            &[0xba00],
+            &[0x4770],
+        ];
+        for code in code {
+            assert!(!parse(code).beyond_armv6m, "{code:x?}");
+        }
+        // cbz; it eq; ldr.w; movw; udiv; wfe.w; b.w; strexh
+        let code: &[&[u16]] = &[
+            &[0xb108],
+            &[0xbf08],
+            &[0xf8d1, 0x0004],
+            &[0xf240, 0x0001],
+            &[0xfbb0, 0xf0f1],
+            &[0xf3af, 0x8002],
+            &[0xf000, 0xb801],
+            &[0xe8c1, 0x0f50],
+        ];
+        for code in code {
+            assert!(parse(code).beyond_armv6m, "{code:x?}");
+        }
     }
 
     #[test]

@@ -142,6 +142,7 @@ impl<B: Board> Core<'_, B> {
             return self.interrupted(interrupt);
         }
         match result {
+            Ok(()) if system.undefined => Ok(Stop::Undefined),
             Ok(()) if system.stopped => Ok(Stop::Deadline),
             Ok(()) => Ok(Stop::WaitForInterrupt),
             // WFE comes as an invalid instruction, too, but only when it is done; so does any instruction
@@ -429,6 +430,11 @@ fn begin_block<B: Board>(uc: &mut Unicorn<'_, System<B>>, address: u32, size: u3
         }
     };
     let system = uc.get_data_mut();
+    if block.beyond_armv6m && B::CORE == CoreKind::CortexM0 {
+        system.undefined = true;
+        let _ = uc.emu_stop();
+        return;
+    }
     system.instructions += u64::from(block.instructions);
     system.cycles += u64::from(block.instructions);
     system.event |= block.sends_event;

@@ -2,7 +2,7 @@
 //!
 //! Unicorn executes the instructions; [`bittybuzz_chips`] is the board; this program is what stands between
 //! them in a Cortex-M4F: exceptions, the interrupt controller, SysTick and the system control block, from the
-//! ARMv7-M Architecture Reference Manual (DDI 0403).
+//! ARMv7-M Architecture Reference Manual (DDI 0403), and what of them a Cortex-M0 has (ARMv6-M, DDI 0419).
 //!
 //! # Principles
 //! 1. **One clock cycle per instruction**, and those that a Cortex-M4 takes to enter and leave an exception.
@@ -15,7 +15,8 @@
 //! # What it will not do
 //! Flush a pipeline, protect memory (MPU), alias bits (bit-banding), or halt for a debugger. Floating-point
 //! registers are stacked at once, never lazily. Unicorn's Cortex-M is a Cortex-M33: it also executes
-//! instructions of ARMv8-M that a Cortex-M4 does not know, and floating point before CPACR allows it.
+//! instructions of ARMv8-M that a Cortex-M4 does not know, and floating point before CPACR allows it. In the place of
+//! a Cortex-M0 it is refused what ARMv6-M lacks, but not accesses that are not aligned.
 
 mod blocks;
 mod clock;
@@ -33,52 +34,37 @@ use std::process::ExitCode;
 
 use bittybuzz_chips::{Crazyflie, Zooid};
 use bittybuzz_emulation::Control;
+use clap::{Parser, ValueEnum};
 
-const USAGE: &str = "\
-bbz-emulate-stm32: runs the firmware image of a robot, as it is flashed
+/// Runs the firmware image of a robot, as it is flashed; reads commands from standard input and writes replies and
+/// events to standard output, one JSON object per line (docs/emulation.md). `bbz trace` starts it by itself.
+#[derive(Parser)]
+#[command(
+    version,
+    after_help = "Example:\n  \
+    printf '%s\\n' '{\"command\":\"load\",\"elf\":\"FIRMWARE\"}' '{\"command\":\"run\",\"until_ns\":1000000000}' \
+    | bbz-emulate-stm32"
+)]
+struct Arguments {
+    /// Which robot
+    #[arg(long, value_enum, default_value_t = Kind::Crazyflie)]
+    robot: Kind,
+    /// So many of them, which hear each other's radio (Zooids)
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=100))]
+    count: u8,
+}
 
-Options:
-  --robot ROBOT    crazyflie [default] or zooids
-  --count N        so many of them, 1 to 100, which hear each other's radio [default: 1]
-
-It reads commands from standard input and writes replies and events to standard output, one JSON object
-per line; docs/emulation.md describes them. `bbz trace` starts it by itself.
-
-Try: echo '{\"command\":\"load\",\"elf\":\"FIRMWARE\"}
-           {\"command\":\"run\",\"until_ns\":1000000000}' | bbz-emulate-stm32
-";
-
-/// More would be a mistake: a robot takes some MiB.
-const MOST: usize = 100;
+#[derive(Clone, Copy, ValueEnum)]
+enum Kind {
+    Crazyflie,
+    Zooids,
+}
 
 fn main() -> ExitCode {
-    let arguments: Vec<String> = std::env::args_os()
-        .skip(1)
-        .map(|argument| argument.to_string_lossy().into_owned())
-        .collect();
-    let mut robot = "crazyflie";
-    let mut count = 1;
-    let mut rest = arguments.iter();
-    while let Some(argument) = rest.next() {
-        match argument.as_str() {
-            "--help" | "-h" => {
-                print!("{USAGE}");
-                return ExitCode::SUCCESS;
-            }
-            "--robot" => match rest.next().map(String::as_str) {
-                Some(name @ ("crazyflie" | "zooids")) => robot = name,
-                _ => return refuse("--robot is crazyflie or zooids"),
-            },
-            "--count" => match rest.next().and_then(|count| count.parse().ok()) {
-                Some(number @ 1..=MOST) => count = number,
-                _ => return refuse("--count is a number from 1 to 100"),
-            },
-            other => return refuse(&format!("what is {other}?")),
-        }
-    }
+    let Arguments { robot, count } = Arguments::parse();
     let outcome = match robot {
-        "zooids" => play::<Zooid>(count),
-        _ => play::<Crazyflie>(count),
+        Kind::Crazyflie => play::<Crazyflie>(count.into()),
+        Kind::Zooids => play::<Zooid>(count.into()),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
@@ -87,11 +73,6 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
-}
-
-fn refuse(mistake: &str) -> ExitCode {
-    eprint!("error: {mistake}\n\n{USAGE}");
-    ExitCode::from(3)
 }
 
 /// Plays so many robots with this board until the input ends.

@@ -41,6 +41,8 @@ pub struct System<B> {
     /// Address of the last access that failed, and what it was to write.
     pub failed_address: u32,
     pub failed_write: (usize, u32),
+    /// It is about to execute what its architecture lacks.
+    pub undefined: bool,
     /// The deadline has stopped it.
     pub stopped: bool,
     pub events: Vec<TimedEvent>,
@@ -73,6 +75,7 @@ impl<B: Board> System<B> {
             interrupt: None,
             failed_address: 0,
             failed_write: (0, 0),
+            undefined: false,
             stopped: false,
             events: Vec::new(),
             exceptions: 0,
@@ -165,6 +168,7 @@ impl<B: Board> System<B> {
         self.deadline = if waits { cycle.min(self.cycles + LOOK_AGAIN) } else { cycle };
         self.block = Block::default();
         self.interrupt = None;
+        self.undefined = false;
         self.stopped = false;
     }
 

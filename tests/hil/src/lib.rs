@@ -21,7 +21,10 @@ use std::time::Duration;
 
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, Loader};
-pub use bittybuzz_emulation::message::{Command, Event, Statistics, TimedEvent};
+pub use bittybuzz_emulation::message::{
+    BoardStatistics, Command, CrazyflieStatistics, Event, RobotEvent, Statistics, TimedEvent,
+    ZooidStatistics,
+};
 use bittybuzz_emulation::{Emulator, Run};
 use bittybuzz_robots::Layout;
 use bittybuzz_tests::bbz;
@@ -244,6 +247,14 @@ impl Robot {
     /// Reads flash or RAM.
     pub fn read(&mut self, address: u32, length: u32) -> Vec<u8> {
         self.emulator.read(address, length).expect("it is read")
+    }
+
+    /// What a Crazyflie's board counted.
+    pub fn board(&mut self) -> CrazyflieStatistics {
+        match self.statistics().board {
+            BoardStatistics::Crazyflie(statistics) => statistics,
+            other => panic!("no Crazyflie: {other:?}"),
+        }
     }
 
     /// The emulator's counters.

@@ -243,7 +243,7 @@ fn a_flood_delays_no_step_and_is_counted() {
     // One in ten, but for the few of which the first was read meanwhile.
     assert!((sent / 10 - 20..=sent / 10).contains(&doubles), "{doubles}");
     assert_eq!(status(member, "unread:"), sent - taken - doubles);
-    let statistics = member.robot.statistics().board;
+    let statistics = member.robot.board();
     assert_eq!((statistics.overruns, statistics.peer_dropped), (0, 0));
 }
 

@@ -75,7 +75,9 @@ impl SpiDevice for Port {
         for operation in operations {
             match operation {
                 Operation::Read(bytes) => bytes.iter_mut().for_each(|byte| *byte = exchange(0)),
-                Operation::Write(bytes) => bytes.iter().for_each(|byte| drop(exchange(*byte))),
+                Operation::Write(bytes) => bytes.iter().for_each(|byte| {
+                    exchange(*byte);
+                }),
                 Operation::TransferInPlace(bytes) => {
                     bytes.iter_mut().for_each(|byte| *byte = exchange(*byte));
                 }
