@@ -296,7 +296,7 @@ fn wrong_command_lines_say_what_to_do() {
     let folder = Folder::with("trace_usage", "s.bzz", "log(1)\n");
     folder.write("robot.elf", "not an ELF file");
     folder.write("bad.sym", "{}");
-    let cases: [(&[&str], &[&str]); 10] = [
+    let cases: [(&[&str], &[&str]); 9] = [
         (&["trace"], &["FIRMWARE"]),
         (&["trace", "robot.elf"], &["the robot is not named", "--robot crazyflie"]),
         (&["trace", "robot.elf", "--robot", "kilobot"], &["Kilobot cannot be", "yet"]),
