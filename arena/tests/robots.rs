@@ -44,12 +44,12 @@ fn kilobots_go_and_turn_as_calibrated() {
 
 #[test]
 fn zooids_drive_to_a_place_and_know_where_they_are() {
-    let script = "r = 0\nn = 0\nfunction step() { if(n == 0) { r = goto(300, -200) n = 1 } }\n";
+    let script = "r = 0\nfunction step() { r = goto(300, -200) }\n";
     let trace = run("zooids", script, 10);
     let (view, r) = last(&trace);
     assert_eq!(r, Some(1.0), "{view:?}");
     assert!((view.pose.x - 300.0).hypot(view.pose.y + 200.0) < 10.0, "{view:?}");
-    // It waits for it.
+    // It tells of it, and does not wait.
     assert_eq!(trace[5].1, Some(0.0));
     let (_, r) = last(&run("zooids", "r = 0\nfunction step() { r = pos.x + greyCode(5) }\n", 1));
     assert!((r.unwrap_or(0.0) - 7.0).abs() <= 1.0, "{r:?}");
@@ -69,7 +69,8 @@ fn crazyflies_take_off_fly_and_land() {
     assert!(view.pose.z < 20.0, "{view:?}");
     assert_eq!(r, Some(1.0));
 
-    let script = "r = 0\nfunction init() { takeoff(500) r = goto(400, 300) }\n";
+    let script =
+        "r = 0\nfunction init() { takeoff(500) }\nfunction step() { r = goto(400, 300) }\n";
     let (view, r) = last(&run("crazyflie", script, 10));
     assert!((view.pose.x - 400.0).hypot(view.pose.y - 300.0) < 100.0, "{view:?}");
     assert_eq!(r, Some(1.0));

@@ -7,6 +7,12 @@
 //! Numbers have their least significant byte first. The radio has a checksum of its own. The first byte is none of the types that
 //! the robots' base station or the C BittyBuzz sends (3 to 6, 0x10, 0xf0, 0xf1, 0xff).
 
+/// Channel: 2488 MHz, above what most Wi-Fi uses. 2 Mbit/s, and a checksum of two bytes.
+pub const CHANNEL: u8 = 88;
+/// The address of all robots, as its registers take it. Payloads have their own length (`EN_DPL`), and nobody acknowledges
+/// them: all would at once.
+pub const ADDRESS: [u8; 5] = [0x5a, 0x6f, 0x6f, 0x69, 0xd3];
+
 /// Most bytes of a payload: the nRF24L01+'s limit.
 pub const PAYLOAD_MAX: usize = 32;
 /// Most bytes of a message.

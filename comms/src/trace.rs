@@ -166,6 +166,10 @@ pub fn log<P: Profile, C: ByteCode, const SLOTS: usize>(
             Argument::Function => put(&mut record, &[FUNCTION]),
             Argument::String(text) => match text.number() {
                 Some(number) => put_item(&mut record, STRING, &number.to_le_bytes()),
+                // There are none.
+                #[cfg(not(feature = "strings"))]
+                None => put(&mut record, &[REST]),
+                #[cfg(feature = "strings")]
                 None => {
                     let length = text.bytes().count();
                     let kept = length.min(room - 2);

@@ -59,8 +59,8 @@ mod variant;
 mod world;
 
 pub use body::{
-    Actuators, CrazyflieModel, Flight, KilobotModel, KilobotMotors, Positioning, Velocity, Wheels,
-    ZooidModel,
+    Actuators, CrazyflieModel, Drive, Flight, KilobotModel, KilobotMotors, Positioning, Velocity,
+    ZooidModel, for_firmware,
 };
 pub use brain::{Brain, Frame, Inbox, Io, Sensors, Sighting};
 pub use error::{AddError, SettingsError, UnknownRobot};

@@ -29,6 +29,7 @@ pub mod bridge;
 pub mod drive;
 pub mod projector;
 pub mod track;
+pub mod units;
 
 pub use angle::Angle;
 

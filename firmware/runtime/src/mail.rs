@@ -77,7 +77,7 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Mail<P, 
     pub async fn drain(&self, mut rng: Rng, pulse: Pulse, mut transmit: impl FnMut(&[u8])) -> ! {
         loop {
             pulse.beat();
-            if with_timeout(BEAT, self.waiting.wait()).await.is_err() {
+            if with_timeout(BEAT, self.wait()).await.is_err() {
                 continue;
             }
             loop {
@@ -90,7 +90,13 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Mail<P, 
         }
     }
 
-    fn next_unsent(&self, frame: &mut [u8; FRAME]) -> Option<usize> {
+    /// Waits until the script has sent a frame.
+    pub async fn wait(&self) {
+        self.waiting.wait().await;
+    }
+
+    /// Takes the next frame that is to be sent, and tells its length.
+    pub fn next_unsent(&self, frame: &mut [u8; FRAME]) -> Option<usize> {
         with(&self.outbox, |outbox| {
             let next = outbox.pop()?;
             frame.iter_mut().zip(next).for_each(|(to, from)| *to = *from);
@@ -112,7 +118,8 @@ fn with<T, R>(shared: &Shared<T>, act: impl FnOnce(&mut T) -> R) -> Option<R> {
     shared.lock(|shared| shared.try_borrow_mut().ok().map(|mut shared| act(&mut shared)))
 }
 
-fn pause(rng: &mut Rng) -> Duration {
+/// How long a robot waits before it sends a frame.
+pub fn pause(rng: &mut Rng) -> Duration {
     let us = rng.uniform_int::<Full>(PAUSE_US.start, PAUSE_US.end);
     Duration::from_micros(us.into())
 }

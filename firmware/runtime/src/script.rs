@@ -39,6 +39,9 @@ const POLL: Duration = Duration::from_millis(10);
 
 /// The robot, as the script's task sees it.
 pub trait Robot<P: Profile> {
+    /// Whether there is anybody to tell. Else nothing is written down, and the code for it is left out.
+    const TELLS: bool = true;
+
     /// Calls a robot function, as [`Host::call`] says.
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
@@ -119,7 +122,7 @@ pub struct Script<P: Profile, C: ByteCode + 'static, R, const SLOTS: usize> {
 
 impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<P, C, R, SLOTS> {
     /// In this machine, on the robot with this id. `log` is the room for what is printed in a slice, each time a byte and at
-    /// most [`trace::RECORD_MAX`]; none where nobody reads it.
+    /// most [`trace::RECORD_MAX`]; none where nobody is told.
     pub fn new(
         vm: &'static mut Vm<P, C, SLOTS>,
         robot_id: u16,
@@ -142,13 +145,14 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
     ) -> Stopped {
         self.pulse.beat();
         if let Err(error) = self.vm.load(image, is_robot_function) {
-            self.robot.report(&trace::refused(error));
+            self.report(|| trace::refused(error));
             self.robot.stop(Stopped::Refused);
             return Stopped::Refused;
         }
         self.vm.identify(self.robot_id, seed);
         let hash = self.vm.header().map_or(0, |header| header.hash());
-        self.robot.report(&trace::start(self.robot_id, hash));
+        let robot_id = self.robot_id;
+        self.report(|| trace::start(robot_id, hash));
         self.renew();
         let mut ticks = Ticks::start(period);
         match self.all(&mut ticks).await {
@@ -203,8 +207,10 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
                     // The motors first, then the words.
                     let stopped = Stopped::Fault(fault.code as u8);
                     self.robot.stop(stopped);
-                    let calls = self.vm.calls();
-                    self.robot.report(&trace::fault(self.counts.steps, &fault, calls));
+                    if R::TELLS {
+                        let calls = self.vm.calls();
+                        self.robot.report(&trace::fault(self.counts.steps, &fault, calls));
+                    }
                     return Err(stopped);
                 }
             }
@@ -236,7 +242,8 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
         }
         self.counts.missed = self.counts.missed.wrapping_add(missed);
         if overruns.is_multiple_of(10) {
-            self.robot.report(&trace::overrun(self.counts.steps, self.counts.missed));
+            let Counts { steps, missed, .. } = self.counts;
+            self.report(|| trace::overrun(steps, missed));
         }
         *overruns += 1;
     }
@@ -249,7 +256,8 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
 
     fn check_expiry(&mut self) {
         if self.robot.expire() {
-            self.robot.report(&trace::expired(self.counts.steps));
+            let steps = self.counts.steps;
+            self.report(|| trace::expired(steps));
         }
     }
 
@@ -277,7 +285,15 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
 
     /// Passes on what the script printed in the slice.
     fn tell(&mut self) {
-        self.log.drain(|record| self.robot.report(record));
+        if R::TELLS {
+            self.log.drain(|record| self.robot.report(record));
+        }
+    }
+
+    fn report(&mut self, record: impl FnOnce() -> trace::Encoded) {
+        if R::TELLS {
+            self.robot.report(&record());
+        }
     }
 
     /// Waits, and shows that the task lives.
@@ -339,7 +355,9 @@ impl<P: Profile, R: Robot<P>> Host<P> for Bridge<'_, R> {
     }
 
     fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {
-        self.log.push(&trace::log(self.step, &arguments));
+        if R::TELLS {
+            self.log.push(&trace::log(self.step, &arguments));
+        }
     }
 
     fn delay_is_over(&mut self, ms: i32, again: bool) -> bool {

@@ -3,7 +3,9 @@
 //! The script's task has the [`Writer`], the motors' task runs [`drive`]; between them is a [`Channel`] that holds the latest
 //! command only, because an old one is of no use to a motor.
 
-use embassy_futures::select::{Either, select};
+use core::future::pending;
+
+use embassy_futures::select::{Either3, select3};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Instant, Timer};
@@ -33,6 +35,11 @@ pub trait Motors {
     fn apply(&mut self, setpoint: Self::Setpoint);
     /// Stop.
     fn stop(&mut self);
+    /// What they do until the next command, such as steering by where the robot is. It is begun anew when it is finished, at
+    /// each command and for each [`BEAT`].
+    fn steer(&mut self) -> impl Future<Output = ()> {
+        pending()
+    }
 }
 
 /// The side of the script.
@@ -101,16 +108,16 @@ pub async fn drive<M: Motors>(
         pulse.beat();
         let beat = Instant::now() + BEAT;
         let wake = until.map_or(beat, |until: Instant| until.min(beat));
-        match select(channel.wait(), Timer::at(wake)).await {
-            Either::First(Command::Hold(setpoint, end)) if Instant::now() < end => {
+        match select3(channel.wait(), Timer::at(wake), motors.steer()).await {
+            Either3::First(Command::Hold(setpoint, end)) if Instant::now() < end => {
                 motors.apply(setpoint);
                 until = Some(end);
             }
-            Either::First(Command::Hold(..) | Command::Stop) => {
+            Either3::First(Command::Hold(..) | Command::Stop) => {
                 motors.stop();
                 until = None;
             }
-            Either::Second(()) => {
+            Either3::Second(()) | Either3::Third(()) => {
                 if until.is_some_and(|until| Instant::now() >= until) {
                     motors.stop();
                     until = None;

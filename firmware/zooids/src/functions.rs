@@ -1,14 +1,29 @@
 //! The robot functions that scripts call: one entry in `robots/zooids.toml` and one arm here.
 
+use core::ops::RangeInclusive;
+
+use bittybuzz_motion::drive::{Goal, Wheels};
+use bittybuzz_motion::{Length, MM, units};
 use bittybuzz_runtime::script::{Console, Counts, Robot, Stopped};
+use bittybuzz_runtime::setpoint::Writer;
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Item, Periods, Refusal, Reply, RobotFault, Type, Value,
+    Arguments, Axis, ByteCode, Item, Periods, Refusal, Reply, RobotFault, Sighting, Type, Value,
 };
 
+use crate::eyes;
 use crate::leds::{Light, LightChannel};
 use crate::log::info;
+use crate::motors::Drive;
+#[cfg(feature = "defmt")]
+use crate::radio;
+use crate::radio::MAIL;
 use crate::robot::{self, function};
+use crate::sensors;
+
+/// Duties in percent of `forward()`, and of `left()` and `right()`.
+const FORWARD: i8 = 80;
+const TURN: i8 = 40;
 
 /// Steps between two status lines.
 const STATUS_STEPS: u32 = 10 * robot::TICK_HZ as u32;
@@ -16,6 +31,7 @@ const STATUS_STEPS: u32 = 10 * robot::TICK_HZ as u32;
 /// What scripts can reach.
 pub struct Zooid {
     light: &'static LightChannel,
+    setpoint: Writer<Drive>,
     told_at: u32,
 }
 
@@ -23,12 +39,19 @@ type Result = core::result::Result<Reply<Tiny>, RobotFault>;
 
 impl Zooid {
     /// The robot.
-    pub fn new(light: &'static LightChannel) -> Self {
-        Zooid { light, told_at: 0 }
+    pub fn new(light: &'static LightChannel, setpoint: Writer<Drive>) -> Self {
+        Zooid { light, setpoint, told_at: 0 }
+    }
+
+    fn drive(&mut self, left: i8, right: i8) -> Result {
+        self.setpoint.set(Drive::Wheels(Wheels { left, right }));
+        nothing()
     }
 }
 
 impl Robot<Tiny> for Zooid {
+    const TELLS: bool = cfg!(feature = "defmt");
+
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
@@ -36,21 +59,56 @@ impl Robot<Tiny> for Zooid {
         _again: bool,
         _console: &mut Console<'_>,
     ) -> Result {
+        let known = robot::FUNCTIONS.iter().find(|(known, _)| *known == function);
+        let count = match function {
+            function::SET_MOTOR | function::GOTO => 2,
+            function::LED | function::GREY_CODE => 1,
+            _ => 0,
+        };
+        if known.is_none() || arguments.count() != count {
+            return Err(RobotFault::Refused(Refusal::ArgumentCount));
+        }
         match function {
             function::LED => {
-                expect_count(&arguments, 1)?;
-                match u8::try_from(integer(&arguments, 0)?) {
-                    Ok(color @ 0..=7) => self.light.signal(Light::Script(color)),
-                    _ => return Err(RobotFault::Refused(Refusal::OutOfRange)),
-                }
+                let color = within(integer(&arguments, 0)?, 0..=7)?;
+                self.light.signal(Light::Script(color as u8));
                 nothing()
+            }
+            function::SET_MOTOR => {
+                let duty = |index| within(integer(&arguments, index)?, -100..=100);
+                self.drive(duty(0)? as i8, duty(1)? as i8)
+            }
+            function::FORWARD => self.drive(FORWARD, FORWARD),
+            function::LEFT => self.drive(-TURN, TURN),
+            function::RIGHT => self.drive(TURN, -TURN),
+            function::STOP => self.drive(0, 0),
+            function::GOTO => {
+                let goal = Goal { x: length(&arguments, 0)?, y: length(&arguments, 1)? };
+                self.setpoint.set(Drive::Goal(goal));
+                let is_there = eyes::pose().is_some_and(|pose| goal.is_reached(&pose));
+                Ok(Reply::Value(Value::int(is_there.into())))
+            }
+            function::BATTERY => {
+                let mv = sensors::battery_mv().ok_or(RobotFault::Refused(Refusal::NotReady))?;
+                Ok(Reply::Value(Value::int(mv.into())))
+            }
+            function::TOUCHED => Ok(Reply::Value(Value::int(sensors::is_touched().into()))),
+            function::GREY_CODE => {
+                let number = integer(&arguments, 0)?;
+                Ok(Reply::Value(Value::int(number ^ (number >> 1))))
             }
             _ => Err(RobotFault::Refused(Refusal::NotBuiltIn)),
         }
     }
 
-    fn position(&mut self, _axis: Axis) -> Option<f32> {
-        None
+    fn position(&mut self, axis: Axis) -> Option<f32> {
+        let pose = eyes::pose()?;
+        Some(match axis {
+            Axis::X => units::mm(pose.x),
+            Axis::Y => units::mm(pose.y),
+            Axis::Z => 0.0,
+            Axis::Orientation => units::degrees(pose.heading),
+        })
     }
 
     fn periods(&self) -> Periods {
@@ -62,26 +120,52 @@ impl Robot<Tiny> for Zooid {
         }
     }
 
+    fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<Tiny>)> {
+        MAIL.receive(frame)
+    }
+
+    fn begin_step(&mut self) {
+        MAIL.begin_step();
+    }
+
+    fn send(&mut self, frame: &[u8]) {
+        MAIL.send(frame);
+    }
+
     fn report(&mut self, _record: &[u8]) {
         #[cfg(feature = "defmt")]
         defmt::println!("bbz {=[u8]}", _record);
     }
 
     fn renew(&mut self, counts: Counts) {
+        self.setpoint.renew();
         if counts.steps.wrapping_sub(self.told_at) >= STATUS_STEPS {
             self.told_at = counts.steps;
             info!(
                 "{=u32} steps, {=u32} ticks missed, longest slice {=u32} us",
                 counts.steps, counts.missed, counts.longest_slice_us
             );
+            let _messages = counts.messages;
+            info!(
+                "radio {}, unread {=u16}, doubles {=u16}, unsent {=u16}; of other scripts {=u16}, senseless {=u16}, with this \
+                 robot's id {=u16}",
+                radio::counts(),
+                MAIL.unread().dropped,
+                MAIL.unread().duplicates,
+                MAIL.unsent().dropped,
+                _messages.foreign,
+                _messages.malformed,
+                _messages.own_id
+            );
         }
     }
 
     fn expire(&mut self) -> bool {
-        false
+        self.setpoint.expire()
     }
 
     fn stop(&mut self, reason: Stopped) {
+        self.setpoint.stop();
         if let Some(light) = Light::of(reason) {
             self.light.signal(light);
         }
@@ -97,14 +181,19 @@ fn nothing() -> Result {
     Ok(Reply::Value(Value::nil()))
 }
 
-fn expect_count<C: ByteCode, const N: usize>(
+fn within(value: i32, range: RangeInclusive<i32>) -> core::result::Result<i32, RobotFault> {
+    if range.contains(&value) { Ok(value) } else { Err(RobotFault::Refused(Refusal::OutOfRange)) }
+}
+
+/// A coordinate: a number of mm.
+fn length<C: ByteCode, const N: usize>(
     arguments: &Arguments<'_, Tiny, C, N>,
-    count: usize,
-) -> core::result::Result<(), RobotFault> {
-    if arguments.count() == count {
-        Ok(())
-    } else {
-        Err(RobotFault::Refused(Refusal::ArgumentCount))
+    index: usize,
+) -> core::result::Result<Length, RobotFault> {
+    match arguments.item(index) {
+        Item::Float(mm) => units::from_mm(mm).ok_or(RobotFault::Refused(Refusal::OutOfRange)),
+        // 16 bits.
+        _ => Ok(integer(arguments, index)? * MM),
     }
 }
 

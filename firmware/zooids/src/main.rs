@@ -6,6 +6,10 @@
 //! | task | what it does |
 //! |---|---|
 //! | [`run_script`] | the virtual machine at 10 Hz, in slices of at most 500 µs |
+//! | [`drive_motors`] | applies the script's set-points, steers to goals, and stops the motors when set-points expire |
+//! | [`eyes::look`] | positions from the photodiodes |
+//! | [`radio::talk`] | swarm messages to and from all other robots |
+//! | [`sensors::sense`] | battery, charger, touch |
 //! | [`leds::shine`] | the LED: the script's colour, or what has failed |
 //! | [`feed_watchdog`] | feeds the watchdog while all others live |
 
@@ -13,13 +17,18 @@
 #![no_main]
 
 mod clock;
+mod edges;
+mod eyes;
 mod failure;
 mod functions;
 mod id;
 mod leds;
 mod log;
 mod motors;
+mod radio;
 mod section;
+mod sensors;
+mod touch;
 
 mod robot {
     //! Generated from `robots/zooids.toml`.
@@ -27,8 +36,11 @@ mod robot {
     include!(concat!(env!("OUT_DIR"), "/robot.rs"));
 }
 
-use bittybuzz_runtime::liveness::{LOOK, Liveness};
+use bittybuzz_comms::nrf24::MESSAGE_MAX;
+use bittybuzz_motion::drive::Pilot;
+use bittybuzz_runtime::liveness::{LOOK, Liveness, Pulse};
 use bittybuzz_runtime::script::Script;
+use bittybuzz_runtime::setpoint::{self, Writer};
 use bittybuzz_vm_core::builtin::Feature;
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{Image, Sizes, Vm, features};
@@ -45,6 +57,8 @@ use functions::{Zooid, is_function};
 use id::Id;
 use leds::{Led, Light, LightChannel};
 use log::{error, info, warning};
+use motors::{Drive, Motors};
+use radio::nrf24::Nrf24;
 
 /// Without food for so long the chip restarts. The watchdog's own clock is between 30 and 50 kHz (data sheet, table 42), so
 /// that it takes 200 to 333 ms; food comes every 100 ms.
@@ -53,7 +67,8 @@ const WATCHDOG_US: u32 = 250_000;
 /// Room for what the script prints in a slice; nobody reads it but defmt.
 const LOG_BYTES: usize = if cfg!(feature = "defmt") { 256 } else { 0 };
 
-static TASKS: Liveness = Liveness::new(2);
+static TASKS: Liveness = Liveness::new(6);
+static SETPOINTS: setpoint::Channel<Drive> = setpoint::Channel::new();
 static LIGHT: LightChannel = LightChannel::new();
 
 /// What the machine remembers of other robots.
@@ -69,6 +84,8 @@ type ScriptTask = Script<Tiny, section::Section, Zooid, SLOTS>;
 
 /// The machine takes no more memory than the robot file promises.
 const _: () = assert!(size_of::<Machine>() <= robot::MEMORY - robot::QUEUE_MEMORY);
+/// With its sender and position a message fits a payload of the radio.
+const _: () = assert!(robot::FRAME_BYTES <= MESSAGE_MAX);
 /// It has what scripts are built for.
 const _: () = assert!(robot::MATHS == (features::<Tiny>() & Feature::Maths as u8 != 0));
 
@@ -83,7 +100,18 @@ async fn main(spawner: Spawner) {
     let mut watchdog = IndependentWatchdog::new(p.IWDG, WATCHDOG_US);
     watchdog.unleash();
 
+    let pilot = Pilot::new(None);
+    let motors = Motors::new(p.TIM2, (p.PA0, p.PA1, p.PA2, p.PA3), pilot);
     let led = Led::new(p.TIM1, p.PA10, p.PA11, p.PA9);
+    let radio_pins = radio::nrf24::Pins { spi: (p.PA5, p.PA6, p.PA7), csn: p.PA4, ce: p.PB0 };
+    let radio = Nrf24::new(p.SPI1, radio_pins);
+    let sensor_pins = sensors::Pins {
+        charging: p.PB13,
+        change: p.PB2,
+        i2c: (p.PB10, p.PB11),
+        peripheral: p.I2C2,
+    };
+    edges::watch(p.PB9, p.PB1, p.PA15);
 
     let id = Id::find();
     let robot_id = id.number();
@@ -96,7 +124,7 @@ async fn main(spawner: Spawner) {
         ),
     }
 
-    let zooid = Zooid::new(&LIGHT);
+    let zooid = Zooid::new(&LIGHT, Writer::new(&SETPOINTS));
     let pulse = |task| TASKS.pulse(task);
     static LOG: ConstStaticCell<[u8; LOG_BYTES]> = ConstStaticCell::new([0; LOG_BYTES]);
     static VM: ConstStaticCell<Machine> = ConstStaticCell::new(Vm::new());
@@ -110,6 +138,10 @@ async fn main(spawner: Spawner) {
     }
     start(spawner, run_script(script, failure.is_none()));
     start(spawner, leds::shine(&LIGHT, led, pulse(1)));
+    start(spawner, drive_motors(motors, pulse(2)));
+    start(spawner, eyes::look(pulse(3)));
+    start(spawner, radio::talk(radio, robot_id, pulse(4)));
+    start(spawner, sensors::sense(sensor_pins, pulse(5)));
     start(spawner, feed_watchdog(watchdog));
 }
 
@@ -130,6 +162,11 @@ async fn run_script(script: &'static mut ScriptTask, may_run: bool) -> ! {
         info!("the script has stopped");
     }
     script.rest().await
+}
+
+#[embassy_executor::task]
+async fn drive_motors(mut motors: Motors, pulse: Pulse) -> ! {
+    setpoint::drive(&SETPOINTS, &mut motors, pulse).await
 }
 
 #[embassy_executor::task]

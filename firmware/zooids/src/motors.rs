@@ -1,10 +1,144 @@
 //! The two motors: an A3901 full bridge each, its two inputs on TIM2 with PWM of 40 kHz.
+//!
+//! | motor | inputs | timer 2 |
+//! |---|---|---|
+//! | 1, left | PA0, PA1 | channels 1 and 2 |
+//! | 2, right | PA2, PA3 | channels 3 and 4 |
+//!
+//! Which of them is on the left follows from the makers' firmware, in which motor 1 alone turns the robot clockwise, seen from
+//! above (SwarmUI, position_control.c).
 
+use bittybuzz_motion::bridge::{COAST, Inputs, PERIOD, inputs};
+use bittybuzz_motion::drive::{Goal, Pilot, Wheels};
+use bittybuzz_runtime::setpoint;
+use embassy_futures::select::select;
+use embassy_stm32::Peri;
+use embassy_stm32::gpio::{AfType, Flex, OutputType, Speed};
 use embassy_stm32::pac;
 use embassy_stm32::pac::gpio::vals::Moder;
+use embassy_stm32::pac::timer::vals::Ocm;
+use embassy_stm32::peripherals::{PA0, PA1, PA2, PA3, TIM2};
+use embassy_stm32::rcc;
+use embassy_time::{Duration, Instant, Timer};
 
-/// PA0 to PA3: both inputs of motor 1 and of motor 2.
+use crate::eyes;
+use crate::log::info;
+use crate::sensors;
+
+/// 48 MHz / 12 = 4 MHz, of which a period of 100 steps is 40 kHz.
+const PRESCALER: u16 = 12;
+
+/// Timer 2 on PA0 to PA3 (data sheet of the STM32F051, table 14).
+const AF: u8 = 2;
+
+/// PA0 to PA3.
 const PINS: core::ops::Range<usize> = 0..4;
+
+/// Between two looks whether the robot still sees where it is; positions come every 14 ms.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// What the motors can be told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drive {
+    /// These duties.
+    Wheels(Wheels),
+    /// Go there and stand.
+    Goal(Goal),
+}
+
+/// The motors and their timer.
+pub struct Motors {
+    pilot: Pilot,
+    drive: Option<Drive>,
+    _pins: [Flex<'static>; 4],
+}
+
+impl Motors {
+    /// Takes the pins; the motors have no power.
+    pub fn new(
+        _timer: Peri<'static, TIM2>,
+        pins: (Peri<'static, PA0>, Peri<'static, PA1>, Peri<'static, PA2>, Peri<'static, PA3>),
+        pilot: Pilot,
+    ) -> Self {
+        rcc::enable_and_reset::<TIM2>();
+        let timer = pac::TIM2;
+        timer.psc().write_value(PRESCALER - 1);
+        timer.arr().write_value(u32::from(PERIOD - 1));
+        for half in 0..2 {
+            timer.ccmr_output(half).write(|w| {
+                for channel in 0..2 {
+                    w.set_ocm(channel, Ocm::PWM_MODE1);
+                    w.set_ocpe(channel, true);
+                }
+            });
+        }
+        timer.ccer().write(|w| (0..4).for_each(|channel| w.set_cce(channel, true)));
+        timer.egr().write(|w| w.set_ug(true));
+        timer.cr1().write(|w| w.set_cen(true));
+        let (p0, p1, p2, p3) = pins;
+        let as_output = |mut pin: Flex<'static>| {
+            pin.set_as_af_unchecked(AF, AfType::output(OutputType::PushPull, Speed::Low));
+            pin
+        };
+        let pins = [Flex::new(p0), Flex::new(p1), Flex::new(p2), Flex::new(p3)].map(as_output);
+        Motors { pilot, drive: None, _pins: pins }
+    }
+
+    /// Does now what the set-point means now. A robot that does not see where it is stands, and one that is being charged has no
+    /// power on its motors.
+    fn update(&mut self) {
+        let now = Instant::now().as_ticks() as u32;
+        let [left, right] = match (self.drive, eyes::pose()) {
+            (None, _) => [COAST; 2],
+            _ if sensors::is_charging() => [COAST; 2],
+            (Some(_), None) => [inputs(0); 2],
+            (Some(Drive::Wheels(wheels)), Some(_)) => duties(wheels),
+            (Some(Drive::Goal(goal)), Some(pose)) => {
+                let before = self.pilot.minimum();
+                let wheels = self.pilot.steer(goal, &pose, now);
+                if let (None, Some(_minimum)) = (before, self.pilot.minimum()) {
+                    info!("the wheels turn from {=u8} percent on", _minimum);
+                }
+                duties(wheels)
+            }
+        };
+        set(0, left);
+        set(2, right);
+    }
+}
+
+impl setpoint::Motors for Motors {
+    type Setpoint = Drive;
+
+    fn apply(&mut self, drive: Drive) {
+        if self.drive != Some(drive) {
+            self.drive = Some(drive);
+            self.pilot.depart();
+        }
+        self.update();
+    }
+
+    fn stop(&mut self) {
+        self.drive = None;
+        self.update();
+    }
+
+    async fn steer(&mut self) {
+        select(eyes::new_pose(), Timer::after(LOOK)).await;
+        self.update();
+    }
+}
+
+fn duties(wheels: Wheels) -> [Inputs; 2] {
+    [inputs(wheels.left), inputs(wheels.right)]
+}
+
+/// The inputs of a motor on two channels.
+fn set(channel: usize, inputs: Inputs) {
+    for (index, compare) in inputs.into_iter().enumerate() {
+        pac::TIM2.ccr(channel + index).write_value(compare.into());
+    }
+}
 
 /// Takes the motors' power whatever state the program is in, until the next reset: the pins become plain outputs, low. The
 /// timer no longer reaches them.

@@ -15,7 +15,7 @@ use zooid::Zooid;
 
 pub use crazyflie::{CrazyflieModel, Flight, Positioning, Velocity};
 pub use kilobot::{KilobotModel, KilobotMotors};
-pub use zooid::{Wheels, ZooidModel};
+pub use zooid::{Drive, ZooidModel, for_firmware};
 
 /// What a brain moves its robot with.
 #[derive(Debug)]
@@ -23,7 +23,7 @@ pub enum Actuators<'a> {
     /// Of a Kilobot.
     Kilobot(&'a mut KilobotMotors),
     /// Of a Zooid.
-    Zooid(&'a mut Wheels),
+    Zooid(&'a mut Drive),
     /// Of a Crazyflie.
     Crazyflie(&'a mut Flight),
 }
@@ -123,7 +123,7 @@ impl Body {
     pub(crate) fn actuators(&mut self) -> Actuators<'_> {
         match self {
             Body::Kilobot(body) => Actuators::Kilobot(&mut body.motors),
-            Body::Zooid(body) => Actuators::Zooid(&mut body.wheels),
+            Body::Zooid(body) => Actuators::Zooid(&mut body.drive),
             Body::Crazyflie(body) => Actuators::Crazyflie(&mut body.flight),
         }
     }
@@ -132,7 +132,7 @@ impl Body {
     pub(crate) fn halt(&mut self) {
         match self {
             Body::Kilobot(body) => body.motors = KilobotMotors::default(),
-            Body::Zooid(body) => body.wheels = Wheels::default(),
+            Body::Zooid(body) => body.drive = Drive::default(),
             Body::Crazyflie(body) => body.flight = Flight::Off,
         }
     }

@@ -1,15 +1,31 @@
 //! Zooid: two wheels, tracked by a projector.
 
+use bittybuzz_motion::drive::{Goal, Pilot, Wheels};
+use bittybuzz_motion::{Angle, units};
+
 use crate::engine::geometry::{Pose, wrap};
 use crate::engine::stream::Stream;
 
-/// Duties of the wheels in percent, -100 (backwards) to 100.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Wheels {
-    /// Left wheel.
-    pub left: i8,
-    /// Right wheel.
-    pub right: i8,
+/// What its firmware is told to do with its wheels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drive {
+    /// These duties.
+    Wheels(Wheels),
+    /// Go there and stay.
+    Goal(Goal),
+}
+
+impl Default for Drive {
+    fn default() -> Self {
+        Drive::Wheels(Wheels::default())
+    }
+}
+
+/// A pose as the firmware reckons with.
+pub fn for_firmware(pose: &Pose) -> bittybuzz_motion::track::Pose {
+    let length = |mm: f32| units::from_mm(mm).unwrap_or_default();
+    let heading = Angle((wrap(pose.heading) * (32_768.0 / core::f32::consts::PI)) as i32 as i16);
+    bittybuzz_motion::track::Pose { x: length(pose.x), y: length(pose.y), heading }
 }
 
 /// Numbers of the body.
@@ -55,7 +71,10 @@ const FRAME: f32 = 0.013_653;
 /// A Zooid's body.
 #[derive(Clone, Debug)]
 pub(crate) struct Zooid {
-    pub(crate) wheels: Wheels,
+    pub(crate) drive: Drive,
+    pilot: Pilot,
+    /// Where the pilot drives to.
+    goal: Option<Goal>,
     gain_left: f32,
     gain_right: f32,
     /// mm/s and radians per second of the last substep.
@@ -67,7 +86,9 @@ pub(crate) struct Zooid {
 impl Zooid {
     pub(crate) fn new(model: &ZooidModel, pose: &Pose, build: &mut Stream) -> Self {
         Zooid {
-            wheels: Wheels::default(),
+            drive: Drive::default(),
+            pilot: Pilot::new(Some(model.dead_duty)),
+            goal: None,
             gain_left: build.gain(model.gain_sigma),
             gain_right: build.gain(model.gain_sigma),
             speed: 0.0,
@@ -77,8 +98,9 @@ impl Zooid {
     }
 
     pub(crate) fn advance(&mut self, pose: &mut Pose, model: &ZooidModel, seconds: f32) {
-        let left = wheel_speed(self.wheels.left, model) * self.gain_left;
-        let right = wheel_speed(self.wheels.right, model) * self.gain_right;
+        let wheels = self.steer(pose);
+        let left = wheel_speed(wheels.left, model) * self.gain_left;
+        let right = wheel_speed(wheels.right, model) * self.gain_right;
         self.speed = (left + right) / 2.0;
         self.rate = (right - left) / model.track;
         if self.speed == 0.0 && self.rate == 0.0 {
@@ -92,6 +114,23 @@ impl Zooid {
         pose.x += chord * cos;
         pose.y += chord * sin;
         pose.heading = wrap(pose.heading + 2.0 * half);
+    }
+
+    /// The firmware steers 73 times a second by where it reckons to be now, which is off by half a mm: as good as the truth.
+    fn steer(&mut self, pose: &Pose) -> Wheels {
+        match self.drive {
+            Drive::Wheels(wheels) => {
+                self.goal = None;
+                wheels
+            }
+            Drive::Goal(goal) => {
+                if self.goal.replace(goal) != Some(goal) {
+                    self.pilot.depart();
+                }
+                // What the time is matters only while the least duty is sought.
+                self.pilot.steer(goal, &for_firmware(pose), 0)
+            }
+        }
     }
 
     /// The position that the robot decodes: its two photodiodes are each in a stripe of the projector's code.

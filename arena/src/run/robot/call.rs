@@ -87,8 +87,8 @@ pub fn call<P: Profile, C: ByteCode, const SLOTS: usize>(
             Actuators::Kilobot(ref mut motors) => {
                 kilobot::call(motors, cast.duties, hash, &numbers)
             }
-            Actuators::Zooid(ref mut wheels) => {
-                zooid::call(wheels, deck.io.sensors.estimate(), hash, &numbers)
+            Actuators::Zooid(ref mut drive) => {
+                zooid::call(drive, deck.io.sensors.estimate(), hash, &numbers)
             }
             Actuators::Crazyflie(_) => crazyflie::call(deck, hash, &numbers, again),
         },

@@ -209,7 +209,7 @@ pub fn call(deck: &mut Deck<'_, '_, '_>, hash: u16, numbers: &Numbers, again: bo
             if distance < ARRIVED {
                 return Done::Int(1);
             }
-            if hash == GO_TO && now >= pilot.deadline { Done::Int(0) } else { Done::Wait }
+            if hash == GOTO || now >= pilot.deadline { Done::Int(0) } else { Done::Wait }
         }
         MOVE_TOWARD => pilot.cruise(first, second, 0.0),
         FORWARD => pilot.cruise(CRUISE, 0.0, 0.0),

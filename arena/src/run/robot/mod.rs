@@ -12,7 +12,7 @@ use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{Counters, Entry, Fault, Image, ImageError, Outcome, Value, Vm};
 
-use crate::engine::{Actuators, Brain, Flight, Io, KilobotMotors, Sighting, Stream, Wheels};
+use crate::engine::{Actuators, Brain, Drive, Flight, Io, KilobotMotors, Sighting, Stream};
 use crate::scenario::Body;
 
 use super::setup::Cast;
@@ -378,7 +378,7 @@ impl<P: Profile, const SLOTS: usize, const FRAME: usize, const IN: usize, const 
 fn halt(actuators: &mut Actuators<'_>, pilot: &mut Pilot) {
     match actuators {
         Actuators::Kilobot(motors) => **motors = KilobotMotors::default(),
-        Actuators::Zooid(wheels) => **wheels = Wheels::default(),
+        Actuators::Zooid(drive) => **drive = Drive::default(),
         Actuators::Crazyflie(flight) => {
             *pilot = Pilot::default();
             **flight = Flight::Off;

@@ -3,7 +3,7 @@
 
 use bittybuzz_comms::trace;
 
-/// Records of one slice, a length byte before each. Without any room nothing is kept, and nothing is missed.
+/// Records of one slice, a length byte before each.
 pub struct Log {
     room: &'static mut [u8],
     used: usize,
@@ -18,9 +18,6 @@ impl Log {
 
     /// Adds a record. Where there is not enough room it is counted as lost.
     pub fn push(&mut self, record: &[u8]) {
-        if self.room.is_empty() {
-            return;
-        }
         let rest = self.room.get_mut(self.used..).unwrap_or_default();
         let (Ok(length), Some((first, place))) =
             (u8::try_from(record.len()), rest.split_first_mut())

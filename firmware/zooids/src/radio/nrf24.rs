@@ -1,0 +1,209 @@
+//! The nRF24L01+, on SPI1 and two pins, as far as broadcasts need it. Sections are those of its product specification 1.0.
+//!
+//! Written for this robot: drivers in the registry wait for the end of a transmission without letting other tasks run, and
+//! take the flash of two such robots' tracking. What has to be waited for is waited for here by a task; an SPI transfer of at
+//! most 33 bytes is not, since it takes 44 µs.
+
+use bittybuzz_comms::nrf24::{ADDRESS, CHANNEL, PAYLOAD_MAX};
+use embassy_stm32::Peri;
+use embassy_stm32::gpio::{Level, Output, Speed};
+use embassy_stm32::mode::Blocking;
+use embassy_stm32::peripherals::{PA4, PA5, PA6, PA7, PB0, SPI1};
+use embassy_stm32::spi::mode::Master;
+use embassy_stm32::spi::{self, Spi};
+use embassy_stm32::time::mhz;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
+use embassy_time::{Duration, Instant, Timer, with_timeout};
+
+/// The radio's interrupt line has gone low.
+pub static IRQ: Signal<CriticalSectionRawMutex, ()> = Signal::new();
+
+// Commands (8.3.1).
+const W_REGISTER: u8 = 0x20;
+const R_RX_PL_WID: u8 = 0x60;
+const R_RX_PAYLOAD: u8 = 0x61;
+const W_TX_PAYLOAD_NOACK: u8 = 0xb0;
+const FLUSH_TX: u8 = 0xe1;
+const FLUSH_RX: u8 = 0xe2;
+
+// Registers (9.1).
+const CONFIG: u8 = 0x00;
+const EN_AA: u8 = 0x01;
+const EN_RXADDR: u8 = 0x02;
+const SETUP_AW: u8 = 0x03;
+const SETUP_RETR: u8 = 0x04;
+const RF_CH: u8 = 0x05;
+const RF_SETUP: u8 = 0x06;
+const STATUS: u8 = 0x07;
+const RPD: u8 = 0x09;
+const RX_ADDR_P0: u8 = 0x0a;
+const TX_ADDR: u8 = 0x10;
+const FIFO_STATUS: u8 = 0x17;
+const DYNPD: u8 = 0x1c;
+const FEATURE: u8 = 0x1d;
+
+/// A checksum of two bytes, and no power.
+const ASLEEP: u8 = 0b0000_1100;
+/// With power: it sends, or is in standby.
+const SENDER: u8 = ASLEEP | 0b10;
+/// With power: it receives.
+const RECEIVER: u8 = SENDER | 0b1;
+
+const RX_EMPTY: u8 = 0b1;
+const RX_DR: u8 = 1 << 6;
+const TX_DS: u8 = 1 << 5;
+
+/// Each register that has another value after power-on (9.1), or may have had one before a reset of this processor alone.
+const SETUP: [(u8, u8); 9] = [
+    (CONFIG, ASLEEP),
+    // Only pipe 0. Payloads have their own length only where acknowledgements are on; none is asked for.
+    (EN_AA, 1),
+    (EN_RXADDR, 1),
+    (SETUP_AW, ADDRESS.len() as u8 - 2),
+    (SETUP_RETR, 0),
+    (RF_CH, CHANNEL),
+    // 2 Mbit/s, 0 dBm
+    (RF_SETUP, 0b0000_1110),
+    (DYNPD, 1),
+    // EN_DPL, EN_DYN_ACK
+    (FEATURE, 0b101),
+];
+
+/// It needs so long after power-on before it can be talked to (6.1.7, table 16).
+const POWER_ON: Duration = Duration::from_millis(100);
+/// From power-down to standby, with more than enough for the clock from outside (table 16).
+const START_UP: Duration = Duration::from_millis(5);
+/// A payload is on the air after 130 µs and for 0.2 ms.
+const SENT: Duration = Duration::from_millis(2);
+
+/// SPI at 6 MHz; the radio can do 10 (table 20).
+const SPI_MHZ: u32 = 6;
+
+/// The radio.
+pub struct Nrf24 {
+    spi: Spi<'static, Blocking, Master>,
+    csn: Output<'static>,
+    ce: Output<'static>,
+}
+
+/// Its pins.
+pub struct Pins {
+    /// SCK, MISO, MOSI.
+    pub spi: (Peri<'static, PA5>, Peri<'static, PA6>, Peri<'static, PA7>),
+    /// Low while it is talked to.
+    pub csn: Peri<'static, PA4>,
+    /// High while it sends or receives.
+    pub ce: Peri<'static, PB0>,
+}
+
+impl Nrf24 {
+    /// Takes the pins; the radio is as it was.
+    pub fn new(peripheral: Peri<'static, SPI1>, pins: Pins) -> Self {
+        let (sck, miso, mosi) = pins.spi;
+        // Mode 0, first bit first.
+        let mut config = spi::Config::default();
+        config.frequency = mhz(SPI_MHZ);
+        Nrf24 {
+            spi: Spi::new_blocking(peripheral, sck, mosi, miso, config),
+            csn: Output::new(pins.csn, Level::High, Speed::VeryHigh),
+            ce: Output::new(pins.ce, Level::Low, Speed::Low),
+        }
+    }
+
+    /// Sets it up, and lets it listen.
+    pub async fn start(&mut self) {
+        Timer::at(Instant::MIN + POWER_ON).await;
+        self.ce.set_low();
+        for (register, value) in SETUP {
+            self.write(register, &[value]);
+        }
+        self.write(RX_ADDR_P0, &ADDRESS);
+        self.write(TX_ADDR, &ADDRESS);
+        self.command(FLUSH_TX);
+        self.command(FLUSH_RX);
+        self.write(STATUS, &[RX_DR | TX_DS]);
+        self.write(CONFIG, &[SENDER]);
+        Timer::after(START_UP).await;
+        self.listen();
+    }
+
+    /// Switches it off.
+    pub fn sleep(&mut self) {
+        self.ce.set_low();
+        self.write(CONFIG, &[ASLEEP]);
+    }
+
+    fn listen(&mut self) {
+        self.write(CONFIG, &[RECEIVER]);
+        self.ce.set_high();
+    }
+
+    /// The oldest payload that was received, and its length.
+    ///
+    /// The interrupt's cause is cleared first: a payload that comes after that pulls the line low again.
+    pub fn receive(&mut self, payload: &mut [u8; PAYLOAD_MAX]) -> Option<usize> {
+        self.write(STATUS, &[RX_DR]);
+        if self.read(FIFO_STATUS) & RX_EMPTY != 0 {
+            return None;
+        }
+        let length = usize::from(self.read(R_RX_PL_WID));
+        let Some(room) = payload.get_mut(..length) else {
+            // Damaged, which the specification wants to be thrown away (8.3.1).
+            self.command(FLUSH_RX);
+            return Some(0);
+        };
+        self.transfer(R_RX_PAYLOAD, room);
+        Some(length)
+    }
+
+    /// Whether somebody else sends on this channel: more than -64 dBm for 40 µs (6.4).
+    pub fn is_busy(&mut self) -> bool {
+        self.read(RPD) & 1 != 0
+    }
+
+    /// Sends a payload to whoever hears it. What comes meanwhile is lost.
+    pub async fn send(&mut self, payload: &mut [u8]) {
+        self.ce.set_low();
+        self.write(CONFIG, &[SENDER]);
+        self.transfer(W_TX_PAYLOAD_NOACK, payload);
+        IRQ.reset();
+        self.ce.set_high();
+        if with_timeout(SENT, IRQ.wait()).await.is_err() {
+            self.command(FLUSH_TX);
+        }
+        self.ce.set_low();
+        self.write(STATUS, &[TX_DS]);
+        self.listen();
+    }
+
+    /// A register, or what a command answers.
+    fn read(&mut self, command: u8) -> u8 {
+        let mut value = [0];
+        self.transfer(command, &mut value);
+        let [value] = value;
+        value
+    }
+
+    fn write(&mut self, register: u8, value: &[u8]) {
+        let mut bytes = [0; ADDRESS.len()];
+        bytes.iter_mut().zip(value).for_each(|(to, from)| *to = *from);
+        if let Some(bytes) = bytes.get_mut(..value.len()) {
+            self.transfer(W_REGISTER | register, bytes);
+        }
+    }
+
+    fn command(&mut self, command: u8) {
+        self.transfer(command, &mut []);
+    }
+
+    /// A command, and bytes both ways. The bus has no errors to tell.
+    fn transfer(&mut self, command: u8, bytes: &mut [u8]) {
+        self.csn.set_low();
+        let _ = self.spi.blocking_transfer_in_place(&mut [command]);
+        if !bytes.is_empty() {
+            let _ = self.spi.blocking_transfer_in_place(bytes);
+        }
+        self.csn.set_high();
+    }
+}

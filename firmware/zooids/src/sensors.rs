@@ -1,0 +1,99 @@
+//! Battery, charger and touch: looked at from time to time.
+
+use bittybuzz_runtime::liveness::{BEAT, Pulse};
+use embassy_stm32::gpio::{Input, Pull};
+use embassy_stm32::pac::adc::vals::{Ckmode, Res, SampleTime};
+use embassy_stm32::peripherals::{I2C2, PB2, PB10, PB11, PB13};
+use embassy_stm32::{Peri, pac};
+use embassy_time::Timer;
+use portable_atomic::{AtomicBool, AtomicU16, Ordering};
+
+use crate::touch::Touch;
+
+static CHARGING: AtomicBool = AtomicBool::new(false);
+static TOUCHED: AtomicBool = AtomicBool::new(false);
+static BATTERY_MV: AtomicU16 = AtomicU16::new(0);
+
+/// Whether the battery is being charged: then neither motors nor radio have power.
+pub fn is_charging() -> bool {
+    CHARGING.load(Ordering::Relaxed)
+}
+
+/// Whether a finger touches the robot.
+pub fn is_touched() -> bool {
+    TOUCHED.load(Ordering::Relaxed)
+}
+
+/// The battery's voltage in mV, once it is known.
+pub fn battery_mv() -> Option<u16> {
+    Some(BATTERY_MV.load(Ordering::Relaxed)).filter(|mv| *mv > 0)
+}
+
+/// Beats between two looks at the battery: a second.
+const BATTERY_BEATS: u8 = 20;
+
+/// The pins.
+pub struct Pins {
+    /// The charger's: low while it charges.
+    pub charging: Peri<'static, PB13>,
+    /// The touch sensor's: low when something has changed.
+    pub change: Peri<'static, PB2>,
+    /// Its bus: SCL and SDA.
+    pub i2c: (Peri<'static, PB10>, Peri<'static, PB11>),
+    pub peripheral: Peri<'static, I2C2>,
+}
+
+/// The task.
+#[embassy_executor::task]
+pub async fn sense(pins: Pins, pulse: Pulse) -> ! {
+    let charging = Input::new(pins.charging, Pull::None);
+    let mut touch = Touch::new(pins.peripheral, pins.change, pins.i2c);
+    start_adc();
+    let mut beats = 0;
+    loop {
+        pulse.beat();
+        CHARGING.store(charging.is_low(), Ordering::Relaxed);
+        if let Some(touched) = touch.changed() {
+            TOUCHED.store(touched, Ordering::Relaxed);
+        }
+        if beats == 0 {
+            BATTERY_MV.store(measure_battery(), Ordering::Relaxed);
+            beats = BATTERY_BEATS;
+        }
+        beats -= 1;
+        Timer::after(BEAT).await;
+    }
+}
+
+/// Calibrates the converter and turns it on (RM0091 13.4).
+fn start_adc() {
+    pac::RCC.apb2enr().modify(|w| w.set_adcen(true));
+    let adc = pac::ADC1;
+    // A quarter of 48 MHz.
+    adc.cfgr2().write(|w| w.set_ckmode(Ckmode::PCLK_DIV4));
+    adc.cr().write(|w| w.set_adcal(true));
+    while adc.cr().read().adcal() {}
+    adc.cfgr1().write(|w| w.set_res(Res::BITS12));
+    adc.smpr().write(|w| w.set_smp(SampleTime::CYCLES239_5));
+    adc.chselr().write(|w| w.set_chsel_x(VBAT, true));
+    // Not within four cycles of the calibration's end: turned on again until it is (13.4.1).
+    while !adc.isr().read().adrdy() {
+        adc.cr().modify(|w| w.set_aden(true));
+    }
+}
+
+/// The battery's channel.
+const VBAT: usize = 18;
+
+/// In mV: half the battery's voltage (RM0091 13.9), of 3.3 V in 4095 steps. Takes 21 µs.
+fn measure_battery() -> u16 {
+    let adc = pac::ADC1;
+    // The divider takes current all the time.
+    adc.ccr().modify(|w| w.set_vbaten(true));
+    adc.cr().modify(|w| w.set_adstart(true));
+    while !adc.isr().read().eoc() {}
+    let steps = u32::from(adc.dr().read().data());
+    adc.ccr().modify(|w| w.set_vbaten(false));
+    // 6602 / 4096 = 2 * 3300 / 4095
+    ((steps * 6602) >> 12) as u16
+}
