@@ -151,6 +151,16 @@ const AFTER_GROUP: &[(&str, &str, &[&str])] = &[
     ("present = \"no\"\n", "7:11", &["`present` must be true or false"]),
     ("body = \"kilobt\"\n", "7:8", &["\"kilobt\"", "`kilobot`?"]),
     ("body = 3\n", "7:8", &["`body` must be a string, not an integer"]),
+    (
+        "[[expect]]\nat = 1\nvalue = \"swarm.spread\"\nof = \"mean\"\nabove = 3\n",
+        "10:6",
+        &["`of` means nothing here"],
+    ),
+    (
+        "[[expect]]\nat = 1\nvalue = \"swarm.polarization\"\nabove = 3\n",
+        "9:9",
+        &["no quantity `swarm.polarization`", "one of swarm.polarisation, swarm.nearest"],
+    ),
     ("model = 3\n", "7:9", &["`model` must be a table, not an integer"]),
     ("model = { gain_error = 2 }\n", "7:24", &["`gain_error` cannot be 2", "from 0 to 1"]),
     (

@@ -305,6 +305,26 @@ impl<B: Brain> World<B> {
         self.brains.get_mut(usize::from(id.0))
     }
 
+    /// How far the frames of a robot reach, in mm between two middles; 0 if there is no such robot.
+    #[must_use]
+    pub fn reach(&self, id: RobotId) -> f64 {
+        let Ok(index) = self.index(id) else { return 0.0 };
+        let medium = self.kinds[index].medium();
+        f64::from(self.air[medium as usize].reach(self.robots[index].variant))
+    }
+
+    /// Whether frames of one robot get to another: they have one medium, are near enough, and nothing cuts them off.
+    #[must_use]
+    pub fn can_hear(&self, by: RobotId, of: RobotId) -> bool {
+        let (Ok(listener), Ok(sender)) = (self.index(by), self.index(of)) else { return false };
+        let (here, there) = (self.poses[listener], self.poses[sender]);
+        let [dx, dy, dz] = [here.x - there.x, here.y - there.y, here.z - there.z].map(f64::from);
+        let reach = self.reach(of);
+        self.kinds[listener].medium() == self.kinds[sender].medium()
+            && dx * dx + dy * dy + dz * dz <= reach * reach
+            && self.topology.connects(by, of)
+    }
+
     /// What was counted since the beginning.
     #[must_use]
     pub fn statistics(&self) -> &Statistics {

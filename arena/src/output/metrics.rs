@@ -1,7 +1,7 @@
 //! The columns of a table of runs.
 
 use crate::run::{Summary, TICKS_PER_SECOND, Unusable, Verdict};
-use crate::scenario::Scenario;
+use crate::scenario::{Quantity, Scenario};
 
 /// The names of the metrics of a scenario's runs.
 pub fn names(scenario: &Scenario) -> Vec<String> {
@@ -12,7 +12,10 @@ pub fn names(scenario: &Scenario) -> Vec<String> {
         names.push(format!("since:{}", expect.place.line));
     }
     for (quantity, _) in &scenario.output.plot {
-        names.extend(["mean", "min", "max"].map(|word| format!("{word} {quantity}")));
+        match quantity {
+            Quantity::Swarm(_) => names.push(quantity.to_string()),
+            _ => names.extend(["mean", "min", "max"].map(|word| format!("{word} {quantity}"))),
+        }
     }
     let counts = ["sent", "received", "lost", "collided", "deaf", "unsent", "unread"];
     names.extend(counts.map(str::to_owned));
@@ -22,8 +25,8 @@ pub fn names(scenario: &Scenario) -> Vec<String> {
     names
 }
 
-/// What they are of a run.
-pub fn values(summary: &Summary) -> Vec<Option<f64>> {
+/// What they are of a run of that scenario.
+pub fn values(scenario: &Scenario, summary: &Summary) -> Vec<Option<f64>> {
     let truth = |is: bool| Some(f64::from(u8::from(is)));
     let mut values = vec![truth(summary.is_success())];
     for convergence in &summary.convergences {
@@ -31,11 +34,10 @@ pub fn values(summary: &Summary) -> Vec<Option<f64>> {
         let times = [convergence.first, convergence.since];
         values.extend(times.map(|tick| Some(tick? as f64 / TICKS_PER_SECOND)));
     }
-    for value in &summary.values {
-        values.extend(match value {
-            Some(value) => value.map(Some),
-            None => [None; 3],
-        });
+    for ((quantity, _), value) in scenario.output.plot.iter().zip(&summary.values) {
+        let value = value.map_or([None; 3], |value| value.map(Some));
+        let columns = if matches!(quantity, Quantity::Swarm(_)) { 1 } else { value.len() };
+        values.extend(&value[..columns]);
     }
     let links = summary.statistics.all_links();
     let [unread, unsent] = summary.dropped;

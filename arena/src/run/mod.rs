@@ -14,6 +14,7 @@ mod settings;
 mod setup;
 mod simulation;
 mod summary;
+mod swarm;
 
 pub use batch::batch;
 pub use expectation::{Convergence, Verdict};

@@ -3,7 +3,7 @@
 use bittybuzz_vm_core::builtin;
 
 use crate::engine::{RobotState, View};
-use crate::scenario::{Cause, Key, Quantity, Scenario, Selection};
+use crate::scenario::{Cause, Key, Quantity, Scenario, Selection, Swarm};
 
 use super::program::Program;
 use super::robot::{Content, Robot};
@@ -29,6 +29,8 @@ pub enum Probe {
     Body(Quantity),
     /// Global of each group, and the keys into tables there; `None` where the script has none of these names.
     Global(Vec<Option<(u16, Vec<Content>)>>),
+    /// One number of all robots.
+    Swarm(Swarm),
     /// A stigmergy's entry: its number, and the key in each group.
     Stigmergy(u16, Vec<Option<Content>>),
 }
@@ -68,6 +70,7 @@ impl Probe {
                 let keys = programs.iter().map(|program| content(program, key));
                 Ok(Probe::Stigmergy(*number, keys.collect()))
             }
+            Quantity::Swarm(of) => Ok(Probe::Swarm(*of)),
             body => Ok(Probe::Body(body.clone())),
         }
     }
@@ -82,6 +85,8 @@ impl Probe {
         let Some((robot, view)) = robot else { return Reading::Nil };
         match self {
             Probe::Body(quantity) => body(quantity, robot, &view),
+            // No robot has it alone.
+            Probe::Swarm(_) => Reading::Nil,
             Probe::Global(numbers) => match numbers.get(group) {
                 Some(Some((number, keys))) => reading(robot.global(*number, keys), program),
                 _ => Reading::Nil,
@@ -149,7 +154,9 @@ fn body<'p>(quantity: &Quantity, robot: &Robot<'_>, view: &View) -> Reading<'p> 
             f64::from(u8::from(runs))
         }
         // They have probes of their own.
-        Quantity::Global { .. } | Quantity::Stigmergy { .. } => return Reading::Other,
+        Quantity::Global { .. } | Quantity::Stigmergy { .. } | Quantity::Swarm(_) => {
+            return Reading::Other;
+        }
     })
 }
 

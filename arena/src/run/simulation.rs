@@ -1,7 +1,7 @@
 //! One run of a scenario with one seed.
 
 use crate::engine::{Variant, View, World};
-use crate::scenario::{Reduction, ScenarioError};
+use crate::scenario::{Reduction, ScenarioError, Swarm};
 
 use super::expectation::{Convergence, reduce};
 use super::happen::Happenings;
@@ -11,6 +11,7 @@ use super::robot::{LogLine, Robot};
 use super::settings::{engine_light, engine_obstacle, kind, of_group, settings};
 use super::setup::{Cast, Setup, group_of};
 use super::summary::{FaultOf, Summary, Unusable};
+use super::swarm::measure;
 use super::tick_at;
 
 /// A run that goes on tick by tick.
@@ -153,6 +154,20 @@ impl<'p> Simulation<'p> {
         probe.read(group, program, robot)
     }
 
+    /// The numbers of a quantity now: of each robot, or a single one of the swarm. `None` where there is none.
+    pub fn numbers(&self, probe: &Probe) -> Vec<Option<f64>> {
+        let robots = 0..self.robot_count();
+        match probe {
+            Probe::Swarm(of) => vec![self.measure(*of, robots).number()],
+            probe => robots.map(|robot| self.read(probe, robot).number()).collect(),
+        }
+    }
+
+    fn measure(&self, of: Swarm, robots: impl Iterator<Item = usize>) -> Reading<'p> {
+        let ids = robots.filter_map(|number| self.happenings.id(number));
+        measure(of, &self.world, ids).map_or(Reading::Nil, Reading::Number)
+    }
+
     /// How many robots the scenario has, absent ones included.
     pub fn robot_count(&self) -> usize {
         self.happenings.count()
@@ -183,8 +198,8 @@ impl<'p> Simulation<'p> {
 
     /// Mean, smallest and largest of a quantity now.
     fn spread(&self, probe: &Probe) -> Option<[f64; 3]> {
-        let robots = 0..self.robot_count();
-        let readings = robots.map(|robot| self.read(probe, robot));
+        let numbers = self.numbers(probe);
+        let readings = numbers.iter().flatten().map(|number| Reading::Number(*number));
         let of = |reduction| reduce(reduction, readings.clone());
         Some([of(Reduction::Mean)?, of(Reduction::Min)?, of(Reduction::Max)?])
     }
@@ -242,7 +257,10 @@ impl<'p> Simulation<'p> {
         let tick = self.world.now();
         for (index, bound) in self.setup.expects().iter().enumerate() {
             let robots = bound.expect.robots.iter();
-            let is_true = bound.is_true(Readings { simulation: self, probe: &bound.probe, robots });
+            let is_true = match &bound.probe {
+                Probe::Swarm(of) => bound.is_true(std::iter::once(self.measure(*of, robots))),
+                probe => bound.is_true(Readings { simulation: self, probe, robots }),
+            };
             if let Some(convergence) = self.convergences.get_mut(index) {
                 bound.follow(convergence, tick, is_true);
             }

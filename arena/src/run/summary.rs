@@ -82,7 +82,7 @@ pub struct Summary {
     pub unusable: Unusable,
     /// Scripts that have stopped, by time.
     pub faults: Vec<FaultOf>,
-    /// Mean, smallest and largest of each quantity of `plot` at the end.
+    /// Mean, smallest and largest of each quantity of `plot` at the end; the number of a swarm's is all three.
     pub values: Vec<Option<[f64; 3]>>,
 }
 

@@ -3,11 +3,13 @@
 use std::fmt;
 
 use super::expect::{Expect, Of, Test, WORDS, Wanted, When};
+use super::value::Quantity;
 
 impl fmt::Display for Expect {
     /// `all: led equals 4, within 10 s`
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.of {
+            _ if matches!(self.value, Quantity::Swarm(_)) => self.value.fmt(f)?,
             Of::AtLeast(count) => write!(f, "{count} or more: {}", self.value)?,
             of => {
                 let word =

@@ -72,6 +72,8 @@ pub enum Cause {
     NoSuchEntry { path: String, count: usize },
     /// What the comparison needs is not a number.
     NotANumber { of: &'static str },
+    /// A key that counts numbers together where there is only one.
+    OneNumber { key: &'static str },
     /// A medium that no robot of the scenario has.
     NoSuchMedium { medium: &'static str },
     /// A robot file whose virtual machine the simulator does not have.
@@ -142,6 +144,9 @@ impl fmt::Display for Cause {
                 write!(f, "there is no `{path}`: the file has {count}, and they count from 0")
             }
             Cause::NotANumber { of } => write!(f, "\"{of}\" needs a comparison with a number"),
+            Cause::OneNumber { key } => {
+                write!(f, "`{key}` means nothing here: the swarm has one number")
+            }
             Cause::NoSuchMedium { medium } => {
                 write!(f, "no robot of the scenario has the medium `{medium}`")
             }
@@ -205,6 +210,7 @@ impl Cause {
             | Cause::NoSuchEntry { .. }
             | Cause::Misfit { .. }
             | Cause::Settings { .. }
+            | Cause::OneNumber { .. }
             | Cause::NoSuchMedium { .. } => None,
         }
     }
@@ -212,6 +218,10 @@ impl Cause {
 
 fn quantity_help(text: &str) -> String {
     let first = text.split(['.', '(']).next().unwrap_or(text);
+    if first == "swarm" {
+        let measures = super::value::FORMS.iter().filter(|form| form.starts_with("swarm."));
+        return format!("one of {}", measures.copied().collect::<Vec<_>>().join(", "));
+    }
     one_of(first, super::value::FORMS)
 }
 

@@ -138,6 +138,10 @@ pub fn read(section: &Section<'_>, census: &Census, duration: f64) -> Option<Exp
         Some((quantity, entry.place()))
     });
     let tolerance = tolerance(section);
+    if let (Some((Quantity::Swarm(_), _)), Some(entry)) = (&value, section.get("of")) {
+        entry.fail(Cause::OneNumber { key: "of" });
+        return None;
+    }
     let (of, test) = (of?, test?);
     if let (Of::Reduced(reduction), Some(test)) = (of, &test)
         && !matches!(

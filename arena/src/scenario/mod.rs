@@ -31,7 +31,7 @@ pub use medium::{Loss, Media, Medium, MediumSettings};
 pub use output::Output;
 pub use robots::{Group, Heading, Placement};
 pub use select::Selection;
-pub use value::{FORMS as QUANTITIES, Key, Quantity};
+pub use value::{FORMS as QUANTITIES, Key, Quantity, Swarm};
 pub use world::{Light, Obstacle, World};
 
 /// A scenario that can be run.

@@ -11,13 +11,19 @@ pub const FORMS: &[&str] = &[
     "distance(X, Y)",
     "led",
     "neighbors",
+    "free",
     "running",
     "global.NAME",
     "global.NAME.KEY",
     "stigmergy.NUMBER.KEY",
+    "swarm.polarisation",
+    "swarm.nearest",
+    "swarm.spread",
+    "swarm.contacts",
+    "swarm.components",
 ];
 
-/// Something that every robot has at every time.
+/// Something that every robot has at every time, or that all of them have together.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Quantity {
     /// mm from the left edge of the world.
@@ -52,7 +58,32 @@ pub enum Quantity {
         /// The key; digits are an integer.
         key: Key,
     },
+    /// One number of all robots that are meant.
+    Swarm(Swarm),
 }
+
+/// What can be measured of a swarm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Swarm {
+    /// How much they look one way: length of the mean of their headings, 0 to 1.
+    Polarisation,
+    /// Mean distance to the nearest other one, in mm between the middles.
+    Nearest,
+    /// Root mean square of the distances to their centre, in mm on the ground.
+    Spread,
+    /// Pairs that touch.
+    Contacts,
+    /// Parts into which they fall that hear each other, directly or through others.
+    Components,
+}
+
+const SWARM: [(&str, Swarm); 5] = [
+    ("polarisation", Swarm::Polarisation),
+    ("nearest", Swarm::Nearest),
+    ("spread", Swarm::Spread),
+    ("contacts", Swarm::Contacts),
+    ("components", Swarm::Components),
+];
 
 /// A key of a stigmergy or a table.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -70,6 +101,10 @@ impl Quantity {
             let mut words = path.split('.');
             let name = words.next().filter(|name| is_identifier(name))?.to_owned();
             return Some(Quantity::Global { name, keys: words.map(key).collect::<Option<_>>()? });
+        }
+        if let Some(word) = text.strip_prefix("swarm.") {
+            let found = SWARM.iter().find(|(known, _)| *known == word);
+            return found.map(|(_, of)| Quantity::Swarm(*of));
         }
         if let Some(rest) = text.strip_prefix("stigmergy.") {
             let (number, key) = rest.split_once('.')?;
@@ -128,6 +163,10 @@ impl fmt::Display for Quantity {
                 keys.iter().try_for_each(|key| write!(f, ".{key}"))
             }
             Quantity::Stigmergy { number, key } => write!(f, "stigmergy.{number}.{key}"),
+            Quantity::Swarm(of) => {
+                let word = SWARM.iter().find(|(_, known)| known == of).map_or("", |(word, _)| word);
+                write!(f, "swarm.{word}")
+            }
         }
     }
 }

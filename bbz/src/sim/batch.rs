@@ -134,7 +134,7 @@ fn table(scenario: &Scenario, variants: &[Vec<String>], summaries: &[Vec<Summary
         table.rows.extend(runs.iter().map(|summary| Row {
             seed: summary.seed,
             parameters: parameters.clone(),
-            metrics: metrics::values(summary),
+            metrics: metrics::values(scenario, summary),
         }));
     }
     table

@@ -101,8 +101,13 @@ impl Air {
         }
     }
 
+    /// Distance between middles at which a frame of that variant is just heard, mm.
+    pub(crate) fn reach(&self, variant: Variant) -> f32 {
+        self.reaches[usize::from(variant.0)]
+    }
+
     fn reaches(&self, beam: &Beam, squared: f32) -> bool {
-        let reach = self.reaches[usize::from(beam.variant.0)];
+        let reach = self.reach(beam.variant);
         squared <= reach * reach
     }
 

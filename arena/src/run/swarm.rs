@@ -1,0 +1,145 @@
+//! Measures of a swarm: one number of many robots.
+
+use crate::engine::{RobotId, RobotState, View, World};
+use crate::scenario::Swarm;
+
+use super::robot::Robot;
+
+/// mm between the rims of two robots up to which they touch: those that pushed each other apart a moment ago, too.
+const GAP: f64 = 1.0;
+
+/// A robot of the swarm.
+struct Member {
+    id: RobotId,
+    view: View,
+    at: [f64; 3],
+}
+
+/// What is measured of these robots; `None` where there are too few of them.
+pub fn measure(
+    of: Swarm,
+    world: &World<Robot<'_>>,
+    robots: impl Iterator<Item = RobotId>,
+) -> Option<f64> {
+    let mut members: Vec<Member> = robots
+        .filter_map(|id| {
+            let view = world.robot(id)?;
+            let at = [view.pose.x, view.pose.y, view.pose.z].map(f64::from);
+            Some(Member { id, view, at })
+        })
+        .collect();
+    if of == Swarm::Components {
+        let is_heard = |member: &Member| {
+            let is_well = world.brain(member.id).is_some_and(|robot| robot.state().fault.is_none());
+            is_well && member.view.state == RobotState::Running
+        };
+        members.retain(is_heard);
+    }
+    // Who is near is near in this order: only so many are looked at.
+    members.sort_by(|a, b| a.at[0].total_cmp(&b.at[0]));
+    let count = members.len() as f64;
+    match of {
+        Swarm::Components => Some(components(&members, world) as f64),
+        Swarm::Contacts => Some(contacts(&members) as f64),
+        Swarm::Polarisation | Swarm::Spread if members.is_empty() => None,
+        Swarm::Polarisation => {
+            let (mut east, mut north) = (0.0, 0.0);
+            for member in &members {
+                let (sine, cosine) = libm::sincos(f64::from(member.view.pose.heading));
+                east += cosine;
+                north += sine;
+            }
+            Some(libm::hypot(east, north) / count)
+        }
+        Swarm::Spread => {
+            let mean =
+                |axis: usize| members.iter().map(|member| member.at[axis]).sum::<f64>() / count;
+            let (x, y) = (mean(0), mean(1));
+            let squared = |member: &Member| (member.at[0] - x).powi(2) + (member.at[1] - y).powi(2);
+            Some((members.iter().map(squared).sum::<f64>() / count).sqrt())
+        }
+        Swarm::Nearest if members.len() < 2 => None,
+        Swarm::Nearest => {
+            let distances = (0..members.len()).map(|index| nearest(&members, index));
+            Some(distances.sum::<f64>() / count)
+        }
+    }
+}
+
+fn distance(one: &Member, other: &Member) -> f64 {
+    let [dx, dy, dz] = [0, 1, 2].map(|axis| one.at[axis] - other.at[axis]);
+    (dx * dx + dy * dy + dz * dz).sqrt()
+}
+
+/// From a member to the nearest other one.
+fn nearest(members: &[Member], index: usize) -> f64 {
+    let own = &members[index];
+    let mut nearest = f64::INFINITY;
+    let (before, after) = (members[..index].iter().rev(), members[index + 1..].iter());
+    for other in before {
+        if own.at[0] - other.at[0] >= nearest {
+            break;
+        }
+        nearest = nearest.min(distance(own, other));
+    }
+    for other in after {
+        if other.at[0] - own.at[0] >= nearest {
+            break;
+        }
+        nearest = nearest.min(distance(own, other));
+    }
+    nearest
+}
+
+/// Pairs that touch.
+fn contacts(members: &[Member]) -> usize {
+    let widest = members.iter().map(|member| f64::from(member.view.radius)).fold(0.0, f64::max);
+    let mut count = 0;
+    for (index, one) in members.iter().enumerate() {
+        let radius = f64::from(one.view.radius) + GAP;
+        let height = f64::from(one.view.kind.height());
+        let beside = members[index + 1..].iter();
+        let beside = beside.take_while(|other| other.at[0] - one.at[0] <= radius + widest);
+        count += beside
+            .filter(|other| {
+                let is_level = one.at[2] < other.at[2] + f64::from(other.view.kind.height())
+                    && other.at[2] < one.at[2] + height;
+                let flat = libm::hypot(one.at[0] - other.at[0], one.at[1] - other.at[1]);
+                is_level && flat <= radius + f64::from(other.view.radius)
+            })
+            .count();
+    }
+    count
+}
+
+/// Into how many parts the members fall that hear each other, directly or through others.
+fn components(members: &[Member], world: &World<Robot<'_>>) -> usize {
+    let mut parts = members.len();
+    let mut parents: Vec<usize> = (0..parts).collect();
+    let reaches: Vec<f64> = members.iter().map(|member| world.reach(member.id)).collect();
+    for (index, one) in members.iter().enumerate() {
+        for (other_index, other) in members.iter().enumerate().skip(index + 1) {
+            // Both must hear: no link is longer than the shorter reach.
+            if parts == 1 || other.at[0] - one.at[0] > reaches[index] {
+                break;
+            }
+            let (root, other_root) = (root(&mut parents, index), root(&mut parents, other_index));
+            if root != other_root
+                && world.can_hear(one.id, other.id)
+                && world.can_hear(other.id, one.id)
+            {
+                parents[other_root] = root;
+                parts -= 1;
+            }
+        }
+    }
+    parts
+}
+
+fn root(parents: &mut [usize], mut index: usize) -> usize {
+    while parents[index] != index {
+        parents[index] = parents[parents[index]];
+        index = parents[index];
+    }
+    index
+}
