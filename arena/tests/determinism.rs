@@ -4,7 +4,7 @@
 
 mod common;
 
-use bittybuzz_arena::engine::Actuators;
+use bittybuzz_arena::engine::{Actuators, Drive, Wheels};
 use bittybuzz_arena::engine::{
     Area, Brain, Flight, Io, Light, Obstacle, Pose, Positioning, RobotId, RobotKind, Settings,
     Stream, Velocity, World,
@@ -45,8 +45,9 @@ impl Brain for Wanderer {
             Actuators::Kilobot(motors) => {
                 (motors.left, motors.right) = (word[4] / 2, self.stream.below(128) as u8);
             }
-            Actuators::Zooid(wheels) => {
-                (wheels.left, wheels.right) = (word[4] as i8 / 2, word[5] as i8 / 2);
+            Actuators::Zooid(drive) => {
+                let [left, right] = [word[4], word[5]].map(|byte| byte as i8 / 2);
+                **drive = Drive::Wheels(Wheels { left, right });
             }
             Actuators::Crazyflie(flight) => {
                 let part = |byte: u8| f32::from(byte) * 4.0 - 510.0;

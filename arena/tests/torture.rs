@@ -5,8 +5,8 @@
 mod common;
 
 use bittybuzz_arena::engine::{
-    Actuators, Area, Brain, Flight, Io, Light, Loss, Medium, Obstacle, Pose, Positioning, RobotId,
-    RobotKind, Settings, Stream, Velocity, World,
+    Actuators, Area, Brain, Drive, Flight, Io, Light, Loss, Medium, Obstacle, Pose, Positioning,
+    RobotId, RobotKind, Settings, Stream, Velocity, Wheels, World,
 };
 
 /// Pushes every button at random, and every number a float can be.
@@ -33,8 +33,9 @@ impl Brain for Mad {
             Actuators::Kilobot(motors) => {
                 (motors.left, motors.right) = (stream.below(256) as u8, stream.below(256) as u8);
             }
-            Actuators::Zooid(wheels) => {
-                (wheels.left, wheels.right) = (stream.below(256) as i8, stream.below(256) as i8);
+            Actuators::Zooid(drive) => {
+                let [left, right] = [(); 2].map(|()| stream.below(256) as i8);
+                **drive = Drive::Wheels(Wheels { left, right });
             }
             Actuators::Crazyflie(flight) => {
                 **flight = match stream.below(4) {

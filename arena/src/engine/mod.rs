@@ -58,6 +58,7 @@ mod stream;
 mod variant;
 mod world;
 
+pub use bittybuzz_motion::drive::{Goal, Wheels};
 pub use body::{
     Actuators, CrazyflieModel, Drive, Flight, KilobotModel, KilobotMotors, Positioning, Velocity,
     ZooidModel, for_firmware,

@@ -4,8 +4,8 @@
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
 use bittybuzz_arena::engine::{
-    Actuators, Area, Brain, Flight, Io, Link, Loss, Pose, Positioning, RobotId, RobotKind,
-    Settings, Side, Sighting, Velocity, World,
+    Actuators, Area, Brain, Drive, Flight, Io, Link, Loss, Pose, Positioning, RobotId, RobotKind,
+    Settings, Side, Sighting, Velocity, Wheels, World,
 };
 
 /// A frame as it was heard.
@@ -95,7 +95,9 @@ impl Brain for Probe {
         let (left, right) = self.motors;
         match &mut io.actuators {
             Actuators::Kilobot(motors) => (motors.left, motors.right) = (left as u8, right as u8),
-            Actuators::Zooid(wheels) => (wheels.left, wheels.right) = (left as i8, right as i8),
+            Actuators::Zooid(drive) => {
+                **drive = Drive::Wheels(Wheels { left: left as i8, right: right as i8 });
+            }
             Actuators::Crazyflie(flight) => {
                 **flight = self.fly.map_or(Flight::Off, Flight::Velocity)
             }
