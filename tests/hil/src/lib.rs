@@ -1,19 +1,24 @@
 //! Robots for tests: a firmware image as it is flashed, a script, and an emulator around both.
 //!
-//! Two ways to look at a robot:
+//! Four ways to look at a robot:
 //! * [`trace`] runs `bbz trace`: what a person sees, log lines and faults as text, LEDs and motors on request;
 //! * [`Robot`] holds the emulator's own line: frames to and from the radio's processor, dead tasks, damaged flash;
-//! * [`Swarm`] holds several of them, which hear each other.
+//! * [`Swarm`] holds several of them, which hear each other;
+//! * [`Table`] holds Zooids under their projector.
 //!
 //! [`guide`] carries out the guides in docs/.
 //!
 //! Images and emulators must have been built: `cargo xtask test` does that. `BITTYBUZZ_CRAZYFLIE` names another image of
-//! the Crazyflie than the one in its folder.
+//! the Crazyflie than the one in its folder, `BITTYBUZZ_ZOOIDS` another one of the Zooid.
 
 pub mod guide;
 mod swarm;
+pub mod table;
+mod told;
 
 pub use swarm::{Member, Pose, Swarm};
+pub use table::{Place, Table};
+pub use told::Told;
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -315,7 +320,12 @@ pub fn resets(events: &[TimedEvent]) -> Vec<(Duration, &str)> {
 
 /// The image of a script for the Crazyflie.
 pub fn image(script: &str) -> Vec<u8> {
-    let robot = bittybuzz_robots::find("crazyflie").expect("a shipped robot");
+    image_for("crazyflie", script)
+}
+
+/// The image of a script for a robot.
+pub fn image_for(robot: &str, script: &str) -> Vec<u8> {
+    let robot = bittybuzz_robots::find(robot).expect("a shipped robot");
     let options = Options { profile: None, robots: vec![robot.clone()], robot: Some(robot) };
     let loader = Loader::new(&DiskFiles);
     let compiled = compile(Path::new("test.bzz"), script.to_owned(), &loader, &options);

@@ -4,13 +4,10 @@
 //! frames that overlap with one on the air are known before its last bit, with which it reaches the others. Two that overlap
 //! are both lost. Who transmits is deaf: that is the emulators' business. Other losses are decided here, from a seed.
 
-use std::sync::OnceLock;
 use std::time::Duration;
 
-use bittybuzz_comms::trace::{Item, Record};
-use defmt_decoder::{DecodeError, StreamDecoder, Table};
-
-use crate::{Command, Core, Event, Robot, TimedEvent, crazyflie};
+use crate::told::Told;
+use crate::{Command, Core, Event, Robot, TimedEvent};
 
 /// From reception to transmission (nRF51 reference manual), and a turn.
 const RAMP_US: u64 = 130;
@@ -57,24 +54,13 @@ pub struct Member {
     pose: Option<Pose>,
 }
 
-/// What a robot told.
-pub struct Told {
-    /// What its script logged: when, and the values.
-    pub log: Vec<(Duration, Vec<String>)>,
-    /// Messages of its firmware.
-    pub firmware: Vec<String>,
-    /// Records other than start and log, as they were decoded.
-    pub records: Vec<String>,
-    decoder: Box<dyn StreamDecoder + Send + Sync>,
-}
-
 impl Swarm {
     /// Crazyflies with this script and these ids.
     pub fn crazyflies(script: &str, ids: &[u16]) -> Self {
         let member = |id: &u16| {
             let mut robot = Robot::crazyflie(Core::Unicorn, script);
             robot.assign_id(*id);
-            Member { robot, told: Told::new(), pose: None }
+            Member { robot, told: Told::of_crazyflie(), pose: None }
         };
         let members = ids.iter().map(member).collect();
         let air = vec![];
@@ -190,61 +176,5 @@ impl Member {
     /// The values that the script logged last.
     pub fn last_logged(&self) -> Option<&[String]> {
         self.told.log.last().map(|(_, values)| values.as_slice())
-    }
-}
-
-impl Told {
-    fn new() -> Self {
-        static TABLE: OnceLock<Table> = OnceLock::new();
-        let table = TABLE.get_or_init(|| {
-            let elf = std::fs::read(crazyflie()).expect("the image is there");
-            Table::parse(&elf).expect("it can be read").expect("it has defmt messages")
-        });
-        let (log, firmware, records) = (vec![], vec![], vec![]);
-        Told { log, firmware, records, decoder: table.new_stream_decoder() }
-    }
-
-    fn read(&mut self, bytes: &[u8]) {
-        self.decoder.received(bytes);
-        loop {
-            let (time, text) = match self.decoder.decode() {
-                Ok(frame) => {
-                    let time = frame.display_timestamp().map(|time| time.to_string());
-                    (time, frame.display_message().to_string())
-                }
-                Err(DecodeError::UnexpectedEof) => return,
-                Err(DecodeError::Malformed) => panic!("the firmware's messages are damaged"),
-            };
-            let seconds = time.and_then(|time| time.trim().parse().ok());
-            self.note(Duration::from_secs_f64(seconds.unwrap_or(0.0)), &text);
-        }
-    }
-
-    fn note(&mut self, at: Duration, text: &str) {
-        let Some(list) = text.strip_prefix("bbz [").and_then(|list| list.strip_suffix(']')) else {
-            return self.firmware.push(text.to_owned());
-        };
-        let bytes: Vec<u8> =
-            list.split(", ").map(|number| number.parse().expect("a list of bytes")).collect();
-        match Record::decode(&bytes).expect("a record") {
-            Record::Start { .. } => {}
-            Record::Log { items, .. } => {
-                let items = items.map(|item| text_of(item.expect("an item")));
-                self.log.push((at, items.collect()));
-            }
-            Record::Fault { step, fault, .. } => {
-                self.records.push(format!("fault in {step}: {fault:?}"))
-            }
-            record => self.records.push(format!("{record:?}")),
-        }
-    }
-}
-
-fn text_of(item: Item<'_>) -> String {
-    match item {
-        Item::Nil => "nil".to_owned(),
-        Item::Int(value) => value.to_string(),
-        Item::Float(value) => value.to_string(),
-        other => format!("{other:?}"),
     }
 }
