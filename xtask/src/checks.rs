@@ -1,6 +1,6 @@
 //! Tests, and what CI runs.
 
-use crate::board::{BOARDS, CRAZYFLIE};
+use crate::board::{BOARDS, CRAZYFLIE, ZOOIDS};
 use crate::failure::Failure;
 use crate::probe::PROBES;
 use crate::shell::{Line, cargo};
@@ -13,16 +13,16 @@ pub const SKIP_SLOW: [&str; 4] = ["--skip", "qemu", "--skip", "a_new_robot"];
 /// Random programs of every change.
 const SEEDS: &str = "0..100";
 
-/// The tests on this computer, and those of the Crazyflie's firmware on the faster emulated processor.
+/// The tests on this computer, and those of the robots' firmware on the faster emulated processor.
 pub fn test() -> Result<(), Failure> {
     setup::run()?;
     let image = CRAZYFLIE.build(None, false)?;
-    all_tests(&image, &SKIP_SLOW).env("BITTYBUZZ_SEEDS", SEEDS).run()
+    all_tests(&image, &SKIP_SLOW)?.env("BITTYBUZZ_SEEDS", SEEDS).run()
 }
 
 /// All that share a build; the arguments choose among them. In one call, because cargo would compile what they have in
 /// common once for each.
-fn all_tests(image: &Path, arguments: &[&str]) -> Line {
+fn all_tests(image: &Path, arguments: &[&str]) -> Result<Line, Failure> {
     let all = ["--workspace", "--exclude", "bittybuzz-probe-rs-test"];
     // These are tested optimised, as they are used.
     let but = EMULATORS.map(|package| ["--exclude", package]).concat();
@@ -30,12 +30,16 @@ fn all_tests(image: &Path, arguments: &[&str]) -> Line {
 }
 
 /// The tests of a Crazyflie's image; the arguments choose among them.
-pub fn hardware_in_the_loop(image: &Path, arguments: &[&str]) -> Line {
+pub fn hardware_in_the_loop(image: &Path, arguments: &[&str]) -> Result<Line, Failure> {
     with_image(tests(&[&["--package", "bittybuzz-hil", "--"], arguments].concat()), image)
 }
 
-fn with_image(line: Line, image: &Path) -> Line {
-    line.env("BITTYBUZZ_CRAZYFLIE", &image.display().to_string())
+/// The Zooid's image is always that of the sources.
+fn with_image(line: Line, image: &Path) -> Result<Line, Failure> {
+    let zooids = ZOOIDS.build(None, false)?;
+    Ok(line
+        .env("BITTYBUZZ_CRAZYFLIE", &image.display().to_string())
+        .env("BITTYBUZZ_ZOOIDS", &zooids.display().to_string()))
 }
 
 /// `cargo test` with these arguments.
@@ -65,7 +69,7 @@ pub fn ci() -> Result<(), Failure> {
     let emulators = EMULATORS.map(|package| ["--package", package]).concat();
     cargo(&[&["test", "--release"], &emulators[..]].concat())?;
     let image = CRAZYFLIE.build(None, false)?;
-    all_tests(&image, &[]).run()?;
+    all_tests(&image, &[])?.run()?;
     tests(&["--package", "bittybuzz-probe-rs-test"]).run()?;
     soak::sample()
 }

@@ -103,7 +103,7 @@ pub fn sample() -> Result<(), Failure> {
 
 fn noise() -> Result<Verdict, Failure> {
     let image = crate::board::CRAZYFLIE.build(None, false)?;
-    checks::hardware_in_the_loop(&image, &["--ignored", "--nocapture"]).run()?;
+    checks::hardware_in_the_loop(&image, &["--ignored", "--nocapture"])?.run()?;
     Ok(Verdict::Shown("no harm".to_owned()))
 }
 

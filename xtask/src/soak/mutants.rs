@@ -69,7 +69,7 @@ fn build(copy: &Path, target: &Path) -> Result<PathBuf, Failure> {
 fn test(image: &Path) -> Result<String, Failure> {
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     // A test that fails is a result. Tests that cannot be built are none.
-    let output = hardware_in_the_loop(image, &SKIP_SLOW).output_if(|output| {
+    let output = hardware_in_the_loop(image, &SKIP_SLOW)?.output_if(|output| {
         output.status.success() || !failures(&text(&output.stdout)).is_empty()
     })?;
     Ok(text(&output.stdout))
