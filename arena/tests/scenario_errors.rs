@@ -253,6 +253,35 @@ fn check(text: &str, place: &str, parts: &[&str]) {
     assert!(found.iter().any(|told| fits(&told)), "{place} {parts:?}\nfound {found:#?}\nin {text}");
 }
 
+/// A mistake is told alone, whatever follows from it.
+#[test]
+fn mistakes_have_no_consequences() {
+    let follows = "[[event]]\nat = 3\nfail = \"2..4\"\n[[event]]\nat = 3\nloss = 1\n\
+                   [[expect]]\nat = 3\nrobots = \"walkers\"\nvalue = \"x\"\nabove = 3\n\
+                   [[expect]]\nat = 3\nrobots = [0, 3]\nvalue = \"x\"\nabove = 3\n";
+    let line = "placement = \"line\"\nspacing = 150\nat = [-450, 0]\n";
+    for (wrong, place) in [
+        ("count = -5\n", "11:9"),
+        ("count = 0\n", "11:9"),
+        ("count = \"many\"\n", "11:9"),
+        ("count = 65537\n", "11:9"),
+        ("count = 5\nfirst_id = 65535\n", "12:12"),
+    ] {
+        let text = format!("{GROUP}name = \"walkers\"\n{line}{wrong}{follows}");
+        let found: Vec<String> = errors(&text, &[]).iter().map(told).collect();
+        let [only] = found.as_slice() else { panic!("{wrong}{found:#?}") };
+        assert!(only.starts_with(&format!("s.toml:{place}: ")), "{only}");
+    }
+    let positions = "name = \"walkers\"\npositions = [[0, 0], [50, 0]]\n";
+    let found = errors(&format!("{GROUP}{positions}count = -5\n{follows}"), &[]);
+    assert_eq!(found.len(), 1, "{found:#?}");
+    // What a wrong robot talks by is not known.
+    let text = GROUP.replace("\"kilobot\"", "\"killobot\"");
+    let media = "[medium.nrf24]\nloss = 0.1\n[[event]]\nat = 3\nloss = 1\nmedium = \"ir\"\n";
+    let found = errors(&format!("{text}count = 5\nname = \"walkers\"\n{media}{follows}"), &[]);
+    assert_eq!(found.len(), 1, "{found:#?}");
+}
+
 #[test]
 fn every_mistake_has_a_place_and_help() {
     for (case, place, parts) in AFTER_BASE {

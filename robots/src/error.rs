@@ -233,19 +233,21 @@ impl Cause {
     }
 }
 
-fn one_of(name: &str, known: &[&str]) -> String {
+/// Help for a name that is none of those that are known: the one that was probably meant, else all of them. Of `global.NAME`
+/// and `distance(X, Y)` only the first word is compared.
+pub fn one_of<T: AsRef<str>>(name: &str, known: &[T]) -> String {
     match likely(name, known) {
         Some(likely) => format!("did you mean `{likely}`?"),
-        None => format!("one of {}", known.join(", ")),
+        None => format!("one of {}", known.iter().map(T::as_ref).collect::<Vec<_>>().join(", ")),
     }
 }
 
 /// The known name that was probably meant.
-fn likely<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
-    let close =
-        known.iter().map(|candidate| (strsim::damerau_levenshtein(name, candidate), *candidate));
-    close
-        .min()
-        .filter(|(distance, _)| *distance <= name.chars().count().max(3) / 3)
-        .map(|(_, candidate)| candidate)
+fn likely<'a, T: AsRef<str>>(name: &str, known: &'a [T]) -> Option<&'a str> {
+    let distance = |known: &&str| {
+        let word = known.split(['.', '(']).next().unwrap_or_default();
+        strsim::damerau_levenshtein(name, word)
+    };
+    let closest = known.iter().map(T::as_ref).min_by_key(distance);
+    closest.filter(|known| distance(known) <= name.chars().count().max(3) / 3)
 }

@@ -46,7 +46,7 @@ use std::path::Path;
 
 pub use bittybuzz_vm_core::link::name_hash;
 pub use call::{accepted_lists, accepting, idle_result};
-pub use error::{Cause, Place, RobotError};
+pub use error::{Cause, Place, RobotError, one_of};
 pub use generate::generate_rust;
 pub use layout::{Layout, Region};
 pub use signature::{Parameter, Type};

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use bittybuzz_robots::{Place, RobotError};
+use bittybuzz_robots::{Place, RobotError, one_of};
 
 /// Why a scenario is refused. Its `Display` is one sentence; [`ScenarioError::place`] and [`ScenarioError::help`] say
 /// where, and what to do.
@@ -223,20 +223,4 @@ fn quantity_help(text: &str) -> String {
         return format!("one of {}", measures.copied().collect::<Vec<_>>().join(", "));
     }
     one_of(first, super::value::FORMS)
-}
-
-fn one_of<T: AsRef<str>>(name: &str, known: &[T]) -> String {
-    let distance = |known: &T| {
-        // Of `global.NAME` only the first word is compared.
-        let word = known.as_ref().split(['.', '(']).next().unwrap_or_default();
-        strsim::damerau_levenshtein(name, word)
-    };
-    let closest = known.iter().min_by_key(|known| distance(known));
-    match closest.filter(|known| distance(known) <= name.chars().count().max(3) / 3) {
-        Some(likely) => format!("did you mean `{}`?", likely.as_ref()),
-        None => {
-            let all: Vec<&str> = known.iter().map(AsRef::as_ref).collect();
-            format!("one of {}", all.join(", "))
-        }
-    }
 }

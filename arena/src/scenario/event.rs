@@ -160,10 +160,12 @@ fn loss(section: &Section<'_>, entry: &Entry<'_>, used: &[Medium]) -> Option<Act
     let medium = match (section.get("medium"), used) {
         // There is only one that can be meant.
         (None, [only]) => Some(*only),
+        // Nothing is known of the media.
+        (None, []) => None,
         (None, _) => section.required("medium").and(None),
         (Some(entry), _) => {
             let medium = section.word("medium", &Medium::WORDS)?;
-            if !used.contains(&medium) {
+            if !used.contains(&medium) && !used.is_empty() {
                 entry.fail(Cause::NoSuchMedium { medium: medium.name() });
                 return None;
             }

@@ -125,8 +125,11 @@ fn scenario(root: &read::Section<'_>, folder: &Path) -> Option<Scenario> {
     let known = world.as_ref().unwrap_or(&boundless);
     let mut census = select::Census::default();
     let groups = robots::read(root, folder, known, &mut census);
+    let is_complete = groups.iter().all(Option::is_some);
+    let groups: Vec<Group> = groups.into_iter().flatten().collect();
     let mut used = Vec::new();
-    for group in &groups {
+    // A group that is wrong may have any medium: then nothing is known of what is used.
+    for group in groups.iter().filter(|_| is_complete) {
         let medium = group.body.medium();
         if !used.contains(&medium) {
             used.push(medium);

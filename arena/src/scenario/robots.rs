@@ -98,12 +98,18 @@ const COUNT: RangeInclusive<u32> = 1..=0x1_0000;
 /// Robots that stand closer than this would be in one another, in mm.
 const SPACING: RangeInclusive<f64> = 1.0..=1e6;
 
-pub fn read(root: &Section<'_>, folder: &Path, world: &World, census: &mut Census) -> Vec<Group> {
+/// The groups of the file; `None` for one that is wrong.
+pub fn read(
+    root: &Section<'_>,
+    folder: &Path,
+    world: &World,
+    census: &mut Census,
+) -> Vec<Option<Group>> {
     let sections = root.sections("robots", ROBOTS);
     if sections.is_empty() && root.get("robots").is_none() {
         root.fail(Cause::NoRobots);
     }
-    sections.iter().filter_map(|section| group(section, folder, world, census)).collect()
+    sections.iter().map(|section| group(section, folder, world, census)).collect()
 }
 
 fn group(
@@ -120,10 +126,9 @@ fn group(
     let script = section.required("script").and_then(|entry| script(&entry, folder));
     let count = section.integer("count", COUNT);
     let listed = section.get("positions").and_then(|entry| entry.list());
-    let count = match (&listed, count) {
-        (Some(listed), None) if section.get("count").is_none() => listed.len() as u32,
-        (_, count) => count.unwrap_or(1),
-    };
+    let is_sized = count.is_some() || section.get("count").is_none();
+    // So many that a wrong count has no other consequences.
+    let count = count.unwrap_or(listed.map_or(1, |listed| listed.len() as u32));
     let name = name(section, robot.as_ref(), census);
     let first_id = section.integer("first_id", 0..=0xffff).unwrap_or(census.next_id());
     let ids = first_id..first_id + count;
@@ -133,12 +138,10 @@ fn group(
     };
     if ids.end > 0x1_0000 {
         pointed(Cause::IdsExhausted { last: ids.end - 1 });
-        return None;
-    }
-    if let Some((id, line)) = census.taken(&ids) {
+    } else if let Some((id, line)) = census.taken(&ids) {
         pointed(Cause::DuplicateId { id, line });
     }
-    census.add(name.clone(), first_id, count, &place);
+    census.add(name.clone(), first_id, count, is_sized && ids.end <= 0x1_0000, &place);
     let placement = placement(section, count, world);
     let heading = match section.get("heading") {
         None => Some(Heading::Random),
@@ -150,8 +153,8 @@ fn group(
         robot: robot?,
         body: body?,
         script: script?,
-        count,
-        first_id: first_id as u16,
+        count: is_sized.then_some(count)?,
+        first_id: u16::try_from(first_id).ok()?,
         placement: placement?,
         heading: heading?,
         present: section.boolean("present").unwrap_or(true),

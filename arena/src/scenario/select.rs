@@ -51,6 +51,8 @@ impl Selection {
 pub struct Census {
     groups: Vec<Known>,
     count: u32,
+    /// The count or the ids of a group are wrong: nobody knows which ids there are.
+    is_unsure: bool,
 }
 
 struct Known {
@@ -100,7 +102,9 @@ impl Census {
         self.groups.iter().find(|group| group.name == name).map(|group| group.line)
     }
 
-    pub fn add(&mut self, name: String, first_id: u32, count: u32, place: &Place) {
+    /// One more group, and whether its ids are right.
+    pub fn add(&mut self, name: String, first_id: u32, count: u32, is_right: bool, place: &Place) {
+        self.is_unsure |= !is_right;
         let robots = self.count..self.count + count;
         self.count += count;
         self.groups.push(Known { name, first_id, robots, line: place.line });
@@ -184,6 +188,9 @@ impl Census {
         let found: Vec<Range<u32>> =
             self.groups.iter().filter_map(|group| group.with_ids(ids)).collect();
         let count: usize = found.iter().map(|range| range.len()).sum();
+        if self.is_unsure {
+            return None;
+        }
         if count < ids.len() {
             item.fail(Cause::UnknownId { id: text.to_owned(), groups: self.described() });
             return None;
