@@ -223,7 +223,7 @@ fn bad_input_is_answered_with_what_to_do() {
         (r#"{"command":"touch","keys":1}"#, "a Crazyflie has no such thing"),
         (r#"{"command":"radio","at_ns":0,"payload":"00"}"#, "a Crazyflie has no such thing"),
         (r#"{"robot":1,"command":"statistics"}"#, "there is no robot 1"),
-        (r#"{"robot":-1,"command":"statistics"}"#, "invalid value"),
+        (r#"{"robot":-1,"command":"statistics"}"#, "not a command: invalid"),
         (r#"{"command":"p2p","at_ns":0,"port":300,"rssi":1,"payload":""}"#, "invalid value"),
     ] {
         let outputs = answers(&[&good, line, r#"{"command":"statistics"}"#]);
