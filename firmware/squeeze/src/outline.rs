@@ -1,0 +1,125 @@
+//! Sequences that stand in several places become routines.
+
+use std::collections::HashMap;
+use std::fmt::Write;
+
+use crate::listing::{Instruction, Line, Listing, is_mark};
+
+/// Instructions of the longest sequence that is looked for.
+const LONGEST: usize = 16;
+/// Bytes of a call.
+const CALL: usize = 4;
+/// Bytes that a routine must win.
+const WORTH: usize = 4;
+
+/// Moves sequences that occur again and again into routines, those that win most first; the routines.
+pub fn outline(listing: &mut Listing, is_hot: &dyn Fn(&str) -> bool) -> String {
+    let mut text = String::new();
+    let mut number = 0;
+    loop {
+        let runs = runs(listing, is_hot);
+        let Some(best) = best(listing, &runs) else { break };
+        if number == 0 {
+            text.push_str("\t.section\t.text.shared_sequences,\"ax\",@progbits\n");
+        }
+        let _ = writeln!(text, "__sequence_{number}:");
+        for line in &best[0] {
+            if let Some(code) = listing.code(*line) {
+                let _ = writeln!(text, "{code}");
+            }
+        }
+        text.push_str("\tret\n");
+        for place in &best {
+            for line in place {
+                listing.remove(*line);
+            }
+            let call = Instruction::new("call", &format!("__sequence_{number}"));
+            listing.lines[place[0]] = Line::Code(call);
+        }
+        listing.compact();
+        number += 1;
+    }
+    text
+}
+
+/// Lines of instructions that come one after the other and may be moved.
+fn runs(listing: &Listing, is_hot: &dyn Fn(&str) -> bool) -> Vec<Vec<usize>> {
+    let mut runs = Vec::new();
+    for function in listing.functions() {
+        if is_hot(&function.symbol) {
+            continue;
+        }
+        let mut run = Vec::new();
+        let mut after_skip = false;
+        for line in function.start..function.end {
+            let ends = match &listing.lines[line] {
+                Line::Code(code) => {
+                    let skipped = std::mem::replace(&mut after_skip, code.skips());
+                    let moves = is_movable(code) && !skipped;
+                    if moves {
+                        run.push(line);
+                    }
+                    !moves
+                }
+                Line::Label(label) => !is_mark(label),
+                // What the programmer wrote stays together.
+                Line::Other(text) => text.contains("APP"),
+            };
+            if ends {
+                runs.push(std::mem::take(&mut run));
+            }
+        }
+        runs.push(run);
+    }
+    runs.retain(|run| run.len() > 1);
+    runs
+}
+
+/// Whether an instruction does the same in a routine.
+fn is_movable(code: &Instruction) -> bool {
+    let uses_stack = matches!(code.name.as_str(), "push" | "pop")
+        || matches!(code.name.as_str(), "in" | "out")
+            && (code.operands.contains("61")
+                || code.operands.contains("62")
+                || code.operands.contains("63"));
+    !code.branches()
+        && !code.skips()
+        && !uses_stack
+        && !matches!(code.name.as_str(), "cli" | "sei" | "sleep" | "wdr" | "break")
+}
+
+/// The places of the sequence that wins most.
+fn best(listing: &Listing, runs: &[Vec<usize>]) -> Option<Vec<Vec<usize>>> {
+    let mut most = WORTH;
+    let mut best = None;
+    for length in 2..=LONGEST {
+        let mut places: HashMap<Vec<&Instruction>, Vec<&[usize]>> = HashMap::new();
+        for run in runs {
+            for window in run.windows(length) {
+                let key = window.iter().filter_map(|line| listing.code(*line)).collect();
+                let known = places.entry(key).or_default();
+                // Those that overlap are one.
+                let overlaps = known
+                    .last()
+                    .is_some_and(|last| last[length - 1] >= window[0] && last[0] <= window[0]);
+                if !overlaps {
+                    known.push(window);
+                }
+            }
+        }
+        for (sequence, at) in places {
+            let bytes: usize = sequence.iter().map(|code| code.bytes()).sum();
+            let won = (at.len() * bytes.saturating_sub(CALL)).saturating_sub(bytes + 2);
+            // The first of those that win the same, so that the result is always the same.
+            let is_better = won > most
+                || won == most
+                    && best.as_ref().is_some_and(|(line, _): &(usize, _)| at[0][0] < *line);
+            if is_better {
+                most = won;
+                let all: Vec<Vec<usize>> = at.iter().map(|place| place.to_vec()).collect();
+                best = Some((at[0][0], all));
+            }
+        }
+    }
+    best.map(|(_, places)| places)
+}

@@ -1,0 +1,98 @@
+//! Labels and comparisons that nobody needs.
+
+use std::collections::HashSet;
+
+use crate::listing::{Function, Line, Listing, is_mark};
+
+/// Removes labels to which nothing leads, so that what stands around them becomes one.
+pub fn remove_labels(listing: &mut Listing) {
+    for function in listing.functions() {
+        let used = used_labels(listing, &function);
+        for line in function.start..function.end {
+            let is_unused = matches!(&listing.lines[line],
+                Line::Label(label) if !is_mark(label) && !used.contains(label));
+            if is_unused {
+                listing.remove(line);
+            }
+        }
+    }
+    listing.compact();
+}
+
+fn used_labels(listing: &Listing, function: &Function) -> HashSet<String> {
+    let mut used = HashSet::new();
+    for line in &listing.lines[function.start..function.end] {
+        let text = match line {
+            Line::Code(code) => &code.operands,
+            Line::Other(text) => text,
+            Line::Label(_) => continue,
+        };
+        let words = text.split(|c: char| !(c.is_alphanumeric() || c == '.' || c == '_'));
+        used.extend(words.filter(|word| word.starts_with(".L")).map(String::from));
+    }
+    used
+}
+
+/// Removes comparisons of which the result is there already.
+pub fn remove_comparisons(listing: &mut Listing) {
+    for function in listing.functions() {
+        // The instructions since the last label, the last of them last.
+        let mut before: Vec<usize> = Vec::new();
+        for line in function.start..function.end {
+            let code = match &listing.lines[line] {
+                Line::Label(label) if !is_mark(label) => {
+                    before.clear();
+                    continue;
+                }
+                Line::Code(code) => code.clone(),
+                _ => continue,
+            };
+            let behind =
+                listing.next_code(line + 1, function.end).and_then(|next| listing.code(next));
+            let is_known = match before.as_slice() {
+                _ if code.name != "cpi" => false,
+                // As before the branch that was not taken.
+                [.., compared, branch] if listing.code(*compared) == Some(&code) => {
+                    listing.code(*branch).is_some_and(|branch| branch.name.starts_with("br"))
+                }
+                // The instruction before has set Z by the same register.
+                [.., made] => {
+                    let zero = code.operands.strip_suffix(", 0");
+                    let made = listing.code(*made);
+                    matches!((zero, made), (Some(register), Some(made))
+                        if sets_zero(&made.name) && made.operands.split(',').next() == Some(register))
+                        && behind.is_some_and(|next| matches!(next.name.as_str(), "breq" | "brne"))
+                        && !listing.is_branch_behind_branch(line, function.end)
+                }
+                [] => false,
+            };
+            if is_known {
+                listing.remove(line);
+            } else {
+                before.push(line);
+            }
+        }
+    }
+    listing.compact();
+}
+
+/// Whether the instruction sets Z if and only if its first register becomes 0 (AVR instruction set manual).
+fn sets_zero(name: &str) -> bool {
+    matches!(
+        name,
+        "and"
+            | "andi"
+            | "or"
+            | "ori"
+            | "eor"
+            | "com"
+            | "neg"
+            | "inc"
+            | "dec"
+            | "sub"
+            | "subi"
+            | "add"
+            | "lsr"
+            | "lsl"
+    )
+}
