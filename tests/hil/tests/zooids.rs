@@ -113,8 +113,8 @@ fn motors_turn_as_told_and_stop_when_it_is_blind() {
     table.tell(0, &Command::Remove);
     table.run_ms(400);
     assert_eq!(table.zooids()[0].motors(), [0.0; 2]);
-    let events = table.zooids()[0].events.iter();
-    let stopped = events.filter(|event| matches!(event.event, Event::Motor { .. })).next_back();
+    let mut events = table.zooids()[0].events.iter();
+    let stopped = events.rfind(|event| matches!(event.event, Event::Motor { .. }));
     let after = stopped.unwrap().at - blind;
     // The frame before may have told its position 14 ms ago.
     assert!(after < Duration::from_millis(125), "{after:?}");
