@@ -71,7 +71,9 @@ impl Place {
     pub fn after(&self, span: Duration) -> Self {
         let (seconds, half) = (span.as_secs_f64(), self.turn * span.as_secs_f64() / 2.0);
         let middle = (self.heading + half).to_radians();
-        let chord = self.speed * seconds;
+        // The chord of an arc is shorter than the arc.
+        let shorter = if half == 0.0 { 1.0 } else { half.to_radians().sin() / half.to_radians() };
+        let chord = self.speed * seconds * shorter;
         Place {
             x: self.x + chord * middle.cos(),
             y: self.y + chord * middle.sin(),

@@ -119,3 +119,344 @@ fn motors_turn_as_told_and_stop_when_it_is_blind() {
     // The frame before may have told its position 14 ms ago.
     assert!(after < Duration::from_millis(125), "{after:?}");
 }
+
+/// Each proposes its own number; the highest wins.
+const AGREE: &str = "\
+function init() {
+  v = stigmergy.create(1)
+  v.onconflict(function(key, local, remote) {
+    if(remote.data > local.data) return remote
+    return local
+  })
+  v.put(0, 100 + id)
+}
+function step() { log(v.get(0), v.size()) }
+";
+
+/// Whether all have logged that they agree on the highest number.
+fn agreed(table: &Table, highest: u16) -> bool {
+    let wanted = (100 + highest).to_string();
+    table.zooids().iter().all(|zooid| {
+        assert!(zooid.told.records.is_empty(), "{:?}", zooid.told.records);
+        zooid.last_logged().is_some_and(|values| values == [wanted.as_str(), "1"])
+    })
+}
+
+/// Robots in a row, 60 mm apart.
+fn row(script: &str, robots: u16) -> Table {
+    let ids: Vec<u16> = (1..=robots).collect();
+    let mut table = Table::new(script, &ids);
+    for robot in 0..usize::from(robots) {
+        table.put(robot, Place::at(60.0 * robot as f64 - 270.0, 0.0, 20.0 * robot as f64));
+    }
+    table
+}
+
+#[test]
+fn two_agree() {
+    let mut table = row(AGREE, 2);
+    table.run_ms(2000);
+    assert!(agreed(&table, 2), "{:?}", table.zooids()[0].told.log);
+    // Nobody acknowledges a broadcast.
+    let sent = table.zooids().iter().map(|zooid| radio_packets(zooid).count() as u64);
+    assert_eq!(sent.sum::<u64>(), table.board(0).radio_sent + table.board(1).radio_sent);
+}
+
+/// The packets that a robot has sent: channel, length, time on the air.
+fn radio_packets(
+    zooid: &bittybuzz_hil::table::Zooid,
+) -> impl Iterator<Item = (u8, usize, Duration)> {
+    zooid.events.iter().filter_map(|event| match &event.event {
+        Event::Radio { channel, payload, air } => Some((*channel, payload.len(), *air)),
+        _ => None,
+    })
+}
+
+#[test]
+fn ten_agree_though_packets_collide() {
+    let mut table = row(AGREE, 10);
+    table.run_ms(5000);
+    let air = table.air();
+    println!("{air:?}");
+    assert!(agreed(&table, 10), "{:?}", table.zooids()[0].told.log.last());
+    // They listen before they talk and wait for different times: few of the packets overlap.
+    assert!(air.collided * 5 < air.carried, "{air:?}");
+    for zooid in table.zooids() {
+        for (channel, length, on_air) in radio_packets(zooid) {
+            assert_eq!(channel, table_channel());
+            // 2 Mb/s: preamble, address of 5 and control field of 9 bits, payload, checksum of 2.
+            let bits = 8 * (1 + 5 + length + 2) + 9;
+            assert_eq!(on_air.as_nanos() as usize, bits * 500, "{length} bytes");
+        }
+    }
+}
+
+fn table_channel() -> u8 {
+    bittybuzz_comms::nrf24::CHANNEL
+}
+
+#[test]
+fn ten_agree_though_half_of_the_packets_are_lost() {
+    let mut table = row(AGREE, 10);
+    table.lose(0.5, 42);
+    table.run_ms(30_000);
+    let air = table.air();
+    assert!(air.lost * 100 > air.carried * 40, "{air:?}");
+    assert!(agreed(&table, 10), "{:?}", table.zooids()[0].told.log.last());
+}
+
+#[test]
+fn a_flooded_radio_delays_no_step() {
+    let mut table = row(COUNT, 1);
+    table.run_ms(1000);
+    // A thousand packets a second for three seconds: swarm messages of a robot 9, and noise.
+    for number in 0..3000_u32 {
+        let at = Duration::from_micros(1_000_000 + 1000 * u64::from(number));
+        let payload: Vec<u8> = match number % 2 {
+            0 => [&[0xb0, 9, 0][..], &number.to_le_bytes(), &[0; 9]].concat(),
+            _ => number.to_le_bytes().repeat(8),
+        };
+        table.radio(at, &payload);
+    }
+    table.run_ms(4050);
+    let board = table.board(0);
+    println!("{board:?} {:?}", table.zooids()[0].told.firmware);
+    assert!(
+        board.radio_received + board.radio_overflown + board.radio_unheard >= 2990,
+        "{board:?}"
+    );
+    let log = &table.zooids()[0].told.log;
+    assert_eq!(log.len(), 50);
+    for (number, (at, _)) in (1_u32..).zip(log) {
+        let late = at.as_secs_f64() - f64::from(number) * 0.1;
+        assert!((0.0..0.005).contains(&late), "step {number} at {at:?}");
+    }
+    assert_eq!(resets(&table.zooids()[0].events), []);
+}
+
+#[test]
+fn touch_and_battery_reach_the_script() {
+    let script = "function step() { log(touched(), battery()) }";
+    let mut table = Table::new(script, &[7]);
+    table.run_ms(2000);
+    let seen = numbers(table.zooids()[0].last_logged().unwrap());
+    assert_eq!(seen[0], 0.0);
+    // 3.8 V in steps of 1.6 mV.
+    assert!((seen[1] - 3800.0).abs() < 5.0, "{seen:?}");
+    table.tell(0, &Command::Touch { keys: 0b010 });
+    table.tell(0, &Command::Battery { volts: 3.4, charging: false, usb_powered: false });
+    table.run_ms(1300);
+    let seen = numbers(table.zooids()[0].last_logged().unwrap());
+    assert_eq!(seen[0], 1.0);
+    assert!((seen[1] - 3400.0).abs() < 5.0, "{seen:?}");
+    table.tell(0, &Command::Touch { keys: 0 });
+    table.run_ms(300);
+    assert_eq!(numbers(table.zooids()[0].last_logged().unwrap())[0], 0.0);
+}
+
+#[test]
+fn while_it_is_charged_neither_motors_nor_radio_have_power() {
+    let script = "function step() { set_motor(40, 40)  neighbors.broadcast(\"a\", 1) }";
+    let mut table = Table::new(script, &[7]);
+    table.put(0, Place::at(0.0, 0.0, 0.0));
+    table.run_ms(1000);
+    let sent = table.board(0).radio_sent;
+    assert!(sent >= 5, "{sent}");
+    assert!(table.zooids()[0].motors()[0] > 0.3);
+    table.tell(0, &Command::Battery { volts: 4.0, charging: true, usb_powered: true });
+    table.run_ms(300);
+    assert_eq!(table.zooids()[0].motors(), [0.0; 2]);
+    let sent = table.board(0).radio_sent;
+    table.run_ms(1000);
+    assert_eq!(table.board(0).radio_sent, sent);
+    table.tell(0, &Command::Battery { volts: 4.1, charging: false, usb_powered: false });
+    table.run_ms(1500);
+    assert!(table.board(0).radio_sent > sent + 5);
+    assert!(table.zooids()[0].motors()[0] > 0.3);
+}
+
+/// What a robot sees of its only neighbour.
+const LOOK: &str = "\
+function step() {
+  neighbors.broadcast(\"here\", 1)
+  neighbors.foreach(function(id, data) { log(id, data.distance, data.azimuth) })
+}
+";
+
+#[test]
+fn neighbours_see_each_other_in_all_quadrants() {
+    for (x, y) in [(120.0, 160.0), (-120.0, 160.0), (-120.0, -160.0), (120.0, -160.0)] {
+        let mut table = Table::new(LOOK, &[1, 2]);
+        let places = [Place::at(0.0, 0.0, 30.0), Place::at(x, y, -100.0)];
+        for (robot, place) in places.into_iter().enumerate() {
+            table.put(robot, place);
+        }
+        table.run_ms(2000);
+        for (robot, there) in [(0, 1), (1, 0)] {
+            let seen = numbers(table.zooids()[robot].last_logged().expect("a neighbour"));
+            assert_eq!(seen[0], f64::from(there as u8 + 1));
+            assert!((seen[1] - 200.0).abs() < 2.0, "{seen:?}");
+            let (here, there) = (places[robot], places[there]);
+            let direction = (there.y - here.y).atan2(there.x - here.x).to_degrees();
+            let wrong = (seen[2].to_degrees() - (direction - here.heading) + 540.0)
+                .rem_euclid(360.0)
+                - 180.0;
+            assert!(wrong.abs() < 4.0, "{seen:?}: {wrong} degrees off");
+        }
+    }
+}
+
+#[test]
+fn it_drives_to_its_goal_and_tells_so() {
+    let script = "function step() { log(goto(150, -90)) }";
+    let mut table = Table::new(script, &[7]);
+    table.put(0, Place::at(-100.0, 60.0, 120.0));
+    table.light(0, 0.01, 10.0, 5);
+    table.drive_ms(15_000);
+    let place = table.place(0).unwrap();
+    let left = (place.x - 150.0).hypot(place.y + 90.0);
+    assert!(left < 6.5, "{place:?}");
+    assert_eq!(table.zooids()[0].last_logged().unwrap(), ["1"]);
+    assert_eq!(table.zooids()[0].motors(), [0.0; 2]);
+}
+
+/// Root of the mean of the squares.
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
+}
+
+/// Straight ahead with 0.3 m/s and on arcs, one frame in a hundred lost: what `pos` says at a step against where the robot
+/// is then.
+#[test]
+fn positions_are_right_while_it_drives() {
+    let script = "function step() { log(pos.x, pos.y, pos.orientation) }";
+    let (mut off, mut turned, mut blind) = (vec![], vec![], 0);
+    for (seed, heading, turn) in
+        [(1, 0.0, 0.0), (2, 50.0, 0.0), (3, -130.0, 0.0), (4, 0.0, 90.0), (5, 90.0, -60.0)]
+    {
+        let mut table = Table::new(script, &[7]);
+        let direction = f64::to_radians(heading);
+        let start = Place {
+            x: -180.0 * direction.cos(),
+            y: -150.0 * direction.sin(),
+            heading,
+            speed: 300.0,
+            turn,
+        };
+        table.light(0, 0.01, 10.0, seed);
+        table.put(0, Place::at(start.x, start.y, heading));
+        table.run_ms(500);
+        let began = table.now();
+        table.put(0, start);
+        // Placed anew so often that an arc is one.
+        for _ in 0..1200 {
+            table.run(Duration::from_millis(1));
+            let place = table.place(0).unwrap();
+            if turn != 0.0 {
+                table.put(0, place);
+            }
+        }
+        for (at, values) in &table.zooids()[0].told.log {
+            // It has to notice that it moves.
+            if *at < began + Duration::from_millis(150) {
+                continue;
+            }
+            let seen = numbers(values);
+            if seen.iter().any(|value| value.is_nan()) {
+                blind += 1;
+                continue;
+            }
+            let place = start.after(*at - began);
+            off.push((seen[0] - place.x).hypot(seen[1] - place.y));
+            turned.push((seen[2] - place.heading + 540.0).rem_euclid(360.0) - 180.0);
+        }
+    }
+    println!(
+        "{} positions, {blind} blind: {:.2} mm rms, {:.2} degrees rms, worst {:.2} mm",
+        off.len(),
+        rms(&off),
+        rms(&turned),
+        off.iter().copied().fold(0.0, f64::max)
+    );
+    assert!(off.len() > 40 && blind == 0, "{} {blind}", off.len());
+    assert!(rms(&off) <= 2.5, "{:.2} mm rms", rms(&off));
+    assert!(rms(&turned) <= 3.0, "{:.2} degrees rms", rms(&turned));
+}
+
+/// How deep it gets is printed; the goal is to have 512 bytes to spare.
+#[test]
+fn its_stack_does_not_overflow() {
+    // What makes it deep: radio, goal, tracking, stigmergy, collections, log.
+    let script = "\
+function init() { v = stigmergy.create(1)  t = {}  n = 0 }
+function fill(k) { if(k > 0) { t[k] = { .a = k }  fill(k - 1) } }
+function step() {
+  n = n + 1
+  v.put(0, n)
+  fill(3)
+  neighbors.broadcast(\"n\", n)
+  goto(100, 0)
+  log(n, pos.x, v.get(0))
+}
+";
+    let mut table = Table::new(script, &[1, 2]);
+    let stack = bittybuzz_hil::table::layout().stack.expect("a stack of its own");
+    const PAINT: u8 = 0xa5;
+    table.write(0, stack.address, &vec![PAINT; stack.size as usize]);
+    for (robot, x) in [(0, -100.0), (1, 100.0)] {
+        table.put(robot, Place::at(x, 0.0, 45.0));
+    }
+    table.drive_ms(10_000);
+    assert!(table.zooids()[0].told.records.is_empty(), "{:?}", table.zooids()[0].told.records);
+    let content = table.read(0, stack.address, stack.size);
+    let spare = content.iter().take_while(|byte| **byte == PAINT).count();
+    println!("{} of {} bytes of stack are used", content.len() - spare, content.len());
+    assert!(spare > 0, "the stack is full");
+}
+
+/// What a robot sends that tells `topic` and a number.
+fn swarm_message() -> Vec<u8> {
+    let script = "function step() { neighbors.broadcast(\"topic\", 5) }";
+    let mut table = Table::new(script, &[2]);
+    table.run_ms(1000);
+    let mut events = table.zooids()[0].events.iter();
+    let payload = events.find_map(|event| match &event.event {
+        Event::Radio { payload, .. } => Some(payload.clone()),
+        _ => None,
+    });
+    payload.expect("it talks")
+}
+
+/// The overhead of a step: what an empty one costs that has eight messages to handle, from the radio's interrupt on, beyond
+/// the same robot's that hears nothing. An instruction is counted as a cycle, which is the least it takes.
+#[test]
+fn eight_messages_take_little_of_a_step() {
+    let message = swarm_message();
+    let instructions = |messages: u16| {
+        let script = "function init() { neighbors.listen(\"topic\", function(t, v, r) { }) }\nfunction step() { }";
+        let mut table = Table::new(script, &[1]);
+        table.run_ms(1000);
+        let before = table.statistics(0).core.instructions;
+        for step in 0..50 {
+            for number in 0..messages {
+                let at =
+                    Duration::from_micros(1_010_000 + 100_000 * step + 1000 * u64::from(number));
+                let mut payload = message.clone();
+                payload[1..3].copy_from_slice(&(10 + number).to_le_bytes());
+                table.radio(at, &payload);
+            }
+        }
+        table.run_ms(5000);
+        // It is deaf while it tells of itself.
+        let (board, told) = (table.board(0), 50 * u64::from(messages));
+        assert_eq!(board.radio_received + board.radio_unheard, told);
+        assert!(board.radio_received >= told * 95 / 100, "{board:?}");
+        (table.statistics(0).core.instructions - before) / 50
+    };
+    let (quiet, busy) = (instructions(0), instructions(8));
+    let millis = (busy - quiet) as f64 / 48_000.0;
+    println!(
+        "{quiet} instructions per 100 ms without messages, {busy} with 8: {millis:.3} ms more"
+    );
+    assert!(millis < 4.45, "as much as the C BittyBuzz takes");
+}
