@@ -16,6 +16,8 @@ pub struct Board {
     program: &'static str,
     /// Leaves out what only a debug probe reads.
     untold: &'static [&'static str],
+    /// The script with which it is measured, from the root; its own if there is none.
+    measured: Option<&'static str>,
 }
 
 /// The Crazyflie's.
@@ -25,6 +27,7 @@ pub const CRAZYFLIE: Board = Board {
     target: "thumbv7em-none-eabihf",
     program: "bittybuzz-crazyflie",
     untold: &[],
+    measured: None,
 };
 
 /// The Zooid's.
@@ -35,6 +38,8 @@ pub const ZOOIDS: Board = Board {
     program: "bittybuzz-zooids",
     // It would take a sixth of the RAM.
     untold: &["--no-default-features"],
+    // The longest of all examples.
+    measured: Some("examples/swarm/herding.bzz"),
 };
 
 /// All of them.
@@ -94,9 +99,10 @@ impl Board {
         self.build_with(&[], script, quiet)
     }
 
-    /// The same without what only a debug probe reads.
-    pub fn build_untold(&self, quiet: bool) -> Result<PathBuf, Failure> {
-        self.build_with(self.untold, None, quiet)
+    /// The image that is measured: without what only a debug probe reads.
+    pub fn build_measured(&self, quiet: bool) -> Result<PathBuf, Failure> {
+        let script = self.measured.map(|script| root().join(script));
+        self.build_with(self.untold, script.as_deref(), quiet)
     }
 
     fn build_with(

@@ -60,7 +60,7 @@ impl Measured {
     fn sizes(&self, quiet: bool) -> Result<Sizes, Failure> {
         let mut values = Vec::new();
         if let Some(firmware) = self.firmware {
-            let image = elf::footprint(&firmware.build_untold(quiet)?)?;
+            let image = elf::footprint(&firmware.build_measured(quiet)?)?;
             values.extend([("flash", image.flash), ("ram", image.ram)]);
         }
         let robot = find(self.probe.robot)?;

@@ -8,17 +8,18 @@ pub fn mm(length: Length) -> f32 {
     scaled(length, MM.trailing_zeros())
 }
 
-/// From mm; `None` beyond 32 m, and for what is no number.
+/// From mm, towards zero; `None` from 32768 mm on, and for what is no number.
 pub fn from_mm(mm: f32) -> Option<Length> {
-    const EXPONENT: u32 = MM.trailing_zeros() << FRACTION;
     let bits = mm.to_bits();
-    match bits & !SIGN {
-        0 => Some(0),
-        magnitude if magnitude < MOST_MM.to_bits() => {
-            Some(f32::from_bits(bits.wrapping_add(EXPONENT)) as Length)
-        }
-        _ => None,
+    let magnitude = bits & !SIGN;
+    if magnitude >= MOST_MM.to_bits() {
+        return None;
     }
+    // The significand is an integer times 2 to the exponent: MM is 16, so that below 2^15 mm it is shifted to the right.
+    let significand = (magnitude & ((1 << FRACTION) - 1)) | 1 << FRACTION;
+    let right = BIAS + FRACTION - MM.trailing_zeros() - (magnitude >> FRACTION);
+    let length = significand.checked_shr(right).unwrap_or(0) as Length;
+    Some(if bits & SIGN == 0 { length } else { -length })
 }
 
 /// In degrees in (-180, 180].
@@ -34,6 +35,7 @@ pub fn radians(angle: Angle) -> f32 {
 }
 
 const FRACTION: u32 = 23;
+const BIAS: u32 = 127;
 const SIGN: u32 = 1 << 31;
 const MOST_MM: f32 = 32_768.0;
 

@@ -1,13 +1,13 @@
 //! The Zooid's clock tree: 16 MHz crystal, 48 MHz core and buses (RM0091 section 6.2), and the crystal's 16 MHz on PA8 for
 //! the radio, which has no crystal of its own.
 
-use embassy_stm32::peripherals::{MCO, PA8};
+use embassy_stm32::Config;
+use embassy_stm32::pac::RCC;
+use embassy_stm32::pac::rcc::vals::Mcosel;
 use embassy_stm32::rcc::{
-    AHBPrescaler, APBPrescaler, Hse, HseMode, Mco, McoConfig, McoSource, Pll, PllMul, PllPreDiv,
-    PllSource, Sysclk,
+    AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPreDiv, PllSource, Sysclk,
 };
 use embassy_stm32::time::mhz;
-use embassy_stm32::{Config, Peri};
 
 /// For `embassy_stm32::init`.
 pub fn config() -> Config {
@@ -23,6 +23,6 @@ pub fn config() -> Config {
 }
 
 /// Gives the radio its clock, for ever.
-pub fn feed_radio(mco: Peri<'static, MCO>, pin: Peri<'static, PA8>) {
-    let _ = Mco::new(mco, pin, McoSource::HSE, McoConfig::default());
+pub fn feed_radio() {
+    RCC.cfgr().modify(|w| w.set_mcosel(Mcosel::HSE));
 }

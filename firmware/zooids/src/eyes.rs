@@ -1,6 +1,6 @@
 //! Where the robot is, by two photodiodes under the projector.
 
-use core::cell::Cell;
+use core::cell::RefCell;
 
 use bittybuzz_motion::projector::{Decoder, READABLE_US};
 use bittybuzz_motion::track::{Pose, Tracker};
@@ -19,11 +19,11 @@ pub enum Side {
     Left,
 }
 
-type Shared<T> = Mutex<CriticalSectionRawMutex, Cell<T>>;
+type Shared<T> = Mutex<CriticalSectionRawMutex, RefCell<T>>;
 
-static RIGHT: Shared<Decoder> = Mutex::new(Cell::new(Decoder::new()));
-static LEFT: Shared<Decoder> = Mutex::new(Cell::new(Decoder::new()));
-static TRACKER: Shared<Tracker> = Mutex::new(Cell::new(Tracker::new()));
+static RIGHT: Shared<Decoder> = Mutex::new(RefCell::new(Decoder::new()));
+static LEFT: Shared<Decoder> = Mutex::new(RefCell::new(Decoder::new()));
+static TRACKER: Shared<Tracker> = Mutex::new(RefCell::new(Tracker::new()));
 
 /// A frame has begun.
 static FRAME: Signal<CriticalSectionRawMutex, Instant> = Signal::new();
@@ -38,24 +38,19 @@ fn us(at: Instant) -> u32 {
 /// The interrupt of a photodiode.
 pub fn edge(side: Side, at: Instant, is_lit: bool) {
     let decoder = if side == Side::Right { &RIGHT } else { &LEFT };
-    let begins = update(decoder, |decoder| decoder.edge(us(at), is_lit));
-    if begins {
+    if with(decoder, |decoder| decoder.edge(us(at), is_lit)) == Some(true) {
         FRAME.signal(at);
     }
 }
 
-fn update<T: Copy, R>(shared: &Shared<T>, act: impl FnOnce(&mut T) -> R) -> R {
-    shared.lock(|cell| {
-        let mut value = cell.get();
-        let result = act(&mut value);
-        cell.set(value);
-        result
-    })
+/// Nobody holds it twice: the borrow always succeeds.
+fn with<T, R>(shared: &Shared<T>, act: impl FnOnce(&mut T) -> R) -> Option<R> {
+    shared.lock(|shared| shared.try_borrow_mut().ok().map(|mut shared| act(&mut shared)))
 }
 
 /// Where the robot is now, unless it is blind.
 pub fn pose() -> Option<Pose> {
-    update(&TRACKER, |tracker| tracker.pose(us(Instant::now())))
+    with(&TRACKER, |tracker| tracker.pose(us(Instant::now())))?
 }
 
 /// Waits for the next position.
@@ -76,9 +71,10 @@ pub async fn look(pulse: Pulse) -> ! {
         Timer::at(start + Duration::from_micros(READABLE_US.into())).await;
         // The other photodiode has told the same frame.
         FRAME.reset();
-        let [right, left] = [&RIGHT, &LEFT].map(|decoder| decoder.lock(Cell::get).pixel(us(start)));
-        if let (Some(right), Some(left)) = (right, left) {
-            update(&TRACKER, |tracker| tracker.see(us(start), right, left));
+        let [right, left] =
+            [&RIGHT, &LEFT].map(|decoder| with(decoder, |decoder| decoder.pixel(us(start))));
+        if let (Some(Some(right)), Some(Some(left))) = (right, left) {
+            with(&TRACKER, |tracker| tracker.see(us(start), right, left));
             SEEN.signal(());
         }
     }

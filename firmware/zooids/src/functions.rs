@@ -145,11 +145,17 @@ impl Robot<Tiny> for Zooid {
                 "{=u32} steps, {=u32} ticks missed, longest slice {=u32} us",
                 counts.steps, counts.missed, counts.longest_slice_us
             );
+            #[cfg(feature = "defmt")]
+            let [heard, unknown, sent] = radio::COUNTS
+                .each_ref()
+                .map(|count| count.load(portable_atomic::Ordering::Relaxed));
             let _messages = counts.messages;
             info!(
-                "radio {}, unread {=u16}, doubles {=u16}, unsent {=u16}; of other scripts {=u16}, senseless {=u16}, with this \
+                "radio heard {=u32}, unknown {=u32}, sent {=u32}, unread {=u16}, doubles {=u16}, unsent {=u16}; of other scripts {=u16}, senseless {=u16}, with this \
                  robot's id {=u16}",
-                radio::counts(),
+                heard,
+                unknown,
+                sent,
                 MAIL.unread().dropped,
                 MAIL.unread().duplicates,
                 MAIL.unsent().dropped,

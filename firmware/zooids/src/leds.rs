@@ -4,12 +4,8 @@
 use bittybuzz_runtime::liveness::{BEAT, Pulse};
 use bittybuzz_runtime::script::Stopped;
 use embassy_futures::select::{Either, select};
-use embassy_stm32::Peri;
-use embassy_stm32::gpio::{AfType, Flex, OutputType, Speed};
 use embassy_stm32::pac;
 use embassy_stm32::pac::timer::vals::Ocm;
-use embassy_stm32::peripherals::{PA9, PA10, PA11, TIM1};
-use embassy_stm32::rcc;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Instant, Timer};
@@ -21,16 +17,13 @@ const PERIOD: u16 = 10_000;
 /// The LED is very bright: an eighth of its light is plenty (SwarmUI divides all colours by 8).
 const ON: u16 = PERIOD / 8;
 
-/// Timer 1 on PA9 to PA11 (data sheet of the STM32F051, table 14).
-const AF: u8 = 2;
-
 /// The sum of [`RED`], [`GREEN`] and [`BLUE`].
 pub type Color = u8;
-/// PA10, channel 3.
+/// Channel 3.
 pub const RED: Color = 1;
-/// PA11, channel 4.
+/// Channel 4.
 pub const GREEN: Color = 2;
-/// PA9, channel 2.
+/// Channel 2.
 pub const BLUE: Color = 4;
 
 /// What the LED shall show.
@@ -72,20 +65,12 @@ impl Light {
     }
 }
 
-/// The LED: common anode, so that low shines.
-pub struct Led {
-    _pins: [Flex<'static>; 3],
-}
+/// The LED on TIM1: common anode, so that low shines.
+pub struct Led(());
 
 impl Led {
     /// Dark.
-    pub fn new(
-        _timer: Peri<'static, TIM1>,
-        red: Peri<'static, PA10>,
-        green: Peri<'static, PA11>,
-        blue: Peri<'static, PA9>,
-    ) -> Self {
-        rcc::enable_and_reset::<TIM1>();
+    pub fn new() -> Self {
         let timer = pac::TIM1;
         timer.psc().write_value(PRESCALER - 1);
         timer.arr().write(|w| w.set_arr(PERIOD - 1));
@@ -109,11 +94,7 @@ impl Led {
         timer.bdtr().write(|w| w.set_moe(true));
         timer.egr().write(|w| w.set_ug(true));
         timer.cr1().write(|w| w.set_cen(true));
-        let as_output = |mut pin: Flex<'static>| {
-            pin.set_as_af_unchecked(AF, AfType::output(OutputType::PushPull, Speed::Low));
-            pin
-        };
-        Led { _pins: [Flex::new(red), Flex::new(green), Flex::new(blue)].map(as_output) }
+        Led(())
     }
 
     fn show(&mut self, color: Color) {

@@ -11,7 +11,7 @@
 //! | [`radio::talk`] | swarm messages to and from all other robots |
 //! | [`sensors::sense`] | battery, charger, touch |
 //! | [`leds::shine`] | the LED: the script's colour, or what has failed |
-//! | [`feed_watchdog`] | feeds the watchdog while all others live |
+//! | [`watchdog::feed`] | feeds the watchdog while all others live |
 
 #![no_std]
 #![no_main]
@@ -21,14 +21,18 @@ mod edges;
 mod eyes;
 mod failure;
 mod functions;
+mod i2c;
 mod id;
 mod leds;
 mod log;
+mod memory;
 mod motors;
+mod pins;
 mod radio;
 mod section;
 mod sensors;
 mod touch;
+mod watchdog;
 
 mod robot {
     //! Generated from `robots/zooids.toml`.
@@ -38,7 +42,7 @@ mod robot {
 
 use bittybuzz_comms::nrf24::MESSAGE_MAX;
 use bittybuzz_motion::drive::Pilot;
-use bittybuzz_runtime::liveness::{LOOK, Liveness, Pulse};
+use bittybuzz_runtime::liveness::{Liveness, Pulse};
 use bittybuzz_runtime::script::Script;
 use bittybuzz_runtime::setpoint::{self, Writer};
 use bittybuzz_vm_core::builtin::Feature;
@@ -48,9 +52,7 @@ use bittybuzz_vm_core::{Image, Sizes, Vm, features};
 use defmt_rtt as _;
 use embassy_executor::{SpawnError, SpawnToken, Spawner};
 use embassy_stm32::pac;
-use embassy_stm32::peripherals::IWDG;
-use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_time::{Duration, Timer};
+use embassy_time::Duration;
 use static_cell::{ConstStaticCell, StaticCell};
 
 use functions::{Zooid, is_function};
@@ -59,10 +61,6 @@ use leds::{Led, Light, LightChannel};
 use log::{error, info, warning};
 use motors::{Drive, Motors};
 use radio::nrf24::Nrf24;
-
-/// Without food for so long the chip restarts. The watchdog's own clock is between 30 and 50 kHz (data sheet, table 42), so
-/// that it takes 200 to 333 ms; food comes every 100 ms.
-const WATCHDOG_US: u32 = 250_000;
 
 /// Room for what the script prints in a slice; nobody reads it but defmt.
 const LOG_BYTES: usize = if cfg!(feature = "defmt") { 256 } else { 0 };
@@ -92,26 +90,18 @@ const _: () = assert!(robot::MATHS == (features::<Tiny>() & Feature::Maths as u8
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let failure = failure::take();
-    let p = embassy_stm32::init(clock::config());
-    clock::feed_radio(p.MCO, p.PA8);
     // A debugger may stop the core; time stops for the watchdog, too (RM0091 32.9.4).
     pac::RCC.apb2enr().modify(|w| w.set_dbgmcuen(true));
     pac::DBGMCU.apb1_fz().modify(|w| w.set_iwdg(true));
-    let mut watchdog = IndependentWatchdog::new(p.IWDG, WATCHDOG_US);
-    watchdog.unleash();
+    let _ = embassy_stm32::init(clock::config());
+    pins::connect();
+    clock::feed_radio();
+    watchdog::start();
 
-    let pilot = Pilot::new(None);
-    let motors = Motors::new(p.TIM2, (p.PA0, p.PA1, p.PA2, p.PA3), pilot);
-    let led = Led::new(p.TIM1, p.PA10, p.PA11, p.PA9);
-    let radio_pins = radio::nrf24::Pins { spi: (p.PA5, p.PA6, p.PA7), csn: p.PA4, ce: p.PB0 };
-    let radio = Nrf24::new(p.SPI1, radio_pins);
-    let sensor_pins = sensors::Pins {
-        charging: p.PB13,
-        change: p.PB2,
-        i2c: (p.PB10, p.PB11),
-        peripheral: p.I2C2,
-    };
-    edges::watch(p.PB9, p.PB1, p.PA15);
+    let motors = Motors::new(Pilot::new(None));
+    let led = Led::new();
+    let radio = Nrf24::new();
+    edges::watch();
 
     let id = Id::find();
     let robot_id = id.number();
@@ -141,8 +131,8 @@ async fn main(spawner: Spawner) {
     start(spawner, drive_motors(motors, pulse(2)));
     start(spawner, eyes::look(pulse(3)));
     start(spawner, radio::talk(radio, robot_id, pulse(4)));
-    start(spawner, sensors::sense(sensor_pins, pulse(5)));
-    start(spawner, feed_watchdog(watchdog));
+    start(spawner, sensors::sense(pulse(5)));
+    start(spawner, watchdog::feed(&TASKS));
 }
 
 /// Each task is started once: there is a place for it. If there were none, the watchdog would tell.
@@ -167,17 +157,4 @@ async fn run_script(script: &'static mut ScriptTask, may_run: bool) -> ! {
 #[embassy_executor::task]
 async fn drive_motors(mut motors: Motors, pulse: Pulse) -> ! {
     setpoint::drive(&SETPOINTS, &mut motors, pulse).await
-}
-
-#[embassy_executor::task]
-async fn feed_watchdog(mut watchdog: IndependentWatchdog<'static, IWDG>) -> ! {
-    watchdog.pet();
-    loop {
-        Timer::after(LOOK).await;
-        if TASKS.all_live() {
-            watchdog.pet();
-        } else {
-            error!("no sign of life from task(s) {=u8:b}", TASKS.missing());
-        }
-    }
 }

@@ -12,27 +12,18 @@ use bittybuzz_motion::bridge::{COAST, Inputs, PERIOD, inputs};
 use bittybuzz_motion::drive::{Goal, Pilot, Wheels};
 use bittybuzz_runtime::setpoint;
 use embassy_futures::select::select;
-use embassy_stm32::Peri;
-use embassy_stm32::gpio::{AfType, Flex, OutputType, Speed};
 use embassy_stm32::pac;
 use embassy_stm32::pac::gpio::vals::Moder;
 use embassy_stm32::pac::timer::vals::Ocm;
-use embassy_stm32::peripherals::{PA0, PA1, PA2, PA3, TIM2};
-use embassy_stm32::rcc;
 use embassy_time::{Duration, Instant, Timer};
 
 use crate::eyes;
 use crate::log::info;
+use crate::pins::MOTORS;
 use crate::sensors;
 
 /// 48 MHz / 12 = 4 MHz, of which a period of 100 steps is 40 kHz.
 const PRESCALER: u16 = 12;
-
-/// Timer 2 on PA0 to PA3 (data sheet of the STM32F051, table 14).
-const AF: u8 = 2;
-
-/// PA0 to PA3.
-const PINS: core::ops::Range<usize> = 0..4;
 
 /// Between two looks whether the robot still sees where it is; positions come every 14 ms.
 const LOOK: Duration = Duration::from_millis(20);
@@ -50,17 +41,11 @@ pub enum Drive {
 pub struct Motors {
     pilot: Pilot,
     drive: Option<Drive>,
-    _pins: [Flex<'static>; 4],
 }
 
 impl Motors {
-    /// Takes the pins; the motors have no power.
-    pub fn new(
-        _timer: Peri<'static, TIM2>,
-        pins: (Peri<'static, PA0>, Peri<'static, PA1>, Peri<'static, PA2>, Peri<'static, PA3>),
-        pilot: Pilot,
-    ) -> Self {
-        rcc::enable_and_reset::<TIM2>();
+    /// The motors have no power.
+    pub fn new(pilot: Pilot) -> Self {
         let timer = pac::TIM2;
         timer.psc().write_value(PRESCALER - 1);
         timer.arr().write_value(u32::from(PERIOD - 1));
@@ -75,13 +60,7 @@ impl Motors {
         timer.ccer().write(|w| (0..4).for_each(|channel| w.set_cce(channel, true)));
         timer.egr().write(|w| w.set_ug(true));
         timer.cr1().write(|w| w.set_cen(true));
-        let (p0, p1, p2, p3) = pins;
-        let as_output = |mut pin: Flex<'static>| {
-            pin.set_as_af_unchecked(AF, AfType::output(OutputType::PushPull, Speed::Low));
-            pin
-        };
-        let pins = [Flex::new(p0), Flex::new(p1), Flex::new(p2), Flex::new(p3)].map(as_output);
-        Motors { pilot, drive: None, _pins: pins }
+        Motors { pilot, drive: None }
     }
 
     /// Does now what the set-point means now. A robot that does not see where it is stands, and one that is being charged has no
@@ -145,8 +124,8 @@ fn set(channel: usize, inputs: Inputs) {
 pub fn cut_power() {
     // Something may have failed before anybody turned the port on.
     pac::RCC.ahbenr().modify(|w| w.set_gpioaen(true));
-    for pin in PINS {
+    for pin in MOTORS {
         pac::GPIOA.bsrr().write(|w| w.set_br(pin, true));
     }
-    pac::GPIOA.moder().modify(|w| PINS.for_each(|pin| w.set_moder(pin, Moder::OUTPUT)));
+    pac::GPIOA.moder().modify(|w| MOTORS.for_each(|pin| w.set_moder(pin, Moder::OUTPUT)));
 }

@@ -1,13 +1,13 @@
 //! Battery, charger and touch: looked at from time to time.
 
 use bittybuzz_runtime::liveness::{BEAT, Pulse};
-use embassy_stm32::gpio::{Input, Pull};
+use embassy_stm32::pac;
 use embassy_stm32::pac::adc::vals::{Ckmode, Res, SampleTime};
-use embassy_stm32::peripherals::{I2C2, PB2, PB10, PB11, PB13};
-use embassy_stm32::{Peri, pac};
 use embassy_time::Timer;
 use portable_atomic::{AtomicBool, AtomicU16, Ordering};
 
+use crate::i2c;
+use crate::pins::{CHARGING as CHARGER, is_high};
 use crate::touch::Touch;
 
 static CHARGING: AtomicBool = AtomicBool::new(false);
@@ -32,27 +32,16 @@ pub fn battery_mv() -> Option<u16> {
 /// Beats between two looks at the battery: a second.
 const BATTERY_BEATS: u8 = 20;
 
-/// The pins.
-pub struct Pins {
-    /// The charger's: low while it charges.
-    pub charging: Peri<'static, PB13>,
-    /// The touch sensor's: low when something has changed.
-    pub change: Peri<'static, PB2>,
-    /// Its bus: SCL and SDA.
-    pub i2c: (Peri<'static, PB10>, Peri<'static, PB11>),
-    pub peripheral: Peri<'static, I2C2>,
-}
-
 /// The task.
 #[embassy_executor::task]
-pub async fn sense(pins: Pins, pulse: Pulse) -> ! {
-    let charging = Input::new(pins.charging, Pull::None);
-    let mut touch = Touch::new(pins.peripheral, pins.change, pins.i2c);
+pub async fn sense(pulse: Pulse) -> ! {
+    let mut touch = Touch::default();
+    i2c::start();
     start_adc();
     let mut beats = 0;
     loop {
         pulse.beat();
-        CHARGING.store(charging.is_low(), Ordering::Relaxed);
+        CHARGING.store(!is_high(pac::GPIOB, CHARGER), Ordering::Relaxed);
         if let Some(touched) = touch.changed() {
             TOUCHED.store(touched, Ordering::Relaxed);
         }
@@ -67,7 +56,6 @@ pub async fn sense(pins: Pins, pulse: Pulse) -> ! {
 
 /// Calibrates the converter and turns it on (RM0091 13.4).
 fn start_adc() {
-    pac::RCC.apb2enr().modify(|w| w.set_adcen(true));
     let adc = pac::ADC1;
     // A quarter of 48 MHz.
     adc.cfgr2().write(|w| w.set_ckmode(Ckmode::PCLK_DIV4));

@@ -1,12 +1,10 @@
 //! The touch sensor AT42QT1070 on I2C2, three of whose electrodes are the robot's top. Registers: its data sheet, chapter 5;
 //! values: SwarmUI, qt1070.c.
 
-use embassy_stm32::Peri;
-use embassy_stm32::gpio::{Input, Pull};
-use embassy_stm32::i2c::{self, I2c, Master};
-use embassy_stm32::mode::Blocking;
-use embassy_stm32::peripherals::{I2C2, PB2, PB10, PB11};
-use embassy_stm32::time::khz;
+use embassy_stm32::pac;
+
+use crate::i2c;
+use crate::pins::{TOUCH_CHANGE, is_high};
 
 /// 7 bits.
 const ADDRESS: u8 = 0x1b;
@@ -33,47 +31,30 @@ const VALUES: [u8; 26] = [
 const _: () = assert!(SETUP as usize + VALUES.len() - 2 == CALIBRATE as usize);
 
 /// The sensor.
+#[derive(Default)]
 pub struct Touch {
-    i2c: I2c<'static, Blocking, Master>,
-    /// Low when the status has changed since it was read.
-    change: Input<'static>,
     is_set_up: bool,
 }
 
 impl Touch {
-    /// Takes the pins.
-    pub fn new(
-        peripheral: Peri<'static, I2C2>,
-        change: Peri<'static, PB2>,
-        (scl, sda): (Peri<'static, PB10>, Peri<'static, PB11>),
-    ) -> Self {
-        let mut config = i2c::Config::default();
-        config.frequency = khz(400);
-        Touch {
-            i2c: I2c::new_blocking(peripheral, scl, sda, config),
-            change: Input::new(change, Pull::None),
-            is_set_up: false,
-        }
-    }
-
     /// Whether there is a touch now, if that has changed. One that does not answer is asked again the next time.
     pub fn changed(&mut self) -> Option<bool> {
         if !self.is_set_up {
-            let [id] = self.read(CHIP_ID)?;
-            self.is_set_up = id == QT1070 && self.i2c.blocking_write(ADDRESS, &VALUES).is_ok();
+            let [id] = read(CHIP_ID)?;
+            self.is_set_up = id == QT1070 && i2c::write(ADDRESS, &VALUES).is_ok();
             return None;
         }
-        if self.change.is_high() {
+        if is_high(pac::GPIOB, TOUCH_CHANGE) {
             return None;
         }
         // Both are read, else the line stays low.
-        let [status, _keys] = self.read(DETECTION_STATUS)?;
+        let [status, _keys] = read(DETECTION_STATUS)?;
         Some(status & (TOUCH | CALIBRATING) == TOUCH)
     }
+}
 
-    fn read<const N: usize>(&mut self, register: u8) -> Option<[u8; N]> {
-        let mut values = [0; N];
-        self.i2c.blocking_write_read(ADDRESS, &[register], &mut values).ok()?;
-        Some(values)
-    }
+fn read<const N: usize>(register: u8) -> Option<[u8; N]> {
+    let mut values = [0; N];
+    i2c::write_read(ADDRESS, register, &mut values).ok()?;
+    Some(values)
 }

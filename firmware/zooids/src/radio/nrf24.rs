@@ -5,16 +5,13 @@
 //! most 33 bytes is not, since it takes 44 µs.
 
 use bittybuzz_comms::nrf24::{ADDRESS, CHANNEL, PAYLOAD_MAX};
-use embassy_stm32::Peri;
-use embassy_stm32::gpio::{Level, Output, Speed};
-use embassy_stm32::mode::Blocking;
-use embassy_stm32::peripherals::{PA4, PA5, PA6, PA7, PB0, SPI1};
-use embassy_stm32::spi::mode::Master;
-use embassy_stm32::spi::{self, Spi};
-use embassy_stm32::time::mhz;
+use embassy_stm32::pac::spi::vals::{Br, Ds, Frxth, Mstr};
+use embassy_stm32::pac::{GPIOA, GPIOB, SPI1};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Instant, Timer, with_timeout};
+
+use crate::pins::{CE, CSN};
 
 /// The radio's interrupt line has gone low.
 pub static IRQ: Signal<CriticalSectionRawMutex, ()> = Signal::new();
@@ -77,44 +74,31 @@ const START_UP: Duration = Duration::from_millis(5);
 /// A payload is on the air after 130 µs and for 0.2 ms.
 const SENT: Duration = Duration::from_millis(2);
 
-/// SPI at 6 MHz; the radio can do 10 (table 20).
-const SPI_MHZ: u32 = 6;
-
 /// The radio.
-pub struct Nrf24 {
-    spi: Spi<'static, Blocking, Master>,
-    csn: Output<'static>,
-    ce: Output<'static>,
-}
-
-/// Its pins.
-pub struct Pins {
-    /// SCK, MISO, MOSI.
-    pub spi: (Peri<'static, PA5>, Peri<'static, PA6>, Peri<'static, PA7>),
-    /// Low while it is talked to.
-    pub csn: Peri<'static, PA4>,
-    /// High while it sends or receives.
-    pub ce: Peri<'static, PB0>,
-}
+pub struct Nrf24(());
 
 impl Nrf24 {
-    /// Takes the pins; the radio is as it was.
-    pub fn new(peripheral: Peri<'static, SPI1>, pins: Pins) -> Self {
-        let (sck, miso, mosi) = pins.spi;
-        // Mode 0, first bit first.
-        let mut config = spi::Config::default();
-        config.frequency = mhz(SPI_MHZ);
-        Nrf24 {
-            spi: Spi::new_blocking(peripheral, sck, mosi, miso, config),
-            csn: Output::new(pins.csn, Level::High, Speed::VeryHigh),
-            ce: Output::new(pins.ce, Level::Low, Speed::Low),
-        }
+    /// Sets SPI up; the radio is as it was.
+    pub fn new() -> Self {
+        // Mode 0, bytes, the first bit first (RM0091 28.9). An eighth of 48 MHz: the radio can do 10 MHz (table 20).
+        SPI1.cr2().write(|w| {
+            w.set_ds(Ds::BITS8);
+            w.set_frxth(Frxth::QUARTER);
+        });
+        SPI1.cr1().write(|w| {
+            w.set_mstr(Mstr::MASTER);
+            w.set_br(Br::DIV8);
+            w.set_ssm(true);
+            w.set_ssi(true);
+            w.set_spe(true);
+        });
+        Nrf24(())
     }
 
     /// Sets it up, and lets it listen.
     pub async fn start(&mut self) {
         Timer::at(Instant::MIN + POWER_ON).await;
-        self.ce.set_low();
+        set_ce(false);
         for (register, value) in SETUP {
             self.write(register, &[value]);
         }
@@ -130,13 +114,13 @@ impl Nrf24 {
 
     /// Switches it off.
     pub fn sleep(&mut self) {
-        self.ce.set_low();
+        set_ce(false);
         self.write(CONFIG, &[ASLEEP]);
     }
 
     fn listen(&mut self) {
         self.write(CONFIG, &[RECEIVER]);
-        self.ce.set_high();
+        set_ce(true);
     }
 
     /// The oldest payload that was received, and its length.
@@ -164,15 +148,15 @@ impl Nrf24 {
 
     /// Sends a payload to whoever hears it. What comes meanwhile is lost.
     pub async fn send(&mut self, payload: &mut [u8]) {
-        self.ce.set_low();
+        set_ce(false);
         self.write(CONFIG, &[SENDER]);
         self.transfer(W_TX_PAYLOAD_NOACK, payload);
         IRQ.reset();
-        self.ce.set_high();
+        set_ce(true);
         if with_timeout(SENT, IRQ.wait()).await.is_err() {
             self.command(FLUSH_TX);
         }
-        self.ce.set_low();
+        set_ce(false);
         self.write(STATUS, &[TX_DS]);
         self.listen();
     }
@@ -197,13 +181,24 @@ impl Nrf24 {
         self.transfer(command, &mut []);
     }
 
-    /// A command, and bytes both ways. The bus has no errors to tell.
+    /// A command, and bytes both ways.
     fn transfer(&mut self, command: u8, bytes: &mut [u8]) {
-        self.csn.set_low();
-        let _ = self.spi.blocking_transfer_in_place(&mut [command]);
-        if !bytes.is_empty() {
-            let _ = self.spi.blocking_transfer_in_place(bytes);
+        GPIOA.bsrr().write(|w| w.set_br(CSN, true));
+        exchange(command);
+        for byte in bytes {
+            *byte = exchange(*byte);
         }
-        self.csn.set_high();
+        GPIOA.bsrr().write(|w| w.set_bs(CSN, true));
     }
+}
+
+/// A byte both ways.
+fn exchange(byte: u8) -> u8 {
+    SPI1.dr8().write_value(byte);
+    while !SPI1.sr().read().rxne() {}
+    SPI1.dr8().read()
+}
+
+fn set_ce(high: bool) {
+    GPIOB.bsrr().write(|w| if high { w.set_bs(CE, true) } else { w.set_br(CE, true) });
 }

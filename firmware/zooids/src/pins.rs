@@ -1,0 +1,153 @@
+//! What each pin is connected to (board v1.3), and the clocks of the peripherals behind them.
+//!
+//! Set once, by tables instead of by a driver for each pin: that takes a seventh of the flash. A driver knows its own pins by
+//! their numbers here.
+
+use Use::{Alternate, Bus, Fast, High, Input, Low, PullUp};
+use embassy_stm32::pac;
+use embassy_stm32::pac::gpio::Gpio;
+
+/// What a pin does.
+#[derive(Clone, Copy)]
+enum Use {
+    /// An input that something drives.
+    Input,
+    /// An input with a resistor to the supply.
+    PullUp,
+    /// An output, low at first.
+    Low,
+    /// An output, high at first.
+    High,
+    /// An output of a peripheral, by the number of its alternate function (data sheet of the STM32F051, tables 14 and 15).
+    Alternate(u32),
+    /// The same, for more than 2 MHz.
+    Fast(u32),
+    /// The same, but only ever pulls low.
+    Bus(u32),
+}
+
+/// The radio is not talked to while this is high: port A.
+pub const CSN: usize = 4;
+/// The radio sends or receives while this is high: port B.
+pub const CE: usize = 0;
+/// Low when the radio has something to tell: port A.
+pub const RADIO_IRQ: usize = 15;
+/// Photodiodes, high when lit: port B.
+pub const RIGHT: usize = 9;
+pub const LEFT: usize = 1;
+/// Low when a touch has begun or ended: port B.
+pub const TOUCH_CHANGE: usize = 2;
+/// Low while the battery is charged: port B.
+pub const CHARGING: usize = 13;
+/// Inputs of the motors' bridges, in order: port A.
+pub const MOTORS: core::ops::Range<usize> = 0..4;
+
+const PORT_A: Port = Port::of(&[
+    // TIM2, channels 1 to 4.
+    (MOTORS.start, Alternate(2)),
+    (MOTORS.start + 1, Alternate(2)),
+    (MOTORS.start + 2, Alternate(2)),
+    (MOTORS.start + 3, Alternate(2)),
+    (CSN, High),
+    // SPI1: SCK, MISO, MOSI.
+    (5, Fast(0)),
+    (6, Fast(0)),
+    (7, Fast(0)),
+    // The radio's clock, MCO.
+    (8, Fast(0)),
+    // TIM1, channels 2 to 4: blue, red, green.
+    (9, Alternate(2)),
+    (10, Alternate(2)),
+    (11, Alternate(2)),
+    (RADIO_IRQ, Input),
+]);
+
+const PORT_B: Port = Port::of(&[
+    (CE, Low),
+    (LEFT, PullUp),
+    (TOUCH_CHANGE, Input),
+    (RIGHT, PullUp),
+    // I2C2: SCL, SDA.
+    (10, Bus(1)),
+    (11, Bus(1)),
+    (CHARGING, Input),
+]);
+
+/// Values of a port's registers (RM0091 8.4).
+struct Port {
+    moder: u32,
+    otyper: u32,
+    ospeedr: u32,
+    pupdr: u32,
+    afr: [u32; 2],
+    odr: u32,
+    /// Two bits for each pin that is used.
+    used: u32,
+}
+
+impl Port {
+    const fn of(pins: &[(usize, Use)]) -> Port {
+        let mut port =
+            Port { moder: 0, otyper: 0, ospeedr: 0, pupdr: 0, afr: [0; 2], odr: 0, used: 0 };
+        let mut index = 0;
+        while index < pins.len() {
+            let (pin, usage) = pins[index];
+            let two = 2 * pin;
+            port.used |= 3 << two;
+            match usage {
+                Input => {}
+                PullUp => port.pupdr |= 1 << two,
+                Low => port.moder |= 1 << two,
+                High => {
+                    port.moder |= 1 << two;
+                    port.odr |= 1 << pin;
+                }
+                Alternate(number) | Fast(number) | Bus(number) => {
+                    port.moder |= 2 << two;
+                    port.afr[pin / 8] |= number << (4 * (pin % 8));
+                    if matches!(usage, Fast(_)) {
+                        port.ospeedr |= 3 << two;
+                    }
+                    if matches!(usage, Bus(_)) {
+                        port.otyper |= 1 << pin;
+                    }
+                }
+            }
+            index += 1;
+        }
+        port
+    }
+
+    /// The pins of the debugger stay as they are.
+    fn set(&self, gpio: Gpio) {
+        gpio.odr().modify(|w| w.0 |= self.odr);
+        gpio.otyper().modify(|w| w.0 |= self.otyper);
+        gpio.ospeedr().modify(|w| w.0 |= self.ospeedr);
+        gpio.pupdr().modify(|w| w.0 |= self.pupdr);
+        for (index, functions) in self.afr.into_iter().enumerate() {
+            gpio.afr(index).modify(|w| w.0 |= functions);
+        }
+        gpio.moder().modify(|w| w.0 = w.0 & !self.used | self.moder);
+    }
+}
+
+/// Connects everything. The ports' own clocks are on already.
+pub fn connect() {
+    pac::RCC.apb1enr().modify(|w| {
+        w.set_tim2en(true);
+        w.set_i2c2en(true);
+    });
+    pac::RCC.apb2enr().modify(|w| {
+        w.set_syscfgen(true);
+        w.set_adcen(true);
+        w.set_tim1en(true);
+        w.set_spi1en(true);
+    });
+    PORT_A.set(pac::GPIOA);
+    PORT_B.set(pac::GPIOB);
+}
+
+/// Whether a pin is high.
+pub fn is_high(gpio: Gpio, pin: usize) -> bool {
+    gpio.idr().read().0 & 1 << pin != 0
+}
