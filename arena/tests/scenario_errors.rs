@@ -161,6 +161,17 @@ const AFTER_GROUP: &[(&str, &str, &[&str])] = &[
         "9:9",
         &["no quantity `swarm.polarization`", "one of swarm.polarisation, swarm.nearest"],
     ),
+    ("positions = []\n", "7:13", &["a list of one place [x, y] or more, not a list of 0"]),
+    ("name = \"all\"\n", "7:8", &["\"all\" cannot be the name of a group", "a word is needed"]),
+    ("name = \"\"\n", "7:8", &["\"\" cannot be the name"]),
+    ("name = \"3\"\n", "7:8", &["\"3\" cannot be the name"]),
+    ("name = \"0 .. 3\"\n", "7:8", &["\"0 .. 3\" cannot be the name"]),
+    ("count = 9\n[[event]]\nat = 1\nfail = []\n", "10:8", &["a list of one robot or more"]),
+    (
+        "count = 9\n[[expect]]\nat = 1\nvalue = \"x\"\nrobots = [0, 3]\nof = 3\nabove = 3\n",
+        "12:6",
+        &["`of` cannot be 3", "2 robots are looked at"],
+    ),
     ("model = 3\n", "7:9", &["`model` must be a table, not an integer"]),
     ("model = { gain_error = 2 }\n", "7:24", &["`gain_error` cannot be 2", "from 0 to 1"]),
     (

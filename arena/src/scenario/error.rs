@@ -44,6 +44,8 @@ pub enum Cause {
     Robot { error: Box<RobotError> },
     /// The script of a group is not there.
     NoScript { path: String, reason: String, likely: Option<String> },
+    /// A name of a group that means nothing, or other robots.
+    BadGroupName { name: String },
     /// Two groups of one name.
     DuplicateGroup { name: String, line: usize },
     /// Two robots with one id.
@@ -124,6 +126,9 @@ impl fmt::Display for Cause {
             Cause::NoRobots => write!(f, "the scenario has no robots"),
             Cause::Robot { error } => error.cause.fmt(f),
             Cause::NoScript { path, reason, .. } => write!(f, "cannot read `{path}`: {reason}"),
+            Cause::BadGroupName { name } => {
+                write!(f, "\"{name}\" cannot be the name of a group")
+            }
             Cause::DuplicateGroup { name, .. } => {
                 write!(f, "a group `{name}` is defined a second time")
             }
@@ -172,6 +177,9 @@ impl Cause {
             Cause::Robot { error } => error.cause.help(),
             Cause::NoScript { likely, .. } => {
                 likely.as_ref().map(|likely| format!("did you mean `{likely}`?"))
+            }
+            Cause::BadGroupName { .. } => {
+                Some("\"all\" means all robots, numbers mean ids; a word is needed".to_owned())
             }
             Cause::DuplicateGroup { line, .. } => {
                 Some(format!("the first is in line {line}; choose another `name`"))

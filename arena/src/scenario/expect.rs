@@ -143,6 +143,13 @@ pub fn read(section: &Section<'_>, census: &Census, duration: f64) -> Option<Exp
         return None;
     }
     let (of, test) = (of?, test?);
+    if let (Of::AtLeast(count), Some(robots), Some(entry)) = (of, &robots, section.get("of"))
+        && count as usize > robots.count()
+    {
+        let range = format!("{} robots are looked at", robots.count());
+        entry.fail(Cause::OutOfRange { key: entry.key.clone(), value: count.to_string(), range });
+        return None;
+    }
     if let (Of::Reduced(reduction), Some(test)) = (of, &test)
         && !matches!(
             test,

@@ -12,7 +12,7 @@ use super::error::Cause;
 use super::keys::ROBOTS;
 use super::medium::{self, MediumSettings};
 use super::read::{Entry, Section};
-use super::select::Census;
+use super::select::{self, Census};
 use super::world::{World, point_inside};
 
 /// Robots of one kind that run one script.
@@ -199,7 +199,9 @@ fn robot(entry: &Entry<'_>, folder: &Path) -> Option<Robot> {
 fn name(section: &Section<'_>, robot: Option<&Robot>, census: &Census) -> String {
     if let Some(entry) = section.get("name") {
         let name = entry.string().unwrap_or_default();
-        if let Some(line) = census.line_of(name) {
+        if name.is_empty() || select::means_others(name) {
+            entry.fail(Cause::BadGroupName { name: name.to_owned() });
+        } else if let Some(line) = census.line_of(name) {
             entry.fail(Cause::DuplicateGroup { name: name.to_owned(), line });
         }
         return name.to_owned();
@@ -330,6 +332,11 @@ fn placement(section: &Section<'_>, count: u32, world: &World) -> Option<Placeme
 fn list(section: &Section<'_>, count: u32, world: &World) -> Option<Placement> {
     let entry = section.required("positions")?;
     let items = entry.list()?;
+    if items.is_empty() {
+        let expected = "a list of one place [x, y] or more";
+        entry.fail(Cause::Length { key: "positions".to_owned(), expected, found: 0 });
+        return None;
+    }
     if items.len() != count as usize {
         let expected = "as long as `count` says";
         entry.fail(Cause::Length { key: "positions".to_owned(), expected, found: items.len() });

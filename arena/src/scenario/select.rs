@@ -46,6 +46,12 @@ impl Selection {
     }
 }
 
+/// Whether a text means robots that are not those of the group with that name.
+pub fn means_others(text: &str) -> bool {
+    let is_id = |text: &str| text.trim().parse::<u16>().is_ok();
+    text == "all" || is_id(text) || text.split_once("..").is_some_and(|(a, b)| is_id(a) && is_id(b))
+}
+
 /// The robots that a scenario has, to find them by name and id.
 #[derive(Default)]
 pub struct Census {
@@ -131,7 +137,13 @@ impl Census {
         let mut ranges = Vec::new();
         match entry.value {
             DeValue::Array(_) => {
-                for item in entry.list()? {
+                let items = entry.list()?;
+                if items.is_empty() {
+                    let expected = "a list of one robot or more";
+                    entry.fail(Cause::Length { key: entry.key.clone(), expected, found: 0 });
+                    return None;
+                }
+                for item in items {
                     self.add_item(&item, &mut ranges)?;
                 }
             }
