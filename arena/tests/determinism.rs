@@ -7,7 +7,7 @@ mod common;
 use bittybuzz_arena::engine::{Actuators, Drive, Wheels};
 use bittybuzz_arena::engine::{
     Area, Brain, Flight, Io, Light, Obstacle, Pose, Positioning, RobotId, RobotKind, Settings,
-    Stream, Velocity, World,
+    Stream, Variant, Velocity, World,
 };
 use common::*;
 
@@ -91,6 +91,9 @@ fn trace(seed: u64, threads: usize) -> Vec<u64> {
     settings.nrf24.link.range = Some(300.0);
     settings.p2p.link.range = Some(1000.0);
     let mut world = World::new(settings).unwrap();
+    settings.kilobot.speed *= 4.0;
+    settings.infrared.link.range = Some(40.0);
+    let variants = [Variant::STANDARD, world.add_variant(settings).unwrap()];
     world.add_obstacle(Obstacle::Segment { from: (-900.0, -900.0), to: (500.0, 900.0) });
     world.add_obstacle(Obstacle::Round { x: 600.0, y: 0.0, radius: 150.0 });
     let lamp = world.add_light(Light { x: 0.0, y: 0.0, intensity: 900.0 });
@@ -107,7 +110,7 @@ fn trace(seed: u64, threads: usize) -> Vec<u64> {
         };
         let brain =
             Wanderer { stream: Stream::for_brain(seed, i), memory: u64::from(i), unsent: 0 };
-        world.add(kind, place(), brain).unwrap();
+        world.add_as(variants[usize::from(i % 4 == 0)], kind, place(), brain).unwrap();
     }
     (0..40)
         .map(|tick| {
@@ -118,6 +121,10 @@ fn trace(seed: u64, threads: usize) -> Vec<u64> {
                 10 => world.block(RobotId(20), RobotId(40)).unwrap(),
                 12 => world.move_to(RobotId(9), Pose::new(0.0, 0.0, 1.0)).unwrap(),
                 15 => world.resume(RobotId(8)).unwrap(),
+                16 => {
+                    let brain = Wanderer { stream: stream.clone(), memory: 7, unsent: 0 };
+                    world.restart(RobotId(7), brain).unwrap();
+                }
                 18 => world.heal(),
                 20 => world.set_light(lamp, Light { x: 500.0, y: 500.0, intensity: 400.0 }),
                 _ => {}
