@@ -19,6 +19,7 @@
 
 mod air;
 mod board;
+mod clock;
 mod crazyflie;
 mod event;
 mod f051;
@@ -33,6 +34,7 @@ mod zooid;
 
 pub use air::{Air, AirStatistics, Heard, LOOKAHEAD, Sender};
 pub use board::{Board, CoreKind, MemoryMap};
+pub use clock::Clock;
 pub use crazyflie::{Crazyflie, Settings, Statistics};
 pub use event::{Event, HardwareError, Led, ResetCause};
 pub use f051::{FlashChange, FlashContent, Transfer};

@@ -19,7 +19,6 @@
 //! a Cortex-M0 it is refused what ARMv6-M lacks, but not accesses that are not aligned.
 
 mod blocks;
-mod clock;
 mod core;
 mod exception;
 mod nvic;

@@ -44,15 +44,18 @@ pub enum Core {
     Unicorn,
     /// Independent of the other; slow.
     Qemu,
+    /// Of the Zooid alone; independent of Unicorn, too.
+    Rp2040,
 }
 
 impl Core {
     /// The emulator program, built on the first call.
     fn program(self) -> &'static Path {
-        static PROGRAMS: [OnceLock<PathBuf>; 2] = [OnceLock::new(), OnceLock::new()];
+        static PROGRAMS: [OnceLock<PathBuf>; 3] = [const { OnceLock::new() }; 3];
         let (number, package) = match self {
             Core::Unicorn => (0, "bittybuzz-emulate-stm32"),
             Core::Qemu => (1, "bittybuzz-emulate-qemu"),
+            Core::Rp2040 => (2, "bittybuzz-emulate-m0"),
         };
         PROGRAMS[number].get_or_init(|| build(package, package.replace("bittybuzz", "bbz")))
     }

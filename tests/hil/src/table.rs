@@ -148,9 +148,13 @@ pub struct Table {
 impl Table {
     /// Zooids with this script and these ids, switched on, and in the dark.
     pub fn new(script: &str, ids: &[u16]) -> Self {
+        Self::on(Core::Unicorn, script, ids)
+    }
+
+    /// The same with this core.
+    pub fn on(core: Core, script: &str, ids: &[u16]) -> Self {
         let arguments = ["--robot", "zooids", "--count", &ids.len().to_string()];
-        let mut emulator =
-            Emulator::spawn_with(Core::Unicorn.program(), &arguments).expect("it starts");
+        let mut emulator = Emulator::spawn_with(core.program(), &arguments).expect("it starts");
         emulator.load(&zooids()).expect("it loads");
         let layout = layout();
         let section = layout.script_section(&image_for("zooids", script)).expect("a short script");

@@ -4,7 +4,7 @@
 
 use std::time::Duration;
 
-use bittybuzz_hil::{Command, Event, Place, Table, resets};
+use bittybuzz_hil::{Command, Core, Event, Place, Table, resets};
 
 /// Logs its number with every step.
 const COUNT: &str = "function init() { n = 0 }\nfunction step() { n = n + 1  log(n) }";
@@ -459,4 +459,44 @@ fn eight_messages_take_little_of_a_step() {
         "{quiet} instructions per 100 ms without messages, {busy} with 8: {millis:.3} ms more"
     );
     assert!(millis < 4.45, "as much as the C BittyBuzz takes");
+}
+
+/// Two robots on cores that have nothing in common: what they log and show is the same, at the same times but for what
+/// instructions take, which the two count differently.
+#[test]
+fn both_cores_do_the_same() {
+    let script = "\
+function init() { n = 0  v = stigmergy.create(1)  v.put(0, 100 + id) }
+function step() { n = n + 1  led(n % 8)  set_motor(n % 50, -30)  log(n, pos.x, pos.y, pos.orientation, v.get(0)) }
+";
+    let run = |core| {
+        let mut table = Table::on(core, script, &[1, 2]);
+        for (robot, x) in [(0, -150.0), (1, 150.0)] {
+            table.put(robot, Place::at(x, 20.0, 30.0));
+            table.light(robot, 0.02, 10.0, robot as u64);
+        }
+        table.run_ms(4000);
+        table
+    };
+    let (one, other) = (run(Core::Unicorn), run(Core::Rp2040));
+    for (a, b) in one.zooids().iter().zip(other.zooids()) {
+        let logged = |zooid: &bittybuzz_hil::table::Zooid| {
+            let values = zooid.told.log.iter().map(|(_, values)| values.clone());
+            values.collect::<Vec<_>>()
+        };
+        assert_eq!(logged(a), logged(b));
+        assert_eq!(logged(a).len(), 39);
+        let shown = |zooid: &bittybuzz_hil::table::Zooid| {
+            let events = zooid.events.iter().filter_map(|event| match &event.event {
+                Event::Led { name, on } => Some((event.at, name.clone(), *on)),
+                _ => None,
+            });
+            events.collect::<Vec<_>>()
+        };
+        assert_eq!(shown(a).len(), shown(b).len());
+        for (a, b) in shown(a).iter().zip(&shown(b)) {
+            assert_eq!((&a.1, a.2), (&b.1, b.2));
+            assert!(a.0.abs_diff(b.0) < Duration::from_millis(2), "{a:?} {b:?}");
+        }
+    }
 }

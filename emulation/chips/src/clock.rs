@@ -1,8 +1,9 @@
-//! From cycles to time and back.
+//! From a core's cycles to time and back.
 
-use bittybuzz_chips::Time;
+use crate::Time;
 
-/// A clock whose frequency changes and which stops while the core sleeps.
+/// A core's clock: its frequency changes, and it stops while the core sleeps.
+#[derive(Clone, Copy, Debug)]
 pub struct Clock {
     hz: u64,
     /// It stood at `cycles` at `time`.
@@ -16,6 +17,7 @@ impl Clock {
         Clock { hz, time: Time::ZERO, cycles: 0 }
     }
 
+    /// Its frequency.
     pub fn hz(&self) -> u64 {
         self.hz
     }

@@ -1,0 +1,53 @@
+//! `bbz-emulate-m0`: runs the firmware image of a Zooid, as it is flashed, on another core than `bbz-emulate-stm32`.
+//!
+//! A second opinion: the instructions are executed by the Cortex-M0+ of `rp2040-emu`, written by others and in Rust;
+//! board, protocol and image are those of `bbz-emulate-stm32`. So what both say alike is neither a mistake of Unicorn's nor
+//! of the exceptions and interrupts that are built around it there.
+//!
+//! # What is different from `bbz-emulate-stm32`
+//! * Instructions take as many cycles as on a Cortex-M0+ with memory that never waits: loads two, taken branches two.
+//! * Accesses that are not aligned are faults, as on the chip.
+//!
+//! # What it will not do
+//! * Nest interrupts: one waits until the other has returned, whatever their priorities.
+//! * Interrupts 26 to 31: USART1 and USART2, which no robot uses.
+//! * SysTick. Its registers read 0.
+//!
+//! Not compared with hardware.
+
+mod bus;
+mod private;
+mod robot;
+
+use std::io::{BufWriter, ErrorKind, stdin, stdout};
+use std::process::ExitCode;
+
+use bittybuzz_chips::Zooid;
+use clap::Parser;
+
+/// Runs the firmware image of a Zooid; reads commands from standard input and writes replies and events to standard
+/// output, one JSON object per line (docs/emulation.md).
+#[derive(Parser)]
+#[command(version)]
+struct Arguments {
+    /// So many of them, which hear each other's radio
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=100))]
+    count: u8,
+    /// Which robot: there is only one that has this core
+    #[arg(long, default_value = "zooids", value_parser = ["zooids"])]
+    robot: String,
+}
+
+fn main() -> ExitCode {
+    let Arguments { count, .. } = Arguments::parse();
+    let mut robots: Vec<_> = (0..count.into()).map(robot::Robot::<Zooid>::new).collect();
+    let output = BufWriter::new(stdout().lock());
+    match bittybuzz_emulation::serve(&mut robots, stdin().lock(), output) {
+        // Whoever started this program is gone.
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+        _ => ExitCode::SUCCESS,
+    }
+}
