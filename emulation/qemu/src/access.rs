@@ -1,14 +1,15 @@
 //! What a trapped load or store means: done in the core's place, with the board's registers.
 
-use bittybuzz_chips::{Board, Crazyflie, Width};
+use bittybuzz_chips::{Board, Width};
 
 use crate::core::{Core, CoreError, VTOR};
 use crate::memory::{CCM, FLASH, Layout};
 use crate::thumb::{self, DecodeError};
 
-/// What the board answers for: the peripherals, and the one-time programmable area with the unique id.
+/// What the board answers for: the peripherals; and the one-time programmable area, the system memory and the unique id,
+/// whose places differ from chip to chip.
 const PERIPHERALS: Region = Region { start: 0x4000_0000, length: 0x2000_0000 };
-const SYSTEM_MEMORY: Region = Region { start: 0x1fff_7000, length: 0x1000 };
+const SYSTEM_MEMORY: Region = Region { start: 0x1fff_7000, length: 0x9000 };
 /// SysTick's registers (ARMv7-M manual, B3.3.2).
 const SYSTICK: Region = Region { start: 0xe000_e010, length: 0x10 };
 /// Application interrupt and reset control (B3.2.6), the word behind VTOR.
@@ -78,7 +79,7 @@ pub fn trap(core: &mut Core) -> Result<(), CoreError> {
 /// Does the load or store before which `core` stopped, an instruction in `flash` or in RAM.
 pub fn perform(
     core: &mut Core,
-    board: &mut Crazyflie,
+    board: &mut impl Board,
     flash: &[u8],
 ) -> Result<Outcome, AccessError> {
     let before = core.next.clone();
@@ -124,15 +125,15 @@ fn instruction(core: &mut Core, flash: &[u8], pc: u32) -> Result<[u16; 2], CoreE
 }
 
 /// One element of an access.
-struct Bus<'a> {
+struct Bus<'a, B> {
     core: &'a mut Core,
-    board: &'a mut Crazyflie,
+    board: &'a mut B,
     pc: u32,
     address: u32,
     width: Width,
 }
 
-impl Bus<'_> {
+impl<B: Board> Bus<'_, B> {
     fn load(&mut self) -> Result<(u32, Outcome), AccessError> {
         let address = self.address;
         if CCM.contains(&address) {

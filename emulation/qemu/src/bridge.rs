@@ -2,26 +2,26 @@
 
 use std::time::Duration;
 
-use bittybuzz_chips::{Crazyflie, Settings};
+use bittybuzz_chips::Board;
 use bittybuzz_emulation::message::{CoreStatistics, TimedEvent};
-use bittybuzz_emulation::{Image, Machine, MachineError, Pause};
+use bittybuzz_emulation::{Control, Image, Machine, MachineError, Pause};
 
 use crate::memory::FLASH;
 use crate::robot::{Robot, RobotError};
 
 /// A board, and the core on it once an image is loaded.
-pub struct Bridge {
-    board: Crazyflie,
+pub struct Bridge<B> {
+    board: B,
     robot: Option<Robot>,
 }
 
-impl Bridge {
+impl<B: Board> Bridge<B> {
     /// Without an image.
     pub fn new() -> Self {
-        Bridge { board: Crazyflie::new(Settings::default()), robot: None }
+        Bridge { board: B::power_on(0), robot: None }
     }
 
-    fn parts(&mut self) -> Result<(&mut Robot, &mut Crazyflie), MachineError> {
+    fn parts(&mut self) -> Result<(&mut Robot, &mut B), MachineError> {
         match &mut self.robot {
             Some(robot) => Ok((robot, &mut self.board)),
             None => Err(MachineError::Emulation("no image is loaded".into())),
@@ -35,12 +35,12 @@ impl From<RobotError> for MachineError {
     }
 }
 
-impl Machine for Bridge {
-    type Board = Crazyflie;
+impl<B: Control> Machine for Bridge<B> {
+    type Board = B;
 
     fn load(&mut self, image: &Image) -> Result<(), MachineError> {
         self.robot = None;
-        self.board = Crazyflie::new(Settings::default());
+        self.board = B::power_on(0);
         let mut flash = vec![0xff; FLASH.len()];
         for (address, bytes) in image.segments() {
             let place = address
@@ -49,7 +49,7 @@ impl Machine for Bridge {
                 .ok_or(MachineError::NoMemory { address, length: bytes.len() })?;
             place.copy_from_slice(bytes);
         }
-        self.robot = Some(Robot::new(flash, image.vectors())?);
+        self.robot = Some(Robot::new(B::CORE, flash, image.vectors())?);
         Ok(())
     }
 
@@ -90,7 +90,7 @@ impl Machine for Bridge {
         self.robot.as_ref().map(Robot::statistics).unwrap_or_default()
     }
 
-    fn board(&mut self) -> &mut Crazyflie {
+    fn board(&mut self) -> &mut B {
         &mut self.board
     }
 }

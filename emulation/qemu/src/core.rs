@@ -1,9 +1,11 @@
-//! The core of the STM32F405 in QEMU: runs for a number of instructions, then is stopped and looked at.
+//! The core of the chip in QEMU: runs for a number of instructions, then is stopped and looked at.
 //!
 //! QEMU counts instructions (`-icount`), and its SysTick, which runs on that count, stops a busy core: the
 //! exception it raises meets a breakpoint at the handler's first instruction, and returns from there. So a
 //! stop comes after the same instruction every time, and no clock of the host is involved. To the firmware
 //! it is an interrupt whose handler does nothing.
+
+use bittybuzz_chips::CoreKind;
 
 use crate::gdb::{GdbError, Stop};
 use crate::memory::{self, Layout};
@@ -12,9 +14,40 @@ use crate::qtest::QtestError;
 use crate::registers::Registers;
 use crate::sites;
 
-/// The machine's board; all that matters is its chip.
-const MACHINE: &str = "netduinoplus2";
-const CHIP: &str = "stm32f405-soc";
+/// What of QEMU plays a robot's core: a board, of which all that matters is its chip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Machine {
+    name: &'static str,
+    chip: &'static str,
+    /// QEMU's SysTick counts at so many MHz, its clock at 1 GHz.
+    systick_mhz: u64,
+}
+
+impl Machine {
+    /// The one whose core executes what `core` does, with memory at the same addresses.
+    pub const fn with(core: CoreKind) -> Self {
+        match core {
+            CoreKind::CortexM4F => {
+                Machine { name: "netduinoplus2", chip: "stm32f405-soc", systick_mhz: 168 }
+            }
+            // A Cortex-M3, which knows all instructions of a Cortex-M0; 128 KiB of flash and, like the Zooid, 8 of RAM.
+            CoreKind::CortexM0 => {
+                Machine { name: "stm32vldiscovery", chip: "stm32f100-soc", systick_mhz: 24 }
+            }
+        }
+    }
+
+    /// Bytes of its flash.
+    const fn flash(self) -> usize {
+        if self.has_ccm() { 1024 * 1024 } else { 128 * 1024 }
+    }
+
+    /// Whether it has core-coupled memory, or QEMU should have modelled it.
+    const fn has_ccm(self) -> bool {
+        self.systick_mhz == 168
+    }
+}
+
 /// Registers of the core (ARMv7-M manual, B3.2.2 and B3.3.2).
 const SYST_CSR: u32 = 0xe000_e010;
 /// Behind it the counter, SYST_CVR, which any write clears.
@@ -25,9 +58,8 @@ pub const VTOR: u32 = 0xe000_ed08;
 const SYSTICK_ON: u32 = 0b111;
 const ICSR_PENDSTCLR: u32 = 1 << 25;
 const SYSTICK_EXCEPTION: u32 = 15;
-/// QEMU's SysTick counts at 168 MHz, its clock at 1 GHz.
-const SYSTICK_NUMERATOR: u64 = 168;
-const SYSTICK_DENOMINATOR: u64 = 1000;
+/// MHz of QEMU's clock.
+const CLOCK_MHZ: u64 = 1000;
 /// Less than the 2^24 ticks of SysTick.
 const LONGEST_RUN: u64 = 50_000_000;
 /// Reset value of the program status: Thumb state.
@@ -41,6 +73,10 @@ const EARLY_VECTOR: u32 = 0x0800_003c;
 const EARLY_RETURN: u32 = 0x0800_0042;
 /// The handler's address, 0x0800_0040, with the Thumb bit; NOP; BX LR.
 const EARLY_CODE: [u8; 8] = [0x41, 0x00, 0x00, 0x08, 0x00, 0xbf, 0x70, 0x47];
+
+/// Behind the flash of the STM32F051: BX LR.
+const SPARE_RETURN: u32 = 0x0801_0000;
+const RETURN: [u8; 2] = [0x70, 0x47];
 
 /// Why the core stopped and what it did.
 pub struct Stopped {
@@ -62,6 +98,7 @@ pub enum Cause {
 
 /// The core.
 pub struct Core {
+    machine: Machine,
     qemu: Qemu,
     /// Path of the core with its interrupt controller in QEMU's object model.
     path: String,
@@ -89,9 +126,9 @@ pub enum CoreError {
     /// It does not stop.
     #[error("QEMU does not stop the core")]
     Stuck,
-    /// It has no STM32F405.
-    #[error("the machine {MACHINE} of this QEMU has no STM32F405: use version 7.2 or later")]
-    NoChip,
+    /// Not what was expected.
+    #[error("the machine {0} of this QEMU does not have the chip that it had in version 7.2")]
+    NoChip(&'static str),
     /// There is no way back from SysTick.
     #[error("the image has no BX LR instruction, which this bridge needs to return from SysTick")]
     NoReturn,
@@ -123,11 +160,12 @@ impl From<QtestError> for CoreError {
 
 impl Core {
     /// A core with `flash` as content of the flash, not yet started.
-    pub fn new(flash: &[u8]) -> Result<Self, CoreError> {
-        let mut qemu = Qemu::start(MACHINE, &[])?;
-        let chip = qemu.find(CHIP)?.ok_or(CoreError::NoChip)?;
-        let has_ccm = qemu.gdb.read_memory(memory::CCM.start, &mut [0])?;
+    pub fn new(machine: Machine, flash: &[u8]) -> Result<Self, CoreError> {
+        let mut qemu = Qemu::start(machine.name, &[])?;
+        let chip = qemu.find(machine.chip)?.ok_or(CoreError::NoChip(machine.name))?;
+        let has_ccm = !machine.has_ccm() || qemu.gdb.read_memory(memory::CCM.start, &mut [0])?;
         let mut core = Core {
+            machine,
             qemu,
             path: format!("{chip}/armv7m"),
             layout: if has_ccm { Layout::Chip } else { Layout::CcmBehindSram },
@@ -139,9 +177,14 @@ impl Core {
             handler: None,
             exit: EARLY_RETURN,
         };
-        core.qemu.gdb.write_memory(memory::FLASH.start, flash)?;
+        let room = flash.len().min(machine.flash());
+        core.qemu.gdb.write_memory(memory::FLASH.start, &flash[..room])?;
         let bootloader = &flash[..(EARLY_RETURN + 2 - memory::FLASH.start) as usize];
-        if bootloader.iter().all(|&byte| byte == 0xff) {
+        if !machine.has_ccm() {
+            // This chip has more flash than the robot's.
+            core.qemu.gdb.write_memory(SPARE_RETURN, &RETURN)?;
+            core.exit = SPARE_RETURN;
+        } else if bootloader.iter().all(|&byte| byte == 0xff) {
             core.qemu.gdb.write_memory(EARLY_VECTOR, &EARLY_CODE)?;
         } else {
             core.exit =
@@ -288,7 +331,7 @@ impl Core {
     /// SysTick shall stop the core after `instructions`. From a cleared counter it fires after two periods:
     /// QEMU takes one until it reloads. To be done before each run, because QEMU's clock jumped at the stop.
     fn arm(&mut self, instructions: u64) -> Result<(), CoreError> {
-        let ticks = (instructions * SYSTICK_NUMERATOR).div_ceil(SYSTICK_DENOMINATOR);
+        let ticks = (instructions * self.machine.systick_mhz).div_ceil(CLOCK_MHZ);
         let period = ticks.div_ceil(2).max(2);
         // In this order: started with a reload value of 0, as after a reset, QEMU's SysTick stays off. At last the
         // exception that may be pending from the stop before.

@@ -1,4 +1,4 @@
-//! `bbz-emulate-qemu`: boots a Crazyflie's firmware in stock QEMU, with the peripherals of `bittybuzz-chips`.
+//! `bbz-emulate-qemu`: boots a robot's firmware in stock QEMU, with the peripherals of `bittybuzz-chips`.
 //!
 //! A second opinion: the core is QEMU's, not Unicorn's; board, protocol and image are those of
 //! `bbz-emulate-stm32`. Nothing is patched, neither QEMU nor the image.
@@ -18,6 +18,7 @@
 //! * Count exceptions, or how long interrupts were masked: these statistics stay 0.
 //! * Keep RAM across a lockup: QEMU ends then, and a new one is started.
 //! * Hide that QEMU 7.2 lacks core-coupled memory: see [`memory::Layout`].
+//! * DMA and flash programming, which only the Zooid's board models; several robots in one program.
 //!
 //! Not compared with hardware.
 
@@ -32,10 +33,12 @@ mod thumb;
 use std::io::{stdin, stdout};
 use std::process::ExitCode;
 
+use bittybuzz_chips::{Crazyflie, Zooid};
 use bittybuzz_emulate_qemu::{gdb, qemu, qtest, registers};
-use clap::Parser;
+use bittybuzz_emulation::Control;
+use clap::{Parser, ValueEnum};
 
-/// Emulates a Crazyflie with stock QEMU; reads commands from standard input and writes replies and events to
+/// Emulates a robot with stock QEMU; reads commands from standard input and writes replies and events to
 /// standard output, one JSON object per line (docs/emulation.md).
 #[derive(Parser)]
 #[command(
@@ -45,12 +48,28 @@ use clap::Parser;
     | bbz-emulate-qemu\n\n\
     Needs qemu-system-arm 7.2 or later (package qemu-system-arm)."
 )]
-struct Arguments {}
+struct Arguments {
+    /// Which robot
+    #[arg(long, value_enum, default_value_t = Kind::Crazyflie)]
+    robot: Kind,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Kind {
+    Crazyflie,
+    Zooids,
+}
 
 fn main() -> ExitCode {
-    Arguments::parse();
-    match bittybuzz_emulation::serve(&mut [bridge::Bridge::new()], stdin().lock(), stdout().lock())
-    {
+    match Arguments::parse().robot {
+        Kind::Crazyflie => play::<Crazyflie>(),
+        Kind::Zooids => play::<Zooid>(),
+    }
+}
+
+fn play<B: Control>() -> ExitCode {
+    let mut bridges = [bridge::Bridge::<B>::new()];
+    match bittybuzz_emulation::serve(&mut bridges, stdin().lock(), stdout().lock()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("bbz-emulate-qemu: the pipe to the caller broke: {error}");

@@ -3,12 +3,12 @@
 use std::collections::{HashMap, HashSet};
 use std::time::Duration;
 
-use bittybuzz_chips::{Board, Crazyflie, ResetCause, Time};
+use bittybuzz_chips::{Board, CoreKind, ResetCause, Time};
 use bittybuzz_emulation::Pause;
 use bittybuzz_emulation::message::{CoreStatistics, Event, TimedEvent};
 
 use crate::access::{self, AccessError, Outcome};
-use crate::core::{Cause, Core, CoreError};
+use crate::core::{Cause, Core, CoreError, Machine};
 use crate::memory::{self, Layout};
 use crate::registers::Registers;
 use crate::sites::{self, Action, Site};
@@ -16,6 +16,7 @@ use crate::sites::{self, Action, Site};
 /// A robot that runs an image.
 pub struct Robot {
     core: Core,
+    machine: Machine,
     flash: Vec<u8>,
     vectors: u32,
     sites: HashMap<u32, Site>,
@@ -64,11 +65,13 @@ pub enum RobotError {
 
 impl Robot {
     /// A robot with `flash`, just turned on. The bootloader starts what `vectors` says.
-    pub fn new(flash: Vec<u8>, vectors: u32) -> Result<Self, RobotError> {
+    pub fn new(core: CoreKind, flash: Vec<u8>, vectors: u32) -> Result<Self, RobotError> {
+        let machine = Machine::with(core);
         let sites = sites::find(memory::FLASH.start, &flash).collect();
         let skipped = HashSet::new();
         let mut robot = Robot {
-            core: start_core(&flash, &sites, &skipped)?,
+            core: start_core(machine, &flash, &sites, &skipped)?,
+            machine,
             flash,
             vectors,
             sites,
@@ -84,7 +87,7 @@ impl Robot {
     }
 
     /// Runs until `until`, or until nothing can happen any more.
-    pub fn run(&mut self, board: &mut Crazyflie, until: Duration) -> Result<Pause, RobotError> {
+    pub fn run(&mut self, board: &mut impl Board, until: Duration) -> Result<Pause, RobotError> {
         let until = Time::from_nanos(u64::try_from(until.as_nanos()).unwrap_or(u64::MAX));
         while board.now() < until {
             if !board.is_powered() {
@@ -131,7 +134,7 @@ impl Robot {
     }
 
     /// What happened since the last call.
-    pub fn take_events(&mut self, board: &mut Crazyflie) -> Vec<TimedEvent> {
+    pub fn take_events(&mut self, board: &mut impl Board) -> Vec<TimedEvent> {
         let mut events = std::mem::take(&mut self.events);
         events.extend(board.take_events().into_iter().map(|(time, event)| TimedEvent {
             at: Duration::from_nanos(time.nanos()),
@@ -159,19 +162,19 @@ impl Robot {
         Ok(())
     }
 
-    fn reset(&mut self, board: &mut Crazyflie, cause: ResetCause) -> Result<(), RobotError> {
+    fn reset(&mut self, board: &mut impl Board, cause: ResetCause) -> Result<(), RobotError> {
         board.reset(cause);
         self.report(board, Event::Reset { cause: cause.name().into() });
         self.start()
     }
 
-    fn report(&mut self, board: &Crazyflie, event: Event) {
+    fn report(&mut self, board: &impl Board, event: Event) {
         self.events.push(TimedEvent { at: Duration::from_nanos(board.now().nanos()), event });
     }
 
     /// Lets time pass on the board. Returns whether the board reset the core meanwhile; then it is not later
     /// than that.
-    fn pass(&mut self, board: &mut Crazyflie, to: Time) -> Result<bool, RobotError> {
+    fn pass(&mut self, board: &mut impl Board, to: Time) -> Result<bool, RobotError> {
         while board.now() < to {
             board.advance(next_event(board, to));
             if let Some(cause) = board.take_reset_request() {
@@ -183,21 +186,21 @@ impl Robot {
     }
 
     /// Lets an executed instruction's time pass that QEMU did not count.
-    fn count(&mut self, board: &mut Crazyflie) -> Result<bool, RobotError> {
+    fn count(&mut self, board: &mut impl Board) -> Result<bool, RobotError> {
         self.statistics.instructions += 1;
         self.pass(board, board.now() + Time::of_ticks(1, board.core_clock_hz()))
     }
 
     /// Shows the core the board's interrupt lines. Returns whether one rose: then an exception will be taken,
     /// which sets the event register (B1.5.18), unless it is masked; that WFE may end early is allowed.
-    fn connect(&mut self, board: &Crazyflie) -> bool {
+    fn connect(&mut self, board: &impl Board) -> bool {
         let rose = self.core.set_lines(board.interrupts().bits());
         self.event |= rose;
         rose
     }
 
     /// The core runs until the next event of the board, or until it needs the bridge.
-    fn execute(&mut self, board: &mut Crazyflie, until: Time) -> Result<(), RobotError> {
+    fn execute(&mut self, board: &mut impl Board, until: Time) -> Result<(), RobotError> {
         self.connect(board);
         let clock = board.core_clock_hz();
         let span = next_event(board, until) - board.now();
@@ -220,7 +223,7 @@ impl Robot {
     }
 
     /// The core waits: time jumps to the board's next event.
-    fn wait(&mut self, board: &mut Crazyflie, until: Time) -> Result<(), RobotError> {
+    fn wait(&mut self, board: &mut impl Board, until: Time) -> Result<(), RobotError> {
         if self.pass(board, next_event(board, until))? {
             return Ok(());
         }
@@ -231,7 +234,7 @@ impl Robot {
     }
 
     /// The core is about to access something trapped.
-    fn access(&mut self, board: &mut Crazyflie) -> Result<(), RobotError> {
+    fn access(&mut self, board: &mut impl Board) -> Result<(), RobotError> {
         let outcome = access::perform(&mut self.core, board, &self.flash)?;
         self.connect(board);
         match outcome {
@@ -247,8 +250,8 @@ impl Robot {
     }
 
     /// QEMU ends when the core locks up.
-    fn ended(&mut self, board: &Crazyflie) -> Result<(), RobotError> {
-        let fresh = start_core(&self.flash, &self.sites, &self.skipped)?;
+    fn ended(&mut self, board: &impl Board) -> Result<(), RobotError> {
+        let fresh = start_core(self.machine, &self.flash, &self.sites, &self.skipped)?;
         let words = std::mem::replace(&mut self.core, fresh).last_words();
         if !words.contains("Lockup") {
             return Err(RobotError::Ended(words));
@@ -260,7 +263,7 @@ impl Robot {
         Ok(())
     }
 
-    fn breakpoint(&mut self, board: &mut Crazyflie) -> Result<(), RobotError> {
+    fn breakpoint(&mut self, board: &mut impl Board) -> Result<(), RobotError> {
         let pc = self.core.next.pc();
         if self.skipped.contains(&pc) {
             self.core.return_at_once();
@@ -305,11 +308,12 @@ impl Robot {
 
 /// A core that stops where the bridge is needed.
 fn start_core(
+    machine: Machine,
     flash: &[u8],
     sites: &HashMap<u32, Site>,
     skipped: &HashSet<u32>,
 ) -> Result<Core, RobotError> {
-    let mut core = Core::new(flash)?;
+    let mut core = Core::new(machine, flash)?;
     access::trap(&mut core)?;
     let layout = core.layout();
     let needed = |site: &Site| {
@@ -326,7 +330,7 @@ fn start_core(
 }
 
 /// When the board will next change by itself, but at the latest at `until`; always later than now.
-fn next_event(board: &Crazyflie, until: Time) -> Time {
+fn next_event(board: &impl Board, until: Time) -> Time {
     let next = board.next_event().map_or(until, |next| next.min(until));
     next.max(board.now() + Time::from_picos(1))
 }

@@ -153,8 +153,11 @@ impl Table {
 
     /// The same with this core.
     pub fn on(core: Core, script: &str, ids: &[u16]) -> Self {
-        let arguments = ["--robot", "zooids", "--count", &ids.len().to_string()];
-        let mut emulator = Emulator::spawn_with(core.program(), &arguments).expect("it starts");
+        let count = ids.len().to_string();
+        let arguments = ["--robot", "zooids", "--count", &count];
+        // Not all of them can play several.
+        let arguments = if ids.len() > 1 { &arguments[..] } else { &arguments[..2] };
+        let mut emulator = Emulator::spawn_with(core.program(), arguments).expect("it starts");
         emulator.load(&zooids()).expect("it loads");
         let layout = layout();
         let section = layout.script_section(&image_for("zooids", script)).expect("a short script");

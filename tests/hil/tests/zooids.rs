@@ -500,3 +500,24 @@ function step() { n = n + 1  led(n % 8)  set_motor(n % 50, -30)  log(n, pos.x, p
         }
     }
 }
+
+/// A third core: one robot for a second, with the projector's light on it.
+#[test]
+fn qemu_does_the_same() {
+    let script = "\
+function init() { n = 0 }
+function step() { n = n + 1  led(n % 8)  set_motor(40, 30)  log(n, pos.x, pos.y, pos.orientation, battery()) }
+";
+    let run = |core| {
+        let mut table = Table::on(core, script, &[3]);
+        table.put(0, Place::at(-120.0, 77.0, -60.0));
+        table.run_ms(1050);
+        let zooid = &table.zooids()[0];
+        let logged: Vec<Vec<String>> =
+            zooid.told.log.iter().map(|(_, values)| values.clone()).collect();
+        (logged, zooid.motors())
+    };
+    let (one, other) = (run(Core::Unicorn), run(Core::Qemu));
+    assert_eq!(one.0.len(), 10);
+    assert_eq!(one, other);
+}
