@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process;
 
 use bittybuzz_compiler::fit;
-use bittybuzz_robots::{Layout, Robot};
+use bittybuzz_robots::{Layout, Robot, Setting};
 use bittybuzz_vm_core::ImageError;
 use clap::Args;
 
@@ -24,6 +24,7 @@ Examples:
   bbz flash blink.bbi --robot crazyflie                 the same with what `bbz build` has made
   bbz flash blink.bzz --robot crazyflie --firmware crazyflie.elf    firmware and script
   bbz flash blink.bzz --robot crazyflie --id 7          also make it robot 7, from now on
+  bbz flash blink.bzz --robot zooids --set range_mm=300 it does not hear robots that are farther away, from now on
   bbz flash blink.bzz --robot crazyflie --dry-run       check everything, and print what would be called
 
 The script has a part of the flash of its own, where firmware looks for it that was built for this robot file. probe-rs
@@ -47,6 +48,9 @@ pub struct Arguments {
     /// Also assign this id to the robot; it keeps it when other scripts and firmware are flashed
     #[arg(long, value_name = "N")]
     id: Option<u16>,
+    /// Also set what the robot file calls a setting; all that are not given are as if never set. May be given several times
+    #[arg(long, value_name = "NAME=VALUE")]
+    set: Vec<String>,
     /// Only check, and print the calls of probe-rs
     #[arg(long)]
     dry_run: bool,
@@ -69,18 +73,20 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     }
     let file = SectionFile::new(&arguments.file, "script");
     let id = arguments.id.map(|id| assign(id, robot, &layout, &arguments.file)).transpose()?;
+    let settings = set(&arguments.set, robot, &layout, &arguments.file)?;
+    let assignments = [id, settings];
     let mut calls = calls(chip, &layout, arguments.firmware.as_deref(), &file.0);
-    if let Some(id) = &id {
+    for assignment in assignments.iter().flatten() {
         // Before the script, with which the robot starts anew.
-        calls.insert(calls.len() - 1, id.call(chip));
+        calls.insert(calls.len() - 1, assignment.call(chip));
     }
     if arguments.dry_run {
         let calls: String = calls.iter().map(|call| format!("{call}\n")).collect();
         return output::write(&calls).map(|()| Ending::Success);
     }
     file.write(&section)?;
-    if let Some(id) = &id {
-        id.file.write(&id.section)?;
+    for assignment in assignments.iter().flatten() {
+        assignment.file.write(&assignment.section)?;
     }
     calls.into_iter().try_for_each(ProbeRs::run)?;
     let (script, title) = (arguments.file.display(), &robot.title);
@@ -127,18 +133,57 @@ fn calls(chip: &str, layout: &Layout, firmware: Option<&Path>, script: &Path) ->
     firmware.into_iter().chain([script]).collect()
 }
 
-/// The id that a robot is to get.
+/// What a robot is to keep in a region of its own.
 struct Assignment {
     address: u32,
-    section: [u8; 4],
+    section: Vec<u8>,
     file: SectionFile,
 }
 
 /// What is needed to give a robot its id, if it can have one.
 fn assign(id: u16, robot: &Robot, layout: &Layout, script: &Path) -> Result<Assignment, Problem> {
     let region = layout.id.ok_or_else(|| Problem::NoIdRegion(robot.title.clone()))?;
-    let (section, file) = (Layout::id_section(id), SectionFile::new(script, "id"));
+    let (section, file) = (Layout::id_section(id).to_vec(), SectionFile::new(script, "id"));
     Ok(Assignment { address: region.address, section, file })
+}
+
+/// What is needed to give a robot these settings, if there are any.
+fn set(
+    arguments: &[String],
+    robot: &Robot,
+    layout: &Layout,
+    script: &Path,
+) -> Result<Option<Assignment>, Problem> {
+    let Some(region) = layout.settings.filter(|_| !arguments.is_empty()) else {
+        let unknown = arguments.first().map(|argument| misset(argument, robot));
+        return unknown.map_or(Ok(None), Err);
+    };
+    let mut values = vec![None; robot.settings.len()];
+    for argument in arguments {
+        let given = argument.split_once('=').and_then(|(name, value)| {
+            let place = robot.settings.iter().position(|setting| setting.name == name)?;
+            let (setting, value) = (robot.settings.get(place)?, value.parse().ok()?);
+            (setting.least..=setting.most).contains(&value).then_some((place, value))
+        });
+        let (place, value) = given.ok_or_else(|| misset(argument, robot))?;
+        if let Some(slot) = values.get_mut(place) {
+            *slot = Some(value);
+        }
+    }
+    let (section, file) = (Layout::settings_section(&values), SectionFile::new(script, "settings"));
+    Ok(Some(Assignment { address: region.address, section, file }))
+}
+
+fn misset(argument: &str, robot: &Robot) -> Problem {
+    let settings = robot.settings.iter().map(|setting| {
+        let Setting { name, least, most, help } = setting;
+        format!("{name}={least} to {name}={most}: {help}")
+    });
+    Problem::RobotSetting {
+        argument: argument.to_owned(),
+        robot: robot.title.clone(),
+        settings: settings.collect(),
+    }
 }
 
 impl Assignment {

@@ -82,6 +82,15 @@ pub enum Problem {
     NoIdRegion(String),
     /// A `--set` that is no `KEY=VALUE`.
     Setting(String),
+    /// A `--set` that the robot, by its title, does not know or take; and what it takes.
+    RobotSetting {
+        /// What was given.
+        argument: String,
+        /// Its title.
+        robot: String,
+        /// A line each.
+        settings: Vec<String>,
+    },
     /// There is nothing to emulate.
     NoFirmware,
     /// Symbols where an image is needed.
@@ -206,6 +215,10 @@ impl Problem {
                 "its robot file has no `id` in its [layout]: flash that it shares with nothing"
                     .to_owned(),
             ),
+            Problem::RobotSetting { settings, .. } if settings.is_empty() => {
+                Some("its robot file has no [[setting]]".to_owned())
+            }
+            Problem::RobotSetting { settings, .. } => Some(settings.join("\n      ")),
             Problem::NoFirmware => Some("name the firmware (ELF) in place of -".to_owned()),
             Problem::NoImage(_) => {
                 Some("name the script (.bzz), or its image (.bbi) beside the symbols".to_owned())
@@ -280,6 +293,9 @@ impl fmt::Display for Problem {
             }
             Problem::NoIdRegion(robot) => write!(f, "the {robot} has no place for an id"),
             Problem::Setting(argument) => write!(f, "`--set {argument}` gives no value"),
+            Problem::RobotSetting { argument, robot, .. } => {
+                write!(f, "the {robot} cannot be set by `--set {argument}`")
+            }
             Problem::NoFirmware => write!(f, "there is no firmware to emulate"),
             Problem::NoImage(path) => {
                 write!(f, "`{}` tells of a script, but is not one", path.display())

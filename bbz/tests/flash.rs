@@ -67,6 +67,36 @@ fn firmware_comes_before_the_script() {
     assert!(calls[1].contains("--reset --binary-format bin --base-address 0x08020000"));
 }
 
+/// Settings have a page of their own; what is not given is erased.
+#[test]
+fn settings_are_written() {
+    const ZOOIDS: [&str; 4] = ["flash", "s.bzz", "--robot", "zooids"];
+    let folder = Folder::with("flash_settings", "s.bzz", SCRIPT);
+    probe_rs::install(&folder, "case \"$file\" in *-settings.bin) cp \"$file\" set.bin;; esac");
+    let outcome = probe_rs::bbz(&folder, &[&ZOOIDS[..], &["--set", "range_mm=300"]].concat());
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+    let calls = probe_rs::calls(&folder);
+    assert_eq!(calls.len(), 2);
+    assert!(calls[0].contains("--chip STM32F051C8"), "{}", calls[0]);
+    assert!(calls[0].contains("--verify --binary-format bin --base-address 0x0800f800"));
+    assert!(calls[1].contains("--reset --binary-format bin --base-address 0x0800ec00"));
+    assert_eq!(folder.read("set.bin"), [0xff, 0xff, 0xff, 0xff, 0x2c, 0x01, 0xd3, 0xfe]);
+    let both = ["--set", "range_mm=1", "--set", "minimum_duty=24"];
+    assert_eq!(probe_rs::bbz(&folder, &[&ZOOIDS[..], &both].concat()).status, Some(0));
+    assert_eq!(folder.read("set.bin"), [24, 0, 0xe7, 0xff, 1, 0, 0xfe, 0xff]);
+    for wrong in
+        ["range_mm", "range_mm=", "range_mm=0", "range_mm=65535", "range=1", "minimum_duty=61"]
+    {
+        let outcome = probe_rs::bbz(&folder, &[&ZOOIDS[..], &["--set", wrong]].concat());
+        assert_eq!(outcome.status, Some(3));
+        assert!(outcome.stderr.contains(&format!("`--set {wrong}`")), "{}", outcome.stderr);
+        assert!(outcome.stderr.contains("minimum_duty=1 to minimum_duty=60"), "{}", outcome.stderr);
+    }
+    let outcome = probe_rs::bbz(&folder, &[&FLASH[..], &["--set", "x=1"]].concat());
+    assert_eq!(outcome.status, Some(3));
+    assert!(outcome.stderr.contains("has no [[setting]]"), "{}", outcome.stderr);
+}
+
 /// The id has a sector of its own, and is written before the robot starts anew.
 #[test]
 fn an_id_is_assigned() {

@@ -1,6 +1,6 @@
 //! Rust source of a robot's configuration, for the build script of its firmware.
 
-use crate::{Layout, Robot, name_hash};
+use crate::{Layout, Robot, Setting, name_hash};
 use std::fmt::Write;
 
 /// Rust source with the sizes of the robot's virtual machine, and the numbers of its functions.
@@ -13,7 +13,8 @@ use std::fmt::Write;
 /// Sizes are `usize` constants named as in the robot file (`SLOTS`, ...), with `PROFILE` and `NAME` beside them. Where the
 /// robot file has a `[layout]`, its regions are `FLASH_ADDRESS`, `FLASH_SIZE`, `SCRIPT_ADDRESS` and so on, named as in
 /// [`Layout::memory_x`].
-/// `function` holds one `u16` constant per function; `FUNCTIONS` lists number and name of all.
+/// `function` holds one `u16` constant per function, `setting` one `usize` per setting; `FUNCTIONS` lists number and name of all
+/// functions.
 pub fn generate_rust(robot: &Robot) -> String {
     let mut out = String::new();
     // Writing to a String cannot fail.
@@ -71,6 +72,12 @@ fn write(robot: &Robot, out: &mut String) -> std::fmt::Result {
             "    pub const {name}: u16 = {hash:#06x}; // name_hash({:?})",
             function.name
         )?;
+    }
+    writeln!(out, "}}")?;
+    writeln!(out, "/// Places of the settings in their region.\npub mod setting {{")?;
+    for (place, Setting { name, help, .. }) in robot.settings.iter().enumerate() {
+        let name = constant(name);
+        writeln!(out, "    /// {help}\n    pub const {name}: usize = {place};")?;
     }
     writeln!(out, "}}")?;
     writeln!(

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-/// Bytes of a robot's id in flash.
-const ID_BYTES: u32 = 4;
+/// Bytes of a robot's id, or of a setting, in flash.
+const NUMBER_BYTES: usize = 4;
 
 /// Bytes before the image in the script region: its length, a `u32`, least significant byte first.
 const SCRIPT_HEADER: u32 = 4;
@@ -24,6 +24,8 @@ pub struct Layout {
     /// Flash of the robot's id, which nothing else shares an erasable sector with: see [`Layout::id_section`]. `None`
     /// where no id can be assigned.
     pub id: Option<Region>,
+    /// Flash of the robot's settings, likewise: see [`Layout::settings_section`]. `None` where there are none.
+    pub settings: Option<Region>,
 }
 
 /// A region of memory.
@@ -60,17 +62,25 @@ impl Layout {
     pub fn regions(&self) -> impl Iterator<Item = (&'static str, Region)> {
         let stack = self.stack.map(|stack| ("STACK", stack));
         let id = self.id.map(|id| ("ID", id));
+        let settings = self.settings.map(|settings| ("SETTINGS", settings));
         [("FLASH", self.application), ("SCRIPT", self.script), ("RAM", self.ram)]
             .into_iter()
             .chain(stack)
             .chain(id)
+            .chain(settings)
     }
 
     /// The first bytes of the id region: the id and its complement, so that erased flash is none; each a `u16`, least
     /// significant byte first.
-    pub fn id_section(id: u16) -> [u8; ID_BYTES as usize] {
+    pub fn id_section(id: u16) -> [u8; NUMBER_BYTES] {
         let [[a, b], [c, d]] = [id.to_le_bytes(), (!id).to_le_bytes()];
         [a, b, c, d]
+    }
+
+    /// The first bytes of the settings region: each setting as the id, erased where there is no value.
+    pub fn settings_section(values: &[Option<u16>]) -> Vec<u8> {
+        let bytes = |value: &Option<u16>| value.map_or([u8::MAX; NUMBER_BYTES], Layout::id_section);
+        values.iter().flat_map(bytes).collect()
     }
 
     /// Bytes of the longest image that fits into the script region.
@@ -124,6 +134,7 @@ mod tests {
             ram: region(0x2000_0000, 0x2_0000),
             stack: Some(region(0x1000_0000, 0x1_0000)),
             id: Some(region(0x0804_0000, 0x2_0000)),
+            settings: Some(region(0x0806_0000, 0x400)),
         }
     }
 
@@ -142,6 +153,12 @@ mod tests {
     }
 
     #[test]
+    fn settings_without_a_value_are_erased() {
+        let section = Layout::settings_section(&[None, Some(0x0102)]);
+        assert_eq!(section, [0xff, 0xff, 0xff, 0xff, 2, 1, 0xfd, 0xfe]);
+    }
+
+    #[test]
     fn memory_x_has_every_region() {
         let text = layout().memory_x();
         for line in [
@@ -150,6 +167,7 @@ mod tests {
             "  RAM : ORIGIN = 0x20000000, LENGTH = 0x20000\n",
             "  STACK : ORIGIN = 0x10000000, LENGTH = 0x10000\n",
             "  ID : ORIGIN = 0x08040000, LENGTH = 0x20000\n",
+            "  SETTINGS : ORIGIN = 0x08060000, LENGTH = 0x400\n",
             "_stack_start = ORIGIN(STACK) + LENGTH(STACK);\n",
         ] {
             assert!(text.contains(line), "{line}{text}");

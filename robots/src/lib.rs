@@ -29,6 +29,7 @@
 //! | `[layout]` | where firmware, script and data lie on the chip, see [`Layout`]; left out where no script can be flashed alone |
 //! | `[[function]]` | a function that scripts may call, see [`Function`] |
 //! | `[[table]]` | a table that the robot keeps up to date, such as `pos`, see [`SensorTable`] |
+//! | `[[setting]]` | a number that people write to one robot's flash, see [`Setting`] |
 //!
 //! # What it will not do
 //! It knows no pins, clocks or drivers: those are the firmware's. It does not say how a function is carried out,
@@ -76,6 +77,8 @@ pub struct Robot {
     pub functions: Vec<Function>,
     /// The tables that it keeps up to date for its scripts, in the order of the file.
     pub tables: Vec<SensorTable>,
+    /// What can be set on each robot, in the order of the file.
+    pub settings: Vec<Setting>,
 }
 
 /// A number profile of the virtual machine.
@@ -160,6 +163,20 @@ impl Function {
     pub fn accepts_count(&self, count: usize) -> bool {
         self.accepts.iter().any(|list| list.len() == count)
     }
+}
+
+/// A number in which one robot differs from others of its kind. `bbz flash --set` writes it to flash, where new scripts and
+/// firmware leave it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Setting {
+    /// Its name, such as `range_mm`.
+    pub name: String,
+    /// The smallest value.
+    pub least: u16,
+    /// The largest value.
+    pub most: u16,
+    /// What it does, with its unit, and what holds without it, in one line.
+    pub help: String,
 }
 
 /// A table that a robot keeps up to date for its scripts.

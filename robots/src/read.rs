@@ -7,7 +7,7 @@ use crate::error::{Cause, Place, RobotError};
 use crate::generate::constant;
 use crate::layout::{Layout, Region};
 use crate::signature::{self, Parameter, Type};
-use crate::{Budget, Function, Profile, Robot, SensorTable, VmSizes, name_hash};
+use crate::{Budget, Function, Profile, Robot, SensorTable, Setting, VmSizes, name_hash};
 use bittybuzz_vm_core::builtin::{self, Library};
 use std::ops::{Range, RangeInclusive};
 use toml::Spanned;
@@ -40,6 +40,7 @@ pub fn robot(text: &str, path: &str) -> Result<Robot, RobotError> {
         "layout",
         "function",
         "table",
+        "setting",
     ])?;
 
     let name = root.line("name")?;
@@ -59,6 +60,12 @@ pub fn robot(text: &str, path: &str) -> Result<Robot, RobotError> {
         names.add_function(&section, &function.name)?;
         functions.push(function);
     }
+    let mut settings = Vec::new();
+    for section in root.array_of_tables("setting")? {
+        let setting = setting(&section)?;
+        names.add(&section, &setting.name, false)?;
+        settings.push(setting);
+    }
     let vm = root.section("vm", "[vm]")?;
     let robot = Robot {
         name: name.text.to_owned(),
@@ -73,7 +80,14 @@ pub fn robot(text: &str, path: &str) -> Result<Robot, RobotError> {
         layout: root.optional("layout", |root, key| layout(&root.section(key, "[layout]")?))?,
         functions,
         tables,
+        settings,
     };
+    if !robot.settings.is_empty()
+        && let Some(layout) = robot.layout
+        && layout.settings.is_none()
+    {
+        root.section("layout", "[layout]")?.required("settings")?;
+    }
     let (slots, most) = (robot.vm.slots, robot.most_slots());
     if slots > most {
         let (slot_bytes, memory) = (robot.slot_bytes(), robot.vm.memory);
@@ -140,17 +154,18 @@ fn message_bytes(profile: Profile) -> u32 {
 const ALIGNMENT: u32 = 512;
 
 fn layout(section: &Section<'_>) -> Result<Layout, RobotError> {
-    section.only(&["application", "script", "ram", "stack", "id"])?;
+    section.only(&["application", "script", "ram", "stack", "id", "settings"])?;
     let layout = Layout {
         application: region(section, "application")?,
         script: region(section, "script")?,
         ram: region(section, "ram")?,
         stack: section.optional("stack", region)?,
         id: section.optional("id", region)?,
+        settings: section.optional("settings", region)?,
     };
-    let Layout { application, script, ram, stack, id } = layout;
+    let Layout { application, script, ram, stack, id, settings } = layout;
     let always = [("application", application), ("script", script), ("ram", ram)];
-    let sometimes = [("stack", stack), ("id", id)].into_iter();
+    let sometimes = [("stack", stack), ("id", id), ("settings", settings)].into_iter();
     let sometimes = sometimes.filter_map(|(key, region)| Some((key, region?)));
     let regions: Vec<_> = always.into_iter().chain(sometimes).collect();
     for (index, (key, region)) in regions.iter().enumerate() {
@@ -171,6 +186,9 @@ fn region(section: &Section<'_>, key: &'static str) -> Result<Region, RobotError
     }
     Ok(Region { address, size: region.integer("size", ALIGNMENT..=u32::MAX - address)? })
 }
+
+/// Settings are 16 bits.
+const MOST_SETTING: u32 = u16::MAX as u32;
 
 fn function(section: &Section<'_>) -> Result<Function, RobotError> {
     section.only(&["name", "accepts", "returns", "waits", "help"])?;
@@ -196,6 +214,17 @@ fn sensor_table(section: &Section<'_>) -> Result<SensorTable, RobotError> {
     Ok(SensorTable {
         name: section.identifier("name")?,
         fields: list,
+        help: section.line("help")?.text.to_owned(),
+    })
+}
+
+fn setting(section: &Section<'_>) -> Result<Setting, RobotError> {
+    section.only(&["name", "least", "most", "help"])?;
+    let least = section.integer("least", 0..=MOST_SETTING)?;
+    Ok(Setting {
+        name: section.identifier("name")?,
+        least: least as u16,
+        most: section.integer("most", least..=MOST_SETTING)? as u16,
         help: section.line("help")?.text.to_owned(),
     })
 }
@@ -458,6 +487,7 @@ impl<'a> Section<'a> {
     fn array_of_tables(&self, key: &'static str) -> Result<Vec<Section<'a>>, RobotError> {
         let name = match key {
             "function" => "this [[function]]",
+            "setting" => "this [[setting]]",
             _ => "this [[table]]",
         };
         let items = self.optional(key, Section::array)?.unwrap_or_default();

@@ -87,6 +87,7 @@ fn a_good_file_says_what_it_says() {
         ram: Region { address: 0x2000_0000, size: 0x2000 },
         stack: Some(Region { address: 0x1000_0000, size: 0x200 }),
         id: None,
+        settings: None,
     };
     assert_eq!(toy.layout, Some(layout));
     let led = toy.function("led").unwrap();
@@ -176,6 +177,16 @@ fn every_error_has_its_place() {
             "stack = {",
             "id = { address = 0x2000_0000, size = 512 } # {",
             Expected("Overlap", 25, 6, "`id` and `ram` overlap"),
+        ),
+        (
+            "[[table]]",
+            "[[setting]]\nname = \"x\"\nleast = 2\nmost = 1\nhelp = \"y\"\n[[table]]",
+            Expected("OutOfRange", 30, 8, "from 2 to 65535"),
+        ),
+        (
+            "[[table]]",
+            "[[setting]]\nname = \"x\"\nleast = 2\nmost = 3\nhelp = \"y\"\n[[table]]",
+            Expected("MissingKey", 21, 1, "[layout] has no `settings`"),
         ),
         ("size = 0x200 }", "size = 0 }", Expected("OutOfRange", 25, 41, "from 512")),
         ("0x1000_0000", "0x1_0000_0000", Expected("OutOfRange", 25, 21, "cannot be")),

@@ -29,17 +29,20 @@ fn main() {
 }
 "#;
 
-/// What prints the regions of a robot with a layout that has a stack and an id, and of one without.
-const PRINT_LAYOUT: &str = r#"
-fn layout() {
-    println!("FLASH {} {}", robot::FLASH_ADDRESS, robot::FLASH_SIZE);
-    println!("SCRIPT {} {}", robot::SCRIPT_ADDRESS, robot::SCRIPT_SIZE);
-    println!("RAM {} {}", robot::RAM_ADDRESS, robot::RAM_SIZE);
-    println!("STACK {} {}", robot::STACK_ADDRESS, robot::STACK_SIZE);
-    println!("ID {} {}", robot::ID_ADDRESS, robot::ID_SIZE);
+/// What prints the regions and settings of a robot.
+fn print_layout(robot: &Robot) -> String {
+    let mut out = "fn layout() {\n".to_owned();
+    for (name, _) in robot.layout.iter().flat_map(Layout::regions) {
+        out += &format!(
+            "println!(\"{name} {{}} {{}}\", robot::{name}_ADDRESS, robot::{name}_SIZE);\n"
+        );
+    }
+    for setting in &robot.settings {
+        let name = setting.name.to_uppercase();
+        out += &format!("println!(\"{name} {{}}\", robot::setting::{name});\n");
+    }
+    out + "}\n"
 }
-"#;
-const NO_LAYOUT: &str = "fn layout() {}\n";
 
 fn expected(robot: &Robot) -> String {
     let vm = robot.vm;
@@ -64,14 +67,16 @@ fn expected(robot: &Robot) -> String {
     for (name, region) in robot.layout.iter().flat_map(Layout::regions) {
         out += &format!("{name} {} {}\n", region.address, region.size);
     }
+    for (place, setting) in robot.settings.iter().enumerate() {
+        out += &format!("{} {place}\n", setting.name.to_uppercase());
+    }
     out
 }
 
 fn compile_and_run(robot: &Robot, folder: &Path) -> io::Result<String> {
     fs::create_dir_all(folder)?;
     fs::write(folder.join("robot.rs"), generate_rust(robot))?;
-    let layout = if robot.layout.is_some() { PRINT_LAYOUT } else { NO_LAYOUT };
-    fs::write(folder.join("main.rs"), [PRINT, layout].concat())?;
+    fs::write(folder.join("main.rs"), [PRINT, &print_layout(robot)].concat())?;
     let rustc = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned());
     let binary = folder.join("main");
     let compiled = Command::new(rustc)

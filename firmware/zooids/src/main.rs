@@ -22,7 +22,6 @@ mod eyes;
 mod failure;
 mod functions;
 mod i2c;
-mod id;
 mod leds;
 mod log;
 mod memory;
@@ -31,6 +30,7 @@ mod pins;
 mod radio;
 mod section;
 mod sensors;
+mod settings;
 mod touch;
 mod watchdog;
 
@@ -56,11 +56,11 @@ use embassy_time::Duration;
 use static_cell::{ConstStaticCell, StaticCell};
 
 use functions::{Zooid, is_function};
-use id::Id;
 use leds::{Led, Light, LightChannel};
 use log::{error, info, warning};
 use motors::{Drive, Motors};
 use radio::nrf24::Nrf24;
+use settings::{Id, setting};
 
 /// Room for what the script prints in a slice; nobody reads it but defmt.
 const LOG_BYTES: usize = if cfg!(feature = "defmt") { 256 } else { 0 };
@@ -98,7 +98,9 @@ async fn main(spawner: Spawner) {
     clock::feed_radio();
     watchdog::start();
 
-    let motors = Motors::new(Pilot::new(None));
+    // At most 60: the robot file.
+    let minimum = setting(robot::setting::MINIMUM_DUTY).map(|duty| duty as u8);
+    let motors = Motors::new(Pilot::new(minimum));
     let led = Led::new();
     let radio = Nrf24::new();
     edges::watch();

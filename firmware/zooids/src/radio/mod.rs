@@ -3,7 +3,7 @@
 pub mod nrf24;
 
 use bittybuzz_comms::nrf24::{PAYLOAD_MAX, Payload};
-use bittybuzz_motion::{MM, units};
+use bittybuzz_motion::{Length, MM, units};
 use bittybuzz_runtime::liveness::{BEAT, Pulse};
 use bittybuzz_runtime::mail::{Mail, pause};
 use bittybuzz_vm_core::number::{Rng, Tiny};
@@ -12,7 +12,8 @@ use embassy_futures::select::{Either3, select3};
 use embassy_time::{Instant, Timer};
 
 use crate::robot::{FRAME_BYTES, IN_QUEUE, OUT_QUEUE};
-use crate::{eyes, id, log, sensors};
+use crate::settings::{chip, setting};
+use crate::{eyes, log, robot, sensors};
 use nrf24::{IRQ, Nrf24};
 
 /// Messages that wait for the script, and those that wait for the radio.
@@ -44,6 +45,8 @@ const FIRST: u32 = 3;
 /// What hears swarm messages.
 struct Ears {
     robot_id: u16,
+    /// Beyond it nobody is heard.
+    range: Option<Length>,
     /// Whether it was told that another robot has this one's id.
     has_told: bool,
 }
@@ -64,6 +67,9 @@ impl Ears {
             (Some(here), Some(there)) => {
                 let [x, y] = there.map(|mm| i32::from(mm) * MM);
                 let (distance, azimuth) = here.sight(x, y);
+                if self.range.is_some_and(|range| distance > range) {
+                    return;
+                }
                 Some([units::mm(distance), units::radians(azimuth), 0.0].map(Value::float))
             }
             _ => None,
@@ -75,9 +81,10 @@ impl Ears {
 /// The task. It listens, but for the time that sending takes.
 #[embassy_executor::task]
 pub async fn talk(mut radio: Nrf24, robot_id: u16, pulse: Pulse) -> ! {
-    let mut ears = Ears { robot_id, has_told: false };
+    let range = setting(robot::setting::RANGE_MM).map(|mm| i32::from(mm) * MM);
+    let mut ears = Ears { robot_id, range, has_told: false };
     // Also robots that have the same id by mistake send at different times, and so hear of it.
-    let mut rng = Rng::new(id::chip(), robot_id);
+    let mut rng = Rng::new(chip(), robot_id);
     let mut payload = [0; PAYLOAD_MAX];
     // When to try to send.
     let mut turn: Option<Instant> = None;
