@@ -19,9 +19,7 @@ pub fn outline(listing: &mut Listing, is_hot: &dyn Fn(&str) -> bool) -> String {
     loop {
         let runs = runs(listing, is_hot);
         let Some(best) = best(listing, &runs) else { break };
-        if number == 0 {
-            text.push_str("\t.section\t.text.shared_sequences,\"ax\",@progbits\n");
-        }
+        let _ = writeln!(text, "\t.section\t.text.sequence_{number},\"ax\",@progbits");
         let _ = writeln!(text, "__sequence_{number}:");
         for line in &best[0] {
             if let Some(code) = listing.code(*line) {

@@ -261,3 +261,22 @@ fn names_of_sources_come_first_and_are_one_name() {
     let result = squeeze(&code, |_| false);
     assert_eq!(result.lines().next(), Some("\t.file\t1 \"/folder/a.rs\""));
 }
+
+#[test]
+fn who_calls_comes_near_to_who_is_called() {
+    // 5,000 bytes between them: further than a short call reaches.
+    let filler: String =
+        (0..2500).map(|n| format!("\tldi\tr{}, {}\n", 16 + n % 16, n % 251)).collect();
+    let code = [
+        function("a", "\tcall\tb\n\tret\n"),
+        function("hot", &format!("{filler}\tret\n")),
+        function("b", "\tinc\tr24\n\tret\n"),
+    ]
+    .concat();
+    let result = squeezed(&code);
+    let at = |label: &str| result.iter().position(|line| line == label).expect("it is there");
+    assert!(at("a:").abs_diff(at("b:")) < 10);
+    assert_eq!(result.len(), 3 + 2 + 2501 + 2, "everything is there once");
+    // What stands there belongs to the same function as before.
+    assert_eq!(result[at("b:") + 1..=at("b:") + 2], ["inc r24", "ret"]);
+}
