@@ -6,6 +6,8 @@
 //! 2. bodies move, in as many substeps as the fastest needs, and push each other apart;
 //! 3. the links send, in the order of time, to the microsecond; each takes the frame from the brain when it begins to.
 //!
+//! Robots whose brains are outside of the engine are moved between the substeps ([`World::tick_with`], [`World::roll`]).
+//!
 //! # Units
 //! Millimetres, radians (anticlockwise positive, in (-pi, pi]), seconds; microseconds inside a tick. The world is a
 //! rectangle with the origin in its middle, x to the right and y up.
@@ -49,6 +51,7 @@ mod grid;
 mod light;
 mod link;
 mod obstacle;
+mod outside;
 mod ranger;
 mod robot;
 mod settings;

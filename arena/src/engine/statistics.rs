@@ -42,6 +42,11 @@ impl Statistics {
         &self.links[medium as usize]
     }
 
+    /// Adds what was counted outside of the engine.
+    pub(crate) fn add(&mut self, medium: Medium, counted: &LinkStatistics) {
+        self.links[medium as usize].add(counted);
+    }
+
     /// All media together.
     #[must_use]
     pub fn all_links(&self) -> LinkStatistics {

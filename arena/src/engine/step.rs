@@ -1,5 +1,7 @@
 //! One tick of the world.
 
+use core::convert::Infallible;
+
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
@@ -51,9 +53,20 @@ struct Chunk<'a, B> {
 impl<B: Brain> World<B> {
     /// Simulates 100 ms.
     pub fn tick(&mut self) {
+        let Ok(()) = self.tick_with(|_| Ok::<(), Infallible>(()));
+    }
+
+    /// Simulates 100 ms, in which something else moves robots too, beside those with a brain: `before` is called before
+    /// each of the [substeps](Self::substeps), and bodies push each other apart after each. An error ends the tick at once.
+    pub fn tick_with<E>(
+        &mut self,
+        mut before: impl FnMut(&mut Self) -> Result<(), E>,
+    ) -> Result<(), E> {
+        before(self)?;
         self.think();
         self.settle();
         for _ in 1..self.substeps {
+            before(self)?;
             let numbers = &self.numbers;
             each(self.pool.as_ref(), &mut self.robots, &mut self.poses, |_, robot, pose| {
                 robot.body.advance(pose, &numbers[usize::from(robot.variant.0)].models);
@@ -64,6 +77,7 @@ impl<B: Brain> World<B> {
         self.sense();
         self.transmit();
         self.now += 1;
+        Ok(())
     }
 
     /// Every robot hears, decides, and makes its first substep.

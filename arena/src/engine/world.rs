@@ -355,7 +355,7 @@ impl<B: Brain> World<B> {
         digest.finish()
     }
 
-    fn index(&self, id: RobotId) -> Result<usize, UnknownRobot> {
+    pub(crate) fn index(&self, id: RobotId) -> Result<usize, UnknownRobot> {
         let index = usize::from(id.0);
         if index < self.brains.len() { Ok(index) } else { Err(UnknownRobot(id)) }
     }

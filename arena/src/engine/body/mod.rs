@@ -154,6 +154,20 @@ impl Body {
         }
     }
 
+    /// A Zooid's wheels turn for a time as something outside of the engine makes them; duties in percent. Returns mm/s ahead
+    /// and radians per second, `None` for other bodies.
+    pub(crate) fn roll(
+        &mut self,
+        duties: [f32; 2],
+        pose: &mut Pose,
+        models: &Models,
+        seconds: f32,
+    ) -> Option<[f32; 2]> {
+        let Body::Zooid(body) = self else { return None };
+        body.roll(duties, pose, &models.zooid, seconds);
+        Some(body.velocity())
+    }
+
     /// Learns where it is, `seconds` after the last time; `stream` is asked for only by bodies that need it.
     pub(crate) fn sense(
         &mut self,

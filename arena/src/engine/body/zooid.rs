@@ -98,9 +98,20 @@ impl Zooid {
     }
 
     pub(crate) fn advance(&mut self, pose: &mut Pose, model: &ZooidModel, seconds: f32) {
-        let wheels = self.steer(pose);
-        let left = wheel_speed(wheels.left, model) * self.gain_left;
-        let right = wheel_speed(wheels.right, model) * self.gain_right;
+        let Wheels { left, right } = self.steer(pose);
+        self.roll([left, right].map(f32::from), pose, model, seconds);
+    }
+
+    /// Its wheels turn for a time; duties in percent.
+    pub(crate) fn roll(
+        &mut self,
+        [left, right]: [f32; 2],
+        pose: &mut Pose,
+        model: &ZooidModel,
+        seconds: f32,
+    ) {
+        let left = wheel_speed(left, model) * self.gain_left;
+        let right = wheel_speed(right, model) * self.gain_right;
         self.speed = (left + right) / 2.0;
         self.rate = (right - left) / model.track;
         if self.speed == 0.0 && self.rate == 0.0 {
@@ -114,6 +125,11 @@ impl Zooid {
         pose.x += chord * cos;
         pose.y += chord * sin;
         pose.heading = wrap(pose.heading + 2.0 * half);
+    }
+
+    /// mm/s ahead and radians per second, anticlockwise, when its wheels last turned.
+    pub(crate) fn velocity(&self) -> [f32; 2] {
+        [self.speed, self.rate]
     }
 
     /// The firmware steers 73 times a second by where it reckons to be now, which is off by half a mm: as good as the truth.
@@ -152,8 +168,8 @@ impl Zooid {
 }
 
 /// mm/s of a wheel without its gain error.
-fn wheel_speed(duty: i8, model: &ZooidModel) -> f32 {
-    let effective = duty.unsigned_abs().min(model.full_duty).saturating_sub(model.dead_duty);
-    let speed = model.speed * f32::from(effective) / f32::from(model.full_duty - model.dead_duty);
-    if duty < 0 { -speed } else { speed }
+fn wheel_speed(duty: f32, model: &ZooidModel) -> f32 {
+    let [full, dead] = [model.full_duty, model.dead_duty].map(f32::from);
+    let speed = model.speed * (duty.abs().min(full) - dead).max(0.0) / (full - dead);
+    if duty < 0.0 { -speed } else { speed }
 }

@@ -1,0 +1,36 @@
+//! What moves robots from outside of the engine: firmware in an emulator, which turns wheels at any time.
+
+use super::brain::Brain;
+use super::error::UnknownRobot;
+use super::robot::RobotId;
+use super::world::World;
+
+impl<B: Brain> World<B> {
+    /// Into how many equal substeps a tick is divided, so that nobody gets through anybody in one.
+    #[must_use]
+    pub fn substeps(&self) -> u32 {
+        self.substeps
+    }
+
+    /// Turns the wheels of a Zooid, left and right, with these duties in percent for a time in seconds; nobody is pushed yet.
+    /// Returns how fast it is then, mm/s ahead and radians per second anticlockwise, also after no time; nothing of a robot
+    /// without wheels.
+    pub fn roll(
+        &mut self,
+        id: RobotId,
+        duties: [f32; 2],
+        seconds: f32,
+    ) -> Result<Option<[f32; 2]>, UnknownRobot> {
+        let index = self.index(id)?;
+        let robot = &mut self.robots[index];
+        let models = &self.numbers[usize::from(robot.variant.0)].models;
+        Ok(robot.body.roll(duties, &mut self.poses[index], models, seconds))
+    }
+
+    /// Makes the LED of a robot shine: the sum of 1 red, 2 green, 4 blue.
+    pub fn shine(&mut self, id: RobotId, led: u8) -> Result<(), UnknownRobot> {
+        let index = self.index(id)?;
+        self.robots[index].led = led & 7;
+        Ok(())
+    }
+}
