@@ -14,6 +14,7 @@ mod build;
 mod check;
 mod disasm;
 mod drive;
+mod emulator;
 mod explain;
 mod fault;
 mod firmware;

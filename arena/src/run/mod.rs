@@ -5,6 +5,7 @@
 
 mod batch;
 mod expectation;
+mod firmware;
 mod happen;
 mod place;
 mod program;
@@ -16,8 +17,9 @@ mod simulation;
 mod summary;
 mod swarm;
 
-pub use batch::batch;
+pub use batch::{BatchError, batch};
 pub use expectation::{Convergence, Verdict};
+pub use firmware::{Failure, FirmwareError};
 pub use program::Program;
 pub use quantity::Reading;
 pub use robot::{FaultRecord, LogLine, Piece};

@@ -1,5 +1,6 @@
 //! A scenario and its programs, checked against each other: what every run of them shares.
 
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use bittybuzz_robots::{Function, Profile, Robot as RobotFile};
@@ -8,6 +9,7 @@ use bittybuzz_vm_core::{ImageError, Periods, Sizes};
 use crate::scenario::{Action, Body, Cause, Scenario, ScenarioError};
 
 use super::expectation::Bound;
+use super::firmware::Firmware;
 use super::program::Program;
 use super::quantity::Probe;
 use super::robot::{CRAZYFLIE_SLOTS, Duties, KILOBOT_SLOTS, Robot, ZOOIDS_SLOTS};
@@ -33,6 +35,10 @@ pub struct Setup<'p> {
     pub scenario: &'p Scenario,
     /// The program of each group.
     pub programs: &'p [Program],
+    /// The program that emulates robots, if there are such.
+    pub(super) emulator: PathBuf,
+    /// What is flashed to these.
+    pub(super) firmware: Option<Firmware>,
     /// The id that scripts see, by the order in which robots come into the world.
     ids: Vec<u16>,
     expects: Vec<Bound>,
@@ -120,15 +126,27 @@ impl<'p> Setup<'p> {
                 }
             }
         }
+        let firmware = Firmware::of(scenario, programs);
+        let firmware = firmware.unwrap_or_else(|error| {
+            errors.push(error);
+            None
+        });
         if !errors.is_empty() {
             return Err(SetupError::Scenario(errors));
         }
+        let emulator = PathBuf::from(EMULATOR);
         let ids = joining_order(scenario).into_iter().map(|number| id(scenario, number)).collect();
-        let setup = Setup { scenario, programs, ids, expects, plots };
+        let setup = Setup { scenario, programs, emulator, firmware, ids, expects, plots };
         for (group, cast) in setup.casts().iter().enumerate() {
             Robot::new(cast, 0, 0).map_err(|cause| SetupError::Refused { group, cause })?;
         }
         Ok(setup)
+    }
+
+    /// Names the program that emulates robots: a path, or a name that PATH knows. It is `bbz-emulate-stm32` otherwise.
+    #[must_use]
+    pub fn emulated_by(self, emulator: PathBuf) -> Self {
+        Setup { emulator, ..self }
     }
 
     /// What the groups of a run share.
@@ -181,6 +199,9 @@ impl<'p> Setup<'p> {
         id(self.scenario, number)
     }
 }
+
+/// The emulator that is taken if none is named.
+const EMULATOR: &str = "bbz-emulate-stm32";
 
 /// Robot files have no more than a byte holds.
 fn steps(count: u32) -> u8 {

@@ -1,14 +1,17 @@
 //! One run of a scenario with one seed.
 
-use crate::engine::{Variant, View, World};
-use crate::scenario::{Reduction, ScenarioError, Swarm};
+use bittybuzz_emulation::ClientError;
+
+use crate::engine::{Medium, Variant, View, World};
+use crate::scenario::{Action, Backend, Cause, Reduction, ScenarioError, Swarm};
 
 use super::expectation::{Convergence, reduce};
+use super::firmware::{FirmwareError, Fleet};
 use super::happen::Happenings;
 use super::place::poses;
 use super::quantity::{Probe, Reading};
 use super::robot::{LogLine, Robot};
-use super::settings::{engine_light, engine_obstacle, kind, of_group, settings};
+use super::settings::{engine_light, engine_loss, engine_obstacle, kind, of_group, settings};
 use super::setup::{Cast, Setup, group_of};
 use super::summary::{FaultOf, Summary, Unusable};
 use super::swarm::measure;
@@ -21,6 +24,8 @@ pub struct Simulation<'p> {
     /// Of each group.
     variants: Vec<Variant>,
     world: World<Robot<'p>>,
+    /// Of the robots that run their firmware.
+    fleet: Option<Fleet<'p>>,
     happenings: Happenings,
     seed: u32,
     convergences: Vec<Convergence>,
@@ -61,6 +66,7 @@ impl<'p> Simulation<'p> {
             casts,
             variants,
             world,
+            fleet: None,
             happenings: Happenings::new(poses, lights),
             seed,
             convergences: vec![Convergence::START; setup.expects().len()],
@@ -78,8 +84,31 @@ impl<'p> Simulation<'p> {
                 number += 1;
             }
         }
+        simulation.emulate()?;
         simulation.observe();
         Ok(simulation)
+    }
+
+    /// Switches emulated robots on.
+    fn emulate(&mut self) -> Result<(), ScenarioError> {
+        let Some(firmware) = &self.setup.firmware else { return Ok(()) };
+        let (setup, happenings) = (self.setup, &self.happenings);
+        let join = |number| Some((happenings.id(number)?, setup.id(number)));
+        let loss = self.world.settings().nrf24.link.loss;
+        let start = || {
+            let mut fleet = Fleet::new(&setup.emulator, firmware, join, self.seed.into())?;
+            fleet.lose(loss)?;
+            Ok(fleet)
+        };
+        self.fleet = Some(start().map_err(|error: ClientError| {
+            let mut groups = setup.scenario.groups.iter();
+            let place = groups.find_map(|group| match &group.backend {
+                Backend::Firmware { place, .. } => Some(Box::new(place.clone())),
+                Backend::Vm => None,
+            });
+            ScenarioError { cause: Cause::Emulator { message: error.to_string() }, place }
+        })?);
+        Ok(())
     }
 
     /// Whether the scenario's duration is over.
@@ -107,17 +136,27 @@ impl<'p> Simulation<'p> {
         self.seed
     }
 
-    /// Simulates 100 ms: events first, then the world, then a look at what is expected.
-    pub fn tick(&mut self) {
+    /// Simulates 100 ms: events first, then the world, then a look at what is expected. Only robots that run their firmware
+    /// make it fail; it cannot go on then.
+    pub fn tick(&mut self) -> Result<(), FirmwareError> {
         while let Some(event) = self.happenings.due(self.setup.scenario, self.world.now()) {
             for number in self.happenings.act(event, &mut self.world) {
                 self.start(number);
             }
             self.happenings.settle(&mut self.world);
+            if let (Some(fleet), Action::Loss(crate::scenario::Medium::Nrf24, loss)) =
+                (&mut self.fleet, &event.action)
+            {
+                fleet.lose(engine_loss(*loss))?;
+            }
         }
-        self.world.tick();
+        match &mut self.fleet {
+            None => self.world.tick(),
+            Some(fleet) => self.world.tick_with(|world| fleet.advance(world))?,
+        }
         self.collect_faults();
         self.observe();
+        Ok(())
     }
 
     /// Lines that were logged since the last question: number of the robot and line, by robot.
@@ -179,7 +218,11 @@ impl<'p> Simulation<'p> {
     }
 
     /// What can be told of the run so far.
-    pub fn summary(&self) -> Summary {
+    pub fn summary(&mut self) -> Summary {
+        let mut statistics = *self.world.statistics();
+        if let Some(Ok(links)) = self.fleet.as_mut().map(Fleet::links) {
+            statistics.add(Medium::Nrf24, &links);
+        }
         let ids = (0..self.happenings.count()).filter_map(|number| self.happenings.id(number));
         let brains = ids.filter_map(|id| self.world.brain(id));
         let Past { unusable, dropped } = brains.fold(self.past, Past::add);
@@ -188,7 +231,7 @@ impl<'p> Simulation<'p> {
             ticks: self.world.now(),
             robots: self.world.len(),
             convergences: self.convergences.clone(),
-            statistics: *self.world.statistics(),
+            statistics,
             unusable,
             dropped,
             faults: self.faults.clone(),
@@ -217,8 +260,13 @@ impl<'p> Simulation<'p> {
             Some(_) => self.seed ^ (self.world.now() as u32 + 1).wrapping_mul(0x9e37_79b9),
             None => self.seed,
         };
+        let own_id = self.setup.id(number);
+        let robot = match of.backend {
+            Backend::Vm => Robot::new(cast, own_id, seed),
+            Backend::Firmware { .. } => Ok(Robot::elsewhere(cast, own_id)),
+        };
         // The image was loaded before: it is not refused now.
-        let Ok(mut robot) = Robot::new(cast, self.setup.id(number), seed) else { return };
+        let Ok(mut robot) = robot else { return };
         let Some(id) = there else {
             let pose = self.happenings.start_of(number);
             let variant = self.variants.get(group).copied().unwrap_or_default();

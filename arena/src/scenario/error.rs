@@ -80,6 +80,24 @@ pub enum Cause {
     NoSuchMedium { medium: &'static str },
     /// A robot file whose virtual machine the simulator does not have.
     Misfit { robot: String, needs: String },
+    /// A robot that nothing emulates.
+    NoEmulator { robot: String },
+    /// The firmware is not there, or is none.
+    NoFirmware { path: String, reason: String },
+    /// Zooids in virtual machines beside emulated ones.
+    UnlikeBackends { line: usize },
+    /// Two groups with two images.
+    UnlikeFirmware { line: usize },
+    /// More robots than an emulator plays.
+    TooManyEmulated { count: u32, most: u32 },
+    /// Nothing that an emulator does.
+    NotEmulated { key: &'static str },
+    /// What is in the memory of a robot that nobody looks into.
+    Unseen { quantity: String },
+    /// The script has no room in the robot's flash.
+    ScriptTooLong { bytes: usize, most: u32 },
+    /// The emulator does not start, or does not take the firmware.
+    Emulator { message: String },
     /// The engine cannot have these numbers.
     Settings { message: String },
     /// More robots than there is room for.
@@ -158,6 +176,29 @@ impl fmt::Display for Cause {
             Cause::Misfit { robot, needs } => {
                 write!(f, "`{robot}` cannot be simulated: its body needs {needs}")
             }
+            Cause::NoEmulator { robot } => write!(f, "nothing emulates a `{robot}`"),
+            Cause::NoFirmware { path, reason } => {
+                write!(f, "cannot use firmware `{path}`: {reason}")
+            }
+            Cause::UnlikeBackends { line } => {
+                write!(f, "these robots and those of line {line} would not hear each other")
+            }
+            Cause::UnlikeFirmware { line } => {
+                write!(f, "these robots run another firmware than those of line {line}")
+            }
+            Cause::TooManyEmulated { count, most } => {
+                write!(f, "{count} robots are too many for an emulator, which plays {most}")
+            }
+            Cause::NotEmulated { key } => {
+                write!(f, "`{key}` cannot be had of robots that run firmware")
+            }
+            Cause::Unseen { quantity } => {
+                write!(f, "`{quantity}` cannot be seen of robots that run firmware")
+            }
+            Cause::ScriptTooLong { bytes, most } => {
+                write!(f, "the script has {bytes} bytes, the robot has room for {most}")
+            }
+            Cause::Emulator { message } => write!(f, "the robots cannot be emulated: {message}"),
             Cause::Settings { message } => write!(f, "the world cannot be made: {message}"),
             Cause::NoRoom { count, placed } => {
                 write!(f, "there is no room for {count} robots, only for {placed}")
@@ -206,6 +247,26 @@ impl Cause {
             )),
             Cause::UnknownGlobal { name, known } => Some(one_of(name, known)),
             Cause::NoRoom { .. } => Some("make the world or `area` larger".to_owned()),
+            Cause::NoEmulator { .. } => {
+                Some("backend = \"vm\" simulates it; only Zooids are emulated".to_owned())
+            }
+            Cause::NoFirmware { .. } => Some(
+                "`cargo xtask build zooids` builds it and says where it is; `firmware` names another one"
+                    .to_owned(),
+            ),
+            Cause::UnlikeBackends { .. } => {
+                Some("all Zooids of a world need the same `backend`".to_owned())
+            }
+            Cause::UnlikeFirmware { .. } => {
+                Some("all of a world need the same `firmware`".to_owned())
+            }
+            Cause::NotEmulated { .. } => {
+                Some("backend = \"vm\" has it; emulated robots can be moved, and lose packets".to_owned())
+            }
+            Cause::Unseen { .. } => Some(
+                "place, heading, LED and whether the script runs can; or let the script show it with `led`"
+                    .to_owned(),
+            ),
             Cause::NotANumber { .. } => Some("equals, differs, below, above or between".to_owned()),
             Cause::Unreadable { .. }
             | Cause::Syntax { .. }
@@ -218,6 +279,9 @@ impl Cause {
             | Cause::NoSuchEntry { .. }
             | Cause::Misfit { .. }
             | Cause::Settings { .. }
+            | Cause::TooManyEmulated { .. }
+            | Cause::ScriptTooLong { .. }
+            | Cause::Emulator { .. }
             | Cause::OneNumber { .. }
             | Cause::NoSuchMedium { .. } => None,
         }

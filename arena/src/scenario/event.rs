@@ -128,6 +128,19 @@ pub fn read(
             Action::Heal
         }
     };
+    let not_emulated: &[&Selection] = match &action {
+        Action::Fail(robots)
+        | Action::Stop(robots)
+        | Action::Resume(robots)
+        | Action::Restart(robots) => &[robots],
+        Action::Block(one, other) | Action::Restore(one, other) => &[one, other],
+        Action::Partition(parts) => &parts.iter().collect::<Vec<_>>(),
+        _ => &[],
+    };
+    if not_emulated.iter().any(|robots| census.is_emulated(robots)) {
+        entry.fail(Cause::NotEmulated { key });
+        return None;
+    }
     Some(Event { at: at?, action })
 }
 

@@ -166,6 +166,12 @@ pub fn read(section: &Section<'_>, census: &Census, duration: f64) -> Option<Exp
         return None;
     }
     let (value, value_place) = value?;
+    if !value.is_seen_from_outside()
+        && robots.as_ref().is_some_and(|robots| census.is_emulated(robots))
+    {
+        section.reader.fail_at(&value_place, Cause::Unseen { quantity: value.to_string() });
+        return None;
+    }
     let place = section.place();
     Some(Expect { when: when?, robots: robots?, value, of, test, tolerance, place, value_place })
 }

@@ -69,7 +69,11 @@ pub struct Media {
     pub p2p: MediumSettings,
 }
 
-pub fn read(root: &Section<'_>, used: &[Medium]) -> Media {
+/// What an emulator cannot do to packets.
+const NOT_EMULATED: [&str; 3] = ["range", "duplication", "reordering"];
+
+/// The media of the file; those of the Zooids carry packets between emulated robots if they are `emulated`.
+pub fn read(root: &Section<'_>, used: &[Medium], emulated: bool) -> Media {
     let mut media = Media::default();
     let Some(section) = root.section("medium", super::keys::MEDIUM) else { return media };
     for (key, medium, name) in
@@ -78,6 +82,11 @@ pub fn read(root: &Section<'_>, used: &[Medium]) -> Media {
         let Some(settings) = section.section(key, name) else { continue };
         if !used.contains(&medium) && !used.is_empty() {
             settings.fail(Cause::NoSuchMedium { medium: key });
+        }
+        for key in NOT_EMULATED.into_iter().filter(|_| emulated && medium == Medium::Nrf24) {
+            if let Some(entry) = settings.get(key) {
+                entry.fail(Cause::NotEmulated { key });
+            }
         }
         let settings = read_one(&settings);
         match medium {

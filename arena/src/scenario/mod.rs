@@ -3,6 +3,7 @@
 //! A file is refused rather than guessed at. All its mistakes are found in one run, each with its place and what to do;
 //! `docs/scenario.md` describes every key, and [`keys`] is what it is checked against.
 
+mod backend;
 mod body;
 mod describe;
 mod error;
@@ -23,6 +24,7 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+pub use backend::Backend;
 pub use body::{Bodies, Body, CrazyflieBody, KilobotBody, Positioning, Preset, ZooidBody};
 pub use error::{Cause, ScenarioError};
 pub use event::{Action, Event, Target};
@@ -135,8 +137,12 @@ fn scenario(root: &read::Section<'_>, folder: &Path) -> Option<Scenario> {
             used.push(medium);
         }
     }
+    if is_complete {
+        backend::check(root, &groups);
+    }
     let bodies = body::read(root);
-    let media = medium::read(root, &used);
+    let is_emulated = groups.iter().any(|group| group.backend != Backend::Vm);
+    let media = medium::read(root, &used, is_emulated);
     let sections = root.sections("event", keys::EVENT);
     let mut events: Vec<Event> =
         sections.iter().filter_map(|section| event::read(section, &census, known, &used)).collect();
@@ -146,7 +152,7 @@ fn scenario(root: &read::Section<'_>, folder: &Path) -> Option<Scenario> {
         .iter()
         .filter_map(|section| expect::read(section, &census, known.duration))
         .collect();
-    let output = output::read(root);
+    let output = output::read(root, &census);
     Some(Scenario { world: world?, groups, bodies, media, events, expects, output })
 }
 

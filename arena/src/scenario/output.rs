@@ -2,9 +2,11 @@
 
 use bittybuzz_robots::Place;
 
+use super::error::Cause;
 use super::expect::quantity;
 use super::keys::OUTPUT;
 use super::read::Section;
+use super::select::Census;
 use super::value::Quantity;
 
 /// What is kept of a run, for pictures and tables.
@@ -16,7 +18,7 @@ pub struct Output {
     pub plot: Vec<(Quantity, Place)>,
 }
 
-pub fn read(root: &Section<'_>) -> Output {
+pub fn read(root: &Section<'_>, census: &Census) -> Output {
     let mut output = Output { every: 1.0, plot: Vec::new() };
     let Some(section) = root.section("output", OUTPUT) else { return output };
     if let Some(every) = section.number("every", 0.1..=3600.0) {
@@ -24,5 +26,10 @@ pub fn read(root: &Section<'_>) -> Output {
     }
     let items = section.get("plot").and_then(|entry| entry.list()).unwrap_or_default();
     output.plot = items.iter().filter_map(|item| Some((quantity(item)?, item.place()))).collect();
+    for (quantity, place) in &output.plot {
+        if census.all_are_emulated() && !quantity.is_seen_from_outside() {
+            root.reader.fail_at(place, Cause::Unseen { quantity: quantity.to_string() });
+        }
+    }
     output
 }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use bittybuzz_robots::{self as robots, Place, Robot};
 use toml::de::DeValue;
 
+use super::backend::{self, Backend};
 use super::body::{self, Bodies, Body};
 use super::error::Cause;
 use super::keys::ROBOTS;
@@ -26,6 +27,8 @@ pub struct Group {
     pub body: Body,
     /// The script, image or object file that they run.
     pub script: PathBuf,
+    /// What runs it.
+    pub backend: Backend,
     /// How many.
     pub count: u32,
     /// Id of the first; the others follow.
@@ -124,6 +127,7 @@ fn group(
     let model = body.map(|body| body::model(section, body));
     let link = body.map(|body| medium::link(section, body.medium()));
     let script = section.required("script").and_then(|entry| script(&entry, folder));
+    let backend = backend::of_group(section, body, robot.as_ref(), folder);
     let count = section.integer("count", COUNT);
     let listed = section.get("positions").and_then(|entry| entry.list());
     let is_sized = count.is_some() || section.get("count").is_none();
@@ -142,6 +146,9 @@ fn group(
         pointed(Cause::DuplicateId { id, line });
     }
     census.add(name.clone(), first_id, count, is_sized && ids.end <= 0x1_0000, &place);
+    if matches!(backend, Some(Backend::Firmware { .. })) {
+        census.last_is_emulated();
+    }
     let placement = placement(section, count, world);
     let heading = match section.get("heading") {
         None => Some(Heading::Random),
@@ -153,6 +160,7 @@ fn group(
         robot: robot?,
         body: body?,
         script: script?,
+        backend: backend?,
         count: is_sized.then_some(count)?,
         first_id: u16::try_from(first_id).ok()?,
         placement: placement?,

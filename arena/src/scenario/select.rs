@@ -67,6 +67,7 @@ struct Known {
     /// Their numbers.
     robots: Range<u32>,
     line: usize,
+    is_emulated: bool,
 }
 
 impl Known {
@@ -113,7 +114,30 @@ impl Census {
         self.is_unsure |= !is_right;
         let robots = self.count..self.count + count;
         self.count += count;
-        self.groups.push(Known { name, first_id, robots, line: place.line });
+        self.groups.push(Known { name, first_id, robots, line: place.line, is_emulated: false });
+    }
+
+    /// The group that was added last runs firmware.
+    pub fn last_is_emulated(&mut self) {
+        if let Some(group) = self.groups.last_mut() {
+            group.is_emulated = true;
+        }
+    }
+
+    /// Whether firmware runs on one of these robots.
+    pub fn is_emulated(&self, robots: &Selection) -> bool {
+        let mut emulated = self.groups.iter().filter(|group| group.is_emulated);
+        emulated.any(|group| {
+            robots
+                .0
+                .iter()
+                .any(|some| some.start < group.robots.end && group.robots.start < some.end)
+        })
+    }
+
+    /// Whether firmware runs on all robots.
+    pub fn all_are_emulated(&self) -> bool {
+        !self.groups.is_empty() && self.groups.iter().all(|group| group.is_emulated)
     }
 
     /// What there is, for messages: `workers (0..19)`.

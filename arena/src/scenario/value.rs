@@ -95,6 +95,17 @@ pub enum Key {
 }
 
 impl Quantity {
+    /// Whether it can be told of a robot whose memory nobody looks into: one that runs its firmware.
+    pub fn is_seen_from_outside(&self) -> bool {
+        !matches!(
+            self,
+            Quantity::Neighbors
+                | Quantity::Free
+                | Quantity::Global { .. }
+                | Quantity::Stigmergy { .. }
+        )
+    }
+
     /// Reads a quantity; `None` if it is none.
     pub fn parse(text: &str) -> Option<Quantity> {
         if let Some(path) = text.strip_prefix("global.") {

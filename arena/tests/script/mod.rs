@@ -56,7 +56,7 @@ pub fn run_with(
     let seed = scenario.world.seed;
     let mut simulation = Simulation::new(&setup, &casts, seed, threads).unwrap();
     while !simulation.is_over() {
-        simulation.tick();
+        simulation.tick().unwrap();
         look(&mut simulation);
     }
     simulation.summary()

@@ -12,6 +12,7 @@ use serde_json::{Map, Value, json};
 use crate::Ending;
 use crate::output;
 use crate::problem::Problem;
+use crate::report;
 
 use super::open::{self, Opened};
 use super::progress::Progress;
@@ -66,7 +67,7 @@ fn split(values: &str) -> Vec<&str> {
 pub fn run(arguments: &Arguments, variants: &[Vec<String>]) -> Result<Ending, Problem> {
     let mut opened = Vec::new();
     for set in variants {
-        let Some(variant) = open::open(&arguments.scenario, set, &arguments.include)? else {
+        let Some(variant) = open::open(arguments, set)? else {
             return Ok(Ending::CompileError);
         };
         opened.push(variant);
@@ -91,9 +92,13 @@ pub fn run(arguments: &Arguments, variants: &[Vec<String>]) -> Result<Ending, Pr
     }
     let summaries = match result {
         Ok(summaries) => summaries,
-        Err(error) => {
+        Err(run::BatchError::Scenario(error)) => {
             open::print(&[error]);
             return Ok(Ending::CompileError);
+        }
+        Err(run::BatchError::Firmware { seed, error }) => {
+            report::mistake(&format!("the run with seed {seed} has ended: {error}"), None, None);
+            return Ok(Ending::RuntimeError);
         }
     };
     let is_success = summaries.iter().flatten().all(Summary::is_success);

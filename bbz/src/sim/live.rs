@@ -18,7 +18,7 @@ use super::{Arguments, summary};
 
 /// Runs a scenario once.
 pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
-    let Some(opened) = open::open(&arguments.scenario, set, &arguments.include)? else {
+    let Some(opened) = open::open(arguments, set)? else {
         return Ok(Ending::CompileError);
     };
     let Some(setup) = opened.setup() else { return Ok(Ending::CompileError) };
@@ -38,8 +38,12 @@ pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
     let robots = simulation.robot_count() as f64;
     let mut keeper = Keeper::new(arguments, &simulation)?;
     keeper.sample(&simulation)?;
+    let mut failure = None;
     while !simulation.is_over() && !interrupt.is_raised() && !output.has_failed() {
-        simulation.tick();
+        if let Err(error) = simulation.tick() {
+            failure = Some(error);
+            break;
+        }
         keeper.sample(&simulation)?;
         // Who does not read them takes them too: they would grow.
         let lines = simulation.take_log();
@@ -76,6 +80,11 @@ pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
         }
     }
     output.finish()?;
+    if let Some(error) = failure {
+        let seconds = simulation.now() as f64 / 10.0;
+        report::mistake(&format!("the run has ended after {seconds} s: {error}"), None, None);
+        return Ok(Ending::RuntimeError);
+    }
     Ok(ending(&result))
 }
 

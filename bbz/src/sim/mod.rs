@@ -22,6 +22,7 @@ Examples:
   bbz sim swarm.toml --record run.bbr    keep poses and LEDs of every robot
   bbz sim swarm.toml --set medium.ir.loss=0.3    another value than the file's
   bbz sim swarm.toml --runs 20 --set medium.ir.loss=0,0.3 --csv runs.csv    compare 40 runs
+  bbz sim zooids.toml --set robots.0.backend=firmware    the robots' own image, emulated
   bbz sim swarm.toml --headless --json   for programs that read the result
 
 docs/scenario.md describes scenario files.
@@ -56,6 +57,9 @@ pub struct Arguments {
     /// Take other values than the file's for a key such as `medium.ir.loss`; with several every combination is simulated
     #[arg(long, value_name = "KEY=V1,V2...")]
     set: Vec<String>,
+    /// Program that emulates robots with backend = "firmware" [default: bbz-emulate-stm32]
+    #[arg(long, value_name = "PROGRAM")]
+    emulator: Option<PathBuf>,
     /// Write a table with a row for each run
     #[arg(long, value_name = "OUT")]
     csv: Option<PathBuf>,

@@ -7,10 +7,13 @@ use bittybuzz_arena::scenario::{Scenario, ScenarioError};
 use bittybuzz_compiler::refusal;
 use bittybuzz_robots as robots;
 
+use crate::emulator;
 use crate::problem::Problem;
 use crate::program::Program;
 use crate::report;
 use crate::selection::Selection;
+
+use super::Arguments;
 
 /// A scenario and the programs of its groups.
 pub struct Opened {
@@ -19,12 +22,14 @@ pub struct Opened {
     pub programs: Vec<Program>,
     /// For the robots, of each group.
     pub images: Vec<run::Program>,
+    emulator: PathBuf,
 }
 
 /// Reads a scenario with the values of `--set`, and compiles its scripts. Prints what is wrong, and is `None` then.
-pub fn open(path: &Path, set: &[String], include: &[PathBuf]) -> Result<Option<Opened>, Problem> {
+pub fn open(arguments: &Arguments, set: &[String]) -> Result<Option<Opened>, Problem> {
+    let Arguments { scenario: path, include, .. } = arguments;
     if path.is_dir() {
-        return Err(Problem::Folder(path.to_owned()));
+        return Err(Problem::Folder(path.clone()));
     }
     // What the file says is the scenario's concern, that it can be opened is the command line's.
     std::fs::File::open(path).map_err(|error| Problem::unreadable(path, error))?;
@@ -62,14 +67,15 @@ pub fn open(path: &Path, set: &[String], include: &[PathBuf]) -> Result<Option<O
         symbols: program.symbols.clone(),
     };
     let images = programs.iter().map(image).collect();
-    Ok(Some(Opened { scenario, programs, images }))
+    let emulator = emulator::program(arguments.emulator.as_deref());
+    Ok(Some(Opened { scenario, programs, images, emulator }))
 }
 
 impl Opened {
     /// What all runs of it share. Prints what is wrong, and is `None` then.
     pub fn setup(&self) -> Option<run::Setup<'_>> {
         match run::Setup::new(&self.scenario, &self.images) {
-            Ok(setup) => Some(setup),
+            Ok(setup) => Some(setup.emulated_by(self.emulator.clone())),
             Err(run::SetupError::Scenario(errors)) => {
                 print(&errors);
                 None

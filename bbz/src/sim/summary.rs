@@ -141,7 +141,7 @@ pub fn faults(setup: &Setup<'_>, programs: &[Program], summary: &Summary) {
             1 => format!("robot {id} stopped at {time:.1} s, and another one later"),
             _ => format!("robot {id} stopped at {time:.1} s, and {others} others"),
         };
-        let backtrace = Backtrace::new(program, record.positions.clone(), Some(record.entry));
+        let backtrace = Backtrace::new(program, record.positions.clone(), record.entry);
         fault::report(&record.fault, program, &backtrace, record.refusal.as_deref(), Some(&note));
     }
 }

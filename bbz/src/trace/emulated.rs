@@ -1,8 +1,7 @@
 //! A robot that another program emulates.
 
-use std::env;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use bittybuzz_emulation::message::Event;
@@ -10,6 +9,7 @@ use bittybuzz_emulation::{Emulator, Pause};
 use bittybuzz_robots::Robot;
 use defmt_decoder::{DecodeError, StreamDecoder, Table};
 
+use crate::emulator;
 use crate::interrupt::Interrupt;
 use crate::probe_rs;
 use crate::problem::Problem;
@@ -17,9 +17,6 @@ use crate::program::Program;
 
 use super::message::{Content, Level, Message};
 use super::teller::Teller;
-
-/// The emulator that is taken if none is named.
-const EMULATOR: &str = "bbz-emulate-stm32";
 
 /// Simulated time between two looks at Ctrl-C.
 const SLICE: Duration = Duration::from_millis(20);
@@ -29,7 +26,7 @@ const PATIENCE: Duration = Duration::from_millis(200);
 
 /// What to emulate.
 pub struct Emulation<'a> {
-    /// The program that emulates, if it is not [`EMULATOR`].
+    /// The program that emulates, if it is not the [usual](emulator::program) one.
     pub program: Option<&'a Path>,
     /// The image that would be flashed.
     pub firmware: &'a Path,
@@ -60,8 +57,8 @@ impl Emulation<'_> {
             "crazyflie" => vec![],
             name => vec!["--robot", name],
         };
-        let mut emulator =
-            Emulator::spawn_with(&self.executable(), &arguments).map_err(Problem::Emulator)?;
+        let mut emulator = Emulator::spawn_with(&emulator::program(self.program), &arguments)
+            .map_err(Problem::Emulator)?;
         emulator.load(self.firmware).map_err(Problem::Emulator)?;
         if let Some(script) = script {
             emulator.write(layout.script.address, &script).map_err(Problem::Emulator)?;
@@ -98,17 +95,6 @@ impl Emulation<'_> {
             }
         }
         Ok(())
-    }
-
-    /// Where the program is: beside this one, or wherever PATH finds it, unless it is named by a path.
-    fn executable(&self) -> PathBuf {
-        let default = || PathBuf::from(format!("{EMULATOR}{}", env::consts::EXE_SUFFIX));
-        let name = self.program.map_or_else(default, Path::to_owned);
-        let beside = match name.components().count() {
-            1 => env::current_exe().ok().map(|this| this.with_file_name(&name)),
-            _ => None,
-        };
-        beside.filter(|path| path.is_file()).unwrap_or(name)
     }
 
     /// The texts of the firmware's messages.

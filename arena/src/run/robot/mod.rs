@@ -41,6 +41,8 @@ enum Machine<'p> {
     Kilobot(Box<Kilobot<'p>>),
     Zooid(Box<Zooid<'p>>),
     Crazyflie(Box<Crazyflie<'p>>),
+    /// Its firmware, in an emulator: only what that tells is known.
+    Elsewhere,
 }
 
 /// A virtual machine, and the frames that wait for it and for its link.
@@ -84,8 +86,8 @@ pub struct FaultRecord {
     pub fault: Fault,
     /// Positions in the code, innermost first.
     pub positions: Vec<u16>,
-    /// What the robot had called.
-    pub entry: Entry,
+    /// What the robot had called, if that is known.
+    pub entry: Option<Entry>,
     /// What the robot function expects that refused its arguments.
     pub refusal: Option<String>,
 }
@@ -112,15 +114,9 @@ pub struct State<'p> {
     refusal: Option<String>,
 }
 
-impl<'p> Robot<'p> {
-    /// A robot of that id that has just been switched on.
-    pub fn new(cast: &'p Cast<'p>, id: u16, seed: u32) -> Result<Self, ImageError> {
-        let machine = match cast.body {
-            Body::Kilobot => Machine::Kilobot(load(cast, id, seed)?),
-            Body::Zooid => Machine::Zooid(load(cast, id, seed)?),
-            Body::Crazyflie => Machine::Crazyflie(load(cast, id, seed)?),
-        };
-        let state = State {
+impl<'p> State<'p> {
+    fn new(cast: &'p Cast<'p>, id: u16, seed: u32) -> Self {
+        State {
             cast,
             stage: Stage::Global,
             is_running: false,
@@ -130,8 +126,36 @@ impl<'p> Robot<'p> {
             logged: Vec::new(),
             fault: None,
             refusal: None,
+        }
+    }
+}
+
+impl<'p> Robot<'p> {
+    /// A robot of that id that has just been switched on.
+    pub fn new(cast: &'p Cast<'p>, id: u16, seed: u32) -> Result<Self, ImageError> {
+        let machine = match cast.body {
+            Body::Kilobot => Machine::Kilobot(load(cast, id, seed)?),
+            Body::Zooid => Machine::Zooid(load(cast, id, seed)?),
+            Body::Crazyflie => Machine::Crazyflie(load(cast, id, seed)?),
         };
-        Ok(Robot { machine, state })
+        Ok(Robot { machine, state: State::new(cast, id, seed) })
+    }
+
+    /// A robot of that id that runs its firmware.
+    pub fn elsewhere(cast: &'p Cast<'p>, id: u16) -> Self {
+        Robot { machine: Machine::Elsewhere, state: State::new(cast, id, 0) }
+    }
+
+    /// Its script has logged a line.
+    pub fn has_logged(&mut self, line: LogLine) {
+        self.state.logged.push(line);
+        self.state.cast.note();
+    }
+
+    /// Its script has stopped.
+    pub fn has_stopped(&mut self, record: FaultRecord) {
+        self.state.fault = Some(Box::new(record));
+        self.state.cast.note();
     }
 
     /// What it is.
@@ -145,6 +169,7 @@ impl<'p> Robot<'p> {
             Machine::Kilobot(of) => of.dropped(),
             Machine::Zooid(of) => of.dropped(),
             Machine::Crazyflie(of) => of.dropped(),
+            Machine::Elsewhere => [0; 2],
         }
     }
 
@@ -154,6 +179,7 @@ impl<'p> Robot<'p> {
             Machine::Kilobot(of) => of.vm.counters(),
             Machine::Zooid(of) => of.vm.counters(),
             Machine::Crazyflie(of) => of.vm.counters(),
+            Machine::Elsewhere => Counters::default(),
         }
     }
 
@@ -173,6 +199,7 @@ impl<'p> Robot<'p> {
             Machine::Kilobot(of) => of.global(number, keys),
             Machine::Zooid(of) => of.global(number, keys),
             Machine::Crazyflie(of) => of.global(number, keys),
+            Machine::Elsewhere => Content::Nil,
         }
     }
 }
@@ -184,6 +211,7 @@ impl Robot<'_> {
             Machine::Kilobot(of) => content(of.vm.replica(number, value(key))),
             Machine::Zooid(of) => content(of.vm.replica(number, value(key))),
             Machine::Crazyflie(of) => content(of.vm.replica(number, value(key))),
+            Machine::Elsewhere => Content::Nil,
         }
     }
 
@@ -193,6 +221,7 @@ impl Robot<'_> {
             Machine::Kilobot(of) => of.vm.free_slots(),
             Machine::Zooid(of) => of.vm.free_slots(),
             Machine::Crazyflie(of) => of.vm.free_slots(),
+            Machine::Elsewhere => 0,
         }
     }
 
@@ -202,6 +231,7 @@ impl Robot<'_> {
             Machine::Kilobot(of) => of.vm.neighbor_count(),
             Machine::Zooid(of) => of.vm.neighbor_count(),
             Machine::Crazyflie(of) => of.vm.neighbor_count(),
+            Machine::Elsewhere => 0,
         }
     }
 }
@@ -268,6 +298,7 @@ impl Brain for Robot<'_> {
             Machine::Kilobot(of) => of.tick(&mut self.state, io, KILOBOT_BUDGET),
             Machine::Zooid(of) => of.tick(&mut self.state, io, BUDGET),
             Machine::Crazyflie(of) => of.tick(&mut self.state, io, BUDGET),
+            Machine::Elsewhere => {}
         }
         if let Actuators::Crazyflie(flight) = &mut io.actuators {
             **flight = self.state.pilot.fly(io.sensors.estimate());
@@ -279,6 +310,7 @@ impl Brain for Robot<'_> {
             Machine::Kilobot(of) => of.has_unsent,
             Machine::Zooid(of) => of.has_unsent,
             Machine::Crazyflie(of) => of.has_unsent,
+            Machine::Elsewhere => false,
         }
     }
 
@@ -287,6 +319,7 @@ impl Brain for Robot<'_> {
             Machine::Kilobot(of) => of.next_frame(frame),
             Machine::Zooid(of) => of.next_frame(frame),
             Machine::Crazyflie(of) => of.next_frame(frame),
+            Machine::Elsewhere => 0,
         }
     }
 }
@@ -362,7 +395,7 @@ impl<P: Profile, const SLOTS: usize, const FRAME: usize, const IN: usize, const 
                         tick: io.now,
                         fault,
                         positions: vm.calls().collect(),
-                        entry,
+                        entry: Some(entry),
                         refusal: state.refusal.take(),
                     }));
                     state.cast.note();

@@ -1,0 +1,224 @@
+//! The emulated robots of a run, side by side with the world: between its substeps the emulator runs as far, wheels turn when
+//! motors' signals change, and what that and contacts make of the robots' places is what the projector shows next.
+
+use std::path::Path;
+use std::time::Duration;
+
+use bittybuzz_emulation::message::{BoardStatistics, Command, Event, TimedEvent};
+use bittybuzz_emulation::{ClientError, Emulator};
+
+use crate::engine::{LinkStatistics, Loss, RobotId, TICK_US, World};
+
+use super::super::robot::{FaultRecord, LogLine, Robot};
+use super::table::Motion;
+use super::told::{Reader, Told};
+use super::{Failure, Firmware, FirmwareError};
+
+/// As often robots are told how they move now, if that has changed: it takes effect so much too late at most.
+const LOOK: Duration = Duration::from_micros(2500);
+
+/// All emulated robots of a run. They are switched on when the run begins.
+pub struct Fleet<'p> {
+    emulator: Emulator,
+    robots: Vec<Emulated<'p>>,
+    /// Since power-on, and since the world began.
+    now: Duration,
+    /// Substeps of the tick that are over.
+    substeps: u32,
+    seed: u64,
+    /// How often the loss was set.
+    losses: u64,
+}
+
+/// A robot, as far as it is seen from outside.
+struct Emulated<'p> {
+    id: RobotId,
+    /// The id that its script sees.
+    own_id: u16,
+    /// Duties of IN1 to IN4, 0 to 1.
+    inputs: [f64; 4],
+    led: u8,
+    /// Until then its wheels have turned.
+    rolled: Duration,
+    /// What the emulator knows of its place.
+    told: Option<Motion>,
+    /// `None` if the firmware tells nothing.
+    reader: Option<Reader<'p>>,
+}
+
+impl<'p> Fleet<'p> {
+    /// Starts the emulator and flashes all robots. `join` gives the world's number of a robot, and the id that its script sees.
+    pub fn new(
+        program: &Path,
+        firmware: &'p Firmware,
+        join: impl Fn(usize) -> Option<(RobotId, u16)>,
+        seed: u64,
+    ) -> Result<Self, ClientError> {
+        let count = firmware.robots.len().to_string();
+        let arguments = ["--robot", "zooids", "--count", &count];
+        let mut emulator = Emulator::spawn_with(program, &arguments)?;
+        emulator.load(&firmware.path)?;
+        let mut robots = Vec::new();
+        for (number, flashed) in firmware.robots.iter().enumerate() {
+            for (address, bytes) in &flashed.sections {
+                let write = Command::Write { address: *address, bytes: bytes.clone() };
+                emulator.done_by(number, &write)?;
+            }
+            let Some((id, own_id)) = join(flashed.number) else { continue };
+            robots.push(Emulated {
+                id,
+                own_id,
+                inputs: [0.0; 4],
+                led: 0,
+                rolled: Duration::ZERO,
+                told: None,
+                reader: firmware.messages.as_ref().map(Reader::new),
+            });
+        }
+        Ok(Fleet { emulator, robots, now: Duration::ZERO, substeps: 0, seed, losses: 0 })
+    }
+
+    /// Packets are lost as the medium says for robots that touch: all are in reach, and distance changes nothing.
+    pub fn lose(&mut self, loss: Loss) -> Result<(), ClientError> {
+        self.losses += 1;
+        let seed = self.seed.wrapping_add(self.losses << 32);
+        self.emulator.done(&Command::Air { lose: f64::from(loss.near), seed })
+    }
+
+    /// Runs for a substep of the world.
+    pub fn advance(&mut self, world: &mut World<Robot<'_>>) -> Result<(), FirmwareError> {
+        let tick = Duration::from_micros(TICK_US.into());
+        // Less than four weeks are simulated.
+        let begin = tick * world.now() as u32;
+        let count = world.substeps();
+        self.substeps = self.substeps % count + 1;
+        let end = begin + tick * self.substeps / count;
+        while self.now < end {
+            let until = (self.now + LOOK).min(end);
+            self.run(world, until)?;
+        }
+        Ok(())
+    }
+
+    fn run(&mut self, world: &mut World<Robot<'_>>, until: Duration) -> Result<(), FirmwareError> {
+        let Fleet { emulator, robots, now, .. } = self;
+        for (number, robot) in robots.iter_mut().enumerate() {
+            let Some(motion) = robot.motion(world, *now) else { continue };
+            if robot.told.is_none_or(|told| !motion.follows(&told)) {
+                emulator.done_by(number, &motion.command())?;
+                robot.told = Some(motion);
+            }
+        }
+        let mut failed = None;
+        emulator.run_all(until, |event| {
+            let Some(robot) = robots.get_mut(event.robot) else { return };
+            let at = event.timed.at;
+            if let Err(failure) = robot.note(event.timed, until, world) {
+                let robot = robot.own_id;
+                failed = failed.take().or(Some(FirmwareError::Failed { robot, at, failure }));
+            }
+        })?;
+        if let Some(error) = failed {
+            return Err(error);
+        }
+        for robot in robots {
+            robot.roll(until, world);
+        }
+        *now = until;
+        Ok(())
+    }
+
+    /// What became of the robots' packets.
+    pub fn links(&mut self) -> Result<LinkStatistics, ClientError> {
+        let mut links = LinkStatistics::default();
+        for number in 0..self.robots.len() {
+            let counted = self.emulator.statistics_of(number)?;
+            if let BoardStatistics::Zooid(board) = counted.board {
+                links.sent += board.radio_sent;
+                links.received += board.radio_received;
+                links.deaf += board.radio_unheard;
+            }
+            links.collided = counted.air.collided;
+            links.lost = counted.air.lost;
+        }
+        Ok(links)
+    }
+}
+
+impl Emulated<'_> {
+    /// Duties of the wheels in percent: one input of a bridge is high while the other is low.
+    fn duties(&self) -> [f32; 2] {
+        let [a, b, c, d] = self.inputs;
+        [b - a, d - c].map(|duty| (100.0 * duty) as f32)
+    }
+
+    /// Where it is now and how it moves.
+    fn motion(&self, world: &mut World<Robot<'_>>, now: Duration) -> Option<Motion> {
+        let [speed, turn] = world.roll(self.id, self.duties(), 0.0).ok()??;
+        let pose = world.robot(self.id)?.pose;
+        Some(Motion { since: now, pose, speed, turn })
+    }
+
+    /// Lets its wheels turn until then as they do.
+    fn roll(&mut self, until: Duration, world: &mut World<Robot<'_>>) {
+        let span = until.saturating_sub(self.rolled);
+        self.rolled = self.rolled.max(until);
+        // The world knows the robot.
+        let _ = world.roll(self.id, self.duties(), span.as_secs_f32());
+    }
+
+    /// Something has happened on it, not later than `until`.
+    fn note(
+        &mut self,
+        TimedEvent { at, event }: TimedEvent,
+        until: Duration,
+        world: &mut World<Robot<'_>>,
+    ) -> Result<(), Failure> {
+        match event {
+            Event::Motor { number, duty, .. } => {
+                // What is known when an instruction ends may be a moment later.
+                self.roll(at.min(until), world);
+                let input = usize::from(number).checked_sub(1);
+                if let Some(input) = input.and_then(|input| self.inputs.get_mut(input)) {
+                    *input = duty;
+                }
+            }
+            Event::Led { name, on } => {
+                let bit = match name.as_str() {
+                    "red" => 1,
+                    "green" => 2,
+                    _ => 4,
+                };
+                self.led = if on { self.led | bit } else { self.led & !bit };
+                // The world knows the robot.
+                let _ = world.shine(self.id, self.led);
+            }
+            Event::Rtt { bytes } => {
+                let told = self.reader.as_mut().map_or(Vec::new(), |reader| reader.read(&bytes));
+                let tick = world.now();
+                let Some(robot) = world.brain_mut(self.id) else { return Ok(()) };
+                for told in told {
+                    match told {
+                        Told::Log(pieces) => robot.has_logged(LogLine { tick, pieces }),
+                        Told::Fault(fault, positions) => robot.has_stopped(FaultRecord {
+                            tick,
+                            fault,
+                            positions,
+                            entry: None,
+                            refusal: None,
+                        }),
+                        Told::Refused(cause) => return Err(Failure::Refused(cause)),
+                    }
+                }
+            }
+            Event::Reset { cause } => return Err(Failure::Reset { cause }),
+            Event::HardwareError { text } => return Err(Failure::Hardware { text }),
+            Event::Lockup { pc } => return Err(Failure::Lockup { pc }),
+            Event::Syslink { .. }
+            | Event::P2p { .. }
+            | Event::Radio { .. }
+            | Event::PowerOff { .. } => {}
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,155 @@
+//! Robots that run their firmware: a program emulates all of them, and they move as their motors' signals say.
+
+mod fleet;
+mod table;
+mod told;
+
+use std::fmt;
+use std::fs;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use bittybuzz_compiler::refusal;
+use bittybuzz_emulation::ClientError;
+use bittybuzz_robots::Layout;
+use bittybuzz_vm_core::ImageError;
+use defmt_decoder::Table;
+
+use crate::scenario::{Backend, Cause, Scenario, ScenarioError};
+
+use super::program::Program;
+pub use fleet::Fleet;
+
+/// What is flashed in a scenario: the firmware of all emulated robots, and the script and the id of each.
+pub struct Firmware {
+    path: PathBuf,
+    /// The texts of its messages; none if it tells nothing.
+    messages: Option<Table>,
+    robots: Vec<Flashed>,
+}
+
+/// What is written to one robot beside the firmware.
+struct Flashed {
+    /// Number of the robot.
+    number: usize,
+    /// Addresses and bytes.
+    sections: Vec<(u32, Vec<u8>)>,
+}
+
+impl Firmware {
+    /// That of the scenario; `None` if no robot runs any.
+    pub fn of(scenario: &Scenario, programs: &[Program]) -> Result<Option<Self>, ScenarioError> {
+        let mut firmware: Option<Firmware> = None;
+        let mut number = 0;
+        for (group, program) in scenario.groups.iter().zip(programs) {
+            let first = number;
+            number += group.count as usize;
+            let Backend::Firmware { image, place } = &group.backend else { continue };
+            let failed = |cause| ScenarioError { cause, place: Some(Box::new(place.clone())) };
+            let Some(layout) = &group.robot.layout else { continue };
+            let section = layout.script_section(&program.image).ok_or_else(|| {
+                failed(Cause::ScriptTooLong {
+                    bytes: program.image.len(),
+                    most: layout.most_script(),
+                })
+            })?;
+            let known = match &mut firmware {
+                Some(known) => known,
+                empty => {
+                    let (path, robots) = (image.clone(), Vec::new());
+                    let unusable = |reason| {
+                        failed(Cause::NoFirmware { path: path.display().to_string(), reason })
+                    };
+                    let elf = fs::read(&path).map_err(|error| unusable(error.to_string()))?;
+                    let messages = Table::parse(&elf);
+                    let messages = messages.map_err(|error| unusable(error.to_string()))?;
+                    empty.insert(Firmware { path, messages, robots })
+                }
+            };
+            for within in 0..group.count as u16 {
+                let mut sections = vec![(layout.script.address, section.clone())];
+                let id = layout
+                    .id
+                    .map(|id| (id.address, Layout::id_section(group.first_id + within).to_vec()));
+                sections.extend(id);
+                known.robots.push(Flashed { number: first + usize::from(within), sections });
+            }
+        }
+        Ok(firmware)
+    }
+}
+
+/// Why a run with emulated robots cannot go on.
+#[derive(Debug)]
+pub enum FirmwareError {
+    /// The emulator is gone, or does not do what it is told to.
+    Emulator(ClientError),
+    /// A robot's firmware has failed.
+    Failed {
+        /// Id of the robot.
+        robot: u16,
+        /// Since power-on.
+        at: Duration,
+        /// How.
+        failure: Failure,
+    },
+}
+
+/// How firmware fails.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Failure {
+    /// It was reset.
+    Reset {
+        /// By what.
+        cause: String,
+    },
+    /// It does what the chip does not allow.
+    Hardware {
+        /// What.
+        text: String,
+    },
+    /// A fault while it handled a fault.
+    Lockup {
+        /// Where.
+        pc: u32,
+    },
+    /// It refuses the script.
+    Refused(ImageError),
+}
+
+impl fmt::Display for FirmwareError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            FirmwareError::Emulator(error) => error.fmt(f),
+            FirmwareError::Failed { robot, at, failure } => {
+                write!(
+                    f,
+                    "the firmware of robot {robot} has failed at {:.6} s: ",
+                    at.as_secs_f64()
+                )?;
+                failure.fmt(f)
+            }
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Failure::Reset { cause } => write!(f, "the chip was reset ({cause})"),
+            Failure::Hardware { text } => f.write_str(text),
+            Failure::Lockup { pc } => {
+                write!(f, "the core is locked up at {pc:#010x}: a fault while it handled a fault")
+            }
+            Failure::Refused(cause) => write!(f, "the script {}", refusal::sentence(cause)),
+        }
+    }
+}
+
+impl std::error::Error for FirmwareError {}
+
+impl From<ClientError> for FirmwareError {
+    fn from(error: ClientError) -> Self {
+        FirmwareError::Emulator(error)
+    }
+}

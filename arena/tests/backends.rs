@@ -1,0 +1,198 @@
+//! What a scenario says of robots that run their firmware is checked before anything is emulated.
+
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+
+use bittybuzz_arena::scenario::{Backend, Scenario, ScenarioError};
+
+mod script;
+
+/// A folder with a script, and two files in the place of firmware.
+static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
+    let folder = script::folder("backends", &[("s.bzz", "x = 0\nfunction step() { }\n")]);
+    for name in ["zooids.elf", "other.elf"] {
+        fs::write(folder.join(name), "no firmware").unwrap();
+    }
+    folder
+});
+
+/// A world; seven lines.
+const WORLD: &str = "[world]\nsize = [800, 500]\nduration = 10\n\n[medium.nrf24]\nloss = 0.1\n\n";
+
+/// Two Zooids on their firmware, ids 0 and 1; six lines.
+const EMULATED: &str = "[[robots]]\nrobot = \"zooids\"\nscript = \"s.bzz\"\ncount = 2\nbackend = \"firmware\"\nfirmware = \"zooids.elf\"\n";
+
+/// Two Zooids in virtual machines; five lines.
+const SIMULATED: &str =
+    "[[robots]]\nrobot = \"zooids\"\nname = \"vm\"\nscript = \"s.bzz\"\ncount = 2\n";
+
+/// Two Kilobots, which talk to nobody else; five lines.
+const KILOBOTS: &str =
+    "[[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\nname = \"k\"\ncount = 2\n";
+
+fn parse(text: &str) -> Result<Scenario, Vec<ScenarioError>> {
+    Scenario::parse(text, "s.toml", &FOLDER, &[])
+}
+
+/// `8:1: message | help`
+fn told(error: &ScenarioError) -> String {
+    let place = error.place.as_ref().unwrap();
+    let help = error.help().unwrap_or_default();
+    format!("{}:{}: {error} | {help}", place.line, place.column)
+}
+
+/// The only error of a scenario.
+fn error(text: &str) -> String {
+    let errors = parse(text).err().unwrap_or_default();
+    assert_eq!(errors.len(), 1, "{errors:#?}\n{text}");
+    told(&errors[0])
+}
+
+fn assert_error(parts: &[&str], place: &str, expected: &[&str]) {
+    let text = parts.concat();
+    let error = error(&text);
+    assert!(error.starts_with(&format!("{place}: ")), "{error}\n{text}");
+    for part in expected {
+        assert!(error.contains(part), "{error}\nlacks {part}");
+    }
+}
+
+#[test]
+fn a_group_runs_in_a_virtual_machine_or_on_its_firmware() {
+    let scenario = parse(&[WORLD, EMULATED].concat()).unwrap();
+    assert_eq!(scenario.groups[0].backend.firmware(), Some(FOLDER.join("zooids.elf").as_path()));
+    // One file for both: what the firmware is may be said, too.
+    let set = ["robots.0.backend=vm".to_owned()];
+    let text = [WORLD, EMULATED].concat();
+    let scenario = Scenario::parse(&text, "s.toml", &FOLDER, &set).unwrap();
+    assert_eq!(scenario.groups[0].backend, Backend::Vm);
+    let scenario = parse(&[WORLD, SIMULATED].concat()).unwrap();
+    assert_eq!(scenario.groups[0].backend, Backend::Vm);
+}
+
+#[test]
+fn what_nobody_emulates_is_refused() {
+    assert_error(
+        &[WORLD, EMULATED, KILOBOTS, "backend = \"firmware\"\n"],
+        "19:11",
+        &["nothing emulates a `kilobot`", "backend = \"vm\""],
+    );
+    assert_error(
+        &[WORLD, EMULATED, KILOBOTS, "backend = \"qemu\"\n"],
+        "19:11",
+        &["`backend` cannot be \"qemu\"", "vm"],
+    );
+    assert_error(
+        &[WORLD, EMULATED, "link = { loss = 0.2 }\n"],
+        "14:8",
+        &["`link` cannot be had of robots that run firmware", "\"vm\" has it"],
+    );
+    assert_error(
+        &[WORLD, EMULATED, "present = false\n"],
+        "14:11",
+        &["`present = false` cannot be had"],
+    );
+    for key in ["range = 300", "duplication = 0.1", "reordering = 0.1"] {
+        let world = WORLD.replace("loss = 0.1", key);
+        let (name, _) = key.split_once(' ').unwrap();
+        let at = format!("6:{}", name.len() + 4);
+        assert_error(&[&world, EMULATED], &at, &[&format!("`{name}` cannot be had")]);
+    }
+}
+
+#[test]
+fn missing_firmware_is_told_with_how_to_build_it() {
+    assert_error(
+        &[WORLD, &EMULATED.replace("zooids.elf", "none.elf")],
+        "13:12",
+        &["`none.elf`: there is no such file", "cargo xtask build zooids"],
+    );
+    let folder = EMULATED.replace("zooids.elf", ".");
+    assert_error(&[WORLD, &folder], "13:12", &["it is a folder"]);
+    // Nothing is above the root; the script is not there either.
+    let text = [WORLD, &EMULATED.replace("firmware = \"zooids.elf\"\n", "")].concat();
+    let errors = Scenario::parse(&text, "s.toml", Path::new("/"), &[]).unwrap_err();
+    let told: Vec<String> = errors.iter().map(told).collect();
+    assert!(
+        told.iter().any(|error| error.starts_with("12:11: cannot use firmware `firmware/zooids/")
+            && error.contains("cargo xtask build zooids")),
+        "{told:#?}"
+    );
+}
+
+#[test]
+fn what_is_no_firmware_is_told_before_the_run() {
+    let errors = script::setup_errors(&FOLDER, &[WORLD, EMULATED].concat());
+    let told: Vec<String> = errors.iter().map(told).collect();
+    assert_eq!(told.len(), 1, "{told:?}");
+    assert!(told[0].starts_with("12:11: cannot use firmware `"), "{told:?}");
+}
+
+#[test]
+fn zooids_that_would_not_hear_each_other_are_refused() {
+    assert_error(
+        &[WORLD, EMULATED, SIMULATED],
+        "14:1",
+        &["these robots and those of line 8 would not hear each other", "the same `backend`"],
+    );
+    assert_error(
+        &[WORLD, SIMULATED, EMULATED],
+        "17:11",
+        &["those of line 8 would not hear each other"],
+    );
+    let other = EMULATED.replace("zooids.elf", "other.elf");
+    assert_error(&[WORLD, EMULATED, &other], "18:11", &["another firmware than those of line 8"]);
+    // Kilobots would not hear them anyway.
+    parse(&[WORLD, EMULATED, KILOBOTS].concat()).unwrap();
+    let many = EMULATED.replace("count = 2", "count = 99");
+    assert_error(&[WORLD, EMULATED, &many], "18:11", &["101 robots are too many", "100"]);
+}
+
+#[test]
+fn events_that_an_emulator_cannot_make_are_refused() {
+    let event = |action: &str| format!("[[event]]\nat = 1\n{action}\n");
+    for (action, column) in [
+        ("fail = 0", 8),
+        ("stop = \"zooids\"", 8),
+        ("resume = 1", 10),
+        ("restart = \"all\"", 11),
+        ("block = [0, 1]", 9),
+        ("restore = [0, 1]", 11),
+        ("partition = [[0], [1]]", 13),
+    ] {
+        let (key, _) = action.split_once(' ').unwrap();
+        assert_error(
+            &[WORLD, EMULATED, KILOBOTS, &event(action)],
+            &format!("21:{column}"),
+            &[&format!("`{key}` cannot be had of robots that run firmware"), "moved"],
+        );
+    }
+    for action in ["fail = \"k\"", "move = 0\nto = [0, 0]", "loss = 0.5\nmedium = \"nrf24\""] {
+        parse(&[WORLD, EMULATED, KILOBOTS, &event(action)].concat()).unwrap();
+    }
+}
+
+#[test]
+fn what_is_in_a_robots_memory_is_not_seen() {
+    let expect = |robots: &str, value: &str| {
+        format!("[[expect]]\nat = 1\nrobots = {robots}\nvalue = \"{value}\"\nequals = 0\n")
+    };
+    for value in ["neighbors", "free", "global.x", "stigmergy.1.0"] {
+        assert_error(
+            &[WORLD, EMULATED, KILOBOTS, &expect("\"all\"", value)],
+            "22:9",
+            &[&format!("`{value}` cannot be seen of robots that run firmware"), "LED"],
+        );
+        parse(&[WORLD, EMULATED, KILOBOTS, &expect("\"k\"", value)].concat()).unwrap();
+        let plot = format!("[output]\nplot = [\"x\", \"{value}\"]\n");
+        assert_error(&[WORLD, EMULATED, &plot], "15:14", &["cannot be seen"]);
+        // A column of the others.
+        parse(&[WORLD, EMULATED, KILOBOTS, &plot].concat()).unwrap();
+    }
+    for value in ["x", "heading", "led", "distance(1, 2)", "running"] {
+        parse(&[WORLD, EMULATED, &expect("\"all\"", value)].concat()).unwrap();
+    }
+}
