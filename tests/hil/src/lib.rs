@@ -50,7 +50,7 @@ pub enum Core {
 
 impl Core {
     /// The emulator program, built on the first call.
-    fn program(self) -> &'static Path {
+    pub fn program(self) -> &'static Path {
         static PROGRAMS: [OnceLock<PathBuf>; 3] = [const { OnceLock::new() }; 3];
         let (number, package) = match self {
             Core::Unicorn => (0, "bittybuzz-emulate-stm32"),
