@@ -1,10 +1,11 @@
 //! The robot functions that scripts call: one entry in `robots/crazyflie.toml` and one arm here.
 
+use bittybuzz_runtime::call::{expect_count, integer, nothing};
 use bittybuzz_runtime::script::{Console, Counts, Robot, Stopped};
 use bittybuzz_runtime::setpoint::Writer;
 use bittybuzz_vm_core::number::{Full, Profile, Rng};
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Item, Periods, Refusal, Reply, RobotFault, Sighting, Type, Value,
+    Arguments, Axis, ByteCode, Periods, Refusal, Reply, RobotFault, Sighting, Value,
 };
 use embassy_time::Instant;
 
@@ -196,30 +197,4 @@ impl Robot<Full> for Crazyflie {
 /// Whether there is a function of this name hash.
 pub fn is_function(hash: u16) -> bool {
     robot::FUNCTIONS.iter().any(|(known, _)| *known == hash)
-}
-
-fn nothing() -> Result {
-    Ok(Reply::Value(Value::nil()))
-}
-
-fn expect_count<C: ByteCode, const N: usize>(
-    arguments: &Arguments<'_, Full, C, N>,
-    count: usize,
-) -> core::result::Result<(), RobotFault> {
-    if arguments.count() == count {
-        Ok(())
-    } else {
-        Err(RobotFault::Refused(Refusal::ArgumentCount))
-    }
-}
-
-fn integer<C: ByteCode, const N: usize>(
-    arguments: &Arguments<'_, Full, C, N>,
-    index: usize,
-) -> core::result::Result<i32, RobotFault> {
-    match arguments.item(index) {
-        Item::Int(value) => Ok(value),
-        Item::Nil => Err(RobotFault::WrongType(Type::Nil)),
-        _ => Err(RobotFault::WrongType(arguments.value(index).type_of())),
-    }
 }

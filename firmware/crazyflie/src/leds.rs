@@ -2,7 +2,8 @@
 //! green blinks shortly every two seconds while all is well; red blinks the number of a fault, or shines when the script
 //! cannot run or the robot has stopped itself.
 
-use bittybuzz_runtime::liveness::{BEAT, Pulse};
+use bittybuzz_runtime::blink::{self, PHASE};
+use bittybuzz_runtime::liveness::Pulse;
 use bittybuzz_runtime::script::Stopped;
 use embassy_futures::select::{Either, select};
 use embassy_stm32::Peri;
@@ -10,7 +11,7 @@ use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::peripherals::{PC0, PC1, PC2, PC3, PD2};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
-use embassy_time::{Duration, Instant, Timer};
+use embassy_time::{Instant, Timer};
 
 /// A light of the script.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,30 +106,22 @@ impl StatusLeds {
         }
     }
 
-    /// Which of them (green, red) are lit in phase `phase`, in units of [`UNIT`].
+    /// Which of them (green, red) are lit in phase `phase`, in units of [`PHASE`].
     fn pattern(status: Status, phase: u32) -> (bool, bool) {
         match status {
             Status::Well => (phase.is_multiple_of(40), false),
-            // Blinks of 200 ms, 200 ms apart; the whole once in a while.
-            Status::Fault(cause) => {
-                let round = 8 * u32::from(cause) + 24;
-                let at = phase % round;
-                (false, at < 8 * u32::from(cause) && at % 8 < 4)
-            }
+            Status::Fault(cause) => (false, blink::is_lit(cause, phase)),
             Status::Stopped => (false, true),
         }
     }
 }
-
-/// The pattern's resolution.
-const UNIT: Duration = BEAT;
 
 /// The task of the status LEDs.
 #[embassy_executor::task]
 pub async fn show_status(channel: &'static StatusChannel, mut leds: StatusLeds, pulse: Pulse) -> ! {
     let mut status = Status::Well;
     let mut phase = 0;
-    let mut next = Instant::now() + UNIT;
+    let mut next = Instant::now() + PHASE;
     loop {
         pulse.beat();
         let (green, red) = StatusLeds::pattern(status, phase);
@@ -141,7 +134,7 @@ pub async fn show_status(channel: &'static StatusChannel, mut leds: StatusLeds, 
             }
             Either::Second(()) => {
                 phase += 1;
-                next += UNIT;
+                next += PHASE;
             }
         }
     }

@@ -36,6 +36,7 @@ mod robot {
 }
 
 use bittybuzz_comms::syslink::SWARM_MESSAGE_MAX;
+use bittybuzz_runtime::id::Id;
 use bittybuzz_runtime::liveness::{LOOK, Liveness, Pulse};
 use bittybuzz_runtime::script::Script;
 use bittybuzz_runtime::setpoint::{self, Writer};
@@ -52,7 +53,6 @@ use embassy_time::{Duration, Timer};
 use static_cell::{ConstStaticCell, StaticCell};
 
 use functions::{Crazyflie, is_function};
-use id::Id;
 use leds::{ScriptLeds, Status, StatusChannel, StatusLeds};
 use link::uart::Interrupts;
 use motors::{Motors, Powers};
@@ -109,7 +109,7 @@ async fn main(spawner: Spawner) {
     let status_leds = StatusLeds::new(p.PC2, p.PC3);
     let (receiver, sender) = link::uart::open(p.USART6, p.PC6, p.PC7, p.PA4, Irqs);
 
-    let id = Id::find();
+    let id = id::find();
     let robot_id = id.number();
     defmt::info!("BittyBuzz on {=str}, not tried on hardware", robot::NAME);
     defmt::info!("this firmware does not fly: motors get at most {=u8} of 255", motors::POWER_MAX);

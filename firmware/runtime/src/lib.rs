@@ -20,6 +20,9 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod blink;
+pub mod call;
+pub mod id;
 pub mod liveness;
 pub mod mail;
 pub mod pose;

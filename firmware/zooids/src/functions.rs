@@ -4,11 +4,12 @@ use core::ops::RangeInclusive;
 
 use bittybuzz_motion::drive::{Goal, Wheels};
 use bittybuzz_motion::{Length, MM, units};
+use bittybuzz_runtime::call::{expect_count, integer, nothing};
 use bittybuzz_runtime::script::{Console, Counts, Robot, Stopped};
 use bittybuzz_runtime::setpoint::Writer;
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Item, Periods, Refusal, Reply, RobotFault, Sighting, Type, Value,
+    Arguments, Axis, ByteCode, Item, Periods, Refusal, Reply, RobotFault, Sighting, Value,
 };
 
 use crate::eyes;
@@ -59,15 +60,12 @@ impl Robot<Tiny> for Zooid {
         _again: bool,
         _console: &mut Console<'_>,
     ) -> Result {
-        let known = robot::FUNCTIONS.iter().find(|(known, _)| *known == function);
         let count = match function {
             function::SET_MOTOR | function::GOTO => 2,
             function::LED | function::GREY_CODE => 1,
             _ => 0,
         };
-        if known.is_none() || arguments.count() != count {
-            return Err(RobotFault::Refused(Refusal::ArgumentCount));
-        }
+        expect_count(&arguments, count)?;
         match function {
             function::LED => {
                 let color = within(integer(&arguments, 0)?, 0..=7)?;
@@ -183,10 +181,6 @@ pub fn is_function(hash: u16) -> bool {
     robot::FUNCTIONS.iter().any(|(known, _)| *known == hash)
 }
 
-fn nothing() -> Result {
-    Ok(Reply::Value(Value::nil()))
-}
-
 fn within(value: i32, range: RangeInclusive<i32>) -> core::result::Result<i32, RobotFault> {
     if range.contains(&value) { Ok(value) } else { Err(RobotFault::Refused(Refusal::OutOfRange)) }
 }
@@ -200,16 +194,5 @@ fn length<C: ByteCode, const N: usize>(
         Item::Float(mm) => units::from_mm(mm).ok_or(RobotFault::Refused(Refusal::OutOfRange)),
         // 16 bits.
         _ => Ok(integer(arguments, index)? * MM),
-    }
-}
-
-fn integer<C: ByteCode, const N: usize>(
-    arguments: &Arguments<'_, Tiny, C, N>,
-    index: usize,
-) -> core::result::Result<i32, RobotFault> {
-    match arguments.item(index) {
-        Item::Int(value) => Ok(value),
-        Item::Nil => Err(RobotFault::WrongType(Type::Nil)),
-        _ => Err(RobotFault::WrongType(arguments.value(index).type_of())),
     }
 }

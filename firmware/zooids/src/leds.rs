@@ -1,14 +1,15 @@
 //! The RGB LED. It is the script's, until the firmware has something to tell: a fault blinks red as often as its number,
 //! red all the time means that no script can run.
 
-use bittybuzz_runtime::liveness::{BEAT, Pulse};
+use bittybuzz_runtime::blink::{self, PHASE};
+use bittybuzz_runtime::liveness::Pulse;
 use bittybuzz_runtime::script::Stopped;
 use embassy_futures::select::{Either, select};
 use embassy_stm32::pac;
 use embassy_stm32::pac::timer::vals::Ocm;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
-use embassy_time::{Duration, Instant, Timer};
+use embassy_time::{Instant, Timer};
 
 /// 48 MHz / 24 = 2 MHz
 const PRESCALER: u16 = 24;
@@ -50,15 +51,16 @@ impl Light {
         }
     }
 
-    /// The colour in phase `phase`, in units of [`UNIT`].
+    /// The colour in phase `phase`, in units of [`PHASE`].
     fn color(self, phase: u32) -> Color {
         match self {
             Light::Script(color) => color,
-            // Blinks of 200 ms, 200 ms apart; the whole once in a while.
             Light::Fault(cause) => {
-                let blinks = 8 * u32::from(cause);
-                let at = phase % (blinks + 24);
-                if at < blinks && at % 8 < 4 { RED } else { 0 }
+                if blink::is_lit(cause, phase) {
+                    RED
+                } else {
+                    0
+                }
             }
             Light::Stopped => RED,
         }
@@ -105,15 +107,12 @@ impl Led {
     }
 }
 
-/// The pattern's resolution.
-const UNIT: Duration = BEAT;
-
 /// The task of the LED.
 #[embassy_executor::task]
 pub async fn shine(channel: &'static LightChannel, mut led: Led, pulse: Pulse) -> ! {
     let mut light = Light::Script(0);
     let mut phase = 0;
-    let mut next = Instant::now() + UNIT;
+    let mut next = Instant::now() + PHASE;
     loop {
         pulse.beat();
         led.show(light.color(phase));
@@ -124,7 +123,7 @@ pub async fn shine(channel: &'static LightChannel, mut led: Led, pulse: Pulse) -
             }
             Either::Second(()) => {
                 phase += 1;
-                next += UNIT;
+                next += PHASE;
             }
         }
     }

@@ -42,6 +42,7 @@ mod robot {
 
 use bittybuzz_comms::nrf24::MESSAGE_MAX;
 use bittybuzz_motion::drive::Pilot;
+use bittybuzz_runtime::id::Id;
 use bittybuzz_runtime::liveness::{Liveness, Pulse};
 use bittybuzz_runtime::script::Script;
 use bittybuzz_runtime::setpoint::{self, Writer};
@@ -60,7 +61,7 @@ use leds::{Led, Light, LightChannel};
 use log::{error, info, warning};
 use motors::{Drive, Motors};
 use radio::nrf24::Nrf24;
-use settings::{Id, setting};
+use settings::setting;
 
 /// Room for what the script prints in a slice; nobody reads it but defmt.
 const LOG_BYTES: usize = if cfg!(feature = "defmt") { 256 } else { 0 };
@@ -105,7 +106,7 @@ async fn main(spawner: Spawner) {
     let radio = Nrf24::new();
     edges::watch();
 
-    let id = Id::find();
+    let id = settings::id();
     let robot_id = id.number();
     info!("BittyBuzz on {=str}, not tried on hardware", robot::NAME);
     match id {

@@ -1,0 +1,33 @@
+//! What robot functions do with their arguments.
+
+use bittybuzz_vm_core::number::Profile;
+use bittybuzz_vm_core::{Arguments, ByteCode, Item, Refusal, Reply, RobotFault, Type, Value};
+
+/// The answer of a function that returns nothing.
+pub fn nothing<P: Profile>() -> Result<Reply<P>, RobotFault> {
+    Ok(Reply::Value(Value::nil()))
+}
+
+/// Refuses any other number of arguments.
+pub fn expect_count<P: Profile, C: ByteCode, const N: usize>(
+    arguments: &Arguments<'_, P, C, N>,
+    count: usize,
+) -> Result<(), RobotFault> {
+    if arguments.count() == count {
+        Ok(())
+    } else {
+        Err(RobotFault::Refused(Refusal::ArgumentCount))
+    }
+}
+
+/// Argument `index`, which must be an integer.
+pub fn integer<P: Profile, C: ByteCode, const N: usize>(
+    arguments: &Arguments<'_, P, C, N>,
+    index: usize,
+) -> Result<i32, RobotFault> {
+    match arguments.item(index) {
+        Item::Int(value) => Ok(value),
+        Item::Nil => Err(RobotFault::WrongType(Type::Nil)),
+        _ => Err(RobotFault::WrongType(arguments.value(index).type_of())),
+    }
+}
