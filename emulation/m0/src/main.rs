@@ -23,7 +23,8 @@ use std::io::{BufWriter, ErrorKind, stdin, stdout};
 use std::process::ExitCode;
 
 use bittybuzz_chips::Zooid;
-use clap::Parser;
+use bittybuzz_emulation::Machine;
+use clap::{Parser, ValueEnum};
 
 /// Runs the firmware image of a Zooid; reads commands from standard input and writes replies and events to standard
 /// output, one JSON object per line (docs/emulation.md).
@@ -36,11 +37,29 @@ struct Arguments {
     /// Which robot: there is only one that has this core
     #[arg(long, default_value = "zooids", value_parser = ["zooids"])]
     robot: String,
+    /// Which core
+    #[arg(long, value_enum, default_value_t = Core::Own)]
+    core: Core,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Core {
+    /// bittybuzz-cortex-m0: fast
+    Own,
+    /// rp2040-emu: written by others
+    Rp2040,
 }
 
 fn main() -> ExitCode {
-    let Arguments { count, .. } = Arguments::parse();
-    let mut robots: Vec<_> = (0..count.into()).map(robot::Robot::<Zooid>::new).collect();
+    let Arguments { count, core, .. } = Arguments::parse();
+    let numbers = 0..usize::from(count);
+    match core {
+        Core::Own => play(numbers.map(bittybuzz_cortex_m0::Robot::<Zooid>::new).collect()),
+        Core::Rp2040 => play(numbers.map(robot::Robot::<Zooid>::new).collect()),
+    }
+}
+
+fn play<M: Machine>(mut robots: Vec<M>) -> ExitCode {
     let output = BufWriter::new(stdout().lock());
     match bittybuzz_emulation::serve(&mut robots, stdin().lock(), output) {
         // Whoever started this program is gone.

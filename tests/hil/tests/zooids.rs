@@ -34,7 +34,11 @@ fn it_boots_as_the_board_wants_it() {
     assert_eq!((board.radio_too_early, board.radio_short_pulses), (0, 0));
     assert_eq!(board.radio_written_while_active, 0);
     assert!(board.unknown.is_empty(), "{:x?}", board.unknown);
+    assert_eq!(board.accesses_without_clock, 0);
     let zooid = &table.zooids()[0];
+    let is_error =
+        |event: &&bittybuzz_hil::TimedEvent| matches!(event.event, Event::HardwareError { .. });
+    assert_eq!(zooid.events.iter().find(is_error), None);
     assert_eq!(resets(&zooid.events), []);
     assert!(zooid.told.firmware[0].contains("BittyBuzz on zooids"), "{:?}", zooid.told.firmware);
     assert!(zooid.told.firmware.iter().any(|line| line.contains("robot id 7")));
@@ -203,6 +207,23 @@ fn ten_agree_though_half_of_the_packets_are_lost() {
     let air = table.air();
     assert!(air.lost * 100 > air.carried * 40, "{air:?}");
     assert!(agreed(&table, 10), "{:?}", table.zooids()[0].told.log.last());
+}
+
+/// A hundred times ten robots, half of the packets lost: all agree within a minute.
+#[test]
+#[ignore = "takes some minutes"]
+fn a_hundred_tables_agree_though_half_of_the_packets_are_lost() {
+    let mut slowest = 0;
+    for seed in 1..=100 {
+        let mut table = row(AGREE, 10);
+        table.lose(0.5, seed);
+        let seconds = (1..=60).find(|_| {
+            table.run_ms(1000);
+            agreed(&table, 10)
+        });
+        slowest = slowest.max(seconds.unwrap_or_else(|| panic!("seed {seed}: no agreement")));
+    }
+    println!("the slowest table agreed within {slowest} s");
 }
 
 #[test]
@@ -383,9 +404,8 @@ fn positions_are_right_while_it_drives() {
     assert!(rms(&turned) <= 3.0, "{:.2} degrees rms", rms(&turned));
 }
 
-/// How deep it gets is printed; the goal is to have 512 bytes to spare.
 #[test]
-fn its_stack_does_not_overflow() {
+fn its_stack_has_room_to_spare() {
     // What makes it deep: radio, goal, tracking, stigmergy, collections, log.
     let script = "\
 function init() { v = stigmergy.create(1)  t = {}  n = 0 }
@@ -411,7 +431,7 @@ function step() {
     let content = table.read(0, stack.address, stack.size);
     let spare = content.iter().take_while(|byte| **byte == PAINT).count();
     println!("{} of {} bytes of stack are used", content.len() - spare, content.len());
-    assert!(spare > 0, "the stack is full");
+    assert!(spare >= 512, "{spare} bytes to spare");
 }
 
 /// What a robot sends that tells `topic` and a number.

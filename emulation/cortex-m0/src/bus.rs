@@ -1,0 +1,347 @@
+//! What the core sees: flash, RAM, its own registers, and the board.
+
+use bittybuzz_chips::{Board, Clock, FlashChange, FlashContent, Time, Transfer, Width};
+
+use crate::decode::Op;
+use crate::nvic::Nvic;
+
+pub const FLASH: u32 = 0x0800_0000;
+pub const RAM: u32 = 0x2000_0000;
+const PRIVATE: u32 = 0xe000_0000;
+
+const SYST: u32 = 0xe000_e010;
+const SYST_END: u32 = 0xe000_e020;
+const ISER: u32 = 0xe000_e100;
+const ICER: u32 = 0xe000_e180;
+const ISPR: u32 = 0xe000_e200;
+const ICPR: u32 = 0xe000_e280;
+const IPR: u32 = 0xe000_e400;
+const IPR_END: u32 = 0xe000_e420;
+const CPUID: u32 = 0xe000_ed00;
+const ICSR: u32 = 0xe000_ed04;
+const AIRCR: u32 = 0xe000_ed0c;
+const SCR: u32 = 0xe000_ed10;
+const CCR: u32 = 0xe000_ed14;
+const SHPR2: u32 = 0xe000_ed1c;
+const SHPR3: u32 = 0xe000_ed20;
+
+/// Cortex-M0, revision r0p0.
+const CORTEX_M0: u32 = 0x410c_c200;
+const VECTKEY: u32 = 0x05fa << 16;
+const SYSRESETREQ: u32 = 1 << 2;
+const PENDSVSET: u32 = 1 << 28;
+const PENDSVCLR: u32 = 1 << 27;
+/// STKALIGN and UNALIGN_TRP are always on.
+const CCR_VALUE: u32 = 1 << 9 | 1 << 3;
+/// Two bits of priority.
+const PRIORITY: u8 = 0xc0;
+
+/// Memory, board, and the interrupt controller.
+pub struct Bus<B> {
+    pub board: B,
+    pub flash: Vec<u8>,
+    /// What the flash's halfwords do, as far as they were looked at.
+    pub ops: Vec<Op>,
+    pub ram: Vec<u8>,
+    pub nvic: Nvic,
+    pub clock: Clock,
+    /// Of the core since power-on, without those it slept.
+    pub cycles: u64,
+    /// No instruction begins at or after this cycle.
+    pub deadline: u64,
+    /// The event register.
+    pub event: bool,
+    pub reset_requested: bool,
+    pub systick_used: bool,
+    pub scr: u32,
+}
+
+impl<B: Board> Bus<B> {
+    /// Robot `number` of several, just turned on. Its flash is erased and its RAM is not.
+    pub fn new(number: usize) -> Self {
+        let board = B::power_on(number);
+        let clock = Clock::new(board.core_clock_hz());
+        let mut state = 1_u32;
+        let noise = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 24) as u8
+        };
+        Bus {
+            board,
+            flash: vec![0xff; B::MEMORY.flash as usize],
+            ops: vec![Op::UNKNOWN; B::MEMORY.flash as usize / 2],
+            ram: std::iter::repeat_with(noise).take(B::MEMORY.ram as usize).collect(),
+            nvic: Nvic::new(),
+            clock,
+            cycles: 0,
+            deadline: 0,
+            event: false,
+            reset_requested: false,
+            systick_used: false,
+            scr: 0,
+        }
+    }
+
+    pub fn now(&self) -> Time {
+        self.clock.time(self.cycles)
+    }
+
+    /// Brings the board to the core's time and its interrupts to the core.
+    pub fn catch_up(&mut self) {
+        self.board.advance(self.now());
+        self.nvic.set_lines(self.board.interrupts().bits() as u32);
+    }
+
+    /// Clocks may have changed, interrupts may be pending, events may come earlier.
+    fn after_access(&mut self) {
+        self.nvic.set_lines(self.board.interrupts().bits() as u32);
+        let hz = self.board.core_clock_hz();
+        if hz != self.clock.hz() {
+            self.clock.set_hz(hz, self.cycles);
+            self.deadline = 0;
+        }
+        if self.nvic.any_pending() || self.board.wants_memory() {
+            self.deadline = 0;
+        } else if let Some(next) = self.board.next_event() {
+            self.deadline = self.deadline.min(self.clock.cycle(next));
+        }
+    }
+
+    /// Where `length` bytes at `address` begin in the flash, which is also seen at 0.
+    fn flash_index(&self, address: u32, length: usize) -> Option<usize> {
+        let at = address.wrapping_sub(FLASH) as usize;
+        let at = if at < self.flash.len() { at } else { address as usize };
+        (at + length <= self.flash.len()).then_some(at)
+    }
+
+    /// `length` bytes at `address`, if all of them are in one memory.
+    pub fn memory(&mut self, address: u32, length: usize) -> Option<&mut [u8]> {
+        let at = address.wrapping_sub(RAM) as usize;
+        if at < self.ram.len() {
+            return self.ram.get_mut(at..at.checked_add(length)?);
+        }
+        let at = self.flash_index(address, length)?;
+        self.flash.get_mut(at..at + length)
+    }
+
+    /// Writes as a debugger does.
+    pub fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Option<()> {
+        self.memory(address, bytes.len())?.copy_from_slice(bytes);
+        if let Some(at) = self.flash_index(address, bytes.len()) {
+            self.forget(at, bytes.len());
+        }
+        Some(())
+    }
+
+    /// The flash has changed there: an instruction of two halfwords may begin before it.
+    fn forget(&mut self, at: usize, length: usize) {
+        let first = (at / 2).saturating_sub(1);
+        let end = (at + length).div_ceil(2).min(self.ops.len());
+        self.ops[first..end].fill(Op::UNKNOWN);
+    }
+
+    fn is_peripheral(address: u32) -> bool {
+        B::MEMORY.peripherals.iter().any(|(base, size)| address.wrapping_sub(*base) < *size)
+    }
+
+    #[inline]
+    pub fn read_word(&mut self, address: u32) -> Option<u32> {
+        let at = address.wrapping_sub(RAM) as usize;
+        if address & 3 == 0
+            && let Some(bytes) = self.ram.get(at..).and_then(<[u8]>::first_chunk)
+        {
+            return Some(u32::from_le_bytes(*bytes));
+        }
+        self.read_elsewhere(address, Width::Word)
+    }
+
+    #[inline]
+    pub fn read_half(&mut self, address: u32) -> Option<u16> {
+        let at = address.wrapping_sub(RAM) as usize;
+        if address & 1 == 0
+            && let Some(bytes) = self.ram.get(at..).and_then(<[u8]>::first_chunk)
+        {
+            return Some(u16::from_le_bytes(*bytes));
+        }
+        self.read_elsewhere(address, Width::Half).map(|value| value as u16)
+    }
+
+    #[inline]
+    pub fn read_byte(&mut self, address: u32) -> Option<u8> {
+        let at = address.wrapping_sub(RAM) as usize;
+        if let Some(byte) = self.ram.get(at) {
+            return Some(*byte);
+        }
+        self.read_elsewhere(address, Width::Byte).map(|value| value as u8)
+    }
+
+    fn read_elsewhere(&mut self, address: u32, width: Width) -> Option<u32> {
+        let length = width.bytes() as usize;
+        if !address.is_multiple_of(width.bytes()) {
+            return None;
+        }
+        if let Some(at) = self.flash_index(address, length) {
+            let bytes = &self.flash[at..at + length];
+            return Some(bytes.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte)));
+        }
+        if address >= PRIVATE {
+            return Some(self.read_private(address & !3) >> ((address & 3) * 8));
+        }
+        if !Self::is_peripheral(address) {
+            return None;
+        }
+        self.catch_up();
+        let value = self.board.read(address, width);
+        self.after_access();
+        Some(value)
+    }
+
+    #[inline]
+    pub fn write_word(&mut self, address: u32, value: u32) -> Option<()> {
+        let at = address.wrapping_sub(RAM) as usize;
+        if address & 3 == 0
+            && let Some(bytes) = self.ram.get_mut(at..).and_then(<[u8]>::first_chunk_mut)
+        {
+            *bytes = value.to_le_bytes();
+            return Some(());
+        }
+        self.write_elsewhere(address, Width::Word, value)
+    }
+
+    #[inline]
+    pub fn write_half(&mut self, address: u32, value: u16) -> Option<()> {
+        let at = address.wrapping_sub(RAM) as usize;
+        if address & 1 == 0
+            && let Some(bytes) = self.ram.get_mut(at..).and_then(<[u8]>::first_chunk_mut)
+        {
+            *bytes = value.to_le_bytes();
+            return Some(());
+        }
+        self.write_elsewhere(address, Width::Half, value.into())
+    }
+
+    #[inline]
+    pub fn write_byte(&mut self, address: u32, value: u8) -> Option<()> {
+        let at = address.wrapping_sub(RAM) as usize;
+        if let Some(byte) = self.ram.get_mut(at) {
+            *byte = value;
+            return Some(());
+        }
+        self.write_elsewhere(address, Width::Byte, value.into())
+    }
+
+    fn write_elsewhere(&mut self, address: u32, width: Width, value: u32) -> Option<()> {
+        if !address.is_multiple_of(width.bytes()) {
+            return None;
+        }
+        if address >= PRIVATE {
+            // Of the private registers only words can be written (B3.1.1).
+            self.write_private(address & !3, value);
+            self.deadline = 0;
+        } else if Self::is_peripheral(address) {
+            self.catch_up();
+            self.board.write(address, width, value);
+            self.after_access();
+        } else if width == Width::Half && address.wrapping_sub(FLASH) < B::MEMORY.flash {
+            self.program(address, value as u16);
+        } else {
+            return None;
+        }
+        Some(())
+    }
+
+    /// The flash interface decides what becomes of a halfword that is written to the flash.
+    fn program(&mut self, address: u32, new: u16) {
+        self.catch_up();
+        let at = (address - FLASH) as usize;
+        let old = u16::from_le_bytes([self.flash[at], self.flash[at + 1]]);
+        if let Some(change) = self.board.program(address, old, new) {
+            self.change_flash(change);
+        }
+        self.deadline = 0;
+    }
+
+    /// The flash changes, and the core waits.
+    pub fn change_flash(&mut self, change: FlashChange) {
+        match change.content {
+            FlashContent::Erased(bytes) => {
+                self.write_memory(change.address, &vec![0xff; bytes as usize]);
+            }
+            FlashContent::Halfword(value) => {
+                self.write_memory(change.address, &value.to_le_bytes());
+            }
+        }
+        let end = self.now() + change.takes;
+        self.clock.skip_to(end, self.cycles);
+    }
+
+    /// Moves a data item for the DMA controller. Where there is no memory it reads 0 and loses what it writes.
+    pub fn transfer(&mut self, transfer: Transfer) {
+        let (from, width) = transfer.from;
+        let value = match self.memory(from, width.bytes() as usize) {
+            Some(bytes) => bytes.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte)),
+            None => self.board.read(from, width),
+        };
+        let (to, width) = transfer.to;
+        let at = to.wrapping_sub(RAM) as usize;
+        let length = width.bytes() as usize;
+        match self.ram.get_mut(at..).and_then(|ram| ram.get_mut(..length)) {
+            Some(bytes) => bytes.copy_from_slice(&value.to_le_bytes()[..length]),
+            None => self.board.write(to, width, value),
+        }
+    }
+
+    fn read_private(&self, address: u32) -> u32 {
+        let nvic = &self.nvic;
+        match address {
+            ISER | ICER => nvic.enabled,
+            ISPR | ICPR => nvic.pending,
+            IPR..IPR_END => {
+                let first = (address - IPR) as usize;
+                u32::from_le_bytes(std::array::from_fn(|index| nvic.priorities[first + index]))
+            }
+            CPUID => CORTEX_M0,
+            ICSR => {
+                let pending = if nvic.pend_sv_pending { PENDSVSET } else { 0 };
+                let next = nvic.next(false).map_or(0, u32::from);
+                pending | next << 12 | u32::from(nvic.current())
+            }
+            AIRCR => 0xfa05 << 16,
+            SCR => self.scr,
+            CCR => CCR_VALUE,
+            SHPR2 => u32::from(nvic.sv_call_priority) << 24,
+            SHPR3 => u32::from(nvic.pend_sv_priority) << 16,
+            _ => 0,
+        }
+    }
+
+    fn write_private(&mut self, address: u32, value: u32) {
+        let nvic = &mut self.nvic;
+        match address {
+            SYST..SYST_END => self.systick_used = true,
+            ISER => nvic.enabled |= value,
+            ICER => nvic.enabled &= !value,
+            ISPR => nvic.pending |= value,
+            ICPR => nvic.clear_pending(value),
+            IPR..IPR_END => {
+                let first = (address - IPR) as usize;
+                for (priority, byte) in
+                    nvic.priorities[first..first + 4].iter_mut().zip(value.to_le_bytes())
+                {
+                    *priority = byte & PRIORITY;
+                }
+            }
+            ICSR => {
+                nvic.pend_sv_pending |= value & PENDSVSET != 0;
+                nvic.pend_sv_pending &= value & PENDSVCLR == 0;
+            }
+            AIRCR => {
+                self.reset_requested |= value & 0xffff_0000 == VECTKEY && value & SYSRESETREQ != 0;
+            }
+            SCR => self.scr = value & 0x16,
+            SHPR2 => nvic.sv_call_priority = (value >> 24) as u8 & PRIORITY,
+            SHPR3 => nvic.pend_sv_priority = (value >> 16) as u8 & PRIORITY,
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,321 @@
+//! From halfwords to operations (ARMv6-M A5).
+
+/// What an instruction does. `a`, `b` and `c` of [`Op`] are registers unless it says otherwise, `d` is the destination.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Kind {
+    /// Not looked at yet.
+    Unknown,
+    /// No instruction of ARMv6-M.
+    Undefined,
+    // d = b shifted by imm, with flags.
+    LslImm,
+    LsrImm,
+    AsrImm,
+    // With flags: d = b + c, b - c, b + imm, b - imm.
+    AddReg,
+    SubReg,
+    AddImm,
+    SubImm,
+    // d = imm with flags; flags of d - imm.
+    MovImm,
+    CmpImm,
+    // Data processing, d op= b.
+    And,
+    Eor,
+    LslReg,
+    LsrReg,
+    AsrReg,
+    Adc,
+    Sbc,
+    Ror,
+    Tst,
+    Rsb,
+    Cmp,
+    Cmn,
+    Orr,
+    Mul,
+    Bic,
+    Mvn,
+    // High registers: without flags, but for the comparison.
+    AddHigh,
+    AddPc,
+    CmpHigh,
+    MovHigh,
+    MovPc,
+    Bx,
+    Blx,
+    // d = word at imm from the aligned PC.
+    LdrLiteral,
+    // Address b + c.
+    StrReg,
+    StrhReg,
+    StrbReg,
+    LdrsbReg,
+    LdrReg,
+    LdrhReg,
+    LdrbReg,
+    LdrshReg,
+    // Address b + imm.
+    StrImm,
+    LdrImm,
+    StrbImm,
+    LdrbImm,
+    StrhImm,
+    LdrhImm,
+    // d = aligned PC + imm, SP + imm; SP += imm, SP -= imm.
+    Adr,
+    AddSp,
+    SpUp,
+    SpDown,
+    Sxth,
+    Sxtb,
+    Uxth,
+    Uxtb,
+    // imm: the registers as bits, bit 8 for LR or PC.
+    Push,
+    Pop,
+    PopPc,
+    // a: PRIMASK afterwards.
+    Cps,
+    Rev,
+    Rev16,
+    Revsh,
+    Breakpoint,
+    Nop,
+    Wfe,
+    Wfi,
+    Sev,
+    // From b; imm: registers as bits.
+    Stm,
+    Ldm,
+    // a: condition; imm: what is added to the PC.
+    BranchIf,
+    SupervisorCall,
+    Branch,
+    // 32 bits: imm is what is added to the PC.
+    BranchLink,
+    // a: register; imm: special register.
+    Mrs,
+    Msr,
+    Barrier,
+}
+
+/// A decoded instruction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Op {
+    pub kind: Kind,
+    pub d: u8,
+    pub b: u8,
+    pub c: u8,
+    pub imm: u32,
+}
+
+impl Op {
+    pub const UNKNOWN: Op = Op { kind: Kind::Unknown, d: 0, b: 0, c: 0, imm: 0 };
+
+    const fn new(kind: Kind, d: u16, b: u16, c: u16, imm: u32) -> Op {
+        Op { kind, d: d as u8, b: b as u8, c: c as u8, imm }
+    }
+}
+
+/// Whether an instruction that begins with `first` has a second halfword (A5.1).
+pub const fn is_wide(first: u16) -> bool {
+    first >> 11 >= 0b11101
+}
+
+/// The operation of `first`, or of both.
+pub fn decode(first: u16, second: u16) -> Op {
+    let undefined = Op::new(Kind::Undefined, 0, 0, 0, 0);
+    if is_wide(first) {
+        return wide(first, second).unwrap_or(undefined);
+    }
+    let (d, b, c) = (first & 7, first >> 3 & 7, first >> 6 & 7);
+    let imm5 = u32::from(first >> 6 & 0x1f);
+    let imm8 = u32::from(first & 0xff);
+    let d8 = first >> 8 & 7;
+    match first >> 11 {
+        // LSL by 0 is a move, the others by 0 are by 32; the shift of 32 is told apart when it is done.
+        0b00000 => Op::new(Kind::LslImm, d, b, 0, imm5),
+        0b00001 => Op::new(Kind::LsrImm, d, b, 0, if imm5 == 0 { 32 } else { imm5 }),
+        0b00010 => Op::new(Kind::AsrImm, d, b, 0, if imm5 == 0 { 32 } else { imm5 }),
+        0b00011 => match first >> 9 & 3 {
+            0 => Op::new(Kind::AddReg, d, b, c, 0),
+            1 => Op::new(Kind::SubReg, d, b, c, 0),
+            2 => Op::new(Kind::AddImm, d, b, 0, u32::from(c)),
+            _ => Op::new(Kind::SubImm, d, b, 0, u32::from(c)),
+        },
+        0b00100 => Op::new(Kind::MovImm, d8, 0, 0, imm8),
+        0b00101 => Op::new(Kind::CmpImm, d8, 0, 0, imm8),
+        0b00110 => Op::new(Kind::AddImm, d8, d8, 0, imm8),
+        0b00111 => Op::new(Kind::SubImm, d8, d8, 0, imm8),
+        0b01000 if first & 1 << 10 == 0 => Op::new(data_processing(first), d, b, 0, 0),
+        0b01000 => high_registers(first).unwrap_or(undefined),
+        0b01001 => Op::new(Kind::LdrLiteral, d8, 0, 0, 4 * imm8),
+        0b01010 | 0b01011 => {
+            let kind = match first >> 9 & 7 {
+                0 => Kind::StrReg,
+                1 => Kind::StrhReg,
+                2 => Kind::StrbReg,
+                3 => Kind::LdrsbReg,
+                4 => Kind::LdrReg,
+                5 => Kind::LdrhReg,
+                6 => Kind::LdrbReg,
+                _ => Kind::LdrshReg,
+            };
+            Op::new(kind, d, b, c, 0)
+        }
+        0b01100 => Op::new(Kind::StrImm, d, b, 0, 4 * imm5),
+        0b01101 => Op::new(Kind::LdrImm, d, b, 0, 4 * imm5),
+        0b01110 => Op::new(Kind::StrbImm, d, b, 0, imm5),
+        0b01111 => Op::new(Kind::LdrbImm, d, b, 0, imm5),
+        0b10000 => Op::new(Kind::StrhImm, d, b, 0, 2 * imm5),
+        0b10001 => Op::new(Kind::LdrhImm, d, b, 0, 2 * imm5),
+        // Relative to SP.
+        0b10010 => Op::new(Kind::StrImm, d8, 13, 0, 4 * imm8),
+        0b10011 => Op::new(Kind::LdrImm, d8, 13, 0, 4 * imm8),
+        0b10100 => Op::new(Kind::Adr, d8, 0, 0, 4 * imm8),
+        0b10101 => Op::new(Kind::AddSp, d8, 0, 0, 4 * imm8),
+        0b10110 | 0b10111 => miscellaneous(first).unwrap_or(undefined),
+        0b11000 => Op::new(Kind::Stm, 0, d8, 0, imm8),
+        0b11001 => Op::new(Kind::Ldm, 0, d8, 0, imm8),
+        0b11010 | 0b11011 => match first >> 8 & 0xf {
+            0xe => undefined,
+            0xf => Op::new(Kind::SupervisorCall, 0, 0, 0, imm8),
+            condition => {
+                let offset = i32::from(first as u8 as i8) * 2;
+                Op::new(Kind::BranchIf, condition, 0, 0, offset as u32)
+            }
+        },
+        0b11100 => {
+            let offset = (i32::from(first) << 21) >> 20;
+            Op::new(Kind::Branch, 0, 0, 0, offset as u32)
+        }
+        _ => undefined,
+    }
+}
+
+fn data_processing(first: u16) -> Kind {
+    const KINDS: [Kind; 16] = [
+        Kind::And,
+        Kind::Eor,
+        Kind::LslReg,
+        Kind::LsrReg,
+        Kind::AsrReg,
+        Kind::Adc,
+        Kind::Sbc,
+        Kind::Ror,
+        Kind::Tst,
+        Kind::Rsb,
+        Kind::Cmp,
+        Kind::Cmn,
+        Kind::Orr,
+        Kind::Mul,
+        Kind::Bic,
+        Kind::Mvn,
+    ];
+    KINDS[usize::from(first >> 6 & 0xf)]
+}
+
+fn high_registers(first: u16) -> Option<Op> {
+    let (d, b) = (first & 7 | first >> 4 & 8, first >> 3 & 0xf);
+    Some(match first >> 8 & 3 {
+        0 if d == 15 => Op::new(Kind::AddPc, d, b, 0, 0),
+        0 => Op::new(Kind::AddHigh, d, b, 0, 0),
+        1 => Op::new(Kind::CmpHigh, d, b, 0, 0),
+        2 if d == 15 => Op::new(Kind::MovPc, d, b, 0, 0),
+        2 => Op::new(Kind::MovHigh, d, b, 0, 0),
+        _ if first & 7 != 0 => return None,
+        _ if first & 1 << 7 == 0 => Op::new(Kind::Bx, 0, b, 0, 0),
+        _ => Op::new(Kind::Blx, 0, b, 0, 0),
+    })
+}
+
+/// A5.2.5.
+fn miscellaneous(first: u16) -> Option<Op> {
+    let (d, b) = (first & 7, first >> 3 & 7);
+    let stack = 4 * u32::from(first & 0x7f);
+    let list = u32::from(first & 0x1ff);
+    Some(match first >> 5 & 0x7f {
+        0b000_0000..=0b000_0011 => Op::new(Kind::SpUp, 0, 0, 0, stack),
+        0b000_0100..=0b000_0111 => Op::new(Kind::SpDown, 0, 0, 0, stack),
+        0b001_0000..=0b001_0111 => {
+            let kinds = [Kind::Sxth, Kind::Sxtb, Kind::Uxth, Kind::Uxtb];
+            Op::new(kinds[usize::from(first >> 6 & 3)], d, b, 0, 0)
+        }
+        0b010_0000..=0b010_1111 => Op::new(Kind::Push, 0, 0, 0, list),
+        0b011_0011 if first & 0xf == 2 => Op::new(Kind::Cps, first >> 4 & 1, 0, 0, 0),
+        0b101_0000 | 0b101_0001 => Op::new(Kind::Rev, d, b, 0, 0),
+        0b101_0010 | 0b101_0011 => Op::new(Kind::Rev16, d, b, 0, 0),
+        0b101_0110 | 0b101_0111 => Op::new(Kind::Revsh, d, b, 0, 0),
+        0b110_0000..=0b110_0111 => Op::new(Kind::Pop, 0, 0, 0, list & 0xff),
+        0b110_1000..=0b110_1111 => Op::new(Kind::PopPc, 0, 0, 0, list & 0xff),
+        0b111_0000..=0b111_0111 => Op::new(Kind::Breakpoint, 0, 0, 0, 0),
+        0b111_1000..=0b111_1111 => {
+            let kind = match first & 0xff {
+                0x20 => Kind::Wfe,
+                0x30 => Kind::Wfi,
+                0x40 => Kind::Sev,
+                hint if hint & 0xf == 0 => Kind::Nop,
+                _ => return None,
+            };
+            Op::new(kind, 0, 0, 0, 0)
+        }
+        _ => return None,
+    })
+}
+
+/// A5.3.
+fn wide(first: u16, second: u16) -> Option<Op> {
+    if first >> 11 != 0b11110 || second & 0x8000 == 0 {
+        return None;
+    }
+    if second & 0xd000 == 0xd000 {
+        let (s, j1, j2) = (first >> 10 & 1, second >> 13 & 1, second >> 11 & 1);
+        let (i1, i2) = (!(j1 ^ s) & 1, !(j2 ^ s) & 1);
+        let bits = u32::from(s) << 24
+            | u32::from(i1) << 23
+            | u32::from(i2) << 22
+            | u32::from(first & 0x3ff) << 12
+            | u32::from(second & 0x7ff) << 1;
+        let offset = ((bits << 7) as i32) >> 7;
+        return Some(Op::new(Kind::BranchLink, 0, 0, 0, offset as u32));
+    }
+    let special = u32::from(second & 0xff);
+    Some(match first {
+        0xf380..=0xf38f if second >> 8 == 0x88 => Op::new(Kind::Msr, first & 0xf, 0, 0, special),
+        0xf3ef if second >> 12 == 8 => Op::new(Kind::Mrs, second >> 8 & 0xf, 0, 0, special),
+        0xf3bf if matches!(second & 0xfff0, 0x8f40 | 0x8f50 | 0x8f60) => {
+            Op::new(Kind::Barrier, 0, 0, 0, 0)
+        }
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn branches_reach_as_far_as_the_assembler_says() {
+        // b . ; beq .+4; bl .+0x104; bl .-4 (GNU assembler 2.40)
+        assert_eq!(decode(0xe7fe, 0), Op::new(Kind::Branch, 0, 0, 0, -4_i32 as u32));
+        assert_eq!(decode(0xd000, 0), Op::new(Kind::BranchIf, 0, 0, 0, 0));
+        assert_eq!(decode(0xf000, 0xf880), Op::new(Kind::BranchLink, 0, 0, 0, 0x100));
+        assert_eq!(decode(0xf7ff, 0xfffc), Op::new(Kind::BranchLink, 0, 0, 0, -8_i32 as u32));
+    }
+
+    #[test]
+    fn what_armv6m_lacks_is_undefined() {
+        for (first, second) in [
+            (0xb108, 0),      // cbz
+            (0xbf08, 0),      // it eq
+            (0xde00, 0),      // udf
+            (0xf8d1, 0x0004), // ldr.w
+            (0xf3af, 0x8002), // wfe.w
+            (0xe8c1, 0x0f50), // strexh
+        ] {
+            assert_eq!(decode(first, second).kind, Kind::Undefined, "{first:#x}");
+        }
+    }
+}

@@ -1,0 +1,574 @@
+//! The registers, and what instructions do with them (ARMv6-M A6; cycles: DDI 0432, table 3-1).
+
+use bittybuzz_chips::Board;
+
+use crate::bus::{Bus, FLASH};
+use crate::decode::{Kind, Op, decode};
+use crate::exception::Lockup;
+
+pub const SP: usize = 13;
+pub const LR: usize = 14;
+pub const PC: usize = 15;
+
+const N: u32 = 1 << 31;
+const Z: u32 = 1 << 30;
+const C: u32 = 1 << 29;
+const V: u32 = 1 << 28;
+
+/// Why the core has stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    Deadline,
+    WaitForEvent,
+    WaitForInterrupt,
+}
+
+/// The core's registers.
+pub struct Core {
+    /// R13 is the stack pointer in use, R15 the address of the next instruction.
+    pub r: [u32; 16],
+    n: bool,
+    z: bool,
+    c: bool,
+    v: bool,
+    pub primask: bool,
+    /// In thread mode, CONTROL.SPSEL.
+    pub uses_process_stack: bool,
+    /// The stack pointer that is not in use.
+    pub other_stack: u32,
+    pub instructions: u64,
+    pub exceptions: u64,
+}
+
+/// What an instruction leads to.
+type Outcome = Result<Option<Stop>, Lockup>;
+
+impl Core {
+    /// As after a reset, with this stack pointer and first instruction.
+    pub fn new(stack: u32, first: u32) -> Self {
+        let mut r = [0; 16];
+        (r[SP], r[LR], r[PC]) = (stack & !3, 0xffff_ffff, first & !1);
+        Core {
+            r,
+            n: false,
+            z: false,
+            c: false,
+            v: false,
+            primask: false,
+            uses_process_stack: false,
+            other_stack: 0,
+            instructions: 0,
+            exceptions: 0,
+        }
+    }
+
+    pub fn xpsr<B: Board>(&self, bus: &Bus<B>) -> u32 {
+        self.flags() | 1 << 24 | u32::from(bus.nvic.current())
+    }
+
+    fn flags(&self) -> u32 {
+        [(self.n, N), (self.z, Z), (self.c, C), (self.v, V)]
+            .into_iter()
+            .fold(0, |flags, (set, bit)| if set { flags | bit } else { flags })
+    }
+
+    pub fn set_flags(&mut self, psr: u32) {
+        self.n = psr & N != 0;
+        self.z = psr & Z != 0;
+        self.c = psr & C != 0;
+        self.v = psr & V != 0;
+    }
+
+    #[inline]
+    fn get(&self, register: u8) -> u32 {
+        self.r[usize::from(register & 15)]
+    }
+
+    #[inline]
+    fn set(&mut self, register: u8, value: u32) {
+        self.r[usize::from(register & 15)] = value;
+    }
+
+    /// Sets a register, N and Z.
+    #[inline]
+    fn set_nz(&mut self, register: u8, value: u32) {
+        self.set(register, value);
+        self.test(value);
+    }
+
+    #[inline]
+    fn test(&mut self, value: u32) {
+        self.n = value >> 31 != 0;
+        self.z = value == 0;
+    }
+
+    /// a + b + carry, with all flags.
+    #[inline]
+    fn add(&mut self, a: u32, b: u32, carry: bool) -> u32 {
+        let wide = u64::from(a) + u64::from(b) + u64::from(carry);
+        let sum = wide as u32;
+        self.c = wide >> 32 != 0;
+        self.v = (a ^ sum) & (b ^ sum) & N != 0;
+        self.test(sum);
+        sum
+    }
+
+    fn holds(&self, condition: u8) -> bool {
+        let positive = match condition >> 1 {
+            0 => self.z,
+            1 => self.c,
+            2 => self.n,
+            3 => self.v,
+            4 => self.c && !self.z,
+            5 => self.n == self.v,
+            6 => self.n == self.v && !self.z,
+            _ => true,
+        };
+        positive != (condition & 1 != 0)
+    }
+
+    /// The operation at `pc`, and what it takes to forget it: what lies in flash is remembered.
+    #[inline]
+    fn fetch<B: Board>(&self, bus: &mut Bus<B>, pc: u32) -> Option<Op> {
+        let at = pc.wrapping_sub(FLASH) as usize / 2;
+        match bus.ops.get(at) {
+            Some(op) if op.kind != Kind::Unknown => Some(*op),
+            _ => self.look(bus, pc),
+        }
+    }
+
+    #[cold]
+    fn look<B: Board>(&self, bus: &mut Bus<B>, pc: u32) -> Option<Op> {
+        // Nothing is executed from peripherals and beyond (B3.1).
+        if pc >= 0x4000_0000 {
+            return None;
+        }
+        let first = bus.memory(pc, 2)?.first_chunk().copied().map(u16::from_le_bytes)?;
+        let second = bus.memory(pc.wrapping_add(2), 2);
+        let second = second.and_then(|bytes| bytes.first_chunk().copied());
+        let op = decode(first, second.map_or(0, u16::from_le_bytes));
+        if let Some(place) = bus.ops.get_mut(pc.wrapping_sub(FLASH) as usize / 2) {
+            *place = op;
+        }
+        Some(op)
+    }
+
+    /// Executes until the deadline or until it waits.
+    pub fn run<B: Board>(&mut self, bus: &mut Bus<B>) -> Result<Stop, Lockup> {
+        while bus.cycles < bus.deadline {
+            let pc = self.r[PC];
+            let Some(op) = self.fetch(bus, pc) else {
+                self.fault(bus, pc)?;
+                continue;
+            };
+            self.instructions += 1;
+            if let Some(stop) = self.execute(bus, pc, op)? {
+                return Ok(stop);
+            }
+        }
+        Ok(Stop::Deadline)
+    }
+
+    #[inline(always)]
+    fn execute<B: Board>(&mut self, bus: &mut Bus<B>, pc: u32, op: Op) -> Outcome {
+        let Op { kind, d, b, c, imm } = op;
+        // What the PC reads as: two instructions ahead.
+        let ahead = pc.wrapping_add(4);
+        self.r[PC] = pc.wrapping_add(2);
+        bus.cycles += 1;
+        match kind {
+            Kind::LslImm => {
+                let value = self.get(b);
+                if imm > 0 {
+                    self.c = value >> (32 - imm) & 1 != 0;
+                }
+                self.set_nz(d, value << imm);
+            }
+            Kind::LsrImm => self.shift_right(d, self.get(b), imm),
+            Kind::AsrImm => self.shift_signed(d, self.get(b), imm),
+            Kind::AddReg => {
+                let sum = self.add(self.get(b), self.get(c), false);
+                self.set(d, sum);
+            }
+            Kind::SubReg => {
+                let difference = self.add(self.get(b), !self.get(c), true);
+                self.set(d, difference);
+            }
+            Kind::AddImm => {
+                let sum = self.add(self.get(b), imm, false);
+                self.set(d, sum);
+            }
+            Kind::SubImm => {
+                let difference = self.add(self.get(b), !imm, true);
+                self.set(d, difference);
+            }
+            Kind::MovImm => self.set_nz(d, imm),
+            Kind::CmpImm => {
+                self.add(self.get(d), !imm, true);
+            }
+            Kind::And => self.set_nz(d, self.get(d) & self.get(b)),
+            Kind::Eor => self.set_nz(d, self.get(d) ^ self.get(b)),
+            Kind::Orr => self.set_nz(d, self.get(d) | self.get(b)),
+            Kind::Bic => self.set_nz(d, self.get(d) & !self.get(b)),
+            Kind::Mvn => self.set_nz(d, !self.get(b)),
+            Kind::Mul => self.set_nz(d, self.get(d).wrapping_mul(self.get(b))),
+            Kind::Tst => self.test(self.get(d) & self.get(b)),
+            Kind::Cmp | Kind::CmpHigh => {
+                let other = if b == PC as u8 { ahead } else { self.get(b) };
+                self.add(self.get(d), !other, true);
+            }
+            Kind::Cmn => {
+                self.add(self.get(d), self.get(b), false);
+            }
+            Kind::Adc => {
+                let sum = self.add(self.get(d), self.get(b), self.c);
+                self.set(d, sum);
+            }
+            Kind::Sbc => {
+                let difference = self.add(self.get(d), !self.get(b), self.c);
+                self.set(d, difference);
+            }
+            Kind::Rsb => {
+                let difference = self.add(!self.get(b), 0, true);
+                self.set(d, difference);
+            }
+            Kind::LslReg => {
+                let (value, by) = (self.get(d), self.get(b) & 0xff);
+                if by > 0 {
+                    self.c = by <= 32 && value >> (32 - by) & 1 != 0;
+                }
+                self.set_nz(d, value.checked_shl(by).unwrap_or(0));
+            }
+            Kind::LsrReg => match self.get(b) & 0xff {
+                0 => self.test(self.get(d)),
+                by => self.shift_right(d, self.get(d), by),
+            },
+            Kind::AsrReg => match self.get(b) & 0xff {
+                0 => self.test(self.get(d)),
+                by => self.shift_signed(d, self.get(d), by),
+            },
+            Kind::Ror => {
+                let by = self.get(b) & 0xff;
+                let value = self.get(d).rotate_right(by & 31);
+                if by > 0 {
+                    self.c = value >> 31 != 0;
+                }
+                self.set_nz(d, value);
+            }
+            Kind::AddHigh => {
+                let other = if b == PC as u8 { ahead } else { self.get(b) };
+                let sum = self.get(d).wrapping_add(other);
+                self.set(d, if usize::from(d) == SP { sum & !3 } else { sum });
+            }
+            Kind::AddPc => {
+                let other = if b == PC as u8 { ahead } else { self.get(b) };
+                self.r[PC] = ahead.wrapping_add(other) & !1;
+                bus.cycles += 2;
+            }
+            Kind::MovHigh => {
+                let value = if b == PC as u8 { ahead } else { self.get(b) };
+                self.set(d, if usize::from(d) == SP { value & !3 } else { value });
+            }
+            Kind::MovPc => {
+                let value = if b == PC as u8 { ahead } else { self.get(b) };
+                self.r[PC] = value & !1;
+                bus.cycles += 2;
+            }
+            Kind::Bx => {
+                bus.cycles += 2;
+                let to = if b == PC as u8 { ahead } else { self.get(b) };
+                return self.branch_exchange(bus, pc, to);
+            }
+            Kind::Blx => {
+                bus.cycles += 2;
+                let to = self.get(b);
+                self.r[LR] = pc.wrapping_add(2) | 1;
+                return self.branch_exchange(bus, pc, to);
+            }
+            Kind::LdrLiteral => {
+                bus.cycles += 1;
+                match bus.read_word((ahead & !3).wrapping_add(imm)) {
+                    Some(value) => self.set(d, value),
+                    None => self.fault(bus, pc)?,
+                }
+            }
+            Kind::LdrReg | Kind::LdrImm => {
+                bus.cycles += 1;
+                match bus.read_word(self.address(b, c, imm, kind == Kind::LdrReg)) {
+                    Some(value) => self.set(d, value),
+                    None => self.fault(bus, pc)?,
+                }
+            }
+            Kind::LdrhReg | Kind::LdrhImm => {
+                bus.cycles += 1;
+                match bus.read_half(self.address(b, c, imm, kind == Kind::LdrhReg)) {
+                    Some(value) => self.set(d, value.into()),
+                    None => self.fault(bus, pc)?,
+                }
+            }
+            Kind::LdrbReg | Kind::LdrbImm => {
+                bus.cycles += 1;
+                match bus.read_byte(self.address(b, c, imm, kind == Kind::LdrbReg)) {
+                    Some(value) => self.set(d, value.into()),
+                    None => self.fault(bus, pc)?,
+                }
+            }
+            Kind::LdrsbReg => {
+                bus.cycles += 1;
+                match bus.read_byte(self.address(b, c, 0, true)) {
+                    Some(value) => self.set(d, i32::from(value as i8) as u32),
+                    None => self.fault(bus, pc)?,
+                }
+            }
+            Kind::LdrshReg => {
+                bus.cycles += 1;
+                match bus.read_half(self.address(b, c, 0, true)) {
+                    Some(value) => self.set(d, i32::from(value as i16) as u32),
+                    None => self.fault(bus, pc)?,
+                }
+            }
+            Kind::StrReg | Kind::StrImm => {
+                bus.cycles += 1;
+                let address = self.address(b, c, imm, kind == Kind::StrReg);
+                if bus.write_word(address, self.get(d)).is_none() {
+                    self.fault(bus, pc)?;
+                }
+            }
+            Kind::StrhReg | Kind::StrhImm => {
+                bus.cycles += 1;
+                let address = self.address(b, c, imm, kind == Kind::StrhReg);
+                if bus.write_half(address, self.get(d) as u16).is_none() {
+                    self.fault(bus, pc)?;
+                }
+            }
+            Kind::StrbReg | Kind::StrbImm => {
+                bus.cycles += 1;
+                let address = self.address(b, c, imm, kind == Kind::StrbReg);
+                if bus.write_byte(address, self.get(d) as u8).is_none() {
+                    self.fault(bus, pc)?;
+                }
+            }
+            Kind::Adr => self.set(d, (ahead & !3).wrapping_add(imm)),
+            Kind::AddSp => self.set(d, self.r[SP].wrapping_add(imm)),
+            Kind::SpUp => self.r[SP] = self.r[SP].wrapping_add(imm),
+            Kind::SpDown => self.r[SP] = self.r[SP].wrapping_sub(imm),
+            Kind::Sxth => self.set(d, i32::from(self.get(b) as i16) as u32),
+            Kind::Sxtb => self.set(d, i32::from(self.get(b) as i8) as u32),
+            Kind::Uxth => self.set(d, self.get(b) & 0xffff),
+            Kind::Uxtb => self.set(d, self.get(b) & 0xff),
+            Kind::Rev => self.set(d, self.get(b).swap_bytes()),
+            Kind::Rev16 => self.set(d, self.get(b).swap_bytes().rotate_right(16)),
+            Kind::Revsh => {
+                self.set(d, i32::from((self.get(b) as u16).swap_bytes() as i16) as u32);
+            }
+            Kind::Push => return self.push(bus, pc, imm),
+            Kind::Pop => return self.pop(bus, pc, imm, false),
+            Kind::PopPc => return self.pop(bus, pc, imm, true),
+            Kind::Stm => return self.store_many(bus, pc, b, imm),
+            Kind::Ldm => return self.load_many(bus, pc, b, imm),
+            Kind::BranchIf => {
+                if self.holds(d) {
+                    self.r[PC] = ahead.wrapping_add(imm);
+                    bus.cycles += 2;
+                }
+            }
+            Kind::Branch => {
+                self.r[PC] = ahead.wrapping_add(imm);
+                bus.cycles += 2;
+            }
+            Kind::BranchLink => {
+                self.r[LR] = ahead | 1;
+                self.r[PC] = ahead.wrapping_add(imm);
+                bus.cycles += 3;
+            }
+            Kind::Nop => {}
+            Kind::Sev => bus.event = true,
+            Kind::Wfe => {
+                bus.cycles += 1;
+                return Ok(Some(Stop::WaitForEvent));
+            }
+            Kind::Wfi => {
+                bus.cycles += 1;
+                return Ok(Some(Stop::WaitForInterrupt));
+            }
+            Kind::Cps => {
+                self.primask = d != 0;
+                bus.deadline = if self.primask { bus.deadline } else { 0 };
+            }
+            Kind::Barrier => {
+                self.r[PC] = ahead;
+                bus.cycles += 3;
+            }
+            Kind::Mrs => {
+                self.r[PC] = ahead;
+                bus.cycles += 3;
+                let value = self.special(bus, imm);
+                self.set(d, value);
+            }
+            Kind::Msr => {
+                self.r[PC] = ahead;
+                bus.cycles += 3;
+                let value = self.get(d);
+                self.set_special(bus, imm, value);
+            }
+            Kind::SupervisorCall => self.call_supervisor(bus, pc)?,
+            Kind::Breakpoint | Kind::Undefined | Kind::Unknown => self.fault(bus, pc)?,
+        }
+        Ok(None)
+    }
+
+    #[inline]
+    fn address(&self, b: u8, c: u8, imm: u32, by_register: bool) -> u32 {
+        self.get(b).wrapping_add(if by_register { self.get(c) } else { imm })
+    }
+
+    /// By 1 or more.
+    fn shift_right(&mut self, d: u8, value: u32, by: u32) {
+        self.c = by <= 32 && value >> (by - 1) & 1 != 0;
+        self.set_nz(d, value.checked_shr(by).unwrap_or(0));
+    }
+
+    /// By 1 or more: sign bits come from the left.
+    fn shift_signed(&mut self, d: u8, value: u32, by: u32) {
+        let by = by.min(32);
+        let before = (value as i32) >> (by - 1);
+        self.c = before & 1 != 0;
+        self.set_nz(d, (before >> 1) as u32);
+    }
+
+    /// To an address whose lowest bit says that there is Thumb code, or back from an exception.
+    fn branch_exchange<B: Board>(&mut self, bus: &mut Bus<B>, pc: u32, to: u32) -> Outcome {
+        if to >> 28 == 0xf && bus.nvic.current() != 0 {
+            self.leave(bus, to)?;
+            bus.deadline = 0;
+        } else {
+            self.r[PC] = to & !1;
+            if to & 1 == 0 {
+                self.fault(bus, pc)?;
+            }
+        }
+        Ok(None)
+    }
+
+    fn push<B: Board>(&mut self, bus: &mut Bus<B>, pc: u32, list: u32) -> Outcome {
+        let count = list.count_ones();
+        bus.cycles += u64::from(count);
+        let start = self.r[SP].wrapping_sub(4 * count);
+        let mut address = start;
+        for register in (0..8).chain([LR]) {
+            let bit = if register == LR { 8 } else { register };
+            if list >> bit & 1 != 0 {
+                if bus.write_word(address, self.r[register]).is_none() {
+                    self.fault(bus, pc)?;
+                    return Ok(None);
+                }
+                address = address.wrapping_add(4);
+            }
+        }
+        self.r[SP] = start;
+        Ok(None)
+    }
+
+    fn pop<B: Board>(&mut self, bus: &mut Bus<B>, pc: u32, list: u32, to_pc: bool) -> Outcome {
+        bus.cycles += u64::from(list.count_ones());
+        let mut address = self.r[SP];
+        for register in 0..8 {
+            if list >> register & 1 != 0 {
+                match bus.read_word(address) {
+                    Some(value) => self.r[register] = value,
+                    None => {
+                        self.fault(bus, pc)?;
+                        return Ok(None);
+                    }
+                }
+                address = address.wrapping_add(4);
+            }
+        }
+        if !to_pc {
+            self.r[SP] = address;
+            return Ok(None);
+        }
+        bus.cycles += 3;
+        match bus.read_word(address) {
+            Some(to) => {
+                self.r[SP] = address.wrapping_add(4);
+                self.branch_exchange(bus, pc, to)
+            }
+            None => {
+                self.fault(bus, pc)?;
+                Ok(None)
+            }
+        }
+    }
+
+    fn store_many<B: Board>(&mut self, bus: &mut Bus<B>, pc: u32, b: u8, list: u32) -> Outcome {
+        bus.cycles += u64::from(list.count_ones());
+        let mut address = self.get(b);
+        for register in 0..8 {
+            if list >> register & 1 != 0 {
+                if bus.write_word(address, self.r[register]).is_none() {
+                    self.fault(bus, pc)?;
+                    return Ok(None);
+                }
+                address = address.wrapping_add(4);
+            }
+        }
+        self.set(b, address);
+        Ok(None)
+    }
+
+    fn load_many<B: Board>(&mut self, bus: &mut Bus<B>, pc: u32, b: u8, list: u32) -> Outcome {
+        bus.cycles += u64::from(list.count_ones());
+        let mut address = self.get(b);
+        for register in 0..8 {
+            if list >> register & 1 != 0 {
+                match bus.read_word(address) {
+                    Some(value) => self.r[register] = value,
+                    None => {
+                        self.fault(bus, pc)?;
+                        return Ok(None);
+                    }
+                }
+                address = address.wrapping_add(4);
+            }
+        }
+        // A base that is loaded keeps what was loaded (A6.7.25).
+        if list >> b & 1 == 0 {
+            self.set(b, address);
+        }
+        Ok(None)
+    }
+
+    /// B4.2: 0 to 3 APSR and its combinations, 5 to 7 with IPSR; 8 MSP, 9 PSP, 16 PRIMASK, 20 CONTROL.
+    fn special<B: Board>(&self, bus: &Bus<B>, number: u32) -> u32 {
+        let exception = u32::from(bus.nvic.current());
+        match number {
+            0 | 2 => self.flags(),
+            1 | 3 => self.flags() | exception,
+            5 | 7 => exception,
+            8 | 9 if (number == 9) == self.uses_process_stack => self.r[SP],
+            8 | 9 => self.other_stack,
+            16 => u32::from(self.primask),
+            20 => u32::from(self.uses_process_stack) << 1,
+            _ => 0,
+        }
+    }
+
+    fn set_special<B: Board>(&mut self, bus: &mut Bus<B>, number: u32, value: u32) {
+        match number {
+            0..=3 => self.set_flags(value),
+            8 | 9 if (number == 9) == self.uses_process_stack => self.r[SP] = value & !3,
+            8 | 9 => self.other_stack = value & !3,
+            16 => {
+                self.primask = value & 1 != 0;
+                bus.deadline = if self.primask { bus.deadline } else { 0 };
+            }
+            // In an exception there is only the main stack.
+            20 if bus.nvic.current() == 0 && (value & 2 != 0) != self.uses_process_stack => {
+                self.other_stack = std::mem::replace(&mut self.r[SP], self.other_stack);
+                self.uses_process_stack = !self.uses_process_stack;
+            }
+            _ => {}
+        }
+    }
+}
