@@ -22,6 +22,8 @@ pub struct MemoryMap {
     pub ccm: u32,
     /// First addresses and sizes, in whole pages of 4 KiB, of what the board answers for.
     pub peripherals: &'static [(u32, u32)],
+    /// The same of what it answers for, too, but always alike; writing there is a fault.
+    pub read_only: &'static [(u32, u32)],
 }
 
 /// A robot without the core of its STM32.

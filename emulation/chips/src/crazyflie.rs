@@ -255,7 +255,8 @@ impl Board for Crazyflie {
         flash: 1024 * 1024,
         ram: 128 * 1024,
         ccm: 64 * 1024,
-        peripherals: &[(0x4000_0000, 0x8_0000), (0x5000_0000, 0x6_1000), (0x1fff_7000, 0x1000)],
+        peripherals: &[(0x4000_0000, 0x8_0000), (0x5000_0000, 0x6_1000)],
+        read_only: &[(0x1fff_7000, 0x1000)],
     };
 
     fn power_on(number: usize) -> Self {

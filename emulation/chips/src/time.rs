@@ -2,7 +2,11 @@
 
 use std::ops::{Add, Sub};
 
-const PICOS_PER_SECOND: u128 = 1_000_000_000_000;
+/// In a second.
+const PICOS: u64 = 1_000_000_000_000;
+const KILO: u64 = 1_000;
+/// Faster clocks need more than 64 bits.
+const FASTEST: u64 = 10_000_000_000;
 
 /// A point in time or a span of it, in picoseconds: a cycle of 168 MHz is 5952.38 ps, so rounding stays
 /// below a millionth of a cycle per event. 64 bits last for 213 days.
@@ -42,13 +46,22 @@ impl Time {
         if hz == 0 {
             return Time::NEVER;
         }
-        let picos = (u128::from(ticks) * PICOS_PER_SECOND).div_ceil(u128::from(hz));
+        if hz.is_multiple_of(KILO) {
+            // As most clocks are: then 64 bits are enough for the part of a second, and much faster.
+            let part = (ticks % hz * (PICOS / KILO)).div_ceil(hz / KILO);
+            return Time((ticks / hz).saturating_mul(PICOS).saturating_add(part));
+        }
+        let picos = (u128::from(ticks) * u128::from(PICOS)).div_ceil(u128::from(hz));
         Time(u64::try_from(picos).unwrap_or(u64::MAX))
     }
 
     /// How many ticks of a clock of `hz` fit into this span.
     pub fn ticks(self, hz: u64) -> u64 {
-        let ticks = u128::from(self.0) * u128::from(hz) / PICOS_PER_SECOND;
+        if hz.is_multiple_of(KILO) && hz < FASTEST {
+            let part = self.0 % PICOS * (hz / KILO) / (PICOS / KILO);
+            return (self.0 / PICOS).saturating_mul(hz).saturating_add(part);
+        }
+        let ticks = u128::from(self.0) * u128::from(hz) / u128::from(PICOS);
         u64::try_from(ticks).unwrap_or(u64::MAX)
     }
 
@@ -93,6 +106,23 @@ mod tests {
             }
         }
         assert_eq!(Time::of_ticks(168_000_000, 168_000_000), Time::from_millis(1_000));
+    }
+
+    #[test]
+    fn all_clocks_are_rounded_alike() {
+        for hz in [3, 999, 32_768, 48_000_000, 47_999_999, 168_000_000] {
+            for ticks in [1, 7, 1_000_003, 48_000_001, (1 << 33) + 1] {
+                let picos = (ticks as u128 * 1_000_000_000_000).div_ceil(hz as u128);
+                if picos > u128::from(u64::MAX) {
+                    assert_eq!(Time::of_ticks(ticks, hz), Time::NEVER);
+                    continue;
+                }
+                assert_eq!(u128::from(Time::of_ticks(ticks, hz).picos()), picos, "{ticks} of {hz}");
+                let before = Time::of_ticks(ticks, hz) - Time::from_picos(1);
+                assert_eq!(before.ticks(hz), ticks - 1, "{ticks} of {hz}");
+            }
+        }
+        assert_eq!(Time::from_picos(u64::MAX).ticks(1_000), u64::MAX / 1_000_000_000);
     }
 
     #[test]

@@ -141,7 +141,7 @@ impl<B: Board> Bus<B> {
     }
 
     fn is_peripheral(address: u32) -> bool {
-        B::MEMORY.peripherals.iter().any(|(base, size)| address.wrapping_sub(*base) < *size)
+        is_in(B::MEMORY.peripherals, address)
     }
 
     #[inline]
@@ -187,7 +187,7 @@ impl<B: Board> Bus<B> {
         if address >= PRIVATE {
             return Some(self.read_private(address & !3) >> ((address & 3) * 8));
         }
-        if !Self::is_peripheral(address) {
+        if !Self::is_peripheral(address) && !is_in(B::MEMORY.read_only, address) {
             return None;
         }
         self.catch_up();
@@ -344,4 +344,9 @@ impl<B: Board> Bus<B> {
             _ => {}
         }
     }
+}
+
+/// Whether an address is in one of these: first addresses and sizes.
+fn is_in(regions: &[(u32, u32)], address: u32) -> bool {
+    regions.iter().any(|(base, size)| address.wrapping_sub(*base) < *size)
 }

@@ -27,8 +27,8 @@ pub enum Stop {
 pub struct Core {
     /// R13 is the stack pointer in use, R15 the address of the next instruction.
     pub r: [u32; 16],
-    n: bool,
-    z: bool,
+    /// Whose sign is N and which is 0 if Z; no value has both.
+    nz: u32,
     c: bool,
     v: bool,
     pub primask: bool,
@@ -38,6 +38,12 @@ pub struct Core {
     pub other_stack: u32,
     pub instructions: u64,
     pub exceptions: u64,
+}
+
+/// The next instruction, and when it begins.
+struct At {
+    pc: u32,
+    cycles: u64,
 }
 
 /// What an instruction leads to.
@@ -50,8 +56,7 @@ impl Core {
         (r[SP], r[LR], r[PC]) = (stack & !3, 0xffff_ffff, first & !1);
         Core {
             r,
-            n: false,
-            z: false,
+            nz: 1,
             c: false,
             v: false,
             primask: false,
@@ -67,14 +72,13 @@ impl Core {
     }
 
     fn flags(&self) -> u32 {
-        [(self.n, N), (self.z, Z), (self.c, C), (self.v, V)]
+        [(self.nz >> 31 != 0, N), (self.nz == 0, Z), (self.c, C), (self.v, V)]
             .into_iter()
             .fold(0, |flags, (set, bit)| if set { flags | bit } else { flags })
     }
 
     pub fn set_flags(&mut self, psr: u32) {
-        self.n = psr & N != 0;
-        self.z = psr & Z != 0;
+        self.nz = if psr & Z != 0 { 0 } else { psr & N | 1 };
         self.c = psr & C != 0;
         self.v = psr & V != 0;
     }
@@ -98,8 +102,7 @@ impl Core {
 
     #[inline]
     fn test(&mut self, value: u32) {
-        self.n = value >> 31 != 0;
-        self.z = value == 0;
+        self.nz = value;
     }
 
     /// a + b + carry, with all flags.
@@ -114,14 +117,15 @@ impl Core {
     }
 
     fn holds(&self, condition: u8) -> bool {
+        let (n, z) = (self.nz >> 31 != 0, self.nz == 0);
         let positive = match condition >> 1 {
-            0 => self.z,
+            0 => z,
             1 => self.c,
-            2 => self.n,
+            2 => n,
             3 => self.v,
-            4 => self.c && !self.z,
-            5 => self.n == self.v,
-            6 => self.n == self.v && !self.z,
+            4 => self.c && !z,
+            5 => n == self.v,
+            6 => n == self.v && !z,
             _ => true,
         };
         positive != (condition & 1 != 0)
@@ -154,28 +158,53 @@ impl Core {
     }
 
     /// Executes until the deadline or until it waits.
+    ///
+    /// What changes with every instruction is kept in variables meanwhile, and written back when it ends.
     pub fn run<B: Board>(&mut self, bus: &mut Bus<B>) -> Result<Stop, Lockup> {
-        while bus.cycles < bus.deadline {
-            let pc = self.r[PC];
-            let Some(op) = self.fetch(bus, pc) else {
-                self.fault(bus, pc)?;
-                continue;
+        let mut at = At { pc: self.r[PC], cycles: bus.cycles };
+        let mut count = 0;
+        let mut outcome = Ok(None);
+        while at.cycles < bus.deadline {
+            let pc = at.pc;
+            outcome = match self.fetch(bus, pc) {
+                Some(op) => {
+                    count += 1;
+                    self.execute(bus, &mut at, op)
+                }
+                None => self.aside(bus, &mut at, |core, bus| core.fault(bus, pc)),
             };
-            self.instructions += 1;
-            if let Some(stop) = self.execute(bus, pc, op)? {
-                return Ok(stop);
+            if !matches!(outcome, Ok(None)) {
+                break;
             }
         }
-        Ok(Stop::Deadline)
+        (self.r[PC], bus.cycles) = (at.pc, at.cycles);
+        self.instructions += count;
+        outcome.map(|stop| stop.unwrap_or(Stop::Deadline))
+    }
+
+    /// Does what needs the program counter and the cycles where others look for them.
+    #[cold]
+    #[inline(never)]
+    fn aside<B: Board>(
+        &mut self,
+        bus: &mut Bus<B>,
+        at: &mut At,
+        act: impl FnOnce(&mut Self, &mut Bus<B>) -> Result<(), Lockup>,
+    ) -> Outcome {
+        (self.r[PC], bus.cycles) = (at.pc, at.cycles);
+        let result = act(self, bus);
+        *at = At { pc: self.r[PC], cycles: bus.cycles };
+        result.map(|()| None)
     }
 
     #[inline(always)]
-    fn execute<B: Board>(&mut self, bus: &mut Bus<B>, pc: u32, op: Op) -> Outcome {
+    fn execute<B: Board>(&mut self, bus: &mut Bus<B>, at: &mut At, op: Op) -> Outcome {
         let Op { kind, d, b, c, imm } = op;
+        let pc = at.pc;
         // What the PC reads as: two instructions ahead.
         let ahead = pc.wrapping_add(4);
-        self.r[PC] = pc.wrapping_add(2);
-        bus.cycles += 1;
+        at.pc = pc.wrapping_add(2);
+        at.cycles += 1;
         match kind {
             Kind::LslImm => {
                 let value = self.get(b);
@@ -262,8 +291,8 @@ impl Core {
             }
             Kind::AddPc => {
                 let other = if b == PC as u8 { ahead } else { self.get(b) };
-                self.r[PC] = ahead.wrapping_add(other) & !1;
-                bus.cycles += 2;
+                at.pc = ahead.wrapping_add(other) & !1;
+                at.cycles += 2;
             }
             Kind::MovHigh => {
                 let value = if b == PC as u8 { ahead } else { self.get(b) };
@@ -271,81 +300,90 @@ impl Core {
             }
             Kind::MovPc => {
                 let value = if b == PC as u8 { ahead } else { self.get(b) };
-                self.r[PC] = value & !1;
-                bus.cycles += 2;
+                at.pc = value & !1;
+                at.cycles += 2;
             }
             Kind::Bx => {
-                bus.cycles += 2;
+                at.cycles += 2;
                 let to = if b == PC as u8 { ahead } else { self.get(b) };
-                return self.branch_exchange(bus, pc, to);
+                return self.branch_exchange(bus, at, pc, to);
             }
             Kind::Blx => {
-                bus.cycles += 2;
+                at.cycles += 2;
                 let to = self.get(b);
                 self.r[LR] = pc.wrapping_add(2) | 1;
-                return self.branch_exchange(bus, pc, to);
+                return self.branch_exchange(bus, at, pc, to);
             }
             Kind::LdrLiteral => {
-                bus.cycles += 1;
+                at.cycles += 1;
+                bus.cycles = at.cycles;
                 match bus.read_word((ahead & !3).wrapping_add(imm)) {
                     Some(value) => self.set(d, value),
-                    None => self.fault(bus, pc)?,
+                    None => return self.refuse(bus, at, pc),
                 }
             }
             Kind::LdrReg | Kind::LdrImm => {
-                bus.cycles += 1;
+                at.cycles += 1;
+                bus.cycles = at.cycles;
                 match bus.read_word(self.address(b, c, imm, kind == Kind::LdrReg)) {
                     Some(value) => self.set(d, value),
-                    None => self.fault(bus, pc)?,
+                    None => return self.refuse(bus, at, pc),
                 }
             }
             Kind::LdrhReg | Kind::LdrhImm => {
-                bus.cycles += 1;
+                at.cycles += 1;
+                bus.cycles = at.cycles;
                 match bus.read_half(self.address(b, c, imm, kind == Kind::LdrhReg)) {
                     Some(value) => self.set(d, value.into()),
-                    None => self.fault(bus, pc)?,
+                    None => return self.refuse(bus, at, pc),
                 }
             }
             Kind::LdrbReg | Kind::LdrbImm => {
-                bus.cycles += 1;
+                at.cycles += 1;
+                bus.cycles = at.cycles;
                 match bus.read_byte(self.address(b, c, imm, kind == Kind::LdrbReg)) {
                     Some(value) => self.set(d, value.into()),
-                    None => self.fault(bus, pc)?,
+                    None => return self.refuse(bus, at, pc),
                 }
             }
             Kind::LdrsbReg => {
-                bus.cycles += 1;
+                at.cycles += 1;
+                bus.cycles = at.cycles;
                 match bus.read_byte(self.address(b, c, 0, true)) {
                     Some(value) => self.set(d, i32::from(value as i8) as u32),
-                    None => self.fault(bus, pc)?,
+                    None => return self.refuse(bus, at, pc),
                 }
             }
             Kind::LdrshReg => {
-                bus.cycles += 1;
+                at.cycles += 1;
+                bus.cycles = at.cycles;
                 match bus.read_half(self.address(b, c, 0, true)) {
                     Some(value) => self.set(d, i32::from(value as i16) as u32),
-                    None => self.fault(bus, pc)?,
+                    None => return self.refuse(bus, at, pc),
                 }
             }
             Kind::StrReg | Kind::StrImm => {
-                bus.cycles += 1;
+                at.cycles += 1;
+                bus.cycles = at.cycles;
                 let address = self.address(b, c, imm, kind == Kind::StrReg);
                 if bus.write_word(address, self.get(d)).is_none() {
-                    self.fault(bus, pc)?;
+                    return self.refuse(bus, at, pc);
                 }
             }
             Kind::StrhReg | Kind::StrhImm => {
-                bus.cycles += 1;
+                at.cycles += 1;
+                bus.cycles = at.cycles;
                 let address = self.address(b, c, imm, kind == Kind::StrhReg);
                 if bus.write_half(address, self.get(d) as u16).is_none() {
-                    self.fault(bus, pc)?;
+                    return self.refuse(bus, at, pc);
                 }
             }
             Kind::StrbReg | Kind::StrbImm => {
-                bus.cycles += 1;
+                at.cycles += 1;
+                bus.cycles = at.cycles;
                 let address = self.address(b, c, imm, kind == Kind::StrbReg);
                 if bus.write_byte(address, self.get(d) as u8).is_none() {
-                    self.fault(bus, pc)?;
+                    return self.refuse(bus, at, pc);
                 }
             }
             Kind::Adr => self.set(d, (ahead & !3).wrapping_add(imm)),
@@ -361,34 +399,34 @@ impl Core {
             Kind::Revsh => {
                 self.set(d, i32::from((self.get(b) as u16).swap_bytes() as i16) as u32);
             }
-            Kind::Push => return self.push(bus, pc, imm),
-            Kind::Pop => return self.pop(bus, pc, imm, false),
-            Kind::PopPc => return self.pop(bus, pc, imm, true),
-            Kind::Stm => return self.store_many(bus, pc, b, imm),
-            Kind::Ldm => return self.load_many(bus, pc, b, imm),
+            Kind::Push => return self.push(bus, at, pc, imm),
+            Kind::Pop => return self.pop(bus, at, pc, imm, false),
+            Kind::PopPc => return self.pop(bus, at, pc, imm, true),
+            Kind::Stm => return self.store_many(bus, at, pc, b, imm),
+            Kind::Ldm => return self.load_many(bus, at, pc, b, imm),
             Kind::BranchIf => {
                 if self.holds(d) {
-                    self.r[PC] = ahead.wrapping_add(imm);
-                    bus.cycles += 2;
+                    at.pc = ahead.wrapping_add(imm);
+                    at.cycles += 2;
                 }
             }
             Kind::Branch => {
-                self.r[PC] = ahead.wrapping_add(imm);
-                bus.cycles += 2;
+                at.pc = ahead.wrapping_add(imm);
+                at.cycles += 2;
             }
             Kind::BranchLink => {
                 self.r[LR] = ahead | 1;
-                self.r[PC] = ahead.wrapping_add(imm);
-                bus.cycles += 3;
+                at.pc = ahead.wrapping_add(imm);
+                at.cycles += 3;
             }
             Kind::Nop => {}
             Kind::Sev => bus.event = true,
             Kind::Wfe => {
-                bus.cycles += 1;
+                at.cycles += 1;
                 return Ok(Some(Stop::WaitForEvent));
             }
             Kind::Wfi => {
-                bus.cycles += 1;
+                at.cycles += 1;
                 return Ok(Some(Stop::WaitForInterrupt));
             }
             Kind::Cps => {
@@ -396,23 +434,27 @@ impl Core {
                 bus.deadline = if self.primask { bus.deadline } else { 0 };
             }
             Kind::Barrier => {
-                self.r[PC] = ahead;
-                bus.cycles += 3;
+                at.pc = ahead;
+                at.cycles += 3;
             }
             Kind::Mrs => {
-                self.r[PC] = ahead;
-                bus.cycles += 3;
+                at.pc = ahead;
+                at.cycles += 3;
                 let value = self.special(bus, imm);
                 self.set(d, value);
             }
             Kind::Msr => {
-                self.r[PC] = ahead;
-                bus.cycles += 3;
+                at.pc = ahead;
+                at.cycles += 3;
                 let value = self.get(d);
                 self.set_special(bus, imm, value);
             }
-            Kind::SupervisorCall => self.call_supervisor(bus, pc)?,
-            Kind::Breakpoint | Kind::Undefined | Kind::Unknown => self.fault(bus, pc)?,
+            Kind::SupervisorCall => {
+                return self.aside(bus, at, |core, bus| core.call_supervisor(bus, pc));
+            }
+            Kind::Breakpoint | Kind::Undefined | Kind::Unknown => {
+                return self.refuse(bus, at, pc);
+            }
         }
         Ok(None)
     }
@@ -437,30 +479,39 @@ impl Core {
     }
 
     /// To an address whose lowest bit says that there is Thumb code, or back from an exception.
-    fn branch_exchange<B: Board>(&mut self, bus: &mut Bus<B>, pc: u32, to: u32) -> Outcome {
+    #[inline]
+    fn branch_exchange<B: Board>(
+        &mut self,
+        bus: &mut Bus<B>,
+        at: &mut At,
+        pc: u32,
+        to: u32,
+    ) -> Outcome {
         if to >> 28 == 0xf && bus.nvic.current() != 0 {
-            self.leave(bus, to)?;
             bus.deadline = 0;
-        } else {
-            self.r[PC] = to & !1;
-            if to & 1 == 0 {
-                self.fault(bus, pc)?;
-            }
+            return self.aside(bus, at, |core, bus| core.leave(bus, to));
         }
-        Ok(None)
+        at.pc = to & !1;
+        if to & 1 == 0 { self.refuse(bus, at, pc) } else { Ok(None) }
     }
 
-    fn push<B: Board>(&mut self, bus: &mut Bus<B>, pc: u32, list: u32) -> Outcome {
+    /// The instruction at `pc` does what is not allowed.
+    #[cold]
+    fn refuse<B: Board>(&mut self, bus: &mut Bus<B>, at: &mut At, pc: u32) -> Outcome {
+        self.aside(bus, at, |core, bus| core.fault(bus, pc))
+    }
+
+    fn push<B: Board>(&mut self, bus: &mut Bus<B>, at: &mut At, pc: u32, list: u32) -> Outcome {
         let count = list.count_ones();
-        bus.cycles += u64::from(count);
+        at.cycles += u64::from(count);
+        bus.cycles = at.cycles;
         let start = self.r[SP].wrapping_sub(4 * count);
         let mut address = start;
         for register in (0..8).chain([LR]) {
             let bit = if register == LR { 8 } else { register };
             if list >> bit & 1 != 0 {
                 if bus.write_word(address, self.r[register]).is_none() {
-                    self.fault(bus, pc)?;
-                    return Ok(None);
+                    return self.refuse(bus, at, pc);
                 }
                 address = address.wrapping_add(4);
             }
@@ -469,17 +520,22 @@ impl Core {
         Ok(None)
     }
 
-    fn pop<B: Board>(&mut self, bus: &mut Bus<B>, pc: u32, list: u32, to_pc: bool) -> Outcome {
-        bus.cycles += u64::from(list.count_ones());
+    fn pop<B: Board>(
+        &mut self,
+        bus: &mut Bus<B>,
+        at: &mut At,
+        pc: u32,
+        list: u32,
+        to_pc: bool,
+    ) -> Outcome {
+        at.cycles += u64::from(list.count_ones());
+        bus.cycles = at.cycles;
         let mut address = self.r[SP];
         for register in 0..8 {
             if list >> register & 1 != 0 {
                 match bus.read_word(address) {
                     Some(value) => self.r[register] = value,
-                    None => {
-                        self.fault(bus, pc)?;
-                        return Ok(None);
-                    }
+                    None => return self.refuse(bus, at, pc),
                 }
                 address = address.wrapping_add(4);
             }
@@ -488,27 +544,31 @@ impl Core {
             self.r[SP] = address;
             return Ok(None);
         }
-        bus.cycles += 3;
+        at.cycles += 3;
         match bus.read_word(address) {
             Some(to) => {
                 self.r[SP] = address.wrapping_add(4);
-                self.branch_exchange(bus, pc, to)
+                self.branch_exchange(bus, at, pc, to)
             }
-            None => {
-                self.fault(bus, pc)?;
-                Ok(None)
-            }
+            None => self.refuse(bus, at, pc),
         }
     }
 
-    fn store_many<B: Board>(&mut self, bus: &mut Bus<B>, pc: u32, b: u8, list: u32) -> Outcome {
-        bus.cycles += u64::from(list.count_ones());
+    fn store_many<B: Board>(
+        &mut self,
+        bus: &mut Bus<B>,
+        at: &mut At,
+        pc: u32,
+        b: u8,
+        list: u32,
+    ) -> Outcome {
+        at.cycles += u64::from(list.count_ones());
+        bus.cycles = at.cycles;
         let mut address = self.get(b);
         for register in 0..8 {
             if list >> register & 1 != 0 {
                 if bus.write_word(address, self.r[register]).is_none() {
-                    self.fault(bus, pc)?;
-                    return Ok(None);
+                    return self.refuse(bus, at, pc);
                 }
                 address = address.wrapping_add(4);
             }
@@ -517,17 +577,22 @@ impl Core {
         Ok(None)
     }
 
-    fn load_many<B: Board>(&mut self, bus: &mut Bus<B>, pc: u32, b: u8, list: u32) -> Outcome {
-        bus.cycles += u64::from(list.count_ones());
+    fn load_many<B: Board>(
+        &mut self,
+        bus: &mut Bus<B>,
+        at: &mut At,
+        pc: u32,
+        b: u8,
+        list: u32,
+    ) -> Outcome {
+        at.cycles += u64::from(list.count_ones());
+        bus.cycles = at.cycles;
         let mut address = self.get(b);
         for register in 0..8 {
             if list >> register & 1 != 0 {
                 match bus.read_word(address) {
                     Some(value) => self.r[register] = value,
-                    None => {
-                        self.fault(bus, pc)?;
-                        return Ok(None);
-                    }
+                    None => return self.refuse(bus, at, pc),
                 }
                 address = address.wrapping_add(4);
             }

@@ -202,6 +202,7 @@ impl<B: Control> Machine for Robot<B> {
     fn statistics(&self) -> CoreStatistics {
         CoreStatistics {
             instructions: self.core.instructions,
+            cycles: self.bus.cycles,
             exceptions: self.core.exceptions,
             longest_masked: Duration::ZERO,
         }

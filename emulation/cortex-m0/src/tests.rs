@@ -1,1 +1,298 @@
+//! Every instruction without memory against another core, and programs that try one thing each.
 
+use std::time::Duration;
+
+use bittybuzz_chips::Zooid;
+use bittybuzz_emulation::message::Event;
+use bittybuzz_emulation::{Machine, Pause};
+use rp2040_emu::CortexM0Plus;
+
+use crate::Robot;
+use crate::bus::{Bus, FLASH, RAM};
+use crate::execute::{Core, PC, SP};
+
+/// Xorshift.
+struct Random(u32);
+
+impl Random {
+    fn next(&mut self) -> u32 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 17;
+        self.0 ^= self.0 << 5;
+        self.0
+    }
+
+    /// Numbers at which carries and overflows begin are as probable as all others together.
+    fn word(&mut self) -> u32 {
+        let edges = [0, 1, 31, 32, 33, 0x7fff_ffff, 0x8000_0000, 0xffff_ffff];
+        match self.next() % 16 {
+            index @ 0..8 => edges[index as usize],
+            _ => self.next(),
+        }
+    }
+}
+
+/// Instructions that touch no memory and cause no exception.
+fn is_plain(first: u16) -> bool {
+    match first {
+        // Shifts to data processing; high registers but BX, BLX and what ARMv6-M calls unpredictable.
+        0x0000..=0x43ff => true,
+        0x4400..=0x46ff => {
+            let (d, b) = (first & 7 | first >> 4 & 8, first >> 3 & 0xf);
+            !(first >> 8 == 0x45 && (d < 8 && b < 8 || d == 15 || b == 15))
+                && !(first >> 8 == 0x44 && d == 15 && b == 15)
+                // The other core keeps two stack pointers in step only at exceptions.
+                && d != 13
+        }
+        // ADR, ADD SP; SP up and down; extensions, reversals.
+        0xa000..=0xafff | 0xb000..=0xb0ff | 0xb200..=0xb2ff => true,
+        0xba00..=0xba7f | 0xbac0..=0xbaff => true,
+        // Branches but UDF and SVC.
+        0xd000..=0xddff | 0xe000..=0xe7ff => true,
+        _ => false,
+    }
+}
+
+#[test]
+fn plain_instructions_do_what_another_core_does() {
+    let mut random = Random(0x2f6e_2b1d);
+    let mut bus: Bus<Zooid> = Bus::new(0);
+    let mut other = CortexM0Plus::new();
+    for first in (0..=0xffff).filter(|first| is_plain(*first)) {
+        bus.write_memory(FLASH + 0x100, &first.to_le_bytes()).unwrap();
+        for _ in 0..6 {
+            let mut core = Core::new(RAM + 0x1000, FLASH + 0x100);
+            for register in 0..15 {
+                core.r[register] = if register == SP { RAM + 0x1000 } else { random.word() };
+                other.set_reg(register, core.r[register]);
+            }
+            // Not both N and Z.
+            let flags = [0, 1 << 31, 1 << 30][random.next() as usize % 3] | random.next() & 3 << 28;
+            core.set_flags(flags);
+            other.regs.xpsr = flags | 1 << 24;
+            other.regs.msp = RAM + 0x1000;
+            other.set_reg(PC, FLASH + 0x100);
+            bus.deadline = bus.cycles + 1;
+            let before = (core.r, flags);
+            core.run(&mut bus).unwrap();
+            other.execute_one(first);
+            for register in 0..16 {
+                let (here, there) = (core.r[register], other.reg(register));
+                assert_eq!(here, there, "{first:#06x}: r{register}, from {before:x?}");
+            }
+            let psr = core.xpsr(&bus);
+            assert_eq!(psr >> 28, other.regs.xpsr >> 28, "{first:#06x}: flags, from {before:x?}");
+        }
+    }
+}
+
+/// Where programs begin.
+const CODE: usize = 0xc0;
+const STACK: u32 = RAM + 0x1000;
+
+/// A robot about to run `code`; exceptions and where their handlers are, counted from the code.
+fn robot(vectors: &[(usize, u32)], code: &[u16]) -> Robot<Zooid> {
+    let mut table = vec![0_u8; CODE];
+    table[..4].copy_from_slice(&STACK.to_le_bytes());
+    for (exception, handler) in vectors {
+        let address = (FLASH + CODE as u32 + handler) | 1;
+        table[4 * exception..4 * exception + 4].copy_from_slice(&address.to_le_bytes());
+    }
+    table.extend(code.iter().flat_map(|half| half.to_le_bytes()));
+    let mut robot = Robot::new(0);
+    robot.write_memory(FLASH, &table).unwrap();
+    robot.start();
+    robot
+}
+
+fn run(robot: &mut Robot<Zooid>, micros: u64) -> Pause {
+    robot.run(Duration::from_micros(micros)).unwrap()
+}
+
+fn words(robot: &mut Robot<Zooid>, count: usize) -> Vec<u32> {
+    let mut bytes = vec![0; 4 * count];
+    robot.read_memory(RAM, &mut bytes).unwrap();
+    bytes.chunks_exact(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect()
+}
+
+#[test]
+fn instructions_take_the_manuals_cycles() {
+    // 1000 times subs, bne: 1 + 3 cycles; the last branch 1.
+    let mut robot = robot(
+        &[(1, 0)],
+        &[
+            0x20fa, // movs r0, #250
+            0x0080, // lsls r0, r0, #2
+            0x3801, // 1: subs r0, #1
+            0xd1fd, // bne 1b
+            0x2001, // movs r0, #1
+            0x2120, // movs r1, #0x20
+            0x0609, // lsls r1, r1, #24
+            0x6008, // str r0, [r1]
+            0xe7fe, // b .
+        ],
+    );
+    // Until the store: 2 + 4 * 1000 - 2 + 3 cycles of 8 MHz, and the store's two.
+    run(&mut robot, 500);
+    assert_ne!(words(&mut robot, 1), [1]);
+    run(&mut robot, 501);
+    assert_eq!(words(&mut robot, 1), [1]);
+}
+
+#[test]
+fn more_urgent_interrupts_nest_and_equal_ones_wait() {
+    // Interrupt 0 (priority 0x80) pends 1 (0x40) and 2 (0x80); each appends its number, 0 before and after.
+    let mut robot = robot(
+        &[(1, 0), (16, 0x1a), (17, 0x2e), (18, 0x36)],
+        &[
+            0x2720, // movs r7, #0x20
+            0x063f, // lsls r7, r7, #24: 0x20000000
+            0x4810, // ldr r0, =0xe000e100
+            0x2107, // movs r1, #7
+            0x6001, // str r1, [r0]
+            0x4810, // ldr r0, =0xe000e400
+            0x4910, // ldr r1, =0x00804080
+            0x6001, // str r1, [r0]
+            0x4e10, // ldr r6, =0xe000e200
+            0x2001, // movs r0, #1
+            0x6030, // str r0, [r6]
+            0xbf00, // nop
+            0xe7fe, // b .
+            // 0x1a: interrupt 0
+            0x200a, // movs r0, #10
+            0x7038, // strb r0, [r7]
+            0x3701, // adds r7, #1
+            0x2006, // movs r0, #6
+            0x6030, // str r0, [r6]
+            0xbf00, // nop
+            0x200b, // movs r0, #11
+            0x7038, // strb r0, [r7]
+            0x3701, // adds r7, #1
+            0x4770, // bx lr
+            // 0x2e: interrupt 1
+            0x2001, // movs r0, #1
+            0x7038, // strb r0, [r7]
+            0x3701, // adds r7, #1
+            0x4770, // bx lr
+            // 0x36: interrupt 2
+            0x2002, // movs r0, #2
+            0x7038, // strb r0, [r7]
+            0x3701, // adds r7, #1
+            0x4770, // bx lr
+            0xbf00, 0xbf00, 0xbf00, 0xbf00, 0xbf00, // 0x3e to 0x47
+            0xe100, 0xe000, // 0x48
+            0xe400, 0xe000, // 0x4c
+            0x4080, 0x0080, // 0x50
+            0xe200, 0xe000, // 0x54
+        ],
+    );
+    run(&mut robot, 100);
+    let mut bytes = [0; 4];
+    robot.read_memory(RAM, &mut bytes).unwrap();
+    assert_eq!(bytes, [10, 1, 11, 2]);
+    assert_eq!(robot.statistics().exceptions, 3);
+    assert_eq!(robot.core.r[SP], STACK);
+}
+
+#[test]
+fn what_is_not_allowed_is_a_hard_fault_and_one_within_a_lockup() {
+    // ldr from 2 * 0x10000001, which is not aligned; the handler stores the stacked PC and executes UDF.
+    let code = [
+        0x4804, // ldr r0, =0x20000001
+        0x6801, // ldr r1, [r0]
+        0xe7fe, // b .
+        0x9806, // 6: ldr r0, [sp, #24]
+        0x2120, // movs r1, #0x20
+        0x0609, // lsls r1, r1, #24
+        0x6008, // str r0, [r1]
+        0xde00, // udf
+        0xbf00, 0xbf00, // 0x10
+        0x0001, 0x2000, // 0x14
+    ];
+    let mut robot = robot(&[(1, 0), (3, 6)], &code);
+    assert_eq!(run(&mut robot, 100), Pause::Lockup);
+    assert_eq!(words(&mut robot, 1), [FLASH + CODE as u32 + 2]);
+    let events = robot.take_events();
+    assert!(matches!(events[..], [ref event] if matches!(event.event, Event::Lockup { .. })));
+}
+
+#[test]
+fn a_full_stack_is_a_hard_fault() {
+    // A push below the RAM, and a handler that takes another stack.
+    let code = [
+        0x2020, // movs r0, #0x20
+        0x0600, // lsls r0, r0, #24
+        0x4685, // mov sp, r0
+        0xb501, // push {r0, lr}
+        0xe7fe, // b .
+        0x4902, // 0xa: ldr r1, =0x20000800
+        0x468d, // mov sp, r1
+        0x6001, // str r1, [r0]
+        0xe7fe, // b .
+        0xbf00, // 0x12
+        0x0800, 0x2000, // 0x14
+    ];
+    let mut robot = robot(&[(1, 0), (3, 0xa)], &code);
+    assert_eq!(run(&mut robot, 100), Pause::Time);
+    assert_eq!(words(&mut robot, 1), [RAM + 0x800]);
+}
+
+#[test]
+fn the_watchdog_ends_a_lockup() {
+    let code = [
+        0x4803, // ldr r0, =0x40003000
+        0x4904, // ldr r1, =0x0000cccc
+        0x6001, // str r1, [r0]
+        0xde00, // udf
+        0xde00, // 8: udf
+        0xbf00, 0xbf00, 0xbf00, // 0xa
+        0x3000, 0x4000, // 0x10
+        0xcccc, 0x0000, // 0x14
+    ];
+    let mut robot = robot(&[(1, 0), (3, 8)], &code);
+    assert_eq!(run(&mut robot, 409_000), Pause::Time);
+    assert_eq!(run(&mut robot, 420_000), Pause::Time);
+    let reset = Event::Reset { cause: "independent_watchdog".into() };
+    assert!(robot.take_events().iter().any(|event| event.event == reset));
+}
+
+#[test]
+fn a_page_is_erased_and_programmed() {
+    // Unlocks the flash, erases the page at 0x0800fc00, programs a halfword, and reads it back.
+    let code = [
+        0x4c0d, // ldr r4, =0x40022000
+        0x480e, // ldr r0, =0x45670123
+        0x6060, // str r0, [r4, #4]
+        0x480e, // ldr r0, =0xcdef89ab
+        0x6060, // str r0, [r4, #4]
+        0x2002, // movs r0, #2 (PER)
+        0x6120, // str r0, [r4, #16]
+        0x4d0d, // ldr r5, =0x0800fc00
+        0x6165, // str r5, [r4, #20]
+        0x2042, // movs r0, #0x42 (PER, STRT)
+        0x6120, // str r0, [r4, #16]
+        0x2001, // movs r0, #1 (PG)
+        0x6120, // str r0, [r4, #16]
+        0x205a, // movs r0, #0x5a
+        0x8068, // strh r0, [r5, #2]
+        0x6829, // ldr r1, [r5]
+        0x2620, // movs r6, #0x20
+        0x0636, // lsls r6, r6, #24
+        0x6031, // str r1, [r6]
+        0x68e1, // ldr r1, [r4, #12]
+        0x6071, // str r1, [r6, #4]
+        0xe7fe, // b .
+        0xbf00, 0xbf00, 0xbf00, 0xbf00, 0xbf00, 0xbf00, // 0x2c
+        0x2000, 0x4002, // 0x38
+        0x0123, 0x4567, // 0x3c
+        0x89ab, 0xcdef, // 0x40
+        0xfc00, 0x0800, // 0x44
+    ];
+    let mut robot = robot(&[(1, 0)], &code);
+    robot.write_memory(0x0800_fc00, &[1, 2, 3, 4]).unwrap();
+    run(&mut robot, 29_000);
+    assert_ne!(words(&mut robot, 1), [0x005a_ffff], "erasing takes 30 ms");
+    run(&mut robot, 31_000);
+    // SR: EOP.
+    assert_eq!(words(&mut robot, 2), [0x005a_ffff, 1 << 5]);
+}

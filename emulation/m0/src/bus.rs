@@ -89,7 +89,7 @@ impl<B: Board> ChipBus<B> {
     }
 
     fn is_peripheral(address: u32) -> bool {
-        B::MEMORY.peripherals.iter().any(|(base, size)| address.wrapping_sub(*base) < *size)
+        is_in(B::MEMORY.peripherals, address)
     }
 
     fn read(&mut self, address: u32, width: Width) -> u32 {
@@ -100,7 +100,7 @@ impl<B: Board> ChipBus<B> {
             self.touched = true;
             return self.private.read(address & !3, self.active) >> ((address & 3) * 8);
         }
-        if !Self::is_peripheral(address) {
+        if !Self::is_peripheral(address) && !is_in(B::MEMORY.read_only, address) {
             self.fault = Some(address);
             return 0;
         }
@@ -186,6 +186,11 @@ impl<B: Board> ChipBus<B> {
             self.board.write(to, width, value);
         }
     }
+}
+
+/// Whether an address is in one of these: first addresses and sizes.
+fn is_in(regions: &[(u32, u32)], address: u32) -> bool {
+    regions.iter().any(|(base, size)| address.wrapping_sub(*base) < *size)
 }
 
 /// One core, number 0.

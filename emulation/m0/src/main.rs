@@ -1,17 +1,16 @@
-//! `bbz-emulate-m0`: runs the firmware image of a Zooid, as it is flashed, on another core than `bbz-emulate-stm32`.
+//! `bbz-emulate-m0`: runs the firmware image of a Zooid, as it is flashed, on other cores than `bbz-emulate-stm32`.
 //!
-//! A second opinion: the instructions are executed by the Cortex-M0+ of `rp2040-emu`, written by others and in Rust;
-//! board, protocol and image are those of `bbz-emulate-stm32`. So what both say alike is neither a mistake of Unicorn's nor
-//! of the exceptions and interrupts that are built around it there.
+//! There are two cores to choose from: that of `bittybuzz-cortex-m0`, for speed, and the Cortex-M0+ of `rp2040-emu`, written by
+//! others, as a second opinion. Board, protocol and image are those of `bbz-emulate-stm32`.
 //!
 //! # What is different from `bbz-emulate-stm32`
-//! * Instructions take as many cycles as on a Cortex-M0+ with memory that never waits: loads two, taken branches two.
+//! * Instructions take the cycles of the core's manual, with memory that never waits.
 //! * Accesses that are not aligned are faults, as on the chip.
 //!
 //! # What it will not do
-//! * Nest interrupts: one waits until the other has returned, whatever their priorities.
-//! * Interrupts 26 to 31: USART1 and USART2, which no robot uses.
 //! * SysTick. Its registers read 0.
+//! * With `--core rp2040`, nest interrupts: one waits until the other has returned, whatever their priorities. Nor interrupts 26 to
+//!   31: USART1 and USART2, which no robot uses.
 //!
 //! Not compared with hardware.
 

@@ -190,6 +190,7 @@ impl<B: Control> Machine for Robot<B> {
     fn statistics(&self) -> CoreStatistics {
         CoreStatistics {
             instructions: self.instructions,
+            cycles: self.bus.cycles,
             exceptions: self.exceptions,
             longest_masked: Duration::ZERO,
         }

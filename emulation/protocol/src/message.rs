@@ -366,6 +366,8 @@ pub struct Statistics {
 pub struct CoreStatistics {
     /// Instructions executed.
     pub instructions: u64,
+    /// Cycles of the core's clock, without those that it slept.
+    pub cycles: u64,
     /// Exceptions taken.
     pub exceptions: u64,
     /// Longest time that interrupts were masked.

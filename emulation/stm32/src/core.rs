@@ -65,11 +65,17 @@ impl<B: Board> Core<'_, B> {
     pub fn new(number: usize) -> Result<Self, MachineError> {
         let mode = Mode::THUMB | Mode::MCLASS;
         let mut uc =
-            Unicorn::new_with_data(Arch::ARM, mode, System::new(number)).map_err(failed)?;
+            Unicorn::new_with_data(Arch::ARM, mode, System::<B>::new(number)).map_err(failed)?;
         map(&mut uc).and_then(|()| hook(&mut uc)).map_err(failed)?;
         let mut core = Core { uc };
         let erased = vec![0xff; B::MEMORY.flash as usize];
         core.write_bytes(FLASH, &erased)?;
+        for (base, size) in B::MEMORY.read_only {
+            let board = &mut core.system().board;
+            let words = (0..*size / 4).map(|word| board.read(base + 4 * word, Width::Word));
+            let bytes: Vec<u8> = words.flat_map(u32::to_le_bytes).collect();
+            core.uc.mem_write(u64::from(*base), &bytes).map_err(failed)?;
+        }
         // What static RAM holds when its power comes is not zero; here it is always the same.
         let mut state = 1_u32;
         for (start, size) in [(SRAM, B::MEMORY.ram), (CCM, B::MEMORY.ccm)] {
@@ -322,6 +328,9 @@ fn map<B: Board>(uc: &mut Unicorn<'_, System<B>>) -> Result<(), uc_error> {
                 uc.get_data_mut().write(base + offset as u32, width, value as u32);
             }),
         )?;
+    }
+    for (base, size) in B::MEMORY.read_only {
+        uc.mem_map(u64::from(*base), u64::from(*size), Prot::READ)?;
     }
     let (base, size) = PRIVATE;
     uc.mmio_map(

@@ -200,6 +200,7 @@ impl<B: Control> Machine for Robot<'_, B> {
         let system = self.core.uc.get_data();
         CoreStatistics {
             instructions: system.instructions,
+            cycles: system.cycles,
             exceptions: system.exceptions,
             longest_masked: Duration::from_nanos(system.longest_masked().nanos()),
         }

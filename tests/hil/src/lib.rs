@@ -44,7 +44,9 @@ pub enum Core {
     Unicorn,
     /// Independent of the other; slow.
     Qemu,
-    /// Of the Zooid alone; independent of Unicorn, too.
+    /// Of the Zooid alone; the fastest.
+    Own,
+    /// Of the Zooid alone; independent of all others.
     Rp2040,
 }
 
@@ -55,7 +57,7 @@ impl Core {
         let (number, package) = match self {
             Core::Unicorn => (0, "bittybuzz-emulate-stm32"),
             Core::Qemu => (1, "bittybuzz-emulate-qemu"),
-            Core::Rp2040 => (2, "bittybuzz-emulate-m0"),
+            Core::Own | Core::Rp2040 => (2, "bittybuzz-emulate-m0"),
         };
         PROGRAMS[number].get_or_init(|| build(package, package.replace("bittybuzz", "bbz")))
     }

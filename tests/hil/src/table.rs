@@ -148,16 +148,21 @@ pub struct Table {
 impl Table {
     /// Zooids with this script and these ids, switched on, and in the dark.
     pub fn new(script: &str, ids: &[u16]) -> Self {
-        Self::on(Core::Unicorn, script, ids)
+        Self::on(Core::Own, script, ids)
     }
 
     /// The same with this core.
     pub fn on(core: Core, script: &str, ids: &[u16]) -> Self {
         let count = ids.len().to_string();
-        let arguments = ["--robot", "zooids", "--count", &count];
+        let mut arguments = vec!["--robot", "zooids"];
         // Not all of them can play several.
-        let arguments = if ids.len() > 1 { &arguments[..] } else { &arguments[..2] };
-        let mut emulator = Emulator::spawn_with(core.program(), arguments).expect("it starts");
+        if ids.len() > 1 {
+            arguments.extend(["--count", &count]);
+        }
+        if core == Core::Rp2040 {
+            arguments.extend(["--core", "rp2040"]);
+        }
+        let mut emulator = Emulator::spawn_with(core.program(), &arguments).expect("it starts");
         emulator.load(&zooids()).expect("it loads");
         let layout = layout();
         let section = layout.script_section(&image_for("zooids", script)).expect("a short script");

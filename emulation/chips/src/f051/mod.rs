@@ -18,7 +18,7 @@ pub use self::flash::{FlashChange, FlashContent};
 pub(crate) use self::i2c::Action;
 use self::i2c::I2c;
 use self::identity::Identity;
-use self::rcc::{Bus, Rcc};
+use self::rcc::{Bus, Clocks, Rcc};
 use self::spi::Spi;
 use crate::stm32::{Exti, Kind, Pin, Port, PortReset, Timer, Watchdog, Write};
 use crate::{HardwareError, Lines, ResetCause, Time, Width};
@@ -84,6 +84,8 @@ pub(crate) enum Signal {
 pub(crate) struct F051 {
     now: Time,
     rcc: Rcc,
+    /// What it makes, asked for much more often than it changes.
+    clocks: Clocks,
     flash: Flash,
     pub ports: [Port; 6],
     exti: Exti,
@@ -128,6 +130,7 @@ impl F051 {
             errors: Vec::new(),
             reported: HashSet::new(),
             lines: Lines::default(),
+            clocks,
             rcc,
         }
     }
@@ -140,6 +143,7 @@ impl F051 {
         }
         self.exti = Exti::new(EXTI_IRQ);
         let clocks = self.rcc.clocks();
+        self.clocks = clocks;
         self.spi = Spi::new(clocks.pclk);
         self.i2c = I2c::new(clocks.pclk);
         self.adc = Adc::new(clocks.pclk, clocks.hsi14, self.adc.battery_volts);
@@ -157,10 +161,15 @@ impl F051 {
     /// Lets time pass until `now`, which is not beyond [`Self::next`]; returns what is to be answered.
     pub fn advance(&mut self, now: Time) -> Option<Signal> {
         self.now = now;
-        for timer in &mut self.timers {
-            if timer.next_event().is_some_and(|at| at <= now) {
-                timer.advance(now);
+        for number in 0..self.timers.len() {
+            if self.timers[number].next_event().is_some_and(|at| at <= now) {
+                self.timers[number].advance(now);
+                self.update_timer_line(number);
             }
+        }
+        let buses = self.spi.next_event().into_iter().chain(self.i2c.next_event());
+        if buses.chain(self.adc.next_event()).min().is_none_or(|at| at > now) {
+            return None;
         }
         self.adc.advance(now);
         let spi = self.spi.advance(now).map(|(end, byte)| Signal::Spi(end, byte));
@@ -251,17 +260,16 @@ impl F051 {
 
     /// Frequencies of the core, and of the bus that all peripherals hang on.
     pub fn clocks_hz(&self) -> [u64; 2] {
-        let clocks = self.rcc.clocks();
-        [clocks.hclk, clocks.pclk]
+        [self.clocks.hclk, self.clocks.pclk]
     }
 
     pub fn core_clock_hz(&self) -> u64 {
-        self.rcc.clocks().hclk
+        self.clocks.hclk
     }
 
     /// What the pin MCO shows, PA8 with alternate function 0; 0 for nothing.
     pub fn mco_hz(&self) -> u64 {
-        if self.ports[0].pin(8) == Pin::Alternate(0) { self.rcc.clocks().mco } else { 0 }
+        if self.ports[0].pin(8) == Pin::Alternate(0) { self.clocks.mco } else { 0 }
     }
 
     /// Bits per second on SPI1.
@@ -294,7 +302,10 @@ impl F051 {
     /// The board drives a pin.
     pub fn drive(&mut self, port: usize, pin: u8, high: bool) {
         self.ports[port].drive(pin, high);
-        self.pins_changed();
+        if self.exti.port(pin) == port {
+            self.exti.observe_one(pin, self.ports[port].level(pin));
+            self.exti.drive(&mut self.lines);
+        }
     }
 
     fn pins_changed(&mut self) {
@@ -306,16 +317,19 @@ impl F051 {
         self.exti.drive(&mut self.lines);
     }
 
-    fn update_lines(&mut self) {
-        for (number, (timer, (_, _, irq))) in self.timers.iter().zip(TIMERS).enumerate() {
-            if number == TIM1 {
-                let [update, compare] = timer.separate_interrupts();
-                self.lines.set(irq, update);
-                self.lines.set(irq + 1, compare);
-            } else {
-                self.lines.set(irq, timer.interrupt());
-            }
+    fn update_timer_line(&mut self, number: usize) {
+        let (timer, (_, _, irq)) = (&self.timers[number], TIMERS[number]);
+        if number == TIM1 {
+            let [update, compare] = timer.separate_interrupts();
+            self.lines.set(irq, update);
+            self.lines.set(irq + 1, compare);
+        } else {
+            self.lines.set(irq, timer.interrupt());
         }
+    }
+
+    /// Those of all but timers and pins.
+    fn update_lines(&mut self) {
         for irq in [DMA_IRQ[0], DMA_IRQ[1], DMA_IRQ[3]] {
             let raised = |channel: usize| DMA_IRQ[channel] == irq && self.dma.interrupt(channel);
             self.lines.set(irq, (0..dma::CHANNELS).any(raised));
@@ -324,7 +338,6 @@ impl F051 {
         self.lines.set(ADC_IRQ, self.adc.interrupt());
         self.lines.set(I2C2_IRQ, self.i2c.interrupt());
         self.lines.set(SPI1_IRQ, self.spi.interrupt());
-        self.exti.drive(&mut self.lines);
     }
 
     fn report(&mut self, error: HardwareError) {
@@ -373,14 +386,21 @@ impl F051 {
                 None => 0,
             },
             _ => match TIMERS.iter().position(|(timer, _, _)| *timer == base) {
-                Some(number) => self.timers[number].read(offset, self.now),
+                Some(number) => {
+                    let value = self.timers[number].read(offset, self.now);
+                    self.update_timer_line(number);
+                    value
+                }
                 None => {
                     self.note_unknown(base, address);
                     self.storage.get(&address).copied().unwrap_or(0)
                 }
             },
         };
-        self.update_lines();
+        // Reading these has effects.
+        if matches!(base, I2C2 | ADC | SPI1) {
+            self.update_lines();
+        }
         value
     }
 
@@ -409,7 +429,10 @@ impl F051 {
                 self.exti.write_choice(offset as usize / 4 - 2, write);
                 self.pins_changed();
             }
-            EXTI => self.exti.write(offset, write),
+            EXTI => {
+                self.exti.write(offset, write);
+                self.exti.drive(&mut self.lines);
+            }
             ADC => modelled = self.adc.write(offset, write, self.now),
             SPI1 => modelled = self.spi.write(offset, write, width != Width::Byte, self.now),
             DMA1 => modelled = self.dma.write(offset, write),
@@ -431,7 +454,10 @@ impl F051 {
                 }
             }
             _ => match TIMERS.iter().position(|(timer, _, _)| *timer == base) {
-                Some(number) => modelled = self.timers[number].write(offset, write, self.now),
+                Some(number) => {
+                    modelled = self.timers[number].write(offset, write, self.now);
+                    self.update_timer_line(number);
+                }
                 None => {
                     self.note_unknown(base, address);
                     let word = self.storage.entry(address).or_insert(0);
@@ -442,7 +468,9 @@ impl F051 {
         if !modelled {
             self.unknown.entry(base).or_insert(address);
         }
-        self.update_lines();
+        if matches!(base, I2C2 | ADC | SPI1 | DMA1 | FLASH | RCC) {
+            self.update_lines();
+        }
     }
 
     /// The core writes to the flash, where the halfword `old` stands.
@@ -454,8 +482,12 @@ impl F051 {
 
     fn clocks_changed(&mut self) {
         let clocks = self.rcc.clocks();
-        for timer in &mut self.timers {
-            timer.set_clock(clocks.timers, self.now);
+        if clocks == std::mem::replace(&mut self.clocks, clocks) {
+            return self.check_clocks();
+        }
+        for number in 0..self.timers.len() {
+            self.timers[number].set_clock(clocks.timers, self.now);
+            self.update_timer_line(number);
         }
         self.spi.set_clock(clocks.pclk);
         self.i2c.set_clock(clocks.pclk);
@@ -464,7 +496,7 @@ impl F051 {
     }
 
     fn check_clocks(&mut self) {
-        let hclk = self.rcc.clocks().hclk;
+        let hclk = self.clocks.hclk;
         for error in self.rcc.errors().into_iter().chain(self.flash.error(hclk)) {
             self.report(error);
         }
@@ -502,6 +534,7 @@ impl F051 {
         if is_set(Bus::Apb1, 22) {
             self.i2c = I2c::new(clocks.pclk);
         }
+        (0..self.timers.len()).for_each(|number| self.update_timer_line(number));
         self.pins_changed();
     }
 }

@@ -49,6 +49,11 @@ impl Exti {
         self.pending |= rising | falling;
     }
 
+    /// The pin of one line has this level now.
+    pub fn observe_one(&mut self, line: u8, high: bool) {
+        self.observe(self.levels & !(1 << line) | u32::from(high) << line);
+    }
+
     pub fn drive(&mut self, lines: &mut Lines) {
         let requests = self.pending & self.imr;
         if requests == std::mem::replace(&mut self.driven, requests) {

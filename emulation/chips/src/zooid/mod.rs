@@ -257,7 +257,9 @@ impl Board for Zooid {
         flash: FLASH_SIZE,
         ram: 8 * 1024,
         ccm: 0,
-        peripherals: &[(0x4000_0000, 0x3_0000), (0x4800_0000, 0x2000), (0x1fff_e000, 0x2000)],
+        peripherals: &[(0x4000_0000, 0x3_0000), (0x4800_0000, 0x2000)],
+        // What is below the RAM: a stack that overflows is noticed.
+        read_only: &[(0x1fff_e000, 0x2000)],
     };
 
     fn power_on(number: usize) -> Self {
