@@ -95,12 +95,22 @@ fn what_nobody_emulates_is_refused() {
         "14:11",
         &["`present = false` cannot be had"],
     );
-    for key in ["range = 300", "duplication = 0.1", "reordering = 0.1"] {
+    for key in ["duplication = 0.1", "reordering = 0.1"] {
         let world = WORLD.replace("loss = 0.1", key);
         let (name, _) = key.split_once(' ').unwrap();
         let at = format!("6:{}", name.len() + 4);
         assert_error(&[&world, EMULATED], &at, &[&format!("`{name}` cannot be had")]);
     }
+}
+
+#[test]
+fn loss_on_the_emulated_air_is_the_same_everywhere() {
+    let uneven = WORLD.replace("loss = 0.1", "loss = [0.1, 0.2]");
+    assert_error(&[&uneven, EMULATED], "6:8", &["`loss = [near, far]` cannot be had"]);
+    parse(&[&uneven, SIMULATED].concat()).unwrap();
+    let event = "[[event]]\nat = 1\nloss = [0, 0.5]\n";
+    assert_error(&[WORLD, EMULATED, event], "16:8", &["`loss = [near, far]` cannot be had"]);
+    parse(&[&WORLD.replace("0.1", "[0.1, 0.1]"), EMULATED].concat()).unwrap();
 }
 
 #[test]

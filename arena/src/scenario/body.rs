@@ -69,6 +69,10 @@ pub struct ZooidBody {
     pub speed: Option<f64>,
     /// Standard deviation of each motor's gain, as a share of it.
     pub gain_error: Option<f64>,
+    /// Share of the projector's frames that its firmware does not see.
+    pub frame_loss: Option<f64>,
+    /// Up to so many µs edges of the projector's light come too early or too late for its firmware.
+    pub edge_jitter: Option<f64>,
 }
 
 /// What differs from the model of the Crazyflies.
@@ -191,6 +195,8 @@ fn zooid(section: Section<'_>) -> ZooidBody {
         radius: section.number("radius", RADIUS),
         speed: section.number("speed", 0.0..=10_000.0),
         gain_error: section.number("gain_error", GAIN_ERROR),
+        frame_loss: section.number("frame_loss", 0.0..=1.0),
+        edge_jitter: section.number("edge_jitter", 0.0..=300.0),
     }
 }
 

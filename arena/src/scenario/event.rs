@@ -137,6 +137,11 @@ pub fn read(
         Action::Partition(parts) => &parts.iter().collect::<Vec<_>>(),
         _ => &[],
     };
+    if let Action::Loss(Medium::Nrf24, loss) = &action
+        && census.any_is_emulated()
+    {
+        loss.check_emulated(&entry);
+    }
     if not_emulated.iter().any(|robots| census.is_emulated(robots)) {
         entry.fail(Cause::NotEmulated { key });
         return None;

@@ -176,6 +176,8 @@ pub const SECTIONS: &[SectionKeys] = &[
             "radius" "number" "of the model" "in mm",
             "speed" "number" "of the model" "of a wheel at full duty, in mm/s",
             "gain_error" "0 to 1" "of the model" "standard deviation of each motor's gain, as a share of it",
+            "frame_loss" "0 to 1" "0" "share of the projector's frames that its firmware does not see; a virtual machine is always told",
+            "edge_jitter" "0 to 300" "0" "edges of the projector's light come to its firmware up to so many µs too early or too late",
         ],
     },
     SectionKeys {

@@ -58,6 +58,15 @@ pub struct Loss {
     pub far: f64,
 }
 
+impl Loss {
+    /// Notes a loss that depends on the distance, which an emulator does not know.
+    pub(super) fn check_emulated(self, entry: &Entry<'_>) {
+        if self.near != self.far {
+            entry.fail(Cause::NotEmulated { key: "loss = [near, far]" });
+        }
+    }
+}
+
 /// The settings of every medium.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Media {
@@ -70,7 +79,7 @@ pub struct Media {
 }
 
 /// What an emulator cannot do to packets.
-const NOT_EMULATED: [&str; 3] = ["range", "duplication", "reordering"];
+const NOT_EMULATED: [&str; 2] = ["duplication", "reordering"];
 
 /// The media of the file; those of the Zooids carry packets between emulated robots if they are `emulated`.
 pub fn read(root: &Section<'_>, used: &[Medium], emulated: bool) -> Media {
@@ -88,7 +97,14 @@ pub fn read(root: &Section<'_>, used: &[Medium], emulated: bool) -> Media {
                 entry.fail(Cause::NotEmulated { key });
             }
         }
-        let settings = read_one(&settings);
+        let section = settings;
+        let settings = read_one(&section);
+        if emulated
+            && medium == Medium::Nrf24
+            && let (Some(loss), Some(entry)) = (settings.loss, section.get("loss"))
+        {
+            loss.check_emulated(&entry);
+        }
         match medium {
             Medium::Ir => media.ir = settings,
             Medium::Nrf24 => media.nrf24 = settings,

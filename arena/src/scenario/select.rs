@@ -135,6 +135,11 @@ impl Census {
         })
     }
 
+    /// Whether firmware runs on any robot.
+    pub fn any_is_emulated(&self) -> bool {
+        self.groups.iter().any(|group| group.is_emulated)
+    }
+
     /// Whether firmware runs on all robots.
     pub fn all_are_emulated(&self) -> bool {
         !self.groups.is_empty() && self.groups.iter().all(|group| group.is_emulated)

@@ -4,22 +4,22 @@
 
 use std::path::Path;
 
-use bittybuzz_arena::run::{Program, Setup, Simulation, Summary};
+use bittybuzz_arena::run::{Piece, Program, Setup, Simulation, Summary};
 use bittybuzz_arena::scenario::Scenario;
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, Loader};
-use bittybuzz_hil::{Core, table};
+use bittybuzz_hil::{Core, ScriptFile, table};
 use bittybuzz_tests::bbz;
 
 /// Where a robot is in the end, and which colour it shows.
 type End = ([f64; 2], u8);
 
-/// Runs the scenario with a backend for so many ticks at most, and shows each.
+/// Runs the shipped scenario with a backend for so many ticks at most, and shows each.
 fn run_with(
     backend: &str,
     seed: u32,
     ticks: u64,
-    mut look: impl FnMut(&mut Simulation<'_>),
+    look: impl FnMut(&mut Simulation<'_>),
 ) -> Summary {
     let path = bbz::root().join("tests/scenarios/backends.toml");
     let set = [
@@ -27,9 +27,19 @@ fn run_with(
         format!("robots.0.firmware={}", table::zooids().display()),
     ];
     let scenario = Scenario::open(&path, &set).unwrap_or_else(|errors| panic!("{errors:#?}"));
+    run(&scenario, seed, ticks, look)
+}
+
+/// Runs a scenario for so many ticks at most, and shows each.
+fn run(
+    scenario: &Scenario,
+    seed: u32,
+    ticks: u64,
+    mut look: impl FnMut(&mut Simulation<'_>),
+) -> Summary {
     let programs: Vec<Program> =
         scenario.groups.iter().map(|group| program(&group.script)).collect();
-    let setup = Setup::new(&scenario, &programs).unwrap();
+    let setup = Setup::new(scenario, &programs).unwrap();
     let setup = setup.emulated_by(Core::Unicorn.program().to_owned());
     let casts = setup.casts();
     let mut simulation = Simulation::new(&setup, &casts, seed, 1).unwrap();
@@ -38,6 +48,31 @@ fn run_with(
         look(&mut simulation);
     }
     simulation.summary()
+}
+
+/// A scenario with Zooids that run their firmware and this script, and its file, which is read when the run begins; what the group says beside, then other sections.
+fn scenario(test: &str, script: &str, group: &str, rest: &str) -> (Scenario, ScriptFile) {
+    let script = ScriptFile::new(test, script);
+    let text = format!(
+        "[world]\nsize = [800, 500]\nduration = 3\n[[robots]]\nrobot = \"zooids\"\nscript = '{}'\n\
+         backend = \"firmware\"\nfirmware = '{}'\n{group}\n{rest}",
+        script.path(),
+        table::zooids().display()
+    );
+    let read = Scenario::parse(&text, "test.toml", Path::new(""), &[]);
+    let scenario = read.unwrap_or_else(|errors| panic!("{errors:#?}\n{text}"));
+    (scenario, script)
+}
+
+/// The numbers that a robot logs in each tick, by tick.
+fn logged(simulation: &mut Simulation<'_>) -> Vec<(usize, Vec<f64>)> {
+    let number = |piece: &Piece| match piece {
+        Piece::Int(value) => f64::from(*value),
+        Piece::Float(value) => f64::from(*value),
+        _ => f64::NAN,
+    };
+    let lines = simulation.take_log().into_iter();
+    lines.map(|(robot, line)| (robot, line.pieces.iter().map(number).collect())).collect()
 }
 
 fn program(script: &Path) -> Program {
@@ -127,6 +162,120 @@ fn one_seed_gives_one_trace() {
     });
     assert_eq!(runs[0], runs[1]);
     assert_ne!(runs[0], runs[2]);
+}
+
+/// Against a wall at 0.3 m/s and more: it stops where the wall is, and its firmware knows.
+#[test]
+fn walls_hold_robots_that_run_firmware() {
+    let script = "function step() { set_motor(60, 60)  log(pos.x, pos.y) }";
+    let group = "positions = [[100, 20]]\nheading = 0";
+    let (scenario, _script) = scenario("wall", script, group, "[body.zooid]\ngain_error = 0\n");
+    let mut ends = Vec::new();
+    let summary = run(&scenario, 1, 30, |simulation| {
+        let pose = simulation.view(0).unwrap().pose;
+        ends.push((pose.x, logged(simulation).last().map_or(f64::NAN, |(_, seen)| seen[0])));
+    });
+    let (x, seen) = *ends.last().unwrap();
+    assert!((x - (WALL - 13.0)).abs() < 0.1, "{x}: a body has a radius of 13 mm");
+    // A pixel, and how far it would have come in a substep of the world.
+    assert!((seen - f64::from(x)).abs() < 8.0, "{seen}");
+    assert!(summary.statistics.wall_ticks > 10);
+}
+
+/// From the middle to the wall, mm.
+const WALL: f32 = 400.0;
+
+#[test]
+fn whoever_is_moved_knows_where_it_is() {
+    let script = "function step() { log(pos.x, pos.y, pos.orientation) }";
+    let group = "positions = [[100, 20], [-200, 100]]\nheading = 30";
+    let event = "[[event]]\nat = 1\nmove = 1\nto = [300, -150]\nheading = -90\n";
+    let (scenario, _script) = scenario("moved", script, group, event);
+    let mut last = [const { Vec::new() }; 2];
+    for (ticks, expected) in [
+        (10, [[100.0, 20.0, 30.0], [-200.0, 100.0, 30.0]]),
+        (20, [[100.0, 20.0, 30.0], [300.0, -150.0, -90.0]]),
+    ] {
+        run(&scenario, 1, ticks, |simulation| {
+            for (robot, seen) in logged(simulation) {
+                last[robot] = seen;
+            }
+        });
+        for (seen, expected) in last.iter().zip(expected) {
+            // Half a pixel, and a pixel between the diodes.
+            for (index, within) in [0.75, 0.75, 3.0].into_iter().enumerate() {
+                assert!((seen[index] - expected[index]).abs() < within, "{seen:?}: {expected:?}");
+            }
+        }
+    }
+}
+
+/// What robots hear of each other: their own range and the loss decide.
+#[test]
+fn range_and_loss_are_those_of_the_medium() {
+    let script = "\
+function init() { heard = 0  neighbors.listen(\"a\", function(t, v, r) { heard = heard + 1 }) }
+function step() { neighbors.broadcast(\"a\", id)  log(heard) }
+";
+    let group = "positions = [[-100, 0], [0, 0], [300, 0]]\nheading = 0";
+    let heard = |test: &str, rest: &str| {
+        let mut last = [0.0; 3];
+        let (scenario, _script) = scenario(test, script, group, rest);
+        let summary = run(&scenario, 1, 30, |simulation| {
+            for (robot, seen) in logged(simulation) {
+                last[robot] = seen[0];
+            }
+        });
+        (last, summary.statistics.all_links())
+    };
+    let (all, links) = heard("all", "[medium.nrf24]\nloss = 0\n");
+    assert!(all.iter().all(|heard| *heard > 30.0), "{all:?}");
+    assert_eq!((links.lost, links.collided > links.sent), (0, false));
+    assert!(links.sent >= 3 * 25 && links.received <= 2 * links.sent, "{links:?}");
+    let (near, _) = heard("near", "[medium.nrf24]\nloss = 0\nrange = 150\n");
+    assert!(near[0] > 15.0 && near[1] > 15.0 && near[2] == 0.0, "{near:?}");
+    let (none, links) = heard("none", "[medium.nrf24]\nloss = 1\n");
+    assert_eq!(none, [0.0; 3]);
+    assert!(links.lost > 0 && links.received == 0, "{links:?}");
+    let event = "[medium.nrf24]\nloss = 0\n[[event]]\nat = 1\nloss = 1\n";
+    let (some, _) = heard("some", event);
+    assert!(some.iter().all(|heard| (8.0..=20.0).contains(heard)), "{some:?}");
+}
+
+/// Frames that are not seen, and edges at wrong times: the firmware bridges what it can.
+#[test]
+fn the_projectors_light_may_be_bad() {
+    let script = "function step() { log(pos.x) }";
+    let blind = |test: &str, light: &str| {
+        let rest = format!("[body.zooid]\n{light}\n");
+        let (scenario, _script) =
+            scenario(test, script, "positions = [[50, 0]]\nheading = 0", &rest);
+        let mut seen = Vec::new();
+        run(&scenario, 1, 30, |simulation| {
+            seen.extend(logged(simulation).into_iter().map(|(_, numbers)| numbers[0]));
+        });
+        // Its eyes open with the first step.
+        seen[1..].iter().filter(|x| x.is_nan()).count()
+    };
+    assert_eq!(blind("good", "frame_loss = 0"), 0);
+    assert_eq!(blind("some_light", "frame_loss = 0.1\nedge_jitter = 20"), 0);
+    assert_eq!(blind("dark", "frame_loss = 1"), 28);
+}
+
+#[test]
+fn errors_of_scripts_are_found_in_their_source() {
+    let script = "function init() { n = 0 }\nfunction step() {\n  n = n + 1\n  if(n == 5) { t = nil  t.x = 3 }\n}";
+    let (scenario, _script) = scenario("fault", script, "positions = [[50, 0], [0, 0]]", "");
+    let programs = [program(&scenario.groups[0].script)];
+    let summary = run(&scenario, 1, 30, |_| {});
+    assert!(!summary.is_success());
+    assert_eq!(summary.faults.len(), 2);
+    for fault in summary.faults {
+        assert_eq!(fault.record.tick, 5, "{fault:?}");
+        let symbols = programs[0].symbols.as_ref().unwrap();
+        let place = symbols.position(u32::from(fault.record.positions[0])).unwrap();
+        assert_eq!(place.line, 4);
+    }
 }
 
 #[test]

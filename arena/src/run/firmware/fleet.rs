@@ -12,7 +12,7 @@ use crate::engine::{LinkStatistics, Loss, RobotId, TICK_US, World};
 use super::super::robot::{FaultRecord, LogLine, Robot};
 use super::table::Motion;
 use super::told::{Reader, Told};
-use super::{Failure, Firmware, FirmwareError};
+use super::{Failure, Firmware, FirmwareError, Light};
 
 /// As often robots are told how they move now, if that has changed: it takes effect so much too late at most.
 const LOOK: Duration = Duration::from_micros(2500);
@@ -64,6 +64,9 @@ impl<'p> Fleet<'p> {
                 let write = Command::Write { address: *address, bytes: bytes.clone() };
                 emulator.done_by(number, &write)?;
             }
+            let Light { lose, jitter_us } = flashed.light;
+            let seed = seed.wrapping_add(number as u64 + 1);
+            emulator.done_by(number, &Command::Light { lose, jitter_us, seed })?;
             let Some((id, own_id)) = join(flashed.number) else { continue };
             robots.push(Emulated {
                 id,

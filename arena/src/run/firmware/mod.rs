@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use bittybuzz_compiler::refusal;
 use bittybuzz_emulation::ClientError;
-use bittybuzz_robots::Layout;
+use bittybuzz_robots::{Layout, Robot};
 use bittybuzz_vm_core::ImageError;
 use defmt_decoder::Table;
 
@@ -34,6 +34,16 @@ struct Flashed {
     number: usize,
     /// Addresses and bytes.
     sections: Vec<(u32, Vec<u8>)>,
+    light: Light,
+}
+
+/// How bad the projector's light is for a robot.
+#[derive(Debug, Clone, Copy)]
+struct Light {
+    /// Share of frames that it does not see.
+    lose: f64,
+    /// Edges come up to so many µs too early or too late.
+    jitter_us: f64,
 }
 
 impl Firmware {
@@ -66,17 +76,39 @@ impl Firmware {
                     empty.insert(Firmware { path, messages, robots })
                 }
             };
+            let shared = settings(scenario, &group.robot).map_err(failed)?;
+            let (own, all) = (group.model.zooid, scenario.bodies.zooid);
+            let light = Light {
+                lose: own.frame_loss.or(all.frame_loss).unwrap_or(0.0),
+                jitter_us: own.edge_jitter.or(all.edge_jitter).unwrap_or(0.0),
+            };
             for within in 0..group.count as u16 {
                 let mut sections = vec![(layout.script.address, section.clone())];
+                sections.extend(shared.clone());
                 let id = layout
                     .id
                     .map(|id| (id.address, Layout::id_section(group.first_id + within).to_vec()));
                 sections.extend(id);
-                known.robots.push(Flashed { number: first + usize::from(within), sections });
+                known.robots.push(Flashed { number: first + usize::from(within), sections, light });
             }
         }
         Ok(firmware)
     }
+}
+
+/// What the scenario says that robots have in flash as a setting: address and bytes.
+fn settings(scenario: &Scenario, robot: &Robot) -> Result<Option<(u32, Vec<u8>)>, Cause> {
+    let Some(range) = scenario.media.nrf24.range else { return Ok(None) };
+    let setting = robot.settings.iter().position(|setting| setting.name == "range_mm");
+    let region = robot.layout.as_ref().and_then(|layout| layout.settings);
+    let (Some(place), Some(region)) = (setting, region) else {
+        return Err(Cause::NotEmulated { key: "range" });
+    };
+    let mut values = vec![None; robot.settings.len()];
+    // Farther than the setting goes is everybody.
+    let range = Some(range.round()).filter(|range| *range <= f64::from(robot.settings[place].most));
+    values[place] = range.map(|range| range as u16);
+    Ok(Some((region.address, Layout::settings_section(&values))))
 }
 
 /// Why a run with emulated robots cannot go on.
