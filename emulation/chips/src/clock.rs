@@ -6,6 +6,8 @@ use crate::Time;
 #[derive(Clone, Copy, Debug)]
 pub struct Clock {
     hz: u64,
+    /// A cycle in picoseconds, as a fraction in its lowest terms: it is asked for all the time.
+    period: (u64, u64),
     /// It stood at `cycles` at `time`.
     time: Time,
     cycles: u64,
@@ -14,7 +16,7 @@ pub struct Clock {
 impl Clock {
     /// Starts at zero.
     pub fn new(hz: u64) -> Self {
-        Clock { hz, time: Time::ZERO, cycles: 0 }
+        Clock { hz, period: period(hz), time: Time::ZERO, cycles: 0 }
     }
 
     /// Its frequency.
@@ -27,28 +29,49 @@ impl Clock {
         if self.hz == 0 {
             return self.time;
         }
-        self.time + Time::of_ticks(cycles - self.cycles, self.hz)
+        let (picos, per) = self.period;
+        self.time + Time::from_picos((cycles - self.cycles).saturating_mul(picos).div_ceil(per))
     }
 
     /// The first cycle at which `time` is reached.
     pub fn cycle(&self, time: Time) -> u64 {
-        let cycle = self.cycles.saturating_add((time - self.time).ticks(self.hz));
+        if self.hz == 0 {
+            return self.cycles;
+        }
+        // The time of a cycle is rounded up, so the first that is not before is that of the rounded-down quotient or the next.
+        let span = time - self.time;
+        let (picos, per) = self.period;
+        let cycles = match span.picos().checked_mul(per) {
+            Some(product) => product / picos,
+            None => span.ticks(self.hz),
+        };
+        let cycle = self.cycles.saturating_add(cycles);
         if self.time(cycle) < time { cycle.saturating_add(1) } else { cycle }
     }
 
     /// From now on the frequency is `hz`.
     pub fn set_hz(&mut self, hz: u64, cycles: u64) {
         if hz != self.hz {
-            *self = Clock { hz, time: self.time(cycles), cycles };
+            *self = Clock { hz, period: period(hz), time: self.time(cycles), cycles };
         }
     }
 
     /// The core has slept until `time`.
     pub fn skip_to(&mut self, time: Time, cycles: u64) {
         if time > self.time(cycles) {
-            *self = Clock { hz: self.hz, time, cycles };
+            (self.time, self.cycles) = (time, cycles);
         }
     }
+}
+
+/// Of a clock of `hz`; nothing is asked of one that stands still.
+fn period(hz: u64) -> (u64, u64) {
+    let (mut a, mut b) = (1_000_000_000_000, hz);
+    // Euclid's greatest common divisor.
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    (1_000_000_000_000 / a, hz / a)
 }
 
 #[cfg(test)]
