@@ -131,17 +131,7 @@ impl Core {
         positive != (condition & 1 != 0)
     }
 
-    /// The operation at `pc`, and what it takes to forget it: what lies in flash is remembered.
-    #[inline]
-    fn fetch<B: Board>(&self, bus: &mut Bus<B>, pc: u32) -> Option<Op> {
-        let at = pc.wrapping_sub(FLASH) as usize / 2;
-        match bus.ops.get(at) {
-            Some(op) if op.kind != Kind::Unknown => Some(*op),
-            _ => self.look(bus, pc),
-        }
-    }
-
-    #[cold]
+    /// The operation at `pc`, wherever it is.
     fn look<B: Board>(&self, bus: &mut Bus<B>, pc: u32) -> Option<Op> {
         // Nothing is executed from peripherals and beyond (B3.1).
         if pc >= 0x4000_0000 {
@@ -150,11 +140,7 @@ impl Core {
         let first = bus.memory(pc, 2)?.first_chunk().copied().map(u16::from_le_bytes)?;
         let second = bus.memory(pc.wrapping_add(2), 2);
         let second = second.and_then(|bytes| bytes.first_chunk().copied());
-        let op = decode(first, second.map_or(0, u16::from_le_bytes));
-        if let Some(place) = bus.ops.get_mut(pc.wrapping_sub(FLASH) as usize / 2) {
-            *place = op;
-        }
-        Some(op)
+        Some(decode(first, second.map_or(0, u16::from_le_bytes)))
     }
 
     /// Executes until the deadline or until it waits.
@@ -165,21 +151,46 @@ impl Core {
         let mut count = 0;
         let mut outcome = Ok(None);
         while at.cycles < bus.deadline {
-            let pc = at.pc;
-            outcome = match self.fetch(bus, pc) {
+            count += 1;
+            outcome = match bus.ops.get(at.pc.wrapping_sub(FLASH) as usize / 2) {
                 Some(op) => {
-                    count += 1;
+                    let op = *op;
                     self.execute(bus, &mut at, op)
                 }
-                None => self.aside(bus, &mut at, |core, bus| core.fault(bus, pc)),
+                None => self.execute_elsewhere(bus, &mut at),
             };
             if !matches!(outcome, Ok(None)) {
                 break;
             }
         }
         (self.r[PC], bus.cycles) = (at.pc, at.cycles);
-        self.instructions += count;
+        self.instructions = self.instructions.wrapping_add(count);
         outcome.map(|stop| stop.unwrap_or(Stop::Deadline))
+    }
+
+    /// Executes an instruction that is not in the flash.
+    #[cold]
+    #[inline(never)]
+    fn execute_elsewhere<B: Board>(&mut self, bus: &mut Bus<B>, at: &mut At) -> Outcome {
+        match self.look(bus, at.pc) {
+            Some(op) => self.execute(bus, at, op),
+            None => self.refuse(bus, at, at.pc),
+        }
+    }
+
+    /// Looks at an instruction in the flash that was not looked at; it is executed the next time.
+    #[cold]
+    #[inline(never)]
+    fn remember<B: Board>(&mut self, bus: &mut Bus<B>, at: &mut At, pc: u32) -> Outcome {
+        let op = self.look(bus, pc);
+        if let (Some(op), Some(place)) = (op, bus.ops.get_mut(pc.wrapping_sub(FLASH) as usize / 2))
+        {
+            *place = op;
+        }
+        // As if nothing had been.
+        *at = At { pc, cycles: at.cycles - 1 };
+        self.instructions = self.instructions.wrapping_sub(1);
+        Ok(None)
     }
 
     /// Does what needs the program counter and the cycles where others look for them.
@@ -452,9 +463,8 @@ impl Core {
             Kind::SupervisorCall => {
                 return self.aside(bus, at, |core, bus| core.call_supervisor(bus, pc));
             }
-            Kind::Breakpoint | Kind::Undefined | Kind::Unknown => {
-                return self.refuse(bus, at, pc);
-            }
+            Kind::Breakpoint | Kind::Undefined => return self.refuse(bus, at, pc),
+            Kind::Unknown => return self.remember(bus, at, pc),
         }
         Ok(None)
     }

@@ -545,3 +545,35 @@ function step() { n = n + 1  led(n % 8)  set_motor(40, 30)  log(n, pos.x, pos.y,
     assert_eq!(one.0.len(), 10);
     assert_eq!(one, other);
 }
+
+/// Instructions and cycles per 100 ms of a robot that does `step` ten times a second, beyond those of one that does nothing.
+fn cost_of(step: &str) -> [u64; 2] {
+    let cost = |body: &str| {
+        let script = format!("function init() {{ r = 0 }}\nfunction step() {{ {body} }}");
+        let mut table = Table::new(&script, &[1]);
+        table.run_ms(1000);
+        let before = table.statistics(0).core;
+        table.run_ms(5000);
+        assert!(table.zooids()[0].told.records.is_empty(), "{:?}", table.zooids()[0].told.records);
+        let after = table.statistics(0).core;
+        [after.instructions - before.instructions, after.cycles - before.cycles]
+    };
+    let (busy, idle) = (cost(step), cost(""));
+    [0, 1].map(|index| (busy[index] - idle[index]) / 50)
+}
+
+/// What the C BittyBuzz, by the paper, does in 100 ms: 459 instructions of its machine. A loop that adds up takes 13 of these
+/// per round, and should be 200,000 here.
+#[test]
+fn a_step_has_time_for_long_loops() {
+    let rounds = 1000;
+    let body =
+        format!("var i = 0  var s = 0  while(i < {rounds}) {{ s = s + 1  i = i + 1 }}  r = s");
+    let cost = cost_of(&body);
+    let [instructions, cycles] = cost.map(|cost| cost as f64 / f64::from(rounds));
+    let reference = 4_800_000.0 / cycles * 13.0;
+    println!(
+        "{instructions:.0} instructions, {cycles:.0} cycles a round: {reference:.0} of them in 100 ms"
+    );
+    assert!(reference >= 100_000.0, "{reference:.0}");
+}
