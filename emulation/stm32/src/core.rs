@@ -247,6 +247,10 @@ impl<B: Board> Core<'_, B> {
 
     /// The core has written a halfword to the flash: the flash interface decides what becomes of it.
     pub fn program_flash(&mut self) -> Result<Result<(), Lockup>, MachineError> {
+        // An erasure that the same block of code has begun.
+        if let Some(change) = self.system().board.take_flash_change() {
+            self.change_flash(change)?;
+        }
         let address = self.system().failed_address;
         let mut old = [0; 2];
         self.read_bytes(address, &mut old)?;

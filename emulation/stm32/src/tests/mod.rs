@@ -1,6 +1,7 @@
 //! The core against the ARMv7-M Architecture Reference Manual, with programs that try one thing each.
 
 mod programs;
+mod zooid;
 
 use std::time::Duration;
 
