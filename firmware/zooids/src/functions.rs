@@ -86,10 +86,7 @@ impl Robot<Tiny> for Zooid {
                 let is_there = eyes::pose().is_some_and(|pose| goal.is_reached(&pose));
                 Ok(Reply::Value(Value::int(is_there.into())))
             }
-            function::BATTERY => {
-                let mv = sensors::battery_mv().ok_or(RobotFault::Refused(Refusal::NotReady))?;
-                Ok(Reply::Value(Value::int(mv.into())))
-            }
+            function::BATTERY => Ok(Reply::Value(Value::int(sensors::battery_mv().into()))),
             function::TOUCHED => Ok(Reply::Value(Value::int(sensors::is_touched().into()))),
             function::GREY_CODE => {
                 let number = integer(&arguments, 0)?;
@@ -149,7 +146,8 @@ impl Robot<Tiny> for Zooid {
                 .map(|count| count.load(portable_atomic::Ordering::Relaxed));
             let _messages = counts.messages;
             info!(
-                "radio heard {=u32}, unknown {=u32}, sent {=u32}, unread {=u16}, doubles {=u16}, unsent {=u16}; of other scripts {=u16}, senseless {=u16}, with this \
+                "radio heard {=u32}, unknown {=u32}, sent {=u32}, unread {=u16}, doubles {=u16}, unsent {=u16}; \
+                 of other scripts {=u16}, senseless {=u16}, with this \
                  robot's id {=u16}",
                 heard,
                 unknown,

@@ -104,6 +104,7 @@ async fn main(spawner: Spawner) {
     let motors = Motors::new(Pilot::new(minimum));
     let led = Led::new();
     let radio = Nrf24::new();
+    sensors::begin();
     edges::watch();
 
     let id = settings::id();

@@ -24,32 +24,46 @@ pub fn is_touched() -> bool {
     TOUCHED.load(Ordering::Relaxed)
 }
 
-/// The battery's voltage in mV, once it is known.
-pub fn battery_mv() -> Option<u16> {
-    Some(BATTERY_MV.load(Ordering::Relaxed)).filter(|mv| *mv > 0)
+/// The battery's voltage in mV.
+pub fn battery_mv() -> u16 {
+    BATTERY_MV.load(Ordering::Relaxed)
 }
 
 /// Beats between two looks at the battery: a second.
 const BATTERY_BEATS: u8 = 20;
 
+/// The first look, before any script can ask.
+pub fn begin() {
+    i2c::start();
+    start_adc();
+    look_at_charger();
+    look_at_battery();
+}
+
+fn look_at_charger() {
+    CHARGING.store(!is_high(pac::GPIOB, CHARGER), Ordering::Relaxed);
+}
+
+fn look_at_battery() {
+    BATTERY_MV.store(measure_battery(), Ordering::Relaxed);
+}
+
 /// The task.
 #[embassy_executor::task]
 pub async fn sense(pulse: Pulse) -> ! {
     let mut touch = Touch::default();
-    i2c::start();
-    start_adc();
-    let mut beats = 0;
+    let mut beats = BATTERY_BEATS;
     loop {
         pulse.beat();
-        CHARGING.store(!is_high(pac::GPIOB, CHARGER), Ordering::Relaxed);
+        look_at_charger();
         if let Some(touched) = touch.changed() {
             TOUCHED.store(touched, Ordering::Relaxed);
         }
+        beats -= 1;
         if beats == 0 {
-            BATTERY_MV.store(measure_battery(), Ordering::Relaxed);
+            look_at_battery();
             beats = BATTERY_BEATS;
         }
-        beats -= 1;
         Timer::after(BEAT).await;
     }
 }
