@@ -3,12 +3,16 @@
 use std::env;
 use std::path::{Path, PathBuf};
 
-/// The one that is taken if none is named.
-const USUAL: &str = "bbz-emulate-stm32";
+/// Plays every robot on an STM32.
+pub const STM32: &str = "bbz-emulate-stm32";
 
-/// Where the program is: beside this one, or wherever PATH finds it, unless it is named by a path.
-pub fn program(named: Option<&Path>) -> PathBuf {
-    let usual = || PathBuf::from(format!("{USUAL}{}", env::consts::EXE_SUFFIX));
+/// Plays many Zooids, fast.
+pub const ZOOIDS: &str = "bbz-emulate-m0";
+
+/// Where the program is: beside this one, or wherever PATH finds it, unless it is named by a path. Without a name it is the
+/// `usual` one.
+pub fn program(named: Option<&Path>, usual: &str) -> PathBuf {
+    let usual = || PathBuf::from(format!("{usual}{}", env::consts::EXE_SUFFIX));
     let name = named.map_or_else(usual, Path::to_owned);
     let beside = match name.components().count() {
         1 => env::current_exe().ok().map(|this| this.with_file_name(&name)),

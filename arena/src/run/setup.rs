@@ -143,7 +143,7 @@ impl<'p> Setup<'p> {
         Ok(setup)
     }
 
-    /// Names the program that emulates robots: a path, or a name that PATH knows. It is `bbz-emulate-stm32` otherwise.
+    /// Names the program that emulates robots: a path, or a name that PATH knows. It is `bbz-emulate-m0` otherwise.
     #[must_use]
     pub fn emulated_by(self, emulator: PathBuf) -> Self {
         Setup { emulator, ..self }
@@ -200,8 +200,8 @@ impl<'p> Setup<'p> {
     }
 }
 
-/// The emulator that is taken if none is named.
-const EMULATOR: &str = "bbz-emulate-stm32";
+/// The emulator that is taken if none is named: the fastest.
+const EMULATOR: &str = "bbz-emulate-m0";
 
 /// Robot files have no more than a byte holds.
 fn steps(count: u32) -> u8 {

@@ -106,7 +106,13 @@ impl<'p> Simulation<'p> {
                 Backend::Firmware { place, .. } => Some(Box::new(place.clone())),
                 Backend::Vm => None,
             });
-            ScenarioError { cause: Cause::Emulator { message: error.to_string() }, place }
+            let cause = match error {
+                ClientError::NoProgram { program, source } => {
+                    Cause::NoEmulatorProgram { program, reason: source.to_string() }
+                }
+                error => Cause::Emulator { message: error.to_string() },
+            };
+            ScenarioError { cause, place }
         })?);
         Ok(())
     }

@@ -96,7 +96,9 @@ pub enum Cause {
     Unseen { quantity: String },
     /// The script has no room in the robot's flash.
     ScriptTooLong { bytes: usize, most: u32 },
-    /// The emulator does not start, or does not take the firmware.
+    /// The emulator is not there.
+    NoEmulatorProgram { program: String, reason: String },
+    /// The emulator does not take the firmware.
     Emulator { message: String },
     /// The engine cannot have these numbers.
     Settings { message: String },
@@ -198,6 +200,9 @@ impl fmt::Display for Cause {
             Cause::ScriptTooLong { bytes, most } => {
                 write!(f, "the script has {bytes} bytes, the robot has room for {most}")
             }
+            Cause::NoEmulatorProgram { program, reason } => {
+                write!(f, "cannot start the emulator `{program}`: {reason}")
+            }
             Cause::Emulator { message } => write!(f, "the robots cannot be emulated: {message}"),
             Cause::Settings { message } => write!(f, "the world cannot be made: {message}"),
             Cause::NoRoom { count, placed } => {
@@ -252,6 +257,10 @@ impl Cause {
             }
             Cause::NoFirmware { .. } => Some(
                 "`cargo xtask build zooids` builds it and says where it is; `firmware` names another one"
+                    .to_owned(),
+            ),
+            Cause::NoEmulatorProgram { .. } => Some(
+                "`cargo build --release -p bittybuzz-emulate-m0` builds one; it is looked for beside bbz and in PATH"
                     .to_owned(),
             ),
             Cause::UnlikeBackends { .. } => {

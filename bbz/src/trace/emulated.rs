@@ -26,7 +26,7 @@ const PATIENCE: Duration = Duration::from_millis(200);
 
 /// What to emulate.
 pub struct Emulation<'a> {
-    /// The program that emulates, if it is not the [usual](emulator::program) one.
+    /// The program that emulates, if it is not [`emulator::STM32`].
     pub program: Option<&'a Path>,
     /// The image that would be flashed.
     pub firmware: &'a Path,
@@ -57,8 +57,9 @@ impl Emulation<'_> {
             "crazyflie" => vec![],
             name => vec!["--robot", name],
         };
-        let mut emulator = Emulator::spawn_with(&emulator::program(self.program), &arguments)
-            .map_err(Problem::Emulator)?;
+        let mut emulator =
+            Emulator::spawn_with(&emulator::program(self.program, emulator::STM32), &arguments)
+                .map_err(Problem::Emulator)?;
         emulator.load(self.firmware).map_err(Problem::Emulator)?;
         if let Some(script) = script {
             emulator.write(layout.script.address, &script).map_err(Problem::Emulator)?;

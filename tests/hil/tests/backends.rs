@@ -40,7 +40,7 @@ fn run(
     let programs: Vec<Program> =
         scenario.groups.iter().map(|group| program(&group.script)).collect();
     let setup = Setup::new(scenario, &programs).unwrap();
-    let setup = setup.emulated_by(Core::Unicorn.program().to_owned());
+    let setup = setup.emulated_by(Core::Own.program().to_owned());
     let casts = setup.casts();
     let mut simulation = Simulation::new(&setup, &casts, seed, 1).unwrap();
     while simulation.now() < ticks && !simulation.is_over() {
@@ -297,7 +297,7 @@ fn an_emulator_that_is_not_there_is_told_with_how_to_get_it() {
         &[],
     );
     assert_eq!(outcome.status, Some(2), "{outcome:?}");
-    for part in ["no-such-emulator", "cargo build -p bittybuzz-emulate-stm32 --release"] {
+    for part in ["no-such-emulator", "cargo build --release -p bittybuzz-emulate-m0"] {
         assert!(outcome.stderr.contains(part), "{outcome:?}");
     }
 }
