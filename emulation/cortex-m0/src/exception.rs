@@ -3,8 +3,8 @@
 use bittybuzz_chips::Board;
 
 use crate::bus::Bus;
-use crate::execute::{Core, LR, PC, SP};
 use crate::nvic::{HARD_FAULT, SV_CALL};
+use crate::registers::{Core, LR, PC, SP};
 
 /// Cycles from an interrupt to its handler (DDI 0432, 3.9), and back again: that is not published and taken to be what a
 /// Cortex-M4 needs.

@@ -1,19 +1,14 @@
-//! The registers, and what instructions do with them (ARMv6-M A6; cycles: DDI 0432, table 3-1).
+//! What instructions do (ARMv6-M A6; cycles: DDI 0432, table 3-1).
 
 use bittybuzz_chips::Board;
 
 use crate::bus::{Bus, FLASH};
 use crate::decode::{Kind, Op, decode};
 use crate::exception::Lockup;
+use crate::registers::{Core, LR, PC, SP};
 
-pub const SP: usize = 13;
-pub const LR: usize = 14;
-pub const PC: usize = 15;
-
+/// The sign.
 const N: u32 = 1 << 31;
-const Z: u32 = 1 << 30;
-const C: u32 = 1 << 29;
-const V: u32 = 1 << 28;
 
 /// Why the core has stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,73 +18,23 @@ pub enum Stop {
     WaitForInterrupt,
 }
 
-/// The core's registers.
-pub struct Core {
-    /// R13 is the stack pointer in use, R15 the address of the next instruction.
-    pub r: [u32; 16],
-    /// Whose sign is N and which is 0 if Z; no value has both.
-    nz: u32,
-    c: bool,
-    v: bool,
-    pub primask: bool,
-    /// In thread mode, CONTROL.SPSEL.
-    pub uses_process_stack: bool,
-    /// The stack pointer that is not in use.
-    pub other_stack: u32,
-    pub instructions: u64,
-    pub exceptions: u64,
-}
-
 /// The next instruction, and when it begins.
-struct At {
-    pc: u32,
-    cycles: u64,
+pub struct At {
+    pub pc: u32,
+    pub cycles: u64,
 }
 
 /// What an instruction leads to.
-type Outcome = Result<Option<Stop>, Lockup>;
+pub type Outcome = Result<Option<Stop>, Lockup>;
 
 impl Core {
-    /// As after a reset, with this stack pointer and first instruction.
-    pub fn new(stack: u32, first: u32) -> Self {
-        let mut r = [0; 16];
-        (r[SP], r[LR], r[PC]) = (stack & !3, 0xffff_ffff, first & !1);
-        Core {
-            r,
-            nz: 1,
-            c: false,
-            v: false,
-            primask: false,
-            uses_process_stack: false,
-            other_stack: 0,
-            instructions: 0,
-            exceptions: 0,
-        }
-    }
-
-    pub fn xpsr<B: Board>(&self, bus: &Bus<B>) -> u32 {
-        self.flags() | 1 << 24 | u32::from(bus.nvic.current())
-    }
-
-    fn flags(&self) -> u32 {
-        [(self.nz >> 31 != 0, N), (self.nz == 0, Z), (self.c, C), (self.v, V)]
-            .into_iter()
-            .fold(0, |flags, (set, bit)| if set { flags | bit } else { flags })
-    }
-
-    pub fn set_flags(&mut self, psr: u32) {
-        self.nz = if psr & Z != 0 { 0 } else { psr & N | 1 };
-        self.c = psr & C != 0;
-        self.v = psr & V != 0;
-    }
-
     #[inline]
-    fn get(&self, register: u8) -> u32 {
+    pub fn get(&self, register: u8) -> u32 {
         self.r[usize::from(register & 15)]
     }
 
     #[inline]
-    fn set(&mut self, register: u8, value: u32) {
+    pub fn set(&mut self, register: u8, value: u32) {
         self.r[usize::from(register & 15)] = value;
     }
 
@@ -490,7 +435,7 @@ impl Core {
 
     /// To an address whose lowest bit says that there is Thumb code, or back from an exception.
     #[inline]
-    fn branch_exchange<B: Board>(
+    pub fn branch_exchange<B: Board>(
         &mut self,
         bus: &mut Bus<B>,
         at: &mut At,
@@ -507,143 +452,7 @@ impl Core {
 
     /// The instruction at `pc` does what is not allowed.
     #[cold]
-    fn refuse<B: Board>(&mut self, bus: &mut Bus<B>, at: &mut At, pc: u32) -> Outcome {
+    pub fn refuse<B: Board>(&mut self, bus: &mut Bus<B>, at: &mut At, pc: u32) -> Outcome {
         self.aside(bus, at, |core, bus| core.fault(bus, pc))
-    }
-
-    fn push<B: Board>(&mut self, bus: &mut Bus<B>, at: &mut At, pc: u32, list: u32) -> Outcome {
-        let count = list.count_ones();
-        at.cycles += u64::from(count);
-        bus.cycles = at.cycles;
-        let start = self.r[SP].wrapping_sub(4 * count);
-        let mut address = start;
-        for register in (0..8).chain([LR]) {
-            let bit = if register == LR { 8 } else { register };
-            if list >> bit & 1 != 0 {
-                if bus.write_word(address, self.r[register]).is_none() {
-                    return self.refuse(bus, at, pc);
-                }
-                address = address.wrapping_add(4);
-            }
-        }
-        self.r[SP] = start;
-        Ok(None)
-    }
-
-    fn pop<B: Board>(
-        &mut self,
-        bus: &mut Bus<B>,
-        at: &mut At,
-        pc: u32,
-        list: u32,
-        to_pc: bool,
-    ) -> Outcome {
-        at.cycles += u64::from(list.count_ones());
-        bus.cycles = at.cycles;
-        let mut address = self.r[SP];
-        for register in 0..8 {
-            if list >> register & 1 != 0 {
-                match bus.read_word(address) {
-                    Some(value) => self.r[register] = value,
-                    None => return self.refuse(bus, at, pc),
-                }
-                address = address.wrapping_add(4);
-            }
-        }
-        if !to_pc {
-            self.r[SP] = address;
-            return Ok(None);
-        }
-        at.cycles += 3;
-        match bus.read_word(address) {
-            Some(to) => {
-                self.r[SP] = address.wrapping_add(4);
-                self.branch_exchange(bus, at, pc, to)
-            }
-            None => self.refuse(bus, at, pc),
-        }
-    }
-
-    fn store_many<B: Board>(
-        &mut self,
-        bus: &mut Bus<B>,
-        at: &mut At,
-        pc: u32,
-        b: u8,
-        list: u32,
-    ) -> Outcome {
-        at.cycles += u64::from(list.count_ones());
-        bus.cycles = at.cycles;
-        let mut address = self.get(b);
-        for register in 0..8 {
-            if list >> register & 1 != 0 {
-                if bus.write_word(address, self.r[register]).is_none() {
-                    return self.refuse(bus, at, pc);
-                }
-                address = address.wrapping_add(4);
-            }
-        }
-        self.set(b, address);
-        Ok(None)
-    }
-
-    fn load_many<B: Board>(
-        &mut self,
-        bus: &mut Bus<B>,
-        at: &mut At,
-        pc: u32,
-        b: u8,
-        list: u32,
-    ) -> Outcome {
-        at.cycles += u64::from(list.count_ones());
-        bus.cycles = at.cycles;
-        let mut address = self.get(b);
-        for register in 0..8 {
-            if list >> register & 1 != 0 {
-                match bus.read_word(address) {
-                    Some(value) => self.r[register] = value,
-                    None => return self.refuse(bus, at, pc),
-                }
-                address = address.wrapping_add(4);
-            }
-        }
-        // A base that is loaded keeps what was loaded (A6.7.25).
-        if list >> b & 1 == 0 {
-            self.set(b, address);
-        }
-        Ok(None)
-    }
-
-    /// B4.2: 0 to 3 APSR and its combinations, 5 to 7 with IPSR; 8 MSP, 9 PSP, 16 PRIMASK, 20 CONTROL.
-    fn special<B: Board>(&self, bus: &Bus<B>, number: u32) -> u32 {
-        let exception = u32::from(bus.nvic.current());
-        match number {
-            0 | 2 => self.flags(),
-            1 | 3 => self.flags() | exception,
-            5 | 7 => exception,
-            8 | 9 if (number == 9) == self.uses_process_stack => self.r[SP],
-            8 | 9 => self.other_stack,
-            16 => u32::from(self.primask),
-            20 => u32::from(self.uses_process_stack) << 1,
-            _ => 0,
-        }
-    }
-
-    fn set_special<B: Board>(&mut self, bus: &mut Bus<B>, number: u32, value: u32) {
-        match number {
-            0..=3 => self.set_flags(value),
-            8 | 9 if (number == 9) == self.uses_process_stack => self.r[SP] = value & !3,
-            8 | 9 => self.other_stack = value & !3,
-            16 => {
-                self.primask = value & 1 != 0;
-                bus.deadline = if self.primask { bus.deadline } else { 0 };
-            }
-            // In an exception there is only the main stack.
-            20 if bus.nvic.current() == 0 && (value & 2 != 0) != self.uses_process_stack => {
-                self.other_stack = std::mem::replace(&mut self.r[SP], self.other_stack);
-                self.uses_process_stack = !self.uses_process_stack;
-            }
-            _ => {}
-        }
     }
 }

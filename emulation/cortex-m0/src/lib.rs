@@ -18,7 +18,9 @@ mod bus;
 mod decode;
 mod exception;
 mod execute;
+mod multiple;
 mod nvic;
+mod registers;
 mod robot;
 #[cfg(test)]
 mod tests;

@@ -8,8 +8,9 @@ use bittybuzz_emulation::{Control, Image, Machine, MachineError, Pause};
 
 use crate::bus::{Bus, FLASH};
 use crate::exception::Lockup;
-use crate::execute::{Core, Stop};
+use crate::execute::Stop;
 use crate::nvic::Nvic;
+use crate::registers::{Core, PC};
 
 /// What the core does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,7 +93,7 @@ impl<B: Board> Robot<B> {
 
     fn settle(&mut self, outcome: Result<(), Lockup>) {
         if outcome == Err(Lockup) {
-            let pc = self.core.r[crate::execute::PC];
+            let pc = self.core.r[PC];
             self.report(Event::Lockup { pc });
             self.state = State::LockedUp;
         }
@@ -114,7 +115,7 @@ impl<B: Board> Robot<B> {
                 if self.bus.nvic.any_pending()
                     && let Some(exception) = self.bus.nvic.next(self.core.primask)
                 {
-                    let pc = self.core.r[crate::execute::PC];
+                    let pc = self.core.r[PC];
                     let outcome = self.core.enter(&mut self.bus, exception, pc);
                     return self.settle(outcome);
                 }

@@ -9,7 +9,7 @@ use rp2040_emu::CortexM0Plus;
 
 use crate::Robot;
 use crate::bus::{Bus, FLASH, RAM};
-use crate::execute::{Core, PC, SP};
+use crate::registers::{Core, PC, SP};
 
 /// Xorshift.
 struct Random(u32);

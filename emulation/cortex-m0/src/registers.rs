@@ -1,0 +1,99 @@
+//! The core's registers (ARMv6-M B1.4).
+
+use bittybuzz_chips::Board;
+
+use crate::bus::Bus;
+
+pub const SP: usize = 13;
+pub const LR: usize = 14;
+pub const PC: usize = 15;
+
+const N: u32 = 1 << 31;
+const Z: u32 = 1 << 30;
+const C: u32 = 1 << 29;
+const V: u32 = 1 << 28;
+
+/// The core's registers.
+pub struct Core {
+    /// R13 is the stack pointer in use, R15 the address of the next instruction.
+    pub r: [u32; 16],
+    /// Whose sign is N and which is 0 if Z; no value has both.
+    pub nz: u32,
+    pub c: bool,
+    pub v: bool,
+    pub primask: bool,
+    /// In thread mode, CONTROL.SPSEL.
+    pub uses_process_stack: bool,
+    /// The stack pointer that is not in use.
+    pub other_stack: u32,
+    pub instructions: u64,
+    pub exceptions: u64,
+}
+
+impl Core {
+    /// As after a reset, with this stack pointer and first instruction.
+    pub fn new(stack: u32, first: u32) -> Self {
+        let mut r = [0; 16];
+        (r[SP], r[LR], r[PC]) = (stack & !3, 0xffff_ffff, first & !1);
+        Core {
+            r,
+            nz: 1,
+            c: false,
+            v: false,
+            primask: false,
+            uses_process_stack: false,
+            other_stack: 0,
+            instructions: 0,
+            exceptions: 0,
+        }
+    }
+
+    pub fn xpsr<B: Board>(&self, bus: &Bus<B>) -> u32 {
+        self.flags() | 1 << 24 | u32::from(bus.nvic.current())
+    }
+
+    fn flags(&self) -> u32 {
+        [(self.nz >> 31 != 0, N), (self.nz == 0, Z), (self.c, C), (self.v, V)]
+            .into_iter()
+            .fold(0, |flags, (set, bit)| if set { flags | bit } else { flags })
+    }
+
+    pub fn set_flags(&mut self, psr: u32) {
+        self.nz = if psr & Z != 0 { 0 } else { psr & N | 1 };
+        self.c = psr & C != 0;
+        self.v = psr & V != 0;
+    }
+
+    /// B4.2: 0 to 3 APSR and its combinations, 5 to 7 with IPSR; 8 MSP, 9 PSP, 16 PRIMASK, 20 CONTROL.
+    pub fn special<B: Board>(&self, bus: &Bus<B>, number: u32) -> u32 {
+        let exception = u32::from(bus.nvic.current());
+        match number {
+            0 | 2 => self.flags(),
+            1 | 3 => self.flags() | exception,
+            5 | 7 => exception,
+            8 | 9 if (number == 9) == self.uses_process_stack => self.r[SP],
+            8 | 9 => self.other_stack,
+            16 => u32::from(self.primask),
+            20 => u32::from(self.uses_process_stack) << 1,
+            _ => 0,
+        }
+    }
+
+    pub fn set_special<B: Board>(&mut self, bus: &mut Bus<B>, number: u32, value: u32) {
+        match number {
+            0..=3 => self.set_flags(value),
+            8 | 9 if (number == 9) == self.uses_process_stack => self.r[SP] = value & !3,
+            8 | 9 => self.other_stack = value & !3,
+            16 => {
+                self.primask = value & 1 != 0;
+                bus.deadline = if self.primask { bus.deadline } else { 0 };
+            }
+            // In an exception there is only the main stack.
+            20 if bus.nvic.current() == 0 && (value & 2 != 0) != self.uses_process_stack => {
+                self.other_stack = std::mem::replace(&mut self.r[SP], self.other_stack);
+                self.uses_process_stack = !self.uses_process_stack;
+            }
+            _ => {}
+        }
+    }
+}
