@@ -21,6 +21,7 @@
 mod blocks;
 mod core;
 mod exception;
+mod memory;
 mod nvic;
 mod private;
 mod robot;
