@@ -131,6 +131,7 @@ pub async fn talk(mut radio: Nrf24, robot_id: u16, pulse: Pulse) -> ! {
             // Also without an interrupt: one that came while the radio was sending.
             Either3::First(()) | Either3::Third(()) => {}
         }
+        radio.acknowledge();
         while let Some(length) = radio.receive(&mut payload) {
             ears.hear(payload.get(..length).unwrap_or(&[]));
         }

@@ -36,7 +36,6 @@ const STATUS: u8 = 0x07;
 const RPD: u8 = 0x09;
 const RX_ADDR_P0: u8 = 0x0a;
 const TX_ADDR: u8 = 0x10;
-const FIFO_STATUS: u8 = 0x17;
 const DYNPD: u8 = 0x1c;
 const FEATURE: u8 = 0x1d;
 
@@ -47,7 +46,8 @@ const SENDER: u8 = ASLEEP | 0b10;
 /// With power: it receives.
 const RECEIVER: u8 = SENDER | 0b1;
 
-const RX_EMPTY: u8 = 0b1;
+/// In the status, where the number of a pipe would be: nothing was received.
+const RX_NONE: u8 = 0b1110;
 const RX_DR: u8 = 1 << 6;
 const TX_DS: u8 = 1 << 5;
 
@@ -123,22 +123,25 @@ impl Nrf24 {
         set_ce(true);
     }
 
-    /// The oldest payload that was received, and its length.
-    ///
-    /// The interrupt's cause is cleared first: a payload that comes after that pulls the line low again.
-    pub fn receive(&mut self, payload: &mut [u8; PAYLOAD_MAX]) -> Option<usize> {
+    /// Clears the interrupt's cause, before what has come is read: a payload that comes after that pulls the line low again.
+    pub fn acknowledge(&mut self) {
         self.write(STATUS, &[RX_DR]);
-        if self.read(FIFO_STATUS) & RX_EMPTY != 0 {
+    }
+
+    /// The oldest payload that was received, and its length.
+    pub fn receive(&mut self, payload: &mut [u8; PAYLOAD_MAX]) -> Option<usize> {
+        let mut length = [0];
+        if self.transfer(R_RX_PL_WID, &mut length) & RX_NONE == RX_NONE {
             return None;
         }
-        let length = usize::from(self.read(R_RX_PL_WID));
-        let Some(room) = payload.get_mut(..length) else {
+        let [length] = length;
+        let Some(room) = payload.get_mut(..length.into()) else {
             // Damaged, which the specification wants to be thrown away (8.3.1).
             self.command(FLUSH_RX);
             return Some(0);
         };
         self.transfer(R_RX_PAYLOAD, room);
-        Some(length)
+        Some(length.into())
     }
 
     /// Whether somebody else sends on this channel: more than -64 dBm for 40 µs (6.4).
@@ -183,20 +186,26 @@ impl Nrf24 {
         self.transfer(command, &mut []);
     }
 
-    /// A command, and bytes both ways.
-    fn transfer(&mut self, command: u8, bytes: &mut [u8]) {
+    /// A command, and bytes both ways; tells the status, which is the first that the radio answers (8.3.1).
+    fn transfer(&mut self, command: u8, bytes: &mut [u8]) -> u8 {
         GPIOA.bsrr().write(|w| w.set_br(CSN, true));
-        exchange(command);
-        for byte in bytes {
-            *byte = exchange(*byte);
+        SPI1.dr8().write_value(command);
+        let mut answer = 0;
+        let mut place = &mut answer;
+        for byte in bytes.iter_mut() {
+            // A byte ahead, so that the bus never pauses.
+            SPI1.dr8().write_value(*byte);
+            *place = answered();
+            place = byte;
         }
+        *place = answered();
         GPIOA.bsrr().write(|w| w.set_bs(CSN, true));
+        answer
     }
 }
 
-/// A byte both ways.
-fn exchange(byte: u8) -> u8 {
-    SPI1.dr8().write_value(byte);
+/// The next byte that has come.
+fn answered() -> u8 {
     while !SPI1.sr().read().rxne() {}
     SPI1.dr8().read()
 }
