@@ -4,7 +4,7 @@
 //! symbols tell the place: together they make a sentence about the script.
 
 use annotate_snippets::Level;
-use bittybuzz_robots::Profile;
+use bittybuzz_robots::{Profile, Robot};
 use bittybuzz_vm_core::builtin::{self, Library};
 use bittybuzz_vm_core::{Fault, FaultCode, Refusal, Type, opcode};
 
@@ -78,9 +78,15 @@ pub fn report(
     report::print(title.elements(backtrace.elements()).elements(note).elements(help));
 }
 
-/// The robot function in whose call a fault came.
-pub fn robot_function<'a>(fault: &Fault, program: &'a Program) -> Option<&'a str> {
-    import(instruction::ending_at(&program.image, fault.position)?, program)
+/// What the function of a robot accepts that has refused its arguments.
+pub fn accepted(fault: &Fault, program: &Program, robot: Option<&Robot>) -> Option<String> {
+    match fault.code {
+        FaultCode::WrongType => {}
+        FaultCode::RobotRefused if fault.detail == Refusal::ArgumentCount as u16 => {}
+        _ => return None,
+    }
+    let name = import(instruction::ending_at(&program.image, fault.position)?, program)?;
+    Some(bittybuzz_robots::accepted_lists(&[robot?.function(name)?]))
 }
 
 struct What<'a> {

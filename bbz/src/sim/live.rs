@@ -1,5 +1,7 @@
 //! One run, watched: progress, log lines, pictures and a recording.
 
+use std::time::Duration;
+
 use annotate_snippets::{Group, Level};
 use bittybuzz_arena::run::{LogLine, Piece, Setup, Simulation, Summary};
 
@@ -15,6 +17,9 @@ use super::keep::Keeper;
 use super::open::{self, Opened};
 use super::progress::Progress;
 use super::{Arguments, summary};
+
+/// How long after an emulator Ctrl-C may be heard of here.
+const PATIENCE: Duration = Duration::from_millis(200);
 
 /// Runs a scenario once.
 pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
@@ -41,7 +46,8 @@ pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
     let mut failure = None;
     while !simulation.is_over() && !interrupt.is_raised() && !output.has_failed() {
         if let Err(error) = simulation.tick() {
-            failure = Some(error);
+            // The terminal tells emulators of Ctrl-C, too, in any order.
+            failure = (!interrupt.is_raised_within(PATIENCE)).then_some(error);
             break;
         }
         keeper.sample(&simulation)?;

@@ -142,7 +142,11 @@ pub fn faults(setup: &Setup<'_>, programs: &[Program], summary: &Summary) {
             _ => format!("robot {id} stopped at {time:.1} s, and {others} others"),
         };
         let backtrace = Backtrace::new(program, record.positions.clone(), record.entry);
-        fault::report(&record.fault, program, &backtrace, record.refusal.as_deref(), Some(&note));
+        // Firmware tells only the fault.
+        let robot = setup.scenario.groups.get(setup.group(fault.robot)).map(|group| &group.robot);
+        let refusal =
+            record.refusal.clone().or_else(|| fault::accepted(&record.fault, program, robot));
+        fault::report(&record.fault, program, &backtrace, refusal.as_deref(), Some(&note));
     }
 }
 

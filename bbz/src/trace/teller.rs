@@ -4,7 +4,7 @@ use annotate_snippets::{Group, Level as Severity};
 use bittybuzz_comms::trace::{Item, Items, Record, RecordError};
 use bittybuzz_compiler::refusal;
 use bittybuzz_robots::Robot;
-use bittybuzz_vm_core::{Fault, FaultCode, ImageError, Refusal};
+use bittybuzz_vm_core::{Fault, ImageError};
 use serde_json::{Value, json};
 
 use crate::Ending;
@@ -249,7 +249,7 @@ impl<'a> Teller<'a> {
     fn fault(&mut self, time: Option<f64>, step: u32, fault: &Fault, positions: Vec<u16>) {
         self.ending = Ending::RuntimeError;
         let program = self.program();
-        let expected = self.accepted(fault);
+        let expected = fault::accepted(fault, program, self.robot);
         let json = self.format == Format::Json;
         let object =
             json.then(|| json::fault(step, fault, program, &positions, expected.as_deref()));
@@ -264,18 +264,6 @@ impl<'a> Teller<'a> {
         let program = self.program();
         let backtrace = Backtrace::new(program, positions, None);
         fault::report(fault, program, &backtrace, expected.as_deref(), Some(&note));
-    }
-
-    /// What the robot function accepts that has refused its arguments.
-    fn accepted(&self, fault: &Fault) -> Option<String> {
-        let count = fault.detail == Refusal::ArgumentCount as u16;
-        match fault.code {
-            FaultCode::WrongType => {}
-            FaultCode::RobotRefused if count => {}
-            _ => return None,
-        }
-        let name = fault::robot_function(fault, self.program())?;
-        Some(bittybuzz_robots::accepted_lists(&[self.robot?.function(name)?]))
     }
 
     fn refused(&mut self, time: Option<f64>, cause: ImageError) {

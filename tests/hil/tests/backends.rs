@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use bittybuzz_arena::run::{Piece, Program, Setup, Simulation, Summary};
-use bittybuzz_arena::scenario::Scenario;
+use bittybuzz_arena::scenario::{Backend, Scenario};
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, Loader};
 use bittybuzz_hil::{Core, ScriptFile, table};
@@ -131,6 +131,45 @@ fn compare(seeds: u32) {
 #[test]
 fn both_backends_come_to_the_same_end() {
     compare(3);
+}
+
+/// Wheels that turn for so many steps, whatever comes of it: nothing corrects what one of them does differently.
+#[test]
+fn wheels_turn_for_as_long_with_both_backends() {
+    let script = "\
+function init() { n = 0 }
+function step() {
+  n = n + 1
+  if(n < 10) set_motor(40, 40)
+  else if(n < 13) set_motor(30, -30)
+  else if(n < 23) set_motor(45, 40)
+  else if(n < 26) set_motor(-30, 30)
+  else stop()
+}
+";
+    let group = "positions = [[-100, 0], [-100, 150]]\nheading = 0";
+    let (mut scenario, _script) = scenario("wheels", script, group, "");
+    let ends = |scenario: &Scenario| {
+        let mut ends = Vec::new();
+        for seed in 1..=3 {
+            run(scenario, seed, 30, |simulation| {
+                if simulation.now() == 30 {
+                    ends.extend([0, 1].map(|number| simulation.view(number).unwrap().pose));
+                }
+            });
+        }
+        ends
+    };
+    let firmware = ends(&scenario);
+    scenario.groups[0].backend = Backend::Vm;
+    let vm = ends(&scenario);
+    for (one, other) in vm.iter().zip(&firmware) {
+        let apart = (one.x - other.x).hypot(one.y - other.y);
+        // At 0.3 m/s a millisecond is 0.3 mm.
+        assert!(apart < 0.3, "{one:?} {other:?}");
+        let moved = [0.0, 150.0].map(|y| (one.x + 100.0).hypot(one.y - y));
+        assert!(moved.iter().all(|moved| *moved > 20.0), "{one:?}");
+    }
 }
 
 /// The evidence.
