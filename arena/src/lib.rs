@@ -9,6 +9,11 @@
 //! 2. **Frames, not messages**: what a robot hears depends on when its neighbours speak. Frames take time, collide, wait
 //!    for a free channel and get lost.
 //! 3. **Every number has a source** (data sheet, paper, another simulator), or says that it is a choice.
+//! 4. **Both backends are one world**: whether a virtual machine of this process or the robot's own image in an emulator
+//!    moves it, a robot has the same body, the same errors and the same contacts.
+//!
+//! Emulators are programs of their own, and their licences stay there: this crate has the client (`bittybuzz-emulation`) and the
+//! reader of what firmware tells (`defmt-decoder`, some twenty crates).
 //!
 //! # Parts
 //! * [`engine`]: bodies, contacts, links, light.

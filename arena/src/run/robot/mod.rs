@@ -1,6 +1,7 @@
 //! A robot that runs a script: the virtual machine with the sizes that the robot has, and its host.
 
 mod call;
+mod content;
 mod crazyflie;
 mod kilobot;
 mod log;
@@ -10,12 +11,14 @@ mod zooid;
 use bittybuzz_comms::queue::{Inbox, Outbox};
 use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
-use bittybuzz_vm_core::{Counters, Entry, Fault, Image, ImageError, Outcome, Value, Vm};
+use bittybuzz_vm_core::{Counters, Entry, Fault, Image, ImageError, Outcome, Vm};
 
 use crate::engine::{Actuators, Brain, Drive, Flight, Io, KilobotMotors, Sighting, Stream};
 use crate::scenario::Body;
 
 use super::setup::Cast;
+pub use content::Content;
+use content::{content, value};
 use crazyflie::Pilot;
 pub use kilobot::Duties;
 pub use log::{LogLine, Piece};
@@ -233,37 +236,6 @@ impl Robot<'_> {
             Machine::Crazyflie(of) => of.vm.neighbor_count(),
             Machine::Elsewhere => 0,
         }
-    }
-}
-
-/// What a variable holds, as far as it can be seen from outside.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Content {
-    Nil,
-    Number(f64),
-    /// The number of a string.
-    Text(u16),
-    Other,
-}
-
-fn content<P: Profile>(value: Option<Value<P>>) -> Content {
-    let Some(value) = value.filter(|value| !value.is_nil()) else { return Content::Nil };
-    if let Some(integer) = value.as_int() {
-        return Content::Number(f64::from(integer));
-    }
-    match (value.as_f32(), value.as_string()) {
-        (Some(float), _) => Content::Number(f64::from(float)),
-        (None, Some(number)) => Content::Text(number),
-        (None, None) => Content::Other,
-    }
-}
-
-/// A key of a stigmergy or a table.
-fn value<P: Profile>(key: Content) -> Value<P> {
-    match key {
-        Content::Number(number) => Value::int(number as i32),
-        Content::Text(number) => Value::string(number),
-        Content::Nil | Content::Other => Value::nil(),
     }
 }
 
