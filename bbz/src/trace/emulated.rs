@@ -52,10 +52,12 @@ impl Emulation<'_> {
             Some((path, program)) => Some(probe_rs::script_section(&layout, path, &program.image)?),
         };
         let table = self.table()?;
-        // Emulators play a Crazyflie unless they are told otherwise.
-        let arguments = match self.robot.name.as_str() {
-            "crazyflie" => vec![],
-            name => vec!["--robot", name],
+        // A robot of one's own runs on the board that has its chip. Emulators play a Crazyflie unless they are told otherwise.
+        let mut boards = bittybuzz_robots::all_shipped().into_iter();
+        let board = boards.find(|board| board.chip == self.robot.chip);
+        let arguments = match &board {
+            Some(board) if board.name != "crazyflie" => vec!["--robot", board.name.as_str()],
+            _ => vec![],
         };
         let mut emulator =
             Emulator::spawn_with(&emulator::program(self.program, emulator::STM32), &arguments)
