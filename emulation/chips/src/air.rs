@@ -77,12 +77,6 @@ impl Air {
         self.on_air.push(OnAir { sender, transmission, is_sensed, has_arrived });
     }
 
-    /// When the next packet reaches somebody, of those that are known.
-    pub fn next_event(&self) -> Option<Time> {
-        let waiting = self.on_air.iter().filter(|packet| !packet.has_arrived);
-        waiting.map(|packet| packet.transmission.begin).min()
-    }
-
     /// Tells `robots` robots by `tell` what happens before `until`, up to which all that will be sent must be known.
     pub fn carry(&mut self, until: Time, robots: usize, mut tell: impl FnMut(usize, Heard)) {
         if self.on_air.is_empty() {

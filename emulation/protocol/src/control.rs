@@ -40,6 +40,14 @@ pub enum Refusal {
         /// What it was.
         value: f64,
     },
+    /// Edges would change their order.
+    #[error("jitter_us is between 0 and {most}, not {value}")]
+    Jitter {
+        /// What it may be.
+        most: f64,
+        /// What it was.
+        value: f64,
+    },
     /// Another robot has it.
     #[error("a {0} has no such thing; docs/emulation.md says which robot obeys which command")]
     OtherRobot(&'static str),
@@ -110,7 +118,11 @@ impl Control for Zooid {
             }
             Command::Remove => self.place(None),
             Command::Light { lose, jitter_us, seed } => {
-                let (lose, jitter_us) = (probability(lose)?, finite("jitter_us", jitter_us)?);
+                let lose = probability(lose)?;
+                if !(0.0..=Light::MOST_JITTER_US).contains(&jitter_us) {
+                    let most = Light::MOST_JITTER_US;
+                    return Err(Refusal::Jitter { most, value: jitter_us });
+                }
                 self.set_light(Light { lose, jitter_us, seed });
             }
             Command::Touch { keys } => self.press(keys),
@@ -124,5 +136,48 @@ impl Control for Zooid {
 
     fn counted(&self) -> BoardStatistics {
         BoardStatistics::Zooid(self.statistics().into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refusal<B: Control>(line: &str) -> String {
+        let command = crate::message::parse(line.as_bytes()).expect("a command");
+        match B::power_on(0).obey(command) {
+            Ok(()) => "obeyed".into(),
+            Err(refusal) => refusal.to_string(),
+        }
+    }
+
+    #[test]
+    fn a_zooid_obeys_what_it_has_and_refuses_the_rest() {
+        for (line, answer) in [
+            (r#"{"command":"place","x_mm":1,"y_mm":2,"heading_degrees":-3.5}"#, "obeyed"),
+            (r#"{"command":"place","x_mm":1e300,"y_mm":2,"heading_degrees":0}"#, "obeyed"),
+            (r#"{"command":"remove"}"#, "obeyed"),
+            (r#"{"command":"touch","keys":255}"#, "obeyed"),
+            (r#"{"command":"light","lose":1,"jitter_us":166,"seed":0}"#, "obeyed"),
+            (
+                r#"{"command":"light","lose":-0.1,"jitter_us":0,"seed":0}"#,
+                "between 0 and 1, not -0.1",
+            ),
+            (
+                r#"{"command":"light","lose":0,"jitter_us":167,"seed":0}"#,
+                "between 0 and 166, not 167",
+            ),
+            (
+                r#"{"command":"light","lose":0,"jitter_us":-1,"seed":0}"#,
+                "between 0 and 166, not -1",
+            ),
+            (r#"{"command":"shutdown"}"#, "a Zooid has no such thing"),
+            (r#"{"command":"send","type":1,"payload":""}"#, "a Zooid has no such thing"),
+        ] {
+            let answered = refusal::<Zooid>(line);
+            assert!(answered.contains(answer), "{line}: {answered}");
+        }
+        let refused = refusal::<Crazyflie>(r#"{"command":"touch","keys":1}"#);
+        assert!(refused.contains("a Crazyflie has no such thing"), "{refused}");
     }
 }

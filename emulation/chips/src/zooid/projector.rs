@@ -40,6 +40,7 @@ pub struct TablePose {
 
 impl TablePose {
     /// It stands there.
+    #[cfg(test)]
     pub const fn at(x_mm: f64, y_mm: f64, heading_degrees: f64) -> Self {
         let (velocity_mm_s, turn_degrees_s) = ([0.0; 2], 0.0);
         TablePose { x_mm, y_mm, heading_degrees, velocity_mm_s, turn_degrees_s }
@@ -69,10 +70,15 @@ impl TablePose {
 pub struct Light {
     /// Probability that a frame does not reach the robot: both diodes stay dark.
     pub lose: f64,
-    /// An edge comes up to so many µs too early or too late, all equally probable.
+    /// An edge comes up to so many µs too early or too late, all equally probable: 0 to [`Light::MOST_JITTER_US`].
     pub jitter_us: f64,
     /// Start of the pseudo-random sequence that decides: equal seeds, equal faults.
     pub seed: u64,
+}
+
+impl Light {
+    /// Half a pattern: with more, edges would change their order.
+    pub const MOST_JITTER_US: f64 = 166.0;
 }
 
 /// The pattern of the code at `[x, y]` mm, the first shown in bit 0; dark where nothing is projected.
