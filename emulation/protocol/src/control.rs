@@ -40,7 +40,7 @@ pub enum Refusal {
         /// What it was.
         value: f64,
     },
-    /// Edges would change their order.
+    /// Edges cannot be that late.
     #[error("jitter_us is between 0 and {most}, not {value}")]
     Jitter {
         /// What it may be.
@@ -158,7 +158,7 @@ mod tests {
             (r#"{"command":"place","x_mm":1e300,"y_mm":2,"heading_degrees":0}"#, "obeyed"),
             (r#"{"command":"remove"}"#, "obeyed"),
             (r#"{"command":"touch","keys":255}"#, "obeyed"),
-            (r#"{"command":"light","lose":1,"jitter_us":166,"seed":0}"#, "obeyed"),
+            (r#"{"command":"light","lose":1,"jitter_us":300,"seed":0}"#, "obeyed"),
             (
                 r#"{"command":"light","lose":-0.1,"jitter_us":0,"seed":0}"#,
                 "between 0 and 1, not -0.1",
@@ -169,7 +169,7 @@ mod tests {
             ),
             (
                 r#"{"command":"light","lose":0,"jitter_us":-1,"seed":0}"#,
-                "between 0 and 166, not -1",
+                "between 0 and 300, not -1",
             ),
             (r#"{"command":"shutdown"}"#, "a Zooid has no such thing"),
             (r#"{"command":"send","type":1,"payload":""}"#, "a Zooid has no such thing"),

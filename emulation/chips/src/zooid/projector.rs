@@ -77,8 +77,8 @@ pub struct Light {
 }
 
 impl Light {
-    /// Half a pattern: with more, edges would change their order.
-    pub const MOST_JITTER_US: f64 = 166.0;
+    /// Most of a pattern.
+    pub const MOST_JITTER_US: f64 = 300.0;
 }
 
 /// The pattern of the code at `[x, y]` mm, the first shown in bit 0; dark where nothing is projected.
@@ -148,6 +148,7 @@ impl Diodes {
         self.edges.clear();
         self.next = 0;
         let pose = pose.filter(|_| !random.chance(self.light.lose));
+        let mut last = [begin; 2];
         for number in 0..PATTERNS {
             let at = begin + Time::from_picos(PATTERN.picos() * u64::from(number));
             let here = pose.map(|(since, pose)| pose.after(at - since));
@@ -156,8 +157,9 @@ impl Diodes {
                 if level != std::mem::replace(&mut self.levels[diode], level) {
                     let early = Time::from_picos((self.light.jitter_us * 1e6) as u64);
                     let late = early.picos() as f64 * 2.0 * random.unit();
-                    // Not before the frame: what is over cannot change.
-                    let at = (at + Time::from_picos(late as u64) - early).max(begin);
+                    // Not before the frame or the edge before: what is over cannot change.
+                    let at = (at + Time::from_picos(late as u64) - early).max(last[diode]);
+                    last[diode] = at;
                     self.edges.push((at, diode, level));
                 }
             }
@@ -238,6 +240,21 @@ mod tests {
             let number = number as u32 % PATTERNS;
             let expected = [0, 1].map(|diode| pattern(pose.diode(diode), number));
             assert_eq!(levels, expected, "pattern {number}");
+        }
+    }
+
+    #[test]
+    fn edges_keep_their_order_however_late_they_are() {
+        let mut diodes = Diodes::new();
+        diodes.set_light(Light { jitter_us: Light::MOST_JITTER_US, ..Light::default() });
+        let (mut now, mut levels) = (Time::ZERO, [false; 2]);
+        while now < Time::from_millis(1000) {
+            assert!(diodes.next_event() >= now);
+            now = diodes.next_event();
+            let pose = Some((Time::ZERO, TablePose::at(500.0, 400.0, 20.0)));
+            if let Some((diode, level)) = diodes.advance(now, pose) {
+                assert_ne!(std::mem::replace(&mut levels[diode], level), level);
+            }
         }
     }
 
