@@ -164,8 +164,8 @@ mod tests {
                 "between 0 and 1, not -0.1",
             ),
             (
-                r#"{"command":"light","lose":0,"jitter_us":167,"seed":0}"#,
-                "between 0 and 166, not 167",
+                r#"{"command":"light","lose":0,"jitter_us":301,"seed":0}"#,
+                "between 0 and 300, not 301",
             ),
             (
                 r#"{"command":"light","lose":0,"jitter_us":-1,"seed":0}"#,

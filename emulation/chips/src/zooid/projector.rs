@@ -152,14 +152,14 @@ impl Diodes {
         for number in 0..PATTERNS {
             let at = begin + Time::from_picos(PATTERN.picos() * u64::from(number));
             let here = pose.map(|(since, pose)| pose.after(at - since));
-            for diode in 0..2 {
+            for (diode, last) in last.iter_mut().enumerate() {
                 let level = here.is_some_and(|pose| pattern(pose.diode(diode), number));
                 if level != std::mem::replace(&mut self.levels[diode], level) {
                     let early = Time::from_picos((self.light.jitter_us * 1e6) as u64);
                     let late = early.picos() as f64 * 2.0 * random.unit();
                     // Not before the frame or the edge before: what is over cannot change.
-                    let at = (at + Time::from_picos(late as u64) - early).max(last[diode]);
-                    last[diode] = at;
+                    let at = (at + Time::from_picos(late as u64) - early).max(*last);
+                    *last = at;
                     self.edges.push((at, diode, level));
                 }
             }
