@@ -1,12 +1,10 @@
 //! One run of a scenario with one seed.
 
-use bittybuzz_emulation::ClientError;
-
 use crate::engine::{Medium, Variant, View, World};
 use crate::scenario::{Action, Backend, Cause, Reduction, ScenarioError, Swarm};
 
 use super::expectation::{Convergence, reduce};
-use super::firmware::{FirmwareError, Fleet};
+use super::firmware::{FirmwareError, Fleet, is_lit, unusable};
 use super::happen::Happenings;
 use super::place::poses;
 use super::quantity::{Probe, Reading};
@@ -91,29 +89,19 @@ impl<'p> Simulation<'p> {
 
     /// Switches emulated robots on.
     fn emulate(&mut self) -> Result<(), ScenarioError> {
-        let Some(firmware) = &self.setup.firmware else { return Ok(()) };
-        let (setup, happenings) = (self.setup, &self.happenings);
+        let (setup, world, happenings) = (self.setup, &self.world, &self.happenings);
+        let Some(firmware) = &setup.firmware else { return Ok(()) };
         let join = |number| Some((happenings.id(number)?, setup.id(number)));
-        let loss = self.world.settings().nrf24.link.loss;
-        let start = || {
-            let mut fleet = Fleet::new(&setup.emulator, firmware, join, self.seed.into())?;
-            fleet.lose(loss)?;
-            Ok(fleet)
-        };
-        self.fleet = Some(start().map_err(|error: ClientError| {
-            let mut groups = setup.scenario.groups.iter();
-            let place = groups.find_map(|group| match &group.backend {
-                Backend::Firmware { place, .. } => Some(Box::new(place.clone())),
-                Backend::Vm => None,
-            });
-            let cause = match error {
-                ClientError::NoProgram { program, source } => {
-                    Cause::NoEmulatorProgram { program, reason: source.to_string() }
-                }
-                error => Cause::Emulator { message: error.to_string() },
-            };
-            ScenarioError { cause, place }
-        })?);
+        let in_the_dark = firmware
+            .numbers()
+            .filter_map(join)
+            .find(|(id, _)| world.robot(*id).is_some_and(|robot| !is_lit(&robot.pose)));
+        if let Some((_, id)) = in_the_dark {
+            return Err(firmware.failed(Cause::InTheDark { id }));
+        }
+        let loss = world.settings().nrf24.link.loss;
+        let fleet = Fleet::new(&setup.emulator, firmware, join, loss, self.seed.into());
+        self.fleet = Some(fleet.map_err(|error| firmware.failed(unusable(error)))?);
         Ok(())
     }
 

@@ -96,6 +96,8 @@ pub enum Cause {
     Unseen { quantity: String },
     /// The script has no room in the robot's flash.
     ScriptTooLong { bytes: usize, most: u32 },
+    /// An emulated robot that no projector shines on.
+    InTheDark { id: u16 },
     /// The emulator is not there.
     NoEmulatorProgram { program: String, reason: String },
     /// The emulator does not take the firmware.
@@ -200,6 +202,9 @@ impl fmt::Display for Cause {
             Cause::ScriptTooLong { bytes, most } => {
                 write!(f, "the script has {bytes} bytes, the robot has room for {most}")
             }
+            Cause::InTheDark { id } => {
+                write!(f, "robot {id} would start where the projector does not shine")
+            }
             Cause::NoEmulatorProgram { program, reason } => {
                 write!(f, "cannot start the emulator `{program}`: {reason}")
             }
@@ -257,6 +262,10 @@ impl Cause {
             }
             Cause::NoFirmware { .. } => Some(
                 "`cargo xtask build zooids` builds it and says where it is; `firmware` names another one"
+                    .to_owned(),
+            ),
+            Cause::InTheDark { .. } => Some(
+                "it lights 838 mm by 518 mm around the middle of the world; `area` keeps random places in there"
                     .to_owned(),
             ),
             Cause::NoEmulatorProgram { .. } => Some(

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use bittybuzz_arena::run::{Piece, Program, Setup, Simulation, Summary};
-use bittybuzz_arena::scenario::{Backend, Scenario};
+use bittybuzz_arena::scenario::{Backend, Placement, Scenario};
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, Loader};
 use bittybuzz_hil::{Core, ScriptFile, table};
@@ -314,6 +314,28 @@ fn errors_of_scripts_are_found_in_their_source() {
         let symbols = programs[0].symbols.as_ref().unwrap();
         let place = symbols.position(u32::from(fault.record.positions[0])).unwrap();
         assert_eq!(place.line, 4);
+    }
+}
+
+#[test]
+fn robots_start_where_the_projector_shines() {
+    let group = "positions = [[0, 0], [10, 200]]\nheading = 0";
+    let (mut scenario, _script) = scenario("dark", "function step() { }", group, "");
+    scenario.world.size = [2000.0, 1000.0];
+    let programs = [program(&scenario.groups[0].script)];
+    for (at, is_lit) in [([415.0, -250.0], true), ([430.0, 0.0], false), ([0.0, 270.0], false)] {
+        scenario.groups[0].placement = Placement::List(vec![[0.0, 0.0], at]);
+        let setup = Setup::new(&scenario, &programs).unwrap();
+        let setup = setup.emulated_by(Core::Own.program().to_owned());
+        let casts = setup.casts();
+        match Simulation::new(&setup, &casts, 1, 1) {
+            Ok(_) => assert!(is_lit, "{at:?}"),
+            Err(error) => {
+                assert!(!is_lit, "{error}");
+                assert!(error.to_string().contains("robot 1 would start where"), "{error}");
+                assert_eq!(error.place.as_ref().unwrap().line, 7);
+            }
+        }
     }
 }
 

@@ -52,6 +52,7 @@ impl<'p> Fleet<'p> {
         program: &Path,
         firmware: &'p Firmware,
         join: impl Fn(usize) -> Option<(RobotId, u16)>,
+        loss: Loss,
         seed: u64,
     ) -> Result<Self, ClientError> {
         let count = firmware.robots.len().to_string();
@@ -78,7 +79,10 @@ impl<'p> Fleet<'p> {
                 reader: firmware.messages.as_ref().map(Reader::new),
             });
         }
-        Ok(Fleet { emulator, robots, now: Duration::ZERO, substeps: 0, seed, losses: 0 })
+        let (now, substeps, losses) = (Duration::ZERO, 0, 0);
+        let mut fleet = Fleet { emulator, robots, now, substeps, seed, losses };
+        fleet.lose(loss)?;
+        Ok(fleet)
     }
 
     /// Packets are lost as the medium says for robots that touch: all are in reach, and distance changes nothing.

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use bittybuzz_compiler::refusal;
 use bittybuzz_emulation::ClientError;
-use bittybuzz_robots::{Layout, Robot};
+use bittybuzz_robots::{Layout, Place, Robot};
 use bittybuzz_vm_core::ImageError;
 use defmt_decoder::Table;
 
@@ -19,10 +19,13 @@ use crate::scenario::{Backend, Cause, Scenario, ScenarioError};
 
 use super::program::Program;
 pub use fleet::Fleet;
+pub use table::is_lit;
 
 /// What is flashed in a scenario: the firmware of all emulated robots, and the script and the id of each.
 pub struct Firmware {
     path: PathBuf,
+    /// Where the scenario asks for it first.
+    place: Place,
     /// The texts of its messages; none if it tells nothing.
     messages: Option<Table>,
     robots: Vec<Flashed>,
@@ -73,7 +76,7 @@ impl Firmware {
                     let elf = fs::read(&path).map_err(|error| unusable(error.to_string()))?;
                     let messages = Table::parse(&elf);
                     let messages = messages.map_err(|error| unusable(error.to_string()))?;
-                    empty.insert(Firmware { path, messages, robots })
+                    empty.insert(Firmware { path, place: place.clone(), messages, robots })
                 }
             };
             let shared = settings(scenario, &group.robot).map_err(failed)?;
@@ -93,6 +96,26 @@ impl Firmware {
             }
         }
         Ok(firmware)
+    }
+
+    /// The numbers of the robots that run it.
+    pub fn numbers(&self) -> impl Iterator<Item = usize> {
+        self.robots.iter().map(|robot| robot.number)
+    }
+
+    /// What is wrong with robots that shall run it.
+    pub fn failed(&self, cause: Cause) -> ScenarioError {
+        ScenarioError { cause, place: Some(Box::new(self.place.clone())) }
+    }
+}
+
+/// Why an emulator cannot be had.
+pub fn unusable(error: ClientError) -> Cause {
+    match error {
+        ClientError::NoProgram { program, source } => {
+            Cause::NoEmulatorProgram { program, reason: source.to_string() }
+        }
+        error => Cause::Emulator { message: error.to_string() },
     }
 }
 
