@@ -109,15 +109,16 @@ impl<'p> Fleet<'p> {
 
     fn run(&mut self, world: &mut World<Robot<'_>>, until: Duration) -> Result<(), FirmwareError> {
         let Fleet { emulator, robots, now, .. } = self;
+        let mut places = Vec::new();
         for (number, robot) in robots.iter_mut().enumerate() {
             let Some(motion) = robot.motion(world, *now) else { continue };
             if robot.told.is_none_or(|told| !motion.follows(&told)) {
-                emulator.done_by(number, &motion.command())?;
+                places.push((number, motion.command()));
                 robot.told = Some(motion);
             }
         }
         let mut failed = None;
-        emulator.run_all(until, |event| {
+        emulator.run_all_after(&places, until, |event| {
             let Some(robot) = robots.get_mut(event.robot) else { return };
             let at = event.timed.at;
             if let Err(failure) = robot.note(event.timed, until, world) {
