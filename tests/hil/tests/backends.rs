@@ -9,6 +9,7 @@ use bittybuzz_arena::scenario::{Backend, Placement, Scenario};
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, Loader};
 use bittybuzz_hil::{Core, ScriptFile, table};
+use bittybuzz_robots::Robot;
 use bittybuzz_tests::bbz;
 
 /// Where a robot is in the end, and which colour it shows.
@@ -38,7 +39,7 @@ fn run(
     mut look: impl FnMut(&mut Simulation<'_>),
 ) -> Summary {
     let programs: Vec<Program> =
-        scenario.groups.iter().map(|group| program(&group.script)).collect();
+        scenario.groups.iter().map(|group| program(&group.script, &group.robot)).collect();
     let setup = Setup::new(scenario, &programs).unwrap();
     let setup = setup.emulated_by(Core::Own.program().to_owned());
     let casts = setup.casts();
@@ -75,9 +76,9 @@ fn logged(simulation: &mut Simulation<'_>) -> Vec<(usize, Vec<f64>)> {
     lines.map(|(robot, line)| (robot, line.pieces.iter().map(number).collect())).collect()
 }
 
-fn program(script: &Path) -> Program {
+fn program(script: &Path, robot: &Robot) -> Program {
     let options = Options {
-        robot: Some(bittybuzz_robots::find("zooids").unwrap()),
+        robot: Some(robot.clone()),
         robots: bittybuzz_robots::all_shipped(),
         profile: None,
     };
@@ -305,7 +306,8 @@ fn the_projectors_light_may_be_bad() {
 fn errors_of_scripts_are_found_in_their_source() {
     let script = "function init() { n = 0 }\nfunction step() {\n  n = n + 1\n  if(n == 5) { t = nil  t.x = 3 }\n}";
     let (scenario, _script) = scenario("fault", script, "positions = [[50, 0], [0, 0]]", "");
-    let programs = [program(&scenario.groups[0].script)];
+    let group = &scenario.groups[0];
+    let programs = [program(&group.script, &group.robot)];
     let summary = run(&scenario, 1, 30, |_| {});
     assert!(!summary.is_success());
     assert_eq!(summary.faults.len(), 2);
@@ -317,12 +319,34 @@ fn errors_of_scripts_are_found_in_their_source() {
     }
 }
 
+/// A faster robot that joins makes the world's substeps shorter: for the others time goes on as before.
+#[test]
+fn time_is_that_of_the_world_whoever_joins() {
+    let walk = ScriptFile::new("join-fly", "function step() { }");
+    let rest = format!(
+        "[[robots]]\nrobot = \"crazyflie\"\nscript = '{}'\npresent = false\nplacement = \"grid\"\nspacing = 10\n\
+         [body.crazyflie]\nspeed = 9000\n[[event]]\nat = 1.5\njoin = \"crazyflie\"\n",
+        walk.path()
+    );
+    let group = "positions = [[0, 100]]\nheading = 0";
+    let script = "function init() { n = 0 }\nfunction step() { n = n + 1  log(n) }";
+    let (scenario, _script) = scenario("join", script, group, &rest);
+    let mut ticks = Vec::new();
+    run(&scenario, 1, 30, |simulation| {
+        let lines = simulation.take_log();
+        ticks.extend(lines.into_iter().map(|(_, line)| (line.tick, line.pieces)));
+    });
+    let expected: Vec<_> = (1..30).map(|n| (n as u64, vec![Piece::Int(n)])).collect();
+    assert_eq!(ticks, expected);
+}
+
 #[test]
 fn robots_start_where_the_projector_shines() {
     let group = "positions = [[0, 0], [10, 200]]\nheading = 0";
     let (mut scenario, _script) = scenario("dark", "function step() { }", group, "");
     scenario.world.size = [2000.0, 1000.0];
-    let programs = [program(&scenario.groups[0].script)];
+    let group = &scenario.groups[0];
+    let programs = [program(&group.script, &group.robot)];
     for (at, is_lit) in [([415.0, -250.0], true), ([430.0, 0.0], false), ([0.0, 270.0], false)] {
         scenario.groups[0].placement = Placement::List(vec![[0.0, 0.0], at]);
         let setup = Setup::new(&scenario, &programs).unwrap();

@@ -23,7 +23,8 @@ pub struct Fleet<'p> {
     robots: Vec<Emulated<'p>>,
     /// Since power-on, and since the world began.
     now: Duration,
-    /// Substeps of the tick that are over.
+    /// A tick, and how many of its substeps are over: who joins may change their number.
+    tick: u64,
     substeps: u32,
     seed: u64,
     /// How often the loss was set.
@@ -79,8 +80,8 @@ impl<'p> Fleet<'p> {
                 reader: firmware.messages.as_ref().map(Reader::new),
             });
         }
-        let (now, substeps, losses) = (Duration::ZERO, 0, 0);
-        let mut fleet = Fleet { emulator, robots, now, substeps, seed, losses };
+        let (now, tick, substeps, losses) = (Duration::ZERO, 0, 0, 0);
+        let mut fleet = Fleet { emulator, robots, now, tick, substeps, seed, losses };
         fleet.lose(loss)?;
         Ok(fleet)
     }
@@ -94,12 +95,13 @@ impl<'p> Fleet<'p> {
 
     /// Runs for a substep of the world.
     pub fn advance(&mut self, world: &mut World<Robot<'_>>) -> Result<(), FirmwareError> {
+        if self.tick != world.now() {
+            (self.tick, self.substeps) = (world.now(), 0);
+        }
+        self.substeps += 1;
         let tick = Duration::from_micros(TICK_US.into());
-        // Less than four weeks are simulated.
-        let begin = tick * world.now() as u32;
-        let count = world.substeps();
-        self.substeps = self.substeps % count + 1;
-        let end = begin + tick * self.substeps / count;
+        // At most four weeks are simulated.
+        let end = tick * world.now() as u32 + tick * self.substeps / world.substeps();
         while self.now < end {
             let until = (self.now + LOOK).min(end);
             self.run(world, until)?;
