@@ -3,7 +3,7 @@
 use bittybuzz_chips::{Board, Width};
 
 use crate::core::{Core, CoreError, VTOR};
-use crate::memory::{CCM, FLASH, Layout};
+use crate::memory::{CCM, FLASH, Layout, SRAM};
 use crate::thumb::{self, DecodeError};
 
 /// What the board answers for: the peripherals; and the one-time programmable area, the system memory and the unique id,
@@ -124,6 +124,12 @@ fn instruction(core: &mut Core, flash: &[u8], pc: u32) -> Result<[u16; 2], CoreE
     Ok([[code[0], code[1]], [code[2], code[3]]].map(u16::from_le_bytes))
 }
 
+/// RAM that is not where QEMU has it, or the part of an access that is not trapped: several registers stored across the
+/// start of the RAM.
+fn is_memory(address: u32) -> bool {
+    CCM.contains(&address) || SRAM.contains(&address)
+}
+
 /// One element of an access.
 struct Bus<'a, B> {
     core: &'a mut Core,
@@ -136,7 +142,7 @@ struct Bus<'a, B> {
 impl<B: Board> Bus<'_, B> {
     fn load(&mut self) -> Result<(u32, Outcome), AccessError> {
         let address = self.address;
-        if CCM.contains(&address) {
+        if is_memory(address) {
             let mut bytes = [0; 4];
             let place = self.core.layout().relocate(address);
             self.core.read_memory(place, &mut bytes[..self.length()])?;
@@ -154,7 +160,7 @@ impl<B: Board> Bus<'_, B> {
 
     fn store(&mut self, value: u32) -> Result<Outcome, AccessError> {
         let address = self.address;
-        if CCM.contains(&address) {
+        if is_memory(address) {
             let place = self.core.layout().relocate(address);
             self.core.write_memory(place, &value.to_le_bytes()[..self.length()])?;
             return Ok(Outcome::Done);

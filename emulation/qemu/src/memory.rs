@@ -6,7 +6,8 @@ use std::ops::Range;
 pub const FLASH: Range<u32> = 0x0800_0000..0x0810_0000;
 /// Core-coupled memory.
 pub const CCM: Range<u32> = 0x1000_0000..0x1001_0000;
-const SRAM: Range<u32> = 0x2000_0000..0x2002_0000;
+/// Main RAM.
+pub const SRAM: Range<u32> = 0x2000_0000..0x2002_0000;
 /// Memory that the chip does not have, but QEMU 7.2: it took the chip's 192 KiB of RAM for one piece.
 const SURPLUS: u32 = 0x2002_0000;
 
