@@ -280,3 +280,19 @@ fn who_calls_comes_near_to_who_is_called() {
     // What stands there belongs to the same function as before.
     assert_eq!(result[at("b:") + 1..=at("b:") + 2], ["inc r24", "ret"]);
 }
+
+#[test]
+fn what_is_cut_off_or_odd_stays() {
+    let whole = function("f", &body(&[&ENTRY[..], &["mov r12, r24"], &EXIT].concat()));
+    // As if the disk had been full: no end of the function, so nothing is known of it.
+    for length in 0..whole.len() - ".Lfunc_end0:\n".len() {
+        let text = &whole[..length];
+        let result = squeeze(text, |_| false);
+        assert!(result.split_whitespace().eq(text.split_whitespace()), "{length}: {result}");
+    }
+    for text in
+        ["", "\n", "f:\n", "\tbreq\n", "\trjmp\t.L1\n", ".Lfunc_end0:\n", "\t.section\t.text.f\n"]
+    {
+        assert_eq!(squeeze(text, |_| false).trim(), text.trim(), "{text:?}");
+    }
+}
