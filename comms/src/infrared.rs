@@ -5,9 +5,10 @@
 //! ```
 //! The type is the first byte of a swarm's frame, and the data is the rest of it, with zeros behind. The check is CRC-16/MCRF4XX from
 //! 0xffff over data and type. Types 0 and 1 and those from 0x80 on are the robot's own (program, calibrate, sleep). Source:
-//! kilolib, `message.h` and `message_crc.c`.
+//! kilolib, `message.h` and `message_crc.c`. Type 0x0f tells of a script that has stopped: [`FaultReport`].
 
 use bittybuzz_vm_core::message::{Kind, crc16};
+use bittybuzz_vm_core::{Fault, FaultCode, Type};
 
 /// Bytes of a message.
 pub const MESSAGE: usize = 12;
@@ -19,22 +20,32 @@ const DATA: usize = 9;
 pub fn message_of(frame: &[u8]) -> Option<[u8; MESSAGE]> {
     let (kind, payload) = frame.split_first()?;
     Kind::of(*kind)?;
-    let mut message = [0; MESSAGE];
-    let [data @ .., place, low, high] = &mut message;
+    let mut data = [0; DATA];
     data.get_mut(..payload.len())?.copy_from_slice(payload);
-    *place = *kind;
-    [*low, *high] = check(data, *kind).to_le_bytes();
-    Some(message)
+    Some(sealed(*kind, &data))
+}
+
+/// The message of that type with those data.
+pub fn sealed(kind: u8, data: &[u8; DATA]) -> [u8; MESSAGE] {
+    let mut message = [kind; MESSAGE];
+    let [payload @ .., _, low, high] = &mut message;
+    *payload = *data;
+    [*low, *high] = check(data, kind).to_le_bytes();
+    message
+}
+
+/// Type and data of a message; `None` if it was damaged.
+pub fn opened(message: &[u8; MESSAGE]) -> Option<(u8, &[u8; DATA])> {
+    let [data @ .., kind, low, high] = message;
+    let is_whole = check(data, *kind) == u16::from_le_bytes([*low, *high]);
+    is_whole.then_some((*kind, data))
 }
 
 /// The frame of a swarm in a message; `None` if it was damaged, or is one of the robot's own.
 pub fn frame_of(message: &[u8; MESSAGE]) -> Option<[u8; FRAME]> {
-    let [data @ .., kind, low, high] = message;
-    Kind::of(*kind)?;
-    if check(data, *kind) != u16::from_le_bytes([*low, *high]) {
-        return None;
-    }
-    let mut frame = [*kind; FRAME];
+    let (kind, data) = opened(message)?;
+    Kind::of(kind)?;
+    let mut frame = [kind; FRAME];
     let [_, payload @ ..] = &mut frame;
     *payload = *data;
     Some(frame)
@@ -45,9 +56,112 @@ pub fn check(data: &[u8; DATA], kind: u8) -> u16 {
     data.iter().chain([&kind]).fold(0xffff, |check, byte| crc16(check, *byte))
 }
 
+/// The type of a [`FaultReport`].
+pub const FAULT: u8 = 0x0f;
+
+/// Why the script of a robot that nobody watches has stopped, as its messages tell: with the script's symbols the host names
+/// file and line.
+///
+/// ```text
+/// robot (u16) | script (u16) | cause, 0 if the robot refused the image | position (u16) | types of the operands | detail
+/// ```
+/// Numbers low byte first. Of the script's hash the lower half, of the detail the lower byte, of the types the first in the
+/// lower four bits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FaultReport {
+    /// Who tells it.
+    pub robot: u16,
+    /// Which script.
+    pub script: u16,
+    /// Why; `None` if the script could not even begin.
+    pub fault: Option<Fault>,
+}
+
+impl FaultReport {
+    /// The message.
+    pub fn message(&self) -> [u8; MESSAGE] {
+        let [robot, robot_high] = self.robot.to_le_bytes();
+        let [script, script_high] = self.script.to_le_bytes();
+        let mut data = [robot, robot_high, script, script_high, 0, 0, 0, 0, 0];
+        if let Some(fault) = self.fault {
+            let [position, position_high] = fault.position.to_le_bytes();
+            let [first, second] = fault.operands.map(|operand| operand as u8);
+            let what = [
+                fault.code as u8,
+                position,
+                position_high,
+                first | second << 4,
+                fault.detail as u8,
+            ];
+            let [_, _, _, _, place @ ..] = &mut data;
+            *place = what;
+        }
+        sealed(FAULT, &data)
+    }
+
+    /// The report in a message; `None` if it is another message.
+    pub fn of(message: &[u8; MESSAGE]) -> Option<Self> {
+        let (FAULT, data) = opened(message)? else { return None };
+        let [robot, robot_high, script, script_high, code, position, position_high, types, detail] =
+            *data;
+        let fault = match code {
+            0 => None,
+            _ => Some(Fault {
+                code: FaultCode::ALL.into_iter().find(|known| *known as u8 == code)?,
+                position: u16::from_le_bytes([position, position_high]),
+                operands: [
+                    *Type::ALL.get(usize::from(types & 15))?,
+                    *Type::ALL.get(usize::from(types >> 4))?,
+                ],
+                detail: detail.into(),
+            }),
+        };
+        Some(FaultReport {
+            robot: u16::from_le_bytes([robot, robot_high]),
+            script: u16::from_le_bytes([script, script_high]),
+            fault,
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_fault_comes_back() {
+        for code in FaultCode::ALL {
+            for [first, second] in [[Type::Nil, Type::Unset], [Type::Table, Type::Int]] {
+                let fault =
+                    Fault { code, position: 0x1234, operands: [first, second], detail: 200 };
+                let report = FaultReport { robot: 0xbeef, script: 0xcafe, fault: Some(fault) };
+                assert_eq!(FaultReport::of(&report.message()), Some(report));
+                assert_eq!(frame_of(&report.message()), None, "no frame of a swarm");
+            }
+        }
+        let refused = FaultReport { robot: 1, script: 2, fault: None };
+        assert_eq!(FaultReport::of(&refused.message()), Some(refused));
+        // As the table above has it.
+        assert_eq!(refused.message()[..10], [1, 0, 2, 0, 0, 0, 0, 0, 0, 0x0f]);
+    }
+
+    #[test]
+    fn what_is_no_fault_is_none() {
+        assert_eq!(FaultReport::of(&sealed(8, &[0; 9])), None);
+        assert_eq!(
+            FaultReport::of(&sealed(FAULT, &[1, 0, 2, 0, 99, 0, 0, 0, 0])),
+            None,
+            "no such cause"
+        );
+        assert_eq!(
+            FaultReport::of(&sealed(FAULT, &[1, 0, 2, 0, 1, 0, 0, 0x70, 0])),
+            None,
+            "no such type"
+        );
+        let mut damaged = sealed(FAULT, &[0; 9]);
+        damaged[3] ^= 1;
+        assert_eq!(FaultReport::of(&damaged), None);
+    }
 
     /// As kilolib computes them, with avr-libc's `_crc_ccitt_update`.
     #[test]

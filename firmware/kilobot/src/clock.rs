@@ -1,0 +1,77 @@
+//! Time in units of 128 µs (8 MHz / 1024), modulo 65536: 8.4 seconds.
+
+/// Units in a step of 100 ms: 781 and a quarter.
+const STEP: u16 = 781;
+
+/// Units of up to 4,000 ms, rounded up: 7.8125 each.
+pub const fn units(ms: u16) -> u16 {
+    ms * 8 - ms * 3 / 16
+}
+
+/// Whether `at` is `now` or past, of times that are less than four seconds apart.
+pub const fn is_past(at: u16, now: u16) -> bool {
+    (now.wrapping_sub(at) as i16) >= 0
+}
+
+/// Ten ticks a second.
+#[derive(Debug)]
+pub struct Ticks {
+    next: u16,
+    quarter: u8,
+}
+
+impl Ticks {
+    /// The first is now.
+    pub const fn start(now: u16) -> Self {
+        Ticks { next: now, quarter: 0 }
+    }
+
+    /// Whether there was a tick. Those that nobody asked for in time are skipped: the second number counts them.
+    pub fn take(&mut self, now: u16) -> Option<u8> {
+        if !is_past(self.next, now) {
+            return None;
+        }
+        let mut skipped = 0_u8;
+        self.advance();
+        while is_past(self.next, now) {
+            self.advance();
+            skipped = skipped.saturating_add(1);
+        }
+        Some(skipped)
+    }
+
+    fn advance(&mut self) {
+        self.quarter = (self.quarter + 1) & 3;
+        self.next = self.next.wrapping_add(STEP + u16::from(self.quarter == 0));
+    }
+}
+
+/// A wait of up to 65 seconds, asked for at least every four.
+#[derive(Debug)]
+pub struct Delay {
+    since: u16,
+    ms: u16,
+}
+
+/// What is taken off a long wait at a time, ms.
+const PART: u16 = 1024;
+
+impl Delay {
+    /// Of so many ms, from now on.
+    pub const fn start(now: u16, ms: u16) -> Self {
+        Delay { since: now, ms }
+    }
+
+    /// Whether it is over.
+    pub fn is_over(&mut self, now: u16) -> bool {
+        let elapsed = now.wrapping_sub(self.since);
+        if self.ms <= PART {
+            return elapsed >= units(self.ms);
+        }
+        if elapsed >= units(PART) {
+            self.since = self.since.wrapping_add(units(PART));
+            self.ms -= PART;
+        }
+        false
+    }
+}

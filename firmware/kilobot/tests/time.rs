@@ -1,0 +1,135 @@
+//! Ticks, delays, motors, pacing and blinking, over hours of a clock that wraps around every 8.4 seconds.
+
+use bittybuzz_kilobot::clock::{Delay, Ticks, units};
+use bittybuzz_kilobot::light::Blinker;
+use bittybuzz_kilobot::motors::Motors;
+use bittybuzz_kilobot::sender::Sender;
+
+/// ms of a unit.
+const UNIT: f64 = 0.128;
+
+#[test]
+fn units_of_milliseconds() {
+    for ms in 0..=4000 {
+        let exact = f64::from(ms) / UNIT;
+        let is = f64::from(units(ms));
+        assert!(is >= exact && is < exact + 1.0, "{ms} ms: {is}, {exact}");
+    }
+}
+
+#[test]
+fn ten_ticks_a_second_for_an_hour() {
+    let mut ticks = Ticks::start(7);
+    let mut count = 0;
+    for unit in 0..(3600.0 * 1000.0 / UNIT) as u64 {
+        count += u32::from(ticks.take((unit + 7) as u16).is_some());
+    }
+    assert!((35_999..=36_001).contains(&count), "{count}");
+}
+
+#[test]
+fn ticks_that_were_missed_are_skipped_and_counted() {
+    let mut ticks = Ticks::start(0);
+    assert_eq!(ticks.take(0), Some(0));
+    assert_eq!(ticks.take(780), None);
+    assert_eq!(ticks.take(3 * 782), Some(2));
+    assert_eq!(ticks.take(3 * 782 + 1), None);
+}
+
+#[test]
+fn delays_are_right_to_a_unit() {
+    for ms in [0, 1, 15, 100, 1023, 1024, 1025, 5000, 32_767, 65_535] {
+        let mut delay = Delay::start(60_000, ms);
+        let waited = (0..).find(|unit| delay.is_over(60_000_u16.wrapping_add(*unit as u16)));
+        let exact = f64::from(ms) / UNIT;
+        let is = f64::from(waited.unwrap());
+        assert!(is >= exact && is <= exact + 1.0 + f64::from(ms / 1024), "{ms} ms: {is}, {exact}");
+    }
+}
+
+#[test]
+fn a_motor_that_stands_is_pushed_for_fifteen_ms() {
+    let mut motors = Motors::new();
+    let now = 65_500;
+    motors.set([70, 0], now);
+    let pushed =
+        (0..1000).filter(|unit| motors.duties(now.wrapping_add(*unit)) == [255, 0]).count();
+    assert!((118..=119).contains(&pushed), "{pushed} units");
+    assert_eq!(motors.duties(now.wrapping_add(1000)), [70, 0]);
+    // The other one starts, this one runs on.
+    let now = now.wrapping_add(1000);
+    motors.set([60, 65], now);
+    assert_eq!(motors.duties(now), [60, 255]);
+    assert_eq!(motors.duties(now.wrapping_add(200)), [60, 65]);
+    // What is stopped during its push is stopped.
+    motors.set([0, 0], now);
+    motors.set([70, 70], now);
+    motors.set([0, 70], now);
+    assert_eq!(motors.duties(now), [0, 255]);
+    // Set anew all the time, it is not pushed again, nor for longer.
+    let mut motors = Motors::new();
+    let pushed = (0..2000)
+        .filter(|now| {
+            motors.set([70, 70], *now);
+            motors.duties(*now) == [255, 255]
+        })
+        .count();
+    assert!((118..=119).contains(&pushed), "{pushed} units");
+}
+
+#[test]
+fn two_messages_a_second() {
+    let mut sender = Sender::start(0, 200);
+    let mut sent = 0;
+    for unit in 0..(60_000.0 / UNIT) as u32 {
+        let now = unit as u16;
+        if sender.is_due(now) {
+            sender.sent(now);
+            sent += 1;
+        }
+    }
+    assert_eq!(sent, 120);
+}
+
+/// One that had nothing to send for longer than the clock knows, sends when there is something.
+#[test]
+fn after_a_long_silence_a_message_goes_at_once() {
+    let mut sender = Sender::start(0, 0);
+    for unit in 0..200_000_u32 {
+        let is_due = sender.is_due(unit as u16);
+        assert!(is_due, "{unit}");
+    }
+    sender.wait(1000);
+    assert!(!sender.is_due(1254));
+    assert!(sender.is_due(1255));
+    sender.collided(1255, 10);
+    assert!(!sender.is_due(1264));
+    assert!(sender.is_due(1265));
+}
+
+#[test]
+fn a_fault_blinks_as_often_as_its_number() {
+    for number in 1..=17 {
+        let mut blinker = Blinker::start(0);
+        let lit: Vec<bool> =
+            (0..200_000_u32).map(|unit| blinker.tell(number, unit as u16)).collect();
+        // Rounds begin behind the long darkness.
+        let dark = 5 * usize::from(units(200));
+        let rounds: Vec<usize> = lit
+            .chunk_by(|a, b| a == b)
+            .collect::<Vec<_>>()
+            .split(|run| !run[0] && run.len() > dark)
+            .map(|round| round.iter().filter(|run| run[0]).count())
+            .collect();
+        assert_eq!(rounds.first(), Some(&usize::from(number)));
+        assert!(rounds[..rounds.len() - 1].iter().all(|count| *count == usize::from(number)));
+    }
+}
+
+#[test]
+fn a_robot_that_waits_flashes_five_times_a_second() {
+    let mut blinker = Blinker::start(0);
+    let lit = (0..78_125_u32).filter(|unit| blinker.flash(*unit as u16)).count();
+    // Ten seconds: 49.75 flashes of 8 units.
+    assert!((390..=408).contains(&lit), "{lit}");
+}
