@@ -23,13 +23,10 @@ impl Motors {
     /// New duties of left and right motor, 0 to 255.
     pub fn set(&mut self, duties: [u8; 2], now: u16) {
         let mut starts = false;
-        for index in 0..2 {
-            let starts_now = self.wanted[index] == 0 && duties[index] != 0;
-            self.pushed[index] &= duties[index] != 0;
-            if starts_now {
-                self.pushed[index] = true;
-                starts = true;
-            }
+        for ((pushed, was), duty) in self.pushed.iter_mut().zip(self.wanted).zip(duties) {
+            let starts_now = was == 0 && duty != 0;
+            *pushed = starts_now || *pushed && duty != 0;
+            starts |= starts_now;
         }
         self.wanted = duties;
         if starts {

@@ -144,7 +144,7 @@ impl Default for Receiver {
 /// Which bit is so many cycles behind the start: 0 to 7, 8 for the stop bit. From half a bit to nine and a half.
 #[inline(always)]
 fn bit_at(since: u16) -> u8 {
-    // The rounded quotient by 269, by a product: (65536 + 268) / 269 = 244.
-    const INVERSE: u32 = (65_536 + BIT as u32 - 1) / BIT as u32;
+    // The rounded quotient by 269, by a product: 65536 / 269 = 244, rounded up.
+    const INVERSE: u32 = 65_536_u32.div_ceil(BIT as u32);
     ((u32::from(since - BIT / 2) * INVERSE) >> 16) as u8
 }

@@ -68,12 +68,6 @@ fn a_robot_that_was_never_calibrated_knows_no_distance() {
         let heard = Amplitudes { high_gain, low_gain: 300 };
         assert_eq!(distance(heard, erased, erased), None);
     }
-    let zero = |_| 0;
-    for high_gain in [0, 1, 500, 800, 1000] {
-        // Any light is more than it has seen at the rim.
-        let at_most = distance(Amplitudes { high_gain, low_gain: 0 }, zero, zero);
-        assert!(at_most.is_none_or(|mm| mm == 33 || mm == 123), "{at_most:?}");
-    }
 }
 
 /// No readings and tables harm it.
