@@ -16,11 +16,11 @@ pub struct Instruction {
 pub fn ending_at(image: &[u8], position: u16) -> Option<Instruction> {
     let header = Image::new(image).header().ok()?;
     let word_bytes = if header.is_full() { 4 } else { 2 };
-    let table = image.get(usize::from(header.functions_at)..)?.chunks_exact(2);
+    let table = image.get(usize::from(header.functions_at())..)?.chunks_exact(2);
     let starts = table
         .take(usize::from(header.functions()))
         .filter_map(|row| Some(u16::from_le_bytes(row.try_into().ok()?)));
-    let code = image.get(usize::from(header.code_at)..)?;
+    let code = image.get(usize::from(header.code_at())..)?;
     let position = usize::from(position);
     // The function's header of two bytes comes first.
     let mut at = usize::from(starts.filter(|start| usize::from(*start) <= position).max()?) + 2;

@@ -36,8 +36,8 @@ struct View<'a> {
 impl View<'_> {
     fn write(&self, out: &mut String) -> std::fmt::Result {
         self.write_header(out)?;
-        let first = usize::from(self.header.code_at);
-        let start_of = |number| first + usize::from(self.word(self.header.functions_at, number));
+        let first = usize::from(self.header.code_at());
+        let start_of = |number| first + usize::from(self.word(self.header.functions_at(), number));
         for number in 0..self.header.functions() {
             let start = start_of(number);
             let next = number.checked_add(1).filter(|next| *next < self.header.functions());
@@ -96,8 +96,8 @@ impl View<'_> {
         if header.has_text() {
             writeln!(out, "text")?;
         }
-        for row in 0..header.library_rows {
-            let at = usize::from(header.libraries_at) + 4 * usize::from(row);
+        for row in 0..header.library_rows() {
+            let at = usize::from(header.libraries_at()) + 4 * usize::from(row);
             let string = u16::from_le_bytes([self.byte(at + 1), self.byte(at + 2)]);
             writeln!(
                 out,
@@ -132,7 +132,7 @@ impl View<'_> {
         while at < end {
             let bytes = [self.byte(at), self.byte(at + 1), self.byte(at + 2)];
             let instruction = opcode::decode(bytes);
-            let offset = at.saturating_sub(usize::from(self.header.code_at));
+            let offset = at.saturating_sub(usize::from(self.header.code_at()));
             let here = self.place(offset);
             let Some(info) = opcode::TABLE.iter().find(|info| info.byte == instruction.opcode)
             else {
@@ -145,7 +145,7 @@ impl View<'_> {
                 Operand::None => String::new(),
                 Operand::Jump => {
                     let target = next as i64 + i64::from(instruction.operand);
-                    format!(" {}", target - i64::from(self.header.code_at))
+                    format!(" {}", target - i64::from(self.header.code_at()))
                 }
                 _ => format!(" {}", instruction.operand),
             };
@@ -235,7 +235,7 @@ impl View<'_> {
     }
 
     fn code_length(&self) -> usize {
-        self.image.len().saturating_sub(usize::from(self.header.code_at))
+        self.image.len().saturating_sub(usize::from(self.header.code_at()))
     }
 
     fn place(&self, offset: usize) -> Option<Place> {
@@ -258,7 +258,7 @@ impl View<'_> {
     }
 
     fn import_name(&self, number: u16) -> String {
-        let hash = self.word(self.header.imports_at, number);
+        let hash = self.word(self.header.imports_at(), number);
         let known = self.symbols.and_then(|symbols| symbols.imports.get(usize::from(number)));
         match known.filter(|name| name_hash(name) == hash) {
             Some(name) => name.clone(),

@@ -10,6 +10,7 @@ use bittybuzz_vm_core::builtin::{self, Feature};
 use bittybuzz_vm_core::image::{BESIDE_GLOBALS, Header};
 use bittybuzz_vm_core::number::{self, Full, Tiny};
 use bittybuzz_vm_core::opcode;
+use bittybuzz_vm_core::seal;
 use bittybuzz_vm_core::{Image, ImageError, Sizes, Vm};
 
 use code::Instruction;
@@ -17,6 +18,8 @@ pub use stack::Way;
 
 /// As many slots as a machine can have.
 const MOST_SLOTS: usize = 65_520;
+
+type Machine<'a, P> = Box<Vm<P, &'a [u8], MOST_SLOTS>>;
 
 /// What keeps an image off a robot.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -179,16 +182,45 @@ impl fmt::Display for Named<'_> {
 /// Loads an image as the robot would: says why its virtual machine refuses it.
 pub fn verify(image: &[u8], profile: Profile, robot: &Robot) -> Result<(), ImageError> {
     match profile {
-        Profile::Tiny => load::<Tiny>(image, robot),
-        Profile::Full => load::<Full>(image, robot),
+        Profile::Tiny => load::<Tiny>(image, robot).map(drop),
+        Profile::Full => load::<Full>(image, robot).map(drop),
     }
 }
 
-fn load<P: number::Profile>(image: &[u8], robot: &Robot) -> Result<(), ImageError> {
+/// The image with its seal behind it, which spares that robot the verifier: see [`seal`]. An error says why a robot would
+/// refuse the image.
+pub fn sealed(image: &[u8], robot: &Robot) -> Result<Vec<u8>, ImageError> {
+    match robot.profile {
+        Profile::Tiny => sealed_for::<Tiny>(image, robot),
+        Profile::Full => sealed_for::<Full>(image, robot),
+    }
+}
+
+fn sealed_for<P: number::Profile>(image: &[u8], robot: &Robot) -> Result<Vec<u8>, ImageError> {
+    let vm = robot.vm;
+    let functions: Vec<u16> = robot.functions.iter().map(|function| function.hash()).collect();
+    let offered = seal::robot::<P>(
+        Sizes {
+            neighbors: vm.neighbors as u8,
+            bearings: vm.bearings,
+            entries: vm.stigmergy_entries as u8,
+            swarms: vm.swarms as u8,
+        },
+        &functions,
+    );
+    let seal = load::<P>(image, robot)?.seal(offered).ok_or(ImageError::Seal)?;
+    Ok([image, &seal].concat())
+}
+
+fn load<'a, P: number::Profile>(
+    image: &'a [u8],
+    robot: &Robot,
+) -> Result<Machine<'a, P>, ImageError> {
     // Too large for the stack of a thread.
-    let mut vm: Box<Vm<P, &[u8], MOST_SLOTS>> = Box::new(Vm::new());
+    let mut vm: Machine<'a, P> = Box::new(Vm::new());
     // [`lacking`] says what the robot does not have.
     vm.equip(Sizes { neighbors: 1, bearings: false, entries: 1, swarms: 1 });
     let has_function = |hash| robot.functions.iter().any(|function| function.hash() == hash);
-    vm.load_limited(Image::new(image), robot.vm.slots as usize, has_function)
+    vm.load_limited(Image::new(image), robot.vm.slots as usize, has_function)?;
+    Ok(vm)
 }

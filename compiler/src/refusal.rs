@@ -46,6 +46,7 @@ pub fn sentence(cause: &ImageError) -> String {
         ImageError::NoReturn(at) => {
             damaged(&format!("the function that ends at byte {at} runs over its end"))
         }
+        ImageError::Seal => "is not sealed for this robot, or was changed since".to_owned(),
         // The list of causes may grow.
         other => damaged(&format!("{other:?}")),
     }

@@ -82,7 +82,7 @@ pub fn run<'i, P: Profile, const SLOTS: usize>(
         .find_map(|entry| run_entry(vm, *entry, settings, &mut recorder, &mut left))
         .unwrap_or(End::Complete);
     if let End::Fault(fault) = end {
-        let size = vm.header().map_or(0, |header| image.len() - usize::from(header.code_at));
+        let size = vm.header().map_or(0, |header| image.len() - usize::from(header.code_at()));
         assert!(usize::from(fault.position) < size, "{fault:?} is not in the code");
         assert!(!vm.begin(Entry::Step), "a script runs after its fault");
         assert_eq!(vm.run(&mut recorder, 1), Outcome::Fault(fault), "a fault is forgotten");

@@ -72,6 +72,8 @@ pub enum ImageError {
     NoReturn(u16),
     /// The function has more jumps than the verifier's memory, the empty arena, can follow.
     TooManyJumps(u16),
+    /// Not sealed for this robot, or changed since.
+    Seal,
 }
 
 impl ImageError {
@@ -95,6 +97,7 @@ impl ImageError {
             ImageError::Jump(at) => (14, at),
             ImageError::NoReturn(at) => (15, at),
             ImageError::TooManyJumps(at) => (16, at),
+            ImageError::Seal => (17, 0),
         }
     }
 
@@ -118,6 +121,7 @@ impl ImageError {
             14 => ImageError::Jump(value),
             15 => ImageError::NoReturn(value),
             16 => ImageError::TooManyJumps(value),
+            17 => ImageError::Seal,
             _ => return None,
         })
     }
@@ -203,22 +207,20 @@ const ENTRIES: usize = 4;
 pub struct Header {
     /// Magic, form, features and script hash.
     fixed: [u8; FIXED],
-    /// Of the entries `init`, `step`, `reset`, `destroy`; of globals, functions, imports and strings. An array, because reading
-    /// it takes a fraction of the code.
-    counts: [u16; COUNTS],
-    /// Rows of the library table.
-    pub library_rows: u16,
-    /// Offset of the imports; the tables follow it.
-    pub imports_at: u16,
-    /// Offset of the order table.
-    pub order_at: u16,
-    /// Offset of the first row of the library table.
-    pub libraries_at: u16,
-    /// Offset of the function table.
-    pub functions_at: u16,
-    /// Offset of the code.
-    pub code_at: u16,
+    /// Of the entries `init`, `step`, `reset`, `destroy`; of globals, functions, imports and strings; then, as below, what follows
+    /// from them. An array, because reading it takes a fraction of the code.
+    counts: [u16; WORDS],
 }
+
+// Places in the array.
+const LIBRARY_ROWS: usize = COUNTS;
+const IMPORTS_AT: usize = COUNTS + 1;
+const ORDER_AT: usize = COUNTS + 2;
+const LIBRARIES_AT: usize = COUNTS + 3;
+const FUNCTIONS_AT: usize = COUNTS + 4;
+const CODE_AT: usize = COUNTS + 5;
+/// Numbers of a header.
+pub(crate) const WORDS: usize = COUNTS + 6;
 
 impl Header {
     /// Form byte.
@@ -246,6 +248,47 @@ impl Header {
     /// script).
     pub(crate) fn count(&self, operand: u8) -> u16 {
         self.counts[usize::from(operand) % COUNTS]
+    }
+
+    /// Rows of the library table.
+    #[inline]
+    pub fn library_rows(&self) -> u16 {
+        self.counts[LIBRARY_ROWS]
+    }
+
+    /// Offset of the imports; the tables follow it.
+    #[inline]
+    pub fn imports_at(&self) -> u16 {
+        self.counts[IMPORTS_AT]
+    }
+
+    /// Offset of the order table.
+    #[inline]
+    pub fn order_at(&self) -> u16 {
+        self.counts[ORDER_AT]
+    }
+
+    /// Offset of the first row of the library table.
+    #[inline]
+    pub fn libraries_at(&self) -> u16 {
+        self.counts[LIBRARIES_AT]
+    }
+
+    /// Offset of the function table.
+    #[inline]
+    pub fn functions_at(&self) -> u16 {
+        self.counts[FUNCTIONS_AT]
+    }
+
+    /// Offset of the code.
+    #[inline]
+    pub fn code_at(&self) -> u16 {
+        self.counts[CODE_AT]
+    }
+
+    /// Its numbers, as a [`Sealed`](crate::seal::Sealed) image has them.
+    pub(crate) fn words(&self) -> [u16; WORDS] {
+        self.counts
     }
 
     /// Globals.
@@ -285,7 +328,7 @@ impl Header {
 
     /// Offset of the text.
     pub fn text_at(&self) -> u16 {
-        self.functions_at + 2 * self.functions()
+        self.functions_at() + 2 * self.functions()
     }
 
     /// Whether a string number exists: the machine's own and the script's.
@@ -307,7 +350,7 @@ impl Header {
 }
 
 /// An image that the verifier has accepted: every instruction, operand and jump in it is sound, so it can neither
-/// panic the machine nor leave its memory. Only the verifier makes one.
+/// panic the machine nor leave its memory. Only the verifier makes one, here or where the image was [sealed](crate::seal).
 #[derive(Debug, Clone, Copy)]
 pub struct Verified<C: ByteCode> {
     pub(crate) code: C,
@@ -319,16 +362,7 @@ pub struct Verified<C: ByteCode> {
 impl<C: ByteCode> Verified<C> {
     /// Any bytes, with nothing read yet.
     pub(crate) fn claimed(code: C) -> Self {
-        let header = Header {
-            fixed: [0; FIXED],
-            counts: [0; COUNTS],
-            library_rows: 0,
-            imports_at: 0,
-            order_at: 0,
-            libraries_at: 0,
-            functions_at: 0,
-            code_at: FIXED as u16,
-        };
+        let header = Header { fixed: [0; FIXED], counts: [0; WORDS] };
         Verified { code, header }
     }
 
@@ -339,9 +373,7 @@ impl<C: ByteCode> Verified<C> {
         if length > LENGTH_MAX {
             return Err(ImageError::TooLong);
         }
-        for (at, byte) in self.header.fixed.iter_mut().enumerate() {
-            *byte = self.code.byte(at);
-        }
+        self.read_fixed();
         let [magic, form, ..] = self.header.fixed;
         if length > 0 && magic != MAGIC {
             return Err(ImageError::NotAnImage);
@@ -350,23 +382,23 @@ impl<C: ByteCode> Verified<C> {
             return Err(ImageError::Version(u16::from(form & 0x0f)));
         }
         let mut at = FIXED as u16;
-        for place in &mut self.header.counts {
+        for place in self.header.counts.iter_mut().take(COUNTS) {
             (at, *place) = count(&self.code, at);
         }
         // A count has 15 bits, so twice a count has 16.
-        self.header.imports_at = at;
+        self.header.counts[IMPORTS_AT] = at;
         at = skip(at, 2 * self.header.imports());
-        self.header.order_at = at;
+        self.header.counts[ORDER_AT] = at;
         if form & FORM_ORDER != 0 {
             at = skip(at, self.header.strings());
         }
         if form & FORM_LIBRARIES != 0 && usize::from(at) <= length {
-            (at, self.header.library_rows) = count(&self.code, at);
+            (at, self.header.counts[LIBRARY_ROWS]) = count(&self.code, at);
         }
-        self.header.libraries_at = at;
-        at = skip(at, 2 * self.header.library_rows);
-        at = skip(at, 2 * self.header.library_rows);
-        self.header.functions_at = at;
+        self.header.counts[LIBRARIES_AT] = at;
+        at = skip(at, 2 * self.header.library_rows());
+        at = skip(at, 2 * self.header.library_rows());
+        self.header.counts[FUNCTIONS_AT] = at;
         at = skip(at, 2 * self.header.functions());
         if form & FORM_TEXT != 0 {
             let mut strings = self.header.strings();
@@ -377,11 +409,26 @@ impl<C: ByteCode> Verified<C> {
                 at = skip(at, length);
             }
         }
-        self.header.code_at = at;
+        self.header.counts[CODE_AT] = at;
         if usize::from(at) > length {
             return Err(ImageError::Truncated);
         }
         Ok(())
+    }
+
+    fn read_fixed(&mut self) {
+        for (at, byte) in self.header.fixed.iter_mut().enumerate() {
+            *byte = self.code.byte(at);
+        }
+    }
+
+    /// Reads a header of which the numbers lie at that place.
+    #[inline]
+    pub(crate) fn read_words(&mut self, at: usize) {
+        self.read_fixed();
+        for (number, word) in self.header.counts.iter_mut().enumerate() {
+            *word = self.code.word(at + 2 * number);
+        }
     }
 
     /// Its header.
@@ -392,14 +439,14 @@ impl<C: ByteCode> Verified<C> {
     /// Offset of a function's header in the image.
     #[inline(always)]
     pub(crate) fn function(&self, number: u16) -> usize {
-        let row = usize::from(self.header.functions_at) + 2 * usize::from(number);
-        usize::from(self.code.word(row)) + usize::from(self.header.code_at)
+        let row = usize::from(self.header.functions_at()) + 2 * usize::from(number);
+        usize::from(self.code.word(row)) + usize::from(self.header.code_at())
     }
 
     /// The name hash of an imported robot function.
     #[inline(always)]
     pub(crate) fn import(&self, number: u16) -> u16 {
-        self.code.word(usize::from(self.header.imports_at) + 2 * usize::from(number))
+        self.code.word(usize::from(self.header.imports_at()) + 2 * usize::from(number))
     }
 
     /// Offset of the header of the function that holds an offset of the image.
@@ -416,20 +463,20 @@ impl<C: ByteCode> Verified<C> {
 
     /// The built-in behind a name of a library.
     pub(crate) fn library_member(&self, library: u8, string: u16) -> Option<u8> {
-        let rows = (0..self.header.library_rows).map(|row| self.library_row(row));
+        let rows = (0..self.header.library_rows()).map(|row| self.library_row(row));
         rows.filter(|row| row.0 == library && row.1 == string).map(|row| row.2).next()
     }
 
     /// Library, string and built-in of a row of the library table.
     pub(crate) fn library_row(&self, row: u16) -> (u8, u16, u8) {
-        let at = usize::from(self.header.libraries_at) + LIBRARY_ROW * usize::from(row);
+        let at = usize::from(self.header.libraries_at()) + LIBRARY_ROW * usize::from(row);
         (self.code.byte(at), self.code.word(at + 1), self.code.byte(at + 3))
     }
 
     /// How many of the machine's own strings sort before this string of the script.
     pub(crate) fn string_order(&self, number: u16) -> u8 {
         let index = number.wrapping_sub(builtin::string::COUNT);
-        self.code.byte(usize::from(self.header.order_at) + usize::from(index))
+        self.code.byte(usize::from(self.header.order_at()) + usize::from(index))
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! # Principles
 //! 1. **Trust is a type.** [`Image`] is an allegation, [`Vm::load`] verifies it; the verified image cannot panic the
-//!    machine, leave its memory or run for ever in one call.
+//!    machine, leave its memory or run for ever in one call. [`seal`] is for robots that have no room for the verifier.
 //! 2. **All memory is one array**, sized when the machine is built: no allocator, nothing grows.
 //! 3. **Nothing recurses and nothing blocks.** Calls, iterations, collections and waits live in the arena; [`Vm::run`]
 //!    stops after its budget and goes on later.
@@ -50,6 +50,7 @@ mod network;
 pub mod number;
 pub mod opcode;
 pub mod rom;
+pub mod seal;
 mod slots;
 pub mod stamp;
 #[cfg(feature = "torture")]

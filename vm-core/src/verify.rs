@@ -13,6 +13,7 @@ use crate::bytecode::ByteCode;
 use crate::image::{
     BESIDE_GLOBALS, CAPTURES, DEPTH_MAX, ImageError, PARAMETERS, USES_SELF, Verified,
 };
+use crate::network::Sizes;
 use crate::number::Profile;
 use crate::opcode::{self, DROP_RESULT, Operand};
 use crate::rom::{Effect, Needs};
@@ -28,6 +29,18 @@ pub const fn features<P: Profile>() -> u8 {
         } else {
             0
         })
+}
+
+const fn without(count: u8, feature: Feature) -> u8 {
+    if count == 0 { feature as u8 } else { 0 }
+}
+
+/// Of these, those for which a machine of these sizes has room.
+pub(crate) const fn offered<P: Profile>(sizes: Sizes) -> u8 {
+    features::<P>()
+        & !(without(sizes.neighbors, Feature::Neighbors)
+            | without(sizes.swarms, Feature::Swarm)
+            | without(sizes.entries, Feature::Stigmergy))
 }
 
 // Operands as the table of effects has them. Not the enum, because to get there from a number takes a comparison for each.
@@ -86,7 +99,7 @@ impl<C: ByteCode> Verified<C> {
                 return Err(ImageError::RobotFunction(hash));
             }
         }
-        for row in 0..header.library_rows {
+        for row in 0..header.library_rows() {
             let (library, string, number) = self.library_row(row);
             let needs = self.named::<P>(BUILTIN, number.into());
             if self.named::<P>(LIBRARY, library.into()) < 0
@@ -98,7 +111,7 @@ impl<C: ByteCode> Verified<C> {
             }
         }
         let mut start = self.start(0);
-        if start != usize::from(header.code_at) || self.code.byte(start) != 0 {
+        if start != usize::from(header.code_at()) || self.code.byte(start) != 0 {
             return Err(ImageError::Function(0));
         }
         let mut number = 0;

@@ -18,7 +18,7 @@ pub struct Instruction {
 
 /// Head and room of a function: the first two bytes, 0 where there are none.
 pub fn head(image: &[u8], header: &Header, function: u16) -> [u8; 2] {
-    let at = usize::from(header.code_at) + start(image, header, function);
+    let at = usize::from(header.code_at()) + start(image, header, function);
     [byte(image, at), byte(image, at + 1)]
 }
 
@@ -28,7 +28,7 @@ pub fn instructions(
     header: &Header,
     function: u16,
 ) -> impl Iterator<Item = Instruction> {
-    let code_at = usize::from(header.code_at);
+    let code_at = usize::from(header.code_at());
     let is_last = function + 1 >= header.functions();
     let length = image.len().saturating_sub(code_at);
     let end = if is_last { length } else { start(image, header, function + 1).min(length) };
@@ -51,7 +51,7 @@ pub fn instructions(
 }
 
 fn start(image: &[u8], header: &Header, function: u16) -> usize {
-    let row = usize::from(header.functions_at) + 2 * usize::from(function);
+    let row = usize::from(header.functions_at()) + 2 * usize::from(function);
     usize::from(u16::from_le_bytes([byte(image, row), byte(image, row + 1)]))
 }
 

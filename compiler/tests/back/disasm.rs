@@ -87,7 +87,7 @@ fn what_is_no_image_is_said_to_be_none() {
 #[test]
 fn overlapping_functions_are_not_listed_again_and_again() {
     let (mut bytes, _) = image("function step() { log(1) } function init() { log(2) }", TINY);
-    let table = usize::from(Image::new(bytes.as_slice()).header().unwrap().functions_at);
+    let table = usize::from(Image::new(bytes.as_slice()).header().unwrap().functions_at());
     // The second of three functions starts behind the end of the image.
     bytes[table + 2..table + 4].copy_from_slice(&[0xff, 0xff]);
     assert!(disassemble(&bytes, None).contains("function 1 starts behind its end"));

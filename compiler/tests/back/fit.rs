@@ -2,10 +2,11 @@
 
 use bittybuzz_compiler::compile::Options;
 use bittybuzz_compiler::diagnostic::Diagnostic;
-use bittybuzz_compiler::fit::{Misfit, misfits};
+use bittybuzz_compiler::fit::{Misfit, misfits, sealed};
 use bittybuzz_robots::Robot;
 use bittybuzz_vm_core::number::Tiny;
-use bittybuzz_vm_core::{Entry, FaultCode, Image, ImageError, Outcome, Vm};
+use bittybuzz_vm_core::seal::{self, Sealed};
+use bittybuzz_vm_core::{Entry, FaultCode, Image, ImageError, Outcome, Sizes, Vm};
 
 use bittybuzz_compiler::symbols::Symbols;
 
@@ -176,4 +177,32 @@ fn a_robot_must_have_what_a_script_needs() {
     for script in ["x = 2 x = x * 2.5", "log(math.abs(2), math.min(1, 2))"] {
         assert_eq!(codes(script, simple()), [""; 0], "{script}");
     }
+}
+
+/// What the tool seals for a robot file, a machine of that robot's sizes opens, and no other.
+#[test]
+fn a_sealed_image_is_for_its_robot() {
+    let kilobot = bittybuzz_robots::find("kilobot").unwrap();
+    let script = "function step() { forward() neighbors.broadcast(1, 2) }";
+    let image = build_with(script, &Options { robot: Some(kilobot.clone()), ..Options::default() })
+        .image
+        .unwrap();
+    let bytes = sealed(&image, &kilobot).unwrap();
+    assert_eq!(bytes[..image.len()], image);
+    const SIZES: Sizes = Sizes { neighbors: 15, bearings: false, entries: 4, swarms: 8 };
+    const SLOTS: usize = 339 + SIZES.slots();
+    let functions: Vec<u16> = kilobot.functions.iter().map(|function| function.hash()).collect();
+    let robot = seal::robot::<Tiny>(SIZES, &functions);
+    let mut vm: Box<Vm<Tiny, &[u8], SLOTS>> = Box::new(Vm::new());
+    vm.equip(SIZES);
+    assert_eq!(vm.load_sealed(Sealed::new(&bytes), robot), Ok(()));
+    let mut smaller: Box<Vm<Tiny, &[u8], { SLOTS - 1 }>> = Box::new(Vm::new());
+    smaller.equip(SIZES);
+    assert_eq!(smaller.load_sealed(Sealed::new(&bytes), robot), Err(ImageError::Seal));
+
+    // Both robots can run it, with other functions and memory.
+    let of_a_zooid = sealed(&image, &bittybuzz_robots::find("zooids").unwrap()).unwrap();
+    assert_eq!(vm.load_sealed(Sealed::new(&of_a_zooid), robot), Err(ImageError::Seal));
+    let crazyflie = bittybuzz_robots::find("crazyflie").unwrap();
+    assert_eq!(sealed(&image, &crazyflie), Err(ImageError::Profile));
 }

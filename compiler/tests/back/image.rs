@@ -118,7 +118,7 @@ fn text_comes_with_the_strings_feature() {
     let text = [&[5][..], b"hello", &[6], b"length", &[1], b"x"].concat();
     let at = usize::from(header(&bytes).text_at());
     assert_eq!(bytes[at..at + text.len()], text);
-    assert_eq!(usize::from(header(&bytes).code_at), at + text.len());
+    assert_eq!(usize::from(header(&bytes).code_at()), at + text.len());
 }
 
 fn function(bytes: usize) -> FunctionCode {
@@ -138,7 +138,7 @@ fn rows_of_the_library_table_are_sorted_and_single() {
         ..Parts::default()
     };
     let image = parts.write().unwrap();
-    let at = usize::from(header(&image.bytes).libraries_at);
+    let at = usize::from(header(&image.bytes).libraries_at());
     assert_eq!(image.bytes[at - 1], 3);
     assert_eq!(image.bytes[at..at + 12], [1, 14, 0, 20, 6, 12, 0, 66, 6, 13, 0, 65]);
     assert_eq!(usize::from(builtin::string::COUNT), 12);

@@ -15,7 +15,7 @@ fn codes(compiled: &Compiled) -> Vec<&'static str> {
 fn imports_are_name_hashes_in_order_of_use() {
     let (bytes, symbols) = image("motors(1, 2) f = led led(1) f(2)", TINY);
     assert_eq!(symbols.imports, ["motors", "led"]);
-    let at = usize::from(Image::new(bytes.as_slice()).header().unwrap().imports_at);
+    let at = usize::from(Image::new(bytes.as_slice()).header().unwrap().imports_at());
     let hashes = [name_hash("motors"), name_hash("led")].map(u16::to_le_bytes).concat();
     assert_eq!(bytes[at..at + 4], hashes);
 }

@@ -10,8 +10,9 @@ use core::arch::asm;
 
 use bittybuzz_progmem as progmem;
 use bittybuzz_vm_core::number::{Profile, Tiny};
+use bittybuzz_vm_core::seal::{self, Sealed};
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Host, Image, Reply, RobotFault, Sighting, Value, Vm,
+    Arguments, Axis, ByteCode, Entry, Host, Reply, RobotFault, Sighting, Sizes, Value, Vm,
 };
 
 // avr-libc's float and memory functions are smaller and faster than those of compiler_builtins.
@@ -38,6 +39,9 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
     // SAFETY: it does not exist, so this never links.
     unsafe { the_program_contains_a_panic() }
 }
+
+/// What it offers to scripts.
+const ROBOT: u16 = seal::robot::<Tiny>(Sizes::NONE, &[1]);
 
 struct Probe;
 
@@ -107,8 +111,8 @@ extern "C" fn main() -> ! {
         // SAFETY: the only reference to it; main runs once.
         let vm = unsafe { &mut *place };
         #[cfg(feature = "swarm")]
-        vm.equip(core::hint::black_box(bittybuzz_vm_core::Sizes::NONE));
-        if vm.load(Image::new(Flash), |hash| hash == 1).is_ok() {
+        vm.equip(core::hint::black_box(Sizes::NONE));
+        if vm.load_sealed(Sealed::new(Flash), ROBOT).is_ok() {
             for entry in [Entry::Global, Entry::Init, Entry::Step, Entry::Reset, Entry::Destroy] {
                 if vm.begin(entry) {
                     core::hint::black_box(vm.run(&mut Probe, 1000));

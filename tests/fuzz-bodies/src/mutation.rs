@@ -87,9 +87,9 @@ fn start(image: &[u8], header: &Header, function: usize) -> Option<usize> {
     if function >= usize::from(header.functions()) {
         return None;
     }
-    let row = usize::from(header.functions_at) + 2 * function;
+    let row = usize::from(header.functions_at()) + 2 * function;
     let offset = u16::from_le_bytes([*image.get(row)?, *image.get(row + 1)?]);
-    Some(usize::from(offset) + usize::from(header.code_at))
+    Some(usize::from(offset) + usize::from(header.code_at()))
 }
 
 /// Makes one change: `kind` says which, `number` mostly the instruction.
@@ -224,7 +224,7 @@ fn resize(image: &mut Vec<u8>, parts: &Parts, range: std::ops::Range<usize>, byt
         }
     }
     for function in 0..usize::from(parts.header.functions()) {
-        let row = usize::from(parts.header.functions_at) + 2 * function;
+        let row = usize::from(parts.header.functions_at()) + 2 * function;
         if start(image, &parts.header, function).is_some_and(|start| start > range.start) {
             let offset = u16::from_le_bytes([image[row], image[row + 1]]);
             let moved = offset.wrapping_add_signed(by as i16);

@@ -274,7 +274,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let table = self.new_table()?;
         self.arena.set(slot, table);
         let Some(program) = self.program else { return Ok(()) };
-        for row in 0..program.header().library_rows {
+        for row in 0..program.header().library_rows() {
             let (number, string, _) = program.library_row(row);
             if number == library.index() as u8 {
                 let key = Value::string(string);

@@ -36,7 +36,6 @@ mod swarms;
 mod text;
 
 use crate::arena::Arena;
-use crate::builtin::Feature;
 use crate::bytecode::ByteCode;
 use crate::fault::{Fault, FaultCode, Stopped};
 use crate::host::Host;
@@ -45,8 +44,9 @@ use crate::image::{Entry, EntryPoint, Header, Image, ImageError, Verified};
 use crate::network::Protocol;
 use crate::network::{ENTRY, Sizes};
 use crate::number::{Profile, Rng};
+use crate::seal::{self, Sealed};
 use crate::value::{Tag, Type, Value};
-use crate::verify::features;
+use crate::verify;
 
 /// The slot of the machine's own global: changes that the script made to libraries, see [`library`].
 const OVERLAYS: usize = 0;
@@ -188,22 +188,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         usize::from(self.others) + usize::from(sizes.neighbors) * sizes.neighbor()
     }
 
-    /// The bits of [`Feature`] that it offers.
-    fn offered(&self) -> u8 {
-        let sizes = self.sizes();
-        let mut offered = features::<P>();
-        for (feature, count) in [
-            (Feature::Neighbors, sizes.neighbors),
-            (Feature::Swarm, sizes.swarms),
-            (Feature::Stigmergy, sizes.entries),
-        ] {
-            if count == 0 {
-                offered &= !(feature as u8);
-            }
-        }
-        offered
-    }
-
     /// What a host may look at.
     fn view(&self) -> View<'_, P, C, SLOTS> {
         View { arena: &self.arena, program: self.program.as_ref() }
@@ -226,6 +210,35 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         slots: usize,
         is_robot_function: impl Fn(u16) -> bool,
     ) -> Result<(), ImageError> {
+        let offered = verify::offered::<P>(self.sizes());
+        self.take(image.code, slots, |program, arena| {
+            program.read_header()?;
+            program.verify(arena, offered, is_robot_function)
+        })
+    }
+
+    /// Makes an image the program that was verified where it was built, without the verifier on the robot: see [`seal`]. `robot`
+    /// is what the robot offers, as a constant: [`seal::robot`].
+    #[inline]
+    pub fn load_sealed(&mut self, image: Sealed<C>, robot: u16) -> Result<(), ImageError> {
+        self.take(image.code, SLOTS, |program, arena| {
+            image.open(program, robot, arena.top() as u16)
+        })
+    }
+
+    /// The seal of the program for robots like this machine, of which [`seal::robot`] is `robot`; goes behind the image.
+    pub fn seal(&self, robot: u16) -> Option<[u8; seal::LENGTH]> {
+        Some(self.program.as_ref()?.seal(robot, self.arena.top() as u16))
+    }
+
+    /// Makes bytes the program that `check` accepts, of which it reads the header.
+    #[inline(always)]
+    fn take(
+        &mut self,
+        code: C,
+        slots: usize,
+        check: impl FnOnce(&mut Verified<C>, &mut Arena<P, SLOTS>) -> Result<(), ImageError>,
+    ) -> Result<(), ImageError> {
         self.program = None;
         self.state = State::Empty;
         // A script that stopped may have left some.
@@ -237,11 +250,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let slots = slots.min(SLOTS.saturating_sub(others));
         self.arena.reset(slots);
         // In its place from the start: a copy of the header would cost the AVR more than the verifier's tables.
-        let offered = self.offered();
-        let program = self.program.insert(Verified::claimed(image.code));
-        let checked = program
-            .read_header()
-            .and_then(|()| program.verify(&mut self.arena, offered, is_robot_function));
+        let program = self.program.insert(Verified::claimed(code));
+        let checked = check(program, &mut self.arena);
         #[cfg(feature = "swarm")]
         {
             self.is_social = program.header().features() & messages::SOCIAL != 0;
@@ -528,7 +538,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Iterator for Calls<'_, P, C, S
             (self.pc, self.fp) = self.vm.caller(self.fp);
             // The frames of built-ins are not the script's.
             if pc < SPECIAL {
-                let last_byte = pc.wrapping_sub(1 + usize::from(program.header().code_at));
+                let last_byte = pc.wrapping_sub(1 + usize::from(program.header().code_at()));
                 return Some(last_byte as u16);
             }
         }

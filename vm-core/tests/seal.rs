@@ -1,0 +1,127 @@
+//! Sealed images: what a robot without a verifier takes, and what it refuses.
+
+mod common;
+
+use bittybuzz_vm_core::image::EntryPoint;
+use bittybuzz_vm_core::number::{Full, Tiny};
+use bittybuzz_vm_core::opcode::*;
+use bittybuzz_vm_core::seal::{self, Sealed};
+use bittybuzz_vm_core::{Entry, Image, ImageError, Outcome, Sizes, Vm};
+use common::{Parts, Recorder};
+
+const SLOTS: usize = 120;
+const ROBOT: u16 = seal::robot::<Tiny>(Sizes::NONE, &[7, 8]);
+
+/// The global code calls robot function 8 with 3; there is an `init()`.
+fn image() -> Vec<u8> {
+    let mut parts =
+        Parts::new(&[&[0, 4, SHORT_INT.first + 4, CALL_ROBOT, 0, 1, POP, 0xbc], &[0, 1, 0xbc]]);
+    parts.imports = vec![8];
+    parts.entries[0] = EntryPoint::Function(1);
+    parts.build()
+}
+
+fn sealed() -> Vec<u8> {
+    let image = image();
+    let mut vm: Vm<Tiny, &[u8], SLOTS> = Vm::new();
+    vm.load(Image::new(&image), |hash| hash == 7 || hash == 8).expect("the image is sound");
+    [image.as_slice(), &vm.seal(ROBOT).expect("there is a program")].concat()
+}
+
+fn load(bytes: &[u8], robot: u16) -> Result<(), ImageError> {
+    Vm::<Tiny, &[u8], SLOTS>::new().load_sealed(Sealed::new(bytes), robot)
+}
+
+/// What the script does.
+fn events(vm: &mut Vm<Tiny, &[u8], SLOTS>) -> Vec<String> {
+    let mut host = Recorder::default();
+    for entry in [Entry::Global, Entry::Init] {
+        assert!(vm.begin(entry), "{entry:?}");
+        assert_eq!(vm.run(&mut host, 100), Outcome::Done);
+    }
+    assert!(!vm.begin(Entry::Step));
+    host.events
+}
+
+#[test]
+fn a_sealed_image_does_what_the_verified_one_does() {
+    let (image, sealed) = (image(), sealed());
+    let mut verified: Vm<Tiny, &[u8], SLOTS> = Vm::new();
+    verified.load(Image::new(&image), |_| true).unwrap();
+    let mut opened: Vm<Tiny, &[u8], SLOTS> = Vm::new();
+    opened.load_sealed(Sealed::new(&sealed), ROBOT).unwrap();
+    assert_eq!(opened.header(), verified.header());
+    let events = [events(&mut opened), events(&mut verified)];
+    assert_eq!(events[0], events[1]);
+    assert_eq!(events[0].len(), 1);
+}
+
+#[test]
+fn every_changed_bit_is_found() {
+    let good = sealed();
+    assert_eq!(load(&good, ROBOT), Ok(()));
+    for at in 0..good.len() {
+        for bit in 0..8 {
+            let mut bytes = good.clone();
+            bytes[at] ^= 1 << bit;
+            assert_eq!(load(&bytes, ROBOT), Err(ImageError::Seal), "byte {at}, bit {bit}");
+        }
+    }
+}
+
+#[test]
+fn what_is_cut_off_or_empty_is_refused() {
+    let good = sealed();
+    for length in 0..good.len() {
+        assert_eq!(load(&good[..length], ROBOT), Err(ImageError::Seal), "{length} bytes");
+    }
+    for fill in [0x00, 0xff] {
+        for length in 0..300 {
+            assert_eq!(
+                load(&vec![fill; length], ROBOT),
+                Err(ImageError::Seal),
+                "{length} {fill:x}"
+            );
+        }
+    }
+    assert_eq!(load(&image(), ROBOT), Err(ImageError::Seal), "an image that nobody has sealed");
+}
+
+#[test]
+fn it_is_for_robots_of_one_kind() {
+    let good = sealed();
+    let neighbors = Sizes { neighbors: 4, ..Sizes::NONE };
+    for other in [
+        seal::robot::<Full>(Sizes::NONE, &[7, 8]),
+        seal::robot::<Tiny>(Sizes::NONE, &[7]),
+        seal::robot::<Tiny>(Sizes::NONE, &[7, 9]),
+        seal::robot::<Tiny>(Sizes::NONE, &[8, 7]),
+        seal::robot::<Tiny>(Sizes::NONE, &[7, 8, 11]),
+        seal::robot::<Tiny>(neighbors, &[7, 8]),
+    ] {
+        assert_eq!(load(&good, other), Err(ImageError::Seal));
+    }
+    let mut smaller: Vm<Tiny, &[u8], { SLOTS - 1 }> = Vm::new();
+    assert_eq!(smaller.load_sealed(Sealed::new(&good), ROBOT), Err(ImageError::Seal));
+}
+
+#[test]
+fn only_what_was_verified_is_sealed() {
+    let mut vm: Vm<Tiny, &[u8], SLOTS> = Vm::new();
+    assert_eq!(vm.seal(ROBOT), None);
+    let mut wrong = image();
+    *wrong.last_mut().unwrap() = 0x07;
+    assert!(vm.load(Image::new(&wrong), |_| true).is_err());
+    assert_eq!(vm.seal(ROBOT), None);
+}
+
+/// A machine that refuses an image has none, whatever it had before.
+#[test]
+fn after_a_broken_seal_nothing_runs() {
+    let (good, image) = (sealed(), image());
+    let mut vm: Vm<Tiny, &[u8], SLOTS> = Vm::new();
+    vm.load_sealed(Sealed::new(&good), ROBOT).unwrap();
+    assert_eq!(vm.load_sealed(Sealed::new(&image), ROBOT), Err(ImageError::Seal));
+    assert!(!vm.begin(Entry::Global));
+    assert!(vm.header().is_none());
+}
