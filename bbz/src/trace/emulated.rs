@@ -138,7 +138,14 @@ impl Reader<'_> {
                 format!("motor {number}"),
                 format!("{:.1} % at {:.1} kHz", duty * 100.0, frequency_hz / 1000.0),
             ),
-            Event::Syslink { .. } | Event::P2p { .. } | Event::Radio { .. } => vec![],
+            Event::Colour { red, green, blue } => {
+                output("led".to_owned(), format!("red {red}, green {green}, blue {blue} of 3"))
+            }
+            Event::Syslink { .. }
+            | Event::P2p { .. }
+            | Event::Radio { .. }
+            | Event::Infrared { .. }
+            | Event::Serial { .. } => vec![],
             Event::Reset { cause } => {
                 // The firmware begins anew in the middle of a message.
                 self.decoder = self.table.new_stream_decoder();

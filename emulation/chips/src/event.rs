@@ -51,6 +51,27 @@ pub enum Event {
         /// How long it takes: the last bit is out then.
         air: Time,
     },
+    /// The colour of a Kilobot's LED changes; each is 0 to 3.
+    Colour {
+        /// Red.
+        red: u8,
+        /// Green.
+        green: u8,
+        /// Blue.
+        blue: u8,
+    },
+    /// A Kilobot has sent a frame by infrared light; its last pulse begins now.
+    Infrared {
+        /// Data, type and checksum.
+        payload: Vec<u8>,
+        /// Since its first pulse.
+        air: Time,
+    },
+    /// A Kilobot has sent bytes on its debug line.
+    Serial {
+        /// The bytes.
+        bytes: Vec<u8>,
+    },
     /// The radio's processor cuts the power of the STM32.
     PowerOff {
         /// Whether the firmware acknowledged the request in time.
@@ -161,6 +182,38 @@ pub enum HardwareError {
         /// What is allowed.
         limit_hz: u64,
     },
+    /// A Kilobot's debug line is not 38400 baud with eight data bits.
+    SerialFormat {
+        /// What it is.
+        baud: u64,
+    },
+    /// A Kilobot's infrared LED shines longer than any pulse.
+    LongPulse,
+    /// `spm` below the boot loader's section does nothing (DS40002061B 27.3).
+    StoreOutside {
+        /// Where it stands.
+        pc: u16,
+    },
+    /// `spm` came too late after SPMCSR, or while a page is written (DS40002061B 27.9.1).
+    StoreLocked {
+        /// Where it stands.
+        pc: u16,
+    },
+    /// An interrupt's vector stands in flash that cannot be read while it is written (DS40002061B 27.6).
+    ReadWhileWrite {
+        /// Where.
+        address: u16,
+    },
+    /// The stack has left the RAM.
+    Stack {
+        /// The stack pointer.
+        pointer: u16,
+    },
+    /// A Kilobot's core executed what is no instruction, or reached beyond all memory.
+    BadInstruction {
+        /// Not long after this address.
+        after: u16,
+    },
     /// A peripheral was used whose clock is off: reads give 0, writes are lost.
     NoClock {
         /// Where its registers begin.
@@ -189,6 +242,32 @@ impl fmt::Display for HardwareError {
             HardwareError::RadioSpiTooFast { hz, limit_hz } => write!(
                 f,
                 "SPI runs at {hz} Hz, the radio allows {limit_hz} Hz: divide by more in SPI_CR1"
+            ),
+            HardwareError::SerialFormat { baud } => write!(
+                f,
+                "the debug line sends at {baud} baud, or not 8 data bits without parity: a terminal expects 38400 8N1"
+            ),
+            HardwareError::LongPulse => {
+                write!(f, "the infrared LED shines for more than 100 us: a pulse takes 1 us")
+            }
+            HardwareError::StoreOutside { pc } => write!(
+                f,
+                "spm at {pc:#06x} does nothing: it works in the boot loader's section only, from 0x7000 on"
+            ),
+            HardwareError::StoreLocked { pc } => write!(
+                f,
+                "spm at {pc:#06x} does nothing: write SPMCSR in the four cycles before, and wait until the page before is written"
+            ),
+            HardwareError::ReadWhileWrite { address } => write!(
+                f,
+                "an interrupt's vector at {address:#06x} is read while the flash is written: set IVSEL, or mask interrupts"
+            ),
+            HardwareError::Stack { pointer } => {
+                write!(f, "the stack pointer is {pointer:#06x}, which is below the RAM")
+            }
+            HardwareError::BadInstruction { after } => write!(
+                f,
+                "after {after:#06x} came what is no instruction, or an access beyond all memory: a lost stack, or a jump into data"
             ),
             HardwareError::NoClock { base } => {
                 write!(

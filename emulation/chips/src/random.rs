@@ -2,7 +2,7 @@
 
 /// SplitMix64.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Random(u64);
+pub struct Random(u64);
 
 impl Random {
     /// Equal seeds, equal sequences.
@@ -13,11 +13,11 @@ impl Random {
     /// A sequence of its own for the `number`-th of things that share a seed.
     pub fn of(seed: u64, number: u64) -> Self {
         let mut root = Random(seed ^ number.wrapping_mul(0xd134_2543_de82_ef95));
-        Random(root.next())
+        Random(root.bits())
     }
 
     /// All 64 bits.
-    pub fn next(&mut self) -> u64 {
+    pub fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -28,7 +28,7 @@ impl Random {
     /// 0 to 1, without 1.
     pub fn unit(&mut self) -> f64 {
         // 53 bits, as many as the number has.
-        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
+        (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
     /// True with this probability.
@@ -45,7 +45,7 @@ mod tests {
     fn splitmix64_as_published() {
         // First outputs for seed 1234567 in the reference implementation's test.
         let mut random = Random::new(1_234_567);
-        assert_eq!(random.next(), 6_457_827_717_110_365_317);
-        assert_eq!(random.next(), 3_203_168_211_198_807_973);
+        assert_eq!(random.bits(), 6_457_827_717_110_365_317);
+        assert_eq!(random.bits(), 3_203_168_211_198_807_973);
     }
 }

@@ -48,17 +48,31 @@ pub enum Refusal {
         /// What it was.
         value: f64,
     },
+    /// No oscillator is so wrong.
+    #[error("error_ppm is between -{most} and {most}, not {value}")]
+    ClockError {
+        /// What it may be, in either direction.
+        most: f64,
+        /// What it was.
+        value: f64,
+    },
+    /// No frame of a Kilobot has so many bytes.
+    #[error(
+        "a Kilobot's frame is 9 bytes of data and its type, and 2 of its checksum or none: 10 or 12, not {0}"
+    )]
+    Infrared(usize),
     /// Another robot has it.
     #[error("a {0} has no such thing; docs/emulation.md says which robot obeys which command")]
     OtherRobot(&'static str),
 }
 
-/// A probability.
-pub(crate) fn probability(value: f64) -> Result<f64, Refusal> {
+/// `value`, if it is a probability.
+pub fn probability(value: f64) -> Result<f64, Refusal> {
     if (0.0..=1.0).contains(&value) { Ok(value) } else { Err(Refusal::NotAProbability(value)) }
 }
 
-fn finite(name: &'static str, value: f64) -> Result<f64, Refusal> {
+/// `value`, if it is finite; `name` is the member of the command.
+pub fn finite(name: &'static str, value: f64) -> Result<f64, Refusal> {
     if value.is_finite() { Ok(value) } else { Err(Refusal::NotFinite { name, value }) }
 }
 

@@ -1,22 +1,123 @@
 //! Robots that run side by side and hear each other.
 
+use std::ops::Range;
+use std::path::Path;
 use std::time::Duration;
 
-use bittybuzz_chips::{Air, Board, LOOKAHEAD, Sender, Time};
+use bittybuzz_chips::{Air, Board, LOOKAHEAD, RADIO_MAX, Sender, Time, Width};
 
-use crate::{Machine, MachineError, Pause};
+use crate::control::{Refusal, probability};
+use crate::message::{Command, Event, Reply, Statistics, TimedEvent};
+use crate::rtt::Rtt;
+use crate::server::{CommandError, LONGEST_READ, Robots};
+use crate::{Control, Image, Machine, MachineError, Pause};
+
+/// One-time programmable area, system memory and unique id, which the board answers for; reading it has no effect.
+const IDENTITY: Range<u32> = 0x1fff_7000..0x2000_0000;
 
 /// The program's robots, and the air between them.
 pub(crate) struct Fleet<'a, M> {
-    pub machines: &'a mut [M],
-    pub air: Air,
+    machines: &'a mut [M],
+    air: Air,
+    loaded: Option<(Image, Option<Rtt>)>,
 }
 
-impl<M: Machine> Fleet<'_, M> {
+impl<'a, M> Fleet<'a, M> {
+    pub fn new(machines: &'a mut [M]) -> Self {
+        Fleet { machines, air: Air::new(), loaded: None }
+    }
+}
+
+impl<M: Machine> Robots for Fleet<'_, M> {
+    fn count(&self) -> usize {
+        self.machines.len()
+    }
+
+    fn load(&mut self, path: &Path) -> Result<(), CommandError> {
+        let image = Image::open(path)?;
+        self.loaded = None;
+        self.air = Air::new();
+        for machine in self.machines.iter_mut() {
+            machine.load(&image)?;
+        }
+        let rtt = Rtt::new(&image);
+        self.loaded = Some((image, rtt));
+        Ok(())
+    }
+
+    fn execute(
+        &mut self,
+        robot: usize,
+        command: Command,
+        now: Duration,
+    ) -> Result<Reply, CommandError> {
+        let robots = self.machines.len();
+        let machine =
+            self.machines.get_mut(robot).ok_or(CommandError::NoRobot { robot, robots })?;
+        match command {
+            Command::Write { address, bytes } => machine.write_memory(address, &bytes)?,
+            Command::Read { address, length } => {
+                if length > LONGEST_READ {
+                    return Err(CommandError::ReadTooLong(length));
+                }
+                let mut bytes = vec![0; length as usize];
+                let end = address.saturating_add(length);
+                if IDENTITY.contains(&address) && end <= IDENTITY.end {
+                    let board = machine.board();
+                    for (address, byte) in (address..end).zip(&mut bytes) {
+                        *byte = board.read(address, Width::Byte) as u8;
+                    }
+                } else {
+                    machine.read_memory(address, &mut bytes)?;
+                }
+                return Ok(Reply::Bytes { bytes });
+            }
+            Command::Skip { symbol } => {
+                let (image, _) = self.loaded.as_ref().ok_or(CommandError::NotLoaded)?;
+                machine.skip(image.function(&symbol)?)?;
+            }
+            Command::Air { lose, seed } => self.air.lose(probability(lose)?, seed),
+            Command::Radio { at, payload } => {
+                if payload.len() > RADIO_MAX {
+                    return Err(CommandError::PacketTooLong(payload.len()));
+                }
+                let begin = time(at.max(now));
+                let packet = machine.board().packet_of(&payload, begin);
+                let packet = packet.ok_or(Refusal::OtherRobot(M::Board::NAME))?;
+                self.air.add(Sender::Stranger, packet);
+            }
+            Command::Statistics => {
+                return Ok(Reply::Statistics(Box::new(Statistics {
+                    core: machine.statistics(),
+                    board: machine.board().counted(),
+                    air: self.air.statistics.into(),
+                })));
+            }
+            command => machine.board().obey(command)?,
+        }
+        Ok(Reply::Ok)
+    }
+
+    fn take_events(
+        &mut self,
+        robot: usize,
+        now: Duration,
+    ) -> Result<Vec<TimedEvent>, MachineError> {
+        let Some(machine) = self.machines.get_mut(robot) else { return Ok(Vec::new()) };
+        let mut events = machine.take_events();
+        if let Some((_, Some(rtt))) = &self.loaded {
+            let bytes = rtt.poll(machine)?;
+            if !bytes.is_empty() {
+                events.push(TimedEvent { at: now, event: Event::Rtt { bytes } });
+            }
+        }
+        Ok(events)
+    }
+
     /// Runs all robots until `until`, or until nothing can happen to any of them. They take turns that are too short for
     /// one to hear of another's packet too late: a robot that sleeps can announce none before it wakes, so turns end that
     /// much later, and who sleeps through a turn is left alone.
-    pub fn run(&mut self, from: Duration, until: Duration) -> Result<Pause, MachineError> {
+    fn run(&mut self, from: Duration, until: Duration) -> Result<Pause, MachineError> {
         let robots = self.machines.len();
         let mut now = from;
         while now < until {
@@ -56,7 +157,7 @@ impl<M: Machine> Fleet<'_, M> {
     }
 }
 
-pub(crate) fn time(duration: Duration) -> Time {
+fn time(duration: Duration) -> Time {
     Time::from_nanos(u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX))
 }
 

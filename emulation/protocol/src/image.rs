@@ -11,6 +11,9 @@ const FLASH: u32 = 0x0800_0000;
 /// Where Bitcraze's bootloader expects the application.
 const APPLICATION: u32 = 0x0800_4000;
 const FLASH_END: u32 = 0x0810_0000;
+/// What an AVR's tools add to addresses of RAM; EEPROM, fuses and lock bits come after it.
+const AVR_RAM: u32 = 0x80_0000;
+const AVR_FLASH_SIZE: usize = 0x8000;
 
 /// The content of a firmware's ELF file.
 #[derive(Clone, Debug)]
@@ -35,6 +38,39 @@ impl Image {
         Self::parse(&bytes)
     }
 
+    /// Reads the ELF or Intel hex file of an AVR at `path`.
+    pub fn open_avr(path: &Path) -> Result<Self, ImageError> {
+        let bytes = std::fs::read(path)
+            .map_err(|source| ImageError::Unreadable { path: path.into(), source })?;
+        Self::parse_avr(&bytes)
+    }
+
+    /// Reads the content of an AVR's file: ELF, or Intel hex, which has no symbols.
+    pub fn parse_avr(bytes: &[u8]) -> Result<Self, ImageError> {
+        let image = if bytes.starts_with(b":") {
+            let segments = hex(bytes)?;
+            Image { segments, vectors: 0, symbols: Vec::new() }
+        } else {
+            let elf = ElfFile32::<Endianness>::parse(bytes)
+                .map_err(|error| ImageError::NotElf { reason: error.to_string() })?;
+            if elf.elf_header().e_machine.get(elf.endian()) != elf::EM_AVR {
+                return Err(ImageError::NotAvr);
+            }
+            Image { segments: segments(&elf, bytes)?, vectors: 0, symbols: symbols(&elf) }
+        };
+        let is_flash =
+            |(address, bytes): &(u32, Vec<u8>)| *address as usize + bytes.len() <= AVR_FLASH_SIZE;
+        match image.segments.iter().find(|(address, _)| *address < AVR_RAM) {
+            None => Err(ImageError::NothingInAvrFlash),
+            Some(_) => match image.segments.iter().find(|s| s.0 < AVR_RAM && !is_flash(s)) {
+                Some((address, bytes)) => {
+                    Err(ImageError::TooLong { end: *address as usize + bytes.len() })
+                }
+                None => Ok(image),
+            },
+        }
+    }
+
     /// Reads the content of a file.
     pub fn parse(bytes: &[u8]) -> Result<Self, ImageError> {
         let elf = ElfFile32::<Endianness>::parse(bytes)
@@ -43,16 +79,7 @@ impl Image {
         if elf.elf_header().e_machine.get(endian) != elf::EM_ARM || endian != Endianness::Little {
             return Err(ImageError::NotArm);
         }
-        let mut segments = Vec::new();
-        for header in elf.elf_program_headers() {
-            if header.p_type(endian) != elf::PT_LOAD || header.p_filesz(endian) == 0 {
-                continue;
-            }
-            let data = header.data(endian, bytes).map_err(|()| ImageError::NotElf {
-                reason: "a segment ends beyond the file".into(),
-            })?;
-            segments.push((header.p_paddr(endian), data.to_vec()));
-        }
+        let segments = segments(&elf, bytes)?;
         let vectors = segments
             .iter()
             .map(|(address, _)| *address)
@@ -62,17 +89,7 @@ impl Image {
         if vectors != FLASH && vectors != APPLICATION {
             return Err(ImageError::WrongStart { address: vectors });
         }
-        let symbols = elf
-            .symbols()
-            .filter_map(|symbol| {
-                Some(Symbol {
-                    name: symbol.name().ok()?.into(),
-                    address: symbol.address() as u32,
-                    function: symbol.kind() == SymbolKind::Text,
-                })
-            })
-            .filter(|symbol| !symbol.name.is_empty())
-            .collect();
+        let symbols = symbols(&elf);
         Ok(Image { segments, vectors, symbols })
     }
 
@@ -117,6 +134,67 @@ impl Image {
     }
 }
 
+fn segments(
+    elf: &ElfFile32<'_, Endianness>,
+    bytes: &[u8],
+) -> Result<Vec<(u32, Vec<u8>)>, ImageError> {
+    let endian = elf.endian();
+    let mut segments = Vec::new();
+    for header in elf.elf_program_headers() {
+        if header.p_type(endian) != elf::PT_LOAD || header.p_filesz(endian) == 0 {
+            continue;
+        }
+        let data = header
+            .data(endian, bytes)
+            .map_err(|()| ImageError::NotElf { reason: "a segment ends beyond the file".into() })?;
+        segments.push((header.p_paddr(endian), data.to_vec()));
+    }
+    Ok(segments)
+}
+
+fn symbols(elf: &ElfFile32<'_, Endianness>) -> Vec<Symbol> {
+    let named = elf.symbols().filter_map(|symbol| {
+        Some(Symbol {
+            name: symbol.name().ok()?.into(),
+            address: symbol.address() as u32,
+            function: symbol.kind() == SymbolKind::Text,
+        })
+    });
+    named.filter(|symbol| !symbol.name.is_empty()).collect()
+}
+
+/// The data records of an Intel hex file.
+fn hex(bytes: &[u8]) -> Result<Vec<(u32, Vec<u8>)>, ImageError> {
+    let wrong = |line: usize, reason: String| ImageError::NotHex { line, reason };
+    let text = std::str::from_utf8(bytes).map_err(|error| wrong(1, error.to_string()))?;
+    let mut segments: Vec<(u32, Vec<u8>)> = Vec::new();
+    let mut base = 0;
+    for (number, line) in text.lines().enumerate() {
+        if line.trim().is_empty() {
+            continue;
+        }
+        let record = ihex::Record::from_record_string(line.trim());
+        match record.map_err(|error| wrong(number + 1, error.to_string()))? {
+            ihex::Record::Data { offset, value } => {
+                let address = base + u32::from(offset);
+                match segments.last_mut() {
+                    Some((start, bytes)) if *start + bytes.len() as u32 == address => {
+                        bytes.extend(value);
+                    }
+                    _ => segments.push((address, value)),
+                }
+            }
+            ihex::Record::ExtendedSegmentAddress(segment) => base = u32::from(segment) << 4,
+            ihex::Record::ExtendedLinearAddress(upper) => base = u32::from(upper) << 16,
+            // Where two files were joined, the first one's end comes in the middle.
+            ihex::Record::EndOfFile
+            | ihex::Record::StartSegmentAddress { .. }
+            | ihex::Record::StartLinearAddress(_) => {}
+        }
+    }
+    Ok(segments)
+}
+
 /// Why an image cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -138,6 +216,28 @@ pub enum ImageError {
     /// Another processor.
     #[error("the ELF file is not for a little-endian ARM: build it for thumbv7em-none-eabihf")]
     NotArm,
+    /// Another processor.
+    #[error(
+        "the ELF file is not for an AVR: build it for avr-none, or with avr-gcc -mmcu=atmega328p"
+    )]
+    NotAvr,
+    /// No Intel hex file.
+    #[error("line {line} is not Intel hex: {reason}")]
+    NotHex {
+        /// Beginning with 1.
+        line: usize,
+        /// What the reader says.
+        reason: String,
+    },
+    /// Nothing would be flashed.
+    #[error("the file has nothing for the flash, which begins at 0")]
+    NothingInAvrFlash,
+    /// More than the chip has.
+    #[error("the image ends at {end:#x}; the flash of an ATmega328P ends at 0x8000")]
+    TooLong {
+        /// Its end.
+        end: usize,
+    },
     /// Nothing would be flashed.
     #[error("the ELF file has nothing for the flash at 0x08000000: is its memory.x used?")]
     NothingInFlash,

@@ -5,7 +5,7 @@
 //! object per line (docs/emulation.md). This crate has both ends:
 //!
 //! * [`Emulator`] starts such a program and talks to it;
-//! * [`serve`] is the loop of such a program; what it drives are [`Machine`]s, one for each robot;
+//! * [`serve`] is the loop of such a program; what it drives are [`Machine`]s, one for each robot, or other [`Robots`];
 //! * [`message`] is what they say, [`Image`] the ELF file that they load.
 //!
 //! # Principles
@@ -27,7 +27,7 @@ mod rtt;
 mod server;
 
 pub use client::{ClientError, Emulator, Run};
-pub use control::{Control, Refusal};
+pub use control::{Control, Refusal, finite, probability};
 pub use image::{Image, ImageError};
 pub use machine::{Machine, MachineError, Pause};
-pub use server::serve;
+pub use server::{CommandError, LONGEST_READ, Robots, serve, serve_robots};

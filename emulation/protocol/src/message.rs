@@ -6,8 +6,8 @@ use std::time::Duration;
 mod statistics;
 
 pub use statistics::{
-    AirStatistics, BoardStatistics, CoreStatistics, CrazyflieStatistics, Statistics,
-    ZooidStatistics,
+    AirStatistics, BoardStatistics, CoreStatistics, CrazyflieStatistics, KilobotStatistics,
+    Statistics, ZooidStatistics,
 };
 
 use bittybuzz_chips as chips;
@@ -137,7 +137,7 @@ pub enum Command {
     },
     /// The power button is pressed.
     Shutdown,
-    /// A Zooid is somewhere on its table, in the projector's frame.
+    /// A Zooid is somewhere on its table, in the projector's frame; or a Kilobot, which nobody sees the heading of.
     Place {
         /// To the right, in mm.
         x_mm: f64,
@@ -166,19 +166,40 @@ pub enum Command {
         /// Start of the pseudo-random sequence.
         seed: u64,
     },
+    /// The light between Kilobots: how far it reaches, and how well it tells how far.
+    Infrared {
+        /// Between their centres, in mm.
+        range_mm: f64,
+        /// Standard deviation of the distance that one reading tells, in mm.
+        noise_mm: f64,
+        /// Start of the pseudo-random sequence.
+        seed: u64,
+    },
+    /// A Kilobot's oscillator runs wrong from now on.
+    Clock {
+        /// So many millionths too fast.
+        error_ppm: f64,
+    },
+    /// What a Kilobot's sensors measure.
+    Surroundings {
+        /// Light, as the converter reads it: 0 to 1023.
+        light: u16,
+        /// Temperature in degrees Celsius.
+        celsius: f64,
+    },
     /// Fingers are on a Zooid's electrodes.
     Touch {
         /// Bit 0 is the first electrode.
         keys: u8,
     },
-    /// Zooids lose packets on the air.
+    /// Zooids lose packets on the air, Kilobots frames.
     Air {
         /// Probability that a packet is lost, for each receiver on its own.
         lose: f64,
         /// Start of the pseudo-random sequence.
         seed: u64,
     },
-    /// Somebody sends a packet to the Zooids as they send to each other.
+    /// Somebody sends a packet to the Zooids as they send to each other; to Kilobots a controller above the table does.
     Radio {
         /// When its first bit comes; not before now.
         #[serde(rename = "at_ns", with = "nanoseconds")]
@@ -254,7 +275,8 @@ pub enum Event {
     },
     /// The signal at a motor changed.
     Motor {
-        /// 1 to 4; of a Zooid the inputs of its bridges, IN1 and IN2 of motor 1, then those of motor 2.
+        /// 1 to 4; of a Zooid the inputs of its bridges, IN1 and IN2 of motor 1, then those of motor 2; of a Kilobot left and
+        /// right.
         number: u8,
         /// Part of the time that it is on, 0 to 1.
         duty: f64,
@@ -293,6 +315,30 @@ pub enum Event {
         /// How long it takes.
         #[serde(rename = "air_ns", with = "nanoseconds")]
         air: Duration,
+    },
+    /// A Kilobot's LED changed its colour; each part is 0 to 3.
+    Colour {
+        /// Red.
+        red: u8,
+        /// Green.
+        green: u8,
+        /// Blue.
+        blue: u8,
+    },
+    /// A Kilobot has sent a frame; its last pulse begins.
+    Infrared {
+        /// Data, type and checksum, in hexadecimal.
+        #[serde(with = "hex")]
+        payload: Vec<u8>,
+        /// Since its first pulse.
+        #[serde(rename = "air_ns", with = "nanoseconds")]
+        air: Duration,
+    },
+    /// A Kilobot has sent bytes on its debug line.
+    Serial {
+        /// What came, in hexadecimal.
+        #[serde(with = "hex")]
+        bytes: Vec<u8>,
     },
     /// The chip was reset.
     Reset {
@@ -373,6 +419,11 @@ impl From<chips::Event> for Event {
             chips::Event::Radio { channel, payload, air } => {
                 Event::Radio { channel, payload, air: Duration::from_nanos(air.nanos()) }
             }
+            chips::Event::Colour { red, green, blue } => Event::Colour { red, green, blue },
+            chips::Event::Infrared { payload, air } => {
+                Event::Infrared { payload, air: Duration::from_nanos(air.nanos()) }
+            }
+            chips::Event::Serial { bytes } => Event::Serial { bytes },
             chips::Event::PowerOff { acknowledged } => Event::PowerOff { acknowledged },
             chips::Event::HardwareError(error) => Event::HardwareError { text: error.to_string() },
         }

@@ -227,6 +227,9 @@ impl Emulated<'_> {
             Event::Syslink { .. }
             | Event::P2p { .. }
             | Event::Radio { .. }
+            | Event::Colour { .. }
+            | Event::Infrared { .. }
+            | Event::Serial { .. }
             | Event::PowerOff { .. } => {}
         }
         Ok(())

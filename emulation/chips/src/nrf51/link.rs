@@ -40,7 +40,7 @@ impl Line {
         if self.random.chance(self.link.corrupt) {
             self.corrupted += 1;
             // Any byte but the one that was sent.
-            return Some(byte ^ (1 + (self.random.next() % 255) as u8));
+            return Some(byte ^ (1 + (self.random.bits() % 255) as u8));
         }
         Some(byte)
     }

@@ -14,20 +14,20 @@ pub struct Statistics {
     pub core: CoreStatistics,
     /// What the board counted.
     pub board: BoardStatistics,
-    /// What happened to the packets between all Zooids of the program.
+    /// What happened to the packets between all Zooids of the program, or the bursts of light between all Kilobots.
     pub air: AirStatistics,
 }
 
 /// What a core counts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CoreStatistics {
-    /// Instructions executed.
+    /// Instructions executed; 0 where the core does not count them.
     pub instructions: u64,
     /// Cycles of the core's clock, without those that it slept.
     pub cycles: u64,
     /// Exceptions taken.
     pub exceptions: u64,
-    /// Longest time that interrupts were masked.
+    /// Longest time that interrupts were masked; of a Kilobot, that one had to wait.
     #[serde(rename = "longest_masked_ns", with = "nanoseconds")]
     pub longest_masked: Duration,
 }
@@ -55,6 +55,36 @@ pub enum BoardStatistics {
     Crazyflie(CrazyflieStatistics),
     /// That of a Zooid.
     Zooid(ZooidStatistics),
+    /// That of a Kilobot.
+    Kilobot(KilobotStatistics),
+}
+
+/// What a Kilobot's board counts; the meaning of each stands in [`bittybuzz_chips::KilobotStatistics`].
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(missing_docs, reason = "bittybuzz_chips::KilobotStatistics says it")]
+pub struct KilobotStatistics {
+    pub infrared_sent: u64,
+    pub infrared_aborted: u64,
+    pub infrared_arrived: u64,
+    pub infrared_damaged: u64,
+    pub infrared_collided: u64,
+    pub pulses_unheard: u64,
+    pub unknown: Vec<u32>,
+}
+
+impl From<chips::KilobotStatistics> for KilobotStatistics {
+    fn from(s: chips::KilobotStatistics) -> Self {
+        KilobotStatistics {
+            infrared_sent: s.sent,
+            infrared_aborted: s.aborted,
+            infrared_arrived: s.arrived,
+            infrared_damaged: s.damaged,
+            infrared_collided: s.collided,
+            pulses_unheard: s.unheard,
+            unknown: s.unknown,
+        }
+    }
 }
 
 /// What a Zooid's board counts; the meaning of each stands in [`bittybuzz_chips::ZooidStatistics`].

@@ -1,0 +1,716 @@
+//! The ATmega328P around its core (data sheet DS40002061B).
+//!
+//! The core tells how many cycles have passed; a register is computed when it is read, and a cycle is announced when an
+//! interrupt may come by itself. Peripherals count cycles of their own clock, which stands still in deep sleep.
+
+mod adc;
+mod clock;
+mod eeprom;
+mod self_programming;
+mod timer;
+mod usart;
+mod watchdog;
+
+pub use adc::Sample;
+pub use clock::RcClock;
+pub use eeprom::SIZE as EEPROM_SIZE;
+pub use self_programming::{BOOT_SECTION, Change, Mistake, PAGE};
+pub use timer::Wave;
+pub use usart::Sent;
+
+use self::adc::Adc;
+use self::eeprom::Eeprom;
+use self::self_programming::SelfProgramming;
+use self::timer::{CANCEL_NOISE, CAPTURE, COMPARE_A, COMPARE_B, Kind, OVERFLOW, RISING, Timer};
+use self::usart::Usart;
+use self::watchdog::Watchdog;
+
+/// Addresses in the data space.
+mod at {
+    pub const PINB: u16 = 0x23;
+    pub const PORTD: u16 = 0x2b;
+    pub const TIFR0: u16 = 0x35;
+    pub const TIFR2: u16 = 0x37;
+    pub const EECR: u16 = 0x3f;
+    pub const EEDR: u16 = 0x40;
+    pub const EEARL: u16 = 0x41;
+    pub const EEARH: u16 = 0x42;
+    pub const GTCCR: u16 = 0x43;
+    pub const ACSR: u16 = 0x50;
+    pub const SMCR: u16 = 0x53;
+    pub const MCUSR: u16 = 0x54;
+    pub const MCUCR: u16 = 0x55;
+    pub const SPMCSR: u16 = 0x57;
+    pub const WDTCSR: u16 = 0x60;
+    pub const CLKPR: u16 = 0x61;
+    pub const OSCCAL: u16 = 0x66;
+    pub const TIMSK0: u16 = 0x6e;
+    pub const TIMSK2: u16 = 0x70;
+    pub const ADCL: u16 = 0x78;
+    pub const ADCH: u16 = 0x79;
+    pub const ADCSRA: u16 = 0x7a;
+    pub const ADCSRB: u16 = 0x7b;
+    pub const ADMUX: u16 = 0x7c;
+    pub const TCCR1A: u16 = 0x80;
+    pub const TCCR1B: u16 = 0x81;
+    pub const TCNT1L: u16 = 0x84;
+    pub const TCNT1H: u16 = 0x85;
+    pub const ICR1L: u16 = 0x86;
+    pub const ICR1H: u16 = 0x87;
+    pub const OCR1AL: u16 = 0x88;
+    pub const OCR1BH: u16 = 0x8b;
+    pub const UCSR0A: u16 = 0xc0;
+    pub const UCSR0B: u16 = 0xc1;
+    pub const UCSR0C: u16 = 0xc2;
+    pub const UBRR0L: u16 = 0xc4;
+    pub const UBRR0H: u16 = 0xc5;
+    pub const UDR0: u16 = 0xc6;
+}
+
+/// Registers that are storage on the chip, too, or that no robot here needs to work: DIDR0, DIDR1, PRR, GPIOR0 to GPIOR2.
+const STORAGE: [u16; 6] = [0x7e, 0x7f, 0x64, 0x3e, 0x4a, 0x4b];
+
+/// The first address of RAM.
+pub const RAM: u16 = 0x100;
+
+/// ACSR.
+const ACD: u8 = 1 << 7;
+const ACO: u8 = 1 << 5;
+const ACI: u8 = 1 << 4;
+const ACIE: u8 = 1 << 3;
+const ACIC: u8 = 1 << 2;
+
+/// MCUSR.
+pub const POWER_ON_RESET: u8 = 1 << 0;
+pub const WATCHDOG_RESET: u8 = 1 << 3;
+
+/// MCUCR.
+const IVSEL: u8 = 1 << 1;
+const IVCE: u8 = 1 << 0;
+/// CLKPR.
+const CLKPCE: u8 = 1 << 7;
+/// What IVCE and CLKPCE unlock must come within four cycles.
+const UNLOCKED: u64 = 4;
+
+/// The ports' letters, as indices.
+pub const B: usize = 0;
+pub const C: usize = 1;
+pub const D: usize = 2;
+
+/// Three registers of a port.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Port {
+    /// Bits that are outputs.
+    pub direction: u8,
+    /// Levels of outputs, pull-ups of inputs.
+    pub port: u8,
+    /// Pins that the board drives, and their levels.
+    driven: u8,
+    levels: u8,
+}
+
+impl Port {
+    /// The levels of all pins.
+    pub fn pins(self) -> u8 {
+        let inputs = self.driven & self.levels | !self.driven & self.port;
+        self.direction & self.port | !self.direction & inputs
+    }
+}
+
+/// What the chip needs from the board, or tells it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Signal {
+    /// The converter looks at an input: [`Atmega328p::measured`] takes the value.
+    Sample(Sample),
+    /// A byte is out on PD1.
+    Sent(Sent),
+}
+
+/// How deep the core sleeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sleep {
+    /// The peripherals go on.
+    Idle,
+    /// Only the watchdog does.
+    PowerDown,
+}
+
+/// The chip without its core.
+#[derive(Clone, Debug)]
+pub struct Atmega328p {
+    pub clock: RcClock,
+    pub ports: [Port; 3],
+    pub eeprom: Eeprom,
+    timers: [Timer; 3],
+    adc: Adc,
+    usart: Usart,
+    watchdog: Watchdog,
+    flash: SelfProgramming,
+    acsr: u8,
+    comparator_input: bool,
+    mcusr: u8,
+    mcucr: u8,
+    smcr: u8,
+    unlocked_until: [u64; 2],
+    clkpr: u8,
+    /// High half of the 16-bit registers of timer 1.
+    temporary: u8,
+    storage: [u8; 0x100],
+    /// Bit n: register n is plain storage here and not on the chip, and was used.
+    unknown: [u64; 4],
+    now: u64,
+    asleep: Option<Sleep>,
+    /// Cycles that the clock of the peripherals stood still.
+    stopped: u64,
+    /// For how long the core does nothing more.
+    halt: u64,
+    /// What is known of the future; none after anything has changed.
+    outlook: Option<Outlook>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Outlook {
+    next: u64,
+    pending: u32,
+}
+
+impl Atmega328p {
+    /// Whose oscillator runs right at the OSCCAL `best`, and starts with `factory`.
+    pub fn new(best: u8, factory: u8, eeprom: [u8; EEPROM_SIZE]) -> Self {
+        Atmega328p {
+            clock: RcClock::new(best, factory),
+            ports: [Port::default(); 3],
+            eeprom: Eeprom::new(eeprom),
+            timers: [Kind::Timer0, Kind::Timer1, Kind::Timer2].map(Timer::new),
+            adc: Adc::default(),
+            usart: Usart::new(),
+            watchdog: Watchdog::default(),
+            flash: SelfProgramming::new(),
+            acsr: 0,
+            comparator_input: false,
+            mcusr: POWER_ON_RESET,
+            mcucr: 0,
+            smcr: 0,
+            unlocked_until: [0; 2],
+            clkpr: 0,
+            temporary: 0,
+            storage: [0; 0x100],
+            unknown: [0; 4],
+            now: 0,
+            asleep: None,
+            stopped: 0,
+            halt: 0,
+            outlook: None,
+        }
+    }
+
+    /// The watchdog has run out: everything but the EEPROM begins anew.
+    pub fn reset(&mut self, factory: u8) {
+        let mut fresh = Atmega328p::new(factory, factory, self.eeprom.cells);
+        fresh.eeprom = self.eeprom.clone();
+        fresh.eeprom.reset();
+        fresh.clock = self.clock.clone();
+        fresh.clock.set_osccal(self.now, factory);
+        fresh.clock.set_divider(self.now, 0);
+        (fresh.now, fresh.stopped) = (self.now, self.stopped);
+        fresh.unknown = self.unknown;
+        fresh.comparator_input = self.comparator_input;
+        fresh.mcusr = self.mcusr | WATCHDOG_RESET;
+        for (fresh, port) in fresh.ports.iter_mut().zip(self.ports) {
+            *fresh = Port { direction: 0, port: 0, ..port };
+        }
+        fresh.watchdog.reset(true, self.clock.time(self.now));
+        let io = fresh.io(fresh.now);
+        for timer in &mut fresh.timers {
+            timer.reset_prescaler(io);
+            timer.compute(io);
+        }
+        *self = fresh;
+    }
+
+    /// The clock of the peripherals at that cycle.
+    fn io(&self, cycle: u64) -> u64 {
+        cycle - self.stopped
+    }
+
+    fn runs(&self) -> bool {
+        self.asleep != Some(Sleep::PowerDown)
+    }
+
+    /// The cycle that all peripherals have reached.
+    pub fn now(&self) -> u64 {
+        self.now
+    }
+
+    /// Lets time pass until the next signal for the board, at most to `to`.
+    pub fn advance(&mut self, to: u64) -> Option<Signal> {
+        if self.outlook.is_some_and(|outlook| outlook.next <= to) {
+            self.outlook = None;
+        }
+        while let Some(at) = self.next_internal().filter(|at| *at <= to) {
+            self.outlook = None;
+            self.now = self.now.max(at);
+            self.watchdog.advance(self.clock.time(at));
+            if !self.runs() {
+                continue;
+            }
+            let io = self.io(at);
+            self.eeprom.advance(io);
+            self.flash.advance(io);
+            if let Some(sent) = self.usart.advance(io) {
+                return Some(Signal::Sent(sent));
+            }
+            self.adc.finish(io);
+            if let Some(sample) = self.adc.sample(io) {
+                return Some(Signal::Sample(sample));
+            }
+        }
+        self.now = self.now.max(to);
+        None
+    }
+
+    /// Takes a look at the timers.
+    fn compute_timers(&mut self) {
+        if self.runs() {
+            let io = self.io(self.now);
+            for timer in &mut self.timers {
+                timer.compute(io);
+            }
+        }
+    }
+
+    /// What happens next of what is not computed when somebody looks.
+    fn next_internal(&self) -> Option<u64> {
+        let watchdog = self.watchdog.next_event().map(|due| self.clock.cycle(due));
+        if !self.runs() {
+            return watchdog;
+        }
+        let io = [
+            self.eeprom.next_event(),
+            self.flash.next_event(),
+            self.usart.next_event(),
+            self.adc.next_event(),
+        ];
+        let io = io.into_iter().flatten().min().map(|at| at + self.stopped);
+        io.into_iter().chain(watchdog).min()
+    }
+
+    fn outlook(&mut self) -> Outlook {
+        if let Some(outlook) = self.outlook {
+            return outlook;
+        }
+        self.compute_timers();
+        let mut next = self.next_internal();
+        if self.runs() {
+            let timers = self.timers.iter().filter_map(Timer::next_event).min();
+            next = next.into_iter().chain(timers.map(|at| at + self.stopped)).min();
+        }
+        let outlook = Outlook { next: next.unwrap_or(u64::MAX), pending: self.pending() };
+        self.outlook = Some(outlook);
+        outlook
+    }
+
+    /// The next cycle at which an interrupt may come, or anything be seen from outside.
+    pub fn next_event(&mut self) -> u64 {
+        self.outlook().next
+    }
+
+    /// Table 12-6: bit n is vector n, beginning with reset.
+    fn pending(&self) -> u32 {
+        let mut pending = 0;
+        let mut set = |vector: u8, is: bool| pending |= u32::from(is) << vector;
+        let [timer0, timer1, timer2] = [0, 1, 2].map(|timer: usize| {
+            let timer = &self.timers[timer];
+            timer.flags & timer.enabled
+        });
+        set(6, self.watchdog.interrupts());
+        for (flags, first) in [(timer2, 7), (timer1, 11), (timer0, 14)] {
+            set(first, flags & COMPARE_A != 0);
+            set(first + 1, flags & COMPARE_B != 0);
+            set(first + 2, flags & OVERFLOW != 0);
+        }
+        set(10, timer1 & CAPTURE != 0);
+        set(19, self.usart.is_empty_interrupt());
+        set(20, self.usart.is_complete_interrupt());
+        set(21, self.adc.interrupts());
+        set(22, self.eeprom.interrupts());
+        set(23, self.acsr & (ACI | ACIE) == ACI | ACIE);
+        set(25, self.flash.interrupts());
+        pending
+    }
+
+    /// The interrupt that is served first, if any waits: its number in the table of vectors.
+    pub fn interrupt(&mut self) -> Option<u8> {
+        let pending = self.outlook().pending;
+        (pending != 0).then(|| pending.trailing_zeros() as u8)
+    }
+
+    /// The core enters that interrupt: its flag goes down. Where its vector is.
+    pub fn acknowledge(&mut self, vector: u8) -> u16 {
+        self.outlook = None;
+        match vector {
+            6 => self.watchdog.acknowledge(),
+            7..=9 => self.timers[2].flags &= !flag_of(vector - 7),
+            10 => self.timers[1].flags &= !CAPTURE,
+            11..=13 => self.timers[1].flags &= !flag_of(vector - 11),
+            14..=16 => self.timers[0].flags &= !flag_of(vector - 14),
+            20 => self.usart.acknowledge_complete(),
+            21 => self.adc.acknowledge(),
+            23 => self.acsr &= !ACI,
+            _ => {}
+        }
+        let table = if self.mcucr & IVSEL != 0 { BOOT_SECTION } else { 0 };
+        table + 4 * u16::from(vector)
+    }
+
+    /// `sleep`: whether the core sleeps now.
+    pub fn sleep(&mut self) -> Option<Sleep> {
+        if self.smcr & 1 == 0 {
+            return None;
+        }
+        let sleep = match self.smcr >> 1 & 7 {
+            0 => Sleep::Idle,
+            1 => {
+                self.adc.start_for_sleep(self.io(self.now));
+                Sleep::Idle
+            }
+            _ => Sleep::PowerDown,
+        };
+        self.compute_timers();
+        self.asleep = Some(sleep);
+        self.outlook = None;
+        self.asleep
+    }
+
+    /// An interrupt wakes the core.
+    pub fn wake(&mut self, slept: u64) {
+        if self.asleep.take() == Some(Sleep::PowerDown) {
+            self.stopped += slept;
+        }
+        self.outlook = None;
+    }
+
+    /// Whether the watchdog has run out.
+    pub fn is_expired(&self) -> bool {
+        self.watchdog.is_expired
+    }
+
+    /// `wdr`
+    pub fn restart_watchdog(&mut self) {
+        self.watchdog.restart(self.clock.time(self.now));
+        self.outlook = None;
+    }
+
+    /// `spm` at address `pc`.
+    pub fn store_program(&mut self, pc: u16, z: u16, word: u16) -> Result<Option<Change>, Mistake> {
+        self.outlook = None;
+        let (change, halt) = self.flash.execute(pc, z, word, self.io(self.now))?;
+        self.halt += halt;
+        Ok(change)
+    }
+
+    /// Whether the application's flash cannot be read now.
+    pub fn is_application_busy(&self) -> bool {
+        self.flash.is_application_busy()
+    }
+
+    /// For how many cycles the core does nothing more.
+    pub fn take_halt(&mut self) -> u64 {
+        std::mem::take(&mut self.halt)
+    }
+
+    /// The input that the board was asked for.
+    pub fn measured(&mut self, value: u16) {
+        self.adc.measured(value);
+        self.outlook = None;
+    }
+
+    /// The difference at the comparator's inputs changes its sign.
+    pub fn compare(&mut self, positive: bool) {
+        self.comparator_input = positive;
+        self.settle_comparator();
+    }
+
+    fn settle_comparator(&mut self) {
+        let output = self.comparator_input && self.acsr & ACD == 0;
+        if output == (self.acsr & ACO != 0) || !self.runs() {
+            return;
+        }
+        self.outlook = None;
+        self.acsr ^= ACO;
+        let io = self.io(self.now);
+        let is_flagged = match self.acsr & 3 {
+            0 => true,
+            2 => !output,
+            3 => output,
+            _ => false,
+        };
+        if is_flagged {
+            let was = self.acsr & ACI != 0;
+            self.acsr |= ACI;
+            if !was {
+                self.adc.trigger(adc::COMPARATOR, io);
+            }
+        }
+        if self.acsr & ACIC != 0 {
+            self.capture(output);
+        }
+    }
+
+    /// An edge at timer 1's input.
+    fn capture(&mut self, rises: bool) {
+        let io = self.io(self.now);
+        let timer = &mut self.timers[1];
+        if (timer.tccrb & RISING != 0) != rises {
+            return;
+        }
+        timer.compute(io);
+        let was = timer.flags & CAPTURE != 0;
+        timer.capture();
+        if timer.tccrb & CANCEL_NOISE != 0 {
+            // Four equal samples: 16.6.2.
+            let mut later = timer.clone();
+            later.compute(io + 4);
+            timer.icr = later.count();
+        }
+        self.outlook = None;
+        if !was {
+            self.adc.trigger(adc::CAPTURE, io);
+        }
+    }
+
+    /// The board drives a pin.
+    pub fn drive(&mut self, port: usize, pin: u8, level: bool) {
+        let port = &mut self.ports[port];
+        port.driven |= 1 << pin;
+        port.levels = port.levels & !(1 << pin) | u8::from(level) << pin;
+    }
+
+    /// The signal at OC2A or OC2B.
+    pub fn motor(&self, output: usize) -> Option<Wave> {
+        self.timers[2].wave(output)
+    }
+
+    /// Something that is plain storage here, and that was used: each address once.
+    pub fn take_unknown(&self) -> Vec<u32> {
+        (0..0x100_u32).filter(|n| self.unknown[*n as usize / 64] >> (n % 64) & 1 != 0).collect()
+    }
+
+    fn plain(&mut self, address: u16) -> &mut u8 {
+        let at = usize::from(address) % 0x100;
+        if !STORAGE.contains(&address) {
+            self.unknown[at / 64] |= 1 << (at % 64);
+        }
+        &mut self.storage[at]
+    }
+
+    /// The core reads a register, at the cycle that [`advance`](Self::advance) has reached.
+    pub fn read(&mut self, address: u16) -> u8 {
+        match address {
+            at::PINB..=at::PORTD => {
+                let port = self.ports[usize::from(address - at::PINB) / 3];
+                match (address - at::PINB) % 3 {
+                    0 => port.pins(),
+                    1 => port.direction,
+                    _ => port.port,
+                }
+            }
+            at::TIFR0..=at::TIFR2 => {
+                self.compute_timers();
+                self.timers[usize::from(address - at::TIFR0)].flags
+            }
+            at::TIMSK0..=at::TIMSK2 => self.timers[usize::from(address - at::TIMSK0)].enabled,
+            0x44..=0x48 => self.read_timer(0, address - 0x44),
+            0xb0..=0xb4 => self.read_timer(2, address - 0xb0),
+            at::TCCR1A => self.timers[1].tccra,
+            at::TCCR1B => self.timers[1].tccrb,
+            at::TCNT1L => {
+                self.compute_timers();
+                let [low, high] = self.timers[1].count().to_le_bytes();
+                self.temporary = high;
+                low
+            }
+            at::ICR1L => {
+                let [low, high] = self.timers[1].icr.to_le_bytes();
+                self.temporary = high;
+                low
+            }
+            at::TCNT1H | at::ICR1H => self.temporary,
+            at::OCR1AL..=at::OCR1BH => {
+                let of = usize::from(address - at::OCR1AL);
+                self.timers[1].ocr[of / 2].to_le_bytes()[of % 2]
+            }
+            at::ADCL => self.adc.low(),
+            at::ADCH => self.adc.high(),
+            at::ADCSRA => self.adc.adcsra(),
+            at::ADCSRB => self.adc.adcsrb(),
+            at::ADMUX => self.adc.admux(),
+            at::ACSR => self.acsr,
+            at::EECR => self.eeprom.control(),
+            at::EEDR => self.eeprom.data(),
+            at::EEARL | at::EEARH => self.eeprom.address()[usize::from(address - at::EEARL)],
+            at::SMCR => self.smcr,
+            at::MCUSR => self.mcusr,
+            at::MCUCR => self.mcucr,
+            at::SPMCSR => {
+                let io = self.io(self.now);
+                self.flash.control(io)
+            }
+            at::WDTCSR => self.watchdog.control(),
+            at::CLKPR => self.clkpr,
+            at::OSCCAL => self.clock.osccal(),
+            at::GTCCR => 0,
+            at::UCSR0A => self.usart.status(),
+            at::UCSR0B => self.usart.control(),
+            at::UCSR0C => self.usart.format(),
+            at::UBRR0L | at::UBRR0H => self.usart.divisor()[usize::from(address - at::UBRR0L)],
+            at::UDR0 => 0,
+            _ => *self.plain(address),
+        }
+    }
+
+    fn read_timer(&mut self, timer: usize, register: u16) -> u8 {
+        self.compute_timers();
+        let timer = &self.timers[timer];
+        match register {
+            0 => timer.tccra,
+            1 => timer.tccrb,
+            2 => timer.count() as u8,
+            3 => timer.ocr[0] as u8,
+            _ => timer.ocr[1] as u8,
+        }
+    }
+
+    fn write_timer(&mut self, timer: usize, register: u16, value: u8) {
+        let timer = &mut self.timers[timer];
+        match register {
+            0 => timer.configure(value, timer.tccrb),
+            1 => timer.configure(timer.tccra, value),
+            2 => timer.set_count(value.into()),
+            3 => timer.ocr[0] = value.into(),
+            _ => timer.ocr[1] = value.into(),
+        }
+    }
+
+    /// The core writes a register. Flags are cleared by ones.
+    pub fn write(&mut self, address: u16, value: u8) {
+        if (at::PINB..=at::PORTD).contains(&address) {
+            // Nothing that is computed depends on it, but for the pin of input capture.
+            let index = usize::from(address - at::PINB) / 3;
+            let before = self.ports[index].pins();
+            let port = &mut self.ports[index];
+            match (address - at::PINB) % 3 {
+                // 14.2.2
+                0 => port.port ^= value,
+                1 => port.direction = value,
+                _ => port.port = value,
+            }
+            let changed = before ^ port.pins();
+            if index == B && changed & 1 != 0 && self.acsr & ACIC == 0 {
+                let rises = self.ports[B].pins() & 1 != 0;
+                self.capture(rises);
+            }
+            return;
+        }
+        self.outlook = None;
+        self.compute_timers();
+        let io = self.io(self.now);
+        match address {
+            at::TIFR0..=at::TIFR2 => self.timers[usize::from(address - at::TIFR0)].flags &= !value,
+            at::TIMSK0..=at::TIMSK2 => {
+                self.timers[usize::from(address - at::TIMSK0)].enabled = value;
+            }
+            0x44..=0x48 => self.write_timer(0, address - 0x44, value),
+            0xb0..=0xb4 => self.write_timer(2, address - 0xb0, value),
+            at::TCCR1A => {
+                let tccrb = self.timers[1].tccrb;
+                self.timers[1].configure(value, tccrb);
+            }
+            at::TCCR1B => {
+                let tccra = self.timers[1].tccra;
+                self.timers[1].configure(tccra, value);
+            }
+            at::TCNT1L => {
+                let count = u16::from_le_bytes([value, self.temporary]);
+                self.timers[1].set_count(count);
+            }
+            at::ICR1L => self.timers[1].icr = u16::from_le_bytes([value, self.temporary]),
+            at::TCNT1H | at::ICR1H | 0x89 | at::OCR1BH => self.temporary = value,
+            at::OCR1AL..at::OCR1BH => {
+                let of = usize::from(address - at::OCR1AL) / 2;
+                self.timers[1].ocr[of] = u16::from_le_bytes([value, self.temporary]);
+            }
+            at::GTCCR => {
+                // PSRSYNC and PSRASY; TSM, which holds them, is not modelled.
+                if value & 1 != 0 {
+                    self.timers[0].reset_prescaler(io);
+                    self.timers[1].reset_prescaler(io);
+                }
+                if value & 2 != 0 {
+                    self.timers[2].reset_prescaler(io);
+                }
+            }
+            at::ADCL | at::ADCH => {}
+            at::ADCSRA => self.adc.set_adcsra(value, io),
+            at::ADCSRB => self.adc.set_adcsrb(value),
+            at::ADMUX => self.adc.set_admux(value),
+            at::ACSR => {
+                let flag = self.acsr & ACI & !value;
+                self.acsr = value & !(ACI | ACO) | self.acsr & ACO | flag;
+                self.settle_comparator();
+            }
+            at::EECR => {
+                self.halt += self.eeprom.set_control(value, io, self.flash.is_busy());
+            }
+            at::EEDR => self.eeprom.set_data(value),
+            at::EEARL | at::EEARH => {
+                self.eeprom.set_address(usize::from(address - at::EEARL), value);
+            }
+            at::SMCR => self.smcr = value & 0xf,
+            at::MCUSR => self.mcusr &= value,
+            at::MCUCR => {
+                // 12.4.1: IVSEL within four cycles after IVCE.
+                if value & IVCE != 0 {
+                    self.unlocked_until[0] = self.now + UNLOCKED;
+                    self.mcucr = self.mcucr & IVSEL | value & !IVSEL;
+                } else {
+                    let may = self.mcucr & IVCE != 0 && self.now <= self.unlocked_until[0];
+                    let select = if may { value } else { self.mcucr } & IVSEL;
+                    self.mcucr = value & !(IVSEL | IVCE) | select;
+                }
+            }
+            at::SPMCSR => self.flash.set_control(value, io),
+            at::WDTCSR => {
+                let now = self.clock.time(self.now);
+                let is_forced = self.mcusr & WATCHDOG_RESET != 0;
+                self.watchdog.set_control(value, self.now, now, is_forced);
+            }
+            at::CLKPR => {
+                if value == CLKPCE {
+                    self.clkpr |= CLKPCE;
+                    self.unlocked_until[1] = self.now + UNLOCKED;
+                } else {
+                    if self.clkpr & CLKPCE != 0 && self.now <= self.unlocked_until[1] {
+                        self.clkpr = value & 0xf;
+                        self.clock.set_divider(self.now, self.clkpr);
+                    }
+                    self.clkpr &= !CLKPCE;
+                }
+            }
+            at::OSCCAL => self.clock.set_osccal(self.now, value),
+            at::UCSR0A => self.usart.set_status(value),
+            at::UCSR0B => self.usart.set_control(value),
+            at::UCSR0C => self.usart.set_format(value),
+            at::UBRR0L | at::UBRR0H => {
+                self.usart.set_divisor(usize::from(address - at::UBRR0L), value);
+            }
+            at::UDR0 => self.usart.send(value, io),
+            _ => *self.plain(address) = value,
+        }
+    }
+}
+
+/// COMPA, COMPB and OVF follow each other in the table of vectors.
+fn flag_of(vector: u8) -> u8 {
+    [COMPARE_A, COMPARE_B, OVERFLOW][usize::from(vector % 3)]
+}

@@ -1,0 +1,218 @@
+//! How strong a neighbour's light is, and what pulses mean.
+
+/// Of a Kilobot: 33 mm from side to side.
+pub const DIAMETER_MM: f64 = 33.0;
+/// A calibration table's entries are so many mm apart, from 0 mm between two robots on.
+const TABLE_STEP_MM: f64 = 5.0;
+const TABLE_LENGTH: usize = 14;
+/// The converter's largest reading.
+const MOST: u16 = 1023;
+
+// No factory table is published, nor how far light from the table's surface goes. A choice: with the square of the distance
+// from a point below the sender; at the low gain nearly all of the converter's range from touch on, at the high gain seven
+// times as much, so that the two overlap where kilolib goes from one to the other (readings of 700 to 900 at the high gain).
+const DEPTH_MM: f64 = 25.0;
+const LOW_AT_TOUCH: f64 = 900.0;
+const HIGH_BY_LOW: f64 = 7.0;
+
+/// What the converter reads while a pulse lasts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Amplitude {
+    /// ADC0.
+    pub high: u16,
+    /// ADC1.
+    pub low: u16,
+}
+
+impl Amplitude {
+    /// Of a sender whose centre is so many mm away.
+    pub fn at(distance_mm: f64) -> Self {
+        let gap = (distance_mm - DIAMETER_MM).max(-DIAMETER_MM / 2.0);
+        let low = LOW_AT_TOUCH / (1.0 + gap / DEPTH_MM).powi(2);
+        let reading = |value: f64| (value.round() as u16).min(MOST);
+        Amplitude { high: reading(HIGH_BY_LOW * low), low: reading(low) }
+    }
+
+    /// Of two lights at once.
+    pub fn with(self, other: Self) -> Self {
+        Amplitude {
+            high: (self.high + other.high).min(MOST),
+            low: (self.low + other.low).min(MOST),
+        }
+    }
+}
+
+/// The tables that calibration leaves in the EEPROM: low gain, high gain; big-endian.
+pub fn tables() -> [[u8; 2 * TABLE_LENGTH]; 2] {
+    let entry = |n: usize| Amplitude::at(DIAMETER_MM + TABLE_STEP_MM * n as f64);
+    [|a: Amplitude| a.low, |a: Amplitude| a.high]
+        .map(|gain| std::array::from_fn(|byte| gain(entry(byte / 2)).to_be_bytes()[byte % 2]))
+}
+
+/// Cycles per bit, nominally, and per byte with its start and stop bit (kilolib, message_send.S; measured).
+const BIT: u64 = 269;
+/// Data bits and the stop bit follow the start bit at 1 to 9 bits.
+const STOP: u64 = 9;
+/// Leading byte, data, type, checksum.
+const BYTES: usize = 12;
+/// Silence that ends a burst: more than from a start to its stop bit.
+const SILENCE: u64 = 12 * BIT;
+
+/// What a pulse completes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Heard {
+    /// A burst begins.
+    Begin,
+    /// A frame: data, type and checksum. When it began.
+    Frame([u8; BYTES], u64),
+    /// What came before was no frame.
+    Broken,
+}
+
+/// Reads frames from pulses.
+#[derive(Clone, Debug, Default)]
+pub struct Decoder {
+    /// When the first pulse of the burst came, and the last.
+    burst: Option<[u64; 2]>,
+    /// When the start bit came; none between bytes.
+    start: Option<u64>,
+    byte: u8,
+    bytes: [u8; BYTES],
+    /// Bytes received after the leading one.
+    count: Option<usize>,
+    is_broken: bool,
+}
+
+impl Decoder {
+    /// A pulse begins.
+    pub fn pulse(&mut self, cycle: u64) -> Option<Heard> {
+        let Some([begin, _]) = self.burst.filter(|[_, last]| cycle - last <= SILENCE) else {
+            *self =
+                Decoder { burst: Some([cycle, cycle]), start: Some(cycle), ..Decoder::default() };
+            return Some(Heard::Begin);
+        };
+        self.burst = Some([begin, cycle]);
+        if self.is_broken {
+            return None;
+        }
+        let Some(start) = self.start else {
+            (self.start, self.byte) = (Some(cycle), 0);
+            return None;
+        };
+        match (cycle - start + BIT / 2) / BIT {
+            bit @ 1..STOP => self.byte |= 1 << (bit - 1),
+            STOP => {
+                self.start = None;
+                let Some(count) = self.count else {
+                    self.count = Some(0);
+                    if self.byte == 0 {
+                        return None;
+                    }
+                    self.is_broken = true;
+                    return Some(Heard::Broken);
+                };
+                self.bytes[count] = self.byte;
+                self.count = Some(count + 1);
+                if count + 1 == BYTES {
+                    self.burst = None;
+                    return Some(Heard::Frame(self.bytes, begin));
+                }
+            }
+            _ => {
+                self.is_broken = true;
+                return Some(Heard::Broken);
+            }
+        }
+        None
+    }
+
+    /// Whether a burst goes on.
+    pub fn is_busy(&self, cycle: u64) -> bool {
+        self.burst.is_some_and(|[_, last]| cycle - last <= SILENCE)
+    }
+}
+
+/// What stands at the end of a frame: CRC-16/MCRF4XX of data and type, low byte first.
+pub fn infrared_checksum(frame: &[u8; BYTES]) -> [u8; 2] {
+    let bit = |crc: u16, _| crc >> 1 ^ if crc & 1 != 0 { 0x8408 } else { 0 };
+    let byte = |crc: u16, byte: &u8| (0..8).fold(crc ^ u16::from(*byte), bit);
+    frame[..10].iter().fold(0xffff_u16, byte).to_le_bytes()
+}
+
+/// Whether a frame's checksum is right.
+pub fn is_intact(frame: &[u8; BYTES]) -> bool {
+    frame[10..] == infrared_checksum(frame)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_fall_and_the_gains_overlap() {
+        let [low, high] = tables().map(|table| {
+            let entries = table.chunks_exact(2).map(|e| u16::from_be_bytes([e[0], e[1]]));
+            entries.collect::<Vec<_>>()
+        });
+        assert!(low.windows(2).all(|pair| pair[0] > pair[1]), "{low:?}");
+        assert!(high.windows(2).all(|pair| pair[0] >= pair[1]), "{high:?}");
+        assert_eq!((low[0], high[0]), (900, 1023));
+        assert!(high[13] > 400 && high.iter().any(|e| (700..900).contains(e)), "{high:?}");
+    }
+
+    #[test]
+    fn checksums_are_those_of_kilolib() {
+        // "9 x FF, type 0" and "9 x 00, type 0x88".
+        for (data, kind, crc) in [(0xff, 0, 0x881d_u16), (0, 0x88, 0x94c7)] {
+            let mut frame = [data; 12];
+            frame[9] = kind;
+            frame[10..].copy_from_slice(&crc.to_le_bytes());
+            assert!(is_intact(&frame));
+            frame[3] ^= 1;
+            assert!(!is_intact(&frame));
+        }
+    }
+
+    /// The pulses of a frame with the pitch that was measured of kilolib.
+    fn pulses(frame: &[u8; 12]) -> Vec<u64> {
+        let mut pulses = vec![1000, 1000 + 2420];
+        let mut start = 1000 + 2420 + 286;
+        for byte in frame {
+            pulses.push(start);
+            pulses.extend(
+                (0..8).filter(|bit| byte >> bit & 1 != 0).map(|bit| start + 270 * (bit + 1)),
+            );
+            pulses.push(start + 270 * 9);
+            start += 270 * 9 + 282;
+        }
+        pulses
+    }
+
+    #[test]
+    fn frames_are_read_from_pulses() {
+        let frame = [0, 1, 0x80, 0xff, 0x55, 0xaa, 7, 8, 9, 0, 0x12, 0x34];
+        let mut decoder = Decoder::default();
+        for _ in 0..2 {
+            let heard: Vec<_> =
+                pulses(&frame).into_iter().filter_map(|cycle| decoder.pulse(cycle)).collect();
+            assert_eq!(heard, [Heard::Begin, Heard::Frame(frame, 1000)]);
+            decoder = Decoder::default();
+        }
+        // Half a bit of clock error over a byte is too much: 5.6 %.
+        let mut slow = Decoder::default();
+        let stretched = pulses(&frame).into_iter().map(|cycle| cycle * 1070 / 1000);
+        let heard: Vec<_> = stretched.filter_map(|cycle| slow.pulse(cycle)).collect();
+        assert_ne!(heard.last(), Some(&Heard::Frame(frame, 1070)));
+    }
+
+    #[test]
+    fn two_senders_at_once_are_no_frame() {
+        let frame = [0x55; 12];
+        let mut both = pulses(&frame);
+        both.extend(pulses(&frame).into_iter().map(|cycle| cycle + 700));
+        both.sort_unstable();
+        let mut decoder = Decoder::default();
+        let heard: Vec<_> = both.into_iter().filter_map(|cycle| decoder.pulse(cycle)).collect();
+        assert_eq!(heard, [Heard::Begin, Heard::Broken]);
+    }
+}

@@ -1,0 +1,584 @@
+//! The board of a Kilobot: an ATmega328P, a LED and a receiver for infrared light, three colours, two vibration motors.
+//!
+//! Pins, gains and rates are kilolib's; what it does not tell is marked as a choice. Light is at the level of pulses: a
+//! robot's pulses are [`Edge`]s, a neighbour's come as [`Light`]. The air between robots is the emulator's, which knows
+//! where they are.
+
+mod infrared;
+
+use std::collections::VecDeque;
+
+pub use self::infrared::{Amplitude, DIAMETER_MM, infrared_checksum};
+use self::infrared::{Decoder, Heard, is_intact, tables};
+use crate::atmega328p::{
+    Atmega328p, B, BOOT_SECTION, C, Change, D, EEPROM_SIZE, Mistake, Sample, Sent, Signal, Sleep,
+};
+use crate::random::Random;
+use crate::{Event, HardwareError, Time};
+
+/// OSCCAL at which an oscillator runs right, and as a reset leaves it: one step beside. A choice.
+const BEST_OSCCAL: u8 = 0x9c;
+const FACTORY_OSCCAL: u8 = 0x9d;
+
+/// Where calibration and configuration stand in the EEPROM.
+mod cell {
+    pub const OSCCAL: usize = 0x01;
+    pub const TURN_LEFT: usize = 0x05;
+    pub const TURN_RIGHT: usize = 0x09;
+    pub const STRAIGHT_LEFT: usize = 0x0c;
+    pub const STRAIGHT_RIGHT: usize = 0x14;
+    pub const LOW_GAIN: usize = 0x20;
+    pub const HIGH_GAIN: usize = 0x50;
+    pub const TX_MASK: usize = 0x90;
+    pub const UID: usize = 0xb0;
+}
+
+/// Duties that calibration leaves: in the middle of what is usual. A choice.
+const DUTIES: [(usize, u8); 4] = [
+    (cell::TURN_LEFT, 77),
+    (cell::TURN_RIGHT, 77),
+    (cell::STRAIGHT_LEFT, 70),
+    (cell::STRAIGHT_RIGHT, 70),
+];
+
+/// Pins of port B that a LED may be at; at the first if the EEPROM names another.
+const LED_PINS: u8 = 0b1100_0111;
+/// Port D.
+const CHARGING: u8 = 0;
+const RECEIVER: u8 = 2;
+/// Segments of the three colours, weak and strong: port and pin. They shine while the pin is an output at 0.
+const COLOURS: [[(usize, u8); 2]; 3] = [[(D, 5), (D, 4)], [(C, 3), (C, 2)], [(C, 5), (C, 4)]];
+/// Pins of OC2A and OC2B: left, right.
+const MOTORS: [(usize, u8); 2] = [(B, 3), (D, 3)];
+
+/// The amplifier holds a pulse, which is shorter than the converter's sampling takes. A choice, below a bit.
+const HELD: Time = Time::from_micros(10);
+/// An own pulse that is longer than a bit is none: the LED would burn.
+const LONGEST_PULSE: Time = Time::from_micros(100);
+/// Full scale of the battery's divider: kilolib's levels are then 4.0, 3.8 and 3.6 V. A choice.
+const BATTERY_FULL_SCALE: f64 = 6.0;
+/// AREF and AVCC. A choice that goes with it.
+const SUPPLY_MV: f64 = 3000.0;
+const BANDGAP_MV: f64 = 1100.0;
+/// Table 24-2 of the data sheet: 314 mV at 25 °C, 242 at -45, 380 at 85.
+const THERMOMETER: [(f64, f64); 3] = [(-45.0, 242.0), (25.0, 314.0), (85.0, 380.0)];
+/// Readings of battery, light and temperature are off by up to so much: kilolib makes its random numbers of it. A choice.
+const NOISE: u64 = 2;
+/// The debug line's rate, and how far a receiver follows another: 20.10 of the data sheet, rounded.
+const SERIAL_HZ: f64 = 38_400.0;
+const SERIAL_TOLERANCE: f64 = 0.04;
+
+/// The LED of a robot goes on or off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Edge {
+    /// When.
+    pub at: Time,
+    /// On or off.
+    pub on: bool,
+    /// When the first pulse came of those that belong together.
+    pub burst: Time,
+}
+
+/// The light of a neighbour changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Light {
+    /// When.
+    pub at: Time,
+    /// On or off.
+    pub on: bool,
+    /// Which neighbour.
+    pub from: u16,
+    /// How strong it is.
+    pub amplitude: Amplitude,
+}
+
+/// What is around a robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surroundings {
+    /// Reading of the light sensor: 0 to 1023.
+    pub light: u16,
+    /// Temperature in degrees Celsius.
+    pub celsius: f64,
+}
+
+/// What a Kilobot counted since power-on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct KilobotStatistics {
+    /// Frames that it sent.
+    pub sent: u64,
+    /// Bursts that ended before they were one: somebody else was heard.
+    pub aborted: u64,
+    /// Frames that reached its receiver with a good checksum.
+    pub arrived: u64,
+    /// Bursts of one neighbour that did not.
+    pub damaged: u64,
+    /// Bursts in which the pulses of several neighbours came.
+    pub collided: u64,
+    /// Pulses that came while the receiver had no power.
+    pub unheard: u64,
+    /// Addresses of registers that were used and are plain storage.
+    pub unknown: Vec<u32>,
+}
+
+/// A Kilobot without the core of its processor.
+#[derive(Clone, Debug)]
+pub struct Kilobot {
+    chip: Atmega328p,
+    /// Its LED's pin.
+    led_pins: u8,
+    /// Since when its LED is on.
+    lit: Option<u64>,
+    edges: Vec<Edge>,
+    sending: Decoder,
+    burst: Time,
+    /// What will be seen.
+    coming: VecDeque<Light>,
+    /// When the next of it is.
+    next_light: u64,
+    /// Neighbours' LEDs that are on now.
+    seen: Vec<(u16, Amplitude)>,
+    held: Amplitude,
+    held_until: u64,
+    receiving: Decoder,
+    /// Who is heard in this burst, if it is one neighbour; and whether there are more.
+    heard: Option<(u16, bool)>,
+    colour: [u8; 3],
+    motors: [(f64, f64); 2],
+    battery: u16,
+    surroundings: Surroundings,
+    seed: u64,
+    serial: Vec<u8>,
+    errors: u32,
+    events: Vec<(Time, Event)>,
+    statistics: KilobotStatistics,
+}
+
+impl Kilobot {
+    /// Robot `number` of several, whose power was just turned on. It was calibrated, and has id `number`.
+    pub fn new(number: u16) -> Self {
+        let mut cells = [0xff; EEPROM_SIZE];
+        cells[cell::OSCCAL] = BEST_OSCCAL;
+        for (at, duty) in DUTIES {
+            cells[at] = duty;
+        }
+        for (at, table) in [cell::LOW_GAIN, cell::HIGH_GAIN].into_iter().zip(tables()) {
+            cells[at..at + table.len()].copy_from_slice(&table);
+        }
+        cells[cell::TX_MASK] = 1;
+        cells[cell::UID..cell::UID + 2].copy_from_slice(&number.to_le_bytes());
+        let mut robot = Kilobot {
+            chip: Atmega328p::new(BEST_OSCCAL, FACTORY_OSCCAL, cells),
+            led_pins: 1,
+            lit: None,
+            edges: Vec::new(),
+            sending: Decoder::default(),
+            burst: Time::ZERO,
+            coming: VecDeque::new(),
+            next_light: u64::MAX,
+            seen: Vec::new(),
+            held: Amplitude::default(),
+            held_until: 0,
+            receiving: Decoder::default(),
+            heard: None,
+            colour: [0; 3],
+            motors: [(0.0, 0.0); 2],
+            battery: 0,
+            surroundings: Surroundings { light: 300, celsius: 25.0 },
+            seed: u64::from(number),
+            serial: Vec::new(),
+            errors: 0,
+            events: Vec::new(),
+            statistics: KilobotStatistics::default(),
+        };
+        robot.set_battery(3.9, false);
+        robot
+    }
+
+    /// The EEPROM. What the robot is wired like follows it until its program runs.
+    pub fn eeprom(&mut self) -> &mut [u8; EEPROM_SIZE] {
+        &mut self.chip.eeprom.cells
+    }
+
+    /// Pins as the EEPROM names them: the LED is where calibration says.
+    pub fn wire(&mut self) {
+        let mask = self.chip.eeprom.cells[cell::TX_MASK];
+        self.led_pins = if mask & !LED_PINS == 0 && mask != 0 { mask } else { 1 };
+    }
+
+    /// A battery of so many volts that is charged or not.
+    pub fn set_battery(&mut self, volts: f64, charging: bool) {
+        self.battery = (volts / BATTERY_FULL_SCALE * 1024.0).clamp(0.0, 1023.0) as u16;
+        self.chip.drive(D, CHARGING, !charging);
+    }
+
+    /// From now on its oscillator runs so many millionths too fast.
+    pub fn set_clock_error(&mut self, ppm: f64) {
+        let now = self.chip.now();
+        self.chip.clock.set_error(now, ppm);
+        self.plan_light();
+    }
+
+    /// From now on it is in other surroundings.
+    pub fn set_surroundings(&mut self, surroundings: Surroundings) {
+        self.surroundings = surroundings;
+    }
+
+    /// The start of what is pseudo-random in its readings.
+    pub fn set_seed(&mut self, seed: u64) {
+        self.seed = seed;
+    }
+
+    /// When a cycle of its core begins.
+    pub fn time(&self, cycle: u64) -> Time {
+        self.chip.clock.time(cycle)
+    }
+
+    /// The first cycle of its core at or after `time`.
+    pub fn cycle(&self, time: Time) -> u64 {
+        self.chip.clock.cycle(time)
+    }
+
+    /// What neighbours' LEDs will do, in order, after all that was said before.
+    pub fn will_see(&mut self, lights: impl IntoIterator<Item = Light>) {
+        self.coming.extend(lights);
+        self.plan_light();
+    }
+
+    fn plan_light(&mut self) {
+        let now = self.chip.now();
+        let next = self.coming.front().map(|light| self.chip.clock.cycle(light.at).max(now));
+        self.next_light = next.unwrap_or(u64::MAX);
+    }
+
+    /// What its own LED did since the last call.
+    pub fn take_edges(&mut self) -> Vec<Edge> {
+        std::mem::take(&mut self.edges)
+    }
+
+    /// Lets time pass until `cycle`.
+    pub fn advance(&mut self, cycle: u64) {
+        while self.next_light <= cycle {
+            let at = self.next_light;
+            self.advance_chip(at);
+            while let Some(light) = self.coming.front().copied()
+                && self.chip.clock.cycle(light.at) <= at
+            {
+                self.coming.pop_front();
+                self.see(light, at);
+            }
+            self.plan_light();
+        }
+        self.advance_chip(cycle);
+    }
+
+    fn advance_chip(&mut self, cycle: u64) {
+        while let Some(signal) = self.chip.advance(cycle) {
+            match signal {
+                Signal::Sample(sample) => {
+                    let value = self.measure(sample);
+                    self.chip.measured(value);
+                }
+                Signal::Sent(sent) => self.note_serial(sent),
+            }
+        }
+    }
+
+    fn is_listening(&self) -> bool {
+        self.chip.ports[D].direction & self.chip.ports[D].port & 1 << RECEIVER != 0
+    }
+
+    fn see(&mut self, light: Light, cycle: u64) {
+        self.seen.retain(|(from, _)| *from != light.from);
+        if light.on {
+            self.seen.push((light.from, light.amplitude));
+            if self.is_listening() {
+                let held = if cycle < self.held_until { self.held } else { Amplitude::default() };
+                self.held = held.with(light.amplitude);
+                self.held_until = cycle + self.chip.clock.cycles_of(HELD);
+                self.count_pulse(light.from, cycle);
+            } else {
+                self.statistics.unheard += 1;
+            }
+        }
+        self.settle_comparator();
+    }
+
+    /// What could be received: whether the program does is its own business.
+    fn count_pulse(&mut self, from: u16, cycle: u64) {
+        let is_going_on = self.receiving.is_busy(cycle);
+        match &mut self.heard {
+            Some((one, more)) if is_going_on => *more |= *one != from,
+            heard => *heard = Some((from, false)),
+        }
+        let is_mixed = self.heard.is_some_and(|(_, more)| more);
+        match self.receiving.pulse(cycle) {
+            Some(Heard::Frame(frame, _)) if is_intact(&frame) && !is_mixed => {
+                self.statistics.arrived += 1;
+            }
+            Some(Heard::Frame(..) | Heard::Broken) => {
+                let counter = if is_mixed {
+                    &mut self.statistics.collided
+                } else {
+                    &mut self.statistics.damaged
+                };
+                *counter += 1;
+            }
+            Some(Heard::Begin) | None => {}
+        }
+    }
+
+    /// The receiver sees the own LED, too.
+    fn settle_comparator(&mut self) {
+        let light = !self.seen.is_empty() || self.lit.is_some();
+        self.chip.compare(light && self.is_listening());
+    }
+
+    /// A reading of the converter.
+    fn measure(&self, sample: Sample) -> u16 {
+        let noise = || {
+            let mut random = Random::of(self.seed, sample.at);
+            (random.bits() % (2 * NOISE + 1)) as i32 - NOISE as i32
+        };
+        let noisy = |reading: f64| (reading as i32 + noise()).clamp(0, 1023) as u16;
+        let reference = if sample.reference == 3 { BANDGAP_MV } else { SUPPLY_MV };
+        let reading = |millivolts: f64| millivolts / reference * 1024.0;
+        let scaled = |of_supply: u16| f64::from(of_supply) * SUPPLY_MV / reference;
+        let is_held = self.is_listening() && self.chip.now() < self.held_until;
+        match sample.channel {
+            0 if is_held => scaled(self.held.high).min(1023.0) as u16,
+            1 if is_held => scaled(self.held.low).min(1023.0) as u16,
+            6 => noisy(scaled(self.battery)),
+            7 => noisy(scaled(self.surroundings.light)),
+            8 => noisy(reading(thermometer(self.surroundings.celsius))),
+            14 => reading(BANDGAP_MV).min(1023.0) as u16,
+            _ => 0,
+        }
+    }
+
+    fn note_serial(&mut self, sent: Sent) {
+        let rate = self.chip.clock.hz() / f64::from(sent.bit);
+        if (rate / SERIAL_HZ - 1.0).abs() > SERIAL_TOLERANCE || !sent.is_plain {
+            self.fail(HardwareError::SerialFormat { baud: rate as u64 });
+        }
+        self.serial.push(sent.byte);
+    }
+
+    /// Tells of a mistake, once of each kind.
+    pub fn fail(&mut self, error: HardwareError) {
+        let bit = match &error {
+            HardwareError::SerialFormat { .. } => 1 << 0,
+            HardwareError::LongPulse => 1 << 1,
+            HardwareError::StoreOutside { .. } => 1 << 2,
+            HardwareError::StoreLocked { .. } => 1 << 3,
+            HardwareError::ReadWhileWrite { .. } => 1 << 4,
+            HardwareError::Stack { .. } => 1 << 5,
+            _ => 1 << 6,
+        };
+        if self.errors & bit == 0 {
+            self.errors |= bit;
+            let at = self.time(self.chip.now());
+            self.events.push((at, Event::HardwareError(error)));
+        }
+    }
+
+    /// The next cycle at which it must be asked again for an interrupt.
+    pub fn next_event(&mut self) -> u64 {
+        self.chip.next_event().min(self.next_light)
+    }
+
+    /// The interrupt that is served first, if any waits.
+    pub fn interrupt(&mut self) -> Option<u8> {
+        self.chip.interrupt()
+    }
+
+    /// The core enters that interrupt; the address of its vector.
+    pub fn acknowledge(&mut self, vector: u8) -> u16 {
+        let address = self.chip.acknowledge(vector);
+        if self.chip.is_application_busy() && address < BOOT_SECTION {
+            self.fail(HardwareError::ReadWhileWrite { address });
+        }
+        address
+    }
+
+    /// `sleep`: whether the core sleeps now.
+    pub fn sleep(&mut self) -> Option<Sleep> {
+        self.chip.sleep()
+    }
+
+    /// An interrupt wakes the core after so many cycles.
+    pub fn wake(&mut self, slept: u64) {
+        self.chip.wake(slept);
+        self.settle_comparator();
+    }
+
+    /// Whether the watchdog has run out.
+    pub fn is_expired(&self) -> bool {
+        self.chip.is_expired()
+    }
+
+    /// The watchdog resets the chip.
+    pub fn reset(&mut self) {
+        self.chip.reset(FACTORY_OSCCAL);
+        self.settle();
+        self.plan_light();
+    }
+
+    /// `wdr`
+    pub fn restart_watchdog(&mut self) {
+        self.chip.restart_watchdog();
+    }
+
+    /// `spm` at address `pc` with Z and R1:R0: what happens to the flash.
+    pub fn store_program(&mut self, pc: u16, z: u16, word: u16) -> Option<Change> {
+        match self.chip.store_program(pc, z, word) {
+            Ok(change) => change,
+            Err(Mistake::Outside) => {
+                self.fail(HardwareError::StoreOutside { pc });
+                None
+            }
+            Err(Mistake::Locked) => {
+                self.fail(HardwareError::StoreLocked { pc });
+                None
+            }
+        }
+    }
+
+    /// For how many cycles the core does nothing more.
+    pub fn take_halt(&mut self) -> u64 {
+        self.chip.take_halt()
+    }
+
+    /// The core reads a register.
+    pub fn read(&mut self, address: u16, cycle: u64) -> u8 {
+        self.advance(cycle);
+        self.chip.read(address)
+    }
+
+    /// The core writes a register; whether anything may have changed but pins.
+    pub fn write(&mut self, address: u16, value: u8, cycle: u64) -> bool {
+        self.advance(cycle);
+        self.chip.write(address, value);
+        // Ports and timer 2 show.
+        match address {
+            0x23..=0x2b => {
+                self.settle();
+                false
+            }
+            0xb0 | 0xb1 | 0xb3 | 0xb4 => {
+                self.observe_motors();
+                true
+            }
+            0x61 | 0x66 => {
+                self.plan_light();
+                true
+            }
+            _ => true,
+        }
+    }
+
+    /// What the pins do.
+    fn settle(&mut self) {
+        let cycle = self.chip.now();
+        let port = self.chip.ports[B];
+        let is_lit = port.direction & port.port & self.led_pins != 0;
+        if is_lit != self.lit.is_some() {
+            let at = self.time(cycle);
+            if is_lit {
+                self.lit = Some(cycle);
+                self.note_pulse(cycle, at);
+            } else if let Some(since) = self.lit.take()
+                && at - self.time(since) > LONGEST_PULSE
+            {
+                self.fail(HardwareError::LongPulse);
+            }
+            self.edges.push(Edge { at, on: is_lit, burst: self.burst });
+        }
+        self.settle_comparator();
+        self.observe_motors();
+        let colour = COLOURS.map(|[weak, strong]| {
+            let shines = |(port, pin): (usize, u8)| {
+                let port = self.chip.ports[port];
+                u8::from(port.direction & !port.port & 1 << pin != 0)
+            };
+            shines(weak) | shines(strong) << 1
+        });
+        if colour != std::mem::replace(&mut self.colour, colour) {
+            let [red, green, blue] = colour;
+            self.events.push((self.time(cycle), Event::Colour { red, green, blue }));
+        }
+    }
+
+    fn note_pulse(&mut self, cycle: u64, at: Time) {
+        match self.sending.pulse(cycle) {
+            Some(Heard::Begin) => {
+                self.burst = at;
+                self.statistics.aborted += 1;
+            }
+            Some(Heard::Frame(frame, begin)) => {
+                self.statistics.sent += 1;
+                self.statistics.aborted -= 1;
+                let air = at - self.time(begin);
+                let event = Event::Infrared { payload: frame.to_vec(), air };
+                self.events.push((at, event));
+            }
+            Some(Heard::Broken) | None => {}
+        }
+    }
+
+    fn observe_motors(&mut self) {
+        for (output, (port, pin)) in MOTORS.into_iter().enumerate() {
+            let port = self.chip.ports[port];
+            let is_output = port.direction >> pin & 1 != 0;
+            let signal = match self.chip.motor(output).filter(|_| is_output) {
+                Some(wave) if wave.prescaler != 0 => {
+                    let duty = f64::from(wave.high) / f64::from(wave.period.max(1));
+                    let cycles = f64::from(wave.period) * f64::from(wave.prescaler);
+                    let is_constant = wave.high == 0 || wave.high == wave.period;
+                    (duty, if is_constant { 0.0 } else { self.chip.clock.hz() / cycles })
+                }
+                Some(_) => (0.0, 0.0),
+                None => (f64::from(u8::from(is_output && port.port >> pin & 1 != 0)), 0.0),
+            };
+            if signal != std::mem::replace(&mut self.motors[output], signal) {
+                let (duty, frequency_hz) = signal;
+                let event = Event::Motor { number: output as u8 + 1, duty, frequency_hz };
+                self.events.push((self.time(self.chip.now()), event));
+            }
+        }
+    }
+
+    /// Whether a LED that was left on shines longer than any pulse.
+    fn check_led(&mut self) {
+        if let Some(since) = self.lit
+            && self.time(self.chip.now()) - self.time(since) > LONGEST_PULSE
+        {
+            self.fail(HardwareError::LongPulse);
+        }
+    }
+
+    /// What happened since the last call, in order.
+    pub fn take_events(&mut self) -> Vec<(Time, Event)> {
+        self.check_led();
+        if !self.serial.is_empty() {
+            let at = self.time(self.chip.now());
+            let bytes = std::mem::take(&mut self.serial);
+            self.events.push((at, Event::Serial { bytes }));
+        }
+        std::mem::take(&mut self.events)
+    }
+
+    /// Counters since power-on.
+    pub fn statistics(&self) -> KilobotStatistics {
+        KilobotStatistics { unknown: self.chip.take_unknown(), ..self.statistics.clone() }
+    }
+}
+
+/// In mV.
+fn thermometer(celsius: f64) -> f64 {
+    let [(cold, at_cold), (middle, at_middle), (hot, at_hot)] = THERMOMETER;
+    if celsius < middle {
+        at_middle - (middle - celsius) * (at_middle - at_cold) / (middle - cold)
+    } else {
+        at_middle + (celsius - middle) * (at_hot - at_middle) / (hot - middle)
+    }
+}
