@@ -55,7 +55,8 @@ pub fn quick(arguments: &[&str]) -> Line {
         .env("CARGO_PROFILE_DEV_DEBUG", "line-tables-only")
 }
 
-const EMULATORS: [&str; 2] = ["bittybuzz-emulate-stm32", "bittybuzz-emulate-qemu"];
+const EMULATORS: [&str; 3] =
+    ["bittybuzz-emulate-avr", "bittybuzz-emulate-stm32", "bittybuzz-emulate-qemu"];
 
 /// Everything that must pass before a change is merged.
 pub fn ci() -> Result<(), Failure> {

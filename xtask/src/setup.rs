@@ -14,6 +14,8 @@ enum Sign {
     Libclang,
     /// The C library of the AVR, where its linker looks for it.
     AvrLibc,
+    /// A header of a library, where Debian puts them.
+    Header(&'static str),
 }
 
 /// Debian packages that tasks need.
@@ -33,6 +35,7 @@ const PACKAGES: &[(Sign, &str)] = &[
     (Sign::Program("avr-gcc"), "gcc-avr"),
     (Sign::AvrLibc, "avr-libc"),
     (Sign::Program("simavr"), "simavr"),
+    (Sign::Header("simavr/sim_avr.h"), "libsimavr-dev"),
     (Sign::Program("valgrind"), "valgrind"),
 ];
 
@@ -53,6 +56,7 @@ fn packages() -> Result<(), Failure> {
         Sign::Program(program) => is_installed(program),
         Sign::Libclang => has_libclang(),
         Sign::AvrLibc => Path::new("/usr/lib/avr/lib/libc.a").is_file(),
+        Sign::Header(header) => Path::new("/usr/include").join(header).is_file(),
     });
     if missing.is_empty() {
         return Ok(());

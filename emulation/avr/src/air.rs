@@ -1,0 +1,292 @@
+//! The light between robots, at the level of pulses.
+
+use std::collections::VecDeque;
+
+use bittybuzz_chips::{Amplitude, DIAMETER_MM, Edge, Infrared, Random, Time};
+
+/// Centre to centre: Rubenstein, Ahler, Nagpal, ICRA 2012.
+const RANGE_MM: f64 = 100.0;
+
+/// A controller above the table: everybody sees it as if it was so far away. A choice.
+const CONTROLLER_MM: f64 = DIAMETER_MM + 40.0;
+
+/// What kilolib's message_send takes at 8 MHz, in ns (measured): a pulse, first to second pulse, second to the first byte's
+/// start bit, bit to bit, stop bit to start bit.
+const PULSE: u64 = 1_125;
+const LEADING: u64 = 302_500;
+const TO_BYTES: u64 = 35_750;
+const BIT: u64 = 33_750;
+const TO_BYTE: u64 = 35_250;
+
+/// Who sees whom, and what they see in this window.
+pub struct Air {
+    places: Vec<Option<[f64; 2]>>,
+    /// For each robot whom it sees, and how far away; the controller is not among them.
+    seen: Vec<Vec<(usize, f64)>>,
+    range_mm: f64,
+    noise_mm: f64,
+    lose: f64,
+    /// Of readings, of losses.
+    seeds: [u64; 2],
+    /// What the LEDs do in this window, as far as it is known; the controller comes last.
+    edges: Vec<Vec<Edge>>,
+    /// What the controller will do.
+    announced: VecDeque<Edge>,
+    end: Time,
+    carried: u64,
+    lost: u64,
+}
+
+impl Air {
+    /// Between so many robots, which nobody sees yet.
+    pub fn new(count: usize) -> Self {
+        Air {
+            places: vec![None; count],
+            seen: vec![Vec::new(); count],
+            range_mm: RANGE_MM,
+            noise_mm: 0.0,
+            lose: 0.0,
+            seeds: [0; 2],
+            edges: vec![Vec::new(); count + 1],
+            announced: VecDeque::new(),
+            end: Time::ZERO,
+            carried: 0,
+            lost: 0,
+        }
+    }
+
+    /// A robot is there from now on, in mm, or nowhere.
+    pub fn place(&mut self, robot: usize, place: Option<[f64; 2]>) {
+        self.places[robot] = place;
+        for other in 0..self.places.len() {
+            if other != robot {
+                self.look(robot, other);
+                self.look(other, robot);
+            }
+        }
+    }
+
+    /// Whether and how far away one sees another.
+    fn look(&mut self, robot: usize, other: usize) {
+        let distance = self.places[robot]
+            .zip(self.places[other])
+            .map(|([x, y], [to_x, to_y])| (to_x - x).hypot(to_y - y));
+        let in_range = distance.filter(|distance| *distance <= self.range_mm);
+        let seen = &mut self.seen[robot];
+        let at = seen.binary_search_by_key(&other, |(other, _)| *other);
+        match (at, in_range) {
+            (Ok(at), Some(distance)) => seen[at].1 = distance,
+            (Ok(at), None) => drop(seen.remove(at)),
+            (Err(at), Some(distance)) => seen.insert(at, (other, distance)),
+            (Err(_), None) => {}
+        }
+    }
+
+    /// How far light reaches, and the standard deviation of the distance that a reading tells, in mm.
+    pub fn set_light(&mut self, range_mm: f64, noise_mm: f64, seed: u64) {
+        (self.range_mm, self.noise_mm, self.seeds[0]) = (range_mm, noise_mm, seed);
+        for robot in 0..self.places.len() {
+            self.place(robot, self.places[robot]);
+        }
+    }
+
+    /// Bursts are lost with this probability, for each who would see them.
+    pub fn lose(&mut self, probability: f64, seed: u64) {
+        (self.lose, self.seeds[1]) = (probability, seed);
+    }
+
+    /// The controller sends a frame, which all see; after what it sends already.
+    pub fn announce(&mut self, at: Time, frame: [u8; 12]) {
+        let first = self.announced.back().map_or(at, |edge| edge.at + Time::from_nanos(10 * BIT));
+        let burst = first.max(at);
+        for pulse in pulses(&frame) {
+            let at = burst + Time::from_nanos(pulse);
+            self.announced.push_back(Edge { at, on: true, burst });
+            self.announced.push_back(Edge { at: at + Time::from_nanos(PULSE), on: false, burst });
+        }
+    }
+
+    /// A window begins of which nothing is known but the controller's pulses.
+    pub fn begin(&mut self, end: Time) {
+        self.end = end;
+        let now = self.announced.partition_point(|edge| edge.at < end);
+        for edges in &mut self.edges {
+            edges.clear();
+        }
+        if let Some(controller) = self.edges.last_mut() {
+            controller.extend(self.announced.drain(..now));
+        }
+    }
+
+    /// What the robots' LEDs do is known better: whether anything has changed.
+    pub fn learn<'a>(&mut self, edges: impl Iterator<Item = &'a [Edge]>) -> bool {
+        let mut is_news = false;
+        for (known, edges) in self.edges.iter_mut().zip(edges) {
+            if known != edges {
+                is_news = true;
+                known.clear();
+                known.extend_from_slice(edges);
+            }
+        }
+        is_news
+    }
+
+    /// Whether anybody's LED does anything in this window.
+    pub fn is_busy(&self) -> bool {
+        self.edges.iter().any(|edges| !edges.is_empty())
+    }
+
+    /// What one robot sees in this window.
+    pub fn lights_for(&self, robot: usize) -> Vec<Infrared> {
+        let mut lights = Vec::new();
+        if !self.is_busy() {
+            return lights;
+        }
+        let controller = (self.places.len(), CONTROLLER_MM);
+        for (from, distance) in self.seen[robot].iter().copied().chain([controller]) {
+            for edge in &self.edges[from] {
+                if !self.is_lost(robot, from, edge.burst) {
+                    lights.push(Infrared {
+                        at: edge.at,
+                        on: edge.on,
+                        from: from as u16,
+                        amplitude: self.amplitude(robot, from, distance, edge),
+                    });
+                }
+            }
+        }
+        lights.sort_by_key(|light| light.at);
+        lights
+    }
+
+    fn random(&self, which: usize, robot: usize, from: usize, at: Time) -> Random {
+        // Readings and losses have nothing to do with each other, even with equal seeds.
+        let number = (which as u64) << 32 | (robot as u64) << 16 | from as u64;
+        Random::of(self.seeds[which] ^ at.picos(), number)
+    }
+
+    fn is_lost(&self, robot: usize, from: usize, burst: Time) -> bool {
+        self.lose > 0.0 && self.random(1, robot, from, burst).chance(self.lose)
+    }
+
+    fn amplitude(&self, robot: usize, from: usize, distance: f64, edge: &Edge) -> Amplitude {
+        if !edge.on {
+            return Amplitude::default();
+        }
+        let error = if self.noise_mm > 0.0 {
+            self.noise_mm * gauss(&mut self.random(0, robot, from, edge.at))
+        } else {
+            0.0
+        };
+        Amplitude::at(distance + error)
+    }
+
+    /// A window is settled: counts who saw which burst begin.
+    pub fn end(&mut self) {
+        let controller = self.places.len();
+        for robot in 0..self.places.len() {
+            let others = self.seen[robot].iter().map(|(other, _)| *other);
+            for from in others.chain([controller]).collect::<Vec<_>>() {
+                for edge in self.edges[from].iter().filter(|e| e.on && e.at == e.burst) {
+                    self.carried += 1;
+                    self.lost += u64::from(self.is_lost(robot, from, edge.burst));
+                }
+            }
+        }
+    }
+
+    /// Bursts that began, once for each who could have seen them; of these, those lost by chance.
+    pub fn counted(&self) -> (u64, u64) {
+        (self.carried, self.lost)
+    }
+}
+
+/// A number of the standard normal distribution (Box, Muller).
+fn gauss(random: &mut Random) -> f64 {
+    let radius = (-2.0 * (1.0 - random.unit()).ln()).sqrt();
+    radius * (std::f64::consts::TAU * random.unit()).cos()
+}
+
+/// Data and type with their checksum, which may be there already.
+pub fn frame(payload: &[u8]) -> Option<[u8; 12]> {
+    let mut frame = [0; 12];
+    match payload.len() {
+        10 => {
+            frame[..10].copy_from_slice(payload);
+            let checksum = bittybuzz_chips::infrared_checksum(&frame);
+            frame[10..].copy_from_slice(&checksum);
+        }
+        12 => frame.copy_from_slice(payload),
+        _ => return None,
+    }
+    Some(frame)
+}
+
+/// When the pulses of a frame begin, in ns.
+fn pulses(frame: &[u8; 12]) -> Vec<u64> {
+    let mut pulses = vec![0, LEADING];
+    let mut start = LEADING + TO_BYTES;
+    for byte in frame {
+        pulses.push(start);
+        pulses.extend((0..8).filter(|bit| byte >> bit & 1 != 0).map(|bit| start + BIT * (bit + 1)));
+        pulses.push(start + BIT * 9);
+        start += BIT * 9 + TO_BYTE;
+    }
+    pulses
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn flash(at: u64) -> Vec<Edge> {
+        let at = Time::from_micros(at);
+        [true, false].map(|on| Edge { at, on, burst: at }).to_vec()
+    }
+
+    #[test]
+    fn who_is_near_enough_sees_and_a_moment_changes_nothing() {
+        let mut air = Air::new(3);
+        for (robot, x) in [0.0, 99.0, 199.5].into_iter().enumerate() {
+            air.place(robot, Some([x, 0.0]));
+        }
+        air.begin(Time::from_millis(1));
+        assert!(air.learn([&flash(10)[..], &[], &[]].into_iter()));
+        assert!(!air.learn([&flash(10)[..], &[], &[]].into_iter()));
+        let seen = air.lights_for(1);
+        assert_eq!(seen.len(), 2);
+        assert_eq!((seen[0].from, seen[0].amplitude), (0, Amplitude::at(99.0)));
+        assert!(air.lights_for(2).is_empty() && air.lights_for(0).is_empty());
+        air.place(2, None);
+        air.place(1, Some([0.0, 100.5]));
+        assert!(air.lights_for(1).is_empty());
+    }
+
+    #[test]
+    fn noise_and_losses_are_the_same_every_time() {
+        let mut air = Air::new(2);
+        air.place(0, Some([0.0, 0.0]));
+        air.place(1, Some([0.0, 90.0]));
+        air.set_light(100.0, 2.0, 7);
+        air.lose(0.5, 7);
+        let mut readings = Vec::new();
+        for flashes in 0..400 {
+            air.begin(Time::from_millis(1));
+            air.learn([&flash(flashes)[..], &[]].into_iter());
+            let seen = air.lights_for(1);
+            assert_eq!(seen, air.lights_for(1));
+            readings.extend(seen.first().map(|light| f64::from(light.amplitude.high)));
+            air.end();
+        }
+        let (carried, lost) = air.counted();
+        assert_eq!(carried, 400);
+        assert_eq!(lost + readings.len() as u64, 400);
+        assert!((160..240).contains(&lost), "{lost}");
+        // Two mm are so much there.
+        let slope = f64::from(Amplitude::at(89.0).high) - f64::from(Amplitude::at(91.0).high);
+        let mean = readings.iter().sum::<f64>() / readings.len() as f64;
+        let deviation = readings.iter().map(|r| (r - mean).powi(2)).sum::<f64>();
+        let deviation = (deviation / readings.len() as f64).sqrt() / slope;
+        assert!((0.8..1.2).contains(&deviation), "{deviation}");
+    }
+}

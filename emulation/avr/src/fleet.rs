@@ -1,0 +1,309 @@
+//! All robots of the program, and the light between them; see the crate's documentation for how time is cut.
+
+use std::path::Path;
+use std::time::Duration;
+
+use bittybuzz_chips::{EEPROM_SIZE, Edge, Infrared, Surroundings, Time};
+use bittybuzz_emulation::message::{
+    AirStatistics, BoardStatistics, Command, CoreStatistics, Event, Reply, Statistics, TimedEvent,
+};
+use bittybuzz_emulation::{
+    CommandError, Image, LONGEST_READ, MachineError, Pause, Refusal, Robots, finite, probability,
+};
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
+
+use crate::air::Air;
+use crate::core::FLASH;
+use crate::robot::Robot;
+
+/// Robots run for so long before they hear of each other. Longer, and more is done twice when somebody begins to send; shorter,
+/// and threads wait for each other more often.
+const WINDOW: Time = Time::from_micros(500);
+
+/// Where the memories are in what an AVR's tools call addresses.
+const RAM_BASE: u32 = 0x80_0000;
+const EEPROM_BASE: u32 = 0x81_0000;
+/// `ret`
+const RETURN: [u8; 2] = [0x08, 0x95];
+
+/// The program's robots.
+pub struct Fleet {
+    members: Vec<Member>,
+    air: Air,
+    image: Option<Image>,
+}
+
+/// A robot, and what it did in this window as far as it is known.
+struct Member {
+    robot: Robot,
+    /// The light that it saw.
+    seen: Vec<Infrared>,
+    /// What its own LED did.
+    edges: Vec<Edge>,
+    /// It was sending at the end of the last window.
+    is_sending: bool,
+    /// Its state at the beginning was kept.
+    is_saved: bool,
+    /// It must run, once more or for the first time.
+    must_run: bool,
+    /// Resets that were told.
+    resets: u64,
+    is_dead: bool,
+    /// Events from before the power was turned on are none.
+    events: Vec<TimedEvent>,
+}
+
+impl Member {
+    fn new(number: usize) -> Self {
+        Member {
+            robot: Robot::new(number as u16),
+            seen: Vec::new(),
+            edges: Vec::new(),
+            is_sending: false,
+            is_saved: false,
+            must_run: false,
+            resets: 0,
+            is_dead: false,
+            events: Vec::new(),
+        }
+    }
+
+    fn run(&mut self, end: Time) {
+        if std::mem::replace(&mut self.is_saved, true) {
+            self.robot.restore();
+        } else {
+            self.robot.save();
+        }
+        self.edges = self.robot.run(end, &self.seen);
+        self.must_run = false;
+    }
+}
+
+impl Fleet {
+    /// So many robots, switched off.
+    pub fn new(count: usize) -> Self {
+        Fleet { members: (0..count).map(Member::new).collect(), air: Air::new(count), image: None }
+    }
+
+    /// Lets all robots run to `end`.
+    fn window(&mut self, end: Time) {
+        let Fleet { members, air, .. } = self;
+        air.begin(end);
+        for (number, member) in members.iter_mut().enumerate() {
+            (member.is_saved, member.edges) = (false, Vec::new());
+            member.seen = air.lights_for(number);
+            // Who sleeps and sees nothing does nothing; it catches up when it is woken.
+            member.must_run = !member.seen.is_empty() || !member.robot.is_quiet(end);
+        }
+        // Who is sending now is not disturbed by others: their pulses are known before anybody listens.
+        run(members, end, |member| member.must_run && member.is_sending);
+        air.learn(members.iter().map(|member| member.edges.as_slice()));
+        for (number, member) in members.iter_mut().enumerate() {
+            if member.must_run && air.is_busy() {
+                member.seen = air.lights_for(number);
+            }
+        }
+        run(members, end, |member| member.must_run);
+        // Whoever has begun to send, or did anything but what was assumed, is told to those who have not seen it; until all
+        // have seen what was there. Each round is right for longer than the one before.
+        while air.learn(members.iter().map(|member| member.edges.as_slice())) {
+            for (number, member) in members.iter_mut().enumerate() {
+                let lights = air.lights_for(number);
+                if lights != member.seen {
+                    member.seen = lights;
+                    member.must_run = true;
+                }
+            }
+            run(members, end, |member| member.must_run);
+        }
+        air.end();
+        for member in members {
+            member.is_sending = !member.edges.is_empty();
+            member.note();
+        }
+    }
+
+    fn member(&mut self, robot: usize) -> Result<&mut Member, CommandError> {
+        let robots = self.members.len();
+        self.members.get_mut(robot).ok_or(CommandError::NoRobot { robot, robots })
+    }
+}
+
+/// Lets the chosen ones run, on as many threads as there are.
+fn run(members: &mut [Member], end: Time, chosen: impl Fn(&Member) -> bool + Sync) {
+    let count = members.iter().filter(|member| chosen(member)).count();
+    if count > 1 {
+        let all = members.par_iter_mut().with_max_len(1);
+        all.filter(|member| chosen(member)).for_each(|member| member.run(end));
+    } else if let Some(member) = members.iter_mut().find(|member| chosen(member)) {
+        member.run(end);
+    }
+}
+
+impl Member {
+    /// Collects what has happened in a window that is settled.
+    fn note(&mut self) {
+        let events = self.robot.board.take_events().into_iter();
+        self.events.extend(events.map(|(at, event)| TimedEvent {
+            at: Duration::from_nanos(at.nanos()),
+            event: event.into(),
+        }));
+        let counted = self.robot.counted;
+        let at = Duration::from_nanos(self.robot.board.time(self.robot.core.cycle()).nanos());
+        if std::mem::replace(&mut self.resets, counted.resets) != counted.resets {
+            self.events.push(TimedEvent { at, event: Event::Reset { cause: "watchdog".into() } });
+        }
+        let is_dead = self.robot.is_dead;
+        if is_dead && !std::mem::replace(&mut self.is_dead, is_dead) {
+            let pc = self.robot.core.pc().into();
+            self.events.push(TimedEvent { at, event: Event::Lockup { pc } });
+        }
+    }
+
+    /// The bytes from `address` on, so many that are there.
+    fn memory(&mut self, address: u32, length: usize) -> Result<Vec<u8>, MachineError> {
+        let robot = &mut self.robot;
+        let part = |memory: &[u8], base: u32| {
+            let start = (address - base) as usize;
+            Some(memory.get(start..start.checked_add(length)?)?.to_vec())
+        };
+        let bytes = match address {
+            0..RAM_BASE => part(robot.core.flash(), 0),
+            RAM_BASE..EEPROM_BASE => part(robot.core.data(), RAM_BASE),
+            _ => part(robot.board.eeprom(), EEPROM_BASE),
+        };
+        bytes.ok_or(MachineError::NoMemory { address, length })
+    }
+
+    fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Result<(), MachineError> {
+        self.memory(address, bytes.len())?;
+        let robot = &mut self.robot;
+        let (start, end) = (address as usize & 0xffff, (address as usize & 0xffff) + bytes.len());
+        match address {
+            0..RAM_BASE => robot.core.write_flash(start, bytes),
+            RAM_BASE..EEPROM_BASE => robot.core.data()[start..end].copy_from_slice(bytes),
+            _ => {
+                robot.board.eeprom()[start..end].copy_from_slice(bytes);
+                robot.board.wire();
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Robots for Fleet {
+    fn count(&self) -> usize {
+        self.members.len()
+    }
+
+    fn load(&mut self, path: &Path) -> Result<(), CommandError> {
+        let image = Image::open_avr(path)?;
+        let count = self.members.len();
+        *self = Fleet::new(count);
+        for member in &mut self.members {
+            for (address, bytes) in image.segments() {
+                let is_memory = (address as usize) < FLASH
+                    || (EEPROM_BASE..EEPROM_BASE + EEPROM_SIZE as u32).contains(&address);
+                // Fuses and lock bits are not what runs.
+                if is_memory {
+                    member.write_memory(address, bytes)?;
+                }
+            }
+        }
+        self.image = Some(image);
+        Ok(())
+    }
+
+    fn run(&mut self, from: Duration, until: Duration) -> Result<Pause, MachineError> {
+        let (mut now, until) = (time(from), time(until));
+        while now < until {
+            now = (now + WINDOW).min(until);
+            self.window(now);
+        }
+        Ok(Pause::Time)
+    }
+
+    fn take_events(&mut self, robot: usize, _: Duration) -> Result<Vec<TimedEvent>, MachineError> {
+        Ok(self.members.get_mut(robot).map_or(Vec::new(), |m| std::mem::take(&mut m.events)))
+    }
+
+    fn execute(
+        &mut self,
+        robot: usize,
+        command: Command,
+        now: Duration,
+    ) -> Result<Reply, CommandError> {
+        let board = &mut self.member(robot)?.robot.board;
+        match command {
+            Command::Write { address, bytes } => {
+                self.member(robot)?.write_memory(address, &bytes)?;
+            }
+            Command::Read { address, length } => {
+                if length > LONGEST_READ {
+                    return Err(CommandError::ReadTooLong(length));
+                }
+                let bytes = self.member(robot)?.memory(address, length as usize)?;
+                return Ok(Reply::Bytes { bytes });
+            }
+            Command::Skip { symbol } => {
+                let image = self.image.as_ref().ok_or(CommandError::NotLoaded)?;
+                let address = image.function(&symbol)?;
+                self.member(robot)?.write_memory(address, &RETURN)?;
+            }
+            Command::Place { x_mm, y_mm, .. } => {
+                let place = [finite("x_mm", x_mm)?, finite("y_mm", y_mm)?];
+                self.air.place(robot, Some(place));
+            }
+            Command::Remove => self.air.place(robot, None),
+            Command::Battery { volts, charging, .. } => {
+                board.set_battery(volts.into(), charging);
+            }
+            Command::Clock { error_ppm } => board.set_clock_error(clock_error(error_ppm)?),
+            Command::Surroundings { light, celsius } => {
+                let celsius = finite("celsius", celsius)?;
+                board.set_surroundings(Surroundings { light, celsius });
+            }
+            Command::Air { lose, seed } => self.air.lose(probability(lose)?, seed),
+            Command::Infrared { range_mm, noise_mm, seed } => {
+                let (range, noise) = (finite("range_mm", range_mm)?, finite("noise_mm", noise_mm)?);
+                self.air.set_light(range, noise, seed);
+                for (number, member) in self.members.iter_mut().enumerate() {
+                    member.robot.board.set_seed(seed.wrapping_add(number as u64 + 1));
+                }
+            }
+            Command::Radio { at, payload } => {
+                let frame = crate::air::frame(&payload).ok_or(Refusal::Infrared(payload.len()))?;
+                self.air.announce(time(at.max(now)), frame);
+            }
+            Command::Statistics => {
+                let collided = |member: &Member| member.robot.board.statistics().collided;
+                let collided = self.members.iter().map(collided).sum();
+                let (carried, lost) = self.air.counted();
+                let robot = &self.member(robot)?.robot;
+                let counted = robot.counted;
+                return Ok(Reply::Statistics(Box::new(Statistics {
+                    core: CoreStatistics {
+                        instructions: 0,
+                        cycles: robot.core.cycle() - counted.slept,
+                        exceptions: counted.interrupts,
+                        longest_masked: Duration::from_nanos(counted.waited.nanos()),
+                    },
+                    board: BoardStatistics::Kilobot(robot.board.statistics().into()),
+                    air: AirStatistics { carried, collided, lost },
+                })));
+            }
+            _ => return Err(Refusal::OtherRobot("Kilobot").into()),
+        }
+        Ok(Reply::Ok)
+    }
+}
+
+/// No oscillator of the chip is farther off, even uncalibrated: 10 % (table 29-10 of the data sheet).
+fn clock_error(ppm: f64) -> Result<f64, Refusal> {
+    const MOST: f64 = 100_000.0;
+    if ppm.abs() <= MOST { Ok(ppm) } else { Err(Refusal::ClockError { most: MOST, value: ppm }) }
+}
+
+fn time(duration: Duration) -> Time {
+    Time::from_nanos(u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX))
+}

@@ -1,0 +1,193 @@
+//! One robot: peripherals, sleep, flash, and what goes wrong.
+
+use std::path::Path;
+
+use bittybuzz_emulation::message::{Command, Event};
+
+use crate::robots::{EEPROM, RAM, Robots, assemble};
+
+#[test]
+fn timers_interrupt_as_often_as_the_data_sheet_says() {
+    let mut robots = Robots::new(1, &assemble("timers", "timers", &[]));
+    robots.run(1_000_000);
+    // 8 MHz / 1024 / 256, and 8 MHz / 8 / 510.
+    assert_eq!(robots.words(0, RAM + 0x100, 2), [30, 1960]);
+    // The flag comes a count after 100; then one NOP at most, four cycles of entry, three of the jump in the table, and what
+    // LDS takes to the reading.
+    let entered = robots.word(0, RAM + 0x104);
+    assert!((101 + 4 + 3..=101 + 4 + 3 + 2).contains(&entered), "{entered}");
+    // Both compare flags of timer 1 were up, and SBI has cleared one.
+    assert_eq!(robots.byte(0, RAM + 0x106), 1 << 2);
+}
+
+#[test]
+fn a_cell_of_the_eeprom_is_written_in_its_time() {
+    let mut robots = Robots::new(1, &assemble("eeprom", "eeprom", &[]));
+    robots.run(2_000);
+    assert_eq!(robots.byte(0, RAM + 0x102), 0, "it is not done yet");
+    robots.run(2_000);
+    // Table 8-2: 26,368 cycles; the loop that waits takes three.
+    let took = robots.word(0, RAM + 0x100);
+    assert!((26_360..26_380).contains(&took), "{took}");
+    assert_eq!((robots.byte(0, RAM + 0x102), robots.byte(0, EEPROM + 0xb0)), (0x5a, 0x5a));
+}
+
+#[test]
+fn deep_sleep_stops_the_timers_and_light_sleep_does_not() {
+    let mut robots = Robots::new(1, &assemble("sleep", "sleep", &[]));
+    robots.run(63_000);
+    assert_eq!(robots.byte(0, RAM + 0x100), 0, "64 ms of the watchdog");
+    robots.run(2_000);
+    assert_eq!(robots.byte(0, RAM + 0x100), 1);
+    // Less than a count of 128 us was awake.
+    assert_eq!(robots.word(0, RAM + 0x101), 0);
+    robots.run(6_000);
+    assert_eq!(robots.byte(0, RAM + 0x103), 2, "ticks of 2.048 ms wake it from idle");
+    robots.run(50_000);
+    let events = robots.seen();
+    assert_eq!(events[0], &Event::Reset { cause: "watchdog".into() });
+    // WDRF; and then it sleeps with interrupts off and nothing that could wake it.
+    assert!(matches!(events[1..], [Event::Lockup { .. }]), "{events:?}");
+    assert_eq!(robots.byte(0, RAM + 0x104), 1 << 3);
+    let cycles = robots.emulator.statistics().unwrap().core.cycles;
+    // Awake were but the start, and the 12 ms until the watchdog's end.
+    assert!((80_000..110_000).contains(&cycles), "{cycles}");
+}
+
+#[test]
+fn the_boot_loader_writes_flash_and_nobody_else_does() {
+    let mut robots = Robots::new(1, &assemble("boot", "boot", &[]));
+    let page = vec![0; 128];
+    robots.tell(0, &Command::Write { address: 0x1000, bytes: page });
+    robots.run(1_000);
+    assert_eq!(robots.errors().len(), 1);
+    assert!(robots.errors()[0].contains("works in the boot loader's section only"));
+    robots.run(12_000);
+    let mut expected: Vec<u16> = (0..63).map(|n| 0x1234 + n).collect();
+    expected.push(0x9508);
+    assert_eq!(robots.words(0, 0x1000, 64), expected);
+    assert_eq!(robots.byte(0, RAM + 0x101), 1, "what was written was called");
+    // Two times 4 ms of 256 us ticks, by the vectors in the boot loader.
+    let ticks = robots.byte(0, RAM + 0x100);
+    assert!((30..=33).contains(&ticks) || ticks > 40, "{ticks}");
+    assert_eq!(robots.errors().len(), 1);
+}
+
+#[test]
+fn the_board_is_seen_and_measured() {
+    let mut robots = Robots::new(1, &assemble("board", "board", &["-DBAUD=12"]));
+    robots.tell(0, &Command::Battery { volts: 3.6, charging: true, usb_powered: false });
+    robots.tell(0, &Command::Surroundings { light: 512, celsius: 85.0 });
+    robots.run(3_000);
+    let motor = |number, duty, frequency_hz| Event::Motor { number, duty, frequency_hz };
+    let colour = |red, green, blue| Event::Colour { red, green, blue };
+    // 18.7.4: 8 MHz / (8 * 510).
+    let frequency = 8e6 / (8.0 * 510.0);
+    let expected = [
+        colour(2, 0, 0),
+        colour(2, 1, 0),
+        colour(2, 1, 2),
+        colour(2, 1, 3),
+        colour(2, 0, 3),
+        motor(1, 75.0 / 255.0, frequency),
+        motor(2, 1.0, 0.0),
+        motor(1, 0.0, 0.0),
+        motor(2, 0.0, 0.0),
+    ];
+    let seen = robots.seen();
+    let is_visible = |event: &&&Event| !matches!(event, Event::Serial { .. });
+    let visible: Vec<_> = seen.iter().filter(is_visible).map(|event| rounded(event)).collect();
+    assert_eq!(visible, expected.iter().map(rounded).collect::<Vec<_>>());
+    let text: Vec<u8> = seen
+        .iter()
+        .filter_map(|event| match event {
+            Event::Serial { bytes } => Some(bytes.clone()),
+            _ => None,
+        })
+        .flatten()
+        .collect();
+    assert_eq!(text, b"ok");
+    // kilolib's level for 3.6 V; half of the range; table 24-2: 380 mV of 1.1 V at 85 °C; 1.1 V of 3 V. Two units of noise.
+    let readings = robots.words(0, RAM + 0x100, 4);
+    for (reading, expected) in readings.iter().zip([614_u16, 512, 353, 375]) {
+        assert!(reading.abs_diff(expected) <= 2, "{readings:?}");
+    }
+    let pins = robots.bytes(0, RAM + 0x120, 2);
+    assert_eq!((pins[0] & 1, pins[1]), (0, 0x80));
+}
+
+/// Numbers may change in their last place on their way.
+fn rounded(event: &Event) -> String {
+    match event {
+        Event::Motor { number, duty, frequency_hz } => {
+            format!("motor {number}: {duty:.6}, {frequency_hz:.3} Hz")
+        }
+        event => format!("{event:?}"),
+    }
+}
+
+#[test]
+fn a_wrong_baud_rate_is_noticed() {
+    let mut robots = Robots::new(1, &assemble("board", "fast", &["-DBAUD=10"]));
+    robots.run(3_000);
+    assert!(robots.errors()[0].contains("45454 baud"), "{:?}", robots.errors());
+}
+
+#[test]
+fn what_goes_wrong_is_told_once() {
+    for (fault, text) in [
+        (1, "no instruction"),
+        (2, "beyond all memory"),
+        (3, "below the RAM"),
+        (4, "shines for more than 100 us"),
+    ] {
+        let elf = assemble("faults", &format!("fault{fault}"), &[&format!("-DFAULT={fault}")]);
+        let mut robots = Robots::new(1, &elf);
+        robots.run(5_000);
+        let errors = robots.errors();
+        assert!(errors.iter().any(|error| error.contains(text)), "{fault}: {errors:?}");
+        assert!(errors.len() <= 2, "{errors:?}");
+    }
+}
+
+#[test]
+fn intel_hex_is_the_same_image() {
+    let elf = assemble("timers", "timers_too", &[]);
+    let hex = elf.with_extension("hex");
+    let status = std::process::Command::new("avr-objcopy")
+        .args(["-O", "ihex"])
+        .args([&elf, &hex])
+        .status()
+        .unwrap();
+    assert!(status.success());
+    let [mut from_elf, mut from_hex] = [&elf, &hex].map(|image| Robots::new(1, image));
+    assert_eq!(from_elf.bytes(0, 0, 0x8000), from_hex.bytes(0, 0, 0x8000));
+    assert_ne!(from_hex.word(0, 0), 0xffff);
+}
+
+#[test]
+fn what_cannot_be_done_is_explained() {
+    let image = assemble("timers", "refused", &[]);
+    let mut robots = Robots::new(1, &image);
+    for (command, why) in [
+        (Command::Touch { keys: 1 }, "a Kilobot has no such thing"),
+        (Command::Clock { error_ppm: 2e5 }, "between -100000 and 100000"),
+        (Command::Read { address: 0x7fff, length: 2 }, "A Kilobot has flash at 0"),
+        (Command::Read { address: RAM + 0x8ff, length: 2 }, "A Kilobot has flash at 0"),
+        (Command::Write { address: EEPROM + 0x400, bytes: vec![1] }, "A Kilobot has flash at 0"),
+        (Command::Load { elf: "nowhere.elf".into() }, "cannot read nowhere.elf"),
+        (Command::Load { elf: file("text", b"hello") }, "not a 32-bit ELF file"),
+        (Command::Load { elf: file("bad.hex", b":00000001FF\n:01000000FE\n") }, "line 2"),
+        (Command::Load { elf: file("none.hex", b":00000001FF\n") }, "nothing for the flash"),
+        (Command::Load { elf: file("long.hex", b":018000000778\n") }, "the image ends at 0x8001"),
+    ] {
+        let said = robots.refusal(&command);
+        assert!(said.contains(why), "{command:?}: {said}");
+    }
+}
+
+fn file(name: &str, bytes: &[u8]) -> std::path::PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::write(&path, bytes).unwrap();
+    path
+}
