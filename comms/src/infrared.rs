@@ -99,6 +99,12 @@ impl FaultReport {
         sealed(FAULT, &data)
     }
 
+    /// The number of the cause in a message that [`FaultReport::message`] has made, 0 if the script could not even begin.
+    pub const fn number(message: &[u8; MESSAGE]) -> u8 {
+        let [_, _, _, _, number, ..] = message;
+        *number
+    }
+
     /// The report in a message; `None` if it is another message.
     pub fn of(message: &[u8; MESSAGE]) -> Option<Self> {
         let (FAULT, data) = opened(message)? else { return None };
@@ -136,6 +142,7 @@ mod tests {
                     Fault { code, position: 0x1234, operands: [first, second], detail: 200 };
                 let report = FaultReport { robot: 0xbeef, script: 0xcafe, fault: Some(fault) };
                 assert_eq!(FaultReport::of(&report.message()), Some(report));
+                assert_eq!(FaultReport::number(&report.message()), code as u8);
                 assert_eq!(frame_of(&report.message()), None, "no frame of a swarm");
             }
         }

@@ -17,7 +17,7 @@ use bittybuzz_compiler::fit;
 use bittybuzz_compiler::include::{DiskFiles, Loader};
 use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::render::{Color, Renderer};
-use bittybuzz_robots::{Layout, Robot};
+use bittybuzz_robots::Robot;
 
 /// The environment variable that names the script.
 const SCRIPT: &str = "BBZ_SCRIPT";
@@ -86,14 +86,8 @@ impl std::fmt::Display for BuildError {
 /// Does all of it for the robot of this name, or of this robot file. Paths are relative to the board's folder, as is a
 /// relative one in `BBZ_SCRIPT` if it is not found from where cargo was called.
 pub fn board(robot: &str, default_script: &str, start: Start) -> Result<(), BuildError> {
-    println!("cargo:rerun-if-env-changed={SCRIPT}");
-    println!("cargo:rerun-if-changed=build.rs");
-    // The robots that ship are part of the build script itself.
-    if Path::new(robot).is_file() {
-        println!("cargo:rerun-if-changed={robot}");
-    }
-    let robot =
-        bittybuzz_robots::find(robot).map_err(|error| BuildError::Robot(error.to_string()))?;
+    rerun(robot);
+    let robot = find(robot)?;
     if let Some(chip) = &robot.chip {
         check_runner(chip)?;
     }
@@ -103,13 +97,48 @@ pub fn board(robot: &str, default_script: &str, start: Start) -> Result<(), Buil
         layout.application.address = address;
     }
     let script = script_path(default_script);
-    let section = section(&script, &robot, &layout)?;
-    let out = PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default());
-    write(&out.join("robot.rs"), bittybuzz_robots::generate_rust(&robot).as_bytes())?;
-    write(&out.join("script.bin"), &section)?;
-    write(&out.join("memory.x"), layout.memory_x().as_bytes())?;
-    println!("cargo:rustc-link-search={}", out.display());
+    let image = compiled(&script, &robot)?;
+    let section = layout.script_section(&image).ok_or(BuildError::TooLong(script))?;
+    write_out("robot.rs", bittybuzz_robots::generate_rust(&robot).as_bytes())?;
+    write_out("script.bin", &section)?;
+    write_out("memory.x", layout.memory_x().as_bytes())?;
+    println!("cargo:rustc-link-search={}", out().display());
     Ok(())
+}
+
+/// When cargo builds anew.
+fn rerun(robot: &str) {
+    println!("cargo:rerun-if-env-changed={SCRIPT}");
+    println!("cargo:rerun-if-changed=build.rs");
+    // The robots that ship are part of the build script itself.
+    if Path::new(robot).is_file() {
+        println!("cargo:rerun-if-changed={robot}");
+    }
+}
+
+fn find(robot: &str) -> Result<Robot, BuildError> {
+    bittybuzz_robots::find(robot).map_err(|error| BuildError::Robot(error.to_string()))
+}
+
+/// What a chip has before the script where that lies right behind the program: a mark by which tools find it, and the image's
+/// length (a `u16`, least significant byte first).
+const SCRIPT_MARK: [u8; 4] = *b"bbz\x01";
+
+/// Does all of it for a chip whose script lies right behind the program, without a place of its own: there is no `memory.x`,
+/// and `script.bin` begins with `SCRIPT_MARK`, a constant of `robot.rs`.
+pub fn behind_program(robot: &str, default_script: &str) -> Result<(), BuildError> {
+    rerun(robot);
+    let robot = find(robot)?;
+    let script = script_path(default_script);
+    let image = compiled(&script, &robot)?;
+    let length = u16::try_from(image.len()).map_err(|_| BuildError::TooLong(script))?;
+    let section = [&SCRIPT_MARK[..], &length.to_le_bytes(), &image].concat();
+    let mark = format!(
+        "/// What stands before the script.\npub const SCRIPT_MARK: [u8; 4] = {SCRIPT_MARK:?};\n"
+    );
+    let constants = bittybuzz_robots::generate_rust(&robot) + &mark;
+    write_out("robot.rs", constants.as_bytes())?;
+    write_out("script.bin", &section)
 }
 
 /// Cargo's configuration cannot be generated, so the chip's name stands there a second time.
@@ -135,8 +164,8 @@ fn script_path(default: &str) -> PathBuf {
     }
 }
 
-/// The contents of the script section.
-fn section(script: &Path, robot: &Robot, layout: &Layout) -> Result<Vec<u8>, BuildError> {
+/// The script's image.
+fn compiled(script: &Path, robot: &Robot) -> Result<Vec<u8>, BuildError> {
     println!("cargo:rerun-if-changed={}", script.display());
     let unreadable = |error| BuildError::Script(script.to_owned(), error);
     let text = fs::read_to_string(script).map_err(unreadable)?;
@@ -151,7 +180,7 @@ fn section(script: &Path, robot: &Robot, layout: &Layout) -> Result<Vec<u8>, Bui
     let image = image(&compiled).ok_or_else(|| BuildError::Errors(script.to_owned()))?;
     fit::verify(image, robot.profile, robot)
         .map_err(|cause| BuildError::Refused(script.to_owned(), refusal::sentence(&cause)))?;
-    layout.script_section(image).ok_or_else(|| BuildError::TooLong(script.to_owned()))
+    Ok(image.to_owned())
 }
 
 /// Prints what the compiler has to say.
@@ -166,6 +195,11 @@ fn image(compiled: &Compiled) -> Option<&[u8]> {
     compiled.image.as_deref()
 }
 
-fn write(path: &Path, bytes: &[u8]) -> Result<(), BuildError> {
-    fs::write(path, bytes).map_err(|error| BuildError::Output(path.to_owned(), error))
+fn out() -> PathBuf {
+    PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default())
+}
+
+fn write_out(name: &str, bytes: &[u8]) -> Result<(), BuildError> {
+    let path = out().join(name);
+    fs::write(&path, bytes).map_err(|error| BuildError::Output(path, error))
 }

@@ -37,6 +37,11 @@ fn entry(table: u16, index: u8, byte: impl Fn(u16) -> u8) -> u16 {
     u16::from_be_bytes([byte(at), byte(at + 1)])
 }
 
+/// A duty as it is stored; one that was never measured is the middle of what calibrated robots have, 60 to 75.
+pub const fn duty(byte: u8) -> u8 {
+    if byte == 0xff { 68 } else { byte }
+}
+
 /// The pins of port B that send.
 pub const fn transmitters(byte: u8) -> u8 {
     if byte & !POSSIBLE == 0 { byte } else { USUAL }

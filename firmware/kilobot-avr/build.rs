@@ -1,0 +1,11 @@
+//! The script (`BBZ_SCRIPT`, else `hello.bzz`) and the robot file; and see `bittybuzz_squeeze`.
+
+use bittybuzz_board_build::behind_program;
+
+fn main() {
+    bittybuzz_squeeze::build_script();
+    if let Err(error) = behind_program("kilobot", "hello.bzz") {
+        eprintln!("error: {error}");
+        std::process::exit(1);
+    }
+}

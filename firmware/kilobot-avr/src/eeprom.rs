@@ -1,0 +1,30 @@
+//! The EEPROM (data sheet 8.4).
+
+use core::arch::asm;
+
+use avr_device::atmega328p::Peripherals;
+use avr_device::interrupt;
+
+/// The byte there.
+#[inline(never)]
+pub fn read(chip: &Peripherals, address: u16) -> u8 {
+    // SAFETY: every address of ten bits may be read.
+    unsafe { chip.EEPROM.eear().write(|w| w.bits(address)) };
+    chip.EEPROM.eecr().write(|w| w.eere().set_bit());
+    chip.EEPROM.eedr().read().bits()
+}
+
+/// Writes it, in 3.4 ms.
+pub fn write(chip: &Peripherals, address: u16, byte: u8) {
+    // SAFETY: what was stored there is to be replaced.
+    unsafe {
+        chip.EEPROM.eear().write(|w| w.bits(address));
+        chip.EEPROM.eedr().write(|w| w.bits(byte));
+    }
+    interrupt::free(|_| {
+        // EEPE at most four cycles after EEMPE, in EECR.
+        // SAFETY: begins to write.
+        unsafe { asm!("sbi 0x1f, 2", "sbi 0x1f, 1", options(nostack, preserves_flags)) };
+    });
+    while chip.EEPROM.eecr().read().eepe().bit_is_set() {}
+}

@@ -1,0 +1,154 @@
+//! Messages from the infrared receiver: the analog comparator, timer 1 with the time of each pulse, and the converter.
+//!
+//! The comparator's output goes to the timer's input capture (data sheet 22.3.2, ACIC), so the time of a pulse is right
+//! however late the interrupt comes, as long as it comes before the next pulse.
+
+use core::cell::Cell;
+
+use avr_device::atmega328p::Peripherals;
+use avr_device::interrupt::{self, CriticalSection, Mutex};
+use bittybuzz_kilobot::distance::Amplitudes;
+use bittybuzz_kilobot::receiver::{DEADLINE, MESSAGE, Pulse, Receiver};
+
+use crate::{adc, registers};
+
+/// A message, and how loud it was.
+#[derive(Clone, Copy)]
+pub struct Heard {
+    /// Its bytes, perhaps damaged.
+    pub message: [u8; MESSAGE],
+    /// Of its first two pulses.
+    pub amplitudes: Amplitudes,
+}
+
+/// The last message, until it is taken. Later ones are lost.
+static HEARD: Mutex<Cell<Option<Heard>>> = Mutex::new(Cell::new(None));
+static IS_BUSY: Mutex<Cell<bool>> = Mutex::new(Cell::new(false));
+
+/// What only the interrupts know.
+struct Ear {
+    receiver: Receiver,
+    amplitudes: Amplitudes,
+}
+
+static mut EAR: Ear =
+    Ear { receiver: Receiver::new(), amplitudes: Amplitudes { high_gain: 0, low_gain: 0 } };
+
+/// ACSR: capture by the timer, rising edges; and its flag, which a one clears.
+const CAPTURE: u8 = 0b0000_0111;
+const FLAG: u8 = 0b0001_0000;
+
+/// TIMSK1 and TIFR1: input capture, and the deadline (compare A).
+const ON_CAPTURE: u8 = 0b0010_0000;
+const ON_DEADLINE: u8 = 0b0000_0010;
+
+/// Begins to listen.
+pub fn start(chip: &Peripherals) {
+    // SAFETY: the bits of the data sheet: 22.3 and 16.11.
+    unsafe {
+        // The pins are the comparator's alone.
+        chip.AC.didr1().write(|w| w.bits(0b11));
+        // Normal mode, 8 MHz, capture of rising edges.
+        chip.TC1.tccr1b().write(|w| w.bits(0b0100_0001));
+    }
+    adc::start(chip);
+    resume(chip);
+}
+
+/// Forgets what came while nobody listened: the robot's own light, when it was sending.
+pub fn resume(chip: &Peripherals) {
+    // SAFETY: as above.
+    unsafe {
+        chip.AC.acsr().write(|w| w.bits(CAPTURE | FLAG));
+        chip.TC1.tifr1().write(|w| w.bits(ON_CAPTURE | ON_DEADLINE));
+        chip.TC1.timsk1().write(|w| w.bits(ON_CAPTURE));
+    }
+}
+
+/// Whether light is seen at this moment.
+pub fn sees_light(chip: &Peripherals) -> bool {
+    chip.AC.acsr().read().aco().bit_is_set()
+}
+
+/// Whether a message comes in.
+pub fn is_busy() -> bool {
+    interrupt::free(|guard| IS_BUSY.borrow(guard).get())
+}
+
+/// The message that came in, if there is one.
+pub fn take() -> Option<Heard> {
+    interrupt::free(|guard| HEARD.borrow(guard).take())
+}
+
+#[avr_device::interrupt(atmega328p)]
+fn TIMER1_CAPT() {
+    let chip = registers();
+    let at = chip.TC1.icr1().read().bits();
+    // Cleared, the flag starts the next conversion.
+    // SAFETY: the bits of the data sheet.
+    unsafe { chip.AC.acsr().write(|w| w.bits(CAPTURE | FLAG)) };
+    let ear = &raw mut EAR;
+    // SAFETY: only the two handlers use it, and neither interrupts the other.
+    let ear = unsafe { &mut *ear };
+    match ear.receiver.pulse(at) {
+        Pulse::Inside => {}
+        Pulse::First => {
+            expect_by(&chip, at);
+            busy(true);
+            ear.amplitudes.high_gain = adc::finish(&chip);
+            adc::listen_quiet(&chip);
+        }
+        Pulse::Second => {
+            ear.amplitudes.low_gain = adc::finish(&chip);
+            adc::listen_loud(&chip);
+        }
+        Pulse::Start => expect_by(&chip, at),
+        Pulse::Last => {
+            end(&chip);
+            // SAFETY: interrupts are off in a handler.
+            let guard = unsafe { CriticalSection::new() };
+            let heard = HEARD.borrow(guard);
+            if heard.get().is_none() {
+                let message = *ear.receiver.message();
+                heard.set(Some(Heard { message, amplitudes: ear.amplitudes }));
+            }
+        }
+        Pulse::Stray => end(&chip),
+    }
+}
+
+#[avr_device::interrupt(atmega328p)]
+fn TIMER1_COMPA() {
+    let chip = registers();
+    let ear = &raw mut EAR;
+    // SAFETY: only the two handlers use it, and neither interrupts the other.
+    unsafe { &mut *ear }.receiver.give_up();
+    end(&chip);
+}
+
+/// By then the next byte must have begun.
+#[inline(always)]
+fn expect_by(chip: &Peripherals, start: u16) {
+    // SAFETY: any time may be compared with, and the bits are those above.
+    unsafe {
+        chip.TC1.ocr1a().write(|w| w.bits(start.wrapping_add(DEADLINE)));
+        chip.TC1.tifr1().write(|w| w.bits(ON_DEADLINE));
+        chip.TC1.timsk1().write(|w| w.bits(ON_CAPTURE | ON_DEADLINE));
+    }
+}
+
+/// Waits for another message.
+#[inline(always)]
+fn end(chip: &Peripherals) {
+    // SAFETY: as above.
+    unsafe { chip.TC1.timsk1().write(|w| w.bits(ON_CAPTURE)) };
+    adc::listen_loud(chip);
+    busy(false);
+}
+
+#[inline(always)]
+fn busy(is_busy: bool) {
+    // SAFETY: interrupts are off in a handler.
+    let guard = unsafe { CriticalSection::new() };
+    IS_BUSY.borrow(guard).set(is_busy);
+}

@@ -1,0 +1,20 @@
+//! The RGB LED: a lamp is on while its pin is an output (low), off while it is an input.
+
+use avr_device::atmega328p::Peripherals;
+use bittybuzz_kilobot::light::Color;
+
+/// Shows a colour: green at PC3 and PC2, blue at PC5 and PC4, red at PD5 and PD4.
+#[inline(never)]
+pub fn show(chip: &Peripherals, color: Color) {
+    let bits = swapped(color.bits);
+    // SAFETY: the pins are the lamps'.
+    unsafe {
+        chip.PORTC.ddrc().modify(|r, w| w.bits(r.bits() & !0b0011_1100 | bits & 0b0011_1100));
+        chip.PORTD.ddrd().modify(|r, w| w.bits(r.bits() & !0b0011_0000 | (bits & 0b0011) << 4));
+    }
+}
+
+/// The lower bit of each pair lights the higher pin.
+fn swapped(bits: u8) -> u8 {
+    (bits & 0b0101_0101) << 1 | (bits >> 1) & 0b0101_0101
+}

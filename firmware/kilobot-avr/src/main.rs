@@ -1,0 +1,278 @@
+//! BittyBuzz for Kilobots: a Buzz script on the ATmega328P, with infrared light as its radio.
+//!
+//! **Not tried on hardware**: the image is tested in emulation (`emulation/`).
+//!
+//! One loop does everything in turn, and never waits: it takes the message that has come in, does what the overhead controller
+//! wants, runs a slice of the script, sends a message when it is time. Interrupts only note pulses of light and the time. While
+//! it sends, 4.4 ms, everything else stands still, as in kilolib.
+//!
+//! # Memory
+//! Of 2,048 bytes the machine and its queues take at most [`toml::MEMORY`], all static; the rest is for drivers and stack.
+//!
+//! # What it will not do
+//! `log`: nobody is there to read it. Receive programs: the robot's boot loader does.
+
+#![no_std]
+#![no_main]
+#![feature(abi_avr_interrupt, asm_experimental_arch)]
+
+mod adc;
+mod clock;
+mod eeprom;
+mod hear;
+mod light;
+mod motors;
+mod power;
+mod robot;
+mod script;
+mod section;
+mod speak;
+
+mod toml {
+    //! Generated from `robots/kilobot.toml`.
+    #![allow(dead_code, reason = "the robot file tells more than this firmware uses")]
+    include!(concat!(env!("OUT_DIR"), "/robot.rs"));
+}
+
+use avr_device::atmega328p::Peripherals;
+use bittybuzz_comms::infrared;
+use bittybuzz_kilobot::calibration::{self, DUTIES, ID, TRANSMITTERS};
+use bittybuzz_kilobot::controller;
+use bittybuzz_kilobot::distance::distance;
+use bittybuzz_kilobot::life::{Act, Life, State};
+use bittybuzz_kilobot::light::{Blinker, Color, of_battery};
+use bittybuzz_kilobot::sender::Sender;
+use bittybuzz_vm_core::{Sizes, Vm};
+
+use hear::Heard;
+use robot::Robot;
+use script::{Machine, Script};
+
+// avr-libc's float and memory functions are smaller and faster than those of compiler_builtins.
+#[link(name = "m", kind = "static", modifiers = "-bundle")]
+unsafe extern "C" {}
+
+#[link(name = "c", kind = "static", modifiers = "-bundle")]
+unsafe extern "C" {}
+
+/// What the machine remembers of other robots.
+const SIZES: Sizes = Sizes {
+    neighbors: toml::NEIGHBORS as u8,
+    bearings: toml::BEARINGS != 0,
+    entries: toml::STIGMERGY_ENTRIES as u8,
+    swarms: toml::SWARMS as u8,
+};
+const SLOTS: usize = toml::SLOTS + SIZES.slots();
+
+/// The machine takes no more memory than the robot file promises.
+const _: () = assert!(size_of::<Machine>() <= toml::MEMORY - toml::QUEUE_MEMORY);
+/// A frame fits a message.
+const _: () = assert!(toml::FRAME_BYTES <= infrared::FRAME);
+
+/// There is none: the program would not link. Until it is proved, the watchdog resets the robot.
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo) -> ! {
+    loop {}
+}
+
+#[avr_device::entry]
+fn main() -> ! {
+    let was_stuck = power::was_stuck();
+    static mut VM: Machine = Vm::new();
+    static mut BODY: Body = Body::new();
+    let (vm, body) = (&raw mut VM, &raw mut BODY);
+    // SAFETY: the only references to them; main runs once.
+    let (vm, body) = unsafe { (&mut *vm, &mut *body) };
+    #[cfg(feature = "swarm")]
+    vm.equip(SIZES);
+    body.begin(was_stuck);
+    // SAFETY: what the handlers need is there.
+    unsafe { avr_device::interrupt::enable() };
+    loop {
+        power::feed();
+        body.turn(vm);
+    }
+}
+
+/// The chip's registers. They are no memory, and take none.
+fn registers() -> Peripherals {
+    // SAFETY: each register has one room that uses it; what interrupts use, too, the others use with interrupts off.
+    unsafe { Peripherals::steal() }
+}
+
+/// Everything but the machine.
+struct Body {
+    robot: Robot,
+    script: Script,
+    sender: Sender,
+    blinker: Blinker,
+    /// Pins of port B that send.
+    transmitters: u8,
+    /// The watchdog has reset the robot: no script runs until the controller resets it.
+    was_stuck: bool,
+}
+
+impl Body {
+    /// Zeros, which take no flash.
+    const fn new() -> Self {
+        Body {
+            robot: Robot::new(),
+            script: Script::new(),
+            sender: Sender::start(0, 0),
+            blinker: Blinker::start(0),
+            transmitters: 0,
+            was_stuck: false,
+        }
+    }
+
+    /// The robot is switched on.
+    #[inline(never)]
+    fn begin(&mut self, was_stuck: bool) {
+        self.was_stuck = was_stuck;
+        let chip = &registers();
+        power::start(chip);
+        clock::start(chip);
+        motors::start(chip);
+        hear::start(chip);
+        let byte = |address| eeprom::read(chip, address);
+        let id = u16::from_le_bytes([byte(ID), byte(ID + 1)]);
+        let duties = DUTIES.map(|address| calibration::duty(byte(address)));
+        self.transmitters = calibration::transmitters(byte(TRANSMITTERS));
+        self.robot.life = Life::new(id, duties);
+        // Robots that are switched on together send one after the other.
+        self.sender = Sender::start(0, id as u8);
+    }
+
+    /// Does what there is to do, for a few ms at most.
+    #[inline(never)]
+    fn turn(&mut self, vm: &mut Machine) {
+        if let Some(heard) = hear::take() {
+            self.hear(&heard);
+        }
+        let now = clock::now(&registers());
+        let color = self.live(vm, now);
+        light::show(&registers(), color);
+        let duties = self.robot.motors.duties(now);
+        motors::drive(&registers(), duties);
+        if self.robot.life.state == State::Running && self.sender.is_due(now) {
+            self.send(now);
+        }
+    }
+
+    /// A message has come in.
+    #[inline(never)]
+    fn hear(&mut self, heard: &Heard) {
+        let robot = &mut self.robot;
+        if let Some(frame) = infrared::frame_of(&heard.message) {
+            let byte = |address| eeprom::read(&registers(), address);
+            let mm = distance(
+                heard.amplitudes,
+                |index| calibration::high_gain(index, byte),
+                |index| calibration::low_gain(index, byte),
+            );
+            robot.inbox.push(&frame, mm.unwrap_or(0));
+        } else if let Some((kind, data)) = infrared::opened(&heard.message)
+            && let Some(command) = controller::command(kind, data)
+        {
+            let was = robot.life.state;
+            match robot.life.obey(command) {
+                Act::None => {}
+                Act::Boot => power::boot(&registers()),
+                Act::Reset => power::reset(&registers()),
+                Act::Store => self.store(),
+            }
+            if was != self.robot.life.state {
+                let now = clock::now(&registers());
+                self.blinker = Blinker::start(now);
+                self.script.resume(now);
+            }
+        }
+    }
+
+    /// Keeps id and duties.
+    #[inline(never)]
+    fn store(&mut self) {
+        let robot = &self.robot;
+        let [low, high] = robot.life.id.to_le_bytes();
+        let ids = [(ID, low), (ID + 1, high)];
+        for (address, byte) in DUTIES.into_iter().zip(robot.life.duties).chain(ids) {
+            eeprom::write(&registers(), address, byte);
+        }
+    }
+
+    /// Does what the robot's state is about; the LED's colour.
+    #[inline(never)]
+    fn live(&mut self, vm: &mut Machine, now: u16) -> Color {
+        let robot = &mut self.robot;
+        match robot.life.state {
+            State::Running if self.was_stuck => return Color::RED,
+            State::Running => {
+                self.script.run(vm, robot, now);
+                return match self.script.fault() {
+                    None => robot.color,
+                    Some(number) if number == 0 || self.blinker.tell(number, now) => Color::RED,
+                    Some(_) => Color::DARK,
+                };
+            }
+            State::Moving => {
+                robot.motors.set(robot.life.shown(), now);
+                return Color::DARK;
+            }
+            _ => robot.motors.set([0, 0], now),
+        }
+        let flash = self.blinker.flash(now);
+        match robot.life.state {
+            State::Waiting if flash => Color::GREEN,
+            State::Battery if !hear::is_busy() => {
+                of_battery(adc::read(&registers(), adc::Sensor::Battery))
+            }
+            State::Charging if flash && power::is_charging(&registers()) => Color::DIM_RED,
+            State::Asleep => {
+                self.sleep();
+                Color::DARK
+            }
+            _ => Color::DARK,
+        }
+    }
+
+    /// Sleeps for eight seconds; then looks for ten ms whether somebody sends, and if so listens for longer.
+    #[inline(never)]
+    fn sleep(&mut self) {
+        let chip = &registers();
+        motors::drive(chip, [0, 0]);
+        power::sleep(chip);
+        light::show(chip, Color::WHITE);
+        power::pause(10_000);
+        if hear::is_busy() {
+            light::show(chip, Color::RED);
+            for _ in 0..10 {
+                power::pause(10_000);
+            }
+        }
+    }
+
+    /// Sends the next message, or why the script has stopped.
+    #[inline(never)]
+    fn send(&mut self, now: u16) {
+        if hear::is_busy() {
+            self.sender.wait(now);
+            return;
+        }
+        let robot = &mut self.robot;
+        let message = match self.script.report() {
+            Some(report) => Some(*report),
+            None => robot.outbox.pop().and_then(infrared::message_of),
+        };
+        let Some(message) = message else { return };
+        if speak::speak(&registers(), self.transmitters, &message) {
+            self.sender.sent(now);
+        } else {
+            // The timers of two robots are never the same for long.
+            let random = registers().TC1.tcnt1().read().bits() as u8;
+            self.sender.collided(now, random);
+            if let Some(frame) = infrared::frame_of(&message) {
+                robot.outbox.push(&frame);
+            }
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! The vibration motors: timer 2, phase-correct PWM of 1961 Hz, left at PB3 (OC2A), right at PD3 (OC2B).
+
+use avr_device::atmega328p::Peripherals;
+
+const LEFT: u8 = 1 << 3;
+const RIGHT: u8 = 1 << 3;
+
+/// Stopped. The timer runs.
+#[inline(never)]
+pub fn start(chip: &Peripherals) {
+    // SAFETY: phase-correct, not inverted, 8 MHz / 8 (data sheet 18.11).
+    unsafe {
+        chip.TC2.tccr2a().write(|w| w.bits(0b1010_0001));
+        chip.TC2.tccr2b().write(|w| w.bits(0b0000_0010));
+    }
+    drive(chip, [0, 0]);
+}
+
+/// Duties of left and right motor, 0 to 255. The pins of motors that stand are inputs.
+#[inline(never)]
+pub fn drive(chip: &Peripherals, [left, right]: [u8; 2]) {
+    // SAFETY: the pins are the motors'.
+    unsafe {
+        chip.TC2.ocr2a().write(|w| w.bits(left));
+        chip.TC2.ocr2b().write(|w| w.bits(right));
+        chip.PORTB.ddrb().modify(|r, w| w.bits(with(r.bits(), LEFT, left != 0)));
+        chip.PORTD.ddrd().modify(|r, w| w.bits(with(r.bits(), RIGHT, right != 0)));
+    }
+}
+
+fn with(bits: u8, bit: u8, is_set: bool) -> u8 {
+    if is_set { bits | bit } else { bits & !bit }
+}

@@ -1,0 +1,170 @@
+//! What the script reaches of the robot: its functions, one entry in `robots/kilobot.toml` and one arm here, and its messages.
+
+use bittybuzz_comms::queue::{Inbox, Outbox};
+use bittybuzz_kilobot::clock::Delay;
+use bittybuzz_kilobot::life::Life;
+use bittybuzz_kilobot::light::Color;
+use bittybuzz_kilobot::motors::Motors;
+use bittybuzz_vm_core::number::Tiny;
+use bittybuzz_vm_core::{
+    Arguments, Axis, ByteCode, Host, Periods, Refusal, Reply, RobotFault, Sighting, Value,
+};
+
+use crate::adc::{self, Sensor};
+use crate::toml::{self, function};
+use crate::{clock, hear, registers};
+
+/// The robot.
+pub struct Robot {
+    /// What it does.
+    pub life: Life,
+    /// What its motors are told.
+    pub motors: Motors,
+    /// The script's colour.
+    pub color: Color,
+    /// Frames that wait for the script, each with the distance in mm, 0 if it is not known.
+    pub inbox: Inbox<Tiny, u8, { toml::FRAME_BYTES }, { toml::IN_QUEUE }>,
+    /// Frames that wait to be sent.
+    pub outbox: Outbox<Tiny, { toml::FRAME_BYTES }, { toml::OUT_QUEUE }>,
+    /// The running `delay`.
+    pub delay: Delay,
+}
+
+type Result = core::result::Result<Reply<Tiny>, RobotFault>;
+
+impl Robot {
+    /// Nothing is known yet: zeros, which take no flash.
+    pub const fn new() -> Self {
+        Robot {
+            life: Life::new(0, [0; 4]),
+            motors: Motors::new(),
+            color: Color::DARK,
+            inbox: Inbox::new(0),
+            outbox: Outbox::new(),
+            delay: Delay::start(0, 0),
+        }
+    }
+
+    fn drive(&mut self, duties: [u8; 2]) -> Result {
+        let now = clock::now(&registers());
+        self.motors.set(duties, now);
+        nothing()
+    }
+}
+
+impl Host<Tiny> for Robot {
+    fn call<C: ByteCode, const SLOTS: usize>(
+        &mut self,
+        function: u16,
+        arguments: Arguments<'_, Tiny, C, SLOTS>,
+        _again: bool,
+    ) -> Result {
+        let given = arguments.count();
+        let is_right = match function {
+            function::SET_MOTOR => given == 2,
+            function::LED => given == 1 || given == 3,
+            _ => given == 0,
+        };
+        if !is_right {
+            return Err(RobotFault::Refused(Refusal::ArgumentCount));
+        }
+        let most = match function {
+            function::LED if given == 1 => 7,
+            function::LED => 3,
+            _ => 255,
+        };
+        let mut numbers = [0; 3];
+        for (index, number) in numbers.iter_mut().enumerate().take(given) {
+            *number = at_most(most, arguments.value(index))?;
+        }
+        let [first, second, third] = numbers;
+        match function {
+            function::LED => {
+                self.color =
+                    if given == 1 { Color::of_sum(first) } else { Color::of(first, second, third) };
+                nothing()
+            }
+            function::SET_MOTOR => self.drive([first, second]),
+            function::FORWARD => self.drive(self.life.straight()),
+            function::LEFT => self.drive(self.life.turn_left()),
+            function::RIGHT => self.drive(self.life.turn_right()),
+            function::STOP => self.drive([0, 0]),
+            function::LIGHT => read(Sensor::Light),
+            function::BATTERY => read(Sensor::Battery),
+            _ => Err(RobotFault::Refused(Refusal::NotBuiltIn)),
+        }
+    }
+
+    fn log<C: ByteCode, const SLOTS: usize>(&mut self, _: Arguments<'_, Tiny, C, SLOTS>) {}
+
+    fn delay_is_over(&mut self, ms: i32, again: bool) -> bool {
+        let now = clock::now(&registers());
+        if !again {
+            self.delay = Delay::start(now, ms.clamp(0, i32::from(u16::MAX)) as u16);
+        }
+        self.delay.is_over(now)
+    }
+
+    fn position(&mut self, _: Axis) -> Option<f32> {
+        None
+    }
+
+    fn periods(&self) -> Periods {
+        // At most 255: robots/src/read.rs.
+        Periods {
+            beacon: toml::BEACON_STEPS as u8,
+            forget: toml::FORGET_STEPS as u8,
+            advertise: toml::ADVERTISE_STEPS as u8,
+        }
+    }
+
+    fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<Tiny>)> {
+        let (heard, distance) = self.inbox.pop()?;
+        frame.iter_mut().zip(heard).for_each(|(to, from)| *to = *from);
+        let sighting = match distance {
+            0 => Sighting::default(),
+            mm => Sighting::at(Value::float_from_int(mm.into())),
+        };
+        Some((heard.len().min(frame.len()), sighting))
+    }
+
+    fn send(&mut self, frame: &[u8]) {
+        self.outbox.push(frame);
+    }
+}
+
+/// The sensor's reading; as soon as no message comes in.
+fn read(sensor: Sensor) -> Result {
+    if hear::is_busy() {
+        return Ok(Reply::Wait);
+    }
+    Ok(Reply::Value(Value::int(adc::read(&registers(), sensor).into())))
+}
+
+fn nothing() -> Result {
+    Ok(Reply::Value(Value::nil()))
+}
+
+/// An integer from 0 to `most`.
+fn at_most(most: u8, argument: Value<Tiny>) -> core::result::Result<u8, RobotFault> {
+    let number = argument.as_int().ok_or(RobotFault::WrongType(argument.type_of()))?;
+    match u8::try_from(number) {
+        Ok(number) if number <= most => Ok(number),
+        _ => Err(RobotFault::Refused(Refusal::OutOfRange)),
+    }
+}
+
+/// Whether there is a function of this name hash.
+pub fn is_function(hash: u16) -> bool {
+    matches!(
+        hash,
+        function::LED
+            | function::SET_MOTOR
+            | function::FORWARD
+            | function::LEFT
+            | function::RIGHT
+            | function::STOP
+            | function::LIGHT
+            | function::BATTERY
+    )
+}

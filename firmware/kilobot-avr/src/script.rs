@@ -1,0 +1,122 @@
+//! Runs the script: global code, `init()`, and `step()` ten times a second.
+
+use bittybuzz_comms::infrared::{FaultReport, MESSAGE};
+use bittybuzz_kilobot::clock::{Ticks, units};
+use bittybuzz_vm_core::number::Tiny;
+use bittybuzz_vm_core::{Entry, Fault, Image, Outcome, Vm};
+
+use crate::robot::{Robot, is_function};
+use crate::section::Section;
+
+/// Instructions in a slice: a few ms, a collection included.
+const SLICE: u16 = 40;
+
+/// What the script has set holds for so long after the last step that was completed.
+const HOLD: u16 = units(500);
+
+/// The machine.
+pub type Machine = Vm<Tiny, Section, { crate::SLOTS }>;
+
+/// What the script is doing.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    /// It was not started yet.
+    New,
+    /// It runs the global code.
+    Global,
+    /// It runs `init()` or a step.
+    Runs,
+    /// It waits for the next tick.
+    Waits,
+    /// The robot refuses the image, or there was a fault.
+    Stopped,
+}
+
+/// When the script runs, and what it is doing. The machine is handed over with each call: at an address that the compiler
+/// knows, it takes a quarter less flash.
+pub struct Script {
+    phase: Phase,
+    /// Once it has stopped.
+    report: [u8; MESSAGE],
+    ticks: Ticks,
+    /// When the last step was completed.
+    completed: u16,
+}
+
+impl Script {
+    /// Not started.
+    pub const fn new() -> Self {
+        Script { phase: Phase::New, report: [0; MESSAGE], ticks: Ticks::start(0), completed: 0 }
+    }
+
+    /// Goes on after a pause.
+    pub fn resume(&mut self, now: u16) {
+        self.ticks = Ticks::start(now);
+        self.completed = now;
+    }
+
+    /// The message that tells others why it does not run.
+    pub fn report(&self) -> Option<&[u8; MESSAGE]> {
+        (self.phase == Phase::Stopped).then_some(&self.report)
+    }
+
+    /// The number of the fault that has stopped it; 0 if it could not even begin.
+    pub fn fault(&self) -> Option<u8> {
+        self.report().map(FaultReport::number)
+    }
+
+    /// It will not run again.
+    #[inline(never)]
+    fn stop(&mut self, vm: &Machine, robot: u16, fault: Option<Fault>) {
+        let script = vm.header().map_or(0, |header| header.hash()) as u16;
+        self.report = FaultReport { robot, script, fault }.message();
+        self.phase = Phase::Stopped;
+    }
+
+    /// Runs a slice, if there is something to run.
+    #[inline(never)]
+    pub fn run(&mut self, vm: &mut Machine, robot: &mut Robot, now: u16) {
+        match self.phase {
+            Phase::New => {
+                if vm.load(Image::new(Section), is_function).is_err() {
+                    return self.stop(vm, robot.life.id, None);
+                }
+                vm.identify(robot.life.id, 0);
+                self.begin(vm, Entry::Global, Phase::Global);
+            }
+            Phase::Global | Phase::Runs => match vm.run(robot, SLICE) {
+                Outcome::Done => {
+                    self.completed = now;
+                    match self.phase {
+                        Phase::Global => self.begin(vm, Entry::Init, Phase::Runs),
+                        _ => self.phase = Phase::Waits,
+                    }
+                }
+                Outcome::Waiting => {
+                    self.completed = now;
+                    // The script wanted it so: these ticks are not missed.
+                    let _ = self.ticks.take(now);
+                }
+                Outcome::Pending => {}
+                Outcome::Fault(fault) => self.stop(vm, robot.life.id, Some(fault)),
+            },
+            Phase::Waits => {
+                if self.ticks.take(now).is_some() {
+                    robot.outbox.begin_step();
+                    self.begin(vm, Entry::Step, Phase::Runs);
+                }
+            }
+            Phase::Stopped => {}
+        }
+        if self.phase == Phase::Stopped || now.wrapping_sub(self.completed) >= HOLD {
+            robot.motors.set([0, 0], now);
+            // Long ago stays long ago.
+            self.completed = now.wrapping_sub(HOLD);
+        }
+    }
+
+    /// Begins an entry; waits if there is none. Without a `step()` it does so for ever.
+    fn begin(&mut self, vm: &mut Machine, entry: Entry, phase: Phase) {
+        self.phase = if vm.begin(entry) { phase } else { Phase::Waits };
+    }
+}

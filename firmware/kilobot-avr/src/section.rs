@@ -1,0 +1,45 @@
+//! The script: the last of the program in flash, so that a longer one can take its place in the file that is sent to robots.
+
+use bittybuzz_progmem as progmem;
+use bittybuzz_vm_core::ByteCode;
+use bittybuzz_vm_core::number::Profile;
+
+/// Mark, length and image: `firmware/build`.
+const BYTES: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/script.bin"));
+
+// The linker puts `.fini0` behind everything else of the program.
+#[unsafe(link_section = ".fini0")]
+static SCRIPT: [u8; BYTES.len()] = *include_bytes!(concat!(env!("OUT_DIR"), "/script.bin"));
+
+/// Bytes before the image: the mark and the length (`u16`).
+const HEADER: usize = MARK + 2;
+const MARK: usize = crate::toml::SCRIPT_MARK.len();
+
+/// The image in flash.
+#[derive(Clone, Copy)]
+pub struct Section;
+
+#[inline(always)]
+fn address(at: usize) -> usize {
+    (&raw const SCRIPT as usize).wrapping_add(at)
+}
+
+impl ByteCode for Section {
+    fn len(&self) -> usize {
+        progmem::word(address(MARK)).into()
+    }
+
+    #[inline(always)]
+    fn byte(&self, at: usize) -> u8 {
+        progmem::byte(address(HEADER.wrapping_add(at)))
+    }
+
+    #[inline(always)]
+    fn word(&self, at: usize) -> u16 {
+        progmem::word(address(HEADER.wrapping_add(at)))
+    }
+
+    fn rom<P: Profile>(at: usize) -> u8 {
+        progmem::rom(at)
+    }
+}

@@ -1,0 +1,94 @@
+//! Sends messages as pulses of infrared light, as kilolib's `message_send` does: 4.4 ms without interrupts.
+
+use core::arch::asm;
+
+use avr_device::atmega328p::Peripherals;
+use avr_device::interrupt;
+use bittybuzz_kilobot::receiver::MESSAGE;
+
+use crate::hear;
+
+/// Cycles of 8 MHz, as measured at kilolib: from the first pulse to the second, from there to the first start bit, from bit to
+/// bit, from a stop bit to the next start bit.
+const LEAD: u16 = 2420;
+const TO_BYTES: u16 = 286;
+const PITCH: u16 = 270;
+const TO_NEXT: u16 = 282;
+/// Between the first two pulses it looks whether another robot sends: from two bits behind the first pulse, for seven.
+const LOOK_FROM: u16 = 522;
+const LOOK_UNTIL: u16 = LOOK_FROM + 7 * 269;
+
+/// Port B as an I/O address, which `out` takes.
+const PORTB: u8 = 0x05;
+
+/// Sends a message by the pins of port B in `transmitters`; false if another robot is sending.
+#[inline(never)]
+pub fn speak(chip: &Peripherals, transmitters: u8, message: &[u8; MESSAGE]) -> bool {
+    interrupt::free(|_| {
+        let directions = chip.PORTB.ddrb().read().bits();
+        // SAFETY: the robot's light diodes are at these pins.
+        unsafe { chip.PORTB.ddrb().write(|w| w.bits(directions | transmitters)) };
+        let is_sent = pulses(chip, transmitters, message);
+        // SAFETY: as before.
+        unsafe { chip.PORTB.ddrb().write(|w| w.bits(directions)) };
+        hear::resume(chip);
+        is_sent
+    })
+}
+
+fn pulses(chip: &Peripherals, transmitters: u8, message: &[u8; MESSAGE]) -> bool {
+    let mut at = chip.TC1.tcnt1().read().bits().wrapping_add(50);
+    pulse(chip, at, transmitters);
+    wait(chip, at.wrapping_add(LOOK_FROM));
+    let end = at.wrapping_add(LOOK_UNTIL);
+    while !is_past(chip, end) {
+        if hear::sees_light(chip) {
+            return false;
+        }
+    }
+    at = at.wrapping_add(LEAD);
+    pulse(chip, at, transmitters);
+    at = at.wrapping_add(TO_BYTES);
+    for byte in message {
+        pulse(chip, at, transmitters);
+        let mut bits = *byte;
+        for _ in 0..8 {
+            at = at.wrapping_add(PITCH);
+            if bits & 1 != 0 {
+                pulse(chip, at, transmitters);
+            }
+            bits >>= 1;
+        }
+        at = at.wrapping_add(PITCH);
+        pulse(chip, at, transmitters);
+        at = at.wrapping_add(TO_NEXT);
+    }
+    true
+}
+
+/// Waits for a time less than 4 ms away.
+#[inline(never)]
+fn wait(chip: &Peripherals, until: u16) {
+    while !is_past(chip, until) {}
+}
+
+#[inline(always)]
+fn is_past(chip: &Peripherals, until: u16) -> bool {
+    (chip.TC1.tcnt1().read().bits().wrapping_sub(until) as i16) >= 0
+}
+
+/// Light for 9 cycles, 1.125 µs.
+#[inline(never)]
+fn pulse(chip: &Peripherals, at: u16, transmitters: u8) {
+    wait(chip, at);
+    // SAFETY: it lights the diodes and darkens them, with nothing else at this port: its other pins' levels stay 0.
+    unsafe {
+        asm!(
+            "out {port}, {on}",
+            "rjmp .+0", "rjmp .+0", "rjmp .+0", "rjmp .+0",
+            "out {port}, {off}",
+            port = const PORTB, on = in(reg) transmitters, off = in(reg) 0_u8,
+            options(nostack, preserves_flags)
+        );
+    }
+}
