@@ -11,7 +11,7 @@ use bittybuzz_vm_core::image::{BESIDE_GLOBALS, Header};
 use bittybuzz_vm_core::number::{self, Full, Tiny};
 use bittybuzz_vm_core::opcode;
 use bittybuzz_vm_core::seal;
-use bittybuzz_vm_core::{Image, ImageError, Sizes, Vm};
+use bittybuzz_vm_core::{Image, ImageError, Sizes, Vm, features};
 
 use code::Instruction;
 pub use stack::Way;
@@ -199,7 +199,9 @@ pub fn sealed(image: &[u8], robot: &Robot) -> Result<Vec<u8>, ImageError> {
 fn sealed_for<P: number::Profile>(image: &[u8], robot: &Robot) -> Result<Vec<u8>, ImageError> {
     let vm = robot.vm;
     let functions: Vec<u16> = robot.functions.iter().map(|function| function.hash()).collect();
+    let left_out = if robot.vm.maths { 0 } else { Feature::Maths as u8 };
     let offered = seal::robot::<P>(
+        features::<P>() & !left_out,
         Sizes {
             neighbors: vm.neighbors as u8,
             bearings: vm.bearings,

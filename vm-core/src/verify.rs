@@ -36,8 +36,8 @@ const fn without(count: u8, feature: Feature) -> u8 {
 }
 
 /// Of these, those for which a machine of these sizes has room.
-pub(crate) const fn offered<P: Profile>(sizes: Sizes) -> u8 {
-    features::<P>()
+pub(crate) const fn within(features: u8, sizes: Sizes) -> u8 {
+    features
         & !(without(sizes.neighbors, Feature::Neighbors)
             | without(sizes.swarms, Feature::Swarm)
             | without(sizes.entries, Feature::Stigmergy))

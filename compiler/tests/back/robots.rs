@@ -117,7 +117,8 @@ fn argument_lists_of_any_known_robot_are_taken_without_a_named_one() {
     assert_eq!(codes(&build_for("led(1, 1)", FULL, None)), [""; 0]);
     assert_eq!(codes(&build_for("led(1, 1)", FULL, Some("crazyflie"))), [""; 0]);
     assert_eq!(codes(&build_for("led(1, 1)", TINY, Some("kilobot"))), ["E0404"]);
-    assert_eq!(codes(&build_for("led(1, 1, 1)", FULL, None)), ["E0404"]);
+    assert_eq!(codes(&build_for("led(1, 1, 1)", TINY, Some("kilobot"))), [""; 0]);
+    assert_eq!(codes(&build_for("led(1, 1, 1, 1)", FULL, None)), ["E0404"]);
 }
 
 #[test]

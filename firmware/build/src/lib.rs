@@ -125,12 +125,20 @@ fn find(robot: &str) -> Result<Robot, BuildError> {
 const SCRIPT_MARK: [u8; 4] = *b"bbz\x01";
 
 /// Does all of it for a chip whose script lies right behind the program, without a place of its own: there is no `memory.x`,
-/// and `script.bin` begins with `SCRIPT_MARK`, a constant of `robot.rs`.
+/// `script.bin` begins with `SCRIPT_MARK`, a constant of `robot.rs`, and the image is sealed. Of the machine only those parts
+/// are there that are features of the firmware: `maths`, `swarm`.
 pub fn behind_program(robot: &str, default_script: &str) -> Result<(), BuildError> {
     rerun(robot);
-    let robot = find(robot)?;
+    let mut robot = find(robot)?;
+    let has = |feature: &str| env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();
+    robot.vm.maths &= has("MATHS");
+    if !has("SWARM") {
+        (robot.vm.neighbors, robot.vm.stigmergy_entries, robot.vm.swarms) = (0, 0, 0);
+    }
     let script = script_path(default_script);
     let image = compiled(&script, &robot)?;
+    let refused = |cause| BuildError::Refused(script.clone(), refusal::sentence(&cause));
+    let image = fit::sealed(&image, &robot).map_err(refused)?;
     let length = u16::try_from(image.len()).map_err(|_| BuildError::TooLong(script))?;
     let section = [&SCRIPT_MARK[..], &length.to_le_bytes(), &image].concat();
     let mark = format!(

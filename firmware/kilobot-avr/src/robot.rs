@@ -153,18 +153,3 @@ fn at_most(most: u8, argument: Value<Tiny>) -> core::result::Result<u8, RobotFau
         _ => Err(RobotFault::Refused(Refusal::OutOfRange)),
     }
 }
-
-/// Whether there is a function of this name hash.
-pub fn is_function(hash: u16) -> bool {
-    matches!(
-        hash,
-        function::LED
-            | function::SET_MOTOR
-            | function::FORWARD
-            | function::LEFT
-            | function::RIGHT
-            | function::STOP
-            | function::LIGHT
-            | function::BATTERY
-    )
-}

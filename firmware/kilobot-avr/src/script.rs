@@ -3,16 +3,29 @@
 use bittybuzz_comms::infrared::{FaultReport, MESSAGE};
 use bittybuzz_kilobot::clock::{Ticks, units};
 use bittybuzz_vm_core::number::Tiny;
-use bittybuzz_vm_core::{Entry, Fault, Image, Outcome, Vm};
+use bittybuzz_vm_core::seal::{self, Sealed};
+use bittybuzz_vm_core::{Entry, Fault, Outcome, Vm, features};
 
-use crate::robot::{Robot, is_function};
+use crate::robot::Robot;
 use crate::section::Section;
+use crate::toml::FUNCTIONS;
 
 /// Instructions in a slice: a few ms, a collection included.
 const SLICE: u16 = 40;
 
 /// What the script has set holds for so long after the last step that was completed.
 const HOLD: u16 = units(500);
+
+/// What it offers to scripts.
+const OFFERED: u16 = {
+    let mut hashes = [0; FUNCTIONS.len()];
+    let mut index = 0;
+    while index < FUNCTIONS.len() {
+        hashes[index] = FUNCTIONS[index].0;
+        index += 1;
+    }
+    seal::robot::<Tiny>(features::<Tiny>(), crate::SIZES, &hashes)
+};
 
 /// The machine.
 pub type Machine = Vm<Tiny, Section, { crate::SLOTS }>;
@@ -78,7 +91,7 @@ impl Script {
     pub fn run(&mut self, vm: &mut Machine, robot: &mut Robot, now: u16) {
         match self.phase {
             Phase::New => {
-                if vm.load(Image::new(Section), is_function).is_err() {
+                if vm.load_sealed(Sealed::new(Section), OFFERED).is_err() {
                     return self.stop(vm, robot.life.id, None);
                 }
                 vm.identify(robot.life.id, 0);

@@ -82,6 +82,7 @@ fn gap(reading: u16, entry: &impl Fn(u8) -> u16, beyond: Option<u8>) -> Option<u
     // Readings have 10 bits: the products stay within 16.
     let (at, before) = (at as i16, before as i16);
     let fall = at - before;
-    let gap = STEP * i16::from(index) + 10 * (reading as i16 - at) / (2 * fall);
+    let along = (10 * (reading as i16 - at)).checked_div(2 * fall)?;
+    let gap = STEP * i16::from(index) + along;
     Some(gap.clamp(0, i16::from(u8::MAX - TOUCHING)) as u8)
 }

@@ -41,7 +41,7 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
 }
 
 /// What it offers to scripts.
-const ROBOT: u16 = seal::robot::<Tiny>(Sizes::NONE, &[1]);
+const ROBOT: u16 = seal::robot::<Tiny>(bittybuzz_vm_core::features::<Tiny>(), Sizes::NONE, &[1]);
 
 struct Probe;
 

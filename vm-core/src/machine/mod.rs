@@ -210,7 +210,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         slots: usize,
         is_robot_function: impl Fn(u16) -> bool,
     ) -> Result<(), ImageError> {
-        let offered = verify::offered::<P>(self.sizes());
+        let offered = verify::within(verify::features::<P>(), self.sizes());
         self.take(image.code, slots, |program, arena| {
             program.read_header()?;
             program.verify(arena, offered, is_robot_function)

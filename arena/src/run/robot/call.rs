@@ -73,6 +73,12 @@ pub fn call<P: Profile, C: ByteCode, const SLOTS: usize>(
             *deck.io.led = (numbers.int(0) & 7) as u8;
             Done::Nil
         }
+        // How bright each colour is.
+        LED if numbers.count == 3 => {
+            let lit = (0..3).filter(|index| numbers.int(*index) > 0);
+            *deck.io.led = lit.map(|index| 1 << index).sum();
+            Done::Nil
+        }
         LIGHT => Done::Int(i32::from(deck.io.sensors.light())),
         PRINT => {
             deck.write(Vec::new(), arguments);

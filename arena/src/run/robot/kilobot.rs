@@ -6,6 +6,9 @@ use crate::engine::KilobotMotors;
 
 use super::call::{Done, Numbers};
 
+/// What a charged battery reads: as in Kilombo.
+const CHARGED: i32 = 876;
+
 /// Duties that calibration has found: straight on, and for a turn.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Duties {
@@ -18,6 +21,8 @@ pub fn call(motors: &mut KilobotMotors, duties: Duties, hash: u16, numbers: &Num
     const FORWARD: u16 = name_hash("forward");
     const LEFT: u16 = name_hash("left");
     const RIGHT: u16 = name_hash("right");
+    const STOP: u16 = name_hash("stop");
+    const BATTERY: u16 = name_hash("battery");
 
     *motors = match hash {
         SET_MOTOR => {
@@ -28,6 +33,8 @@ pub fn call(motors: &mut KilobotMotors, duties: Duties, hash: u16, numbers: &Num
         FORWARD => KilobotMotors { left: duties.straight, right: duties.straight },
         LEFT => KilobotMotors { left: duties.turn, right: 0 },
         RIGHT => KilobotMotors { left: 0, right: duties.turn },
+        STOP => KilobotMotors { left: 0, right: 0 },
+        BATTERY => return Done::Int(CHARGED),
         _ => return Done::Unknown,
     };
     Done::Nil
