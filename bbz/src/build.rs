@@ -12,6 +12,7 @@ use clap::Args;
 use serde_json::json;
 
 use crate::Ending;
+use crate::hex;
 use crate::json;
 use crate::output;
 use crate::problem::Problem;
@@ -24,6 +25,7 @@ Examples:
   bbz build blink.bzz --robot kilobot                 writes blink.bbi and blink.sym beside the script
   bbz build blink.bzz --robot kilobot -o out/blink    writes out/blink.bbi and out/blink.sym
   bbz build swarm.bzz --robot crazyflie --profile tiny    for a swarm with smaller robots in it
+  bbz build blink.bzz --robot kilobot --firmware kilobot.elf    also writes blink.hex, for KiloGUI
 
 Exit status: 0, or 2 compile error, 3 wrong command line or file.";
 
@@ -42,6 +44,9 @@ pub struct Arguments {
     /// Write OUT.bbi and OUT.sym [default: beside the script]
     #[arg(short, long, value_name = "OUT")]
     output: Option<PathBuf>,
+    /// Also put the script into this firmware (.elf or .hex), and write OUT.hex; for robots whose script has no region of its own
+    #[arg(long, value_name = "FILE")]
+    firmware: Option<PathBuf>,
     /// Folder to search for included files; may be given several times
     #[arg(short = 'I', value_name = "DIR")]
     include: Vec<PathBuf>,
@@ -69,11 +74,20 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     fit::verify(&image, selection.effective_profile(), robot)
         .map_err(|cause| Problem::refused(&arguments.file, cause))?;
 
+    let hex = match &arguments.firmware {
+        Some(_) if robot.layout.is_some() => return Err(Problem::OwnRegion(robot.title.clone())),
+        Some(firmware) => Some(hex::with_script(firmware, &arguments.file, &image, robot)?),
+        None => None,
+    };
     let base = base(&arguments.file, arguments.output.as_deref());
     let (image_path, symbols_path) = (with_suffix(&base, ".bbi"), with_suffix(&base, ".sym"));
     // The image comes last: a new one never lies beside older symbols.
     write_whole(&symbols_path, symbols.to_json().as_bytes())?;
     write_whole(&image_path, &image)?;
+    let hex_path = hex.as_ref().map(|_| with_suffix(&base, ".hex"));
+    if let (Some(path), Some(hex)) = (&hex_path, &hex) {
+        write_whole(path, hex.as_bytes())?;
+    }
 
     let budget = robot.budget.map(|budget| budget.flash_bytes);
     if arguments.json {
@@ -85,6 +99,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
             "robot": robot.name,
             "profile": selection.effective_profile().name(),
             "flash_budget": budget,
+            "hex": hex_path.map(|path| path.display().to_string()),
         });
         return output::write(&format!("{result}\n")).map(|()| Ending::Success);
     }
@@ -93,6 +108,12 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         line.push_str(&format!(", whose flash holds {budget} bytes of firmware and script"));
     }
     output::write(&format!("{line}\n"))?;
+    if let Some(path) = hex_path {
+        output::write(&format!(
+            "{}: firmware and script, to be sent by KiloGUI\n",
+            path.display()
+        ))?;
+    }
     Ok(Ending::Success)
 }
 

@@ -19,6 +19,7 @@ mod explain;
 mod fault;
 mod firmware;
 mod flash;
+mod hex;
 mod host;
 mod instruction;
 mod interrupt;

@@ -13,6 +13,7 @@ use bittybuzz_robots::{Place, Profile, RobotError};
 use bittybuzz_vm_core::ImageError;
 
 use crate::firmware::FirmwareError;
+use crate::hex::ProgramError;
 
 /// Why a command cannot be carried out, one variant for each cause.
 #[derive(Debug)]
@@ -120,6 +121,15 @@ pub enum Problem {
         /// Why.
         error: FirmwareError,
     },
+    /// What should be a program for a script is not.
+    Program {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: ProgramError,
+    },
+    /// `--firmware` for a robot, by its title, whose script has a region of its own.
+    OwnRegion(String),
     /// The script does not fit into its region of the flash.
     TooLong {
         /// Where the script comes from.
@@ -226,6 +236,8 @@ impl Problem {
             Problem::RobotProfile { .. } => Some("build it without --profile".to_owned()),
             Problem::Misfit { help, .. } => Some(help.clone()),
             Problem::Firmware { error, .. } => Some(error.help().to_owned()),
+            Problem::Program { error, .. } => Some(error.help().to_owned()),
+            Problem::OwnRegion(_) => Some("`bbz flash --firmware` writes both".to_owned()),
             Problem::TooLong { .. } => Some("shorten the script".to_owned()),
             Problem::NoMessages { .. } => {
                 Some("name the ELF file that cargo built, with its symbols".to_owned())
@@ -308,6 +320,10 @@ impl fmt::Display for Problem {
             ),
             Problem::Misfit { path, message, .. } => write!(f, "`{}`: {message}", path.display()),
             Problem::Firmware { path, error } => write!(f, "`{}` {error}", path.display()),
+            Problem::Program { path, error } => write!(f, "`{}` {error}", path.display()),
+            Problem::OwnRegion(robot) => {
+                write!(f, "on the {robot} the script has a place of its own, beside the firmware")
+            }
             Problem::TooLong { path, bytes, most } => {
                 write!(f, "`{}` needs {bytes} bytes, the robot has room for {most}", path.display())
             }

@@ -182,3 +182,74 @@ fn disassembly_names_what_the_symbols_know() {
     folder.write("s.bzz", "log(\n");
     folder.bbz(&["disasm", "s.bzz"]).fails_with(2, &["error[E"]);
 }
+
+/// A program of 100 bytes with a place for a script behind it, as Intel hex: what the firmware's build makes.
+fn program(features: u8) -> String {
+    let section = bittybuzz_robots::script_section(features, b"another script").unwrap();
+    let bytes: Vec<u8> = (0..100).chain(section).collect();
+    let lines = bytes.chunks(32).enumerate().map(|(line, bytes)| {
+        let offset = (line * 32) as u16;
+        let record = [&[bytes.len() as u8], &offset.to_be_bytes()[..], &[0], bytes].concat();
+        let sum = record.iter().fold(0_u8, |sum, byte| sum.wrapping_sub(*byte));
+        let digits: String =
+            record.iter().chain([&sum]).map(|byte| format!("{byte:02X}")).collect();
+        format!(":{digits}\r\n")
+    });
+    lines.chain([":00000001FF\r\n".to_owned()]).collect()
+}
+
+#[test]
+fn a_script_is_put_into_firmware() {
+    let folder = Folder::with("build_hex", "s.bzz", "function step() { led(1) }");
+    folder.write("firmware.hex", &program(0));
+    let line = ["build", "s.bzz", "--robot", "kilobot", "--firmware", "firmware.hex", "-o", "out"];
+    let built = folder.bbz(&line);
+    assert_eq!((built.status, built.stderr.as_str()), (Some(0), ""));
+    assert!(built.stdout.contains("out.hex"), "{}", built.stdout);
+    let text = String::from_utf8(folder.read("out.hex")).unwrap();
+    let mut bytes = Vec::new();
+    for record in ihex::Reader::new(&text) {
+        if let ihex::Record::Data { offset, value } = record.unwrap() {
+            assert_eq!(usize::from(offset), bytes.len(), "no gaps");
+            bytes.extend(value);
+        }
+    }
+    let image = folder.read("out.bbi");
+    assert_eq!(bytes[..100], (0..100).collect::<Vec<u8>>());
+    assert_eq!(bittybuzz_robots::find_script_section(&bytes), Ok((100, 0)));
+    assert_eq!(bytes[107..107 + image.len()], image);
+    // It can be exchanged again.
+    folder.write("s.bzz", "function step() { led(2) }");
+    let line = ["build", "s.bzz", "--robot", "kilobot", "--firmware", "out.hex", "-o", "next"];
+    assert_eq!(folder.bbz(&line).status, Some(0));
+    assert_eq!(folder.read("next.hex").len(), folder.read("out.hex").len());
+}
+
+#[test]
+fn what_is_no_firmware_for_a_script_is_refused() {
+    let folder = Folder::with("build_no_hex", "s.bzz", "function step() { led(1) }");
+    let whole = program(0);
+    let gap = whole.lines().skip(1).map(|line| format!("{line}\n")).collect::<String>();
+    let damaged = whole.replacen("00", "01", 2);
+    for (content, says) in [
+        ("", "neither an ELF nor an Intel hex file"),
+        ("\u{7f}ELF", "neither an ELF nor an Intel hex file"),
+        (":00000001FF", "no place for a script"),
+        (&gap, "no bytes at 0x0000"),
+        (&damaged, "no Intel hex file"),
+    ] {
+        folder.write("firmware.hex", content);
+        folder
+            .bbz(&["build", "s.bzz", "--robot", "kilobot", "--firmware", "firmware.hex"])
+            .fails_with(3, &["firmware.hex", says, "cargo xtask build kilobot"]);
+    }
+    folder.write("firmware.hex", &whole);
+    folder.write("n.bzz", "function step() { neighbors.broadcast(\"a\", 1) }");
+    folder
+        .bbz(&["build", "n.bzz", "--robot", "kilobot", "--firmware", "firmware.hex"])
+        .fails_with(3, &["a part that the script uses", "--script"]);
+    folder
+        .bbz(&["build", "s.bzz", "--robot", "zooids", "--firmware", "firmware.hex"])
+        .fails_with(3, &["Zooid", "bbz flash"]);
+    assert_eq!(folder.names(), ["firmware.hex", "n.bzz", "s.bzz"]);
+}

@@ -42,6 +42,7 @@ mod layout;
 mod memory;
 mod read;
 mod signature;
+mod trailing;
 
 use std::path::Path;
 
@@ -51,6 +52,7 @@ pub use error::{Cause, Place, RobotError, one_of};
 pub use generate::generate_rust;
 pub use layout::{Layout, Region};
 pub use signature::{Parameter, Type};
+pub use trailing::{NoSection, SCRIPT_MARK, find_script_section, script_section};
 
 /// What a robot file says.
 #[derive(Debug, Clone, PartialEq, Eq)]

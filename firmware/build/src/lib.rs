@@ -17,7 +17,8 @@ use bittybuzz_compiler::fit;
 use bittybuzz_compiler::include::{DiskFiles, Loader};
 use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::render::{Color, Renderer};
-use bittybuzz_robots::Robot;
+use bittybuzz_robots::{Robot, script_section};
+use bittybuzz_vm_core::builtin::Feature;
 
 /// The environment variable that names the script.
 const SCRIPT: &str = "BBZ_SCRIPT";
@@ -120,31 +121,27 @@ fn find(robot: &str) -> Result<Robot, BuildError> {
     bittybuzz_robots::find(robot).map_err(|error| BuildError::Robot(error.to_string()))
 }
 
-/// What a chip has before the script where that lies right behind the program: a mark by which tools find it, and the image's
-/// length (a `u16`, least significant byte first).
-const SCRIPT_MARK: [u8; 4] = *b"bbz\x01";
-
 /// Does all of it for a chip whose script lies right behind the program, without a place of its own: there is no `memory.x`,
-/// `script.bin` begins with `SCRIPT_MARK`, a constant of `robot.rs`, and the image is sealed. Of the machine only those parts
-/// are there that are features of the firmware: `maths`, `swarm`.
+/// `script.bin` begins with a mark, `SCRIPT_HEADER` bytes of it stand before the image, which is sealed. Of the machine only
+/// those parts are there that are features of the firmware: `maths`, `swarm`.
 pub fn behind_program(robot: &str, default_script: &str) -> Result<(), BuildError> {
     rerun(robot);
-    let mut robot = find(robot)?;
-    let has = |feature: &str| env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();
-    robot.vm.maths &= has("MATHS");
-    if !has("SWARM") {
-        (robot.vm.neighbors, robot.vm.stigmergy_entries, robot.vm.swarms) = (0, 0, 0);
-    }
+    let features = [
+        ("MATHS", Feature::Maths as u8),
+        ("SWARM", Feature::Neighbors as u8 | Feature::Swarm as u8 | Feature::Stigmergy as u8),
+    ];
+    let has = |name: &str| env::var_os(format!("CARGO_FEATURE_{name}")).is_some();
+    let features = features.iter().filter(|(name, _)| has(name)).map(|(_, bits)| bits).sum();
+    let robot = find(robot)?.limited_to(features);
     let script = script_path(default_script);
     let image = compiled(&script, &robot)?;
     let refused = |cause| BuildError::Refused(script.clone(), refusal::sentence(&cause));
     let image = fit::sealed(&image, &robot).map_err(refused)?;
-    let length = u16::try_from(image.len()).map_err(|_| BuildError::TooLong(script))?;
-    let section = [&SCRIPT_MARK[..], &length.to_le_bytes(), &image].concat();
-    let mark = format!(
-        "/// What stands before the script.\npub const SCRIPT_MARK: [u8; 4] = {SCRIPT_MARK:?};\n"
-    );
-    let constants = bittybuzz_robots::generate_rust(&robot) + &mark;
+    let section = script_section(features, &image).ok_or(BuildError::TooLong(script))?;
+    let header = section.len() - image.len();
+    let constant =
+        format!("/// Bytes before the image.\npub const SCRIPT_HEADER: usize = {header};\n");
+    let constants = bittybuzz_robots::generate_rust(&robot) + &constant;
     write_out("robot.rs", constants.as_bytes())?;
     write_out("script.bin", &section)
 }

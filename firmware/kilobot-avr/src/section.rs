@@ -4,16 +4,17 @@ use bittybuzz_progmem as progmem;
 use bittybuzz_vm_core::ByteCode;
 use bittybuzz_vm_core::number::Profile;
 
-/// Mark, length and image: `firmware/build`.
+use crate::toml::SCRIPT_HEADER;
+
+/// `robots/src/trailing.rs`
 const BYTES: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/script.bin"));
 
 // The linker puts `.fini0` behind everything else of the program.
 #[unsafe(link_section = ".fini0")]
 static SCRIPT: [u8; BYTES.len()] = *include_bytes!(concat!(env!("OUT_DIR"), "/script.bin"));
 
-/// Bytes before the image: the mark and the length (`u16`).
-const HEADER: usize = MARK + 2;
-const MARK: usize = crate::toml::SCRIPT_MARK.len();
+/// Where the length stands, two bytes before the image.
+const LENGTH: usize = SCRIPT_HEADER - 2;
 
 /// The image in flash.
 #[derive(Clone, Copy)]
@@ -26,17 +27,17 @@ fn address(at: usize) -> usize {
 
 impl ByteCode for Section {
     fn len(&self) -> usize {
-        progmem::word(address(MARK)).into()
+        progmem::word(address(LENGTH)).into()
     }
 
     #[inline(always)]
     fn byte(&self, at: usize) -> u8 {
-        progmem::byte(address(HEADER.wrapping_add(at)))
+        progmem::byte(address(SCRIPT_HEADER.wrapping_add(at)))
     }
 
     #[inline(always)]
     fn word(&self, at: usize) -> u16 {
-        progmem::word(address(HEADER.wrapping_add(at)))
+        progmem::word(address(SCRIPT_HEADER.wrapping_add(at)))
     }
 
     fn rom<P: Profile>(at: usize) -> u8 {

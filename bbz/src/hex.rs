@@ -1,0 +1,176 @@
+//! Programs for robots whose script lies right behind the program: exchanging the script, and the file (Intel hex) that is
+//! sent to robots.
+
+use std::fmt;
+use std::fs;
+use std::path::Path;
+
+use bittybuzz_compiler::fit::{self, Misfit};
+use bittybuzz_robots::{NoSection, Robot, find_script_section, script_section};
+use ihex::{Reader, Record, create_object_file_representation};
+use object::Endianness;
+use object::elf::{EM_AVR, FileHeader32, PT_LOAD};
+use object::read::elf::{FileHeader, ProgramHeader};
+
+use crate::problem::Problem;
+
+/// From here on addresses in an ELF file are RAM (binutils' convention for the AVR).
+const RAM: u32 = 0x80_0000;
+
+/// Addresses in the hex file have 16 bits.
+const MOST: usize = 0x1_0000;
+
+/// Bytes in a line of a hex file.
+const LINE: usize = 16;
+
+/// Why a file is no program that a script can be put into.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ProgramError {
+    /// It is neither ELF nor Intel hex.
+    Unknown,
+    /// A line of the hex file is wrong.
+    Line(String),
+    /// The ELF file is for another kind of processor.
+    NotAvr,
+    /// Bytes are missing here: the program has a gap, which KiloGUI would not send, or does not begin at 0.
+    Gap(u32),
+    /// It has variables with a value, which belong behind the script.
+    Variables,
+    /// Its machine lacks what the script uses.
+    Features,
+    /// There is no place for a script.
+    Section(NoSection),
+    /// With the script it is longer than the flash that is there for it.
+    TooLong {
+        /// Bytes of both.
+        bytes: usize,
+        /// Room for them.
+        most: usize,
+    },
+}
+
+impl fmt::Display for ProgramError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ProgramError::Unknown => write!(f, "is neither an ELF nor an Intel hex file"),
+            ProgramError::Line(reason) => write!(f, "is no Intel hex file: {reason}"),
+            ProgramError::NotAvr => write!(f, "is for another processor than the robot's"),
+            ProgramError::Gap(at) => write!(f, "has no bytes at {at:#06x}, within the program"),
+            ProgramError::Variables => write!(f, "has variables with a value"),
+            ProgramError::Features => write!(f, "was built without a part that the script uses"),
+            ProgramError::Section(NoSection::Missing) => write!(f, "has no place for a script"),
+            ProgramError::Section(NoSection::Ambiguous) => {
+                write!(f, "has several places for a script, or something behind it")
+            }
+            ProgramError::TooLong { bytes, most } => {
+                write!(f, "needs {bytes} bytes with the script, the robot has room for {most}")
+            }
+        }
+    }
+}
+
+impl ProgramError {
+    /// What to do about it.
+    pub fn help(&self) -> &'static str {
+        match self {
+            ProgramError::TooLong { .. } => "shorten the script, or leave out what it does not use",
+            ProgramError::Features => {
+                "build it with this script: `cargo xtask build kilobot --script FILE`"
+            }
+            _ => "name the .elf or .hex file that `cargo xtask build kilobot` has made",
+        }
+    }
+}
+
+/// The program in `path`, with `image` in the place of its script, as a hex file.
+pub fn with_script(
+    path: &Path,
+    script: &Path,
+    image: &[u8],
+    robot: &Robot,
+) -> Result<String, Problem> {
+    let bytes = fs::read(path).map_err(|error| Problem::unreadable(path, error))?;
+    let wrong = |error| Problem::Program { path: path.to_owned(), error };
+    let program = program(&bytes).map_err(wrong)?;
+    let (at, features) =
+        find_script_section(&program).map_err(|error| wrong(ProgramError::Section(error)))?;
+    let limited = robot.clone().limited_to(features);
+    let lacks = |misfit: &Misfit| matches!(misfit, Misfit::Feature { .. });
+    if fit::misfits(image, &limited).iter().any(lacks) {
+        return Err(wrong(ProgramError::Features));
+    }
+    let sealed = fit::sealed(image, &limited).map_err(|cause| Problem::refused(script, cause))?;
+    let most = robot.budget.map_or(MOST, |budget| MOST.min(budget.flash_bytes as usize));
+    let section = script_section(features, &sealed);
+    let whole = section.map(|section| [program.get(..at).unwrap_or(&[]), &section].concat());
+    match whole {
+        Some(whole) if whole.len() <= most => hex(&whole).map_err(wrong),
+        other => {
+            let bytes = other.map_or(at + sealed.len(), |whole| whole.len());
+            Err(wrong(ProgramError::TooLong { bytes, most }))
+        }
+    }
+}
+
+/// What is flashed, from address 0 on.
+fn program(bytes: &[u8]) -> Result<Vec<u8>, ProgramError> {
+    let mut pieces = if bytes.starts_with(b"\x7fELF") { of_elf(bytes)? } else { of_hex(bytes)? };
+    pieces.sort_by_key(|(address, _)| *address);
+    let mut program = Vec::new();
+    for (address, piece) in pieces {
+        if address as usize != program.len() {
+            return Err(ProgramError::Gap(program.len() as u32));
+        }
+        program.extend(piece);
+    }
+    Ok(program)
+}
+
+fn of_elf(bytes: &[u8]) -> Result<Vec<(u32, Vec<u8>)>, ProgramError> {
+    let header = FileHeader32::<Endianness>::parse(bytes).map_err(|_| ProgramError::Unknown)?;
+    let endian = header.endian().map_err(|_| ProgramError::Unknown)?;
+    if header.e_machine(endian) != EM_AVR {
+        return Err(ProgramError::NotAvr);
+    }
+    let segments = header.program_headers(endian, bytes).map_err(|_| ProgramError::Unknown)?;
+    let mut pieces = Vec::new();
+    for segment in segments {
+        if segment.p_type(endian) != PT_LOAD || segment.p_filesz(endian) == 0 {
+            continue;
+        }
+        if segment.p_vaddr(endian) >= RAM {
+            return Err(ProgramError::Variables);
+        }
+        let content = segment.data(endian, bytes).map_err(|()| ProgramError::Unknown)?;
+        pieces.push((segment.p_paddr(endian), content.to_owned()));
+    }
+    Ok(pieces)
+}
+
+fn of_hex(bytes: &[u8]) -> Result<Vec<(u32, Vec<u8>)>, ProgramError> {
+    let text = std::str::from_utf8(bytes).map_err(|_| ProgramError::Unknown)?;
+    if !text.trim_start().starts_with(':') {
+        return Err(ProgramError::Unknown);
+    }
+    let mut base = 0;
+    let mut pieces = Vec::new();
+    for record in Reader::new(text) {
+        match record.map_err(|error| ProgramError::Line(error.to_string()))? {
+            Record::Data { offset, value } => pieces.push((base + u32::from(offset), value)),
+            Record::ExtendedSegmentAddress(segment) => base = u32::from(segment) << 4,
+            Record::ExtendedLinearAddress(upper) => base = u32::from(upper) << 16,
+            Record::EndOfFile => break,
+            Record::StartSegmentAddress { .. } | Record::StartLinearAddress(_) => {}
+        }
+    }
+    Ok(pieces)
+}
+
+/// The hex file, of which KiloGUI needs lines in ascending order without gaps. At most [`MOST`] bytes.
+fn hex(program: &[u8]) -> Result<String, ProgramError> {
+    let lines = program.chunks(LINE).zip((0_u16..).step_by(LINE));
+    let data = lines.map(|(bytes, offset)| Record::Data { offset, value: bytes.to_vec() });
+    let records: Vec<Record> = data.chain([Record::EndOfFile]).collect();
+    create_object_file_representation(&records)
+        .map_err(|error| ProgramError::Line(error.to_string()))
+}
