@@ -185,7 +185,7 @@ fn disassembly_names_what_the_symbols_know() {
 
 /// A program of 100 bytes with a place for a script behind it, as Intel hex: what the firmware's build makes.
 fn program(features: u8) -> String {
-    let section = bittybuzz_robots::script_section(features, b"another script").unwrap();
+    let section = bittybuzz_robots::script_section(features, b"another script").expect("it is short");
     let bytes: Vec<u8> = (0..100).chain(section).collect();
     let lines = bytes.chunks(32).enumerate().map(|(line, bytes)| {
         let offset = (line * 32) as u16;
@@ -201,7 +201,7 @@ fn program(features: u8) -> String {
 #[test]
 fn a_script_is_put_into_firmware() {
     let folder = Folder::with("build_hex", "s.bzz", "function step() { led(1) }");
-    folder.write("firmware.hex", &program(0));
+    folder.write("firmware.hex", program(0));
     let line = ["build", "s.bzz", "--robot", "kilobot", "--firmware", "firmware.hex", "-o", "out"];
     let built = folder.bbz(&line);
     assert_eq!((built.status, built.stderr.as_str()), (Some(0), ""));
