@@ -185,7 +185,8 @@ fn disassembly_names_what_the_symbols_know() {
 
 /// A program of 100 bytes with a place for a script behind it, as Intel hex: what the firmware's build makes.
 fn program(features: u8) -> String {
-    let section = bittybuzz_robots::script_section(features, b"another script").expect("it is short");
+    let section =
+        bittybuzz_robots::script_section(features, b"another script").expect("it is short");
     let bytes: Vec<u8> = (0..100).chain(section).collect();
     let lines = bytes.chunks(32).enumerate().map(|(line, bytes)| {
         let offset = (line * 32) as u16;
