@@ -178,12 +178,33 @@ impl Robot {
     fn pass(&mut self, board: &mut impl Board, to: Time) -> Result<bool, RobotError> {
         while board.now() < to {
             board.advance(next_event(board, to));
+            self.move_data(board)?;
             if let Some(cause) = board.take_reset_request() {
                 self.reset(board, cause)?;
                 return Ok(true);
             }
         }
         Ok(false)
+    }
+
+    /// Moves what the DMA controller wants moved. Where there is no memory it reads 0 and loses what it writes.
+    fn move_data(&mut self, board: &mut impl Board) -> Result<(), RobotError> {
+        while board.wants_memory()
+            && let Some(transfer) = board.next_transfer()
+        {
+            let (from, width) = transfer.from;
+            let mut bytes = [0; 4];
+            let value = if self.read_memory(from, &mut bytes[..width.bytes() as usize])? {
+                u32::from_le_bytes(bytes)
+            } else {
+                board.read(from, width)
+            };
+            let (to, width) = transfer.to;
+            if !self.write_memory(to, &value.to_le_bytes()[..width.bytes() as usize])? {
+                board.write(to, width, value);
+            }
+        }
+        Ok(())
     }
 
     /// Lets an executed instruction's time pass that QEMU did not count.
@@ -237,6 +258,7 @@ impl Robot {
     /// The core is about to access something trapped.
     fn access(&mut self, board: &mut impl Board) -> Result<(), RobotError> {
         let outcome = access::perform(&mut self.core, board, &self.flash)?;
+        self.move_data(board)?;
         self.connect(board);
         match outcome {
             Outcome::Done => self.count(board).map(drop),

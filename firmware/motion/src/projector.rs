@@ -5,6 +5,8 @@
 //! a photodiode which moves during a frame is off by a pixel at most, and one between two pixels is in one of them.
 //! (SwarmUI: config.h, sensors.c, the projector's bitmaps.)
 
+use core::sync::atomic::{AtomicU16, Ordering};
+
 /// µs of a pattern.
 pub const PATTERN_US: u32 = 333;
 /// Patterns of a frame.
@@ -14,6 +16,8 @@ pub const FRAME_US: u32 = PATTERNS * PATTERN_US;
 
 /// White patterns at the end of a frame.
 const WHITE: u32 = 20;
+/// µs of white before a frame: half a pattern less than all of it.
+const SHORTEST_WHITE: u16 = (WHITE * PATTERN_US - PATTERN_US / 2) as u16;
 /// Patterns of column and row.
 const CODE: u32 = 20;
 const COORDINATE: u32 = CODE / 2;
@@ -35,80 +39,84 @@ pub struct Pixel {
     pub row: u16,
 }
 
-/// What a photodiode has seen.
+/// What a photodiode has seen, of which only the times of its edges are asked for, in µs modulo 2^16: a timer captures them without
+/// a program's doing. When it was light and when dark follows from that: a frame ends with light.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Decoder {
-    /// When the frame began, if one has.
-    start: Option<u32>,
-    /// The last edge, and whether there has been light since.
-    edge: u32,
-    is_lit: bool,
-    /// How many patterns of the frame have been seen, and the last of them, the latest in bit 0.
-    seen: u32,
-    patterns: u32,
+    /// The last edge.
+    edge: u16,
+    /// When the frame began.
+    start: u16,
+    /// Whether the light changes with pattern `n` of the frame: bit `31 - n`.
+    changes: u32,
 }
+
+/// The first pattern is black.
+const FIRST: u32 = 1 << 31;
+/// Bits of [`Decoder`] below those of the code, and the first of them: white patterns.
+const AFTER: u32 = 31 - CODE;
+const FIRST_WHITE: u32 = 1 << (AFTER - 1);
 
 impl Decoder {
     /// Nothing seen.
     pub const fn new() -> Self {
-        Decoder { start: None, edge: 0, is_lit: false, seen: 0, patterns: 0 }
+        Decoder { edge: 0, start: 0, changes: 0 }
     }
 
-    /// The light has gone on (`is_lit`) or off at `now` µs. Tells whether a frame has begun with that: after so much
-    /// white, and only there, a black pattern is the first.
-    pub fn edge(&mut self, now: u32, is_lit: bool) -> bool {
-        let run = patterns(now.wrapping_sub(self.edge));
-        self.edge = now;
-        self.is_lit = is_lit;
-        if !is_lit && (WHITE..PATTERNS).contains(&run) {
-            *self = Decoder { start: Some(now), edge: now, ..Decoder::new() };
-            return true;
+    /// The light has gone on or off at these times, in order.
+    pub fn edges(&mut self, times: &[AtomicU16]) {
+        let mut decoder = *self;
+        for time in times {
+            decoder.edge(time.load(Ordering::Relaxed));
         }
-        if let Some(start) = self.start {
-            // Counted from the beginning of the frame, so that deviations of single edges do not add up.
-            let until = patterns(now.wrapping_sub(start));
-            let count = until.saturating_sub(self.seen);
-            if until > 1 + CODE {
-                // The rest is white: the frame is damaged.
-                self.start = None;
-            } else if !is_lit {
-                self.patterns = (self.patterns << count) | ((1 << count) - 1);
-            } else {
-                self.patterns <<= count;
-            }
-            self.seen = until;
-        }
-        false
+        *self = decoder;
     }
 
-    /// The pixel in the frame that has begun at `start`, or within half a pattern of that, once it is
-    /// [readable](READABLE_US). `None` if it was not seen whole.
-    pub fn pixel(&self, start: u32) -> Option<Pixel> {
-        let own = self.start?;
-        let late = own.wrapping_sub(start).wrapping_add(PATTERN_US / 2);
-        if late > PATTERN_US || !self.is_lit {
+    /// The light has gone on or off. After so much white, and only there, a black pattern is the first.
+    pub fn edge(&mut self, at: u16) {
+        let run = at.wrapping_sub(self.edge);
+        self.edge = at;
+        if run >= SHORTEST_WHITE {
+            self.start = at;
+            self.changes = 0;
+        }
+        // Counted from the beginning of the frame, so that deviations of single edges do not add up. What changes twice does not.
+        self.changes ^= FIRST.unbounded_shr(patterns(at.wrapping_sub(self.start)));
+    }
+
+    /// When the frame began that was not read yet.
+    pub fn begun(&self) -> Option<u16> {
+        (self.changes & FIRST != 0).then_some(self.start)
+    }
+
+    /// Reads the frame, once it is [readable](READABLE_US) and until the next one begins. `is_lit` tells whether there is light now.
+    /// `None` if it was not seen whole.
+    pub fn pixel(&mut self, is_lit: bool) -> Option<Pixel> {
+        let changes = core::mem::take(&mut self.changes);
+        let dark = from_gray(changes);
+        // Whatever was before, a frame ends with light, which does not change any more.
+        if !is_lit || changes & FIRST == 0 || changes & (FIRST_WHITE - 1) != 0 || dark & 1 != 0 {
             return None;
         }
-        let rest = (1 + CODE).checked_sub(self.seen)?;
-        let code = (self.patterns << rest) | ((1 << rest) - 1);
-        let column = from_gray((code >> COORDINATE) & ((1 << COORDINATE) - 1));
-        let row = from_gray(code & ((1 << COORDINATE) - 1));
-        Some(Pixel { column, row })
+        let code = from_gray(!(dark >> AFTER) & ((1 << CODE) - 1));
+        let column = code >> COORDINATE;
+        // The row's code goes on from the column's last bit.
+        let row = if column & 1 == 0 { code } else { !code } & ((1 << COORDINATE) - 1);
+        Some(Pixel { column: column as u16, row: row as u16 })
     }
 }
 
-/// The nearest number of patterns, of less than a second; a time that is too long for that is as long as two frames.
-fn patterns(us: u32) -> u32 {
-    const TOO_LONG: u32 = 2 * FRAME_US;
+/// The nearest number of patterns.
+fn patterns(us: u16) -> u32 {
     // 12595 / 2^22 = 1 / 333.013. The chip has no division.
-    ((us.min(TOO_LONG) + PATTERN_US / 2) * 12_595) >> 22
+    ((u32::from(us) + PATTERN_US / 2) * 12_595) >> 22
 }
 
-/// The number whose Gray code of at most 16 bits is `code`.
-fn from_gray(code: u32) -> u16 {
-    let mut number = code;
-    for shift in [8, 4, 2, 1] {
-        number ^= number >> shift;
-    }
-    number as u16
+/// The number whose Gray code is `code`: each bit tells whether those up to it are an odd number.
+fn from_gray(code: u32) -> u32 {
+    let code = code ^ code >> 16;
+    let code = code ^ code >> 8;
+    let code = code ^ code >> 4;
+    let code = code ^ code >> 2;
+    code ^ code >> 1
 }

@@ -2,7 +2,9 @@
 
 mod common;
 
-use bittybuzz_motion::projector::{Decoder, FRAME_US, PATTERN_US, Pixel};
+use std::ops::RangeInclusive;
+
+use bittybuzz_motion::projector::{Decoder, FRAME_US, PATTERN_US, Pixel, READABLE_US};
 use bittybuzz_motion::track::Pose;
 use common::{Noise, pattern};
 
@@ -23,18 +25,17 @@ fn edges(column: u32, row: u32, frames: usize) -> Vec<(u32, bool)> {
 
 /// The pixels that are read if a decoder is asked half a pattern after the row.
 fn read(edges: &[(u32, bool)]) -> Vec<Option<Pixel>> {
-    let (mut decoder, mut pixels, mut frame) = (Decoder::new(), Vec::new(), None);
+    let (mut decoder, mut pixels, mut level) = (Decoder::new(), Vec::new(), false);
     let last = edges.last().map_or(0, |edge| edge.0) + FRAME_US;
     let mut edges = edges.iter().peekable();
     for now in 0..last {
         while let Some((at, is_lit)) = edges.next_if(|edge| edge.0 <= now) {
-            if decoder.edge(*at, *is_lit) {
-                frame = Some(*at);
-            }
+            decoder.edge(*at as u16);
+            level = *is_lit;
         }
-        if let Some(start) = frame.filter(|start| now - start >= 22 * PATTERN_US) {
-            pixels.push(decoder.pixel(start));
-            frame = None;
+        let age = decoder.begun().map(|start| (now as u16).wrapping_sub(start));
+        if age.is_some_and(|age| u32::from(age) >= READABLE_US) {
+            pixels.push(decoder.pixel(level));
         }
     }
     pixels
@@ -52,11 +53,18 @@ fn known_codes() {
     }
 }
 
+/// All that are projected. In none of these patterns it is dark for as long as white frames end.
 #[test]
 fn every_column_and_every_row() {
-    for number in 0..1024_u32 {
-        let other = number * 7 % 1024;
-        for (column, row) in [(number, other), (other, number)] {
+    let (columns, rows) = (56..=967_u32, 227..=796_u32);
+    for number in 0..1024 {
+        let other = |range: &RangeInclusive<u32>| {
+            range.start() + number * 7 % (range.end() + 1 - range.start())
+        };
+        for (column, row) in [(number, other(&rows)), (other(&columns), number)] {
+            if !columns.contains(&column) || !rows.contains(&row) {
+                continue;
+            }
             let expected = Some(Pixel { column: column as u16, row: row as u16 });
             assert_eq!(read(&edges(column, row, 2)), [expected; 2], "{column}, {row}");
         }
@@ -82,18 +90,51 @@ fn jitter_and_a_wrong_clock() {
     }
 }
 
-/// Times wrap around after 71 minutes, also within a frame.
+/// Times wrap around after 65.5 ms, also within a frame.
 #[test]
 fn the_clock_wraps_around() {
     for shift in (0..FRAME_US).step_by(97) {
-        let (mut decoder, mut start) = (Decoder::new(), None);
-        for (at, is_lit) in edges(700, 300, 1) {
-            let at = at.wrapping_sub(20 * PATTERN_US + shift);
-            if decoder.edge(at, is_lit) {
-                start = Some(at);
-            }
+        let mut decoder = Decoder::new();
+        for (at, _) in edges(700, 300, 1) {
+            decoder.edge(at.wrapping_sub(20 * PATTERN_US + shift) as u16);
         }
-        assert_eq!(decoder.pixel(start.unwrap()), Some(Pixel { column: 700, row: 300 }));
+        assert_eq!(decoder.begun(), Some(shift.wrapping_neg() as u16));
+        assert_eq!(decoder.pixel(true), Some(Pixel { column: 700, row: 300 }));
+    }
+}
+
+/// A frame is read once: light that stays on does not bring it back when the clock has wrapped around.
+#[test]
+fn a_frame_is_read_once() {
+    let mut decoder = Decoder::new();
+    edges(700, 300, 1).iter().for_each(|(at, _)| decoder.edge(*at as u16));
+    assert!(decoder.pixel(true).is_some());
+    assert_eq!((decoder.begun(), decoder.pixel(true)), (None, None));
+}
+
+/// Nobody tells which edges are those of light that goes on: what is black where a frame is white is no frame.
+#[test]
+fn the_opposite_of_a_frame_is_none() {
+    let inverse: Vec<_> = edges(700, 300, 3).iter().map(|(at, is_lit)| (*at, !is_lit)).collect();
+    assert_eq!(read(&inverse), [None; 3]);
+    // Also if it is light by chance when it is asked.
+    let mut decoder = Decoder::new();
+    inverse.iter().for_each(|(at, _)| decoder.edge(*at as u16));
+    decoder.edge((20 * PATTERN_US + 2 * FRAME_US + 21 * PATTERN_US + 10) as u16);
+    assert_eq!(decoder.pixel(true), None);
+}
+
+/// A comparator that wavers when the light changes: any number of edges within half a pattern, as long as the last is right.
+#[test]
+fn an_edge_that_bounces_is_one() {
+    for bounces in 1..6_u32 {
+        let edges: Vec<_> = edges(700, 300, 3)
+            .into_iter()
+            .flat_map(|(at, level)| {
+                (0..=2 * bounces).map(move |n| (at + 10 * n, level == (n % 2 == 0)))
+            })
+            .collect();
+        assert_eq!(read(&edges), [Some(Pixel { column: 700, row: 300 }); 3], "{bounces}");
     }
 }
 
@@ -129,8 +170,11 @@ fn one_damaged_frame_does_not_damage_the_next() {
 /// looks like a frame, but both photodiodes cannot be in the same pixel.
 #[test]
 fn other_light_is_none() {
-    assert_eq!(read(&[(0, true)]), []);
-    assert_eq!(read(&[(0, true), (9000, false)]), [None]);
+    for edges in
+        [&[(0, true)][..], &[(0, true), (9000, false)], &[(0, true), (9000, false), (20_000, true)]]
+    {
+        assert!(read(edges).iter().all(Option::is_none), "{edges:?}");
+    }
     for half in (20..14_000).step_by(20) {
         let edges: Vec<_> = (1..20).map(|n| (n * half, n % 2 == 0)).collect();
         for pixel in read(&edges).into_iter().flatten() {

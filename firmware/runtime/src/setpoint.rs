@@ -108,7 +108,7 @@ pub async fn drive<M: Motors>(
         pulse.beat();
         let beat = Instant::now() + BEAT;
         let wake = until.map_or(beat, |until: Instant| until.min(beat));
-        match select3(channel.wait(), Timer::at(wake), motors.steer()).await {
+        match select3(channel.wait(), motors.steer(), Timer::at(wake)).await {
             Either3::First(Command::Hold(setpoint, end)) if Instant::now() < end => {
                 motors.apply(setpoint);
                 until = Some(end);

@@ -2,80 +2,76 @@
 
 use core::cell::RefCell;
 
-use bittybuzz_motion::projector::{Decoder, READABLE_US};
+use bittybuzz_motion::projector::{FRAME_US, PATTERN_US, READABLE_US};
 use bittybuzz_motion::track::{Pose, Tracker};
-use bittybuzz_runtime::liveness::{BEAT, Pulse};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::signal::Signal;
-use embassy_time::{Duration, Instant, Timer, with_timeout};
+use embassy_time::{Duration, Instant, Timer};
 
-/// A photodiode.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
-    /// Photodiode 1.
-    Right,
-    /// Photodiode 2.
-    Left,
-}
+use crate::edges::{self, Eye};
 
-type Shared<T> = Mutex<CriticalSectionRawMutex, RefCell<T>>;
+static TRACKER: Mutex<CriticalSectionRawMutex, RefCell<Tracker>> =
+    Mutex::new(RefCell::new(Tracker::new()));
 
-static RIGHT: Shared<Decoder> = Mutex::new(RefCell::new(Decoder::new()));
-static LEFT: Shared<Decoder> = Mutex::new(RefCell::new(Decoder::new()));
-static TRACKER: Shared<Tracker> = Mutex::new(RefCell::new(Tracker::new()));
+/// Between two looks of a blind robot.
+const LOOK: Duration = Duration::from_millis(20);
+const HALF: u16 = (PATTERN_US / 2) as u16;
+const FRAME: Duration = Duration::from_micros(FRAME_US as u64);
 
-/// A frame has begun.
-static FRAME: Signal<CriticalSectionRawMutex, Instant> = Signal::new();
-/// There is a new position.
-static SEEN: Signal<CriticalSectionRawMutex, ()> = Signal::new();
-
-/// Times as the decoders take them.
+/// Times as the tracker takes them.
 fn us(at: Instant) -> u32 {
     at.as_ticks() as u32
 }
 
-/// The interrupt of a photodiode.
-pub fn edge(side: Side, at: Instant, is_lit: bool) {
-    let decoder = if side == Side::Right { &RIGHT } else { &LEFT };
-    if with(decoder, |decoder| decoder.edge(us(at), is_lit)) == Some(true) {
-        FRAME.signal(at);
-    }
-}
-
 /// Nobody holds it twice: the borrow always succeeds.
-fn with<T, R>(shared: &Shared<T>, act: impl FnOnce(&mut T) -> R) -> Option<R> {
-    shared.lock(|shared| shared.try_borrow_mut().ok().map(|mut shared| act(&mut shared)))
+fn with<R>(act: impl FnOnce(&mut Tracker) -> R) -> Option<R> {
+    TRACKER.lock(|tracker| tracker.try_borrow_mut().ok().map(|mut tracker| act(&mut tracker)))
 }
 
 /// Where the robot is now, unless it is blind.
 pub fn pose() -> Option<Pose> {
-    with(&TRACKER, |tracker| tracker.pose(us(Instant::now())))?
+    with(|tracker| tracker.pose(us(Instant::now())))?
 }
 
-/// Waits for the next position.
-pub async fn new_pose() {
-    SEEN.wait().await;
+/// Both photodiodes, and when to look at them.
+pub struct Eyes {
+    eyes: [Eye; 2],
+    next: Instant,
 }
 
-/// The task: reads each frame as soon as both coordinates have been shown.
-#[embassy_executor::task]
-pub async fn look(pulse: Pulse) -> ! {
-    loop {
-        pulse.beat();
-        let Ok(start) = with_timeout(BEAT, FRAME.wait()).await else {
-            // Asked in time, it notices that the robot is blind.
-            let _ = pose();
-            continue;
+impl Eyes {
+    /// They see from now on.
+    pub fn open() -> Self {
+        Eyes { eyes: edges::open(), next: Instant::MIN }
+    }
+
+    /// Looks when a frame can be read, or is expected and does not come. May be dropped while it waits, and begun anew.
+    pub async fn look(&mut self) {
+        Timer::at(self.next).await;
+        let now = Instant::now();
+        let [right, left] = &mut self.eyes;
+        right.look();
+        left.look();
+        let Some(begun) = right.decoder.begun() else {
+            // One that is lost does not move the next.
+            self.next += if pose().is_some() { FRAME } else { LOOK };
+            return;
         };
-        Timer::at(start + Duration::from_micros(READABLE_US.into())).await;
+        let age = (us(now) as u16).wrapping_sub(begun);
+        let start = now - Duration::from_ticks(age.into());
+        self.next = start + Duration::from_micros(READABLE_US.into());
+        if u32::from(age) < READABLE_US {
+            return;
+        }
+        self.next += FRAME;
         // The other photodiode has told the same frame.
-        FRAME.reset();
-        let [right, left] =
-            [&RIGHT, &LEFT].map(|decoder| with(decoder, |decoder| decoder.pixel(us(start))));
-        if let (Some(Some(right)), Some(Some(left))) = (right, left) {
-            with(&TRACKER, |tracker| tracker.see(us(start), right, left));
-            SEEN.signal(());
+        let is_same = left.decoder.begun().is_some_and(|other| {
+            u32::from(other.wrapping_sub(begun).wrapping_add(HALF)) < PATTERN_US
+        });
+        if let (Some(right), Some(left)) = (right.read(), left.read())
+            && is_same
+        {
+            with(|tracker| tracker.see(us(start), right, left));
         }
     }
 }

@@ -6,8 +6,7 @@
 //! | task | what it does |
 //! |---|---|
 //! | [`run_script`] | the virtual machine at 10 Hz, in slices of at most 500 µs |
-//! | [`drive_motors`] | applies the script's set-points, steers to goals, and stops the motors when set-points expire |
-//! | [`eyes::look`] | positions from the photodiodes |
+//! | [`drive_motors`] | finds positions, applies the script's set-points, steers to goals, and stops the motors when set-points expire |
 //! | [`radio::talk`] | swarm messages to and from all other robots |
 //! | [`sensors::sense`] | battery, charger, touch |
 //! | [`leds::shine`] | the LED: the script's colour, or what has failed |
@@ -56,6 +55,7 @@ use embassy_stm32::pac;
 use embassy_time::Duration;
 use static_cell::{ConstStaticCell, StaticCell};
 
+use eyes::Eyes;
 use functions::{Zooid, is_function};
 use leds::{Led, Light, LightChannel};
 use log::{error, info, warning};
@@ -66,7 +66,7 @@ use settings::setting;
 /// Room for what the script prints in a slice; nobody reads it but defmt.
 const LOG_BYTES: usize = if cfg!(feature = "defmt") { 256 } else { 0 };
 
-static TASKS: Liveness = Liveness::new(6);
+static TASKS: Liveness = Liveness::new(5);
 static SETPOINTS: setpoint::Channel<Drive> = setpoint::Channel::new();
 static LIGHT: LightChannel = LightChannel::new();
 
@@ -101,7 +101,7 @@ async fn main(spawner: Spawner) {
 
     // At most 60: the robot file.
     let minimum = setting(robot::setting::MINIMUM_DUTY).map(|duty| duty as u8);
-    let motors = Motors::new(Pilot::new(minimum));
+    let motors = Motors::new(Pilot::new(minimum), Eyes::open());
     let led = Led::new();
     let radio = Nrf24::new();
     sensors::begin();
@@ -133,9 +133,8 @@ async fn main(spawner: Spawner) {
     start(spawner, run_script(script, failure.is_none()));
     start(spawner, leds::shine(&LIGHT, led, pulse(1)));
     start(spawner, drive_motors(motors, pulse(2)));
-    start(spawner, eyes::look(pulse(3)));
-    start(spawner, radio::talk(radio, robot_id, pulse(4)));
-    start(spawner, sensors::sense(pulse(5)));
+    start(spawner, radio::talk(radio, robot_id, pulse(3)));
+    start(spawner, sensors::sense(pulse(4)));
     start(spawner, watchdog::feed(&TASKS));
 }
 

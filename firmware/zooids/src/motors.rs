@@ -11,22 +11,18 @@
 use bittybuzz_motion::bridge::{COAST, Inputs, PERIOD, inputs};
 use bittybuzz_motion::drive::{Goal, Pilot, Wheels};
 use bittybuzz_runtime::setpoint;
-use embassy_futures::select::select;
 use embassy_stm32::pac;
 use embassy_stm32::pac::gpio::vals::Moder;
 use embassy_stm32::pac::timer::vals::Ocm;
-use embassy_time::{Duration, Instant, Timer};
+use embassy_time::Instant;
 
-use crate::eyes;
+use crate::eyes::{self, Eyes};
 use crate::log::info;
 use crate::pins::MOTORS;
 use crate::sensors;
 
 /// 48 MHz / 12 = 4 MHz, of which a period of 100 steps is 40 kHz.
 const PRESCALER: u16 = 12;
-
-/// Between two looks whether the robot still sees where it is; positions come every 14 ms.
-const LOOK: Duration = Duration::from_millis(20);
 
 /// What the motors can be told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,12 +36,13 @@ pub enum Drive {
 /// The motors and their timer.
 pub struct Motors {
     pilot: Pilot,
+    eyes: Eyes,
     drive: Option<Drive>,
 }
 
 impl Motors {
     /// The motors have no power.
-    pub fn new(pilot: Pilot) -> Self {
+    pub fn new(pilot: Pilot, eyes: Eyes) -> Self {
         let timer = pac::TIM2;
         timer.psc().write_value(PRESCALER - 1);
         timer.arr().write_value(u32::from(PERIOD - 1));
@@ -60,7 +57,7 @@ impl Motors {
         timer.ccer().write(|w| (0..4).for_each(|channel| w.set_cce(channel, true)));
         timer.egr().write(|w| w.set_ug(true));
         timer.cr1().write(|w| w.set_cen(true));
-        Motors { pilot, drive: None }
+        Motors { pilot, eyes, drive: None }
     }
 
     /// Does now what the set-point means now. A robot that does not see where it is stands, and one that is being charged has no
@@ -103,7 +100,7 @@ impl setpoint::Motors for Motors {
     }
 
     async fn steer(&mut self) {
-        select(eyes::new_pose(), Timer::after(LOOK)).await;
+        self.eyes.look().await;
         self.update();
     }
 }

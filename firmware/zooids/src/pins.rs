@@ -3,7 +3,7 @@
 //! Set once, by tables instead of by a driver for each pin: that takes a seventh of the flash. A driver knows its own pins by
 //! their numbers here.
 
-use Use::{Alternate, Bus, Fast, High, Input, Low, PullUp};
+use Use::{Alternate, Bus, Captured, Fast, High, Input, Low};
 use embassy_stm32::pac;
 use embassy_stm32::pac::gpio::Gpio;
 
@@ -12,8 +12,6 @@ use embassy_stm32::pac::gpio::Gpio;
 enum Use {
     /// An input that something drives.
     Input,
-    /// An input with a resistor to the supply.
-    PullUp,
     /// An output, low at first.
     Low,
     /// An output, high at first.
@@ -24,6 +22,8 @@ enum Use {
     Fast(u32),
     /// The same, but only ever pulls low.
     Bus(u32),
+    /// An input of a peripheral, with a resistor to the supply.
+    Captured(u32),
 }
 
 /// The radio is not talked to while this is high: port A.
@@ -64,9 +64,11 @@ const PORT_A: Port = Port::of(&[
 
 const PORT_B: Port = Port::of(&[
     (CE, Low),
-    (LEFT, PullUp),
+    // TIM3, channel 4.
+    (LEFT, Captured(1)),
     (TOUCH_CHANGE, Input),
-    (RIGHT, PullUp),
+    // TIM17, channel 1.
+    (RIGHT, Captured(2)),
     // I2C2: SCL, SDA.
     (10, Bus(1)),
     (11, Bus(1)),
@@ -96,13 +98,12 @@ impl Port {
             port.used |= 3 << two;
             match usage {
                 Input => {}
-                PullUp => port.pupdr |= 1 << two,
                 Low => port.moder |= 1 << two,
                 High => {
                     port.moder |= 1 << two;
                     port.odr |= 1 << pin;
                 }
-                Alternate(number) | Fast(number) | Bus(number) => {
+                Alternate(number) | Fast(number) | Bus(number) | Captured(number) => {
                     port.moder |= 2 << two;
                     port.afr[pin / 8] |= number << (4 * (pin % 8));
                     if matches!(usage, Fast(_)) {
@@ -110,6 +111,9 @@ impl Port {
                     }
                     if matches!(usage, Bus(_)) {
                         port.otyper |= 1 << pin;
+                    }
+                    if matches!(usage, Captured(_)) {
+                        port.pupdr |= 1 << two;
                     }
                 }
             }
@@ -133,6 +137,7 @@ impl Port {
 
 /// Connects everything. The ports' own clocks are on already.
 pub fn connect() {
+    pac::RCC.ahbenr().modify(|w| w.set_dmaen(true));
     pac::RCC.apb1enr().modify(|w| {
         w.set_tim2en(true);
         w.set_i2c2en(true);
@@ -142,6 +147,7 @@ pub fn connect() {
         w.set_adcen(true);
         w.set_tim1en(true);
         w.set_spi1en(true);
+        w.set_tim17en(true);
     });
     PORT_A.set(pac::GPIOA);
     PORT_B.set(pac::GPIOB);

@@ -71,7 +71,7 @@ fn a_step_that_never_ends_stops_the_motors_only() {
 /// Whichever task dies, the watchdog restarts the robot, and no script runs until power-on.
 #[test]
 fn a_dead_task_ends_the_script() {
-    for task in ["look", "talk", "sense", "shine", "drive_motors", "run_script"] {
+    for task in ["talk", "sense", "shine", "drive_motors", "run_script"] {
         let mut table = driving("function step() { set_motor(40, 40)  log(1) }");
         table.run_ms(1000);
         assert!(table.zooids()[0].motors()[0] > 0.3);

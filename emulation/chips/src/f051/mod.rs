@@ -60,6 +60,23 @@ const EXTI_IRQ: [u8; 16] = [5, 5, 6, 6, 7, 7, 7, 7, 7, 7, 7, 7, 7, 7, 7, 7];
 const ADC_CHANNEL: usize = 0;
 const SPI1_CHANNELS: [usize; 2] = [2, 1];
 const I2C2_CHANNELS: [usize; 2] = [3, 4];
+/// A pin whose edges a timer captures.
+struct Capture {
+    port: usize,
+    pin: u8,
+    /// As an alternate function of the pin (data sheet, table 15).
+    function: u8,
+    /// Index in [`TIMERS`].
+    timer: usize,
+    channel: u32,
+    /// DMA channel, counted from 0.
+    dma: usize,
+}
+/// PB1 by TIM3, PB9 by TIM17. Other pins and timers have no model.
+const CAPTURES: [Capture; 2] = [
+    Capture { port: 1, pin: 1, function: 1, timer: 2, channel: 3, dma: 2 },
+    Capture { port: 1, pin: 9, function: 2, timer: 6, channel: 0, dma: 0 },
+];
 /// DBGMCU_IDCODE of the STM32F051, revision 1.0 (32.4.1).
 const DEBUG_ID: u32 = 0x1000_0440;
 /// The pins of the debugger are the only ones that are not inputs (RM0091 8.4). There is no port E.
@@ -212,10 +229,15 @@ impl F051 {
     }
 
     /// Peripherals that ask for a DMA transfer: whether one does, its channel, and whether it is to the peripheral.
-    fn requests(&self) -> [(bool, usize, bool); 5] {
+    fn requests(&self) -> [(bool, usize, bool); 7] {
         let spi = self.spi.dma_requests();
         let i2c = self.i2c.dma_requests();
+        let captured = CAPTURES.map(|Capture { timer, channel, dma, .. }| {
+            (self.timers[timer].dma_request(channel), dma, false)
+        });
         [
+            captured[0],
+            captured[1],
             (self.adc.dma_request(), ADC_CHANNEL, false),
             (spi[1], SPI1_CHANNELS[1], false),
             (spi[0], SPI1_CHANNELS[0], true),
@@ -302,7 +324,16 @@ impl F051 {
 
     /// The board drives a pin.
     pub fn drive(&mut self, port: usize, pin: u8, high: bool) {
+        let before = self.ports[port].level(pin);
         self.ports[port].drive(pin, high);
+        let capture = CAPTURES.iter().find(|capture| (capture.port, capture.pin) == (port, pin));
+        if let Some(Capture { function, timer, channel, .. }) = capture
+            && before != high
+            && self.ports[port].pin(pin) == Pin::Alternate(*function)
+        {
+            self.timers[*timer].capture(*channel, high, self.now);
+            self.update_timer_line(*timer);
+        }
         if self.exti.port(pin) == port {
             self.exti.observe_one(pin, self.ports[port].level(pin));
             self.exti.drive(&mut self.lines);

@@ -1,8 +1,8 @@
-//! Timers (RM0090 18; RM0091 17 to 20), counting up: compare and update interrupts, PWM.
+//! Timers (RM0090 18; RM0091 17 to 20), counting up: compare and update interrupts, PWM, input capture with DMA.
 //!
 //! Compare values and the reload value take effect at once, as if never preloaded: at most one period of the
-//! timer too early. Counting down, centred counting, one-pulse and slave modes, repetition, break and input capture have
-//! no model; [`Timer::write`] says so when the firmware asks for one of the first five.
+//! timer too early. Counting down, centred counting, one-pulse and slave modes, repetition, captures that are filtered, divided or
+//! of another channel's pin, and break have no model; [`Timer::write`] says so when the firmware asks for one of all but the last.
 
 use super::bus::Write;
 use crate::Time;
@@ -30,6 +30,14 @@ const CR1_URS: u32 = 1 << 2;
 /// One pulse, direction, centred.
 const CR1_UNMODELLED: u32 = 1 << 3 | 1 << 4 | 3 << 5;
 const SMCR_SMS: u32 = 7;
+/// Of each channel: it captures its own pin; that, another's or the trigger, divided or filtered.
+const CCMR_OWN_INPUT: u32 = 1;
+const CCMR_UNMODELLED: u32 = 0xfe;
+/// Of each channel: on, and which edges are captured: rising, falling, a reserved value, both (18.4.9).
+const CCER_ENABLE: u32 = 1 << 0;
+const CCER_EDGES: u32 = 0b1010;
+const CCER_FALLING: u32 = 0b0010;
+const CCER_BOTH: u32 = 0b1010;
 const UIF: u32 = 1 << 0;
 /// Update and the four compare interrupts.
 const INTERRUPTS: u32 = 0x1f;
@@ -127,6 +135,19 @@ impl Timer {
         u64::from(self.register(ARR)) + 1
     }
 
+    /// The bits of CCMR that are this channel's.
+    fn mode(&self, channel: u32) -> u32 {
+        let register = if channel < 2 { CCMR1 } else { CCMR2 };
+        self.register(register) >> (8 * (channel % 2)) & 0xff
+    }
+
+    /// The channels that capture, as compare flags are counted.
+    fn captures(&self) -> u32 {
+        (0..self.kind.channels())
+            .filter(|channel| self.mode(*channel) & 3 == CCMR_OWN_INPUT)
+            .fold(0, |channels, channel| channels | 2 << channel)
+    }
+
     fn divider(&self) -> u64 {
         u64::from(self.prescaler) + 1
     }
@@ -174,6 +195,7 @@ impl Timer {
                 raised |= 2 << channel;
             }
         }
+        raised &= !self.captures();
         let overflow = self.next_count(0);
         if overflow <= count && self.register(CR1) & CR1_UDIS == 0 {
             raised |= UIF;
@@ -195,7 +217,7 @@ impl Timer {
     }
 
     fn find_next_event(&self) -> Option<Time> {
-        let waiting = self.register(DIER) & !self.register(SR) & INTERRUPTS;
+        let waiting = self.register(DIER) & !self.register(SR) & !self.captures() & INTERRUPTS;
         if !self.runs() || waiting == 0 {
             return None;
         }
@@ -204,6 +226,30 @@ impl Timer {
             .filter(|n| waiting & 2 << n != 0)
             .map(|channel| self.next_match(channel));
         compares.chain(update).min().map(|count| self.time_of(count))
+    }
+
+    /// The pin of channel `channel` goes high or low. A second capture before the first is read is told by a flag of its own
+    /// (18.3.5).
+    pub fn capture(&mut self, channel: u32, high: bool, now: Time) {
+        let edges = self.register(CCER) >> (4 * channel);
+        let is_captured = match edges & CCER_EDGES {
+            0 => high,
+            CCER_FALLING => !high,
+            edges => edges == CCER_BOTH,
+        };
+        let flag = 2 << channel;
+        if edges & CCER_ENABLE == 0 || !is_captured || self.captures() & flag == 0 {
+            return;
+        }
+        self.registers[(CCR1 / 4 + channel) as usize] = (self.count_at(now) % self.period()) as u32;
+        let raised = self.register(SR) & flag;
+        self.registers[SR as usize / 4] |= flag | raised << 8;
+    }
+
+    /// Whether channel `channel` asks for a DMA transfer: of what it has captured.
+    pub fn dma_request(&self, channel: u32) -> bool {
+        let flag = 2 << channel;
+        self.register(SR) & self.register(DIER) >> 8 & flag != 0 && self.captures() & flag != 0
     }
 
     pub fn interrupt(&self) -> bool {
@@ -229,6 +275,12 @@ impl Timer {
         match offset {
             CNT => (self.count_at(now) % self.period()) as u32,
             EGR => 0,
+            // Whoever reads what was captured clears the flag (18.4.5).
+            CCR1..=CCR4 => {
+                let flag = 2 << ((offset - CCR1) / 4);
+                self.registers[SR as usize / 4] &= !(flag & self.captures());
+                self.register(offset)
+            }
             _ => self.registers.get(offset as usize / 4).copied().unwrap_or(0),
         }
     }
@@ -275,9 +327,17 @@ impl Timer {
             }
             CCR1..=CCR4 if (offset - CCR1) / 4 >= self.kind.channels() => {}
             RCR => return write.ones() == 0,
+            // Of a channel that captures it can only be read (18.4.13).
+            CCR1..=CCR4 if self.captures() & 2 << ((offset - CCR1) / 4) != 0 => {}
             CCR1..=CCR4 => {
                 let register = &mut self.registers[offset as usize / 4];
                 *register = write.merge(*register) & width;
+            }
+            CCMR1 | CCMR2 => {
+                self.registers[offset as usize / 4] = write.merge(self.register(offset));
+                return (0..self.kind.channels())
+                    .map(|channel| self.mode(channel))
+                    .all(|mode| mode & 3 == 0 || mode & CCMR_UNMODELLED == 0);
             }
             _ => {
                 if let Some(register) = self.registers.get_mut(offset as usize / 4) {
@@ -292,8 +352,7 @@ impl Timer {
     /// What channel 0 to 3 puts on its pin; none if its output is off (CCxE, MOE) or it is no output.
     pub fn output(&self, channel: u32) -> Option<Pwm> {
         let enable = self.register(CCER) >> (4 * channel);
-        let register = if channel < 2 { CCMR1 } else { CCMR2 };
-        let mode = self.register(register) >> (8 * (channel % 2));
+        let mode = self.mode(channel);
         let gated = self.kind.has_main_output() && self.register(BDTR) & BDTR_MOE == 0;
         if enable & 1 == 0 || mode & 3 != 0 || gated {
             return None;
@@ -468,6 +527,66 @@ mod tests {
         write(&mut timer, CR1, CR1_CEN, Time::ZERO);
         timer.advance(Time::from_millis(2));
         assert_eq!(timer.read(SR, Time::from_millis(2)), UIF | 2, "one channel");
+    }
+
+    /// 1 MHz, all 16 bits, channel 2 captures these edges of its pin.
+    fn capturing(edges: u32) -> Timer {
+        let mut timer = Timer::new(Kind::General, 48_000_000, Time::ZERO);
+        let enabled = (CCER_ENABLE | edges) << 4;
+        for (offset, value) in
+            [(PSC, 47), (CCMR1, 1 << 8), (CCER, enabled), (DIER, 1 << 10), (EGR, 1)]
+        {
+            write(&mut timer, offset, value, Time::ZERO);
+        }
+        write(&mut timer, CR1, CR1_CEN, Time::ZERO);
+        timer
+    }
+
+    #[test]
+    fn captures_the_edges_that_are_chosen() {
+        for (edges, expected) in
+            [(0, vec![10, 30]), (CCER_FALLING, vec![20, 40]), (CCER_BOTH, vec![10, 20, 30, 40])]
+        {
+            let mut timer = capturing(edges);
+            let mut captured = vec![];
+            for (us, high) in [(10, true), (20, false), (30, true), (40, false)] {
+                let now = Time::from_micros(65_536 + us);
+                timer.capture(1, high, now);
+                timer.capture(0, high, now);
+                if timer.dma_request(1) {
+                    captured.push(timer.read(CCR1 + 4, now));
+                    assert!(!timer.dma_request(1), "reading clears the flag");
+                }
+            }
+            assert_eq!(captured, expected);
+        }
+    }
+
+    #[test]
+    fn a_capture_that_nobody_has_read_is_lost_and_that_is_told() {
+        let mut timer = capturing(CCER_BOTH);
+        timer.capture(1, true, Time::from_micros(5));
+        write(&mut timer, CCR1 + 4, 1234, Time::from_micros(6));
+        assert_eq!(timer.register(SR) & 0x404, 0x004);
+        timer.capture(1, false, Time::from_micros(7));
+        assert_eq!(timer.register(SR) & 0x404, 0x404);
+        assert_eq!(timer.read(CCR1 + 4, Time::from_micros(8)), 7);
+        assert_eq!(timer.register(SR) & 0x404, 0x400);
+        // Its own count is no event.
+        write(&mut timer, DIER, 1 << 2, Time::from_micros(9));
+        assert_eq!(timer.next_event(), None);
+        assert_eq!(timer.read(SR, Time::from_millis(70)) & 4, 0);
+        timer.capture(1, true, Time::from_millis(71));
+        assert!(timer.interrupt());
+    }
+
+    #[test]
+    fn captures_without_a_model_are_refused() {
+        // Of the neighbour's pin, divided by two, filtered.
+        for mode in [2, 1 | 1 << 2, 1 | 1 << 4] {
+            let mut timer = Timer::new(Kind::General, 48_000_000, Time::ZERO);
+            assert!(!timer.write(CCMR2, Write::new(CCMR2, Width::Word, mode << 8), Time::ZERO));
+        }
     }
 
     #[test]

@@ -94,35 +94,34 @@ impl Light {
     }
 }
 
-/// What the firmware does with them: decoders in the interrupts, a tracker in a task.
+/// What the firmware does with them: looks at them from time to time.
 pub struct Robot {
     pub decoders: [Decoder; 2],
     pub tracker: Tracker,
-    frame: Option<u32>,
+    levels: [bool; 2],
 }
 
 impl Robot {
     pub fn new() -> Self {
         let decoders = [Decoder::new(); 2];
-        Robot { decoders, tracker: Tracker::new(), frame: None }
+        Robot { decoders, tracker: Tracker::new(), levels: [false; 2] }
     }
 
     pub fn edge(&mut self, (at, diode, is_lit): (u32, usize, bool)) {
-        if self.decoders[diode].edge(at, is_lit) && self.frame.is_none() {
-            self.frame = Some(at);
-        }
+        self.decoders[diode].edge(at as u16);
+        self.levels[diode] = is_lit;
     }
 
     /// Whether a frame was read just now, and its beginning.
     pub fn task(&mut self, now: u32) -> Option<u32> {
-        let frame = self.frame?;
-        if now.wrapping_sub(frame) < READABLE_US {
+        let age = u32::from((now as u16).wrapping_sub(self.decoders[0].begun()?));
+        if age < READABLE_US {
             return None;
         }
-        self.frame = None;
-        let [right, left] = self.decoders.each_ref().map(|decoder| decoder.pixel(frame));
-        self.tracker.see(frame, right?, left?);
-        Some(frame)
+        let start = now.wrapping_sub(age);
+        let [right, left] = [0, 1].map(|diode| self.decoders[diode].pixel(self.levels[diode]));
+        self.tracker.see(start, right?, left?);
+        Some(start)
     }
 }
 
