@@ -1,5 +1,7 @@
 //! The radio channel that several nRF24L01+ share.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use crate::Time;
 use crate::nrf24::Transmission;
 use crate::random::Random;
@@ -36,12 +38,16 @@ pub enum Heard {
     Packet(Transmission, bool),
 }
 
-/// The air between robots on one table: all hear all. Packets that overlap on one channel are lost, both of them, and
+/// The air between robots on one table: all hear all, but for those that are cut off. Packets that overlap on one channel are lost, both of them, and
 /// others by chance, for each receiver on its own.
 pub struct Air {
     on_air: Vec<OnAir>,
     loss: f64,
     random: Random,
+    /// Of robots that do not hear all others: whom they do not hear.
+    deaf: BTreeMap<usize, BTreeSet<usize>>,
+    /// Robots without power.
+    off: BTreeSet<usize>,
     /// What has happened.
     pub statistics: AirStatistics,
 }
@@ -63,7 +69,33 @@ impl Air {
     /// Without losses but those of overlapping packets.
     pub fn new() -> Self {
         let (on_air, random) = (Vec::new(), Random::new(0));
-        Air { on_air, loss: 0.0, random, statistics: AirStatistics::default() }
+        let (deaf, off) = (BTreeMap::new(), BTreeSet::new());
+        Air { on_air, loss: 0.0, random, deaf, off, statistics: AirStatistics::default() }
+    }
+
+    /// From now on nothing gets to `robot` from these others, as if there were walls: it neither hears nor senses them, and
+    /// they disturb no packet.
+    pub fn cut_off(&mut self, robot: usize, from: BTreeSet<usize>) {
+        self.deaf.insert(robot, from);
+    }
+
+    /// A robot has power from now on, or could not hear anything.
+    pub fn set_power(&mut self, robot: usize, on: bool) {
+        if on {
+            self.off.remove(&robot);
+        } else {
+            self.off.insert(robot);
+        }
+    }
+
+    /// Whether what is sent gets to a robot.
+    fn reaches(&self, robot: usize, sender: Sender) -> bool {
+        match sender {
+            Sender::Robot(number) => {
+                number != robot && self.deaf.get(&robot).is_none_or(|from| !from.contains(&number))
+            }
+            Sender::Stranger => true,
+        }
     }
 
     /// From now on a packet is lost with probability `loss`; equal seeds lose the same.
@@ -84,13 +116,15 @@ impl Air {
         }
         for number in 0..self.on_air.len() {
             let OnAir { sender, ref transmission, is_sensed, has_arrived } = self.on_air[number];
-            let receivers = (0..robots).filter(|robot| sender != Sender::Robot(*robot));
+            let receivers: Vec<usize> = (0..robots)
+                .filter(|robot| !self.off.contains(robot) && self.reaches(*robot, sender))
+                .collect();
             let (begin, end) = (transmission.begin, transmission.end);
             let channel = transmission.packet.channel();
             if !is_sensed && begin < until {
                 self.on_air[number].is_sensed = true;
-                for receiver in receivers.clone() {
-                    tell(receiver, Heard::Signal(channel, begin, end));
+                for receiver in &receivers {
+                    tell(*receiver, Heard::Signal(channel, begin, end));
                 }
             }
             if has_arrived || end > until {
@@ -102,7 +136,7 @@ impl Air {
                     let (sent, by) = (&other.transmission, other.sender);
                     // To what it sends itself a receiver is deaf anyway.
                     !std::ptr::eq(other, &self.on_air[number])
-                        && by != Sender::Robot(receiver)
+                        && self.reaches(receiver, by)
                         && sent.packet.channel() == channel
                         && sent.begin < end
                         && begin < sent.end

@@ -126,6 +126,8 @@ impl Led {
 pub enum ResetCause {
     /// Power was applied.
     PowerOn,
+    /// Power is cut: held in reset until it comes back.
+    PowerOff,
     /// The reset pin was pulled.
     Pin,
     /// AIRCR.SYSRESETREQ.
@@ -139,6 +141,7 @@ impl ResetCause {
     pub const fn name(self) -> &'static str {
         match self {
             ResetCause::PowerOn => "power_on",
+            ResetCause::PowerOff => "power_off",
             ResetCause::Pin => "pin",
             ResetCause::Software => "software",
             ResetCause::IndependentWatchdog => "independent_watchdog",

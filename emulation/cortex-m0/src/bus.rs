@@ -56,21 +56,26 @@ pub struct Bus<B> {
     pub scr: u32,
 }
 
+/// What static RAM holds when its power comes is not zero; here it is always the same.
+pub fn noise(bytes: u32) -> Vec<u8> {
+    let mut state = 1_u32;
+    let next = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 24) as u8
+    };
+    std::iter::repeat_with(next).take(bytes as usize).collect()
+}
+
 impl<B: Board> Bus<B> {
     /// Robot `number` of several, just turned on. Its flash is erased and its RAM is not.
     pub fn new(number: usize) -> Self {
         let board = B::power_on(number);
         let clock = Clock::new(board.core_clock_hz());
-        let mut state = 1_u32;
-        let noise = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 24) as u8
-        };
         Bus {
             board,
             flash: vec![0xff; B::MEMORY.flash as usize],
             ops: vec![Op::UNKNOWN; B::MEMORY.flash as usize / 2],
-            ram: std::iter::repeat_with(noise).take(B::MEMORY.ram as usize).collect(),
+            ram: noise(B::MEMORY.ram),
             nvic: Nvic::new(),
             clock,
             cycles: 0,

@@ -6,7 +6,7 @@ use bittybuzz_chips::{Board, ResetCause, Time};
 use bittybuzz_emulation::message::{CoreStatistics, Event, TimedEvent};
 use bittybuzz_emulation::{Control, Image, Machine, MachineError, Pause};
 
-use crate::bus::{Bus, FLASH};
+use crate::bus::{Bus, FLASH, noise};
 use crate::exception::Lockup;
 use crate::execute::Stop;
 use crate::nvic::Nvic;
@@ -71,6 +71,9 @@ impl<B: Board> Robot<B> {
     fn reset(&mut self, cause: ResetCause) {
         self.report(Event::Reset { cause: cause.name().into() });
         self.bus.board.reset(cause);
+        if cause == ResetCause::PowerOn {
+            self.bus.ram = noise(B::MEMORY.ram);
+        }
         let hz = self.bus.board.core_clock_hz();
         self.bus.clock.set_hz(hz, self.bus.cycles);
         self.start();
@@ -214,8 +217,9 @@ impl<B: Control> Machine for Robot<B> {
     }
 
     fn quiet_until(&mut self) -> Duration {
-        let sleeps = matches!(self.state, State::WaitingForEvent | State::WaitingForInterrupt);
         let bus = &self.bus;
+        let sleeps = matches!(self.state, State::WaitingForEvent | State::WaitingForInterrupt)
+            || bus.clock.hz() == 0;
         if !sleeps || bus.event || bus.nvic.any_pending() || bus.board.wants_memory() {
             return Duration::ZERO;
         }

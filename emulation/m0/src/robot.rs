@@ -7,7 +7,7 @@ use bittybuzz_emulation::message::{CoreStatistics, Event, TimedEvent};
 use bittybuzz_emulation::{Control, Image, Machine, MachineError, Pause};
 use rp2040_emu::CortexM0Plus;
 
-use crate::bus::ChipBus;
+use crate::bus::{ChipBus, noise};
 use crate::private::Private;
 
 /// A robot with its core.
@@ -67,6 +67,9 @@ impl<B: Board> Robot<B> {
     fn reset(&mut self, cause: ResetCause) {
         self.report(Event::Reset { cause: cause.name().into() });
         self.bus.board.reset(cause);
+        if cause == ResetCause::PowerOn {
+            self.bus.ram = noise(B::MEMORY.ram);
+        }
         let hz = self.bus.board.core_clock_hz();
         self.bus.clock.set_hz(hz, self.bus.cycles);
         self.start();
@@ -201,7 +204,7 @@ impl<B: Control> Machine for Robot<B> {
     }
 
     fn quiet_until(&mut self) -> Duration {
-        if !self.bus.waits
+        if !(self.bus.waits || self.bus.clock.hz() == 0)
             || self.bus.event
             || self.bus.any_pending()
             || self.bus.board.wants_memory()

@@ -140,6 +140,9 @@ impl Control for Zooid {
                 self.set_light(Light { lose, jitter_us, seed });
             }
             Command::Touch { keys } => self.press(keys),
+            Command::Power { on } => self.set_power(on),
+            // The air sees to it.
+            Command::Deaf { .. } => {}
             Command::Battery { volts, charging, .. } => {
                 self.set_battery(f64::from(volts), charging);
             }
@@ -172,6 +175,8 @@ mod tests {
             (r#"{"command":"place","x_mm":1e300,"y_mm":2,"heading_degrees":0}"#, "obeyed"),
             (r#"{"command":"remove"}"#, "obeyed"),
             (r#"{"command":"touch","keys":255}"#, "obeyed"),
+            (r#"{"command":"power","on":false}"#, "obeyed"),
+            (r#"{"command":"deaf","to":[3,1]}"#, "obeyed"),
             (r#"{"command":"light","lose":1,"jitter_us":300,"seed":0}"#, "obeyed"),
             (
                 r#"{"command":"light","lose":-0.1,"jitter_us":0,"seed":0}"#,
@@ -191,7 +196,13 @@ mod tests {
             let answered = refusal::<Zooid>(line);
             assert!(answered.contains(answer), "{line}: {answered}");
         }
-        let refused = refusal::<Crazyflie>(r#"{"command":"touch","keys":1}"#);
-        assert!(refused.contains("a Crazyflie has no such thing"), "{refused}");
+        for line in [
+            r#"{"command":"touch","keys":1}"#,
+            r#"{"command":"power","on":false}"#,
+            r#"{"command":"deaf","to":[]}"#,
+        ] {
+            let refused = refusal::<Crazyflie>(line);
+            assert!(refused.contains("a Crazyflie has no such thing"), "{refused}");
+        }
     }
 }

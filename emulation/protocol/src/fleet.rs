@@ -76,6 +76,18 @@ impl<M: Machine> Robots for Fleet<'_, M> {
                 let (image, _) = self.loaded.as_ref().ok_or(CommandError::NotLoaded)?;
                 machine.skip(image.function(&symbol)?)?;
             }
+            Command::Power { on } => {
+                machine.board().obey(command)?;
+                self.air.set_power(robot, on);
+            }
+            Command::Deaf { ref to } => {
+                if let Some(stranger) = to.iter().find(|number| **number >= robots) {
+                    return Err(CommandError::NoRobot { robot: *stranger, robots });
+                }
+                let from = to.clone();
+                machine.board().obey(command)?;
+                self.air.cut_off(robot, from);
+            }
             Command::Air { lose, seed } => self.air.lose(probability(lose)?, seed),
             Command::Radio { at, payload } => {
                 if payload.len() > RADIO_MAX {

@@ -1,5 +1,6 @@
 //! What the two ends say to each other, one JSON object per line.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -191,6 +192,16 @@ pub enum Command {
     Touch {
         /// Bit 0 is the first electrode.
         keys: u8,
+    },
+    /// A Zooid is switched on or off. Its flash keeps what it has.
+    Power {
+        /// Whether it is switched on.
+        on: bool,
+    },
+    /// A Zooid hears nothing of these others, and of all that are not named what it would hear otherwise.
+    Deaf {
+        /// Their numbers.
+        to: BTreeSet<usize>,
     },
     /// Zooids lose packets on the air, Kilobots frames.
     Air {

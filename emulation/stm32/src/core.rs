@@ -74,7 +74,12 @@ impl<B: Board> Core<'_, B> {
             let bytes: Vec<u8> = words.flat_map(u32::to_le_bytes).collect();
             core.uc.mem_write(u64::from(*base), &bytes).map_err(failed)?;
         }
-        // What static RAM holds when its power comes is not zero; here it is always the same.
+        core.scramble()?;
+        Ok(core)
+    }
+
+    /// What static RAM holds when its power comes is not zero; here it is always the same.
+    fn scramble(&mut self) -> Result<(), MachineError> {
         let mut state = 1_u32;
         for (start, size) in [(SRAM, B::MEMORY.ram), (CCM, B::MEMORY.ccm)] {
             if size == 0 {
@@ -86,9 +91,9 @@ impl<B: Board> Core<'_, B> {
                     (state >> 24) as u8
                 })
                 .collect();
-            core.write_bytes(start, &noise)?;
+            self.write_bytes(start, &noise)?;
         }
-        Ok(core)
+        Ok(())
     }
 
     pub fn system(&mut self) -> &mut System<B> {
@@ -189,12 +194,16 @@ impl<B: Board> Core<'_, B> {
         })
     }
 
-    /// The registers of the core, and the chip, after a reset. RAM stays.
+    /// The registers of the core, and the chip, after a reset. RAM stays, unless its power was gone.
     pub fn reset(&mut self, cause: Option<ResetCause>, vectors: u32) -> Result<(), MachineError> {
         let system = self.system();
         if let Some(cause) = cause {
             system.board.reset(cause);
+            if cause == ResetCause::PowerOn {
+                self.scramble()?;
+            }
         }
+        let system = self.system();
         system.nvic = Nvic::new(B::CORE);
         system.registers = Registers::new();
         system.event = false;

@@ -211,8 +211,9 @@ impl<B: Control> Machine for Robot<'_, B> {
     }
 
     fn quiet_until(&mut self) -> Duration {
-        let sleeps = matches!(self.state, State::WaitingForEvent | State::WaitingForInterrupt);
+        let waits = matches!(self.state, State::WaitingForEvent | State::WaitingForInterrupt);
         let system = self.core.system();
+        let sleeps = waits || system.clock.hz() == 0;
         // Something may have woken it since.
         if !sleeps || system.event || system.nvic.any_pending() || system.board.wants_memory() {
             return Duration::ZERO;

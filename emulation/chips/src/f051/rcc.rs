@@ -88,7 +88,10 @@ impl Rcc {
     /// clears them (6.4.10). Every cause inside the chip also pulls the reset pin (6.1.2).
     pub fn reset(&mut self, cause: ResetCause) {
         let backup = self.registers[BDCR];
-        let causes = self.registers[CSR] & CSR_CAUSES;
+        let causes = match cause {
+            ResetCause::PowerOn => 0,
+            _ => self.registers[CSR] & CSR_CAUSES,
+        };
         self.registers = [0; REGISTERS];
         self.registers[CR] = 0x83;
         self.registers[AHBENR] = 0x14;
@@ -97,6 +100,7 @@ impl Rcc {
         self.registers[CSR] = causes
             | match cause {
                 ResetCause::PowerOn => 1 << 27 | 1 << 26,
+                ResetCause::PowerOff => 0,
                 ResetCause::Pin => 1 << 26,
                 ResetCause::Software => 1 << 28 | 1 << 26,
                 ResetCause::IndependentWatchdog => 1 << 29 | 1 << 26,

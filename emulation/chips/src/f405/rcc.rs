@@ -87,6 +87,7 @@ impl Rcc {
         self.registers[CSR] = causes
             | match cause {
                 ResetCause::PowerOn => 0x0e00_0000,
+                ResetCause::PowerOff => 0,
                 ResetCause::Pin => 1 << 26,
                 ResetCause::Software => 1 << 28 | 1 << 26,
                 ResetCause::IndependentWatchdog => 1 << 29 | 1 << 26,

@@ -98,6 +98,8 @@ pub(crate) struct Nrf24 {
     transmissions: Vec<Transmission>,
     /// When the last of them ends.
     transmissions_end: Time,
+    /// When its power came.
+    powered_at: Time,
     pub statistics: RadioStatistics,
 }
 
@@ -123,8 +125,16 @@ impl Nrf24 {
             power_detected: false,
             transmissions: Vec::new(),
             transmissions_end: Time::ZERO,
+            powered_at: Time::ZERO,
             statistics: RadioStatistics::default(),
         }
+    }
+
+    /// Its power goes and comes: what is on the air stays there, and what was counted.
+    pub fn restart(&mut self, now: Time) {
+        let statistics = std::mem::take(&mut self.statistics);
+        let carriers = std::mem::take(&mut self.carriers);
+        *self = Nrf24 { powered_at: now, carriers, statistics, ..Nrf24::new() };
     }
 
     /// The level of its pin IRQ: low while an unmasked flag is raised.

@@ -36,7 +36,7 @@ impl Nrf24 {
 
     /// Eight clocks of SCK, the last of which is now: takes a byte and gives one.
     pub fn transfer(&mut self, byte: u8, now: Time) -> u8 {
-        if now < POWER_ON {
+        if now < self.powered_at + POWER_ON {
             self.statistics.too_early += u64::from(self.exchange.is_some());
             return 0;
         }

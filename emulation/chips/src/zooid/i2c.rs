@@ -21,12 +21,21 @@ pub(super) struct Devices {
     selected: Option<u8>,
     /// The next byte that is written is a register's number.
     points: bool,
+    /// How often touch controller and motion sensor were addressed.
+    pub addressed: [u64; 2],
 }
 
 impl Devices {
     pub fn new() -> Self {
         let (touch, motion) = (Touch::new(), Motion::new());
-        Devices { touch, motion, selected: None, points: false }
+        Devices { touch, motion, selected: None, points: false, addressed: [0; 2] }
+    }
+
+    /// Their power goes and comes.
+    pub fn restart(&mut self, now: Time) {
+        self.touch.restart(now);
+        self.motion.restart();
+        self.stop();
     }
 
     fn device(&mut self) -> Option<&mut dyn Device> {
@@ -40,6 +49,10 @@ impl Devices {
     /// Whether somebody answers to `address`.
     pub fn start(&mut self, address: u8, read: bool) -> bool {
         self.selected = Some(address);
+        let known = [Touch::ADDRESS, Motion::ADDRESS];
+        if let Some(device) = known.iter().position(|known| *known == address) {
+            self.addressed[device] += 1;
+        }
         self.points = !read;
         self.device().is_some()
     }

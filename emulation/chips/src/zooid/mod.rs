@@ -39,11 +39,15 @@ const LEDS: [(Led, u8, u32); 3] = [(Led::Red, 10, 2), (Led::Green, 11, 3), (Led:
 const TIMER_FUNCTION: u8 = 2;
 const MOTOR_INPUTS: u8 = 4;
 
-/// What a Zooid counted since power-on.
+/// What a Zooid counted since its first power-on.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ZooidStatistics {
     /// Of the radio.
     pub radio: RadioStatistics,
+    /// How often the touch controller was addressed on I2C.
+    pub touch_addressed: u64,
+    /// How often the motion sensor was.
+    pub motion_addressed: u64,
     /// Frequencies of the core and of the peripherals' bus, as they are now.
     pub clocks_hz: [u64; 2],
     /// Accesses to peripherals whose clock is off.
@@ -73,6 +77,7 @@ pub struct Zooid {
     change: bool,
     spi_was_too_fast: bool,
     reset_request: Option<ResetCause>,
+    has_power: bool,
     transmissions: Vec<Transmission>,
     events: Vec<(Time, Event)>,
 }
@@ -237,9 +242,20 @@ impl Zooid {
         self.next = self.find_next();
     }
 
-    /// Counters since power-on.
+    /// The battery is connected from now on, or not. The flash keeps what it has, and the world its light and fingers.
+    pub fn set_power(&mut self, on: bool) {
+        if on != self.has_power {
+            self.has_power = on;
+            self.reset_request = Some(if on { ResetCause::PowerOn } else { ResetCause::PowerOff });
+        }
+    }
+
+    /// Counters since the first power-on.
     pub fn statistics(&self) -> ZooidStatistics {
+        let [touch_addressed, motion_addressed] = self.devices.addressed;
         ZooidStatistics {
+            touch_addressed,
+            motion_addressed,
             radio: self.radio.statistics.clone(),
             clocks_hz: self.f051.clocks_hz(),
             accesses_without_clock: self.f051.accesses_without_clock,
@@ -281,6 +297,7 @@ impl Board for Zooid {
             change: true,
             spi_was_too_fast: false,
             reset_request: None,
+            has_power: true,
             transmissions: Vec::new(),
             events: Vec::new(),
         };
@@ -342,7 +359,7 @@ impl Board for Zooid {
     }
 
     fn core_clock_hz(&self) -> u64 {
-        self.f051.core_clock_hz()
+        if self.has_power { self.f051.core_clock_hz() } else { 0 }
     }
 
     fn take_reset_request(&mut self) -> Option<ResetCause> {
@@ -351,6 +368,11 @@ impl Board for Zooid {
 
     fn reset(&mut self, cause: ResetCause) {
         self.f051.reset(cause);
+        if matches!(cause, ResetCause::PowerOn | ResetCause::PowerOff) {
+            self.radio.restart(self.now);
+            self.devices.restart(self.now);
+            self.settle_touch();
+        }
         self.settle_pins();
         self.observe();
         self.next = self.find_next();
@@ -361,6 +383,7 @@ impl Board for Zooid {
     }
 
     fn is_powered(&self) -> bool {
+        // Whoever has none may get some: it is held in reset.
         true
     }
 
@@ -377,7 +400,7 @@ impl Board for Zooid {
     }
 
     fn quiet_until(&self) -> Time {
-        self.next.unwrap_or(Time::NEVER)
+        if self.reset_request.is_some() { self.now } else { self.next.unwrap_or(Time::NEVER) }
     }
 
     fn take_transmissions(&mut self) -> Vec<Transmission> {

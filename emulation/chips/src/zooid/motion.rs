@@ -36,6 +36,11 @@ impl Motion {
         Motion { registers, pointer: 0, turn_degrees_s: 0.0 }
     }
 
+    /// As after power-on; what turns the robot stays.
+    pub fn restart(&mut self) {
+        *self = Motion { turn_degrees_s: self.turn_degrees_s, ..Motion::new() };
+    }
+
     fn get(&self, register: u8) -> u8 {
         self.registers[usize::from(register & 0x7f)]
     }
@@ -72,11 +77,8 @@ impl Device for Motion {
     fn write(&mut self, byte: u8, _now: Time) {
         match self.pointer {
             CTRL3_C if byte & CTRL3_C_SW_RESET != 0 => {
-                *self = Motion {
-                    pointer: CTRL3_C,
-                    turn_degrees_s: self.turn_degrees_s,
-                    ..Motion::new()
-                };
+                self.restart();
+                self.pointer = CTRL3_C;
             }
             WHO_AM_I | STATUS | OUTPUTS..OUTPUTS_END => {}
             pointer => self.registers[usize::from(pointer)] = byte,

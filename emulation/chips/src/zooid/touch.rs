@@ -36,6 +36,13 @@ impl Touch {
         Touch { registers, pointer: 0, calibrated: CALIBRATION, changed: false }
     }
 
+    /// As after power-on; fingers stay where they are.
+    pub fn restart(&mut self, now: Time) {
+        let keys = self.registers[usize::from(KEY_STATUS)];
+        *self = Touch { calibrated: now + CALIBRATION, ..Touch::new() };
+        self.press(keys);
+    }
+
     /// Fingers are on these electrodes: bit 0 is KEY1.
     pub fn press(&mut self, keys: u8) {
         let status = &mut self.registers[usize::from(KEY_STATUS)];
@@ -61,11 +68,7 @@ impl Device for Touch {
     fn write(&mut self, byte: u8, now: Time) {
         match self.pointer {
             CALIBRATE if byte != 0 => self.calibrated = now + CALIBRATION,
-            RESET if byte != 0 => {
-                let keys = self.registers[usize::from(KEY_STATUS)];
-                *self = Touch { calibrated: now + CALIBRATION, ..Touch::new() };
-                self.press(keys);
-            }
+            RESET if byte != 0 => self.restart(now),
             32..=55 => self.registers[usize::from(self.pointer)] = byte,
             _ => {}
         }
