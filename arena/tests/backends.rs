@@ -164,15 +164,7 @@ fn zooids_that_would_not_hear_each_other_are_refused() {
 #[test]
 fn events_that_an_emulator_cannot_make_are_refused() {
     let event = |action: &str| format!("[[event]]\nat = 1\n{action}\n");
-    for (action, column) in [
-        ("fail = 0", 8),
-        ("stop = \"zooids\"", 8),
-        ("resume = 1", 10),
-        ("restart = \"all\"", 11),
-        ("block = [0, 1]", 9),
-        ("restore = [0, 1]", 11),
-        ("partition = [[0], [1]]", 13),
-    ] {
+    for (action, column) in [("stop = \"zooids\"", 8), ("resume = 1", 10)] {
         let (key, _) = action.split_once(' ').unwrap();
         assert_error(
             &[WORLD, EMULATED, KILOBOTS, &event(action)],
@@ -180,7 +172,17 @@ fn events_that_an_emulator_cannot_make_are_refused() {
             &[&format!("`{key}` cannot be had of robots that run firmware"), "moved"],
         );
     }
-    for action in ["fail = \"k\"", "move = 0\nto = [0, 0]", "loss = 0.5\nmedium = \"nrf24\""] {
+    for action in [
+        "stop = \"k\"",
+        "fail = 0",
+        "restart = \"all\"",
+        "block = [0, 1]",
+        "restore = [0, 1]",
+        "partition = [[0], [1]]",
+        "heal = true",
+        "move = 0\nto = [0, 0]",
+        "loss = 0.5\nmedium = \"nrf24\"",
+    ] {
         parse(&[WORLD, EMULATED, KILOBOTS, &event(action)].concat()).unwrap();
     }
 }

@@ -168,24 +168,47 @@ fn a_trace_that_missed_the_start_says_so_once() {
 #[test]
 fn every_other_record_has_its_words() {
     let folder = Folder::new("trace_words");
-    let records =
-        [trace::overrun(4, 3).to_vec(), trace::expired(5).to_vec(), trace::lost(12).to_vec()];
+    let unused = trace::Unused { dropped: [7, 0], ..trace::Unused::default() };
+    let records = [
+        trace::overrun(4, 3).to_vec(),
+        trace::expired(5).to_vec(),
+        trace::lost(12).to_vec(),
+        trace::unused(&unused).to_vec(),
+    ];
     let lines = robot::lines(&records);
     let words = [
         "a step took longer than a tick: 3 ticks missed so far",
         "no step has ended for so long that the robot has stopped its motors",
         "12 log lines came faster than the robot could tell",
+        "messages so far that came to nothing: 7 heard without room for it",
     ];
     let text = trace_lines(&folder, &lines, &[]);
     assert_eq!(text.status, Some(0));
     for (line, (subject, words)) in
-        text.stdout.lines().zip(["step 4", "step 5", "lost"].iter().zip(words))
+        text.stdout.lines().zip(["step 4", "step 5", "lost", "unused"].iter().zip(words))
     {
         assert!(line.contains(subject) && line.ends_with(words), "{line}");
     }
     let plain = trace_lines(&folder, &lines, &["--plain"]);
     assert_eq!((plain.status, plain.stdout.as_str()), (Some(0), ""));
     plain.says(&words.map(|words| format!("warning: {words}")).each_ref().map(String::as_str));
+}
+
+/// Once a second, and what was counted last.
+#[test]
+fn floods_of_messages_do_not_flood_people() {
+    let folder = Folder::new("trace_unused");
+    let line = |n: u16| {
+        let unused = trace::Unused { dropped: [n, 0], ..Default::default() };
+        format!("{}.{}00000 INFO  bbz {:?}\n", n / 10, n % 10, trace::unused(&unused).to_vec())
+    };
+    let lines: String = (1..=25).map(line).collect();
+    let text = trace_lines(&folder, &lines, &[]);
+    let told = text.stdout.lines().filter_map(|line| line.split_once("nothing: "));
+    let counts: Vec<&str> = told.filter_map(|(_, counts)| counts.split(' ').next()).collect();
+    assert_eq!(counts, ["1", "11", "21", "25"]);
+    let json = trace_lines(&folder, &lines, &["--json"]);
+    assert_eq!(json.stdout.lines().count(), 25);
 }
 
 #[test]

@@ -13,13 +13,14 @@
 //! | 5 overrun | step `u32`, ticks missed since the start `u32` |
 //! | 6 expired | step `u32`: the set-points have expired, the robot has stopped |
 //! | 7 lost | log lines `u32` that were printed faster than they could be told |
+//! | 8 unused | messages that came to nothing since the start, `u16` each: no room for heard ones, for own ones; of another script, without sense, with the robot's own id, entries not kept, incomplete, undecided |
 //!
 //! An item is a tag and its payload: 0 nil, 1 integer `i32`, 2 float `f32`, 3 string by number `u16`, 4 text (length
 //! `u8`, bytes), 5 table (entries `u16`), 6 function, 7 the rest did not fit.
 
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Arguments, ByteCode, Fault, FaultCode, ImageError, Item as Argument, Type,
+    Arguments, ByteCode, Counters, Fault, FaultCode, ImageError, Item as Argument, Type,
 };
 use heapless::Vec;
 
@@ -36,6 +37,7 @@ const REFUSED: u8 = 4;
 const OVERRUN: u8 = 5;
 const EXPIRED: u8 = 6;
 const LOST: u8 = 7;
+const UNUSED: u8 = 8;
 
 const NIL: u8 = 0;
 const INT: u8 = 1;
@@ -98,6 +100,17 @@ pub enum Record<'a> {
     },
     /// So many log lines were printed faster than they could be told.
     Lost(u32),
+    /// Messages came to nothing; all of them since the start.
+    Unused(Unused),
+}
+
+/// Messages that came to nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Unused {
+    /// Frames for which queues had no room: heard, and to be sent.
+    pub dropped: [u16; 2],
+    /// What the script's machine could not use.
+    pub messages: Counters,
 }
 
 /// A value that a script printed.
@@ -242,6 +255,18 @@ pub fn lost(count: u32) -> Encoded {
     with_step(LOST, count)
 }
 
+/// Messages came to nothing.
+pub fn unused(unused: &Unused) -> Encoded {
+    let Unused { dropped: [unread, unsent], messages } = *unused;
+    let Counters { foreign, malformed, own_id, not_kept, incomplete, undecided } = messages;
+    let mut record = Encoded::new();
+    put(&mut record, &[UNUSED]);
+    for count in [unread, unsent, foreign, malformed, own_id, not_kept, incomplete, undecided] {
+        put(&mut record, &count.to_le_bytes());
+    }
+    record
+}
+
 fn with_step(kind: u8, step: u32) -> Encoded {
     let mut record = Encoded::new();
     put(&mut record, &[kind]);
@@ -292,6 +317,17 @@ impl<'a> Record<'a> {
             OVERRUN => Record::Overrun { step: reader.u32()?, missed: reader.u32()? },
             EXPIRED => Record::Expired { step: reader.u32()? },
             LOST => Record::Lost(reader.u32()?),
+            UNUSED => Record::Unused(Unused {
+                dropped: [reader.u16()?, reader.u16()?],
+                messages: Counters {
+                    foreign: reader.u16()?,
+                    malformed: reader.u16()?,
+                    own_id: reader.u16()?,
+                    not_kept: reader.u16()?,
+                    incomplete: reader.u16()?,
+                    undecided: reader.u16()?,
+                },
+            }),
             kind => return Err(RecordError::Kind(kind)),
         };
         if reader.rest.is_empty() { Ok(record) } else { Err(RecordError::Length) }

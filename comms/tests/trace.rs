@@ -1,7 +1,7 @@
 //! Records of a script's life: written out by hand from the table in the module's documentation.
 
-use bittybuzz_comms::trace::{self, Item, Record, RecordError};
-use bittybuzz_vm_core::{Fault, FaultCode, ImageError, Type};
+use bittybuzz_comms::trace::{self, Item, Record, RecordError, Unused};
+use bittybuzz_vm_core::{Counters, Fault, FaultCode, ImageError, Type};
 use proptest::prelude::*;
 
 #[test]
@@ -31,6 +31,17 @@ fn log_lines() {
         Item::Rest,
     ];
     assert_eq!(items.as_deref(), Ok(&expected[..]));
+}
+
+#[test]
+fn unused_messages() {
+    let bytes = [8, 1, 2, 3, 0, 4, 0, 5, 0, 6, 0, 7, 0, 8, 0, 9, 0];
+    let messages =
+        Counters { foreign: 4, malformed: 5, own_id: 6, not_kept: 7, incomplete: 8, undecided: 9 };
+    let unused = Unused { dropped: [0x0201, 3], messages };
+    assert_eq!(trace::unused(&unused).as_slice(), bytes);
+    assert_eq!(Record::decode(&bytes), Ok(Record::Unused(unused)));
+    assert_eq!(Record::decode(&bytes[..16]), Err(RecordError::Length));
 }
 
 #[test]

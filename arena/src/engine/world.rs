@@ -208,7 +208,7 @@ impl<B: Brain> World<B> {
         self.topology.heal();
     }
 
-    /// The robot fails; its body stays, and nothing but a [`restart`](Self::restart) brings it back.
+    /// The robot fails, as if its power was cut; its body stays, and nothing but a [`restart`](Self::restart) brings it back.
     pub fn fail(&mut self, id: RobotId) -> Result<(), UnknownRobot> {
         self.silence(id, RobotState::Failed)
     }
@@ -325,6 +325,12 @@ impl<B: Brain> World<B> {
             && self.topology.connects(by, of)
     }
 
+    /// Whether nothing cuts two robots off from each other; distance does not count.
+    #[must_use]
+    pub fn connects(&self, a: RobotId, b: RobotId) -> bool {
+        self.topology.connects(a, b)
+    }
+
     /// What was counted since the beginning.
     #[must_use]
     pub fn statistics(&self) -> &Statistics {
@@ -367,6 +373,9 @@ impl<B: Brain> World<B> {
             robot.state = state;
             robot.body.halt();
             robot.radio.silence();
+            if state == RobotState::Failed {
+                robot.led = 0;
+            }
         }
         Ok(())
     }

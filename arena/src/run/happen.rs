@@ -64,6 +64,9 @@ impl Happenings {
                 return robots.iter().filter(|number| self.id(*number).is_none()).collect();
             }
             Action::Move { robots, to, heading } => self.displace(robots, *to, *heading, world),
+            Action::Battery { robots, millivolts } => self.each(robots, |id| {
+                world.brain_mut(id).map(|robot| robot.has_battery(*millivolts)).ok_or(())
+            }),
             Action::Light(lights) => self.relight(lights, world),
             Action::Loss(medium, loss) => {
                 world.set_loss(engine_medium(*medium), engine_loss(*loss));

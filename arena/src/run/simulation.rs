@@ -135,13 +135,24 @@ impl<'p> Simulation<'p> {
     pub fn tick(&mut self) -> Result<(), FirmwareError> {
         while let Some(event) = self.happenings.due(self.setup.scenario, self.world.now()) {
             for number in self.happenings.act(event, &mut self.world) {
+                if let (Some(fleet), Some(id)) = (&mut self.fleet, self.happenings.id(number)) {
+                    fleet.switch_off(id)?;
+                }
                 self.start(number);
             }
             self.happenings.settle(&mut self.world);
-            if let (Some(fleet), Action::Loss(crate::scenario::Medium::Nrf24, loss)) =
-                (&mut self.fleet, &event.action)
-            {
-                fleet.lose(engine_loss(*loss))?;
+            let Some(fleet) = &mut self.fleet else { continue };
+            fleet.settle(&self.world)?;
+            match &event.action {
+                Action::Loss(crate::scenario::Medium::Nrf24, loss) => {
+                    fleet.lose(engine_loss(*loss))?;
+                }
+                Action::Battery { robots, millivolts } => {
+                    for id in robots.iter().filter_map(|number| self.happenings.id(number)) {
+                        fleet.set_battery(id, *millivolts)?;
+                    }
+                }
+                _ => {}
             }
         }
         match &mut self.fleet {
@@ -214,12 +225,14 @@ impl<'p> Simulation<'p> {
     /// What can be told of the run so far.
     pub fn summary(&mut self) -> Summary {
         let mut statistics = *self.world.statistics();
-        if let Some(Ok(links)) = self.fleet.as_mut().map(Fleet::links) {
+        let mut past = self.past;
+        if let Some(Ok((links, overflown))) = self.fleet.as_mut().map(Fleet::links) {
             statistics.add(Medium::Nrf24, &links);
+            past.dropped[0] += overflown;
         }
         let ids = (0..self.happenings.count()).filter_map(|number| self.happenings.id(number));
         let brains = ids.filter_map(|id| self.world.brain(id));
-        let Past { unusable, dropped } = brains.fold(self.past, Past::add);
+        let Past { unusable, dropped } = brains.fold(past, Past::add);
         Summary {
             seed: self.seed,
             ticks: self.world.now(),
@@ -271,7 +284,7 @@ impl<'p> Simulation<'p> {
         };
         if let Some(old) = self.world.brain_mut(id) {
             self.past = self.past.add(old);
-            robot.adopt_log(old);
+            robot.adopt(old);
         }
         // The world knows everybody who is there.
         let _ = self.world.restart(id, robot);

@@ -279,7 +279,7 @@ impl Cause {
                 Some("all of a world need the same `firmware`".to_owned())
             }
             Cause::NotEmulated { .. } => {
-                Some("backend = \"vm\" has it; emulated robots can be moved, and lose packets".to_owned())
+                Some("backend = \"vm\" has it; emulated robots can be moved, fail, be restarted and cut off, and lose packets".to_owned())
             }
             Cause::Unseen { .. } => Some(
                 "place, heading, LED and whether the script runs can; or let the script show it with `led`"

@@ -41,6 +41,13 @@ pub enum Action {
         /// Degrees to look at afterwards.
         heading: Option<f64>,
     },
+    /// The robots' batteries have another voltage.
+    Battery {
+        /// Which.
+        robots: Selection,
+        /// mV.
+        millivolts: u16,
+    },
     /// The lights of the world are replaced.
     Light(Vec<Light>),
     /// A medium loses another share of its frames.
@@ -71,6 +78,7 @@ const ACTIONS: &[&str] = &[
     "restart",
     "join",
     "move",
+    "battery",
     "light",
     "loss",
     "block",
@@ -96,8 +104,13 @@ pub fn read(
         Some(at)
     });
     let (key, entry) = section.one_of(ACTIONS)?;
-    for (other, needs) in [("to", "move"), ("by", "move"), ("heading", "move"), ("medium", "loss")]
-    {
+    for (other, needs) in [
+        ("to", "move"),
+        ("by", "move"),
+        ("heading", "move"),
+        ("volts", "battery"),
+        ("medium", "loss"),
+    ] {
         if let Some(stray) = section.get(other).filter(|_| key != needs) {
             stray.fail(Cause::Without { key: other, needs });
         }
@@ -109,6 +122,11 @@ pub fn read(
         "restart" => Action::Restart(census.select(&entry)?),
         "join" => Action::Join(census.select(&entry)?),
         "move" => moved(section, census.select(&entry), world)?,
+        "battery" => {
+            let robots = census.select(&entry);
+            let volts = section.required("volts").and_then(|entry| entry.number(0.0..=5.0));
+            Action::Battery { robots: robots?, millivolts: (volts? * 1000.0).round() as u16 }
+        }
         "light" => Action::Light(lights(&entry, world)?),
         "loss" => loss(section, &entry, used)?,
         "block" => {
@@ -128,21 +146,15 @@ pub fn read(
             Action::Heal
         }
     };
-    let not_emulated: &[&Selection] = match &action {
-        Action::Fail(robots)
-        | Action::Stop(robots)
-        | Action::Resume(robots)
-        | Action::Restart(robots) => &[robots],
-        Action::Block(one, other) | Action::Restore(one, other) => &[one, other],
-        Action::Partition(parts) => &parts.iter().collect::<Vec<_>>(),
-        _ => &[],
-    };
     if let Action::Loss(Medium::Nrf24, loss) = &action
         && census.any_is_emulated()
     {
         loss.check_emulated(&entry);
     }
-    if not_emulated.iter().any(|robots| census.is_emulated(robots)) {
+    // Robots have no pause button.
+    if let Action::Stop(robots) | Action::Resume(robots) = &action
+        && census.is_emulated(robots)
+    {
         entry.fail(Cause::NotEmulated { key });
         return None;
     }

@@ -214,6 +214,8 @@ pub const SECTIONS: &[SectionKeys] = &[
             "to" "[x, y]" "" "move: where their middle comes to, in mm",
             "by" "[x, y]" "" "move: by how much, in mm",
             "heading" "degrees" "as before" "move: where they look then",
+            "battery" "robots" "" "their batteries have so many `volts` from now on, whatever they do; a Zooid's has 3.8 before",
+            "volts" "0 to 5" "" "battery: how many",
             "light" "light or list" "" "these lights take the place of those before",
             "loss" "0 to 1 or [near, far]" "" "the medium loses that share of all frames from now on",
             "medium" "word" "the only one" "loss: ir, nrf24 or p2p",

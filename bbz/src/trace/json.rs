@@ -1,5 +1,6 @@
 //! A fault for programs that read it.
 
+use bittybuzz_comms::trace::Unused;
 use bittybuzz_vm_core::Fault;
 use serde_json::{Value, json};
 
@@ -26,6 +27,22 @@ pub fn fault(
         "message": words.headline,
         "help": words.help,
         "calls": calls,
+    })
+}
+
+/// The object for messages that came to nothing.
+pub fn unused(unused: &Unused) -> Value {
+    let Unused { dropped: [unread, unsent], messages } = unused;
+    json!({
+        "kind": "unused",
+        "unread": unread,
+        "unsent": unsent,
+        "foreign": messages.foreign,
+        "malformed": messages.malformed,
+        "own_id": messages.own_id,
+        "not_kept": messages.not_kept,
+        "incomplete": messages.incomplete,
+        "undecided": messages.undecided,
     })
 }
 

@@ -1,7 +1,7 @@
 //! Prints what a robot tells.
 
 use annotate_snippets::{Group, Level as Severity};
-use bittybuzz_comms::trace::{Item, Items, Record, RecordError};
+use bittybuzz_comms::trace::{Item, Items, Record, RecordError, Unused};
 use bittybuzz_compiler::refusal;
 use bittybuzz_robots::Robot;
 use bittybuzz_vm_core::{Fault, ImageError};
@@ -57,6 +57,9 @@ pub struct Teller<'a> {
     robot: Option<&'a Robot>,
     format: Format,
     until_fault: bool,
+    /// Messages that came to nothing: when they were told last, and what is not told yet.
+    unused_told: Option<f64>,
+    unused: Option<(Option<f64>, Unused)>,
     output: Output,
     ending: Ending,
 }
@@ -77,6 +80,8 @@ impl<'a> Teller<'a> {
             robot,
             format,
             until_fault,
+            unused_told: None,
+            unused: None,
             output: Output::new(),
             ending: Ending::Success,
         }
@@ -93,7 +98,8 @@ impl<'a> Teller<'a> {
     }
 
     /// Prints the rest, and says how it ended.
-    pub fn finish(self) -> Result<Ending, Problem> {
+    pub fn finish(mut self) -> Result<Ending, Problem> {
+        self.tell_unused();
         self.output.finish()?;
         Ok(self.ending)
     }
@@ -157,6 +163,7 @@ impl<'a> Teller<'a> {
                     format!("{} came faster than the robot could tell", counted(count, "log line"));
                 self.remark(time, "lost", &text, json!({ "kind": "lost", "count": count }));
             }
+            Record::Unused(unused) => self.unused(time, unused),
         }
     }
 
@@ -277,6 +284,22 @@ impl<'a> Teller<'a> {
         self.error(time, &text, help.as_deref(), object);
     }
 
+    /// In a flood the robot tells it with every step; people are told once a second, and at last.
+    fn unused(&mut self, time: Option<f64>, unused: Unused) {
+        self.unused = Some((time, unused));
+        let is_soon = self.unused_told.zip(time).is_some_and(|(told, now)| now < told + 1.0);
+        if self.format == Format::Json || !is_soon {
+            self.tell_unused();
+        }
+    }
+
+    fn tell_unused(&mut self) {
+        let Some((time, unused)) = self.unused.take() else { return };
+        self.unused_told = time;
+        let (text, object) = (unused_text(&unused), json::unused(&unused));
+        self.remark(time, "unused", &text, object);
+    }
+
     fn damaged(&mut self, time: Option<f64>, why: &str, what: &[u8]) {
         let shown = match std::str::from_utf8(what) {
             Ok(text) if text.starts_with("bbz ") => report::printable(text),
@@ -326,6 +349,24 @@ impl<'a> Teller<'a> {
 
 const OTHER_SCRIPT: &str = "its strings and places are shown as numbers; name the script that the robot has, built \
                             for the same profile, or write this one with `bbz flash`";
+
+/// What there is of messages that came to nothing.
+fn unused_text(unused: &Unused) -> String {
+    let Unused { dropped: [unread, unsent], messages } = unused;
+    let parts = [
+        (*unread, "heard without room for it"),
+        (*unsent, "to be sent without room for it"),
+        (messages.foreign, "of another script"),
+        (messages.malformed, "without sense"),
+        (messages.own_id, "with this robot's id"),
+        (messages.not_kept, "not kept, as the stigmergy is full"),
+        (messages.incomplete, "incomplete"),
+        (messages.undecided, "in conflict and not decided"),
+    ];
+    let there = parts.iter().filter(|(count, _)| *count > 0);
+    let parts: Vec<String> = there.map(|(count, what)| format!("{count} {what}")).collect();
+    format!("messages so far that came to nothing: {}", parts.join(", "))
+}
 
 /// `1 tick`, `2 ticks`
 fn counted(count: u32, what: &str) -> String {

@@ -155,6 +155,10 @@ impl Robot<Full> for Crazyflie {
         MAIL.send(frame);
     }
 
+    fn dropped(&self) -> [u16; 2] {
+        [MAIL.unread().dropped, MAIL.unsent().dropped]
+    }
+
     fn report(&mut self, record: &[u8]) {
         defmt::println!("bbz {=[u8]}", record);
     }
@@ -169,17 +173,6 @@ impl Robot<Full> for Crazyflie {
                 counts.missed,
                 counts.longest_slice_us,
                 link::STATE.counts()
-            );
-            let messages = counts.messages;
-            defmt::info!(
-                "messages of other scripts {=u16}, senseless {=u16}, with this robot's id {=u16}, incomplete {=u16}; \
-                 entries not kept {=u16}, undecided {=u16}",
-                messages.foreign,
-                messages.malformed,
-                messages.own_id,
-                messages.incomplete,
-                messages.not_kept,
-                messages.undecided
             );
         }
     }

@@ -1,10 +1,10 @@
 //! The script's task: loads the image, runs global code, `init()`, and `step()` ten times a second.
 
-use bittybuzz_comms::trace;
+use bittybuzz_comms::trace::{self, Unused};
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Counters, Entry, Host, Image, Outcome, Periods, Reply, RobotFault,
-    Sighting, Vm,
+    Arguments, Axis, ByteCode, Entry, Host, Image, Outcome, Periods, Reply, RobotFault, Sighting,
+    Vm,
 };
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
@@ -70,6 +70,11 @@ pub trait Robot<P: Profile> {
     /// Sends a frame to whoever hears it, as [`Host::send`] says: queues it.
     fn send(&mut self, _frame: &[u8]) {}
 
+    /// Frames for which its queues had no room since the start: heard, and to be sent.
+    fn dropped(&self) -> [u16; 2] {
+        [0; 2]
+    }
+
     /// Tells people. Called between slices only.
     fn report(&mut self, record: &[u8]);
 
@@ -103,8 +108,6 @@ pub struct Counts {
     pub missed: u32,
     /// The longest slice in µs.
     pub longest_slice_us: u32,
-    /// Swarm messages that could not be used.
-    pub messages: Counters,
 }
 
 /// The script's task.
@@ -116,6 +119,8 @@ pub struct Script<P: Profile, C: ByteCode + 'static, R, const SLOTS: usize> {
     pulse: Pulse,
     log: Log,
     counts: Counts,
+    /// What was told last of messages that came to nothing.
+    unused: Unused,
     /// When the running `delay` is over.
     delay: Option<Instant>,
 }
@@ -130,8 +135,8 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
         pulse: Pulse,
         log: &'static mut [u8],
     ) -> Self {
-        let (log, counts) = (Log::new(log), Counts::default());
-        Script { vm, robot_id, robot, pulse, log, counts, delay: None }
+        let (log, counts, unused) = (Log::new(log), Counts::default(), Unused::default());
+        Script { vm, robot_id, robot, pulse, log, counts, unused, delay: None }
     }
 
     /// Runs the script in `image` at `period`, until it stops. `is_robot_function` tells whether the robot has a function
@@ -211,6 +216,7 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
                         let calls = self.vm.calls();
                         self.robot.report(&trace::fault(self.counts.steps, &fault, calls));
                     }
+                    self.tell_unused();
                     return Err(stopped);
                 }
             }
@@ -250,8 +256,20 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
 
     /// Set-points hold anew.
     fn renew(&mut self) {
-        let counts = Counts { messages: self.vm.counters(), ..self.counts };
-        self.robot.renew(counts);
+        self.robot.renew(self.counts);
+        self.tell_unused();
+    }
+
+    /// Tells of messages that came to nothing, if there are more.
+    fn tell_unused(&mut self) {
+        if !R::TELLS {
+            return;
+        }
+        let unused = Unused { dropped: self.robot.dropped(), messages: self.vm.counters() };
+        if unused != self.unused {
+            self.unused = unused;
+            self.robot.report(&trace::unused(&unused));
+        }
     }
 
     fn check_expiry(&mut self) {

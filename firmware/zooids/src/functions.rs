@@ -127,6 +127,10 @@ impl Robot<Tiny> for Zooid {
         MAIL.send(frame);
     }
 
+    fn dropped(&self) -> [u16; 2] {
+        [MAIL.unread().dropped, MAIL.unsent().dropped]
+    }
+
     fn report(&mut self, _record: &[u8]) {
         #[cfg(feature = "defmt")]
         defmt::println!("bbz {=[u8]}", _record);
@@ -144,20 +148,12 @@ impl Robot<Tiny> for Zooid {
             let [heard, unknown, sent] = radio::COUNTS
                 .each_ref()
                 .map(|count| count.load(portable_atomic::Ordering::Relaxed));
-            let _messages = counts.messages;
             info!(
-                "radio heard {=u32}, unknown {=u32}, sent {=u32}, unread {=u16}, doubles {=u16}, unsent {=u16}; \
-                 of other scripts {=u16}, senseless {=u16}, with this \
-                 robot's id {=u16}",
+                "radio heard {=u32}, unknown {=u32}, doubles {=u16}, sent {=u32}",
                 heard,
                 unknown,
-                sent,
-                MAIL.unread().dropped,
                 MAIL.unread().duplicates,
-                MAIL.unsent().dropped,
-                _messages.foreign,
-                _messages.malformed,
-                _messages.own_id
+                sent
             );
         }
     }

@@ -129,8 +129,12 @@ impl Zooid {
         match event.event {
             Event::Rtt { bytes } => self.told.read(&bytes),
             _ => {
-                if let Event::Motor { number, duty, .. } = event.event {
-                    self.inputs[usize::from(number) - 1] = duty;
+                match &event.event {
+                    Event::Motor { number, duty, .. } => {
+                        self.inputs[usize::from(*number) - 1] = *duty;
+                    }
+                    Event::Reset { cause } if cause == "power_on" => self.told.begin_anew(),
+                    _ => {}
                 }
                 self.events.push(event);
             }

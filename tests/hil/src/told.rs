@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 use std::time::Duration;
 
-use bittybuzz_comms::trace::{Item, Record};
+use bittybuzz_comms::trace::{Item, Record, Unused};
 use defmt_decoder::{DecodeError, StreamDecoder, Table};
 
 use crate::crazyflie;
@@ -16,8 +16,11 @@ pub struct Told {
     pub log: Vec<(Duration, Vec<String>)>,
     /// Messages of its firmware.
     pub firmware: Vec<String>,
-    /// Records other than start and log, as they were decoded.
+    /// Messages that came to nothing, all of them since power-on.
+    pub unused: Unused,
+    /// Records other than start, log and these, as they were decoded.
     pub records: Vec<String>,
+    table: &'static Table,
     decoder: Box<dyn StreamDecoder + Send + Sync>,
 }
 
@@ -35,8 +38,14 @@ impl Told {
     }
 
     fn new(table: &'static Table) -> Self {
-        let (log, firmware, records) = (vec![], vec![], vec![]);
-        Told { log, firmware, records, decoder: table.new_stream_decoder() }
+        let (log, firmware, records, unused) = (vec![], vec![], vec![], Unused::default());
+        Told { log, firmware, records, unused, table, decoder: table.new_stream_decoder() }
+    }
+
+    /// The power was gone: what was not told whole never will be.
+    pub(crate) fn begin_anew(&mut self) {
+        self.decoder = self.table.new_stream_decoder();
+        self.unused = Unused::default();
     }
 
     /// Reads what came by RTT.
@@ -68,6 +77,7 @@ impl Told {
                 let items = items.map(|item| text_of(item.expect("an item")));
                 self.log.push((at, items.collect()));
             }
+            Record::Unused(unused) => self.unused = unused,
             Record::Fault { step, fault, .. } => {
                 self.records.push(format!("fault in {step}: {fault:?}"))
             }

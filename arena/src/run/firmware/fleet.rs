@@ -1,13 +1,15 @@
 //! The emulated robots of a run, side by side with the world: between its substeps the emulator runs as far, wheels turn when
 //! motors' signals change, and what that and contacts make of the robots' places is what the projector shows next.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Duration;
 
+use bittybuzz_chips::ResetCause;
 use bittybuzz_emulation::message::{BoardStatistics, Command, Event, TimedEvent};
 use bittybuzz_emulation::{ClientError, Emulator};
 
-use crate::engine::{LinkStatistics, Loss, RobotId, TICK_US, World};
+use crate::engine::{LinkStatistics, Loss, RobotId, RobotState, TICK_US, World};
 
 use super::super::robot::{FaultRecord, LogLine, Robot};
 use super::table::Motion;
@@ -17,7 +19,7 @@ use super::{Failure, Firmware, FirmwareError, Light};
 /// As often robots are told how they move now, if that has changed: it takes effect so much too late at most.
 const LOOK: Duration = Duration::from_micros(2500);
 
-/// All emulated robots of a run. They are switched on when the run begins.
+/// All emulated robots of a run. They are switched on when the run begins; whose brain does not run in the world has no power.
 pub struct Fleet<'p> {
     emulator: Emulator,
     robots: Vec<Emulated<'p>>,
@@ -43,6 +45,10 @@ struct Emulated<'p> {
     rolled: Duration,
     /// What the emulator knows of its place.
     told: Option<Motion>,
+    /// Whether it has power.
+    is_on: bool,
+    /// Numbers of those that it is cut off from.
+    deaf_to: BTreeSet<usize>,
     /// `None` if the firmware tells nothing.
     reader: Option<Reader<'p>>,
 }
@@ -77,6 +83,8 @@ impl<'p> Fleet<'p> {
                 led: 0,
                 rolled: Duration::ZERO,
                 told: None,
+                is_on: true,
+                deaf_to: BTreeSet::new(),
                 reader: firmware.messages.as_ref().map(Reader::new),
             });
         }
@@ -91,6 +99,53 @@ impl<'p> Fleet<'p> {
         self.losses += 1;
         let seed = self.seed.wrapping_add(self.losses << 32);
         self.emulator.done(&Command::Air { lose: f64::from(loss.near), seed })
+    }
+
+    fn number(&self, id: RobotId) -> Option<usize> {
+        self.robots.iter().position(|robot| robot.id == id)
+    }
+
+    /// A robot's battery has so many mV, if it is an emulated one.
+    pub fn set_battery(&mut self, id: RobotId, millivolts: u16) -> Result<(), ClientError> {
+        let Some(number) = self.number(id) else { return Ok(()) };
+        let volts = f32::from(millivolts) / 1000.0;
+        let battery = Command::Battery { volts, charging: false, usb_powered: false };
+        self.emulator.done_by(number, &battery)
+    }
+
+    /// Takes a robot's power away; [`settle`](Self::settle) gives it back to one that runs.
+    pub fn switch_off(&mut self, id: RobotId) -> Result<(), ClientError> {
+        match self.number(id) {
+            Some(number) => self.set_power(number, false),
+            None => Ok(()),
+        }
+    }
+
+    fn set_power(&mut self, number: usize, on: bool) -> Result<(), ClientError> {
+        if let Some(robot) = self.robots.get_mut(number) {
+            robot.is_on = on;
+            self.emulator.done_by(number, &Command::Power { on })?;
+        }
+        Ok(())
+    }
+
+    /// Robots have power if they run in the world, and hear who is not cut off there.
+    pub fn settle(&mut self, world: &World<Robot<'_>>) -> Result<(), ClientError> {
+        for number in 0..self.robots.len() {
+            let Some(robot) = self.robots.get(number) else { continue };
+            let runs = world.robot(robot.id).is_some_and(|view| view.state == RobotState::Running);
+            let others = self.robots.iter().enumerate();
+            let cut_off = others.filter(|(_, other)| !world.connects(robot.id, other.id));
+            let to: BTreeSet<usize> = cut_off.map(|(other, _)| other).collect();
+            if runs != robot.is_on {
+                self.set_power(number, runs)?;
+            }
+            if let Some(robot) = self.robots.get_mut(number).filter(|robot| robot.deaf_to != to) {
+                robot.deaf_to.clone_from(&to);
+                self.emulator.done_by(number, &Command::Deaf { to })?;
+            }
+        }
+        Ok(())
     }
 
     /// Runs for a substep of the world.
@@ -138,20 +193,21 @@ impl<'p> Fleet<'p> {
         Ok(())
     }
 
-    /// What became of the robots' packets.
-    pub fn links(&mut self) -> Result<LinkStatistics, ClientError> {
-        let mut links = LinkStatistics::default();
+    /// What became of the robots' packets, and how many of them found their radios full.
+    pub fn links(&mut self) -> Result<(LinkStatistics, u64), ClientError> {
+        let (mut links, mut overflown) = (LinkStatistics::default(), 0);
         for number in 0..self.robots.len() {
             let counted = self.emulator.statistics_of(number)?;
             if let BoardStatistics::Zooid(board) = counted.board {
                 links.sent += board.radio_sent;
                 links.received += board.radio_received;
                 links.deaf += board.radio_unheard;
+                overflown += board.radio_overflown;
             }
             links.collided = counted.air.collided;
             links.lost = counted.air.lost;
         }
-        Ok(links)
+        Ok((links, overflown))
     }
 }
 
@@ -217,9 +273,15 @@ impl Emulated<'_> {
                             entry: None,
                             refusal: None,
                         }),
+                        Told::Unused(unused) => robot.has_missed(unused),
                         Told::Refused(cause) => return Err(Failure::Refused(cause)),
                     }
                 }
+            }
+            // Its power was cut, or is back.
+            Event::Reset { cause } if cause == ResetCause::PowerOff.name() => {}
+            Event::Reset { cause } if cause == ResetCause::PowerOn.name() => {
+                self.reader = self.reader.take().map(Reader::anew);
             }
             Event::Reset { cause } => return Err(Failure::Reset { cause }),
             Event::HardwareError { text } => return Err(Failure::Hardware { text }),

@@ -1,6 +1,6 @@
 //! What firmware tells of its script: records among its messages, by defmt over RTT.
 
-use bittybuzz_comms::trace::{Item, Record};
+use bittybuzz_comms::trace::{Item, Record, Unused};
 use bittybuzz_vm_core::{Fault, ImageError};
 use defmt_decoder::{DecodeError, StreamDecoder, Table};
 
@@ -15,6 +15,8 @@ pub enum Told {
     Fault(Fault, Vec<u16>),
     /// It does not start.
     Refused(ImageError),
+    /// Messages came to nothing: all of them since power-on.
+    Unused(Unused),
 }
 
 /// Reads what a robot tells.
@@ -29,6 +31,11 @@ impl<'t> Reader<'t> {
     /// Of firmware with these messages.
     pub fn new(table: &'t Table) -> Self {
         Reader { table, decoder: table.new_stream_decoder(), is_lost: false }
+    }
+
+    /// Of the same firmware after a power-on: what was not told whole never will be.
+    pub fn anew(self) -> Self {
+        Reader::new(self.table)
     }
 
     /// Reads what has come. Messages that were not told whole are left out, as on a debug probe.
@@ -59,6 +66,7 @@ fn told(message: &str) -> Option<Told> {
         }
         Record::Fault { fault, calls, .. } => Some(Told::Fault(fault, calls.collect())),
         Record::Refused(cause) => Some(Told::Refused(cause)),
+        Record::Unused(unused) => Some(Told::Unused(unused)),
         Record::Start { .. }
         | Record::Overrun { .. }
         | Record::Expired { .. }

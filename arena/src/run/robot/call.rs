@@ -94,7 +94,8 @@ pub fn call<P: Profile, C: ByteCode, const SLOTS: usize>(
                 kilobot::call(motors, cast.duties, hash, &numbers)
             }
             Actuators::Zooid(ref mut drive) => {
-                zooid::call(drive, deck.io.sensors.estimate(), hash, &numbers)
+                let battery = deck.state.battery;
+                zooid::call(drive, deck.io.sensors.estimate(), battery, hash, &numbers)
             }
             Actuators::Crazyflie(_) => crazyflie::call(deck, hash, &numbers, again),
         },

@@ -136,6 +136,7 @@ pub fn call(deck: &mut Deck<'_, '_, '_>, hash: u16, numbers: &Numbers, again: bo
 
     let now = deck.milliseconds();
     let here = deck.io.sensors.estimate();
+    let battery = deck.state.battery;
     let pilot = &mut deck.state.pilot;
     let (first, second) = (numbers.float(0), numbers.float(1));
     match hash {
@@ -221,7 +222,7 @@ pub fn call(deck: &mut Deck<'_, '_, '_>, hash: u16, numbers: &Numbers, again: bo
         GET_FRONT => range(deck, Side::Front),
         GET_BACK => range(deck, Side::Back),
         GET_Z => Done::Int(here.map_or(OUT_OF_RANGE, |here| here.z as i32)),
-        BATTERY => Done::Int(pilot.battery()),
+        BATTERY => Done::Int(battery.map_or_else(|| pilot.battery(), i32::from)),
         RAND_BBZ => Done::Int(deck.state.chance.below(300) as i32 - 150),
         START => {
             pilot.started = pilot.started.or(Some(now));

@@ -9,6 +9,7 @@ mod platform;
 mod zooid;
 
 use bittybuzz_comms::queue::{Inbox, Outbox};
+use bittybuzz_comms::trace::Unused;
 use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{Counters, Entry, Fault, Image, ImageError, Outcome, Vm};
@@ -45,7 +46,7 @@ enum Machine<'p> {
     Zooid(Box<Zooid<'p>>),
     Crazyflie(Box<Crazyflie<'p>>),
     /// Its firmware, in an emulator: only what that tells is known.
-    Elsewhere,
+    Elsewhere(Unused),
 }
 
 /// A virtual machine, and the frames that wait for it and for its link.
@@ -110,6 +111,8 @@ pub struct State<'p> {
     /// Milliseconds at which the running `delay` is over.
     awake: u64,
     pilot: Pilot,
+    /// mV of the battery, where that was said.
+    battery: Option<u16>,
     /// Of `rand_bbz`.
     chance: Stream,
     pub logged: Vec<LogLine>,
@@ -125,6 +128,7 @@ impl<'p> State<'p> {
             is_running: false,
             awake: 0,
             pilot: Pilot::default(),
+            battery: None,
             chance: Stream::for_brain(u64::from(seed), id),
             logged: Vec::new(),
             fault: None,
@@ -146,7 +150,14 @@ impl<'p> Robot<'p> {
 
     /// A robot of that id that runs its firmware.
     pub fn elsewhere(cast: &'p Cast<'p>, id: u16) -> Self {
-        Robot { machine: Machine::Elsewhere, state: State::new(cast, id, 0) }
+        Robot { machine: Machine::Elsewhere(Unused::default()), state: State::new(cast, id, 0) }
+    }
+
+    /// Its firmware tells what messages came to nothing, all of them since power-on.
+    pub fn has_missed(&mut self, unused: Unused) {
+        if let Machine::Elsewhere(known) = &mut self.machine {
+            *known = unused;
+        }
     }
 
     /// Its script has logged a line.
@@ -172,7 +183,7 @@ impl<'p> Robot<'p> {
             Machine::Kilobot(of) => of.dropped(),
             Machine::Zooid(of) => of.dropped(),
             Machine::Crazyflie(of) => of.dropped(),
-            Machine::Elsewhere => [0; 2],
+            Machine::Elsewhere(unused) => unused.dropped,
         }
     }
 
@@ -182,13 +193,19 @@ impl<'p> Robot<'p> {
             Machine::Kilobot(of) => of.vm.counters(),
             Machine::Zooid(of) => of.vm.counters(),
             Machine::Crazyflie(of) => of.vm.counters(),
-            Machine::Elsewhere => Counters::default(),
+            Machine::Elsewhere(unused) => unused.messages,
         }
     }
 
-    /// Takes over what another robot has logged.
-    pub fn adopt_log(&mut self, other: &mut Self) {
+    /// Takes over what another robot has logged, and its battery.
+    pub fn adopt(&mut self, other: &mut Self) {
         self.state.logged.append(&mut other.state.logged);
+        self.state.battery = other.state.battery;
+    }
+
+    /// Its battery has so many mV from now on.
+    pub fn has_battery(&mut self, millivolts: u16) {
+        self.state.battery = Some(millivolts);
     }
 
     /// Takes what it has logged.
@@ -202,7 +219,7 @@ impl<'p> Robot<'p> {
             Machine::Kilobot(of) => of.global(number, keys),
             Machine::Zooid(of) => of.global(number, keys),
             Machine::Crazyflie(of) => of.global(number, keys),
-            Machine::Elsewhere => Content::Nil,
+            Machine::Elsewhere(_) => Content::Nil,
         }
     }
 }
@@ -214,7 +231,7 @@ impl Robot<'_> {
             Machine::Kilobot(of) => content(of.vm.replica(number, value(key))),
             Machine::Zooid(of) => content(of.vm.replica(number, value(key))),
             Machine::Crazyflie(of) => content(of.vm.replica(number, value(key))),
-            Machine::Elsewhere => Content::Nil,
+            Machine::Elsewhere(_) => Content::Nil,
         }
     }
 
@@ -224,7 +241,7 @@ impl Robot<'_> {
             Machine::Kilobot(of) => of.vm.free_slots(),
             Machine::Zooid(of) => of.vm.free_slots(),
             Machine::Crazyflie(of) => of.vm.free_slots(),
-            Machine::Elsewhere => 0,
+            Machine::Elsewhere(_) => 0,
         }
     }
 
@@ -234,7 +251,7 @@ impl Robot<'_> {
             Machine::Kilobot(of) => of.vm.neighbor_count(),
             Machine::Zooid(of) => of.vm.neighbor_count(),
             Machine::Crazyflie(of) => of.vm.neighbor_count(),
-            Machine::Elsewhere => 0,
+            Machine::Elsewhere(_) => 0,
         }
     }
 }
@@ -270,7 +287,7 @@ impl Brain for Robot<'_> {
             Machine::Kilobot(of) => of.tick(&mut self.state, io, KILOBOT_BUDGET),
             Machine::Zooid(of) => of.tick(&mut self.state, io, BUDGET),
             Machine::Crazyflie(of) => of.tick(&mut self.state, io, BUDGET),
-            Machine::Elsewhere => {}
+            Machine::Elsewhere(_) => {}
         }
         if let Actuators::Crazyflie(flight) = &mut io.actuators {
             **flight = self.state.pilot.fly(io.sensors.estimate());
@@ -282,7 +299,7 @@ impl Brain for Robot<'_> {
             Machine::Kilobot(of) => of.has_unsent,
             Machine::Zooid(of) => of.has_unsent,
             Machine::Crazyflie(of) => of.has_unsent,
-            Machine::Elsewhere => false,
+            Machine::Elsewhere(_) => false,
         }
     }
 
@@ -291,7 +308,7 @@ impl Brain for Robot<'_> {
             Machine::Kilobot(of) => of.next_frame(frame),
             Machine::Zooid(of) => of.next_frame(frame),
             Machine::Crazyflie(of) => of.next_frame(frame),
-            Machine::Elsewhere => 0,
+            Machine::Elsewhere(_) => 0,
         }
     }
 }

@@ -8,7 +8,13 @@ use crate::engine::{Drive, Goal, Pose, Wheels, for_firmware};
 
 use super::call::{Done, Numbers};
 
-pub fn call(drive: &mut Drive, here: Option<Pose>, hash: u16, numbers: &Numbers) -> Done {
+pub fn call(
+    drive: &mut Drive,
+    here: Option<Pose>,
+    battery: Option<u16>,
+    hash: u16,
+    numbers: &Numbers,
+) -> Done {
     const SET_MOTOR: u16 = name_hash("set_motor");
     const FORWARD: u16 = name_hash("forward");
     const LEFT: u16 = name_hash("left");
@@ -40,7 +46,7 @@ pub fn call(drive: &mut Drive, here: Option<Pose>, hash: u16, numbers: &Numbers)
             let is_there = here.is_some_and(|here| goal.is_reached(&for_firmware(&here)));
             return Done::Int(is_there.into());
         }
-        BATTERY => return Done::Int(BATTERY_MV),
+        BATTERY => return Done::Int(battery.unwrap_or(BATTERY_MV).into()),
         // Nobody is there who could.
         TOUCHED => return Done::Int(0),
         GREY_CODE => return Done::Int(numbers.int(0) ^ (numbers.int(0) >> 1)),
@@ -50,5 +56,5 @@ pub fn call(drive: &mut Drive, here: Option<Pose>, hash: u16, numbers: &Numbers)
     Done::Nil
 }
 
-/// Half full, and it stays so.
-const BATTERY_MV: i32 = 3800;
+/// Half full, and it stays so unless the scenario says otherwise.
+const BATTERY_MV: u16 = 3800;

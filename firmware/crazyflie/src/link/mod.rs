@@ -46,8 +46,8 @@ pub static STATE: State = State {
     dropped: AtomicU32::new(0),
 };
 
-/// What is told of the link from time to time: signal strength in dBm, what [`State`] counts, and swarm messages that there
-/// was no room for, heard and own ones, and those that were heard while the same one waited.
+/// What is told of the link from time to time: signal strength in dBm, what [`State`] counts, and swarm messages that were
+/// heard while the same one waited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
 pub struct Counts {
     rssi: i16,
@@ -56,9 +56,7 @@ pub struct Counts {
     overrun: u32,
     heard: u32,
     unknown: u32,
-    unread: u16,
     doubles: u16,
-    unsent: u16,
     dropped: u32,
 }
 
@@ -70,7 +68,6 @@ impl State {
 
     /// Everything that is counted, since the start.
     pub fn counts(&self) -> Counts {
-        let (unread, unsent) = (swarm::MAIL.unread(), swarm::MAIL.unsent());
         Counts {
             rssi: self.rssi.load(Ordering::Relaxed),
             received: self.received.load(Ordering::Relaxed),
@@ -78,9 +75,7 @@ impl State {
             overrun: uart::overruns(),
             heard: self.heard.load(Ordering::Relaxed),
             unknown: self.unknown.load(Ordering::Relaxed),
-            unread: unread.dropped,
-            doubles: unread.duplicates,
-            unsent: unsent.dropped,
+            doubles: swarm::MAIL.unread().duplicates,
             dropped: self.dropped.load(Ordering::Relaxed),
         }
     }
