@@ -8,6 +8,7 @@ mod mutants;
 mod same;
 mod sources;
 mod table;
+mod zooids;
 
 use crate::checks;
 use crate::failure::Failure;
@@ -41,6 +42,7 @@ const PARTS: &[Part] = &[
     Part { name: "random", items: blocks, run: random },
     Part { name: "same", items: same::items, run: same::run },
     Part { name: "torture", items: || vec!["every allocation".to_owned()], run: |_| torture() },
+    Part { name: "zooids", items: zooids::items, run: zooids::run },
 ];
 
 /// Seeds of random programs; CI has those from 0, and docs/testing.md tells of others.
@@ -103,7 +105,10 @@ pub fn sample() -> Result<(), Failure> {
 
 fn noise() -> Result<Verdict, Failure> {
     let image = crate::board::CRAZYFLIE.build(None, false)?;
-    checks::hardware_in_the_loop(&image, &["--ignored", "--nocapture"])?.run()?;
+    let chosen = ["--package", "bittybuzz-hil", "--test", "link", "--test", "swarm", "--"];
+    checks::tests(&[&chosen[..], &["--ignored", "--nocapture"]].concat())
+        .env("BITTYBUZZ_CRAZYFLIE", &image.display().to_string())
+        .run()?;
     Ok(Verdict::Shown("no harm".to_owned()))
 }
 

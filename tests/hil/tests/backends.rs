@@ -218,6 +218,17 @@ fn outages_are_the_same_with_both_backends() {
     }
 }
 
+/// In virtual machines it is one of the examples' tests.
+#[test]
+fn robots_with_firmware_queue_for_the_charger() {
+    let path = bbz::root().join("examples/zooids/recharge.toml");
+    let firmware = format!("robots.0.firmware={}", table::zooids().display());
+    let set = ["robots.0.backend=firmware".to_owned(), firmware];
+    let scenario = Scenario::open(&path, &set).unwrap_or_else(|errors| panic!("{errors:#?}"));
+    let summary = run(&scenario, 1, u64::MAX, |_| {});
+    assert!(summary.is_success(), "{:#?}", summary.convergences);
+}
+
 /// Every place and colour on the way, bit for bit.
 fn trace(seed: u32) -> Vec<[u32; 4]> {
     let mut trace = Vec::new();
