@@ -94,7 +94,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Outbox<P, BYTES, FRAME
     /// A step begins: broadcasts that wait are stale as soon as there are newer ones.
     pub fn begin_step(&mut self) {
         for slot in &mut self.queue.slots {
-            slot.is_stale = true;
+            slot.rank |= STALE;
         }
     }
 
@@ -120,19 +120,17 @@ struct Slot<const BYTES: usize> {
     /// How many frames came since, and this one, as far as a byte goes; 0 if no frame waits here.
     age: u8,
     length: u8,
-    /// From a step that is over.
-    is_stale: bool,
+    /// Its priority, of which 0 is the lowest, with [`STALE`].
+    rank: u8,
     bytes: [u8; BYTES],
 }
+
+/// In a rank: from a step that is over.
+const STALE: u8 = 1 << 7;
 
 impl<const BYTES: usize> Slot<BYTES> {
     fn frame(&self) -> &[u8] {
         self.bytes.get(..self.length.into()).unwrap_or(&[])
-    }
-
-    /// 0 is the lowest.
-    fn priority(&self) -> u8 {
-        self.bytes.first().map_or(0, |first| priority(*first))
     }
 }
 
@@ -140,11 +138,14 @@ impl<const BYTES: usize> Slot<BYTES> {
 #[derive(Debug, Clone)]
 struct Queue<P, const BYTES: usize, const FRAMES: usize> {
     slots: [Slot<BYTES>; FRAMES],
-    /// The next frame to go is the oldest.
-    by_age: bool,
+    /// How many frames wait: behind these, slots need no look. With [`BY_AGE`], the next to go is the oldest.
+    waiting: u8,
     counters: Counters,
     profile: PhantomData<P>,
 }
+
+/// In the number of frames that wait.
+const BY_AGE: u8 = 1 << 7;
 
 /// How well a slot suits a new frame: the same waits there; one that the new frame replaces; nothing. Below, the priority of what
 /// waits there decides.
@@ -155,17 +156,17 @@ const HIGHEST_PRIORITY: u8 = 250;
 
 impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES> {
     const EMPTY: Self = {
-        assert!(BYTES < 256, "lengths are bytes");
+        assert!(BYTES < 256 && FRAMES < BY_AGE as usize, "lengths and counts are bytes");
         Queue {
-            slots: [Slot { age: 0, length: 0, is_stale: false, bytes: [0; BYTES] }; FRAMES],
-            by_age: false,
+            slots: [Slot { age: 0, length: 0, rank: 0, bytes: [0; BYTES] }; FRAMES],
+            waiting: 0,
             counters: Counters { dropped: 0, duplicates: 0 },
             profile: PhantomData,
         }
     };
 
     fn len(&self) -> usize {
-        self.slots.iter().filter(|slot| slot.age != 0).count()
+        usize::from(self.waiting & !BY_AGE)
     }
 
     /// Puts a frame into a slot and tells which; `None` if it is dropped.
@@ -178,46 +179,55 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
             count(&mut self.counters.dropped);
             return None;
         };
-        let mut best: Option<(u8, usize, &mut Slot<BYTES>)> = None;
-        for (place, slot) in self.slots.iter_mut().enumerate() {
-            let mut suits = EMPTY;
-            if slot.age != 0 {
-                slot.age = slot.age.saturating_add(1);
-                suits = HIGHEST_PRIORITY - slot.priority();
-                if slot.frame() == frame {
-                    suits = SAME;
-                } else if replaces::<P>(frame, slot.frame(), slot.is_stale) {
-                    suits = REPLACED;
+        // What suits best, and the age of the frame there.
+        let (mut first, mut place) = (0, 0);
+        let mut left = self.waiting & !BY_AGE;
+        for (at, slot) in self.slots.iter_mut().enumerate() {
+            if slot.age == 0 {
+                if order(EMPTY, 0) > first {
+                    (first, place) = (order(EMPTY, 0), at);
                 }
+                if left == 0 {
+                    break;
+                }
+                continue;
             }
-            let this = (suits, place, slot);
-            best = match best {
-                None => Some(this),
-                Some(other) => {
-                    let is_better = (this.0, this.2.age) > (other.0, other.2.age);
-                    let (better, worse) = if is_better { (this, other) } else { (other, this) };
-                    if worse.0 == REPLACED {
-                        worse.2.age = 0;
-                    }
-                    Some(better)
-                }
-            };
+            left = left.wrapping_sub(1);
+            slot.age = slot.age.saturating_add(1);
+            let mut suits = HIGHEST_PRIORITY - (slot.rank & !STALE);
+            // Most differ in the first bytes.
+            if slot.frame().iter().eq(frame) {
+                suits = SAME;
+            } else if replaces::<P>(frame, slot.frame(), slot.rank & STALE != 0) {
+                suits = REPLACED;
+            }
+            let order = order(suits, slot.age);
+            if order > first {
+                (first, place) = (order, at);
+            }
+            if suits == REPLACED {
+                slot.age = 0;
+                self.waiting = self.waiting.wrapping_sub(1);
+            }
         }
-        let (suits, place, slot) = best?;
+        let [age, suits, ..] = first.to_le_bytes();
+        let slot = self.slots.get_mut(place)?;
         match suits {
             SAME => count(&mut self.counters.duplicates),
-            REPLACED => {}
-            EMPTY => slot.age = 1,
+            EMPTY | REPLACED => {
+                self.waiting = self.waiting.wrapping_add(1);
+                slot.age = age.max(1);
+            }
             _ => {
                 count(&mut self.counters.dropped);
-                if slot.priority() > kind as u8 {
+                if slot.rank & !STALE > kind as u8 {
                     return None;
                 }
                 slot.age = 1;
             }
         }
         slot.length = frame.len() as u8;
-        slot.is_stale = false;
+        slot.rank = kind as u8;
         for (to, from) in slot.bytes.iter_mut().zip(frame) {
             *to = *from;
         }
@@ -226,27 +236,37 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
 
     /// Takes the next frame out of its slot, where it can be read until the next one comes in.
     fn pop(&mut self) -> Option<(usize, &[u8])> {
-        let by_age = self.by_age;
-        let mut best = None;
-        let mut first = (0, 0);
-        for (place, slot) in self.slots.iter_mut().enumerate() {
-            let order = (if by_age { 0 } else { slot.priority() }, slot.age);
-            if slot.age != 0 && order > first {
-                first = order;
-                best = Some((place, slot));
+        // By age, all have the same priority.
+        let priority = if self.waiting & BY_AGE != 0 { 0 } else { !STALE };
+        let (mut first, mut place) = (0, 0);
+        let mut left = self.waiting & !BY_AGE;
+        for (at, slot) in self.slots.iter().enumerate() {
+            if left == 0 {
+                break;
+            }
+            if slot.age == 0 {
+                continue;
+            }
+            left = left.wrapping_sub(1);
+            let order = order(slot.rank & priority, slot.age);
+            if order > first {
+                (first, place) = (order, at);
             }
         }
-        let (place, slot) = best?;
+        if first == 0 {
+            return None;
+        }
+        self.waiting = (self.waiting ^ BY_AGE).wrapping_sub(1);
+        let slot = self.slots.get_mut(place)?;
         slot.age = 0;
-        self.by_age = !by_age;
         Some((place, slot.frame()))
     }
 }
 
-/// Of a frame with that type byte.
-#[inline(never)]
-fn priority(first: u8) -> u8 {
-    Kind::of(first).map_or(0, |kind| kind as u8)
+/// As a number of the processor's, by which slots are compared: by age if all else is the same.
+#[inline(always)]
+fn order(first: u8, age: u8) -> usize {
+    usize::from(first) << 8 | usize::from(age)
 }
 
 /// One more, as far as the counter goes.

@@ -20,19 +20,23 @@ const KEY: usize = 6;
 /// robot on the same topic that is stale, that is of an earlier step.
 #[inline(never)]
 pub fn replaces<P: Profile>(new: &[u8], waiting: &[u8], is_stale: bool) -> bool {
+    let kind = new.first().and_then(|first| Kind::of(*first));
+    // Most often asked.
+    if !is_stale && kind == Some(Kind::Broadcast) {
+        return false;
+    }
     let (Some(new_head), Some(head)) = (new.first_chunk(), waiting.first_chunk()) else {
         return false;
     };
     let [new_type, n1, n2, n3, n4, n5] = *new_head;
     let [old_type, o1, o2, o3, o4, o5] = *head;
     let word = P::WORD_BYTES;
-    if Kind::of(new_type) == Some(Kind::Broadcast) {
-        return is_stale
-            && (new_type ^ old_type) & BROADCAST == 0
+    if kind == Some(Kind::Broadcast) {
+        return (new_type ^ old_type) & BROADCAST == 0
             && same(new, waiting, ROBOT, TOPIC + word)
             && same(new, waiting, TOPIC + 2 * word, TOPIC + 2 * word + 3);
     }
-    if Kind::of(new_type) != Some(Kind::Entry)
+    if kind != Some(Kind::Entry)
         || (new_type ^ old_type) & ENTRY != 0
         || (n5 ^ o5) & 0xf0 != 0
         || !same(new, waiting, KEY, KEY + word)
