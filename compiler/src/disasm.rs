@@ -200,7 +200,8 @@ impl View<'_> {
                 let (jump, local) = opcode::relation_of_local(byte);
                 let name = opcode::info(jump).map_or("?", |info| info.name);
                 let relation = name.trim_start_matches("JUMP_").trim_end_matches("_INT");
-                format!(" {relation} {local} {}", self.byte(at + 1) as i8)
+                let immediate = i16::from_le_bytes([self.byte(at + 1), self.byte(at + 2)]);
+                format!(" {relation} {local} {immediate}")
             }
         }
     }

@@ -105,7 +105,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// Slots `at` and `at + 1`, with one check for both.
     #[inline(always)]
     pub(crate) fn pair_fast(&self, at: usize) -> [Value<P>; 2] {
-        if at < SLOTS.saturating_sub(1) {
+        if SLOTS.is_power_of_two() && !cfg!(target_arch = "avr") || at < SLOTS.saturating_sub(1) {
             [self.get_fast(at), self.get_fast(at + 1)]
         } else {
             [Value::nil(); 2]

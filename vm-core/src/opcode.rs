@@ -27,7 +27,7 @@ pub enum Trailer {
     Captures,
     /// One signed byte.
     Immediate,
-    /// Two bytes: see [`relation_of_local`], and a signed one.
+    /// Three bytes: see [`relation_of_local`], and two of a signed number.
     LocalImmediate,
     /// A literal of the profile: 2 bytes in `tiny`, 4 in `full`, little-endian.
     Word,
@@ -41,7 +41,8 @@ impl Trailer {
         match self {
             Trailer::None => 0,
             Trailer::Arguments | Trailer::Captures | Trailer::Immediate => 1,
-            Trailer::LocalImmediate | Trailer::Half => 2,
+            Trailer::Half => 2,
+            Trailer::LocalImmediate => 3,
             Trailer::Word => word_bytes,
         }
     }

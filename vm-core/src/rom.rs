@@ -5,9 +5,9 @@
 
 use crate::builtin::{self, Kind};
 use crate::bytecode::ByteCode;
-use crate::number::Profile;
 #[cfg(feature = "maths")]
 use crate::number::tables;
+use crate::number::{Full, Profile, Tiny};
 use crate::opcode::{self, Trailer};
 
 /// The first byte that is an opcode.
@@ -20,10 +20,10 @@ const BUILTINS_AT: usize = 2 * (0x80 - FIRST as usize);
 pub(crate) const MATHS_AT: usize = BUILTINS_AT + builtin::TABLE.len();
 
 /// The tables, with the constants of the tiny profile.
-pub const TINY: [u8; MATHS_AT + TINY_MATHS.len()] = bytes(&TINY_MATHS);
+pub const TINY: [u8; MATHS_AT + TINY_MATHS.len()] = bytes(&TINY_MATHS, Tiny::WORD_BYTES);
 
 /// The tables, with the constants of the full profile.
-pub const FULL: [u8; MATHS_AT + FULL_MATHS.len()] = bytes(&FULL_MATHS);
+pub const FULL: [u8; MATHS_AT + FULL_MATHS.len()] = bytes(&FULL_MATHS, Full::WORD_BYTES);
 
 #[cfg(feature = "maths")]
 use tables::{FULL as FULL_MATHS, TINY as TINY_MATHS};
@@ -39,11 +39,9 @@ const LEAVES: u8 = 1 << 6;
 /// [`Trailer::Arguments`]
 const ARGUMENTS: u8 = 1 << 5;
 const OPERAND: u8 = 0x0f;
-// The second byte is pops << 4 | pushes << 2 | length of the trailer.
+// The second byte is pops << 5 | pushes << 3 | length of the trailer.
 const PUSHES: u8 = 3;
-const TRAILER: u8 = 3;
-/// In place of the length of a word, which the profile knows.
-const WORD: u8 = 3;
+const TRAILER: u8 = 7;
 // Of a built-in, the byte is its bit of [`Feature`](builtin::Feature) with these.
 const CALLS: u8 = 1 << 6;
 const VALUE: u8 = 1 << 7;
@@ -56,7 +54,7 @@ const fn row_of(opcode: u8) -> usize {
     opcode.wrapping_sub(FIRST).wrapping_mul(2) as usize
 }
 
-const fn bytes<const LENGTH: usize>(maths: &[u8]) -> [u8; LENGTH] {
+const fn bytes<const LENGTH: usize>(maths: &[u8], word_bytes: usize) -> [u8; LENGTH] {
     let mut bytes = [0; LENGTH];
     let mut row = 0;
     while row < opcode::TABLE.len() {
@@ -70,9 +68,9 @@ const fn bytes<const LENGTH: usize>(maths: &[u8]) -> [u8; LENGTH] {
             Trailer::Arguments => ARGUMENTS,
             _ => 0,
         };
-        let length = info.trailer.length(WORD as usize) as u8;
+        let length = info.trailer.length(word_bytes) as u8;
         bytes[at] = KNOWN | leaves | arguments | info.operand as u8;
-        bytes[at + 1] = info.pops << 4 | info.pushes << 2 | length;
+        bytes[at + 1] = info.pops << 5 | info.pushes << 3 | length;
         row += 1;
     }
     let mut row = 0;
@@ -133,21 +131,18 @@ impl Effect {
     }
 
     /// Bytes of its trailer.
-    pub(crate) fn trailer<P: Profile>(self) -> usize {
-        match self.1 & TRAILER {
-            WORD => P::WORD_BYTES,
-            length => length.into(),
-        }
+    pub(crate) fn trailer(self) -> usize {
+        usize::from(self.1 & TRAILER)
     }
 
     /// As in the table of instructions.
     pub(crate) fn pops(self) -> u8 {
-        self.1 >> 4
+        self.1 >> 5
     }
 
     /// As in the table of instructions.
     pub(crate) fn pushes(self) -> u8 {
-        self.1 >> 2 & PUSHES
+        self.1 >> 3 & PUSHES
     }
 }
 
@@ -196,7 +191,6 @@ impl Needs {
 mod tests {
     use super::*;
     use crate::builtin::Feature;
-    use crate::number::{Full, Tiny};
 
     type Code = &'static [u8];
 
@@ -213,8 +207,9 @@ mod tests {
             assert_eq!((effect.pops(), effect.pushes()), (info.pops, info.pushes), "{}", info.name);
             let arguments = info.trailer == Trailer::Arguments;
             assert_eq!(effect.has_arguments(), arguments, "{}", info.name);
-            assert_eq!(effect.trailer::<Tiny>(), info.trailer.length(2), "{}", info.name);
-            assert_eq!(effect.trailer::<Full>(), info.trailer.length(4), "{}", info.name);
+            assert_eq!(effect.trailer(), info.trailer.length(2), "{}", info.name);
+            let in_full = Effect::of::<Full, Code>(byte);
+            assert_eq!(in_full.trailer(), info.trailer.length(4), "{}", info.name);
         }
         for info in builtin::TABLE {
             let needs = Needs::of::<Full, Code>(info.number);

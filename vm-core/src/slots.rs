@@ -198,9 +198,18 @@ impl<P: Profile, const N: usize> Slots<P> for Split<P, N> {
     }
 }
 
-/// Tag and payload side by side.
+/// Tag and payload side by side. Of a power of two none is beyond the end: numbers wrap around, which takes an instruction instead
+/// of a check.
 #[cfg(not(target_arch = "avr"))]
 pub struct Joined<P: Profile, const N: usize>([Value<P>; N]);
+
+#[cfg(not(target_arch = "avr"))]
+impl<P: Profile, const N: usize> Joined<P, N> {
+    #[inline(always)]
+    fn place(at: usize) -> usize {
+        if N.is_power_of_two() { at & (N - 1) } else { at }
+    }
+}
 
 #[cfg(not(target_arch = "avr"))]
 impl<P: Profile, const N: usize> Slots<P> for Joined<P, N> {
@@ -208,7 +217,7 @@ impl<P: Profile, const N: usize> Slots<P> for Joined<P, N> {
 
     #[inline(always)]
     fn get(&self, at: usize) -> Value<P> {
-        match self.0.get(at) {
+        match self.0.get(Self::place(at)) {
             Some(value) => *value,
             None => Value::nil(),
         }
@@ -216,7 +225,7 @@ impl<P: Profile, const N: usize> Slots<P> for Joined<P, N> {
 
     #[inline(always)]
     fn set(&mut self, at: usize, value: Value<P>) {
-        if let Some(slot) = self.0.get_mut(at) {
+        if let Some(slot) = self.0.get_mut(Self::place(at)) {
             *slot = value;
         }
     }
@@ -228,7 +237,7 @@ impl<P: Profile, const N: usize> Slots<P> for Joined<P, N> {
 
     #[inline(always)]
     fn set_index(&mut self, at: usize, index: usize) {
-        if let Some(slot) = self.0.get_mut(at) {
+        if let Some(slot) = self.0.get_mut(Self::place(at)) {
             *slot = Value::indexed(slot.tag(), index as u16);
         }
     }
@@ -240,7 +249,7 @@ impl<P: Profile, const N: usize> Slots<P> for Joined<P, N> {
 
     #[inline(always)]
     fn set_tag(&mut self, at: usize, tag: Tag) {
-        if let Some(slot) = self.0.get_mut(at) {
+        if let Some(slot) = self.0.get_mut(Self::place(at)) {
             *slot = Value::new(tag, slot.raw());
         }
     }

@@ -287,7 +287,7 @@ impl<C: ByteCode> Verified<C> {
             at += usize::from(decoded.length);
             let trailer = code.byte(at);
             let effect = Effect::of::<P, C>(opcode);
-            at += effect.trailer::<P>();
+            at += effect.trailer();
             if !effect.is_known(opcode) || at > end {
                 return Err(ImageError::Instruction(here));
             }

@@ -47,7 +47,7 @@ fn instruction_set_is_up_to_date() {
             Trailer::Captures => "captured values",
             Trailer::Immediate => "signed byte",
             Trailer::LocalImmediate => {
-                "relation in the high half, local + 4 in the low half; signed byte"
+                "relation in the high half, local + 4 in the low half; signed 16 bits"
             }
             Trailer::Word => "2 bytes (`tiny`) or 4 (`full`)",
             Trailer::Half => "2 bytes",

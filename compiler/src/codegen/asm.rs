@@ -263,24 +263,26 @@ impl FunctionBuilder {
         Label(self.labels.len() - 1)
     }
 
-    /// A jump after the comparison of the value on top with a small integer; `opcode` is that of the jump after a
-    /// comparison of two values.
-    pub fn jump_int(&mut self, opcode: u8, immediate: i8, target: Label, span: Span) {
+    /// A jump after the comparison of the value on top with an integer; `opcode` is that of the jump after a comparison of
+    /// two values. False if there is none with that integer: it takes two bytes, and the value is not a local.
+    pub fn jump_int(&mut self, opcode: u8, immediate: i16, target: Label, span: Span) -> bool {
         if !self.reachable {
-            return;
+            return true;
         }
         let opcode = opcode + opcode::WITH_INT;
-        let [immediate] = immediate.to_le_bytes();
+        let [low, high] = immediate.to_le_bytes();
         match self.local_on_top().and_then(|local| opcode::local_with_relation(opcode, local)) {
             Some(local) => {
                 self.items.pop();
                 self.depth -= 1;
-                let trailer = [local, immediate];
+                let trailer = [local, low, high];
                 self.push(opcode::JUMP_LOCAL, Argument::Target(target), &trailer, (0, 0), span);
             }
-            None => self.push(opcode, Argument::Target(target), &[immediate], (0, 0), span),
+            None if i8::try_from(immediate).is_err() => return false,
+            None => self.push(opcode, Argument::Target(target), &[low], (0, 0), span),
         }
         self.arrive(target, self.depth, span);
+        true
     }
 
     /// The local that the last instruction has put on the stack, if no jump leads between.

@@ -40,15 +40,17 @@ impl<'a> Code<'_, 'a> {
             ExprKind::Binary { op, left, right } => match compare_and_jump(*op, wanted) {
                 Some(opcode) => {
                     self.expr(left);
-                    match right.kind {
-                        ExprKind::Int(value) if i8::try_from(value).is_ok() => {
-                            self.builder.jump_int(opcode, value as i8, target, span);
-                        }
-                        _ => {
-                            self.expr(right);
-                            self.note_order(*op, left, right);
-                            self.builder.jump(opcode, target, span);
-                        }
+                    let immediate = match right.kind {
+                        ExprKind::Int(value) => i16::try_from(value).ok(),
+                        _ => None,
+                    };
+                    let is_done = immediate.is_some_and(|immediate| {
+                        self.builder.jump_int(opcode, immediate, target, span)
+                    });
+                    if !is_done {
+                        self.expr(right);
+                        self.note_order(*op, left, right);
+                        self.builder.jump(opcode, target, span);
                     }
                 }
                 None => self.truth_jump(expr, wanted, target),

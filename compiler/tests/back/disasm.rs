@@ -10,7 +10,7 @@ const SCRIPT: &str = "
 function step() {
   var n = 1
   while(n < 300) { n = n + 1 }
-  if(n) led(n, 1)
+  if(n) led(n, 300)
   math.max(n, 2.5)
   t.f(n)
 }
@@ -29,6 +29,7 @@ fn everything_is_named() {
         "string 12    \"ab\"",
         "function 0: global code, 0 parameters, 2 slots",
         "LOCAL_ADD 1 1",
+        " LT 1 300",
         "INT 300",
         "CALL_ROBOT 0 2 drop",
         "; led",
@@ -54,8 +55,8 @@ fn jumps_show_their_target() {
         let found = text.lines().find(|line| line.contains(name));
         found.unwrap_or_else(|| panic!("{name}\n{text}")).to_owned()
     };
-    let back = line("JUMP_LT");
-    let target = back.split("JUMP_LT ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
+    let back = line("JUMP_LOCAL");
+    let target = back.split("JUMP_LOCAL ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
     assert!(line(&format!(" {target}: ")).contains("LOCAL_ADD"), "{text}");
 }
 

@@ -32,6 +32,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let code = program.code;
         let mut pc;
         let mut sp;
+        // Where there are registers or a stack to address: the frame's record.
+        let mut fp;
 
         macro_rules! get {
             ($at:expr) => {
@@ -40,7 +42,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         macro_rules! fp {
             () => {
-                usize::from(self.fp)
+                if DIRECT { fp } else { usize::from(self.fp) }
+            };
+        }
+        macro_rules! set_fp {
+            ($to:expr) => {
+                self.fp = $to;
+                fp = usize::from(self.fp);
             };
         }
         macro_rules! set {
@@ -60,10 +68,19 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 pc = pc.wrapping_add_signed($offset)
             };
         }
+        // The instruction has an operand: with `DIRECT` the position is still in front of its last byte.
+        macro_rules! operand {
+            () => {
+                if DIRECT {
+                    pc = pc.wrapping_add(1);
+                }
+            };
+        }
 
         loop {
             pc = usize::from(self.pc);
             sp = usize::from(self.sp);
+            fp = usize::from(self.fp);
             if pc >= SPECIAL {
                 if pc == Native::EXIT.position() {
                     return Ok(Flow::Done);
@@ -88,270 +105,347 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let mut op;
             let mut arg: isize;
             // Runs until an instruction is not done by its arm.
-            let left = loop {
+            let left = 'run: loop {
                 if budget == 0 {
                     op = opcode::NIL;
                     arg = 0;
-                    break Left::BudgetSpent;
+                    break 'run Left::BudgetSpent;
                 }
                 budget -= 1;
 
-                op = code.byte(pc);
-                pc = pc.wrapping_add(1);
-                arg = 0;
-                if op & 0xc0 == 0x80 {
-                    // Short forms, by the ranges of `opcode::SHORTS`.
-                    let low = isize::from(op & 0x0f);
-                    (op, arg) = match op & 0x30 {
-                        0x00 => {
-                            let value =
-                                get!(fp!().wrapping_add_signed(
+                if DIRECT {
+                    // The byte behind may be no operand.
+                    let [first, next] = code.word(pc).to_le_bytes();
+                    op = first;
+                    arg = isize::from(next as i8);
+                    pc = pc.wrapping_add(1);
+                } else {
+                    op = code.byte(pc);
+                    pc = pc.wrapping_add(1);
+                    arg = 0;
+                    if op & 0xc0 == 0x80 {
+                        // Short forms, by the ranges of `opcode::SHORTS`.
+                        let low = isize::from(op & 0x0f);
+                        (op, arg) = match op & 0x30 {
+                            0x00 => {
+                                let value = get!(fp!().wrapping_add_signed(
                                     low + opcode::SHORT_LOCAL_GET.low as isize
                                 ));
-                            if value.is(Tag::UNSET) {
-                                op = opcode::LOCAL_GET;
-                                break Left::Undone;
+                                if value.is(Tag::UNSET) {
+                                    op = opcode::LOCAL_GET;
+                                    break 'run Left::Undone;
+                                }
+                                push!(value);
+                                continue 'run;
                             }
-                            push!(value);
-                            continue;
-                        }
-                        0x10 => (opcode::INT, low + opcode::SHORT_INT.low as isize),
-                        0x20 => {
-                            push!(get!(GLOBALS + low as usize));
-                            continue;
-                        }
-                        _ if op & 0x08 == 0 => (opcode::GLOBAL_SET, low),
-                        _ if op & 0x04 == 0 => (opcode::RETURN, low & 0x03),
-                        _ => (opcode::RETURN_NIL, low & 0x03),
-                    };
-                } else if op & 0x40 != 0 {
-                    if op & WIDE == 0 {
-                        arg = isize::from(code.byte(pc) as i8);
-                        pc = pc.wrapping_add(1);
-                    } else {
-                        arg = isize::from(code.word(pc) as i16);
-                        pc = pc.wrapping_add(2);
-                        op &= !WIDE;
-                    }
-                }
-                match op {
-                    opcode::LOCAL_GET => {
-                        let value = get!(fp!().wrapping_add_signed(arg));
-                        if !value.is(Tag::UNSET) {
-                            push!(value);
-                            continue;
-                        }
-                    }
-                    opcode::GLOBAL_GET => {
-                        push!(get!(GLOBALS + arg as usize));
-                        continue;
-                    }
-                    opcode::GLOBAL_SET => {
-                        sp = sp.wrapping_sub(1);
-                        set!(GLOBALS + arg as usize, get!(sp));
-                        continue;
-                    }
-                    opcode::LOCAL_SET => {
-                        sp = sp.wrapping_sub(1);
-                        set!(fp!().wrapping_add_signed(arg), get!(sp));
-                        continue;
-                    }
-                    opcode::INT => {
-                        push!(Value::int(arg as i32));
-                        continue;
-                    }
-                    opcode::POP => {
-                        sp = sp.wrapping_sub(1);
-                        continue;
-                    }
-                    opcode::POP_N => {
-                        sp = sp.wrapping_sub(arg as usize);
-                        continue;
-                    }
-                    opcode::ADD | opcode::SUB | opcode::MUL => {
-                        let [a, b] = self.arena.pair_fast(sp.wrapping_sub(2));
-                        if a.is(Tag::INT) && b.is(Tag::INT) {
-                            let result = match op {
-                                opcode::ADD => P::add(a.raw(), b.raw()),
-                                opcode::SUB => P::sub(a.raw(), b.raw()),
-                                _ => P::mul(a.raw(), b.raw()),
-                            };
-                            sp = sp.wrapping_sub(1);
-                            set!(sp.wrapping_sub(1), Value::new(Tag::INT, result));
-                            continue;
-                        }
-                    }
-                    opcode::DIV | opcode::MOD => {
-                        if self.divide_quickly(op, sp) {
-                            sp = sp.wrapping_sub(1);
-                            continue;
-                        }
-                    }
-                    opcode::ADD_INT => {
-                        let at = sp.wrapping_sub(1);
-                        let a = get!(at);
-                        if a.is(Tag::INT) {
-                            let b = P::int_from_i32(arg as i32);
-                            set!(at, Value::new(Tag::INT, P::add(a.raw(), b)));
-                            continue;
-                        }
-                    }
-                    opcode::LOCAL_ADD => {
-                        let at = fp!().wrapping_add_signed(arg);
-                        let a = get!(at);
-                        if a.is(Tag::INT) {
-                            let b = P::int_from_i32(i32::from(code.byte(pc) as i8));
-                            pc = pc.wrapping_add(1);
-                            set!(at, Value::new(Tag::INT, P::add(a.raw(), b)));
-                            continue;
-                        }
-                    }
-                    opcode::JUMP => {
-                        jump!(arg);
-                        continue;
-                    }
-                    opcode::JUMP_FALSE | opcode::JUMP_TRUE => {
-                        sp = sp.wrapping_sub(1);
-                        if get!(sp).is_false() == (op == opcode::JUMP_FALSE) {
-                            jump!(arg);
-                        }
-                        continue;
-                    }
-                    opcode::JUMP_LT
-                    | opcode::JUMP_EQ
-                    | opcode::JUMP_LE
-                    | opcode::JUMP_GT
-                    | opcode::JUMP_NE
-                    | opcode::JUMP_GE
-                    | opcode::JUMP_NOT_GE
-                    | opcode::JUMP_NOT_GT
-                    | opcode::JUMP_NOT_LE
-                    | opcode::JUMP_NOT_LT => {
-                        let [a, b] = self.arena.pair_fast(sp.wrapping_sub(2));
-                        if a.is(Tag::INT) && b.is(Tag::INT) {
-                            sp = sp.wrapping_sub(2);
-                            if op & order_of::<P>(a.raw(), b.raw()) != 0 {
-                                jump!(arg);
+                            0x10 => (opcode::INT, low + opcode::SHORT_INT.low as isize),
+                            0x20 => {
+                                push!(get!(GLOBALS + low as usize));
+                                continue 'run;
                             }
-                            continue;
-                        }
-                    }
-                    opcode::JUMP_LT_INT
-                    | opcode::JUMP_EQ_INT
-                    | opcode::JUMP_LE_INT
-                    | opcode::JUMP_GT_INT
-                    | opcode::JUMP_NE_INT
-                    | opcode::JUMP_GE_INT
-                    | opcode::JUMP_NOT_GE_INT
-                    | opcode::JUMP_NOT_GT_INT
-                    | opcode::JUMP_NOT_LE_INT
-                    | opcode::JUMP_NOT_LT_INT => {
-                        let a = get!(sp.wrapping_sub(1));
-                        if a.is(Tag::INT) {
-                            let b = P::int_from_i32(i32::from(code.byte(pc) as i8));
-                            pc = pc.wrapping_add(1);
-                            sp = sp.wrapping_sub(1);
-                            if op & order_of::<P>(a.raw(), b) != 0 {
-                                jump!(arg);
-                            }
-                            continue;
-                        }
-                    }
-                    opcode::JUMP_LOCAL => {
-                        let (relation, local) = opcode::relation_of_local(code.byte(pc));
-                        let a = get!(fp!().wrapping_add_signed(isize::from(local)));
-                        if a.is(Tag::INT) {
-                            let b = i32::from(code.byte(pc.wrapping_add(1)) as i8);
-                            pc = pc.wrapping_add(2);
-                            if relation & order_of::<P>(a.raw(), P::int_from_i32(b)) != 0 {
-                                jump!(arg);
-                            }
-                            continue;
-                        }
-                    }
-                    opcode::CALL_FUNCTION => {
-                        let Some(program) = &self.program else { return Ok(Flow::Done) };
-                        let function = program.function(arg as u16);
-                        let room = usize::from(code.byte(function.wrapping_add(1)));
-                        if sp.wrapping_add(1).wrapping_add(room) <= usize::from(self.arena.reserved)
-                        {
-                            let uses_self = code.byte(function) & USES_SELF != 0;
-                            set!(sp, record(sp.wrapping_sub(fp!()), pc));
-                            self.fp = sp as u16;
-                            sp = sp.wrapping_add(1);
-                            if uses_self {
-                                push!(Value::nil());
-                            }
-                            pc = function.wrapping_add(2);
-                            continue;
-                        }
-                    }
-                    opcode::RETURN | opcode::RETURN_NIL => {
-                        let value = if op == opcode::RETURN {
-                            get!(sp.wrapping_sub(1))
-                        } else {
-                            Value::nil()
+                            _ if op & 0x08 == 0 => (opcode::GLOBAL_SET, low),
+                            _ if op & 0x04 == 0 => (opcode::RETURN, low & 0x03),
+                            _ => (opcode::RETURN_NIL, low & 0x03),
                         };
-                        let outer = get!(fp!());
-                        let caller = self.fp.wrapping_sub(u16::from(outer.tag().byte()));
-                        pc = outer.index();
-                        if pc == Native::EXIT.position() {
-                            // Nobody takes the value of an entry.
-                            self.fp = caller;
-                            return Ok(Flow::Done);
-                        }
-                        sp = fp!().wrapping_sub(arg as usize);
-                        push!(value);
-                        self.fp = caller;
-                        if pc >= SPECIAL {
-                            break Left::Returned;
-                        }
-                        continue;
-                    }
-                    // Tables under plain keys; libraries, other keys, functions that may have to be bound and
-                    // allocations that need a collection are slow.
-                    opcode::FIELD_GET => {
-                        let at = sp.wrapping_sub(1);
-                        if self.get_quickly(at, Value::string(arg as u16), at) {
-                            continue;
+                    } else if op & 0x40 != 0 {
+                        if op & WIDE == 0 {
+                            arg = isize::from(code.byte(pc) as i8);
+                            pc = pc.wrapping_add(1);
+                        } else {
+                            arg = isize::from(code.word(pc) as i16);
+                            pc = pc.wrapping_add(2);
+                            op &= !WIDE;
                         }
                     }
-                    opcode::FIELD_METHOD => {
-                        let at = sp.wrapping_sub(1);
-                        if self.get_quickly(at, Value::string(arg as u16), sp) {
-                            sp = sp.wrapping_add(1);
-                            continue;
-                        }
-                    }
-                    opcode::INDEX_GET => {
-                        let at = sp.wrapping_sub(2);
-                        let key = get!(sp.wrapping_sub(1));
-                        if key.is(Tag::INT) && self.get_quickly(at, key, at) {
-                            sp = sp.wrapping_sub(1);
-                            continue;
-                        }
-                    }
-                    opcode::FIELD_SET => {
-                        if self.set_quickly(sp.wrapping_sub(2), Value::string(arg as u16), sp) {
-                            sp = sp.wrapping_sub(2);
-                            continue;
-                        }
-                    }
-                    opcode::INDEX_SET => {
-                        let key = get!(sp.wrapping_sub(2));
-                        if key.is(Tag::INT) && self.set_quickly(sp.wrapping_sub(3), key, sp) {
-                            sp = sp.wrapping_sub(3);
-                            continue;
-                        }
-                    }
-                    opcode::CAPTURE_GET => {
-                        let closure = get!(fp!().wrapping_add(1)).index();
-                        push!(self.arena.captured(closure, arg as usize));
-                        continue;
-                    }
-                    _ => {}
                 }
-                break Left::Undone;
+                'decoded: loop {
+                    match op {
+                        opcode::LOCAL_GET => {
+                            operand!();
+                            let value = get!(fp!().wrapping_add_signed(arg));
+                            if !value.is(Tag::UNSET) {
+                                push!(value);
+                                continue 'run;
+                            }
+                        }
+                        opcode::GLOBAL_GET => {
+                            operand!();
+                            push!(get!(GLOBALS + arg as usize));
+                            continue 'run;
+                        }
+                        opcode::GLOBAL_SET => {
+                            operand!();
+                            sp = sp.wrapping_sub(1);
+                            set!(GLOBALS + arg as usize, get!(sp));
+                            continue 'run;
+                        }
+                        opcode::LOCAL_SET => {
+                            operand!();
+                            sp = sp.wrapping_sub(1);
+                            set!(fp!().wrapping_add_signed(arg), get!(sp));
+                            continue 'run;
+                        }
+                        opcode::INT => {
+                            operand!();
+                            push!(Value::int(arg as i32));
+                            continue 'run;
+                        }
+                        opcode::POP => {
+                            sp = sp.wrapping_sub(1);
+                            continue 'run;
+                        }
+                        opcode::POP_N => {
+                            operand!();
+                            sp = sp.wrapping_sub(arg as usize);
+                            continue 'run;
+                        }
+                        opcode::ADD | opcode::SUB | opcode::MUL => {
+                            let [a, b] = self.arena.pair_fast(sp.wrapping_sub(2));
+                            if a.is(Tag::INT) && b.is(Tag::INT) {
+                                let result = match op {
+                                    opcode::ADD => P::add(a.raw(), b.raw()),
+                                    opcode::SUB => P::sub(a.raw(), b.raw()),
+                                    _ => P::mul(a.raw(), b.raw()),
+                                };
+                                sp = sp.wrapping_sub(1);
+                                set!(sp.wrapping_sub(1), Value::new(Tag::INT, result));
+                                continue 'run;
+                            }
+                        }
+                        opcode::DIV | opcode::MOD => {
+                            if self.divide_quickly(op, sp) {
+                                sp = sp.wrapping_sub(1);
+                                continue 'run;
+                            }
+                        }
+                        opcode::ADD_INT => {
+                            operand!();
+                            let at = sp.wrapping_sub(1);
+                            let a = get!(at);
+                            if a.is(Tag::INT) {
+                                let b = P::int_from_i32(arg as i32);
+                                set!(at, Value::new(Tag::INT, P::add(a.raw(), b)));
+                                continue 'run;
+                            }
+                        }
+                        opcode::LOCAL_ADD => {
+                            operand!();
+                            let at = fp!().wrapping_add_signed(arg);
+                            let a = get!(at);
+                            if a.is(Tag::INT) {
+                                let b = P::int_from_i32(i32::from(code.byte(pc) as i8));
+                                pc = pc.wrapping_add(1);
+                                set!(at, Value::new(Tag::INT, P::add(a.raw(), b)));
+                                continue 'run;
+                            }
+                        }
+                        opcode::JUMP => {
+                            operand!();
+                            jump!(arg);
+                            continue 'run;
+                        }
+                        opcode::JUMP_FALSE | opcode::JUMP_TRUE => {
+                            operand!();
+                            sp = sp.wrapping_sub(1);
+                            if get!(sp).is_false() == (op == opcode::JUMP_FALSE) {
+                                jump!(arg);
+                            }
+                            continue 'run;
+                        }
+                        opcode::JUMP_LT
+                        | opcode::JUMP_EQ
+                        | opcode::JUMP_LE
+                        | opcode::JUMP_GT
+                        | opcode::JUMP_NE
+                        | opcode::JUMP_GE
+                        | opcode::JUMP_NOT_GE
+                        | opcode::JUMP_NOT_GT
+                        | opcode::JUMP_NOT_LE
+                        | opcode::JUMP_NOT_LT => {
+                            operand!();
+                            let [a, b] = self.arena.pair_fast(sp.wrapping_sub(2));
+                            if a.is(Tag::INT) && b.is(Tag::INT) {
+                                sp = sp.wrapping_sub(2);
+                                if op & order_of::<P>(a.raw(), b.raw()) != 0 {
+                                    jump!(arg);
+                                }
+                                continue 'run;
+                            }
+                        }
+                        opcode::JUMP_LT_INT
+                        | opcode::JUMP_EQ_INT
+                        | opcode::JUMP_LE_INT
+                        | opcode::JUMP_GT_INT
+                        | opcode::JUMP_NE_INT
+                        | opcode::JUMP_GE_INT
+                        | opcode::JUMP_NOT_GE_INT
+                        | opcode::JUMP_NOT_GT_INT
+                        | opcode::JUMP_NOT_LE_INT
+                        | opcode::JUMP_NOT_LT_INT => {
+                            operand!();
+                            let a = get!(sp.wrapping_sub(1));
+                            if a.is(Tag::INT) {
+                                let b = P::int_from_i32(i32::from(code.byte(pc) as i8));
+                                pc = pc.wrapping_add(1);
+                                sp = sp.wrapping_sub(1);
+                                if op & order_of::<P>(a.raw(), b) != 0 {
+                                    jump!(arg);
+                                }
+                                continue 'run;
+                            }
+                        }
+                        opcode::JUMP_LOCAL => {
+                            operand!();
+                            let (relation, local) = opcode::relation_of_local(code.byte(pc));
+                            let a = get!(fp!().wrapping_add_signed(isize::from(local)));
+                            if a.is(Tag::INT) {
+                                let b = i32::from(code.word(pc.wrapping_add(1)) as i16);
+                                pc = pc.wrapping_add(3);
+                                if relation & order_of::<P>(a.raw(), P::int_from_i32(b)) != 0 {
+                                    jump!(arg);
+                                }
+                                continue 'run;
+                            }
+                        }
+                        opcode::CALL_FUNCTION => {
+                            operand!();
+                            let Some(program) = &self.program else { return Ok(Flow::Done) };
+                            let function = program.function(arg as u16);
+                            let room = usize::from(code.byte(function.wrapping_add(1)));
+                            if sp.wrapping_add(1).wrapping_add(room)
+                                <= usize::from(self.arena.reserved)
+                            {
+                                let uses_self = code.byte(function) & USES_SELF != 0;
+                                set!(sp, record(sp.wrapping_sub(fp!()), pc));
+                                set_fp!(sp as u16);
+                                sp = sp.wrapping_add(1);
+                                if uses_self {
+                                    push!(Value::nil());
+                                }
+                                pc = function.wrapping_add(2);
+                                continue 'run;
+                            }
+                        }
+                        opcode::RETURN | opcode::RETURN_NIL => {
+                            let value = if op == opcode::RETURN {
+                                get!(sp.wrapping_sub(1))
+                            } else {
+                                Value::nil()
+                            };
+                            let outer = get!(fp!());
+                            let caller = self.fp.wrapping_sub(u16::from(outer.tag().byte()));
+                            pc = outer.index();
+                            if pc == Native::EXIT.position() {
+                                // Nobody takes the value of an entry.
+                                self.fp = caller;
+                                return Ok(Flow::Done);
+                            }
+                            sp = fp!().wrapping_sub(arg as usize);
+                            push!(value);
+                            set_fp!(caller);
+                            if pc >= SPECIAL {
+                                break 'run Left::Returned;
+                            }
+                            continue 'run;
+                        }
+                        // Tables under plain keys; libraries, other keys, functions that may have to be bound and
+                        // allocations that need a collection are slow.
+                        opcode::FIELD_GET => {
+                            operand!();
+                            let at = sp.wrapping_sub(1);
+                            if self.get_quickly(at, Value::string(arg as u16), at) {
+                                continue 'run;
+                            }
+                        }
+                        opcode::FIELD_METHOD => {
+                            operand!();
+                            let at = sp.wrapping_sub(1);
+                            if self.get_quickly(at, Value::string(arg as u16), sp) {
+                                sp = sp.wrapping_add(1);
+                                continue 'run;
+                            }
+                        }
+                        opcode::INDEX_GET => {
+                            let at = sp.wrapping_sub(2);
+                            let key = get!(sp.wrapping_sub(1));
+                            if key.is(Tag::INT) && self.get_quickly(at, key, at) {
+                                sp = sp.wrapping_sub(1);
+                                continue 'run;
+                            }
+                        }
+                        opcode::FIELD_SET => {
+                            operand!();
+                            if self.set_quickly(sp.wrapping_sub(2), Value::string(arg as u16), sp) {
+                                sp = sp.wrapping_sub(2);
+                                continue 'run;
+                            }
+                        }
+                        opcode::INDEX_SET => {
+                            let key = get!(sp.wrapping_sub(2));
+                            if key.is(Tag::INT) && self.set_quickly(sp.wrapping_sub(3), key, sp) {
+                                sp = sp.wrapping_sub(3);
+                                continue 'run;
+                            }
+                        }
+                        opcode::CAPTURE_GET => {
+                            operand!();
+                            let closure = get!(fp!().wrapping_add(1)).index();
+                            push!(self.arena.captured(closure, arg as usize));
+                            continue 'run;
+                        }
+                        // With `DIRECT`, short forms as they are in the image.
+                        0x80 | 0x81 | 0x82 | 0x83 | 0x84 | 0x85 | 0x86 | 0x87 | 0x88 | 0x89
+                        | 0x8a | 0x8b | 0x8c | 0x8d | 0x8e | 0x8f
+                            if DIRECT =>
+                        {
+                            let low = isize::from(op & 0x0f) + opcode::SHORT_LOCAL_GET.low as isize;
+                            let value = get!(fp!().wrapping_add_signed(low));
+                            if !value.is(Tag::UNSET) {
+                                push!(value);
+                                continue 'run;
+                            }
+                            op = opcode::LOCAL_GET;
+                            arg = low;
+                        }
+                        0x90 | 0x91 | 0x92 | 0x93 | 0x94 | 0x95 | 0x96 | 0x97 | 0x98 | 0x99
+                        | 0x9a | 0x9b | 0x9c | 0x9d | 0x9e | 0x9f
+                            if DIRECT =>
+                        {
+                            push!(Value::int(
+                                i32::from(op & 0x0f) + i32::from(opcode::SHORT_INT.low)
+                            ));
+                            continue 'run;
+                        }
+                        0xa0 | 0xa1 | 0xa2 | 0xa3 | 0xa4 | 0xa5 | 0xa6 | 0xa7 | 0xa8 | 0xa9
+                        | 0xaa | 0xab | 0xac | 0xad | 0xae | 0xaf
+                            if DIRECT =>
+                        {
+                            push!(get!(GLOBALS + usize::from(op & 0x0f)));
+                            continue 'run;
+                        }
+                        0xb0 | 0xb1 | 0xb2 | 0xb3 | 0xb4 | 0xb5 | 0xb6 | 0xb7 | 0xb8 | 0xb9
+                        | 0xba | 0xbb | 0xbc | 0xbd | 0xbe | 0xbf
+                            if DIRECT =>
+                        {
+                            (op, arg) = match op & 0x0c {
+                                0x08 => (opcode::RETURN, isize::from(op & 0x03)),
+                                0x0c => (opcode::RETURN_NIL, isize::from(op & 0x03)),
+                                _ => (opcode::GLOBAL_SET, isize::from(op & 0x07)),
+                            };
+                            pc = pc.wrapping_sub(1);
+                            continue 'decoded;
+                        }
+                        _ if DIRECT && op & WIDE != 0 => {
+                            arg = isize::from(code.word(pc) as i16);
+                            pc = pc.wrapping_add(1);
+                            op &= !WIDE;
+                            continue 'decoded;
+                        }
+                        _ if DIRECT && op & 0x40 != 0 => operand!(),
+                        _ => {}
+                    }
+                    break 'run Left::Undone;
+                }
             };
             self.pc = pc as u16;
             self.sp = sp as u16;
@@ -365,6 +459,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     budget = self.less_work(budget);
                 }
                 Left::Undone => {
+                    // Without an operand it is the byte behind.
+                    if DIRECT && op & 0x40 == 0 {
+                        arg = 0;
+                    }
                     self.slow(host, op, arg as i16)?;
                     budget = self.less_work(budget);
                 }
@@ -385,6 +483,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         budget
     }
 }
+
+/// The jump table knows short forms, too. On the AVR, with its little flash, forms are told apart first.
+const DIRECT: bool = cfg!(not(target_arch = "avr"));
 
 /// The order of two integers, as the bit of the relations that hold.
 #[inline(always)]

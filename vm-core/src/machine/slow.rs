@@ -22,7 +22,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         arg: i16,
     ) -> Result<(), Stopped> {
         let effect = Effect::of::<P, C>(op);
-        let trailer = effect.trailer::<P>();
+        let trailer = effect.trailer();
         self.pc = self.pc.wrapping_add(trailer as u16);
         let number = arg as u16;
         match op {
@@ -73,12 +73,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.binary(opcode::MUL, a, Value::int(-1))?
             }
             opcode::JUMP_LOCAL => {
-                let (relation, local) = opcode::relation_of_local(self.behind(2));
+                let (relation, local) = opcode::relation_of_local(self.behind(3));
+                let b = i16::from_le_bytes([self.behind(2), self.behind(1)]);
                 let a = self.local(isize::from(local));
                 if a.is(Tag::UNSET) {
                     return Err(self.fail(FaultCode::MissingArgument));
                 }
-                if self.compare_slow(relation, a, b)? {
+                if self.compare_slow(relation, a, Value::int(b.into()))? {
                     self.pc = self.pc.wrapping_add_signed(arg);
                 }
                 a

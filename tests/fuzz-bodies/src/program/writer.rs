@@ -367,7 +367,8 @@ impl<'a, 'b> Writer<'a, 'b> {
         match trailer {
             Trailer::None => self.builder.jump(info.byte, label, SPAN),
             _ => {
-                let immediate = self.choices.byte() as i8;
+                // Small ones have a form whatever is compared.
+                let immediate = i16::from(self.choices.byte() as i8);
                 self.builder.jump_int(relation, immediate, label, SPAN);
             }
         }

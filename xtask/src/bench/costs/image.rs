@@ -123,7 +123,7 @@ impl Body {
     /// The same with an integer to compare with.
     pub fn jump_int(&mut self, opcode: u8, immediate: i8) {
         let next = self.builder.label();
-        self.builder.jump_int(opcode - op::WITH_INT, immediate, next, SOURCE);
+        self.builder.jump_int(opcode - op::WITH_INT, immediate.into(), next, SOURCE);
         self.builder.bind(next, SOURCE);
     }
 
