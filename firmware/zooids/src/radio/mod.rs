@@ -63,17 +63,17 @@ impl Ears {
             self.has_told = true;
             log::warning!("another robot has id {=u16}, too: `bbz flash --id`", robot);
         }
-        let place = match (eyes::pose(), position) {
-            (Some(here), Some(there)) => {
-                let [x, y] = there.map(|mm| i32::from(mm) * MM);
-                let (distance, azimuth) = here.sight(x, y);
-                if self.range.is_some_and(|range| distance > range) {
-                    return;
-                }
-                Some([units::mm(distance), units::radians(azimuth), 0.0].map(Value::float))
+        let mut place = None;
+        if let Some(there) = position
+            && let Some(here) = eyes::pose()
+        {
+            let [x, y] = there.map(|mm| i32::from(mm) * MM);
+            let (distance, azimuth) = here.sight(x, y);
+            if self.range.is_some_and(|range| distance > range) {
+                return;
             }
-            _ => None,
-        };
+            place = Some([units::mm(distance), units::radians(azimuth), 0.0].map(Value::float));
+        }
         MAIL.hear(message, Sighting { robot: Some(robot), place });
     }
 }
