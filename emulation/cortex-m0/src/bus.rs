@@ -2,7 +2,7 @@
 
 use bittybuzz_chips::{Board, Clock, FlashChange, FlashContent, Time, Transfer, Width};
 
-use crate::decode::Op;
+use crate::decode::{Kind, Op, decode};
 use crate::nvic::Nvic;
 
 pub const FLASH: u32 = 0x0800_0000;
@@ -132,17 +132,42 @@ impl<B: Board> Bus<B> {
     /// Writes as a debugger does.
     pub fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Option<()> {
         self.memory(address, bytes.len())?.copy_from_slice(bytes);
-        if let Some(at) = self.flash_index(address, bytes.len()) {
-            self.forget(at, bytes.len());
+        if self.flash_index(address, bytes.len()).is_some() {
+            // Whatever was known may be from there; it changes seldom.
+            self.ops.fill(Op::UNKNOWN);
         }
         Some(())
     }
 
-    /// The flash has changed there: an instruction of two halfwords may begin before it.
-    fn forget(&mut self, at: usize, length: usize) {
-        let first = (at / 2).saturating_sub(1);
-        let end = (at + length).div_ceil(2).min(self.ops.len());
-        self.ops[first..end].fill(Op::UNKNOWN);
+    /// The operation at `pc`, wherever it is.
+    #[inline(never)]
+    pub fn look(&mut self, pc: u32) -> Op {
+        // Nothing is executed from peripherals and beyond (B3.1).
+        let halfword = |bus: &mut Self, address: u32| {
+            let bytes = bus.memory(address, 2).filter(|_| pc < 0x4000_0000)?;
+            bytes.first_chunk().copied().map(u16::from_le_bytes)
+        };
+        match halfword(self, pc) {
+            Some(first) => decode(first, halfword(self, pc.wrapping_add(2)).unwrap_or(0)),
+            None => Op::UNDEFINED,
+        }
+    }
+
+    /// Looks at an instruction in the flash once and for all. What it loads from there is known, too.
+    #[cold]
+    #[inline(never)]
+    pub fn remember(&mut self, pc: u32) {
+        let mut op = self.look(pc);
+        if op.kind == Kind::LdrLiteral {
+            let address = (pc.wrapping_add(4) & !3).wrapping_add(op.imm);
+            let word = self.flash_index(address, 4).and_then(|at| self.flash[at..].first_chunk());
+            if let Some(word) = word {
+                op = Op { kind: Kind::Constant, imm: u32::from_le_bytes(*word), ..op };
+            }
+        }
+        if let Some(place) = self.ops.get_mut(pc.wrapping_sub(FLASH) as usize / 2) {
+            *place = op;
+        }
     }
 
     fn is_peripheral(address: u32) -> bool {
@@ -180,14 +205,16 @@ impl<B: Board> Bus<B> {
         self.read_elsewhere(address, Width::Byte).map(|value| value as u8)
     }
 
+    #[inline(never)]
     fn read_elsewhere(&mut self, address: u32, width: Width) -> Option<u32> {
         let length = width.bytes() as usize;
         if !address.is_multiple_of(width.bytes()) {
             return None;
         }
         if let Some(at) = self.flash_index(address, length) {
-            let bytes = &self.flash[at..at + length];
-            return Some(bytes.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte)));
+            let mut bytes = [0; 4];
+            bytes[..length].copy_from_slice(&self.flash[at..at + length]);
+            return Some(u32::from_le_bytes(bytes));
         }
         if address >= PRIVATE {
             return Some(self.read_private(address & !3) >> ((address & 3) * 8));
@@ -235,6 +262,7 @@ impl<B: Board> Bus<B> {
         self.write_elsewhere(address, Width::Byte, value.into())
     }
 
+    #[inline(never)]
     fn write_elsewhere(&mut self, address: u32, width: Width, value: u32) -> Option<()> {
         if !address.is_multiple_of(width.bytes()) {
             return None;

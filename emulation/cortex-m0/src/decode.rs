@@ -45,8 +45,9 @@ pub enum Kind {
     MovPc,
     Bx,
     Blx,
-    // d = word at imm from the aligned PC.
+    // d = word at imm from the aligned PC; d = imm, which is such a word in the flash.
     LdrLiteral,
+    Constant,
     // Address b + c.
     StrReg,
     StrhReg,
@@ -72,7 +73,7 @@ pub enum Kind {
     Sxtb,
     Uxth,
     Uxtb,
-    // imm: the registers as bits, bit 8 for LR or PC.
+    // imm: the registers as bits, bit 8 for LR; c: the cycles beyond one.
     Push,
     Pop,
     PopPc,
@@ -86,11 +87,24 @@ pub enum Kind {
     Wfe,
     Wfi,
     Sev,
-    // From b; imm: registers as bits.
+    // From b; imm: registers as bits; c: the cycles beyond one.
     Stm,
     Ldm,
-    // a: condition; imm: what is added to the PC.
-    BranchIf,
+    // imm: what is added to the PC.
+    BranchEq,
+    BranchNe,
+    BranchCs,
+    BranchCc,
+    BranchMi,
+    BranchPl,
+    BranchVs,
+    BranchVc,
+    BranchHi,
+    BranchLs,
+    BranchGe,
+    BranchLt,
+    BranchGt,
+    BranchLe,
     SupervisorCall,
     Branch,
     // 32 bits: imm is what is added to the PC.
@@ -113,6 +127,7 @@ pub struct Op {
 
 impl Op {
     pub const UNKNOWN: Op = Op { kind: Kind::Unknown, d: 0, b: 0, c: 0, imm: 0 };
+    pub const UNDEFINED: Op = Op { kind: Kind::Undefined, ..Op::UNKNOWN };
 
     const fn new(kind: Kind, d: u16, b: u16, c: u16, imm: u32) -> Op {
         Op { kind, d: d as u8, b: b as u8, c: c as u8, imm }
@@ -126,9 +141,8 @@ pub const fn is_wide(first: u16) -> bool {
 
 /// The operation of `first`, or of both.
 pub fn decode(first: u16, second: u16) -> Op {
-    let undefined = Op::new(Kind::Undefined, 0, 0, 0, 0);
     if is_wide(first) {
-        return wide(first, second).unwrap_or(undefined);
+        return wide(first, second).unwrap_or(Op::UNDEFINED);
     }
     let (d, b, c) = (first & 7, first >> 3 & 7, first >> 6 & 7);
     let imm5 = u32::from(first >> 6 & 0x1f);
@@ -150,7 +164,7 @@ pub fn decode(first: u16, second: u16) -> Op {
         0b00110 => Op::new(Kind::AddImm, d8, d8, 0, imm8),
         0b00111 => Op::new(Kind::SubImm, d8, d8, 0, imm8),
         0b01000 if first & 1 << 10 == 0 => Op::new(data_processing(first), d, b, 0, 0),
-        0b01000 => high_registers(first).unwrap_or(undefined),
+        0b01000 => high_registers(first).unwrap_or(Op::UNDEFINED),
         0b01001 => Op::new(Kind::LdrLiteral, d8, 0, 0, 4 * imm8),
         0b01010 | 0b01011 => {
             let kind = match first >> 9 & 7 {
@@ -176,24 +190,42 @@ pub fn decode(first: u16, second: u16) -> Op {
         0b10011 => Op::new(Kind::LdrImm, d8, 13, 0, 4 * imm8),
         0b10100 => Op::new(Kind::Adr, d8, 0, 0, 4 * imm8),
         0b10101 => Op::new(Kind::AddSp, d8, 0, 0, 4 * imm8),
-        0b10110 | 0b10111 => miscellaneous(first).unwrap_or(undefined),
-        0b11000 => Op::new(Kind::Stm, 0, d8, 0, imm8),
-        0b11001 => Op::new(Kind::Ldm, 0, d8, 0, imm8),
+        0b10110 | 0b10111 => miscellaneous(first).unwrap_or(Op::UNDEFINED),
+        0b11000 => Op::new(Kind::Stm, 0, d8, imm8.count_ones() as u16, imm8),
+        0b11001 => Op::new(Kind::Ldm, 0, d8, imm8.count_ones() as u16, imm8),
         0b11010 | 0b11011 => match first >> 8 & 0xf {
-            0xe => undefined,
+            0xe => Op::UNDEFINED,
             0xf => Op::new(Kind::SupervisorCall, 0, 0, 0, imm8),
             condition => {
                 let offset = i32::from(first as u8 as i8) * 2;
-                Op::new(Kind::BranchIf, condition, 0, 0, offset as u32)
+                Op::new(BRANCHES[usize::from(condition)], 0, 0, 0, offset as u32)
             }
         },
         0b11100 => {
             let offset = (i32::from(first) << 21) >> 20;
             Op::new(Kind::Branch, 0, 0, 0, offset as u32)
         }
-        _ => undefined,
+        _ => Op::UNDEFINED,
     }
 }
+
+/// By their conditions (A6.3).
+const BRANCHES: [Kind; 14] = [
+    Kind::BranchEq,
+    Kind::BranchNe,
+    Kind::BranchCs,
+    Kind::BranchCc,
+    Kind::BranchMi,
+    Kind::BranchPl,
+    Kind::BranchVs,
+    Kind::BranchVc,
+    Kind::BranchHi,
+    Kind::BranchLs,
+    Kind::BranchGe,
+    Kind::BranchLt,
+    Kind::BranchGt,
+    Kind::BranchLe,
+];
 
 fn data_processing(first: u16) -> Kind {
     const KINDS: [Kind; 16] = [
@@ -236,6 +268,7 @@ fn miscellaneous(first: u16) -> Option<Op> {
     let (d, b) = (first & 7, first >> 3 & 7);
     let stack = 4 * u32::from(first & 0x7f);
     let list = u32::from(first & 0x1ff);
+    let count = list.count_ones() as u16;
     Some(match first >> 5 & 0x7f {
         0b000_0000..=0b000_0011 => Op::new(Kind::SpUp, 0, 0, 0, stack),
         0b000_0100..=0b000_0111 => Op::new(Kind::SpDown, 0, 0, 0, stack),
@@ -243,13 +276,13 @@ fn miscellaneous(first: u16) -> Option<Op> {
             let kinds = [Kind::Sxth, Kind::Sxtb, Kind::Uxth, Kind::Uxtb];
             Op::new(kinds[usize::from(first >> 6 & 3)], d, b, 0, 0)
         }
-        0b010_0000..=0b010_1111 => Op::new(Kind::Push, 0, 0, 0, list),
+        0b010_0000..=0b010_1111 => Op::new(Kind::Push, 0, 0, count, list),
         0b011_0011 if first & 0xf == 2 => Op::new(Kind::Cps, first >> 4 & 1, 0, 0, 0),
         0b101_0000 | 0b101_0001 => Op::new(Kind::Rev, d, b, 0, 0),
         0b101_0010 | 0b101_0011 => Op::new(Kind::Rev16, d, b, 0, 0),
         0b101_0110 | 0b101_0111 => Op::new(Kind::Revsh, d, b, 0, 0),
-        0b110_0000..=0b110_0111 => Op::new(Kind::Pop, 0, 0, 0, list & 0xff),
-        0b110_1000..=0b110_1111 => Op::new(Kind::PopPc, 0, 0, 0, list & 0xff),
+        0b110_0000..=0b110_0111 => Op::new(Kind::Pop, 0, 0, count, list & 0xff),
+        0b110_1000..=0b110_1111 => Op::new(Kind::PopPc, 0, 0, count + 2, list & 0xff),
         0b111_0000..=0b111_0111 => Op::new(Kind::Breakpoint, 0, 0, 0, 0),
         0b111_1000..=0b111_1111 => {
             let kind = match first & 0xff {
@@ -300,7 +333,7 @@ mod tests {
     fn branches_reach_as_far_as_the_assembler_says() {
         // b . ; beq .+4; bl .+0x104; bl .-4 (GNU assembler 2.40)
         assert_eq!(decode(0xe7fe, 0), Op::new(Kind::Branch, 0, 0, 0, -4_i32 as u32));
-        assert_eq!(decode(0xd000, 0), Op::new(Kind::BranchIf, 0, 0, 0, 0));
+        assert_eq!(decode(0xd000, 0), Op::new(Kind::BranchEq, 0, 0, 0, 0));
         assert_eq!(decode(0xf000, 0xf880), Op::new(Kind::BranchLink, 0, 0, 0, 0x100));
         assert_eq!(decode(0xf7ff, 0xfffc), Op::new(Kind::BranchLink, 0, 0, 0, -8_i32 as u32));
     }

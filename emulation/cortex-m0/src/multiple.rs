@@ -1,112 +1,73 @@
-//! Loads and stores of several registers.
+//! Loads and stores of several registers. Without a value there is no memory.
 
 use bittybuzz_chips::Board;
 
 use crate::bus::Bus;
-use crate::execute::{At, Outcome};
 use crate::registers::{Core, LR, SP};
 
+/// Of an instruction that pushes: LR.
+const LINK: u32 = 1 << 8;
+
 impl Core {
-    pub fn push<B: Board>(&mut self, bus: &mut Bus<B>, at: &mut At, pc: u32, list: u32) -> Outcome {
-        let count = list.count_ones();
-        at.cycles += u64::from(count);
-        bus.cycles = at.cycles;
-        let start = self.r[SP].wrapping_sub(4 * count);
-        let mut address = start;
-        for register in (0..8).chain([LR]) {
-            let bit = if register == LR { 8 } else { register };
-            if list >> bit & 1 != 0 {
-                if bus.write_word(address, self.r[register]).is_none() {
-                    return self.refuse(bus, at, pc);
-                }
-                address = address.wrapping_add(4);
-            }
+    /// Those of R0 to R7 whose bits are set, and LR for bit 8.
+    pub fn push<B: Board>(&mut self, bus: &mut Bus<B>, list: u32) -> Option<()> {
+        let start = self.r[SP].wrapping_sub(4 * list.count_ones());
+        let end = self.store_from(bus, start, list & !LINK)?;
+        if list & LINK != 0 {
+            bus.write_word(end, self.r[LR])?;
         }
         self.r[SP] = start;
-        Ok(None)
+        Some(())
     }
 
-    pub fn pop<B: Board>(
-        &mut self,
-        bus: &mut Bus<B>,
-        at: &mut At,
-        pc: u32,
-        list: u32,
-        to_pc: bool,
-    ) -> Outcome {
-        at.cycles += u64::from(list.count_ones());
-        bus.cycles = at.cycles;
-        let mut address = self.r[SP];
-        for register in 0..8 {
-            if list >> register & 1 != 0 {
-                match bus.read_word(address) {
-                    Some(value) => self.r[register] = value,
-                    None => return self.refuse(bus, at, pc),
-                }
-                address = address.wrapping_add(4);
-            }
-        }
-        if !to_pc {
-            self.r[SP] = address;
-            return Ok(None);
-        }
-        at.cycles += 3;
-        match bus.read_word(address) {
-            Some(to) => {
-                self.r[SP] = address.wrapping_add(4);
-                self.branch_exchange(bus, at, pc, to)
-            }
-            None => self.refuse(bus, at, pc),
-        }
+    pub fn pop<B: Board>(&mut self, bus: &mut Bus<B>, list: u32) -> Option<()> {
+        self.r[SP] = self.load_from(bus, self.r[SP], list)?;
+        Some(())
     }
 
-    pub fn store_many<B: Board>(
-        &mut self,
-        bus: &mut Bus<B>,
-        at: &mut At,
-        pc: u32,
-        b: u8,
-        list: u32,
-    ) -> Outcome {
-        at.cycles += u64::from(list.count_ones());
-        bus.cycles = at.cycles;
-        let mut address = self.get(b);
-        for register in 0..8 {
-            if list >> register & 1 != 0 {
-                if bus.write_word(address, self.r[register]).is_none() {
-                    return self.refuse(bus, at, pc);
-                }
-                address = address.wrapping_add(4);
-            }
-        }
-        self.set(b, address);
-        Ok(None)
+    /// The same, and what is to be branched to.
+    pub fn pop_to<B: Board>(&mut self, bus: &mut Bus<B>, list: u32) -> Option<u32> {
+        let end = self.load_from(bus, self.r[SP], list)?;
+        let to = bus.read_word(end)?;
+        self.r[SP] = end.wrapping_add(4);
+        Some(to)
     }
 
-    pub fn load_many<B: Board>(
-        &mut self,
-        bus: &mut Bus<B>,
-        at: &mut At,
-        pc: u32,
-        b: u8,
-        list: u32,
-    ) -> Outcome {
-        at.cycles += u64::from(list.count_ones());
-        bus.cycles = at.cycles;
-        let mut address = self.get(b);
-        for register in 0..8 {
-            if list >> register & 1 != 0 {
-                match bus.read_word(address) {
-                    Some(value) => self.r[register] = value,
-                    None => return self.refuse(bus, at, pc),
-                }
-                address = address.wrapping_add(4);
-            }
-        }
+    pub fn store_many<B: Board>(&mut self, bus: &mut Bus<B>, base: u8, list: u32) -> Option<()> {
+        let end = self.store_from(bus, self.get(base), list)?;
+        self.set(base, end);
+        Some(())
+    }
+
+    pub fn load_many<B: Board>(&mut self, bus: &mut Bus<B>, base: u8, list: u32) -> Option<()> {
+        let end = self.load_from(bus, self.get(base), list)?;
         // A base that is loaded keeps what was loaded (A6.7.25).
-        if list >> b & 1 == 0 {
-            self.set(b, address);
+        if list >> base & 1 == 0 {
+            self.set(base, end);
         }
-        Ok(None)
+        Some(())
+    }
+
+    /// Stores those of R0 to R7 whose bits are set, and tells where the last one ends.
+    fn store_from<B: Board>(&self, bus: &mut Bus<B>, start: u32, list: u32) -> Option<u32> {
+        let (mut address, mut list) = (start, list);
+        while list != 0 {
+            bus.write_word(address, self.get(list.trailing_zeros() as u8))?;
+            address = address.wrapping_add(4);
+            list &= list - 1;
+        }
+        Some(address)
+    }
+
+    /// Loads those of R0 to R7 whose bits are set, and tells where the last one ends.
+    fn load_from<B: Board>(&mut self, bus: &mut Bus<B>, start: u32, list: u32) -> Option<u32> {
+        let (mut address, mut list) = (start, list);
+        while list != 0 {
+            let value = bus.read_word(address)?;
+            self.set(list.trailing_zeros() as u8, value);
+            address = address.wrapping_add(4);
+            list &= list - 1;
+        }
+        Some(address)
     }
 }
