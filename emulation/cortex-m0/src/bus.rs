@@ -178,7 +178,7 @@ impl<B: Board> Bus<B> {
     pub fn read_word(&mut self, address: u32) -> Option<u32> {
         let at = address.wrapping_sub(RAM) as usize;
         if address & 3 == 0
-            && let Some(bytes) = self.ram.get(at..).and_then(<[u8]>::first_chunk)
+            && let Some(bytes) = self.ram.get(at..at + 4).and_then(<[u8]>::first_chunk)
         {
             return Some(u32::from_le_bytes(*bytes));
         }
@@ -189,7 +189,7 @@ impl<B: Board> Bus<B> {
     pub fn read_half(&mut self, address: u32) -> Option<u16> {
         let at = address.wrapping_sub(RAM) as usize;
         if address & 1 == 0
-            && let Some(bytes) = self.ram.get(at..).and_then(<[u8]>::first_chunk)
+            && let Some(bytes) = self.ram.get(at..at + 2).and_then(<[u8]>::first_chunk)
         {
             return Some(u16::from_le_bytes(*bytes));
         }
@@ -232,7 +232,7 @@ impl<B: Board> Bus<B> {
     pub fn write_word(&mut self, address: u32, value: u32) -> Option<()> {
         let at = address.wrapping_sub(RAM) as usize;
         if address & 3 == 0
-            && let Some(bytes) = self.ram.get_mut(at..).and_then(<[u8]>::first_chunk_mut)
+            && let Some(bytes) = self.ram.get_mut(at..at + 4).and_then(<[u8]>::first_chunk_mut)
         {
             *bytes = value.to_le_bytes();
             return Some(());
@@ -244,7 +244,7 @@ impl<B: Board> Bus<B> {
     pub fn write_half(&mut self, address: u32, value: u16) -> Option<()> {
         let at = address.wrapping_sub(RAM) as usize;
         if address & 1 == 0
-            && let Some(bytes) = self.ram.get_mut(at..).and_then(<[u8]>::first_chunk_mut)
+            && let Some(bytes) = self.ram.get_mut(at..at + 2).and_then(<[u8]>::first_chunk_mut)
         {
             *bytes = value.to_le_bytes();
             return Some(());

@@ -51,8 +51,12 @@ impl F051 {
             },
             _ => match TIMERS.iter().position(|(timer, _, _)| *timer == base) {
                 Some(number) => {
+                    let seen = |timer: &Timer| (timer.next_event(), timer.interrupt());
+                    let before = seen(&self.timers[number]);
                     let value = self.timers[number].read(offset, self.now);
-                    self.update_timer_line(number);
+                    if before != seen(&self.timers[number]) {
+                        self.update_timer_line(number);
+                    }
                     value
                 }
                 None => {

@@ -48,12 +48,14 @@ struct Channel {
 pub(crate) struct Dma {
     isr: u32,
     channels: [Channel; CHANNELS],
+    /// Whether any channel is on.
+    is_on: bool,
 }
 
 impl Dma {
-    /// Whether any channel is on.
+    /// Whether any channel is on: asked for much more often than it changes.
     pub fn is_on(&self) -> bool {
-        self.channels.iter().any(|channel| channel.ccr & CCR_EN != 0)
+        self.is_on
     }
 
     /// Whether channel `index` has something to move in this direction.
@@ -103,6 +105,11 @@ impl Dma {
         Some(Transfer { from, to })
     }
 
+    /// Whether any channel may want its interrupt.
+    pub fn is_watched(&self) -> bool {
+        self.channels.iter().any(|channel| channel.ccr & (CCR_TCIE | CCR_HTIE) != 0)
+    }
+
     /// Whether channel `index` wants its interrupt.
     pub fn interrupt(&self, index: usize) -> bool {
         let enabled = self.channels[index].ccr & (CCR_TCIE | CCR_HTIE);
@@ -144,7 +151,9 @@ impl Dma {
                     channel.total = channel.cndtr;
                     channel.done = 0;
                 }
-                return channel.ccr & CCR_MEM2MEM == 0;
+                let modelled = channel.ccr & CCR_MEM2MEM == 0;
+                self.is_on = self.channels.iter().any(|channel| channel.ccr & CCR_EN != 0);
+                return modelled;
             }
             // Locked while the channel is on (10.4.4 to 10.4.6).
             _ if is_on => {}

@@ -112,6 +112,8 @@ pub(crate) struct F051 {
     adc: Adc,
     dma: Dma,
     timers: [Timer; TIMERS.len()],
+    /// The earliest event of all timers: asked for much more often than it changes.
+    next_timer: Option<Time>,
     watchdog: Watchdog,
     identity: Identity,
     /// What has no model: the value of every word that was written.
@@ -139,6 +141,7 @@ impl F051 {
             adc: Adc::new(clocks.pclk, clocks.hsi14, battery_volts),
             dma: Dma::default(),
             timers: TIMERS.map(|(_, kind, _)| Timer::new(kind, clocks.timers, Time::ZERO)),
+            next_timer: None,
             watchdog: Watchdog::new(rcc::LSI_HZ),
             identity: Identity::new(unique_id),
             storage: BTreeMap::new(),
@@ -173,16 +176,19 @@ impl F051 {
         for timer in &mut self.timers {
             *timer = Timer::new(timer.kind(), clocks.timers, self.now);
         }
+        self.next_timer = None;
         self.pins_changed();
     }
 
     /// Lets time pass until `now`, which is not beyond [`Self::next`]; returns what is to be answered.
     pub fn advance(&mut self, now: Time) -> Option<Signal> {
         self.now = now;
-        for number in 0..self.timers.len() {
-            if self.timers[number].next_event().is_some_and(|at| at <= now) {
-                self.timers[number].advance(now);
-                self.update_timer_line(number);
+        if self.next_timer.is_some_and(|at| at <= now) {
+            for number in 0..self.timers.len() {
+                if self.timers[number].next_event().is_some_and(|at| at <= now) {
+                    self.timers[number].advance(now);
+                    self.update_timer_line(number);
+                }
             }
         }
         let buses = self.spi.next_event().into_iter().chain(self.i2c.next_event());
@@ -208,7 +214,7 @@ impl F051 {
         let spi = self.spi.next_event().filter(|_| self.spi.is_watched());
         let i2c = self.i2c.next_event().filter(|_| self.i2c.is_watched());
         let adc = self.adc.next_event().filter(|_| self.adc.is_watched());
-        let timers = self.timers.iter().filter_map(Timer::next_event);
+        let timers = self.next_timer.into_iter();
         timers.chain(self.watchdog.expires()).chain(spi).chain(i2c).chain(adc).min()
     }
 
@@ -228,40 +234,45 @@ impl F051 {
         self.update_lines();
     }
 
-    /// Peripherals that ask for a DMA transfer: whether one does, its channel, and whether it is to the peripheral.
-    fn requests(&self) -> [(bool, usize, bool); 7] {
-        let spi = self.spi.dma_requests();
-        let i2c = self.i2c.dma_requests();
-        let captured = CAPTURES.map(|Capture { timer, channel, dma, .. }| {
-            (self.timers[timer].dma_request(channel), dma, false)
-        });
-        [
-            captured[0],
-            captured[1],
-            (self.adc.dma_request(), ADC_CHANNEL, false),
-            (spi[1], SPI1_CHANNELS[1], false),
-            (spi[0], SPI1_CHANNELS[0], true),
-            (i2c[0], I2C2_CHANNELS[0], true),
-            (i2c[1], I2C2_CHANNELS[1], false),
-        ]
+    /// The DMA channel that has something to move now, and whether that is to the peripheral: it is on, and its peripheral asks.
+    fn due(&self) -> Option<(usize, bool)> {
+        let due = |channel, to| self.dma.is_ready(channel, to).then_some((channel, to));
+        let captured = |capture: &Capture| {
+            due(capture.dma, false)
+                .filter(|_| self.timers[capture.timer].dma_request(capture.channel))
+        };
+        let adc = || due(ADC_CHANNEL, false).filter(|_| self.adc.dma_request());
+        let spi =
+            |way: usize| due(SPI1_CHANNELS[way], way == 0).filter(|_| self.spi.dma_requests()[way]);
+        let i2c =
+            |way: usize| due(I2C2_CHANNELS[way], way == 0).filter(|_| self.i2c.dma_requests()[way]);
+        CAPTURES
+            .iter()
+            .find_map(captured)
+            .or_else(adc)
+            .or_else(|| [1, 0].into_iter().find_map(spi))
+            .or_else(|| [0, 1].into_iter().find_map(i2c))
     }
 
     /// Whether a DMA transfer or a change of the flash is due.
     pub fn wants_memory(&self) -> bool {
-        let due = |(asks, channel, to): (bool, usize, bool)| asks && self.dma.is_ready(channel, to);
-        self.flash_change.is_some() || self.dma.is_on() && self.requests().into_iter().any(due)
+        self.flash_change.is_some() || self.dma.is_on() && self.due().is_some()
     }
 
     /// The data item that the DMA controller moves now, if any.
     pub fn next_transfer(&mut self) -> Option<Transfer> {
-        let due = self.requests().into_iter().filter(|(asks, _, _)| *asks);
-        for (_, channel, to_peripheral) in due {
-            if let Some(transfer) = self.dma.request(channel, to_peripheral) {
-                self.update_lines();
-                return Some(transfer);
-            }
-        }
-        None
+        let (channel, to_peripheral) = self.due()?;
+        let transfer = self.dma.request(channel, to_peripheral);
+        self.update_lines();
+        transfer
+    }
+
+    /// Whether an edge at a pin that a timer may capture has an effect on the core before that looks: by an interrupt.
+    pub fn hears_captures(&self) -> bool {
+        self.dma.is_watched()
+            || CAPTURES.iter().any(|Capture { port, pin, timer, .. }| {
+                self.exti.hears(*port, *pin) || self.timers[*timer].hears_captures()
+            })
     }
 
     /// Whether the watchdog has run out; asked once, it stands still until the reset that it wants.
@@ -350,6 +361,7 @@ impl F051 {
     }
 
     fn update_timer_line(&mut self, number: usize) {
+        self.next_timer = self.timers.iter().filter_map(Timer::next_event).min();
         let (timer, (_, _, irq)) = (&self.timers[number], TIMERS[number]);
         if number == TIM1 {
             let [update, compare] = timer.separate_interrupts();

@@ -41,6 +41,11 @@ impl Exti {
         (self.exticr[usize::from(line / 4)] >> (4 * (line % 4)) & 0xf) as usize
     }
 
+    /// Whether edges of this pin raise an interrupt.
+    pub fn hears(&self, port: usize, pin: u8) -> bool {
+        (self.imr & (self.rtsr | self.ftsr)) >> pin & 1 != 0 && self.port(pin) == port
+    }
+
     /// The chosen pins have these levels now.
     pub fn observe(&mut self, levels: u32) {
         let rising = levels & !self.levels & self.rtsr;

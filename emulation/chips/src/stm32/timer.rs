@@ -109,13 +109,25 @@ pub(crate) struct Timer {
     seen: u64,
     /// What [`Timer::next_event`] says: asked for much more often than it changes.
     next: Option<Time>,
+    /// Up to this count no flag is raised, whether anybody waits for it or not.
+    calm: u64,
 }
 
 impl Timer {
     pub fn new(kind: Kind, hz: u64, now: Time) -> Self {
         let mut registers = [0; REGISTERS];
         registers[ARR as usize / 4] = kind.limit();
-        Timer { registers, kind, hz, prescaler: 0, count: 0, since: now, seen: 0, next: None }
+        Timer {
+            registers,
+            kind,
+            hz,
+            prescaler: 0,
+            count: 0,
+            since: now,
+            seen: 0,
+            next: None,
+            calm: 0,
+        }
     }
 
     pub fn kind(&self) -> Kind {
@@ -168,6 +180,7 @@ impl Timer {
         self.count = count;
         self.seen = count;
         self.since = now;
+        self.calm = 0;
     }
 
     /// First count after `seen` at which the counter matches compare register `channel`. A value beyond the
@@ -186,7 +199,7 @@ impl Timer {
     /// Raises the flags of everything until `now`.
     pub fn advance(&mut self, now: Time) {
         let count = self.count_at(now);
-        if count == self.seen {
+        if count == self.seen || count < self.calm {
             return;
         }
         let mut raised = 0;
@@ -209,6 +222,8 @@ impl Timer {
             self.advance(now);
         }
         self.next = self.find_next_event();
+        let matches = (0..self.kind.channels()).map(|channel| self.next_match(channel));
+        self.calm = matches.fold(self.next_count(0), u64::min);
     }
 
     /// When an enabled interrupt will be raised that is not yet.
@@ -244,6 +259,11 @@ impl Timer {
         self.registers[(CCR1 / 4 + channel) as usize] = (self.count_at(now) % self.period()) as u32;
         let raised = self.register(SR) & flag;
         self.registers[SR as usize / 4] |= flag | raised << 8;
+    }
+
+    /// Whether a capture raises an interrupt.
+    pub fn hears_captures(&self) -> bool {
+        self.register(DIER) & self.captures() != 0
     }
 
     /// Whether channel `channel` asks for a DMA transfer: of what it has captured.
@@ -288,6 +308,7 @@ impl Timer {
     /// Writes a register; false if it turns on what has no model.
     pub fn write(&mut self, offset: u32, write: Write, now: Time) -> bool {
         self.advance(now);
+        self.calm = 0;
         let modelled = self.set(offset, write, now);
         self.next = self.find_next_event();
         modelled

@@ -399,8 +399,16 @@ impl Board for Zooid {
         self.f051.next_transfer()
     }
 
+    /// What the photodiodes see is written down while the core sleeps on.
     fn quiet_until(&self) -> Time {
-        if self.reset_request.is_some() { self.now } else { self.next.unwrap_or(Time::NEVER) }
+        if self.reset_request.is_some() {
+            return self.now;
+        }
+        if self.f051.hears_captures() {
+            return self.next.unwrap_or(Time::NEVER);
+        }
+        let radio = self.radio.next_event();
+        self.f051.next().into_iter().chain(radio).min().unwrap_or(Time::NEVER)
     }
 
     fn take_transmissions(&mut self) -> Vec<Transmission> {

@@ -57,11 +57,15 @@ impl TablePose {
         }
     }
 
-    /// Where photodiode 0 (right of the heading) or 1 (left) is, in mm.
-    fn diode(&self, diode: usize) -> [f64; 2] {
-        let side = if diode == 0 { 90.0 } else { -90.0 };
-        let (sin, cos) = (self.heading_degrees + side).to_radians().sin_cos();
-        [self.x_mm + DIODE_MM * cos, self.y_mm + DIODE_MM * sin]
+    /// From the middle of a robot with this heading to its photodiode 0, right of it, in mm; the other one is opposite.
+    fn arm(heading_degrees: f64) -> [f64; 2] {
+        let (sin, cos) = (heading_degrees + 90.0).to_radians().sin_cos();
+        [DIODE_MM * cos, DIODE_MM * sin]
+    }
+
+    /// Where its photodiodes are, in mm.
+    fn diodes(&self, [x, y]: [f64; 2]) -> [[f64; 2]; 2] {
+        [[self.x_mm + x, self.y_mm + y], [self.x_mm - x, self.y_mm - y]]
     }
 }
 
@@ -149,11 +153,19 @@ impl Diodes {
         self.next = 0;
         let pose = pose.filter(|_| !random.chance(self.light.lose));
         let mut last = [begin; 2];
+        let (mut heading, mut arm) = (f64::NAN, [0.0; 2]);
         for number in 0..PATTERNS {
             let at = begin + Time::from_picos(PATTERN.picos() * u64::from(number));
-            let here = pose.map(|(since, pose)| pose.after(at - since));
+            let here = pose.map(|(since, pose)| {
+                let pose = pose.after(at - since);
+                // Most robots drive straight on.
+                if pose.heading_degrees != heading {
+                    (heading, arm) = (pose.heading_degrees, TablePose::arm(pose.heading_degrees));
+                }
+                pose.diodes(arm)
+            });
             for (diode, last) in last.iter_mut().enumerate() {
-                let level = here.is_some_and(|pose| pattern(pose.diode(diode), number));
+                let level = here.is_some_and(|places| pattern(places[diode], number));
                 if level != std::mem::replace(&mut self.levels[diode], level) {
                     let early = Time::from_picos((self.light.jitter_us * 1e6) as u64);
                     let late = early.picos() as f64 * 2.0 * random.unit();
@@ -205,7 +217,7 @@ mod tests {
     fn the_diodes_say_where_the_antenna_points() {
         for heading in [-170.0, -45.0, 0.0, 30.0, 90.0, 135.0] {
             let pose = TablePose::at(100.0, 200.0, heading);
-            let ([x1, y1], [x2, y2]) = (pose.diode(0), pose.diode(1));
+            let [[x1, y1], [x2, y2]] = pose.diodes(TablePose::arm(heading));
             let angle = (y2 - y1).atan2(x2 - x1).to_degrees() + 90.0;
             let angle = if angle > 180.0 { angle - 360.0 } else { angle };
             assert!((angle - heading).abs() < 1e-9, "{angle}");
@@ -238,7 +250,8 @@ mod tests {
         diodes.set_light(Light { jitter_us: 100.0, ..Light::default() });
         for (number, levels) in seen(&mut diodes, pose, 3).into_iter().enumerate() {
             let number = number as u32 % PATTERNS;
-            let expected = [0, 1].map(|diode| pattern(pose.diode(diode), number));
+            let places = pose.diodes(TablePose::arm(pose.heading_degrees));
+            let expected = places.map(|place| pattern(place, number));
             assert_eq!(levels, expected, "pattern {number}");
         }
     }
