@@ -23,6 +23,69 @@ pub fn straighten(listing: &mut Listing) {
     }
 }
 
+/// Lets branches over a jump lead to another jump to the same place, where they reach that: `breq near; rjmp far; near:` becomes
+/// `brne other`, and elsewhere stands `other: rjmp far`.
+pub fn chain(listing: &mut Listing) {
+    let mut number = 0;
+    // From the last function to the first, so that the lines of the others stay.
+    for function in listing.functions().into_iter().rev() {
+        let mut end = function.end;
+        let mut from = function.start;
+        while let Some((branch, jump, other)) = chained(listing, from, function.start, end) {
+            let label = format!(".Lchain_{number}");
+            number += 1;
+            if let Line::Code(code) = &mut listing.lines[branch] {
+                code.name = opposite(&code.name).unwrap_or_default().into();
+                code.operands.clone_from(&label);
+            }
+            listing.remove(jump);
+            listing.lines.insert(other, Line::Label(label));
+            end += 1;
+            // What comes before moves by one line at most.
+            from = branch + 1;
+        }
+    }
+    listing.compact();
+}
+
+/// The next branch over a jump from line `from` on that reaches another jump to the same place: the lines of all three.
+fn chained(
+    listing: &Listing,
+    from: usize,
+    start: usize,
+    end: usize,
+) -> Option<(usize, usize, usize)> {
+    let mut at = 0_isize;
+    let mut code = Vec::new();
+    for line in start..end {
+        if let Some(instruction) = listing.code(line) {
+            code.push((line, at, instruction));
+            at += instruction.bytes() as isize;
+        }
+    }
+    for (number, pair) in code.windows(2).enumerate() {
+        let [(branch_at, place, branch), (jump_at, _, jump)] = pair else { continue };
+        let is_skipped = number > 0 && code[number - 1].2.skips();
+        if *branch_at < from
+            || is_skipped
+            || jump.name != "rjmp"
+            || opposite(&branch.name).is_none()
+            || !leads_to(listing, jump_at + 1, end, &branch.operands)
+            || listing.next_code(branch_at + 1, end) != Some(*jump_at)
+        {
+            continue;
+        }
+        let other = code.iter().find(|(line, other, code)| {
+            let ahead = if other > place { jump.bytes() as isize } else { 0 };
+            line != jump_at && *code == *jump && REACH.contains(&(other - place - 2 - ahead))
+        });
+        if let Some((other, ..)) = other {
+            return Some((*branch_at, *jump_at, *other));
+        }
+    }
+    None
+}
+
 /// Whether all conditional branches of a function reach their targets.
 pub fn all_reach(lines: &[Line]) -> bool {
     let places = places(lines);

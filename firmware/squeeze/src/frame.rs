@@ -7,7 +7,7 @@
 //! The routines use X and Z, which hold neither arguments nor results (AVR-GCC ABI, "Call-used registers"), and r1, which is
 //! zero between instructions of the source.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 use std::fmt::Write;
 
 use crate::listing::{Function, Instruction, Line, Listing};
@@ -77,6 +77,26 @@ pub fn share(listing: &mut Listing, is_hot: &dyn Fn(&str) -> bool) -> String {
     }
     listing.compact();
     if routines.is_empty() { String::new() } else { text(&routines) }
+}
+
+/// The functions that may find arguments on the stack, above their own variables: what calls them must leave the stack as it is.
+pub fn with_arguments(listing: &Listing) -> HashSet<String> {
+    let takes = |function: &Function| {
+        let code: Vec<usize> =
+            (function.start..function.end).filter(|line| listing.code(*line).is_some()).collect();
+        let room = Entry::find(listing, &code).and_then(|entry| entry.frame.room);
+        code.iter().filter_map(|line| listing.code(*line)).any(|code| match room {
+            Some(room) => displacement(&code.operands).is_some_and(|at| at > room),
+            None => *code == Instruction::new("in", "r28, 61"),
+        })
+    };
+    listing.functions().into_iter().filter(takes).map(|function| function.symbol).collect()
+}
+
+/// How far from Y an operand lies.
+fn displacement(operands: &str) -> Option<u8> {
+    let (_, behind) = operands.split_once("Y+")?;
+    behind.split(',').next()?.trim().parse().ok()
 }
 
 fn share_function(listing: &mut Listing, function: &Function) -> Option<Routine> {

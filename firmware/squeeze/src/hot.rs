@@ -1,12 +1,14 @@
 //! Functions of the virtual machine in which a script spends its time. They keep their entry, their exit and their sequences.
 
 /// Their names.
-const HOT: [&str; 27] = [
+const HOT: [&str; 29] = [
     "interpret",
     "call_back",
     "call",
     "next_message",
     "hear",
+    "find_neighbor",
+    "translate_string",
     "translate",
     "find_pair",
     "array_slot",
@@ -31,7 +33,11 @@ const HOT: [&str; 27] = [
     "allocate",
 ];
 
+/// Handlers of interrupts, while which others wait: their symbols begin so.
+const INTERRUPT: &str = "__vector_";
+
 /// Whether that is the symbol of one of them: a mangled name holds each part behind its length.
 pub fn is_hot(symbol: &str) -> bool {
-    HOT.iter().any(|name| symbol.contains(&format!("{}{name}", name.len())))
+    symbol.starts_with(INTERRUPT)
+        || HOT.iter().any(|name| symbol.contains(&format!("{}{name}", name.len())))
 }

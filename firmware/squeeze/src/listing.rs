@@ -13,6 +13,17 @@ pub enum Line {
     Other(String),
 }
 
+impl Line {
+    /// Sets whether what follows was written by the programmer, who may count its cycles.
+    pub fn enters_assembly(&self, by_hand: &mut bool) {
+        if let Line::Other(text) = self
+            && text.contains("APP")
+        {
+            *by_hand = !text.contains("NO_APP");
+        }
+    }
+}
+
 /// An instruction.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Instruction {
@@ -93,9 +104,9 @@ impl Listing {
         for (number, line) in self.lines.iter().enumerate() {
             let Line::Label(label) = line else { continue };
             if label.starts_with(".Lfunc_begin") {
-                start = Some(number + 1);
+                start = Some((symbol, number + 1));
             } else if label.starts_with(".Lfunc_end") {
-                if let Some(start) = start.take() {
+                if let Some((symbol, start)) = start.take() {
                     functions.push(Function { symbol: symbol.into(), start, end: number });
                 }
             } else if !label.starts_with(".L") {

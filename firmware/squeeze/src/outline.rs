@@ -1,23 +1,32 @@
 //! Sequences that stand in several places become routines.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
 
 use crate::listing::{Instruction, Line, Listing, is_mark};
 
 /// Instructions of the longest sequence that is looked for.
 const LONGEST: usize = 16;
-/// Bytes of a call.
-const CALL: usize = 4;
+/// Bytes of a call that is near enough.
+const CALL: usize = 2;
 /// Bytes that a routine must win.
-const WORTH: usize = 4;
+const WORTH: usize = 2;
 
-/// Moves sequences that occur again and again into routines, those that win most first; the routines.
-pub fn outline(listing: &mut Listing, is_hot: &dyn Fn(&str) -> bool) -> String {
+/// A function that is called from so many places runs often, whatever it is.
+const BUSY: usize = 8;
+
+/// Moves sequences, with calls of functions that are not `on_stack`, that occur again and again into routines, those that win most first; the routines.
+pub fn outline(
+    listing: &mut Listing,
+    is_hot: &dyn Fn(&str) -> bool,
+    on_stack: &HashSet<String>,
+) -> String {
+    let busy = busy(listing);
+    let stays = |symbol: &str| is_hot(symbol) || busy.contains(symbol);
     let mut text = String::new();
     let mut number = 0;
     loop {
-        let runs = runs(listing, is_hot);
+        let runs = runs(listing, &stays, on_stack);
         let Some(best) = best(listing, &runs) else { break };
         let _ = writeln!(text, "\t.section\t.text.sequence_{number},\"ax\",@progbits");
         let _ = writeln!(text, "__sequence_{number}:");
@@ -40,8 +49,26 @@ pub fn outline(listing: &mut Listing, is_hot: &dyn Fn(&str) -> bool) -> String {
     text
 }
 
+/// The functions that are called from many places.
+fn busy(listing: &Listing) -> HashSet<String> {
+    let mut calls: HashMap<&str, usize> = HashMap::new();
+    for line in &listing.lines {
+        if let Line::Code(code) = line
+            && code.name == "call"
+        {
+            *calls.entry(&code.operands).or_default() += 1;
+        }
+    }
+    calls.retain(|_, calls| *calls >= BUSY);
+    calls.into_keys().map(String::from).collect()
+}
+
 /// Lines of instructions that come one after the other and may be moved.
-fn runs(listing: &Listing, is_hot: &dyn Fn(&str) -> bool) -> Vec<Vec<usize>> {
+fn runs(
+    listing: &Listing,
+    is_hot: &dyn Fn(&str) -> bool,
+    on_stack: &HashSet<String>,
+) -> Vec<Vec<usize>> {
     let mut runs = Vec::new();
     for function in listing.functions() {
         if is_hot(&function.symbol) {
@@ -53,7 +80,7 @@ fn runs(listing: &Listing, is_hot: &dyn Fn(&str) -> bool) -> Vec<Vec<usize>> {
             let ends = match &listing.lines[line] {
                 Line::Code(code) => {
                     let skipped = std::mem::replace(&mut after_skip, code.skips());
-                    let moves = is_movable(code) && !skipped;
+                    let moves = is_movable(code, on_stack) && !skipped;
                     if moves {
                         run.push(line);
                     }
@@ -74,13 +101,16 @@ fn runs(listing: &Listing, is_hot: &dyn Fn(&str) -> bool) -> Vec<Vec<usize>> {
 }
 
 /// Whether an instruction does the same in a routine.
-fn is_movable(code: &Instruction) -> bool {
+fn is_movable(code: &Instruction, on_stack: &HashSet<String>) -> bool {
     let uses_stack = matches!(code.name.as_str(), "push" | "pop")
         || matches!(code.name.as_str(), "in" | "out")
             && (code.operands.contains("61")
                 || code.operands.contains("62")
                 || code.operands.contains("63"));
-    !code.branches()
+    let is_call = code.name == "call"
+        && !code.operands.starts_with("__save")
+        && !on_stack.contains(&code.operands);
+    (is_call || !code.branches())
         && !code.skips()
         && !uses_stack
         && !matches!(code.name.as_str(), "cli" | "sei" | "sleep" | "wdr" | "break")

@@ -1,0 +1,210 @@
+//! Which registers and flags are still read behind each instruction.
+//!
+//! All functions are looked at together: a call reads what the function called reads, and a function's result is what one of its
+//! callers reads. Of a function that is not in the listing nothing is known, so a call of it reads everything.
+
+use std::collections::{HashMap, HashSet};
+
+use crate::effect::{Effect, Set};
+use crate::listing::{Function, Line, Listing};
+
+/// What is read behind each line of a listing.
+pub struct Flow {
+    after: Vec<Set>,
+}
+
+/// What is known of a function.
+#[derive(Clone, Copy, Default)]
+struct Known {
+    /// What it reads of what it finds.
+    arguments: Set,
+    /// What its callers read of what it leaves.
+    results: Set,
+}
+
+impl Flow {
+    /// Finds it for all functions.
+    pub fn of(listing: &Listing) -> Flow {
+        let functions = listing.functions();
+        let outside = known_outside(listing, &functions);
+        let mut known: HashMap<&str, Known> = HashMap::new();
+        for function in &functions {
+            let is_outside = outside.contains(function.symbol.as_str());
+            let results = if is_outside { Set::RESULTS } else { Set::EMPTY };
+            known.insert(&function.symbol, Known { arguments: Set::EMPTY, results });
+        }
+        let mut flow = Flow { after: vec![Set::EMPTY; listing.lines.len()] };
+        let bodies: Vec<Body<'_>> =
+            functions.iter().map(|function| Body::of(listing, function)).collect();
+        loop {
+            let before = flow.after.clone();
+            let mut changed = false;
+            for body in &bodies {
+                changed |= flow.pass(body, &mut known);
+            }
+            if !changed && before == flow.after {
+                return flow;
+            }
+        }
+    }
+
+    /// What is read behind that line before it is written.
+    pub fn after(&self, line: usize) -> Set {
+        self.after[line]
+    }
+
+    /// Goes through a function backwards; whether something new was found about it or those that it calls.
+    fn pass<'a>(&mut self, body: &Body<'a>, known: &mut HashMap<&'a str, Known>) -> bool {
+        let results = known.get(body.symbol).map_or(Set::RESULTS, |known| known.results);
+        let mut changed = false;
+        let mut before: HashMap<usize, Set> = HashMap::new();
+        loop {
+            let mut moved = false;
+            for (number, step) in body.steps.iter().enumerate().rev() {
+                let mut after = match step.end {
+                    End::Return => results.or(Set::register(1)),
+                    End::Unknown => Set::ALL,
+                    End::None => Set::EMPTY,
+                };
+                for next in &step.next {
+                    after = after.or(*before.get(next).unwrap_or(&Set::EMPTY));
+                }
+                self.after[step.line] = after;
+                let here = match (step.called, step.effect) {
+                    (Some(callee), _) => match known.get_mut(callee) {
+                        Some(callee) => {
+                            let read = callee.results.or(after.and(Set::RESULTS));
+                            changed |= read != callee.results;
+                            callee.results = read;
+                            after.without(Set::CALL_USED).or(callee.arguments).or(Set::register(1))
+                        }
+                        None => Set::ALL,
+                    },
+                    (None, Some(effect)) if step.is_conditional => after.or(effect.reads),
+                    (None, Some(effect)) => after.without(effect.writes).or(effect.reads),
+                    (None, None) => Set::ALL,
+                };
+                if before.insert(number, here) != Some(here) {
+                    moved = true;
+                }
+            }
+            if !moved {
+                break;
+            }
+        }
+        if let (Some(at), Some(known)) = (before.get(&0), known.get_mut(body.symbol)) {
+            changed |= known.arguments != *at;
+            known.arguments = *at;
+        }
+        changed
+    }
+}
+
+/// The symbols of functions of which not all callers are known: they are visible outside, or their address is taken.
+fn known_outside<'a>(listing: &'a Listing, functions: &'a [Function]) -> HashSet<&'a str> {
+    let symbols: HashSet<&str> =
+        functions.iter().map(|function| function.symbol.as_str()).collect();
+    let mut outside = HashSet::new();
+    let mut called = HashSet::new();
+    for line in &listing.lines {
+        let text = match line {
+            Line::Code(code) if matches!(code.name.as_str(), "call" | "rcall") => {
+                called.insert(code.operands.as_str());
+                continue;
+            }
+            Line::Code(code) => &code.operands,
+            Line::Other(text) => text,
+            Line::Label(_) => continue,
+        };
+        let directive = text.trim_start();
+        let is_plain = [".type", ".size", ".section", ".p2align", ".loc", ".asciz"];
+        if is_plain.iter().any(|plain| directive.starts_with(plain)) {
+            continue;
+        }
+        let words = text.split(|c: char| !(c.is_alphanumeric() || matches!(c, '.' | '_' | '$')));
+        outside.extend(words.filter_map(|word| symbols.get(word)));
+    }
+    outside.extend(symbols.difference(&called));
+    outside
+}
+
+/// The instructions of a function and where they lead.
+struct Body<'a> {
+    symbol: &'a str,
+    steps: Vec<Step<'a>>,
+}
+
+struct Step<'a> {
+    line: usize,
+    effect: Option<Effect>,
+    /// The instructions that may come next, by their number.
+    next: Vec<usize>,
+    end: End,
+    called: Option<&'a str>,
+    /// A skip before it may leave it out.
+    is_conditional: bool,
+}
+
+enum End {
+    None,
+    Return,
+    Unknown,
+}
+
+impl<'a> Body<'a> {
+    fn of(listing: &'a Listing, function: &'a Function) -> Self {
+        let mut labels = HashMap::new();
+        let mut lines = Vec::new();
+        for line in function.start..function.end {
+            match &listing.lines[line] {
+                Line::Label(label) => {
+                    labels.insert(label.as_str(), lines.len());
+                }
+                Line::Code(code) => lines.push((line, code)),
+                Line::Other(_) => {}
+            }
+        }
+        let mut steps: Vec<Step<'_>> = Vec::new();
+        let mut saves = true;
+        for (number, (line, code)) in lines.iter().enumerate() {
+            let is_conditional = number > 0 && lines[number - 1].1.skips();
+            let mut effect = Effect::of(code);
+            saves &= code.name == "push";
+            if saves {
+                // It saves what belongs to the caller, and does not look at it.
+                effect = effect.map(|effect| Effect { reads: Set::EMPTY, ..effect });
+            }
+            let mut next = Vec::new();
+            let mut end = End::None;
+            let mut called = None;
+            match code.name.as_str() {
+                "ret" => end = End::Return,
+                "call" | "rcall" => called = Some(code.operands.as_str()),
+                _ => {}
+            }
+            if code.name == "rjmp" || code.name.starts_with("br") {
+                match labels.get(code.operands.as_str()) {
+                    Some(target) => next.push(*target),
+                    None => end = End::Unknown,
+                }
+            }
+            if effect.is_none() && called.is_none() && !matches!(end, End::Return) {
+                end = End::Unknown;
+            }
+            if !code.ends_flow() || is_conditional {
+                next.push(number + 1);
+            }
+            if code.skips() {
+                next.push(number + 2);
+            }
+            if next.iter().any(|next| *next >= lines.len()) {
+                end = End::Unknown;
+            }
+            if code.name == "ret" {
+                effect = Some(Effect::default());
+            }
+            steps.push(Step { line: *line, effect, next, end, called, is_conditional });
+        }
+        Body { symbol: &function.symbol, steps }
+    }
+}

@@ -1,0 +1,166 @@
+//! Ends that several pieces of code have in common: all but one jump there.
+//!
+//! It costs the two cycles of a jump and no stack, so hot functions take part. Between functions only ends that leave the
+//! function are shared, and those that say nothing of places in it.
+
+use std::collections::{HashMap, HashSet};
+
+use crate::listing::{Instruction, Line, Listing, is_mark};
+
+/// An end: its instructions, from the last to the first.
+struct End {
+    lines: Vec<usize>,
+    /// How many of them nothing else leads into.
+    whole: usize,
+    /// Those, by their number, that may be left out by the one before.
+    skipped: Vec<usize>,
+    /// The last does not jump: what comes next stands behind it.
+    falls: bool,
+}
+
+/// Shares ends within each function, then between them.
+pub fn share(listing: &mut Listing) {
+    let mut number = 0;
+    while share_once(listing, &mut number) {
+        listing.compact();
+    }
+}
+
+fn share_once(listing: &mut Listing, number: &mut usize) -> bool {
+    let mut changed = false;
+    let ends = ends(listing);
+    let mut best: Vec<(usize, &End, &End, usize)> = Vec::new();
+    for group in ends.values() {
+        for (at, kept) in group.iter().enumerate() {
+            for (other, left) in group.iter().enumerate() {
+                if other == at || left.falls {
+                    continue;
+                }
+                let common = common(listing, kept, left);
+                // The jump itself is there already.
+                let won =
+                    left.lines[..common].iter().skip(1).filter_map(|line| listing.code(*line));
+                let won: usize = won.map(Instruction::bytes).sum();
+                if won > 0 {
+                    best.push((won, kept, left, common));
+                }
+            }
+        }
+    }
+    best.sort_by_key(|(won, kept, left, _)| {
+        (std::cmp::Reverse(*won), kept.lines.get(1).copied(), left.lines[0])
+    });
+    let functions = listing.functions();
+    let function_of = |line: usize| {
+        functions.iter().position(|function| (function.start..function.end).contains(&line))
+    };
+    // Each line takes part once, and again when all is read anew.
+    let mut touched = HashSet::new();
+    let mut edits: Vec<(usize, usize, Vec<usize>)> = Vec::new();
+    for (_, kept, left, common) in best {
+        let kept_lines = &kept.lines[usize::from(kept.falls)..common];
+        let (Some(first), left_lines) = (kept_lines.last(), &left.lines[..common]) else {
+            continue;
+        };
+        if kept_lines.iter().chain(left_lines).any(|line| touched.contains(line)) {
+            continue;
+        }
+        touched.extend(kept_lines.iter().chain(left_lines).copied());
+        edits.push((*first, left_lines[0], left_lines.to_vec()));
+    }
+    // Labels are put in afterwards, from behind, so that the numbers of lines stay.
+    let mut labels: Vec<(usize, String)> = Vec::new();
+    for (first, jump, lines) in edits {
+        let is_local = function_of(first) == function_of(jump);
+        let (name, label) = if is_local {
+            ("rjmp", format!(".Ltail_{number}"))
+        } else {
+            ("jmp", format!("__tail_{number}"))
+        };
+        *number += 1;
+        for line in &lines {
+            listing.remove(*line);
+        }
+        listing.lines[jump] = Line::Code(Instruction::new(name, &label));
+        labels.push((first, label));
+        changed = true;
+    }
+    labels.sort();
+    for (first, label) in labels.into_iter().rev() {
+        listing.lines.insert(first, Line::Label(label));
+    }
+    changed
+}
+
+/// How many instructions both have in common, of which those of `left` can go.
+fn common(listing: &Listing, kept: &End, left: &End) -> usize {
+    let same = |(kept, left): &(&usize, &usize)| listing.code(**kept) == listing.code(**left);
+    let from = usize::from(kept.falls);
+    let pairs = kept.lines.iter().zip(&left.lines).skip(from).take_while(same).count();
+    let mut common = (from + pairs).min(left.whole);
+    // What may be skipped cannot be the first that goes.
+    while common > 1 && left.skipped.contains(&(common - 1)) {
+        common -= 1;
+    }
+    common
+}
+
+/// Ends that do the same last, by what that is.
+fn ends(listing: &Listing) -> HashMap<(usize, String), Vec<End>> {
+    let mut ends: HashMap<(usize, String), Vec<End>> = HashMap::new();
+    for (number, function) in listing.functions().into_iter().enumerate() {
+        for line in function.start..function.end {
+            let (key, falls) = match &listing.lines[line] {
+                Line::Label(label) if !is_mark(label) => ((number, format!("rjmp {label}")), true),
+                Line::Code(code) if code.name == "rjmp" => {
+                    ((number, format!("rjmp {}", code.operands)), false)
+                }
+                Line::Code(code) if matches!(code.name.as_str(), "ret" | "jmp") => {
+                    ((usize::MAX, format!("{} {}", code.name, code.operands)), false)
+                }
+                _ => continue,
+            };
+            if let Some(end) = end(listing, function.start, line, falls, key.0 == usize::MAX) {
+                ends.entry(key).or_default().push(end);
+            }
+        }
+    }
+    ends
+}
+
+/// The end of which that line is the last.
+fn end(listing: &Listing, start: usize, last: usize, falls: bool, leaves: bool) -> Option<End> {
+    const LONGEST: usize = 40;
+    let mut lines = vec![last];
+    let mut whole = None;
+    for line in (start..last).rev() {
+        match &listing.lines[line] {
+            Line::Label(label) if !is_mark(label) => {
+                whole.get_or_insert(lines.len());
+            }
+            Line::Code(code) => {
+                let is_placed = leaves && code.operands.contains(".L");
+                if code.ends_flow() || is_placed {
+                    break;
+                }
+                if lines.len() == LONGEST {
+                    // So that it is known whether the first may be skipped.
+                    lines.pop();
+                    break;
+                }
+                lines.push(line);
+            }
+            // What the programmer wrote stays together.
+            Line::Other(text) if text.contains("APP") => break,
+            _ => {}
+        }
+    }
+    let skipped: Vec<usize> = (0..lines.len() - 1)
+        .filter(|number| listing.code(lines[number + 1]).is_some_and(Instruction::skips))
+        .collect();
+    if !falls && skipped.contains(&0) {
+        return None;
+    }
+    let whole = whole.unwrap_or(lines.len());
+    (lines.len() > 1).then_some(End { lines, whole, skipped, falls })
+}

@@ -1,0 +1,286 @@
+//! Registers that hold the same: copies, constants and comparisons that nobody needs.
+//!
+//! LLVM allocates the registers of each function for itself and moves values to where calls want them. What it
+//! leaves behind is found from the first instruction of a block to its last, and on where nothing else leads.
+
+use std::collections::HashMap;
+
+use crate::effect::{Effect, Set, register};
+use crate::flow::Flow;
+use crate::listing::{Function, Instruction, Line, Listing, is_mark};
+
+/// Until nothing changes any more.
+pub fn simplify(listing: &mut Listing) {
+    loop {
+        let mut changed = false;
+        let flow = Flow::of(listing);
+        for function in listing.functions() {
+            changed |= reuse(listing, &function, &flow);
+        }
+        let flow = Flow::of(listing);
+        for function in listing.functions() {
+            changed |= remove_dead(listing, &function, &flow);
+        }
+        listing.compact();
+        if !changed {
+            return;
+        }
+    }
+}
+
+/// Removes what computes only what is not read.
+fn remove_dead(listing: &mut Listing, function: &Function, flow: &Flow) -> bool {
+    let mut changed = false;
+    let mut after_skip = false;
+    let mut by_hand = false;
+    for line in function.start..function.end {
+        listing.lines[line].enters_assembly(&mut by_hand);
+        let Some(code) = listing.code(line) else { continue };
+        let skipped = std::mem::replace(&mut after_skip, code.skips());
+        let is_dead = Effect::of(code)
+            .is_some_and(|effect| !effect.acts && effect.writes.is_apart(flow.after(line)));
+        if is_dead && !skipped && !by_hand {
+            listing.remove(line);
+            changed = true;
+        }
+    }
+    changed
+}
+
+/// Reads registers that held a value first, and leaves out what is there already.
+fn reuse(listing: &mut Listing, function: &Function, flow: &Flow) -> bool {
+    let mut changed = false;
+    let mut values = Values::unknown();
+    let mut after_skip = false;
+    // What compared before, and nothing behind it has changed the flags.
+    let mut compared = false;
+    let mut by_hand = false;
+    for line in function.start..function.end {
+        listing.lines[line].enters_assembly(&mut by_hand);
+        let code = match &listing.lines[line] {
+            Line::Label(label) => {
+                if !is_mark(label) {
+                    values = Values::unknown();
+                    compared = false;
+                }
+                continue;
+            }
+            Line::Code(code) => code.clone(),
+            Line::Other(_) => continue,
+        };
+        let skipped = std::mem::replace(&mut after_skip, code.skips());
+        let Some(effect) = Effect::of(&code) else {
+            values.forget(if is_call(&code) { Set::CALL_USED } else { Set::ALL });
+            compared = false;
+            continue;
+        };
+        if skipped || by_hand {
+            values.forget(effect.writes);
+            compared = false;
+            continue;
+        }
+        let after = flow.after(line);
+        if values.has_done(&code)
+            || compared && code.name == "cpc" && values.are_zero(&code) && after.is_apart(Set::REST)
+        {
+            listing.remove(line);
+            changed = true;
+            continue;
+        }
+        let better = values.better(&code, after);
+        if better != code {
+            changed = true;
+            listing.lines[line] = Line::Code(better.clone());
+        }
+        values.follow(&better);
+        match better.name.as_str() {
+            "cp" | "cpi" => compared = true,
+            _ if !effect.writes.is_apart(Set::FLAGS) => compared = false,
+            _ => {}
+        }
+    }
+    changed
+}
+
+fn is_call(code: &Instruction) -> bool {
+    matches!(code.name.as_str(), "call" | "rcall")
+}
+
+/// What is known of the registers: those of one number hold the same. Numbers below 256 are constants.
+struct Values {
+    of: [u32; 32],
+    /// When it came there.
+    since: [u32; 32],
+    next: u32,
+    texts: HashMap<String, u32>,
+}
+
+impl Values {
+    /// Nothing but that r1 is zero.
+    fn unknown() -> Self {
+        let mut of = std::array::from_fn(|number| 256 + number as u32);
+        of[1] = 0;
+        Values { of, since: [0; 32], next: 256 + 32, texts: HashMap::new() }
+    }
+
+    fn forget(&mut self, registers: Set) {
+        for register in registers.registers() {
+            let value = self.next;
+            self.next += 1;
+            self.set(register, value);
+        }
+    }
+
+    fn set(&mut self, register: u8, value: u32) {
+        self.next += 1;
+        self.of[usize::from(register)] = value;
+        self.since[usize::from(register)] = self.next;
+    }
+
+    fn at(&self, register: u8) -> u32 {
+        self.of[usize::from(register)]
+    }
+
+    /// The value that an instruction puts into its register, if it is known.
+    fn made(&mut self, code: &Instruction) -> Option<(u8, u32)> {
+        let (first, second) = operands(code);
+        let to = register(first)?;
+        let held = self.at(to);
+        let number = || second.parse::<i32>().ok().map(|number| u32::from(number as u8));
+        let value = match code.name.as_str() {
+            "mov" => self.at(register(second)?),
+            "ldi" => match number() {
+                Some(number) => number,
+                None => {
+                    let next = &mut self.next;
+                    *self.texts.entry(second.to_owned()).or_insert_with(|| {
+                        *next += 1;
+                        *next
+                    })
+                }
+            },
+            "clr" => 0,
+            "eor" | "sub" if first == second => 0,
+            "andi" if number() == Some(0) || held == 0 => 0,
+            "andi" if held < 256 => held & number()?,
+            "ori" if held < 256 => held | number()?,
+            "ori" if number() == Some(0) => held,
+            "and" if held == 0 || self.at(register(second)?) == 0 => 0,
+            "or" if held == 0 => self.at(register(second)?),
+            "or" | "eor" if self.at(register(second)?) == 0 => held,
+            "swap" if held == 0 => 0,
+            _ => return None,
+        };
+        Some((to, value))
+    }
+
+    /// Whether the registers are as if the instruction had been done.
+    fn has_done(&self, code: &Instruction) -> bool {
+        let (first, second) = operands(code);
+        let (Some(to), from) = (register(first), register(second)) else { return false };
+        match (code.name.as_str(), from) {
+            ("mov", Some(from)) => self.at(to) == self.at(from),
+            ("movw", Some(from)) => {
+                self.at(to) == self.at(from) && self.at(to + 1) == self.at(from + 1)
+            }
+            ("ldi", _) => match second.parse::<i32>() {
+                Ok(number) => self.at(to) == u32::from(number as u8),
+                Err(_) => self.texts.get(second).is_some_and(|value| self.at(to) == *value),
+            },
+            _ => false,
+        }
+    }
+
+    /// Whether it compares zero with zero.
+    fn are_zero(&self, code: &Instruction) -> bool {
+        let (first, second) = operands(code);
+        let zero = |operand| register(operand).is_some_and(|register| self.at(register) == 0);
+        zero(first) && zero(second)
+    }
+
+    /// Does the same, and reads registers that held what it reads before others did.
+    fn better(&mut self, code: &Instruction, after: Set) -> Instruction {
+        let (first, second) = operands(code);
+        let (mut first, mut second) = (first.to_owned(), second.to_owned());
+        let writes = Effect::of(code).map_or(Set::ALL, |effect| effect.writes);
+        // A result that is known is put there instead, where no flag is wanted; all zeros in the same way.
+        if writes.and(Set::FLAGS).is_apart(after)
+            && code.name != "ldi"
+            && let Some((to, value)) = self.made(code)
+        {
+            let held = (0..32).filter(|other| *other != to && self.at(*other) == value);
+            if value < 256 && to >= 16 {
+                return Instruction::new("ldi", &format!("r{to}, {value}"));
+            } else if let Some(from) = held.min_by_key(|other| self.since[usize::from(*other)]) {
+                return Instruction::new("mov", &format!("r{to}, r{from}"));
+            }
+        }
+        match code.name.as_str() {
+            "mov" | "add" | "adc" | "sub" | "sbc" | "and" | "or" | "eor" | "st" | "std" | "sts"
+            | "out"
+                if first != second =>
+            {
+                second = self.oldest(&second, 0);
+            }
+            "movw" => second = self.oldest_pair(&second),
+            "cp" | "cpc" => {
+                first = self.oldest(&first, 0);
+                second = self.oldest(&second, 0);
+            }
+            "tst" | "push" | "sbrc" | "sbrs" => first = self.oldest(&first, 0),
+            "cpi" => first = self.oldest(&first, 16),
+            _ => {}
+        }
+        let operands = if second.is_empty() { first } else { format!("{first}, {second}") };
+        Instruction::new(&code.name, &operands)
+    }
+
+    /// The register that has held the same longest, of those from `least` on.
+    fn oldest(&self, operand: &str, least: u8) -> String {
+        let Some(number) = register(operand) else { return operand.to_owned() };
+        let value = self.at(number);
+        let same = (least..32).filter(|other| self.at(*other) == value);
+        let oldest = same.min_by_key(|other| (self.since[usize::from(*other)], *other != number));
+        format!("r{}", oldest.unwrap_or(number))
+    }
+
+    fn oldest_pair(&self, operand: &str) -> String {
+        let Some(number) = register(operand) else { return operand.to_owned() };
+        let values = [self.at(number), self.at(number + 1)];
+        let same =
+            (0..32).step_by(2).filter(|other| [self.at(*other), self.at(*other + 1)] == values);
+        let since =
+            |other: u8| self.since[usize::from(other)].max(self.since[usize::from(other + 1)]);
+        let oldest = same.min_by_key(|other| (since(*other), *other != number));
+        format!("r{}", oldest.unwrap_or(number))
+    }
+
+    /// What is known behind an instruction.
+    fn follow(&mut self, code: &Instruction) {
+        let (first, second) = operands(code);
+        if code.name == "movw" {
+            if let (Some(to), Some(from)) = (register(first), register(second)) {
+                let [low, high] = [self.at(from), self.at(from + 1)];
+                self.set(to, low);
+                self.set(to + 1, high);
+            }
+            return;
+        }
+        if let Some((to, value)) = self.made(code) {
+            if self.at(to) != value {
+                self.set(to, value);
+            }
+            return;
+        }
+        if let Some(effect) = Effect::of(code) {
+            self.forget(effect.writes);
+        }
+    }
+}
+
+fn operands(code: &Instruction) -> (&str, &str) {
+    match code.operands.split_once(',') {
+        Some((first, second)) => (first.trim(), second.trim()),
+        None => (code.operands.trim(), ""),
+    }
+}
