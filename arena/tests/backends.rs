@@ -33,6 +33,9 @@ const SIMULATED: &str =
 const KILOBOTS: &str =
     "[[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\nname = \"k\"\ncount = 2\n";
 
+/// Four lines.
+const CRAZYFLIE: &str = "[[robots]]\nrobot = \"crazyflie\"\nscript = \"s.bzz\"\nname = \"c\"\n";
+
 fn parse(text: &str) -> Result<Scenario, Vec<ScenarioError>> {
     Scenario::parse(text, "s.toml", &FOLDER, &[])
 }
@@ -76,9 +79,9 @@ fn a_group_runs_in_a_virtual_machine_or_on_its_firmware() {
 #[test]
 fn what_nobody_emulates_is_refused() {
     assert_error(
-        &[WORLD, EMULATED, KILOBOTS, "backend = \"firmware\"\n"],
-        "19:11",
-        &["nothing emulates a `kilobot`", "backend = \"vm\""],
+        &[WORLD, EMULATED, CRAZYFLIE, "backend = \"firmware\"\n"],
+        "18:11",
+        &["nothing emulates a `crazyflie`", "backend = \"vm\""],
     );
     assert_error(
         &[WORLD, EMULATED, KILOBOTS, "backend = \"qemu\"\n"],
@@ -134,6 +137,17 @@ fn missing_firmware_is_told_with_how_to_build_it() {
 }
 
 #[test]
+fn light_between_emulated_kilobots_is_neither_doubled_nor_held_back() {
+    let kilobots = [KILOBOTS, "backend = \"firmware\"\nfirmware = \"other.elf\"\n"].concat();
+    let world = WORLD.replace("nrf24", "ir");
+    parse(&(world.replace("0.1", "[0.1, 0.2]") + &kilobots)).unwrap();
+    let world = world.replace("loss", "duplication");
+    assert_error(&[&world, &kilobots], "6:15", &["`duplication` cannot be had"]);
+    let errors = script::setup_errors(&FOLDER, &[WORLD, SIMULATED, &kilobots].concat());
+    assert!(told(&errors[0]).contains("not a 32-bit ELF file"), "{errors:?}");
+}
+
+#[test]
 fn what_is_no_firmware_is_told_before_the_run() {
     let errors = script::setup_errors(&FOLDER, &[WORLD, EMULATED].concat());
     let told: Vec<String> = errors.iter().map(told).collect();
@@ -155,8 +169,20 @@ fn zooids_that_would_not_hear_each_other_are_refused() {
     );
     let other = EMULATED.replace("zooids.elf", "other.elf");
     assert_error(&[WORLD, EMULATED, &other], "18:11", &["another firmware than those of line 8"]);
-    // Kilobots would not hear them anyway.
+    // Kilobots would not hear them anyway; but one program emulates only robots of a kind.
     parse(&[WORLD, EMULATED, KILOBOTS].concat()).unwrap();
+    let kilobots = [KILOBOTS, "backend = \"firmware\"\nfirmware = \"other.elf\"\n"].concat();
+    assert_error(
+        &[WORLD, EMULATED, &kilobots],
+        "19:11",
+        &["another firmware than those of line 8"],
+    );
+    parse(&[WORLD, SIMULATED, &kilobots].concat()).unwrap();
+    assert_error(
+        &[WORLD, SIMULATED, &kilobots, &KILOBOTS.replace("\"k\"", "\"l\"")],
+        "20:1",
+        &["the same `backend`"],
+    );
     let many = EMULATED.replace("count = 2", "count = 99");
     assert_error(&[WORLD, EMULATED, &many], "18:11", &["101 robots are too many", "100"]);
 }

@@ -6,9 +6,6 @@ use std::path::{Path, PathBuf};
 /// Plays every robot on an STM32.
 pub const STM32: &str = "bbz-emulate-stm32";
 
-/// Plays many Zooids, fast.
-pub const ZOOIDS: &str = "bbz-emulate-m0";
-
 /// Where the program is: beside this one, or wherever PATH finds it, unless it is named by a path. Without a name it is the
 /// `usual` one.
 pub fn program(named: Option<&Path>, usual: &str) -> PathBuf {

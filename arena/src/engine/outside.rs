@@ -2,6 +2,7 @@
 
 use super::brain::Brain;
 use super::error::UnknownRobot;
+use super::light;
 use super::robot::RobotId;
 use super::world::World;
 
@@ -12,9 +13,9 @@ impl<B: Brain> World<B> {
         self.substeps
     }
 
-    /// Turns the wheels of a Zooid, left and right, with these duties in percent for a time in seconds; nobody is pushed yet.
-    /// Returns how fast it is then, mm/s ahead and radians per second anticlockwise, also after no time; nothing of a robot
-    /// without wheels.
+    /// Turns the wheels of a Zooid, or shakes a Kilobot, left and right, with these duties in percent for a time in seconds;
+    /// nobody is pushed yet. Returns how fast a Zooid is then, mm/s ahead and radians per second anticlockwise, also after no
+    /// time, and zeros of a Kilobot; nothing of a robot that flies.
     pub fn roll(
         &mut self,
         id: RobotId,
@@ -25,6 +26,12 @@ impl<B: Brain> World<B> {
         let robot = &mut self.robots[index];
         let models = &self.numbers[usize::from(robot.variant.0)].models;
         Ok(robot.body.roll(duties, &mut self.poses[index], models, seconds))
+    }
+
+    /// What the light sensor of a robot reads, 0 to 1023.
+    pub fn light(&self, id: RobotId) -> Result<u16, UnknownRobot> {
+        let index = self.index(id)?;
+        Ok(light::reading(&self.poses[index], self.settings.ambient_light, &self.lights))
     }
 
     /// Makes the LED of a robot shine: the sum of 1 red, 2 green, 4 blue.

@@ -23,7 +23,7 @@ pub use firmware::{Failure, FirmwareError};
 pub use program::Program;
 pub use quantity::Reading;
 pub use robot::{FaultRecord, LogLine, Piece};
-pub use setup::{Cast, Setup, SetupError};
+pub use setup::{Cast, Setup, SetupError, emulator};
 pub use simulation::Simulation;
 pub use summary::{FaultOf, Summary, Unusable};
 

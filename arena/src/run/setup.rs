@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use bittybuzz_robots::{Function, Profile, Robot as RobotFile};
 use bittybuzz_vm_core::{ImageError, Periods, Sizes};
 
-use crate::scenario::{Action, Body, Cause, Scenario, ScenarioError};
+use crate::scenario::{Action, Backend, Body, Cause, Scenario, ScenarioError};
 
 use super::expectation::Bound;
 use super::firmware::Firmware;
@@ -134,7 +134,7 @@ impl<'p> Setup<'p> {
         if !errors.is_empty() {
             return Err(SetupError::Scenario(errors));
         }
-        let emulator = PathBuf::from(EMULATOR);
+        let emulator = PathBuf::from(emulator(scenario));
         let ids = joining_order(scenario).into_iter().map(|number| id(scenario, number)).collect();
         let setup = Setup { scenario, programs, emulator, firmware, ids, expects, plots };
         for (group, cast) in setup.casts().iter().enumerate() {
@@ -143,7 +143,7 @@ impl<'p> Setup<'p> {
         Ok(setup)
     }
 
-    /// Names the program that emulates robots: a path, or a name that PATH knows. It is `bbz-emulate-m0` otherwise.
+    /// Names the program that emulates robots: a path, or a name that PATH knows. It is that of [`emulator`] otherwise.
     #[must_use]
     pub fn emulated_by(self, emulator: PathBuf) -> Self {
         Setup { emulator, ..self }
@@ -200,8 +200,14 @@ impl<'p> Setup<'p> {
     }
 }
 
-/// The emulator that is taken if none is named: the fastest.
-const EMULATOR: &str = "bbz-emulate-m0";
+/// The emulator that is taken if none is named: the fastest that plays the robots of the scenario.
+pub fn emulator(scenario: &Scenario) -> &'static str {
+    let mut emulated = scenario.groups.iter().filter(|group| group.backend != Backend::Vm);
+    match emulated.next() {
+        Some(group) if group.body == Body::Kilobot => "bbz-emulate-avr",
+        _ => "bbz-emulate-m0",
+    }
+}
 
 /// Robot files have no more than a byte holds.
 fn steps(count: u32) -> u8 {

@@ -1,7 +1,7 @@
 //! One run of a scenario with one seed.
 
-use crate::engine::{Medium, Variant, View, World};
-use crate::scenario::{Action, Backend, Cause, Reduction, ScenarioError, Swarm};
+use crate::engine::{Variant, View, World};
+use crate::scenario::{Action, Backend, Body, Cause, Reduction, ScenarioError, Swarm};
 
 use super::expectation::{Convergence, reduce};
 use super::firmware::{FirmwareError, Fleet, is_lit, unusable};
@@ -9,7 +9,9 @@ use super::happen::Happenings;
 use super::place::poses;
 use super::quantity::{Probe, Reading};
 use super::robot::{LogLine, Robot};
-use super::settings::{engine_light, engine_loss, engine_obstacle, kind, of_group, settings};
+use super::settings::{
+    engine_light, engine_loss, engine_medium, engine_obstacle, kind, of_group, settings,
+};
 use super::setup::{Cast, Setup, group_of};
 use super::summary::{FaultOf, Summary, Unusable};
 use super::swarm::measure;
@@ -94,13 +96,14 @@ impl<'p> Simulation<'p> {
         let join = |number| Some((happenings.id(number)?, setup.id(number)));
         let in_the_dark = firmware
             .numbers()
+            .filter(|_| firmware.body() == Body::Zooid)
             .filter_map(join)
             .find(|(id, _)| world.robot(*id).is_some_and(|robot| !is_lit(&robot.pose)));
         if let Some((_, id)) = in_the_dark {
             return Err(firmware.failed(Cause::InTheDark { id }));
         }
-        let loss = world.settings().nrf24.link.loss;
-        let fleet = Fleet::new(&setup.emulator, firmware, join, loss, self.seed.into());
+        let settings = world.settings();
+        let fleet = Fleet::new(&setup.emulator, firmware, join, settings, self.seed.into());
         self.fleet = Some(fleet.map_err(|error| firmware.failed(unusable(error)))?);
         Ok(())
     }
@@ -144,7 +147,7 @@ impl<'p> Simulation<'p> {
             let Some(fleet) = &mut self.fleet else { continue };
             fleet.settle(&self.world)?;
             match &event.action {
-                Action::Loss(crate::scenario::Medium::Nrf24, loss) => {
+                Action::Loss(medium, loss) if engine_medium(*medium) == fleet.medium() => {
                     fleet.lose(engine_loss(*loss))?;
                 }
                 Action::Battery { robots, millivolts } => {
@@ -226,8 +229,10 @@ impl<'p> Simulation<'p> {
     pub fn summary(&mut self) -> Summary {
         let mut statistics = *self.world.statistics();
         let mut past = self.past;
-        if let Some(Ok((links, overflown))) = self.fleet.as_mut().map(Fleet::links) {
-            statistics.add(Medium::Nrf24, &links);
+        if let Some(fleet) = &mut self.fleet
+            && let Ok((links, overflown)) = fleet.links()
+        {
+            statistics.add(fleet.medium(), &links);
             past.dropped[0] += overflown;
         }
         let ids = (0..self.happenings.count()).filter_map(|number| self.happenings.id(number));

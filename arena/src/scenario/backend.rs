@@ -33,8 +33,9 @@ impl Backend {
     }
 }
 
-/// Where cargo puts the Zooid's firmware, from the project's folder.
+/// Where cargo puts the firmware of Zooids and Kilobots, from the project's folder.
 const ZOOIDS: &str = "firmware/zooids/target/thumbv6m-none-eabi/release/bittybuzz-zooids";
+const KILOBOTS: &str = "firmware/kilobot-avr/target/avr-none/release/bittybuzz-kilobot-avr.elf";
 
 /// As many robots as the emulator plays.
 const MOST: u32 = 100;
@@ -51,10 +52,18 @@ pub fn of_group(
         return Some(Backend::Vm);
     }
     let (body, robot) = (body?, robot?);
-    if body != Body::Zooid || robot.layout.as_ref().is_none_or(|layout| layout.id.is_none()) {
+    let usual = match body {
+        Body::Zooid if robot.layout.as_ref().is_some_and(|layout| layout.id.is_some()) => {
+            Some(ZOOIDS)
+        }
+        // Its id is in the EEPROM, as kilolib has it.
+        Body::Kilobot => Some(KILOBOTS),
+        _ => None,
+    };
+    let Some(usual) = usual else {
         entry.fail(Cause::NoEmulator { robot: robot.name.clone() });
         return None;
-    }
+    };
     if section.boolean("present") == Some(false)
         && let Some(present) = section.get("present")
     {
@@ -63,19 +72,19 @@ pub fn of_group(
     if let Some(link) = section.get("link") {
         link.fail(Cause::NotEmulated { key: "link" });
     }
-    Some(Backend::Firmware { image: image(section, folder)?, place: entry.place() })
+    Some(Backend::Firmware { image: image(section, folder, usual)?, place: entry.place() })
 }
 
-fn image(section: &Section<'_>, folder: &Path) -> Option<PathBuf> {
+fn image(section: &Section<'_>, folder: &Path, usual: &str) -> Option<PathBuf> {
     let Some(entry) = section.get("firmware") else {
         // An unreadable working folder has no firmware either.
         let start = std::path::absolute(folder).unwrap_or_default();
-        let found = start.ancestors().map(|folder| folder.join(ZOOIDS)).find(|path| path.is_file());
+        let found = start.ancestors().map(|folder| folder.join(usual)).find(|path| path.is_file());
         if found.is_none()
             && let Some(backend) = section.get("backend")
         {
             let reason = "no folder above the scenario has it".to_owned();
-            backend.fail(Cause::NoFirmware { path: ZOOIDS.to_owned(), reason });
+            backend.fail(Cause::NoFirmware { path: usual.to_owned(), reason });
         }
         return found;
     };
@@ -93,7 +102,8 @@ fn image(section: &Section<'_>, folder: &Path) -> Option<PathBuf> {
     None
 }
 
-/// Notes groups that cannot be in one world: one program emulates all robots with one firmware, and only these hear each other.
+/// Notes groups that cannot be in one world: one program emulates all robots with one firmware, and only these hear others of
+/// their kind.
 pub fn check(root: &Section<'_>, groups: &[Group]) {
     let fail = |group: &Group, cause| {
         let place = match &group.backend {
@@ -102,20 +112,22 @@ pub fn check(root: &Section<'_>, groups: &[Group]) {
         };
         root.reader.fail_at(place, cause);
     };
-    let zooids = groups.iter().filter(|group| group.body == Body::Zooid);
-    let Some(first) = zooids.clone().next() else { return };
+    let mut emulated: Option<&Group> = None;
     let mut count = 0;
-    for group in zooids {
-        let line = first.place.line;
-        match (first.backend.firmware(), group.backend.firmware()) {
-            (Some(one), Some(other)) if one != other => {
-                fail(group, Cause::UnlikeFirmware { line });
-            }
-            (Some(_), None) | (None, Some(_)) => fail(group, Cause::UnlikeBackends { line }),
-            _ => {}
+    for group in groups {
+        let firsts = groups.iter().find(|first| first.body == group.body);
+        if let Some(first) = firsts
+            && first.backend.firmware().is_some() != group.backend.firmware().is_some()
+        {
+            fail(group, Cause::UnlikeBackends { line: first.place.line });
+        }
+        let Some(firmware) = group.backend.firmware() else { continue };
+        let first = *emulated.get_or_insert(group);
+        if first.body != group.body || first.backend.firmware() != Some(firmware) {
+            fail(group, Cause::UnlikeFirmware { line: first.place.line });
         }
         count += group.count;
-        if group.backend != Backend::Vm && count > MOST {
+        if count > MOST {
             fail(group, Cause::TooManyEmulated { count, most: MOST });
         }
     }

@@ -84,7 +84,7 @@ pub enum Cause {
     NoEmulator { robot: String },
     /// The firmware is not there, or is none.
     NoFirmware { path: String, reason: String },
-    /// Zooids in virtual machines beside emulated ones.
+    /// Robots of a kind in virtual machines beside emulated ones.
     UnlikeBackends { line: usize },
     /// Two groups with two images.
     UnlikeFirmware { line: usize },
@@ -258,10 +258,10 @@ impl Cause {
             Cause::UnknownGlobal { name, known } => Some(one_of(name, known)),
             Cause::NoRoom { .. } => Some("make the world or `area` larger".to_owned()),
             Cause::NoEmulator { .. } => {
-                Some("backend = \"vm\" simulates it; only Zooids are emulated".to_owned())
+                Some("backend = \"vm\" simulates it; only Zooids and Kilobots are emulated".to_owned())
             }
             Cause::NoFirmware { .. } => Some(
-                "`cargo xtask build zooids` builds it and says where it is; `firmware` names another one"
+                "`cargo xtask build zooids` builds it and says where it is, `kilobot` a Kilobot's; `firmware` names another one"
                     .to_owned(),
             ),
             Cause::InTheDark { .. } => Some(
@@ -269,14 +269,15 @@ impl Cause {
                     .to_owned(),
             ),
             Cause::NoEmulatorProgram { .. } => Some(
-                "`cargo build --release -p bittybuzz-emulate-m0` builds one; it is looked for beside bbz and in PATH"
+                "`cargo build --release -p bittybuzz-emulate-m0` builds one, `bittybuzz-emulate-avr` that of Kilobots; it is looked for \
+                 beside bbz and in PATH"
                     .to_owned(),
             ),
             Cause::UnlikeBackends { .. } => {
-                Some("all Zooids of a world need the same `backend`".to_owned())
+                Some("all robots of a kind in a world need the same `backend`".to_owned())
             }
             Cause::UnlikeFirmware { .. } => {
-                Some("all of a world need the same `firmware`".to_owned())
+                Some("all that are emulated in a world need the same `firmware`".to_owned())
             }
             Cause::NotEmulated { .. } => {
                 Some("backend = \"vm\" has it; emulated robots can be moved, fail, be restarted and cut off, and lose packets".to_owned())

@@ -132,8 +132,8 @@ pub const SECTIONS: &[SectionKeys] = &[
         keys: keys![
             "robot" "name or path" "" "kilobot, zooids, crazyflie, or a robot file (*.toml)",
             "script" "path" "" "what they run: .bzz, .bo or .bbi",
-            "backend" "word" "vm" "what runs the script: vm, a virtual machine; firmware, the robot's own image in an emulator (zooids)",
-            "firmware" "path" "where cargo puts it" "backend = \"firmware\": what would be flashed (ELF)",
+            "backend" "word" "vm" "what runs the script: vm, a virtual machine; firmware, the robot's own image in an emulator (zooids, kilobot)",
+            "firmware" "path" "where cargo puts it" "backend = \"firmware\": what would be flashed (ELF; of a Kilobot also Intel hex)",
             "count" "integer" "1" "how many; with `positions` as many as there are",
             "name" "string" "that of the robot" "how events and expectations name the group",
             "first_id" "0 to 65535" "after the last" "id of the first robot; the others follow",

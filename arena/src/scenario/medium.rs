@@ -81,8 +81,8 @@ pub struct Media {
 /// What an emulator cannot do to packets.
 const NOT_EMULATED: [&str; 2] = ["duplication", "reordering"];
 
-/// The media of the file; those of the Zooids carry packets between emulated robots if they are `emulated`.
-pub fn read(root: &Section<'_>, used: &[Medium], emulated: bool) -> Media {
+/// The media of the file; that which is `emulated` carries packets between emulated robots.
+pub fn read(root: &Section<'_>, used: &[Medium], emulated: Option<Medium>) -> Media {
     let mut media = Media::default();
     let Some(section) = root.section("medium", super::keys::MEDIUM) else { return media };
     for (key, medium, name) in
@@ -92,15 +92,15 @@ pub fn read(root: &Section<'_>, used: &[Medium], emulated: bool) -> Media {
         if !used.contains(&medium) && !used.is_empty() {
             settings.fail(Cause::NoSuchMedium { medium: key });
         }
-        for key in NOT_EMULATED.into_iter().filter(|_| emulated && medium == Medium::Nrf24) {
+        for key in NOT_EMULATED.into_iter().filter(|_| emulated == Some(medium)) {
             if let Some(entry) = settings.get(key) {
                 entry.fail(Cause::NotEmulated { key });
             }
         }
         let section = settings;
         let settings = read_one(&section);
-        if emulated
-            && medium == Medium::Nrf24
+        if emulated == Some(medium)
+            && medium != Medium::Ir
             && let (Some(loss), Some(entry)) = (settings.loss, section.get("loss"))
         {
             loss.check_emulated(&entry);

@@ -141,8 +141,9 @@ fn scenario(root: &read::Section<'_>, folder: &Path) -> Option<Scenario> {
         backend::check(root, &groups);
     }
     let bodies = body::read(root);
-    let is_emulated = groups.iter().any(|group| group.backend != Backend::Vm);
-    let media = medium::read(root, &used, is_emulated);
+    let mut emulated = groups.iter().filter(|group| group.backend != Backend::Vm);
+    let emulated = emulated.next().map(|group| group.body.medium());
+    let media = medium::read(root, &used, emulated);
     let sections = root.sections("event", keys::EVENT);
     let mut events: Vec<Event> =
         sections.iter().filter_map(|section| event::read(section, &census, known, &used)).collect();

@@ -57,7 +57,7 @@ pub struct Arguments {
     /// Take other values than the file's for a key such as `medium.ir.loss`; with several every combination is simulated
     #[arg(long, value_name = "KEY=V1,V2...")]
     set: Vec<String>,
-    /// Program that emulates robots with backend = "firmware" [default: bbz-emulate-m0]
+    /// Program that emulates robots with backend = "firmware" [default: bbz-emulate-m0, for Kilobots bbz-emulate-avr]
     #[arg(long, value_name = "PROGRAM")]
     emulator: Option<PathBuf>,
     /// Write a table with a row for each run

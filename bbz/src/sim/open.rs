@@ -67,7 +67,7 @@ pub fn open(arguments: &Arguments, set: &[String]) -> Result<Option<Opened>, Pro
         symbols: program.symbols.clone(),
     };
     let images = programs.iter().map(image).collect();
-    let emulator = emulator::program(arguments.emulator.as_deref(), emulator::ZOOIDS);
+    let emulator = emulator::program(arguments.emulator.as_deref(), run::emulator(&scenario));
     Ok(Some(Opened { scenario, programs, images, emulator }))
 }
 

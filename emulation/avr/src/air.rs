@@ -1,6 +1,6 @@
 //! The light between robots, at the level of pulses.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 
 use bittybuzz_chips::{Amplitude, DIAMETER_MM, Edge, Infrared, Random, Time};
 
@@ -23,6 +23,8 @@ pub struct Air {
     places: Vec<Option<[f64; 2]>>,
     /// For each robot whom it sees, and how far away; the controller is not among them.
     seen: Vec<Vec<(usize, f64)>>,
+    /// For each robot whom it does not see although they are near enough.
+    deaf: Vec<BTreeSet<usize>>,
     range_mm: f64,
     noise_mm: f64,
     lose: f64,
@@ -43,6 +45,7 @@ impl Air {
         Air {
             places: vec![None; count],
             seen: vec![Vec::new(); count],
+            deaf: vec![BTreeSet::new(); count],
             range_mm: RANGE_MM,
             noise_mm: 0.0,
             lose: 0.0,
@@ -80,6 +83,18 @@ impl Air {
             (Err(at), Some(distance)) => seen.insert(at, (other, distance)),
             (Err(_), None) => {}
         }
+    }
+
+    /// A robot sees nothing of these others from now on.
+    pub fn cut_off(&mut self, robot: usize, from: BTreeSet<usize>) {
+        self.deaf[robot] = from;
+    }
+
+    /// Whom a robot sees, and how far away; the controller is the last.
+    fn visible(&self, robot: usize) -> impl Iterator<Item = (usize, f64)> {
+        let seen = self.seen[robot].iter().copied();
+        let seen = seen.filter(move |(other, _)| !self.deaf[robot].contains(other));
+        seen.chain([(self.places.len(), CONTROLLER_MM)])
     }
 
     /// How far light reaches, and the standard deviation of the distance that a reading tells, in mm.
@@ -142,8 +157,7 @@ impl Air {
         if !self.is_busy() {
             return lights;
         }
-        let controller = (self.places.len(), CONTROLLER_MM);
-        for (from, distance) in self.seen[robot].iter().copied().chain([controller]) {
+        for (from, distance) in self.visible(robot) {
             for edge in &self.edges[from] {
                 if !self.is_lost(robot, from, edge.burst) {
                     lights.push(Infrared {
@@ -183,10 +197,8 @@ impl Air {
 
     /// A window is settled: counts who saw which burst begin.
     pub fn end(&mut self) {
-        let controller = self.places.len();
         for robot in 0..self.places.len() {
-            let others = self.seen[robot].iter().map(|(other, _)| *other);
-            for from in others.chain([controller]).collect::<Vec<_>>() {
+            for (from, _) in self.visible(robot).collect::<Vec<_>>() {
                 for edge in self.edges[from].iter().filter(|e| e.on && e.at == e.burst) {
                     self.carried += 1;
                     self.lost += u64::from(self.is_lost(robot, from, edge.burst));

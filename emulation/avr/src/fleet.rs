@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use bittybuzz_chips::{EEPROM_SIZE, Edge, Infrared, Surroundings, Time};
+use bittybuzz_chips::{Amplitude, EEPROM_SIZE, Edge, Infrared, Surroundings, Time};
 use bittybuzz_emulation::message::{
     AirStatistics, BoardStatistics, Command, CoreStatistics, Event, Reply, Statistics, TimedEvent,
 };
@@ -44,6 +44,8 @@ struct Member {
     is_sending: bool,
     /// Its state at the beginning was kept.
     is_saved: bool,
+    /// It has no power.
+    is_off: bool,
     /// It must run, once more or for the first time.
     must_run: bool,
     /// Resets that were told.
@@ -61,6 +63,7 @@ impl Member {
             edges: Vec::new(),
             is_sending: false,
             is_saved: false,
+            is_off: false,
             must_run: false,
             resets: 0,
             is_dead: false,
@@ -93,7 +96,8 @@ impl Fleet {
             (member.is_saved, member.edges) = (false, Vec::new());
             member.seen = air.lights_for(number);
             // Who sleeps and sees nothing does nothing; it catches up when it is woken.
-            member.must_run = !member.seen.is_empty() || !member.robot.is_quiet(end);
+            let is_awake = !member.seen.is_empty() || !member.robot.is_quiet(end);
+            member.must_run = !member.is_off && is_awake;
         }
         // Who is sending now is not disturbed by others: their pulses are known before anybody listens.
         run(members, end, |member| member.must_run && member.is_sending);
@@ -109,7 +113,7 @@ impl Fleet {
         while air.learn(members.iter().map(|member| member.edges.as_slice())) {
             for (number, member) in members.iter_mut().enumerate() {
                 let lights = air.lights_for(number);
-                if lights != member.seen {
+                if lights != member.seen && !member.is_off {
                     member.seen = lights;
                     member.must_run = true;
                 }
@@ -120,6 +124,20 @@ impl Fleet {
         for member in members {
             member.is_sending = !member.edges.is_empty();
             member.note();
+        }
+    }
+
+    /// Lights that are on would stay so for whoever does not see them go out any more.
+    fn darken(&mut self, now: Time) {
+        let lit: Vec<usize> = (0..self.members.len())
+            .filter(|number| self.members[*number].robot.board.is_lit())
+            .collect();
+        for from in lit {
+            let amplitude = Amplitude::default();
+            let out = Infrared { at: now, on: false, from: from as u16, amplitude };
+            for (_, member) in self.members.iter_mut().enumerate().filter(|(n, _)| *n != from) {
+                member.robot.board.will_see([out]);
+            }
         }
     }
 
@@ -252,9 +270,28 @@ impl Robots for Fleet {
             }
             Command::Place { x_mm, y_mm, .. } => {
                 let place = [finite("x_mm", x_mm)?, finite("y_mm", y_mm)?];
+                self.darken(time(now));
                 self.air.place(robot, Some(place));
             }
-            Command::Remove => self.air.place(robot, None),
+            Command::Remove => {
+                self.darken(time(now));
+                self.air.place(robot, None);
+            }
+            Command::Power { on } => {
+                self.darken(time(now));
+                let member = self.member(robot)?;
+                member.is_off = !on;
+                member.robot.switch(time(now));
+                member.note();
+            }
+            Command::Deaf { to } => {
+                let robots = self.members.len();
+                if let Some(stranger) = to.iter().copied().find(|number| *number >= robots) {
+                    return Err(CommandError::NoRobot { robot: stranger, robots });
+                }
+                self.darken(time(now));
+                self.air.cut_off(robot, to);
+            }
             Command::Battery { volts, charging, .. } => {
                 board.set_battery(volts.into(), charging);
             }

@@ -168,10 +168,23 @@ impl Robot {
 
     fn reset(&mut self) {
         self.counted.resets += 1;
+        self.begin(true);
+    }
+
+    /// The power is switched, at `now`: pins let go, and what ran begins anew.
+    pub fn switch(&mut self, now: Time) {
+        let cycle = self.board.cycle(now);
+        self.core.wait_until(cycle);
+        self.board.advance(self.core.cycle());
+        self.begin(false);
+        self.board.take_edges();
+    }
+
+    fn begin(&mut self, by_watchdog: bool) {
         self.asleep = None;
         self.waiting = None;
         self.is_dead = false;
-        self.board.reset();
+        self.board.reset(by_watchdog);
         self.core.reset();
     }
 }

@@ -154,6 +154,21 @@ impl Kilobot {
         }
     }
 
+    /// Its motors run for so many substeps, with these duties in percent.
+    pub(crate) fn run(
+        &mut self,
+        [left, right]: [f32; 2],
+        pose: &mut Pose,
+        step: &KilobotStep,
+        substeps: f32,
+    ) {
+        let duty = |percent: f32| (percent * f32::from(u8::MAX) / 100.0).round() as u8;
+        self.motors = KilobotMotors { left: duty(left), right: duty(right) };
+        let (ahead, turn) = (step.ahead * substeps, step.turn * substeps);
+        self.advance(pose, &KilobotStep { ahead, turn, ..*step });
+        self.motors = KilobotMotors::default();
+    }
+
     fn look(&mut self, heading: f32) {
         self.heading = heading;
         (self.sin, self.cos) = libm::sincosf(heading);

@@ -154,8 +154,8 @@ impl Body {
         }
     }
 
-    /// A Zooid's wheels turn for a time as something outside of the engine makes them; duties in percent. Returns mm/s ahead
-    /// and radians per second, `None` for other bodies.
+    /// Wheels or vibration motors run for a time as something outside of the engine makes them; duties in percent. Returns
+    /// mm/s ahead and radians per second, which are 0 for a Kilobot: nobody reckons with so little. `None` for other bodies.
     pub(crate) fn roll(
         &mut self,
         duties: [f32; 2],
@@ -163,9 +163,17 @@ impl Body {
         models: &Models,
         seconds: f32,
     ) -> Option<[f32; 2]> {
-        let Body::Zooid(body) = self else { return None };
-        body.roll(duties, pose, &models.zooid, seconds);
-        Some(body.velocity())
+        match self {
+            Body::Zooid(body) => {
+                body.roll(duties, pose, &models.zooid, seconds);
+                Some(body.velocity())
+            }
+            Body::Kilobot(body) => {
+                body.run(duties, pose, &models.kilobot, seconds / models.seconds);
+                Some([0.0; 2])
+            }
+            Body::Crazyflie(_) => None,
+        }
     }
 
     /// Learns where it is, `seconds` after the last time; `stream` is asked for only by bodies that need it.

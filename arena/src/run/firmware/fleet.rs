@@ -9,18 +9,33 @@ use bittybuzz_chips::ResetCause;
 use bittybuzz_emulation::message::{BoardStatistics, Command, Event, TimedEvent};
 use bittybuzz_emulation::{ClientError, Emulator};
 
-use crate::engine::{LinkStatistics, Loss, RobotId, RobotState, TICK_US, World};
+use crate::engine::{
+    LinkStatistics, Loss, Medium, RobotId, RobotState, Settings, Stream, TICK_US, World,
+};
+use crate::scenario::Body;
 
 use super::super::robot::{FaultRecord, LogLine, Robot};
 use super::table::Motion;
 use super::told::{Reader, Told};
 use super::{Failure, Firmware, FirmwareError, Light};
 
-/// As often robots are told how they move now, if that has changed: it takes effect so much too late at most.
-const LOOK: Duration = Duration::from_micros(2500);
+/// As often robots are told how they move now, if that has changed: it takes effect so much too late at most. A Kilobot moves less
+/// than a mm meanwhile.
+const LOOK_ZOOID: Duration = Duration::from_micros(2500);
+const LOOK_KILOBOT: Duration = Duration::from_millis(20);
+
+/// kilolib's message that lets the program of a Kilobot run, as the overhead controller says it until everybody has heard.
+const RUN: [u8; 10] = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0x88];
+/// When it is said, in ms after power-on.
+const RUN_AT: [u64; 3] = [20, 30, 40];
+/// Of a room.
+const CELSIUS: f64 = 25.0;
+/// Light that reaches everybody.
+const EVERYWHERE_MM: f64 = 1e6;
 
 /// All emulated robots of a run. They are switched on when the run begins; whose brain does not run in the world has no power.
 pub struct Fleet<'p> {
+    body: Body,
     emulator: Emulator,
     robots: Vec<Emulated<'p>>,
     /// Since power-on, and since the world began.
@@ -35,10 +50,11 @@ pub struct Fleet<'p> {
 
 /// A robot, as far as it is seen from outside.
 struct Emulated<'p> {
+    body: Body,
     id: RobotId,
     /// The id that its script sees.
     own_id: u16,
-    /// Duties of IN1 to IN4, 0 to 1.
+    /// Duties of IN1 to IN4, 0 to 1; of a Kilobot left and right.
     inputs: [f64; 4],
     led: u8,
     /// Until then its wheels have turned.
@@ -49,6 +65,8 @@ struct Emulated<'p> {
     is_on: bool,
     /// Numbers of those that it is cut off from.
     deaf_to: BTreeSet<usize>,
+    /// What it knows of the light sensor of a Kilobot.
+    light: Option<u16>,
     /// `None` if the firmware tells nothing.
     reader: Option<Reader<'p>>,
 }
@@ -59,11 +77,13 @@ impl<'p> Fleet<'p> {
         program: &Path,
         firmware: &'p Firmware,
         join: impl Fn(usize) -> Option<(RobotId, u16)>,
-        loss: Loss,
+        settings: &Settings,
         seed: u64,
     ) -> Result<Self, ClientError> {
+        let body = firmware.body;
         let count = firmware.robots.len().to_string();
-        let arguments = ["--robot", "zooids", "--count", &count];
+        let name = if body == Body::Kilobot { "kilobot" } else { "zooids" };
+        let arguments = ["--robot", name, "--count", &count];
         let mut emulator = Emulator::spawn_with(program, &arguments)?;
         emulator.load(&firmware.path)?;
         let mut robots = Vec::new();
@@ -72,11 +92,18 @@ impl<'p> Fleet<'p> {
                 let write = Command::Write { address: *address, bytes: bytes.clone() };
                 emulator.done_by(number, &write)?;
             }
-            let Light { lose, jitter_us } = flashed.light;
-            let seed = seed.wrapping_add(number as u64 + 1);
-            emulator.done_by(number, &Command::Light { lose, jitter_us, seed })?;
+            let command = if body == Body::Kilobot {
+                let error = Stream::for_brain(seed, number as u16).normal().clamp(-3.0, 3.0);
+                Command::Clock { error_ppm: f64::from(1e6 * settings.infrared.clock_sigma * error) }
+            } else {
+                let Light { lose, jitter_us } = flashed.light;
+                let seed = seed.wrapping_add(number as u64 + 1);
+                Command::Light { lose, jitter_us, seed }
+            };
+            emulator.done_by(number, &command)?;
             let Some((id, own_id)) = join(flashed.number) else { continue };
             robots.push(Emulated {
+                body,
                 id,
                 own_id,
                 inputs: [0.0; 4],
@@ -85,20 +112,50 @@ impl<'p> Fleet<'p> {
                 told: None,
                 is_on: true,
                 deaf_to: BTreeSet::new(),
+                light: None,
                 reader: firmware.messages.as_ref().map(Reader::new),
             });
         }
         let (now, tick, substeps, losses) = (Duration::ZERO, 0, 0, 0);
-        let mut fleet = Fleet { emulator, robots, now, tick, substeps, seed, losses };
-        fleet.lose(loss)?;
+        if body == Body::Kilobot {
+            let reach = |range| f64::from(range) + 2.0 * f64::from(settings.kilobot.radius);
+            let range_mm = settings.infrared.link.range.map_or(EVERYWHERE_MM, reach);
+            let noise_mm = settings.infrared.distance_sigma.into();
+            emulator.done(&Command::Infrared { range_mm, noise_mm, seed })?;
+        }
+        let mut fleet = Fleet { body, emulator, robots, now, tick, substeps, seed, losses };
+        fleet.lose(match body {
+            Body::Kilobot => settings.infrared.link.loss,
+            _ => settings.nrf24.link.loss,
+        })?;
+        fleet.let_run()?;
         Ok(fleet)
     }
 
-    /// Packets are lost as the medium says for robots that touch: all are in reach, and distance changes nothing.
+    /// The overhead controller says so to Kilobots; those that run already do not mind.
+    fn let_run(&mut self) -> Result<(), ClientError> {
+        for after in RUN_AT.into_iter().filter(|_| self.body == Body::Kilobot) {
+            let at = self.now + Duration::from_millis(after);
+            self.emulator.done(&Command::Radio { at, payload: RUN.to_vec() })?;
+        }
+        Ok(())
+    }
+
+    /// What carries their packets.
+    pub fn medium(&self) -> Medium {
+        if self.body == Body::Kilobot { Medium::Infrared } else { Medium::Nrf24 }
+    }
+
+    /// Packets of Zooids are lost as the medium says for robots that touch: all are in reach, and distance changes nothing. Frames of
+    /// Kilobots are lost as it says in the middle between touching and out of reach.
     pub fn lose(&mut self, loss: Loss) -> Result<(), ClientError> {
         self.losses += 1;
         let seed = self.seed.wrapping_add(self.losses << 32);
-        self.emulator.done(&Command::Air { lose: f64::from(loss.near), seed })
+        let lose = match self.body {
+            Body::Kilobot => f64::midpoint(loss.near.into(), loss.far.into()),
+            _ => loss.near.into(),
+        };
+        self.emulator.done(&Command::Air { lose, seed })
     }
 
     fn number(&self, id: RobotId) -> Option<usize> {
@@ -126,7 +183,7 @@ impl<'p> Fleet<'p> {
             robot.is_on = on;
             self.emulator.done_by(number, &Command::Power { on })?;
         }
-        Ok(())
+        if on { self.let_run() } else { Ok(()) }
     }
 
     /// Robots have power if they run in the world, and hear who is not cut off there.
@@ -158,7 +215,8 @@ impl<'p> Fleet<'p> {
         // At most four weeks are simulated.
         let end = tick * world.now() as u32 + tick * self.substeps / world.substeps();
         while self.now < end {
-            let until = (self.now + LOOK).min(end);
+            let look = if self.body == Body::Kilobot { LOOK_KILOBOT } else { LOOK_ZOOID };
+            let until = (self.now + look).min(end);
             self.run(world, until)?;
         }
         Ok(())
@@ -168,6 +226,13 @@ impl<'p> Fleet<'p> {
         let Fleet { emulator, robots, now, .. } = self;
         let mut places = Vec::new();
         for (number, robot) in robots.iter_mut().enumerate() {
+            let light = world.light(robot.id).ok().filter(|_| robot.body == Body::Kilobot);
+            if let Some(light) = light
+                && robot.light != Some(light)
+            {
+                places.push((number, Command::Surroundings { light, celsius: CELSIUS }));
+                robot.light = Some(light);
+            }
             let Some(motion) = robot.motion(world, *now) else { continue };
             if robot.told.is_none_or(|told| !motion.follows(&told)) {
                 places.push((number, motion.command()));
@@ -198,11 +263,18 @@ impl<'p> Fleet<'p> {
         let (mut links, mut overflown) = (LinkStatistics::default(), 0);
         for number in 0..self.robots.len() {
             let counted = self.emulator.statistics_of(number)?;
-            if let BoardStatistics::Zooid(board) = counted.board {
-                links.sent += board.radio_sent;
-                links.received += board.radio_received;
-                links.deaf += board.radio_unheard;
-                overflown += board.radio_overflown;
+            match counted.board {
+                BoardStatistics::Zooid(board) => {
+                    links.sent += board.radio_sent;
+                    links.received += board.radio_received;
+                    links.deaf += board.radio_unheard;
+                    overflown += board.radio_overflown;
+                }
+                BoardStatistics::Kilobot(board) => {
+                    links.sent += board.infrared_sent;
+                    links.received += board.infrared_arrived;
+                }
+                BoardStatistics::Crazyflie(_) => {}
             }
             links.collided = counted.air.collided;
             links.lost = counted.air.lost;
@@ -212,9 +284,12 @@ impl<'p> Fleet<'p> {
 }
 
 impl Emulated<'_> {
-    /// Duties of the wheels in percent: one input of a bridge is high while the other is low.
+    /// Duties of the wheels in percent: one input of a bridge is high while the other is low. Those of a Kilobot's motors.
     fn duties(&self) -> [f32; 2] {
         let [a, b, c, d] = self.inputs;
+        if self.body == Body::Kilobot {
+            return [a, b].map(|duty| (100.0 * duty) as f32);
+        }
         [b - a, d - c].map(|duty| (100.0 * duty) as f32)
     }
 
@@ -259,6 +334,12 @@ impl Emulated<'_> {
                 // The world knows the robot.
                 let _ = world.shine(self.id, self.led);
             }
+            Event::Colour { red, green, blue } => {
+                let shines = [red, green, blue].map(|part| u8::from(part > 0));
+                self.led = shines[0] | shines[1] << 1 | shines[2] << 2;
+                // The world knows the robot.
+                let _ = world.shine(self.id, self.led);
+            }
             Event::Rtt { bytes } => {
                 let told = self.reader.as_mut().map_or(Vec::new(), |reader| reader.read(&bytes));
                 let tick = world.now();
@@ -289,7 +370,6 @@ impl Emulated<'_> {
             Event::Syslink { .. }
             | Event::P2p { .. }
             | Event::Radio { .. }
-            | Event::Colour { .. }
             | Event::Infrared { .. }
             | Event::Serial { .. }
             | Event::PowerOff { .. } => {}

@@ -3,6 +3,7 @@
 mod fleet;
 mod table;
 mod told;
+mod trailing;
 
 use std::fmt;
 use std::fs;
@@ -15,14 +16,17 @@ use bittybuzz_robots::{Layout, Place, Robot};
 use bittybuzz_vm_core::ImageError;
 use defmt_decoder::Table;
 
-use crate::scenario::{Backend, Cause, Scenario, ScenarioError};
+use crate::scenario::{Backend, Body, Cause, Scenario, ScenarioError};
 
 use super::program::Program;
+use super::settings;
 pub use fleet::Fleet;
 pub use table::is_lit;
 
 /// What is flashed in a scenario: the firmware of all emulated robots, and the script and the id of each.
 pub struct Firmware {
+    /// Of Zooids or of Kilobots.
+    body: Body,
     path: PathBuf,
     /// Where the scenario asks for it first.
     place: Place,
@@ -59,13 +63,18 @@ impl Firmware {
             number += group.count as usize;
             let Backend::Firmware { image, place } = &group.backend else { continue };
             let failed = |cause| ScenarioError { cause, place: Some(Box::new(place.clone())) };
-            let Some(layout) = &group.robot.layout else { continue };
-            let section = layout.script_section(&program.image).ok_or_else(|| {
-                failed(Cause::ScriptTooLong {
-                    bytes: program.image.len(),
-                    most: layout.most_script(),
-                })
-            })?;
+            let script = match &group.robot.layout {
+                None => trailing::section(image, &program.image, &group.robot).map_err(failed)?,
+                Some(layout) => {
+                    let section = layout.script_section(&program.image).ok_or_else(|| {
+                        failed(Cause::ScriptTooLong {
+                            bytes: program.image.len(),
+                            most: layout.most_script(),
+                        })
+                    })?;
+                    (layout.script.address, section)
+                }
+            };
             let known = match &mut firmware {
                 Some(known) => known,
                 empty => {
@@ -74,28 +83,36 @@ impl Firmware {
                         failed(Cause::NoFirmware { path: path.display().to_string(), reason })
                     };
                     let elf = fs::read(&path).map_err(|error| unusable(error.to_string()))?;
-                    let messages = Table::parse(&elf);
-                    let messages = messages.map_err(|error| unusable(error.to_string()))?;
-                    empty.insert(Firmware { path, place: place.clone(), messages, robots })
+                    let messages = match group.body {
+                        Body::Kilobot => None,
+                        _ => Table::parse(&elf).map_err(|error| unusable(error.to_string()))?,
+                    };
+                    let (body, place) = (group.body, place.clone());
+                    empty.insert(Firmware { body, path, place, messages, robots })
                 }
             };
-            let shared = settings(scenario, &group.robot).map_err(failed)?;
+            let shared = match group.body {
+                Body::Kilobot => calibration(scenario),
+                _ => range(scenario, &group.robot).map_err(failed)?.into_iter().collect(),
+            };
             let (own, all) = (group.model.zooid, scenario.bodies.zooid);
             let light = Light {
                 lose: own.frame_loss.or(all.frame_loss).unwrap_or(0.0),
                 jitter_us: own.edge_jitter.or(all.edge_jitter).unwrap_or(0.0),
             };
             for within in 0..group.count as u16 {
-                let mut sections = vec![(layout.script.address, section.clone())];
+                let mut sections = vec![script.clone()];
                 sections.extend(shared.clone());
-                let id = layout
-                    .id
-                    .map(|id| (id.address, Layout::id_section(group.first_id + within).to_vec()));
-                sections.extend(id);
+                sections.extend(id_section(group.body, &group.robot, group.first_id + within));
                 known.robots.push(Flashed { number: first + usize::from(within), sections, light });
             }
         }
         Ok(firmware)
+    }
+
+    /// What runs it.
+    pub fn body(&self) -> Body {
+        self.body
     }
 
     /// The numbers of the robots that run it.
@@ -119,8 +136,32 @@ pub fn unusable(error: ClientError) -> Cause {
     }
 }
 
-/// What the scenario says that robots have in flash as a setting: address and bytes.
-fn settings(scenario: &Scenario, robot: &Robot) -> Result<Option<(u32, Vec<u8>)>, Cause> {
+/// Where a Kilobot's EEPROM begins for its emulator; kilolib's cells of the id, and of the duties for turning left and right and
+/// for going straight.
+const EEPROM: u32 = 0x81_0000;
+const ID_CELL: u32 = 0xb0;
+const TURN_CELLS: [u32; 2] = [0x05, 0x09];
+const STRAIGHT_CELLS: [u32; 2] = [0x0c, 0x14];
+
+/// Where a robot's id is: address and bytes.
+fn id_section(body: Body, robot: &Robot, id: u16) -> Option<(u32, Vec<u8>)> {
+    if body == Body::Kilobot {
+        return Some((EEPROM + ID_CELL, id.to_le_bytes().to_vec()));
+    }
+    let region = robot.layout.as_ref()?.id?;
+    Some((region.address, Layout::id_section(id).to_vec()))
+}
+
+/// The duties that calibration has found for all Kilobots of a scenario: addresses and bytes.
+fn calibration(scenario: &Scenario) -> Vec<(u32, Vec<u8>)> {
+    let model = settings::settings(scenario, 0, 1).kilobot;
+    let turns = TURN_CELLS.map(|cell| (EEPROM + cell, vec![model.turn_duty]));
+    let straight = STRAIGHT_CELLS.map(|cell| (EEPROM + cell, vec![model.straight_duty]));
+    turns.into_iter().chain(straight).collect()
+}
+
+/// What the scenario says that Zooids have in flash as a setting: address and bytes.
+fn range(scenario: &Scenario, robot: &Robot) -> Result<Option<(u32, Vec<u8>)>, Cause> {
     let Some(range) = scenario.media.nrf24.range else { return Ok(None) };
     let setting = robot.settings.iter().position(|setting| setting.name == "range_mm");
     let region = robot.layout.as_ref().and_then(|layout| layout.settings);

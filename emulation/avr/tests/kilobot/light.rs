@@ -97,6 +97,28 @@ fn two_who_send_at_once_are_both_seen() {
     assert!(robots.counted(1).infrared_collided > 0);
 }
 
+/// Who is cut off or has no power sees nothing; flash and EEPROM outlive the power, and the program begins anew.
+#[test]
+fn robots_are_cut_off_and_switched_off() {
+    let mut robots = around_a_sender(&[60.0, 60.0, 60.0]);
+    robots.tell(1, &Command::Deaf { to: [0].into() });
+    robots.run(5_000);
+    robots.tell(3, &Command::Power { on: false });
+    robots.run(9_000);
+    assert_eq!((robots.byte(1, COUNT), robots.byte(3, COUNT)), (0, 0));
+    robots.tell(1, &Command::Deaf { to: [].into() });
+    robots.tell(3, &Command::Power { on: true });
+    robots.run(5_000);
+    // The sender's next ten.
+    assert_eq!((robots.byte(1, COUNT), robots.byte(3, COUNT)), (10, 10));
+    let refusal = robots.refusal(&Command::Deaf { to: [4].into() });
+    assert!(refusal.contains("there is no robot 4"), "{refusal}");
+    robots.tell(0, &Command::Power { on: false });
+    let events = robots.events.len();
+    robots.run(30_000);
+    assert_eq!((robots.byte(3, COUNT), robots.events.len()), (10, events));
+}
+
 /// The controller's frame, as the receiver's counter knows it.
 #[test]
 fn everybody_sees_the_controller() {

@@ -204,8 +204,8 @@ impl Atmega328p {
         }
     }
 
-    /// The watchdog has run out: everything but the EEPROM begins anew.
-    pub fn reset(&mut self, factory: u8) {
+    /// The watchdog has run out, or the power comes back: everything but the EEPROM begins anew.
+    pub fn reset(&mut self, factory: u8, by_watchdog: bool) {
         let mut fresh = Atmega328p::new(factory, factory, self.eeprom.cells);
         fresh.eeprom = self.eeprom.clone();
         fresh.eeprom.reset();
@@ -215,11 +215,13 @@ impl Atmega328p {
         (fresh.now, fresh.stopped) = (self.now, self.stopped);
         fresh.unknown = self.unknown;
         fresh.comparator_input = self.comparator_input;
-        fresh.mcusr = self.mcusr | WATCHDOG_RESET;
+        if by_watchdog {
+            fresh.mcusr = self.mcusr | WATCHDOG_RESET;
+        }
         for (fresh, port) in fresh.ports.iter_mut().zip(self.ports) {
             *fresh = Port { direction: 0, port: 0, ..port };
         }
-        fresh.watchdog.reset(true, self.clock.time(self.now));
+        fresh.watchdog.reset(by_watchdog, self.clock.time(self.now));
         let io = fresh.io(fresh.now);
         for timer in &mut fresh.timers {
             timer.reset_prescaler(io);

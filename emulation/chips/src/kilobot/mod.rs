@@ -250,6 +250,11 @@ impl Kilobot {
         self.next_light = next.unwrap_or(u64::MAX);
     }
 
+    /// Whether its infrared LED is on.
+    pub fn is_lit(&self) -> bool {
+        self.lit.is_some()
+    }
+
     /// What its own LED did since the last call.
     pub fn take_edges(&mut self) -> Vec<Edge> {
         std::mem::take(&mut self.edges)
@@ -416,9 +421,9 @@ impl Kilobot {
         self.chip.is_expired()
     }
 
-    /// The watchdog resets the chip.
-    pub fn reset(&mut self) {
-        self.chip.reset(FACTORY_OSCCAL);
+    /// The watchdog resets the chip, or its power comes back.
+    pub fn reset(&mut self, by_watchdog: bool) {
+        self.chip.reset(FACTORY_OSCCAL, by_watchdog);
         self.settle();
         self.plan_light();
     }

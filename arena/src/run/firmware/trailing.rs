@@ -1,0 +1,52 @@
+//! Scripts of Kilobots: behind the program in flash, where its mark is.
+
+use std::path::Path;
+
+use bittybuzz_compiler::fit::{self, Misfit};
+use bittybuzz_compiler::refusal;
+use bittybuzz_emulation::Image;
+use bittybuzz_robots::{NoSection, Robot, find_script_section, script_section};
+
+use crate::scenario::Cause;
+
+/// Addresses from here on are not flash.
+const FLASH_END: u32 = 0x8000;
+
+/// What the script `image` is in the flash of a robot with the program in `path`: address and bytes.
+pub fn section(path: &Path, image: &[u8], robot: &Robot) -> Result<(u32, Vec<u8>), Cause> {
+    let unusable = |reason: String| Cause::NoFirmware { path: path.display().to_string(), reason };
+    let program = Image::open_avr(path).map_err(|error| unusable(error.to_string()))?;
+    let program = flash(&program);
+    let (at, features) = find_script_section(&program).map_err(|error| {
+        let reason = match error {
+            NoSection::Missing => "it has no place for a script",
+            NoSection::Ambiguous => "it has several places for a script, or something behind it",
+        };
+        unusable(reason.to_owned())
+    })?;
+    let limited = robot.clone().limited_to(features);
+    if fit::misfits(image, &limited).iter().any(|misfit| matches!(misfit, Misfit::Feature { .. })) {
+        return Err(unusable("it was built without a part that the script uses".to_owned()));
+    }
+    let sealed = fit::sealed(image, &limited)
+        .map_err(|cause| unusable(format!("the script {}", refusal::sentence(&cause))))?;
+    let most =
+        robot.budget.map_or(FLASH_END, |budget| budget.flash_bytes).saturating_sub(at as u32);
+    match script_section(features, &sealed) {
+        Some(section) if section.len() <= most as usize => Ok((at as u32, section)),
+        _ => Err(Cause::ScriptTooLong { bytes: sealed.len(), most }),
+    }
+}
+
+/// What is flashed, from address 0 on.
+fn flash(image: &Image) -> Vec<u8> {
+    let mut program = Vec::new();
+    for (address, bytes) in image.segments().filter(|(address, _)| *address < FLASH_END) {
+        let start = address as usize;
+        if program.len() < start + bytes.len() {
+            program.resize(start + bytes.len(), 0xff);
+        }
+        program[start..start + bytes.len()].copy_from_slice(bytes);
+    }
+    program
+}
