@@ -3,7 +3,12 @@
 use crate::elf;
 use crate::failure::Failure;
 use crate::shell::{Line, root};
+use bittybuzz_compiler::compile::{Options, compile};
+use bittybuzz_compiler::include::{DiskFiles, Loader};
+use bittybuzz_vm_core::Image;
+use bittybuzz_vm_core::builtin::Feature;
 use std::ffi::OsStr;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 /// A robot's firmware.
@@ -18,6 +23,8 @@ pub struct Board {
     untold: &'static [&'static str],
     /// The script with which it is measured, from the root; its own if there is none.
     measured: Option<&'static str>,
+    /// Its flash holds only those parts of the machine that the script uses: features of its crate.
+    is_tight: bool,
 }
 
 /// The Crazyflie's.
@@ -28,6 +35,7 @@ pub const CRAZYFLIE: Board = Board {
     program: "bittybuzz-crazyflie",
     untold: &[],
     measured: None,
+    is_tight: false,
 };
 
 /// The Zooid's.
@@ -40,13 +48,28 @@ pub const ZOOIDS: Board = Board {
     untold: &["--no-default-features"],
     // The longest of all examples.
     measured: Some("examples/swarm/herding.bzz"),
+    is_tight: false,
+};
+
+/// The Kilobot's.
+pub const KILOBOT: Board = Board {
+    robot: "kilobot",
+    folder: "firmware/kilobot-avr",
+    target: "avr-none",
+    program: "bittybuzz-kilobot-avr.elf",
+    untold: &[],
+    measured: None,
+    is_tight: true,
 };
 
 /// All of them.
-pub const BOARDS: [&Board; 2] = [&CRAZYFLIE, &ZOOIDS];
+pub const BOARDS: [&Board; 3] = [&CRAZYFLIE, &ZOOIDS, &KILOBOT];
 
 /// For people.
-const NAMES: &str = "`crazyflie` or `zooids`";
+const NAMES: &str = "`crazyflie`, `zooids` or `kilobot`";
+
+/// The script of a board if none is named, in its folder.
+const OWN_SCRIPT: &str = "hello.bzz";
 
 /// `build BOARD [--script FILE]`
 pub fn run(arguments: &[String]) -> Result<(), Failure> {
@@ -59,7 +82,7 @@ pub fn run(arguments: &[String]) -> Result<(), Failure> {
     let footprint = elf::footprint(&image)?;
     println!("{}", image.display());
     println!("{} bytes of flash, {} bytes of static RAM", footprint.flash, footprint.ram);
-    Ok(())
+    if board.is_tight { board.write_hex(script.as_deref(), &image) } else { Ok(()) }
 }
 
 /// Board and script.
@@ -84,13 +107,8 @@ fn read(arguments: &[String]) -> Result<(&str, Option<&str>), Failure> {
 }
 
 fn find(robot: &str) -> Result<&'static Board, Failure> {
-    if let Some(board) = BOARDS.into_iter().find(|board| board.robot == robot) {
-        return Ok(board);
-    }
-    match bittybuzz_robots::all_shipped().iter().any(|known| known.name == robot) {
-        true => Err(Failure::NoFirmware { robot: robot.to_owned() }),
-        false => Err(Failure::Usage(format!("there is no board `{robot}`; try {NAMES}"))),
-    }
+    let board = BOARDS.into_iter().find(|board| board.robot == robot);
+    board.ok_or_else(|| Failure::Usage(format!("there is no board `{robot}`; try {NAMES}")))
 }
 
 impl Board {
@@ -111,13 +129,49 @@ impl Board {
         script: Option<&Path>,
         quiet: bool,
     ) -> Result<PathBuf, Failure> {
-        let mut line = Line::new("cargo", &[&["build", "--release"], arguments].concat());
+        let features = if self.is_tight { self.parts(script)?.join(",") } else { String::new() };
+        let features = ["--features", &features];
+        let features = if self.is_tight { &features[..] } else { &[] };
+        let mut line = Line::new("cargo", &[&["build", "--release"], arguments, features].concat());
         if let Some(script) = script {
             line = line.env("BBZ_SCRIPT", &script.display().to_string());
         }
         let line = line.in_workspace(self.folder);
         if quiet { line.unannounced() } else { line }.run()?;
         Ok(self.image_in(&target_of(self.folder)))
+    }
+
+    /// The script, or the board's own.
+    fn script(&self, script: Option<&Path>) -> PathBuf {
+        script.map_or_else(|| root().join(self.folder).join(OWN_SCRIPT), Path::to_owned)
+    }
+
+    /// The parts of the machine that a script uses, as features of the board's crate. Of a script with errors none: the build
+    /// tells them.
+    fn parts(&self, script: Option<&Path>) -> Result<Vec<&'static str>, Failure> {
+        let path = self.script(script);
+        let text = fs::read_to_string(&path)
+            .map_err(|reason| Failure::Read { path: path.clone(), reason })?;
+        let robot = bittybuzz_robots::find(self.robot)
+            .map_err(|error| Failure::Robot(error.to_string()))?;
+        let loader = Loader { folders: vec![root().join("lib")], ..Loader::new(&DiskFiles) };
+        let options =
+            Options { profile: None, robot: Some(robot), robots: bittybuzz_robots::all_shipped() };
+        let image = compile(&path, text, &loader, &options).image.unwrap_or_default();
+        let used = Image::new(image.as_slice()).header().map_or(0, |header| header.features());
+        let social = Feature::Neighbors as u8 | Feature::Swarm as u8 | Feature::Stigmergy as u8;
+        let parts = [("maths", Feature::Maths as u8), ("swarm", social)];
+        Ok(parts.into_iter().filter(|(_, bits)| used & bits != 0).map(|(name, _)| name).collect())
+    }
+
+    /// Writes the file that is sent to robots beside the image.
+    fn write_hex(&self, script: Option<&Path>, image: &Path) -> Result<(), Failure> {
+        let (script, output) = (self.script(script), image.with_extension(""));
+        let [script, image, output] =
+            [&script, image, &output].map(|path| path.display().to_string());
+        let run = ["run", "--quiet", "--package", "bbz", "--", "build", &script];
+        let build = ["--robot", self.robot, "--firmware", &image, "-o", &output];
+        Line::new("cargo", &[&run[..], &build].concat()).run()
     }
 
     /// The image of a build with this target folder.
@@ -153,11 +207,18 @@ mod tests {
     }
 
     #[test]
-    fn robots_without_firmware_are_told_from_unknown_ones() {
-        for robot in ["crazyflie", "zooids"] {
+    fn parts_are_those_that_a_script_uses() {
+        let parts = |script: &str| KILOBOT.parts(Some(&root().join(script))).unwrap();
+        assert_eq!(parts("examples/blink.bzz"), [""; 0]);
+        assert_eq!(parts("examples/swarm/consensus.bzz"), ["swarm"]);
+        assert!(KILOBOT.parts(Some(Path::new("nowhere.bzz"))).is_err());
+    }
+
+    #[test]
+    fn boards_are_found_by_their_robots() {
+        for robot in ["crazyflie", "zooids", "kilobot"] {
             assert_eq!(find(robot).ok().map(|board| board.robot), Some(robot));
         }
-        assert!(matches!(find("kilobot"), Err(Failure::NoFirmware { .. })));
         assert!(matches!(find("crazyfly"), Err(Failure::Usage(_))));
     }
 }

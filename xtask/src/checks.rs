@@ -1,6 +1,6 @@
 //! Tests, and what CI runs.
 
-use crate::board::{BOARDS, CRAZYFLIE, ZOOIDS};
+use crate::board::{BOARDS, CRAZYFLIE, KILOBOT, ZOOIDS};
 use crate::failure::Failure;
 use crate::probe::PROBES;
 use crate::shell::{Line, cargo};
@@ -34,12 +34,13 @@ pub fn hardware_in_the_loop(image: &Path, arguments: &[&str]) -> Result<Line, Fa
     with_image(tests(&[&["--package", "bittybuzz-hil", "--"], arguments].concat()), image)
 }
 
-/// The Zooid's image is always that of the sources.
+/// The other robots' images are always those of the sources.
 fn with_image(line: Line, image: &Path) -> Result<Line, Failure> {
-    let zooids = ZOOIDS.build(None, false)?;
+    let [zooids, kilobot] = [ZOOIDS.build(None, false)?, KILOBOT.build(None, false)?];
     Ok(line
         .env("BITTYBUZZ_CRAZYFLIE", &image.display().to_string())
-        .env("BITTYBUZZ_ZOOIDS", &zooids.display().to_string()))
+        .env("BITTYBUZZ_ZOOIDS", &zooids.display().to_string())
+        .env("BITTYBUZZ_KILOBOT", &kilobot.display().to_string()))
 }
 
 /// `cargo test` with these arguments.

@@ -23,8 +23,6 @@ pub enum Failure {
     Empty { folder: PathBuf },
     /// Packages of the system are missing, and only the user can install them.
     Packages { command: String },
-    /// A robot that the compiler knows, but that has no firmware.
-    NoFirmware { robot: String },
     /// A robot file that cannot be used for this.
     Robot(String),
     /// A linked program that cannot be understood.
@@ -58,9 +56,6 @@ impl fmt::Display for Failure {
             Failure::Empty { folder } => write!(f, "no scripts in {}", folder.display()),
             Failure::Packages { command } => {
                 write!(f, "packages are missing; please run: {command}")
-            }
-            Failure::NoFirmware { robot } => {
-                write!(f, "there is no firmware for the robot `{robot}` yet")
             }
             Failure::Robot(message) => f.write_str(message),
             Failure::Elf { path, reason } => write!(f, "{}: {reason}", path.display()),

@@ -1,5 +1,6 @@
 //! Installs what the other commands need, by the ordinary clients.
 
+use crate::board::KILOBOT;
 use crate::failure::Failure;
 use crate::shell::{Line, is_installed};
 use std::fs;
@@ -45,10 +46,11 @@ pub fn run() -> Result<(), Failure> {
     packages()
 }
 
-/// The toolchain, components and targets of `rust-toolchain.toml`; needs no network if they are there.
+/// The toolchains, components and targets of each `rust-toolchain.toml`; needs no network if they are there.
 pub fn rust() -> Result<(), Failure> {
     // Cargo sets RUSTUP_TOOLCHAIN, which would hide the file and with it the targets.
-    Line::new("rustup", &["toolchain", "install"]).without_env("RUSTUP_TOOLCHAIN").run()
+    Line::new("rustup", &["toolchain", "install"]).without_env("RUSTUP_TOOLCHAIN").run()?;
+    Line::new("rustup", &["toolchain", "install"]).in_workspace(KILOBOT.folder).run()
 }
 
 fn packages() -> Result<(), Failure> {

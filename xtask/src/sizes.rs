@@ -10,7 +10,7 @@
 //! | `vm_full_flash` | everything in the profile `full` |
 //! | `vm_ram` | the robot's sizes and profile |
 
-use crate::board::{Board, CRAZYFLIE, ZOOIDS};
+use crate::board::{Board, CRAZYFLIE, KILOBOT, ZOOIDS};
 use crate::elf;
 use crate::failure::Failure;
 use crate::probe::{ATMEGA328P, CORTEX_M0, CORTEX_M4F, Extent, Probe};
@@ -19,14 +19,14 @@ use serde_json::{Map, Value};
 
 /// A robot, and what of it can be measured.
 struct Measured {
-    firmware: Option<&'static Board>,
+    firmware: &'static Board,
     probe: &'static Probe,
 }
 
 const ROBOTS: &[Measured] = &[
-    Measured { firmware: Some(&CRAZYFLIE), probe: &CORTEX_M4F },
-    Measured { firmware: Some(&ZOOIDS), probe: &CORTEX_M0 },
-    Measured { firmware: None, probe: &ATMEGA328P },
+    Measured { firmware: &CRAZYFLIE, probe: &CORTEX_M4F },
+    Measured { firmware: &ZOOIDS, probe: &CORTEX_M0 },
+    Measured { firmware: &KILOBOT, probe: &ATMEGA328P },
 ];
 
 /// What is known of a robot; in bytes.
@@ -58,11 +58,8 @@ fn measure(quiet: bool) -> Result<Vec<Sizes>, Failure> {
 
 impl Measured {
     fn sizes(&self, quiet: bool) -> Result<Sizes, Failure> {
-        let mut values = Vec::new();
-        if let Some(firmware) = self.firmware {
-            let image = elf::footprint(&firmware.build_measured(quiet)?)?;
-            values.extend([("flash", image.flash), ("ram", image.ram)]);
-        }
+        let image = elf::footprint(&self.firmware.build_measured(quiet)?)?;
+        let mut values = vec![("flash", image.flash), ("ram", image.ram)];
         let robot = find(self.probe.robot)?;
         let probed = |extent| elf::footprint(&self.probe.build(extent, quiet)?);
         let empty = probed(Extent::Empty)?;

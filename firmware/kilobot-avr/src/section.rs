@@ -1,5 +1,7 @@
 //! The script: the last of the program in flash, so that a longer one can take its place in the file that is sent to robots.
 
+use core::arch::global_asm;
+
 use bittybuzz_progmem as progmem;
 use bittybuzz_vm_core::ByteCode;
 use bittybuzz_vm_core::number::Profile;
@@ -9,7 +11,10 @@ use crate::toml::SCRIPT_HEADER;
 /// `robots/src/trailing.rs`
 const BYTES: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/script.bin"));
 
-// The linker puts `.fini0` behind everything else of the program.
+// The linker puts `.fini0` behind everything else of the program. The start-up code's `exit`, to which nothing ever comes, would
+// be there too, so it gets another one; so would be what `abort` ends in.
+global_asm!(".global exit, abort", "exit:", "abort: rjmp abort");
+
 #[unsafe(link_section = ".fini0")]
 static SCRIPT: [u8; BYTES.len()] = *include_bytes!(concat!(env!("OUT_DIR"), "/script.bin"));
 

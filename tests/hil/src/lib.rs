@@ -4,18 +4,22 @@
 //! * [`trace`] runs `bbz trace`: what a person sees, log lines and faults as text, LEDs and motors on request;
 //! * [`Robot`] holds the emulator's own line: frames to and from the radio's processor, dead tasks, damaged flash;
 //! * [`Swarm`] holds several of them, which hear each other;
-//! * [`Table`] holds Zooids under their projector.
+//! * [`Table`] holds Zooids under their projector;
+//! * [`Kilobots`] holds Kilobots and their overhead controller.
 //!
 //! [`guide`] carries out the guides in docs/.
 //!
 //! Images and emulators must have been built: `cargo xtask test` does that. `BITTYBUZZ_CRAZYFLIE` names another image of
-//! the Crazyflie than the one in its folder, `BITTYBUZZ_ZOOIDS` another one of the Zooid.
+//! the Crazyflie than the one in its folder, `BITTYBUZZ_ZOOIDS` another one of the Zooid, `BITTYBUZZ_KILOBOT` one of the
+//! Kilobot.
 
 pub mod guide;
+pub mod kilobots;
 mod swarm;
 pub mod table;
 mod told;
 
+pub use kilobots::Kilobots;
 pub use swarm::{Member, Pose, Swarm};
 pub use table::{Place, Table};
 pub use told::Told;
@@ -48,16 +52,19 @@ pub enum Core {
     Own,
     /// Of the Zooid alone; independent of all others.
     Rp2040,
+    /// Of the Kilobot.
+    Avr,
 }
 
 impl Core {
     /// The emulator program, built on the first call.
     pub fn program(self) -> &'static Path {
-        static PROGRAMS: [OnceLock<PathBuf>; 3] = [const { OnceLock::new() }; 3];
+        static PROGRAMS: [OnceLock<PathBuf>; 4] = [const { OnceLock::new() }; 4];
         let (number, package) = match self {
             Core::Unicorn => (0, "bittybuzz-emulate-stm32"),
             Core::Qemu => (1, "bittybuzz-emulate-qemu"),
             Core::Own | Core::Rp2040 => (2, "bittybuzz-emulate-m0"),
+            Core::Avr => (3, "bittybuzz-emulate-avr"),
         };
         PROGRAMS[number].get_or_init(|| build(package, package.replace("bittybuzz", "bbz")))
     }

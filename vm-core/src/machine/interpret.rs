@@ -21,6 +21,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Runs at most `budget` instructions: `Continue` means that it is used up.
     #[inline(never)]
     #[allow(clippy::collapsible_match, reason = "guards would split the jump table")]
+    #[allow(
+        clippy::manual_range_patterns,
+        reason = "ranges would be compared, not looked up in the jump table"
+    )]
     pub(super) fn interpret<H: Host<P>>(
         &mut self,
         host: &mut H,

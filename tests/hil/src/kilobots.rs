@@ -1,0 +1,167 @@
+//! Kilobots in one emulator program, which see each other's light, and the overhead controller above them.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Duration;
+
+use bittybuzz_emulation::Emulator;
+use bittybuzz_tests::bbz;
+
+use crate::{Command, Core, Event, TimedEvent};
+
+/// Types of the controller's messages (kilolib, `message.h`).
+pub mod kind {
+    #![allow(missing_docs, reason = "the names are kilolib's")]
+    pub const BOOT: u8 = 0x80;
+    pub const RESET: u8 = 0x83;
+    pub const SLEEP: u8 = 0x84;
+    pub const WAKEUP: u8 = 0x85;
+    pub const CHARGE: u8 = 0x86;
+    pub const VOLTAGE: u8 = 0x87;
+    pub const RUN: u8 = 0x88;
+    pub const READUID: u8 = 0x89;
+    pub const CALIB: u8 = 0x8a;
+}
+
+/// The Kilobot's image. `BITTYBUZZ_KILOBOT` names another one than the one in its folder.
+pub fn kilobot() -> PathBuf {
+    if let Some(path) = std::env::var_os("BITTYBUZZ_KILOBOT") {
+        return PathBuf::from(path);
+    }
+    let path =
+        bbz::root().join("firmware/kilobot-avr/target/avr-none/release/bittybuzz-kilobot-avr.elf");
+    assert!(path.exists(), "no firmware: run `cargo xtask build kilobot` first");
+    path
+}
+
+/// Files of a script and its firmware, deleted in the end.
+struct Files(PathBuf);
+
+impl Files {
+    /// Puts the script into the image as people do.
+    fn build(script: &str) -> Self {
+        static NUMBER: AtomicU32 = AtomicU32::new(0);
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let folder = std::env::temp_dir().join(format!("kilobots-{}-{number}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let files = Files(folder);
+        let path = files.0.join("script.bzz");
+        std::fs::write(&path, script).expect("a file");
+        let [path, image] = [&path, &kilobot()].map(|path| path.display().to_string());
+        let build = ["build", &path, "--robot", "kilobot", "--firmware", &image];
+        let built = bbz::run(&build, &[]);
+        assert_eq!(built.status, Some(0), "{}", built.stderr);
+        files
+    }
+}
+
+impl Drop for Files {
+    fn drop(&mut self) {
+        // Left behind, they harm nobody.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Kilobots.
+pub struct Kilobots {
+    emulator: Emulator,
+    /// What happened on each.
+    pub events: Vec<Vec<TimedEvent>>,
+    now: Duration,
+    // The program was loaded from them.
+    files: Files,
+}
+
+impl Kilobots {
+    /// So many with this script, switched on. Their ids are their numbers.
+    pub fn new(script: &str, count: usize) -> Self {
+        let files = Files::build(script);
+        let arguments = ["--count", &count.to_string(), "--threads", "1"];
+        let mut emulator =
+            Emulator::spawn_with(Core::Avr.program(), &arguments).expect("it starts");
+        emulator.load(&files.0.join("script.hex")).expect("it loads");
+        Kilobots { emulator, events: vec![Vec::new(); count], now: Duration::ZERO, files }
+    }
+
+    /// Since power-on.
+    pub fn now(&self) -> Duration {
+        self.now
+    }
+
+    /// The script's symbols.
+    pub fn symbols(&self) -> String {
+        std::fs::read_to_string(self.files.0.join("script.sym")).expect("it was built")
+    }
+
+    /// Gives the emulator a command for a robot.
+    pub fn tell(&mut self, robot: usize, command: &Command) {
+        let told = self.emulator.done_by(robot, command);
+        told.unwrap_or_else(|error| panic!("{command:?}: {error}"));
+    }
+
+    /// The controller says something to all of them, and is done in 10 ms.
+    pub fn command(&mut self, kind: u8, data: [u8; 9]) {
+        let payload = [&data[..], &[kind]].concat();
+        self.tell(0, &Command::Radio { at: self.now, payload });
+        self.run_ms(10);
+    }
+
+    /// The controller starts the scripts.
+    pub fn start(&mut self) {
+        self.run_ms(100);
+        self.command(kind::RUN, [0; 9]);
+    }
+
+    /// Runs for so many ms.
+    pub fn run_ms(&mut self, ms: u64) {
+        self.now += Duration::from_millis(ms);
+        let events = &mut self.events;
+        let run = self.emulator.run_all(self.now, |event| events[event.robot].push(event.timed));
+        run.expect("it runs");
+    }
+
+    /// Bytes of a robot's memory: flash at 0, RAM at 0x800100, EEPROM at 0x810000.
+    pub fn memory(&mut self, robot: usize, address: u32, length: u32) -> Vec<u8> {
+        self.emulator.read_of(robot, address, length).expect("it is there")
+    }
+
+    /// The colours that a robot has shown since a time, each with its time.
+    pub fn colors(&self, robot: usize, since: Duration) -> Vec<(Duration, [u8; 3])> {
+        let later = self.events[robot].iter().filter(|event| event.at >= since);
+        later
+            .filter_map(|event| match event.event {
+                Event::Colour { red, green, blue } => Some((event.at, [red, green, blue])),
+                _ => None,
+            })
+            .collect()
+    }
+
+    /// The colour that a robot shows now.
+    pub fn color(&self, robot: usize) -> [u8; 3] {
+        self.colors(robot, Duration::ZERO).last().map_or([0; 3], |(_, color)| *color)
+    }
+
+    /// Duties of a robot's left and right motor now, 0 to 255.
+    pub fn motors(&self, robot: usize) -> [u8; 2] {
+        let mut duties = [0; 2];
+        for event in &self.events[robot] {
+            if let Event::Motor { number, duty, .. } = event.event {
+                duties[usize::from(number) - 1] = (duty * 255.0).round() as u8;
+            }
+        }
+        duties
+    }
+
+    /// The messages that a robot has sent, each with the time of its end.
+    pub fn sent(&self, robot: usize) -> Vec<(Duration, [u8; 12])> {
+        let events = self.events[robot].iter();
+        events
+            .filter_map(|event| match &event.event {
+                Event::Infrared { payload, .. } => {
+                    Some((event.at, payload.as_slice().try_into().expect("12 bytes")))
+                }
+                _ => None,
+            })
+            .collect()
+    }
+}
