@@ -1,7 +1,7 @@
 //! Functions of the virtual machine in which a script spends its time. They keep their entry, their exit and their sequences.
 
 /// Their names.
-const HOT: [&str; 29] = [
+const HOT: [&str; 30] = [
     "interpret",
     "call_back",
     "call",
@@ -18,6 +18,7 @@ const HOT: [&str; 29] = [
     "table_get",
     "mark",
     "sweep",
+    "divide_quickly",
     "take_cell",
     "enter_function",
     "begin_messages",
@@ -36,8 +37,26 @@ const HOT: [&str; 29] = [
 /// Handlers of interrupts, while which others wait: their symbols begin so.
 const INTERRUPT: &str = "__vector_";
 
-/// Whether that is the symbol of one of them: a mangled name holds each part behind its length.
+/// Whether that is the symbol of one of them: in a mangled name each part stands behind its length, that of a method behind the `E`
+/// that ends its type, that of another function at the end.
 pub fn is_hot(symbol: &str) -> bool {
-    symbol.starts_with(INTERRUPT)
-        || HOT.iter().any(|name| symbol.contains(&format!("{}{name}", name.len())))
+    let is_named = |name: &&str| {
+        let part = format!("{}{name}", name.len());
+        symbol.ends_with(&part) || symbol.contains(&format!("E{part}"))
+    };
+    symbol.starts_with(INTERRUPT) || HOT.iter().any(is_named)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn functions_are_found_and_modules_of_that_name_are_not() {
+        assert!(is_hot("_RNvMNtNtCs9_17bittybuzz_vm_core7machine4callINtB4_2VmE4pushE4callB1w_"));
+        assert!(!is_hot("_RNvMNtNtCs9_17bittybuzz_vm_core7machine4callINtB4_2VmE4pushB1w_"));
+        assert!(is_hot("_RNvNtNtCs9_17bittybuzz_vm_core7message5frame16translate_string"));
+        assert!(!is_hot("_RNvMs_NtNtCs9_17bittybuzz_vm_core7machine9interpretE3useB1w_"));
+        assert!(is_hot("__vector_11"));
+    }
 }
