@@ -19,7 +19,7 @@ mod swarm;
 pub mod table;
 mod told;
 
-pub use kilobots::Kilobots;
+pub use kilobots::{Kilobots, kilobot};
 pub use swarm::{Member, Pose, Swarm};
 pub use table::{Place, Table};
 pub use told::Told;

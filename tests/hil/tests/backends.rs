@@ -134,6 +134,41 @@ fn both_backends_come_to_the_same_end() {
     compare(3);
 }
 
+/// Six Kilobots go straight on, turn and stop. Their firmware is started by the controller, 20 ms late, and pushes a motor that starts.
+#[test]
+fn kilobots_come_to_the_same_end() {
+    let script = ScriptFile::new(
+        "kilobots",
+        "t = 0\nfunction step() {\n t = t + 1\n if(t < 30) { forward() }\n else if(t < 60) { left() }\n \
+         else { stop() led(5) }\n}\n",
+    );
+    let ends = |backend: &str| {
+        let text = format!(
+            "[world]\nsize = [800, 500]\nduration = 7\n[[robots]]\nrobot = \"kilobot\"\nscript = '{}'\ncount = 6\n\
+             placement = \"grid\"\nspacing = 80\nbackend = \"{backend}\"\nfirmware = '{}'\n",
+            script.path(),
+            bittybuzz_hil::kilobot().display()
+        );
+        let read = Scenario::parse(&text, "test.toml", Path::new(""), &[]);
+        let scenario = read.unwrap_or_else(|errors| panic!("{errors:#?}"));
+        let programs = [program(&scenario.groups[0].script, &scenario.groups[0].robot)];
+        let setup = Setup::new(&scenario, &programs).unwrap();
+        let setup = setup.emulated_by(Core::Avr.program().to_owned());
+        let casts = setup.casts();
+        let mut simulation = Simulation::new(&setup, &casts, 1, 1).unwrap();
+        while !simulation.is_over() {
+            simulation.tick().unwrap_or_else(|error| panic!("{error}"));
+        }
+        (0..6).map(|number| simulation.view(number).unwrap()).collect::<Vec<_>>()
+    };
+    for (vm, firmware) in ends("vm").into_iter().zip(ends("firmware")) {
+        let distance = (vm.pose.x - firmware.pose.x).hypot(vm.pose.y - firmware.pose.y);
+        // 31 mm were gone in 3 s.
+        assert!(distance < 2.0, "{distance} mm");
+        assert_eq!((vm.led, firmware.led), (5, 5));
+    }
+}
+
 /// Wheels that turn for so many steps, whatever comes of it: nothing corrects what one of them does differently.
 #[test]
 fn wheels_turn_for_as_long_with_both_backends() {
