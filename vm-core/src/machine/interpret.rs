@@ -18,6 +18,10 @@ use crate::opcode::{self, WIDE, order};
 use crate::value::{Tag, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
+    /// The jump table knows short forms, too. It pays where slots need no check, being a power of two: elsewhere steps would take
+    /// some percent more. On the AVR, with its little flash, forms are told apart first.
+    const DIRECT: bool = cfg!(not(target_arch = "avr")) && SLOTS.is_power_of_two();
+
     /// Runs at most `budget` instructions: `Continue` means that it is used up.
     #[inline(never)]
     #[allow(clippy::collapsible_match, reason = "guards would split the jump table")]
@@ -46,7 +50,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         macro_rules! fp {
             () => {
-                if DIRECT { fp } else { usize::from(self.fp) }
+                if Self::DIRECT { fp } else { usize::from(self.fp) }
             };
         }
         macro_rules! set_fp {
@@ -75,7 +79,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         // The instruction has an operand: with `DIRECT` the position is still in front of its last byte.
         macro_rules! operand {
             () => {
-                if DIRECT {
+                if Self::DIRECT {
                     pc = pc.wrapping_add(1);
                 }
             };
@@ -117,7 +121,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
                 budget -= 1;
 
-                if DIRECT {
+                if Self::DIRECT {
                     // The byte behind may be no operand.
                     let [first, next] = code.word(pc).to_le_bytes();
                     op = first;
@@ -400,7 +404,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         // With `DIRECT`, short forms as they are in the image.
                         0x80 | 0x81 | 0x82 | 0x83 | 0x84 | 0x85 | 0x86 | 0x87 | 0x88 | 0x89
                         | 0x8a | 0x8b | 0x8c | 0x8d | 0x8e | 0x8f
-                            if DIRECT =>
+                            if Self::DIRECT =>
                         {
                             let low = isize::from(op & 0x0f) + opcode::SHORT_LOCAL_GET.low as isize;
                             let value = get!(fp!().wrapping_add_signed(low));
@@ -413,7 +417,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         }
                         0x90 | 0x91 | 0x92 | 0x93 | 0x94 | 0x95 | 0x96 | 0x97 | 0x98 | 0x99
                         | 0x9a | 0x9b | 0x9c | 0x9d | 0x9e | 0x9f
-                            if DIRECT =>
+                            if Self::DIRECT =>
                         {
                             push!(Value::int(
                                 i32::from(op & 0x0f) + i32::from(opcode::SHORT_INT.low)
@@ -422,14 +426,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         }
                         0xa0 | 0xa1 | 0xa2 | 0xa3 | 0xa4 | 0xa5 | 0xa6 | 0xa7 | 0xa8 | 0xa9
                         | 0xaa | 0xab | 0xac | 0xad | 0xae | 0xaf
-                            if DIRECT =>
+                            if Self::DIRECT =>
                         {
                             push!(get!(GLOBALS + usize::from(op & 0x0f)));
                             continue 'run;
                         }
                         0xb0 | 0xb1 | 0xb2 | 0xb3 | 0xb4 | 0xb5 | 0xb6 | 0xb7 | 0xb8 | 0xb9
                         | 0xba | 0xbb | 0xbc | 0xbd | 0xbe | 0xbf
-                            if DIRECT =>
+                            if Self::DIRECT =>
                         {
                             (op, arg) = match op & 0x0c {
                                 0x08 => (opcode::RETURN, isize::from(op & 0x03)),
@@ -439,13 +443,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                             pc = pc.wrapping_sub(1);
                             continue 'decoded;
                         }
-                        _ if DIRECT && op & WIDE != 0 => {
+                        _ if Self::DIRECT && op & WIDE != 0 => {
                             arg = isize::from(code.word(pc) as i16);
                             pc = pc.wrapping_add(1);
                             op &= !WIDE;
                             continue 'decoded;
                         }
-                        _ if DIRECT && op & 0x40 != 0 => operand!(),
+                        _ if Self::DIRECT && op & 0x40 != 0 => operand!(),
                         _ => {}
                     }
                     break 'run Left::Undone;
@@ -464,7 +468,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
                 Left::Undone => {
                     // Without an operand it is the byte behind.
-                    if DIRECT && op & 0x40 == 0 {
+                    if Self::DIRECT && op & 0x40 == 0 {
                         arg = 0;
                     }
                     self.slow(host, op, arg as i16)?;
@@ -487,9 +491,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         budget
     }
 }
-
-/// The jump table knows short forms, too. On the AVR, with its little flash, forms are told apart first.
-const DIRECT: bool = cfg!(not(target_arch = "avr"));
 
 /// The order of two integers, as the bit of the relations that hold.
 #[inline(always)]
