@@ -1,6 +1,6 @@
 //! The chip's registers as the core reads and writes them.
 
-use super::{ACI, ACIC, ACO, Atmega328p, CLKPCE, IVCE, IVSEL, UNLOCKED, WATCHDOG_RESET};
+use super::{ACI, ACIC, ACO, Atmega328p, B, CLKPCE, IVCE, IVSEL, UNLOCKED, WATCHDOG_RESET};
 
 /// Addresses in the data space.
 mod at {
