@@ -46,8 +46,7 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Mail<P, 
     pub fn receive(&self, frame: &mut [u8]) -> Option<(usize, Sighting<P>)> {
         with(&self.inbox, |inbox| {
             let (heard, sighting) = inbox.pop()?;
-            frame.iter_mut().zip(heard).for_each(|(to, from)| *to = *from);
-            Some((heard.len().min(frame.len()), sighting))
+            Some((copy(heard, frame), sighting))
         })?
     }
 
@@ -99,8 +98,7 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Mail<P, 
     pub fn next_unsent(&self, frame: &mut [u8; FRAME]) -> Option<usize> {
         with(&self.outbox, |outbox| {
             let next = outbox.pop()?;
-            frame.iter_mut().zip(next).for_each(|(to, from)| *to = *from);
-            Some(next.len())
+            Some(copy(next, frame))
         })?
     }
 }
@@ -116,6 +114,15 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Default
 /// Nobody holds it twice: the borrow always succeeds.
 fn with<T, R>(shared: &Shared<T>, act: impl FnOnce(&mut T) -> R) -> Option<R> {
     shared.lock(|shared| shared.try_borrow_mut().ok().map(|mut shared| act(&mut shared)))
+}
+
+/// Copies a frame, as far as there is room, and tells how many bytes.
+fn copy(from: &[u8], to: &mut [u8]) -> usize {
+    let length = from.len().min(to.len());
+    if let (Some(to), Some(from)) = (to.get_mut(..length), from.get(..length)) {
+        to.copy_from_slice(from);
+    }
+    length
 }
 
 /// How long a robot waits before it sends a frame.
