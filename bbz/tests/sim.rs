@@ -78,7 +78,7 @@ fn what_is_wrong_with_scenario_or_script_is_status_2() {
     folder.write("s.toml", SCENARIO.replace("global.n\"\nequals", "global.m\"\nequals"));
     folder.bbz(&["sim", "s.toml"]).fails_with(2, &["no script has a global `m`", "s.toml:12:9"]);
     folder.write("s.toml", SCENARIO);
-    folder.write("s.bzz", "function step() { led(1, 2, 3) }\n");
+    folder.write("s.bzz", "function step() { led(1, 2, 3, 4) }\n");
     folder.bbz(&["sim", "s.toml"]).fails_with(2, &["error[E", "s.bzz:1:", "led"]);
     folder.write("s.bzz", SCRIPT);
     folder
