@@ -152,13 +152,10 @@ fn a_lossy_medium_loses() {
 
 #[test]
 fn lamps_change() {
-    let kilobot = bittybuzz_robots::shipped()[0].1;
-    let robot = kilobot.replace("name = \"kilobot\"", "name = \"seeing\"")
-        + "\n[[function]]\nname = \"light\"\naccepts = [\"\"]\nreturns = \"int\"\nhelp = \"brightness\"\n";
     let script = "seen = 0\nfunction step() { seen = light() }\n";
-    let test = folder("light", &[("seeing.toml", &robot), ("see.bzz", script)]);
+    let test = folder("light", &[("see.bzz", script)]);
     let text = "[world]\nsize = [1000, 1000]\nduration = 15\nambient = 20\nlights = [[100, 0]]\n\
-         [[robots]]\nrobot = \"seeing.toml\"\nbody = \"kilobot\"\nscript = \"see.bzz\"\npositions = [[0, 0]]\nheading = 0\n\
+         [[robots]]\nrobot = \"kilobot\"\nscript = \"see.bzz\"\npositions = [[0, 0]]\nheading = 0\n\
          [output]\nplot = [\"global.seen\"]\n\
          [[event]]\nat = 5\nlight = { at = [100, 0], brightness = 100 }\n[[event]]\nat = 10\nlight = []\n";
     let mut seen = Vec::new();
