@@ -1,9 +1,6 @@
 //! `bbz flash`: writes a script, and if asked the firmware, to a robot.
 
-use std::env;
-use std::fs;
 use std::path::{Path, PathBuf};
-use std::process;
 
 use bittybuzz_compiler::fit;
 use bittybuzz_robots::{Layout, Robot, Setting};
@@ -16,6 +13,7 @@ use crate::output;
 use crate::probe_rs::{self, ProbeRs};
 use crate::problem::Problem;
 use crate::program::Program;
+use crate::scratch::Scratch;
 use crate::selection::Selection;
 
 const EXAMPLES: &str = "\
@@ -71,11 +69,11 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     if let Some(path) = &arguments.firmware {
         firmware::check(path, &layout)?;
     }
-    let file = SectionFile::new(&arguments.file, "script");
+    let file = Scratch::new(&arguments.file, "script.bin");
     let id = arguments.id.map(|id| assign(id, robot, &layout, &arguments.file)).transpose()?;
     let settings = set(&arguments.set, robot, &layout, &arguments.file)?;
     let assignments = [id, settings];
-    let mut calls = calls(chip, &layout, arguments.firmware.as_deref(), &file.0);
+    let mut calls = calls(chip, &layout, arguments.firmware.as_deref(), file.path());
     for assignment in assignments.iter().flatten() {
         // Before the script, with which the robot starts anew.
         calls.insert(calls.len() - 1, assignment.call(chip));
@@ -137,13 +135,13 @@ fn calls(chip: &str, layout: &Layout, firmware: Option<&Path>, script: &Path) ->
 struct Assignment {
     address: u32,
     section: Vec<u8>,
-    file: SectionFile,
+    file: Scratch,
 }
 
 /// What is needed to give a robot its id, if it can have one.
 fn assign(id: u16, robot: &Robot, layout: &Layout, script: &Path) -> Result<Assignment, Problem> {
     let region = layout.id.ok_or_else(|| Problem::NoIdRegion(robot.title.clone()))?;
-    let (section, file) = (Layout::id_section(id).to_vec(), SectionFile::new(script, "id"));
+    let (section, file) = (Layout::id_section(id).to_vec(), Scratch::new(script, "id.bin"));
     Ok(Assignment { address: region.address, section, file })
 }
 
@@ -170,7 +168,7 @@ fn set(
             *slot = Some(value);
         }
     }
-    let (section, file) = (Layout::settings_section(&values), SectionFile::new(script, "settings"));
+    let (section, file) = (Layout::settings_section(&values), Scratch::new(script, "settings.bin"));
     Ok(Some(Assignment { address: region.address, section, file }))
 }
 
@@ -191,28 +189,6 @@ impl Assignment {
         let address = format!("{:#010x}", self.address);
         ProbeRs::new("download", chip)
             .args(["--verify", "--binary-format", "bin", "--base-address", &address])
-            .arg(&self.file.0)
-    }
-}
-
-/// What probe-rs writes to a region: a file for the time of a call.
-struct SectionFile(PathBuf);
-
-impl SectionFile {
-    /// A file that is named after the script and the region.
-    fn new(script: &Path, region: &str) -> Self {
-        let stem = script.file_stem().unwrap_or_default().to_string_lossy();
-        SectionFile(env::temp_dir().join(format!("bbz-{}-{stem}-{region}.bin", process::id())))
-    }
-
-    fn write(&self, bytes: &[u8]) -> Result<(), Problem> {
-        fs::write(&self.0, bytes).map_err(|error| Problem::unwritable(&self.0, error))
-    }
-}
-
-impl Drop for SectionFile {
-    fn drop(&mut self) {
-        // In a dry run it was never written.
-        let _ = fs::remove_file(&self.0);
+            .arg(self.file.path())
     }
 }

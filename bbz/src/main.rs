@@ -32,6 +32,7 @@ mod problem;
 mod program;
 mod report;
 mod run;
+mod scratch;
 mod selection;
 mod sim;
 mod trace;

@@ -4,16 +4,19 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_emulation::message::Event;
 use bittybuzz_emulation::{Emulator, Pause};
 use bittybuzz_robots::Robot;
 use defmt_decoder::{DecodeError, StreamDecoder, Table};
 
 use crate::emulator;
+use crate::hex;
 use crate::interrupt::Interrupt;
 use crate::probe_rs;
 use crate::problem::Problem;
 use crate::program::Program;
+use crate::scratch::Scratch;
 
 use super::message::{Content, Level, Message};
 use super::teller::Teller;
@@ -26,7 +29,7 @@ const PATIENCE: Duration = Duration::from_millis(200);
 
 /// What to emulate.
 pub struct Emulation<'a> {
-    /// The program that emulates, if it is not [`emulator::STM32`].
+    /// The program that emulates, if it is not the usual one of the robot.
     pub program: Option<&'a Path>,
     /// The image that would be flashed.
     pub firmware: &'a Path,
@@ -43,30 +46,35 @@ pub struct Emulation<'a> {
 impl Emulation<'_> {
     /// Runs it, and prints what it tells.
     pub fn run(&self, teller: &mut Teller<'_>, interrupt: &mut Interrupt) -> Result<(), Problem> {
-        let layout = probe_rs::layout(self.robot)?;
-        let script = match self.script {
-            None => None,
-            Some((path, program)) if program.image.is_empty() => {
-                return Err(Problem::NoImage(path.to_owned()));
-            }
-            Some((path, program)) => Some(probe_rs::script_section(&layout, path, &program.image)?),
-        };
-        let table = self.table()?;
         // A robot of one's own runs on the board that has its chip. Emulators play a Crazyflie unless they are told otherwise.
         let mut boards = bittybuzz_robots::all_shipped().into_iter();
         let board = boards.find(|board| board.chip == self.robot.chip);
-        let arguments = match &board {
-            Some(board) if board.name != "crazyflie" => vec!["--robot", board.name.as_str()],
+        let board = board.as_ref().map(|board| board.name.as_str());
+        let is_kilobot = board == Some("kilobot");
+        let flashed = self.flashed(is_kilobot)?;
+        let table = if is_kilobot { None } else { Some(self.table()?) };
+        let arguments = match board {
+            Some(name) if name != "crazyflie" => vec!["--robot", name],
             _ => vec![],
         };
-        let mut emulator =
-            Emulator::spawn_with(&emulator::program(self.program, emulator::STM32), &arguments)
-                .map_err(Problem::Emulator)?;
-        emulator.load(self.firmware).map_err(Problem::Emulator)?;
-        if let Some(script) = script {
-            emulator.write(layout.script.address, &script).map_err(Problem::Emulator)?;
+        let usual = if is_kilobot { emulator::AVR } else { emulator::STM32 };
+        let program = emulator::program(self.program, usual);
+        let mut emulator = Emulator::spawn_with(&program, &arguments).map_err(Problem::Emulator)?;
+        let firmware = match &flashed {
+            Flashed::Whole(file) => file.path(),
+            _ => self.firmware,
+        };
+        emulator.load(firmware).map_err(Problem::Emulator)?;
+        if let Flashed::Beside { address, section } = &flashed {
+            emulator.write(*address, section).map_err(Problem::Emulator)?;
         }
-        let mut reader = Reader { table: &table, decoder: table.new_stream_decoder(), lost: false };
+        if is_kilobot {
+            emulator.start_kilobots(Duration::ZERO).map_err(Problem::Emulator)?;
+        }
+        let mut reader = Reader {
+            defmt: table.as_ref().map(|table| (table, table.new_stream_decoder())),
+            lost: false,
+        };
         let start = Instant::now();
         let mut now = Duration::ZERO;
         while self.duration.is_none_or(|end| now < end) {
@@ -100,6 +108,23 @@ impl Emulation<'_> {
         Ok(())
     }
 
+    /// What is flashed beside the firmware.
+    fn flashed(&self, is_kilobot: bool) -> Result<Flashed, Problem> {
+        let Some((path, program)) = self.script else { return Ok(Flashed::Firmware) };
+        if program.image.is_empty() {
+            return Err(Problem::NoImage(path.to_owned()));
+        }
+        if is_kilobot {
+            let hex = hex::with_script(self.firmware, path, &program.image, self.robot)?;
+            let file = Scratch::new(path, "program.hex");
+            file.write(hex.as_bytes())?;
+            return Ok(Flashed::Whole(file));
+        }
+        let layout = probe_rs::layout(self.robot)?;
+        let section = probe_rs::script_section(&layout, path, &program.image)?;
+        Ok(Flashed::Beside { address: layout.script.address, section })
+    }
+
     /// The texts of the firmware's messages.
     fn table(&self) -> Result<Table, Problem> {
         let bytes =
@@ -115,10 +140,20 @@ impl Emulation<'_> {
     }
 }
 
+/// What the emulated robot gets.
+enum Flashed {
+    /// The firmware, with its own script.
+    Firmware,
+    /// The firmware, and a script in a region of its own.
+    Beside { address: u32, section: Vec<u8> },
+    /// A program with the script in it.
+    Whole(Scratch),
+}
+
 /// Reads what the firmware writes.
 struct Reader<'t> {
-    table: &'t Table,
-    decoder: Box<dyn StreamDecoder + Send + Sync + 't>,
+    /// The texts of its messages; a Kilobot has none.
+    defmt: Option<(&'t Table, Box<dyn StreamDecoder + Send + Sync + 't>)>,
     /// Whether an error has made the rest unreadable.
     lost: bool,
 }
@@ -144,11 +179,16 @@ impl Reader<'_> {
             Event::Syslink { .. }
             | Event::P2p { .. }
             | Event::Radio { .. }
-            | Event::Infrared { .. }
             | Event::Serial { .. } => vec![],
+            Event::Infrared { payload, .. } => {
+                let message = payload.as_slice().try_into().ok();
+                message.and_then(FaultReport::of).map(Content::Report).into_iter().collect()
+            }
             Event::Reset { cause } => {
                 // The firmware begins anew in the middle of a message.
-                self.decoder = self.table.new_stream_decoder();
+                if let Some((table, decoder)) = &mut self.defmt {
+                    *decoder = table.new_stream_decoder();
+                }
                 self.lost = false;
                 vec![Content::Reset { cause }]
             }
@@ -168,17 +208,18 @@ impl Reader<'_> {
     }
 
     fn decode(&mut self, bytes: &[u8]) -> Vec<Content> {
-        self.decoder.received(bytes);
         let mut contents = Vec::new();
+        let Some((table, decoder)) = &mut self.defmt else { return contents };
+        decoder.received(bytes);
         while !self.lost {
-            match self.decoder.decode() {
+            match decoder.decode() {
                 Ok(frame) => {
                     let level = frame.level().and_then(|level| Level::from_name(level.as_str()));
                     contents.push(Content::from_text(level, &frame.display_message().to_string()));
                 }
                 Err(DecodeError::UnexpectedEof) => break,
                 Err(DecodeError::Malformed) => {
-                    self.lost = !self.table.encoding().can_recover();
+                    self.lost = !table.encoding().can_recover();
                     contents.push(Content::Damaged("a message of the firmware".to_owned()));
                 }
             }

@@ -11,7 +11,7 @@ use crate::program::Program;
 /// The object for a fault. `positions` are the calls that led there, innermost first; `accepted` is what the robot
 /// function accepts that has refused its arguments.
 pub fn fault(
-    step: u32,
+    step: Option<u32>,
     fault: &Fault,
     program: &Program,
     positions: &[u16],

@@ -1,5 +1,7 @@
 //! What a robot tells.
 
+use bittybuzz_comms::infrared::FaultReport;
+
 /// Something that a robot has told, or that was seen of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Message {
@@ -14,6 +16,8 @@ pub struct Message {
 pub enum Content {
     /// A record about the script ([`bittybuzz_comms::trace`]).
     Record(Vec<u8>),
+    /// A message of a Kilobot whose script has stopped.
+    Report(FaultReport),
     /// What looks like a record, but is damaged.
     Damaged(String),
     /// A message of the firmware.

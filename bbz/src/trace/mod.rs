@@ -36,6 +36,8 @@ Examples:
                                          what another program has read from the robot
   bbz trace firmware.elf --robot crazyflie --script blink.bzz --emulate --seconds 2 --plain
                                          only what the script logs, as `bbz run` prints it
+  bbz trace kilobot.elf --robot kilobot --script blink.bzz --emulate --outputs
+                                         an emulated Kilobot, started by its controller; it tells of faults only
 
 A line is the time in seconds, what it is about, and the text. The time is the robot's own clock, of an emulated
 robot the time since power-on. `step N` is a line that the script logged after N complete steps; levels such as INFO
@@ -65,7 +67,7 @@ pub struct Arguments {
     /// Emulate the robot instead of reading from one
     #[arg(long)]
     emulate: bool,
-    /// Program that emulates, such as bbz-emulate-qemu [default: bbz-emulate-stm32]
+    /// Program that emulates, such as bbz-emulate-qemu [default: bbz-emulate-avr for Kilobots, else bbz-emulate-stm32]
     #[arg(long, value_name = "PROGRAM", requires = "emulate")]
     emulator: Option<PathBuf>,
     /// Simulated seconds, at full speed [default: in real time until Ctrl-C]

@@ -1,6 +1,7 @@
 //! Prints what a robot tells.
 
 use annotate_snippets::{Group, Level as Severity};
+use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_comms::trace::{Item, Items, Record, RecordError, Unused};
 use bittybuzz_compiler::refusal;
 use bittybuzz_robots::Robot;
@@ -60,6 +61,8 @@ pub struct Teller<'a> {
     /// Messages that came to nothing: when they were told last, and what is not told yet.
     unused_told: Option<f64>,
     unused: Option<(Option<f64>, Unused)>,
+    /// The last report of a Kilobot.
+    reported: Option<FaultReport>,
     output: Output,
     ending: Ending,
 }
@@ -82,6 +85,7 @@ impl<'a> Teller<'a> {
             until_fault,
             unused_told: None,
             unused: None,
+            reported: None,
             output: Output::new(),
             ending: Ending::Success,
         }
@@ -112,6 +116,7 @@ impl<'a> Teller<'a> {
                 Ok(record) => self.record(time, &record),
                 Err(error) => self.damaged(time, damage(error), bytes),
             },
+            Content::Report(report) => self.report(time, report),
             Content::Damaged(text) => self.damaged(time, "its text is damaged", text.as_bytes()),
             Content::Firmware { level, text } => {
                 let name = level.map(|level| level.name());
@@ -143,7 +148,9 @@ impl<'a> Teller<'a> {
         match *record {
             Record::Start { .. } => {}
             Record::Log { step, items } => self.log(time, step, items),
-            Record::Fault { step, fault, calls } => self.fault(time, step, &fault, calls.collect()),
+            Record::Fault { step, fault, calls } => {
+                self.fault(time, Some(step), &fault, calls.collect());
+            }
             Record::Refused(cause) => self.refused(time, cause),
             Record::Overrun { step, missed } => {
                 let text = format!(
@@ -253,7 +260,34 @@ impl<'a> Teller<'a> {
         self.entry(time, &format!("step {step}"), &line, object);
     }
 
-    fn fault(&mut self, time: Option<f64>, step: u32, fault: &Fault, positions: Vec<u16>) {
+    /// A Kilobot says again and again why its script has stopped.
+    fn report(&mut self, time: Option<f64>, report: &FaultReport) {
+        if self.reported == Some(*report) {
+            return;
+        }
+        self.reported = Some(*report);
+        let Some(fault) = &report.fault else {
+            self.ending = Ending::Usage;
+            let text = format!("robot {} refuses its script", report.robot);
+            let object = json!({ "kind": "refused", "text": text, "help": UNSUITABLE });
+            return self.error(time, &text, Some(UNSUITABLE), object);
+        };
+        let known = self.script.as_ref().and_then(|script| script.program.script_hash());
+        if let Some(hash) = known {
+            let is_same = hash as u16 == report.script;
+            self.told = if is_same { Told::Same } else { Told::Other };
+            if !is_same {
+                let (robot, script) = (report.robot, report.script);
+                let text = format!("robot {robot} runs a script whose hash ends in {script:04x}");
+                self.output.flush();
+                report::warning(&text, Some(OTHER_SCRIPT));
+            }
+        }
+        self.note_trust();
+        self.fault(time, None, fault, vec![fault.position]);
+    }
+
+    fn fault(&mut self, time: Option<f64>, step: Option<u32>, fault: &Fault, positions: Vec<u16>) {
         self.ending = Ending::RuntimeError;
         let program = self.program();
         let expected = fault::accepted(fault, program, self.robot);
@@ -263,14 +297,19 @@ impl<'a> Teller<'a> {
         if let Some(object) = object {
             return self.entry(time, "", b"", object);
         }
-        let mut note = format!("after {}", counted(step, "complete step"));
-        if let Some(time) = time {
-            note = format!("{note}, at {time:.6} s");
-        }
+        let step = step.map(|step| format!("after {}", counted(step, "complete step")));
+        let time = time.map(|time| format!("at {time:.6} s"));
+        let note = [step, time].into_iter().flatten().collect::<Vec<_>>().join(", ");
         self.output.flush();
         let program = self.program();
         let backtrace = Backtrace::new(program, positions, None);
-        fault::report(fault, program, &backtrace, expected.as_deref(), Some(&note));
+        fault::report(
+            fault,
+            program,
+            &backtrace,
+            expected.as_deref(),
+            Some(&note).filter(|note| !note.is_empty()).map(String::as_str),
+        );
     }
 
     fn refused(&mut self, time: Option<f64>, cause: ImageError) {
@@ -349,6 +388,8 @@ impl<'a> Teller<'a> {
 
 const OTHER_SCRIPT: &str = "its strings and places are shown as numbers; name the script that the robot has, built \
                             for the same profile, or write this one with `bbz flash`";
+
+const UNSUITABLE: &str = "it was built for another robot, or put into another program than this: `bbz build --firmware` does it";
 
 /// What there is of messages that came to nothing.
 fn unused_text(unused: &Unused) -> String {

@@ -8,6 +8,12 @@ use std::time::Duration;
 use crate::Pause;
 use crate::message::{self, Command, Output, Reply, RobotEvent, Statistics, TimedEvent};
 
+/// kilolib's message that lets the program of a Kilobot run, without its checksum (`message.h`).
+const RUN: [u8; 10] = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0x88];
+
+/// How long after the robots were switched on it is said.
+const RUN_AFTER_MS: [u64; 3] = [20, 30, 40];
+
 /// An emulator program that runs as a child process. It ends with this value.
 pub struct Emulator {
     child: Child,
@@ -159,6 +165,16 @@ impl Emulator {
         }
     }
 
+    /// The overhead controller above Kilobots lets their programs run from now on: it says so three times, until everybody has
+    /// heard.
+    pub fn start_kilobots(&mut self, now: Duration) -> Result<(), ClientError> {
+        for after in RUN_AFTER_MS {
+            let at = now + Duration::from_millis(after);
+            self.done(&Command::Radio { at, payload: RUN.to_vec() })?;
+        }
+        Ok(())
+    }
+
     fn ask(
         &mut self,
         robot: usize,
@@ -213,7 +229,8 @@ impl Drop for Emulator {
 pub enum ClientError {
     /// The program does not start.
     #[error(
-        "cannot start {program}: {source}; build it with `cargo build -p bittybuzz-emulate-stm32 --release`"
+        "cannot start {program}: {source}; build it with `cargo build --release -p {}`",
+        package(program)
     )]
     NoProgram {
         /// What was to be started.
@@ -233,6 +250,12 @@ pub enum ClientError {
     /// The two are not of the same version.
     #[error("the emulator says what this program does not understand, build both anew: {0}")]
     Protocol(String),
+}
+
+/// The package that a program comes from.
+fn package(program: &str) -> String {
+    let stem = Path::new(program).file_stem().unwrap_or_default().to_string_lossy();
+    format!("bittybuzz-{}", stem.strip_prefix("bbz-").unwrap_or(&stem))
 }
 
 impl ClientError {

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use bittybuzz_chips::ResetCause;
+use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_emulation::message::{BoardStatistics, Command, Event, TimedEvent};
 use bittybuzz_emulation::{ClientError, Emulator};
 
@@ -24,10 +25,6 @@ use super::{Failure, Firmware, FirmwareError, Light};
 const LOOK_ZOOID: Duration = Duration::from_micros(2500);
 const LOOK_KILOBOT: Duration = Duration::from_millis(20);
 
-/// kilolib's message that lets the program of a Kilobot run, as the overhead controller says it until everybody has heard.
-const RUN: [u8; 10] = [0, 0, 0, 0, 0, 0, 0, 0, 0, 0x88];
-/// When it is said, in ms after power-on.
-const RUN_AT: [u64; 3] = [20, 30, 40];
 /// Of a room.
 const CELSIUS: f64 = 25.0;
 /// Light that reaches everybody.
@@ -134,9 +131,8 @@ impl<'p> Fleet<'p> {
 
     /// The overhead controller says so to Kilobots; those that run already do not mind.
     fn let_run(&mut self) -> Result<(), ClientError> {
-        for after in RUN_AT.into_iter().filter(|_| self.body == Body::Kilobot) {
-            let at = self.now + Duration::from_millis(after);
-            self.emulator.done(&Command::Radio { at, payload: RUN.to_vec() })?;
+        if self.body == Body::Kilobot {
+            self.emulator.start_kilobots(self.now)?;
         }
         Ok(())
     }
@@ -359,6 +355,24 @@ impl Emulated<'_> {
                     }
                 }
             }
+            Event::Infrared { payload, .. } => {
+                let message = payload.as_slice().try_into().ok();
+                let Some(report) = message.and_then(FaultReport::of) else { return Ok(()) };
+                let fault = report.fault.ok_or(Failure::Unsuitable)?;
+                let tick = world.now();
+                let brain = world.brain_mut(self.id);
+                // It says so again and again.
+                if let Some(robot) = brain.filter(|robot| robot.state().fault.is_none()) {
+                    let positions = vec![fault.position];
+                    robot.has_stopped(FaultRecord {
+                        tick,
+                        fault,
+                        positions,
+                        entry: None,
+                        refusal: None,
+                    });
+                }
+            }
             // Its power was cut, or is back.
             Event::Reset { cause } if cause == ResetCause::PowerOff.name() => {}
             Event::Reset { cause } if cause == ResetCause::PowerOn.name() => {
@@ -370,7 +384,6 @@ impl Emulated<'_> {
             Event::Syslink { .. }
             | Event::P2p { .. }
             | Event::Radio { .. }
-            | Event::Infrared { .. }
             | Event::Serial { .. }
             | Event::PowerOff { .. } => {}
         }

@@ -211,6 +211,8 @@ pub enum Failure {
     },
     /// It refuses the script.
     Refused(ImageError),
+    /// A Kilobot refuses the script, which others have verified for it.
+    Unsuitable,
 }
 
 impl fmt::Display for FirmwareError {
@@ -237,6 +239,7 @@ impl fmt::Display for Failure {
             Failure::Lockup { pc } => {
                 write!(f, "the core is locked up at {pc:#010x}: a fault while it handled a fault")
             }
+            Failure::Unsuitable => write!(f, "the script was made for another robot or program"),
             Failure::Refused(cause) => write!(f, "the script {}", refusal::sentence(cause)),
         }
     }

@@ -1,0 +1,36 @@
+//! Files for other programs to read, for the time of a command.
+
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process;
+
+use crate::problem::Problem;
+
+/// A file that is gone when this value is.
+pub struct Scratch(PathBuf);
+
+impl Scratch {
+    /// A file, not there yet, that is named after the script and what it holds.
+    pub fn new(script: &Path, content: &str) -> Self {
+        let stem = script.file_stem().unwrap_or_default().to_string_lossy();
+        Scratch(env::temp_dir().join(format!("bbz-{}-{stem}-{content}", process::id())))
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// Writes it.
+    pub fn write(&self, bytes: &[u8]) -> Result<(), Problem> {
+        fs::write(&self.0, bytes).map_err(|error| Problem::unwritable(&self.0, error))
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // Perhaps nobody has written it.
+        let _ = fs::remove_file(&self.0);
+    }
+}
