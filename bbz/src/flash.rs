@@ -9,6 +9,7 @@ use clap::Args;
 
 use crate::Ending;
 use crate::firmware;
+use crate::isp::{self, Programmer, Task};
 use crate::output;
 use crate::probe_rs::{self, ProbeRs};
 use crate::problem::Problem;
@@ -23,11 +24,16 @@ Examples:
   bbz flash blink.bzz --robot crazyflie --firmware crazyflie.elf    firmware and script
   bbz flash blink.bzz --robot crazyflie --id 7          also make it robot 7, from now on
   bbz flash blink.bzz --robot zooids --set range_mm=300 it does not hear robots that are farther away, from now on
+  bbz flash blink.bzz --robot kilobot --firmware kilobot.elf --programmer avrisp2 --port usb    by avrdude
   bbz flash blink.bzz --robot crazyflie --dry-run       check everything, and print what would be called
 
 The script has a part of the flash of its own, where firmware looks for it that was built for this robot file. probe-rs
 does the writing (environment variable PROBE_RS_PROBE chooses among several probes); the robot starts anew
 afterwards. Not tried on hardware.
+
+A Kilobot's program is written as a whole, by avrdude and a programmer on its header: without --firmware the script is
+exchanged in the program that the robot has. Boot loader and EEPROM are read before, and written again. Without a
+programmer KiloGUI sends what `bbz build --firmware` makes.
 
 Exit status: 0, or 2 compile error, 3 wrong command line or file, an image that the robot would refuse, no probe.";
 
@@ -40,7 +46,7 @@ pub struct Arguments {
     /// Robot: its name (crazyflie) or the path of a robot file (*.toml)
     #[arg(long, value_name = "NAME|PATH.toml")]
     robot: String,
-    /// Also write this firmware (ELF)
+    /// Also write this firmware (ELF; a Kilobot's may be Intel hex)
     #[arg(long, value_name = "ELF")]
     firmware: Option<PathBuf>,
     /// Also assign this id to the robot; it keeps it when other scripts and firmware are flashed
@@ -49,7 +55,9 @@ pub struct Arguments {
     /// Also set what the robot file calls a setting; all that are not given are as if never set. May be given several times
     #[arg(long, value_name = "NAME=VALUE")]
     set: Vec<String>,
-    /// Only check, and print the calls of probe-rs
+    #[command(flatten)]
+    programmer: Programmer,
+    /// Only check, and print the calls of probe-rs or avrdude
     #[arg(long)]
     dry_run: bool,
     /// Folder to search for included files; may be given several times
@@ -61,6 +69,12 @@ pub struct Arguments {
 pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     let selection = Selection::new(Some(&arguments.robot), None)?;
     let robot = selection.robot.as_ref().ok_or(Problem::NoRobot)?;
+    if isp::reaches(robot) {
+        return by_programmer(arguments, &selection, robot);
+    }
+    if arguments.programmer.is_given() {
+        return Err(Problem::NoProgrammer(robot.title.clone()));
+    }
     let (chip, layout) = (probe_rs::chip(robot)?, probe_rs::layout(robot)?);
     let opened = Program::open(&arguments.file, &arguments.include, &selection)?;
     let Some(program) = opened else { return Ok(Ending::CompileError) };
@@ -87,7 +101,35 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         assignment.file.write(&assignment.section)?;
     }
     calls.into_iter().try_for_each(ProbeRs::run)?;
-    let (script, title) = (arguments.file.display(), &robot.title);
+    done(&arguments.file, &program, robot)
+}
+
+/// A robot whose whole program is written.
+fn by_programmer(
+    arguments: &Arguments,
+    selection: &Selection,
+    robot: &Robot,
+) -> Result<Ending, Problem> {
+    let Some(program) = Program::open(&arguments.file, &arguments.include, selection)? else {
+        return Ok(Ending::CompileError);
+    };
+    check(&arguments.file, &program, robot)?;
+    if let Some(setting) = arguments.set.first() {
+        return Err(misset(setting, robot));
+    }
+    let task = Task {
+        robot,
+        programmer: &arguments.programmer,
+        script: (&arguments.file, &program),
+        firmware: arguments.firmware.as_deref(),
+        id: arguments.id,
+    };
+    task.execute(arguments.dry_run)?;
+    if arguments.dry_run { Ok(Ending::Success) } else { done(&arguments.file, &program, robot) }
+}
+
+fn done(script: &Path, program: &Program, robot: &Robot) -> Result<Ending, Problem> {
+    let (script, title) = (script.display(), &robot.title);
     let bytes = program.image.len();
     output::write(&format!("`{script}` ({bytes} bytes) is on the {title}, which starts anew\n"))?;
     Ok(Ending::Success)

@@ -89,11 +89,27 @@ pub fn with_script(
     image: &[u8],
     robot: &Robot,
 ) -> Result<String, Problem> {
-    let bytes = fs::read(path).map_err(|error| Problem::unreadable(path, error))?;
     let wrong = |error| Problem::Program { path: path.to_owned(), error };
-    let program = program(&bytes).map_err(wrong)?;
+    hex(&exchanged(path, &read(path)?, script, image, robot)?).map_err(wrong)
+}
+
+/// The program in a file.
+pub fn read(path: &Path) -> Result<Vec<u8>, Problem> {
+    let bytes = fs::read(path).map_err(|error| Problem::unreadable(path, error))?;
+    program(&bytes).map_err(|error| Problem::Program { path: path.to_owned(), error })
+}
+
+/// A program that comes from `path`, with `image` in the place of its script.
+pub fn exchanged(
+    path: &Path,
+    program: &[u8],
+    script: &Path,
+    image: &[u8],
+    robot: &Robot,
+) -> Result<Vec<u8>, Problem> {
+    let wrong = |error| Problem::Program { path: path.to_owned(), error };
     let (at, features) =
-        find_script_section(&program).map_err(|error| wrong(ProgramError::Section(error)))?;
+        find_script_section(program).map_err(|error| wrong(ProgramError::Section(error)))?;
     let limited = robot.clone().limited_to(features);
     let lacks = |misfit: &Misfit| matches!(misfit, Misfit::Feature { .. });
     if fit::misfits(image, &limited).iter().any(lacks) {
@@ -104,7 +120,7 @@ pub fn with_script(
     let section = script_section(features, &sealed);
     let whole = section.map(|section| [program.get(..at).unwrap_or(&[]), &section].concat());
     match whole {
-        Some(whole) if whole.len() <= most => hex(&whole).map_err(wrong),
+        Some(whole) if whole.len() <= most => Ok(whole),
         other => {
             let bytes = other.map_or(at + sealed.len(), |whole| whole.len());
             Err(wrong(ProgramError::TooLong { bytes, most }))

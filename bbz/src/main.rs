@@ -23,6 +23,7 @@ mod hex;
 mod host;
 mod instruction;
 mod interrupt;
+mod isp;
 mod json;
 mod library;
 mod output;
@@ -34,6 +35,7 @@ mod report;
 mod run;
 mod scratch;
 mod selection;
+mod shell;
 mod sim;
 mod trace;
 

@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use bittybuzz_robots::{Layout, Robot};
 
 use crate::problem::Problem;
+use crate::shell;
 
 const PROGRAM: &str = "probe-rs";
 
@@ -96,16 +97,7 @@ impl ProbeRs {
 /// As a shell would take it.
 impl fmt::Display for ProbeRs {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{PROGRAM}")?;
-        for argument in self.0.get_args() {
-            let argument = argument.to_string_lossy();
-            let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+".contains(c);
-            match argument.chars().all(plain) {
-                true => write!(f, " {argument}")?,
-                false => write!(f, " '{}'", argument.replace('\'', r"'\''"))?,
-            }
-        }
-        Ok(())
+        f.write_str(&shell::line(&self.0))
     }
 }
 

@@ -156,6 +156,23 @@ pub enum Problem {
     NoProbe,
     /// probe-rs has failed.
     ProbeRs(ExitStatus),
+    /// avrdude is not installed.
+    NoAvrdude,
+    /// avrdude is installed, but does not start.
+    AvrdudeStart(io::Error),
+    /// avrdude has failed.
+    Avrdude(ExitStatus),
+    /// The flash of a robot, by its title, cannot be read.
+    Locked(String),
+    /// A robot was perhaps erased, but not written.
+    Unfinished {
+        /// Why.
+        error: Box<Problem>,
+        /// The call that writes what was on it.
+        restore: String,
+    },
+    /// Options for programmers, and a robot, by its title, that is flashed through a debug probe.
+    NoProgrammer(String),
     /// Standard input, or what another program prints, cannot be read.
     Input(io::Error),
     /// Ctrl-C cannot be taken over.
@@ -253,7 +270,22 @@ impl Problem {
                     .to_owned(),
             ),
             Problem::ProbeRs(_) => Some("its messages above say why".to_owned()),
+            Problem::NoAvrdude => Some("on Debian: apt-get install avrdude".to_owned()),
+            Problem::Avrdude(_) => Some(
+                "its messages above say why; --programmer and --port tell it where the programmer is".to_owned(),
+            ),
+            Problem::Locked(_) => Some(
+                "its boot loader would be lost: KiloGUI sends the file that `bbz build --firmware` makes"
+                    .to_owned(),
+            ),
+            Problem::Unfinished { restore, .. } => {
+                Some(format!("what was on the robot is kept; this writes it: {restore}"))
+            }
+            Problem::NoProgrammer(_) => {
+                Some("environment variable PROBE_RS_PROBE chooses among several probes".to_owned())
+            }
             Problem::Unreadable { .. }
+            | Problem::AvrdudeStart(_)
             | Problem::Emulator(_)
             | Problem::ProbeRsStart(_)
             | Problem::Input(_)
@@ -338,6 +370,18 @@ impl fmt::Display for Problem {
             Problem::ProbeRsStart(error) => write!(f, "cannot run probe-rs: {error}"),
             Problem::NoProbe => write!(f, "no debug probe is connected"),
             Problem::ProbeRs(status) => write!(f, "probe-rs has failed ({status})"),
+            Problem::NoAvrdude => write!(f, "avrdude is not installed"),
+            Problem::AvrdudeStart(error) => write!(f, "cannot run avrdude: {error}"),
+            Problem::Avrdude(status) => write!(f, "avrdude has failed ({status})"),
+            Problem::Locked(robot) => {
+                write!(f, "the lock bits of the {robot} do not let its flash be read")
+            }
+            Problem::Unfinished { error, .. } => {
+                write!(f, "{error}, and the robot may be without a program now")
+            }
+            Problem::NoProgrammer(robot) => {
+                write!(f, "the {robot} is flashed through a debug probe, not through a programmer")
+            }
             Problem::Input(error) => write!(f, "cannot read what the robot tells: {error}"),
             Problem::Interrupt(error) => write!(f, "cannot take over Ctrl-C: {error}"),
             Problem::Output(error) => write!(f, "cannot write to standard output: {error}"),

@@ -22,6 +22,11 @@ impl Scratch {
         &self.0
     }
 
+    /// Leaves it there.
+    pub fn keep(self) {
+        std::mem::forget(self);
+    }
+
     /// Writes it.
     pub fn write(&self, bytes: &[u8]) -> Result<(), Problem> {
         fs::write(&self.0, bytes).map_err(|error| Problem::unwritable(&self.0, error))

@@ -150,7 +150,9 @@ fn what_the_robot_would_refuse_is_not_written() {
         .fails_with(3, &["calls a function that the robot does not have"]);
     folder.write("cut.bbi", "bbi");
     flash(&["cut.bbi", "--robot", "crazyflie"]).fails_with(3, &["`cut.bbi` is not an image"]);
-    flash(&["s.bzz", "--robot", "kilobot"]).fails_with(3, &["Kilobot cannot be", "yet"]);
+    let other = include_str!("../../robots/kilobot.toml").replace("ATmega328P", "ATmega1280");
+    folder.write("other.toml", other);
+    flash(&["s.bzz", "--robot", "other.toml"]).fails_with(3, &["Kilobot cannot be", "yet"]);
     flash(&["s.bzz"]).fails_with(3, &["--robot"]);
     flash(&["none.bzz", "--robot", "crazyflie"]).fails_with(3, &["there is no file `none.bzz`"]);
     assert_eq!(probe_rs::calls(&folder), [""; 0]);

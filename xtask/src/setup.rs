@@ -37,6 +37,8 @@ const PACKAGES: &[(Sign, &str)] = &[
     (Sign::AvrLibc, "avr-libc"),
     (Sign::Program("simavr"), "simavr"),
     (Sign::Header("simavr/sim_avr.h"), "libsimavr-dev"),
+    // What writes programs to AVRs.
+    (Sign::Program("avrdude"), "avrdude"),
     (Sign::Program("valgrind"), "valgrind"),
 ];
 

@@ -12,6 +12,7 @@ use std::time::Duration;
 
 use bittybuzz_compiler::refusal;
 use bittybuzz_emulation::ClientError;
+use bittybuzz_kilobot::calibration;
 use bittybuzz_robots::{Layout, Place, Robot};
 use bittybuzz_vm_core::ImageError;
 use defmt_decoder::Table;
@@ -92,7 +93,7 @@ impl Firmware {
                 }
             };
             let shared = match group.body {
-                Body::Kilobot => calibration(scenario),
+                Body::Kilobot => duties(scenario),
                 _ => range(scenario, &group.robot).map_err(failed)?.into_iter().collect(),
             };
             let (own, all) = (group.model.zooid, scenario.bodies.zooid);
@@ -136,28 +137,24 @@ pub fn unusable(error: ClientError) -> Cause {
     }
 }
 
-/// Where a Kilobot's EEPROM begins for its emulator; kilolib's cells of the id, and of the duties for turning left and right and
-/// for going straight.
+/// Where a Kilobot's EEPROM begins for its emulator.
 const EEPROM: u32 = 0x81_0000;
-const ID_CELL: u32 = 0xb0;
-const TURN_CELLS: [u32; 2] = [0x05, 0x09];
-const STRAIGHT_CELLS: [u32; 2] = [0x0c, 0x14];
 
 /// Where a robot's id is: address and bytes.
 fn id_section(body: Body, robot: &Robot, id: u16) -> Option<(u32, Vec<u8>)> {
     if body == Body::Kilobot {
-        return Some((EEPROM + ID_CELL, id.to_le_bytes().to_vec()));
+        return Some((EEPROM + u32::from(calibration::ID), id.to_le_bytes().to_vec()));
     }
     let region = robot.layout.as_ref()?.id?;
     Some((region.address, Layout::id_section(id).to_vec()))
 }
 
 /// The duties that calibration has found for all Kilobots of a scenario: addresses and bytes.
-fn calibration(scenario: &Scenario) -> Vec<(u32, Vec<u8>)> {
+fn duties(scenario: &Scenario) -> Vec<(u32, Vec<u8>)> {
     let model = settings::settings(scenario, 0, 1).kilobot;
-    let turns = TURN_CELLS.map(|cell| (EEPROM + cell, vec![model.turn_duty]));
-    let straight = STRAIGHT_CELLS.map(|cell| (EEPROM + cell, vec![model.straight_duty]));
-    turns.into_iter().chain(straight).collect()
+    let duties = [model.turn_duty, model.turn_duty, model.straight_duty, model.straight_duty];
+    let cells = calibration::DUTIES.into_iter().zip(duties);
+    cells.map(|(cell, duty)| (EEPROM + u32::from(cell), vec![duty])).collect()
 }
 
 /// What the scenario says that Zooids have in flash as a setting: address and bytes.

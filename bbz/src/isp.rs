@@ -1,0 +1,179 @@
+//! Robots whose whole program avrdude writes, by way of a programmer for AVRs: Kilobots.
+//!
+//! A programmer erases the chip first: also the boot loader, by which KiloGUI reaches the robot, and the EEPROM with what was
+//! measured for it. So both are read before, and written again with the program.
+
+use std::fs;
+use std::io;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use bittybuzz_kilobot::calibration::{EEPROM, ID};
+use bittybuzz_robots::{Robot, find_script_section};
+
+use crate::hex;
+use crate::output;
+use crate::problem::Problem;
+use crate::program::Program;
+use crate::report;
+use crate::scratch::Scratch;
+use crate::shell;
+
+const PROGRAM: &str = "avrdude";
+
+/// Bytes of the flash of an ATmega328P.
+const FLASH: usize = 0x8000;
+
+/// What erased memory holds.
+const ERASED: u8 = 0xff;
+
+/// Bits of the lock byte that are 0 where the flash cannot be read (data sheet, table 28-2).
+const UNREADABLE: u8 = 0b11;
+
+/// Erased bytes in which a script may end: those of its seal.
+const SEAL: usize = 4;
+
+/// How the programmer is reached, as avrdude names it. Without them avrdude's own settings say.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct Programmer {
+    /// Kilobots: avrdude's name of the programmer, such as avrisp2 or usbasp [default: that of ~/.avrduderc]
+    #[arg(long, value_name = "NAME")]
+    programmer: Option<String>,
+    /// Kilobots: where the programmer is connected, such as usb or /dev/ttyUSB0 [default: that of ~/.avrduderc]
+    #[arg(long, value_name = "PORT")]
+    port: Option<String>,
+}
+
+impl Programmer {
+    /// Whether anything is given.
+    pub fn is_given(&self) -> bool {
+        self.programmer.is_some() || self.port.is_some()
+    }
+}
+
+/// Whether the robot's chip is written so.
+pub fn reaches(robot: &Robot) -> bool {
+    robot.layout.is_none() && robot.chip.as_deref() == Some("ATmega328P")
+}
+
+/// What shall be on the robot.
+pub struct Task<'a> {
+    /// The robot, of which [`reaches`] is true.
+    pub robot: &'a Robot,
+    /// How it is reached.
+    pub programmer: &'a Programmer,
+    /// Where the script comes from, and what it is.
+    pub script: (&'a Path, &'a Program),
+    /// The firmware in which the script takes the place of the one there; else the firmware that the robot has.
+    pub firmware: Option<&'a Path>,
+    /// The id that the robot gets.
+    pub id: Option<u16>,
+}
+
+impl Task<'_> {
+    /// The program with the script, in firmware from a file.
+    fn program(&self, path: &Path) -> Result<Vec<u8>, Problem> {
+        self.exchanged(path, &hex::read(path)?)
+    }
+
+    fn exchanged(&self, path: &Path, program: &[u8]) -> Result<Vec<u8>, Problem> {
+        let (script, Program { image, .. }) = self.script;
+        hex::exchanged(path, program, script, image, self.robot)
+    }
+
+    /// Writes it; in a dry run only checks what can be, and prints the calls.
+    pub fn execute(&self, dry_run: bool) -> Result<(), Problem> {
+        let program = self.firmware.map(|path| self.program(path)).transpose()?;
+        let file = |content| Scratch::new(self.script.0, content);
+        let [lock, flash, eeprom] = ["lock.bin", "flash.bin", "eeprom.bin"].map(file);
+        let read =
+            self.call(&[('r', "lock", &lock), ('r', "flash", &flash), ('r', "eeprom", &eeprom)]);
+        let [new_flash, new_eeprom] = ["new-flash.bin", "new-eeprom.bin"].map(file);
+        let write = self.call(&[('w', "flash", &new_flash), ('w', "eeprom", &new_eeprom)]);
+        if dry_run {
+            let [read, write] = [&read, &write].map(|call| shell::line(&call.0));
+            return output::write(&format!("{read}\n{write}\n"));
+        }
+        read.run()?;
+        if content(&lock)?.first().is_some_and(|bits| bits & UNREADABLE == 0) {
+            return Err(Problem::Locked(self.robot.title.clone()));
+        }
+        let (old_flash, old_eeprom) = (filled(&flash, FLASH)?, filled(&eeprom, EEPROM.into())?);
+        let most = self.robot.budget.map_or(FLASH, |budget| budget.flash_bytes as usize);
+        let (application, boot_loader) = old_flash.split_at(most.min(FLASH));
+        let program = match program {
+            Some(program) => program,
+            None => self.exchanged(Path::new("the robot's flash"), in_flash(application))?,
+        };
+        if boot_loader.iter().all(|byte| *byte == ERASED) {
+            let text = format!("the {} has no boot loader", self.robot.title);
+            report::warning(&text, Some("KiloGUI cannot program it; an ISP programmer can"));
+        }
+        let mut whole = program;
+        whole.resize(application.len(), ERASED);
+        whole.extend(boot_loader);
+        let mut cells = old_eeprom;
+        if let Some(id) = self.id {
+            let at = usize::from(ID);
+            cells.splice(at..at + 2, id.to_le_bytes());
+        }
+        new_flash.write(&whole)?;
+        new_eeprom.write(&cells)?;
+        write.run().map_err(|error| {
+            // The chip may be erased already: what was on it is kept.
+            let restore = self.call(&[('w', "flash", &flash), ('w', "eeprom", &eeprom)]);
+            flash.keep();
+            eeprom.keep();
+            Problem::Unfinished { error: Box::new(error), restore: shell::line(&restore.0) }
+        })
+    }
+
+    /// A call of avrdude that reads (`r`) or writes (`w`) these memories.
+    fn call(&self, operations: &[(char, &str, &Scratch)]) -> Avrdude {
+        let mut call = Command::new(PROGRAM);
+        // Names of chips are avrdude's too.
+        call.args(["-q", "-p", self.robot.chip.as_deref().unwrap_or_default()]);
+        let Programmer { programmer, port } = self.programmer;
+        for (option, value) in [("-c", programmer), ("-P", port)] {
+            call.args(value.iter().flat_map(|value| [option, value]));
+        }
+        for (direction, memory, file) in operations {
+            call.args(["-U", &format!("{memory}:{direction}:{}:r", file.path().display())]);
+        }
+        Avrdude(call)
+    }
+}
+
+/// What avrdude has read.
+fn content(file: &Scratch) -> Result<Vec<u8>, Problem> {
+    fs::read(file.path()).map_err(|error| Problem::unreadable(file.path(), error))
+}
+
+/// What avrdude has read, with the erased bytes at the end that it leaves out.
+fn filled(file: &Scratch, length: usize) -> Result<Vec<u8>, Problem> {
+    let mut bytes = content(file)?;
+    bytes.resize(length, ERASED);
+    Ok(bytes)
+}
+
+/// The program in a robot's flash, which is erased behind it.
+fn in_flash(flash: &[u8]) -> &[u8] {
+    let last = flash.iter().rposition(|byte| *byte != ERASED).map_or(0, |last| last + 1);
+    let ends = last..=flash.len().min(last + SEAL);
+    let mut programs = ends.filter_map(|end| flash.get(..end));
+    programs.find(|program| find_script_section(program).is_ok()).unwrap_or(flash)
+}
+
+/// A call of avrdude.
+struct Avrdude(Command);
+
+impl Avrdude {
+    /// Its messages go to standard error.
+    fn run(mut self) -> Result<(), Problem> {
+        let status = self.0.stdin(Stdio::null()).status().map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => Problem::NoAvrdude,
+            _ => Problem::AvrdudeStart(error),
+        })?;
+        if status.success() { Ok(()) } else { Err(Problem::Avrdude(status)) }
+    }
+}

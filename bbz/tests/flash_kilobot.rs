@@ -1,0 +1,176 @@
+//! `bbz flash` for Kilobots: avrdude itself, on a programmer that is played here. Not tried on hardware.
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+mod support;
+
+#[path = "support/stk500.rs"]
+mod stk500;
+
+use bittybuzz_robots::{find_script_section, script_section};
+use stk500::{Chip, Programmer};
+use support::{Folder, Outcome};
+
+const SCRIPT: &str = "function step() { led(1) }\n";
+/// Where the boot loader begins.
+const BOOT: usize = 0x7000;
+
+/// A program with a script, as `bbz build --firmware` takes it; not one that a Kilobot could run.
+fn program(content: u8) -> Vec<u8> {
+    [&[content; 5000][..], &script_section(0, b"some script").unwrap()].concat()
+}
+
+/// As Intel hex.
+fn hex(program: &[u8]) -> String {
+    let mut text = String::new();
+    for (line, bytes) in program.chunks(16).enumerate() {
+        let [high, low] = u16::try_from(16 * line).unwrap().to_be_bytes();
+        let head = [u8::try_from(bytes.len()).unwrap(), high, low, 0];
+        let sum = head.iter().chain(bytes).fold(0_u8, |sum, byte| sum.wrapping_sub(*byte));
+        text.push(':');
+        for byte in head.iter().chain(bytes).chain([&sum]) {
+            text += &format!("{byte:02X}");
+        }
+        text.push('\n');
+    }
+    text + ":00000001FF\n"
+}
+
+/// A Kilobot of a lab: program, boot loader, and what was measured for it.
+fn used() -> Chip {
+    let mut chip = Chip::erased();
+    let program = program(3);
+    chip.flash[..program.len()].copy_from_slice(&program);
+    chip.flash[BOOT..BOOT + 1000].fill(0x42);
+    chip.eeprom[0x05] = 70;
+    chip.eeprom[0xb0..0xb2].copy_from_slice(&[9, 0]);
+    chip.eeprom[0x3ff] = 7;
+    chip
+}
+
+fn flash(folder: &Folder, programmer: &Programmer, options: &[&str]) -> Outcome {
+    let robot = ["flash", "s.bzz", "--robot", "kilobot"];
+    let port = ["--programmer", "stk500v1", "--port", &programmer.port];
+    folder.bbz(&[&robot[..], &port, options].concat())
+}
+
+/// Whether the flash holds a program that begins so, with the script of the folder; what is behind it.
+fn check(folder: &Folder, flash: &[u8], content: u8) -> Vec<u8> {
+    folder.write("whole.hex", hex(&program(content)));
+    let build = ["build", "s.bzz", "--robot", "kilobot", "--firmware", "whole.hex", "-o", "x"];
+    assert_eq!(folder.bbz(&build).status, Some(0));
+    let text = String::from_utf8(folder.read("x.hex")).unwrap();
+    let bytes: Vec<u8> = text
+        .lines()
+        .filter(|line| &line[7..9] == "00")
+        .flat_map(|line| {
+            let data = &line[9..line.len() - 2];
+            (0..data.len()).step_by(2).map(|at| u8::from_str_radix(&data[at..at + 2], 16).unwrap())
+        })
+        .collect();
+    assert!(find_script_section(&bytes).is_ok());
+    assert_eq!(flash[..bytes.len()], bytes);
+    flash[bytes.len()..].to_vec()
+}
+
+#[test]
+fn firmware_and_script_are_written_and_the_rest_is_kept() {
+    let folder = Folder::with("avrdude_firmware", "s.bzz", SCRIPT);
+    folder.write("k.hex", hex(&program(5)));
+    let programmer = Programmer::with(used());
+    let outcome = flash(&folder, &programmer, &["--firmware", "k.hex"]);
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+    assert!(outcome.stdout.ends_with("is on the Kilobot, which starts anew\n"));
+    let chip = programmer.chip.lock().unwrap();
+    let behind = check(&folder, &chip.flash, 5);
+    let gap = behind.len() - (0x8000 - BOOT);
+    assert!(behind[..gap].iter().all(|byte| *byte == 0xff));
+    assert_eq!(behind[gap..], used().flash[BOOT..], "the boot loader");
+    assert_eq!(chip.eeprom, used().eeprom);
+}
+
+#[test]
+fn the_script_is_exchanged_in_the_program_that_is_there() {
+    let folder = Folder::with("avrdude_script", "s.bzz", SCRIPT);
+    let programmer = Programmer::with(used());
+    for script in [SCRIPT, "function step() { led(2) x = 3 }\n", SCRIPT] {
+        folder.write("s.bzz", script);
+        let outcome = flash(&folder, &programmer, &["--id", "4660"]);
+        assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+        let chip = programmer.chip.lock().unwrap();
+        check(&folder, &chip.flash, 3);
+        let mut cells = used().eeprom;
+        cells[0xb0..0xb2].copy_from_slice(&[0x34, 0x12]);
+        assert_eq!(chip.eeprom, cells);
+    }
+}
+
+#[test]
+fn a_robot_without_program_or_boot_loader() {
+    let folder = Folder::with("avrdude_erased", "s.bzz", SCRIPT);
+    let programmer = Programmer::with(Chip::erased());
+    let outcome = flash(&folder, &programmer, &[]);
+    assert_eq!(outcome.status, Some(3));
+    let message = "error: `the robot's flash` has no place for a script\n";
+    assert!(outcome.stderr.contains(message), "{}", outcome.stderr);
+    assert_eq!(programmer.chip.lock().unwrap().flash, vec![0xff; 0x8000]);
+    folder.write("k.hex", hex(&program(5)));
+    let outcome = flash(&folder, &programmer, &["--firmware", "k.hex"]);
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("warning: the Kilobot has no boot loader"));
+    check(&folder, &programmer.chip.lock().unwrap().flash, 5);
+}
+
+#[test]
+fn a_robot_that_cannot_be_read_is_not_erased() {
+    let folder = Folder::with("avrdude_locked", "s.bzz", SCRIPT);
+    let programmer = Programmer::with(Chip { lock: 0xfc, ..used() });
+    let outcome = flash(&folder, &programmer, &[]);
+    assert_eq!(outcome.status, Some(3));
+    assert!(outcome.stderr.contains("error: the lock bits of the Kilobot"), "{}", outcome.stderr);
+    assert_eq!(programmer.chip.lock().unwrap().flash, used().flash);
+}
+
+#[test]
+fn what_was_on_a_robot_is_kept_if_it_cannot_be_written() {
+    let folder = Folder::with("avrdude_broken", "s.bzz", SCRIPT);
+    let programmer = Programmer::with(Chip { pages_left: 5, ..used() });
+    let outcome = flash(&folder, &programmer, &[]);
+    assert_eq!(outcome.status, Some(3));
+    assert!(outcome.stderr.contains("may be without a program now"), "{}", outcome.stderr);
+    // As somebody would do it.
+    let (_, command) = outcome.stderr.split_once("this writes it: avrdude ").unwrap();
+    programmer.chip.lock().unwrap().pages_left = 1000;
+    let words: Vec<&str> = command.split_whitespace().collect();
+    let restored = std::process::Command::new("avrdude").args(&words).status().unwrap();
+    assert!(restored.success());
+    let chip = programmer.chip.lock().unwrap();
+    assert_eq!((&chip.flash, &chip.eeprom), (&used().flash, &used().eeprom));
+    for word in words {
+        if let Some((path, "r")) = word.rsplit_once(':') {
+            std::fs::remove_file(path.rsplit_once(':').unwrap().1).unwrap();
+        }
+    }
+}
+
+#[test]
+fn wrong_command_lines_are_told() {
+    let folder = Folder::with("avrdude_wrong", "s.bzz", SCRIPT);
+    folder.write("k.hex", "no hex file");
+    let robot = ["flash", "s.bzz", "--robot", "kilobot"];
+    for (options, message) in [
+        (&["--firmware", "k.hex"][..], "`k.hex` is neither an ELF nor an Intel hex file"),
+        (&["--set", "x=1"], "the Kilobot cannot be set by `--set x=1`"),
+    ] {
+        let outcome = folder.bbz(&[&robot[..], options].concat());
+        assert_eq!(outcome.status, Some(3));
+        assert!(outcome.stderr.contains(message), "{}", outcome.stderr);
+    }
+    let outcome = folder.bbz(&["flash", "s.bzz", "--robot", "crazyflie", "--port", "usb"]);
+    assert!(outcome.stderr.contains("not through a programmer"), "{}", outcome.stderr);
+    // What would be done.
+    let outcome = folder.bbz(&[&robot[..], &["--dry-run", "--programmer", "usbasp"]].concat());
+    let calls: Vec<&str> = outcome.stdout.lines().collect();
+    assert_eq!(calls.len(), 2, "{}", outcome.stderr);
+    assert!(calls.iter().all(|call| call.starts_with("avrdude -q -p ATmega328P -c usbasp -U ")));
+}
