@@ -76,7 +76,9 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
 
     let hex = match &arguments.firmware {
         Some(_) if robot.layout.is_some() => return Err(Problem::OwnRegion(robot.title.clone())),
-        Some(firmware) => Some(hex::with_script(firmware, &arguments.file, &image, robot)?),
+        Some(firmware) => {
+            Some(hex::with_script(firmware, &arguments.file, &image, Some(&symbols), robot)?)
+        }
         None => None,
     };
     let base = base(&arguments.file, arguments.output.as_deref());

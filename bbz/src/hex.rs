@@ -6,7 +6,9 @@ use std::fs;
 use std::path::Path;
 
 use bittybuzz_compiler::fit::{self, Misfit};
+use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_robots::{NoSection, Robot, find_script_section, script_section};
+use bittybuzz_vm_core::Part;
 use ihex::{Reader, Record, create_object_file_representation};
 use object::Endianness;
 use object::elf::{EM_AVR, FileHeader32, PT_LOAD};
@@ -37,7 +39,12 @@ pub enum ProgramError {
     /// It has variables with a value, which belong behind the script.
     Variables,
     /// Its machine lacks what the script uses.
-    Features,
+    Part {
+        /// The part.
+        part: Part,
+        /// Where the script uses it first: function, file, line.
+        at: Option<(String, String, u32)>,
+    },
     /// There is no place for a script.
     Section(NoSection),
     /// With the script it is longer than the flash that is there for it.
@@ -57,7 +64,15 @@ impl fmt::Display for ProgramError {
             ProgramError::NotAvr => write!(f, "is for another processor than the robot's"),
             ProgramError::Gap(at) => write!(f, "has no bytes at {at:#06x}, within the program"),
             ProgramError::Variables => write!(f, "has variables with a value"),
-            ProgramError::Features => write!(f, "was built without a part that the script uses"),
+            ProgramError::Part { part, at } => {
+                write!(f, "was built without `{}` ({}), which ", part.name(), part.what())?;
+                match at {
+                    Some((function, file, line)) => {
+                        write!(f, "`{function}` uses at {file}:{line}")
+                    }
+                    None => write!(f, "the script uses"),
+                }
+            }
             ProgramError::Section(NoSection::Missing) => write!(f, "has no place for a script"),
             ProgramError::Section(NoSection::Ambiguous) => {
                 write!(f, "has several places for a script, or something behind it")
@@ -74,7 +89,7 @@ impl ProgramError {
     pub fn help(&self) -> &'static str {
         match self {
             ProgramError::TooLong { .. } => "shorten the script, or leave out what it does not use",
-            ProgramError::Features => {
+            ProgramError::Part { .. } => {
                 "build it with this script: `cargo xtask build kilobot --script FILE`"
             }
             _ => "name the .elf or .hex file that `cargo xtask build kilobot` has made",
@@ -87,10 +102,11 @@ pub fn with_script(
     path: &Path,
     script: &Path,
     image: &[u8],
+    symbols: Option<&Symbols>,
     robot: &Robot,
 ) -> Result<String, Problem> {
     let wrong = |error| Problem::Program { path: path.to_owned(), error };
-    hex(&exchanged(path, &read(path)?, script, image, robot)?).map_err(wrong)
+    hex(&exchanged(path, &read(path)?, (script, symbols), image, robot)?).map_err(wrong)
 }
 
 /// The program in a file.
@@ -103,21 +119,23 @@ pub fn read(path: &Path) -> Result<Vec<u8>, Problem> {
 pub fn exchanged(
     path: &Path,
     program: &[u8],
-    script: &Path,
+    (script, symbols): (&Path, Option<&Symbols>),
     image: &[u8],
     robot: &Robot,
 ) -> Result<Vec<u8>, Problem> {
     let wrong = |error| Problem::Program { path: path.to_owned(), error };
-    let (at, features) =
+    let (at, parts) =
         find_script_section(program).map_err(|error| wrong(ProgramError::Section(error)))?;
-    let limited = robot.clone().limited_to(features);
-    let lacks = |misfit: &Misfit| matches!(misfit, Misfit::Feature { .. });
-    if fit::misfits(image, &limited).iter().any(lacks) {
-        return Err(wrong(ProgramError::Features));
+    let limited = robot.clone().limited_to(parts);
+    for misfit in fit::misfits(image, &limited) {
+        if let Misfit::Part { part, at } = misfit {
+            let at = at.and_then(|at| place(symbols?, u32::try_from(at).ok()?));
+            return Err(wrong(ProgramError::Part { part, at }));
+        }
     }
     let sealed = fit::sealed(image, &limited).map_err(|cause| Problem::refused(script, cause))?;
     let most = robot.budget.map_or(MOST, |budget| MOST.min(budget.flash_bytes as usize));
-    let section = script_section(features, &sealed);
+    let section = script_section(parts, &sealed);
     let whole = section.map(|section| [program.get(..at).unwrap_or(&[]), &section].concat());
     match whole {
         Some(whole) if whole.len() <= most => Ok(whole),
@@ -126,6 +144,13 @@ pub fn exchanged(
             Err(wrong(ProgramError::TooLong { bytes, most }))
         }
     }
+}
+
+/// Function, file and line of an instruction.
+fn place(symbols: &Symbols, at: u32) -> Option<(String, String, u32)> {
+    let place = symbols.position(at)?;
+    let function = symbols.function(at)?;
+    Some((function.name.clone(), symbols.file(place.file)?.to_owned(), place.line))
 }
 
 /// What is flashed, from address 0 on.

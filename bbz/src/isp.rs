@@ -77,8 +77,8 @@ impl Task<'_> {
     }
 
     fn exchanged(&self, path: &Path, program: &[u8]) -> Result<Vec<u8>, Problem> {
-        let (script, Program { image, .. }) = self.script;
-        hex::exchanged(path, program, script, image, self.robot)
+        let (script, Program { image, symbols, .. }) = self.script;
+        hex::exchanged(path, program, (script, symbols.as_ref()), image, self.robot)
     }
 
     /// Writes it; in a dry run only checks what can be, and prints the calls.

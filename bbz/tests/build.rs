@@ -2,6 +2,7 @@
 
 mod support;
 
+use bittybuzz_vm_core::Parts;
 use serde_json::Value;
 use support::Folder;
 
@@ -184,9 +185,8 @@ fn disassembly_names_what_the_symbols_know() {
 }
 
 /// A program of 100 bytes with a place for a script behind it, as Intel hex: what the firmware's build makes.
-fn program(features: u8) -> String {
-    let section =
-        bittybuzz_robots::script_section(features, b"another script").expect("it is short");
+fn program(parts: Parts) -> String {
+    let section = bittybuzz_robots::script_section(parts, b"another script").expect("it is short");
     let bytes: Vec<u8> = (0..100).chain(section).collect();
     let lines = bytes.chunks(32).enumerate().map(|(line, bytes)| {
         let offset = (line * 32) as u16;
@@ -202,7 +202,7 @@ fn program(features: u8) -> String {
 #[test]
 fn a_script_is_put_into_firmware() {
     let folder = Folder::with("build_hex", "s.bzz", "function step() { led(1) }");
-    folder.write("firmware.hex", program(0));
+    folder.write("firmware.hex", program(Parts::NONE));
     let line = ["build", "s.bzz", "--robot", "kilobot", "--firmware", "firmware.hex", "-o", "out"];
     let built = folder.bbz(&line);
     assert_eq!((built.status, built.stderr.as_str()), (Some(0), ""));
@@ -217,8 +217,8 @@ fn a_script_is_put_into_firmware() {
     }
     let image = folder.read("out.bbi");
     assert_eq!(bytes[..100], (0..100).collect::<Vec<u8>>());
-    assert_eq!(bittybuzz_robots::find_script_section(&bytes), Ok((100, 0)));
-    assert_eq!(bytes[107..107 + image.len()], image);
+    assert_eq!(bittybuzz_robots::find_script_section(&bytes), Ok((100, Parts::NONE)));
+    assert_eq!(bytes[108..108 + image.len()], image);
     // It can be exchanged again.
     folder.write("s.bzz", "function step() { led(2) }");
     let line = ["build", "s.bzz", "--robot", "kilobot", "--firmware", "out.hex", "-o", "next"];
@@ -229,7 +229,7 @@ fn a_script_is_put_into_firmware() {
 #[test]
 fn what_is_no_firmware_for_a_script_is_refused() {
     let folder = Folder::with("build_no_hex", "s.bzz", "function step() { led(1) }");
-    let whole = program(0);
+    let whole = program(Parts::NONE);
     let gap = whole.lines().skip(1).map(|line| format!("{line}\n")).collect::<String>();
     let damaged = whole.replacen("00", "01", 2);
     for (content, says) in [
@@ -245,10 +245,10 @@ fn what_is_no_firmware_for_a_script_is_refused() {
             .fails_with(3, &["firmware.hex", says, "cargo xtask build kilobot"]);
     }
     folder.write("firmware.hex", &whole);
-    folder.write("n.bzz", "function step() { neighbors.broadcast(\"a\", 1) }");
+    folder.write("n.bzz", "function step() {\n  neighbors.broadcast(\"a\", 1)\n}");
     folder
         .bbz(&["build", "n.bzz", "--robot", "kilobot", "--firmware", "firmware.hex"])
-        .fails_with(3, &["a part that the script uses", "--script"]);
+        .fails_with(3, &["without `messages`", "`step`", "n.bzz:2", "--script"]);
     folder
         .bbz(&["build", "s.bzz", "--robot", "zooids", "--firmware", "firmware.hex"])
         .fails_with(3, &["Zooid", "bbz flash"]);

@@ -8,6 +8,7 @@ mod support;
 mod stk500;
 
 use bittybuzz_robots::{find_script_section, script_section};
+use bittybuzz_vm_core::Parts;
 use stk500::{Chip, Programmer};
 use support::{Folder, Outcome};
 
@@ -17,7 +18,7 @@ const BOOT: usize = 0x7000;
 
 /// A program with a script, as `bbz build --firmware` takes it; not one that a Kilobot could run.
 fn program(content: u8) -> Vec<u8> {
-    [&[content; 5000][..], &script_section(0, b"some script").unwrap()].concat()
+    [&[content; 5000][..], &script_section(Parts::NONE, b"some script").unwrap()].concat()
 }
 
 /// As Intel hex.

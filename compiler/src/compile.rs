@@ -107,7 +107,7 @@ fn fit(generated: &Generated, image: &Image, robot: &Robot) -> Vec<Diagnostic> {
         let message = misfit.message(robot, &name);
         let diagnostic = |code, span| Diagnostic::new(code, span, message).help(misfit.help());
         match &misfit {
-            Misfit::Feature { at, .. } => {
+            Misfit::Feature { at, .. } | Misfit::Part { at, .. } => {
                 let span = at.map_or(Span::default(), |at| image.source(at));
                 diagnostic(Code::MissingFeature, span)
             }

@@ -64,6 +64,7 @@ impl View<'_> {
             (Feature::Neighbors, "neighbors"),
             (Feature::Swarm, "swarm"),
             (Feature::Stigmergy, "stigmergy"),
+            (Feature::LongMessages, "long messages"),
         ];
         let needed: Vec<&str> = features
             .into_iter()

@@ -9,12 +9,15 @@ use bittybuzz_robots::{Profile, Robot};
 use bittybuzz_vm_core::builtin::{self, Feature};
 use bittybuzz_vm_core::image::{BESIDE_GLOBALS, Header};
 use bittybuzz_vm_core::number::{self, Full, Tiny};
-use bittybuzz_vm_core::opcode;
+use bittybuzz_vm_core::opcode::{self, Operand};
 use bittybuzz_vm_core::seal;
-use bittybuzz_vm_core::{Image, ImageError, Sizes, Vm, features};
+use bittybuzz_vm_core::{Image, ImageError, Part, Parts, Sizes, Vm, features};
 
 use code::Instruction;
 pub use stack::Way;
+
+/// Bytes of a row of the library table.
+const ROW: usize = 4;
 
 /// As many slots as a machine can have.
 const MOST_SLOTS: usize = 65_520;
@@ -29,6 +32,13 @@ pub enum Misfit {
         /// The part, as scripts call it.
         name: &'static str,
         /// The first instruction that needs it, if it is one.
+        at: Option<usize>,
+    },
+    /// The firmware's machine is built without a part that the script uses.
+    Part {
+        /// The part.
+        part: Part,
+        /// The first instruction that uses it, if it is one.
         at: Option<usize>,
     },
     /// The image is longer than the flash that is set aside for it.
@@ -63,6 +73,8 @@ pub fn misfits(image: &[u8], robot: &Robot) -> Vec<Misfit> {
     let Ok(header) = Image::new(image).header() else { return Vec::new() };
     let slots = robot.vm.slots as usize;
     let mut found = lacking(image, &header, robot);
+    let missing = uses(image, &header).into_iter().filter(|(part, _)| !robot.parts.has(*part));
+    found.extend(missing.map(|(part, at)| Misfit::Part { part, at }));
     let most = match (robot.layout, robot.budget) {
         (Some(layout), _) => layout.most_script() as usize,
         (None, Some(budget)) => budget.flash_bytes as usize,
@@ -79,6 +91,58 @@ pub fn misfits(image: &[u8], robot: &Robot) -> Vec<Misfit> {
     let way = stack::deepest(image, &header);
     if globals + way.slots > slots {
         found.push(Misfit::Stack { way, globals, slots });
+    }
+    found
+}
+
+/// The parts of the machine that a script uses.
+pub fn parts(image: &[u8]) -> Parts {
+    let Ok(header) = Image::new(image).header() else { return Parts::NONE };
+    let parts: Vec<Part> = uses(image, &header).into_iter().map(|(part, _)| part).collect();
+    Parts::of(&parts)
+}
+
+/// The parts of the machine that a script uses, each with the first instruction that does, if it is one.
+fn uses(image: &[u8], header: &Header) -> Vec<(Part, Option<usize>)> {
+    let mut found: Vec<(Part, Option<usize>)> = Vec::new();
+    let mut note = |parts: Parts, at: Option<usize>| {
+        for part in parts.iter() {
+            if found.iter().all(|(known, _)| *known != part) {
+                found.push((part, at));
+            }
+        }
+    };
+    for number in 0..header.functions() {
+        let [head, _] = code::head(image, header, number);
+        for instruction in code::instructions(image, header, number) {
+            let opcode = instruction.info.byte;
+            let mut parts = Parts::of_opcode(opcode).and(Parts::of_function(head));
+            if matches!(opcode, opcode::BUILTIN | opcode::CALL_BUILTIN)
+                && let Some(info) = u8::try_from(instruction.operand).ok().and_then(builtin::info)
+            {
+                parts = parts.and(Parts::of_builtin(info));
+            }
+            note(parts, Some(instruction.at));
+        }
+    }
+    // What the machine finds by name: at the first instruction that may ask for it.
+    for row in 0..usize::from(header.library_rows()) {
+        let at = usize::from(header.libraries_at()) + ROW * row;
+        let Some([_, low, high, number]) = image.get(at..at + ROW) else { break };
+        let string = i16::from_le_bytes([*low, *high]);
+        let mut asks = (0..header.functions()).flat_map(|n| code::instructions(image, header, n));
+        let asks = asks.find(|asks| asks.info.operand == Operand::String && asks.operand == string);
+        let parts = builtin::info(*number).map_or(Parts::NONE, Parts::of_builtin);
+        note(parts, asks.map(|instruction| instruction.at));
+    }
+    if header.features() & Feature::LongMessages as u8 != 0 {
+        let mut all = (0..header.functions()).flat_map(|n| code::instructions(image, header, n));
+        let says = |number: i16| {
+            number == i16::from(builtin::NEIGHBORS_BROADCAST)
+                || number == i16::from(builtin::STIGMERGY_CREATE)
+        };
+        let first = all.find(|one| one.info.byte == opcode::CALL_BUILTIN && says(one.operand));
+        note(Parts::of(&[Part::LongMessages]), first.map(|instruction| instruction.at));
     }
     found
 }
@@ -120,6 +184,9 @@ impl Misfit {
         let title = &robot.title;
         match self {
             Misfit::Feature { name, .. } => format!("the {title} is built without `{name}`"),
+            Misfit::Part { part, .. } => {
+                format!("the firmware is built without `{}`: {}", part.name(), part.what())
+            }
             Misfit::Flash { bytes, most } => {
                 format!("the image has {bytes} bytes, the {title} has room for {most}")
             }
@@ -140,6 +207,9 @@ impl Misfit {
         match self {
             Misfit::Feature { name, .. } => {
                 format!("leave `{name}` out of the script, or allow it in the [vm] of the robot file")
+            }
+            Misfit::Part { .. } => {
+                "build it with this script: `cargo xtask build ROBOT --script FILE`".to_owned()
             }
             Misfit::Flash { .. } => {
                 "leave out what this robot does not need; `if(name) { ... }` tells robots apart"
@@ -208,6 +278,7 @@ fn sealed_for<P: number::Profile>(image: &[u8], robot: &Robot) -> Result<Vec<u8>
             entries: vm.stigmergy_entries as u8,
             swarms: vm.swarms as u8,
         },
+        robot.parts,
         &functions,
     );
     let seal = load::<P>(image, robot)?.seal(offered).ok_or(ImageError::Seal)?;

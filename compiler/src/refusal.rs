@@ -78,6 +78,7 @@ fn features(bits: u16) -> String {
         (Feature::Neighbors, "`neighbors`"),
         (Feature::Swarm, "`swarm`"),
         (Feature::Stigmergy, "`stigmergy`"),
+        (Feature::LongMessages, "messages of several frames"),
     ];
     let known = named.iter().fold(0, |bits, (feature, _)| bits | *feature as u16);
     let names = named.iter().filter(|(feature, _)| bits & *feature as u16 != 0);

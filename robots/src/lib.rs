@@ -46,6 +46,7 @@ mod trailing;
 
 use std::path::Path;
 
+use bittybuzz_vm_core::Parts;
 pub use bittybuzz_vm_core::link::name_hash;
 pub use call::{accepted_lists, accepting, idle_result};
 pub use error::{Cause, Place, RobotError, one_of};
@@ -71,6 +72,8 @@ pub struct Robot {
     pub message_bytes: u32,
     /// Sizes of its virtual machine.
     pub vm: VmSizes,
+    /// The parts of its virtual machine: all, or those of a given firmware, see [`Robot::limited_to`].
+    pub parts: Parts,
     /// The most that its firmware may need; `None` for a robot that is never flashed.
     pub budget: Option<Budget>,
     /// Where firmware, script and data lie on the chip; `None` where no script can be flashed alone.

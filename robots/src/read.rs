@@ -1,7 +1,7 @@
 //! Reads a robot file and checks everything that it says.
 
-use bittybuzz_vm_core::Periods;
 use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
+use bittybuzz_vm_core::{Parts, Periods};
 
 use crate::error::{Cause, Place, RobotError};
 use crate::generate::constant;
@@ -76,6 +76,7 @@ pub fn robot(text: &str, path: &str) -> Result<Robot, RobotError> {
         message_bytes: root
             .integer("message_bytes", message_bytes(root.profile("profile")?)..=255)?,
         vm: vm_sizes(&vm)?,
+        parts: Parts::ALL,
         budget: root.optional("budget", |root, key| budget(&root.section(key, "[budget]")?))?,
         layout: root.optional("layout", |root, key| layout(&root.section(key, "[layout]")?))?,
         functions,

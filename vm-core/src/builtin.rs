@@ -87,6 +87,8 @@ pub enum Feature {
     Swarm = 1 << 3,
     /// `stigmergy`.
     Stigmergy = 1 << 4,
+    /// Values that need more than one frame to be sent; no built-in needs it by itself.
+    LongMessages = 1 << 5,
 }
 
 /// How a built-in behaves.

@@ -1,12 +1,21 @@
 //! Where an image is kept.
 
+use crate::network::Sizes;
 use crate::number::Profile;
+use crate::part::Parts;
 
 /// Read-only bytes: an image in memory or in flash.
 ///
 /// ARM and the host use a slice; on the AVR the firmware implements it by `lpm`, so that no copy is in RAM. It is
 /// usually zero sized or two words, and is kept by value.
 pub trait ByteCode: Copy {
+    /// The parts of the machine that runs it: firmware with little flash leaves out what its scripts do not use.
+    const PARTS: Parts = Parts::ALL;
+
+    /// How much that machine remembers of other robots, if it is always the same: then it is not
+    /// [told](crate::Vm::equip), and the code for it is shorter.
+    const SIZES: Option<Sizes> = None;
+
     /// How many bytes.
     fn len(&self) -> usize;
 

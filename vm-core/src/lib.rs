@@ -17,6 +17,8 @@
 //! | `swarm` | on | `neighbors`, `swarm`, `stigmergy` and their messages: 17 kB of flash on the AVR, 13 on a Cortex-M |
 //! | `torture` | off | for tests: makes allocations fail and collections frequent on request |
 //!
+//! Beside these features, firmware for a small flash leaves out the parts that its scripts do not use: [`Part`].
+//!
 //! # What it will not do
 //! Compile, print, keep text in the tiny profile, or know a robot: that is the [`Host`]'s.
 //!
@@ -49,6 +51,7 @@ pub mod message;
 mod network;
 pub mod number;
 pub mod opcode;
+mod part;
 pub mod rom;
 pub mod seal;
 mod slots;
@@ -64,6 +67,7 @@ pub use host::{Arguments, Axis, Host, Item, Reply, Text};
 pub use image::{Entry, Image, ImageError};
 pub use machine::{Calls, GLOBALS, Outcome, Vm};
 pub use network::{Buffer, Counters, Periods, Sighting, Sizes};
+pub use part::{Part, Parts};
 #[cfg(feature = "torture")]
 pub use torture::Torture;
 pub use value::{Type, Value};

@@ -18,6 +18,7 @@ use crate::image::{ImageError, VERSION, Verified, WORDS};
 use crate::message::crc16;
 use crate::network::Sizes;
 use crate::number::Profile;
+use crate::part::Parts;
 use crate::verify::within;
 
 /// Bytes that a seal puts behind an image.
@@ -31,9 +32,10 @@ pub struct Sealed<C: ByteCode> {
 }
 
 /// What a robot offers to scripts, as one number: version, profile, those of its machine's [`features`](crate::features) for
-/// which it has room, and the name hashes of its functions in their order.
-pub const fn robot<P: Profile>(features: u8, sizes: Sizes, functions: &[u16]) -> u16 {
+/// which it has room, the machine's parts, and the name hashes of its functions in their order.
+pub const fn robot<P: Profile>(features: u8, sizes: Sizes, parts: Parts, functions: &[u16]) -> u16 {
     let mut check = crc16(crc16(crc16(0xffff, VERSION), P::FULL as u8), within(features, sizes));
+    check = word(check, parts.bits());
     let mut number = 0;
     while number < functions.len() {
         check = word(check, functions[number]);

@@ -25,7 +25,10 @@ pub const fn features<P: Profile>() -> u8 {
     (if cfg!(feature = "maths") { Feature::Maths as u8 } else { 0 })
         | (if cfg!(feature = "strings") && P::FULL { Feature::Strings as u8 } else { 0 })
         | (if cfg!(feature = "swarm") {
-            Feature::Neighbors as u8 | Feature::Swarm as u8 | Feature::Stigmergy as u8
+            Feature::Neighbors as u8
+                | Feature::Swarm as u8
+                | Feature::Stigmergy as u8
+                | Feature::LongMessages as u8
         } else {
             0
         })

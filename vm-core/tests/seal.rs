@@ -6,11 +6,11 @@ use bittybuzz_vm_core::image::EntryPoint;
 use bittybuzz_vm_core::number::{Full, Tiny};
 use bittybuzz_vm_core::opcode::*;
 use bittybuzz_vm_core::seal::{self, Sealed};
-use bittybuzz_vm_core::{Entry, Image, ImageError, Outcome, Sizes, Vm, features};
+use bittybuzz_vm_core::{Entry, Image, ImageError, Outcome, Parts as Machine, Sizes, Vm, features};
 use common::{Parts, Recorder};
 
 const SLOTS: usize = 120;
-const ROBOT: u16 = seal::robot::<Tiny>(features::<Tiny>(), Sizes::NONE, &[7, 8]);
+const ROBOT: u16 = seal::robot::<Tiny>(features::<Tiny>(), Sizes::NONE, Machine::ALL, &[7, 8]);
 
 /// The global code calls robot function 8 with 3; there is an `init()`.
 fn image() -> Vec<u8> {
@@ -92,13 +92,13 @@ fn it_is_for_robots_of_one_kind() {
     let good = sealed();
     let neighbors = Sizes { neighbors: 4, ..Sizes::NONE };
     for other in [
-        seal::robot::<Full>(features::<Full>(), Sizes::NONE, &[7, 8]),
-        seal::robot::<Tiny>(features::<Tiny>(), Sizes::NONE, &[7]),
-        seal::robot::<Tiny>(features::<Tiny>(), Sizes::NONE, &[7, 9]),
-        seal::robot::<Tiny>(features::<Tiny>(), Sizes::NONE, &[8, 7]),
-        seal::robot::<Tiny>(features::<Tiny>(), Sizes::NONE, &[7, 8, 11]),
-        seal::robot::<Tiny>(features::<Tiny>(), neighbors, &[7, 8]),
-        seal::robot::<Tiny>(0, Sizes::NONE, &[7, 8]),
+        seal::robot::<Full>(features::<Full>(), Sizes::NONE, Machine::ALL, &[7, 8]),
+        seal::robot::<Tiny>(features::<Tiny>(), Sizes::NONE, Machine::ALL, &[7]),
+        seal::robot::<Tiny>(features::<Tiny>(), Sizes::NONE, Machine::ALL, &[7, 9]),
+        seal::robot::<Tiny>(features::<Tiny>(), Sizes::NONE, Machine::ALL, &[8, 7]),
+        seal::robot::<Tiny>(features::<Tiny>(), Sizes::NONE, Machine::ALL, &[7, 8, 11]),
+        seal::robot::<Tiny>(features::<Tiny>(), neighbors, Machine::ALL, &[7, 8]),
+        seal::robot::<Tiny>(0, Sizes::NONE, Machine::ALL, &[7, 8]),
     ] {
         assert_eq!(load(&good, other), Err(ImageError::Seal));
     }

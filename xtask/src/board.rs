@@ -4,9 +4,10 @@ use crate::elf;
 use crate::failure::Failure;
 use crate::shell::{Line, root};
 use bittybuzz_compiler::compile::{Options, compile};
+use bittybuzz_compiler::fit;
 use bittybuzz_compiler::include::{DiskFiles, Loader};
-use bittybuzz_vm_core::Image;
-use bittybuzz_vm_core::builtin::Feature;
+use bittybuzz_robots::Robot;
+use bittybuzz_vm_core::Parts;
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,7 +24,7 @@ pub struct Board {
     untold: &'static [&'static str],
     /// The script with which it is measured, from the root; its own if there is none.
     measured: Option<&'static str>,
-    /// Its flash holds only those parts of the machine that the script uses: features of its crate.
+    /// Its flash holds not much more of the machine than those parts that the script uses: `BBZ_PARTS` of its build script.
     is_tight: bool,
 }
 
@@ -129,16 +130,55 @@ impl Board {
         script: Option<&Path>,
         quiet: bool,
     ) -> Result<PathBuf, Failure> {
-        let features = if self.is_tight { self.parts(script)?.join(",") } else { String::new() };
-        let features = ["--features", &features];
-        let features = if self.is_tight { &features[..] } else { &[] };
-        let mut line = Line::new("cargo", &[&["build", "--release"], arguments, features].concat());
+        let image = self.build_parts(None, arguments, script, quiet)?;
+        if !self.is_tight || self.excess(&image)? == 0 {
+            return Ok(image);
+        }
+        // The whole language is for scripts that leave room for it.
+        let image = self.build_parts(Some("used"), arguments, script, quiet)?;
+        let excess = self.excess(&image)?;
+        if excess == 0 {
+            return Ok(image);
+        }
+        let whole = elf::footprint(&image)?.flash;
+        let mut costs = Vec::new();
+        for part in self.parts(script)?.iter() {
+            let image = self.build_parts(Some(part.name()), arguments, script, true)?;
+            let bytes = whole.saturating_sub(elf::footprint(&image)?.flash);
+            costs.push((bytes, part));
+        }
+        costs.sort_by_key(|(bytes, _)| std::cmp::Reverse(*bytes));
+        Err(Failure::TooLarge { script: self.script(script), excess, costs })
+    }
+
+    /// Builds with these parts of the machine, as `BBZ_PARTS` says.
+    fn build_parts(
+        &self,
+        parts: Option<&str>,
+        arguments: &[&str],
+        script: Option<&Path>,
+        quiet: bool,
+    ) -> Result<PathBuf, Failure> {
+        let mut line = Line::new("cargo", &[&["build", "--release"], arguments].concat());
         if let Some(script) = script {
             line = line.env("BBZ_SCRIPT", &script.display().to_string());
+        }
+        if let Some(parts) = parts {
+            line = line.env("BBZ_PARTS", parts);
         }
         let line = line.in_workspace(self.folder);
         if quiet { line.unannounced() } else { line }.run()?;
         Ok(self.image_in(&target_of(self.folder)))
+    }
+
+    /// How many bytes of flash an image needs that the robot does not have.
+    fn excess(&self, image: &Path) -> Result<u64, Failure> {
+        let most = self.shipped()?.budget.map_or(u64::MAX, |budget| budget.flash_bytes.into());
+        Ok(elf::footprint(image)?.flash.saturating_sub(most))
+    }
+
+    fn shipped(&self) -> Result<Robot, Failure> {
+        bittybuzz_robots::find(self.robot).map_err(|error| Failure::Robot(error.to_string()))
     }
 
     /// The script, or the board's own.
@@ -146,22 +186,19 @@ impl Board {
         script.map_or_else(|| root().join(self.folder).join(OWN_SCRIPT), Path::to_owned)
     }
 
-    /// The parts of the machine that a script uses, as features of the board's crate. Of a script with errors none: the build
-    /// tells them.
-    fn parts(&self, script: Option<&Path>) -> Result<Vec<&'static str>, Failure> {
+    /// The parts of the machine that a script uses. Of a script with errors none: the build tells them.
+    fn parts(&self, script: Option<&Path>) -> Result<Parts, Failure> {
         let path = self.script(script);
         let text = fs::read_to_string(&path)
             .map_err(|reason| Failure::Read { path: path.clone(), reason })?;
-        let robot = bittybuzz_robots::find(self.robot)
-            .map_err(|error| Failure::Robot(error.to_string()))?;
         let loader = Loader { folders: vec![root().join("lib")], ..Loader::new(&DiskFiles) };
-        let options =
-            Options { profile: None, robot: Some(robot), robots: bittybuzz_robots::all_shipped() };
+        let options = Options {
+            profile: None,
+            robot: Some(self.shipped()?),
+            robots: bittybuzz_robots::all_shipped(),
+        };
         let image = compile(&path, text, &loader, &options).image.unwrap_or_default();
-        let used = Image::new(image.as_slice()).header().map_or(0, |header| header.features());
-        let social = Feature::Neighbors as u8 | Feature::Swarm as u8 | Feature::Stigmergy as u8;
-        let parts = [("maths", Feature::Maths as u8), ("swarm", social)];
-        Ok(parts.into_iter().filter(|(_, bits)| used & bits != 0).map(|(name, _)| name).collect())
+        Ok(fit::parts(&image))
     }
 
     /// Writes the file that is sent to robots beside the image.
@@ -189,6 +226,7 @@ pub fn target_of(folder: &str) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bittybuzz_vm_core::Part;
 
     fn arguments(line: &str) -> Vec<String> {
         line.split_whitespace().map(str::to_owned).collect()
@@ -209,8 +247,8 @@ mod tests {
     #[test]
     fn parts_are_those_that_a_script_uses() {
         let parts = |script: &str| KILOBOT.parts(Some(&root().join(script))).unwrap();
-        assert_eq!(parts("examples/blink.bzz"), [""; 0]);
-        assert_eq!(parts("examples/swarm/consensus.bzz"), ["swarm"]);
+        assert_eq!(parts("examples/blink.bzz"), Parts::NONE);
+        assert_eq!(parts("examples/swarm/gradient.bzz"), Parts::of(&[Part::Messages]));
         assert!(KILOBOT.parts(Some(Path::new("nowhere.bzz"))).is_err());
     }
 

@@ -1,6 +1,7 @@
 //! Why a task stopped.
 
 use crate::bench::BenchError;
+use bittybuzz_vm_core::Part;
 use std::fmt;
 use std::io;
 use std::path::PathBuf;
@@ -29,6 +30,14 @@ pub enum Failure {
     Elf { path: PathBuf, reason: String },
     /// An image needs more memory than its robot file allows.
     OverBudget(Vec<String>),
+    /// A script needs more of the machine than the flash of its robot holds.
+    TooLarge {
+        script: PathBuf,
+        /// Bytes of flash that are missing.
+        excess: u64,
+        /// What each part takes that could be left out.
+        costs: Vec<(u64, Part)>,
+    },
     /// The initial value of the machine takes flash.
     NotZero { robot: &'static str },
     /// Benchmarks cannot be counted, or cost more than before.
@@ -61,6 +70,16 @@ impl fmt::Display for Failure {
             Failure::Elf { path, reason } => write!(f, "{}: {reason}", path.display()),
             Failure::OverBudget(excesses) => {
                 write!(f, "over what the robot file allows: {}", excesses.join(", "))
+            }
+            Failure::TooLarge { script, excess, costs } => {
+                write!(
+                    f,
+                    "{} needs {excess} bytes of flash more than there are; so much is saved by a script that does without",
+                    script.display()
+                )?;
+                costs
+                    .iter()
+                    .try_for_each(|(bytes, part)| write!(f, "\n{bytes:7} bytes: {}", part.what()))
             }
             Failure::NotZero { robot } => {
                 write!(f, "{robot}: the machine is not all zeros before an image is loaded")

@@ -115,7 +115,13 @@ impl Emulation<'_> {
             return Err(Problem::NoImage(path.to_owned()));
         }
         if is_kilobot {
-            let hex = hex::with_script(self.firmware, path, &program.image, self.robot)?;
+            let hex = hex::with_script(
+                self.firmware,
+                path,
+                &program.image,
+                program.symbols.as_ref(),
+                self.robot,
+            )?;
             let file = Scratch::new(path, "program.hex");
             file.write(hex.as_bytes())?;
             return Ok(Flashed::Whole(file));

@@ -7,7 +7,7 @@ pub mod robots;
 mod suggest;
 mod taken;
 pub mod tree;
-mod values;
+pub mod values;
 mod walk;
 
 use crate::ast::Script;

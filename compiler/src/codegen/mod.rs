@@ -14,6 +14,7 @@ mod function;
 mod globals;
 mod operands;
 mod own_strings;
+mod sent;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -74,6 +75,7 @@ pub fn generate(
         names.extend(builtin::TABLE.iter().filter(|b| b.library == *library).map(|b| b.name));
     }
     let holds_own_strings = own_strings::may_hold(&program, meanings);
+    let sends_long = sent::may_be_long(&program, meanings);
     fold::fold(&mut program, meanings, profile);
     let globals = globals::number(&program, meanings);
     let mut generator = Generator {
@@ -86,7 +88,7 @@ pub fn generate(
         functions: vec![FunctionId::GLOBAL],
         numbers: BTreeMap::from([(FunctionId::GLOBAL, 0)]),
         imports: Vec::new(),
-        features: 0,
+        features: if sends_long { Feature::LongMessages as u8 } else { 0 },
         libraries: BTreeSet::new(),
         objects: BTreeSet::new(),
         orders_strings: false,

@@ -6,7 +6,7 @@ use bittybuzz_compiler::fit::{Misfit, misfits, sealed};
 use bittybuzz_robots::Robot;
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::seal::{self, Sealed};
-use bittybuzz_vm_core::{Entry, FaultCode, Image, ImageError, Outcome, Sizes, Vm, features};
+use bittybuzz_vm_core::{Entry, FaultCode, Image, ImageError, Outcome, Parts, Sizes, Vm, features};
 
 use bittybuzz_compiler::symbols::Symbols;
 
@@ -192,7 +192,7 @@ fn a_sealed_image_is_for_its_robot() {
     const SIZES: Sizes = Sizes { neighbors: 15, bearings: false, entries: 4, swarms: 8 };
     const SLOTS: usize = 339 + SIZES.slots();
     let functions: Vec<u16> = kilobot.functions.iter().map(|function| function.hash()).collect();
-    let robot = seal::robot::<Tiny>(features::<Tiny>(), SIZES, &functions);
+    let robot = seal::robot::<Tiny>(features::<Tiny>(), SIZES, Parts::ALL, &functions);
     let mut vm: Box<Vm<Tiny, &[u8], SLOTS>> = Box::new(Vm::new());
     vm.equip(SIZES);
     assert_eq!(vm.load_sealed(Sealed::new(&bytes), robot), Ok(()));

@@ -12,6 +12,7 @@ mod folding;
 mod image;
 mod libraries;
 mod machine;
+mod parts;
 mod random_scripts;
 mod robots;
 mod symbols;

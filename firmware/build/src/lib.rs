@@ -18,10 +18,13 @@ use bittybuzz_compiler::include::{DiskFiles, Loader};
 use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::render::{Color, Renderer};
 use bittybuzz_robots::{Robot, script_section};
-use bittybuzz_vm_core::builtin::Feature;
+use bittybuzz_vm_core::{Part, Parts};
 
 /// The environment variable that names the script.
 const SCRIPT: &str = "BBZ_SCRIPT";
+
+/// The environment variable that says which parts of the machine there are.
+const PARTS: &str = "BBZ_PARTS";
 
 /// Where cargo is told how to flash.
 const CARGO_CONFIG: &str = ".cargo/config.toml";
@@ -123,25 +126,36 @@ fn find(robot: &str) -> Result<Robot, BuildError> {
 
 /// Does all of it for a chip whose script lies right behind the program, without a place of its own: there is no `memory.x`,
 /// `script.bin` begins with a mark, `SCRIPT_HEADER` bytes of it stand before the image, which is sealed. Of the machine only
-/// those parts are there that are features of the firmware: `maths`, `swarm`.
+/// those [parts](Parts) are there that the script uses, and those of the language; `BBZ_PARTS` says otherwise: `used` leaves out those of the
+/// language, too, and the name of a part that one: to measure it.
 pub fn behind_program(robot: &str, default_script: &str) -> Result<(), BuildError> {
     rerun(robot);
-    let features = [
-        ("MATHS", Feature::Maths as u8),
-        ("SWARM", Feature::Neighbors as u8 | Feature::Swarm as u8 | Feature::Stigmergy as u8),
-    ];
-    let has = |name: &str| env::var_os(format!("CARGO_FEATURE_{name}")).is_some();
-    let features = features.iter().filter(|(name, _)| has(name)).map(|(_, bits)| bits).sum();
-    let robot = find(robot)?.limited_to(features);
+    println!("cargo:rerun-if-env-changed={PARTS}");
+    let robot = find(robot)?;
     let script = script_path(default_script);
     let image = compiled(&script, &robot)?;
+    let used = fit::parts(&image);
+    let parts = match env::var(PARTS) {
+        Err(_) => used.and(Parts::LANGUAGE),
+        Ok(left_out) => {
+            let is_left_out = |part: &&Part| part.name() == left_out;
+            match Part::ALL.iter().find(is_left_out) {
+                Some(part) => used.without(Parts::of(&[*part])),
+                None => used,
+            }
+        }
+    };
+    let robot = robot.limited_to(parts);
     let refused = |cause| BuildError::Refused(script.clone(), refusal::sentence(&cause));
     let image = fit::sealed(&image, &robot).map_err(refused)?;
-    let section = script_section(features, &image).ok_or(BuildError::TooLong(script))?;
+    let section = script_section(parts, &image).ok_or(BuildError::TooLong(script))?;
     let header = section.len() - image.len();
-    let constant =
-        format!("/// Bytes before the image.\npub const SCRIPT_HEADER: usize = {header};\n");
-    let constants = bittybuzz_robots::generate_rust(&robot) + &constant;
+    let constants = format!(
+        "/// Bytes before the image.\npub const SCRIPT_HEADER: usize = {header};\n\
+         /// The parts of the machine, as bits.\npub const PARTS: u16 = {:#06x};\n",
+        parts.bits()
+    );
+    let constants = bittybuzz_robots::generate_rust(&robot) + &constants;
     write_out("robot.rs", constants.as_bytes())?;
     write_out("script.bin", &section)
 }

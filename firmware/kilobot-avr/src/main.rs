@@ -87,8 +87,6 @@ fn main() -> ! {
     let (vm, body) = (&raw mut VM, &raw mut BODY);
     // SAFETY: the only references to them; main runs once.
     let (vm, body) = unsafe { (&mut *vm, &mut *body) };
-    #[cfg(feature = "swarm")]
-    vm.equip(SIZES);
     body.begin(was_stuck);
     // SAFETY: what the handlers need is there.
     unsafe { avr_device::interrupt::enable() };

@@ -2,19 +2,26 @@
 
 use bittybuzz_comms::infrared::{FaultReport, MESSAGE};
 use bittybuzz_kilobot::clock::{Ticks, units};
+use bittybuzz_vm_core::builtin::Feature;
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::seal::{self, Sealed};
-use bittybuzz_vm_core::{Entry, Fault, Outcome, Vm, features};
+use bittybuzz_vm_core::{ByteCode, Entry, Fault, Outcome, Vm, features};
 
 use crate::robot::Robot;
 use crate::section::Section;
-use crate::toml::FUNCTIONS;
+use crate::toml::{self, FUNCTIONS};
 
 /// Instructions in a slice: a few ms, a collection included.
 const SLICE: u16 = 40;
 
 /// What the script has set holds for so long after the last step that was completed.
 const HOLD: u16 = units(500);
+
+/// Features of the machine: the parts say what is left of them, but for the functions of `math`.
+const FEATURES: u8 = {
+    let left_out = if toml::MATHS { 0 } else { Feature::Maths as u8 };
+    features::<Tiny>() & !left_out
+};
 
 /// What it offers to scripts.
 const OFFERED: u16 = {
@@ -24,7 +31,7 @@ const OFFERED: u16 = {
         hashes[index] = FUNCTIONS[index].0;
         index += 1;
     }
-    seal::robot::<Tiny>(features::<Tiny>(), crate::SIZES, &hashes)
+    seal::robot::<Tiny>(FEATURES, crate::SIZES, Section::PARTS, &hashes)
 };
 
 /// The machine.

@@ -3,10 +3,10 @@
 use core::arch::global_asm;
 
 use bittybuzz_progmem as progmem;
-use bittybuzz_vm_core::ByteCode;
 use bittybuzz_vm_core::number::Profile;
+use bittybuzz_vm_core::{ByteCode, Parts, Sizes};
 
-use crate::toml::SCRIPT_HEADER;
+use crate::toml::{self, SCRIPT_HEADER};
 
 /// `robots/src/trailing.rs`
 const BYTES: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/script.bin"));
@@ -31,6 +31,9 @@ fn address(at: usize) -> usize {
 }
 
 impl ByteCode for Section {
+    const PARTS: Parts = Parts::from_bits(toml::PARTS);
+    const SIZES: Option<Sizes> = Some(crate::SIZES);
+
     fn len(&self) -> usize {
         progmem::word(address(LENGTH)).into()
     }

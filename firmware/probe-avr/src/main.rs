@@ -12,7 +12,7 @@ use bittybuzz_progmem as progmem;
 use bittybuzz_vm_core::number::{Profile, Tiny};
 use bittybuzz_vm_core::seal::{self, Sealed};
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Host, Reply, RobotFault, Sighting, Sizes, Value, Vm,
+    Arguments, Axis, ByteCode, Entry, Host, Parts, Reply, RobotFault, Sighting, Sizes, Value, Vm,
 };
 
 // avr-libc's float and memory functions are smaller and faster than those of compiler_builtins.
@@ -41,7 +41,8 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
 }
 
 /// What it offers to scripts.
-const ROBOT: u16 = seal::robot::<Tiny>(bittybuzz_vm_core::features::<Tiny>(), Sizes::NONE, &[1]);
+const ROBOT: u16 =
+    seal::robot::<Tiny>(bittybuzz_vm_core::features::<Tiny>(), Sizes::NONE, Parts::ALL, &[1]);
 
 struct Probe;
 

@@ -10,6 +10,7 @@ use crate::host::{Arguments, Host};
 #[cfg(feature = "maths")]
 use crate::number::maths;
 use crate::number::{Profile, Rng, Rounding};
+use crate::part::Part;
 use crate::value::{Tag, Type, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
@@ -49,15 +50,19 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             | builtin::SQRT..=builtin::EXPONENTIAL => self.compute(number, a, b),
             #[cfg(feature = "swarm")]
             builtin::NEIGHBORS_GET..=builtin::NEIGHBORS_IGNORE
-            | builtin::SNAPSHOT_GET..=builtin::SNAPSHOT_REDUCE => {
+            | builtin::SNAPSHOT_GET..=builtin::SNAPSHOT_REDUCE
+                if Self::has(Part::Neighbors) || Self::has(Part::Messages) =>
+            {
                 self.neighbor_builtin(host, number, first, end, a)
             }
             #[cfg(feature = "swarm")]
-            builtin::SWARM_CREATE..=builtin::SWARM_OTHERS => {
+            builtin::SWARM_CREATE..=builtin::SWARM_OTHERS if Self::has(Part::Swarms) => {
                 self.swarm_builtin(number, first, end, a)
             }
             #[cfg(feature = "swarm")]
-            builtin::STIGMERGY_CREATE..=builtin::STIGMERGY_ONCONFLICTLOST => {
+            builtin::STIGMERGY_CREATE..=builtin::STIGMERGY_ONCONFLICTLOST
+                if Self::has(Part::Stigmergy) =>
+            {
                 self.stigmergy_builtin(host, number, first, end, a)
             }
             // All others take any value.
@@ -137,6 +142,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 _ => {}
             }
         }
+        if !Self::has(Part::Floats) {
+            return Err(self.wrong_type(a, b));
+        }
         let mut x = a.unpack_float();
         let y = b.unpack_float();
         match number {
@@ -145,12 +153,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             builtin::ABS => x.abs(),
             builtin::TO_FLOAT => {}
             #[cfg(feature = "maths")]
-            builtin::GAUSSIAN => self.rng.gaussian::<P, C>(&mut x, &y),
+            builtin::GAUSSIAN if Self::has(Part::Maths) => self.rng.gaussian::<P, C>(&mut x, &y),
             #[cfg(feature = "maths")]
-            builtin::EXPONENTIAL => self.rng.exponential::<P, C>(&mut x),
+            builtin::EXPONENTIAL if Self::has(Part::Maths) => self.rng.exponential::<P, C>(&mut x),
             #[cfg(feature = "maths")]
             // Numbered alike.
-            builtin::SQRT..=builtin::ATAN => {
+            builtin::SQRT..=builtin::ATAN if Self::has(Part::Maths) => {
                 maths::function::<P, C>(number - builtin::SQRT, &mut x, &y);
             }
             _ => {

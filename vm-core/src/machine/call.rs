@@ -7,6 +7,7 @@ use crate::fault::{FaultCode, RobotFault, Stopped};
 use crate::host::{Arguments, Host, Reply};
 use crate::image::{CAPTURES, PARAMETERS, USES_SELF};
 use crate::number::Profile;
+use crate::part::Part;
 use crate::rom::Needs;
 use crate::value::{Tag, Type, Value};
 
@@ -81,11 +82,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) -> Result<(), Stopped> {
         let mut function = callee;
         let mut closure = callee;
-        if function.is(Tag::BOUND) {
+        if Self::BINDS && function.is(Tag::BOUND) {
             function = self.arena.closure_function(function.index());
             closure = function;
         }
-        if function.is(Tag::CLOSURE) {
+        if Self::has(Part::Closures) && function.is(Tag::CLOSURE) {
             function = self.arena.closure_function(function.index());
         }
         let Some(program) = self.program.as_ref().filter(|_| function.is(Tag::FUNCTION)) else {
@@ -104,7 +105,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.ensure(limit)?;
         }
         let mut self_value = Value::nil();
-        if head & USES_SELF != 0 {
+        let uses_self = Self::has(Part::Closures) && head & USES_SELF != 0;
+        if uses_self {
             if below == 2 {
                 self_value = self.arena.get(usize::from(start));
             } else if callee.is_heap() {
@@ -120,10 +122,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.set_fast(usize::from(fp), caller);
         self.sp = fp.wrapping_add(1);
         self.pc = position.wrapping_add(2) as u16;
-        if head & CAPTURES != 0 {
+        if Self::has(Part::Closures) && head & CAPTURES != 0 {
             self.push(closure);
         }
-        if head & USES_SELF != 0 {
+        if uses_self {
             self.push(self_value);
         }
         Ok(())
@@ -151,7 +153,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) -> Result<(), Stopped> {
         let mut function = callee;
         let mut count = count;
-        if cfg!(feature = "swarm") && callee.is(Tag::BOUND) {
+        if Self::has(Part::Libraries) && callee.is(Tag::BOUND) {
             function = self.arena.closure_function(callee.index());
         }
         let number = function.index() as u16;
@@ -162,7 +164,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if !function.is(Tag::BUILTIN) {
             return Err(self.fail_on(FaultCode::NotCallable, callee, callee));
         }
-        if cfg!(feature = "swarm") && Needs::of::<P, C>(number as u8).is_method() {
+        if Self::has(Part::Libraries) && Needs::of::<P, C>(number as u8).is_method() {
             let mut object = Value::nil();
             if callee.is(Tag::BOUND) {
                 object = self.arena.closure_self(callee.index());

@@ -8,6 +8,7 @@ use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::number::Profile;
 use crate::opcode::order;
+use crate::part::Part;
 use crate::value::{Tag, Value};
 
 /// The orders of values that are not equal.
@@ -18,9 +19,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     #[inline(never)]
     pub(super) fn equal(&self, a: Value<P>, b: Value<P>) -> bool {
         if a.is_number() && b.is_number() {
-            return order_of_numbers(a, b) == Some(Ordering::Equal);
+            return Self::order_of_numbers(a, b) == Some(Ordering::Equal);
         }
-        if a.is(Tag::BOUND) && b.is(Tag::BOUND) {
+        if Self::BINDS && a.is(Tag::BOUND) && b.is(Tag::BOUND) {
             // Reading a method twice binds it twice: still the same method of the same table.
             let (a, b) = (a.index(), b.index());
             return self.arena.closure_function(a).same(self.arena.closure_function(b))
@@ -37,7 +38,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return Ok(Some(b.is_nil().cmp(&a.is_nil())));
         }
         if a.is_number() && b.is_number() {
-            return Ok(order_of_numbers(a, b));
+            return Ok(Self::order_of_numbers(a, b));
         }
         if let (Some(a), Some(b)) = (a.as_string(), b.as_string()) {
             return Ok(Some(self.order_of_constants(a, b)));
@@ -86,18 +87,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         };
         Ok(instruction & found != 0)
     }
-}
 
-/// The order of two numbers, `None` if one is NaN.
-#[inline(never)]
-fn order_of_numbers<P: Profile>(a: Value<P>, b: Value<P>) -> Option<Ordering> {
-    if a.is(Tag::INT) && b.is(Tag::INT) {
-        // To unpack integers takes ten times as long.
-        return Some(match P::int_less(a.raw(), b.raw()) {
-            true => Ordering::Less,
-            false if a.same(b) => Ordering::Equal,
-            false => Ordering::Greater,
-        });
+    /// The order of two numbers, `None` if one is NaN.
+    #[inline(never)]
+    fn order_of_numbers(a: Value<P>, b: Value<P>) -> Option<Ordering> {
+        if !Self::has(Part::Floats) || a.is(Tag::INT) && b.is(Tag::INT) {
+            // To unpack integers takes ten times as long.
+            return Some(match P::int_less(a.raw(), b.raw()) {
+                true => Ordering::Less,
+                false if a.same(b) => Ordering::Equal,
+                false => Ordering::Greater,
+            });
+        }
+        a.unpack().compare(&b.unpack())
     }
-    a.unpack().compare(&b.unpack())
 }

@@ -99,7 +99,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
                 budget -= 1;
                 #[cfg(feature = "swarm")]
-                if pc == Native::MESSAGES.position() {
+                if Self::SOCIAL && pc == Native::MESSAGES.position() {
                     self.next_message(host)?;
                     continue;
                 }

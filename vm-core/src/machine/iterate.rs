@@ -13,6 +13,7 @@ use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
 use crate::number::Profile;
+use crate::part::Part;
 use crate::value::{Tag, Value};
 
 // Locals of a built-in's frame. All are nil in the beginning.
@@ -64,6 +65,9 @@ fn is_of_neighbors(number: u8) -> bool {
 }
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
+    #[cfg(feature = "swarm")]
+    const ITERATES_NEIGHBORS: bool = Self::has(Part::Neighbors) && Self::has(Part::Iteration);
+
     /// Begins a built-in of kind `Calls`, whose `count` arguments are on top.
     #[inline(never)]
     pub(super) fn begin_native<H: Host<P>>(
@@ -75,7 +79,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         #[cfg(feature = "swarm")]
         let mut count = count;
         #[cfg(feature = "swarm")]
-        if is_of_neighbors(number) {
+        if Self::ITERATES_NEIGHBORS && is_of_neighbors(number) {
             self.insert(count, object(Library::Neighbors, 0))?;
             count = count.wrapping_add(1);
         }
@@ -89,7 +93,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let argument = self.arena.get(first);
         if number == builtin::DELAY {
             self.need_number(argument)?;
-        } else if number < builtin::NEIGHBORS_GET {
+        } else if Self::has(Part::Iteration) && number < builtin::NEIGHBORS_GET {
             // Everything else is its own copy.
             if number == builtin::CLONE
                 && !matches!(argument.tag(), Tag::TABLE | Tag::LIBRARY | Tag::SNAPSHOT)
@@ -103,6 +107,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         self.enter_native(Native(number))?;
         self.reserve(LOCALS)?;
+        if !Self::has(Part::Iteration) {
+            return Ok(());
+        }
         let result = match task(number) {
             builtin::MAP | builtin::FILTER | builtin::CLONE => self.new_table()?,
             builtin::REDUCE => self.local(-1),
@@ -116,7 +123,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     #[cfg(feature = "swarm")]
     fn need_source(&mut self, number: u8, source: Value<P>) -> Result<(), Stopped> {
         match number {
-            builtin::SWARM_EXEC => self.need_swarm(source).map(|_| ()),
+            builtin::SWARM_EXEC if Self::has(Part::Swarms) => self.need_swarm(source).map(|_| ()),
             builtin::STIGMERGY_FOREACH..=builtin::STIGMERGY_REDUCE => {
                 self.need_stigmergy(source).map(|_| ())
             }
@@ -156,7 +163,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         // Nothing is there before the first entry.
         let returned = usize::from(self.sp) > callback;
         #[cfg(feature = "swarm")]
-        if number == builtin::SWARM_EXEC {
+        if Self::has(Part::Swarms) && number == builtin::SWARM_EXEC {
             if returned {
                 self.leave_frame(parameters, self.top(1));
             } else if self.is_member(object_number(source)) {
@@ -164,6 +171,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             } else {
                 self.leave_frame(parameters, Value::nil());
             }
+            return Ok(Flow::Continue);
+        }
+        if !Self::has(Part::Iteration) {
             return Ok(Flow::Continue);
         }
         if returned {
@@ -221,8 +231,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// False if there is none.
     fn next_element(&mut self, source: Value<P>, callback: usize) -> Result<bool, Stopped> {
         #[cfg(feature = "swarm")]
-        if source.is(Tag::LIBRARY) {
-            return if source.index() as u8 == Library::Neighbors as u8 {
+        if (Self::has(Part::Neighbors) || Self::has(Part::Stigmergy)) && source.is(Tag::LIBRARY) {
+            return if Self::ITERATES_NEIGHBORS && source.index() as u8 == Library::Neighbors as u8 {
                 Ok(self.next_neighbor(callback - 2)? != 0)
             } else {
                 Ok(self.next_entry(object_number(source), callback - 2))

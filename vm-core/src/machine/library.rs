@@ -11,6 +11,7 @@ use crate::heap::{ITERATION, NoCell};
 use crate::host::{Axis, Host};
 use crate::image::USES_SELF;
 use crate::number::Profile;
+use crate::part::Part;
 use crate::rom::Needs;
 use crate::value::{Tag, Value};
 
@@ -72,12 +73,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// nor library.
     #[inline(never)]
     pub(super) fn key(&mut self, table: Value<P>, key: Value<P>) -> Result<Value<P>, Stopped> {
-        if !matches!(table.tag(), Tag::TABLE | Tag::LIBRARY | Tag::SNAPSHOT) {
+        let is_table = table.is(Tag::TABLE)
+            || Self::has(Part::Libraries) && matches!(table.tag(), Tag::LIBRARY | Tag::SNAPSHOT);
+        if !is_table {
             return Err(self.fail_on(FaultCode::NotATable, table, key));
         }
         match key.tag() {
             Tag::INT | Tag::STRING | Tag::TEXT => Ok(key),
-            Tag::FLOAT => Ok(match P::unpack(key.raw()).as_int() {
+            Tag::FLOAT if Self::has(Part::Floats) => Ok(match P::unpack(key.raw()).as_int() {
                 Some(int) => Value::new(Tag::INT, int),
                 None => key,
             }),
@@ -96,7 +99,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         bind: bool,
     ) -> Result<Value<P>, Stopped> {
         let key = self.key(table, key)?;
-        if table.is(Tag::TABLE) {
+        if !Self::has(Part::Libraries) || table.is(Tag::TABLE) {
             let value = self.arena.table_get(table.index(), key);
             return if bind { self.bind(value, table) } else { Ok(value) };
         }
@@ -113,7 +116,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         value: Value<P>,
     ) -> Result<(), Stopped> {
         let key = self.key(table, key)?;
-        if table.is(Tag::TABLE) {
+        if !Self::has(Part::Libraries) || table.is(Tag::TABLE) {
             return self.table_set(table, key, value);
         }
         if table.is(Tag::SNAPSHOT) {
@@ -126,7 +129,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The value as read out of a table: a function that uses self gets the table as its self.
     #[inline(always)]
     fn bind(&mut self, value: Value<P>, table: Value<P>) -> Result<Value<P>, Stopped> {
-        if value.may_use_self() { self.bind_function(value, table) } else { Ok(value) }
+        if Self::BINDS && value.may_use_self() {
+            self.bind_function(value, table)
+        } else {
+            Ok(value)
+        }
     }
 
     #[inline(never)]
@@ -268,7 +275,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.arena.set(slot, Value::indexed(Tag::TABLE, library.index() as u16));
             return Ok(());
         }
-        if !library.is(Tag::LIBRARY) {
+        if !Self::has(Part::Libraries) || !library.is(Tag::LIBRARY) {
             return Err(self.fail_on(FaultCode::NotATable, library, library));
         }
         let table = self.new_table()?;

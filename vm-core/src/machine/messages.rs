@@ -14,6 +14,7 @@ use crate::message::frame::Frame;
 use crate::message::{Entry, FRAGMENT_HEAD, Ignored, Kind, Script, Swarms};
 use crate::network::{Count, Counters, Sighting};
 use crate::number::Profile;
+use crate::part::Part;
 use crate::value::{Tag, Value};
 
 // Locals of the frame. Those of a conflict are set while its handler runs.
@@ -68,7 +69,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         // Messages often come in the order in which their senders were heard first.
         self.protocol.heard = 0;
         self.pc = Native::MESSAGES.position() as u16;
-        self.age_neighbors();
+        if Self::has(Part::Neighbors) {
+            self.age_neighbors();
+        }
         Ok(())
     }
 
@@ -76,7 +79,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     #[inline(never)]
     pub(super) fn next_message<H: Host<P>>(&mut self, host: &mut H) -> Result<(), Stopped> {
         let base = self.fp;
-        if self.protocol.in_conflict {
+        if Self::has(Part::Conflicts) && self.protocol.in_conflict {
             self.end_conflict(host)?;
             if self.fp != base {
                 return Ok(());
@@ -143,14 +146,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.protocol.count(Count::OwnId);
                 return Ok(());
             }
-            self.hear(sender, sighting, host.periods().forget);
+            if Self::has(Part::Neighbors) {
+                self.hear(sender, sighting, host.periods().forget);
+            }
         }
         let (topic, value) = match kind {
-            Kind::Broadcast => {
+            Kind::Broadcast if Self::has(Part::Messages) => {
                 let (topic, value) = frame.broadcast();
                 (Value::string(topic), value)
             }
-            Kind::Fragment => {
+            Kind::Fragment if Self::has(Part::LongMessages) => {
                 let content = frame.bytes(length).get(FRAGMENT_HEAD..).unwrap_or(&[]);
                 if !self.assemble(host, &frame.fragment(content))? {
                     return Ok(());
@@ -158,17 +163,17 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 // Both stay on the stack below the arguments.
                 (self.top(2), self.top(1))
             }
-            Kind::Entry => return self.merge(host, &frame.entry()),
-            Kind::Swarms => {
+            Kind::Entry if Self::has(Part::Stigmergy) => return self.merge(host, &frame.entry()),
+            Kind::Swarms if Self::has(Part::Swarms) && Self::has(Part::Neighbors) => {
                 for (number, is_member) in frame.swarms().iter() {
                     let swarm = self.find_swarm(number);
-                    if swarm < self.protocol.sizes.swarms {
+                    if swarm < self.sizes().swarms {
                         self.note_swarm(swarm, is_member);
                     }
                 }
                 return Ok(());
             }
-            Kind::Beacon => return Ok(()),
+            _ => return Ok(()),
         };
         let listener = self.overlay(topic);
         if listener.is_nil() {
@@ -218,8 +223,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             if frame.put_broadcast(self.robot_id, topic.index() as u16, b).is_some() {
                 self.send(host, &mut frame, &[]);
             }
-        } else {
+        } else if Self::has(Part::LongMessages) {
             self.broadcast_long(host, topic, b)?;
+        } else {
+            return Err(self.fail_on(FaultCode::NotSendable, b, b));
         }
         Ok(Value::nil())
     }
@@ -245,7 +252,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) -> Result<(), Stopped> {
         let mut frame = Frame::EMPTY;
         if frame.put_entry(entry).is_none() {
-            return self.send_long_entry(host, entry);
+            // Without that part there is none: see `sendable`.
+            return if Self::has(Part::LongMessages) {
+                self.send_long_entry(host, entry)
+            } else {
+                Ok(())
+            };
         }
         // It does not tell who has sent it.
         let silent = self.protocol.silent;
@@ -282,7 +294,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     #[inline(never)]
     pub(super) fn send_news<H: Host<P>>(&mut self, host: &mut H) -> Result<(), Stopped> {
         self.protocol.has_news = false;
-        for place in 0..self.protocol.sizes.entries {
+        for place in 0..self.sizes().entries {
             let at = self.entry_slot(place);
             let state = self.entry_state(at);
             if state & NEWS != 0 {
@@ -290,7 +302,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.send_entry(host, &self.entry_message(at))?;
             }
         }
-        for place in 0..self.protocol.sizes.swarms {
+        for place in 0..self.sizes().swarms {
             let at = self.swarm_slot(place);
             let swarm = self.arena.get(at);
             let state = swarm.tag().byte();
@@ -330,12 +342,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             protocol.interval = (interval + (random & 1)).min(periods.advertise);
         }
         let is_silent = protocol.silent >= periods.beacon;
-        if is_silent && self.features() & (Feature::Neighbors as u8 | Feature::Swarm as u8) != 0 {
+        if Self::has(Part::Neighbors)
+            && is_silent
+            && self.features() & (Feature::Neighbors as u8 | Feature::Swarm as u8) != 0
+        {
             let mut frame = Frame::EMPTY;
             frame.put_beacon(self.robot_id);
             self.send(host, &mut frame, &[]);
         }
-        if advertises { self.advertise(host) } else { Ok(()) }
+        if Self::SHARES && advertises { self.advertise(host) } else { Ok(()) }
     }
 
     /// Sends the newest entry as long as not enough neighbours are known to have it; and the next of all entries and
@@ -347,8 +362,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.send_entry(host, &self.entry_message(newest))?;
             sent = newest;
         }
-        let entries = self.protocol.sizes.entries;
-        let all = entries + self.protocol.sizes.swarms;
+        let entries = self.sizes().entries;
+        let all = entries + self.sizes().swarms;
         for _ in 0..all {
             let mut place = self.protocol.advertised + 1;
             if place >= all {

@@ -44,6 +44,7 @@ use crate::image::{Entry, EntryPoint, Header, Image, ImageError, Verified};
 use crate::network::Protocol;
 use crate::network::{ENTRY, Sizes};
 use crate::number::{Profile, Rng};
+use crate::part::Part;
 use crate::seal::{self, Sealed};
 use crate::value::{Tag, Type, Value};
 use crate::verify;
@@ -174,18 +175,49 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.protocol.sizes = sizes.clamped();
     }
 
+    /// Whether the machine has that part: a constant.
+    #[inline(always)]
+    const fn has(part: Part) -> bool {
+        C::PARTS.has(part)
+    }
+
+    /// Whether functions may be bound to the table or object that they are read from.
+    const BINDS: bool = Self::has(Part::Closures) || Self::has(Part::Libraries);
+
+    /// Whether it has what needs messages.
+    #[cfg(feature = "swarm")]
+    const SOCIAL: bool = Self::SHARES || Self::has(Part::Neighbors) || Self::has(Part::Messages);
+
+    /// Whether it has what robots share.
+    #[cfg(feature = "swarm")]
+    const SHARES: bool = Self::has(Part::Stigmergy) || Self::has(Part::Swarms);
+
     /// How much it remembers of other robots.
-    fn sizes(&self) -> Sizes {
+    #[inline(always)]
+    fn sizes(&self) -> &Sizes {
+        if let Some(sizes) = &C::SIZES {
+            return sizes;
+        }
         #[cfg(feature = "swarm")]
-        return self.protocol.sizes;
+        return &self.protocol.sizes;
         #[cfg(not(feature = "swarm"))]
-        Sizes::NONE
+        &Sizes::NONE
+    }
+
+    /// The first slot of what is known of other robots, behind those of the script.
+    #[inline(always)]
+    fn others(&self) -> usize {
+        match C::SIZES {
+            Some(sizes) => SLOTS.saturating_sub(sizes.slots()),
+            None => usize::from(self.others),
+        }
     }
 
     /// The first slot of the entries, behind the neighbours.
+    #[inline(always)]
     fn entries_at(&self) -> usize {
         let sizes = self.sizes();
-        usize::from(self.others) + usize::from(sizes.neighbors) * sizes.neighbor()
+        self.others() + usize::from(sizes.neighbors) * sizes.neighbor()
     }
 
     /// What a host may look at.
@@ -210,7 +242,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         slots: usize,
         is_robot_function: impl Fn(u16) -> bool,
     ) -> Result<(), ImageError> {
-        let offered = verify::within(verify::features::<P>(), self.sizes());
+        let offered = verify::within(verify::features::<P>(), *self.sizes());
         self.take(image.code, slots, |program, arena| {
             program.read_header()?;
             program.verify(arena, offered, is_robot_function)
@@ -260,7 +292,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let base = GLOBALS + usize::from(program.header().globals());
         // Above the memory of the script.
         self.others = slots as u16;
-        self.arena.fill(slots, slots + others);
+        let at = self.others();
+        self.arena.fill(at, at + others);
         self.arena.reset(slots);
         if checked.is_err() {
             self.program = None;
@@ -296,7 +329,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         let point = program.header.entry(entry);
         #[cfg(feature = "swarm")]
-        if entry == Entry::Step && self.is_social {
+        if entry == Entry::Step && self.is_social && Self::SOCIAL {
             let is_there = !self.entry_value(point).is_nil();
             if is_there {
                 self.begin_messages();
@@ -364,7 +397,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             Ok(Flow::Done) => {
                 self.finish();
                 #[cfg(feature = "swarm")]
-                if self.protocol.has_news && self.send_news(host).is_err() {
+                if Self::SHARES && self.protocol.has_news && self.send_news(host).is_err() {
                     return self.stopped();
                 }
                 Outcome::Done

@@ -7,6 +7,7 @@ use crate::fault::Stopped;
 use crate::host::Host;
 use crate::network::Sighting;
 use crate::number::Profile;
+use crate::part::Part;
 use crate::slots::Slots;
 use crate::value::{Tag, Value};
 
@@ -30,7 +31,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The slots of neighbours: the first, and the first behind them.
     #[inline(always)]
     fn neighbor_slots(&self) -> (usize, usize) {
-        (usize::from(self.others), self.entries_at())
+        (self.others(), self.entries_at())
     }
 
     /// The step at which it is forgotten; 0: there is none.
@@ -45,7 +46,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let mut count = 0;
         while at < end {
             count += usize::from(self.end_step(at) != 0);
-            at += self.protocol.sizes.neighbor();
+            at += self.sizes().neighbor();
         }
         count
     }
@@ -54,17 +55,17 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     #[inline(always)]
     fn neighbor_slot(&self, place: u8) -> usize {
         let mut slots = usize::from(place) * 2;
-        if self.protocol.sizes.bearings {
+        if self.sizes().bearings {
             slots *= 2;
         }
-        usize::from(self.others) + slots
+        self.others() + slots
     }
 
     /// Whether that robot is the neighbour at that place.
     #[inline(always)]
     fn is_neighbor(&self, place: u8, robot: u16) -> bool {
         let at = self.neighbor_slot(place);
-        place < self.protocol.sizes.neighbors
+        place < self.sizes().neighbors
             && self.arena.index_at(at) as u16 == robot
             && self.end_step(at) != 0
     }
@@ -75,7 +76,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     fn find_neighbor(&mut self, robot: u16) -> u8 {
         let mut fewest = u8::MAX;
         let mut oldest = 0;
-        for place in 0..self.protocol.sizes.neighbors {
+        for place in 0..self.sizes().neighbors {
             if self.is_neighbor(place, robot) {
                 return place;
             }
@@ -99,7 +100,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn hear(&mut self, robot: u16, sighting: &Sighting<P>, steps: u8) {
         let mut place = self.protocol.heard;
         if !self.is_neighbor(place, robot) {
-            if self.protocol.sizes.neighbors == 0 {
+            if self.sizes().neighbors == 0 {
                 return;
             }
             place = self.find_neighbor(robot);
@@ -110,7 +111,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let mut distance = P::NAN;
         if let Some([measured, azimuth, elevation]) = sighting.place {
             distance = measured.raw();
-            if self.protocol.sizes.bearings {
+            if self.sizes().bearings {
                 self.arena.set(at + AZIMUTH, azimuth);
                 self.arena.set(at + ELEVATION, elevation);
             }
@@ -136,7 +137,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 let swarm = self.arena.slots.tag_at(at + DISTANCE).byte() & !STEP;
                 self.arena.set_tag(at + DISTANCE, swarm);
             }
-            at += self.protocol.sizes.neighbor();
+            at += self.sizes().neighbor();
         }
     }
 
@@ -178,7 +179,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 found = at;
                 lowest = robot;
             }
-            at += self.protocol.sizes.neighbor();
+            at += self.sizes().neighbor();
         }
         found
     }
@@ -215,7 +216,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 Value::new(Tag::FLOAT, P::ZERO),
                 Value::new(Tag::FLOAT, P::ZERO),
             ];
-            if self.protocol.sizes.bearings {
+            if self.sizes().bearings {
                 values[1] = self.arena.get(at + AZIMUTH);
                 values[2] = self.arena.get(at + ELEVATION);
             }
@@ -252,8 +253,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         a: Value<P>,
     ) -> Result<Value<P>, Stopped> {
         match number {
-            builtin::NEIGHBORS_COUNT => Ok(Value::int(self.count_neighbors() as i32)),
-            builtin::NEIGHBORS_GET => {
+            builtin::NEIGHBORS_COUNT if Self::has(Part::Neighbors) => {
+                Ok(Value::int(self.count_neighbors() as i32))
+            }
+            builtin::NEIGHBORS_GET if Self::has(Part::Neighbors) => {
                 let Some(id) = a.as_int() else { return Err(self.wrong_type(a, a)) };
                 // Of a negative id, which none has in `full`, the bits are those of another.
                 let at = self.neighbor_from(id as u16);
@@ -263,7 +266,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
                 self.neighbor_data(at)
             }
-            builtin::NEIGHBORS_KIN | builtin::NEIGHBORS_NONKIN => {
+            builtin::NEIGHBORS_KIN | builtin::NEIGHBORS_NONKIN
+                if Self::has(Part::Neighbors) && Self::has(Part::Swarms) =>
+            {
                 self.kin(number == builtin::NEIGHBORS_KIN)
             }
             builtin::SNAPSHOT_GET | builtin::SNAPSHOT_COUNT if !a.is(Tag::SNAPSHOT) => {
@@ -277,6 +282,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
                 Ok(self.arena.table_get(a.index(), id))
             }
+            _ if !Self::has(Part::Messages) => Ok(Value::nil()),
             _ => self.talk(host, number, a, self.argument(first + 1, end)),
         }
     }

@@ -13,6 +13,7 @@ use crate::message::frame::Frame;
 use crate::message::{self, FRAGMENT_HEAD, FRAGMENTS_MAX, Fragment, STIGMERGIES};
 use crate::network::{Buffer, Count};
 use crate::number::Profile;
+use crate::part::Part;
 use crate::value::{Tag, Value};
 
 /// Steps without a new fragment after which a message is given up: a Kilobot sends two frames a second.
@@ -44,6 +45,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let has_frame = number < STIGMERGIES && matches!(key.tag(), Tag::INT | Tag::STRING);
         if has_frame && value.is_plain() {
             return Ok(value);
+        }
+        if !Self::has(Part::LongMessages) {
+            return Err(self.fail_on(FaultCode::NotSendable, key, value));
         }
         let mut content = P::Content::ZERO;
         let head = Head::Entry { stigmergy: number, owner: 0, clock: 0 };

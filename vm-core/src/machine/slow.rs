@@ -9,6 +9,7 @@ use crate::number::Profile;
 #[cfg(feature = "maths")]
 use crate::number::maths::{self, Function};
 use crate::opcode::{self, DROP_RESULT, Operand};
+use crate::part::Part;
 use crate::rom::Effect;
 use crate::value::{Tag, Value};
 
@@ -124,7 +125,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             opcode::STRING..=opcode::LIBRARY => {
                 Value::indexed(Tag::of(op - opcode::STRING + Tag::STRING.byte()), number)
             }
-            opcode::CLOSURE => self.make_closure(number)?,
+            opcode::CLOSURE if Self::has(Part::Closures) => self.make_closure(number)?,
             // Every other byte was refused by the verifier.
             _ => return Ok(()),
         };
@@ -204,6 +205,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
             }
         }
+        if !Self::has(Part::Floats) {
+            return Err(self.wrong_type(a, b));
+        }
         let mut x = a.unpack_float();
         let y = b.unpack_float();
         match op {
@@ -211,7 +215,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             opcode::ADD..=opcode::DIV => x.operate(op - opcode::ADD, &y),
             opcode::MOD => return Ok(Value::new(Tag::FLOAT, x.modulo(&y))),
             #[cfg(feature = "maths")]
-            opcode::POW => maths::function::<P, C>(Function::Power as u8, &mut x, &y),
+            opcode::POW if Self::has(Part::Maths) => {
+                maths::function::<P, C>(Function::Power as u8, &mut x, &y)
+            }
             _ => return Err(self.wrong_type(a, b)),
         }
         Ok(Value::packed(&x))

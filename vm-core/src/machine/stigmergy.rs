@@ -12,6 +12,7 @@ use crate::host::Host;
 use crate::message::{CLOCK_MAX, Entry};
 use crate::network::{Count, ENTRY};
 use crate::number::Profile;
+use crate::part::Part;
 use crate::stamp::Stamp;
 use crate::value::{Tag, Type, Value};
 
@@ -35,7 +36,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// The slot of the number of the stigmergy at that place.
     fn stigmergy_slot(&self, place: u8) -> usize {
-        self.entry_slot(self.protocol.sizes.entries) + usize::from(place)
+        self.entry_slot(self.sizes().entries) + usize::from(place)
     }
 
     /// The number of the stigmergy at that place.
@@ -127,7 +128,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The first slot of an entry, 0 if there is none.
     #[inline(never)]
     pub(super) fn find_entry(&self, stigmergy: u8, key: Value<P>) -> usize {
-        for place in 0..self.protocol.sizes.entries {
+        for place in 0..self.sizes().entries {
             let at = self.entry_slot(place);
             if self.entry_state(at) & !NEWS == stigmergy + 1 {
                 let here = self.arena.get(at + KEY);
@@ -141,7 +142,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// The first slot for a new entry with that key, clock 0 and no value; 0 if there is no room.
     fn new_entry(&mut self, key: Value<P>) -> usize {
-        for place in 0..self.protocol.sizes.entries {
+        for place in 0..self.sizes().entries {
             let at = self.entry_slot(place);
             if self.entry_state(at) == 0 {
                 self.arena.set(at + KEY, key);
@@ -157,7 +158,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn next_entry(&mut self, stigmergy: u8, at: usize) -> bool {
         let next = self.arena.get(at);
         let from = if next.is_nil() { 0 } else { next.index() as u8 };
-        for place in from..self.protocol.sizes.entries {
+        for place in from..self.sizes().entries {
             let entry = self.entry_slot(place);
             let value = self.arena.get(entry + VALUE);
             if self.entry_state(entry) & !NEWS == stigmergy + 1 && !value.is_nil() {
@@ -201,11 +202,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.sp = top;
                 return Ok(Value::int(count));
             }
-            builtin::STIGMERGY_ONCONFLICT => {
+            builtin::STIGMERGY_ONCONFLICT if Self::has(Part::Conflicts) => {
                 self.set_handler(handler(ON_CONFLICT, stigmergy), b)?;
                 return Ok(Value::nil());
             }
-            builtin::STIGMERGY_ONCONFLICTLOST => {
+            builtin::STIGMERGY_ONCONFLICTLOST if Self::has(Part::Conflicts) => {
                 self.set_handler(handler(ON_CONFLICT_LOST, stigmergy), b)?;
                 return Ok(Value::nil());
             }
@@ -246,7 +247,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The place of the stigmergy of that number, empty.
     fn create_stigmergy(&mut self, number: u16) -> Result<u8, Stopped> {
         let stigmergy = self.find_stigmergy(number);
-        if stigmergy == self.protocol.sizes.entries {
+        if stigmergy == self.sizes().entries {
             return Err(self.fail(FaultCode::TooMany));
         }
         if stigmergy == self.protocol.stigmergies {
@@ -255,7 +256,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let at = self.stigmergy_slot(stigmergy);
             self.arena.set(at, Value::indexed(Tag::INT, number));
         }
-        for place in 0..self.protocol.sizes.entries {
+        for place in 0..self.sizes().entries {
             let at = self.entry_slot(place);
             if self.entry_state(at) & !NEWS == stigmergy + 1 {
                 self.arena.fill(at, at + ENTRY);
@@ -298,7 +299,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         let mine = self.stamp(at);
         let order = theirs.order(&mine);
-        if mine.clock == theirs.clock && mine.robot != theirs.robot {
+        if Self::has(Part::Conflicts) && mine.clock == theirs.clock && mine.robot != theirs.robot {
             let decides = self.overlay(handler(ON_CONFLICT, stigmergy));
             if !decides.is_nil() {
                 self.begin_conflict(stigmergy, remote);

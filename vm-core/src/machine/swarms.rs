@@ -33,7 +33,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The slot of the swarm at that place.
     #[inline(never)]
     pub(super) fn swarm_slot(&self, place: u8) -> usize {
-        let entries = self.protocol.sizes.entries;
+        let entries = self.sizes().entries;
         self.entry_slot(entries) + usize::from(entries) + usize::from(place)
     }
 
@@ -56,7 +56,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The place of the swarm of that number; how many there are if there is none.
     pub(super) fn find_swarm(&self, number: u16) -> u8 {
         let mut place = 0;
-        while place < self.protocol.sizes.swarms {
+        while place < self.sizes().swarms {
             let swarm = self.arena.get(self.swarm_slot(place));
             if swarm.tag() != Tag::NIL && swarm.index() as u16 == number {
                 break;
@@ -70,11 +70,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     fn create_swarm(&mut self, number: Value<P>) -> Result<u8, Stopped> {
         let number = self.need_id(number)?;
         let mut place = self.find_swarm(number);
-        if place < self.protocol.sizes.swarms {
+        if place < self.sizes().swarms {
             return Ok(place);
         }
         place = 0;
-        while place < self.protocol.sizes.swarms {
+        while place < self.sizes().swarms {
             let at = self.swarm_slot(place);
             if self.arena.get(at).tag() == Tag::NIL {
                 self.arena.set(at, Value::indexed(Tag::of(EXISTS), number));

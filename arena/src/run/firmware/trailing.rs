@@ -17,22 +17,26 @@ pub fn section(path: &Path, image: &[u8], robot: &Robot) -> Result<(u32, Vec<u8>
     let unusable = |reason: String| Cause::NoFirmware { path: path.display().to_string(), reason };
     let program = Image::open_avr(path).map_err(|error| unusable(error.to_string()))?;
     let program = flash(&program);
-    let (at, features) = find_script_section(&program).map_err(|error| {
+    let (at, parts) = find_script_section(&program).map_err(|error| {
         let reason = match error {
             NoSection::Missing => "it has no place for a script",
             NoSection::Ambiguous => "it has several places for a script, or something behind it",
         };
         unusable(reason.to_owned())
     })?;
-    let limited = robot.clone().limited_to(features);
-    if fit::misfits(image, &limited).iter().any(|misfit| matches!(misfit, Misfit::Feature { .. })) {
-        return Err(unusable("it was built without a part that the script uses".to_owned()));
+    let limited = robot.clone().limited_to(parts);
+    for misfit in fit::misfits(image, &limited) {
+        if let Misfit::Part { part, .. } = misfit {
+            let (name, what) = (part.name(), part.what());
+            let reason = format!("it was built without `{name}` ({what}), which the script uses");
+            return Err(unusable(reason));
+        }
     }
     let sealed = fit::sealed(image, &limited)
         .map_err(|cause| unusable(format!("the script {}", refusal::sentence(&cause))))?;
     let most =
         robot.budget.map_or(FLASH_END, |budget| budget.flash_bytes).saturating_sub(at as u32);
-    match script_section(features, &sealed) {
+    match script_section(parts, &sealed) {
         Some(section) if section.len() <= most as usize => Ok((at as u32, section)),
         _ => Err(Cause::ScriptTooLong { bytes: sealed.len(), most }),
     }
