@@ -16,6 +16,9 @@ static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
     for name in ["zooids.elf", "other.elf"] {
         fs::write(folder.join(name), "no firmware").unwrap();
     }
+    let crazyflie = include_str!("../../robots/crazyflie.toml");
+    let lines = crazyflie.lines().filter(|line| !line.starts_with("id = "));
+    fs::write(folder.join("nameless.toml"), lines.collect::<Vec<_>>().join("\n")).unwrap();
     folder
 });
 
@@ -33,8 +36,11 @@ const SIMULATED: &str =
 const KILOBOTS: &str =
     "[[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\nname = \"k\"\ncount = 2\n";
 
-/// Four lines.
-const CRAZYFLIE: &str = "[[robots]]\nrobot = \"crazyflie\"\nscript = \"s.bzz\"\nname = \"c\"\n";
+/// A Crazyflie that cannot be given an id; four lines.
+const NAMELESS: &str = "[[robots]]\nrobot = \"nameless.toml\"\nscript = \"s.bzz\"\nname = \"c\"\n";
+
+/// Two Crazyflies on their firmware; six lines.
+const CRAZYFLIES: &str = "[[robots]]\nrobot = \"crazyflie\"\nscript = \"s.bzz\"\ncount = 2\nbackend = \"firmware\"\nfirmware = \"other.elf\"\n";
 
 fn parse(text: &str) -> Result<Scenario, Vec<ScenarioError>> {
     Scenario::parse(text, "s.toml", &FOLDER, &[])
@@ -79,9 +85,9 @@ fn a_group_runs_in_a_virtual_machine_or_on_its_firmware() {
 #[test]
 fn what_nobody_emulates_is_refused() {
     assert_error(
-        &[WORLD, EMULATED, CRAZYFLIE, "backend = \"firmware\"\n"],
+        &[WORLD, EMULATED, NAMELESS, "backend = \"firmware\"\n"],
         "18:11",
-        &["nothing emulates a `crazyflie`", "backend = \"vm\""],
+        &["nothing emulates a `", "backend = \"vm\"", "where their id is"],
     );
     assert_error(
         &[WORLD, EMULATED, KILOBOTS, "backend = \"qemu\"\n"],
@@ -169,14 +175,10 @@ fn zooids_that_would_not_hear_each_other_are_refused() {
     );
     let other = EMULATED.replace("zooids.elf", "other.elf");
     assert_error(&[WORLD, EMULATED, &other], "18:11", &["another firmware than those of line 8"]);
-    // Kilobots would not hear them anyway; but one program emulates only robots of a kind.
+    // Kilobots would not hear them anyway; each kind has a program and an image of its own.
     parse(&[WORLD, EMULATED, KILOBOTS].concat()).unwrap();
     let kilobots = [KILOBOTS, "backend = \"firmware\"\nfirmware = \"other.elf\"\n"].concat();
-    assert_error(
-        &[WORLD, EMULATED, &kilobots],
-        "19:11",
-        &["another firmware than those of line 8"],
-    );
+    parse(&[WORLD, EMULATED, &kilobots].concat()).unwrap();
     parse(&[WORLD, SIMULATED, &kilobots].concat()).unwrap();
     assert_error(
         &[WORLD, SIMULATED, &kilobots, &KILOBOTS.replace("\"k\"", "\"l\"")],
@@ -185,6 +187,8 @@ fn zooids_that_would_not_hear_each_other_are_refused() {
     );
     let many = EMULATED.replace("count = 2", "count = 99");
     assert_error(&[WORLD, EMULATED, &many], "18:11", &["101 robots are too many", "100"]);
+    let many = CRAZYFLIES.replace("count = 2", "count = 21");
+    assert_error(&[WORLD, EMULATED, &many], "18:11", &["21 robots are too many", "20"]);
 }
 
 #[test]
@@ -196,6 +200,15 @@ fn events_that_an_emulator_cannot_make_are_refused() {
             &[WORLD, EMULATED, KILOBOTS, &event(action)],
             &format!("21:{column}"),
             &[&format!("`{key}` cannot be had of robots that run firmware"), "moved"],
+        );
+    }
+    // Nothing here takes the power of an emulated Crazyflie away.
+    for (action, column) in [("fail = 0", 8), ("restart = \"all\"", 11)] {
+        let event = event(action);
+        assert_error(
+            &[&WORLD.replace("nrf24", "p2p"), CRAZYFLIES, &event],
+            &format!("16:{column}"),
+            &["cannot be had of robots that run firmware"],
         );
     }
     for action in [

@@ -173,6 +173,8 @@ pub enum Problem {
     },
     /// Options for programmers, and a robot, by its title, that is flashed through a debug probe.
     NoProgrammer(String),
+    /// One emulator for robots that need several.
+    SeveralEmulators,
     /// Standard input, or what another program prints, cannot be read.
     Input(io::Error),
     /// Ctrl-C cannot be taken over.
@@ -281,6 +283,9 @@ impl Problem {
             Problem::Unfinished { restore, .. } => {
                 Some(format!("what was on the robot is kept; this writes it: {restore}"))
             }
+            Problem::SeveralEmulators => {
+                Some("without --emulator they are searched beside this program, and in PATH".to_owned())
+            }
             Problem::NoProgrammer(_) => {
                 Some("environment variable PROBE_RS_PROBE chooses among several probes".to_owned())
             }
@@ -378,6 +383,12 @@ impl fmt::Display for Problem {
             }
             Problem::Unfinished { error, .. } => {
                 write!(f, "{error}, and the robot may be without a program now")
+            }
+            Problem::SeveralEmulators => {
+                write!(
+                    f,
+                    "the robots of this scenario need several emulators, not the one of --emulator"
+                )
             }
             Problem::NoProgrammer(robot) => {
                 write!(f, "the {robot} is flashed through a debug probe, not through a programmer")

@@ -51,6 +51,22 @@ pub fn frame_of(message: &[u8; MESSAGE]) -> Option<[u8; FRAME]> {
     Some(frame)
 }
 
+/// The message in a line of a Kilobot that listens for a computer, `ir` and two hexadecimal digits for each byte
+/// (`firmware/kilobot-avr/src/bin/ear.rs`); `None` if it is another line.
+pub fn from_line(line: &[u8]) -> Option<[u8; MESSAGE]> {
+    let digits = line.trim_ascii_end().strip_prefix(b"ir ")?;
+    let mut message = [0; MESSAGE];
+    let (pairs, rest) = digits.as_chunks::<2>();
+    if pairs.len() != MESSAGE || !rest.is_empty() {
+        return None;
+    }
+    for (byte, pair) in message.iter_mut().zip(pairs) {
+        let [high, low] = pair.map(|digit| char::from(digit).to_digit(16));
+        *byte = (high? << 4 | low?) as u8;
+    }
+    Some(message)
+}
+
 /// The check of those data and that type.
 pub fn check(data: &[u8; DATA], kind: u8) -> u16 {
     data.iter().chain([&kind]).fold(0xffff, |check, byte| crc16(check, *byte))
@@ -150,6 +166,23 @@ mod tests {
         assert_eq!(FaultReport::of(&refused.message()), Some(refused));
         // As the table above has it.
         assert_eq!(refused.message()[..10], [1, 0, 2, 0, 0, 0, 0, 0, 0, 0x0f]);
+    }
+
+    #[test]
+    fn a_line_is_twelve_bytes_in_hexadecimal() {
+        let message = [8, 1, 0, 0xab, 0xcd, 6, 7, 8, 9, 10, 0xfe, 0xff];
+        for line in [&b"ir 080100abcd060708090afeff"[..], b"ir 080100ABCD060708090AFEFF\r"] {
+            assert_eq!(from_line(line), Some(message), "{line:?}");
+        }
+        for line in [
+            &b""[..],
+            b"ir ",
+            b"ir 08010",
+            b"ir 080100abcd0607080a0gfeff",
+            b"rx 080100abcd06070809",
+        ] {
+            assert_eq!(from_line(line), None, "{line:?}");
+        }
     }
 
     #[test]

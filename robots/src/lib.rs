@@ -96,6 +96,11 @@ pub enum Profile {
 }
 
 impl Profile {
+    /// The profile of that name.
+    pub fn from_name(name: &str) -> Option<Profile> {
+        [Profile::Tiny, Profile::Full].into_iter().find(|profile| profile.name() == name)
+    }
+
     /// Its name in robot files and on the command line.
     pub const fn name(self) -> &'static str {
         match self {

@@ -464,9 +464,7 @@ impl<'a> Section<'a> {
 
     fn profile(&self, key: &'static str) -> Result<Profile, RobotError> {
         let text = self.string(key)?;
-        let mut profiles = [Profile::Tiny, Profile::Full].into_iter();
-        profiles
-            .find(|profile| profile.name() == text.text)
+        Profile::from_name(text.text)
             .ok_or_else(|| text.fail(Cause::UnknownProfile { name: text.text.to_owned() }))
     }
 

@@ -72,24 +72,35 @@ const NAMES: &str = "`crazyflie`, `zooids` or `kilobot`";
 /// The script of a board if none is named, in its folder.
 const OWN_SCRIPT: &str = "hello.bzz";
 
-/// `build BOARD [--script FILE]`
+/// `build BOARD [--script FILE] [--profile tiny]`
 pub fn run(arguments: &[String]) -> Result<(), Failure> {
-    let (robot, script) = read(arguments)?;
+    let Build { robot, script, tiny } = read(arguments)?;
     let board = find(robot)?;
     // Relative to where the user is; the build runs elsewhere.
     let script = script.map(std::path::absolute).transpose();
     let script = script.map_err(|reason| Failure::Read { path: PathBuf::from("."), reason })?;
-    let image = board.build(script.as_deref(), false)?;
+    let image = match tiny {
+        true => board.build_tiny(script.as_deref())?,
+        false => board.build(script.as_deref(), false)?,
+    };
     let footprint = elf::footprint(&image)?;
     println!("{}", image.display());
     println!("{} bytes of flash, {} bytes of static RAM", footprint.flash, footprint.ram);
     if board.is_tight { board.write_hex(script.as_deref(), &image) } else { Ok(()) }
 }
 
-/// Board and script.
-fn read(arguments: &[String]) -> Result<(&str, Option<&str>), Failure> {
+/// What is to be built.
+#[derive(Debug, PartialEq, Eq)]
+struct Build<'a> {
+    robot: &'a str,
+    script: Option<&'a str>,
+    /// For a swarm with smaller robots in it.
+    tiny: bool,
+}
+
+fn read(arguments: &[String]) -> Result<Build<'_>, Failure> {
     let usage = |message: String| Err(Failure::Usage(message));
-    let (mut board, mut script) = (None, None);
+    let (mut board, mut script, mut tiny) = (None, None, false);
     let mut rest = arguments.iter().map(String::as_str);
     while let Some(argument) = rest.next() {
         match argument {
@@ -97,12 +108,20 @@ fn read(arguments: &[String]) -> Result<(&str, Option<&str>), Failure> {
                 Some(file) => script = Some(file),
                 None => return usage("`--script` needs a file".to_owned()),
             },
+            "--profile" => match rest.next() {
+                Some("tiny") => tiny = true,
+                _ => {
+                    return usage(
+                        "`--profile` needs `tiny`; else it is the robot's own".to_owned(),
+                    );
+                }
+            },
             _ if !argument.starts_with('-') && board.is_none() => board = Some(argument),
             _ => return usage(format!("`build` cannot use `{argument}`")),
         }
     }
     match board {
-        Some(board) => Ok((board, script)),
+        Some(robot) => Ok(Build { robot, script, tiny }),
         None => usage(format!("which board? {NAMES}")),
     }
 }
@@ -116,6 +135,18 @@ impl Board {
     /// Builds the image with this script, or the board's own; returns where it is.
     pub fn build(&self, script: Option<&Path>, quiet: bool) -> Result<PathBuf, Failure> {
         self.build_with(&[], script, quiet)
+    }
+
+    /// Builds the image with numbers as small as those of the smallest robots, beside the other one.
+    pub fn build_tiny(&self, script: Option<&Path>) -> Result<PathBuf, Failure> {
+        let target = target_of(self.folder).join("tiny");
+        let folder = target.display().to_string();
+        let mut line = Line::new("cargo", &["build", "--release", "--target-dir", &folder]);
+        if let Some(script) = script {
+            line = line.env("BBZ_SCRIPT", &script.display().to_string());
+        }
+        line.env("BBZ_PROFILE", "tiny").in_workspace(self.folder).run()?;
+        Ok(self.image_in(&target))
     }
 
     /// The image that is measured: without what only a debug probe reads.
@@ -235,11 +266,21 @@ mod tests {
     #[test]
     fn board_and_script_in_any_order() {
         for line in ["crazyflie --script a.bzz", "--script a.bzz crazyflie"] {
-            assert_eq!(read(&arguments(line)).unwrap(), ("crazyflie", Some("a.bzz")));
+            let build = Build { robot: "crazyflie", script: Some("a.bzz"), tiny: false };
+            assert_eq!(read(&arguments(line)).unwrap(), build);
         }
-        assert_eq!(read(&arguments("kilobot")).unwrap(), ("kilobot", None));
-        for line in ["", "--script a.bzz", "crazyflie --script", "crazyflie zooids", "-v crazyflie"]
-        {
+        let build = Build { robot: "kilobot", script: None, tiny: false };
+        assert_eq!(read(&arguments("kilobot")).unwrap(), build);
+        let build = Build { robot: "crazyflie", script: None, tiny: true };
+        assert_eq!(read(&arguments("crazyflie --profile tiny")).unwrap(), build);
+        for line in [
+            "",
+            "--script a.bzz",
+            "crazyflie --script",
+            "crazyflie zooids",
+            "-v crazyflie",
+            "crazyflie --profile full",
+        ] {
             assert!(matches!(read(&arguments(line)), Err(Failure::Usage(_))), "{line}");
         }
     }

@@ -50,7 +50,7 @@ const TASKS: &[Task] = &[
     },
     Task {
         name: "build",
-        arguments: "BOARD [--script FILE]",
+        arguments: "BOARD [--script FILE] [--profile tiny]",
         help: "build a robot's firmware with a script in it; BOARD is crazyflie or zooids",
         run: board::run,
     },

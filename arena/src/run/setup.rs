@@ -1,6 +1,6 @@
 //! A scenario and its programs, checked against each other: what every run of them shares.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use bittybuzz_robots::{Function, Profile, Robot as RobotFile};
@@ -35,10 +35,10 @@ pub struct Setup<'p> {
     pub scenario: &'p Scenario,
     /// The program of each group.
     pub programs: &'p [Program],
-    /// The program that emulates robots, if there are such.
-    pub(super) emulator: PathBuf,
-    /// What is flashed to these.
-    pub(super) firmware: Option<Firmware>,
+    /// The programs that emulate robots of a kind, where they are not the usual ones.
+    emulators: Vec<(Body, PathBuf)>,
+    /// What is flashed to emulated robots, for each kind.
+    pub(super) firmware: Vec<Firmware>,
     /// The id that scripts see, by the order in which robots come into the world.
     ids: Vec<u16>,
     expects: Vec<Bound>,
@@ -48,6 +48,7 @@ pub struct Setup<'p> {
 /// What the robots of a group share in a run.
 pub struct Cast<'p> {
     pub(super) body: Body,
+    pub(super) profile: Profile,
     pub(super) image: &'p [u8],
     pub(super) slots: usize,
     pub(super) sizes: Sizes,
@@ -88,7 +89,7 @@ impl<'p> Setup<'p> {
         let mut errors = Vec::new();
         for group in &scenario.groups {
             let robot = &group.robot;
-            let (profile, slots) = machine(group.body);
+            let (profile, slots) = machine(group.body, robot.profile);
             let total = |robot: &RobotFile| robot.vm.slots as usize + robot.sizes().slots();
             let misfit = match robot {
                 _ if robot.profile != profile => {
@@ -129,24 +130,31 @@ impl<'p> Setup<'p> {
         let firmware = Firmware::of(scenario, programs);
         let firmware = firmware.unwrap_or_else(|error| {
             errors.push(error);
-            None
+            Vec::new()
         });
         if !errors.is_empty() {
             return Err(SetupError::Scenario(errors));
         }
-        let emulator = PathBuf::from(emulator(scenario));
         let ids = joining_order(scenario).into_iter().map(|number| id(scenario, number)).collect();
-        let setup = Setup { scenario, programs, emulator, firmware, ids, expects, plots };
+        let setup =
+            Setup { scenario, programs, emulators: Vec::new(), firmware, ids, expects, plots };
         for (group, cast) in setup.casts().iter().enumerate() {
             Robot::new(cast, 0, 0).map_err(|cause| SetupError::Refused { group, cause })?;
         }
         Ok(setup)
     }
 
-    /// Names the program that emulates robots: a path, or a name that PATH knows. It is that of [`emulator`] otherwise.
+    /// Names the program that emulates robots of a kind: a path, or a name that PATH knows. It is that of [`emulator`] otherwise.
     #[must_use]
-    pub fn emulated_by(self, emulator: PathBuf) -> Self {
-        Setup { emulator, ..self }
+    pub fn emulated_by(mut self, body: Body, emulator: PathBuf) -> Self {
+        self.emulators.push((body, emulator));
+        self
+    }
+
+    /// The program that emulates robots of a kind.
+    pub(super) fn emulator(&self, body: Body) -> &Path {
+        let mut named = self.emulators.iter().filter(|(of, _)| *of == body);
+        named.next_back().map_or(Path::new(emulator(body)), |(_, path)| path)
     }
 
     /// What the groups of a run share.
@@ -162,6 +170,7 @@ impl<'p> Setup<'p> {
                 functions.sort_by_key(|(hash, _)| *hash);
                 Cast {
                     body: group.body,
+                    profile: group.robot.profile,
                     image: &program.image,
                     slots: group.robot.vm.slots as usize,
                     sizes: group.robot.sizes(),
@@ -200,13 +209,24 @@ impl<'p> Setup<'p> {
     }
 }
 
-/// The emulator that is taken if none is named: the fastest that plays the robots of the scenario.
-pub fn emulator(scenario: &Scenario) -> &'static str {
-    let mut emulated = scenario.groups.iter().filter(|group| group.backend != Backend::Vm);
-    match emulated.next() {
-        Some(group) if group.body == Body::Kilobot => "bbz-emulate-avr",
-        _ => "bbz-emulate-m0",
+/// The emulator that is taken if none is named: the fastest that plays these robots.
+pub fn emulator(body: Body) -> &'static str {
+    match body {
+        Body::Kilobot => "bbz-emulate-avr",
+        Body::Zooid => "bbz-emulate-m0",
+        Body::Crazyflie => "bbz-emulate-stm32",
     }
+}
+
+/// The kinds of robots that run their firmware in a scenario.
+pub fn emulated(scenario: &Scenario) -> Vec<Body> {
+    let mut bodies = Vec::new();
+    for group in scenario.groups.iter().filter(|group| group.backend != Backend::Vm) {
+        if !bodies.contains(&group.body) {
+            bodies.push(group.body);
+        }
+    }
+    bodies
 }
 
 /// Robot files have no more than a byte holds.
@@ -214,12 +234,12 @@ fn steps(count: u32) -> u8 {
     u8::try_from(count).unwrap_or(u8::MAX)
 }
 
-/// Profile and most slots of the machine in a body.
-fn machine(body: Body) -> (Profile, usize) {
+/// Profile and most slots of the machine in a body, which shall be of a profile if it can.
+fn machine(body: Body, wanted: Profile) -> (Profile, usize) {
     match body {
         Body::Kilobot => (Profile::Tiny, KILOBOT_SLOTS),
         Body::Zooid => (Profile::Tiny, ZOOIDS_SLOTS),
-        Body::Crazyflie => (Profile::Full, CRAZYFLIE_SLOTS),
+        Body::Crazyflie => (wanted, CRAZYFLIE_SLOTS),
     }
 }
 

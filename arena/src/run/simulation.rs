@@ -4,7 +4,7 @@ use crate::engine::{Variant, View, World};
 use crate::scenario::{Action, Backend, Body, Cause, Reduction, ScenarioError, Swarm};
 
 use super::expectation::{Convergence, reduce};
-use super::firmware::{FirmwareError, Fleet, is_lit, unusable};
+use super::firmware::{Bridge, FirmwareError, Fleet, Fleets, is_lit, unusable};
 use super::happen::Happenings;
 use super::place::poses;
 use super::quantity::{Probe, Reading};
@@ -25,7 +25,7 @@ pub struct Simulation<'p> {
     variants: Vec<Variant>,
     world: World<Robot<'p>>,
     /// Of the robots that run their firmware.
-    fleet: Option<Fleet<'p>>,
+    fleets: Option<Fleets<'p>>,
     happenings: Happenings,
     seed: u32,
     convergences: Vec<Convergence>,
@@ -66,7 +66,7 @@ impl<'p> Simulation<'p> {
             casts,
             variants,
             world,
-            fleet: None,
+            fleets: None,
             happenings: Happenings::new(poses, lights),
             seed,
             convergences: vec![Convergence::START; setup.expects().len()],
@@ -92,19 +92,25 @@ impl<'p> Simulation<'p> {
     /// Switches emulated robots on.
     fn emulate(&mut self) -> Result<(), ScenarioError> {
         let (setup, world, happenings) = (self.setup, &self.world, &self.happenings);
-        let Some(firmware) = &setup.firmware else { return Ok(()) };
-        let join = |number| Some((happenings.id(number)?, setup.id(number)));
-        let in_the_dark = firmware
-            .numbers()
-            .filter(|_| firmware.body() == Body::Zooid)
-            .filter_map(join)
-            .find(|(id, _)| world.robot(*id).is_some_and(|robot| !is_lit(&robot.pose)));
-        if let Some((_, id)) = in_the_dark {
-            return Err(firmware.failed(Cause::InTheDark { id }));
+        if setup.firmware.is_empty() {
+            return Ok(());
         }
-        let settings = world.settings();
-        let fleet = Fleet::new(&setup.emulator, firmware, join, settings, self.seed.into());
-        self.fleet = Some(fleet.map_err(|error| firmware.failed(unusable(error)))?);
+        let join = |number| Some((happenings.id(number)?, setup.id(number)));
+        let mut fleets = Vec::new();
+        for firmware in &setup.firmware {
+            let lit = firmware.numbers().filter(|_| firmware.body() == Body::Zooid);
+            let in_the_dark = lit
+                .filter_map(join)
+                .find(|(id, _)| world.robot(*id).is_some_and(|robot| !is_lit(&robot.pose)));
+            if let Some((_, id)) = in_the_dark {
+                return Err(firmware.failed(Cause::InTheDark { id }));
+            }
+            let (emulator, settings) = (setup.emulator(firmware.body()), world.settings());
+            let fleet = Fleet::new(emulator, firmware, join, settings, self.seed.into());
+            fleets.push(fleet.map_err(|error| firmware.failed(unusable(error)))?);
+        }
+        let bridge = setup.scenario.bridge.as_ref().map(|bridge| Bridge::new(bridge.id));
+        self.fleets = Some(Fleets::new(fleets, bridge));
         Ok(())
     }
 
@@ -138,29 +144,29 @@ impl<'p> Simulation<'p> {
     pub fn tick(&mut self) -> Result<(), FirmwareError> {
         while let Some(event) = self.happenings.due(self.setup.scenario, self.world.now()) {
             for number in self.happenings.act(event, &mut self.world) {
-                if let (Some(fleet), Some(id)) = (&mut self.fleet, self.happenings.id(number)) {
-                    fleet.switch_off(id)?;
+                if let (Some(fleets), Some(id)) = (&mut self.fleets, self.happenings.id(number)) {
+                    fleets.switch_off(id)?;
                 }
                 self.start(number);
             }
             self.happenings.settle(&mut self.world);
-            let Some(fleet) = &mut self.fleet else { continue };
-            fleet.settle(&self.world)?;
+            let Some(fleets) = &mut self.fleets else { continue };
+            fleets.settle(&self.world)?;
             match &event.action {
-                Action::Loss(medium, loss) if engine_medium(*medium) == fleet.medium() => {
-                    fleet.lose(engine_loss(*loss))?;
+                Action::Loss(medium, loss) => {
+                    fleets.lose(engine_medium(*medium), engine_loss(*loss))?;
                 }
                 Action::Battery { robots, millivolts } => {
                     for id in robots.iter().filter_map(|number| self.happenings.id(number)) {
-                        fleet.set_battery(id, *millivolts)?;
+                        fleets.set_battery(id, *millivolts)?;
                     }
                 }
                 _ => {}
             }
         }
-        match &mut self.fleet {
+        match &mut self.fleets {
             None => self.world.tick(),
-            Some(fleet) => self.world.tick_with(|world| fleet.advance(world))?,
+            Some(fleets) => self.world.tick_with(|world| fleets.advance(world))?,
         }
         self.collect_faults();
         self.observe();
@@ -229,10 +235,9 @@ impl<'p> Simulation<'p> {
     pub fn summary(&mut self) -> Summary {
         let mut statistics = *self.world.statistics();
         let mut past = self.past;
-        if let Some(fleet) = &mut self.fleet
-            && let Ok((links, overflown)) = fleet.links()
-        {
-            statistics.add(fleet.medium(), &links);
+        let links = self.fleets.as_mut().map(Fleets::links).and_then(Result::ok);
+        for (medium, links, overflown) in links.unwrap_or_default() {
+            statistics.add(medium, &links);
             past.dropped[0] += overflown;
         }
         let ids = (0..self.happenings.count()).filter_map(|number| self.happenings.id(number));

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use bittybuzz_robots::{Place, Robot};
+use bittybuzz_robots::{Place, Profile, Robot};
 
 use super::body::Body;
 use super::error::Cause;
@@ -33,12 +33,21 @@ impl Backend {
     }
 }
 
-/// Where cargo puts the firmware of Zooids and Kilobots, from the project's folder.
+/// Where cargo puts the firmware of each kind, from the project's folder; that of Crazyflies in profile `full` and `tiny`.
 const ZOOIDS: &str = "firmware/zooids/target/thumbv6m-none-eabi/release/bittybuzz-zooids";
 const KILOBOTS: &str = "firmware/kilobot-avr/target/avr-none/release/bittybuzz-kilobot-avr.elf";
+const CRAZYFLIES: [(Profile, &str); 2] = [
+    (Profile::Full, "firmware/crazyflie/target/thumbv7em-none-eabihf/release/bittybuzz-crazyflie"),
+    (
+        Profile::Tiny,
+        "firmware/crazyflie/target/tiny/thumbv7em-none-eabihf/release/bittybuzz-crazyflie",
+    ),
+];
 
-/// As many robots as the emulator plays.
+/// As many robots as an emulator plays.
 const MOST: u32 = 100;
+/// Each Crazyflie has a process of its own.
+const MOST_CRAZYFLIES: u32 = 20;
 
 /// What the group says.
 pub fn of_group(
@@ -52,9 +61,12 @@ pub fn of_group(
         return Some(Backend::Vm);
     }
     let (body, robot) = (body?, robot?);
+    let has_id = robot.layout.as_ref().is_some_and(|layout| layout.id.is_some());
     let usual = match body {
-        Body::Zooid if robot.layout.as_ref().is_some_and(|layout| layout.id.is_some()) => {
-            Some(ZOOIDS)
+        Body::Zooid if has_id => Some(ZOOIDS),
+        Body::Crazyflie if has_id => {
+            let mut of_profile = CRAZYFLIES.iter().filter(|(known, _)| *known == robot.profile);
+            of_profile.next().map(|(_, path)| *path)
         }
         // Its id is in the EEPROM, as kilolib has it.
         Body::Kilobot => Some(KILOBOTS),
@@ -75,16 +87,19 @@ pub fn of_group(
     Some(Backend::Firmware { image: image(section, folder, usual)?, place: entry.place() })
 }
 
-fn image(section: &Section<'_>, folder: &Path, usual: &str) -> Option<PathBuf> {
+/// The file that the section names, or the usual one.
+pub fn image(section: &Section<'_>, folder: &Path, usual: &str) -> Option<PathBuf> {
     let Some(entry) = section.get("firmware") else {
         // An unreadable working folder has no firmware either.
         let start = std::path::absolute(folder).unwrap_or_default();
         let found = start.ancestors().map(|folder| folder.join(usual)).find(|path| path.is_file());
-        if found.is_none()
-            && let Some(backend) = section.get("backend")
-        {
+        if found.is_none() {
             let reason = "no folder above the scenario has it".to_owned();
-            backend.fail(Cause::NoFirmware { path: usual.to_owned(), reason });
+            let cause = Cause::NoFirmware { path: usual.to_owned(), reason };
+            match section.get("backend") {
+                Some(backend) => backend.fail(cause),
+                None => section.fail(cause),
+            }
         }
         return found;
     };
@@ -102,8 +117,8 @@ fn image(section: &Section<'_>, folder: &Path, usual: &str) -> Option<PathBuf> {
     None
 }
 
-/// Notes groups that cannot be in one world: one program emulates all robots with one firmware, and only these hear others of
-/// their kind.
+/// Notes groups that cannot be in one world: one program emulates all robots of a kind with one firmware, and only these hear
+/// others of their kind.
 pub fn check(root: &Section<'_>, groups: &[Group]) {
     let fail = |group: &Group, cause| {
         let place = match &group.backend {
@@ -112,23 +127,24 @@ pub fn check(root: &Section<'_>, groups: &[Group]) {
         };
         root.reader.fail_at(place, cause);
     };
-    let mut emulated: Option<&Group> = None;
-    let mut count = 0;
-    for group in groups {
-        let firsts = groups.iter().find(|first| first.body == group.body);
-        if let Some(first) = firsts
+    for (number, group) in groups.iter().enumerate() {
+        let first = groups.iter().find(|first| first.body == group.body);
+        if let Some(first) = first
             && first.backend.firmware().is_some() != group.backend.firmware().is_some()
         {
             fail(group, Cause::UnlikeBackends { line: first.place.line });
         }
         let Some(firmware) = group.backend.firmware() else { continue };
-        let first = *emulated.get_or_insert(group);
-        if first.body != group.body || first.backend.firmware() != Some(firmware) {
+        if let Some(first) = first
+            && first.backend.firmware().is_some_and(|of_first| of_first != firmware)
+        {
             fail(group, Cause::UnlikeFirmware { line: first.place.line });
         }
-        count += group.count;
-        if count > MOST {
-            fail(group, Cause::TooManyEmulated { count, most: MOST });
+        let alike = groups.iter().take(number + 1).filter(|other| other.body == group.body);
+        let count = alike.map(|other| other.count).sum();
+        let most = if group.body == Body::Crazyflie { MOST_CRAZYFLIES } else { MOST };
+        if count > most {
+            fail(group, Cause::TooManyEmulated { count, most });
         }
     }
 }

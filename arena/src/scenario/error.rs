@@ -88,6 +88,8 @@ pub enum Cause {
     UnlikeBackends { line: usize },
     /// Two groups with two images.
     UnlikeFirmware { line: usize },
+    /// A robot that no bridge hears.
+    NotBridged,
     /// More robots than an emulator plays.
     TooManyEmulated { count: u32, most: u32 },
     /// Nothing that an emulator does.
@@ -190,6 +192,9 @@ impl fmt::Display for Cause {
             Cause::UnlikeFirmware { line } => {
                 write!(f, "these robots run another firmware than those of line {line}")
             }
+            Cause::NotBridged => {
+                write!(f, "the bridge does not reach these robots, which run no firmware")
+            }
             Cause::TooManyEmulated { count, most } => {
                 write!(f, "{count} robots are too many for an emulator, which plays {most}")
             }
@@ -258,10 +263,10 @@ impl Cause {
             Cause::UnknownGlobal { name, known } => Some(one_of(name, known)),
             Cause::NoRoom { .. } => Some("make the world or `area` larger".to_owned()),
             Cause::NoEmulator { .. } => {
-                Some("backend = \"vm\" simulates it; only Zooids and Kilobots are emulated".to_owned())
+                Some("backend = \"vm\" simulates it; emulated are Kilobots, and Zooids and Crazyflies whose robot file says where their id is".to_owned())
             }
             Cause::NoFirmware { .. } => Some(
-                "`cargo xtask build zooids` builds it and says where it is, `kilobot` a Kilobot's; `firmware` names another one"
+                "`cargo xtask build zooids` builds it and says where it is, so do `kilobot` and `crazyflie`; `firmware` names another one"
                     .to_owned(),
             ),
             Cause::InTheDark { .. } => Some(
@@ -277,8 +282,9 @@ impl Cause {
                 Some("all robots of a kind in a world need the same `backend`".to_owned())
             }
             Cause::UnlikeFirmware { .. } => {
-                Some("all that are emulated in a world need the same `firmware`".to_owned())
+                Some("all of a kind that are emulated in a world need the same `firmware`".to_owned())
             }
+            Cause::NotBridged => Some("say backend = \"firmware\"".to_owned()),
             Cause::NotEmulated { .. } => {
                 Some("backend = \"vm\" has it; emulated robots can be moved, fail, be restarted and cut off, and lose packets".to_owned())
             }

@@ -158,6 +158,12 @@ pub fn read(
         entry.fail(Cause::NotEmulated { key });
         return None;
     }
+    if let Action::Fail(robots) | Action::Restart(robots) = &action
+        && !census.have_switches(robots)
+    {
+        entry.fail(Cause::NotEmulated { key });
+        return None;
+    }
     Some(Event { at: at?, action })
 }
 

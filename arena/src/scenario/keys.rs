@@ -60,6 +60,8 @@ pub const IR: &str = "[medium.ir]";
 pub const NRF24: &str = "[medium.nrf24]";
 /// Peer to peer.
 pub const P2P: &str = "[medium.p2p]";
+/// What is between media.
+pub const BRIDGE: &str = "[bridge]";
 /// An event.
 pub const EVENT: &str = "this [[event]]";
 /// An expectation.
@@ -94,6 +96,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "robots" "tables" "" "groups of robots; at least one",
             "body" "table" "of the models" "how the robots of a kind move",
             "medium" "table" "of the models" "what carries frames",
+            "bridge" "table" "none" "what passes messages on between unlike media",
             "event" "tables" "none" "what happens during the run",
             "expect" "tables" "none" "what must hold",
             "output" "table" "" "what is kept for pictures and recordings",
@@ -132,8 +135,9 @@ pub const SECTIONS: &[SectionKeys] = &[
         keys: keys![
             "robot" "name or path" "" "kilobot, zooids, crazyflie, or a robot file (*.toml)",
             "script" "path" "" "what they run: .bzz, .bo or .bbi",
-            "backend" "word" "vm" "what runs the script: vm, a virtual machine; firmware, the robot's own image in an emulator (zooids, kilobot)",
+            "backend" "word" "vm" "what runs the script: vm, a virtual machine; firmware, the robot's own image in an emulator",
             "firmware" "path" "where cargo puts it" "backend = \"firmware\": what would be flashed (ELF; of a Kilobot also Intel hex)",
+            "profile" "word" "that of the robot" "crazyflie: tiny, for a swarm with smaller robots in it, or full",
             "count" "integer" "1" "how many; with `positions` as many as there are",
             "name" "string" "that of the robot" "how events and expectations name the group",
             "first_id" "0 to 65535" "after the last" "id of the first robot; the others follow",
@@ -201,6 +205,14 @@ pub const SECTIONS: &[SectionKeys] = &[
     SectionKeys { name: IR, keys: IR_KEYS },
     SectionKeys { name: NRF24, keys: RADIO_KEYS },
     SectionKeys { name: P2P, keys: RADIO_KEYS },
+    SectionKeys {
+        name: BRIDGE,
+        keys: keys![
+            "at" "[x, y]" "middle of the world" "where its listening Kilobot lies, in mm",
+            "firmware" "path" "where cargo puts it" "what would be flashed to that Kilobot (ELF)",
+            "id" "0 to 65535" "65535" "as whom it passes on what does not say who sends it",
+        ],
+    },
     SectionKeys {
         name: EVENT,
         keys: keys![

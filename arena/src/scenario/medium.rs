@@ -81,8 +81,8 @@ pub struct Media {
 /// What an emulator cannot do to packets.
 const NOT_EMULATED: [&str; 2] = ["duplication", "reordering"];
 
-/// The media of the file; that which is `emulated` carries packets between emulated robots.
-pub fn read(root: &Section<'_>, used: &[Medium], emulated: Option<Medium>) -> Media {
+/// The media of the file; those which are `emulated` carry packets between emulated robots.
+pub fn read(root: &Section<'_>, used: &[Medium], emulated: &[Medium]) -> Media {
     let mut media = Media::default();
     let Some(section) = root.section("medium", super::keys::MEDIUM) else { return media };
     for (key, medium, name) in
@@ -92,14 +92,14 @@ pub fn read(root: &Section<'_>, used: &[Medium], emulated: Option<Medium>) -> Me
         if !used.contains(&medium) && !used.is_empty() {
             settings.fail(Cause::NoSuchMedium { medium: key });
         }
-        for key in NOT_EMULATED.into_iter().filter(|_| emulated == Some(medium)) {
+        for key in NOT_EMULATED.into_iter().filter(|_| emulated.contains(&medium)) {
             if let Some(entry) = settings.get(key) {
                 entry.fail(Cause::NotEmulated { key });
             }
         }
         let section = settings;
         let settings = read_one(&section);
-        if emulated == Some(medium)
+        if emulated.contains(&medium)
             && medium != Medium::Ir
             && let (Some(loss), Some(entry)) = (settings.loss, section.get("loss"))
         {

@@ -5,6 +5,7 @@
 
 mod backend;
 mod body;
+mod bridge;
 mod describe;
 mod error;
 mod event;
@@ -26,6 +27,7 @@ use toml::de::{DeTable, DeValue};
 
 pub use backend::Backend;
 pub use body::{Bodies, Body, CrazyflieBody, KilobotBody, Positioning, Preset, ZooidBody};
+pub use bridge::Bridge;
 pub use error::{Cause, ScenarioError};
 pub use event::{Action, Event, Target};
 pub use expect::{Expect, Of, Reduction, Test, Wanted, When};
@@ -47,6 +49,8 @@ pub struct Scenario {
     pub bodies: Bodies,
     /// What carries their frames.
     pub media: Media,
+    /// What passes them on between unlike media.
+    pub bridge: Option<Bridge>,
     /// What happens, by time; at one time in the order of the file.
     pub events: Vec<Event>,
     /// What must hold.
@@ -141,9 +145,10 @@ fn scenario(root: &read::Section<'_>, folder: &Path) -> Option<Scenario> {
         backend::check(root, &groups);
     }
     let bodies = body::read(root);
-    let mut emulated = groups.iter().filter(|group| group.backend != Backend::Vm);
-    let emulated = emulated.next().map(|group| group.body.medium());
-    let media = medium::read(root, &used, emulated);
+    let emulated = groups.iter().filter(|group| group.backend != Backend::Vm);
+    let emulated: Vec<Medium> = emulated.map(|group| group.body.medium()).collect();
+    let media = medium::read(root, &used, &emulated);
+    let bridge = bridge::read(root, folder, known, &groups);
     let sections = root.sections("event", keys::EVENT);
     let mut events: Vec<Event> =
         sections.iter().filter_map(|section| event::read(section, &census, known, &used)).collect();
@@ -154,7 +159,7 @@ fn scenario(root: &read::Section<'_>, folder: &Path) -> Option<Scenario> {
         .filter_map(|section| expect::read(section, &census, known.duration))
         .collect();
     let output = output::read(root, &census);
-    Some(Scenario { world: world?, groups, bodies, media, events, expects, output })
+    Some(Scenario { world: world?, groups, bodies, media, bridge, events, expects, output })
 }
 
 /// The parts of `medium.ir.loss=0.1`, and how errors name the place of the value.

@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-use bittybuzz_robots::{self as robots, Place, Robot};
+use bittybuzz_robots::{self as robots, Place, Profile, Robot};
 use toml::de::DeValue;
 
 use super::backend::{self, Backend};
@@ -122,7 +122,11 @@ fn group(
     census: &mut Census,
 ) -> Option<Group> {
     let place = section.place();
-    let robot = section.required("robot").and_then(|entry| robot(&entry, folder));
+    let mut robot = section.required("robot").and_then(|entry| robot(&entry, folder));
+    let profiles = [Profile::Tiny, Profile::Full].map(|profile| (profile.name(), profile));
+    if let (Some(robot), Some(profile)) = (&mut robot, section.word("profile", &profiles)) {
+        robot.profile = profile;
+    }
     let body = robot.as_ref().and_then(|robot| body::of_group(section, robot));
     let model = body.map(|body| body::model(section, body));
     let link = body.map(|body| medium::link(section, body.medium()));
@@ -147,7 +151,7 @@ fn group(
     }
     census.add(name.clone(), first_id, count, is_sized && ids.end <= 0x1_0000, &place);
     if matches!(backend, Some(Backend::Firmware { .. })) {
-        census.last_is_emulated();
+        census.last_is_emulated(body != Some(Body::Crazyflie));
     }
     let placement = placement(section, count, world);
     let heading = match section.get("heading") {

@@ -68,6 +68,8 @@ struct Known {
     robots: Range<u32>,
     line: usize,
     is_emulated: bool,
+    /// Its robots have a power switch.
+    has_switch: bool,
 }
 
 impl Known {
@@ -114,20 +116,30 @@ impl Census {
         self.is_unsure |= !is_right;
         let robots = self.count..self.count + count;
         self.count += count;
-        self.groups.push(Known { name, first_id, robots, line: place.line, is_emulated: false });
+        let (line, is_emulated, has_switch) = (place.line, false, true);
+        self.groups.push(Known { name, first_id, robots, line, is_emulated, has_switch });
     }
 
-    /// The group that was added last runs firmware.
-    pub fn last_is_emulated(&mut self) {
+    /// The group that was added last runs firmware; whether its emulator can switch robots off and on.
+    pub fn last_is_emulated(&mut self, has_switch: bool) {
         if let Some(group) = self.groups.last_mut() {
-            group.is_emulated = true;
+            (group.is_emulated, group.has_switch) = (true, has_switch);
         }
     }
 
     /// Whether firmware runs on one of these robots.
     pub fn is_emulated(&self, robots: &Selection) -> bool {
-        let mut emulated = self.groups.iter().filter(|group| group.is_emulated);
-        emulated.any(|group| {
+        self.any_of(robots, |group| group.is_emulated)
+    }
+
+    /// Whether all of these robots can be switched off and on.
+    pub fn have_switches(&self, robots: &Selection) -> bool {
+        !self.any_of(robots, |group| !group.has_switch)
+    }
+
+    fn any_of(&self, robots: &Selection, is_wanted: impl Fn(&Known) -> bool) -> bool {
+        let mut groups = self.groups.iter().filter(|group| is_wanted(group));
+        groups.any(|group| {
             robots
                 .0
                 .iter()

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use bittybuzz_arena::run;
-use bittybuzz_arena::scenario::{Scenario, ScenarioError};
+use bittybuzz_arena::scenario::{Body, Scenario, ScenarioError};
 use bittybuzz_compiler::refusal;
 use bittybuzz_robots as robots;
 
@@ -22,7 +22,7 @@ pub struct Opened {
     pub programs: Vec<Program>,
     /// For the robots, of each group.
     pub images: Vec<run::Program>,
-    emulator: PathBuf,
+    emulators: Vec<(Body, PathBuf)>,
 }
 
 /// Reads a scenario with the values of `--set`, and compiles its scripts. Prints what is wrong, and is `None` then.
@@ -67,15 +67,24 @@ pub fn open(arguments: &Arguments, set: &[String]) -> Result<Option<Opened>, Pro
         symbols: program.symbols.clone(),
     };
     let images = programs.iter().map(image).collect();
-    let emulator = emulator::program(arguments.emulator.as_deref(), run::emulator(&scenario));
-    Ok(Some(Opened { scenario, programs, images, emulator }))
+    let bodies = run::emulated(&scenario);
+    if arguments.emulator.is_some() && bodies.len() > 1 {
+        return Err(Problem::SeveralEmulators);
+    }
+    let named = arguments.emulator.as_deref();
+    let program = |body| (body, emulator::program(named, run::emulator(body)));
+    let emulators = bodies.into_iter().map(program).collect();
+    Ok(Some(Opened { scenario, programs, images, emulators }))
 }
 
 impl Opened {
     /// What all runs of it share. Prints what is wrong, and is `None` then.
     pub fn setup(&self) -> Option<run::Setup<'_>> {
         match run::Setup::new(&self.scenario, &self.images) {
-            Ok(setup) => Some(setup.emulated_by(self.emulator.clone())),
+            Ok(setup) => {
+                let named = self.emulators.iter().cloned();
+                Some(named.fold(setup, |setup, (body, path)| setup.emulated_by(body, path)))
+            }
             Err(run::SetupError::Scenario(errors)) => {
                 print(&errors);
                 None

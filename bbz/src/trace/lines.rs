@@ -2,17 +2,27 @@
 
 use anstream::adapter::strip_str;
 
+use bittybuzz_comms::infrared::{self, FaultReport};
+
 use super::message::{Content, Level, Message};
 
 /// The format that probe-rs is asked for: time, level, text.
 pub const FORMAT: &str = "{t} {L} {s}";
 
-/// Reads a line: time and level, if it begins with them, then the text. Also understands the format that probe-rs and
+/// Reads a line: what a Kilobot has heard that listens (`firmware/kilobot-avr/src/bin/ear.rs`), or time and level, if it begins with them, then the text. Also understands the format that probe-rs and
 /// defmt-print have by default, `0.002 [INFO ] text (crate file:line)`, and lines of other programs in between. `<time>` and
 /// `<lvl>` stand for what a message does not have.
 pub fn parse(line: &str) -> Message {
     let line = strip_str(line).to_string();
     let line = line.trim_end();
+    // A Kilobot that listens tells of all that it hears, most of which concerns no person.
+    if let Some(message) = infrared::from_line(line.as_bytes()) {
+        let content = match FaultReport::of(&message) {
+            Some(report) => Content::Report(report),
+            None => Content::Heard,
+        };
+        return Message { time: None, content };
+    }
     let (time, rest) = match line.trim_start().split_once(' ') {
         Some((first, rest)) if first.parse::<f64>().is_ok() => (first.parse().ok(), rest),
         Some(("<time>", rest)) => (None, rest),
@@ -65,6 +75,18 @@ mod tests {
         assert_eq!(message.content, Content::Firmware { level: None, text });
         assert_eq!(parse("<time> DEBUG x").content, firmware(Level::Debug, "x"));
         assert_eq!(parse("[ERROR] panic").content, firmware(Level::Error, "panic"));
+    }
+
+    #[test]
+    fn what_a_listening_kilobot_hears() {
+        let fault = FaultReport { robot: 3, script: 0x1234, fault: None };
+        let line = |message: [u8; infrared::MESSAGE]| {
+            let digits: String = message.iter().map(|byte| format!("{byte:02x}")).collect();
+            format!("ir {digits}\r")
+        };
+        assert_eq!(parse(&line(fault.message())).content, Content::Report(fault));
+        assert_eq!(parse(&line(infrared::sealed(8, &[0; 9]))).content, Content::Heard);
+        assert!(matches!(parse("ir 12").content, Content::Firmware { .. }));
     }
 
     #[test]

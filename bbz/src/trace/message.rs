@@ -18,6 +18,8 @@ pub enum Content {
     Record(Vec<u8>),
     /// A message of a Kilobot whose script has stopped.
     Report(FaultReport),
+    /// A message between Kilobots that tells nothing of a script's end.
+    Heard,
     /// What looks like a record, but is damaged.
     Damaged(String),
     /// A message of the firmware.

@@ -34,6 +34,8 @@ Examples:
                                          ten simulated seconds at full speed, with LEDs and motors
   cargo run --release | bbz trace - --script blink.sym
                                          what another program has read from the robot
+  stty -F /dev/ttyUSB0 38400 raw; bbz trace - --robot kilobot --script blink.bzz < /dev/ttyUSB0
+                                         Kilobots that stop, heard by one that listens (firmware/kilobot-avr)
   bbz trace firmware.elf --robot crazyflie --script blink.bzz --emulate --seconds 2 --plain
                                          only what the script logs, as `bbz run` prints it
   bbz trace kilobot.elf --robot kilobot --script blink.bzz --emulate --outputs

@@ -117,6 +117,7 @@ impl<'a> Teller<'a> {
                 Err(error) => self.damaged(time, damage(error), bytes),
             },
             Content::Report(report) => self.report(time, report),
+            Content::Heard => {}
             Content::Damaged(text) => self.damaged(time, "its text is damaged", text.as_bytes()),
             Content::Firmware { level, text } => {
                 let name = level.map(|level| level.name());

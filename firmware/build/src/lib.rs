@@ -2,7 +2,7 @@
 //! numbers and memory layout. So each of these facts is written once.
 //!
 //! Everything goes to cargo's `OUT_DIR`:
-//! * `robot.rs`: constants, see [`bittybuzz_robots::generate_rust`];
+//! * `robot.rs`: constants, see [`bittybuzz_robots::generate_rust`], and the type `Numbers` of the profile (`BBZ_PROFILE`, else the robot's);
 //! * `script.bin`: the contents of the script section, length and image;
 //! * `memory.x`: the linker's regions.
 //!
@@ -17,7 +17,7 @@ use bittybuzz_compiler::fit;
 use bittybuzz_compiler::include::{DiskFiles, Loader};
 use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::render::{Color, Renderer};
-use bittybuzz_robots::{Robot, script_section};
+use bittybuzz_robots::{Profile, Robot, script_section};
 use bittybuzz_vm_core::{Part, Parts};
 
 /// The environment variable that names the script.
@@ -25,6 +25,9 @@ const SCRIPT: &str = "BBZ_SCRIPT";
 
 /// The environment variable that says which parts of the machine there are.
 const PARTS: &str = "BBZ_PARTS";
+
+/// The environment variable that names the number profile, for swarms with smaller robots in them; else that of the robot file.
+const PROFILE: &str = "BBZ_PROFILE";
 
 /// Where cargo is told how to flash.
 const CARGO_CONFIG: &str = ".cargo/config.toml";
@@ -43,6 +46,8 @@ pub enum Start {
 pub enum BuildError {
     /// A robot file that cannot be used.
     Robot(String),
+    /// There is no such number profile.
+    Profile(String),
     /// The robot file says nothing of the chip's memory.
     NoLayout,
     /// `cargo run` would flash another chip.
@@ -63,6 +68,12 @@ impl std::fmt::Display for BuildError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             BuildError::Robot(message) => f.write_str(message),
+            BuildError::Profile(name) => {
+                write!(
+                    f,
+                    "{PROFILE} names no number profile: `{name}`; there are `tiny` and `full`"
+                )
+            }
             BuildError::NoLayout => f.write_str("the robot file has no [layout]"),
             BuildError::Runner(chip) => write!(
                 f,
@@ -91,7 +102,13 @@ impl std::fmt::Display for BuildError {
 /// relative one in `BBZ_SCRIPT` if it is not found from where cargo was called.
 pub fn board(robot: &str, default_script: &str, start: Start) -> Result<(), BuildError> {
     rerun(robot);
-    let robot = find(robot)?;
+    println!("cargo:rerun-if-env-changed={PROFILE}");
+    let mut robot = find(robot)?;
+    if let Some(name) = env::var_os(PROFILE) {
+        let name = name.to_string_lossy();
+        let profile = Profile::from_name(&name);
+        robot.profile = profile.ok_or_else(|| BuildError::Profile(name.into_owned()))?;
+    }
     if let Some(chip) = &robot.chip {
         check_runner(chip)?;
     }
@@ -103,7 +120,14 @@ pub fn board(robot: &str, default_script: &str, start: Start) -> Result<(), Buil
     let script = script_path(default_script);
     let image = compiled(&script, &robot)?;
     let section = layout.script_section(&image).ok_or(BuildError::TooLong(script))?;
-    write_out("robot.rs", bittybuzz_robots::generate_rust(&robot).as_bytes())?;
+    let numbers = match robot.profile {
+        Profile::Tiny => "Tiny",
+        Profile::Full => "Full",
+    };
+    let numbers = format!(
+        "/// Numbers of scripts.\npub type Numbers = bittybuzz_vm_core::number::{numbers};\n"
+    );
+    write_out("robot.rs", (bittybuzz_robots::generate_rust(&robot) + &numbers).as_bytes())?;
     write_out("script.bin", &section)?;
     write_out("memory.x", layout.memory_x().as_bytes())?;
     println!("cargo:rustc-link-search={}", out().display());

@@ -3,7 +3,7 @@
 use bittybuzz_runtime::call::{expect_count, integer, nothing};
 use bittybuzz_runtime::script::{Console, Counts, Robot, Stopped};
 use bittybuzz_runtime::setpoint::Writer;
-use bittybuzz_vm_core::number::{Full, Profile, Rng};
+use bittybuzz_vm_core::number::{Profile, Rng};
 use bittybuzz_vm_core::{
     Arguments, Axis, ByteCode, Periods, Refusal, Reply, RobotFault, Sighting, Value,
 };
@@ -12,7 +12,7 @@ use embassy_time::Instant;
 use crate::leds::{Color, ScriptLeds, StatusChannel};
 use crate::link::{self, swarm::MAIL};
 use crate::motors::{POWER_MAX, Powers};
-use crate::robot::{self, function};
+use crate::robot::{self, Numbers, function};
 use crate::section::Section;
 
 /// Steps between two status lines.
@@ -28,7 +28,7 @@ pub struct Crazyflie {
     told_at: u32,
 }
 
-type Result = core::result::Result<Reply<Full>, RobotFault>;
+type Result = core::result::Result<Reply<Numbers>, RobotFault>;
 
 impl Crazyflie {
     /// The robot with this id.
@@ -45,7 +45,7 @@ impl Crazyflie {
     /// `led(color)`, `led(color, on)`
     fn led<C: ByteCode, const N: usize>(
         &mut self,
-        arguments: &Arguments<'_, Full, C, N>,
+        arguments: &Arguments<'_, Numbers, C, N>,
     ) -> Result {
         let color = integer(arguments, 0)?;
         match arguments.count() {
@@ -65,7 +65,7 @@ impl Crazyflie {
     /// `set_motor(motor, power)`
     fn set_motor<C: ByteCode, const N: usize>(
         &mut self,
-        arguments: &Arguments<'_, Full, C, N>,
+        arguments: &Arguments<'_, Numbers, C, N>,
     ) -> Result {
         expect_count(arguments, 2)?;
         let (motor, power) = (integer(arguments, 0)?, integer(arguments, 1)?);
@@ -79,11 +79,11 @@ impl Crazyflie {
     }
 }
 
-impl Robot<Full> for Crazyflie {
+impl Robot<Numbers> for Crazyflie {
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
-        arguments: Arguments<'_, Full, C, SLOTS>,
+        arguments: Arguments<'_, Numbers, C, SLOTS>,
         _again: bool,
         console: &mut Console<'_>,
     ) -> Result {
@@ -98,9 +98,9 @@ impl Robot<Full> for Crazyflie {
             }
             function::RAND_BBZ => {
                 expect_count(&arguments, 0)?;
-                let (low, high) = (Full::int_from_i32(-150), Full::int_from_i32(150));
-                let random = self.rng.uniform_int::<Full>(low, high);
-                Ok(Reply::Value(Value::int(Full::int_to_i32(random))))
+                let (low, high) = (Numbers::int_from_i32(-150), Numbers::int_from_i32(150));
+                let random = self.rng.uniform_int::<Numbers>(low, high);
+                Ok(Reply::Value(Value::int(Numbers::int_to_i32(random))))
             }
             function::PRINT => {
                 expect_count(&arguments, 1)?;
@@ -143,7 +143,7 @@ impl Robot<Full> for Crazyflie {
         }
     }
 
-    fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<Full>)> {
+    fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<Numbers>)> {
         MAIL.receive(frame)
     }
 

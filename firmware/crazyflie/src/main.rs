@@ -41,7 +41,6 @@ use bittybuzz_runtime::liveness::{LOOK, Liveness, Pulse};
 use bittybuzz_runtime::script::Script;
 use bittybuzz_runtime::setpoint::{self, Writer};
 use bittybuzz_vm_core::builtin::Feature;
-use bittybuzz_vm_core::number::Full;
 use bittybuzz_vm_core::{Image, Sizes, Vm, features};
 use defmt_rtt as _;
 use embassy_executor::Spawner;
@@ -56,6 +55,7 @@ use functions::{Crazyflie, is_function};
 use leds::{ScriptLeds, Status, StatusChannel, StatusLeds};
 use link::uart::Interrupts;
 use motors::{Motors, Powers};
+use robot::Numbers;
 
 bind_interrupts!(struct Irqs {
     USART6 => Interrupts;
@@ -82,8 +82,8 @@ const SIZES: Sizes = Sizes {
     swarms: robot::SWARMS as u8,
 };
 const SLOTS: usize = robot::SLOTS + SIZES.slots();
-type Machine = Vm<Full, section::Section, SLOTS>;
-type ScriptTask = Script<Full, section::Section, Crazyflie, SLOTS>;
+type Machine = Vm<Numbers, section::Section, SLOTS>;
+type ScriptTask = Script<Numbers, section::Section, Crazyflie, SLOTS>;
 
 /// The machine takes no more memory than the robot file promises.
 const _: () = assert!(size_of::<Machine>() <= robot::MEMORY - robot::QUEUE_MEMORY);
@@ -91,7 +91,7 @@ const _: () = assert!(size_of_val(&link::swarm::MAIL) <= robot::QUEUE_MEMORY);
 /// With its sender and position a message fits a frame of the radio.
 const _: () = assert!(robot::FRAME_BYTES <= SWARM_MESSAGE_MAX);
 /// It has what scripts are built for.
-const _: () = assert!(robot::MATHS == (features::<Full>() & Feature::Maths as u8 != 0));
+const _: () = assert!(robot::MATHS == (features::<Numbers>() & Feature::Maths as u8 != 0));
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {

@@ -1,6 +1,6 @@
 //! Kilobots in one emulator program, which see each other's light, and the overhead controller above them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
@@ -32,6 +32,12 @@ pub fn kilobot() -> PathBuf {
         bbz::root().join("firmware/kilobot-avr/target/avr-none/release/bittybuzz-kilobot-avr.elf");
     assert!(path.exists(), "no firmware: run `cargo xtask build kilobot` first");
     path
+}
+
+/// The image of a Kilobot that listens, built beside the other one. `BITTYBUZZ_EAR` names another one.
+pub fn ear() -> PathBuf {
+    std::env::var_os("BITTYBUZZ_EAR")
+        .map_or_else(|| kilobot().with_file_name("bittybuzz-kilobot-ear.elf"), PathBuf::from)
 }
 
 /// Files of a script and its firmware, deleted in the end.
@@ -68,19 +74,26 @@ pub struct Kilobots {
     /// What happened on each.
     pub events: Vec<Vec<TimedEvent>>,
     now: Duration,
-    // The program was loaded from them.
-    files: Files,
+    // The program was loaded from them, if it has a script.
+    files: Option<Files>,
 }
 
 impl Kilobots {
     /// So many with this script, switched on. Their ids are their numbers.
     pub fn new(script: &str, count: usize) -> Self {
         let files = Files::build(script);
+        let mut robots = Kilobots::with_program(&files.0.join("script.hex"), count);
+        robots.files = Some(files);
+        robots
+    }
+
+    /// So many with this program, switched on.
+    pub fn with_program(program: &Path, count: usize) -> Self {
         let arguments = ["--count", &count.to_string(), "--threads", "1"];
         let mut emulator =
             Emulator::spawn_with(Core::Avr.program(), &arguments).expect("it starts");
-        emulator.load(&files.0.join("script.hex")).expect("it loads");
-        Kilobots { emulator, events: vec![Vec::new(); count], now: Duration::ZERO, files }
+        emulator.load(program).expect("it loads");
+        Kilobots { emulator, events: vec![Vec::new(); count], now: Duration::ZERO, files: None }
     }
 
     /// Since power-on.
@@ -90,7 +103,8 @@ impl Kilobots {
 
     /// The script's symbols.
     pub fn symbols(&self) -> String {
-        std::fs::read_to_string(self.files.0.join("script.sym")).expect("it was built")
+        let files = self.files.as_ref().expect("it has a script");
+        std::fs::read_to_string(files.0.join("script.sym")).expect("it was built")
     }
 
     /// Gives the emulator a command for a robot.

@@ -19,7 +19,7 @@ mod swarm;
 pub mod table;
 mod told;
 
-pub use kilobots::{Kilobots, kilobot};
+pub use kilobots::{Kilobots, ear, kilobot};
 pub use swarm::{Member, Pose, Swarm};
 pub use table::{Place, Table};
 pub use told::Told;
@@ -94,6 +94,18 @@ pub fn crazyflie() -> PathBuf {
     let path = bbz::root()
         .join("firmware/crazyflie/target/thumbv7em-none-eabihf/release/bittybuzz-crazyflie");
     assert!(path.exists(), "no firmware: run `cargo build --release` in firmware/crazyflie first");
+    path
+}
+
+/// The image of a Crazyflie with the smallest robots' numbers. `BITTYBUZZ_CRAZYFLIE_TINY` names another one than the one in its
+/// folder.
+pub fn crazyflie_tiny() -> PathBuf {
+    if let Some(path) = std::env::var_os("BITTYBUZZ_CRAZYFLIE_TINY") {
+        return PathBuf::from(path);
+    }
+    let path = bbz::root()
+        .join("firmware/crazyflie/target/tiny/thumbv7em-none-eabihf/release/bittybuzz-crazyflie");
+    assert!(path.exists(), "no firmware: run `cargo xtask build crazyflie --profile tiny` first");
     path
 }
 

@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use bittybuzz_arena::run::{Piece, Program, Setup, Simulation, Summary};
-use bittybuzz_arena::scenario::{Backend, Placement, Scenario};
+use bittybuzz_arena::scenario::{Backend, Body, Placement, Scenario};
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, Loader};
 use bittybuzz_hil::{Core, ScriptFile, table};
@@ -41,7 +41,7 @@ fn run(
     let programs: Vec<Program> =
         scenario.groups.iter().map(|group| program(&group.script, &group.robot)).collect();
     let setup = Setup::new(scenario, &programs).unwrap();
-    let setup = setup.emulated_by(Core::Own.program().to_owned());
+    let setup = setup.emulated_by(Body::Zooid, Core::Own.program().to_owned());
     let casts = setup.casts();
     let mut simulation = Simulation::new(&setup, &casts, seed, 1).unwrap();
     while simulation.now() < ticks && !simulation.is_over() {
@@ -153,7 +153,7 @@ fn kilobots_come_to_the_same_end() {
         let scenario = read.unwrap_or_else(|errors| panic!("{errors:#?}"));
         let programs = [program(&scenario.groups[0].script, &scenario.groups[0].robot)];
         let setup = Setup::new(&scenario, &programs).unwrap();
-        let setup = setup.emulated_by(Core::Avr.program().to_owned());
+        let setup = setup.emulated_by(Body::Kilobot, Core::Avr.program().to_owned());
         let casts = setup.casts();
         let mut simulation = Simulation::new(&setup, &casts, 1, 1).unwrap();
         while !simulation.is_over() {
@@ -488,7 +488,7 @@ fn robots_start_where_the_projector_shines() {
     for (at, is_lit) in [([415.0, -250.0], true), ([430.0, 0.0], false), ([0.0, 270.0], false)] {
         scenario.groups[0].placement = Placement::List(vec![[0.0, 0.0], at]);
         let setup = Setup::new(&scenario, &programs).unwrap();
-        let setup = setup.emulated_by(Core::Own.program().to_owned());
+        let setup = setup.emulated_by(Body::Zooid, Core::Own.program().to_owned());
         let casts = setup.casts();
         match Simulation::new(&setup, &casts, 1, 1) {
             Ok(_) => assert!(is_lit, "{at:?}"),

@@ -110,9 +110,9 @@ fn two_robots_agree() {
 #[test]
 fn two_robots_agree_though_most_frames_are_lost() {
     let mut swarm = Swarm::crazyflies(AGREE, &[3, 7]);
-    swarm.lose(0.7, 42);
+    swarm.air.lose(0.7, 42);
     swarm.run_ms(30_000);
-    assert!(swarm.lost * 2 > swarm.on_air, "{} of {}", swarm.lost, swarm.on_air);
+    assert!(swarm.air.lost * 2 > swarm.air.carried, "{} of {}", swarm.air.lost, swarm.air.carried);
     assert!(agreed(&mut swarm), "{:?}", swarm.members()[0].told.log.last());
 }
 
@@ -368,7 +368,7 @@ function step() {
 #[test]
 fn a_table_travels_in_fragments() {
     let mut swarm = Swarm::crazyflies(TABLES, &[1, 2]);
-    swarm.lose(0.2, 7);
+    swarm.air.lose(0.2, 7);
     swarm.run_ms(6000);
     for (member, other) in swarm.members().iter().zip([2, 1]) {
         assert!(member.told.records.is_empty(), "{:?}", member.told.records);
@@ -390,11 +390,11 @@ fn a_table_travels_in_fragments() {
 fn the_same_run_again_is_the_same() {
     let run = || {
         let mut swarm = Swarm::crazyflies(AGREE, &[3, 7]);
-        swarm.lose(0.5, 9);
+        swarm.air.lose(0.5, 9);
         swarm.place(0, Some([0.0, 0.0, 0.0, 0.0]));
         swarm.place(1, Some([1000.0, 0.0, 0.0, 0.0]));
         swarm.run_ms(2000);
-        let lost = swarm.lost;
+        let lost = swarm.air.lost;
         let events = swarm.members().iter().map(|member| member.robot.events.clone());
         (lost, events.collect::<Vec<_>>())
     };
@@ -410,7 +410,7 @@ fn two_robots_agree_at_any_loss() {
         let mut times: Vec<u64> = (1..=SEEDS)
             .map(|seed| {
                 let mut swarm = Swarm::crazyflies(AGREE, &[3, 7]);
-                swarm.lose(loss, seed);
+                swarm.air.lose(loss, seed);
                 let steps = (1..=3000).find(|_| {
                     swarm.run_ms(100);
                     agreed(&mut swarm)
@@ -441,7 +441,7 @@ function step() {
 ";
     let mut swarm = Swarm::crazyflies(script, &[1, 2, 3, 4, 5]);
     swarm.run_ms(4050);
-    let (on_air, collided) = (swarm.on_air, swarm.collided);
+    let (on_air, collided) = (swarm.air.carried, swarm.air.collided);
     println!("{on_air} frames, {collided} collided");
     // 28 bytes are on the air for 0.11 ms, some time in 16 ms: that of one of three others overlaps with a probability of
     // 4 %, and the receiver itself is deaf for 2 % of the time.

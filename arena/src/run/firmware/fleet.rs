@@ -1,5 +1,5 @@
-//! The emulated robots of a run, side by side with the world: between its substeps the emulator runs as far, wheels turn when
-//! motors' signals change, and what that and contacts make of the robots' places is what the projector shows next.
+//! The emulated robots of one kind, side by side with the world: wheels turn when motors' signals change, and what that and
+//! contacts make of the robots' places is what the projector shows next.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -7,15 +7,17 @@ use std::time::Duration;
 
 use bittybuzz_chips::ResetCause;
 use bittybuzz_comms::infrared::FaultReport;
+use bittybuzz_emulation::ClientError;
 use bittybuzz_emulation::message::{BoardStatistics, Command, Event, TimedEvent};
-use bittybuzz_emulation::{ClientError, Emulator};
 
 use crate::engine::{
-    LinkStatistics, Loss, Medium, RobotId, RobotState, Settings, Stream, TICK_US, World,
+    LinkStatistics, Loss, Medium, Pose, RobotId, RobotState, Settings, Stream, World,
 };
 use crate::scenario::Body;
 
 use super::super::robot::{FaultRecord, LogLine, Robot};
+use super::bridge::Bridge;
+use super::room::Room;
 use super::table::Motion;
 use super::told::{Reader, Told};
 use super::{Failure, Firmware, FirmwareError, Light};
@@ -24,22 +26,21 @@ use super::{Failure, Firmware, FirmwareError, Light};
 /// than a mm meanwhile.
 const LOOK_ZOOID: Duration = Duration::from_micros(2500);
 const LOOK_KILOBOT: Duration = Duration::from_millis(20);
+/// As often Crazyflies are told where they are, as by Lighthouse or Loco.
+const LOOK_CRAZYFLIE: Duration = Duration::from_millis(100);
 
 /// Of a room.
 const CELSIUS: f64 = 25.0;
 /// Light that reaches everybody.
 const EVERYWHERE_MM: f64 = 1e6;
 
-/// All emulated robots of a run. They are switched on when the run begins; whose brain does not run in the world has no power.
+/// All emulated robots of a kind. They are switched on when the run begins; whose brain does not run in the world has no power.
 pub struct Fleet<'p> {
     body: Body,
-    emulator: Emulator,
+    room: Room,
     robots: Vec<Emulated<'p>>,
     /// Since power-on, and since the world began.
     now: Duration,
-    /// A tick, and how many of its substeps are over: who joins may change their number.
-    tick: u64,
-    substeps: u32,
     seed: u64,
     /// How often the loss was set.
     losses: u64,
@@ -62,6 +63,8 @@ struct Emulated<'p> {
     is_on: bool,
     /// Numbers of those that it is cut off from.
     deaf_to: BTreeSet<usize>,
+    /// Where a positioning system told a Crazyflie to be.
+    seen: Option<Pose>,
     /// What it knows of the light sensor of a Kilobot.
     light: Option<u16>,
     /// `None` if the firmware tells nothing.
@@ -78,26 +81,35 @@ impl<'p> Fleet<'p> {
         seed: u64,
     ) -> Result<Self, ClientError> {
         let body = firmware.body;
-        let count = firmware.robots.len().to_string();
-        let name = if body == Body::Kilobot { "kilobot" } else { "zooids" };
-        let arguments = ["--robot", name, "--count", &count];
-        let mut emulator = Emulator::spawn_with(program, &arguments)?;
-        emulator.load(&firmware.path)?;
+        // A listening Kilobot comes after all others.
+        let count = firmware.robots.len() + usize::from(firmware.ear.is_some());
+        let mut room = match body {
+            Body::Kilobot => Room::shared(program, "kilobot", count, &firmware.path)?,
+            Body::Zooid => Room::shared(program, "zooids", count, &firmware.path)?,
+            Body::Crazyflie => Room::apart(program, count, &firmware.path)?,
+        };
         let mut robots = Vec::new();
         for (number, flashed) in firmware.robots.iter().enumerate() {
             for (address, bytes) in &flashed.sections {
                 let write = Command::Write { address: *address, bytes: bytes.clone() };
-                emulator.done_by(number, &write)?;
+                room.done_by(number, &write)?;
             }
-            let command = if body == Body::Kilobot {
-                let error = Stream::for_brain(seed, number as u16).normal().clamp(-3.0, 3.0);
-                Command::Clock { error_ppm: f64::from(1e6 * settings.infrared.clock_sigma * error) }
-            } else {
-                let Light { lose, jitter_us } = flashed.light;
-                let seed = seed.wrapping_add(number as u64 + 1);
-                Command::Light { lose, jitter_us, seed }
+            let command = match body {
+                Body::Kilobot => {
+                    let error = Stream::for_brain(seed, number as u16).normal().clamp(-3.0, 3.0);
+                    let error_ppm = f64::from(1e6 * settings.infrared.clock_sigma * error);
+                    Some(Command::Clock { error_ppm })
+                }
+                Body::Zooid => {
+                    let Light { lose, jitter_us } = flashed.light;
+                    let seed = seed.wrapping_add(number as u64 + 1);
+                    Some(Command::Light { lose, jitter_us, seed })
+                }
+                Body::Crazyflie => None,
             };
-            emulator.done_by(number, &command)?;
+            if let Some(command) = command {
+                room.done_by(number, &command)?;
+            }
             let Some((id, own_id)) = join(flashed.number) else { continue };
             robots.push(Emulated {
                 body,
@@ -109,21 +121,31 @@ impl<'p> Fleet<'p> {
                 told: None,
                 is_on: true,
                 deaf_to: BTreeSet::new(),
+                seen: None,
                 light: None,
                 reader: firmware.messages.as_ref().map(Reader::new),
             });
         }
-        let (now, tick, substeps, losses) = (Duration::ZERO, 0, 0, 0);
+        if let Some(ear) = &firmware.ear {
+            let write = Command::Write { address: 0, bytes: ear.program.clone() };
+            room.done_by(robots.len(), &write)?;
+            let [x, y] = ear.at.map(|mm| mm as f32);
+            let pose = Pose::new(x, y, 0.0);
+            let there = Motion { since: Duration::ZERO, pose, speed: 0.0, turn: 0.0 };
+            room.done_by(robots.len(), &there.command())?;
+        }
         if body == Body::Kilobot {
             let reach = |range| f64::from(range) + 2.0 * f64::from(settings.kilobot.radius);
             let range_mm = settings.infrared.link.range.map_or(EVERYWHERE_MM, reach);
             let noise_mm = settings.infrared.distance_sigma.into();
-            emulator.done(&Command::Infrared { range_mm, noise_mm, seed })?;
+            room.done(&Command::Infrared { range_mm, noise_mm, seed })?;
         }
-        let mut fleet = Fleet { body, emulator, robots, now, tick, substeps, seed, losses };
+        let now = Duration::ZERO;
+        let mut fleet = Fleet { body, room, robots, now, seed, losses: 0 };
         fleet.lose(match body {
             Body::Kilobot => settings.infrared.link.loss,
-            _ => settings.nrf24.link.loss,
+            Body::Zooid => settings.nrf24.link.loss,
+            Body::Crazyflie => settings.p2p.link.loss,
         })?;
         fleet.let_run()?;
         Ok(fleet)
@@ -132,18 +154,22 @@ impl<'p> Fleet<'p> {
     /// The overhead controller says so to Kilobots; those that run already do not mind.
     fn let_run(&mut self) -> Result<(), ClientError> {
         if self.body == Body::Kilobot {
-            self.emulator.start_kilobots(self.now)?;
+            self.room.start_kilobots(self.now)?;
         }
         Ok(())
     }
 
     /// What carries their packets.
     pub fn medium(&self) -> Medium {
-        if self.body == Body::Kilobot { Medium::Infrared } else { Medium::Nrf24 }
+        match self.body {
+            Body::Kilobot => Medium::Infrared,
+            Body::Zooid => Medium::Nrf24,
+            Body::Crazyflie => Medium::P2p,
+        }
     }
 
-    /// Packets of Zooids are lost as the medium says for robots that touch: all are in reach, and distance changes nothing. Frames of
-    /// Kilobots are lost as it says in the middle between touching and out of reach.
+    /// Packets of Zooids and Crazyflies are lost as the medium says for robots that touch: all are in reach, and distance changes nothing.
+    /// Frames of Kilobots are lost as it says in the middle between touching and out of reach.
     pub fn lose(&mut self, loss: Loss) -> Result<(), ClientError> {
         self.losses += 1;
         let seed = self.seed.wrapping_add(self.losses << 32);
@@ -151,7 +177,7 @@ impl<'p> Fleet<'p> {
             Body::Kilobot => f64::midpoint(loss.near.into(), loss.far.into()),
             _ => loss.near.into(),
         };
-        self.emulator.done(&Command::Air { lose, seed })
+        self.room.done(&Command::Air { lose, seed })
     }
 
     fn number(&self, id: RobotId) -> Option<usize> {
@@ -163,7 +189,7 @@ impl<'p> Fleet<'p> {
         let Some(number) = self.number(id) else { return Ok(()) };
         let volts = f32::from(millivolts) / 1000.0;
         let battery = Command::Battery { volts, charging: false, usb_powered: false };
-        self.emulator.done_by(number, &battery)
+        self.room.done_by(number, &battery)
     }
 
     /// Takes a robot's power away; [`settle`](Self::settle) gives it back to one that runs.
@@ -177,7 +203,7 @@ impl<'p> Fleet<'p> {
     fn set_power(&mut self, number: usize, on: bool) -> Result<(), ClientError> {
         if let Some(robot) = self.robots.get_mut(number) {
             robot.is_on = on;
-            self.emulator.done_by(number, &Command::Power { on })?;
+            self.room.done_by(number, &Command::Power { on })?;
         }
         if on { self.let_run() } else { Ok(()) }
     }
@@ -195,31 +221,34 @@ impl<'p> Fleet<'p> {
             }
             if let Some(robot) = self.robots.get_mut(number).filter(|robot| robot.deaf_to != to) {
                 robot.deaf_to.clone_from(&to);
-                self.emulator.done_by(number, &Command::Deaf { to })?;
+                self.room.done_by(number, &Command::Deaf { to })?;
             }
         }
         Ok(())
     }
 
-    /// Runs for a substep of the world.
-    pub fn advance(&mut self, world: &mut World<Robot<'_>>) -> Result<(), FirmwareError> {
-        if self.tick != world.now() {
-            (self.tick, self.substeps) = (world.now(), 0);
+    /// The longest time that it may run at once.
+    pub fn look(&self) -> Duration {
+        match self.body {
+            Body::Kilobot => LOOK_KILOBOT,
+            Body::Zooid => LOOK_ZOOID,
+            Body::Crazyflie => LOOK_CRAZYFLIE,
         }
-        self.substeps += 1;
-        let tick = Duration::from_micros(TICK_US.into());
-        // At most four weeks are simulated.
-        let end = tick * world.now() as u32 + tick * self.substeps / world.substeps();
-        while self.now < end {
-            let look = if self.body == Body::Kilobot { LOOK_KILOBOT } else { LOOK_ZOOID };
-            let until = (self.now + look).min(end);
-            self.run(world, until)?;
-        }
-        Ok(())
     }
 
-    fn run(&mut self, world: &mut World<Robot<'_>>, until: Duration) -> Result<(), FirmwareError> {
-        let Fleet { emulator, robots, now, .. } = self;
+    /// Somebody who is no robot sends.
+    pub fn hear(&mut self, command: &Command) -> Result<(), ClientError> {
+        self.room.done(command)
+    }
+
+    /// Runs until a time; the bridge hears what is sent.
+    pub fn run(
+        &mut self,
+        world: &mut World<Robot<'_>>,
+        mut bridge: Option<&mut Bridge>,
+        until: Duration,
+    ) -> Result<(), FirmwareError> {
+        let Fleet { room, robots, now, .. } = self;
         let mut places = Vec::new();
         for (number, robot) in robots.iter_mut().enumerate() {
             let light = world.light(robot.id).ok().filter(|_| robot.body == Body::Kilobot);
@@ -229,6 +258,13 @@ impl<'p> Fleet<'p> {
                 places.push((number, Command::Surroundings { light, celsius: CELSIUS }));
                 robot.light = Some(light);
             }
+            let seen = world.robot(robot.id).and_then(|view| view.estimate);
+            if let Some(pose) = seen.filter(|_| robot.body == Body::Crazyflie)
+                && robot.seen != Some(pose)
+            {
+                places.push((number, pose_command(&pose)));
+                robot.seen = Some(pose);
+            }
             let Some(motion) = robot.motion(world, *now) else { continue };
             if robot.told.is_none_or(|told| !motion.follows(&told)) {
                 places.push((number, motion.command()));
@@ -236,7 +272,18 @@ impl<'p> Fleet<'p> {
             }
         }
         let mut failed = None;
-        emulator.run_all_after(&places, until, |event| {
+        room.run_after(&places, until, |event| {
+            if let Some(bridge) = bridge.as_deref_mut() {
+                let TimedEvent { at, event: timed } = &event.timed;
+                match timed {
+                    Event::Serial { bytes } if event.robot == robots.len() => {
+                        bridge.read_line(*at, bytes);
+                    }
+                    Event::Radio { payload, .. } => bridge.hear_nrf24(*at, payload),
+                    Event::P2p { port, payload, .. } => bridge.hear_p2p(*at, *port, payload),
+                    _ => {}
+                }
+            }
             let Some(robot) = robots.get_mut(event.robot) else { return };
             let at = event.timed.at;
             if let Err(failure) = robot.note(event.timed, until, world) {
@@ -258,7 +305,7 @@ impl<'p> Fleet<'p> {
     pub fn links(&mut self) -> Result<(LinkStatistics, u64), ClientError> {
         let (mut links, mut overflown) = (LinkStatistics::default(), 0);
         for number in 0..self.robots.len() {
-            let counted = self.emulator.statistics_of(number)?;
+            let counted = self.room.statistics_of(number)?;
             match counted.board {
                 BoardStatistics::Zooid(board) => {
                     links.sent += board.radio_sent;
@@ -270,13 +317,23 @@ impl<'p> Fleet<'p> {
                     links.sent += board.infrared_sent;
                     links.received += board.infrared_arrived;
                 }
-                BoardStatistics::Crazyflie(_) => {}
+                BoardStatistics::Crazyflie(board) => {
+                    links.deaf += board.radio_unheard;
+                    overflown += board.radio_overflown;
+                    links.received = counted.air.carried - counted.air.lost - counted.air.collided;
+                }
             }
             links.collided = counted.air.collided;
             links.lost = counted.air.lost;
         }
         Ok((links, overflown))
     }
+}
+
+/// What a positioning system tells a Crazyflie.
+fn pose_command(pose: &Pose) -> Command {
+    let Pose { x, y, z, heading } = *pose;
+    Command::Pose { x_mm: x, y_mm: y, z_mm: z, yaw_degrees: heading.to_degrees() }
 }
 
 impl Emulated<'_> {
@@ -322,9 +379,11 @@ impl Emulated<'_> {
             }
             Event::Led { name, on } => {
                 let bit = match name.as_str() {
-                    "red" => 1,
-                    "green" => 2,
-                    _ => 4,
+                    "red" | "red_left" => 1,
+                    "green" | "green_left" => 2,
+                    "blue" | "blue_left" => 4,
+                    // The firmware's own, of a Crazyflie.
+                    _ => return Ok(()),
                 };
                 self.led = if on { self.led | bit } else { self.led & !bit };
                 // The world knows the robot.

@@ -1,6 +1,10 @@
-//! Robots that run their firmware: a program emulates all of them, and they move as their motors' signals say.
+//! Robots that run their firmware: programs emulate them, and they move as their motors' signals say.
 
+mod bridge;
 mod fleet;
+mod fleets;
+mod p2p;
+mod room;
 mod table;
 mod told;
 mod trailing;
@@ -11,7 +15,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use bittybuzz_compiler::refusal;
-use bittybuzz_emulation::ClientError;
+use bittybuzz_emulation::{ClientError, Image};
 use bittybuzz_kilobot::calibration;
 use bittybuzz_robots::{Layout, Place, Robot};
 use bittybuzz_vm_core::ImageError;
@@ -21,12 +25,14 @@ use crate::scenario::{Backend, Body, Cause, Scenario, ScenarioError};
 
 use super::program::Program;
 use super::settings;
+pub use bridge::Bridge;
 pub use fleet::Fleet;
+pub use fleets::Fleets;
+pub use p2p::{P2pAir, TURN};
 pub use table::is_lit;
 
-/// What is flashed in a scenario: the firmware of all emulated robots, and the script and the id of each.
+/// What is flashed in a scenario to the robots of a kind: their firmware, and the script and the id of each.
 pub struct Firmware {
-    /// Of Zooids or of Kilobots.
     body: Body,
     path: PathBuf,
     /// Where the scenario asks for it first.
@@ -34,6 +40,16 @@ pub struct Firmware {
     /// The texts of its messages; none if it tells nothing.
     messages: Option<Table>,
     robots: Vec<Flashed>,
+    /// One more, of Kilobots.
+    ear: Option<Ear>,
+}
+
+/// The Kilobot of a bridge.
+struct Ear {
+    /// What is in its flash, from address 0 on.
+    program: Vec<u8>,
+    /// Where it lies, in mm.
+    at: [f64; 2],
 }
 
 /// What is written to one robot beside the firmware.
@@ -55,9 +71,9 @@ struct Light {
 }
 
 impl Firmware {
-    /// That of the scenario; `None` if no robot runs any.
-    pub fn of(scenario: &Scenario, programs: &[Program]) -> Result<Option<Self>, ScenarioError> {
-        let mut firmware: Option<Firmware> = None;
+    /// That of the scenario, for each kind of robots that run any.
+    pub fn of(scenario: &Scenario, programs: &[Program]) -> Result<Vec<Self>, ScenarioError> {
+        let mut all: Vec<Firmware> = Vec::new();
         let mut number = 0;
         for (group, program) in scenario.groups.iter().zip(programs) {
             let first = number;
@@ -76,9 +92,9 @@ impl Firmware {
                     (layout.script.address, section)
                 }
             };
-            let known = match &mut firmware {
+            let known = match all.iter().position(|known| known.body == group.body) {
                 Some(known) => known,
-                empty => {
+                None => {
                     let (path, robots) = (image.clone(), Vec::new());
                     let unusable = |reason| {
                         failed(Cause::NoFirmware { path: path.display().to_string(), reason })
@@ -88,13 +104,17 @@ impl Firmware {
                         Body::Kilobot => None,
                         _ => Table::parse(&elf).map_err(|error| unusable(error.to_string()))?,
                     };
+                    let ear = ear(scenario, group.body)?;
                     let (body, place) = (group.body, place.clone());
-                    empty.insert(Firmware { body, path, place, messages, robots })
+                    all.push(Firmware { body, path, place, messages, robots, ear });
+                    all.len() - 1
                 }
             };
+            let Some(known) = all.get_mut(known) else { continue };
             let shared = match group.body {
                 Body::Kilobot => duties(scenario),
-                _ => range(scenario, &group.robot).map_err(failed)?.into_iter().collect(),
+                Body::Zooid => range(scenario, &group.robot).map_err(failed)?.into_iter().collect(),
+                Body::Crazyflie => Vec::new(),
             };
             let (own, all) = (group.model.zooid, scenario.bodies.zooid);
             let light = Light {
@@ -108,7 +128,7 @@ impl Firmware {
                 known.robots.push(Flashed { number: first + usize::from(within), sections, light });
             }
         }
-        Ok(firmware)
+        Ok(all)
     }
 
     /// What runs it.
@@ -125,6 +145,20 @@ impl Firmware {
     pub fn failed(&self, cause: Cause) -> ScenarioError {
         ScenarioError { cause, place: Some(Box::new(self.place.clone())) }
     }
+}
+
+/// What is flashed to the Kilobot of the scenario's bridge.
+fn ear(scenario: &Scenario, body: Body) -> Result<Option<Ear>, ScenarioError> {
+    let Some(bridge) = scenario.bridge.as_ref().filter(|_| body == Body::Kilobot) else {
+        return Ok(None);
+    };
+    let Some(path) = &bridge.image else { return Ok(None) };
+    let program = Image::open_avr(path).map_err(|error| {
+        let cause =
+            Cause::NoFirmware { path: path.display().to_string(), reason: error.to_string() };
+        ScenarioError { cause, place: Some(Box::new(bridge.place.clone())) }
+    })?;
+    Ok(Some(Ear { program: trailing::flash(&program), at: bridge.at }))
 }
 
 /// Why an emulator cannot be had.

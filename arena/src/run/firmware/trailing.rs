@@ -43,7 +43,7 @@ pub fn section(path: &Path, image: &[u8], robot: &Robot) -> Result<(u32, Vec<u8>
 }
 
 /// What is flashed, from address 0 on.
-fn flash(image: &Image) -> Vec<u8> {
+pub fn flash(image: &Image) -> Vec<u8> {
     let mut program = Vec::new();
     for (address, bytes) in image.segments().filter(|(address, _)| *address < FLASH_END) {
         let start = address as usize;

@@ -10,6 +10,7 @@ mod zooid;
 
 use bittybuzz_comms::queue::{Inbox, Outbox};
 use bittybuzz_comms::trace::Unused;
+use bittybuzz_robots::Profile as NumberProfile;
 use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{Counters, Entry, Fault, Image, ImageError, Outcome, Vm};
@@ -37,6 +38,8 @@ use sizes::{ZOOIDS_IN_QUEUE, ZOOIDS_OUT_QUEUE};
 type Kilobot<'p> =
     Scripted<'p, Tiny, KILOBOT_SLOTS, TINY_FRAME, KILOBOT_IN_QUEUE, KILOBOT_OUT_QUEUE>;
 type Zooid<'p> = Scripted<'p, Tiny, ZOOIDS_SLOTS, TINY_FRAME, ZOOIDS_IN_QUEUE, ZOOIDS_OUT_QUEUE>;
+type TinyCrazyflie<'p> =
+    Scripted<'p, Tiny, CRAZYFLIE_SLOTS, TINY_FRAME, CRAZYFLIE_IN_QUEUE, CRAZYFLIE_OUT_QUEUE>;
 type Crazyflie<'p> =
     Scripted<'p, Full, CRAZYFLIE_SLOTS, FULL_FRAME, CRAZYFLIE_IN_QUEUE, CRAZYFLIE_OUT_QUEUE>;
 
@@ -45,6 +48,7 @@ enum Machine<'p> {
     Kilobot(Box<Kilobot<'p>>),
     Zooid(Box<Zooid<'p>>),
     Crazyflie(Box<Crazyflie<'p>>),
+    TinyCrazyflie(Box<TinyCrazyflie<'p>>),
     /// Its firmware, in an emulator: only what that tells is known.
     Elsewhere(Unused),
 }
@@ -143,6 +147,9 @@ impl<'p> Robot<'p> {
         let machine = match cast.body {
             Body::Kilobot => Machine::Kilobot(load(cast, id, seed)?),
             Body::Zooid => Machine::Zooid(load(cast, id, seed)?),
+            Body::Crazyflie if cast.profile == NumberProfile::Tiny => {
+                Machine::TinyCrazyflie(load(cast, id, seed)?)
+            }
             Body::Crazyflie => Machine::Crazyflie(load(cast, id, seed)?),
         };
         Ok(Robot { machine, state: State::new(cast, id, seed) })
@@ -183,6 +190,7 @@ impl<'p> Robot<'p> {
             Machine::Kilobot(of) => of.dropped(),
             Machine::Zooid(of) => of.dropped(),
             Machine::Crazyflie(of) => of.dropped(),
+            Machine::TinyCrazyflie(of) => of.dropped(),
             Machine::Elsewhere(unused) => unused.dropped,
         }
     }
@@ -193,6 +201,7 @@ impl<'p> Robot<'p> {
             Machine::Kilobot(of) => of.vm.counters(),
             Machine::Zooid(of) => of.vm.counters(),
             Machine::Crazyflie(of) => of.vm.counters(),
+            Machine::TinyCrazyflie(of) => of.vm.counters(),
             Machine::Elsewhere(unused) => unused.messages,
         }
     }
@@ -219,6 +228,7 @@ impl<'p> Robot<'p> {
             Machine::Kilobot(of) => of.global(number, keys),
             Machine::Zooid(of) => of.global(number, keys),
             Machine::Crazyflie(of) => of.global(number, keys),
+            Machine::TinyCrazyflie(of) => of.global(number, keys),
             Machine::Elsewhere(_) => Content::Nil,
         }
     }
@@ -231,6 +241,7 @@ impl Robot<'_> {
             Machine::Kilobot(of) => content(of.vm.replica(number, value(key))),
             Machine::Zooid(of) => content(of.vm.replica(number, value(key))),
             Machine::Crazyflie(of) => content(of.vm.replica(number, value(key))),
+            Machine::TinyCrazyflie(of) => content(of.vm.replica(number, value(key))),
             Machine::Elsewhere(_) => Content::Nil,
         }
     }
@@ -241,6 +252,7 @@ impl Robot<'_> {
             Machine::Kilobot(of) => of.vm.free_slots(),
             Machine::Zooid(of) => of.vm.free_slots(),
             Machine::Crazyflie(of) => of.vm.free_slots(),
+            Machine::TinyCrazyflie(of) => of.vm.free_slots(),
             Machine::Elsewhere(_) => 0,
         }
     }
@@ -251,6 +263,7 @@ impl Robot<'_> {
             Machine::Kilobot(of) => of.vm.neighbor_count(),
             Machine::Zooid(of) => of.vm.neighbor_count(),
             Machine::Crazyflie(of) => of.vm.neighbor_count(),
+            Machine::TinyCrazyflie(of) => of.vm.neighbor_count(),
             Machine::Elsewhere(_) => 0,
         }
     }
@@ -287,6 +300,7 @@ impl Brain for Robot<'_> {
             Machine::Kilobot(of) => of.tick(&mut self.state, io, KILOBOT_BUDGET),
             Machine::Zooid(of) => of.tick(&mut self.state, io, BUDGET),
             Machine::Crazyflie(of) => of.tick(&mut self.state, io, BUDGET),
+            Machine::TinyCrazyflie(of) => of.tick(&mut self.state, io, BUDGET),
             Machine::Elsewhere(_) => {}
         }
         if let Actuators::Crazyflie(flight) = &mut io.actuators {
@@ -299,6 +313,7 @@ impl Brain for Robot<'_> {
             Machine::Kilobot(of) => of.has_unsent,
             Machine::Zooid(of) => of.has_unsent,
             Machine::Crazyflie(of) => of.has_unsent,
+            Machine::TinyCrazyflie(of) => of.has_unsent,
             Machine::Elsewhere(_) => false,
         }
     }
@@ -308,6 +323,7 @@ impl Brain for Robot<'_> {
             Machine::Kilobot(of) => of.next_frame(frame),
             Machine::Zooid(of) => of.next_frame(frame),
             Machine::Crazyflie(of) => of.next_frame(frame),
+            Machine::TinyCrazyflie(of) => of.next_frame(frame),
             Machine::Elsewhere(_) => 0,
         }
     }

@@ -6,16 +6,16 @@ use bittybuzz_comms::syslink::{P2P_MAX, Packet, Position, SWARM_PORT, SwarmFrame
 use bittybuzz_runtime::liveness::Pulse;
 use bittybuzz_runtime::mail::Mail;
 use bittybuzz_vm_core::Sighting;
-use bittybuzz_vm_core::number::{Full, Rng};
+use bittybuzz_vm_core::number::Rng;
 
 use super::send::send;
 use super::{POSE, STATE};
 use crate::id;
-use crate::robot::{FRAME_BYTES, IN_QUEUE, OUT_QUEUE};
+use crate::robot::{FRAME_BYTES, IN_QUEUE, Numbers, OUT_QUEUE};
 use crate::section::Section;
 
 /// Messages that wait for the script, and those that wait for the radio.
-pub static MAIL: Mail<Full, FRAME_BYTES, IN_QUEUE, OUT_QUEUE> = Mail::new();
+pub static MAIL: Mail<Numbers, FRAME_BYTES, IN_QUEUE, OUT_QUEUE> = Mail::new();
 
 /// What hears swarm messages.
 pub struct Ears {
@@ -42,7 +42,7 @@ impl Ears {
             defmt::warn!("another robot has id {=u16}, too: `bbz flash --id`", robot);
         }
         let place = match (POSE.get(), position) {
-            (Some(here), Some(there)) => Some(here.place_of::<Full, Section>(there.mm())),
+            (Some(here), Some(there)) => Some(here.place_of::<Numbers, Section>(there.mm())),
             _ => None,
         };
         MAIL.hear(message, Sighting { robot: Some(robot), place });

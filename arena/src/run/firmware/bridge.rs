@@ -1,0 +1,179 @@
+//! What passes messages on between Kilobots, Zooids and Crazyflies: a bridge that could be built, and was **not tried on hardware**.
+//!
+//! ```text
+//! Kilobots ─light─▶ a Kilobot that listens ─debug line─▶ computer ─▶ nRF24 dongle ─▶ Zooids
+//!          ◀─light─ overhead controller    ◀─serial────           ─▶ Crazyradio   ─▶ Crazyflies
+//! ```
+//! A Kilobot cannot be told anything by wire: its receive pin is the one that shows whether it is charged. So the computer speaks
+//! by the overhead controller, which every lab with Kilobots has. The listening Kilobot is emulated with its image
+//! (`firmware/kilobot-avr/src/bin/ear.rs`); computer, dongles and controller are modelled here by the time they take.
+//!
+//! What waits for light waits in a queue like that of a robot, which knows what is stale and what is double. Light has little room:
+//! the computer speaks [`PAUSE`] apart, so that Kilobots are heard in between.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use bittybuzz_comms::infrared;
+use bittybuzz_comms::nrf24::{PAYLOAD_MAX, Payload};
+use bittybuzz_comms::queue::Inbox;
+use bittybuzz_comms::syslink::{P2P_MAX, SWARM_PORT, SwarmFrame};
+use bittybuzz_emulation::message::Command;
+use bittybuzz_vm_core::message::{Kind, TINY_FRAME};
+use bittybuzz_vm_core::number::Tiny;
+
+use crate::engine::Medium;
+
+/// Until the computer has what a dongle or a line gives, and a dongle what the computer gives: a frame of USB each, and as much
+/// for the program.
+const USB: Duration = Duration::from_millis(3);
+/// Between two packets of a dongle.
+const DONGLE: Duration = Duration::from_millis(1);
+/// A packet of the controller's serial line: 132 bytes of ten bits at 38,400 baud (kilogui, serialconn.cpp).
+const SERIAL: Duration = Duration::from_micros(34_375);
+/// What it was told last the controller says again and again, about as often (kilogui, ohc.c), here three times.
+const REPEAT: Duration = Duration::from_micros(10_400);
+const REPEATS: u32 = 3;
+/// Between two messages for Kilobots.
+const PAUSE: Duration = Duration::from_millis(200);
+/// What the controller said comes back by the listening Kilobot within so long.
+const ECHO: Duration = Duration::from_millis(500);
+/// Messages that wait for light.
+const WAITING: usize = 32;
+/// Strength of the Crazyradio's signal, in -dBm.
+const RSSI: u8 = 50;
+
+/// What a dongle or the controller is to send, and when.
+pub struct Sending {
+    pub medium: Medium,
+    pub command: Command,
+}
+
+/// A bridge at work.
+pub struct Bridge {
+    /// As whom it passes on what does not say who sends it.
+    id: u16,
+    /// What came of a line that is not complete yet.
+    line: Vec<u8>,
+    for_light: Inbox<Tiny, (), TINY_FRAME, WAITING>,
+    /// When the controller may be told the next message.
+    light_free: Duration,
+    /// When each dongle may send.
+    radio_free: [Duration; 2],
+    /// Frames on their way to a radio: when they are there.
+    for_radio: VecDeque<(Duration, Medium, Vec<u8>)>,
+    /// What the controller said of late.
+    said: VecDeque<(Duration, [u8; infrared::FRAME])>,
+}
+
+const RADIOS: [Medium; 2] = [Medium::Nrf24, Medium::P2p];
+
+impl Bridge {
+    /// With the id of a robot that is none.
+    pub fn new(id: u16) -> Self {
+        Bridge {
+            id,
+            line: Vec::new(),
+            for_light: Inbox::new(()),
+            light_free: Duration::ZERO,
+            radio_free: [Duration::ZERO; 2],
+            for_radio: VecDeque::new(),
+            said: VecDeque::new(),
+        }
+    }
+
+    /// The listening Kilobot has sent bytes on its line.
+    pub fn read_line(&mut self, at: Duration, bytes: &[u8]) {
+        for byte in bytes {
+            if *byte != b'\n' {
+                self.line.push(*byte);
+                continue;
+            }
+            let message = infrared::from_line(&self.line);
+            self.line.clear();
+            let Some(frame) = message.as_ref().and_then(infrared::frame_of) else { continue };
+            let is_echo = |(then, said): &(Duration, [u8; infrared::FRAME])| {
+                *said == frame && at < *then + ECHO
+            };
+            if !self.said.iter().any(is_echo) {
+                self.pass_on(at, Medium::Infrared, &frame);
+            }
+        }
+    }
+
+    /// A dongle has heard a packet of Zooids.
+    pub fn hear_nrf24(&mut self, at: Duration, payload: &[u8]) {
+        if let Some(Payload { message, .. }) = Payload::parse(payload) {
+            self.pass_on(at, Medium::Nrf24, message);
+        }
+    }
+
+    /// A dongle has heard a P2P frame of Crazyflies.
+    pub fn hear_p2p(&mut self, at: Duration, port: u8, data: &[u8]) {
+        if let Some(SwarmFrame { message, .. }) = SwarmFrame::parse(data)
+            && port == SWARM_PORT
+        {
+            self.pass_on(at, Medium::P2p, message);
+        }
+    }
+
+    fn pass_on(&mut self, at: Duration, from: Medium, frame: &[u8]) {
+        if frame.len() > TINY_FRAME {
+            return;
+        }
+        if from != Medium::Infrared {
+            self.for_light.push(frame, ());
+        }
+        for radio in RADIOS.into_iter().filter(|radio| *radio != from) {
+            self.for_radio.push_back((at + USB, radio, frame.to_owned()));
+        }
+    }
+
+    /// What is sent now: nothing begins before `now`, which is where the robots are.
+    pub fn send(&mut self, now: Duration) -> Vec<Sending> {
+        let mut sendings = Vec::new();
+        while let Some((ready, medium, frame)) = self.for_radio.pop_front() {
+            let number = usize::from(medium == Medium::P2p);
+            let at = ready.max(self.radio_free[number]).max(now);
+            self.radio_free[number] = at + DONGLE;
+            sendings
+                .extend(self.packet(medium, at, &frame).map(|command| Sending { medium, command }));
+        }
+        while self.light_free <= now
+            && let Some((frame, ())) = self.for_light.pop()
+        {
+            let Some(message) = infrared::message_of(frame) else { continue };
+            self.light_free = now + PAUSE;
+            let begin = now + SERIAL;
+            for repeat in 0..REPEATS {
+                let (at, payload) = (begin + REPEAT * repeat, message.to_vec());
+                let (medium, command) = (Medium::Infrared, Command::Radio { at, payload });
+                sendings.push(Sending { medium, command });
+            }
+            self.said.extend(infrared::frame_of(&message).map(|frame| (begin, frame)));
+            while self.said.front().is_some_and(|(then, _)| *then + ECHO < now) {
+                self.said.pop_front();
+            }
+        }
+        sendings
+    }
+
+    fn packet(&self, medium: Medium, at: Duration, message: &[u8]) -> Option<Command> {
+        let robot = sender(message).unwrap_or(self.id);
+        if medium == Medium::Nrf24 {
+            let mut room = [0; PAYLOAD_MAX];
+            let length = Payload { robot, position: None, message }.write(&mut room)?;
+            return Some(Command::Radio { at, payload: room[..length].to_vec() });
+        }
+        let mut room = [0; P2P_MAX];
+        let data = SwarmFrame { robot, position: None, message }.write(&mut room)?;
+        Some(Command::P2p { at, port: SWARM_PORT, rssi: RSSI, payload: data.to_vec() })
+    }
+}
+
+/// Who sends a frame, if it says so: of an entry it names only the robot that wrote it.
+fn sender(frame: &[u8]) -> Option<u16> {
+    let [kind, low, high, ..] = frame else { return None };
+    let names_sender = Kind::of(*kind).is_some_and(|kind| kind != Kind::Entry);
+    names_sender.then(|| u16::from_le_bytes([*low, *high]))
+}

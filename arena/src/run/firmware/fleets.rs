@@ -1,0 +1,90 @@
+//! All emulated robots of a run, and what carries messages between unlike ones: between the world's substeps the emulators run as
+//! far.
+
+use std::time::Duration;
+
+use bittybuzz_emulation::ClientError;
+
+use crate::engine::{LinkStatistics, Loss, Medium, RobotId, TICK_US, World};
+
+use super::super::robot::Robot;
+use super::FirmwareError;
+use super::bridge::Bridge;
+use super::fleet::Fleet;
+
+/// With a bridge robots run no longer before it passes on what they have sent; that takes it longer.
+const LOOK_BRIDGE: Duration = Duration::from_micros(2500);
+
+/// All emulated robots: a fleet for each kind.
+pub struct Fleets<'p> {
+    fleets: Vec<Fleet<'p>>,
+    bridge: Option<Bridge>,
+    /// Since power-on, and since the world began.
+    now: Duration,
+    /// A tick, and how many of its substeps are over: who joins may change their number.
+    tick: u64,
+    substeps: u32,
+}
+
+impl<'p> Fleets<'p> {
+    /// Just switched on.
+    pub fn new(fleets: Vec<Fleet<'p>>, bridge: Option<Bridge>) -> Self {
+        Fleets { fleets, bridge, now: Duration::ZERO, tick: 0, substeps: 0 }
+    }
+
+    /// What carries packets between a medium's robots loses so many from now on.
+    pub fn lose(&mut self, medium: Medium, loss: Loss) -> Result<(), ClientError> {
+        let mut on_it = self.fleets.iter_mut().filter(|fleet| fleet.medium() == medium);
+        on_it.try_for_each(|fleet| fleet.lose(loss))
+    }
+
+    /// A robot's battery has so many mV, if it is an emulated one.
+    pub fn set_battery(&mut self, id: RobotId, millivolts: u16) -> Result<(), ClientError> {
+        self.fleets.iter_mut().try_for_each(|fleet| fleet.set_battery(id, millivolts))
+    }
+
+    /// Takes a robot's power away; [`settle`](Self::settle) gives it back to one that runs.
+    pub fn switch_off(&mut self, id: RobotId) -> Result<(), ClientError> {
+        self.fleets.iter_mut().try_for_each(|fleet| fleet.switch_off(id))
+    }
+
+    /// Robots have power if they run in the world, and hear who is not cut off there.
+    pub fn settle(&mut self, world: &World<Robot<'_>>) -> Result<(), ClientError> {
+        self.fleets.iter_mut().try_for_each(|fleet| fleet.settle(world))
+    }
+
+    /// Runs for a substep of the world.
+    pub fn advance(&mut self, world: &mut World<Robot<'_>>) -> Result<(), FirmwareError> {
+        if self.tick != world.now() {
+            (self.tick, self.substeps) = (world.now(), 0);
+        }
+        self.substeps += 1;
+        let tick = Duration::from_micros(TICK_US.into());
+        // At most four weeks are simulated.
+        let end = tick * world.now() as u32 + tick * self.substeps / world.substeps();
+        while self.now < end {
+            let looks = self.fleets.iter().map(Fleet::look);
+            let look = looks.chain(self.bridge.iter().map(|_| LOOK_BRIDGE)).min();
+            let until = look.map_or(end, |look| end.min(self.now + look));
+            for fleet in &mut self.fleets {
+                fleet.run(world, self.bridge.as_mut(), until)?;
+            }
+            self.now = until;
+            for sending in self.bridge.iter_mut().flat_map(|bridge| bridge.send(until)) {
+                let mut on_it =
+                    self.fleets.iter_mut().filter(|fleet| fleet.medium() == sending.medium);
+                on_it.try_for_each(|fleet| fleet.hear(&sending.command))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// What became of the packets of each medium's robots, and how many of them found radios full.
+    pub fn links(&mut self) -> Result<Vec<(Medium, LinkStatistics, u64)>, ClientError> {
+        let of = |fleet: &mut Fleet<'_>| {
+            let (links, overflown) = fleet.links()?;
+            Ok((fleet.medium(), links, overflown))
+        };
+        self.fleets.iter_mut().map(of).collect()
+    }
+}

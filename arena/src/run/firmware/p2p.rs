@@ -1,0 +1,166 @@
+//! The air between Crazyflies: which P2P frames get to whom.
+//!
+//! Emulated Crazyflies run by turns that are no longer than a radio needs from its decision to transmit to the first bit. So all
+//! frames that overlap with one on the air are known before its last bit, with which it reaches the others. Two that overlap
+//! are both lost. Who transmits is deaf: that is the emulators' business.
+
+use std::time::Duration;
+
+use bittybuzz_emulation::message::Command;
+
+/// From reception to transmission: nRF51 reference manual.
+const RAMP: Duration = Duration::from_micros(130);
+/// Longest turn.
+pub const TURN: Duration = RAMP;
+/// Strength of every signal, in -dBm.
+const RSSI: u8 = 60;
+/// The longest frame is on the air for 0.3 ms.
+const LONGEST: Duration = Duration::from_millis(1);
+
+/// The air, and what was counted in it.
+#[derive(Debug, Default)]
+pub struct P2pAir {
+    frames: Vec<OnAir>,
+    loss: f64,
+    random: u64,
+    /// Frames that were on the air, once for each robot that could have heard it.
+    pub carried: u64,
+    /// Of these, the ones that were lost on the way.
+    pub lost: u64,
+    /// And the ones that overlapped with another.
+    pub collided: u64,
+}
+
+/// A frame on its way.
+#[derive(Debug)]
+struct OnAir {
+    sender: usize,
+    begin: Duration,
+    end: Duration,
+    port: u8,
+    payload: Vec<u8>,
+    has_arrived: bool,
+}
+
+impl P2pAir {
+    /// From now on frames are lost with this probability, for each receiver on its own; equal seeds lose the same.
+    pub fn lose(&mut self, probability: f64, seed: u64) {
+        self.loss = probability;
+        // Xorshift knows no zero, and begins slowly with few bits.
+        self.random = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+    }
+
+    /// Robot number `sender` has begun to transmit a frame `at` a time, as its emulator tells.
+    pub fn send(&mut self, sender: usize, at: Duration, air: Duration, port: u8, payload: Vec<u8>) {
+        let (begin, end) = (at + RAMP, at + air);
+        self.frames.push(OnAir { sender, begin, end, port, payload, has_arrived: false });
+    }
+
+    /// A turn is over: what the others hear of frames that end before the end of the next one, by their number. `hears` tells who
+    /// would hear whom.
+    pub fn carry(
+        &mut self,
+        now: Duration,
+        robots: usize,
+        hears: impl Fn(usize, usize) -> bool,
+    ) -> Vec<(usize, Command)> {
+        let mut heard = Vec::new();
+        for number in 0..self.frames.len() {
+            let OnAir { sender, begin, end, port, has_arrived, .. } = self.frames[number];
+            if end > now + TURN || has_arrived {
+                continue;
+            }
+            self.frames[number].has_arrived = true;
+            for receiver in (0..robots).filter(|other| *other != sender && hears(*other, sender)) {
+                self.carried += 1;
+                // To its own frames the receiver is deaf anyway.
+                let overlaps = |other: &OnAir| {
+                    ![sender, receiver].contains(&other.sender)
+                        && hears(receiver, other.sender)
+                        && other.begin < end
+                        && begin < other.end
+                };
+                if self.frames.iter().any(overlaps) {
+                    self.collided += 1;
+                } else if self.chance() < self.loss {
+                    self.lost += 1;
+                } else {
+                    let payload = self.frames[number].payload.clone();
+                    heard.push((receiver, Command::P2p { at: end, port, rssi: RSSI, payload }));
+                }
+            }
+        }
+        self.frames.retain(|frame| frame.end + LONGEST > now);
+        heard
+    }
+
+    /// Xorshift: from 0 to 1.
+    fn chance(&mut self) -> f64 {
+        self.random ^= self.random << 13;
+        self.random ^= self.random >> 7;
+        self.random ^= self.random << 17;
+        (self.random >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn us(us: u64) -> Duration {
+        Duration::from_micros(us)
+    }
+
+    fn send(air: &mut P2pAir, sender: usize, at: u64) {
+        air.send(sender, us(at), us(330), 11, vec![sender as u8]);
+    }
+
+    fn receivers(heard: &[(usize, Command)]) -> Vec<usize> {
+        heard.iter().map(|(receiver, _)| *receiver).collect()
+    }
+
+    #[test]
+    fn a_frame_reaches_all_others_with_its_last_bit() {
+        let mut air = P2pAir::default();
+        send(&mut air, 1, 20);
+        assert_eq!(air.carry(us(130), 3, |_, _| true), []);
+        let heard = air.carry(us(260), 3, |_, _| true);
+        assert_eq!(receivers(&heard), [0, 2]);
+        let Command::P2p { at, port: 11, rssi: RSSI, payload } = &heard[0].1 else { panic!() };
+        assert_eq!((*at, payload), (us(350), &vec![1]));
+        assert_eq!(air.carry(us(390), 3, |_, _| true), []);
+        assert_eq!((air.carried, air.collided, air.lost), (2, 0, 0));
+    }
+
+    #[test]
+    fn overlapping_frames_are_lost_to_those_who_hear_both() {
+        let mut air = P2pAir::default();
+        send(&mut air, 0, 20);
+        send(&mut air, 1, 200);
+        // Robot 2 hears both, robot 3 only the first; both senders are deaf, which is not known here.
+        let hears = |receiver: usize, sender: usize| receiver != 3 || sender == 0;
+        let mut heard = receivers(&air.carry(us(390), 4, hears));
+        heard.extend(receivers(&air.carry(us(520), 4, hears)));
+        assert_eq!(heard, [1, 3, 0]);
+        assert_eq!(air.collided, 2);
+        // Of two that follow one another both arrive.
+        let mut air = P2pAir::default();
+        send(&mut air, 0, 0);
+        send(&mut air, 1, 330);
+        let heard = air.carry(us(780), 3, |_, _| true);
+        assert_eq!(receivers(&heard), [1, 2, 0, 2]);
+    }
+
+    #[test]
+    fn a_share_is_lost() {
+        let mut air = P2pAir::default();
+        air.lose(0.3, 7);
+        let mut heard = 0;
+        for number in 0..10_000 {
+            send(&mut air, 0, 1000 * number);
+            heard += air.carry(us(1000 * number + 400), 2, |_, _| true).len();
+        }
+        assert!((6_700..7_300).contains(&heard), "{heard}");
+        assert_eq!(air.lost as usize, 10_000 - heard);
+    }
+}

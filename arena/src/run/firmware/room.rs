@@ -1,0 +1,161 @@
+//! The programs that emulate the robots of a kind: one for all Kilobots or Zooids, one for each Crazyflie.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::time::Duration;
+
+use bittybuzz_emulation::message::{Command, Event, RobotEvent, Statistics};
+use bittybuzz_emulation::{ClientError, Emulator};
+
+use super::p2p::{P2pAir, TURN};
+
+/// The programs, robots by their number.
+pub enum Room {
+    /// One has all of them, and the air between them.
+    Shared(Emulator),
+    /// Each has one; the air is here.
+    Apart(Crazyflies),
+}
+
+/// Crazyflies that hear each other.
+pub struct Crazyflies {
+    robots: Vec<Emulator>,
+    air: P2pAir,
+    now: Duration,
+    /// Who does not hear whom.
+    deaf: Vec<BTreeSet<usize>>,
+}
+
+impl Room {
+    /// One program for `count` robots of that name, all with the firmware in `path`.
+    pub fn shared(
+        program: &Path,
+        name: &str,
+        count: usize,
+        path: &Path,
+    ) -> Result<Self, ClientError> {
+        let arguments = ["--robot", name, "--count", &count.to_string()];
+        let mut emulator = Emulator::spawn_with(program, &arguments)?;
+        emulator.load(path)?;
+        Ok(Room::Shared(emulator))
+    }
+
+    /// A program for each of `count` Crazyflies with the firmware in `path`.
+    pub fn apart(program: &Path, count: usize, path: &Path) -> Result<Self, ClientError> {
+        let robots = (0..count).map(|_| {
+            let mut emulator = Emulator::spawn(program)?;
+            emulator.load(path)?;
+            Ok(emulator)
+        });
+        let robots = robots.collect::<Result<Vec<Emulator>, ClientError>>()?;
+        let deaf = vec![BTreeSet::new(); count];
+        let (air, now) = (P2pAir::default(), Duration::ZERO);
+        Ok(Room::Apart(Crazyflies { robots, air, now, deaf }))
+    }
+
+    /// A command for a robot.
+    pub fn done_by(&mut self, robot: usize, command: &Command) -> Result<(), ClientError> {
+        match self {
+            Room::Shared(emulator) => emulator.done_by(robot, command),
+            Room::Apart(Crazyflies { robots, deaf, .. }) => match (command, deaf.get_mut(robot)) {
+                (Command::Deaf { to }, Some(deaf)) => {
+                    deaf.clone_from(to);
+                    Ok(())
+                }
+                _ => robots.get_mut(robot).map_or(Ok(()), |emulator| emulator.done(command)),
+            },
+        }
+    }
+
+    /// A command for the air between all.
+    pub fn done(&mut self, command: &Command) -> Result<(), ClientError> {
+        match (self, command) {
+            (Room::Shared(emulator), _) => emulator.done(command),
+            (Room::Apart(of), Command::Air { lose, seed }) => {
+                of.air.lose(*lose, *seed);
+                Ok(())
+            }
+            (Room::Apart(of), _) => {
+                of.robots.iter_mut().try_for_each(|emulator| emulator.done(command))
+            }
+        }
+    }
+
+    /// The overhead controller lets Kilobots run.
+    pub fn start_kilobots(&mut self, now: Duration) -> Result<(), ClientError> {
+        match self {
+            Room::Shared(emulator) => emulator.start_kilobots(now),
+            Room::Apart(_) => Ok(()),
+        }
+    }
+
+    /// Gives robots commands, then runs all until a time; hands over what happens.
+    pub fn run_after(
+        &mut self,
+        commands: &[(usize, Command)],
+        until: Duration,
+        mut on_event: impl FnMut(RobotEvent),
+    ) -> Result<(), ClientError> {
+        match self {
+            Room::Shared(emulator) => {
+                emulator.run_all_after(commands, until, on_event)?;
+                Ok(())
+            }
+            Room::Apart(of) => {
+                for (robot, command) in commands {
+                    if let Some(emulator) = of.robots.get_mut(*robot) {
+                        emulator.done(command)?;
+                    }
+                }
+                of.run(until, &mut on_event)
+            }
+        }
+    }
+
+    /// The counters of a robot.
+    pub fn statistics_of(&mut self, robot: usize) -> Result<Statistics, ClientError> {
+        match self {
+            Room::Shared(emulator) => emulator.statistics_of(robot),
+            Room::Apart(of) => {
+                let Some(emulator) = of.robots.get_mut(robot) else {
+                    return Err(ClientError::Ended);
+                };
+                let mut statistics = emulator.statistics()?;
+                statistics.air.carried = of.air.carried;
+                statistics.air.collided = of.air.collided;
+                statistics.air.lost = of.air.lost;
+                Ok(statistics)
+            }
+        }
+    }
+}
+
+impl Crazyflies {
+    fn run(
+        &mut self,
+        until: Duration,
+        on_event: &mut impl FnMut(RobotEvent),
+    ) -> Result<(), ClientError> {
+        while self.now < until {
+            self.now = until.min(self.now + TURN);
+            for (robot, emulator) in self.robots.iter_mut().enumerate() {
+                let air = &mut self.air;
+                emulator.run_with(self.now, |timed| {
+                    if let Event::P2p { port, payload, air: long } = &timed.event {
+                        air.send(robot, timed.at, *long, *port, payload.clone());
+                    }
+                    on_event(RobotEvent { robot, timed });
+                })?;
+            }
+            let deaf = &self.deaf;
+            let hears =
+                |one: usize, other: usize| !deaf.get(one).is_some_and(|of| of.contains(&other));
+            for (robot, command) in self.air.carry(self.now, self.robots.len(), hears) {
+                if let Some(emulator) = self.robots.get_mut(robot) {
+                    emulator.done(&command)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
