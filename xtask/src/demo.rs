@@ -1,10 +1,11 @@
-//! Shows what the project does: runs the examples, lets the tool explain errors, then boots a robot's firmware.
+//! Shows what the project does: runs the examples, lets the tool explain errors, boots a robot's firmware, then that of a whole swarm.
 
 use crate::beside;
 use crate::checks::quick;
 use crate::failure::Failure;
 use crate::setup;
 use crate::shell::{Line, root, target};
+use crate::unlike;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -34,7 +35,8 @@ pub fn run() -> Result<(), Failure> {
             Line::named("bbz", &bbz, &["explain", code]).run()?;
         }
     }
-    beside::run(&bbz)
+    beside::run(&bbz)?;
+    unlike::run(&bbz)
 }
 
 /// The scripts of a folder in alphabetical order, each with its path from the root.

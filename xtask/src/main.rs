@@ -16,6 +16,7 @@ mod setup;
 mod shell;
 mod sizes;
 mod soak;
+mod unlike;
 
 use failure::Failure;
 use std::process::ExitCode;
