@@ -5,6 +5,11 @@ use core::cell::Cell;
 use avr_device::atmega328p::Peripherals;
 use avr_device::interrupt::{self, CriticalSection, Mutex};
 
+use crate::registers;
+
+/// 8 of 128 µs.
+const WAKE: u8 = 8;
+
 static OVERFLOWS: Mutex<Cell<u8>> = Mutex::new(Cell::new(0));
 
 /// Begins.
@@ -27,6 +32,21 @@ pub fn now(chip: &Peripherals) -> u16 {
         }
         u16::from_le_bytes([low, high])
     })
+}
+
+/// Wakes the processor about a ms from now, if it sleeps.
+#[inline(always)]
+pub fn wake_soon(chip: &Peripherals) {
+    let soon = chip.TC0.tcnt0().read().bits().wrapping_add(WAKE);
+    // SAFETY: any time may be compared with.
+    unsafe { chip.TC0.ocr0a().write(|w| w.bits(soon)) };
+    chip.TC0.timsk0().write(|w| w.toie0().set_bit().ocie0a().set_bit());
+}
+
+// It has woken the processor.
+#[avr_device::interrupt(atmega328p)]
+fn TIMER0_COMPA() {
+    registers().TC0.timsk0().write(|w| w.toie0().set_bit());
 }
 
 #[avr_device::interrupt(atmega328p)]

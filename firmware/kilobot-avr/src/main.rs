@@ -92,7 +92,9 @@ fn main() -> ! {
     unsafe { avr_device::interrupt::enable() };
     loop {
         power::feed();
-        body.turn(vm);
+        if !body.turn(vm) {
+            power::doze(&registers());
+        }
     }
 }
 
@@ -145,11 +147,12 @@ impl Body {
         self.sender = Sender::start(0, id as u8);
     }
 
-    /// Does what there is to do, for a few ms at most.
+    /// Does what there is to do, for a few ms at most. Whether there is more.
     #[inline(never)]
-    fn turn(&mut self, vm: &mut Machine) {
-        if let Some(heard) = hear::take() {
-            self.hear(&heard);
+    fn turn(&mut self, vm: &mut Machine) -> bool {
+        let heard = hear::take();
+        if let Some(heard) = &heard {
+            self.hear(heard);
         }
         let now = clock::now(&registers());
         let color = self.live(vm, now);
@@ -159,6 +162,8 @@ impl Body {
         if self.robot.life.state == State::Running && self.sender.is_due(now) {
             self.send(now);
         }
+        let is_running = self.robot.life.state == State::Running;
+        heard.is_some() || (is_running && self.script.goes_on())
     }
 
     /// A message has come in.

@@ -6,7 +6,7 @@ use avr_device::atmega328p::Peripherals;
 use avr_device::{asm as instruction, interrupt};
 use bittybuzz_kilobot::calibration::OSCILLATOR;
 
-use crate::{adc, eeprom, hear};
+use crate::{adc, clock, eeprom, hear};
 
 // Before anything else: the watchdog, which may have reset the robot, is still on and fast (data sheet 11.8.2). r2 keeps
 // why the robot was reset; the start-up code does not use it.
@@ -88,6 +88,17 @@ pub fn is_charging(chip: &Peripherals) -> bool {
 /// The program lives.
 pub fn feed() {
     instruction::wdr();
+}
+
+/// Halts the processor until the next interrupt, a ms from now at the latest. All else goes on.
+#[inline(always)]
+pub fn doze(chip: &Peripherals) {
+    clock::wake_soon(chip);
+    // SAFETY: idle, sleep enabled, and disabled (data sheet 10.11.1).
+    unsafe { chip.CPU.smcr().write(|w| w.bits(0b0000_0001)) };
+    instruction::sleep();
+    // SAFETY: as before.
+    unsafe { chip.CPU.smcr().write(|w| w.bits(0)) };
 }
 
 /// Sleeps for eight seconds, with everything off.

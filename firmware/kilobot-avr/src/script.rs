@@ -61,18 +61,31 @@ pub struct Script {
     ticks: Ticks,
     /// When the last step was completed.
     completed: u16,
+    /// It has more to do at once.
+    goes_on: bool,
 }
 
 impl Script {
     /// Not started.
     pub const fn new() -> Self {
-        Script { phase: Phase::New, report: [0; MESSAGE], ticks: Ticks::start(0), completed: 0 }
+        Script {
+            phase: Phase::New,
+            report: [0; MESSAGE],
+            ticks: Ticks::start(0),
+            completed: 0,
+            goes_on: false,
+        }
     }
 
     /// Goes on after a pause.
     pub fn resume(&mut self, now: u16) {
         self.ticks = Ticks::start(now);
         self.completed = now;
+    }
+
+    /// Whether it has more to do at once, as of the last call of [`run`](Self::run).
+    pub fn goes_on(&self) -> bool {
+        self.goes_on
     }
 
     /// The message that tells others why it does not run.
@@ -96,6 +109,7 @@ impl Script {
     /// Runs a slice, if there is something to run.
     #[inline(never)]
     pub fn run(&mut self, vm: &mut Machine, robot: &mut Robot, now: u16) {
+        self.goes_on = true;
         match self.phase {
             Phase::New => {
                 if vm.load_sealed(Sealed::new(Section), OFFERED).is_err() {
@@ -113,6 +127,7 @@ impl Script {
                     }
                 }
                 Outcome::Waiting => {
+                    self.goes_on = false;
                     self.completed = now;
                     // The script wanted it so: these ticks are not missed.
                     let _ = self.ticks.take(now);
@@ -121,12 +136,13 @@ impl Script {
                 Outcome::Fault(fault) => self.stop(vm, robot.life.id, Some(fault)),
             },
             Phase::Waits => {
-                if self.ticks.take(now).is_some() {
+                self.goes_on = self.ticks.take(now).is_some();
+                if self.goes_on {
                     robot.outbox.begin_step();
                     self.begin(vm, Entry::Step, Phase::Runs);
                 }
             }
-            Phase::Stopped => {}
+            Phase::Stopped => self.goes_on = false,
         }
         if self.phase == Phase::Stopped || now.wrapping_sub(self.completed) >= HOLD {
             robot.motors.set([0, 0], now);

@@ -18,6 +18,9 @@
 #[path = "../adc.rs"]
 #[allow(dead_code, reason = "sensors")]
 mod adc;
+#[path = "../clock.rs"]
+#[allow(dead_code, reason = "time")]
+mod clock;
 #[path = "../eeprom.rs"]
 #[allow(dead_code, reason = "writing")]
 mod eeprom;
