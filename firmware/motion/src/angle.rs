@@ -33,7 +33,7 @@ impl Angle {
 }
 
 /// The arc tangents of 1, 1/2, 1/4 and so on.
-const ARC_TANGENTS: [i16; 14] = [8192, 4836, 2555, 1297, 651, 326, 163, 81, 41, 20, 10, 5, 3, 1];
+static ARC_TANGENTS: [i16; 14] = [8192, 4836, 2555, 1297, 651, 326, 163, 81, 41, 20, 10, 5, 3, 1];
 
 /// Parts of a short vector, and by how many bits it is made longer.
 const SHORT: u32 = 1 << 12;
@@ -52,12 +52,12 @@ pub fn polar(x: i32, y: i32) -> (i32, Angle) {
     let finer = if x.unsigned_abs().max(y.unsigned_abs()) < SHORT { FINER } else { 0 };
     let (x, y) = (x << finer, y << finer);
     let (mut x, mut y, mut angle) = if x < 0 { (-x, -y, Angle::HALF) } else { (x, y, Angle(0)) };
-    for (step, arc_tangent) in ARC_TANGENTS.into_iter().enumerate() {
+    for (step, arc_tangent) in ARC_TANGENTS.iter().enumerate() {
         let (across, along) = (x >> step, y >> step);
         if y > 0 {
-            (x, y, angle) = (x + along, y - across, angle.plus(Angle(arc_tangent)));
+            (x, y, angle) = (x + along, y - across, angle.plus(Angle(*arc_tangent)));
         } else {
-            (x, y, angle) = (x - along, y + across, angle.minus(Angle(arc_tangent)));
+            (x, y, angle) = (x - along, y + across, angle.minus(Angle(*arc_tangent)));
         }
     }
     // 2487 / 4096 = 1 / 1.64695

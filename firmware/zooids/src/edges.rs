@@ -8,7 +8,7 @@
 //! | 1, right | PB9 | TIM17, channel 1 | DMA channel 1 |
 //! | 2, left | PB1 | TIM3, channel 4 | DMA channel 3 |
 //!
-//! TIM3 is also embassy's clock, which has no use for that channel: a capture is the low half of an
+//! TIM3 is also the [clock](crate::time), which has no use for that channel: a capture is the low half of an
 //! [`Instant`](embassy_time::Instant) in µs. TIM17 is made to count the same.
 
 use core::sync::atomic::AtomicU16;
@@ -112,7 +112,7 @@ pub fn open() -> [Eye; 2] {
         w.set_ccp(3, true);
         w.set_ccnp(3, true);
     });
-    // The rest of the register is embassy's.
+    // The rest of the register is the clock's.
     left.dier().modify(|w| w.set_ccde(3, true));
     eyes
 }

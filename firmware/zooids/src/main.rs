@@ -30,6 +30,7 @@ mod radio;
 mod section;
 mod sensors;
 mod settings;
+mod time;
 mod touch;
 mod watchdog;
 
@@ -95,6 +96,7 @@ async fn main(spawner: Spawner) {
     pac::RCC.apb2enr().modify(|w| w.set_dbgmcuen(true));
     pac::DBGMCU.apb1_fz().modify(|w| w.set_iwdg(true));
     let _ = embassy_stm32::init(clock::config());
+    time::start();
     pins::connect();
     clock::feed_radio();
     watchdog::start();

@@ -38,6 +38,8 @@ pub struct Motors {
     pilot: Pilot,
     eyes: Eyes,
     drive: Option<Drive>,
+    /// What the bridges' inputs are.
+    inputs: [Inputs; 2],
 }
 
 impl Motors {
@@ -57,14 +59,14 @@ impl Motors {
         timer.ccer().write(|w| (0..4).for_each(|channel| w.set_cce(channel, true)));
         timer.egr().write(|w| w.set_ug(true));
         timer.cr1().write(|w| w.set_cen(true));
-        Motors { pilot, eyes, drive: None }
+        Motors { pilot, eyes, drive: None, inputs: [COAST; 2] }
     }
 
     /// Does now what the set-point means now. A robot that does not see where it is stands, and one that is being charged has no
     /// power on its motors.
     fn update(&mut self) {
         let now = Instant::now().as_ticks() as u32;
-        let [left, right] = match (self.drive, eyes::pose()) {
+        let inputs = match (self.drive, eyes::pose()) {
             (None, _) => [COAST; 2],
             _ if sensors::is_charging() => [COAST; 2],
             (Some(_), None) => [inputs(0); 2],
@@ -78,8 +80,12 @@ impl Motors {
                 duties(wheels)
             }
         };
-        set(0, left);
-        set(2, right);
+        if inputs != self.inputs {
+            self.inputs = inputs;
+            let [left, right] = inputs;
+            set(0, left);
+            set(2, right);
+        }
     }
 }
 
@@ -100,8 +106,10 @@ impl setpoint::Motors for Motors {
     }
 
     async fn steer(&mut self) {
-        self.eyes.look().await;
-        self.update();
+        loop {
+            self.eyes.look().await;
+            self.update();
+        }
     }
 }
 
