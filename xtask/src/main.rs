@@ -70,7 +70,7 @@ const TASKS: &[Task] = &[
     Task {
         name: "soak",
         arguments: "[PART]",
-        help: "long evidence, goes on where it was stopped; PART is fuzz, mutants, noise, random, same or torture",
+        help: "long evidence, goes on where it was stopped; PART is convergence, day, fuzz, kilobots, ...",
         run: soak::run,
     },
     Task {

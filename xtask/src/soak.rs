@@ -4,6 +4,7 @@
 mod convergence;
 mod day;
 mod fuzz;
+mod kilobots;
 mod mutants;
 mod same;
 mod sources;
@@ -37,6 +38,7 @@ const PARTS: &[Part] = &[
     Part { name: "convergence", items: convergence::items, run: convergence::run },
     Part { name: "day", items: day::items, run: day::run },
     Part { name: "fuzz", items: fuzz::items, run: fuzz::run },
+    Part { name: "kilobots", items: kilobots::items, run: kilobots::run },
     Part { name: "mutants", items: mutants::items, run: mutants::run },
     Part { name: "noise", items: || vec!["a million bytes".to_owned()], run: |_| noise() },
     Part { name: "random", items: blocks, run: random },
@@ -90,7 +92,8 @@ pub fn run(arguments: &[String]) -> Result<(), Failure> {
     if missing.is_empty() { Ok(()) } else { Err(Failure::Soak { left: missing }) }
 }
 
-/// Some of the mutants, and some seeds of the convergence, for CI; the tests pass without the mutants.
+/// Some of the mutants, a thousand steps of each of the Kilobots' examples, and some seeds of the convergence, for CI; the tests pass
+/// without the mutants.
 pub fn sample() -> Result<(), Failure> {
     for name in table::SAMPLE {
         match mutants::run(name)? {
@@ -100,6 +103,7 @@ pub fn sample() -> Result<(), Failure> {
             }
         }
     }
+    kilobots::sample()?;
     convergence::sample()
 }
 

@@ -1,0 +1,113 @@
+//! Kilobots on their firmware: every example that is for them, 100,000 steps, and none may stop.
+
+use super::Verdict;
+use super::sources::{read_text, write};
+use crate::board::KILOBOT;
+use crate::failure::Failure;
+use crate::shell::{Line, cargo, root, target};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Where examples are; those of other folders are for other robots.
+const FOLDERS: [&str; 3] = ["examples", "examples/kilobot", "examples/swarm"];
+
+/// Robots that hear each other.
+const ROBOTS: u32 = 3;
+
+/// Ten steps each.
+const SECONDS: u32 = 10_000;
+const SECONDS_OF_SAMPLE: u32 = 100;
+
+/// What is known not to fit into a Kilobot's flash; `cargo xtask build kilobot --script` says what it needs.
+const TOO_LARGE: [&str; 0] = [];
+
+/// The examples whose header names Kilobots.
+pub fn items() -> Vec<String> {
+    let mut items: Vec<String> = FOLDERS.iter().flat_map(|folder| of_kilobots(folder)).collect();
+    items.retain(|item| !TOO_LARGE.contains(&item.as_str()));
+    items.sort();
+    items
+}
+
+fn of_kilobots(folder: &str) -> Vec<String> {
+    let entries = fs::read_dir(root().join(folder)).into_iter().flatten().flatten();
+    let scripts = entries.map(|entry| entry.path()).filter(|path| {
+        path.extension().is_some_and(|extension| extension == "bzz")
+            && read_text(path).is_ok_and(|text| is_for_kilobots(&text))
+    });
+    let name = |path: PathBuf| Some(format!("{folder}/{}", path.file_name()?.to_str()?));
+    scripts.filter_map(name).collect()
+}
+
+/// What its header says.
+fn is_for_kilobots(text: &str) -> bool {
+    let header = text.lines().take_while(|line| line.starts_with('#'));
+    header
+        .filter_map(|line| line.strip_prefix("# Robots: "))
+        .any(|robots| robots.split(',').any(|robot| robot.trim() == "kilobot"))
+}
+
+pub fn run(item: &str) -> Result<Verdict, Failure> {
+    play(item, SECONDS)
+}
+
+/// A thousand steps of each, for CI.
+pub fn sample() -> Result<(), Failure> {
+    for item in items() {
+        match play(&item, SECONDS_OF_SAMPLE)? {
+            Verdict::Shown(how) => println!("kilobots {item}: {how}"),
+            Verdict::Missing(why) => {
+                return Err(Failure::Soak { left: vec![format!("kilobots {item} ({why})")] });
+            }
+        }
+    }
+    Ok(())
+}
+
+fn play(script: &str, seconds: u32) -> Result<Verdict, Failure> {
+    let image = KILOBOT.build(Some(&root().join(script)), true)?;
+    let programs = ["--package", "bbz", "--package", "bittybuzz-emulate-avr"];
+    cargo(&[&["build", "--release", "--quiet"], &programs[..]].concat())?;
+    let scenario =
+        target()?.join("soak/kilobots").join(script.replace('/', "-")).with_extension("toml");
+    write(&scenario, text(script, &image, seconds).as_bytes())?;
+    let arguments = ["sim", &scenario.display().to_string(), "--headless"];
+    // Its status is 1 if a script has stopped; what it prints tells why.
+    let output = Line::named("bbz", &target()?.join("release/bbz"), &arguments)
+        .output_if(|output| output.status.code().is_some())?;
+    Ok(if output.status.success() {
+        Verdict::Shown(format!("{ROBOTS} robots, {} steps each", 10 * seconds))
+    } else {
+        Verdict::Missing(String::from_utf8_lossy(&output.stderr).into_owned())
+    })
+}
+
+fn text(script: &str, image: &Path, seconds: u32) -> String {
+    format!(
+        "[world]\nsize = [1000, 1000]\nduration = {seconds}\n\n\
+         [[robots]]\nrobot = \"kilobot\"\nscript = '{}'\nbackend = \"firmware\"\nfirmware = '{}'\n\
+         count = {ROBOTS}\nplacement = \"grid\"\nspacing = 60\n\n\
+         [[expect]]\nat = {seconds}\nvalue = \"running\"\nequals = 1\n",
+        root().join(script).display(),
+        image.display()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn examples_say_whom_they_are_for() {
+        assert!(is_for_kilobots("# Blinks.\n#\n# Robots: kilobot, zooids\nx = 1\n"));
+        assert!(!is_for_kilobots("# Flies.\n#\n# Robots: crazyflie\n"));
+        assert!(!is_for_kilobots("# Blinks.\nx = 1\n# Robots: kilobot\n"));
+        let items = items();
+        for item in
+            ["examples/blink.bzz", "examples/kilobot/stigmergy.bzz", "examples/swarm/consensus.bzz"]
+        {
+            assert!(items.iter().any(|known| known == item), "{items:?}");
+        }
+        assert!(!items.iter().any(|known| known == "examples/swarm/flocking.bzz"), "{items:?}");
+    }
+}
