@@ -7,6 +7,7 @@
 //! There is no critical section inside: who shares a queue with an interrupt handler has to guard it.
 
 use core::marker::PhantomData;
+use core::ops::Deref;
 
 use bittybuzz_vm_core::message::{Kind, replaces};
 use bittybuzz_vm_core::number::Profile;
@@ -18,6 +19,34 @@ pub struct Counters {
     pub dropped: u16,
     /// Frames of which the same already waited.
     pub duplicates: u16,
+}
+
+/// A frame, and room behind it for longer ones.
+#[derive(Debug, Clone, Copy)]
+// A Cortex-M0 copies words, where it knows that they are aligned.
+#[cfg_attr(not(target_arch = "avr"), repr(C, align(4)))]
+pub struct Frame<const BYTES: usize> {
+    bytes: [u8; BYTES],
+    length: u8,
+}
+
+impl<const BYTES: usize> Frame<BYTES> {
+    const EMPTY: Self = Frame { bytes: [0; BYTES], length: 0 };
+
+    /// Copies it with all of the room, which takes less time than without, and tells its length.
+    #[inline(always)]
+    pub fn copy_to(&self, room: &mut [u8; BYTES]) -> usize {
+        *room = self.bytes;
+        self.length.into()
+    }
+}
+
+impl<const BYTES: usize> Deref for Frame<BYTES> {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        self.bytes.get(..self.length.into()).unwrap_or(&[])
+    }
 }
 
 /// Frames that were received, at most `FRAMES` of at most `BYTES` bytes, each with what the link knows of it.
@@ -64,9 +93,9 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize> Inbox<P, E, B
     }
 
     /// Takes a frame out: in turn the oldest of the highest priority, and the oldest.
-    pub fn pop(&mut self) -> Option<(&[u8], E)> {
+    pub fn pop(&mut self) -> Option<(&Frame<BYTES>, &E)> {
         let (place, frame) = self.queue.pop()?;
-        Some((frame, *self.extras.get(place)?))
+        Some((frame, self.extras.get(place)?))
     }
 }
 
@@ -93,8 +122,8 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Outbox<P, BYTES, FRAME
 
     /// A step begins: broadcasts that wait are stale as soon as there are newer ones.
     pub fn begin_step(&mut self) {
-        for slot in &mut self.queue.slots {
-            slot.rank |= STALE;
+        for rank in &mut self.queue.ranks {
+            *rank |= STALE;
         }
     }
 
@@ -104,7 +133,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Outbox<P, BYTES, FRAME
     }
 
     /// Takes a frame out: in turn the oldest of the highest priority, and the oldest.
-    pub fn pop(&mut self) -> Option<&[u8]> {
+    pub fn pop(&mut self) -> Option<&Frame<BYTES>> {
         self.queue.pop().map(|(_, frame)| frame)
     }
 }
@@ -115,61 +144,90 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Default for Outbox<P, 
     }
 }
 
-#[derive(Debug, Clone, Copy)]
-struct Slot<const BYTES: usize> {
-    /// How many frames came since, and this one, as far as a byte goes; 0 if no frame waits here.
-    age: u8,
-    length: u8,
-    /// Its priority, of which 0 is the lowest, with [`STALE`].
-    rank: u8,
-    bytes: [u8; BYTES],
-}
-
-/// In a rank: from a step that is over.
-const STALE: u8 = 1 << 7;
-
-impl<const BYTES: usize> Slot<BYTES> {
-    fn frame(&self) -> &[u8] {
-        self.bytes.get(..self.length.into()).unwrap_or(&[])
-    }
-}
-
-/// Frames in slots, which never move; a new queue is all zeros.
+/// Frames in places that they keep, in a list from the oldest to the youngest; a new queue is all zeros.
+///
+/// Places are numbered from 1.
 #[derive(Debug, Clone)]
 struct Queue<P, const BYTES: usize, const FRAMES: usize> {
-    slots: [Slot<BYTES>; FRAMES],
-    /// How many frames wait: behind these, slots need no look. With [`BY_AGE`], the next to go is the oldest.
-    waiting: u8,
     counters: Counters,
+    /// The place of the oldest, or [`NOWHERE`]. With [`BY_AGE`], the next to go is the oldest.
+    oldest: u8,
+    /// For each frame the place of the next younger one, or [`NOWHERE`].
+    younger: [u8; FRAMES],
+    /// For each place [`FREE`], or 1 more than the priority of the [`Kind`] that waits there, of which 0 is the lowest, with
+    /// [`STALE`].
+    ranks: [u8; FRAMES],
+    frames: [Frame<BYTES>; FRAMES],
     profile: PhantomData<P>,
 }
 
-/// In the number of frames that wait.
+/// There is no frame.
+const NOWHERE: u8 = 0;
+/// With the place of the oldest.
 const BY_AGE: u8 = 1 << 7;
 
-/// How well a slot suits a new frame: the same waits there; one that the new frame replaces; nothing. Below, the priority of what
-/// waits there decides.
+const FREE: u8 = 0;
+const HIGHEST_RANK: u8 = Kind::Broadcast as u8 + 1;
+/// In a rank: from a step that is over.
+const STALE: u8 = 1 << 7;
+
+/// How well a place suits a new frame: the same waits there; one that the new frame replaces. Below, the rank of what waits there
+/// decides.
 const SAME: u8 = 255;
 const REPLACED: u8 = 254;
-const EMPTY: u8 = 253;
-const HIGHEST_PRIORITY: u8 = 250;
+const OF_NO_RANK: u8 = 253;
 
 impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES> {
     const EMPTY: Self = {
-        assert!(BYTES < 256 && FRAMES < BY_AGE as usize, "lengths and counts are bytes");
+        assert!(BYTES < 256 && FRAMES < BY_AGE as usize, "lengths and places are bytes");
         Queue {
-            slots: [Slot { age: 0, length: 0, rank: 0, bytes: [0; BYTES] }; FRAMES],
-            waiting: 0,
             counters: Counters { dropped: 0, duplicates: 0 },
+            oldest: NOWHERE,
+            younger: [NOWHERE; FRAMES],
+            ranks: [FREE; FRAMES],
+            frames: [Frame::EMPTY; FRAMES],
             profile: PhantomData,
         }
     };
 
     fn len(&self) -> usize {
-        usize::from(self.waiting & !BY_AGE)
+        self.ranks.iter().filter(|rank| **rank & !STALE != FREE).count()
     }
 
-    /// Puts a frame into a slot and tells which; `None` if it is dropped.
+    #[inline(always)]
+    fn oldest(&self) -> u8 {
+        self.oldest & !BY_AGE
+    }
+
+    #[inline(always)]
+    fn younger(&self, place: u8) -> u8 {
+        self.younger.get(index(place)).copied().unwrap_or(NOWHERE)
+    }
+
+    #[inline(always)]
+    fn rank(&self, place: u8) -> u8 {
+        self.ranks.get(index(place)).copied().unwrap_or(FREE) & !STALE
+    }
+
+    /// What comes after the frame there, or, as the oldest, after none.
+    fn link(&mut self, place: u8, younger: u8) {
+        match self.younger.get_mut(index(place)) {
+            Some(link) => *link = younger,
+            None => self.oldest = self.oldest & BY_AGE | younger,
+        }
+    }
+
+    /// Takes out the frame at that place, next to that older one.
+    fn take_out(&mut self, older: u8, place: u8) {
+        let at = index(place);
+        if let (Some(rank), Some(younger)) = (self.ranks.get_mut(at), self.younger.get_mut(at)) {
+            *rank = FREE;
+            let younger = core::mem::take(younger);
+            self.link(older, younger);
+        }
+    }
+
+    /// Puts a frame in and tells where; `None` if it is dropped.
     ///
     /// Replaced frames go. One of them, the oldest, leaves its place to the new frame, so that an entry that changes all the
     /// time is not always the last.
@@ -179,94 +237,99 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
             count(&mut self.counters.dropped);
             return None;
         };
-        // What suits best, and the age of the frame there.
-        let (mut first, mut place) = (0, 0);
-        let mut left = self.waiting & !BY_AGE;
-        for (at, slot) in self.slots.iter_mut().enumerate() {
-            if slot.age == 0 {
-                if order(EMPTY, 0) > first {
-                    (first, place) = (order(EMPTY, 0), at);
+        let new_rank = kind as u8 + 1;
+        let (suits, older, mut place, mut youngest) = 'search: loop {
+            // How well the best place suits, the next older frame, and the place.
+            let mut best = (0, NOWHERE, NOWHERE);
+            let (mut older, mut place) = (NOWHERE, self.oldest());
+            while let Some(waiting) = self.frames.get(index(place)) {
+                let rank = self.ranks.get(index(place)).copied().unwrap_or(FREE);
+                let is_stale = rank & STALE != 0;
+                let mut suits = OF_NO_RANK - (rank & !STALE);
+                // Most differ in the first bytes.
+                if waiting.iter().eq(frame) {
+                    suits = SAME;
+                } else if (is_stale || kind == Kind::Entry)
+                    && replaces::<P>(frame, waiting, is_stale)
+                {
+                    suits = REPLACED;
                 }
-                if left == 0 {
-                    break;
+                if suits >= REPLACED && best.0 >= REPLACED {
+                    // One place is enough.
+                    if suits == SAME {
+                        (older, place) = (best.1, best.2);
+                    }
+                    self.take_out(older, place);
+                    continue 'search;
                 }
-                continue;
+                if suits > best.0 {
+                    best = (suits, older, place);
+                }
+                (older, place) = (place, self.younger(place));
             }
-            left = left.wrapping_sub(1);
-            slot.age = slot.age.saturating_add(1);
-            let mut suits = HIGHEST_PRIORITY - (slot.rank & !STALE);
-            // Most differ in the first bytes.
-            if slot.frame().iter().eq(frame) {
-                suits = SAME;
-            } else if replaces::<P>(frame, slot.frame(), slot.rank & STALE != 0) {
-                suits = REPLACED;
-            }
-            let order = order(suits, slot.age);
-            if order > first {
-                (first, place) = (order, at);
-            }
-            if suits == REPLACED {
-                slot.age = 0;
-                self.waiting = self.waiting.wrapping_sub(1);
-            }
-        }
-        let [age, suits, ..] = first.to_le_bytes();
-        let slot = self.slots.get_mut(place)?;
-        match suits {
-            SAME => count(&mut self.counters.duplicates),
-            EMPTY | REPLACED => {
-                self.waiting = self.waiting.wrapping_add(1);
-                slot.age = age.max(1);
-            }
-            _ => {
+            break (best.0, best.1, best.2, older);
+        };
+        if suits == SAME {
+            count(&mut self.counters.duplicates);
+        } else if suits != REPLACED {
+            if let Some(free) = self.ranks.iter().position(|rank| rank & !STALE == FREE) {
+                place = free as u8 + 1;
+            } else {
                 count(&mut self.counters.dropped);
-                if slot.rank & !STALE > kind as u8 {
+                if OF_NO_RANK - suits > new_rank {
                     return None;
                 }
-                slot.age = 1;
+                self.take_out(older, place);
+                if youngest == place {
+                    youngest = older;
+                }
             }
+            self.link(youngest, place);
         }
-        slot.length = frame.len() as u8;
-        slot.rank = kind as u8;
-        for (to, from) in slot.bytes.iter_mut().zip(frame) {
-            *to = *from;
+        let at = index(place);
+        *self.ranks.get_mut(at)? = new_rank;
+        let room = self.frames.get_mut(at)?;
+        room.length = frame.len() as u8;
+        if let Some(to) = room.bytes.get_mut(..frame.len()) {
+            to.copy_from_slice(frame);
         }
-        Some(place)
+        Some(at)
     }
 
-    /// Takes the next frame out of its slot, where it can be read until the next one comes in.
-    fn pop(&mut self) -> Option<(usize, &[u8])> {
-        // By age, all have the same priority.
-        let priority = if self.waiting & BY_AGE != 0 { 0 } else { !STALE };
-        let (mut first, mut place) = (0, 0);
-        let mut left = self.waiting & !BY_AGE;
-        for (at, slot) in self.slots.iter().enumerate() {
-            if left == 0 {
-                break;
-            }
-            if slot.age == 0 {
-                continue;
-            }
-            left = left.wrapping_sub(1);
-            let order = order(slot.rank & priority, slot.age);
-            if order > first {
-                (first, place) = (order, at);
-            }
-        }
-        if first == 0 {
+    /// Takes the next frame out, and tells where: it can be read until the next one comes in.
+    fn pop(&mut self) -> Option<(usize, &Frame<BYTES>)> {
+        let (mut older, mut place) = (NOWHERE, self.oldest());
+        if place == NOWHERE {
             return None;
         }
-        self.waiting = (self.waiting ^ BY_AGE).wrapping_sub(1);
-        let slot = self.slots.get_mut(place)?;
-        slot.age = 0;
-        Some((place, slot.frame()))
+        if self.oldest & BY_AGE == 0 && self.rank(place) != HIGHEST_RANK {
+            (older, place) = self.foremost();
+        }
+        self.oldest ^= BY_AGE;
+        self.take_out(older, place);
+        Some((index(place), self.frames.get(index(place))?))
+    }
+
+    /// The oldest frame of the highest priority, behind the next older one. A Cortex-M0 has too few registers to do that beside.
+    #[cfg_attr(not(target_arch = "avr"), inline(never))]
+    fn foremost(&self) -> (u8, u8) {
+        let (mut older, mut place) = (NOWHERE, self.oldest());
+        let (mut highest, mut foremost) = (FREE, (older, place));
+        while place != NOWHERE {
+            let rank = self.rank(place);
+            if rank > highest {
+                (highest, foremost) = (rank, (older, place));
+            }
+            (older, place) = (place, self.younger(place));
+        }
+        foremost
     }
 }
 
-/// As a number of the processor's, by which slots are compared: by age if all else is the same.
+/// Where in an array; beyond its end for [`NOWHERE`].
 #[inline(always)]
-fn order(first: u8, age: u8) -> usize {
-    usize::from(first) << 8 | usize::from(age)
+fn index(place: u8) -> usize {
+    usize::from(place.wrapping_sub(1))
 }
 
 /// One more, as far as the counter goes.

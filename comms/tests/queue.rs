@@ -41,7 +41,7 @@ fn fragment(number: u8, index: u8) -> Vec<u8> {
 fn popped<const BYTES: usize, const FRAMES: usize>(
     outbox: &mut Outbox<Tiny, BYTES, FRAMES>,
 ) -> Vec<Vec<u8>> {
-    std::iter::from_fn(|| outbox.pop().map(<[u8]>::to_vec)).collect()
+    std::iter::from_fn(|| outbox.pop().map(|frame| frame.to_vec())).collect()
 }
 
 #[test]
@@ -91,7 +91,7 @@ fn doubles_wait_once_and_are_where_they_were_seen_last() {
     inbox.push(&beacon(2), 60);
     inbox.push(&beacon(1), 70);
     assert_eq!((inbox.len(), inbox.counters().duplicates), (2, 1));
-    assert_eq!(inbox.pop(), Some((&beacon(1)[..], 70)));
+    assert_eq!(inbox.pop().map(|(frame, extra)| (&**frame, *extra)), Some((&beacon(1)[..], 70)));
     // It does not wait any more.
     inbox.push(&beacon(1), 80);
     assert_eq!((inbox.len(), inbox.counters().duplicates), (2, 1));
@@ -105,7 +105,7 @@ fn replaces<P: Profile>(waiting: &[u8], new: &[u8]) -> bool {
     inbox.push(&beacon(2), ());
     inbox.push(new, ());
     let replaced = inbox.len() == 3;
-    let frames: Vec<_> = std::iter::from_fn(|| inbox.pop().map(|(f, ())| f.to_vec())).collect();
+    let frames: Vec<_> = std::iter::from_fn(|| inbox.pop().map(|(f, _)| f.to_vec())).collect();
     assert!(frames.iter().any(|frame| frame == new));
     assert_eq!(frames.iter().any(|frame| frame == waiting), !replaced);
     replaced
@@ -162,6 +162,31 @@ fn a_broadcast_makes_those_of_earlier_steps_stale() {
     let values = [(1, 13), (2, 12), (1, 14)];
     assert_eq!(popped(&mut outbox), values.map(|(topic, value)| broadcast(1, topic, value)));
     assert_eq!(outbox.counters(), Counters::default());
+}
+
+#[test]
+fn the_older_is_known_however_long_both_wait() {
+    let mut outbox = Outbox::<Tiny, 10, 3>::new();
+    for frame in [swarms(1), beacon(1)] {
+        outbox.push(&frame);
+    }
+    assert!(outbox.pop().is_some_and(|frame| **frame == swarms(1)));
+    for _ in 0..300 {
+        outbox.push(&beacon(2));
+        outbox.push(&beacon(3));
+    }
+    assert_eq!(popped(&mut outbox), [1, 2, 3].map(beacon));
+}
+
+#[test]
+fn a_frame_is_copied_with_what_is_behind_it() {
+    let mut outbox = Outbox::<Tiny, 10, 1>::new();
+    for frame in [broadcast(1, 2, 3), beacon(1)] {
+        outbox.push(&frame);
+        let mut room = [0xaa; 10];
+        let length = outbox.pop().expect("it waits").copy_to(&mut room);
+        assert_eq!(room[..length], frame);
+    }
 }
 
 #[test]
@@ -285,7 +310,7 @@ proptest! {
                     model.push(&frame, extra);
                 }
                 Act::Pop | Act::Step => {
-                    let popped = inbox.pop().map(|(frame, extra)| (frame.to_vec(), extra));
+                    let popped = inbox.pop().map(|(frame, extra)| (frame.to_vec(), *extra));
                     prop_assert_eq!(popped, model.pop());
                 }
             }
@@ -305,7 +330,7 @@ proptest! {
                     model.push(&frame, 0);
                 }
                 Act::Pop => {
-                    let popped = outbox.pop().map(<[u8]>::to_vec);
+                    let popped = outbox.pop().map(|frame| frame.to_vec());
                     prop_assert_eq!(popped, model.pop().map(|(frame, _)| frame));
                 }
                 Act::Step => {
@@ -329,7 +354,7 @@ proptest! {
                 break;
             }
             outbox.push(&frame);
-            if outbox.pop() == Some(&beacon(999)[..]) {
+            if outbox.pop().is_some_and(|frame| **frame == beacon(999)) {
                 prop_assert!(left <= 2);
                 return Ok(());
             }

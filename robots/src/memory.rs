@@ -12,10 +12,10 @@ const REGISTERS: [u32; 2] = [84, 100];
 
 /// When what is to be sent, counters, and which fragments are here.
 const PROTOCOL: u32 = 36;
-/// Beside a frame in a queue: how many came since, its length, and whether it is stale.
-const QUEUED: u32 = 3;
-/// Of a queue: what was dropped, what came twice, and whose turn it is. On Cortex-M also the alignment, what guards it between
-/// tasks, and its half of what wakes the sending one.
+/// Beside a frame in a queue: which comes next, and its priority with whether it is stale.
+const QUEUED: u32 = 2;
+/// Of a queue: what was dropped, what came twice, and which frame is the oldest. On Cortex-M also the alignment, what guards it
+/// between tasks, and its half of what wakes the sending one.
 const QUEUE: [u32; 2] = [5, 18];
 
 /// How chips of the AVR family are named.
@@ -78,7 +78,10 @@ impl Robot {
     /// Bytes for messages that wait, which the firmware has beside the machine.
     pub fn queue_memory(&self) -> u32 {
         let VmSizes { in_queue, out_queue, .. } = self.vm;
-        (in_queue + out_queue) * (self.frame_bytes() + QUEUED)
+        // With its length. On Cortex-M it is aligned to words.
+        let frame = self.frame_bytes() + 1;
+        let frame = self.of_chip([frame, frame.next_multiple_of(4)]);
+        (in_queue + out_queue) * (frame + QUEUED)
             + in_queue * self.sighting_bytes()
             + 2 * self.of_chip(QUEUE)
     }

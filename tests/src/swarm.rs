@@ -193,14 +193,15 @@ impl<P: Profile> Host<P> for Link {
         Periods { beacon: 5, forget: 10, advertise: 10 }
     }
 
-    fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<P>)> {
+    fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<P>) -> Option<usize> {
         let (bytes, from) = self.inbox.pop_front()?;
         let length = bytes.len().min(frame.len());
         frame[..length].copy_from_slice(&bytes[..length]);
         let distance = 10.0 * self.place.abs_diff(from) as f32;
         let azimuth = if from > self.place { 0.0 } else { std::f32::consts::PI };
         let place = [distance, azimuth, 0.0].map(Value::float);
-        Some((length, Sighting { robot: None, place: Some(place) }))
+        sighting.place = Some(place);
+        Some(length)
     }
 
     fn send(&mut self, frame: &[u8]) {

@@ -54,9 +54,9 @@ pub trait Host<P: Profile> {
         Periods::DEFAULT
     }
 
-    /// Moves the oldest waiting frame into `frame`, and tells its length and who sent it. Asked before every step, until
-    /// there is none.
-    fn receive(&mut self, _frame: &mut [u8]) -> Option<(usize, Sighting<P>)> {
+    /// Moves the oldest waiting frame into `frame` and tells its length. What is known of who sent it is written to
+    /// `sighting`, which tells of nothing. Asked before every step, until there is none.
+    fn receive(&mut self, _frame: &mut [u8], _sighting: &mut Sighting<P>) -> Option<usize> {
         None
     }
 

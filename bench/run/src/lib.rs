@@ -240,7 +240,7 @@ impl<P: Profile> Host<P> for Robot<P> {
         None
     }
 
-    fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<P>)> {
+    fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<P>) -> Option<usize> {
         if self.length == 0 || self.coming == 0 {
             return None;
         }
@@ -248,8 +248,8 @@ impl<P: Profile> Host<P> for Robot<P> {
         self.coming -= 1;
         let sent = self.frames.get(usize::from(number))?;
         frame.get_mut(..sent.as_ref().len())?.copy_from_slice(sent.as_ref());
-        let distance = self.distances.get(usize::from(number))?;
-        Some((self.length, Sighting::at(*distance)))
+        *sighting = Sighting::at(*self.distances.get(usize::from(number))?);
+        Some(self.length)
     }
 
     fn send(&mut self, frame: &[u8]) {

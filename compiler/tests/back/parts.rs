@@ -158,10 +158,11 @@ impl Host<Tiny> for Robot {
         None
     }
 
-    fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<Tiny>)> {
+    fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<Tiny>) -> Option<usize> {
         let (heard, mm) = self.heard.pop_front()?;
         frame[..heard.len()].copy_from_slice(&heard);
-        Some((heard.len(), Sighting::at(Value::float(mm as f32))))
+        *sighting = Sighting::at(Value::float(mm as f32));
+        Some(heard.len())
     }
 
     fn send(&mut self, frame: &[u8]) {

@@ -143,8 +143,8 @@ impl Robot<Numbers> for Crazyflie {
         }
     }
 
-    fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<Numbers>)> {
-        MAIL.receive(frame)
+    fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<Numbers>) -> Option<usize> {
+        MAIL.receive(frame, sighting)
     }
 
     fn begin_step(&mut self) {

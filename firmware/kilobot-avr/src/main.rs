@@ -268,7 +268,7 @@ impl Body {
         let robot = &mut self.robot;
         let message = match self.script.report() {
             Some(report) => Some(*report),
-            None => robot.outbox.pop().and_then(infrared::message_of),
+            None => robot.outbox.pop().and_then(|frame| infrared::message_of(frame)),
         };
         let Some(message) = message else { return };
         if speak::speak(&registers(), self.transmitters, &message) {

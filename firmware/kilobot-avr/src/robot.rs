@@ -118,14 +118,13 @@ impl Host<Tiny> for Robot {
         }
     }
 
-    fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<Tiny>)> {
+    fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<Tiny>) -> Option<usize> {
         let (heard, distance) = self.inbox.pop()?;
-        frame.iter_mut().zip(heard).for_each(|(to, from)| *to = *from);
-        let sighting = match distance {
-            0 => Sighting::default(),
-            mm => Sighting::at(Value::float_from_int(mm.into())),
-        };
-        Some((heard.len().min(frame.len()), sighting))
+        frame.iter_mut().zip(&**heard).for_each(|(to, from)| *to = *from);
+        if *distance != 0 {
+            *sighting = Sighting::at(Value::float_from_int(i32::from(*distance)));
+        }
+        Some(heard.len().min(frame.len()))
     }
 
     fn send(&mut self, frame: &[u8]) {

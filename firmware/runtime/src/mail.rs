@@ -42,11 +42,14 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Mail<P, 
         with(&self.inbox, |inbox| inbox.push(frame, sighting));
     }
 
-    /// The next frame that was heard, as `bittybuzz_vm_core::Host::receive` says.
-    pub fn receive(&self, frame: &mut [u8]) -> Option<(usize, Sighting<P>)> {
+    /// The next frame that was heard, as `bittybuzz_vm_core::Host::receive` says; none where `frame` is shorter than `FRAME`.
+    pub fn receive(&self, frame: &mut [u8], sighting: &mut Sighting<P>) -> Option<usize> {
+        let frame = frame.first_chunk_mut()?;
         with(&self.inbox, |inbox| {
-            let (heard, sighting) = inbox.pop()?;
-            Some((copy(heard, frame), sighting))
+            let (heard, from) = inbox.pop()?;
+            // Field by field, which a Cortex-M0 copies in place.
+            (sighting.robot, sighting.place) = (from.robot, from.place);
+            Some(heard.copy_to(frame))
         })?
     }
 
@@ -96,10 +99,7 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Mail<P, 
 
     /// Takes the next frame that is to be sent, and tells its length.
     pub fn next_unsent(&self, frame: &mut [u8; FRAME]) -> Option<usize> {
-        with(&self.outbox, |outbox| {
-            let next = outbox.pop()?;
-            Some(copy(next, frame))
-        })?
+        with(&self.outbox, |outbox| Some(outbox.pop()?.copy_to(frame)))?
     }
 }
 
@@ -114,15 +114,6 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Default
 /// Nobody holds it twice: the borrow always succeeds.
 fn with<T, R>(shared: &Shared<T>, act: impl FnOnce(&mut T) -> R) -> Option<R> {
     shared.lock(|shared| shared.try_borrow_mut().ok().map(|mut shared| act(&mut shared)))
-}
-
-/// Copies a frame, as far as there is room, and tells how many bytes.
-fn copy(from: &[u8], to: &mut [u8]) -> usize {
-    let length = from.len().min(to.len());
-    if let (Some(to), Some(from)) = (to.get_mut(..length), from.get(..length)) {
-        to.copy_from_slice(from);
-    }
-    length
 }
 
 /// How long a robot waits before it sends a frame.

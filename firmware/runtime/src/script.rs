@@ -60,7 +60,7 @@ pub trait Robot<P: Profile> {
     }
 
     /// The oldest frame that waits, as [`Host::receive`] says.
-    fn receive(&mut self, _frame: &mut [u8]) -> Option<(usize, Sighting<P>)> {
+    fn receive(&mut self, _frame: &mut [u8], _sighting: &mut Sighting<P>) -> Option<usize> {
         None
     }
 
@@ -399,8 +399,8 @@ impl<P: Profile, R: Robot<P>> Host<P> for Bridge<'_, R> {
         self.robot.periods()
     }
 
-    fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<P>)> {
-        self.robot.receive(frame)
+    fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<P>) -> Option<usize> {
+        self.robot.receive(frame, sighting)
     }
 
     fn send(&mut self, frame: &[u8]) {

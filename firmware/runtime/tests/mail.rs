@@ -29,15 +29,15 @@ fn seen(robot: u16) -> Sighting<Full> {
 #[test]
 fn the_script_gets_what_was_heard_and_from_whom() {
     let mail = SmallMail::new();
-    let mut frame = [0; 20];
-    assert!(mail.receive(&mut frame).is_none());
+    let (mut frame, mut sighting) = ([0; 20], Sighting::default());
+    assert!(mail.receive(&mut frame, &mut sighting).is_none());
     mail.hear(&broadcast(7, 1, 1), seen(7));
-    let (length, sighting) = mail.receive(&mut frame).expect("a frame");
+    let length = mail.receive(&mut frame, &mut sighting).expect("a frame");
     assert_eq!(frame[..length], broadcast(7, 1, 1));
     assert_eq!(sighting.robot, Some(7));
     let place = sighting.place.expect("a place").map(|value| value.as_f32().unwrap());
     assert_eq!(place, [1.5, -0.5, 0.25]);
-    assert!(mail.receive(&mut frame).is_none());
+    assert!(mail.receive(&mut frame, &mut sighting).is_none());
 }
 
 /// 100 messages come between two steps: three wait, the others are counted, and so are doubles.
@@ -47,14 +47,14 @@ fn what_there_is_no_room_for_is_counted() {
     (0..100).for_each(|n| mail.hear(&broadcast(7, n, 1), seen(7)));
     mail.hear(&broadcast(7, 99, 1), seen(7));
     assert_eq!((mail.unread().dropped, mail.unread().duplicates), (97, 1));
-    let mut frame = [0; 20];
-    let received = std::iter::from_fn(|| mail.receive(&mut frame)).count();
+    let (mut frame, mut sighting) = ([0; 20], Sighting::default());
+    let received = std::iter::from_fn(|| mail.receive(&mut frame, &mut sighting)).count();
     assert_eq!(received, 3);
     // Longer than any frame, and of no kind.
     mail.hear(&[0x05; 21], seen(7));
     mail.hear(&[0x01; 9], seen(7));
     mail.hear(&[], seen(7));
-    assert!(mail.receive(&mut frame).is_none());
+    assert!(mail.receive(&mut frame, &mut sighting).is_none());
     (0..5).for_each(|n| mail.send(&broadcast(1, n, 1)));
     assert_eq!(mail.unsent().dropped, 2);
 }

@@ -115,8 +115,8 @@ impl Robot<Tiny> for Zooid {
         }
     }
 
-    fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<Tiny>)> {
-        MAIL.receive(frame)
+    fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<Tiny>) -> Option<usize> {
+        MAIL.receive(frame, sighting)
     }
 
     fn begin_step(&mut self) {

@@ -324,12 +324,13 @@ impl<P: Profile> Host<P> for Link<P> {
         None
     }
 
-    fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<P>)> {
+    fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<P>) -> Option<usize> {
         let (received, extra) = self.inbox.pop()?;
         frame.get_mut(..received.len())?.copy_from_slice(received);
-        let place = (extra % 2 == 0).then(|| [Value::float(extra.into()); 3]);
-        let robot = (extra % 3 == 0).then_some(u16::from(extra % 8));
-        Some((received.len(), Sighting { robot, place }))
+        let extra = *extra;
+        sighting.place = (extra % 2 == 0).then(|| [Value::float(extra.into()); 3]);
+        sighting.robot = (extra % 3 == 0).then_some(u16::from(extra % 8));
+        Some(received.len())
     }
 
     fn send(&mut self, frame: &[u8]) {

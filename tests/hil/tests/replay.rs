@@ -219,10 +219,11 @@ impl Host<Tiny> for Robot {
         self.periods
     }
 
-    fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<Tiny>)> {
-        let (bytes, sighting) = self.inbox.pop()?;
+    fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<Tiny>) -> Option<usize> {
+        let (bytes, heard) = self.inbox.pop()?;
+        *sighting = *heard;
         frame[..bytes.len()].copy_from_slice(bytes);
-        Some((bytes.len(), sighting))
+        Some(bytes.len())
     }
 
     fn send(&mut self, frame: &[u8]) {

@@ -242,10 +242,10 @@ impl Host<Tiny> for Link {
         None
     }
 
-    fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<Tiny>)> {
+    fn receive(&mut self, frame: &mut [u8], _: &mut Sighting<Tiny>) -> Option<usize> {
         let waiting = self.waiting.pop_front()?;
         frame.get_mut(..waiting.len())?.copy_from_slice(&waiting);
-        Some((waiting.len(), Sighting { robot: None, place: None }))
+        Some(waiting.len())
     }
 
     fn send(&mut self, frame: &[u8]) {

@@ -86,9 +86,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
         }
         self.sp = base + 1 + LOCALS as u16;
-        let mut frame = Frame::EMPTY;
+        let (mut frame, mut sighting) = (Frame::EMPTY, Sighting::default());
         if self.protocol.messages_left != 0
-            && let Some((length, sighting)) = host.receive(frame.bytes_mut())
+            && let Some(length) = host.receive(frame.bytes_mut(), &mut sighting)
         {
             self.protocol.messages_left -= 1;
             return self.handle(host, &mut frame, length, &sighting);

@@ -355,7 +355,7 @@ impl<P: Profile, const SLOTS: usize, const FRAME: usize, const IN: usize, const 
     fn next_frame(&mut self, frame: &mut [u8]) -> usize {
         // No frame of the machine is longer than the link's.
         let length = self.outbox.pop().map_or(0, |next| {
-            frame.iter_mut().zip(next).for_each(|(to, from)| *to = *from);
+            frame.iter_mut().zip(&**next).for_each(|(to, from)| *to = *from);
             next.len()
         });
         self.has_unsent = !self.outbox.is_empty();

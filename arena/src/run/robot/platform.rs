@@ -96,20 +96,21 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Host<P>
         self.deck.state.cast.periods
     }
 
-    fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<P>)> {
+    fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<P>) -> Option<usize> {
         if !*self.has_mail {
             return None;
         }
-        let Some((bytes, sighting)) = self.inbox.pop() else {
+        let Some((bytes, heard)) = self.inbox.pop() else {
             *self.has_mail = false;
             return None;
         };
         let length = bytes.len().min(frame.len());
         frame[..length].copy_from_slice(&bytes[..length]);
         let ids = self.deck.state.cast.ids;
-        let sender = sighting.robot.and_then(|robot| ids.get(usize::from(robot.0)));
-        let place = sighting.place.map(|place| place.map(Value::float));
-        Some((length, Sighting { robot: sender.copied(), place }))
+        let sender = heard.robot.and_then(|robot| ids.get(usize::from(robot.0)));
+        let place = heard.place.map(|place| place.map(Value::float));
+        *sighting = Sighting { robot: sender.copied(), place };
+        Some(length)
     }
 
     fn send(&mut self, frame: &[u8]) {

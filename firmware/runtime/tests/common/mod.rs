@@ -90,11 +90,12 @@ impl Robot<Full> for Fake {
         note("begin step");
     }
 
-    fn receive(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting<Full>)> {
+    fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<Full>) -> Option<usize> {
         let next = self.radio.iter().position(|(ms, ..)| *ms <= now_ms())?;
-        let (_, heard, sighting) = self.radio.remove(next);
+        let (_, heard, from) = self.radio.remove(next);
         frame[..heard.len()].copy_from_slice(&heard);
-        Some((heard.len(), sighting))
+        *sighting = from;
+        Some(heard.len())
     }
 
     fn send(&mut self, frame: &[u8]) {
