@@ -48,6 +48,11 @@ pub trait Board: Sized {
     /// The core reads. `address` is aligned to `width` and within [`MemoryMap::peripherals`].
     fn read(&mut self, address: u32, width: Width) -> u32;
 
+    /// Whether reading there may have an effect; else it needs not be looked for.
+    fn reading_acts(&self, _address: u32) -> bool {
+        true
+    }
+
     /// The core writes to a peripheral.
     fn write(&mut self, address: u32, width: Width, value: u32);
 

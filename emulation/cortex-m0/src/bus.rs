@@ -2,8 +2,10 @@
 
 use bittybuzz_chips::{Board, Clock, FlashChange, FlashContent, Time, Transfer, Width};
 
+use crate::code::Code;
 use crate::decode::{Kind, Op, decode};
 use crate::nvic::Nvic;
+use crate::ram;
 
 pub const FLASH: u32 = 0x0800_0000;
 pub const RAM: u32 = 0x2000_0000;
@@ -40,8 +42,9 @@ const PRIORITY: u8 = 0xc0;
 pub struct Bus<B> {
     pub board: B,
     pub flash: Vec<u8>,
-    /// What the flash's halfwords do, as far as they were looked at.
-    pub ops: Vec<Op>,
+    /// What the flash's instructions do, and whether they have changed since.
+    pub code: Code,
+    pub flash_has_changed: bool,
     pub ram: Vec<u8>,
     pub nvic: Nvic,
     pub clock: Clock,
@@ -74,7 +77,8 @@ impl<B: Board> Bus<B> {
         Bus {
             board,
             flash: vec![0xff; B::MEMORY.flash as usize],
-            ops: vec![Op::UNKNOWN; B::MEMORY.flash as usize / 2],
+            code: Code::new(B::MEMORY.flash),
+            flash_has_changed: false,
             ram: noise(B::MEMORY.ram),
             nvic: Nvic::new(),
             clock,
@@ -120,93 +124,75 @@ impl<B: Board> Bus<B> {
     }
 
     /// `length` bytes at `address`, if all of them are in one memory.
-    pub fn memory(&mut self, address: u32, length: usize) -> Option<&mut [u8]> {
+    pub fn memory(&self, address: u32, length: usize) -> Option<&[u8]> {
         let at = address.wrapping_sub(RAM) as usize;
         if at < self.ram.len() {
-            return self.ram.get_mut(at..at.checked_add(length)?);
+            return self.ram.get(at..at.checked_add(length)?);
         }
         let at = self.flash_index(address, length)?;
-        self.flash.get_mut(at..at + length)
+        self.flash.get(at..at + length)
     }
 
     /// Writes as a debugger does.
     pub fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Option<()> {
-        self.memory(address, bytes.len())?.copy_from_slice(bytes);
-        if self.flash_index(address, bytes.len()).is_some() {
-            // Whatever was known may be from there; it changes seldom.
-            self.ops.fill(Op::UNKNOWN);
-        }
+        let at = address.wrapping_sub(RAM) as usize;
+        let place = if at < self.ram.len() {
+            self.ram.get_mut(at..at.checked_add(bytes.len())?)
+        } else {
+            let at = self.flash_index(address, bytes.len())?;
+            self.flash_has_changed = true;
+            self.flash.get_mut(at..at + bytes.len())
+        };
+        place?.copy_from_slice(bytes);
         Some(())
     }
 
     /// The operation at `pc`, wherever it is.
-    #[inline(never)]
-    pub fn look(&mut self, pc: u32) -> Op {
+    pub fn look(&self, pc: u32) -> Op {
         // Nothing is executed from peripherals and beyond (B3.1).
-        let halfword = |bus: &mut Self, address: u32| {
-            let bytes = bus.memory(address, 2).filter(|_| pc < 0x4000_0000)?;
+        let halfword = |address: u32| {
+            let bytes = self.memory(address, 2).filter(|_| pc < 0x4000_0000)?;
             bytes.first_chunk().copied().map(u16::from_le_bytes)
         };
-        match halfword(self, pc) {
-            Some(first) => decode(first, halfword(self, pc.wrapping_add(2)).unwrap_or(0)),
+        match halfword(pc) {
+            Some(first) => decode(first, halfword(pc.wrapping_add(2)).unwrap_or(0)),
             None => Op::UNDEFINED,
         }
     }
 
-    /// Looks at an instruction in the flash once and for all. What it loads from there is known, too.
-    #[cold]
-    #[inline(never)]
-    pub fn remember(&mut self, pc: u32) {
-        let mut op = self.look(pc);
+    /// The operation at `pc` in the flash, as long as that does not change: what it loads from there is known, too.
+    pub fn look_once(&self, pc: u32) -> Op {
+        let op = self.look(pc);
         if op.kind == Kind::LdrLiteral {
             let address = (pc.wrapping_add(4) & !3).wrapping_add(op.imm);
             let word = self.flash_index(address, 4).and_then(|at| self.flash[at..].first_chunk());
             if let Some(word) = word {
-                op = Op { kind: Kind::Constant, imm: u32::from_le_bytes(*word), ..op };
+                return Op { kind: Kind::Constant, imm: u32::from_le_bytes(*word), ..op };
             }
         }
-        if let Some(place) = self.ops.get_mut(pc.wrapping_sub(FLASH) as usize / 2) {
-            *place = op;
-        }
+        op
     }
 
     fn is_peripheral(address: u32) -> bool {
         is_in(B::MEMORY.peripherals, address)
     }
 
-    #[inline]
     pub fn read_word(&mut self, address: u32) -> Option<u32> {
-        let at = address.wrapping_sub(RAM) as usize;
-        if address & 3 == 0
-            && let Some(bytes) = self.ram.get(at..at + 4).and_then(<[u8]>::first_chunk)
-        {
-            return Some(u32::from_le_bytes(*bytes));
+        match ram::word(&self.ram, address) {
+            Some(value) => Some(value),
+            None => self.read(address, Width::Word),
         }
-        self.read_elsewhere(address, Width::Word)
     }
 
-    #[inline]
-    pub fn read_half(&mut self, address: u32) -> Option<u16> {
-        let at = address.wrapping_sub(RAM) as usize;
-        if address & 1 == 0
-            && let Some(bytes) = self.ram.get(at..at + 2).and_then(<[u8]>::first_chunk)
-        {
-            return Some(u16::from_le_bytes(*bytes));
+    pub fn write_word(&mut self, address: u32, value: u32) -> Option<()> {
+        match ram::set_word(&mut self.ram, address, value) {
+            Some(()) => Some(()),
+            None => self.write(address, Width::Word, value),
         }
-        self.read_elsewhere(address, Width::Half).map(|value| value as u16)
     }
 
-    #[inline]
-    pub fn read_byte(&mut self, address: u32) -> Option<u8> {
-        let at = address.wrapping_sub(RAM) as usize;
-        if let Some(byte) = self.ram.get(at) {
-            return Some(*byte);
-        }
-        self.read_elsewhere(address, Width::Byte).map(|value| value as u8)
-    }
-
-    #[inline(never)]
-    fn read_elsewhere(&mut self, address: u32, width: Width) -> Option<u32> {
+    /// Reads whatever there is but RAM.
+    pub fn read(&mut self, address: u32, width: Width) -> Option<u32> {
         let length = width.bytes() as usize;
         if !address.is_multiple_of(width.bytes()) {
             return None;
@@ -224,46 +210,14 @@ impl<B: Board> Bus<B> {
         }
         self.catch_up();
         let value = self.board.read(address, width);
-        self.after_access();
+        if self.board.reading_acts(address) {
+            self.after_access();
+        }
         Some(value)
     }
 
-    #[inline]
-    pub fn write_word(&mut self, address: u32, value: u32) -> Option<()> {
-        let at = address.wrapping_sub(RAM) as usize;
-        if address & 3 == 0
-            && let Some(bytes) = self.ram.get_mut(at..at + 4).and_then(<[u8]>::first_chunk_mut)
-        {
-            *bytes = value.to_le_bytes();
-            return Some(());
-        }
-        self.write_elsewhere(address, Width::Word, value)
-    }
-
-    #[inline]
-    pub fn write_half(&mut self, address: u32, value: u16) -> Option<()> {
-        let at = address.wrapping_sub(RAM) as usize;
-        if address & 1 == 0
-            && let Some(bytes) = self.ram.get_mut(at..at + 2).and_then(<[u8]>::first_chunk_mut)
-        {
-            *bytes = value.to_le_bytes();
-            return Some(());
-        }
-        self.write_elsewhere(address, Width::Half, value.into())
-    }
-
-    #[inline]
-    pub fn write_byte(&mut self, address: u32, value: u8) -> Option<()> {
-        let at = address.wrapping_sub(RAM) as usize;
-        if let Some(byte) = self.ram.get_mut(at) {
-            *byte = value;
-            return Some(());
-        }
-        self.write_elsewhere(address, Width::Byte, value.into())
-    }
-
-    #[inline(never)]
-    fn write_elsewhere(&mut self, address: u32, width: Width, value: u32) -> Option<()> {
+    /// Writes whatever there is but RAM.
+    pub fn write(&mut self, address: u32, width: Width, value: u32) -> Option<()> {
         if !address.is_multiple_of(width.bytes()) {
             return None;
         }

@@ -1,14 +1,15 @@
 //! From halfwords to operations (ARMv6-M A5).
 
-/// What an instruction does. `a`, `b` and `c` of [`Op`] are registers unless it says otherwise, `d` is the destination.
+use crate::registers::Register;
+
+/// What an instruction does. `b` and `c` of [`Op`] are registers, `d` is the destination.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Kind {
-    /// Not looked at yet.
-    Unknown,
     /// No instruction of ARMv6-M.
     Undefined,
-    // d = b shifted by imm, with flags.
+    // d = b; d = b shifted by imm, which is not 0; with flags.
+    MovReg,
     LslImm,
     LsrImm,
     AsrImm,
@@ -42,6 +43,8 @@ pub enum Kind {
     AddPc,
     CmpHigh,
     MovHigh,
+    // From the PC, or to the SP.
+    MovSpecial,
     MovPc,
     Bx,
     Blx,
@@ -73,11 +76,11 @@ pub enum Kind {
     Sxtb,
     Uxth,
     Uxtb,
-    // imm: the registers as bits, bit 8 for LR; c: the cycles beyond one.
+    // Several registers: `list`, and `more_cycles`.
     Push,
     Pop,
     PopPc,
-    // a: PRIMASK afterwards.
+    // imm: PRIMASK afterwards.
     Cps,
     Rev,
     Rev16,
@@ -87,10 +90,10 @@ pub enum Kind {
     Wfe,
     Wfi,
     Sev,
-    // From b; imm: registers as bits; c: the cycles beyond one.
+    // The same from b.
     Stm,
     Ldm,
-    // imm: what is added to the PC.
+    // imm: how many halfwords are added to the PC.
     BranchEq,
     BranchNe,
     BranchCs,
@@ -107,7 +110,7 @@ pub enum Kind {
     BranchLe,
     SupervisorCall,
     Branch,
-    // 32 bits: imm is what is added to the PC.
+    // 32 bits: imm as before.
     BranchLink,
     // a: register; imm: special register.
     Mrs,
@@ -119,18 +122,32 @@ pub enum Kind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Op {
     pub kind: Kind,
-    pub d: u8,
-    pub b: u8,
-    pub c: u8,
+    pub d: Register,
+    pub b: Register,
+    pub c: Register,
     pub imm: u32,
 }
 
 impl Op {
-    pub const UNKNOWN: Op = Op { kind: Kind::Unknown, d: 0, b: 0, c: 0, imm: 0 };
-    pub const UNDEFINED: Op = Op { kind: Kind::Undefined, ..Op::UNKNOWN };
+    pub const UNDEFINED: Op = Op::new(Kind::Undefined, 0, 0, 0, 0);
 
     const fn new(kind: Kind, d: u16, b: u16, c: u16, imm: u32) -> Op {
-        Op { kind, d: d as u8, b: b as u8, c: c as u8, imm }
+        Op { kind, d: Register::of(d), b: Register::of(b), c: Register::of(c), imm }
+    }
+
+    /// Of several registers.
+    const fn several(kind: Kind, b: u16, list: u32, cycles: u32) -> Op {
+        Op::new(kind, 0, b, 0, list | cycles << 16)
+    }
+
+    /// The registers as bits, bit 8 for LR.
+    pub const fn list(&self) -> u32 {
+        self.imm & 0x1ff
+    }
+
+    /// Of an instruction with several registers: cycles beyond one.
+    pub const fn more_cycles(&self) -> u32 {
+        self.imm >> 16
     }
 }
 
@@ -149,7 +166,8 @@ pub fn decode(first: u16, second: u16) -> Op {
     let imm8 = u32::from(first & 0xff);
     let d8 = first >> 8 & 7;
     match first >> 11 {
-        // LSL by 0 is a move, the others by 0 are by 32; the shift of 32 is told apart when it is done.
+        // LSL by 0 is a move, the others by 0 are by 32.
+        0b00000 if imm5 == 0 => Op::new(Kind::MovReg, d, b, 0, 0),
         0b00000 => Op::new(Kind::LslImm, d, b, 0, imm5),
         0b00001 => Op::new(Kind::LsrImm, d, b, 0, if imm5 == 0 { 32 } else { imm5 }),
         0b00010 => Op::new(Kind::AsrImm, d, b, 0, if imm5 == 0 { 32 } else { imm5 }),
@@ -191,18 +209,18 @@ pub fn decode(first: u16, second: u16) -> Op {
         0b10100 => Op::new(Kind::Adr, d8, 0, 0, 4 * imm8),
         0b10101 => Op::new(Kind::AddSp, d8, 0, 0, 4 * imm8),
         0b10110 | 0b10111 => miscellaneous(first).unwrap_or(Op::UNDEFINED),
-        0b11000 => Op::new(Kind::Stm, 0, d8, imm8.count_ones() as u16, imm8),
-        0b11001 => Op::new(Kind::Ldm, 0, d8, imm8.count_ones() as u16, imm8),
+        0b11000 => Op::several(Kind::Stm, d8, imm8, imm8.count_ones()),
+        0b11001 => Op::several(Kind::Ldm, d8, imm8, imm8.count_ones()),
         0b11010 | 0b11011 => match first >> 8 & 0xf {
             0xe => Op::UNDEFINED,
             0xf => Op::new(Kind::SupervisorCall, 0, 0, 0, imm8),
             condition => {
-                let offset = i32::from(first as u8 as i8) * 2;
+                let offset = i32::from(first as u8 as i8);
                 Op::new(BRANCHES[usize::from(condition)], 0, 0, 0, offset as u32)
             }
         },
         0b11100 => {
-            let offset = (i32::from(first) << 21) >> 20;
+            let offset = (i32::from(first) << 21) >> 21;
             Op::new(Kind::Branch, 0, 0, 0, offset as u32)
         }
         _ => Op::UNDEFINED,
@@ -256,6 +274,7 @@ fn high_registers(first: u16) -> Option<Op> {
         0 => Op::new(Kind::AddHigh, d, b, 0, 0),
         1 => Op::new(Kind::CmpHigh, d, b, 0, 0),
         2 if d == 15 => Op::new(Kind::MovPc, d, b, 0, 0),
+        2 if d == 13 || b == 15 => Op::new(Kind::MovSpecial, d, b, 0, 0),
         2 => Op::new(Kind::MovHigh, d, b, 0, 0),
         _ if first & 7 != 0 => return None,
         _ if first & 1 << 7 == 0 => Op::new(Kind::Bx, 0, b, 0, 0),
@@ -268,7 +287,7 @@ fn miscellaneous(first: u16) -> Option<Op> {
     let (d, b) = (first & 7, first >> 3 & 7);
     let stack = 4 * u32::from(first & 0x7f);
     let list = u32::from(first & 0x1ff);
-    let count = list.count_ones() as u16;
+    let count = list.count_ones();
     Some(match first >> 5 & 0x7f {
         0b000_0000..=0b000_0011 => Op::new(Kind::SpUp, 0, 0, 0, stack),
         0b000_0100..=0b000_0111 => Op::new(Kind::SpDown, 0, 0, 0, stack),
@@ -276,13 +295,13 @@ fn miscellaneous(first: u16) -> Option<Op> {
             let kinds = [Kind::Sxth, Kind::Sxtb, Kind::Uxth, Kind::Uxtb];
             Op::new(kinds[usize::from(first >> 6 & 3)], d, b, 0, 0)
         }
-        0b010_0000..=0b010_1111 => Op::new(Kind::Push, 0, 0, count, list),
-        0b011_0011 if first & 0xf == 2 => Op::new(Kind::Cps, first >> 4 & 1, 0, 0, 0),
+        0b010_0000..=0b010_1111 => Op::several(Kind::Push, 0, list, count),
+        0b011_0011 if first & 0xf == 2 => Op::new(Kind::Cps, 0, 0, 0, u32::from(first >> 4 & 1)),
         0b101_0000 | 0b101_0001 => Op::new(Kind::Rev, d, b, 0, 0),
         0b101_0010 | 0b101_0011 => Op::new(Kind::Rev16, d, b, 0, 0),
         0b101_0110 | 0b101_0111 => Op::new(Kind::Revsh, d, b, 0, 0),
-        0b110_0000..=0b110_0111 => Op::new(Kind::Pop, 0, 0, count, list & 0xff),
-        0b110_1000..=0b110_1111 => Op::new(Kind::PopPc, 0, 0, count + 2, list & 0xff),
+        0b110_0000..=0b110_0111 => Op::several(Kind::Pop, 0, list & 0xff, count),
+        0b110_1000..=0b110_1111 => Op::several(Kind::PopPc, 0, list & 0xff, count + 2),
         0b111_0000..=0b111_0111 => Op::new(Kind::Breakpoint, 0, 0, 0, 0),
         0b111_1000..=0b111_1111 => {
             let kind = match first & 0xff {
@@ -311,7 +330,7 @@ fn wide(first: u16, second: u16) -> Option<Op> {
             | u32::from(i2) << 22
             | u32::from(first & 0x3ff) << 12
             | u32::from(second & 0x7ff) << 1;
-        let offset = ((bits << 7) as i32) >> 7;
+        let offset = ((bits << 7) as i32) >> 8;
         return Some(Op::new(Kind::BranchLink, 0, 0, 0, offset as u32));
     }
     let special = u32::from(second & 0xff);
@@ -332,10 +351,10 @@ mod tests {
     #[test]
     fn branches_reach_as_far_as_the_assembler_says() {
         // b . ; beq .+4; bl .+0x104; bl .-4 (GNU assembler 2.40)
-        assert_eq!(decode(0xe7fe, 0), Op::new(Kind::Branch, 0, 0, 0, -4_i32 as u32));
+        assert_eq!(decode(0xe7fe, 0), Op::new(Kind::Branch, 0, 0, 0, -2_i32 as u32));
         assert_eq!(decode(0xd000, 0), Op::new(Kind::BranchEq, 0, 0, 0, 0));
-        assert_eq!(decode(0xf000, 0xf880), Op::new(Kind::BranchLink, 0, 0, 0, 0x100));
-        assert_eq!(decode(0xf7ff, 0xfffc), Op::new(Kind::BranchLink, 0, 0, 0, -8_i32 as u32));
+        assert_eq!(decode(0xf000, 0xf880), Op::new(Kind::BranchLink, 0, 0, 0, 0x80));
+        assert_eq!(decode(0xf7ff, 0xfffc), Op::new(Kind::BranchLink, 0, 0, 0, -4_i32 as u32));
     }
 
     #[test]

@@ -2,10 +2,12 @@
 
 use bittybuzz_chips::Board;
 
-use crate::bus::{Bus, FLASH};
-use crate::decode::{Kind, Op};
+use crate::bus::Bus;
+use crate::code::{Alone, Code, Cost, Lines};
+use crate::decode::Kind;
 use crate::exception::Lockup;
-use crate::registers::{Core, LR, PC, SP};
+use crate::ram;
+use crate::registers::{Core, LR, PC, Register, SP};
 
 /// The sign.
 const N: u32 = 1 << 31;
@@ -18,26 +20,42 @@ pub enum Stop {
     WaitForInterrupt,
 }
 
+/// Why instructions are no longer executed one behind the other.
+enum Exit {
+    /// The next one is not among them, or what it leads to takes too long.
+    End,
+    /// The last one does something else than what it may here.
+    Aside,
+    /// The last one waits.
+    Stop(Stop),
+}
+
 impl Core {
     #[inline]
-    pub fn get(&self, register: u8) -> u32 {
-        self.r[usize::from(register & 15)]
+    pub fn get(&self, register: Register) -> u32 {
+        self.r[register as usize]
     }
 
     #[inline]
-    pub fn set(&mut self, register: u8, value: u32) {
-        self.r[usize::from(register & 15)] = value;
+    pub fn set(&mut self, register: Register, value: u32) {
+        self.r[register as usize] = value;
     }
 
     /// A register as an operand of instructions that may name the PC, which reads as `ahead`.
     #[inline]
-    fn get_high(&self, register: u8, ahead: u32) -> u32 {
-        if register == PC as u8 { ahead } else { self.get(register) }
+    pub fn get_high(&self, register: Register, ahead: u32) -> u32 {
+        if register == Register::Pc { ahead } else { self.get(register) }
+    }
+
+    /// The address that subroutines return to.
+    #[inline]
+    pub fn link(&mut self, address: u32) {
+        self.r[LR] = address | 1;
     }
 
     /// Sets a register, N and Z.
     #[inline]
-    fn set_nz(&mut self, register: u8, value: u32) {
+    fn set_nz(&mut self, register: Register, value: u32) {
         self.set(register, value);
         self.nz = value;
     }
@@ -80,240 +98,293 @@ impl Core {
     }
 
     /// Executes until the deadline or until it waits.
-    ///
-    /// What changes with every instruction is kept in variables meanwhile, and written back for what looks for it elsewhere.
     pub fn run<B: Board>(&mut self, bus: &mut Bus<B>) -> Result<Stop, Lockup> {
-        let (mut pc, mut cycles) = (self.r[PC], bus.cycles);
-        let mut count = 0;
-        let result = loop {
-            if cycles >= bus.deadline {
-                break Ok(Stop::Deadline);
+        let mut code = std::mem::take(&mut bus.code);
+        if std::mem::take(&mut bus.flash_has_changed) {
+            code.forget();
+        }
+        let result = self.execute(&mut code, bus);
+        bus.code = code;
+        result
+    }
+
+    /// Within lines of code nothing happens but what instructions do.
+    fn execute<B: Board>(&mut self, code: &mut Code, bus: &mut Bus<B>) -> Result<Stop, Lockup> {
+        loop {
+            if bus.cycles >= bus.deadline {
+                return Ok(Stop::Deadline);
             }
-            let at = pc;
-            let op = match bus.ops.get(at.wrapping_sub(FLASH) as usize / 2) {
-                Some(op) => *op,
-                None => bus.look(at),
+            let pc = self.r[PC];
+            let budget = bus.deadline - bus.cycles;
+            let alone;
+            // Whole lines, as long as they end before the deadline; else the next instruction alone.
+            let lines = match code.lines(bus, pc, budget) {
+                Some(lines) => lines,
+                None => {
+                    alone = Alone::of(bus.look(pc));
+                    alone.lines(pc)
+                }
             };
-            let Op { kind, d, b, c, imm } = op;
-            // What the PC reads as: two instructions ahead.
-            let ahead = at.wrapping_add(4);
-            pc = at.wrapping_add(2);
-            cycles += 1;
-            count += 1;
-            /// Does what needs the program counter and the cycles where others look for them.
-            macro_rules! aside {
-                ($act:expr) => {{
-                    (self.r[PC], bus.cycles) = (pc, cycles);
-                    let outcome: Result<(), Lockup> = $act;
-                    (pc, cycles) = (self.r[PC], bus.cycles);
-                    if let Err(lockup) = outcome {
-                        break Err(lockup);
-                    }
-                }};
+            let mut at = lines.first;
+            let (exit, mut spent) = self.straight_on(&lines, &mut at, &mut bus.ram, &mut bus.event);
+            let last = at.wrapping_sub(1);
+            let op = match exit {
+                Exit::Aside => lines.ops.get(last as usize),
+                _ => None,
+            };
+            if op.is_some_and(|op| !op.ends_line()) {
+                spent = spent - Cost::of_line(lines.costs, at);
             }
-            /// The instruction does what is not allowed.
-            macro_rules! refuse {
+            self.instructions += spent.instructions();
+            bus.cycles += spent.cycles();
+            self.r[PC] = lines.address(at);
+            if let Some(op) = op {
+                self.aside(bus, *op, lines.address(last))?;
+            }
+            if let Exit::Stop(stop) = exit {
+                return Ok(stop);
+            }
+        }
+    }
+
+    /// Executes line after line within the budget. There is nothing but registers, RAM and the event register, and nothing comes
+    /// between. `at` is the number of the next instruction, at last that of the one behind the last.
+    #[inline(never)]
+    fn straight_on(
+        &mut self,
+        lines: &Lines<'_>,
+        at: &mut u32,
+        memory: &mut [u8],
+        event: &mut bool,
+    ) -> (Exit, Cost) {
+        let Lines { ops, costs, base, budget, .. } = *lines;
+        let mut next = *at;
+        let mut spent = Cost::of_line(costs, next);
+        let exit = loop {
+            let Some(op) = ops.get(next as usize) else { break Exit::End };
+            next = next.wrapping_add(1);
+            /// What the PC reads as: two instructions ahead.
+            macro_rules! ahead {
                 () => {
-                    aside!(self.fault(bus, at))
+                    base.wrapping_add(2 * next + 2)
                 };
             }
-            /// To an address whose lowest bit says that there is Thumb code, or back from an exception.
-            macro_rules! exchange {
-                ($to:expr) => {{
-                    let to: u32 = $to;
-                    if to >> 28 == 0xf && bus.nvic.current() != 0 {
-                        bus.deadline = 0;
-                        aside!(self.leave(bus, to));
-                    } else {
-                        pc = to & !1;
-                        if to & 1 == 0 {
-                            refuse!();
-                        }
-                    }
-                }};
-            }
-            /// So many cycles more for an access to memory, where there may be none.
-            macro_rules! access {
-                ($cycles:expr, $access:expr, $value:ident => $then:expr) => {{
-                    cycles += u64::from($cycles);
-                    bus.cycles = cycles;
-                    match $access {
-                        Some($value) => $then,
-                        None => refuse!(),
-                    }
-                }};
+            /// The instruction is not executed here.
+            macro_rules! aside {
+                () => {
+                    break Exit::Aside
+                };
             }
             macro_rules! load {
-                ($read:ident, $offset:expr, $value:ident => $loaded:expr) => {{
-                    let address = self.get(b).wrapping_add($offset);
-                    access!(1_u8, bus.$read(address), $value => self.set(d, $loaded));
-                }};
+                ($read:ident, $offset:expr, $value:ident => $loaded:expr) => {
+                    match ram::$read(memory, self.get(op.b).wrapping_add($offset)) {
+                        Some($value) => self.set(op.d, $loaded),
+                        None => aside!(),
+                    }
+                };
             }
             macro_rules! store {
                 ($write:ident, $offset:expr, $type:ty) => {{
-                    let address = self.get(b).wrapping_add($offset);
-                    access!(1_u8, bus.$write(address, self.get(d) as $type), _value => ());
+                    let address = self.get(op.b).wrapping_add($offset);
+                    if ram::$write(memory, address, self.get(op.d) as $type).is_none() {
+                        aside!();
+                    }
                 }};
+            }
+            macro_rules! many {
+                ($done:expr) => {
+                    if $done.is_none() {
+                        aside!();
+                    }
+                };
+            }
+            /// Goes on with that one, if there is time for its line.
+            macro_rules! jump {
+                ($to:expr) => {{
+                    next = $to;
+                    match costs.get(next as usize) {
+                        Some(cost) if (spent + *cost).is_within(budget) => spent = spent + *cost,
+                        _ => break Exit::End,
+                    }
+                }};
+            }
+            /// Over halfwords from the PC on.
+            macro_rules! branch {
+                () => {
+                    jump!(next.wrapping_add(1).wrapping_add(op.imm))
+                };
             }
             macro_rules! branch_if {
                 ($holds:expr) => {
                     if $holds {
-                        pc = ahead.wrapping_add(imm);
-                        cycles += 2;
+                        spent = spent + Cost::BRANCH - Cost::of_line(costs, next);
+                        branch!();
                     }
                 };
             }
-            match kind {
-                Kind::LslImm => {
-                    let value = self.get(b);
-                    if imm > 0 {
-                        self.c = value >> (32 - imm) & 1 != 0;
+            /// To an address, unless that takes more than a jump.
+            macro_rules! exchange {
+                ($to:expr) => {{
+                    let to: u32 = $to;
+                    if to & 1 == 0 || to >> 28 == 0xf {
+                        aside!();
                     }
-                    self.set_nz(d, value << imm);
+                    to.wrapping_sub(base) >> 1
+                }};
+            }
+            match op.kind {
+                Kind::MovReg => self.set_nz(op.d, self.get(op.b)),
+                Kind::LslImm => {
+                    // By 1 to 31.
+                    let before = self.get(op.b) << (op.imm - 1);
+                    self.c = before >> 31 != 0;
+                    self.set_nz(op.d, before << 1);
                 }
-                Kind::LsrImm => self.shift_right(d, self.get(b), imm),
-                Kind::AsrImm => self.shift_signed(d, self.get(b), imm),
+                Kind::LsrImm => {
+                    // By 1 to 32.
+                    let before = self.get(op.b) >> (op.imm - 1);
+                    self.c = before & 1 != 0;
+                    self.set_nz(op.d, before >> 1);
+                }
+                Kind::AsrImm => {
+                    let before = self.get(op.b) as i32 >> (op.imm - 1);
+                    self.c = before & 1 != 0;
+                    self.set_nz(op.d, (before >> 1) as u32);
+                }
                 Kind::AddReg => {
-                    let sum = self.add(self.get(b), self.get(c));
-                    self.set(d, sum);
+                    let sum = self.add(self.get(op.b), self.get(op.c));
+                    self.set(op.d, sum);
                 }
                 Kind::SubReg => {
-                    let difference = self.subtract(self.get(b), self.get(c));
-                    self.set(d, difference);
+                    let difference = self.subtract(self.get(op.b), self.get(op.c));
+                    self.set(op.d, difference);
                 }
                 Kind::AddImm => {
-                    let sum = self.add(self.get(b), imm);
-                    self.set(d, sum);
+                    let sum = self.add(self.get(op.b), op.imm);
+                    self.set(op.d, sum);
                 }
                 Kind::SubImm => {
-                    let difference = self.subtract(self.get(b), imm);
-                    self.set(d, difference);
+                    let difference = self.subtract(self.get(op.b), op.imm);
+                    self.set(op.d, difference);
                 }
-                Kind::MovImm => self.set_nz(d, imm),
+                Kind::MovImm => self.set_nz(op.d, op.imm),
                 Kind::CmpImm => {
-                    self.subtract(self.get(d), imm);
+                    self.subtract(self.get(op.d), op.imm);
                 }
-                Kind::And => self.set_nz(d, self.get(d) & self.get(b)),
-                Kind::Eor => self.set_nz(d, self.get(d) ^ self.get(b)),
-                Kind::Orr => self.set_nz(d, self.get(d) | self.get(b)),
-                Kind::Bic => self.set_nz(d, self.get(d) & !self.get(b)),
-                Kind::Mvn => self.set_nz(d, !self.get(b)),
-                Kind::Mul => self.set_nz(d, self.get(d).wrapping_mul(self.get(b))),
-                Kind::Tst => self.nz = self.get(d) & self.get(b),
+                Kind::And => self.set_nz(op.d, self.get(op.d) & self.get(op.b)),
+                Kind::Eor => self.set_nz(op.d, self.get(op.d) ^ self.get(op.b)),
+                Kind::Orr => self.set_nz(op.d, self.get(op.d) | self.get(op.b)),
+                Kind::Bic => self.set_nz(op.d, self.get(op.d) & !self.get(op.b)),
+                Kind::Mvn => self.set_nz(op.d, !self.get(op.b)),
+                Kind::Mul => self.set_nz(op.d, self.get(op.d).wrapping_mul(self.get(op.b))),
+                Kind::Tst => self.nz = self.get(op.d) & self.get(op.b),
                 Kind::Cmp => {
-                    self.subtract(self.get(d), self.get(b));
+                    self.subtract(self.get(op.d), self.get(op.b));
                 }
                 Kind::CmpHigh => {
-                    self.subtract(self.get(d), self.get_high(b, ahead));
+                    self.subtract(self.get(op.d), self.get_high(op.b, ahead!()));
                 }
                 Kind::Cmn => {
-                    self.add(self.get(d), self.get(b));
+                    self.add(self.get(op.d), self.get(op.b));
                 }
                 Kind::Adc => {
-                    let sum = self.add_with_carry(self.get(d), self.get(b));
-                    self.set(d, sum);
+                    let sum = self.add_with_carry(self.get(op.d), self.get(op.b));
+                    self.set(op.d, sum);
                 }
                 Kind::Sbc => {
-                    let difference = self.add_with_carry(self.get(d), !self.get(b));
-                    self.set(d, difference);
+                    let difference = self.add_with_carry(self.get(op.d), !self.get(op.b));
+                    self.set(op.d, difference);
                 }
                 Kind::Rsb => {
-                    let difference = self.subtract(0, self.get(b));
-                    self.set(d, difference);
+                    let difference = self.subtract(0, self.get(op.b));
+                    self.set(op.d, difference);
                 }
                 Kind::LslReg => {
-                    let (value, by) = (self.get(d), self.get(b) & 0xff);
+                    let (value, by) = (self.get(op.d), self.get(op.b) & 0xff);
                     if by > 0 {
                         self.c = by <= 32 && value >> (32 - by) & 1 != 0;
                     }
-                    self.set_nz(d, value.unbounded_shl(by));
+                    self.set_nz(op.d, value.unbounded_shl(by));
                 }
-                Kind::LsrReg => match self.get(b) & 0xff {
-                    0 => self.nz = self.get(d),
-                    by => self.shift_right(d, self.get(d), by),
+                Kind::LsrReg => match self.get(op.b) & 0xff {
+                    0 => self.nz = self.get(op.d),
+                    by => self.shift_right(op.d, self.get(op.d), by),
                 },
-                Kind::AsrReg => match self.get(b) & 0xff {
-                    0 => self.nz = self.get(d),
-                    by => self.shift_signed(d, self.get(d), by),
+                Kind::AsrReg => match self.get(op.b) & 0xff {
+                    0 => self.nz = self.get(op.d),
+                    by => self.shift_signed(op.d, self.get(op.d), by),
                 },
                 Kind::Ror => {
-                    let by = self.get(b) & 0xff;
-                    let value = self.get(d).rotate_right(by & 31);
+                    let by = self.get(op.b) & 0xff;
+                    let value = self.get(op.d).rotate_right(by & 31);
                     if by > 0 {
                         self.c = value >> 31 != 0;
                     }
-                    self.set_nz(d, value);
+                    self.set_nz(op.d, value);
                 }
                 Kind::AddHigh => {
-                    let sum = self.get(d).wrapping_add(self.get_high(b, ahead));
-                    self.set(d, if usize::from(d) == SP { sum & !3 } else { sum });
+                    let sum = self.get(op.d).wrapping_add(self.get_high(op.b, ahead!()));
+                    self.set(op.d, if op.d == Register::Sp { sum & !3 } else { sum });
                 }
                 Kind::AddPc => {
-                    pc = ahead.wrapping_add(self.get_high(b, ahead)) & !1;
-                    cycles += 2;
+                    let to = ahead!().wrapping_add(self.get_high(op.b, ahead!()));
+                    jump!(to.wrapping_sub(base) >> 1);
                 }
-                Kind::MovHigh => {
-                    let value = self.get_high(b, ahead);
-                    self.set(d, if usize::from(d) == SP { value & !3 } else { value });
+                Kind::MovHigh => self.set(op.d, self.get(op.b)),
+                Kind::MovSpecial => {
+                    let value = self.get_high(op.b, ahead!());
+                    self.set(op.d, if op.d == Register::Sp { value & !3 } else { value });
                 }
-                Kind::MovPc => {
-                    pc = self.get_high(b, ahead) & !1;
-                    cycles += 2;
-                }
+                Kind::MovPc => jump!(self.get_high(op.b, ahead!()).wrapping_sub(base) >> 1),
                 Kind::Bx => {
-                    cycles += 2;
-                    exchange!(self.get_high(b, ahead));
+                    let to = exchange!(self.get_high(op.b, ahead!()));
+                    jump!(to);
                 }
                 Kind::Blx => {
-                    cycles += 2;
-                    let to = self.get(b);
-                    self.r[LR] = at.wrapping_add(2) | 1;
-                    exchange!(to);
+                    let to = exchange!(self.get(op.b));
+                    self.link(ahead!().wrapping_sub(2));
+                    jump!(to);
                 }
-                Kind::LdrLiteral => {
-                    let address = (ahead & !3).wrapping_add(imm);
-                    access!(1_u8, bus.read_word(address), value => self.set(d, value));
-                }
-                Kind::Constant => {
-                    cycles += 1;
-                    self.set(d, imm);
-                }
-                Kind::LdrReg => load!(read_word, self.get(c), value => value),
-                Kind::LdrImm => load!(read_word, imm, value => value),
-                Kind::LdrhReg => load!(read_half, self.get(c), value => u32::from(value)),
-                Kind::LdrhImm => load!(read_half, imm, value => u32::from(value)),
-                Kind::LdrbReg => load!(read_byte, self.get(c), value => u32::from(value)),
-                Kind::LdrbImm => load!(read_byte, imm, value => u32::from(value)),
+                Kind::Constant => self.set(op.d, op.imm),
+                Kind::LdrReg => load!(word, self.get(op.c), value => value),
+                Kind::LdrImm => load!(word, op.imm, value => value),
+                Kind::LdrhReg => load!(half, self.get(op.c), value => u32::from(value)),
+                Kind::LdrhImm => load!(half, op.imm, value => u32::from(value)),
+                Kind::LdrbReg => load!(byte, self.get(op.c), value => u32::from(value)),
+                Kind::LdrbImm => load!(byte, op.imm, value => u32::from(value)),
                 Kind::LdrsbReg => {
-                    load!(read_byte, self.get(c), value => i32::from(value as i8) as u32);
+                    load!(byte, self.get(op.c), value => i32::from(value as i8) as u32);
                 }
                 Kind::LdrshReg => {
-                    load!(read_half, self.get(c), value => i32::from(value as i16) as u32);
+                    load!(half, self.get(op.c), value => i32::from(value as i16) as u32);
                 }
-                Kind::StrReg => store!(write_word, self.get(c), u32),
-                Kind::StrImm => store!(write_word, imm, u32),
-                Kind::StrhReg => store!(write_half, self.get(c), u16),
-                Kind::StrhImm => store!(write_half, imm, u16),
-                Kind::StrbReg => store!(write_byte, self.get(c), u8),
-                Kind::StrbImm => store!(write_byte, imm, u8),
-                Kind::Adr => self.set(d, (ahead & !3).wrapping_add(imm)),
-                Kind::AddSp => self.set(d, self.r[SP].wrapping_add(imm)),
-                Kind::SpUp => self.r[SP] = self.r[SP].wrapping_add(imm),
-                Kind::SpDown => self.r[SP] = self.r[SP].wrapping_sub(imm),
-                Kind::Sxth => self.set(d, i32::from(self.get(b) as i16) as u32),
-                Kind::Sxtb => self.set(d, i32::from(self.get(b) as i8) as u32),
-                Kind::Uxth => self.set(d, self.get(b) & 0xffff),
-                Kind::Uxtb => self.set(d, self.get(b) & 0xff),
-                Kind::Rev => self.set(d, self.get(b).swap_bytes()),
-                Kind::Rev16 => self.set(d, self.get(b).swap_bytes().rotate_right(16)),
+                Kind::StrReg => store!(set_word, self.get(op.c), u32),
+                Kind::StrImm => store!(set_word, op.imm, u32),
+                Kind::StrhReg => store!(set_half, self.get(op.c), u16),
+                Kind::StrhImm => store!(set_half, op.imm, u16),
+                Kind::StrbReg => store!(set_byte, self.get(op.c), u8),
+                Kind::StrbImm => store!(set_byte, op.imm, u8),
+                Kind::Adr => self.set(op.d, (ahead!() & !3).wrapping_add(op.imm)),
+                Kind::AddSp => self.set(op.d, self.r[SP].wrapping_add(op.imm)),
+                Kind::SpUp => self.r[SP] = self.r[SP].wrapping_add(op.imm),
+                Kind::SpDown => self.r[SP] = self.r[SP].wrapping_sub(op.imm),
+                Kind::Sxth => self.set(op.d, i32::from(self.get(op.b) as i16) as u32),
+                Kind::Sxtb => self.set(op.d, i32::from(self.get(op.b) as i8) as u32),
+                Kind::Uxth => self.set(op.d, self.get(op.b) & 0xffff),
+                Kind::Uxtb => self.set(op.d, self.get(op.b) & 0xff),
+                Kind::Rev => self.set(op.d, self.get(op.b).swap_bytes()),
+                Kind::Rev16 => self.set(op.d, self.get(op.b).swap_bytes().rotate_right(16)),
                 Kind::Revsh => {
-                    self.set(d, i32::from((self.get(b) as u16).swap_bytes() as i16) as u32);
+                    self.set(op.d, i32::from((self.get(op.b) as u16).swap_bytes() as i16) as u32);
                 }
-                Kind::Push => access!(c, self.push(bus, imm), _value => ()),
-                Kind::Pop => access!(c, self.pop(bus, imm), _value => ()),
-                Kind::PopPc => access!(c, self.pop_to(bus, imm), to => exchange!(to)),
-                Kind::Stm => access!(c, self.store_many(bus, b, imm), _value => ()),
-                Kind::Ldm => access!(c, self.load_many(bus, b, imm), _value => ()),
+                Kind::Push => many!(self.push_to_ram(memory, op)),
+                Kind::Pop => many!(self.pop_from_ram(memory, op)),
+                Kind::Stm => many!(self.store_to_ram(memory, op)),
+                Kind::Ldm => many!(self.load_from_ram(memory, op)),
+                Kind::PopPc => match self.pop_to_from_ram(memory, op) {
+                    Some(to) => jump!(to.wrapping_sub(base) >> 1),
+                    None => aside!(),
+                },
                 Kind::BranchEq => branch_if!(self.nz == 0),
                 Kind::BranchNe => branch_if!(self.nz != 0),
                 Kind::BranchCs => branch_if!(self.c),
@@ -328,68 +399,37 @@ impl Core {
                 Kind::BranchLt => branch_if!(!self.is_not_less()),
                 Kind::BranchGt => branch_if!(self.is_not_less() && self.nz != 0),
                 Kind::BranchLe => branch_if!(!self.is_not_less() || self.nz == 0),
-                Kind::Branch => {
-                    pc = ahead.wrapping_add(imm);
-                    cycles += 2;
-                }
+                Kind::Branch => branch!(),
                 Kind::BranchLink => {
-                    self.r[LR] = ahead | 1;
-                    pc = ahead.wrapping_add(imm);
-                    cycles += 3;
+                    self.link(ahead!());
+                    branch!();
                 }
                 Kind::Nop => {}
-                Kind::Sev => bus.event = true,
-                Kind::Wfe => {
-                    cycles += 1;
-                    break Ok(Stop::WaitForEvent);
-                }
-                Kind::Wfi => {
-                    cycles += 1;
-                    break Ok(Stop::WaitForInterrupt);
-                }
-                Kind::Cps => {
-                    self.primask = d != 0;
-                    bus.deadline = if self.primask { bus.deadline } else { 0 };
-                }
-                Kind::Barrier => {
-                    pc = ahead;
-                    cycles += 3;
-                }
-                Kind::Mrs => {
-                    pc = ahead;
-                    cycles += 3;
-                    let value = self.special(bus, imm);
-                    self.set(d, value);
-                }
-                Kind::Msr => {
-                    pc = ahead;
-                    cycles += 3;
-                    let value = self.get(d);
-                    self.set_special(bus, imm, value);
-                }
-                Kind::SupervisorCall => aside!(self.call_supervisor(bus, at)),
-                Kind::Breakpoint | Kind::Undefined => refuse!(),
-                // It is executed the next time, as if nothing had been.
-                Kind::Unknown => {
-                    bus.remember(at);
-                    (pc, cycles) = (at, cycles - 1);
-                    count -= 1;
-                }
+                Kind::Sev => *event = true,
+                Kind::Wfe => break Exit::Stop(Stop::WaitForEvent),
+                Kind::Wfi => break Exit::Stop(Stop::WaitForInterrupt),
+                Kind::Barrier => jump!(next.wrapping_add(1)),
+                Kind::LdrLiteral
+                | Kind::Cps
+                | Kind::Mrs
+                | Kind::Msr
+                | Kind::SupervisorCall
+                | Kind::Breakpoint
+                | Kind::Undefined => aside!(),
             }
         };
-        (self.r[PC], bus.cycles) = (pc, cycles);
-        self.instructions += count;
-        result
+        *at = next;
+        (exit, spent)
     }
 
     /// By 1 or more.
-    fn shift_right(&mut self, d: u8, value: u32, by: u32) {
+    fn shift_right(&mut self, d: Register, value: u32, by: u32) {
         self.c = by <= 32 && value >> (by - 1) & 1 != 0;
         self.set_nz(d, value.unbounded_shr(by));
     }
 
     /// By 1 or more: sign bits come from the left.
-    fn shift_signed(&mut self, d: u8, value: u32, by: u32) {
+    fn shift_signed(&mut self, d: Register, value: u32, by: u32) {
         let by = by.min(32);
         let before = (value as i32) >> (by - 1);
         self.c = before & 1 != 0;

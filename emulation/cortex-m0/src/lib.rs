@@ -5,7 +5,7 @@
 //! robots may live in one process, and in one that is not under the licence of somebody's emulator.
 //!
 //! # Principles
-//! 1. **Fast enough for swarms.** An instruction in flash is decoded once; whoever sleeps costs nothing; the board is asked only
+//! 1. **Fast enough for swarms.** Instructions in flash are decoded once and executed by straight lines; whoever sleeps costs nothing; the board is asked only
 //!    when a register of it is touched or its next event is due.
 //! 2. **Cycles are the manual's**, with memory that never waits: at 48 MHz the chip's flash makes some instructions wait.
 //! 3. **Faults are the firmware's**: what is undefined, not aligned or nowhere is a HardFault, and one within that a lockup.
@@ -14,12 +14,15 @@
 //! SysTick (its registers read 0, and a write is told as a hardware error once), a debugger's halt, and code in RAM that is fast.
 //! Not compared with hardware, but with two other cores.
 
+mod aside;
 mod bus;
+mod code;
 mod decode;
 mod exception;
 mod execute;
 mod multiple;
 mod nvic;
+mod ram;
 mod registers;
 mod robot;
 #[cfg(test)]

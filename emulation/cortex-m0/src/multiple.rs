@@ -3,10 +3,83 @@
 use bittybuzz_chips::Board;
 
 use crate::bus::Bus;
-use crate::registers::{Core, LR, SP};
+use crate::decode::Op;
+use crate::ram;
+use crate::registers::{Core, LR, Register, SP};
 
 /// Of an instruction that pushes: LR.
 const LINK: u32 = 1 << 8;
+
+/// Where all of the words are in RAM; else nothing happens.
+impl Core {
+    pub fn push_to_ram(&mut self, memory: &mut [u8], op: &Op) -> Option<()> {
+        let start = self.r[SP].wrapping_sub(4 * op.more_cycles());
+        let words = ram::words_mut(memory, start, op.more_cycles() as usize)?;
+        let last = self.store_to(words, op.list() & !LINK);
+        if let Some(word) = last {
+            *word = self.r[LR].to_le_bytes();
+        }
+        self.r[SP] = start;
+        Some(())
+    }
+
+    pub fn pop_from_ram(&mut self, memory: &[u8], op: &Op) -> Option<()> {
+        let words = ram::words(memory, self.r[SP], op.more_cycles() as usize)?;
+        self.load_all(words, op.list());
+        self.r[SP] = self.r[SP].wrapping_add(4 * op.more_cycles());
+        Some(())
+    }
+
+    /// The same, and where to go on, if that takes no more than a jump.
+    pub fn pop_to_from_ram(&mut self, memory: &[u8], op: &Op) -> Option<u32> {
+        // Two of its cycles are the jump's.
+        let count = op.more_cycles() - 2;
+        let (last, words) = ram::words(memory, self.r[SP], count as usize)?.split_last()?;
+        let to = u32::from_le_bytes(*last);
+        if to & 1 == 0 || to >> 28 == 0xf {
+            return None;
+        }
+        self.load_all(words, op.list());
+        self.r[SP] = self.r[SP].wrapping_add(4 * count);
+        Some(to & !1)
+    }
+
+    pub fn store_to_ram(&mut self, memory: &mut [u8], op: &Op) -> Option<()> {
+        let start = self.get(op.b);
+        self.store_to(ram::words_mut(memory, start, op.more_cycles() as usize)?, op.list());
+        self.set(op.b, start.wrapping_add(4 * op.more_cycles()));
+        Some(())
+    }
+
+    pub fn load_from_ram(&mut self, memory: &[u8], op: &Op) -> Option<()> {
+        let start = self.get(op.b);
+        self.load_all(ram::words(memory, start, op.more_cycles() as usize)?, op.list());
+        // A base that is loaded keeps what was loaded (A6.7.25).
+        if op.list() >> (op.b as u8) & 1 == 0 {
+            self.set(op.b, start.wrapping_add(4 * op.more_cycles()));
+        }
+        Some(())
+    }
+
+    /// Stores those of R0 to R7 whose bits are set; the word behind them, if there is one.
+    fn store_to<'w>(&self, words: &'w mut [[u8; 4]], list: u32) -> Option<&'w mut [u8; 4]> {
+        let (mut words, mut list) = (words.iter_mut(), list);
+        while list != 0 {
+            *words.next()? = self.r[list.trailing_zeros() as usize & 7].to_le_bytes();
+            list &= list - 1;
+        }
+        words.next()
+    }
+
+    /// Loads those of R0 to R7 whose bits are set.
+    fn load_all(&mut self, words: &[[u8; 4]], list: u32) {
+        let mut list = list;
+        for word in words {
+            self.r[list.trailing_zeros() as usize & 7] = u32::from_le_bytes(*word);
+            list &= list.wrapping_sub(1);
+        }
+    }
+}
 
 impl Core {
     /// Those of R0 to R7 whose bits are set, and LR for bit 8.
@@ -33,16 +106,26 @@ impl Core {
         Some(to)
     }
 
-    pub fn store_many<B: Board>(&mut self, bus: &mut Bus<B>, base: u8, list: u32) -> Option<()> {
+    pub fn store_many<B: Board>(
+        &mut self,
+        bus: &mut Bus<B>,
+        base: Register,
+        list: u32,
+    ) -> Option<()> {
         let end = self.store_from(bus, self.get(base), list)?;
         self.set(base, end);
         Some(())
     }
 
-    pub fn load_many<B: Board>(&mut self, bus: &mut Bus<B>, base: u8, list: u32) -> Option<()> {
+    pub fn load_many<B: Board>(
+        &mut self,
+        bus: &mut Bus<B>,
+        base: Register,
+        list: u32,
+    ) -> Option<()> {
         let end = self.load_from(bus, self.get(base), list)?;
         // A base that is loaded keeps what was loaded (A6.7.25).
-        if list >> base & 1 == 0 {
+        if list >> (base as u8) & 1 == 0 {
             self.set(base, end);
         }
         Some(())
@@ -52,7 +135,7 @@ impl Core {
     fn store_from<B: Board>(&self, bus: &mut Bus<B>, start: u32, list: u32) -> Option<u32> {
         let (mut address, mut list) = (start, list);
         while list != 0 {
-            bus.write_word(address, self.get(list.trailing_zeros() as u8))?;
+            bus.write_word(address, self.r[list.trailing_zeros() as usize & 7])?;
             address = address.wrapping_add(4);
             list &= list - 1;
         }
@@ -64,7 +147,7 @@ impl Core {
         let (mut address, mut list) = (start, list);
         while list != 0 {
             let value = bus.read_word(address)?;
-            self.set(list.trailing_zeros() as u8, value);
+            self.r[list.trailing_zeros() as usize & 7] = value;
             address = address.wrapping_add(4);
             list &= list - 1;
         }

@@ -13,6 +13,40 @@ const Z: u32 = 1 << 30;
 const C: u32 = 1 << 29;
 const V: u32 = 1 << 28;
 
+/// A register that instructions name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Register {
+    R0,
+    R1,
+    R2,
+    R3,
+    R4,
+    R5,
+    R6,
+    R7,
+    R8,
+    R9,
+    R10,
+    R11,
+    R12,
+    Sp,
+    Lr,
+    Pc,
+}
+
+impl Register {
+    const ALL: [Register; 16] = {
+        use Register::*;
+        [R0, R1, R2, R3, R4, R5, R6, R7, R8, R9, R10, R11, R12, Sp, Lr, Pc]
+    };
+
+    /// By the four lowest bits of a number.
+    pub const fn of(number: u16) -> Self {
+        Self::ALL[(number & 15) as usize]
+    }
+}
+
 /// The core's registers.
 pub struct Core {
     /// R13 is the stack pointer in use, R15 the address of the next instruction.

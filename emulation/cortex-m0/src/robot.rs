@@ -49,7 +49,7 @@ impl<B: Board> Robot<B> {
 
     /// As the chip starts: stack pointer and first instruction stand at the beginning of the flash.
     pub(crate) fn start(&mut self) {
-        let mut word = |address| {
+        let word = |address| {
             let bytes = self.bus.memory(address, 4).and_then(|bytes| bytes.first_chunk().copied());
             bytes.map_or(0, u32::from_le_bytes)
         };

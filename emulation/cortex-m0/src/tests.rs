@@ -2,13 +2,16 @@
 
 use std::time::Duration;
 
-use bittybuzz_chips::Zooid;
+use bittybuzz_chips::{Board, Width, Zooid};
 use bittybuzz_emulation::message::Event;
 use bittybuzz_emulation::{Machine, Pause};
 use rp2040_emu::CortexM0Plus;
 
 use crate::Robot;
 use crate::bus::{Bus, FLASH, RAM};
+use crate::exception::Lockup;
+use crate::execute::Stop;
+use crate::nvic::Nvic;
 use crate::registers::{Core, PC, SP};
 
 /// Xorshift.
@@ -86,6 +89,79 @@ fn plain_instructions_do_what_another_core_does() {
     }
 }
 
+/// Any halfword, but most access memory or branch.
+fn instruction(random: &mut Random) -> u16 {
+    let half = random.next() as u16;
+    match random.next() % 16 {
+        // LDR and STR of all widths by r4, in the RAM, or r5, a timer.
+        0..4 => 0x6000 | half & 0x1fc7 | (4 + (half >> 15)) << 3,
+        // The timer's count.
+        4 => 0x6a68 | half & 7,
+        5 => 0xb400 | half & 0x9ff,
+        6 => 0xc400 | half & 0x8ff,
+        // Conditional branches over a few.
+        7 | 8 => 0xd000 | half & 0x0d07,
+        // Literals.
+        9 => 0x4800 | half & 0x71f,
+        10 | 11 => half,
+        _ => half & 0x3fff,
+    }
+}
+
+/// Runs for `cycles`, up to each deadline that `step` gives.
+fn run_for(core: &mut Core, bus: &mut Bus<Zooid>, cycles: u64, step: u64) -> Result<Stop, Lockup> {
+    let end = bus.cycles + cycles;
+    while bus.cycles < end {
+        bus.deadline = end.min(bus.cycles + step);
+        match core.run(bus) {
+            Ok(Stop::Deadline) => {}
+            stop => return stop,
+        }
+    }
+    Ok(Stop::Deadline)
+}
+
+#[test]
+fn straight_lines_do_what_their_instructions_do_one_by_one() {
+    const PROGRAM: u32 = FLASH + 0x100;
+    let mut random = Random(0x9b1c_77a1);
+    let mut buses = [0; 2].map(|_| {
+        let mut bus: Bus<Zooid> = Bus::new(0);
+        // A HardFault goes on in the program.
+        bus.write_memory(FLASH + 12, &(PROGRAM + 1).to_le_bytes()).unwrap();
+        // TIM2 has a clock and counts.
+        bus.write_word(0x4002_101c, 1).unwrap();
+        bus.write_word(0x4000_0000, 1).unwrap();
+        bus
+    });
+    let mut executed = 0;
+    for number in 0..4000 {
+        let mut code: Vec<u8> =
+            (0..40).flat_map(|_| instruction(&mut random).to_le_bytes()).collect();
+        code.extend(0xe7d6_u16.to_le_bytes());
+        let registers: [u32; 15] = std::array::from_fn(|register| match register {
+            4 => RAM + 0x800,
+            5 => 0x4000_0000,
+            SP => RAM + 0x1000,
+            _ => random.word(),
+        });
+        let after = [0, 1].map(|way| {
+            let bus = &mut buses[way];
+            bus.write_memory(PROGRAM, &code).unwrap();
+            bus.nvic = Nvic::new();
+            let mut core = Core::new(RAM + 0x1000, PROGRAM);
+            core.r[..15].copy_from_slice(&registers);
+            let stop = run_for(&mut core, bus, 150, [150, 1][way]);
+            let (timer, flags) = (bus.board.read(0x4000_0024, Width::Word), core.xpsr(bus));
+            (stop, core.r, flags, core.primask, core.instructions, bus.cycles, timer)
+        });
+        executed += after[0].4;
+        assert_eq!(after[0], after[1], "program {number}: {code:x?}");
+        assert!(buses[0].ram == buses[1].ram, "program {number}: {code:x?}");
+    }
+    assert!(executed > 40_000, "{executed}");
+}
+
 /// Where programs begin.
 const CODE: usize = 0xc0;
 const STACK: u32 = RAM + 0x1000;
@@ -137,6 +213,54 @@ fn instructions_take_the_manuals_cycles() {
     assert_ne!(words(&mut robot, 1), [1]);
     run(&mut robot, 501);
     assert_eq!(words(&mut robot, 1), [1]);
+}
+
+#[test]
+fn a_line_that_is_longer_than_any_budget_is_executed_too() {
+    let mut code = vec![0xbf00; 20_000]; // nop
+    // movs r0, #1; movs r1, #0x20; lsls r1, r1, #24; str r0, [r1]; b .
+    code.extend([0x2001, 0x2120, 0x0609, 0x6008, 0xe7fe]);
+    let mut robot = robot(&[(1, 0)], &code);
+    // 20,005 cycles of 8 MHz.
+    run(&mut robot, 2_500);
+    assert_eq!(robot.statistics().instructions, 20_000);
+    assert_ne!(words(&mut robot, 1), [1]);
+    run(&mut robot, 2_501);
+    assert_eq!(words(&mut robot, 1), [1]);
+}
+
+#[test]
+fn several_registers_go_to_memory_and_come_back() {
+    let mut robot = robot(
+        &[(1, 0)],
+        &[
+            0x2720, // movs r7, #0x20
+            0x063f, // lsls r7, r7, #24: 0x20000000
+            0x2411, // movs r4, #0x11
+            0x2522, // movs r5, #0x22
+            0xf000, 0xf802, // bl 1f
+            0xc7b0, // stm r7!, {r4, r5, r7}
+            0xe7fe, // b .
+            0xb530, // 1: push {r4, r5, lr}
+            0x2433, // movs r4, #0x33
+            0x2544, // movs r5, #0x44
+            0xc730, // stm r7!, {r4, r5}
+            0x3f04, // subs r7, #4
+            0xcf04, // ldm r7!, {r2}
+            0x603a, // str r2, [r7]
+            0x3704, // adds r7, #4
+            0xbd30, // pop {r4, r5, pc}
+        ],
+    );
+    run(&mut robot, 100);
+    assert_eq!(words(&mut robot, 6), [0x33, 0x44, 0x44, 0x11, 0x22, RAM + 12]);
+    let mut stacked = [0; 12];
+    robot.read_memory(STACK - 12, &mut stacked).unwrap();
+    let stacked: Vec<_> =
+        stacked.chunks_exact(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect();
+    assert_eq!(stacked, [0x11, 0x22, FLASH + CODE as u32 + 13]);
+    assert_eq!(robot.core.r[SP], STACK);
+    assert_eq!(robot.core.r[7], RAM + 24);
 }
 
 #[test]
@@ -295,4 +419,39 @@ fn a_page_is_erased_and_programmed() {
     run(&mut robot, 31_000);
     // SR: EOP.
     assert_eq!(words(&mut robot, 2), [0x005a_ffff, 1 << 5]);
+}
+
+#[test]
+fn a_program_that_changes_itself_does_what_it_then_is() {
+    // Calls 0x0800fc00 (movs r0, #7; bx lr), makes 0 of its first halfword (movs r0, r0) and calls it with 5.
+    let code = [
+        0x4c09, // ldr r4, =0x40022000
+        0x480a, // ldr r0, =0x45670123
+        0x6060, // str r0, [r4, #4]
+        0x480a, // ldr r0, =0xcdef89ab
+        0x6060, // str r0, [r4, #4]
+        0x2001, // movs r0, #1 (PG)
+        0x6120, // str r0, [r4, #16]
+        0x4d09, // ldr r5, =0x0800fc01
+        0x2620, // movs r6, #0x20
+        0x0636, // lsls r6, r6, #24
+        0x47a8, // blx r5
+        0x6030, // str r0, [r6]
+        0x1e69, // subs r1, r5, #1
+        0x2000, // movs r0, #0
+        0x8008, // strh r0, [r1]
+        0x2005, // movs r0, #5
+        0x47a8, // blx r5
+        0x6070, // str r0, [r6, #4]
+        0xe7fe, // b .
+        0xbf00, // 0x26
+        0x2000, 0x4002, // 0x28
+        0x0123, 0x4567, // 0x2c
+        0x89ab, 0xcdef, // 0x30
+        0xfc01, 0x0800, // 0x34
+    ];
+    let mut robot = robot(&[(1, 0)], &code);
+    robot.write_memory(0x0800_fc00, &[0x07, 0x20, 0x70, 0x47]).unwrap();
+    run(&mut robot, 1_000);
+    assert_eq!(words(&mut robot, 2), [7, 5]);
 }

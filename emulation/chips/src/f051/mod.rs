@@ -316,6 +316,22 @@ impl F051 {
         &self.timers[number - 1]
     }
 
+    pub fn has_errors(&self) -> bool {
+        !self.errors.is_empty()
+    }
+
+    /// Whether reading a register never changes anything: ports, and the counts and flags of timers.
+    pub fn is_only_looked_at(address: u32) -> bool {
+        let base = address & !(BLOCK - 1);
+        match base {
+            GPIO..=GPIO_LAST => true,
+            _ => {
+                Timer::is_only_looked_at(address - base)
+                    && TIMERS.iter().any(|(timer, _, _)| *timer == base)
+            }
+        }
+    }
+
     pub fn take_errors(&mut self) -> Vec<HardwareError> {
         std::mem::take(&mut self.errors)
     }

@@ -130,6 +130,11 @@ impl Timer {
         }
     }
 
+    /// Whether reading a register never clears a flag.
+    pub const fn is_only_looked_at(offset: u32) -> bool {
+        offset < CCR1
+    }
+
     pub fn kind(&self) -> Kind {
         self.kind
     }

@@ -336,8 +336,14 @@ impl Board for Zooid {
 
     fn read(&mut self, address: u32, width: Width) -> u32 {
         let value = self.f051.read(address, width);
-        self.after_access();
+        if self.reading_acts(address) || self.f051.has_errors() {
+            self.after_access();
+        }
         value
+    }
+
+    fn reading_acts(&self, address: u32) -> bool {
+        !F051::is_only_looked_at(address)
     }
 
     fn write(&mut self, address: u32, width: Width, value: u32) {

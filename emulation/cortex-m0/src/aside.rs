@@ -1,0 +1,94 @@
+//! What instructions do that ends a straight line: accesses to other things than RAM, and all that concerns exceptions.
+
+use bittybuzz_chips::{Board, Width};
+
+use crate::bus::Bus;
+use crate::decode::{Kind, Op};
+use crate::exception::Lockup;
+use crate::registers::{Core, PC};
+
+impl Core {
+    /// Does what `op` does, an instruction at `at`. The PC is behind it, and the cycles are counted.
+    #[inline(never)]
+    pub fn aside<B: Board>(&mut self, bus: &mut Bus<B>, op: Op, at: u32) -> Result<(), Lockup> {
+        let Op { kind, d, b, imm, .. } = op;
+        match kind {
+            Kind::Cps => {
+                self.primask = imm != 0;
+                bus.deadline = if self.primask { bus.deadline } else { 0 };
+            }
+            Kind::Mrs => {
+                self.r[PC] = at.wrapping_add(4);
+                let value = self.special(bus, imm);
+                self.set(d, value);
+            }
+            Kind::Msr => {
+                self.r[PC] = at.wrapping_add(4);
+                self.set_special(bus, imm, self.get(d));
+            }
+            Kind::SupervisorCall => return self.call_supervisor(bus, at),
+            Kind::Bx => return self.exchange(bus, self.get_high(b, at.wrapping_add(4))),
+            Kind::Blx => {
+                let to = self.get(b);
+                self.link(at.wrapping_add(2));
+                return self.exchange(bus, to);
+            }
+            Kind::PopPc => {
+                return match self.pop_to(bus, op.list()) {
+                    Some(to) => self.exchange(bus, to),
+                    None => self.fault(bus, at),
+                };
+            }
+            _ => {
+                if self.access(bus, op, at).is_none() {
+                    return self.fault(bus, at);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// To an address whose lowest bit says that there is Thumb code, or back from an exception.
+    fn exchange<B: Board>(&mut self, bus: &mut Bus<B>, to: u32) -> Result<(), Lockup> {
+        if to >> 28 == 0xf && bus.nvic.current() != 0 {
+            bus.deadline = 0;
+            return self.leave(bus, to);
+        }
+        self.r[PC] = to & !1;
+        if to & 1 == 0 { self.fault(bus, to & !1) } else { Ok(()) }
+    }
+
+    /// None if there is no such memory, or no such instruction.
+    fn access<B: Board>(&mut self, bus: &mut Bus<B>, op: Op, at: u32) -> Option<()> {
+        let Op { kind, d, b, c, imm } = op;
+        let (by_register, by_number) =
+            (self.get(b).wrapping_add(self.get(c)), self.get(b).wrapping_add(imm));
+        let value = self.get(d);
+        let value = match kind {
+            Kind::LdrLiteral => {
+                bus.read((at.wrapping_add(4) & !3).wrapping_add(imm), Width::Word)?
+            }
+            Kind::LdrReg => bus.read(by_register, Width::Word)?,
+            Kind::LdrImm => bus.read(by_number, Width::Word)?,
+            Kind::LdrhReg => bus.read(by_register, Width::Half)? & 0xffff,
+            Kind::LdrhImm => bus.read(by_number, Width::Half)? & 0xffff,
+            Kind::LdrbReg => bus.read(by_register, Width::Byte)? & 0xff,
+            Kind::LdrbImm => bus.read(by_number, Width::Byte)? & 0xff,
+            Kind::LdrshReg => i32::from(bus.read(by_register, Width::Half)? as i16) as u32,
+            Kind::LdrsbReg => i32::from(bus.read(by_register, Width::Byte)? as i8) as u32,
+            Kind::StrReg => return bus.write(by_register, Width::Word, value),
+            Kind::StrImm => return bus.write(by_number, Width::Word, value),
+            Kind::StrhReg => return bus.write(by_register, Width::Half, value & 0xffff),
+            Kind::StrhImm => return bus.write(by_number, Width::Half, value & 0xffff),
+            Kind::StrbReg => return bus.write(by_register, Width::Byte, value & 0xff),
+            Kind::StrbImm => return bus.write(by_number, Width::Byte, value & 0xff),
+            Kind::Push => return self.push(bus, op.list()),
+            Kind::Pop => return self.pop(bus, op.list()),
+            Kind::Stm => return self.store_many(bus, b, op.list()),
+            Kind::Ldm => return self.load_many(bus, b, op.list()),
+            _ => return None,
+        };
+        self.set(d, value);
+        Some(())
+    }
+}

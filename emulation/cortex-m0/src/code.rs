@@ -1,0 +1,219 @@
+//! What is in the flash as a program: instructions that are looked at once, and how long each straight line of them takes.
+
+use std::ops::{Add, Sub};
+use std::slice;
+
+use bittybuzz_chips::Board;
+
+use crate::bus::{Bus, FLASH};
+use crate::decode::{Kind, Op};
+
+/// What instructions cost: cycles in the upper half, and how many instructions that were. Small, since there is one for each
+/// halfword of the flash.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Cost(u32);
+
+impl Cost {
+    const NOTHING: Cost = Cost(0);
+    /// What was not looked at yet, more than anybody has.
+    const UNKNOWN: Cost = Cost(1 << 31);
+    /// What no budget is enough for, either.
+    const TOO_MUCH: Cost = Cost(0x7fff_ffff);
+    /// As much as is spent at once: further lines are begun anew.
+    const MOST_CYCLES: u64 = 0x3fff;
+    /// Of a conditional branch that is taken, beyond its own.
+    pub const BRANCH: Cost = Cost(2 << 16);
+
+    fn of(op: &Op) -> Self {
+        Cost(op.cycles() << 16 | 1)
+    }
+
+    /// From instruction `at` to the end of its line, if no branch is taken.
+    #[inline]
+    pub fn of_line(costs: &[Cost], at: u32) -> Cost {
+        costs.get(at as usize).copied().unwrap_or(Cost::NOTHING)
+    }
+
+    /// As many cycles, however many instructions.
+    fn at_most(cycles: u64) -> Self {
+        Cost((cycles.min(Self::MOST_CYCLES) as u32) << 16 | 0xffff)
+    }
+
+    #[inline]
+    pub fn is_within(self, budget: Cost) -> bool {
+        self.0 <= budget.0
+    }
+
+    pub fn cycles(self) -> u64 {
+        u64::from(self.0 >> 16)
+    }
+
+    pub fn instructions(self) -> u64 {
+        u64::from(self.0 & 0xffff)
+    }
+}
+
+impl Add for Cost {
+    type Output = Cost;
+
+    #[inline]
+    fn add(self, other: Cost) -> Cost {
+        Cost(self.0.wrapping_add(other.0))
+    }
+}
+
+impl Sub for Cost {
+    type Output = Cost;
+
+    #[inline]
+    fn sub(self, part: Cost) -> Cost {
+        Cost(self.0.wrapping_sub(part.0))
+    }
+}
+
+/// The flash's instructions, as far as they were looked at. It does not see when the flash changes.
+#[derive(Default)]
+pub struct Code {
+    /// By halfwords.
+    ops: Vec<Op>,
+    /// What each costs with those behind it, to the end of its straight line.
+    costs: Vec<Cost>,
+}
+
+/// Instructions one behind the other, by halfwords. They form straight lines, which end where another one comes next for sure.
+#[derive(Clone, Copy)]
+pub struct Lines<'c> {
+    pub ops: &'c [Op],
+    pub costs: &'c [Cost],
+    /// Address of the first of them.
+    pub base: u32,
+    /// Which one comes next. There is time for its line.
+    pub first: u32,
+    /// What may be spent: no instruction begins when it is used up.
+    pub budget: Cost,
+}
+
+impl Lines<'_> {
+    /// Of that instruction.
+    pub fn address(&self, at: u32) -> u32 {
+        self.base.wrapping_add(at.wrapping_mul(2))
+    }
+}
+
+/// An instruction alone.
+pub struct Alone(Op, Cost);
+
+impl Alone {
+    pub fn of(op: Op) -> Self {
+        Alone(op, Cost::of(&op))
+    }
+
+    /// To be executed once.
+    pub fn lines(&self, address: u32) -> Lines<'_> {
+        let (ops, costs) = (slice::from_ref(&self.0), slice::from_ref(&self.1));
+        Lines { ops, costs, base: address, first: 0, budget: self.1 }
+    }
+}
+
+impl Code {
+    /// Of a flash with so many bytes.
+    pub fn new(bytes: u32) -> Self {
+        let halfwords = bytes as usize / 2;
+        Code { ops: vec![Op::UNDEFINED; halfwords], costs: vec![Cost::UNKNOWN; halfwords] }
+    }
+
+    /// The flash has changed.
+    pub fn forget(&mut self) {
+        self.costs.fill(Cost::UNKNOWN);
+    }
+
+    /// The lines around `pc`, in which no instruction begins `cycles` from now or later. None where there is no flash, and if the
+    /// first line may take longer.
+    #[inline]
+    pub fn lines<B: Board>(&mut self, bus: &Bus<B>, pc: u32, cycles: u64) -> Option<Lines<'_>> {
+        let first = pc.wrapping_sub(FLASH) / 2;
+        let budget = Cost::at_most(cycles);
+        if *self.costs.get(first as usize)? == Cost::UNKNOWN {
+            self.learn(bus, first as usize);
+        }
+        self.costs.get(first as usize).filter(|cost| cost.is_within(budget))?;
+        Some(Lines { ops: &self.ops, costs: &self.costs, base: FLASH, first, budget })
+    }
+
+    /// Looks at a line that begins with halfword `first`.
+    #[cold]
+    #[inline(never)]
+    fn learn<B: Board>(&mut self, bus: &Bus<B>, first: usize) {
+        let mut end = first;
+        while let (Some(op), Some(&Cost::UNKNOWN)) = (self.ops.get_mut(end), self.costs.get(end)) {
+            *op = bus.look_once(FLASH + 2 * end as u32);
+            end += 1;
+            if op.ends_line() {
+                break;
+            }
+        }
+        let is_over = self.ops[end - 1].ends_line();
+        let mut cost = if is_over { Cost::NOTHING } else { Cost::of_line(&self.costs, end as u32) };
+        for at in (first..end).rev() {
+            cost = cost + Cost::of(&self.ops[at]);
+            if cost.cycles() > Cost::MOST_CYCLES {
+                cost = Cost::TOO_MUCH;
+            }
+            self.costs[at] = cost;
+        }
+    }
+}
+
+impl Op {
+    /// Whether another instruction than the next halfword always comes next, or may not come at once: whatever concerns
+    /// interrupts, too.
+    pub fn ends_line(&self) -> bool {
+        matches!(
+            self.kind,
+            Kind::Undefined
+                | Kind::AddPc
+                | Kind::MovPc
+                | Kind::Bx
+                | Kind::Blx
+                | Kind::PopPc
+                | Kind::Cps
+                | Kind::Breakpoint
+                | Kind::Wfe
+                | Kind::Wfi
+                | Kind::SupervisorCall
+                | Kind::Branch
+                | Kind::BranchLink
+                | Kind::Mrs
+                | Kind::Msr
+                | Kind::Barrier
+        )
+    }
+
+    /// Cycles (DDI 0432, table 3-1); those of a conditional branch that is not taken.
+    fn cycles(&self) -> u32 {
+        match self.kind {
+            Kind::AddPc | Kind::MovPc | Kind::Bx | Kind::Blx | Kind::Branch => 3,
+            Kind::BranchLink | Kind::Barrier | Kind::Mrs | Kind::Msr => 4,
+            Kind::LdrLiteral
+            | Kind::Constant
+            | Kind::StrReg
+            | Kind::StrhReg
+            | Kind::StrbReg
+            | Kind::LdrsbReg
+            | Kind::LdrReg
+            | Kind::LdrhReg
+            | Kind::LdrbReg
+            | Kind::LdrshReg
+            | Kind::StrImm
+            | Kind::LdrImm
+            | Kind::StrbImm
+            | Kind::LdrbImm
+            | Kind::StrhImm
+            | Kind::LdrhImm
+            | Kind::Wfe
+            | Kind::Wfi => 2,
+            Kind::Push | Kind::Pop | Kind::PopPc | Kind::Stm | Kind::Ldm => 1 + self.more_cycles(),
+            _ => 1,
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! Accesses to the RAM. None where there is none, or not aligned.
+
+use crate::bus::RAM;
+
+/// Where an address is in the RAM, or beyond it.
+#[inline]
+fn index(address: u32) -> usize {
+    address.wrapping_sub(RAM) as usize
+}
+
+/// Which word, of 2 to the power of `SHIFT` bytes, is at an address; one that is nowhere if the address is not aligned.
+#[inline]
+fn number<const SHIFT: u32>(address: u32) -> usize {
+    address.wrapping_sub(RAM).rotate_right(SHIFT) as usize
+}
+
+#[inline]
+pub fn word(ram: &[u8], address: u32) -> Option<u32> {
+    ram.as_chunks().0.get(number::<2>(address)).copied().map(u32::from_le_bytes)
+}
+
+#[inline]
+pub fn half(ram: &[u8], address: u32) -> Option<u16> {
+    ram.as_chunks().0.get(number::<1>(address)).copied().map(u16::from_le_bytes)
+}
+
+#[inline]
+pub fn byte(ram: &[u8], address: u32) -> Option<u8> {
+    ram.get(index(address)).copied()
+}
+
+#[inline]
+pub fn set_word(ram: &mut [u8], address: u32, value: u32) -> Option<()> {
+    *ram.as_chunks_mut().0.get_mut(number::<2>(address))? = value.to_le_bytes();
+    Some(())
+}
+
+#[inline]
+pub fn set_half(ram: &mut [u8], address: u32, value: u16) -> Option<()> {
+    *ram.as_chunks_mut().0.get_mut(number::<1>(address))? = value.to_le_bytes();
+    Some(())
+}
+
+#[inline]
+pub fn set_byte(ram: &mut [u8], address: u32, value: u8) -> Option<()> {
+    *ram.get_mut(index(address))? = value;
+    Some(())
+}
+
+/// `count` words from `address` on.
+#[inline]
+pub fn words(ram: &[u8], address: u32, count: usize) -> Option<&[[u8; 4]]> {
+    let bytes = ram.get(index(address)..index(address) + 4 * count)?;
+    (address & 3 == 0).then_some(bytes.as_chunks().0)
+}
+
+/// The same, to be written.
+#[inline]
+pub fn words_mut(ram: &mut [u8], address: u32, count: usize) -> Option<&mut [[u8; 4]]> {
+    let bytes = ram.get_mut(index(address)..index(address) + 4 * count)?;
+    (address & 3 == 0).then_some(bytes.as_chunks_mut().0)
+}
