@@ -13,10 +13,7 @@ impl Core {
     pub fn aside<B: Board>(&mut self, bus: &mut Bus<B>, op: Op, at: u32) -> Result<(), Lockup> {
         let Op { kind, d, b, imm, .. } = op;
         match kind {
-            Kind::Cps => {
-                self.primask = imm != 0;
-                bus.deadline = if self.primask { bus.deadline } else { 0 };
-            }
+            Kind::Cps => self.mask(bus, imm != 0),
             Kind::Mrs => {
                 self.r[PC] = at.wrapping_add(4);
                 let value = self.special(bus, imm);

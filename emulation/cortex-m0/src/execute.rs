@@ -7,7 +7,7 @@ use crate::code::{Alone, Code, Cost, Lines};
 use crate::decode::Kind;
 use crate::exception::Lockup;
 use crate::ram;
-use crate::registers::{Core, LR, PC, Register, SP};
+use crate::registers::{Core, LR, PC, PRIMASK, Register, SP};
 
 /// The sign.
 const N: u32 = 1 << 31;
@@ -409,6 +409,15 @@ impl Core {
                 Kind::Wfe => break Exit::Stop(Stop::WaitForEvent),
                 Kind::Wfi => break Exit::Stop(Stop::WaitForInterrupt),
                 Kind::Barrier => jump!(next.wrapping_add(1)),
+                // As critical sections begin.
+                Kind::Cps if op.imm != 0 => {
+                    self.primask = true;
+                    jump!(next);
+                }
+                Kind::Mrs if op.imm == PRIMASK => {
+                    self.set(op.d, self.primask.into());
+                    jump!(next.wrapping_add(1));
+                }
                 Kind::LdrLiteral
                 | Kind::Cps
                 | Kind::Mrs

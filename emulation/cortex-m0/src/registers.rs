@@ -8,6 +8,9 @@ pub const SP: usize = 13;
 pub const LR: usize = 14;
 pub const PC: usize = 15;
 
+/// As MRS and MSR number it.
+pub const PRIMASK: u32 = 16;
+
 const N: u32 = 1 << 31;
 const Z: u32 = 1 << 30;
 const C: u32 = 1 << 29;
@@ -107,9 +110,17 @@ impl Core {
             5 | 7 => exception,
             8 | 9 if (number == 9) == self.uses_process_stack => self.r[SP],
             8 | 9 => self.other_stack,
-            16 => u32::from(self.primask),
+            PRIMASK => u32::from(self.primask),
             20 => u32::from(self.uses_process_stack) << 1,
             _ => 0,
+        }
+    }
+
+    /// Sets PRIMASK: what has waited for that comes at once.
+    pub fn mask<B: Board>(&mut self, bus: &mut Bus<B>, is_masked: bool) {
+        self.primask = is_masked;
+        if !is_masked && bus.nvic.any_pending() {
+            bus.deadline = 0;
         }
     }
 
@@ -118,10 +129,7 @@ impl Core {
             0..=3 => self.set_flags(value),
             8 | 9 if (number == 9) == self.uses_process_stack => self.r[SP] = value & !3,
             8 | 9 => self.other_stack = value & !3,
-            16 => {
-                self.primask = value & 1 != 0;
-                bus.deadline = if self.primask { bus.deadline } else { 0 };
-            }
+            PRIMASK => self.mask(bus, value & 1 != 0),
             // In an exception there is only the main stack.
             20 if bus.nvic.current() == 0 && (value & 2 != 0) != self.uses_process_stack => {
                 self.other_stack = std::mem::replace(&mut self.r[SP], self.other_stack);
