@@ -69,11 +69,21 @@ pub const BOARDS: [&Board; 3] = [&CRAZYFLIE, &ZOOIDS, &KILOBOT];
 /// For people.
 const NAMES: &str = "`crazyflie`, `zooids` or `kilobot`";
 
+/// Behaviours of which each has an image of its own, from the root.
+const BEHAVIOURS: &str = "examples/kilobot";
+
 /// The script of a board if none is named, in its folder.
 const OWN_SCRIPT: &str = "hello.bzz";
 
-/// `build BOARD [--script FILE] [--profile tiny]`
+/// `build BOARD [--script FILE] [--profile tiny]`, or `build behaviours`
 pub fn run(arguments: &[String]) -> Result<(), Failure> {
+    if let [what] = arguments
+        && what == "behaviours"
+    {
+        let folder = KILOBOT.build_behaviours(false)?;
+        println!("{}", folder.display());
+        return Ok(());
+    }
     let Build { robot, script, tiny } = read(arguments)?;
     let board = find(robot)?;
     // Relative to where the user is; the build runs elsewhere.
@@ -147,6 +157,32 @@ impl Board {
         }
         line.env("BBZ_PROFILE", "tiny").in_workspace(self.folder).run()?;
         Ok(self.image_in(&target))
+    }
+
+    /// Builds an image for each of the behaviours that are tested on images of their own, with what it uses; returns the folder
+    /// where they are, named as their scripts.
+    pub fn build_behaviours(&self, quiet: bool) -> Result<PathBuf, Failure> {
+        let folder = target_of(self.folder).join("behaviours");
+        let unwritable = |reason| Failure::Write { path: folder.clone(), reason };
+        fs::create_dir_all(&folder).map_err(unwritable)?;
+        let scripts = root().join(BEHAVIOURS);
+        let unreadable = |reason| Failure::Read { path: scripts.clone(), reason };
+        for entry in fs::read_dir(&scripts).map_err(unreadable)? {
+            let script = entry.map_err(unreadable)?.path();
+            let (Some(name), true) =
+                (script.file_stem(), script.extension() == Some("bzz".as_ref()))
+            else {
+                continue;
+            };
+            let image = self.build_parts(Some("used"), &[], Some(&script), quiet)?;
+            let excess = self.excess(&image)?;
+            if excess != 0 {
+                return Err(Failure::TooLarge { script, excess, costs: Vec::new() });
+            }
+            let copy = folder.join(name).with_extension("elf");
+            fs::copy(&image, &copy).map_err(unwritable)?;
+        }
+        Ok(folder)
     }
 
     /// The image that is measured: without what only a debug probe reads.

@@ -36,13 +36,15 @@ pub fn hardware_in_the_loop(image: &Path, arguments: &[&str]) -> Result<Line, Fa
 
 /// The other robots' images are always those of the sources.
 fn with_image(line: Line, image: &Path) -> Result<Line, Failure> {
+    let behaviours = KILOBOT.build_behaviours(false)?;
     let [zooids, kilobot] = [ZOOIDS.build(None, false)?, KILOBOT.build(None, false)?];
     let tiny = CRAZYFLIE.build_tiny(None)?;
     Ok(line
         .env("BITTYBUZZ_CRAZYFLIE_TINY", &tiny.display().to_string())
         .env("BITTYBUZZ_CRAZYFLIE", &image.display().to_string())
         .env("BITTYBUZZ_ZOOIDS", &zooids.display().to_string())
-        .env("BITTYBUZZ_KILOBOT", &kilobot.display().to_string()))
+        .env("BITTYBUZZ_KILOBOT", &kilobot.display().to_string())
+        .env("BITTYBUZZ_BEHAVIOURS", &behaviours.display().to_string()))
 }
 
 /// `cargo test` with these arguments.

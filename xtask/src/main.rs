@@ -52,7 +52,7 @@ const TASKS: &[Task] = &[
     Task {
         name: "build",
         arguments: "BOARD [--script FILE] [--profile tiny]",
-        help: "build a robot's firmware with a script in it; BOARD is crazyflie or zooids",
+        help: "build a robot's firmware with a script in it; BOARD is crazyflie, zooids or kilobot, or behaviours: an image for each of examples/kilobot",
         run: board::run,
     },
     Task {

@@ -40,6 +40,18 @@ pub fn ear() -> PathBuf {
         .map_or_else(|| kilobot().with_file_name("bittybuzz-kilobot-ear.elf"), PathBuf::from)
 }
 
+/// The image of a behaviour of `examples/kilobot`. `BITTYBUZZ_BEHAVIOURS` names another folder than the one where `cargo xtask build
+/// behaviours` puts them.
+pub fn behaviour(name: &str) -> PathBuf {
+    let folder = match std::env::var_os("BITTYBUZZ_BEHAVIOURS") {
+        Some(folder) => PathBuf::from(folder),
+        None => bbz::root().join("firmware/kilobot-avr/target/behaviours"),
+    };
+    let path = folder.join(name).with_extension("elf");
+    assert!(path.exists(), "no {}: run `cargo xtask build behaviours` first", path.display());
+    path
+}
+
 /// Files of a script and its firmware, deleted in the end.
 struct Files(PathBuf);
 
@@ -74,7 +86,7 @@ pub struct Kilobots {
     /// What happened on each.
     pub events: Vec<Vec<TimedEvent>>,
     now: Duration,
-    // The program was loaded from them, if it has a script.
+    /// The program was loaded from them, if it was built here.
     files: Option<Files>,
 }
 
@@ -128,7 +140,12 @@ impl Kilobots {
 
     /// Runs for so many ms.
     pub fn run_ms(&mut self, ms: u64) {
-        self.now += Duration::from_millis(ms);
+        self.run_for(Duration::from_millis(ms));
+    }
+
+    /// Runs for so long.
+    pub fn run_for(&mut self, time: Duration) {
+        self.now += time;
         let events = &mut self.events;
         let run = self.emulator.run_all(self.now, |event| events[event.robot].push(event.timed));
         run.expect("it runs");

@@ -1,0 +1,269 @@
+//! The behaviours of `examples/kilobot`, each on its own image in simavr: what their scenarios expect, memory, and time.
+
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use bittybuzz_arena::run::{Program, Setup, Simulation};
+use bittybuzz_arena::scenario::{Body, Scenario};
+use bittybuzz_comms::infrared::message_of;
+use bittybuzz_compiler::compile::{Compiled, Options, compile};
+use bittybuzz_compiler::include::{DiskFiles, Loader};
+use bittybuzz_hil::kilobots::behaviour;
+use bittybuzz_hil::{Command, Core, Kilobots};
+use bittybuzz_robots::Robot;
+use bittybuzz_tests::bbz;
+use bittybuzz_vm_core::Value;
+use bittybuzz_vm_core::builtin::string;
+use bittybuzz_vm_core::message::{Message, Script, TINY_FRAME};
+use bittybuzz_vm_core::number::Tiny;
+use object::{Object, ObjectSymbol};
+
+const BEHAVIOURS: [&str; 7] =
+    ["gradient", "broadcast", "distance", "random_walk", "foreach", "stigmergy", "swarm"];
+
+/// The RAM of the chip: 2 kB from here on, in addresses of the emulator.
+const RAM: u32 = 0x80_0100;
+const RAM_END: u32 = 0x80_0900;
+
+fn file(name: &str, extension: &str) -> PathBuf {
+    bbz::root().join("examples/kilobot").join(name).with_extension(extension)
+}
+
+fn compiled(script: &Path, robot: &Robot) -> Compiled {
+    let options = Options {
+        robot: Some(robot.clone()),
+        robots: bittybuzz_robots::all_shipped(),
+        profile: None,
+    };
+    let text = std::fs::read_to_string(script).unwrap();
+    compile(script, text, &Loader::new(&DiskFiles), &options)
+}
+
+/// Runs the scenario of a behaviour, and shows each tick; until there is nothing more to see.
+fn play(
+    name: &str,
+    backend: &str,
+    seed: u32,
+    mut look: impl FnMut(&Simulation<'_>) -> bool,
+) -> bool {
+    let path = file(name, "toml");
+    let groups = 0..Scenario::open(&path, &[]).unwrap().groups.len();
+    let set = groups.flat_map(|group| {
+        let firmware = behaviour(name);
+        [
+            format!("robots.{group}.backend={backend}"),
+            format!("robots.{group}.firmware={}", firmware.display()),
+        ]
+    });
+    let scenario = Scenario::open(&path, &set.collect::<Vec<_>>()).unwrap();
+    let group = &scenario.groups[0];
+    let Compiled { image, symbols, .. } = compiled(&group.script, &group.robot);
+    let program = Program { image: image.unwrap(), symbols };
+    let programs = vec![program; scenario.groups.len()];
+    let setup = Setup::new(&scenario, &programs).unwrap();
+    let setup = setup.emulated_by(Body::Kilobot, Core::Avr.program().to_owned());
+    let casts = setup.casts();
+    let mut simulation = Simulation::new(&setup, &casts, seed, 2).unwrap();
+    while !simulation.is_over() {
+        simulation.tick().unwrap_or_else(|error| panic!("{error}"));
+        if !look(&simulation) {
+            return false;
+        }
+    }
+    simulation.summary().is_success()
+}
+
+fn comes_true(name: &str) {
+    assert!(play(name, "firmware", 1, |_| true), "{name}");
+}
+
+#[test]
+fn broadcast_comes_true() {
+    comes_true("broadcast");
+}
+
+#[test]
+fn distance_comes_true() {
+    comes_true("distance");
+}
+
+#[test]
+fn swarm_comes_true() {
+    comes_true("swarm");
+}
+
+/// They take minutes, as the medians below: `cargo test -p bittybuzz-hil --test behaviours -- --ignored`.
+#[test]
+#[ignore = "minutes"]
+fn the_longer_ones_come_true() {
+    for name in ["gradient", "random_walk", "foreach", "stigmergy"] {
+        comes_true(name);
+    }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    if values.len() % 2 == 1 { values[middle] } else { (values[middle - 1] + values[middle]) / 2.0 }
+}
+
+/// Ticks until everybody knows a distance.
+fn gradient(backend: &str, seed: u32) -> f64 {
+    let mut ticks = None;
+    play("gradient", backend, seed, |simulation| {
+        let mut leds = (0..12).map(|number| simulation.view(number).unwrap().led);
+        ticks = leds.all(|led| led != 0).then(|| simulation.now() as f64);
+        ticks.is_none()
+    });
+    ticks.unwrap()
+}
+
+/// Mean distance from the middle after so many ticks, in mm.
+fn dispersion(backend: &str, seed: u32, ticks: u64) -> f64 {
+    let mut mean = 0.0;
+    play("random_walk", backend, seed, |simulation| {
+        let poses = (0..16).map(|number| simulation.view(number).unwrap().pose);
+        mean = poses.map(|pose| f64::from(pose.x.hypot(pose.y))).sum::<f64>() / 16.0;
+        simulation.now() < ticks
+    });
+    mean
+}
+
+/// Whether image and virtual machine have medians within 10 % of each other; those of the latter are of 60 seeds.
+fn compare(seeds: u32, of: impl Fn(&str, u32) -> f64) {
+    let of = |backend, seeds| median((1..=seeds).map(|seed| of(backend, seed)).collect());
+    let (vm, firmware) = (of("vm", 60), of("firmware", seeds));
+    println!("virtual machines {vm:.1}, images {firmware:.1} of {seeds} seeds");
+    assert!((firmware / vm - 1.0).abs() <= 0.1, "{vm} {firmware}");
+}
+
+#[test]
+fn dispersion_is_that_of_virtual_machines() {
+    compare(2, |backend, seed| dispersion(backend, seed, 100));
+}
+
+#[test]
+#[ignore = "minutes"]
+fn the_gradient_takes_as_long_as_in_virtual_machines() {
+    compare(20, gradient);
+}
+
+#[test]
+#[ignore = "minutes"]
+fn dispersion_after_a_minute_is_that_of_virtual_machines() {
+    compare(5, |backend, seed| dispersion(backend, seed, 600));
+}
+
+/// First address of RAM that no variable has.
+fn end_of_variables(program: &Path) -> u32 {
+    symbol(program, |name| name == "__bss_end")
+}
+
+fn symbol(program: &Path, is: impl Fn(&str) -> bool) -> u32 {
+    let bytes = std::fs::read(program).unwrap();
+    let elf = object::File::parse(bytes.as_slice()).unwrap();
+    let found = elf.symbols().find(|symbol| symbol.name().is_ok_and(&is));
+    found.unwrap().address() as u32
+}
+
+/// Eight robots that hear each other; what the stack has not touched after that time is still painted.
+#[test]
+fn variables_and_stack_leave_memory() {
+    const PAINT: u8 = 0xa5;
+    for name in BEHAVIOURS {
+        let program = behaviour(name);
+        let end = end_of_variables(&program);
+        let variables = end - RAM;
+        let mut robots = Kilobots::with_program(&program, 8);
+        for robot in 0..8 {
+            let (x_mm, y_mm) = (35.0 * (robot % 3) as f64, 35.0 * (robot / 3) as f64);
+            let here = Command::Place {
+                x_mm,
+                y_mm,
+                heading_degrees: 0.0,
+                vx_mm_s: 0.0,
+                vy_mm_s: 0.0,
+                turn_degrees_s: 0.0,
+            };
+            robots.tell(robot, &here);
+            let bytes = vec![PAINT; (RAM_END - end) as usize];
+            robots.tell(robot, &Command::Write { address: end, bytes });
+        }
+        robots.start();
+        robots.run_ms(6_000);
+        let used = |robot: usize| {
+            let left = robots.memory(robot, end, RAM_END - end);
+            RAM_END - RAM - left.iter().take_while(|byte| **byte == PAINT).count() as u32
+        };
+        let most = (0..8).map(used).max().unwrap();
+        println!("{name}: {variables} bytes of variables, with the stack {most}");
+        assert!(variables <= 1800 && most <= 1984, "{name}: {variables} {most}");
+    }
+}
+
+/// Eight neighbours are heard between two steps; how long the step takes, in cycles of 8 MHz, with everything that happens meanwhile.
+#[test]
+fn a_gradient_step_with_eight_messages() {
+    let program = behaviour("gradient");
+    let kilobot = bittybuzz_robots::find("kilobot").unwrap();
+    let symbols = compiled(&file("gradient", "bzz"), &kilobot).symbols.unwrap();
+    let strings = string::COUNT + symbols.strings.len() as u16;
+    let script = Script { hash: symbols.script_hash, strings };
+    let topic = (0..strings).find(|n| symbols.string(*n) == Some("distance")).unwrap();
+    let message = |robot: u16, distance: i32| {
+        let value = Value::<Tiny>::int(distance);
+        let mut frame = [0; TINY_FRAME];
+        let length = Message::Broadcast { robot, topic, value }.encode(script, &mut frame).unwrap();
+        message_of(&frame[..length]).unwrap().to_vec()
+    };
+
+    let mut robots = Kilobots::with_program(&program, 2);
+    robots.start();
+    // The second robot alone is looked at; it is not the source.
+    let vm = symbol(&program, |name| name.ends_with("main2VM"));
+    // Behind four registers of the machine and its random numbers (vm-core/src/machine/mod.rs).
+    const STATE: u32 = 16;
+    const RUNNING: u8 = 2;
+    let until = |robots: &mut Kilobots, runs: bool| {
+        for _ in 0..4000 {
+            if (robots.memory(1, vm + STATE, 1) == [RUNNING]) == runs {
+                return;
+            }
+            robots.run_for(Duration::from_micros(50));
+        }
+        panic!("no steps");
+    };
+    let mut longest = Duration::ZERO;
+    let mut first = Duration::ZERO;
+    for round in 0..12 {
+        // Up to the end of a step.
+        until(&mut robots, true);
+        until(&mut robots, false);
+        let sent = robots.sent(1).len();
+        // The first rounds are without messages.
+        if round >= 4 {
+            for number in 0..8 {
+                let payload = message(100 + number, 1000 - 10 * i32::from(number));
+                let at = robots.now();
+                robots.tell(1, &Command::Radio { at, payload });
+                robots.run_ms(8);
+            }
+        }
+        until(&mut robots, true);
+        let begin = robots.now();
+        until(&mut robots, false);
+        let took = robots.now() - begin;
+        if round < 4 {
+            first = first.max(took);
+        } else if robots.sent(1).len() == sent {
+            // While it sends it hears nothing.
+            longest = longest.max(took);
+        }
+    }
+    println!("a step without messages takes {first:?}, with eight {longest:?}");
+    assert!(longest > first + Duration::from_millis(1), "they were heard: {first:?} {longest:?}");
+    // The goal, 6 ms, is missed: docs/testing.md says where the time goes.
+    assert!(longest <= Duration::from_millis(14), "{longest:?}");
+}
