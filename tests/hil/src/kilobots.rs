@@ -56,8 +56,8 @@ pub fn behaviour(name: &str) -> PathBuf {
 struct Files(PathBuf);
 
 impl Files {
-    /// Puts the script into the image as people do.
-    fn build(script: &str) -> Self {
+    /// Puts the script into an image as people do.
+    fn build(script: &str, image: &Path) -> Self {
         static NUMBER: AtomicU32 = AtomicU32::new(0);
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
         let folder = std::env::temp_dir().join(format!("kilobots-{}-{number}", std::process::id()));
@@ -65,7 +65,7 @@ impl Files {
         let files = Files(folder);
         let path = files.0.join("script.bzz");
         std::fs::write(&path, script).expect("a file");
-        let [path, image] = [&path, &kilobot()].map(|path| path.display().to_string());
+        let [path, image] = [&path, image].map(|path| path.display().to_string());
         let build = ["build", &path, "--robot", "kilobot", "--firmware", &image];
         let built = bbz::run(&build, &[]);
         assert_eq!(built.status, Some(0), "{}", built.stderr);
@@ -93,7 +93,12 @@ pub struct Kilobots {
 impl Kilobots {
     /// So many with this script, switched on. Their ids are their numbers.
     pub fn new(script: &str, count: usize) -> Self {
-        let files = Files::build(script);
+        Self::in_image(script, &kilobot(), count)
+    }
+
+    /// So many with this script in that image, switched on.
+    pub fn in_image(script: &str, image: &Path, count: usize) -> Self {
+        let files = Files::build(script, image);
         let mut robots = Kilobots::with_program(&files.0.join("script.hex"), count);
         robots.files = Some(files);
         robots

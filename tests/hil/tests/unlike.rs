@@ -8,7 +8,8 @@ use bittybuzz_arena::run::{Program, Setup, Simulation, Summary};
 use bittybuzz_arena::scenario::{Body, Cause, Scenario, ScenarioError};
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, Loader};
-use bittybuzz_hil::{Core, ScriptFile, crazyflie_tiny, table};
+use bittybuzz_hil::kilobots::behaviour;
+use bittybuzz_hil::{Core, ScriptFile, crazyflie_tiny, ear, table};
 use bittybuzz_tests::bbz;
 
 /// Three Zooids and two Crazyflies, of which robot 31 has measured most.
@@ -44,7 +45,8 @@ fn leds(scenario: &Scenario) -> (Vec<u8>, Summary) {
     let setup = Setup::new(scenario, &programs).unwrap();
     let setup = setup
         .emulated_by(Body::Zooid, Core::Own.program().to_owned())
-        .emulated_by(Body::Crazyflie, Core::Unicorn.program().to_owned());
+        .emulated_by(Body::Crazyflie, Core::Unicorn.program().to_owned())
+        .emulated_by(Body::Kilobot, Core::Avr.program().to_owned());
     let casts = setup.casts();
     let mut simulation = Simulation::new(&setup, &casts, 1, 1).unwrap();
     while !simulation.is_over() {
@@ -70,6 +72,43 @@ fn zooids_and_crazyflies_agree_over_a_bridge() {
     // 77 of robot 17, a Zooid; 0 and 64 of the Crazyflies, 13 and 40 of the others.
     let (bridged, _) = leds(&scenario(Path::new(turned.path()), "[bridge]", "").unwrap());
     assert_eq!(bridged, [77 % 8; 5]);
+}
+
+/// Three kinds, whoever of them writes: three Kilobots, two Zooids and a Crazyflie. `cargo xtask demo` shows more of them.
+#[test]
+fn kilobots_zooids_and_crazyflies_share_a_number() {
+    let text = std::fs::read_to_string(bbz::root().join("examples/kilobot/stigmergy.bzz")).unwrap();
+    for writer in [1, 16, 30] {
+        let writes = text.replace("WRITER = 0 ", &format!("WRITER = {writer} "));
+        assert_ne!(writes, text);
+        let script = ScriptFile::new(&format!("unlike-{writer}"), &writes);
+        let group = |robot: &str, firmware: &Path, id: u16, count: u16, rest: &str| {
+            format!(
+                "[[robots]]\nrobot = \"{robot}\"\nscript = '{}'\nbackend = \"firmware\"\nfirmware = '{}'\n\
+                 first_id = {id}\ncount = {count}\n{rest}\n",
+                script.path(),
+                firmware.display()
+            )
+        };
+        let line = "placement = \"line\"\nspacing = 60\nat = ";
+        let text = format!(
+            "[world]\nsize = [800, 500]\nduration = 8\n[bridge]\nat = [-200, 60]\nfirmware = '{}'\n{}{}{}",
+            ear().display(),
+            group("kilobot", &behaviour("stigmergy"), 1, 3, &format!("{line}[-260, 0]")),
+            group("zooids", &table::zooids(), 16, 2, &format!("{line}[0, -100]")),
+            group(
+                "crazyflie",
+                &crazyflie_tiny(),
+                30,
+                1,
+                &format!("profile = \"tiny\"\n{line}[100, 150]")
+            ),
+        );
+        let scenario = Scenario::parse(&text, "test.toml", Path::new(""), &[]);
+        let (leds, _) = leds(&scenario.unwrap_or_else(|errors| panic!("{errors:#?}")));
+        // Whoever writes has written 1.
+        assert_eq!(leds, [1; 6], "written by {writer}");
+    }
 }
 
 /// Without a bridge each kind stays among itself.
