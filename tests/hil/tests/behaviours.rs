@@ -10,6 +10,7 @@ use bittybuzz_arena::scenario::{Body, Scenario};
 use bittybuzz_comms::infrared::message_of;
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, Loader};
+use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_hil::kilobots::behaviour;
 use bittybuzz_hil::{Command, Core, Kilobots};
 use bittybuzz_robots::Robot;
@@ -203,26 +204,22 @@ fn variables_and_stack_leave_memory() {
     }
 }
 
-/// Eight neighbours are heard between two steps; how long the step takes, in cycles of 8 MHz, with everything that happens meanwhile.
-#[test]
-fn a_gradient_step_with_eight_messages() {
-    let program = behaviour("gradient");
-    let kilobot = bittybuzz_robots::find("kilobot").unwrap();
-    let symbols = compiled(&file("gradient", "bzz"), &kilobot).symbols.unwrap();
+/// The second of two robots hears eight neighbours between two steps: how long a step takes without messages, and with these, with
+/// everything that happens meanwhile. Neighbour number n says `value(n)`.
+fn step_times(mut robots: Kilobots, topic: &str, value: impl Fn(i32) -> i32) -> [Duration; 2] {
+    let symbols = Symbols::from_json(&robots.symbols()).unwrap();
     let strings = string::COUNT + symbols.strings.len() as u16;
     let script = Script { hash: symbols.script_hash, strings };
-    let topic = (0..strings).find(|n| symbols.string(*n) == Some("distance")).unwrap();
-    let message = |robot: u16, distance: i32| {
-        let value = Value::<Tiny>::int(distance);
+    let topic = (0..strings).find(|n| symbols.string(*n) == Some(topic)).unwrap();
+    let message = |number: u16| {
+        let value = Value::<Tiny>::int(value(number.into()));
         let mut frame = [0; TINY_FRAME];
-        let length = Message::Broadcast { robot, topic, value }.encode(script, &mut frame).unwrap();
+        let said = Message::Broadcast { robot: 100 + number, topic, value };
+        let length = said.encode(script, &mut frame).unwrap();
         message_of(&frame[..length]).unwrap().to_vec()
     };
-
-    let mut robots = Kilobots::with_program(&program, 2);
     robots.start();
-    // The second robot alone is looked at; it is not the source.
-    let vm = symbol(&program, |name| name.ends_with("main2VM"));
+    let vm = symbol(&behaviour("gradient"), |name| name.ends_with("main2VM"));
     // Behind four registers of the machine and its random numbers (vm-core/src/machine/mod.rs).
     const STATE: u32 = 16;
     const RUNNING: u8 = 2;
@@ -235,8 +232,7 @@ fn a_gradient_step_with_eight_messages() {
         }
         panic!("no steps");
     };
-    let mut longest = Duration::ZERO;
-    let mut first = Duration::ZERO;
+    let [mut without, mut with] = [Duration::ZERO; 2];
     for round in 0..12 {
         // Up to the end of a step.
         until(&mut robots, true);
@@ -245,9 +241,8 @@ fn a_gradient_step_with_eight_messages() {
         // The first rounds are without messages.
         if round >= 4 {
             for number in 0..8 {
-                let payload = message(100 + number, 1000 - 10 * i32::from(number));
                 let at = robots.now();
-                robots.tell(1, &Command::Radio { at, payload });
+                robots.tell(1, &Command::Radio { at, payload: message(number) });
                 robots.run_ms(8);
             }
         }
@@ -256,14 +251,31 @@ fn a_gradient_step_with_eight_messages() {
         until(&mut robots, false);
         let took = robots.now() - begin;
         if round < 4 {
-            first = first.max(took);
+            without = without.max(took);
         } else if robots.sent(1).len() == sent {
             // While it sends it hears nothing.
-            longest = longest.max(took);
+            with = with.max(took);
         }
     }
-    println!("a step without messages takes {first:?}, with eight {longest:?}");
-    assert!(longest > first + Duration::from_millis(1), "they were heard: {first:?} {longest:?}");
-    // The goal, 6 ms, is missed: docs/testing.md says where the time goes.
-    assert!(longest <= Duration::from_millis(14), "{longest:?}");
+    println!("a step without messages takes {without:?}, with eight {with:?}");
+    assert!(with > without + Duration::from_millis(1), "they were heard: {without:?} {with:?}");
+    [without, with]
+}
+
+/// The gradient of the benchmarks, which counts hops: 48,000 cycles at most.
+#[test]
+fn a_step_of_the_benchmarks_gradient_with_eight_messages() {
+    let text = std::fs::read_to_string(bbz::root().join("bench/scripts/gradient.bzz")).unwrap();
+    let robots = Kilobots::in_image(&text, &behaviour("gradient"), 2);
+    let [_, with] = step_times(robots, "hop", |number| number);
+    assert!(with <= Duration::from_millis(6), "{with:?}");
+}
+
+/// That of the example adds distances, and makes a table of each neighbour that it asks for.
+#[test]
+fn a_step_of_the_gradient_of_distances_with_eight_messages() {
+    let text = std::fs::read_to_string(file("gradient", "bzz")).unwrap();
+    let robots = Kilobots::in_image(&text, &behaviour("gradient"), 2);
+    let [_, with] = step_times(robots, "distance", |number| 1000 - 10 * number);
+    assert!(with <= Duration::from_millis(14), "{with:?}");
 }
