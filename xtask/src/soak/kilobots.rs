@@ -1,8 +1,10 @@
-//! Kilobots on their firmware: every example that is for them, 100,000 steps, and none may stop.
+//! Kilobots on their firmware: every example that is for them, 100,000 steps, and none may stop; and what the longer of their own examples
+//! come to, beside virtual machines.
 
 use super::Verdict;
 use super::sources::{read_text, write};
 use crate::board::KILOBOT;
+use crate::checks;
 use crate::failure::Failure;
 use crate::shell::{Line, cargo, root, target};
 use std::fs;
@@ -18,15 +20,18 @@ const ROBOTS: u32 = 3;
 const SECONDS: u32 = 10_000;
 const SECONDS_OF_SAMPLE: u32 = 100;
 
-/// What is known not to fit into a Kilobot's flash; `cargo xtask build kilobot --script` says what it needs.
-const TOO_LARGE: [&str; 0] = [];
+/// The item that compares images with virtual machines.
+const MEDIANS: &str = "medians";
+
+pub fn items() -> Vec<String> {
+    examples().into_iter().chain([MEDIANS.to_owned()]).collect()
+}
 
 /// The examples whose header names Kilobots.
-pub fn items() -> Vec<String> {
-    let mut items: Vec<String> = FOLDERS.iter().flat_map(|folder| of_kilobots(folder)).collect();
-    items.retain(|item| !TOO_LARGE.contains(&item.as_str()));
-    items.sort();
-    items
+fn examples() -> Vec<String> {
+    let mut examples: Vec<String> = FOLDERS.iter().flat_map(|folder| of_kilobots(folder)).collect();
+    examples.sort();
+    examples
 }
 
 fn of_kilobots(folder: &str) -> Vec<String> {
@@ -48,12 +53,28 @@ fn is_for_kilobots(text: &str) -> bool {
 }
 
 pub fn run(item: &str) -> Result<Verdict, Failure> {
-    play(item, SECONDS)
+    if item == MEDIANS { medians() } else { play(item, SECONDS) }
+}
+
+fn medians() -> Result<Verdict, Failure> {
+    let behaviours = KILOBOT.build_behaviours(true)?;
+    let chosen = ["--package", "bittybuzz-hil", "--test", "behaviours", "--"];
+    let line = checks::tests(&[&chosen[..], &["--ignored", "--nocapture"]].concat());
+    let line = line.env("BITTYBUZZ_BEHAVIOURS", &behaviours.display().to_string());
+    let output = line.output_if(|output| output.status.code().is_some())?;
+    let told = String::from_utf8_lossy(&output.stdout);
+    // What the tests print of themselves.
+    let how: Vec<&str> = told.lines().filter(|line| line.contains("virtual machines")).collect();
+    Ok(if output.status.success() {
+        Verdict::Shown(how.join("; "))
+    } else {
+        Verdict::Missing(told.into_owned())
+    })
 }
 
 /// A thousand steps of each, for CI.
 pub fn sample() -> Result<(), Failure> {
-    for item in items() {
+    for item in examples() {
         match play(&item, SECONDS_OF_SAMPLE)? {
             Verdict::Shown(how) => println!("kilobots {item}: {how}"),
             Verdict::Missing(why) => {
@@ -102,7 +123,7 @@ mod tests {
         assert!(is_for_kilobots("# Blinks.\n#\n# Robots: kilobot, zooids\nx = 1\n"));
         assert!(!is_for_kilobots("# Flies.\n#\n# Robots: crazyflie\n"));
         assert!(!is_for_kilobots("# Blinks.\nx = 1\n# Robots: kilobot\n"));
-        let items = items();
+        let items = examples();
         for item in
             ["examples/blink.bzz", "examples/kilobot/stigmergy.bzz", "examples/swarm/consensus.bzz"]
         {
