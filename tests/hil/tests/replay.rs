@@ -178,7 +178,7 @@ fn on_image(id: u16, trace: &Trace, script: Script) -> (Vec<Known>, Winners, Vec
 }
 
 const SLOTS: usize = 1024;
-const QUEUE: usize = 16;
+const QUEUE: usize = 15;
 
 /// A robot around the virtual machine, with queues as the Zooid's.
 struct Robot {

@@ -312,7 +312,7 @@ fn a_flooded_radio_changes_nothing_but_counts() {
         + u64::from(unused.dropped[0])
         + u64::from(unused.messages.foreign);
     assert_eq!(heard + counted, board.radio_received);
-    // A queue of 16 takes a quarter of 66 messages in a tenth of a second.
+    // A queue of 15 takes a quarter of 66 messages in a tenth of a second.
     assert!(unused.dropped[0] > 1000 && heard > 200, "{unused:?} {heard}");
     let others = Unused {
         dropped: [unused.dropped[0], 0],
