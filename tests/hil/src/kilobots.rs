@@ -161,6 +161,11 @@ impl Kilobots {
         self.emulator.read_of(robot, address, length).expect("it is there")
     }
 
+    /// The longest time that an interrupt had to wait on a robot.
+    pub fn longest_wait(&mut self, robot: usize) -> Duration {
+        self.emulator.statistics_of(robot).expect("it counts").core.longest_masked
+    }
+
     /// The colours that a robot has shown since a time, each with its time.
     pub fn colors(&self, robot: usize, since: Duration) -> Vec<(Duration, [u8; 3])> {
         let later = self.events[robot].iter().filter(|event| event.at >= since);

@@ -250,6 +250,23 @@ fn it_sleeps_and_wakes_every_eight_seconds() {
     assert!(flashes.iter().any(|(_, color)| *color == GREEN), "{flashes:?}");
 }
 
+/// Whatever the robot does but sending, a pulse of light is served within 201 cycles of 8 MHz, before the next one comes.
+#[test]
+fn interrupts_do_not_wait_for_long() {
+    let busy = "function step() { t = {} i = 0 while(1) { i = (i + 1) % 8 t[i] = {.a = i} } }";
+    for script in [busy, COUNTS, "function step() { led(1) forward() delay(30) x = light() }"] {
+        let mut robots = Kilobots::new(script, 1);
+        robots.start();
+        for _ in 0..100 {
+            robots.command(kind::RUN, [0; 9]);
+            robots.run_ms(13);
+        }
+        let cycles = robots.longest_wait(0).as_nanos() / 125;
+        println!("{cycles} cycles");
+        assert!((1..=201).contains(&cycles), "{cycles} cycles");
+    }
+}
+
 /// The controller's messages come while a step never ends, a thousand of them, and while the receiver's clock differs, so that the
 /// sender's is 5 % slower or 4.2 % faster.
 #[test]
