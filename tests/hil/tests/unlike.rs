@@ -111,6 +111,24 @@ fn kilobots_zooids_and_crazyflies_share_a_number() {
     }
 }
 
+/// Twelve robots of three kinds agree on what one of the Zooids has measured.
+#[test]
+fn the_shipped_scenario_comes_true() {
+    let path = bbz::root().join("examples/unlike/consensus.toml");
+    let images = [behaviour("stigmergy"), table::zooids(), crazyflie_tiny()];
+    let mut set: Vec<String> = images
+        .iter()
+        .enumerate()
+        .map(|(group, image)| format!("robots.{group}.firmware={}", image.display()))
+        .collect();
+    set.push(format!("bridge.firmware={}", ear().display()));
+    set.extend(["world.duration=5", "expect.0.within=5"].map(str::to_owned));
+    let scenario = Scenario::open(&path, &set).unwrap_or_else(|errors| panic!("{errors:#?}"));
+    let (leds, summary) = leds(&scenario);
+    assert_eq!(leds, [1; 12]);
+    assert!(summary.is_success());
+}
+
 /// Without a bridge each kind stays among itself.
 #[test]
 fn unlike_media_do_not_mix() {
