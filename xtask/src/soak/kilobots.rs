@@ -1,4 +1,4 @@
-//! Kilobots on their firmware: every example that is for them, 100,000 steps, and none may stop; and what the longer of their own examples
+//! Kilobots on their firmware: every example that is for them, 100,000 ticks, and none may tell of a fault; and what the longer of their own examples
 //! come to, beside virtual machines.
 
 use super::Verdict;
@@ -16,7 +16,7 @@ const FOLDERS: [&str; 3] = ["examples", "examples/kilobot", "examples/swarm"];
 /// Robots that hear each other.
 const ROBOTS: u32 = 3;
 
-/// Ten steps each.
+/// Ten ticks each.
 const SECONDS: u32 = 10_000;
 const SECONDS_OF_SAMPLE: u32 = 100;
 
@@ -72,7 +72,7 @@ fn medians() -> Result<Verdict, Failure> {
     })
 }
 
-/// A thousand steps of each, for CI.
+/// A thousand ticks of each, for CI.
 pub fn sample() -> Result<(), Failure> {
     for item in examples() {
         match play(&item, SECONDS_OF_SAMPLE)? {
@@ -97,7 +97,7 @@ fn play(script: &str, seconds: u32) -> Result<Verdict, Failure> {
     let output = Line::named("bbz", &target()?.join("release/bbz"), &arguments)
         .output_if(|output| output.status.code().is_some())?;
     Ok(if output.status.success() {
-        Verdict::Shown(format!("{ROBOTS} robots, {} steps each", 10 * seconds))
+        Verdict::Shown(format!("{ROBOTS} robots, {seconds} s without a fault"))
     } else {
         Verdict::Missing(String::from_utf8_lossy(&output.stderr).into_owned())
     })
