@@ -231,7 +231,7 @@ fn what_is_in_a_robots_memory_is_not_seen() {
     let expect = |robots: &str, value: &str| {
         format!("[[expect]]\nat = 1\nrobots = {robots}\nvalue = \"{value}\"\nequals = 0\n")
     };
-    for value in ["neighbors", "free", "global.x", "stigmergy.1.0"] {
+    for value in ["neighbors", "free", "global.x", "stigmergy.1.0", "steps"] {
         assert_error(
             &[WORLD, EMULATED, KILOBOTS, &expect("\"all\"", value)],
             "22:9",
@@ -246,4 +246,12 @@ fn what_is_in_a_robots_memory_is_not_seen() {
     for value in ["x", "heading", "led", "distance(1, 2)", "running"] {
         parse(&[WORLD, EMULATED, &expect("\"all\"", value)].concat()).unwrap();
     }
+    // Of a Kilobot's memory the emulator knows that much.
+    let kilobots = [KILOBOTS, "backend = \"firmware\"\nfirmware = \"other.elf\"\n"].concat();
+    parse(&[WORLD, &kilobots, SIMULATED, &expect("\"all\"", "steps")].concat()).unwrap();
+    assert_error(
+        &[WORLD, &kilobots, EMULATED, &expect("\"all\"", "steps")],
+        "24:9",
+        &["`steps` cannot be seen"],
+    );
 }

@@ -97,6 +97,8 @@ const CASES: &[(&str, bool)] = &[
     ("at = 1\nvalue = \"global.word\"\nof = \"different\"\nequals = 1", false),
     ("at = 1\nvalue = \"global.word\"\nof = \"mean\"\nequals = 0", false),
     // Quantities.
+    ("at = 10\nvalue = \"steps\"\nequals = 99", true),
+    ("at = 0.1\nvalue = \"steps\"\nequals = 0", true),
     ("at = 1\nvalue = \"x\"\nrobots = 2\nequals = 0\ntolerance = 0.01", true),
     ("at = 1\nvalue = \"x\"\nrobots = 3\nequals = 0\ntolerance = 0.01", false),
     ("at = 1\nvalue = \"y\"\nequals = 100\ntolerance = 0.01", true),

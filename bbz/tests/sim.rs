@@ -40,6 +40,12 @@ fn an_expectation_that_fails_is_status_1() {
     let outcome = folder.bbz(&["sim", "s.toml", "--headless"]);
     assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(1), ""));
     assert!(outcome.stdout.contains("FAILED  s.toml:10:"), "{}", outcome.stdout);
+    assert!(outcome.stdout.contains("  robot 0 had 19\n"), "{}", outcome.stdout);
+    assert!(
+        outcome.stdout.contains("global.n at the end: 19 to 19, mean 19\n"),
+        "{}",
+        outcome.stdout
+    );
     assert!(!outcome.stdout.contains("five"), "{}", outcome.stdout);
 }
 
@@ -110,6 +116,11 @@ fn json_is_one_object() {
     assert_eq!(result["success"], true);
     assert_eq!(result["seed"], 9);
     assert_eq!(result["expects"][0]["since"], 2.0);
+    assert_eq!(result["expects"][0]["against"], Value::Null);
+    assert_eq!(
+        result["plot"],
+        serde_json::json!({ "global.n": { "mean": 19.0, "min": 19.0, "max": 19.0 } })
+    );
     assert_eq!(result["faults"], serde_json::json!([]));
 }
 

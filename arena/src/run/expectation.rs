@@ -26,7 +26,7 @@ pub enum Verdict {
 }
 
 /// An expectation during a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Convergence {
     /// How it fares.
     pub verdict: Verdict,
@@ -36,12 +36,19 @@ pub struct Convergence {
     pub since: Option<u64>,
     /// The tick in which it failed.
     pub failed_at: Option<u64>,
+    /// The first robot, by its number, whose number was against it then, if all had to agree to it.
+    pub against: Option<(usize, f64)>,
 }
 
 impl Convergence {
     /// Before the first look.
-    pub const START: Convergence =
-        Convergence { verdict: Verdict::Open, first: None, since: None, failed_at: None };
+    pub const START: Convergence = Convergence {
+        verdict: Verdict::Open,
+        first: None,
+        since: None,
+        failed_at: None,
+        against: None,
+    };
 }
 
 impl Bound {
@@ -77,6 +84,18 @@ impl Bound {
         if convergence.verdict == Verdict::Failed {
             convergence.failed_at = Some(tick);
         }
+    }
+
+    /// The first of these robots whose number does not pass, if all have to.
+    pub fn against<'p>(
+        &self,
+        mut readings: impl Iterator<Item = (usize, Reading<'p>)>,
+    ) -> Option<(usize, f64)> {
+        let Expect { of: Of::All, test: Some(test), tolerance, .. } = &self.expect else {
+            return None;
+        };
+        let (robot, reading) = readings.find(|(_, reading)| !passes(test, reading, *tolerance))?;
+        Some((robot, reading.number()?))
     }
 
     /// Whether the condition is true of these readings.

@@ -149,6 +149,7 @@ fn body<'p>(quantity: &Quantity, robot: &Robot<'_>, view: &View) -> Reading<'p> 
         Quantity::Led => f64::from(view.led),
         Quantity::Neighbors => robot.neighbors() as f64,
         Quantity::Free => robot.free_slots() as f64,
+        Quantity::Steps => f64::from(robot.state().steps),
         Quantity::Running => {
             let runs = view.state == RobotState::Running && robot.state().fault.is_none();
             f64::from(u8::from(runs))

@@ -326,8 +326,15 @@ impl<'p> Simulation<'p> {
                 Probe::Swarm(of) => bound.is_true(std::iter::once(self.measure(*of, robots))),
                 probe => bound.is_true(Readings { simulation: self, probe, robots }),
             };
-            if let Some(convergence) = self.convergences.get_mut(index) {
-                bound.follow(convergence, tick, is_true);
+            let Some(mut convergence) = self.convergences.get(index).copied() else { continue };
+            bound.follow(&mut convergence, tick, is_true);
+            if convergence.failed_at == Some(tick) {
+                let robots = bound.expect.robots.iter();
+                let read = |robot| (robot, self.read(&bound.probe, robot));
+                convergence.against = bound.against(robots.map(read));
+            }
+            if let Some(kept) = self.convergences.get_mut(index) {
+                *kept = convergence;
             }
         }
     }

@@ -166,9 +166,7 @@ pub fn read(section: &Section<'_>, census: &Census, duration: f64) -> Option<Exp
         return None;
     }
     let (value, value_place) = value?;
-    if !value.is_seen_from_outside()
-        && robots.as_ref().is_some_and(|robots| census.is_emulated(robots))
-    {
+    if robots.as_ref().is_some_and(|robots| !census.all_tell(&value, robots)) {
         section.reader.fail_at(&value_place, Cause::Unseen { quantity: value.to_string() });
         return None;
     }

@@ -259,7 +259,7 @@ pub const SECTIONS: &[SectionKeys] = &[
         name: OUTPUT,
         keys: keys![
             "every" "number" "1" "seconds between two samples of recordings and pictures",
-            "plot" "list of quantities" "none" "what `--svg` draws over time, and `--csv` has columns of",
+            "plot" "list of quantities" "none" "what `--svg` draws over time, `--csv` has columns of, and the summary tells at the end",
         ],
     },
 ];

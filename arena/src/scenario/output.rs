@@ -27,7 +27,7 @@ pub fn read(root: &Section<'_>, census: &Census) -> Output {
     let items = section.get("plot").and_then(|entry| entry.list()).unwrap_or_default();
     output.plot = items.iter().filter_map(|item| Some((quantity(item)?, item.place()))).collect();
     for (quantity, place) in &output.plot {
-        if census.all_are_emulated() && !quantity.is_seen_from_outside() {
+        if census.nobody_tells(quantity) {
             root.reader.fail_at(place, Cause::Unseen { quantity: quantity.to_string() });
         }
     }

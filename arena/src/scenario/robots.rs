@@ -151,7 +151,7 @@ fn group(
     }
     census.add(name.clone(), first_id, count, is_sized && ids.end <= 0x1_0000, &place);
     if matches!(backend, Some(Backend::Firmware { .. })) {
-        census.last_is_emulated(body != Some(Body::Crazyflie));
+        census.last_is_emulated(body);
     }
     let placement = placement(section, count, world);
     let heading = match section.get("heading") {

@@ -5,8 +5,10 @@ use std::ops::Range;
 use bittybuzz_robots::Place;
 use toml::de::DeValue;
 
+use super::body::Body;
 use super::error::Cause;
 use super::read::{Entry, Section};
+use super::value::Quantity;
 
 /// Robots of a scenario, by their numbers in the order of the file, from 0.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -67,12 +69,15 @@ struct Known {
     /// Their numbers.
     robots: Range<u32>,
     line: usize,
-    is_emulated: bool,
-    /// Its robots have a power switch.
-    has_switch: bool,
+    /// What its robots are, if they run their firmware.
+    emulated: Option<Body>,
 }
 
 impl Known {
+    fn tells(&self, quantity: &Quantity) -> bool {
+        self.emulated.is_none_or(|body| quantity.is_seen_on_firmware(body))
+    }
+
     fn ids(&self) -> Range<u32> {
         self.first_id..self.first_id + self.robots.len() as u32
     }
@@ -116,25 +121,34 @@ impl Census {
         self.is_unsure |= !is_right;
         let robots = self.count..self.count + count;
         self.count += count;
-        let (line, is_emulated, has_switch) = (place.line, false, true);
-        self.groups.push(Known { name, first_id, robots, line, is_emulated, has_switch });
+        self.groups.push(Known { name, first_id, robots, line: place.line, emulated: None });
     }
 
-    /// The group that was added last runs firmware; whether its emulator can switch robots off and on.
-    pub fn last_is_emulated(&mut self, has_switch: bool) {
+    /// The group that was added last runs the firmware of such robots.
+    pub fn last_is_emulated(&mut self, body: Option<Body>) {
         if let Some(group) = self.groups.last_mut() {
-            (group.is_emulated, group.has_switch) = (true, has_switch);
+            group.emulated = body;
         }
     }
 
     /// Whether firmware runs on one of these robots.
     pub fn is_emulated(&self, robots: &Selection) -> bool {
-        self.any_of(robots, |group| group.is_emulated)
+        self.any_of(robots, |group| group.emulated.is_some())
     }
 
-    /// Whether all of these robots can be switched off and on.
+    /// Whether all of these robots can be switched off and on; the emulator of Crazyflies does not.
     pub fn have_switches(&self, robots: &Selection) -> bool {
-        !self.any_of(robots, |group| !group.has_switch)
+        !self.any_of(robots, |group| group.emulated == Some(Body::Crazyflie))
+    }
+
+    /// Whether a quantity can be told of all of these robots.
+    pub fn all_tell(&self, quantity: &Quantity, robots: &Selection) -> bool {
+        !self.any_of(robots, |group| !group.tells(quantity))
+    }
+
+    /// Whether there are robots, and a quantity can be told of none.
+    pub fn nobody_tells(&self, quantity: &Quantity) -> bool {
+        !self.groups.is_empty() && !self.groups.iter().any(|group| group.tells(quantity))
     }
 
     fn any_of(&self, robots: &Selection, is_wanted: impl Fn(&Known) -> bool) -> bool {
@@ -149,12 +163,7 @@ impl Census {
 
     /// Whether firmware runs on any robot.
     pub fn any_is_emulated(&self) -> bool {
-        self.groups.iter().any(|group| group.is_emulated)
-    }
-
-    /// Whether firmware runs on all robots.
-    pub fn all_are_emulated(&self) -> bool {
-        !self.groups.is_empty() && self.groups.iter().all(|group| group.is_emulated)
+        self.groups.iter().any(|group| group.emulated.is_some())
     }
 
     /// What there is, for messages: `workers (0..19)`.

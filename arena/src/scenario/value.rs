@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use super::body::Body;
+
 /// The ways to write a quantity.
 pub const FORMS: &[&str] = &[
     "x",
@@ -13,6 +15,7 @@ pub const FORMS: &[&str] = &[
     "neighbors",
     "free",
     "running",
+    "steps",
     "global.NAME",
     "global.NAME.KEY",
     "stigmergy.NUMBER.KEY",
@@ -44,6 +47,8 @@ pub enum Quantity {
     Free,
     /// 1 while its script runs, else 0.
     Running,
+    /// Steps that its script has completed since it was switched on.
+    Steps,
     /// A global of its script, or what is in a table there.
     Global {
         /// Its name.
@@ -95,15 +100,17 @@ pub enum Key {
 }
 
 impl Quantity {
-    /// Whether it can be told of a robot whose memory nobody looks into: one that runs its firmware.
-    pub fn is_seen_from_outside(&self) -> bool {
-        !matches!(
-            self,
+    /// Whether it can be told of a robot that runs its firmware: of its memory an emulator only knows whether a Kilobot's script
+    /// is in a step.
+    pub fn is_seen_on_firmware(&self, body: Body) -> bool {
+        match self {
             Quantity::Neighbors
-                | Quantity::Free
-                | Quantity::Global { .. }
-                | Quantity::Stigmergy { .. }
-        )
+            | Quantity::Free
+            | Quantity::Global { .. }
+            | Quantity::Stigmergy { .. } => false,
+            Quantity::Steps => body == Body::Kilobot,
+            _ => true,
+        }
     }
 
     /// Reads a quantity; `None` if it is none.
@@ -138,6 +145,7 @@ impl Quantity {
             "neighbors" => Quantity::Neighbors,
             "free" => Quantity::Free,
             "running" => Quantity::Running,
+            "steps" => Quantity::Steps,
             _ => return None,
         })
     }
@@ -169,6 +177,7 @@ impl fmt::Display for Quantity {
             Quantity::Neighbors => f.write_str("neighbors"),
             Quantity::Free => f.write_str("free"),
             Quantity::Running => f.write_str("running"),
+            Quantity::Steps => f.write_str("steps"),
             Quantity::Global { name, keys } => {
                 write!(f, "global.{name}")?;
                 keys.iter().try_for_each(|key| write!(f, ".{key}"))

@@ -32,6 +32,9 @@ pub fn text(setup: &Setup<'_>, summary: &Summary, elapsed: Duration) -> Vec<Stri
             place.line,
             since(convergence)
         ));
+        if let Some((robot, number)) = convergence.against {
+            lines.push(format!("        robot {} had {number}", setup.id(robot)));
+        }
     }
     let LinkStatistics { sent, received, lost, collided, deaf, .. } =
         summary.statistics.all_links();
@@ -49,6 +52,12 @@ pub fn text(setup: &Setup<'_>, summary: &Summary, elapsed: Duration) -> Vec<Stri
         lines.push(format!("messages that were of no use: {}", unusable.join(", ")));
     }
     lines.push(format!("contacts {}", summary.statistics.contacts));
+    for ((quantity, _), values) in setup.scenario.output.plot.iter().zip(&summary.values) {
+        if let Some([mean, min, max]) = values {
+            let [mean, min, max] = [mean, min, max].map(|number| (number * 1e3).round() / 1e3);
+            lines.push(format!("{quantity} at the end: {min} to {max}, mean {mean}"));
+        }
+    }
     let faults = summary.faults.len();
     if faults > 0 {
         lines.push(format!("scripts stopped by an error: {faults}"));
@@ -57,7 +66,7 @@ pub fn text(setup: &Setup<'_>, summary: &Summary, elapsed: Duration) -> Vec<Stri
 }
 
 fn since(convergence: &Convergence) -> String {
-    let Convergence { verdict, first, since, failed_at } = convergence;
+    let Convergence { verdict, first, since, failed_at, .. } = convergence;
     match (since, first, failed_at) {
         (Some(tick), ..) => format!("true for good since {:.1} s", seconds(*tick)),
         (None, _, Some(tick)) => format!("not true at {:.1} s, nor at the end", seconds(*tick)),
@@ -80,6 +89,9 @@ pub fn json(setup: &Setup<'_>, summary: &Summary) -> Value {
                 "held": convergence.verdict == Verdict::Held,
                 "first": convergence.first.map(seconds),
                 "since": convergence.since.map(seconds),
+                "against": convergence.against.map(|(robot, number)| {
+                    json!({ "robot": setup.id(robot), "value": number })
+                }),
             })
         })
         .collect();
@@ -103,6 +115,14 @@ pub fn json(setup: &Setup<'_>, summary: &Summary) -> Value {
             })
         })
         .collect();
+    let plot = setup.scenario.output.plot.iter().zip(&summary.values);
+    let plot: BTreeMap<String, Value> = plot
+        .map(|((quantity, _), values)| {
+            let value =
+                values.map(|[mean, min, max]| json!({ "mean": mean, "min": min, "max": max }));
+            (quantity.to_string(), value.into())
+        })
+        .collect();
     let links = summary.statistics.all_links();
     json!({
         "success": summary.is_success(),
@@ -110,6 +130,7 @@ pub fn json(setup: &Setup<'_>, summary: &Summary) -> Value {
         "robots": summary.robots,
         "seconds": seconds(summary.ticks),
         "expects": expects,
+        "plot": plot,
         "frames": {
             "sent": links.sent, "received": links.received, "lost": links.lost, "collided": links.collided,
             "deaf": links.deaf, "dropped_unread": summary.dropped[0], "dropped_unsent": summary.dropped[1],

@@ -185,7 +185,8 @@ impl Reader<'_> {
             Event::Syslink { .. }
             | Event::P2p { .. }
             | Event::Radio { .. }
-            | Event::Serial { .. } => vec![],
+            | Event::Serial { .. }
+            | Event::Step => vec![],
             Event::Infrared { payload, .. } => {
                 let message = payload.as_slice().try_into().ok();
                 message.and_then(FaultReport::of).map(Content::Report).into_iter().collect()

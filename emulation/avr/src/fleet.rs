@@ -10,10 +10,11 @@ use bittybuzz_emulation::message::{
 use bittybuzz_emulation::{
     CommandError, Image, LONGEST_READ, MachineError, Pause, Refusal, Robots, finite, probability,
 };
+use bittybuzz_kilobot::phase;
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
 
 use crate::air::Air;
-use crate::core::FLASH;
+use crate::core::{DATA, FLASH};
 use crate::robot::Robot;
 
 /// Robots run for so long before they hear of each other. Longer, and more is done twice when somebody begins to send; shorter,
@@ -48,8 +49,9 @@ struct Member {
     is_off: bool,
     /// It must run, once more or for the first time.
     must_run: bool,
-    /// Resets that were told.
+    /// Resets and steps that were told.
     resets: u64,
+    steps: u64,
     is_dead: bool,
     /// Events from before the power was turned on are none.
     events: Vec<TimedEvent>,
@@ -66,6 +68,7 @@ impl Member {
             is_off: false,
             must_run: false,
             resets: 0,
+            steps: 0,
             is_dead: false,
             events: Vec::new(),
         }
@@ -171,6 +174,10 @@ impl Member {
         if std::mem::replace(&mut self.resets, counted.resets) != counted.resets {
             self.events.push(TimedEvent { at, event: Event::Reset { cause: "watchdog".into() } });
         }
+        let steps = counted.steps.completed();
+        for _ in std::mem::replace(&mut self.steps, steps)..steps {
+            self.events.push(TimedEvent { at, event: Event::Step });
+        }
         let is_dead = self.robot.is_dead;
         if is_dead && !std::mem::replace(&mut self.is_dead, is_dead) {
             let pc = self.robot.core.pc().into();
@@ -218,7 +225,10 @@ impl Robots for Fleet {
         let image = Image::open_avr(path)?;
         let count = self.members.len();
         *self = Fleet::new(count);
+        let data = RAM_BASE..RAM_BASE + DATA as u32;
+        let phase = image.symbol(phase::SYMBOL).filter(|address| data.contains(address));
         for member in &mut self.members {
+            member.robot.phase = phase.map(|address| (address - RAM_BASE) as u16);
             for (address, bytes) in image.segments() {
                 let is_memory = (address as usize) < FLASH
                     || (EEPROM_BASE..EEPROM_BASE + EEPROM_SIZE as u32).contains(&address);

@@ -1,6 +1,7 @@
 //! One Kilobot: core and board.
 
 use bittybuzz_chips::{Change, Edge, HardwareError, Infrared, Kilobot, PAGE, RAM, Time};
+use bittybuzz_kilobot::phase::Steps;
 
 use crate::core::{Core, State, Stop, changed};
 
@@ -16,6 +17,8 @@ pub struct Robot {
     /// Since this cycle an interrupt waits.
     waiting: Option<u64>,
     pub counted: Counted,
+    /// Where in the data space its image keeps what the script is doing.
+    pub phase: Option<u16>,
     /// Where time would be turned back to.
     before: Box<Before>,
     /// Pages as they were, in the order of their changes.
@@ -34,6 +37,8 @@ pub struct Counted {
     pub waited: Time,
     /// Resets by the watchdog.
     pub resets: u64,
+    /// Steps of the script.
+    pub steps: Steps,
 }
 
 #[derive(Default)]
@@ -55,6 +60,7 @@ impl Robot {
             asleep: None,
             waiting: None,
             counted: Counted::default(),
+            phase: None,
             before: Box::default(),
             undo: Vec::new(),
             is_dead: false,
@@ -150,6 +156,10 @@ impl Robot {
             }
             Stop::Store(change) => self.store(&change),
             Stop::Bad => self.board.fail(HardwareError::BadInstruction { after: pc }),
+        }
+        // The core stops here at each `wdr`, of which the image's loop has one in each turn; no two phases begin in one.
+        if let Some(phase) = self.phase {
+            self.counted.steps.look(self.core.data()[usize::from(phase)]);
         }
         let pointer = self.core.stack_pointer();
         if pointer < RAM - 1 {

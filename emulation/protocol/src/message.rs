@@ -351,6 +351,8 @@ pub enum Event {
         #[serde(with = "hex")]
         bytes: Vec<u8>,
     },
+    /// The script of a Kilobot has completed a step.
+    Step,
     /// The chip was reset.
     Reset {
         /// `software`, `independent_watchdog`, ...

@@ -34,6 +34,9 @@ mod toml {
     include!(concat!(env!("OUT_DIR"), "/robot.rs"));
 }
 
+use core::arch::global_asm;
+use core::mem::offset_of;
+
 use avr_device::atmega328p::Peripherals;
 use bittybuzz_comms::infrared;
 use bittybuzz_kilobot::calibration::{self, DUTIES, ID, TRANSMITTERS};
@@ -79,11 +82,20 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
     unsafe { the_program_contains_a_panic() }
 }
 
+static mut BODY: Body = Body::new();
+
+// A name for what the script is doing (`bittybuzz_kilobot::phase`), for emulators: nothing is added to the image.
+global_asm!(
+    ".global bbz_phase",
+    ".set bbz_phase, {body} + {phase}",
+    body = sym BODY,
+    phase = const offset_of!(Body, script.phase),
+);
+
 #[avr_device::entry]
 fn main() -> ! {
     let was_stuck = power::was_stuck();
     static mut VM: Machine = Vm::new();
-    static mut BODY: Body = Body::new();
     let (vm, body) = (&raw mut VM, &raw mut BODY);
     // SAFETY: the only references to them; main runs once.
     let (vm, body) = unsafe { (&mut *vm, &mut *body) };

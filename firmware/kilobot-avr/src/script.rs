@@ -2,6 +2,7 @@
 
 use bittybuzz_comms::infrared::{FaultReport, MESSAGE};
 use bittybuzz_kilobot::clock::{Ticks, units};
+use bittybuzz_kilobot::phase::Phase;
 use bittybuzz_vm_core::builtin::Feature;
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::seal::{self, Sealed};
@@ -37,25 +38,10 @@ const OFFERED: u16 = {
 /// The machine.
 pub type Machine = Vm<Tiny, Section, { crate::SLOTS }>;
 
-/// What the script is doing.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Phase {
-    /// It was not started yet.
-    New,
-    /// It runs the global code.
-    Global,
-    /// It runs `init()` or a step.
-    Runs,
-    /// It waits for the next tick.
-    Waits,
-    /// The robot refuses the image, or there was a fault.
-    Stopped,
-}
-
 /// When the script runs, and what it is doing. The machine is handed over with each call: at an address that the compiler
 /// knows, it takes a quarter less flash.
 pub struct Script {
-    phase: Phase,
+    pub(crate) phase: Phase,
     /// Once it has stopped.
     report: [u8; MESSAGE],
     ticks: Ticks,

@@ -26,5 +26,6 @@ pub mod distance;
 pub mod life;
 pub mod light;
 pub mod motors;
+pub mod phase;
 pub mod receiver;
 pub mod sender;

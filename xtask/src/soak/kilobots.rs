@@ -1,5 +1,5 @@
-//! Kilobots on their firmware: every example that is for them, 100,000 ticks, and none may tell of a fault; and what the longer of their own examples
-//! come to, beside virtual machines.
+//! Kilobots on their firmware: every example that is for them, 100,000 ticks; none may tell of a fault, and each has to complete as many steps. And what
+//! the longer of their own examples come to, beside virtual machines.
 
 use super::Verdict;
 use super::sources::{read_text, write};
@@ -19,6 +19,20 @@ const ROBOTS: u32 = 3;
 /// Ten ticks each.
 const SECONDS: u32 = 10_000;
 const SECONDS_OF_SAMPLE: u32 = 100;
+const TICKS_PER_SECOND: u32 = 10;
+
+/// Percent of its ticks that a robot has to use. Its oscillator is up to 1.5 % slow.
+const LEAST: u32 = 98;
+
+/// Of three robots one stands still after a while, and says nothing of it.
+const STANDSTILL: &str = "\
+n = 0
+function step() {
+  n = n + 1
+  while(id == 1 and n > 30) {}
+}
+";
+const SECONDS_OF_STANDSTILL: u32 = 20;
 
 /// The item that compares images with virtual machines.
 const MEDIANS: &str = "medians";
@@ -42,6 +56,13 @@ fn of_kilobots(folder: &str) -> Vec<String> {
     });
     let name = |path: PathBuf| Some(format!("{folder}/{}", path.file_name()?.to_str()?));
     scripts.filter_map(name).collect()
+}
+
+/// Whether a script completes a step in each tick: it has one, and never waits in it.
+fn keeps_pace(text: &str) -> bool {
+    let code: Vec<&str> = text.lines().filter_map(|line| line.split('#').next()).collect();
+    let calls = |name: &str| code.iter().any(|line| line.contains(name));
+    calls("function step(") && !calls("delay(")
 }
 
 /// What its header says.
@@ -72,8 +93,19 @@ fn medians() -> Result<Verdict, Failure> {
     })
 }
 
-/// A thousand ticks of each, for CI.
+/// A thousand ticks of each, for CI; and a script that stands still is found.
 pub fn sample() -> Result<(), Failure> {
+    let script = target()?.join("soak/standstill.bzz");
+    write(&script, STANDSTILL.as_bytes())?;
+    let found = match play(&script.display().to_string(), SECONDS_OF_STANDSTILL)? {
+        Verdict::Missing(why) => why.contains("all: steps above") && why.contains("robot 1 had 3"),
+        Verdict::Shown(_) => false,
+    };
+    if !found {
+        return Err(Failure::Soak {
+            left: vec!["kilobots: a script that stands still".to_owned()],
+        });
+    }
     for item in examples() {
         match play(&item, SECONDS_OF_SAMPLE)? {
             Verdict::Shown(how) => println!("kilobots {item}: {how}"),
@@ -91,32 +123,50 @@ fn play(script: &str, seconds: u32) -> Result<Verdict, Failure> {
     cargo(&[&["build", "--release", "--quiet"], &programs[..]].concat())?;
     let scenario =
         target()?.join("soak/kilobots").join(script.replace('/', "-")).with_extension("toml");
-    write(&scenario, text(script, &image, seconds).as_bytes())?;
+    let paced = keeps_pace(&read_text(&root().join(script))?);
+    write(&scenario, text(script, &image, seconds, paced).as_bytes())?;
     let arguments = ["sim", &scenario.display().to_string(), "--headless"];
     // Its status is 1 if a script has stopped; what it prints tells why.
     let output = Line::named("bbz", &target()?.join("release/bbz"), &arguments)
         .output_if(|output| output.status.code().is_some())?;
+    let told = String::from_utf8_lossy(&output.stdout);
     Ok(if output.status.success() {
-        Verdict::Shown(format!("{ROBOTS} robots, {seconds} s without a fault"))
+        let steps = told.lines().find(|line| line.starts_with("steps")).unwrap_or_default();
+        Verdict::Shown(format!("{ROBOTS} robots, {seconds} s without a fault; {steps}"))
     } else {
-        Verdict::Missing(String::from_utf8_lossy(&output.stderr).into_owned())
+        Verdict::Missing(format!("{told}{}", String::from_utf8_lossy(&output.stderr)))
     })
 }
 
-fn text(script: &str, image: &Path, seconds: u32) -> String {
+fn text(script: &str, image: &Path, seconds: u32, paced: bool) -> String {
+    let least = seconds * TICKS_PER_SECOND * LEAST / 100;
+    let steps = format!("\n[[expect]]\nat = {seconds}\nvalue = \"steps\"\nabove = {least}\n");
     format!(
         "[world]\nsize = [1000, 1000]\nduration = {seconds}\n\n\
          [[robots]]\nrobot = \"kilobot\"\nscript = '{}'\nbackend = \"firmware\"\nfirmware = '{}'\n\
          count = {ROBOTS}\nplacement = \"grid\"\nspacing = 60\n\n\
-         [[expect]]\nat = {seconds}\nvalue = \"running\"\nequals = 1\n",
+         [output]\nplot = [\"steps\"]\n\n\
+         [[expect]]\nat = {seconds}\nvalue = \"running\"\nequals = 1\n{}",
         root().join(script).display(),
-        image.display()
+        image.display(),
+        if paced { &steps } else { "" }
     )
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn scripts_without_steps_or_with_pauses_have_a_pace_of_their_own() {
+        assert!(keeps_pace(STANDSTILL));
+        assert!(keeps_pace("# No delay() here.\nfunction step() { led(1) }\n"));
+        assert!(!keeps_pace("function step() {\n  led(1) delay(500)\n}\n"));
+        assert!(!keeps_pace("# function step() {}\nlog(1)\n"));
+        let read = |item: &String| read_text(&root().join(item)).unwrap();
+        let others = examples().into_iter().filter(|item| !keeps_pace(&read(item)));
+        assert_eq!(others.collect::<Vec<_>>(), ["examples/dice.bzz"]);
+    }
 
     #[test]
     fn examples_say_whom_they_are_for() {

@@ -432,6 +432,11 @@ impl Emulated<'_> {
                     });
                 }
             }
+            Event::Step => {
+                if let Some(robot) = world.brain_mut(self.id) {
+                    robot.has_stepped();
+                }
+            }
             // Its power was cut, or is back.
             Event::Reset { cause } if cause == ResetCause::PowerOff.name() => {}
             Event::Reset { cause } if cause == ResetCause::PowerOn.name() => {

@@ -112,6 +112,8 @@ pub struct State<'p> {
     stage: Stage,
     /// The stage has begun and is not yet done.
     is_running: bool,
+    /// Steps that were completed.
+    pub steps: u32,
     /// Milliseconds at which the running `delay` is over.
     awake: u64,
     pilot: Pilot,
@@ -130,6 +132,7 @@ impl<'p> State<'p> {
             cast,
             stage: Stage::Global,
             is_running: false,
+            steps: 0,
             awake: 0,
             pilot: Pilot::default(),
             battery: None,
@@ -171,6 +174,11 @@ impl<'p> Robot<'p> {
     pub fn has_logged(&mut self, line: LogLine) {
         self.state.logged.push(line);
         self.state.cast.note();
+    }
+
+    /// Its script has completed a step.
+    pub fn has_stepped(&mut self) {
+        self.state.steps = self.state.steps.saturating_add(1);
     }
 
     /// Its script has stopped.
@@ -383,6 +391,9 @@ impl<P: Profile, const SLOTS: usize, const FRAME: usize, const IN: usize, const 
             match outcome {
                 Outcome::Done => {
                     state.is_running = false;
+                    if stage == Stage::Step && is_running {
+                        state.steps = state.steps.saturating_add(1);
+                    }
                     state.stage = match stage {
                         Stage::Global => Stage::Init,
                         Stage::Init | Stage::Step => Stage::Step,

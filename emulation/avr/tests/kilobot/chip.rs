@@ -191,3 +191,16 @@ fn file(name: &str, bytes: &[u8]) -> std::path::PathBuf {
     std::fs::write(&path, bytes).unwrap();
     path
 }
+
+#[test]
+fn steps_are_counted_without_the_image_doing_anything_for_it() {
+    let mut robots = Robots::new(2, &assemble("phase", "phase", &[]));
+    robots.run(1_000);
+    assert_eq!(robots.seen(), [&Event::Step; 3]);
+    assert_eq!(robots.events.len(), 6, "each has its own");
+    // It begins anew in the middle of a step.
+    robots.tell(0, &Command::Power { on: false });
+    robots.tell(0, &Command::Power { on: true });
+    robots.run(1_000);
+    assert_eq!(robots.seen(), [&Event::Step; 6]);
+}

@@ -1,0 +1,72 @@
+//! What the script is doing. An emulator follows it in the robot's memory, and so counts steps of which the robot tells nobody.
+
+/// The image's symbol for the byte that holds the [`Phase`]: a name beside others, which takes no memory.
+pub const SYMBOL: &str = "bbz_phase";
+
+/// What the script is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Phase {
+    /// It was not started yet.
+    New,
+    /// It runs the global code.
+    Global,
+    /// It runs `init()` or a step.
+    Runs,
+    /// It waits for the next tick.
+    Waits,
+    /// The robot refuses the image, or there was a fault.
+    Stopped,
+}
+
+/// Counts the steps that are completed, of somebody who looks whenever the phase may have changed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Steps {
+    completed: u64,
+    /// The phase, as it was seen last.
+    seen: u8,
+    /// What runs has begun with a tick; `init()` has not.
+    is_step: bool,
+}
+
+impl Steps {
+    /// How many were completed.
+    pub fn completed(&self) -> u64 {
+        self.completed
+    }
+
+    /// Takes notice of the phase as it is now.
+    pub fn look(&mut self, phase: u8) {
+        const RUNS: u8 = Phase::Runs as u8;
+        const WAITS: u8 = Phase::Waits as u8;
+        match (core::mem::replace(&mut self.seen, phase), phase) {
+            (WAITS, RUNS) => self.is_step = true,
+            (RUNS, WAITS) => self.completed += u64::from(core::mem::take(&mut self.is_step)),
+            (RUNS, RUNS) => {}
+            _ => self.is_step = false,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn completed(phases: &[Phase]) -> u64 {
+        let mut steps = Steps::default();
+        phases.iter().for_each(|phase| steps.look(*phase as u8));
+        steps.completed()
+    }
+
+    #[test]
+    fn a_step_begins_with_a_tick_and_ends_before_the_next() {
+        use Phase::{Global, New, Runs, Stopped, Waits};
+        assert_eq!(completed(&[New, Global, Runs, Waits]), 0, "init()");
+        assert_eq!(completed(&[New, Global, Waits, Waits]), 0, "no step()");
+        assert_eq!(completed(&[New, Global, Runs, Waits, Runs, Runs, Waits, Runs, Waits]), 2);
+        assert_eq!(completed(&[New, Global, Waits, Runs, Runs, Runs]), 0, "it never ends");
+        assert_eq!(completed(&[Waits, Runs, Waits, Runs, Stopped]), 1);
+        // A reset during a step.
+        assert_eq!(completed(&[Waits, Runs, New, Global, Runs, Waits]), 0);
+    }
+}
