@@ -151,7 +151,7 @@ fn find(robot: &str) -> Result<Robot, BuildError> {
 /// Does all of it for a chip whose script lies right behind the program, without a place of its own: there is no `memory.x`,
 /// `script.bin` begins with a mark, `SCRIPT_HEADER` bytes of it stand before the image, which is sealed. Of the machine only
 /// those [parts](Parts) are there that the script uses, and those of the language; `BBZ_PARTS` says otherwise: `used` leaves out those of the
-/// language, too, and the name of a part that one: to measure it.
+/// language, too, the name of a part that one, to measure it, and `all` leaves out none.
 pub fn behind_program(robot: &str, default_script: &str) -> Result<(), BuildError> {
     rerun(robot);
     println!("cargo:rerun-if-env-changed={PARTS}");
@@ -161,6 +161,7 @@ pub fn behind_program(robot: &str, default_script: &str) -> Result<(), BuildErro
     let used = fit::parts(&image);
     let parts = match env::var(PARTS) {
         Err(_) => used.and(Parts::LANGUAGE),
+        Ok(which) if which == "all" => Parts::ALL,
         Ok(left_out) => {
             let is_left_out = |part: &&Part| part.name() == left_out;
             match Part::ALL.iter().find(is_left_out) {
