@@ -153,11 +153,12 @@ impl Fleet {
 /// Lets the chosen ones run, on as many threads as there are.
 fn run(members: &mut [Member], end: Time, chosen: impl Fn(&Member) -> bool + Sync) {
     let count = members.iter().filter(|member| chosen(member)).count();
-    if count > 1 {
+    // To wake a single thread for each window takes as long as the window.
+    if count > 1 && rayon::current_num_threads() > 1 {
         let all = members.par_iter_mut().with_max_len(1);
         all.filter(|member| chosen(member)).for_each(|member| member.run(end));
-    } else if let Some(member) = members.iter_mut().find(|member| chosen(member)) {
-        member.run(end);
+    } else {
+        members.iter_mut().filter(|member| chosen(member)).for_each(|member| member.run(end));
     }
 }
 
