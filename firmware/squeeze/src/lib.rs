@@ -7,7 +7,7 @@
 //!
 //! # Principles
 //! 1. **What it does not know it leaves alone.** An instruction that it cannot read ends what it looks at.
-//! 2. **The hot paths keep their speed.** Sharing costs a call; functions that are named as hot keep their own code.
+//! 2. **The hot paths keep their speed.** Sharing costs a call; functions that are named as hot keep their own code, and so do interrupts.
 //! 3. **What remains computes what was there**, in the same registers: an instruction becomes at most a copy or a constant of the same size.
 //!
 //! # Cost
@@ -35,6 +35,7 @@ mod value;
 
 use listing::Listing;
 
+pub use hot::{LOOP, PATHS};
 pub use link::build_script;
 
 /// Everything in turn; the assembly that remains.

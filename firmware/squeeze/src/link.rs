@@ -43,11 +43,11 @@ impl fmt::Display for LinkError {
     }
 }
 
-/// What the build script of an AVR program does.
-pub fn build_script() {
+/// What the build script of an AVR program does; the functions of these names keep their speed.
+pub fn build_script(hot: &[&str]) {
     let mut arguments = env::args_os().skip(1);
     if arguments.next().is_some_and(|first| first == AS_WRAPPER) {
-        match link(arguments.collect()) {
+        match link(arguments.collect(), hot) {
             Ok(()) => exit(0),
             Err(error) => {
                 eprintln!("error: {error}");
@@ -62,11 +62,11 @@ pub fn build_script() {
     }
 }
 
-fn link(mut arguments: Vec<OsString>) -> Result<(), LinkError> {
+fn link(mut arguments: Vec<OsString>, hot: &[&str]) -> Result<(), LinkError> {
     let chip = arguments.iter().find(|argument| is_chip(argument)).cloned();
     for argument in &mut arguments {
         if let Some(assembly) = assembly_of(Path::new(argument)) {
-            *argument = assemble(&assembly, chip.as_deref())?.into();
+            *argument = assemble(&assembly, chip.as_deref(), hot)?.into();
         }
     }
     let (linker, arguments) = arguments.split_first().ok_or(LinkError::Arguments)?;
@@ -87,14 +87,15 @@ fn assembly_of(object: &Path) -> Option<PathBuf> {
 }
 
 /// The object of the squeezed assembly.
-fn assemble(assembly: &Path, chip: Option<&OsStr>) -> Result<PathBuf, LinkError> {
+fn assemble(assembly: &Path, chip: Option<&OsStr>, hot: &[&str]) -> Result<PathBuf, LinkError> {
     let failed = |path: &Path| {
         let path = path.to_owned();
         move |error| LinkError::Io(path, error)
     };
     let text = fs::read_to_string(assembly).map_err(failed(assembly))?;
     let squeezed = assembly.with_extension("squeezed.s");
-    fs::write(&squeezed, squeeze(&text, is_hot)).map_err(failed(&squeezed))?;
+    fs::write(&squeezed, squeeze(&text, |symbol| is_hot(symbol, hot)))
+        .map_err(failed(&squeezed))?;
     let object = assembly.with_extension("squeezed.o");
     let mut assembler = Command::new("avr-as");
     if let Some(chip) = chip.and_then(OsStr::to_str) {
