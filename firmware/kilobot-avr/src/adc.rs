@@ -3,8 +3,9 @@
 //! While the robot listens, the comparator's flag starts a conversion with each pulse (data sheet 23.3, auto triggering):
 //! by itself with the high gain, and for the second pulse of a message with the low one.
 
-use avr_device::atmega328p::Peripherals;
 use avr_device::interrupt;
+
+use crate::chip::Chip;
 
 /// Channels (facts of kilolib.c).
 const HIGH_GAIN: u8 = 0;
@@ -30,18 +31,18 @@ const TRIGGERED: u8 = 0b0010_0000;
 
 /// The next pulse is measured with the high gain.
 #[inline(always)]
-pub fn listen_loud(chip: &Peripherals) {
+pub fn listen_loud(chip: &Chip) {
     listen(chip, HIGH_GAIN);
 }
 
 /// The next pulse is measured with the low gain.
 #[inline(always)]
-pub fn listen_quiet(chip: &Peripherals) {
+pub fn listen_quiet(chip: &Chip) {
     listen(chip, LOW_GAIN);
 }
 
 #[inline(always)]
-fn listen(chip: &Peripherals, channel: u8) {
+fn listen(chip: &Chip, channel: u8) {
     // SAFETY: every channel may be chosen, and the bits are those above.
     unsafe {
         chip.ADC.admux().write(|w| w.bits(channel));
@@ -51,7 +52,7 @@ fn listen(chip: &Peripherals, channel: u8) {
 
 /// Begins to listen.
 #[inline(never)]
-pub fn start(chip: &Peripherals) {
+pub fn start(chip: &Chip) {
     // Triggered by the comparator (data sheet, table 23-6).
     // SAFETY: 1 is that.
     unsafe { chip.ADC.adcsrb().write(|w| w.bits(1)) };
@@ -59,14 +60,14 @@ pub fn start(chip: &Peripherals) {
 }
 
 /// Off, to sleep.
-pub fn stop(chip: &Peripherals) {
+pub fn stop(chip: &Chip) {
     // SAFETY: all of it off.
     unsafe { chip.ADC.adcsra().write(|w| w.bits(0)) };
 }
 
 /// Waits for the running conversion: 0 to 1023.
 #[inline(always)]
-pub fn finish(chip: &Peripherals) -> u16 {
+pub fn finish(chip: &Chip) -> u16 {
     for _ in 0..POLLS {
         if chip.ADC.adcsra().read().bits() & START == 0 {
             break;
@@ -77,7 +78,7 @@ pub fn finish(chip: &Peripherals) -> u16 {
 
 /// Reads a sensor: 0 to 1023. A message that begins meanwhile is lost.
 #[inline(never)]
-pub fn read(chip: &Peripherals, sensor: Sensor) -> u16 {
+pub fn read(chip: &Chip, sensor: Sensor) -> u16 {
     interrupt::free(|_| {
         // SAFETY: every channel may be chosen, and the bits are those above.
         unsafe {

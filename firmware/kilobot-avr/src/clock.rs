@@ -2,10 +2,9 @@
 
 use core::cell::Cell;
 
-use avr_device::atmega328p::Peripherals;
 use avr_device::interrupt::{self, CriticalSection, Mutex};
 
-use crate::registers;
+use crate::chip::{Chip, registers};
 
 /// 8 of 128 µs.
 const WAKE: u8 = 8;
@@ -14,7 +13,7 @@ static OVERFLOWS: Mutex<Cell<u8>> = Mutex::new(Cell::new(0));
 
 /// Begins.
 #[inline(never)]
-pub fn start(chip: &Peripherals) {
+pub fn start(chip: &Chip) {
     // Normal mode, prescaler 1024 (ATmega328P data sheet 15.9).
     chip.TC0.tccr0b().write(|w| w.cs0().prescale_1024());
     chip.TC0.timsk0().write(|w| w.toie0().set_bit());
@@ -22,7 +21,7 @@ pub fn start(chip: &Peripherals) {
 
 /// Now.
 #[inline(never)]
-pub fn now(chip: &Peripherals) -> u16 {
+pub fn now(chip: &Chip) -> u16 {
     interrupt::free(|guard| {
         let low = chip.TC0.tcnt0().read().bits();
         let mut high = OVERFLOWS.borrow(guard).get();
@@ -36,7 +35,7 @@ pub fn now(chip: &Peripherals) -> u16 {
 
 /// Wakes the processor about a ms from now, if it sleeps.
 #[inline(always)]
-pub fn wake_soon(chip: &Peripherals) {
+pub fn wake_soon(chip: &Chip) {
     let soon = chip.TC0.tcnt0().read().bits().wrapping_add(WAKE);
     // SAFETY: any time may be compared with.
     unsafe { chip.TC0.ocr0a().write(|w| w.bits(soon)) };

@@ -2,12 +2,13 @@
 
 use core::arch::asm;
 
-use avr_device::atmega328p::Peripherals;
 use avr_device::interrupt;
+
+use crate::chip::Chip;
 
 /// The byte there.
 #[inline(never)]
-pub fn read(chip: &Peripherals, address: u16) -> u8 {
+pub fn read(chip: &Chip, address: u16) -> u8 {
     // SAFETY: every address of ten bits may be read.
     unsafe { chip.EEPROM.eear().write(|w| w.bits(address)) };
     chip.EEPROM.eecr().write(|w| w.eere().set_bit());
@@ -15,7 +16,7 @@ pub fn read(chip: &Peripherals, address: u16) -> u8 {
 }
 
 /// Writes it, in 3.4 ms.
-pub fn write(chip: &Peripherals, address: u16, byte: u8) {
+pub fn write(chip: &Chip, address: u16, byte: u8) {
     // SAFETY: what was stored there is to be replaced.
     unsafe {
         chip.EEPROM.eear().write(|w| w.bits(address));

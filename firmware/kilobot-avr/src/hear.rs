@@ -5,12 +5,12 @@
 
 use core::cell::Cell;
 
-use avr_device::atmega328p::Peripherals;
 use avr_device::interrupt::{self, CriticalSection, Mutex};
 use bittybuzz_kilobot::distance::Amplitudes;
 use bittybuzz_kilobot::receiver::{DEADLINE, MESSAGE, Pulse, Receiver};
 
-use crate::{adc, registers};
+use crate::adc;
+use crate::chip::{Chip, registers};
 
 /// A message, and how loud it was.
 #[derive(Clone, Copy)]
@@ -43,7 +43,7 @@ const ON_CAPTURE: u8 = 0b0010_0000;
 const ON_DEADLINE: u8 = 0b0000_0010;
 
 /// Begins to listen.
-pub fn start(chip: &Peripherals) {
+pub fn start(chip: &Chip) {
     // SAFETY: the bits of the data sheet: 22.3 and 16.11.
     unsafe {
         // The pins are the comparator's alone.
@@ -56,7 +56,7 @@ pub fn start(chip: &Peripherals) {
 }
 
 /// Forgets what came while nobody listened: the robot's own light, when it was sending.
-pub fn resume(chip: &Peripherals) {
+pub fn resume(chip: &Chip) {
     // SAFETY: as above.
     unsafe {
         chip.AC.acsr().write(|w| w.bits(CAPTURE | FLAG));
@@ -66,7 +66,7 @@ pub fn resume(chip: &Peripherals) {
 }
 
 /// Whether light is seen at this moment.
-pub fn sees_light(chip: &Peripherals) -> bool {
+pub fn sees_light(chip: &Chip) -> bool {
     chip.AC.acsr().read().aco().bit_is_set()
 }
 
@@ -128,7 +128,7 @@ fn TIMER1_COMPA() {
 
 /// By then the next byte must have begun.
 #[inline(always)]
-fn expect_by(chip: &Peripherals, start: u16) {
+fn expect_by(chip: &Chip, start: u16) {
     // SAFETY: any time may be compared with, and the bits are those above.
     unsafe {
         chip.TC1.ocr1a().write(|w| w.bits(start.wrapping_add(DEADLINE)));
@@ -139,7 +139,7 @@ fn expect_by(chip: &Peripherals, start: u16) {
 
 /// Waits for another message.
 #[inline(always)]
-fn end(chip: &Peripherals) {
+fn end(chip: &Chip) {
     // SAFETY: as above.
     unsafe { chip.TC1.timsk1().write(|w| w.bits(ON_CAPTURE)) };
     adc::listen_loud(chip);

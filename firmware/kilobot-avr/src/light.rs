@@ -1,11 +1,12 @@
 //! The RGB LED: a lamp is on while its pin is an output (low), off while it is an input.
 
-use avr_device::atmega328p::Peripherals;
 use bittybuzz_kilobot::light::Color;
+
+use crate::chip::Chip;
 
 /// Shows a colour: green at PC3 and PC2, blue at PC5 and PC4, red at PD5 and PD4.
 #[inline(never)]
-pub fn show(chip: &Peripherals, color: Color) {
+pub fn show(chip: &Chip, color: Color) {
     let bits = swapped(color.bits);
     // SAFETY: the pins are the lamps'.
     unsafe {

@@ -17,6 +17,7 @@
 #![feature(abi_avr_interrupt, asm_experimental_arch)]
 
 mod adc;
+mod chip;
 mod clock;
 mod eeprom;
 mod hear;
@@ -37,7 +38,6 @@ mod toml {
 use core::arch::global_asm;
 use core::mem::offset_of;
 
-use avr_device::atmega328p::Peripherals;
 use bittybuzz_comms::infrared;
 use bittybuzz_kilobot::calibration::{self, DUTIES, ID, TRANSMITTERS};
 use bittybuzz_kilobot::controller;
@@ -47,6 +47,7 @@ use bittybuzz_kilobot::light::{Blinker, Color, of_battery};
 use bittybuzz_kilobot::sender::Sender;
 use bittybuzz_vm_core::{Sizes, Vm};
 
+use chip::registers;
 use hear::Heard;
 use robot::Robot;
 use script::{Machine, Script};
@@ -108,12 +109,6 @@ fn main() -> ! {
             power::doze(&registers());
         }
     }
-}
-
-/// The chip's registers. They are no memory, and take none.
-fn registers() -> Peripherals {
-    // SAFETY: each register has one room that uses it; what interrupts use, too, the others use with interrupts off.
-    unsafe { Peripherals::steal() }
 }
 
 /// Everything but the machine.

@@ -1,13 +1,13 @@
 //! The vibration motors: timer 2, phase-correct PWM of 1961 Hz, left at PB3 (OC2A), right at PD3 (OC2B).
 
-use avr_device::atmega328p::Peripherals;
+use crate::chip::Chip;
 
 const LEFT: u8 = 1 << 3;
 const RIGHT: u8 = 1 << 3;
 
 /// Stopped. The timer runs.
 #[inline(never)]
-pub fn start(chip: &Peripherals) {
+pub fn start(chip: &Chip) {
     // SAFETY: phase-correct, not inverted, 8 MHz / 8 (data sheet 18.11).
     unsafe {
         chip.TC2.tccr2a().write(|w| w.bits(0b1010_0001));
@@ -18,7 +18,7 @@ pub fn start(chip: &Peripherals) {
 
 /// Duties of left and right motor, 0 to 255. The pins of motors that stand are inputs.
 #[inline(never)]
-pub fn drive(chip: &Peripherals, [left, right]: [u8; 2]) {
+pub fn drive(chip: &Chip, [left, right]: [u8; 2]) {
     // SAFETY: the pins are the motors'.
     unsafe {
         chip.TC2.ocr2a().write(|w| w.bits(left));

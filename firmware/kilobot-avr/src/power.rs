@@ -2,10 +2,10 @@
 
 use core::arch::{asm, global_asm};
 
-use avr_device::atmega328p::Peripherals;
 use avr_device::{asm as instruction, interrupt};
 use bittybuzz_kilobot::calibration::OSCILLATOR;
 
+use crate::chip::Chip;
 use crate::{adc, clock, eeprom, hear};
 
 // Before anything else: the watchdog, which may have reset the robot, is still on and fast (data sheet 11.8.2). r2 keeps
@@ -45,7 +45,7 @@ pub fn was_stuck() -> bool {
 
 /// Everything off but the receiver, the oscillator corrected, the watchdog on.
 #[inline(never)]
-pub fn start(chip: &Peripherals) {
+pub fn start(chip: &Chip) {
     ports(chip, RECEIVER);
     let correction = eeprom::read(chip, OSCILLATOR);
     if correction != 0xff {
@@ -56,7 +56,7 @@ pub fn start(chip: &Peripherals) {
 }
 
 /// Pins that are outputs and high at port D; all others are inputs and low.
-fn ports(chip: &Peripherals, high: u8) {
+fn ports(chip: &Chip, high: u8) {
     // SAFETY: nothing shines, nothing moves.
     unsafe {
         chip.PORTB.ddrb().write(|w| w.bits(0));
@@ -69,7 +69,7 @@ fn ports(chip: &Peripherals, high: u8) {
 }
 
 /// Sets the watchdog.
-fn watch(_: &Peripherals, what: u8) {
+fn watch(_: &Chip, what: u8) {
     interrupt::free(|_| {
         // WDCE and WDE first, what is wanted at most four cycles later.
         // SAFETY: WDTCSR is at 0x60.
@@ -81,7 +81,7 @@ fn watch(_: &Peripherals, what: u8) {
 }
 
 /// Whether the battery is being charged: pin D0 is low.
-pub fn is_charging(chip: &Peripherals) -> bool {
+pub fn is_charging(chip: &Chip) -> bool {
     chip.PORTD.pind().read().bits() & 1 == 0
 }
 
@@ -92,7 +92,7 @@ pub fn feed() {
 
 /// Halts the processor until the next interrupt, a ms from now at the latest. All else goes on.
 #[inline(always)]
-pub fn doze(chip: &Peripherals) {
+pub fn doze(chip: &Chip) {
     clock::wake_soon(chip);
     // SAFETY: idle, sleep enabled, and disabled (data sheet 10.11.1).
     unsafe { chip.CPU.smcr().write(|w| w.bits(0b0000_0001)) };
@@ -103,7 +103,7 @@ pub fn doze(chip: &Peripherals) {
 
 /// Sleeps for eight seconds, with everything off.
 #[inline(never)]
-pub fn sleep(chip: &Peripherals) {
+pub fn sleep(chip: &Chip) {
     // The comparator would go on drawing current.
     // SAFETY: bit ACD.
     unsafe { chip.AC.acsr().write(|w| w.bits(0x80)) };
@@ -135,21 +135,21 @@ pub fn pause(us: u16) {
 fn WDT() {}
 
 /// Starts anew.
-pub fn reset(chip: &Peripherals) -> ! {
+pub fn reset(chip: &Chip) -> ! {
     leave(chip);
     // SAFETY: the program begins there, and sets all that it uses.
     unsafe { asm!("jmp 0", options(noreturn)) }
 }
 
 /// Starts the boot loader.
-pub fn boot(chip: &Peripherals) -> ! {
+pub fn boot(chip: &Chip) -> ! {
     leave(chip);
     // SAFETY: the robot's own program, which does not come back.
     unsafe { asm!("jmp 0x7000", options(noreturn)) }
 }
 
 /// As after a reset, as far as whoever comes next relies on it.
-fn leave(chip: &Peripherals) {
+fn leave(chip: &Chip) {
     interrupt::disable();
     watch(chip, OFF);
     ports(chip, 0);

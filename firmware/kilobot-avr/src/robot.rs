@@ -11,8 +11,9 @@ use bittybuzz_vm_core::{
 };
 
 use crate::adc::{self, Sensor};
+use crate::chip::registers;
 use crate::toml::{self, function};
-use crate::{clock, hear, registers};
+use crate::{clock, hear};
 
 /// The robot.
 pub struct Robot {

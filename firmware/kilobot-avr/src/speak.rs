@@ -2,10 +2,10 @@
 
 use core::arch::asm;
 
-use avr_device::atmega328p::Peripherals;
 use avr_device::interrupt;
 use bittybuzz_kilobot::receiver::MESSAGE;
 
+use crate::chip::Chip;
 use crate::hear;
 
 /// Cycles of 8 MHz, as measured at kilolib: from the first pulse to the second, from there to the first start bit, from bit to
@@ -23,7 +23,7 @@ const PORTB: u8 = 0x05;
 
 /// Sends a message by the pins of port B in `transmitters`; false if another robot is sending.
 #[inline(never)]
-pub fn speak(chip: &Peripherals, transmitters: u8, message: &[u8; MESSAGE]) -> bool {
+pub fn speak(chip: &Chip, transmitters: u8, message: &[u8; MESSAGE]) -> bool {
     interrupt::free(|_| {
         let directions = chip.PORTB.ddrb().read().bits();
         // SAFETY: the robot's light diodes are at these pins.
@@ -36,7 +36,7 @@ pub fn speak(chip: &Peripherals, transmitters: u8, message: &[u8; MESSAGE]) -> b
     })
 }
 
-fn pulses(chip: &Peripherals, transmitters: u8, message: &[u8; MESSAGE]) -> bool {
+fn pulses(chip: &Chip, transmitters: u8, message: &[u8; MESSAGE]) -> bool {
     let mut at = chip.TC1.tcnt1().read().bits().wrapping_add(50);
     pulse(chip, at, transmitters);
     wait(chip, at.wrapping_add(LOOK_FROM));
@@ -68,18 +68,18 @@ fn pulses(chip: &Peripherals, transmitters: u8, message: &[u8; MESSAGE]) -> bool
 
 /// Waits for a time less than 4 ms away.
 #[inline(never)]
-fn wait(chip: &Peripherals, until: u16) {
+fn wait(chip: &Chip, until: u16) {
     while !is_past(chip, until) {}
 }
 
 #[inline(always)]
-fn is_past(chip: &Peripherals, until: u16) -> bool {
+fn is_past(chip: &Chip, until: u16) -> bool {
     (chip.TC1.tcnt1().read().bits().wrapping_sub(until) as i16) >= 0
 }
 
 /// Light for 9 cycles, 1.125 µs.
 #[inline(never)]
-fn pulse(chip: &Peripherals, at: u16, transmitters: u8) {
+fn pulse(chip: &Chip, at: u16, transmitters: u8) {
     wait(chip, at);
     // SAFETY: it lights the diodes and darkens them, with nothing else at this port: its other pins' levels stay 0.
     unsafe {

@@ -18,6 +18,8 @@
 #[path = "../adc.rs"]
 #[allow(dead_code, reason = "sensors")]
 mod adc;
+#[path = "../chip.rs"]
+mod chip;
 #[path = "../clock.rs"]
 #[allow(dead_code, reason = "time")]
 mod clock;
@@ -31,9 +33,10 @@ mod hear;
 #[allow(dead_code, reason = "sleep")]
 mod power;
 
-use avr_device::atmega328p::Peripherals;
 use bittybuzz_comms::infrared;
 use bittybuzz_kilobot::controller::{self, Command};
+
+use chip::registers;
 
 /// Messages that wait for the line. A message takes 4.4 ms, its line 7.3.
 const WAITING: usize = 16;
@@ -53,12 +56,6 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
     }
     // SAFETY: it does not exist, so this never links.
     unsafe { the_program_contains_a_panic() }
-}
-
-/// The chip's registers. They are no memory, and take none.
-fn registers() -> Peripherals {
-    // SAFETY: each register has one room that uses it; what interrupts use, too, the others use with interrupts off.
-    unsafe { Peripherals::steal() }
 }
 
 #[avr_device::entry]

@@ -1,0 +1,42 @@
+//! The chip's registers.
+
+use avr_device::atmega328p::{AC, ADC, CPU, EEPROM, PORTB, PORTC, PORTD, TC0, TC1, TC2, USART0};
+
+/// Those that are used. They are no memory, and take none.
+///
+/// `Peripherals` would note in memory, each time, that somebody has them.
+#[allow(missing_docs, non_snake_case, reason = "the data sheet's names")]
+pub struct Chip {
+    pub AC: AC,
+    pub ADC: ADC,
+    pub CPU: CPU,
+    pub EEPROM: EEPROM,
+    pub PORTB: PORTB,
+    pub PORTC: PORTC,
+    pub PORTD: PORTD,
+    pub TC0: TC0,
+    pub TC1: TC1,
+    pub TC2: TC2,
+    pub USART0: USART0,
+}
+
+/// The chip's registers.
+#[inline(always)]
+pub fn registers() -> Chip {
+    // SAFETY: each register has one room that uses it; what interrupts use, too, the others use with interrupts off.
+    unsafe {
+        Chip {
+            AC: AC::steal(),
+            ADC: ADC::steal(),
+            CPU: CPU::steal(),
+            EEPROM: EEPROM::steal(),
+            PORTB: PORTB::steal(),
+            PORTC: PORTC::steal(),
+            PORTD: PORTD::steal(),
+            TC0: TC0::steal(),
+            TC1: TC1::steal(),
+            TC2: TC2::steal(),
+            USART0: USART0::steal(),
+        }
+    }
+}
