@@ -66,7 +66,7 @@ pub fn stop(chip: &Chip) {
 }
 
 /// Waits for the running conversion: 0 to 1023.
-#[inline(always)]
+#[inline(never)]
 pub fn finish(chip: &Chip) -> u16 {
     for _ in 0..POLLS {
         if chip.ADC.adcsra().read().bits() & START == 0 {

@@ -6,33 +6,16 @@
 use core::cell::Cell;
 
 use avr_device::interrupt::{self, CriticalSection, Mutex};
-use bittybuzz_kilobot::distance::Amplitudes;
-use bittybuzz_kilobot::receiver::{DEADLINE, MESSAGE, Pulse, Receiver};
+use bittybuzz_kilobot::receiver::{DEADLINE, Heard, Pulse, Receiver};
 
 use crate::adc;
 use crate::chip::{Chip, registers};
 
-/// A message, and how loud it was.
-#[derive(Clone, Copy)]
-pub struct Heard {
-    /// Its bytes, perhaps damaged.
-    pub message: [u8; MESSAGE],
-    /// Of its first two pulses.
-    pub amplitudes: Amplitudes,
-}
-
 /// The last message, until it is taken. Later ones are lost.
 static HEARD: Mutex<Cell<Option<Heard>>> = Mutex::new(Cell::new(None));
-static IS_BUSY: Mutex<Cell<bool>> = Mutex::new(Cell::new(false));
 
-/// What only the interrupts know.
-struct Ear {
-    receiver: Receiver,
-    amplitudes: Amplitudes,
-}
-
-static mut EAR: Ear =
-    Ear { receiver: Receiver::new(), amplitudes: Amplitudes { high_gain: 0, low_gain: 0 } };
+/// The interrupts'.
+static mut RECEIVER: Receiver = Receiver::new();
 
 /// ACSR: capture by the timer, rising edges; and its flag, which a one clears.
 const CAPTURE: u8 = 0b0000_0111;
@@ -72,7 +55,9 @@ pub fn sees_light(chip: &Chip) -> bool {
 
 /// Whether a message comes in.
 pub fn is_busy() -> bool {
-    interrupt::free(|guard| IS_BUSY.borrow(guard).get())
+    let receiver = &raw const RECEIVER;
+    // SAFETY: meanwhile no interrupt changes it.
+    interrupt::free(|_| unsafe { &*receiver }.is_busy())
 }
 
 /// The message that came in, if there is one.
@@ -87,19 +72,18 @@ fn TIMER1_CAPT() {
     // Cleared, the flag starts the next conversion.
     // SAFETY: the bits of the data sheet.
     unsafe { chip.AC.acsr().write(|w| w.bits(CAPTURE | FLAG)) };
-    let ear = &raw mut EAR;
-    // SAFETY: only the two handlers use it, and neither interrupts the other.
-    let ear = unsafe { &mut *ear };
-    match ear.receiver.pulse(at) {
+    let receiver = &raw mut RECEIVER;
+    // SAFETY: only the two handlers change it, and neither interrupts the other.
+    let receiver = unsafe { &mut *receiver };
+    match receiver.pulse(at) {
         Pulse::Inside => {}
         Pulse::First => {
             expect_by(&chip, at);
-            busy(true);
-            ear.amplitudes.high_gain = adc::finish(&chip);
+            receiver.heard.amplitudes.high_gain = adc::finish(&chip);
             adc::listen_quiet(&chip);
         }
         Pulse::Second => {
-            ear.amplitudes.low_gain = adc::finish(&chip);
+            receiver.heard.amplitudes.low_gain = adc::finish(&chip);
             adc::listen_loud(&chip);
         }
         Pulse::Start => expect_by(&chip, at),
@@ -109,8 +93,7 @@ fn TIMER1_CAPT() {
             let guard = unsafe { CriticalSection::new() };
             let heard = HEARD.borrow(guard);
             if heard.get().is_none() {
-                let message = *ear.receiver.message();
-                heard.set(Some(Heard { message, amplitudes: ear.amplitudes }));
+                heard.set(Some(receiver.heard));
             }
         }
         Pulse::Stray => end(&chip),
@@ -119,15 +102,14 @@ fn TIMER1_CAPT() {
 
 #[avr_device::interrupt(atmega328p)]
 fn TIMER1_COMPA() {
-    let chip = registers();
-    let ear = &raw mut EAR;
-    // SAFETY: only the two handlers use it, and neither interrupts the other.
-    unsafe { &mut *ear }.receiver.give_up();
-    end(&chip);
+    let receiver = &raw mut RECEIVER;
+    // SAFETY: only the two handlers change it, and neither interrupts the other.
+    unsafe { &mut *receiver }.give_up();
+    end(&registers());
 }
 
 /// By then the next byte must have begun.
-#[inline(always)]
+#[inline(never)]
 fn expect_by(chip: &Chip, start: u16) {
     // SAFETY: any time may be compared with, and the bits are those above.
     unsafe {
@@ -138,17 +120,9 @@ fn expect_by(chip: &Chip, start: u16) {
 }
 
 /// Waits for another message.
-#[inline(always)]
+#[inline(never)]
 fn end(chip: &Chip) {
     // SAFETY: as above.
     unsafe { chip.TC1.timsk1().write(|w| w.bits(ON_CAPTURE)) };
     adc::listen_loud(chip);
-    busy(false);
-}
-
-#[inline(always)]
-fn busy(is_busy: bool) {
-    // SAFETY: interrupts are off in a handler.
-    let guard = unsafe { CriticalSection::new() };
-    IS_BUSY.borrow(guard).set(is_busy);
 }

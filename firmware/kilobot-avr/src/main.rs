@@ -44,11 +44,11 @@ use bittybuzz_kilobot::controller;
 use bittybuzz_kilobot::distance::distance;
 use bittybuzz_kilobot::life::{Act, Life, State};
 use bittybuzz_kilobot::light::{Blinker, Color, of_battery};
+use bittybuzz_kilobot::receiver::Heard;
 use bittybuzz_kilobot::sender::Sender;
 use bittybuzz_vm_core::{Sizes, Vm};
 
 use chip::registers;
-use hear::Heard;
 use robot::Robot;
 use script::{Machine, Script};
 

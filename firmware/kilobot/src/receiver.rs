@@ -5,6 +5,8 @@
 //!
 //! Each byte is measured from its own start bit, so that the clocks of sender and receiver may differ by -5 to +4 percent.
 
+use crate::distance::Amplitudes;
+
 /// Cycles of a bit (kilolib, `rx_bitcycles`).
 pub const BIT: u16 = 269;
 
@@ -35,107 +37,85 @@ pub enum Pulse {
     Stray,
 }
 
-/// Where in a message the next pulse is expected.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Place {
-    /// Before it.
-    Idle,
-    /// In the byte 0.
-    Lead,
-    /// Before this byte.
-    Before(u8),
-    /// In it.
-    In(u8),
+/// A message, and how loud it was.
+#[derive(Clone, Copy, Debug)]
+pub struct Heard {
+    /// Its bytes, perhaps damaged.
+    pub message: [u8; MESSAGE],
+    /// Of its first two pulses.
+    pub amplitudes: Amplitudes,
 }
+
+/// Before a message.
+const IDLE: u8 = 0;
 
 /// Receives messages.
 #[derive(Debug)]
 pub struct Receiver {
-    place: Place,
+    /// Where the next pulse is expected: 2 n before byte n, 2 n + 1 within it. Byte 0 is the one that tells how loud the sender is.
+    place: u8,
     /// When the byte's start bit was.
     start: u16,
     value: u8,
-    message: [u8; MESSAGE],
+    /// The message is whole from [`Pulse::Last`] to the next [`Pulse::Start`]. The amplitudes are the caller's to measure.
+    pub heard: Heard,
 }
 
 impl Receiver {
     /// Waits for a message.
     pub const fn new() -> Self {
-        Receiver { place: Place::Idle, start: 0, value: 0, message: [0; MESSAGE] }
+        let amplitudes = Amplitudes { high_gain: 0, low_gain: 0 };
+        let heard = Heard { message: [0; MESSAGE], amplitudes };
+        Receiver { place: IDLE, start: 0, value: 0, heard }
     }
 
     /// Whether a message comes in.
     #[inline(always)]
     pub fn is_busy(&self) -> bool {
-        self.place != Place::Idle
-    }
-
-    /// The message, from [`Pulse::Last`] to the next [`Pulse::Start`].
-    #[inline(always)]
-    pub fn message(&self) -> &[u8; MESSAGE] {
-        &self.message
+        self.place != IDLE
     }
 
     /// The deadline has passed.
     #[inline(always)]
     pub fn give_up(&mut self) {
-        self.place = Place::Idle;
+        self.place = IDLE;
     }
 
     /// There was a pulse, at this cycle (modulo 65536).
     #[inline(always)]
     pub fn pulse(&mut self, at: u16) -> Pulse {
-        let index = match self.place {
-            Place::Idle => {
-                self.begin(at, Place::Lead);
-                return Pulse::First;
-            }
-            Place::Before(index) => {
-                self.begin(at, Place::In(index));
-                return Pulse::Start;
-            }
-            Place::Lead => None,
-            Place::In(index) => Some(index),
-        };
+        let place = self.place;
+        self.place = place.wrapping_add(1);
+        if place & 1 == 0 {
+            self.start = at;
+            self.value = 0;
+            return if place == IDLE { Pulse::First } else { Pulse::Start };
+        }
         let since = at.wrapping_sub(self.start);
         if since <= BIT / 2 || since >= LATEST_STOP {
             self.give_up();
             return Pulse::Stray;
         }
         let bit = bit_at(since);
-        if bit < 8 {
-            self.value |= 1 << bit;
+        if bit != 0 {
+            self.place = place;
+            self.value |= bit;
             return Pulse::Inside;
         }
-        match index {
-            None if self.value != 0 => {
-                self.give_up();
-                Pulse::Stray
-            }
+        let byte = usize::from(place / 2);
+        match self.heard.message.get_mut(byte.wrapping_sub(1)) {
+            Some(room) => *room = self.value,
+            None if self.value == 0 => return Pulse::Second,
             None => {
-                self.place = Place::Before(0);
-                Pulse::Second
-            }
-            Some(index) => {
-                if let Some(byte) = self.message.get_mut(usize::from(index)) {
-                    *byte = self.value;
-                }
-                if usize::from(index) + 1 < MESSAGE {
-                    self.place = Place::Before(index + 1);
-                    Pulse::Inside
-                } else {
-                    self.give_up();
-                    Pulse::Last
-                }
+                self.give_up();
+                return Pulse::Stray;
             }
         }
-    }
-
-    #[inline(always)]
-    fn begin(&mut self, at: u16, place: Place) {
-        self.place = place;
-        self.start = at;
-        self.value = 0;
+        if byte < MESSAGE {
+            return Pulse::Inside;
+        }
+        self.give_up();
+        Pulse::Last
     }
 }
 
@@ -145,10 +125,14 @@ impl Default for Receiver {
     }
 }
 
-/// Which bit is so many cycles behind the start: 0 to 7, 8 for the stop bit. From half a bit to nine and a half.
+/// The bit so many cycles behind the start, 0 for the stop bit: from half a bit to nine and a half.
 #[inline(always)]
 fn bit_at(since: u16) -> u8 {
-    // The rounded quotient by 269, by a product: 65536 / 269 = 244, rounded up.
-    const INVERSE: u32 = 65_536_u32.div_ceil(BIT as u32);
-    ((u32::from(since - BIT / 2) * INVERSE) >> 16) as u8
+    let mut bit = 1_u8;
+    let mut rest = since - BIT / 2;
+    while rest >= BIT {
+        rest -= BIT;
+        bit <<= 1;
+    }
+    bit
 }
