@@ -28,16 +28,18 @@ pub fn message_of(frame: &[u8]) -> Option<[u8; MESSAGE]> {
 /// The message of that type with those data.
 pub fn sealed(kind: u8, data: &[u8; DATA]) -> [u8; MESSAGE] {
     let mut message = [kind; MESSAGE];
-    let [payload @ .., _, low, high] = &mut message;
+    let [payload @ .., _, _, _] = &mut message;
     *payload = *data;
-    [*low, *high] = check(data, kind).to_le_bytes();
+    let [content @ .., low, high] = &mut message;
+    [*low, *high] = check(content).to_le_bytes();
     message
 }
 
 /// Type and data of a message; `None` if it was damaged.
 pub fn opened(message: &[u8; MESSAGE]) -> Option<(u8, &[u8; DATA])> {
-    let [data @ .., kind, low, high] = message;
-    let is_whole = check(data, *kind) == u16::from_le_bytes([*low, *high]);
+    let [content @ .., low, high] = message;
+    let is_whole = check(content) == u16::from_le_bytes([*low, *high]);
+    let [data @ .., kind] = content;
     is_whole.then_some((*kind, data))
 }
 
@@ -45,10 +47,15 @@ pub fn opened(message: &[u8; MESSAGE]) -> Option<(u8, &[u8; DATA])> {
 pub fn frame_of(message: &[u8; MESSAGE]) -> Option<[u8; FRAME]> {
     let (kind, data) = opened(message)?;
     Kind::of(kind)?;
+    Some(frame(kind, data))
+}
+
+/// The frame in a message of that type with those data, if it is one of a swarm.
+pub fn frame(kind: u8, data: &[u8; DATA]) -> [u8; FRAME] {
     let mut frame = [kind; FRAME];
     let [_, payload @ ..] = &mut frame;
     *payload = *data;
-    Some(frame)
+    frame
 }
 
 /// The message in a line of a Kilobot that listens for a computer, `ir` and two hexadecimal digits for each byte
@@ -67,9 +74,10 @@ pub fn from_line(line: &[u8]) -> Option<[u8; MESSAGE]> {
     Some(message)
 }
 
-/// The check of those data and that type.
-pub fn check(data: &[u8; DATA], kind: u8) -> u16 {
-    data.iter().chain([&kind]).fold(0xffff, |check, byte| crc16(check, *byte))
+/// The check of data and type.
+#[inline(never)]
+fn check(content: &[u8; FRAME]) -> u16 {
+    content.iter().fold(0xffff, |check, byte| crc16(check, *byte))
 }
 
 /// The type of a [`FaultReport`].
@@ -206,11 +214,11 @@ mod tests {
     /// As kilolib computes them, with avr-libc's `_crc_ccitt_update`.
     #[test]
     fn checks_are_kilolib_s() {
-        assert_eq!(check(&[0xff; 9], 0), 0x881d);
-        assert_eq!(check(&[0; 9], 0), 0x9c87);
-        assert_eq!(check(&[0; 9], 0x88), 0x94c7);
-        assert_eq!(check(&[1, 2, 3, 4, 5, 6, 7, 8, 9], 0), 0xa718);
-        assert_eq!(check(&[0; 9], 0x80), 0x188f);
+        assert_eq!(sealed(0, &[0xff; 9])[10..], 0x881d_u16.to_le_bytes());
+        assert_eq!(sealed(0, &[0; 9])[10..], 0x9c87_u16.to_le_bytes());
+        assert_eq!(sealed(0x88, &[0; 9])[10..], 0x94c7_u16.to_le_bytes());
+        assert_eq!(sealed(0, &[1, 2, 3, 4, 5, 6, 7, 8, 9])[10..], 0xa718_u16.to_le_bytes());
+        assert_eq!(sealed(0x80, &[0; 9])[10..], 0x188f_u16.to_le_bytes());
     }
 
     #[test]
@@ -233,8 +241,7 @@ mod tests {
         assert!(message_of(&[8; FRAME]).is_some());
         for kind in [0, 1, 2, 3, 0x0a, 0x0f, 0x80, 0x88, 0xff] {
             assert_eq!(message_of(&[kind, 1, 2]), None, "{kind}");
-            let [low, high] = check(&[0; 9], kind).to_le_bytes();
-            assert_eq!(frame_of(&[0, 0, 0, 0, 0, 0, 0, 0, 0, kind, low, high]), None, "{kind}");
+            assert_eq!(frame_of(&sealed(kind, &[0; 9])), None, "{kind}");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Where the robot's EEPROM holds what was measured for it (kilolib.c).
 
-use crate::distance::ENTRIES;
+use crate::distance::{ENTRIES, Gain};
 
 /// Bytes of the EEPROM.
 pub const EEPROM: u16 = 1024;
@@ -22,17 +22,12 @@ pub const ID: u16 = 0xb0;
 const POSSIBLE: u8 = 0b1100_0111;
 const USUAL: u8 = 1;
 
-/// Entry `index` of the table for the low gain.
-pub fn low_gain(index: u8, byte: impl Fn(u16) -> u8) -> u16 {
-    entry(LOW_GAIN, index, byte)
-}
-
-/// Entry `index` of the table for the high gain.
-pub fn high_gain(index: u8, byte: impl Fn(u16) -> u8) -> u16 {
-    entry(HIGH_GAIN, index, byte)
-}
-
-fn entry(table: u16, index: u8, byte: impl Fn(u16) -> u8) -> u16 {
+/// Entry `index` of the table for that gain.
+pub fn entry(gain: Gain, index: u8, byte: impl Fn(u16) -> u8) -> u16 {
+    let table = match gain {
+        Gain::High => HIGH_GAIN,
+        Gain::Low => LOW_GAIN,
+    };
     let at = table + 2 * u16::from(index.min(ENTRIES - 1));
     u16::from_be_bytes([byte(at), byte(at + 1)])
 }

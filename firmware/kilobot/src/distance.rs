@@ -15,6 +15,8 @@ const READING_MAX: u16 = 1023;
 /// Above this reading the high gain says nothing; above [`LOUD`] the low one says something.
 const TOO_LOUD: u16 = 900;
 const LOUD: u16 = 700;
+/// For so many readings both say something.
+const BOTH: u8 = (TOO_LOUD - LOUD) as u8;
 
 /// What a receiver without a smaller reading in its table for the low gain takes for the gap, mm.
 const FAR: u8 = 90;
@@ -28,61 +30,67 @@ pub struct Amplitudes {
     pub low_gain: u16,
 }
 
-/// The distance between the middles of two robots in mm. The functions give the entries of the robot's two tables. `None` if the
+/// Which of the receiver's amplifiers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gain {
+    /// For what is far away.
+    High,
+    /// For what is near.
+    Low,
+}
+
+/// The distance between the middles of two robots in mm. The function gives the entries of the robot's two tables. `None` if the
 /// tables do not fall: the robot was never calibrated.
 ///
 /// As kilolib's `estimate_distance`, but with signed numbers: between two entries along the line through them, beyond
 /// the last along the last two.
-pub fn distance(
-    heard: Amplitudes,
-    high_gain: impl Fn(u8) -> u16,
-    low_gain: impl Fn(u8) -> u16,
-) -> Option<u8> {
+pub fn distance(heard: Amplitudes, entry: impl Fn(Gain, u8) -> u16) -> Option<u8> {
     let Amplitudes { high_gain: high, low_gain: low } = heard;
-    let by_high = match high < TOO_LOUD {
-        true => Some(gap(high, &high_gain, None)?),
-        false => None,
-    };
-    let by_low = match high > LOUD {
-        true => Some(gap(low, &low_gain, Some(FAR))?),
-        false => None,
-    };
-    let gap = match (by_high, by_low) {
-        (Some(by_high), Some(by_low)) => {
-            let weight = high - LOUD;
-            let sum = u16::from(by_high) * (TOO_LOUD - LOUD - weight) + u16::from(by_low) * weight;
-            (sum / (TOO_LOUD - LOUD)) as u8
-        }
-        (Some(gap), None) | (None, Some(gap)) => gap,
-        // At least one of the ranges holds.
-        (None, None) => return None,
-    };
-    Some(TOUCHING + gap)
+    let (mut between, mut weight) = (0, 0);
+    if high < TOO_LOUD {
+        between = gap(Gain::High, high, &entry)?;
+        weight = (TOO_LOUD - high) as u8;
+    }
+    if high > LOUD {
+        let by_low = gap(Gain::Low, low, &entry)?;
+        // Where both tell, from one to the other.
+        let sum =
+            u16::from(between) * u16::from(weight) + u16::from(by_low) * u16::from(BOTH - weight);
+        between = (sum / u16::from(BOTH)) as u8;
+    }
+    Some(TOUCHING + between)
 }
 
-/// The gap between the rims by one table, at most 222 mm. `beyond` is the answer where no entry is below.
-fn gap(reading: u16, entry: &impl Fn(u8) -> u16, beyond: Option<u8>) -> Option<u8> {
+/// The gap between the rims by one table, at most 222 mm.
+#[inline(never)]
+fn gap(gain: Gain, reading: u16, entry: &impl Fn(Gain, u8) -> u16) -> Option<u8> {
     let reading = reading.min(READING_MAX);
-    if reading > entry(0) {
+    let mut before = entry(gain, 0);
+    if reading > before {
         return Some(0);
     }
-    if entry(0) > READING_MAX {
+    if before > READING_MAX {
         return None;
     }
-    let below = (1..ENTRIES).find(|index| reading > entry(*index));
-    let index = match (below, beyond) {
-        (Some(index), _) => index,
-        (None, Some(gap)) => return Some(gap),
-        (None, None) => ENTRIES - 1,
-    };
-    let (at, before) = (entry(index), entry(index - 1));
+    let mut index = 1;
+    let mut at = entry(gain, index);
+    while reading <= at {
+        if index == ENTRIES - 1 {
+            if gain == Gain::Low {
+                return Some(FAR);
+            }
+            break;
+        }
+        before = at;
+        index += 1;
+        at = entry(gain, index);
+    }
     if at >= before || before > READING_MAX {
         return None;
     }
     // Readings have 10 bits: the products stay within 16.
-    let (at, before) = (at as i16, before as i16);
-    let fall = at - before;
-    let along = (10 * (reading as i16 - at)).checked_div(2 * fall)?;
+    let fall = before as i16 - at as i16;
+    let along = (10 * (at as i16 - reading as i16)).checked_div(2 * fall)?;
     let gap = STEP * i16::from(index) + along;
     Some(gap.clamp(0, i16::from(u8::MAX - TOUCHING)) as u8)
 }

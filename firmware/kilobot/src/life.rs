@@ -1,6 +1,6 @@
 //! What the robot does, as the overhead controller has it.
 
-use crate::controller::{Calibration, Command};
+use crate::controller::*;
 
 /// What the robot does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,57 +59,56 @@ impl Life {
         Life { state: State::Waiting, motion: Motion::Stop, id, duties }
     }
 
-    /// Does as the controller says.
-    pub fn obey(&mut self, command: Command) -> Act {
-        self.state = match command {
-            Command::Boot => return Act::Boot,
-            Command::Reset => return Act::Reset,
-            Command::Sleep => State::Asleep,
-            Command::Wake => State::Waiting,
-            Command::Charge => State::Charging,
-            Command::Voltage => State::Battery,
-            Command::Run => State::Running,
-            Command::ReadId(bit) => {
+    /// Does as the controller says, by a message of this type with these data.
+    pub fn obey(&mut self, kind: u8, data: &[u8; DATA]) -> Act {
+        self.state = match kind {
+            BOOT => return Act::Boot,
+            RESET => return Act::Reset,
+            SLEEP => State::Asleep,
+            WAKE => State::Waiting,
+            CHARGE => State::Charging,
+            VOLTAGE => State::Battery,
+            RUN => State::Running,
+            READ_ID => {
+                let [bit, ..] = *data;
                 let is_set = bit < 16 && self.id >> bit & 1 != 0;
                 self.motion = if is_set { Motion::Left } else { Motion::Stop };
                 State::Moving
             }
-            Command::Calibrate(Calibration::Save) => {
-                if self.state != State::Moving {
-                    return Act::None;
-                }
-                self.state = State::Waiting;
-                return Act::Store;
-            }
-            Command::Calibrate(calibration) => {
-                self.calibrate(calibration);
-                State::Moving
-            }
+            CALIBRATE => return self.calibrate(data),
+            _ => return Act::None,
         };
         Act::None
     }
 
-    fn calibrate(&mut self, calibration: Calibration) {
-        let [left, right, straight_left, straight_right] = &mut self.duties;
-        self.motion = match calibration {
-            Calibration::Save => return,
-            Calibration::Id(id) => {
-                self.id = id;
+    fn calibrate(&mut self, data: &[u8; DATA]) -> Act {
+        let [mode, low, high, left, right, straight_left, straight_right, ..] = *data;
+        self.motion = match mode {
+            SAVE if self.state == State::Moving => {
+                self.state = State::Waiting;
+                return Act::Store;
+            }
+            SET_ID => {
+                self.id = u16::from_le_bytes([low, high]);
                 Motion::Stop
             }
-            Calibration::TurnLeft(duty) => {
-                *left = duty;
+            TURN_LEFT => {
+                self.duties[0] = left;
                 Motion::Left
             }
-            Calibration::TurnRight(duty) => {
-                *right = duty;
+            TURN_RIGHT => {
+                self.duties[1] = right;
                 Motion::Right
             }
-            Calibration::Straight(duty_left, duty_right) => {
-                (*straight_left, *straight_right) = (duty_left, duty_right);
+            STRAIGHT => {
+                self.duties[2] = straight_left;
+                self.duties[3] = straight_right;
                 Motion::Straight
             }
+            _ => return Act::None,
         };
+        self.state = State::Moving;
+        Act::None
     }
 
     /// Duties of left and right motor for showing the calibration.

@@ -1,7 +1,7 @@
 //! Amplitudes to distances, with tables as a robot's EEPROM may have them.
 
 use bittybuzz_kilobot::calibration;
-use bittybuzz_kilobot::distance::{Amplitudes, distance};
+use bittybuzz_kilobot::distance::{Amplitudes, Gain, distance};
 
 /// Readings that fall with the square of the distance, as light does: not measured at a robot, nobody has published such a table.
 fn reading(gap: f64, gain: f64) -> f64 {
@@ -17,7 +17,10 @@ fn table(gain: f64) -> impl Fn(u8) -> u16 {
 
 fn of(high_gain: f64, low_gain: f64) -> Option<u8> {
     let heard = Amplitudes { high_gain: high_gain as u16, low_gain: low_gain as u16 };
-    distance(heard, table(HIGH), table(LOW))
+    distance(heard, |gain, index| match gain {
+        Gain::High => table(HIGH)(index),
+        Gain::Low => table(LOW)(index),
+    })
 }
 
 /// The formula of facts and kilolib with real numbers.
@@ -63,10 +66,10 @@ fn the_ends() {
 
 #[test]
 fn a_robot_that_was_never_calibrated_knows_no_distance() {
-    let erased = |index| calibration::high_gain(index, |_| 0xff);
+    let erased = |gain, index| calibration::entry(gain, index, |_| 0xff);
     for high_gain in 0..1024 {
         let heard = Amplitudes { high_gain, low_gain: 300 };
-        assert_eq!(distance(heard, erased, erased), None);
+        assert_eq!(distance(heard, erased), None);
     }
 }
 
@@ -76,11 +79,11 @@ fn any_numbers() {
     let values = [0, 1, 2, 134, 700, 701, 899, 900, 1023, 1024, 32_767, 32_768, 65_535];
     for first in values {
         for second in values {
-            let table = |index: u8| if index.is_multiple_of(2) { first } else { second };
+            let table = |_, index: u8| if index.is_multiple_of(2) { first } else { second };
             for high_gain in values {
                 for low_gain in values {
                     let heard = Amplitudes { high_gain, low_gain };
-                    let mm = distance(heard, table, table);
+                    let mm = distance(heard, table);
                     assert!(mm.is_none_or(|mm| mm >= 33));
                 }
             }
@@ -91,7 +94,7 @@ fn any_numbers() {
 #[test]
 fn tables_are_stored_with_the_high_byte_first() {
     let byte = |at: u16| if at == 0x22 { 3 } else { (at & 0xff) as u8 };
-    assert_eq!(calibration::low_gain(1, byte), 0x0323);
-    assert_eq!(calibration::high_gain(0, byte), 0x5051);
-    assert_eq!(calibration::high_gain(13, byte), 0x6a6b);
+    assert_eq!(calibration::entry(Gain::Low, 1, byte), 0x0323);
+    assert_eq!(calibration::entry(Gain::High, 0, byte), 0x5051);
+    assert_eq!(calibration::entry(Gain::High, 13, byte), 0x6a6b);
 }

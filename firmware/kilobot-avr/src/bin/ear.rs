@@ -34,7 +34,7 @@ mod hear;
 mod power;
 
 use bittybuzz_comms::infrared;
-use bittybuzz_kilobot::controller::{self, Command};
+use bittybuzz_kilobot::controller;
 
 use chip::registers;
 
@@ -75,11 +75,9 @@ fn main() -> ! {
         power::feed();
         if let Some(heard) = hear::take() {
             line.push(&heard.message);
-            match infrared::opened(&heard.message)
-                .and_then(|(kind, data)| controller::command(kind, data))
-            {
-                Some(Command::Boot) => power::boot(chip),
-                Some(Command::Reset) => power::reset(chip),
+            match infrared::opened(&heard.message) {
+                Some((controller::BOOT, _)) => power::boot(chip),
+                Some((controller::RESET, _)) => power::reset(chip),
                 _ => {}
             }
         }
