@@ -16,6 +16,7 @@ pub fn read(chip: &Chip, address: u16) -> u8 {
 }
 
 /// Writes it, in 3.4 ms.
+#[inline(never)]
 pub fn write(chip: &Chip, address: u16, byte: u8) {
     // SAFETY: what was stored there is to be replaced.
     unsafe {

@@ -145,10 +145,10 @@ impl Body {
         clock::start(chip);
         motors::start(chip);
         hear::start(chip);
-        let byte = |address| eeprom::read(chip, address);
-        let id = u16::from_le_bytes([byte(ID), byte(ID + 1)]);
-        let duties = DUTIES.map(|address| calibration::duty(byte(address)));
-        self.transmitters = calibration::transmitters(byte(TRANSMITTERS));
+        let id = u16::from_le_bytes([eeprom::read(chip, ID), eeprom::read(chip, ID + 1)]);
+        self.transmitters = calibration::transmitters(eeprom::read(chip, TRANSMITTERS));
+        let [left, right, straight_left, straight_right] = DUTIES;
+        let duties = [duty(left), duty(right), duty(straight_left), duty(straight_right)];
         self.robot.life = Life::new(id, duties);
         // Robots that are switched on together send one after the other.
         self.sender = Sender::start(0, id as u8);
@@ -176,42 +176,41 @@ impl Body {
     /// A message has come in.
     #[inline(never)]
     fn hear(&mut self, heard: &Heard) {
+        let Some((kind, data)) = infrared::opened(&heard.message) else { return };
         let robot = &mut self.robot;
-        if let Some(frame) = infrared::frame_of(&heard.message) {
-            let byte = |address| eeprom::read(&registers(), address);
-            let mm = distance(
-                heard.amplitudes,
-                |index| calibration::high_gain(index, byte),
-                |index| calibration::low_gain(index, byte),
-            );
-            robot.inbox.push(&frame, mm.unwrap_or(0));
-        } else if let Some((kind, data)) = infrared::opened(&heard.message)
-            && let Some(command) = controller::command(kind, data)
-        {
-            let was = robot.life.state;
-            match robot.life.obey(command) {
-                Act::None => {}
-                Act::Boot => power::boot(&registers()),
-                Act::Reset => power::reset(&registers()),
-                Act::Store => self.store(),
-            }
-            if was != self.robot.life.state {
-                let now = clock::now(&registers());
-                self.blinker = Blinker::start(now);
-                self.script.resume(now);
-            }
+        if kind < controller::FIRST {
+            let mm = distance(heard.amplitudes, |gain, index| {
+                calibration::entry(gain, index, |address| eeprom::read(&registers(), address))
+            });
+            // It takes no others than those of swarms.
+            return robot.inbox.push(&infrared::frame(kind, data), mm.unwrap_or(0));
+        }
+        let was = robot.life.state;
+        match robot.life.obey(kind, data) {
+            Act::None => {}
+            Act::Boot => power::boot(&registers()),
+            Act::Reset => power::reset(&registers()),
+            Act::Store => self.store(),
+        }
+        if was != self.robot.life.state {
+            let now = clock::now(&registers());
+            self.blinker = Blinker::start(now);
+            self.script.resume(now);
         }
     }
 
     /// Keeps id and duties.
     #[inline(never)]
     fn store(&mut self) {
-        let robot = &self.robot;
-        let [low, high] = robot.life.id.to_le_bytes();
-        let ids = [(ID, low), (ID + 1, high)];
-        for (address, byte) in DUTIES.into_iter().zip(robot.life.duties).chain(ids) {
-            eeprom::write(&registers(), address, byte);
-        }
+        let life = &self.robot.life;
+        let [low, high] = life.id.to_le_bytes();
+        eeprom::write(&registers(), ID, low);
+        eeprom::write(&registers(), ID + 1, high);
+        let [left, right, straight_left, straight_right] = DUTIES;
+        eeprom::write(&registers(), left, life.duties[0]);
+        eeprom::write(&registers(), right, life.duties[1]);
+        eeprom::write(&registers(), straight_left, life.duties[2]);
+        eeprom::write(&registers(), straight_right, life.duties[3]);
     }
 
     /// Does what the robot's state is about; the LED's colour.
@@ -284,9 +283,14 @@ impl Body {
             // The timers of two robots are never the same for long.
             let random = registers().TC1.tcnt1().read().bits() as u8;
             self.sender.collided(now, random);
-            if let Some(frame) = infrared::frame_of(&message) {
-                robot.outbox.push(&frame);
-            }
+            let [data @ .., kind, _, _] = &message;
+            robot.outbox.push(&infrared::frame(*kind, data));
         }
     }
+}
+
+/// The duty that is stored there.
+#[inline(never)]
+fn duty(address: u16) -> u8 {
+    calibration::duty(eeprom::read(&registers(), address))
 }

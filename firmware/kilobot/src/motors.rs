@@ -9,43 +9,59 @@ const FULL: u8 = 255;
 /// What the motors are told. Left is the one that turns the robot to the left (`ccw`).
 #[derive(Debug)]
 pub struct Motors {
-    wanted: [u8; 2],
-    pushed: [bool; 2],
+    motors: [Motor; 2],
     push_ends: u16,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Motor {
+    wanted: u8,
+    is_pushed: bool,
 }
 
 impl Motors {
     /// Off.
     pub const fn new() -> Self {
-        Motors { wanted: [0; 2], pushed: [false; 2], push_ends: 0 }
+        Motors { motors: [Motor { wanted: 0, is_pushed: false }; 2], push_ends: 0 }
     }
 
     /// New duties of left and right motor, 0 to 255.
     pub fn set(&mut self, duties: [u8; 2], now: u16) {
-        let mut starts = false;
-        for ((pushed, was), duty) in self.pushed.iter_mut().zip(self.wanted).zip(duties) {
-            let starts_now = was == 0 && duty != 0;
-            *pushed = starts_now || *pushed && duty != 0;
-            starts |= starts_now;
-        }
-        self.wanted = duties;
-        if starts {
+        let [left, right] = &mut self.motors;
+        let [duty_left, duty_right] = duties;
+        let left_starts = left.set(duty_left);
+        if right.set(duty_right) || left_starts {
             self.push_ends = now.wrapping_add(units(PUSH_MS)).wrapping_add(1);
         }
     }
 
     /// Their duties now. To be asked at least every four seconds.
     pub fn duties(&mut self, now: u16) -> [u8; 2] {
+        let [left, right] = &mut self.motors;
         if is_past(self.push_ends, now) {
-            self.pushed = [false; 2];
+            left.is_pushed = false;
+            right.is_pushed = false;
         }
-        let mut duties = self.wanted;
-        for (duty, pushed) in duties.iter_mut().zip(self.pushed) {
-            if pushed {
-                *duty = FULL;
-            }
+        [left.duty(), right.duty()]
+    }
+}
+
+impl Motor {
+    /// A new duty; whether it starts.
+    #[inline(never)]
+    fn set(&mut self, duty: u8) -> bool {
+        let stands = self.wanted == 0;
+        self.wanted = duty;
+        if duty == 0 {
+            self.is_pushed = false;
+            return false;
         }
-        duties
+        self.is_pushed |= stands;
+        stands
+    }
+
+    fn duty(self) -> u8 {
+        if self.is_pushed { FULL } else { self.wanted }
     }
 }
 
