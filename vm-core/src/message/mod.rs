@@ -139,6 +139,7 @@ pub enum Kind {
 
 impl Kind {
     /// The kind of frames with that type byte, `None` if it is no frame of ours.
+    #[inline(never)]
     pub const fn of(type_byte: u8) -> Option<Kind> {
         Some(match type_byte {
             0x04..=0x07 => Kind::Broadcast,
