@@ -249,9 +249,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
                 // Most differ in the first bytes.
                 if waiting.iter().eq(frame) {
                     suits = SAME;
-                } else if (is_stale || kind == Kind::Entry)
-                    && replaces::<P>(frame, waiting, is_stale)
-                {
+                } else if replaces::<P>(kind, frame, waiting, is_stale) {
                     suits = REPLACED;
                 }
                 if suits >= REPLACED && best.0 >= REPLACED {
@@ -333,6 +331,7 @@ fn index(place: u8) -> usize {
 }
 
 /// One more, as far as the counter goes.
+#[inline(never)]
 fn count(counter: &mut u16) {
     *counter = counter.saturating_add(1);
 }

@@ -13,16 +13,15 @@ const ROBOT: usize = 1;
 const TOPIC: usize = 3;
 const KEY: usize = 6;
 
-/// Whether a frame makes one useless that waits.
+/// Whether a frame of that kind makes one useless that waits.
 ///
 /// An entry of a stigmergy does that to one of the same script, stigmergy and key with a lower clock, or with the same by the same
 /// robot; at equal clocks of two robots both have to be heard, as that is a conflict. A broadcast does it to one of the same
 /// robot on the same topic that is stale, that is of an earlier step.
 #[inline(never)]
-pub fn replaces<P: Profile>(new: &[u8], waiting: &[u8], is_stale: bool) -> bool {
-    let kind = new.first().and_then(|first| Kind::of(*first));
+pub fn replaces<P: Profile>(kind: Kind, new: &[u8], waiting: &[u8], is_stale: bool) -> bool {
     // Most often asked.
-    if !is_stale && kind == Some(Kind::Broadcast) {
+    if !is_stale && kind == Kind::Broadcast {
         return false;
     }
     let (Some(new_head), Some(head)) = (new.first_chunk(), waiting.first_chunk()) else {
@@ -31,12 +30,12 @@ pub fn replaces<P: Profile>(new: &[u8], waiting: &[u8], is_stale: bool) -> bool 
     let [new_type, n1, n2, n3, n4, n5] = *new_head;
     let [old_type, o1, o2, o3, o4, o5] = *head;
     let word = P::WORD_BYTES;
-    if kind == Some(Kind::Broadcast) {
+    if kind == Kind::Broadcast {
         return (new_type ^ old_type) & BROADCAST == 0
             && same(new, waiting, ROBOT, TOPIC + word)
             && same(new, waiting, TOPIC + 2 * word, TOPIC + 2 * word + 3);
     }
-    if kind != Some(Kind::Entry)
+    if kind != Kind::Entry
         || (new_type ^ old_type) & ENTRY != 0
         || (n5 ^ o5) & 0xf0 != 0
         || !same(new, waiting, KEY, KEY + word)
