@@ -21,7 +21,7 @@ pub struct Counters {
     pub duplicates: u16,
 }
 
-/// A frame, and room behind it for longer ones.
+/// A frame, and room behind it for longer ones, which is zero.
 #[derive(Debug, Clone, Copy)]
 // A Cortex-M0 copies words, where it knows that they are aligned.
 #[cfg_attr(not(target_arch = "avr"), repr(C, align(4)))]
@@ -287,6 +287,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
         let at = index(place);
         *self.ranks.get_mut(at)? = new_rank;
         let room = self.frames.get_mut(at)?;
+        *room = Frame::EMPTY;
         room.length = frame.len() as u8;
         if let Some(to) = room.bytes.get_mut(..frame.len()) {
             to.copy_from_slice(frame);

@@ -54,6 +54,7 @@ pub fn sees_light(chip: &Chip) -> bool {
 }
 
 /// Whether a message comes in.
+#[inline(never)]
 pub fn is_busy() -> bool {
     let receiver = &raw const RECEIVER;
     // SAFETY: meanwhile no interrupt changes it.

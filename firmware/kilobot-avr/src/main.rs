@@ -70,8 +70,6 @@ const SLOTS: usize = toml::SLOTS + SIZES.slots();
 
 /// The machine takes no more memory than the robot file promises.
 const _: () = assert!(size_of::<Machine>() <= toml::MEMORY - toml::QUEUE_MEMORY);
-/// A frame fits a message.
-const _: () = assert!(toml::FRAME_BYTES <= infrared::FRAME);
 
 /// Nothing panics: with a panic left in it the program does not link.
 #[panic_handler]
@@ -228,7 +226,7 @@ impl Body {
                 };
             }
             State::Moving => {
-                robot.motors.set(robot.life.shown(), now);
+                robot.motors.set(robot.life.shown, now);
                 return Color::DARK;
             }
             _ => robot.motors.set([0, 0], now),
@@ -273,10 +271,15 @@ impl Body {
         }
         let robot = &mut self.robot;
         let message = match self.script.report() {
-            Some(report) => Some(*report),
-            None => robot.outbox.pop().and_then(|frame| infrared::message_of(frame)),
+            Some(report) => *report,
+            None => {
+                let Some(next) = robot.outbox.pop() else { return };
+                let mut frame = [0; infrared::FRAME];
+                next.copy_to(&mut frame);
+                let [kind, data @ ..] = &frame;
+                infrared::sealed(*kind, data)
+            }
         };
-        let Some(message) = message else { return };
         if speak::speak(&registers(), self.transmitters, &message) {
             self.sender.sent(now);
         } else {

@@ -19,15 +19,6 @@ pub enum State {
     Moving,
 }
 
-/// How it moves while it shows its calibration.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Motion {
-    Stop,
-    Left,
-    Right,
-    Straight,
-}
-
 /// What only the hardware can do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Act {
@@ -46,7 +37,8 @@ pub enum Act {
 pub struct Life {
     /// What it does.
     pub state: State,
-    motion: Motion,
+    /// Duties of left and right motor for showing the calibration.
+    pub shown: [u8; 2],
     /// The robot's id.
     pub id: u16,
     /// Duties: turning left, turning right, straight left, straight right.
@@ -56,7 +48,7 @@ pub struct Life {
 impl Life {
     /// Switched on. A stored id and duties.
     pub const fn new(id: u16, duties: [u8; 4]) -> Self {
-        Life { state: State::Waiting, motion: Motion::Stop, id, duties }
+        Life { state: State::Waiting, shown: [0, 0], id, duties }
     }
 
     /// Does as the controller says, by a message of this type with these data.
@@ -72,7 +64,7 @@ impl Life {
             READ_ID => {
                 let [bit, ..] = *data;
                 let is_set = bit < 16 && self.id >> bit & 1 != 0;
-                self.motion = if is_set { Motion::Left } else { Motion::Stop };
+                self.shown = if is_set { self.turn_left() } else { [0, 0] };
                 State::Moving
             }
             CALIBRATE => return self.calibrate(data),
@@ -83,42 +75,32 @@ impl Life {
 
     fn calibrate(&mut self, data: &[u8; DATA]) -> Act {
         let [mode, low, high, left, right, straight_left, straight_right, ..] = *data;
-        self.motion = match mode {
+        self.shown = match mode {
             SAVE if self.state == State::Moving => {
                 self.state = State::Waiting;
                 return Act::Store;
             }
             SET_ID => {
                 self.id = u16::from_le_bytes([low, high]);
-                Motion::Stop
+                [0, 0]
             }
             TURN_LEFT => {
                 self.duties[0] = left;
-                Motion::Left
+                self.turn_left()
             }
             TURN_RIGHT => {
                 self.duties[1] = right;
-                Motion::Right
+                self.turn_right()
             }
             STRAIGHT => {
                 self.duties[2] = straight_left;
                 self.duties[3] = straight_right;
-                Motion::Straight
+                self.straight()
             }
             _ => return Act::None,
         };
         self.state = State::Moving;
         Act::None
-    }
-
-    /// Duties of left and right motor for showing the calibration.
-    pub fn shown(&self) -> [u8; 2] {
-        match self.motion {
-            Motion::Stop => [0, 0],
-            Motion::Left => self.turn_left(),
-            Motion::Right => self.turn_right(),
-            Motion::Straight => self.straight(),
-        }
     }
 
     /// Duties of left and right motor for turning left.

@@ -36,13 +36,13 @@ fn calibration_is_tried_and_stored() {
     assert_eq!(calibrate(&mut life, [0; 9]), Act::None, "there is nothing to store");
     assert_eq!(life.state, State::Waiting);
     assert_eq!(calibrate(&mut life, [1, 0x34, 0x12, 0, 0, 0, 0, 0, 0]), Act::None);
-    assert_eq!((life.state, life.id, life.shown()), (State::Moving, 0x1234, [0, 0]));
+    assert_eq!((life.state, life.id, life.shown), (State::Moving, 0x1234, [0, 0]));
     let _ = calibrate(&mut life, [2, 0, 0, 81, 0, 0, 0, 0, 0]);
-    assert_eq!(life.shown(), [81, 0]);
+    assert_eq!(life.shown, [81, 0]);
     let _ = calibrate(&mut life, [3, 0, 0, 0, 82, 0, 0, 0, 0]);
-    assert_eq!(life.shown(), [0, 82]);
+    assert_eq!(life.shown, [0, 82]);
     let _ = calibrate(&mut life, [4, 0, 0, 0, 0, 83, 84, 0, 0]);
-    assert_eq!(life.shown(), [83, 84]);
+    assert_eq!(life.shown, [83, 84]);
     assert_eq!(calibrate(&mut life, [0; 9]), Act::Store);
     assert_eq!((life.state, life.id, life.duties), (State::Waiting, 0x1234, [81, 82, 83, 84]));
 }
@@ -53,7 +53,7 @@ fn the_id_is_shown_bit_by_bit() {
     for bit in 0..=255 {
         let _ = life.obey(0x89, &[bit, 0, 0, 0, 0, 0, 0, 0, 0]);
         let is_set = matches!(bit, 0 | 13 | 15);
-        assert_eq!(life.shown(), if is_set { [61, 0] } else { [0, 0] }, "bit {bit}");
+        assert_eq!(life.shown, if is_set { [61, 0] } else { [0, 0] }, "bit {bit}");
         assert_eq!(life.state, State::Moving);
     }
 }
