@@ -45,12 +45,6 @@ impl Robot {
             delay: Delay::start(0, 0),
         }
     }
-
-    fn drive(&mut self, duties: [u8; 2]) -> Result {
-        let now = clock::now(&registers());
-        self.motors.set(duties, now);
-        nothing()
-    }
 }
 
 impl Host<Tiny> for Robot {
@@ -61,39 +55,37 @@ impl Host<Tiny> for Robot {
         _again: bool,
     ) -> Result {
         let given = arguments.count();
-        let is_right = match function {
-            function::SET_MOTOR => given == 2,
-            function::LED => given == 1 || given == 3,
-            _ => given == 0,
-        };
-        if !is_right {
-            return Err(RobotFault::Refused(Refusal::ArgumentCount));
-        }
-        let most = match function {
-            function::LED if given == 1 => 7,
-            function::LED => 3,
-            _ => 255,
+        let most = match (function, given) {
+            (function::SET_MOTOR, 2) => 255,
+            (function::LED, 1) => 7,
+            (function::LED, 3) => 3,
+            (function::SET_MOTOR | function::LED, _) | (_, 1..) => {
+                return refused(Refusal::ArgumentCount);
+            }
+            _ => 0,
         };
         let mut numbers = [0; 3];
         for (index, number) in numbers.iter_mut().enumerate().take(given) {
             *number = at_most(most, arguments.value(index))?;
         }
         let [first, second, third] = numbers;
-        match function {
+        let duties = match function {
             function::LED => {
                 self.color =
                     if given == 1 { Color::of_sum(first) } else { Color::of(first, second, third) };
-                nothing()
+                return nothing();
             }
-            function::SET_MOTOR => self.drive([first, second]),
-            function::FORWARD => self.drive(self.life.straight()),
-            function::LEFT => self.drive(self.life.turn_left()),
-            function::RIGHT => self.drive(self.life.turn_right()),
-            function::STOP => self.drive([0, 0]),
-            function::LIGHT => read(Sensor::Light),
-            function::BATTERY => read(Sensor::Battery),
-            _ => Err(RobotFault::Refused(Refusal::NotBuiltIn)),
-        }
+            function::SET_MOTOR => [first, second],
+            function::FORWARD => self.life.straight(),
+            function::LEFT => self.life.turn_left(),
+            function::RIGHT => self.life.turn_right(),
+            function::STOP => [0, 0],
+            function::LIGHT => return read(Sensor::Light),
+            function::BATTERY => return read(Sensor::Battery),
+            _ => return refused(Refusal::NotBuiltIn),
+        };
+        self.motors.set(duties, clock::now(&registers()));
+        nothing()
     }
 
     fn log<C: ByteCode, const SLOTS: usize>(&mut self, _: Arguments<'_, Tiny, C, SLOTS>) {}
@@ -143,6 +135,10 @@ fn read(sensor: Sensor) -> Result {
 
 fn nothing() -> Result {
     Ok(Reply::Value(Value::nil()))
+}
+
+fn refused(reason: Refusal) -> Result {
+    Err(RobotFault::Refused(reason))
 }
 
 /// An integer from 0 to `most`.
