@@ -7,10 +7,11 @@ use std::collections::HashMap;
 
 use crate::listing::{Line, Listing};
 
-/// How far `rcall` and `rjmp` reach (AVR instruction set manual, RCALL), less what the linker may insert.
-const REACH: usize = 4_000;
+/// How far calls are that become short: `rcall` reaches 4,096 bytes (AVR instruction set manual, RCALL), and between it and its
+/// target are others that become short, which are measured as long ones here.
+const REACH: usize = 4_200;
 /// How many moves are tried.
-const MOVES: u32 = 100_000;
+const MOVES: u32 = 1_000_000;
 /// How many long calls more a move may cost, in the beginning.
 const HEAT: f64 = 1.5;
 
