@@ -214,6 +214,7 @@ impl<P: Profile> Protocol<P> {
         self.assembly.steps_left = 0;
     }
 
+    #[inline(never)]
     pub(crate) fn count(&mut self, which: Count) {
         if let Some(counter) = self.counters.get_mut(which as usize) {
             *counter = counter.saturating_add(1);

@@ -114,6 +114,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.settle(host, self.top(1), stigmergy, self.local(KEY), clock)
     }
 
+    #[inline(never)]
     pub(super) fn script(&self) -> Script {
         self.program.as_ref().map_or(Script { hash: 0, strings: 0 }, |program| {
             let header = program.header();
