@@ -77,7 +77,7 @@ impl<P: Profile> Frame<P> {
     }
 
     /// How many bytes travel, of a fragment without its content; `None` if there is no such frame.
-    #[inline(always)]
+    #[inline(never)]
     fn length(&self, kind: Kind) -> Option<usize> {
         let length = match kind {
             Kind::Broadcast => 3 + 2 * P::WORD_BYTES as u8 + 3,
