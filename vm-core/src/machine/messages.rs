@@ -10,6 +10,7 @@ use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
 use crate::image::Entry as EntryOf;
+use crate::message::content::Head;
 use crate::message::frame::Frame;
 use crate::message::{Entry, FRAGMENT_HEAD, Ignored, Kind, Script, Swarms};
 use crate::network::{Count, Counters, Sighting};
@@ -225,7 +226,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.send(host, &mut frame, &[]);
             }
         } else if Self::has(Part::LongMessages) {
-            self.broadcast_long(host, topic, b)?;
+            self.send_long(host, Head::Broadcast, topic, b)?;
         } else {
             return Err(self.fail_on(FaultCode::NotSendable, b, b));
         }
@@ -255,7 +256,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if frame.put_entry(entry).is_none() {
             // Without that part there is none: see `sendable`.
             return if Self::has(Part::LongMessages) {
-                self.send_long_entry(host, entry)
+                let Entry { stigmergy, owner, clock, key, value } = *entry;
+                self.send_long(host, Head::Entry { stigmergy, owner, clock }, key, value)
             } else {
                 Ok(())
             };

@@ -67,29 +67,17 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(copy)
     }
 
-    /// `neighbors.broadcast` of what has no frame. Both are on the stack.
-    pub(super) fn broadcast_long<H: Host<P>>(
+    /// Sends what has no frame: topic or key, and value.
+    #[inline(never)]
+    pub(super) fn send_long<H: Host<P>>(
         &mut self,
         host: &mut H,
-        topic: Value<P>,
+        head: Head,
+        first: Value<P>,
         value: Value<P>,
     ) -> Result<(), Stopped> {
         let mut content = P::Content::ZERO;
-        let length = self.write(Head::Broadcast, topic, value, content.as_mut())?;
-        self.send_fragments(host, content.as_ref().get(..length).unwrap_or(&[]));
-        Ok(())
-    }
-
-    /// Sends an entry that has no frame.
-    pub(super) fn send_long_entry<H: Host<P>>(
-        &mut self,
-        host: &mut H,
-        entry: &message::Entry<P>,
-    ) -> Result<(), Stopped> {
-        let mut content = P::Content::ZERO;
-        let message::Entry { stigmergy, owner, clock, key, value } = *entry;
-        let head = Head::Entry { stigmergy, owner, clock };
-        let length = self.write(head, key, value, content.as_mut())?;
+        let length = self.write(head, first, value, content.as_mut())?;
         self.send_fragments(host, content.as_ref().get(..length).unwrap_or(&[]));
         Ok(())
     }
