@@ -6,6 +6,7 @@ use avr_device::atmega328p::{AC, ADC, CPU, EEPROM, PORTB, PORTC, PORTD, TC0, TC1
 ///
 /// `Peripherals` would note in memory, each time, that somebody has them.
 #[allow(missing_docs, non_snake_case, reason = "the data sheet's names")]
+#[allow(dead_code, reason = "each program uses others")]
 pub struct Chip {
     pub AC: AC,
     pub ADC: ADC,
