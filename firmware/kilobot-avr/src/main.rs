@@ -256,7 +256,7 @@ impl Body {
         power::pause(10_000);
         if hear::is_busy() {
             light::show(chip, Color::RED);
-            for _ in 0..10 {
+            for _ in 0..10_u8 {
                 power::pause(10_000);
             }
         }

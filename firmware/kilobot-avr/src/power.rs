@@ -56,6 +56,7 @@ pub fn start(chip: &Chip) {
 }
 
 /// Pins that are outputs and high at port D; all others are inputs and low.
+#[inline(never)]
 fn ports(chip: &Chip, high: u8) {
     // SAFETY: nothing shines, nothing moves.
     unsafe {
@@ -69,6 +70,7 @@ fn ports(chip: &Chip, high: u8) {
 }
 
 /// Sets the watchdog.
+#[inline(never)]
 fn watch(_: &Chip, what: u8) {
     interrupt::free(|_| {
         // WDCE and WDE first, what is wanted at most four cycles later.
@@ -124,6 +126,7 @@ pub fn sleep(chip: &Chip) {
 }
 
 /// Waits for so many µs, or a little longer.
+#[inline(never)]
 pub fn pause(us: u16) {
     for _ in 0..us {
         instruction::delay_cycles(8);
