@@ -122,7 +122,7 @@ impl Script {
                 Outcome::Fault(fault) => self.stop(vm, robot.life.id, Some(fault)),
             },
             Phase::Waits => {
-                self.goes_on = self.ticks.take(now).is_some();
+                self.goes_on = self.ticks.take(now);
                 if self.goes_on {
                     robot.outbox.begin_step();
                     self.begin(vm, Entry::Step, Phase::Runs);

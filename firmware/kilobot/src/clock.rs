@@ -26,23 +26,15 @@ impl Ticks {
         Ticks { next: now, quarter: 0 }
     }
 
-    /// Whether there was a tick. Those that nobody asked for in time are skipped: the second number counts them.
-    pub fn take(&mut self, now: u16) -> Option<u8> {
-        if !is_past(self.next, now) {
-            return None;
-        }
-        let mut skipped = 0_u8;
-        self.advance();
+    /// Whether there was a tick. Those that nobody asked for in time are skipped.
+    pub fn take(&mut self, now: u16) -> bool {
+        let mut is_tick = false;
         while is_past(self.next, now) {
-            self.advance();
-            skipped = skipped.saturating_add(1);
+            self.quarter = (self.quarter + 1) & 3;
+            self.next = self.next.wrapping_add(STEP + u16::from(self.quarter == 0));
+            is_tick = true;
         }
-        Some(skipped)
-    }
-
-    fn advance(&mut self) {
-        self.quarter = (self.quarter + 1) & 3;
-        self.next = self.next.wrapping_add(STEP + u16::from(self.quarter == 0));
+        is_tick
     }
 }
 

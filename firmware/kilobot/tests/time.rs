@@ -22,18 +22,18 @@ fn ten_ticks_a_second_for_an_hour() {
     let mut ticks = Ticks::start(7);
     let mut count = 0;
     for unit in 0..(3600.0 * 1000.0 / UNIT) as u64 {
-        count += u32::from(ticks.take((unit + 7) as u16).is_some());
+        count += u32::from(ticks.take((unit + 7) as u16));
     }
     assert!((35_999..=36_001).contains(&count), "{count}");
 }
 
 #[test]
-fn ticks_that_were_missed_are_skipped_and_counted() {
+fn ticks_that_were_missed_are_skipped() {
     let mut ticks = Ticks::start(0);
-    assert_eq!(ticks.take(0), Some(0));
-    assert_eq!(ticks.take(780), None);
-    assert_eq!(ticks.take(3 * 782), Some(2));
-    assert_eq!(ticks.take(3 * 782 + 1), None);
+    assert!(ticks.take(0));
+    assert!(!ticks.take(780));
+    assert!(ticks.take(3 * 782));
+    assert!(!ticks.take(3 * 782 + 1));
 }
 
 #[test]
