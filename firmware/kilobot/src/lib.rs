@@ -1,7 +1,7 @@
 //! What a Kilobot does between its pins: the logic of its firmware, as kilolib and the makers' tools know it.
 //!
 //! ```text
-//! pulses of light ──[receiver]──▶ 12 bytes ──[controller]──▶ command ──[life]──▶ what the robot does
+//! pulses of light ──[receiver]──▶ 12 bytes ──[life]──▶ what the robot does, of the messages of a [controller]
 //!                       └ two amplitudes ──[distance]──▶ mm
 //! frames of the script ──[sender]──▶ when to send them
 //! duties of the script ──[motors]──▶ compare values of the timer
