@@ -130,6 +130,10 @@ impl Default for Receiver {
 fn bit_at(since: u16) -> u8 {
     let mut bit = 1_u8;
     let mut rest = since - BIT / 2;
+    // Of all pulses, what follows takes longest for this one.
+    if rest >= 8 * BIT {
+        return 0;
+    }
     while rest >= BIT {
         rest -= BIT;
         bit <<= 1;
