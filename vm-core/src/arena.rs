@@ -190,8 +190,9 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// Slots between the stack's reservation and the heap, and in free cells.
+    #[inline(never)]
     pub(crate) fn unused(&self) -> usize {
-        let mut count = (self.bottom as usize).saturating_sub(self.reserved as usize);
+        let mut count = usize::from(self.bottom.wrapping_sub(self.reserved));
         let mut cell = self.free as usize;
         while cell != 0 {
             count += CELL;

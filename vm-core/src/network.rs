@@ -216,8 +216,10 @@ impl<P: Profile> Protocol<P> {
 
     #[inline(never)]
     pub(crate) fn count(&mut self, which: Count) {
-        if let Some(counter) = self.counters.get_mut(which as usize) {
-            *counter = counter.saturating_add(1);
+        if let Some(counter) = self.counters.get_mut(which as usize)
+            && *counter != u16::MAX
+        {
+            *counter += 1;
         }
     }
 }

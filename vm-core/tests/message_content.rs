@@ -39,7 +39,8 @@ fn a_table_is_its_pairs() {
     ];
     assert_eq!(bytes[2..], expected);
     let padded = [&bytes[..], &[9, 9]].concat();
-    let (read, mut items) = Reader::new::<Tiny>(&padded, SCRIPT).unwrap();
+    let (read, mut items) = Reader::new(&padded, SCRIPT);
+    items.check::<Tiny>(|_| {}).unwrap();
     assert_eq!(read, head);
     assert!(matches!(items.item::<Tiny>(), Item::Plain(v) if v.as_f32() == Some(-1.5)));
     assert!(matches!(items.item::<Tiny>(), Item::Table(1)));
@@ -49,21 +50,24 @@ fn a_table_is_its_pairs() {
     assert!(matches!(items.item::<Tiny>(), Item::Function(300)));
 }
 
+fn checked(bytes: &[u8], script: Script) -> Result<(), Ignored> {
+    Reader::new(bytes, script).1.check::<Full>(|_| {})
+}
+
 #[test]
 fn what_is_cut_or_changed_is_refused() {
     let bytes = content::<Full>(Head::Broadcast);
-    assert!(Reader::new::<Full>(&bytes, SCRIPT).is_ok());
+    assert_eq!(checked(&bytes, SCRIPT), Ok(()));
     for length in 0..bytes.len() {
-        let cut = Reader::new::<Full>(&bytes[..length], SCRIPT);
-        assert_eq!(cut.unwrap_err(), Ignored::Malformed);
+        assert_eq!(checked(&bytes[..length], SCRIPT), Err(Ignored::Malformed));
     }
     for bit in 0..8 * bytes.len() {
         let mut changed = bytes.clone();
         changed[bit / 8] ^= 1 << (bit % 8);
-        assert!(Reader::new::<Full>(&changed, SCRIPT).is_err(), "bit {bit}");
+        assert!(checked(&changed, SCRIPT).is_err(), "bit {bit}");
     }
     let other = Script { hash: SCRIPT.hash + 1, ..SCRIPT };
-    assert_eq!(Reader::new::<Full>(&bytes, other).unwrap_err(), Ignored::Foreign);
+    assert_eq!(checked(&bytes, other), Err(Ignored::Foreign));
 }
 
 #[test]

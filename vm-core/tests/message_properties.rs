@@ -99,7 +99,8 @@ fn nothing_else_is_read<P: Profile>(bytes: &[u8]) {
 
 /// The items of a content, `None` if it is refused.
 fn items<P: Profile>(content: &[u8]) -> Option<(Head, Vec<Item<P>>, Vec<u8>)> {
-    let (head, mut reader) = Reader::new::<P>(content, SCRIPT).ok()?;
+    let (head, mut reader) = Reader::new(content, SCRIPT);
+    reader.check::<P>(|_| {}).ok()?;
     let (mut items, mut text, mut left) = (Vec::new(), Vec::new(), 2_usize);
     while left > 0 {
         left -= 1;

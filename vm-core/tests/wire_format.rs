@@ -206,7 +206,8 @@ fn content<P: Profile>(text: &str) -> Vec<u8> {
 }
 
 fn read_content<P: Profile>(content: &[u8]) -> String {
-    let (head, mut reader) = Reader::new::<P>(content, SCRIPT).expect("a content");
+    let (head, mut reader) = Reader::new(content, SCRIPT);
+    reader.check::<P>(|_| {}).expect("a content");
     let mut text = match head {
         Head::Broadcast => "broadcast:".to_owned(),
         Head::Entry { stigmergy, owner, clock } => {

@@ -1,7 +1,5 @@
 //! Built-ins that have their result at once.
 
-use core::cmp::Ordering;
-
 use super::Vm;
 use crate::builtin::{self, string};
 use crate::bytecode::ByteCode;
@@ -10,6 +8,7 @@ use crate::host::{Arguments, Host};
 #[cfg(feature = "maths")]
 use crate::number::maths;
 use crate::number::{Profile, Rng, Rounding};
+use crate::opcode::order;
 use crate::part::Part;
 use crate::value::{Tag, Type, Value};
 
@@ -23,10 +22,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         count: u8,
     ) -> Result<Value<P>, Stopped> {
         let end = usize::from(self.sp);
-        let count = usize::from(count);
-        let first = end.wrapping_sub(count);
-        let a = self.argument(first, end);
-        let b = self.argument(first + 1, end);
+        let first = end.wrapping_sub(usize::from(count));
+        let a = self.argument(0, count);
+        let b = self.argument(1, count);
         match number {
             builtin::LOG => {
                 for slot in first..end {
@@ -34,6 +32,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         self.library_to_table(host, slot)?;
                     }
                 }
+                let count = usize::from(count);
                 host.log(Arguments { script: self.view(), end, count });
                 Ok(Value::nil())
             }
@@ -53,17 +52,17 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             | builtin::SNAPSHOT_GET..=builtin::SNAPSHOT_REDUCE
                 if Self::has(Part::Neighbors) || Self::has(Part::Messages) =>
             {
-                self.neighbor_builtin(host, number, first, end, a)
+                self.neighbor_builtin(host, number, count, a)
             }
             #[cfg(feature = "swarm")]
             builtin::SWARM_CREATE..=builtin::SWARM_OTHERS if Self::has(Part::Swarms) => {
-                self.swarm_builtin(number, first, end, a)
+                self.swarm_builtin(number, count, a)
             }
             #[cfg(feature = "swarm")]
             builtin::STIGMERGY_CREATE..=builtin::STIGMERGY_ONCONFLICTLOST
                 if Self::has(Part::Stigmergy) =>
             {
-                self.stigmergy_builtin(host, number, first, end, a)
+                self.stigmergy_builtin(host, number, count, a)
             }
             // All others take any value.
             _ if a.is(Tag::UNSET) => Err(self.fail(FaultCode::MissingArgument)),
@@ -83,9 +82,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 if b.is(Tag::UNSET) {
                     return Err(self.fail(FaultCode::MissingArgument));
                 }
-                let other = if number == builtin::MAX { Ordering::Less } else { Ordering::Greater };
+                let other = if number == builtin::MAX { order::LESS } else { order::GREATER };
                 // Anything is more of an extreme than nil.
-                let take_other = a.is_nil() || !b.is_nil() && self.order(a, b)? == Some(other);
+                let take_other = a.is_nil() || !b.is_nil() && self.order(a, b)? == other;
                 Ok(if take_other { b } else { a })
             }
             #[cfg(feature = "strings")]
@@ -93,17 +92,17 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 if a.is(Tag::LIBRARY) {
                     self.library_to_table(host, first)?;
                 }
-                self.string_builtin(number, first, end)
+                self.string_builtin(number, count)
             }
             // The verifier lets no other number pass.
             _ => Ok(Value::nil()),
         }
     }
 
-    /// The argument in that slot, unset if the call has not so many.
+    /// Argument `number` of the `count` on top, unset if there are not so many.
     #[inline(never)]
-    pub(super) fn argument(&self, slot: usize, end: usize) -> Value<P> {
-        if slot < end { self.arena.get(slot) } else { Value::unset() }
+    pub(super) fn argument(&self, number: u8, count: u8) -> Value<P> {
+        if number < count { self.top(count - number) } else { Value::unset() }
     }
 
     /// Computes a built-in that takes one or two numbers.

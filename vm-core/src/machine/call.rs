@@ -30,15 +30,21 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.get_fast(usize::from(self.sp))
     }
 
-    /// Local `number` of the running frame, counted from its record.
+    /// The slot of a local of the running frame: they are counted from its record.
+    #[inline(always)]
+    pub(super) fn local_slot(&self, number: i16) -> usize {
+        usize::from(self.fp.wrapping_add_signed(number))
+    }
+
+    /// That local.
     #[inline(never)]
-    pub(super) fn local(&self, number: isize) -> Value<P> {
-        self.arena.get_fast(usize::from(self.fp).wrapping_add_signed(number))
+    pub(super) fn local(&self, number: i8) -> Value<P> {
+        self.arena.get_fast(self.local_slot(number.into()))
     }
 
     #[inline(never)]
-    pub(super) fn set_local(&mut self, number: isize, value: Value<P>) {
-        self.arena.set_fast(usize::from(self.fp).wrapping_add_signed(number), value);
+    pub(super) fn set_local(&mut self, number: i8, value: Value<P>) {
+        self.arena.set_fast(self.local_slot(number.into()), value);
     }
 
     /// Calls a callback with the `count` arguments on top.

@@ -494,7 +494,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
 /// The order of two integers, as the bit of the relations that hold.
 #[inline(always)]
-fn order_of<P: Profile>(a: P::Raw, b: P::Raw) -> u8 {
+pub(super) fn order_of<P: Profile>(a: P::Raw, b: P::Raw) -> u8 {
     if P::int_less(a, b) {
         order::LESS
     } else if a == b {

@@ -18,12 +18,12 @@ use crate::value::{Tag, Value};
 
 // Locals of a built-in's frame. All are nil in the beginning.
 /// The result so far: a table, or the accumulator of `reduce`.
-const RESULT: isize = 1;
+const RESULT: i8 = 1;
 /// Of `delay`: whether the host knows of it.
-const BEGUN: isize = 1;
+const BEGUN: i8 = 1;
 /// Key and element that the callback is called for, where they are needed after it.
-const KEY: isize = 2;
-const ELEMENT: isize = 3;
+const KEY: i8 = 2;
+const ELEMENT: i8 = 3;
 /// The first slot of the iteration, see [`crate::heap`]. Its last two slots are above the locals: the first arguments of
 /// the callback.
 const ITERATES: usize = 4;
@@ -32,9 +32,9 @@ const LOCALS: usize = 5;
 /// The first argument of a callback; its result then is in the same slot.
 const CALLBACK: usize = ITERATES + 2;
 
-/// How many arguments a built-in of kind `Calls` takes, with what it iterates.
-fn parameters(number: u8) -> u8 {
-    match task(number) {
+/// How many arguments a built-in of kind `Calls` with that [`task`] takes, with what it iterates.
+fn parameters(task: u8) -> u8 {
+    match task {
         builtin::CLONE | builtin::DELAY => 1,
         builtin::REDUCE => 3,
         _ => 2,
@@ -42,6 +42,7 @@ fn parameters(number: u8) -> u8 {
 }
 
 /// The built-in that does with tables what this one does, where there is such a one.
+#[inline(never)]
 fn task(number: u8) -> u8 {
     match number {
         // Numbered alike.
@@ -83,7 +84,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.insert(count, object(Library::Neighbors, 0))?;
             count = count.wrapping_add(1);
         }
-        let wanted = parameters(number);
+        let task = task(number);
+        let wanted = parameters(task);
         if count < wanted {
             return Err(self.fail(FaultCode::MissingArgument));
         }
@@ -110,7 +112,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if !Self::has(Part::Iteration) {
             return Ok(());
         }
-        let result = match task(number) {
+        let result = match task {
             builtin::MAP | builtin::FILTER | builtin::CLONE => self.new_table()?,
             builtin::REDUCE => self.local(-1),
             _ => Value::nil(),
@@ -154,8 +156,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.leave_frame(1, Value::nil());
             return Ok(Flow::Continue);
         }
-        let parameters = parameters(number);
         let task = task(number);
+        let parameters = parameters(task);
         let first = usize::from(self.fp.wrapping_sub(u16::from(parameters)));
         let callback = usize::from(self.fp) + CALLBACK;
         let source = self.arena.get(first);

@@ -20,13 +20,13 @@ use crate::value::{Tag, Value};
 
 // Locals of the frame. Those of a conflict are set while its handler runs.
 /// Its stigmergy, and the highest bits of its clock.
-const CONFLICT: isize = 1;
+const CONFLICT: i8 = 1;
 /// The other bits of the clock.
-const CLOCK: isize = 2;
+const CLOCK: i8 = 2;
 /// Its key.
-const KEY: isize = 3;
+const KEY: i8 = 3;
 /// The robot's own value that lost the conflict.
-pub(super) const LOST: isize = 4;
+pub(super) const LOST: i8 = 4;
 /// How many locals there are.
 const LOCALS: usize = 4;
 
@@ -332,9 +332,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     fn keep_in_touch<H: Host<P>>(&mut self, host: &mut H) -> Result<(), Stopped> {
         let periods = host.periods();
         let protocol = &mut self.protocol;
-        protocol.assembly.steps_left = protocol.assembly.steps_left.saturating_sub(1);
-        protocol.silent = protocol.silent.saturating_add(1);
-        protocol.countdown = protocol.countdown.saturating_sub(1);
+        if protocol.assembly.steps_left != 0 {
+            protocol.assembly.steps_left -= 1;
+        }
+        if protocol.silent != u8::MAX {
+            protocol.silent += 1;
+        }
+        if protocol.countdown != 0 {
+            protocol.countdown -= 1;
+        }
         let advertises = protocol.countdown == 0 && protocol.shares;
         if advertises {
             // Ever more seldom, and not all robots at once.

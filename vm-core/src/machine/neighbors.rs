@@ -248,8 +248,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         &mut self,
         host: &mut H,
         number: u8,
-        first: usize,
-        end: usize,
+        count: u8,
         a: Value<P>,
     ) -> Result<Value<P>, Stopped> {
         match number {
@@ -276,14 +275,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
             builtin::SNAPSHOT_COUNT => Ok(Value::int(self.table_size(a) as i32)),
             builtin::SNAPSHOT_GET => {
-                let id = self.argument(first + 1, end);
+                let id = self.argument(1, count);
                 if !id.is(Tag::INT) {
                     return Err(self.wrong_type(id, id));
                 }
                 Ok(self.arena.table_get(a.index(), id))
             }
             _ if !Self::has(Part::Messages) => Ok(Value::nil()),
-            _ => self.talk(host, number, a, self.argument(first + 1, end)),
+            _ => self.talk(host, number, a, self.argument(1, count)),
         }
     }
 

@@ -3,6 +3,7 @@
 //! Tables in tables are walked with what is under way on the machine's stack, so that nothing recurses.
 
 use super::Vm;
+use crate::arena::CELL;
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::heap::ITERATION;
@@ -56,9 +57,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return Ok(value);
         }
         let content = content.as_ref().get(..length).unwrap_or(&[]);
-        let Ok((_, mut reader)) = Reader::new::<P>(content, self.script()) else {
-            return Ok(Value::nil());
-        };
+        let (_, mut reader) = Reader::new(content, self.script());
         let top = self.sp;
         self.read(&mut reader)?;
         self.read(&mut reader)?;
@@ -226,13 +225,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let length = usize::from(assembly.length);
         // A copy, since another message may come while this one is dealt with.
         let content = assembly.content;
-        match Reader::new::<P>(content.as_ref().get(..length).unwrap_or(&[]), self.script()) {
-            Ok((head, reader)) => self.deliver(host, head, reader),
-            Err(_) => {
-                self.protocol.count(Count::Incomplete);
-                Ok(false)
-            }
-        }
+        let content = content.as_ref().get(..length).unwrap_or(&[]);
+        let (head, reader) = Reader::new(content, self.script());
+        self.deliver(host, head, reader)
     }
 
     /// Reads a complete message; see [`Vm::assemble`].
@@ -243,7 +238,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         head: Head,
         mut reader: Reader<'_>,
     ) -> Result<bool, Stopped> {
-        if !self.has_room_for(reader.clone()) {
+        if !self.has_room_for(&reader) {
             self.protocol.count(Count::Incomplete);
             return Ok(false);
         }
@@ -264,39 +259,25 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Whether topic or key, and value, find room without harm to the script.
+    /// Whether a content is right, and its values find room without harm to the script.
     #[inline(never)]
-    fn has_room_for(&mut self, mut reader: Reader<'_>) -> bool {
-        let mut cells = 0;
-        let mut tables = 0;
-        let mut left = 2_u16;
-        while left > 0 {
-            left -= 1;
-            match reader.item::<P>() {
-                Item::Table(pairs) => {
-                    left = left.saturating_add(2 * u16::from(pairs));
-                    // The head has two pairs, each other cell at least one.
-                    cells += 1 + usize::from(pairs);
-                    tables += 1;
-                }
-                Item::Text(length) => {
-                    cells += 1 + usize::from(length) / 20;
-                    (0..length).for_each(|_| {
-                        reader.byte();
-                    });
-                }
-                Item::Function(number) => {
-                    // A function that captures values is none without them.
-                    let known =
-                        self.program.as_ref().is_some_and(|p| number < p.header().functions());
-                    if !known || self.head(number) & CAPTURES != 0 {
-                        return false;
-                    }
-                }
-                Item::Plain(_) => {}
+    fn has_room_for(&mut self, reader: &Reader<'_>) -> bool {
+        let mut slots = 2 * super::NATIVE_ROOM;
+        let mut is_known = true;
+        let checked = reader.check::<P>(|item| match item {
+            // The head has two pairs, each other cell at least one.
+            Item::Table(pairs) => slots += READING + CELL * (1 + usize::from(pairs)),
+            Item::Text(length) if P::FULL => slots += CELL * (1 + usize::from(length) / 20),
+            Item::Function(number) => {
+                // A function that captures values is none without them.
+                is_known &= self.program.as_ref().is_some_and(|p| number < p.header().functions())
+                    && self.head(number) & CAPTURES == 0;
             }
+            _ => {}
+        });
+        if checked.is_err() || !is_known {
+            return false;
         }
-        let slots = cells * crate::arena::CELL + tables * READING + 2 * super::NATIVE_ROOM;
         if self.arena.unused() < slots {
             self.collect();
         }

@@ -63,9 +63,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             opcode::LOCAL_GET => return Err(self.fail(FaultCode::MissingArgument)),
             opcode::ADD_INT => self.binary(opcode::ADD, a, Value::int(i32::from(arg)))?,
             opcode::LOCAL_ADD => {
-                let local = isize::from(arg);
-                let sum = self.binary(opcode::ADD, self.local(local), b)?;
-                self.set_local(local, sum);
+                let local = self.local_slot(arg);
+                let sum = self.binary(opcode::ADD, self.arena.get(local), b)?;
+                self.arena.set(local, sum);
                 sum
             }
             opcode::NEG if a.is(Tag::INT) => Value::new(Tag::INT, P::neg(a.raw())),
@@ -76,7 +76,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             opcode::JUMP_LOCAL => {
                 let (relation, local) = opcode::relation_of_local(self.behind(3));
                 let b = i16::from_le_bytes([self.behind(2), self.behind(1)]);
-                let a = self.local(isize::from(local));
+                let a = self.arena.get(self.local_slot(local));
                 if a.is(Tag::UNSET) {
                     return Err(self.fail(FaultCode::MissingArgument));
                 }

@@ -178,8 +178,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         &mut self,
         host: &mut H,
         number: u8,
-        first: usize,
-        end: usize,
+        count: u8,
         a: Value<P>,
     ) -> Result<Value<P>, Stopped> {
         if number == builtin::STIGMERGY_CREATE {
@@ -188,19 +187,19 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return Ok(object(Library::StigmergyObject, stigmergy));
         }
         let stigmergy = self.need_stigmergy(a)?;
-        let b = self.argument(first + 1, end);
+        let b = self.argument(1, count);
         match number {
             builtin::STIGMERGY_SIZE => {
                 // The iteration counts in a slot of its own.
                 let top = self.sp;
                 self.reserve(1)?;
-                let mut count = 0;
+                let mut size = 0;
                 while self.next_entry(stigmergy, top.into()) {
                     self.sp = top + 1;
-                    count += 1;
+                    size += 1;
                 }
                 self.sp = top;
-                return Ok(Value::int(count));
+                return Ok(Value::int(size));
             }
             builtin::STIGMERGY_ONCONFLICT if Self::has(Part::Conflicts) => {
                 self.set_handler(handler(ON_CONFLICT, stigmergy), b)?;
@@ -225,7 +224,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.send_entry(host, &question)?;
             return Ok(Value::nil());
         }
-        let value = self.argument(first + 2, end);
+        let value = self.argument(2, count);
         if value.is(Tag::UNSET) {
             return Err(self.fail(FaultCode::MissingArgument));
         }
@@ -320,8 +319,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             Ordering::Less => self.set_stamp(at, stigmergy, &mine),
             // The neighbour has it: less haste.
             Ordering::Equal => {
-                let interval = self.protocol.interval.saturating_add(1);
-                self.protocol.interval = interval.min(host.periods().advertise);
+                if self.protocol.interval < host.periods().advertise {
+                    self.protocol.interval += 1;
+                }
             }
         }
         Ok(())

@@ -107,11 +107,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn swarm_builtin(
         &mut self,
         number: u8,
-        first: usize,
-        end: usize,
+        count: u8,
         a: Value<P>,
     ) -> Result<Value<P>, Stopped> {
-        let b = self.argument(first + 1, end);
+        let b = self.argument(1, count);
         let swarm = match number {
             builtin::SWARM_ID => {
                 let depth = if a.is(Tag::UNSET) { 0 } else { self.need_id(a)? };
@@ -123,7 +122,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             builtin::SWARM_CREATE => self.create_swarm(a)?,
             builtin::SWARM_UNION..=builtin::SWARM_DIFFERENCE => {
                 let one = self.need_swarm(b)?;
-                let other = self.argument(first + 2, end);
+                let other = self.argument(2, count);
                 let other = self.need_swarm(other)?;
                 let (in_one, in_other) = (self.is_member(one), self.is_member(other));
                 let is_member = match number {

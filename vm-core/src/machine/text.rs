@@ -213,14 +213,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.view().equal_constant(made).map_or(made, Value::string)
     }
 
-    /// The built-ins of library `string`, on the arguments in slots `first..end`.
-    pub(super) fn string_builtin(
-        &mut self,
-        number: u8,
-        first: usize,
-        end: usize,
-    ) -> Result<Value<P>, Stopped> {
-        let a = self.argument(first, end);
+    /// The built-ins of library `string`, on the `count` arguments on top.
+    pub(super) fn string_builtin(&mut self, number: u8, count: u8) -> Result<Value<P>, Stopped> {
+        let a = self.argument(0, count);
         if number == builtin::TO_STRING {
             return self.text_of(a);
         }
@@ -230,14 +225,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         match number {
             builtin::LENGTH => Ok(Value::int(self.view().text_length(a) as i32)),
             builtin::SUB => {
-                let from = self.argument(first + 1, end);
-                let to = self.argument(first + 2, end);
+                let from = self.argument(1, count);
+                let to = self.argument(2, count);
                 self.substring(a, from, to)
             }
             builtin::CONCAT => {
-                if end < first + 2 {
+                if count < 2 {
                     return Err(self.fail(FaultCode::MissingArgument));
                 }
+                let end = usize::from(self.sp);
+                let first = end - usize::from(count);
                 for slot in first..end {
                     let part = self.arena.get(slot);
                     if !self.is_text(part) {

@@ -133,7 +133,7 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// Reads a content whose check is right.
+/// Reads a content.
 #[derive(Clone, Debug)]
 pub struct Reader<'a> {
     rest: slice::Iter<'a, u8>,
@@ -141,19 +141,22 @@ pub struct Reader<'a> {
     hash: u16,
     /// How many constant strings there are.
     strings: u16,
+    /// That of the content.
+    expected: u16,
     /// Of what was read.
     check: u16,
     wrong: Option<Ignored>,
 }
 
 impl<'a> Reader<'a> {
-    /// Begins a content that is complete, and behind which there may be more bytes. Fails unless all its items make sense and
-    /// the check is right; from then on [`Reader::item`] gives what was written.
-    pub fn new<P: Profile>(content: &'a [u8], script: Script) -> Result<(Head, Self), Ignored> {
+    /// Begins a content that is complete, and behind which there may be more bytes. If [`Reader::check`] finds it right,
+    /// [`Reader::item`] gives what was written.
+    #[inline(never)]
+    pub fn new(content: &'a [u8], script: Script) -> (Head, Self) {
         let hash = script.hash as u16;
         let (rest, strings) = (content.iter(), script.strings);
-        let mut reader = Reader { rest, hash, strings, check: 0, wrong: None };
-        let expected = reader.number();
+        let mut reader = Reader { rest, hash, strings, expected: 0, check: 0, wrong: None };
+        reader.expected = reader.number();
         reader.check = hash;
         let head = match reader.byte() {
             BROADCAST => Head::Broadcast,
@@ -170,26 +173,32 @@ impl<'a> Reader<'a> {
                 Head::Broadcast
             }
         };
-        let items = reader.clone();
-        // Topic or key, and value.
-        let mut left = 2_u16;
-        while left > 0 && reader.wrong.is_none() {
+        (head, reader)
+    }
+
+    /// Fails unless all items make sense and the check is right. Shows each item, of a wrong content some.
+    pub fn check<P: Profile>(&self, mut show: impl FnMut(Item<P>)) -> Result<(), Ignored> {
+        let mut reader = self.clone();
+        // Topic or key, and value. Each item takes a byte at least, so the content ends before the number does.
+        let mut left = 2_usize;
+        while left != 0 && reader.wrong.is_none() {
             left -= 1;
-            match reader.item::<P>() {
+            let item = reader.item::<P>();
+            match item {
                 Item::Text(length) if P::FULL => {
                     for _ in 0..length {
                         reader.byte();
                     }
                 }
-                // Each item takes a byte at least, so there is no end of 16 bits before that of the content.
-                Item::Table(pairs) => left = left.saturating_add(2 * u16::from(pairs)),
+                Item::Table(pairs) => left += 2 * usize::from(pairs),
                 _ => {}
             }
+            show(item);
         }
         match reader.wrong {
             Some(wrong) => Err(wrong),
-            None if reader.check != expected => Err(Ignored::Foreign),
-            None => Ok((head, items)),
+            None if reader.check != reader.expected => Err(Ignored::Foreign),
+            None => Ok(()),
         }
     }
 
