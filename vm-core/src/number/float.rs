@@ -192,9 +192,12 @@ impl<P: Profile> Float<P> {
         if self.exponent > 31 {
             return if self.negative { i32::MIN } else { i32::MAX };
         }
-        let shift = 31_i16.wrapping_sub(self.exponent.max(0));
-        let fixed = (self.significand.to_u32() as i32) << 15;
-        let whole = fixed.wrapping_shr(shift as u32);
+        // Digit by digit: an AVR shifts bit by bit anyway.
+        let (mut whole, mut rest) = (0_i32, self.significand);
+        for _ in 0..self.exponent {
+            whole = whole << 1 | i32::from(rest.has_first());
+            rest = rest << 1;
+        }
         if self.negative { whole.wrapping_neg() } else { whole }
     }
 

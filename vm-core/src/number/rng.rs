@@ -31,6 +31,8 @@ use super::profile::Profile;
 use super::tables::program;
 use super::word::Word;
 #[cfg(feature = "maths")]
+use super::word::multiply_halves;
+#[cfg(feature = "maths")]
 use crate::bytecode::ByteCode;
 
 /// 2^32 divided by the golden ratio: any constant with irregular bits would do.
@@ -98,9 +100,10 @@ impl Rng {
         a.mul(high);
         a.add(&sum);
         *a = P::unpack(P::pack(a));
-        let inside =
-            a.compare(high) == Some(Ordering::Less) && low.compare(a).is_some_and(Ordering::is_le);
-        if !inside {
+        // NaN is not below `high`.
+        let is_inside =
+            a.compare(high) == Some(Ordering::Less) && a.compare(low) != Some(Ordering::Less);
+        if !is_inside {
             *a = *low;
         }
     }
@@ -115,12 +118,12 @@ impl Rng {
         let radius: u32 = 1 << 30;
         loop {
             let bits = self.next_u32();
-            let (x, y) = (i32::from(bits as i16), i32::from((bits >> 16) as i16));
-            let square = (x.wrapping_mul(x) as u32).wrapping_add(y.wrapping_mul(y) as u32);
+            let (x, y) = (bits as i16, (bits >> 16) as i16);
+            let square = square(x).wrapping_add(square(y));
             if x != 0 && square < radius {
                 // x / 2^15 * sqrt(-2 ln(s) / s), where s = square / radius
                 let mut normal = Float::from_fraction(square, 2);
-                let x = Float::from_int(P::int_from_i32(x));
+                let x = Float::from_int(P::int_from_i32(x.into()));
                 calculate::<P, C>(program::NORMAL, &mut normal, &x);
                 deviation.mul(&normal);
                 deviation.add(mean);
@@ -137,6 +140,12 @@ impl Rng {
         calculate::<P, C>(program::MINUS_LN, &mut number, mean);
         mean.mul(&number);
     }
+}
+
+#[cfg(feature = "maths")]
+fn square(number: i16) -> u32 {
+    let magnitude = number.unsigned_abs();
+    multiply_halves(magnitude, magnitude)
 }
 
 /// The finalizer of MurmurHash3: a bijection that spreads every bit over all.

@@ -165,7 +165,7 @@ impl Word for u32 {
 /// The product of two half words.
 // On the AVR, one copy of the call of a 32-bit multiplication.
 #[cfg_attr(target_arch = "avr", inline(never))]
-fn multiply_halves(a: u16, b: u16) -> u32 {
+pub(super) fn multiply_halves(a: u16, b: u16) -> u32 {
     u32::from(a).wrapping_mul(u32::from(b))
 }
 
