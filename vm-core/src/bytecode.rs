@@ -16,6 +16,10 @@ pub trait ByteCode: Copy {
     /// [told](crate::Vm::equip), and the code for it is shorter.
     const SIZES: Option<Sizes> = None;
 
+    /// The bytes, if there are no others and they lie where they always do: then the machine does not keep where, and does not ask
+    /// whether it has some.
+    const ONLY: Option<Self> = None;
+
     /// How many bytes.
     fn len(&self) -> usize;
 

@@ -187,9 +187,9 @@ impl<C: ByteCode> Image<C> {
 
     /// Reads the header. Says nothing about the code.
     pub fn header(&self) -> Result<Header, ImageError> {
-        let mut claimed = Verified::claimed(self.code);
-        claimed.read_header()?;
-        Ok(claimed.header)
+        let mut header = Header::EMPTY;
+        header.read(&self.code)?;
+        Ok(header)
     }
 }
 
@@ -349,32 +349,21 @@ impl Header {
     }
 }
 
-/// An image that the verifier has accepted: every instruction, operand and jump in it is sound, so it can neither
-/// panic the machine nor leave its memory. Only the verifier makes one, here or where the image was [sealed](crate::seal).
-#[derive(Debug, Clone, Copy)]
-pub struct Verified<C: ByteCode> {
-    pub(crate) code: C,
-    pub(crate) header: Header,
-}
-
 /// Reads one part after the other; `code_at` is the part to come. Parts may lie behind the end, where bytes may be anything:
 /// that is looked at once, when all is read, which is much smaller than a question at each part.
-impl<C: ByteCode> Verified<C> {
-    /// Any bytes, with nothing read yet.
-    pub(crate) fn claimed(code: C) -> Self {
-        let header = Header { fixed: [0; FIXED], counts: [0; WORDS] };
-        Verified { code, header }
-    }
+impl Header {
+    /// Nothing read yet.
+    pub(crate) const EMPTY: Self = Header { fixed: [0; FIXED], counts: [0; WORDS] };
 
     #[inline(never)]
-    pub(crate) fn read_header(&mut self) -> Result<(), ImageError> {
-        let length = self.code.len();
+    pub(crate) fn read<C: ByteCode>(&mut self, code: &C) -> Result<(), ImageError> {
+        let length = code.len();
         // Positions at the end of 16 bits are return addresses of the machine itself.
         if length > LENGTH_MAX {
             return Err(ImageError::TooLong);
         }
-        self.read_fixed();
-        let [magic, form, ..] = self.header.fixed;
+        self.read_fixed(code);
+        let [magic, form, ..] = self.fixed;
         if length > 0 && magic != MAGIC {
             return Err(ImageError::NotAnImage);
         }
@@ -382,58 +371,68 @@ impl<C: ByteCode> Verified<C> {
             return Err(ImageError::Version(u16::from(form & 0x0f)));
         }
         let mut at = FIXED as u16;
-        for place in self.header.counts.iter_mut().take(COUNTS) {
-            (at, *place) = count(&self.code, at);
+        for place in self.counts.iter_mut().take(COUNTS) {
+            (at, *place) = count(code, at);
         }
         // A count has 15 bits, so twice a count has 16.
-        self.header.counts[IMPORTS_AT] = at;
-        at = skip(at, 2 * self.header.imports());
-        self.header.counts[ORDER_AT] = at;
+        self.counts[IMPORTS_AT] = at;
+        at = skip(at, 2 * self.imports());
+        self.counts[ORDER_AT] = at;
         if form & FORM_ORDER != 0 {
-            at = skip(at, self.header.strings());
+            at = skip(at, self.strings());
         }
         if form & FORM_LIBRARIES != 0 && usize::from(at) <= length {
-            (at, self.header.counts[LIBRARY_ROWS]) = count(&self.code, at);
+            (at, self.counts[LIBRARY_ROWS]) = count(code, at);
         }
-        self.header.counts[LIBRARIES_AT] = at;
-        at = skip(at, 2 * self.header.library_rows());
-        at = skip(at, 2 * self.header.library_rows());
-        self.header.counts[FUNCTIONS_AT] = at;
-        at = skip(at, 2 * self.header.functions());
+        self.counts[LIBRARIES_AT] = at;
+        at = skip(at, 2 * self.library_rows());
+        at = skip(at, 2 * self.library_rows());
+        self.counts[FUNCTIONS_AT] = at;
+        at = skip(at, 2 * self.functions());
         if form & FORM_TEXT != 0 {
-            let mut strings = self.header.strings();
+            let mut strings = self.strings();
             while strings > 0 && usize::from(at) <= length {
                 strings -= 1;
                 let length;
-                (at, length) = count(&self.code, at);
+                (at, length) = count(code, at);
                 at = skip(at, length);
             }
         }
-        self.header.counts[CODE_AT] = at;
+        self.counts[CODE_AT] = at;
         if usize::from(at) > length {
             return Err(ImageError::Truncated);
         }
         Ok(())
     }
 
-    fn read_fixed(&mut self) {
-        for (at, byte) in self.header.fixed.iter_mut().enumerate() {
-            *byte = self.code.byte(at);
+    fn read_fixed<C: ByteCode>(&mut self, code: &C) {
+        for (at, byte) in self.fixed.iter_mut().enumerate() {
+            *byte = code.byte(at);
         }
     }
 
     /// Reads a header of which the numbers lie at that place.
     #[inline]
-    pub(crate) fn read_words(&mut self, at: usize) {
-        self.read_fixed();
-        for (number, word) in self.header.counts.iter_mut().enumerate() {
-            *word = self.code.word(at + 2 * number);
+    pub(crate) fn read_words<C: ByteCode>(&mut self, code: &C, at: usize) {
+        self.read_fixed(code);
+        for (number, word) in self.counts.iter_mut().enumerate() {
+            *word = code.word(at + 2 * number);
         }
     }
+}
 
+/// An image that the verifier has accepted: every instruction, operand and jump in it is sound, so it can neither
+/// panic the machine nor leave its memory. Only the verifier makes one, here or where the image was [sealed](crate::seal).
+#[derive(Debug, Clone, Copy)]
+pub struct Verified<'a, C: ByteCode> {
+    pub(crate) code: C,
+    pub(crate) header: &'a Header,
+}
+
+impl<'a, C: ByteCode> Verified<'a, C> {
     /// Its header.
-    pub fn header(&self) -> &Header {
-        &self.header
+    pub fn header(&self) -> &'a Header {
+        self.header
     }
 
     /// Offset of a function's header in the image.

@@ -14,7 +14,7 @@
 //! [offers](robot), its slots, and all bytes before.
 
 use crate::bytecode::ByteCode;
-use crate::image::{ImageError, VERSION, Verified, WORDS};
+use crate::image::{Header, ImageError, VERSION, Verified, WORDS};
 use crate::message::crc16;
 use crate::network::Sizes;
 use crate::number::Profile;
@@ -54,7 +54,7 @@ impl<C: ByteCode> Sealed<C> {
     #[inline]
     pub(crate) fn open(
         &self,
-        program: &mut Verified<C>,
+        header: &mut Header,
         robot: u16,
         slots: u16,
     ) -> Result<(), ImageError> {
@@ -69,12 +69,12 @@ impl<C: ByteCode> Sealed<C> {
         if check != self.code.word(end) {
             return Err(ImageError::Seal);
         }
-        program.read_words(words_at);
+        header.read_words(&self.code, words_at);
         Ok(())
     }
 }
 
-impl<C: ByteCode> Verified<C> {
+impl<C: ByteCode> Verified<'_, C> {
     /// What goes behind its `length` bytes.
     pub(crate) fn seal(&self, robot: u16, slots: u16) -> [u8; LENGTH] {
         let mut check = word(robot, slots);

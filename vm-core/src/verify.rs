@@ -64,7 +64,7 @@ const NONE: i16 = -1;
 /// The bit of a function's header that no function sets.
 const RESERVED: u8 = 1 << 5;
 
-impl<C: ByteCode> Verified<C> {
+impl<C: ByteCode> Verified<'_, C> {
     /// Checks every byte that the machine will rely on. `is_robot_function` tells whether the robot has a function
     /// of that name hash.
     #[inline(never)]
@@ -74,7 +74,7 @@ impl<C: ByteCode> Verified<C> {
         offered: u8,
         is_robot_function: impl Fn(u16) -> bool,
     ) -> Result<(), ImageError> {
-        let header = &self.header;
+        let header = self.header;
         if header.is_full() != P::FULL {
             return Err(ImageError::Profile);
         }

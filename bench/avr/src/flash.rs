@@ -27,6 +27,8 @@ impl Flash {
 }
 
 impl ByteCode for Flash {
+    const ONLY: Option<Self> = Some(Flash);
+
     fn len(&self) -> usize {
         usize::from(progmem::word(script(2)))
     }

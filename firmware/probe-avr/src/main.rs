@@ -86,6 +86,8 @@ static IMAGE: [u8; 64] = [0; 64];
 struct Flash;
 
 impl ByteCode for Flash {
+    const ONLY: Option<Self> = Some(Flash);
+
     fn len(&self) -> usize {
         IMAGE.len()
     }

@@ -11,7 +11,7 @@ use crate::value::{Tag, Value};
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Collects, and says what is wrong with the memory of a script that has not stopped.
     pub fn audit(&mut self) -> Result<(), &'static str> {
-        if self.program.is_none() || matches!(self.state, State::Faulted(_)) {
+        if self.loaded().is_none() || matches!(self.state, State::Faulted(_)) {
             return Ok(());
         }
         self.audit_stack()?;

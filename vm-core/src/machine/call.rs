@@ -58,7 +58,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         // The usual: it captures nothing, has as many parameters as there are arguments, and its room is there. By itself
         // this path needs few registers, which an AVR would have to save.
         if callee.is(Tag::FUNCTION)
-            && let Some(program) = &self.program
+            && let Some(program) = self.program()
         {
             let position = program.function(callee.index() as u16);
             let fp = usize::from(self.sp);
@@ -95,7 +95,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if Self::has(Part::Closures) && function.is(Tag::CLOSURE) {
             function = self.arena.closure_function(function.index());
         }
-        let Some(program) = self.program.as_ref().filter(|_| function.is(Tag::FUNCTION)) else {
+        let Some(program) = self.program().filter(|_| function.is(Tag::FUNCTION)) else {
             return self.call_native(host, callee, count, below);
         };
         let position = program.function(function.index() as u16);
@@ -275,7 +275,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         end: u16,
         again: bool,
     ) -> Result<Value<P>, Stopped> {
-        let Some(program) = &self.program else { return Ok(Value::unset()) };
+        let Some(program) = self.program() else { return Ok(Value::unset()) };
         let hash = program.import(number);
         let end = usize::from(end);
         let count = usize::from(count);

@@ -65,7 +65,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
             a < b
         } else {
-            let Some(program) = &self.program else { return order::EQUAL };
+            let Some(program) = self.program() else { return order::EQUAL };
             if !program.header().has_order() {
                 return order::EQUAL;
             }

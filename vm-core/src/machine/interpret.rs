@@ -36,7 +36,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) -> Result<Flow, Stopped> {
         // As wide as the processor's registers.
         let mut budget = usize::from(budget);
-        let Some(program) = &self.program else { return Ok(Flow::Done) };
+        let Some(program) = self.program() else { return Ok(Flow::Done) };
         let code = program.code;
         let mut pc;
         let mut sp;
@@ -317,7 +317,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         }
                         opcode::CALL_FUNCTION => {
                             operand!();
-                            let Some(program) = &self.program else { return Ok(Flow::Done) };
+                            let Some(program) = self.program() else { return Ok(Flow::Done) };
                             let function = program.function(arg as u16);
                             let room = usize::from(code.byte(function.wrapping_add(1)));
                             if sp.wrapping_add(1).wrapping_add(room)

@@ -229,7 +229,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if !key.is(Tag::STRING) {
             return Value::nil();
         }
-        let Some(program) = &self.program else { return Value::nil() };
+        let Some(program) = self.program() else { return Value::nil() };
         let number = match library.tag() {
             Tag::SNAPSHOT => Library::Snapshot as u8,
             _ => library.index() as u8,
@@ -280,8 +280,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         let table = self.new_table()?;
         self.arena.set(slot, table);
-        let Some(program) = self.program else { return Ok(()) };
-        for row in 0..program.header().library_rows() {
+        for row in 0..self.header.library_rows() {
+            let Some(program) = self.program() else { break };
             let (number, string, _) = program.library_row(row);
             if number == library.index() as u8 {
                 let key = Value::string(string);

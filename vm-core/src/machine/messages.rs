@@ -44,7 +44,7 @@ pub(super) const SOCIAL: u8 =
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     fn features(&self) -> u8 {
-        self.program.as_ref().map_or(0, |program| program.header().features())
+        self.header.features()
     }
 
     /// What was heard but could not be used.
@@ -95,8 +95,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return self.handle(host, &mut frame, length, &sighting);
         }
         self.keep_in_touch(host)?;
-        let Some(program) = &self.program else { return Ok(()) };
-        let point = program.header().entry(EntryOf::Step);
+        let point = self.header.entry(EntryOf::Step);
         if !self.enter_function(point, usize::from(base)) {
             self.sp = base + 1;
             self.push(self.entry_value(point));
@@ -117,10 +116,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     #[inline(never)]
     pub(super) fn script(&self) -> Script {
-        self.program.as_ref().map_or(Script { hash: 0, strings: 0 }, |program| {
-            let header = program.header();
-            Script { hash: header.hash(), strings: string::COUNT + header.strings() }
-        })
+        Script { hash: self.header.hash(), strings: string::COUNT + self.header.strings() }
     }
 
     #[inline(always)]

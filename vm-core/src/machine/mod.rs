@@ -83,7 +83,7 @@ impl Native {
 pub(crate) struct View<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
     pub(crate) arena: &'a Arena<P, SLOTS>,
     #[cfg_attr(not(feature = "strings"), allow(dead_code, reason = "only text needs it"))]
-    program: Option<&'a Verified<C>>,
+    program: Option<Verified<'a, C>>,
 }
 
 /// What a run ended with.
@@ -131,7 +131,10 @@ pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
     /// What tests do to allocations.
     #[cfg(feature = "torture")]
     pub torture: crate::torture::Torture,
-    program: Option<Verified<C>>,
+    /// The image of the program.
+    code: Option<C>,
+    /// Its header.
+    header: Header,
     /// The first slot of what is known of other robots: neighbours, entries, stigmergies, swarms.
     others: u16,
     /// The script has to do with other robots.
@@ -148,7 +151,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub const fn new() -> Self {
         Vm {
             arena: Arena::new(),
-            program: None,
+            code: None,
+            header: Header::EMPTY,
             others: 0,
             #[cfg(feature = "swarm")]
             is_social: false,
@@ -170,7 +174,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Says how much it remembers of other robots; before an image is loaded. Takes [`Sizes::slots`] of its slots.
     #[cfg(feature = "swarm")]
     pub fn equip(&mut self, sizes: Sizes) {
-        self.program = None;
+        self.code = None;
         self.state = State::Empty;
         self.protocol.sizes = sizes.clamped();
     }
@@ -220,9 +224,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.others() + usize::from(sizes.neighbors) * sizes.neighbor()
     }
 
+    /// The program. Where there is only one it is there before it is loaded; but then the machine does not run.
+    #[inline(always)]
+    fn program(&self) -> Option<Verified<'_, C>> {
+        let code = C::ONLY.or(self.code)?;
+        Some(Verified { code, header: &self.header })
+    }
+
     /// What a host may look at.
     fn view(&self) -> View<'_, P, C, SLOTS> {
-        View { arena: &self.arena, program: self.program.as_ref() }
+        View { arena: &self.arena, program: self.program() }
     }
 
     /// Verifies an image and makes it the program, with all memory empty. `is_robot_function` tells whether the robot
@@ -243,9 +254,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         is_robot_function: impl Fn(u16) -> bool,
     ) -> Result<(), ImageError> {
         let offered = verify::within(verify::features::<P>(), *self.sizes());
-        self.take(image.code, slots, |program, arena| {
-            program.read_header()?;
-            program.verify(arena, offered, is_robot_function)
+        self.take(image.code, slots, |header, arena| {
+            header.read(&image.code)?;
+            Verified { code: image.code, header }.verify(arena, offered, is_robot_function)
         })
     }
 
@@ -253,14 +264,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// is what the robot offers, as a constant: [`seal::robot`].
     #[inline]
     pub fn load_sealed(&mut self, image: Sealed<C>, robot: u16) -> Result<(), ImageError> {
-        self.take(image.code, SLOTS, |program, arena| {
-            image.open(program, robot, arena.top() as u16)
-        })
+        self.take(image.code, SLOTS, |header, arena| image.open(header, robot, arena.top() as u16))
     }
 
     /// The seal of the program for robots like this machine, of which [`seal::robot`] is `robot`; goes behind the image.
     pub fn seal(&self, robot: u16) -> Option<[u8; seal::LENGTH]> {
-        Some(self.program.as_ref()?.seal(robot, self.arena.top() as u16))
+        Some(self.loaded()?.seal(robot, self.arena.top() as u16))
     }
 
     /// Makes bytes the program that `check` accepts, of which it reads the header.
@@ -269,9 +278,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         &mut self,
         code: C,
         slots: usize,
-        check: impl FnOnce(&mut Verified<C>, &mut Arena<P, SLOTS>) -> Result<(), ImageError>,
+        check: impl FnOnce(&mut Header, &mut Arena<P, SLOTS>) -> Result<(), ImageError>,
     ) -> Result<(), ImageError> {
-        self.program = None;
+        self.code = None;
         self.state = State::Empty;
         // A script that stopped may have left some.
         #[cfg(feature = "strings")]
@@ -282,23 +291,20 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let slots = slots.min(SLOTS.saturating_sub(others));
         self.arena.reset(slots);
         // In its place from the start: a copy of the header would cost the AVR more than the verifier's tables.
-        let program = self.program.insert(Verified::claimed(code));
-        let checked = check(program, &mut self.arena);
+        let checked = check(&mut self.header, &mut self.arena);
         #[cfg(feature = "swarm")]
         {
-            self.is_social = program.header().features() & messages::SOCIAL != 0;
+            self.is_social = self.header.features() & messages::SOCIAL != 0;
             self.protocol.forget();
         }
-        let base = GLOBALS + usize::from(program.header().globals());
+        let base = GLOBALS + usize::from(self.header.globals());
         // Above the memory of the script.
         self.others = slots as u16;
         let at = self.others();
         self.arena.fill(at, at + others);
         self.arena.reset(slots);
-        if checked.is_err() {
-            self.program = None;
-            return checked;
-        }
+        checked?;
+        self.code = Some(code);
         self.arena.reserved = base as u16;
         self.fp = base as u16;
         self.sp = base as u16;
@@ -308,7 +314,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// The header of the program.
     pub fn header(&self) -> Option<&Header> {
-        self.program.as_ref().map(Verified::header)
+        self.loaded().map(|program| program.header())
+    }
+
+    /// The program, once it is loaded.
+    fn loaded(&self) -> Option<Verified<'_, C>> {
+        if self.state == State::Empty { None } else { self.program() }
     }
 
     /// Sets the id that scripts see, and seeds `rand` and `math.rng` from the seed of the run and this id.
@@ -323,7 +334,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Starts an entry; [`Vm::run`] then runs it. False if the script does not have it, or cannot run now.
     pub fn begin(&mut self, entry: Entry) -> bool {
-        let Some(program) = &self.program else { return false };
+        let Some(program) = self.program() else { return false };
         if self.state != State::Idle {
             return false;
         }
@@ -356,7 +367,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// The usual entry: a function without parameters, for which there is room. Makes it the outermost frame, at `base`.
     fn enter_function(&mut self, point: EntryPoint, base: usize) -> bool {
-        let (EntryPoint::Function(number), Some(program)) = (point, &self.program) else {
+        let (EntryPoint::Function(number), Some(program)) = (point, self.program()) else {
             return false;
         };
         let function = program.function(number);
@@ -425,8 +436,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// byte of the instruction where each function is.
     pub fn calls(&self) -> Calls<'_, P, C, SLOTS> {
         // Between entries none runs, but the loop leaves the position as it was.
-        let idle = self.state == State::Idle;
-        let pc = if idle { Native::EXIT.position() } else { usize::from(self.pc) };
+        let is_running = !matches!(self.state, State::Empty | State::Idle);
+        let pc = if !is_running { Native::EXIT.position() } else { usize::from(self.pc) };
         Calls { vm: self, pc, fp: usize::from(self.fp) }
     }
 
@@ -482,7 +493,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Slots above the record that the frame running at `pc` may use.
     fn frame_room(&self, pc: usize) -> usize {
-        match &self.program {
+        match self.program() {
             Some(program) if pc < SPECIAL => {
                 usize::from(program.code.byte(program.function_at(pc) + 1))
             }
@@ -562,7 +573,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Iterator for Calls<'_, P, C, S
     type Item = u16;
 
     fn next(&mut self) -> Option<u16> {
-        let program = self.vm.program.as_ref()?;
+        let program = self.vm.program()?;
         loop {
             let pc = self.pc;
             if pc == Native::EXIT.position() {

@@ -268,11 +268,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             // The head has two pairs, each other cell at least one.
             Item::Table(pairs) => slots += READING + CELL * (1 + usize::from(pairs)),
             Item::Text(length) if P::FULL => slots += CELL * (1 + usize::from(length) / 20),
-            Item::Function(number) => {
-                // A function that captures values is none without them.
-                is_known &= self.program.as_ref().is_some_and(|p| number < p.header().functions())
-                    && self.head(number) & CAPTURES == 0;
-            }
+            // A function that captures values is none without them.
+            Item::Function(number) => is_known &= self.head(number) & CAPTURES == 0,
             _ => {}
         });
         if checked.is_err() || !is_known {

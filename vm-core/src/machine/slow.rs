@@ -4,7 +4,7 @@ use super::Vm;
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
-use crate::image::{PARAMETERS, USES_SELF};
+use crate::image::{CAPTURES, PARAMETERS, USES_SELF};
 use crate::number::Profile;
 #[cfg(feature = "maths")]
 use crate::number::maths::{self, Function};
@@ -140,7 +140,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     #[inline(never)]
     fn behind(&self, count: u16) -> u8 {
         let at = self.pc.wrapping_sub(count);
-        self.program.as_ref().map_or(0, |program| program.code.byte(at.into()))
+        self.program().map_or(0, |program| program.code.byte(at.into()))
     }
 
     /// The literal at the end of the instruction, of which only the upper `half` may be there.
@@ -154,10 +154,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         })
     }
 
-    /// First byte of the header of a function.
+    /// First byte of the header of a function; if there is none of that number, that of one which captures values.
     #[inline(never)]
     pub(super) fn head(&self, number: u16) -> u8 {
-        self.program.as_ref().map_or(0, |program| program.code.byte(program.function(number)))
+        if number >= self.header.functions() {
+            return CAPTURES;
+        }
+        self.program().map_or(0, |program| program.code.byte(program.function(number)))
     }
 
     /// A closure of the values on top, the first of which is self if the function uses it; they are popped.
