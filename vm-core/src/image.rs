@@ -431,25 +431,25 @@ pub struct Verified<'a, C: ByteCode> {
 
 impl<'a, C: ByteCode> Verified<'a, C> {
     /// Its header.
-    pub fn header(&self) -> &'a Header {
+    pub fn header(self) -> &'a Header {
         self.header
     }
 
     /// Offset of a function's header in the image.
     #[inline(always)]
-    pub(crate) fn function(&self, number: u16) -> usize {
+    pub(crate) fn function(self, number: u16) -> usize {
         let row = usize::from(self.header.functions_at()) + 2 * usize::from(number);
         usize::from(self.code.word(row)) + usize::from(self.header.code_at())
     }
 
     /// The name hash of an imported robot function.
     #[inline(always)]
-    pub(crate) fn import(&self, number: u16) -> u16 {
+    pub(crate) fn import(self, number: u16) -> u16 {
         self.code.word(usize::from(self.header.imports_at()) + 2 * usize::from(number))
     }
 
     /// Offset of the header of the function that holds an offset of the image.
-    pub(crate) fn function_at(&self, at: usize) -> usize {
+    pub(crate) fn function_at(self, at: usize) -> usize {
         let mut number = self.header.functions();
         loop {
             number = number.wrapping_sub(1);
@@ -461,19 +461,19 @@ impl<'a, C: ByteCode> Verified<'a, C> {
     }
 
     /// The built-in behind a name of a library.
-    pub(crate) fn library_member(&self, library: u8, string: u16) -> Option<u8> {
-        let rows = (0..self.header.library_rows()).map(|row| self.library_row(row));
+    pub(crate) fn library_member(self, library: u8, string: u16) -> Option<u8> {
+        let rows = (0..self.header.library_rows()).map(move |row| self.library_row(row));
         rows.filter(|row| row.0 == library && row.1 == string).map(|row| row.2).next()
     }
 
     /// Library, string and built-in of a row of the library table.
-    pub(crate) fn library_row(&self, row: u16) -> (u8, u16, u8) {
+    pub(crate) fn library_row(self, row: u16) -> (u8, u16, u8) {
         let at = usize::from(self.header.libraries_at()) + LIBRARY_ROW * usize::from(row);
         (self.code.byte(at), self.code.word(at + 1), self.code.byte(at + 3))
     }
 
     /// How many of the machine's own strings sort before this string of the script.
-    pub(crate) fn string_order(&self, number: u16) -> u8 {
+    pub(crate) fn string_order(self, number: u16) -> u8 {
         let index = number.wrapping_sub(builtin::string::COUNT);
         self.code.byte(usize::from(self.header.order_at()) + usize::from(index))
     }

@@ -76,7 +76,7 @@ impl<C: ByteCode> Sealed<C> {
 
 impl<C: ByteCode> Verified<'_, C> {
     /// What goes behind its `length` bytes.
-    pub(crate) fn seal(&self, robot: u16, slots: u16) -> [u8; LENGTH] {
+    pub(crate) fn seal(self, robot: u16, slots: u16) -> [u8; LENGTH] {
         let mut check = word(robot, slots);
         for at in 0..self.code.len() {
             check = crc16(check, self.code.byte(at));

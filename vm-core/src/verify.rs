@@ -69,7 +69,7 @@ impl<C: ByteCode> Verified<'_, C> {
     /// of that name hash.
     #[inline(never)]
     pub(crate) fn verify<P: Profile, const SLOTS: usize>(
-        &self,
+        self,
         scratch: &mut Arena<P, SLOTS>,
         offered: u8,
         is_robot_function: impl Fn(u16) -> bool,
@@ -139,14 +139,14 @@ impl<C: ByteCode> Verified<'_, C> {
 
     /// Where a function starts; the end of the code if there is none of that number.
     #[inline(never)]
-    fn start(&self, number: u16) -> usize {
+    fn start(self, number: u16) -> usize {
         if number < self.header.functions() { self.function(number) } else { self.code.len() }
     }
 
     /// What an operand names by a number, from [`Operand::Global`] to [`Operand::Count`]: the header of a function, the
     /// [`Needs`] of a built-in, 0 for what else exists, [`NONE`] if it does not.
     #[inline(never)]
-    fn named<P: Profile>(&self, operand: u8, number: u16) -> i16 {
+    fn named<P: Profile>(self, operand: u8, number: u16) -> i16 {
         let limit = if operand < BUILTIN {
             let count = self.header.count(operand);
             if operand == STRING { count + builtin::string::COUNT } else { count }
@@ -174,7 +174,7 @@ impl<C: ByteCode> Verified<'_, C> {
     /// aside. `head` is the header of the function that it is in.
     #[inline(never)]
     fn pops<P: Profile>(
-        &self,
+        self,
         offered: u8,
         opcode: u8,
         effect: Effect,
@@ -231,7 +231,7 @@ impl<C: ByteCode> Verified<'_, C> {
     /// Follows the code of the function from `start` to `end`. Inlined into its caller, for one prologue less.
     #[inline(always)]
     fn pass<P: Profile, const SLOTS: usize>(
-        &self,
+        self,
         offered: u8,
         start: usize,
         end: usize,

@@ -331,6 +331,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if protocol.assembly.steps_left != 0 {
             protocol.assembly.steps_left -= 1;
         }
+        #[allow(clippy::implicit_saturating_add, reason = "an AVR has no conditional moves")]
         if protocol.silent != u8::MAX {
             protocol.silent += 1;
         }
