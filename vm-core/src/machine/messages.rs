@@ -114,7 +114,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.settle(host, self.top(1), stigmergy, self.local(KEY), clock)
     }
 
-    #[inline(never)]
     pub(super) fn script(&self) -> Script {
         Script { hash: self.header.hash(), strings: string::COUNT + self.header.strings() }
     }

@@ -60,7 +60,7 @@ impl<P: Profile> Frame<P> {
     /// Opens the frame of that length that is in the buffer.
     #[inline(always)]
     pub(crate) fn open(&mut self, length: usize, script: &Script) -> Result<Kind, Ignored> {
-        let kind = Kind::of(self.byte(0)).ok_or(Ignored::Malformed)?;
+        let kind = Kind::of_quickly(self.byte(0)).ok_or(Ignored::Malformed)?;
         let content = usize::from(kind == Kind::Fragment);
         if self.length(kind).is_none_or(|needed| needed + content > length) {
             return Err(Ignored::Malformed);
@@ -77,7 +77,7 @@ impl<P: Profile> Frame<P> {
     }
 
     /// How many bytes travel, of a fragment without its content; `None` if there is no such frame.
-    #[inline(never)]
+    #[inline(always)]
     fn length(&self, kind: Kind) -> Option<usize> {
         let length = match kind {
             Kind::Broadcast => 3 + 2 * P::WORD_BYTES as u8 + 3,

@@ -141,6 +141,12 @@ impl Kind {
     /// The kind of frames with that type byte, `None` if it is no frame of ours.
     #[inline(never)]
     pub const fn of(type_byte: u8) -> Option<Kind> {
+        Self::of_quickly(type_byte)
+    }
+
+    /// The same, where time is scarcer than flash.
+    #[inline(always)]
+    pub(crate) const fn of_quickly(type_byte: u8) -> Option<Kind> {
         Some(match type_byte {
             0x04..=0x07 => Kind::Broadcast,
             0x08 => Kind::Beacon,
