@@ -357,6 +357,8 @@ impl Header {
 
     #[inline(never)]
     pub(crate) fn read<C: ByteCode>(&mut self, code: &C) -> Result<(), ImageError> {
+        // Of the program before nothing is left, not even what this one does not say.
+        self.counts[LIBRARY_ROWS] = 0;
         let length = code.len();
         // Positions at the end of 16 bits are return addresses of the machine itself.
         if length > LENGTH_MAX {

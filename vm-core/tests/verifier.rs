@@ -106,6 +106,19 @@ fn checks_the_header() {
 }
 
 #[test]
+fn a_program_leaves_nothing_to_the_next() {
+    let plain = Parts::new(&[&[0, 0, END]]);
+    let mut with_libraries = plain.clone();
+    with_libraries.form |= FORM_LIBRARIES;
+    with_libraries.libraries = vec![[1, 3, 0, builtin::ABS]];
+    let (before, bytes) = (with_libraries.build(), plain.build());
+    let mut vm: Vm<Tiny, &[u8], 64> = Vm::new();
+    assert_eq!(vm.load(Image::new(&before), |_| false), Ok(()));
+    assert_eq!(vm.load(Image::new(&bytes), |_| false), Ok(()));
+    assert_eq!(vm.header().map(|header| header.library_rows()), Some(0));
+}
+
+#[test]
 fn function_table_must_be_contiguous() {
     let parts = Parts::new(&[&[0, 0, END], &[0, 0, END]]);
     let mut bytes = parts.build();
