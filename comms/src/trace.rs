@@ -13,7 +13,7 @@
 //! | 5 overrun | step `u32`, ticks missed since the start `u32` |
 //! | 6 expired | step `u32`: the set-points have expired, the robot has stopped |
 //! | 7 lost | log lines `u32` that were printed faster than they could be told |
-//! | 8 unused | messages that came to nothing since the start, `u16` each: no room for heard ones, for own ones; of another script, without sense, with the robot's own id, entries not kept, incomplete, undecided |
+//! | 8 unused | messages that came to nothing since the start, `u16` each: no room for heard ones, for own ones; of another script, without sense, with the robot's own id, entries not kept, incomplete, undecided, failed |
 //!
 //! An item is a tag and its payload: 0 nil, 1 integer `i32`, 2 float `f32`, 3 string by number `u16`, 4 text (length
 //! `u8`, bytes), 5 table (entries `u16`), 6 function, 7 the rest did not fit.
@@ -258,10 +258,12 @@ pub fn lost(count: u32) -> Encoded {
 /// Messages came to nothing.
 pub fn unused(unused: &Unused) -> Encoded {
     let Unused { dropped: [unread, unsent], messages } = *unused;
-    let Counters { foreign, malformed, own_id, not_kept, incomplete, undecided } = messages;
+    let Counters { foreign, malformed, own_id, not_kept, incomplete, undecided, failed } = messages;
     let mut record = Encoded::new();
     put(&mut record, &[UNUSED]);
-    for count in [unread, unsent, foreign, malformed, own_id, not_kept, incomplete, undecided] {
+    for count in
+        [unread, unsent, foreign, malformed, own_id, not_kept, incomplete, undecided, failed]
+    {
         put(&mut record, &count.to_le_bytes());
     }
     record
@@ -326,6 +328,7 @@ impl<'a> Record<'a> {
                     not_kept: reader.u16()?,
                     incomplete: reader.u16()?,
                     undecided: reader.u16()?,
+                    failed: reader.u16()?,
                 },
             }),
             kind => return Err(RecordError::Kind(kind)),

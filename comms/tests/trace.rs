@@ -35,9 +35,16 @@ fn log_lines() {
 
 #[test]
 fn unused_messages() {
-    let bytes = [8, 1, 2, 3, 0, 4, 0, 5, 0, 6, 0, 7, 0, 8, 0, 9, 0];
-    let messages =
-        Counters { foreign: 4, malformed: 5, own_id: 6, not_kept: 7, incomplete: 8, undecided: 9 };
+    let bytes = [8, 1, 2, 3, 0, 4, 0, 5, 0, 6, 0, 7, 0, 8, 0, 9, 0, 10, 0];
+    let messages = Counters {
+        foreign: 4,
+        malformed: 5,
+        own_id: 6,
+        not_kept: 7,
+        incomplete: 8,
+        undecided: 9,
+        failed: 10,
+    };
     let unused = Unused { dropped: [0x0201, 3], messages };
     assert_eq!(trace::unused(&unused).as_slice(), bytes);
     assert_eq!(Record::decode(&bytes), Ok(Record::Unused(unused)));

@@ -5,8 +5,8 @@ use std::collections::VecDeque;
 use bittybuzz_vm_core::builtin::{self, string};
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Counters, Entry, Fault, Host, Image, Item, Outcome, Periods, Reply,
-    RobotFault, Sighting, Sizes, Value, Vm,
+    Arguments, Axis, ByteCode, Calls, Counters, Entry, Fault, Host, Image, Item, Outcome, Periods,
+    Reply, RobotFault, Sighting, Sizes, Value, Vm,
 };
 
 use crate::compiler;
@@ -45,6 +45,8 @@ pub struct Link {
     pub outbox: Vec<Vec<u8>>,
     /// Lines printed.
     pub log: Vec<String>,
+    /// Faults that ended a listener or a handler of conflicts.
+    pub contained: Vec<Fault>,
     /// Where the robot is in the row of robots.
     place: usize,
     strings: Vec<String>,
@@ -128,6 +130,17 @@ impl<P: Profile> Robot<P> {
         self.run(Entry::Step)
     }
 
+    /// Makes the script ready to start again. Until [`Robot::start`] its steps handle messages only.
+    pub fn restart(&mut self) {
+        self.vm.restart();
+    }
+
+    /// Runs the global code and `init()` again.
+    pub fn start(&mut self) -> Result<(), Fault> {
+        self.run(Entry::Global)?;
+        self.run(Entry::Init)
+    }
+
     fn run(&mut self, entry: Entry) -> Result<(), Fault> {
         if !self.vm.begin(entry) {
             return Ok(());
@@ -206,5 +219,14 @@ impl<P: Profile> Host<P> for Link {
 
     fn send(&mut self, frame: &[u8]) {
         self.outbox.push(frame.to_vec());
+    }
+
+    fn contain<C: ByteCode, const SLOTS: usize>(
+        &mut self,
+        fault: &Fault,
+        _: Calls<'_, P, C, SLOTS>,
+    ) -> bool {
+        self.contained.push(*fault);
+        true
     }
 }

@@ -1,8 +1,8 @@
 //! What the machine asks of the robot, or of the host program that plays one.
 
 use crate::bytecode::ByteCode;
-use crate::fault::RobotFault;
-use crate::machine::View;
+use crate::fault::{Fault, RobotFault};
+use crate::machine::{Calls, View};
 use crate::network::{Periods, Sighting};
 use crate::number::Profile;
 use crate::value::{Tag, Value};
@@ -62,6 +62,17 @@ pub trait Host<P: Profile> {
 
     /// Sends a frame to whoever hears it: queues it, best in a `bittybuzz_comms::queue::Outbox`.
     fn send(&mut self, _frame: &[u8]) {}
+
+    /// A listener or a handler of conflicts ended with a fault. Returns true if only that call ends: the message is
+    /// discarded and counted, and the script goes on. Returns false if the fault stops the script. Not asked about a
+    /// failed `assert`, which always stops it.
+    fn contain<C: ByteCode, const SLOTS: usize>(
+        &mut self,
+        _fault: &Fault,
+        _calls: Calls<'_, P, C, SLOTS>,
+    ) -> bool {
+        true
+    }
 }
 
 /// The arguments of a call, on the machine's stack.

@@ -52,6 +52,7 @@ mod network;
 pub mod number;
 pub mod opcode;
 mod part;
+mod restart;
 pub mod rom;
 pub mod seal;
 mod slots;
@@ -68,6 +69,7 @@ pub use image::{Entry, Image, ImageError};
 pub use machine::{Calls, GLOBALS, Outcome, Vm};
 pub use network::{Buffer, Counters, Periods, Sighting, Sizes};
 pub use part::{Part, Parts};
+pub use restart::Restarts;
 #[cfg(feature = "torture")]
 pub use torture::Torture;
 pub use value::{Type, Value};

@@ -103,6 +103,8 @@ pub struct Counters {
     pub incomplete: u16,
     /// Conflicts that the handler did not decide.
     pub undecided: u16,
+    /// Messages whose listener or handler ended with a fault.
+    pub failed: u16,
 }
 
 /// Which counter.
@@ -115,6 +117,20 @@ pub(crate) enum Count {
     NotKept,
     Incomplete,
     Undecided,
+    Failed,
+}
+
+/// The state of a conflict that the script's handler is to decide.
+#[cfg(feature = "swarm")]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[repr(u8)]
+pub(crate) enum Conflict {
+    /// There is none.
+    None = 0,
+    /// The handler runs.
+    Open,
+    /// The handler ended with a fault: the default rule decides.
+    Failed,
 }
 
 /// When what is to be sent, and the message of which some fragments are here.
@@ -134,8 +150,11 @@ pub(crate) struct Protocol<P: Profile> {
     pub(crate) has_news: bool,
     /// How many messages this step may still take.
     pub(crate) messages_left: u8,
-    /// The handler of a conflict runs.
-    pub(crate) in_conflict: bool,
+    /// A message is being handled: a fault ends that, not the script.
+    pub(crate) in_message: bool,
+    pub(crate) conflict: Conflict,
+    /// The script waits for its next start: messages are handled without it.
+    pub(crate) is_resting: bool,
     /// Steps since the last frame with the robot's own id.
     pub(crate) silent: u8,
     /// Steps between two advertisements of entries.
@@ -151,7 +170,7 @@ pub(crate) struct Protocol<P: Profile> {
     /// State of a generator that keeps robots from sending all at once.
     pub(crate) jitter: u16,
     /// As in [`Counters`].
-    pub(crate) counters: [u16; 6],
+    pub(crate) counters: [u16; 7],
     pub(crate) assembly: Assembly<P>,
 }
 
@@ -183,7 +202,9 @@ impl<P: Profile> Protocol<P> {
         shares: false,
         has_news: false,
         messages_left: 0,
-        in_conflict: false,
+        in_message: false,
+        conflict: Conflict::None,
+        is_resting: false,
         silent: 0,
         interval: 0,
         countdown: 0,
@@ -191,7 +212,7 @@ impl<P: Profile> Protocol<P> {
         advertised: 0,
         passed_on: 0,
         jitter: 0,
-        counters: [0; 6],
+        counters: [0; 7],
         assembly: Assembly {
             robot: 0,
             number: 0,
@@ -209,9 +230,18 @@ impl<P: Profile> Protocol<P> {
         self.heard = 0;
         self.shares = false;
         self.has_news = false;
-        self.in_conflict = false;
+        self.in_message = false;
+        self.conflict = Conflict::None;
+        self.is_resting = false;
         self.newest = 0;
         self.assembly.steps_left = 0;
+    }
+
+    /// Prepares a new start of the same script. Knowledge of others stays.
+    pub(crate) fn rest(&mut self) {
+        self.in_message = false;
+        self.conflict = Conflict::None;
+        self.is_resting = true;
     }
 
     #[inline(never)]

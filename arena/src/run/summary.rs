@@ -31,6 +31,8 @@ pub struct Unusable {
     pub incomplete: u64,
     /// Conflicts that a handler did not decide.
     pub undecided: u64,
+    /// Messages whose listener or handler ended with a fault.
+    pub failed: u64,
 }
 
 impl Unusable {
@@ -43,6 +45,7 @@ impl Unusable {
             (&mut self.not_kept, robot.not_kept),
             (&mut self.incomplete, robot.incomplete),
             (&mut self.undecided, robot.undecided),
+            (&mut self.failed, robot.failed),
         ] {
             *sum += u64::from(count);
         }
@@ -50,8 +53,9 @@ impl Unusable {
     }
 
     /// Names and counts, in the order of the fields.
-    pub fn counts(&self) -> [(&'static str, u64); 6] {
-        let Unusable { foreign, malformed, own_id, not_kept, incomplete, undecided } = *self;
+    pub fn counts(&self) -> [(&'static str, u64); 7] {
+        let Unusable { foreign, malformed, own_id, not_kept, incomplete, undecided, failed } =
+            *self;
         [
             ("foreign", foreign),
             ("malformed", malformed),
@@ -59,6 +63,7 @@ impl Unusable {
             ("not_kept", not_kept),
             ("incomplete", incomplete),
             ("undecided", undecided),
+            ("failed", failed),
         ]
     }
 }

@@ -43,6 +43,7 @@ pub fn unused(unused: &Unused) -> Value {
         "not_kept": messages.not_kept,
         "incomplete": messages.incomplete,
         "undecided": messages.undecided,
+        "failed": messages.failed,
     })
 }
 

@@ -404,6 +404,7 @@ fn unused_text(unused: &Unused) -> String {
         (messages.not_kept, "not kept, as the stigmergy is full"),
         (messages.incomplete, "incomplete"),
         (messages.undecided, "in conflict and not decided"),
+        (messages.failed, "discarded after a fault of their listener or handler"),
     ];
     let there = parts.iter().filter(|(count, _)| *count > 0);
     let parts: Vec<String> = there.map(|(count, what)| format!("{count} {what}")).collect();

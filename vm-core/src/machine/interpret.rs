@@ -85,6 +85,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             };
         }
 
+        // Whatever may stop the script. A fault in the handling of a message may end only that.
+        macro_rules! contained {
+            ($result:expr) => {
+                match $result {
+                    Ok(value) => value,
+                    #[cfg(feature = "swarm")]
+                    Err(Stopped) if Self::SOCIAL && self.contain(host) => continue,
+                    Err(Stopped) => return Err(Stopped),
+                }
+            };
+        }
+
         loop {
             pc = usize::from(self.pc);
             sp = usize::from(self.sp);
@@ -100,10 +112,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 budget -= 1;
                 #[cfg(feature = "swarm")]
                 if Self::SOCIAL && pc == Native::MESSAGES.position() {
-                    self.next_message(host)?;
+                    contained!(self.next_message(host));
                     continue;
                 }
-                if self.resume(host)? == Flow::Waiting {
+                if contained!(self.resume(host)) == Flow::Waiting {
                     return Ok(Flow::Waiting);
                 }
                 budget = self.less_work(budget);
@@ -463,7 +475,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 Left::Undone if matches!(op, opcode::CALL | opcode::CALL_METHOD) => {
                     let count = arg as u8;
                     let callee = get!(sp.wrapping_sub(usize::from(count)).wrapping_sub(1));
-                    self.call(host, callee, count, op.wrapping_sub(opcode::CALL - 1))?;
+                    let below = op.wrapping_sub(opcode::CALL - 1);
+                    contained!(self.call(host, callee, count, below));
                     budget = self.less_work(budget);
                 }
                 Left::Undone => {
@@ -471,7 +484,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     if Self::DIRECT && op & 0x40 == 0 {
                         arg = 0;
                     }
-                    self.slow(host, op, arg as i16)?;
+                    contained!(self.slow(host, op, arg as i16));
                     budget = self.less_work(budget);
                 }
                 Left::Returned => {}

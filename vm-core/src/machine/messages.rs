@@ -4,7 +4,7 @@
 //! listeners and handlers of conflicts are called from there. When none is left, `step()` takes the frame's place.
 
 use super::swarms::NEWS;
-use super::{Native, State, Vm};
+use super::{GLOBALS, Native, State, Vm};
 use crate::builtin::{self, Feature, string};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
@@ -13,9 +13,10 @@ use crate::image::Entry as EntryOf;
 use crate::message::content::Head;
 use crate::message::frame::Frame;
 use crate::message::{Entry, FRAGMENT_HEAD, Ignored, Kind, Script, Swarms};
-use crate::network::{Count, Counters, Sighting};
+use crate::network::{Conflict, Count, Counters, Sighting};
 use crate::number::Profile;
 use crate::part::Part;
+use crate::stamp::Stamp;
 use crate::value::{Tag, Value};
 
 // Locals of the frame. Those of a conflict are set while its handler runs.
@@ -27,8 +28,11 @@ const CLOCK: i8 = 2;
 const KEY: i8 = 3;
 /// The robot's own value that lost the conflict.
 pub(super) const LOST: i8 = 4;
-/// How many locals there are.
-const LOCALS: usize = 4;
+/// The robot that put the other value, and that value: the default rule needs them after a fault of the handler.
+const THEIR_ROBOT: i8 = 5;
+const THEIR_VALUE: i8 = 6;
+/// The number of locals.
+const LOCALS: usize = 6;
 
 /// Most messages that a step takes, so that a flood cannot hold it up for ever.
 const MOST: u8 = 32;
@@ -49,8 +53,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// What was heard but could not be used.
     pub fn counters(&self) -> Counters {
-        let [foreign, malformed, own_id, not_kept, incomplete, undecided] = self.protocol.counters;
-        Counters { foreign, malformed, own_id, not_kept, incomplete, undecided }
+        let [foreign, malformed, own_id, not_kept, incomplete, undecided, failed] =
+            self.protocol.counters;
+        Counters { foreign, malformed, own_id, not_kept, incomplete, undecided, failed }
     }
 
     /// Begins a step: messages first. A fault is reported by the next run.
@@ -80,7 +85,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     #[inline(never)]
     pub(super) fn next_message<H: Host<P>>(&mut self, host: &mut H) -> Result<(), Stopped> {
         let base = self.fp;
-        if Self::has(Part::Conflicts) && self.protocol.in_conflict {
+        self.protocol.in_message = true;
+        if Self::has(Part::Conflicts) && self.protocol.conflict != Conflict::None {
             self.end_conflict(host)?;
             if self.fp != base {
                 return Ok(());
@@ -94,7 +100,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.protocol.messages_left -= 1;
             return self.handle(host, &mut frame, length, &sighting);
         }
-        self.keep_in_touch(host)?;
+        self.protocol.in_message = false;
+        self.keep_in_touch(host);
+        if self.protocol.is_resting {
+            self.pc = Native::EXIT.position() as u16;
+            return Ok(());
+        }
         let point = self.header.entry(EntryOf::Step);
         if !self.enter_function(point, usize::from(base)) {
             self.sp = base + 1;
@@ -104,14 +115,44 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// The handler of a conflict has returned: its result is on top.
+    /// Ends a fault where it arose while a message was handled, so that the script goes on with the next message.
+    /// Returns false if it is not such a fault, or stops the script nevertheless.
+    #[inline(never)]
+    pub(super) fn contain<H: Host<P>>(&mut self, host: &mut H) -> bool {
+        let State::Faulted(fault) = self.state else { return false };
+        if !self.protocol.in_message
+            || fault.code == FaultCode::AssertFailed
+            || !host.contain(&fault, self.calls())
+        {
+            return false;
+        }
+        self.protocol.count(Count::Failed);
+        if self.protocol.conflict == Conflict::Open {
+            self.protocol.conflict = Conflict::Failed;
+        }
+        // The frame in which messages are handled is the outermost one, directly above the globals.
+        self.fp = (GLOBALS + usize::from(self.header.globals())) as u16;
+        self.sp = self.fp + 1 + LOCALS as u16;
+        self.pc = Native::MESSAGES.position() as u16;
+        self.state = State::Running;
+        true
+    }
+
+    /// Ends a conflict whose handler has returned, with its result on top, or has failed.
     #[inline(never)]
     fn end_conflict<H: Host<P>>(&mut self, host: &mut H) -> Result<(), Stopped> {
-        self.protocol.in_conflict = false;
+        let has_failed = self.protocol.conflict == Conflict::Failed;
+        self.protocol.conflict = Conflict::None;
         let [low, high] = (self.local(CLOCK).index() as u16).to_le_bytes();
         let [stigmergy, highest] = (self.local(CONFLICT).index() as u16).to_le_bytes();
         let clock = u32::from_le_bytes([low, high, highest, 0]);
-        self.settle(host, self.top(1), stigmergy, self.local(KEY), clock)
+        let key = self.local(KEY);
+        if has_failed {
+            let robot = self.local(THEIR_ROBOT).index() as u16;
+            let theirs = Stamp { clock, robot, value: self.local(THEIR_VALUE) };
+            return self.settle_by_default(host, stigmergy, key, &theirs);
+        }
+        self.settle(host, self.top(1), stigmergy, key, clock)
     }
 
     pub(super) fn script(&self) -> Script {
@@ -188,10 +229,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn begin_conflict(&mut self, stigmergy: u8, remote: &Entry<P>) {
         let [low, high, highest, _] = remote.clock.to_le_bytes();
         let conflict = u16::from_le_bytes([stigmergy, highest]);
-        self.protocol.in_conflict = true;
+        self.protocol.conflict = Conflict::Open;
         self.set_local(CONFLICT, Value::indexed(Tag::INT, conflict));
         self.set_local(CLOCK, Value::indexed(Tag::INT, u16::from_le_bytes([low, high])));
         self.set_local(KEY, remote.key);
+        self.set_local(THEIR_ROBOT, Value::indexed(Tag::INT, remote.owner));
+        self.set_local(THEIR_VALUE, remote.value);
     }
 
     /// `neighbors.broadcast`, `listen` and `ignore`.
@@ -240,45 +283,41 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.protocol.silent = 0;
     }
 
-    /// Sends an entry of a stigmergy, in fragments if need be.
+    /// Sends an entry of a stigmergy, in fragments if need be. An entry for whose walk there is no memory now is not sent:
+    /// its turn comes again.
     #[inline(never)]
-    pub(super) fn send_entry<H: Host<P>>(
-        &mut self,
-        host: &mut H,
-        entry: &Entry<P>,
-    ) -> Result<(), Stopped> {
+    pub(super) fn send_entry<H: Host<P>>(&mut self, host: &mut H, entry: &Entry<P>) {
         let mut frame = Frame::EMPTY;
         if frame.put_entry(entry).is_none() {
             // Without that part there is none: see `sendable`.
-            return if Self::has(Part::LongMessages) {
+            if Self::has(Part::LongMessages) {
                 let Entry { stigmergy, owner, clock, key, value } = *entry;
-                self.send_long(host, Head::Entry { stigmergy, owner, clock }, key, value)
-            } else {
-                Ok(())
-            };
+                let (sp, state) = (self.sp, self.state);
+                let head = Head::Entry { stigmergy, owner, clock };
+                if self.send_long(host, head, key, value).is_err() {
+                    self.sp = sp;
+                    self.state = state;
+                    self.protocol.count(Count::Incomplete);
+                }
+            }
+            return;
         }
-        // It does not tell who has sent it.
+        // The frame does not name its sender.
         let silent = self.protocol.silent;
         self.send(host, &mut frame, &[]);
         self.protocol.silent = silent;
-        Ok(())
     }
 
     /// An entry that finds no place here goes to the neighbours, once.
-    pub(super) fn pass_on<H: Host<P>>(
-        &mut self,
-        host: &mut H,
-        entry: &Entry<P>,
-    ) -> Result<(), Stopped> {
+    pub(super) fn pass_on<H: Host<P>>(&mut self, host: &mut H, entry: &Entry<P>) {
         self.protocol.count(Count::NotKept);
         let [low, high, ..] = entry.clock.to_le_bytes();
         let clock = u16::from_le_bytes([low, high]);
         let digest = entry.owner ^ clock ^ (entry.key.index() as u16).wrapping_mul(3);
-        if self.protocol.passed_on == digest {
-            return Ok(());
+        if self.protocol.passed_on != digest {
+            self.protocol.passed_on = digest;
+            self.send_entry(host, entry);
         }
-        self.protocol.passed_on = digest;
-        self.send_entry(host, entry)
     }
 
     /// An entry has changed, or a neighbour is behind: for a while it is advertised often.
@@ -290,14 +329,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Sends what has changed in the entry point that ends.
     #[inline(never)]
-    pub(super) fn send_news<H: Host<P>>(&mut self, host: &mut H) -> Result<(), Stopped> {
+    pub(super) fn send_news<H: Host<P>>(&mut self, host: &mut H) {
         self.protocol.has_news = false;
         for place in 0..self.sizes().entries {
             let at = self.entry_slot(place);
             let state = self.entry_state(at);
             if state & NEWS != 0 {
                 self.set_entry_state(at, state & !NEWS);
-                self.send_entry(host, &self.entry_message(at))?;
+                self.send_entry(host, &self.entry_message(at));
             }
         }
         for place in 0..self.sizes().swarms {
@@ -309,7 +348,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.send_swarm(host, place);
             }
         }
-        Ok(())
     }
 
     /// Tells whether the robot is in the swarm at that place.
@@ -324,7 +362,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// What is due once a step: an advertisement, a beacon, the end of patience with a message.
     #[inline(never)]
-    fn keep_in_touch<H: Host<P>>(&mut self, host: &mut H) -> Result<(), Stopped> {
+    fn keep_in_touch<H: Host<P>>(&mut self, host: &mut H) {
         let periods = host.periods();
         let protocol = &mut self.protocol;
         if protocol.assembly.steps_left != 0 {
@@ -355,16 +393,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             frame.put_beacon(self.robot_id);
             self.send(host, &mut frame, &[]);
         }
-        if Self::SHARES && advertises { self.advertise(host) } else { Ok(()) }
+        if Self::SHARES && advertises {
+            self.advertise(host);
+        }
     }
 
     /// Sends the newest entry as long as not enough neighbours are known to have it; and the next of all entries and
     /// swarms, in turn, so that news about one do not keep the others back.
-    fn advertise<H: Host<P>>(&mut self, host: &mut H) -> Result<(), Stopped> {
+    fn advertise<H: Host<P>>(&mut self, host: &mut H) {
         let newest = usize::from(self.protocol.newest);
         let mut sent = 0;
         if newest != 0 && self.protocol.interval < LONG_INTERVAL && self.entry_state(newest) != 0 {
-            self.send_entry(host, &self.entry_message(newest))?;
+            self.send_entry(host, &self.entry_message(newest));
             sent = newest;
         }
         let entries = self.sizes().entries;
@@ -388,6 +428,5 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
             }
         }
-        Ok(())
     }
 }

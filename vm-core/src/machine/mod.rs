@@ -95,7 +95,7 @@ pub enum Outcome {
     Waiting,
     /// The entry returned.
     Done,
-    /// The script stopped. It does not run again before it is loaded again.
+    /// The script stopped. It does not run again before it is loaded again, or started again after [`Vm::restart`].
     Fault(Fault),
 }
 
@@ -340,8 +340,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         let point = program.header.entry(entry);
         #[cfg(feature = "swarm")]
+        if entry == Entry::Global {
+            self.protocol.is_resting = false;
+        }
+        #[cfg(feature = "swarm")]
         if entry == Entry::Step && self.is_social && Self::SOCIAL {
-            let is_there = !self.entry_value(point).is_nil();
+            let is_there = self.protocol.is_resting || !self.entry_value(point).is_nil();
             if is_there {
                 self.begin_messages();
             }
@@ -408,8 +412,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             Ok(Flow::Done) => {
                 self.finish();
                 #[cfg(feature = "swarm")]
-                if Self::SHARES && self.protocol.has_news && self.send_news(host).is_err() {
-                    return self.stopped();
+                if Self::SHARES && self.protocol.has_news {
+                    self.send_news(host);
                 }
                 Outcome::Done
             }
@@ -417,6 +421,35 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             Ok(Flow::Continue) => Outcome::Pending,
             Err(Stopped) => self.stopped(),
         }
+    }
+
+    /// Makes the script ready to start again after a fault, with [`Entry::Global`]: its globals are nil and its listeners
+    /// are gone. Neighbors, stigmergies with their clocks, random numbers and counters stay; swarms are left.
+    ///
+    /// Until the global code begins, a step handles messages and nothing else: the robot goes on with beacons, and merges
+    /// and relays entries. Without a program, and for a script that has nothing to do with others, there is no such step.
+    pub fn restart(&mut self) {
+        if self.state == State::Empty {
+            return;
+        }
+        let base = GLOBALS + usize::from(self.header.globals());
+        self.arena.fill(OVERLAYS, base);
+        self.fp = base as u16;
+        self.sp = base as u16;
+        self.state = State::Idle;
+        #[cfg(feature = "strings")]
+        {
+            self.work = 0;
+        }
+        #[cfg(feature = "swarm")]
+        if Self::SOCIAL {
+            self.protocol.rest();
+            if Self::SHARES {
+                self.keep_stigmergies();
+                self.leave_swarms();
+            }
+        }
+        self.collect();
     }
 
     fn stopped(&self) -> Outcome {

@@ -23,6 +23,9 @@ const VALUE: usize = 1;
 const ROBOT: usize = 2;
 const CLOCK: usize = 3;
 
+/// The tag of a stigmergy's number after a restart, until the script creates the stigmergy again.
+const KEPT: Tag = Tag::NIL;
+
 /// The handlers of stigmergies, beside listeners: a library that no script has, with the object's number.
 const ON_CONFLICT: u8 = 0xfe;
 const ON_CONFLICT_LOST: u8 = 0xfd;
@@ -221,7 +224,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let stigmergy = self.number_of_stigmergy(stigmergy);
             let owner = self.robot_id;
             let question = Entry { stigmergy, owner, clock: 0, key, value: Value::nil() };
-            self.send_entry(host, &question)?;
+            self.send_entry(host, &question);
             return Ok(Value::nil());
         }
         let value = self.argument(2, count);
@@ -252,8 +255,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if stigmergy == self.protocol.stigmergies {
             self.protocol.stigmergies += 1;
             self.protocol.shares = true;
-            let at = self.stigmergy_slot(stigmergy);
-            self.arena.set(at, Value::indexed(Tag::INT, number));
+        }
+        let at = self.stigmergy_slot(stigmergy);
+        // The entries that a restart has kept are the history of the swarm: only a second call empties the replica.
+        let is_kept = self.arena.get(at).tag() == KEPT;
+        self.arena.set(at, Value::indexed(Tag::INT, number));
+        if is_kept {
+            return Ok(stigmergy);
         }
         for place in 0..self.sizes().entries {
             let at = self.entry_slot(place);
@@ -262,6 +270,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
         }
         Ok(stigmergy)
+    }
+
+    /// Keeps the stigmergies with their entries while the script starts again.
+    pub(super) fn keep_stigmergies(&mut self) {
+        for place in 0..self.protocol.stigmergies {
+            let at = self.stigmergy_slot(place);
+            self.arena.set(at, Value::indexed(KEPT, self.number_of_stigmergy(place)));
+        }
     }
 
     /// Sets a listener or handler; nil removes.
@@ -293,11 +309,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
             at = self.new_entry(remote.key);
             if at == 0 {
-                return self.pass_on(host, remote);
+                self.pass_on(host, remote);
+                return Ok(());
             }
         }
         let mine = self.stamp(at);
-        let order = theirs.order(&mine);
         if Self::has(Part::Conflicts) && mine.clock == theirs.clock && mine.robot != theirs.robot {
             let decides = self.overlay(handler(ON_CONFLICT, stigmergy));
             if !decides.is_nil() {
@@ -307,14 +323,48 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.push_stamp(&theirs)?;
                 return self.call_back(host, decides, 3);
             }
-            if order == Ordering::Greater && mine.robot == self.robot_id {
-                self.set_local(LOST, mine.value);
-                self.set_stamp(at, stigmergy, &theirs);
-                return self.tell_lost(host, stigmergy, remote.key, &mine);
-            }
+        }
+        self.take_greater(host, at, stigmergy, &theirs)
+    }
+
+    /// Ends a conflict by the default rule, unless the handler has put something else before it failed.
+    pub(super) fn settle_by_default<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        stigmergy: u8,
+        key: Value<P>,
+        theirs: &Stamp<P>,
+    ) -> Result<(), Stopped> {
+        let at = self.find_entry(stigmergy, key);
+        if at == 0 {
+            return Ok(());
+        }
+        self.take_greater(host, at, stigmergy, theirs)
+    }
+
+    /// Keeps the greater one of an entry's stamp and a neighbour's. `onconflictlost` may have to run, and begins then.
+    #[inline(never)]
+    fn take_greater<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        at: usize,
+        stigmergy: u8,
+        theirs: &Stamp<P>,
+    ) -> Result<(), Stopped> {
+        let mine = self.stamp(at);
+        let order = theirs.order(&mine);
+        if Self::has(Part::Conflicts)
+            && mine.clock == theirs.clock
+            && mine.robot == self.robot_id
+            && mine.robot != theirs.robot
+            && order == Ordering::Greater
+        {
+            self.set_local(LOST, mine.value);
+            self.set_stamp(at, stigmergy, theirs);
+            return self.tell_lost(host, stigmergy, self.arena.get(at + KEY), &mine);
         }
         match order {
-            Ordering::Greater => self.set_stamp(at, stigmergy, &theirs),
+            Ordering::Greater => self.set_stamp(at, stigmergy, theirs),
             // The neighbour is behind.
             Ordering::Less => self.set_stamp(at, stigmergy, &mine),
             // The neighbour has it: less haste.

@@ -53,6 +53,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
+    /// Leaves all swarms.
+    pub(super) fn leave_swarms(&mut self) {
+        for place in 0..self.sizes().swarms {
+            self.set_member(place, false);
+        }
+    }
+
     /// The place of the swarm of that number; how many there are if there is none.
     pub(super) fn find_swarm(&self, number: u16) -> u8 {
         let mut place = 0;

@@ -1,0 +1,210 @@
+//! A fault ends what caused it: a listener's or handler's call, or the run of the script, which starts again. The robot
+//! goes on with its neighbors in every case.
+
+use bittybuzz_tests::swarm::Swarm;
+use bittybuzz_vm_core::FaultCode;
+use bittybuzz_vm_core::number::{Full, Profile, Tiny};
+
+/// Runs a check in both profiles.
+macro_rules! in_both_profiles {
+    ($name:ident, $check:ident) => {
+        #[test]
+        fn $name() {
+            $check::<Tiny>();
+            $check::<Full>();
+        }
+    };
+}
+
+/// Robot 2 sends nil where robot 1 expects a number, every second step.
+const SUM: &str = "sum = 0
+    t = 0
+    function init() { neighbors.listen(\"x\", function(topic, value, robot) { sum = sum + value }) }
+    function step() {
+        t = t + 1
+        if(id == 2) { if(t % 2 == 0) neighbors.broadcast(\"x\", nil) else neighbors.broadcast(\"x\", 1) }
+        log(sum)
+    }";
+
+in_both_profiles!(a_fault_in_a_listener_drops_that_message, drops_the_message);
+fn drops_the_message<P: Profile>() {
+    let mut swarm: Swarm<P> = Swarm::new(2, SUM);
+    swarm.steps(11);
+    assert_eq!(swarm.last(), ["5", "0"]);
+    assert_eq!(swarm.robots[0].counters().failed, 5);
+    let contained = &swarm.robots[0].link.contained;
+    assert_eq!(contained.len(), 5);
+    assert!(contained.iter().all(|fault| fault.code == FaultCode::WrongType));
+    assert!(contained[0].position > 0, "the place in the listener is known");
+    assert_eq!(swarm.robots[1].counters().failed, 0);
+}
+
+in_both_profiles!(
+    messages_after_the_one_that_failed_are_handled_in_the_same_step,
+    handles_the_rest
+);
+fn handles_the_rest<P: Profile>() {
+    let mut swarm: Swarm<P> = Swarm::new(
+        4,
+        "sum = 0
+         function init() { neighbors.listen(\"x\", function(topic, value, robot) { sum = sum + value }) }
+         function step() {
+            if(id == 2) neighbors.broadcast(\"x\", \"poison\")
+            if(id > 2) neighbors.broadcast(\"x\", id)
+            log(sum)
+         }",
+    );
+    swarm.steps(2);
+    assert_eq!(swarm.last()[0], "7");
+}
+
+in_both_profiles!(a_listener_that_calls_too_deep_ends_alone, recovers_the_stack);
+fn recovers_the_stack<P: Profile>() {
+    let mut swarm: Swarm<P> = Swarm::new(
+        2,
+        "n = 0
+         function deep(x) { return 1 + deep(x) }
+         function init() { neighbors.listen(\"x\", function(topic, value, robot) {
+            n = n + 1
+            var t = {.a = {.b = n}}
+            deep(t)
+         }) }
+         function step() { neighbors.broadcast(\"x\", 1)  var t = {.a = 1}  log(n + t.a) }",
+    );
+    swarm.steps(5);
+    assert_eq!(swarm.last(), ["5", "5"]);
+    assert_eq!(swarm.robots[0].link.contained[0].code, FaultCode::StackOverflow);
+}
+
+in_both_profiles!(a_conflict_whose_handler_fails_falls_to_the_higher_robot, default_rule);
+fn default_rule<P: Profile>() {
+    let mut swarm: Swarm<P> = Swarm::new(
+        3,
+        "lost = 0
+         function init() {
+            s = stigmergy.create(1)
+            s.onconflict(function(key, local, remote) { return local + remote })
+            s.onconflictlost(function(key, mine) { lost = mine.data })
+            s.put(\"k\", id * 10)
+         }
+         function step() { log(s.get(\"k\"), \" \", lost) }",
+    );
+    swarm.steps(20);
+    assert_eq!(swarm.last(), ["30 10", "30 20", "30 0"]);
+    assert!(swarm.robots[0].counters().failed > 0);
+}
+
+in_both_profiles!(a_fault_in_onconflictlost_changes_nothing_else, lost_handler);
+fn lost_handler<P: Profile>() {
+    let mut swarm: Swarm<P> = Swarm::new(
+        2,
+        "function init() {
+            s = stigmergy.create(1)
+            s.onconflictlost(function(key, mine) { return nil + 1 })
+            s.put(\"k\", id * 10)
+         }
+         function step() { log(s.get(\"k\")) }",
+    );
+    swarm.steps(10);
+    assert_eq!(swarm.last(), ["20", "20"]);
+    assert_eq!(swarm.robots[0].counters().failed, 1);
+}
+
+in_both_profiles!(a_failed_assert_stops_the_script_in_a_listener_too, assert_stops);
+fn assert_stops<P: Profile>() {
+    let mut swarm: Swarm<P> = Swarm::new(
+        2,
+        "function init() { neighbors.listen(\"x\", function(t, value, r) { assert(value > 3) }) }
+         function step() { if(id == 2) neighbors.broadcast(\"x\", 1) }",
+    );
+    swarm.step();
+    let fault = swarm.robots[0].try_step().expect_err("the assertion fails");
+    assert_eq!(fault.code, FaultCode::AssertFailed);
+    assert!(swarm.robots[0].link.contained.is_empty());
+}
+
+in_both_profiles!(a_fault_in_a_step_is_not_contained, step_fault);
+fn step_fault<P: Profile>() {
+    let mut swarm: Swarm<P> = Swarm::new(
+        2,
+        "heard = 0
+         function init() { neighbors.listen(\"x\", function(t, value, r) { heard = value }) }
+         function step() { neighbors.broadcast(\"x\", nil)  log(heard + 1) }",
+    );
+    swarm.step();
+    let fault = swarm.robots[0].try_step().expect_err("nil + 1");
+    assert_eq!(fault.code, FaultCode::WrongType);
+    assert_eq!(swarm.robots[0].counters().failed, 0);
+}
+
+/// Robot 1 divides by a number that robot 2 sends.
+const FRAGILE: &str = "n = 0
+    c = 0
+    function init() {
+        s = stigmergy.create(1)
+        w = swarm.create(3)
+        w.join()
+        neighbors.listen(\"x\", function(topic, value, robot) { n = value })
+    }
+    function step() {
+        c = c + 1
+        if(id == 1) s.put(\"a\", c)
+        if(id == 2) { neighbors.broadcast(\"x\", 5)  s.put(\"b\", c) }
+        if(c == 6) { if(id == 1) c = c / (n - 5) }
+        log(c, \" \", n, \" \", s.get(\"a\"), \" \", s.get(\"b\"), \" \", neighbors.count())
+    }";
+
+in_both_profiles!(a_restart_begins_with_empty_globals_and_known_entries, restart);
+fn restart<P: Profile>() {
+    let mut swarm: Swarm<P> = Swarm::new(3, FRAGILE);
+    swarm.steps(5);
+    let robot = &mut swarm.robots[0];
+    let fault = robot.try_step().expect_err("a division by zero");
+    assert_eq!(fault.code, FaultCode::DivisionByZero);
+    robot.restart();
+    let before = robot.link.log.len();
+    // In the pause the robot handles messages without listeners; the script does not run.
+    swarm.steps(20);
+    assert_eq!(swarm.robots[0].link.log.len(), before);
+    assert!(swarm.last()[2].ends_with(" 2"), "the resting robot is a neighbor by its beacons");
+    swarm.robots[0].start().expect("it starts again");
+    swarm.step();
+    // `c` counts from zero again, and the entry of robot 2 is known at once.
+    assert_eq!(swarm.last()[0], "1 5 1 25 2");
+    swarm.steps(4);
+    // The puts after the restart are the later ones everywhere, since the clock went on.
+    let received = swarm.last()[2].split(' ').nth(2);
+    assert_eq!(received, Some("4"), "{:?}", swarm.last());
+}
+
+in_both_profiles!(a_resting_robot_relays_entries, relays);
+fn relays<P: Profile>() {
+    let mut swarm: Swarm<P> = Swarm::new(3, FRAGILE);
+    // A row: robot 1 stands between the others.
+    swarm.reaches = Box::new(|from, to| from == 0 || to == 0);
+    swarm.steps(5);
+    swarm.robots[0].try_step().expect_err("a division by zero");
+    swarm.robots[0].restart();
+    swarm.steps(40);
+    let relayed = swarm.last()[2].split(' ').nth(3).and_then(|b| b.parse::<i32>().ok());
+    assert!(relayed.is_some_and(|b| b > 30), "{:?}", swarm.last());
+}
+
+in_both_profiles!(a_second_create_still_empties_the_replica, second_create);
+fn second_create<P: Profile>() {
+    let mut swarm: Swarm<P> = Swarm::new(
+        1,
+        "function init() {
+            s = stigmergy.create(1)
+            log(s.size())
+            s.put(\"k\", 1)
+            s = stigmergy.create(1)
+            log(s.size())
+            s.put(\"k\", 2)
+         }",
+    );
+    swarm.step();
+    swarm.robots[0].restart();
+    swarm.robots[0].start().expect("init() runs again");
+    assert_eq!(swarm.robots[0].link.log, ["0", "0", "1", "0"]);
+}

@@ -1,0 +1,97 @@
+//! The pauses before a script starts again after a fault, counted in ticks of a tenth of a second.
+//!
+//! A script that fails at once would otherwise keep its robot busy with starting, and fill the air with what `init()`
+//! sends. Each fault doubles the pause, up to a minute; a minute of completed steps makes the next pause short again.
+
+/// Ticks of the first pause: 1 s.
+const FIRST: u16 = 10;
+/// Ticks of the longest pause: 60 s.
+const LONGEST: u16 = 600;
+/// Completed steps after which a script counts as healthy: a minute of them.
+const HEALTHY: u16 = 600;
+
+/// When the script starts again. All zeros before the first fault.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Restarts {
+    /// Ticks of the last pause, 0 if the script is healthy.
+    pause: u16,
+    /// Ticks left of the pause.
+    left: u16,
+    /// Steps completed since the last start.
+    steps: u16,
+}
+
+impl Restarts {
+    /// No fault so far.
+    pub const fn new() -> Self {
+        Restarts { pause: 0, left: 0, steps: 0 }
+    }
+
+    /// Begins the pause after a fault, and returns its ticks.
+    pub fn pause(&mut self) -> u16 {
+        self.pause = match self.pause {
+            0 => FIRST,
+            pause => (2 * pause).min(LONGEST),
+        };
+        self.left = self.pause;
+        self.steps = 0;
+        self.pause
+    }
+
+    /// Counts a tick of the pause. Returns true if the pause is over with it.
+    pub fn tick(&mut self) -> bool {
+        self.left = self.left.saturating_sub(1);
+        self.left == 0
+    }
+
+    /// Counts a step that was completed.
+    pub fn step(&mut self) {
+        self.steps += 1;
+        if self.steps >= HEALTHY {
+            self.steps = 0;
+            self.pause = 0;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The ticks that a pause lasts, counted one by one.
+    fn pause(restarts: &mut Restarts) -> u16 {
+        let announced = restarts.pause();
+        let mut ticks = 1;
+        while !restarts.tick() {
+            ticks += 1;
+        }
+        assert_eq!(ticks, announced);
+        ticks
+    }
+
+    #[test]
+    fn pauses_double_from_one_second_to_sixty() {
+        let mut restarts = Restarts::new();
+        let expected = [10, 20, 40, 80, 160, 320, 600, 600, 600];
+        assert_eq!(expected.map(|_| pause(&mut restarts)), expected);
+    }
+
+    #[test]
+    fn a_minute_of_steps_makes_the_pause_short_again() {
+        let mut restarts = Restarts::new();
+        pause(&mut restarts);
+        pause(&mut restarts);
+        (0..600).for_each(|_| restarts.step());
+        assert_eq!(pause(&mut restarts), 10);
+    }
+
+    #[test]
+    fn steps_before_the_fault_do_not_count_after_it() {
+        let mut restarts = Restarts::new();
+        pause(&mut restarts);
+        (0..599).for_each(|_| restarts.step());
+        pause(&mut restarts);
+        (0..599).for_each(|_| restarts.step());
+        assert_eq!(pause(&mut restarts), 40);
+    }
+}
