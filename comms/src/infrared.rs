@@ -239,7 +239,7 @@ mod tests {
         assert_eq!(message_of(&[]), None);
         assert_eq!(message_of(&[8; FRAME + 1]), None);
         assert!(message_of(&[8; FRAME]).is_some());
-        for kind in [0, 1, 2, 3, 0x0a, 0x0f, 0x80, 0x88, 0xff] {
+        for kind in [0, 1, 2, 3, 0x0b, 0x0f, 0x80, 0x88, 0xff] {
             assert_eq!(message_of(&[kind, 1, 2]), None, "{kind}");
             assert_eq!(frame_of(&sealed(kind, &[0; 9])), None, "{kind}");
         }

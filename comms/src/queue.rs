@@ -2,7 +2,9 @@
 //!
 //! Queues have a fixed size and no allocator. What is in them is worth having: doubles are dropped, an entry of a stigmergy
 //! takes the place of the older one of its key that still waits, a broadcast of the one on its topic of a step that is over. If
-//! there still is no place, the oldest frame of the lowest priority goes, and is counted. Priorities are those of [`Kind`].
+//! there still is no place, the oldest frame of the lowest priority goes, and is counted. Priorities are those of [`Kind`];
+//! but a robot's own beacon, which it sends only after a long silence, has the highest one, so that no flood of entries
+//! hides the robot.
 //!
 //! There is no critical section inside: who shares a queue with an interrupt handler has to guard it.
 
@@ -85,7 +87,7 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize> Inbox<P, E, B
 
     /// A frame was received. Where the same one waits, that is what the link knows of it now.
     pub fn push(&mut self, frame: &[u8], extra: E) {
-        if let Some(place) = self.queue.push(frame)
+        if let Some(place) = self.queue.push(frame, false)
             && let Some(there) = self.extras.get_mut(place)
         {
             *there = extra;
@@ -129,7 +131,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Outbox<P, BYTES, FRAME
 
     /// A frame is to be sent.
     pub fn push(&mut self, frame: &[u8]) {
-        self.queue.push(frame);
+        self.queue.push(frame, true);
     }
 
     /// Takes a frame out: in turn the oldest of the highest priority, and the oldest.
@@ -231,13 +233,14 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
     ///
     /// Replaced frames go. One of them, the oldest, leaves its place to the new frame, so that an entry that changes all the
     /// time is not always the last.
-    fn push(&mut self, frame: &[u8]) -> Option<usize> {
+    fn push(&mut self, frame: &[u8], is_own: bool) -> Option<usize> {
         let kind = frame.first().and_then(|first| Kind::of(*first));
         let (Some(kind), true) = (kind, frame.len() <= BYTES) else {
             count(&mut self.counters.dropped);
             return None;
         };
-        let new_rank = kind as u8 + 1;
+        let is_beacon = matches!(kind, Kind::Beacon | Kind::Digest);
+        let new_rank = if is_own && is_beacon { HIGHEST_RANK } else { kind as u8 + 1 };
         let (suits, older, mut place, mut youngest) = 'search: loop {
             // How well the best place suits, the next older frame, and the place.
             let mut best = (0, NOWHERE, NOWHERE);

@@ -2,7 +2,9 @@
 
 use bittybuzz_comms::queue::{Counters, Inbox, Outbox};
 use bittybuzz_vm_core::Value;
-use bittybuzz_vm_core::message::{Entry, Fragment, Kind, Message, PLAIN_MAX, Script, Swarms};
+use bittybuzz_vm_core::message::{
+    CLOCK_MAX, Entry, Fragment, Kind, Message, PLAIN_MAX, Script, Swarms,
+};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use proptest::prelude::*;
 
@@ -16,6 +18,10 @@ fn frame<P: Profile>(message: Message<'_, P>) -> Vec<u8> {
 
 fn beacon(robot: u16) -> Vec<u8> {
     frame::<Tiny>(Message::Beacon { robot })
+}
+
+fn digest(robot: u16, digest: u32) -> Vec<u8> {
+    frame::<Tiny>(Message::Digest { robot, digest })
 }
 
 fn broadcast(robot: u16, topic: u16, value: i32) -> Vec<u8> {
@@ -47,18 +53,16 @@ fn popped<const BYTES: usize, const FRAMES: usize>(
 #[test]
 fn the_highest_priority_and_the_oldest_go_in_turn() {
     let mut outbox = Outbox::<Tiny, 10, 8>::new();
-    for frame in [beacon(1), swarms(2), entry::<Tiny>(1, 1, 3, 0), fragment(4, 0)] {
+    for frame in [swarms(2), entry::<Tiny>(1, 1, 3, 0), fragment(4, 0)] {
         outbox.push(&frame);
     }
-    for value in 0..3 {
+    for value in 0..2 {
         outbox.push(&broadcast(1, value, 0));
     }
     let order = [
         broadcast(1, 0, 0),
-        beacon(1),
-        broadcast(1, 1, 0),
         swarms(2),
-        broadcast(1, 2, 0),
+        broadcast(1, 1, 0),
         entry::<Tiny>(1, 1, 3, 0),
         fragment(4, 0),
     ];
@@ -69,19 +73,50 @@ fn the_highest_priority_and_the_oldest_go_in_turn() {
 #[test]
 fn a_full_queue_drops_the_oldest_of_the_lowest_priority() {
     let mut outbox = Outbox::<Tiny, 10, 3>::new();
-    for frame in [entry::<Tiny>(1, 1, 1, 0), beacon(1), beacon(2)] {
+    for frame in [entry::<Tiny>(1, 1, 1, 0), swarms(1), swarms(2)] {
         outbox.push(&frame);
     }
-    // For a third beacon the first has to go, for an entry the second.
-    outbox.push(&beacon(3));
+    // For a third list of swarms the first has to go, for an entry the second.
+    outbox.push(&swarms(3));
     outbox.push(&entry::<Tiny>(1, 1, 2, 0));
     outbox.push(&entry::<Tiny>(1, 1, 3, 0));
     assert_eq!(outbox.counters().dropped, 3);
     // There is no lower priority than its own.
-    outbox.push(&beacon(4));
+    outbox.push(&swarms(4));
     assert_eq!(outbox.counters().dropped, 4);
     let entries = [1, 2, 3].map(|key| entry::<Tiny>(1, 1, key, 0));
     assert_eq!(popped(&mut outbox), entries);
+}
+
+/// A robot with more entries than its link takes is a neighbor nevertheless.
+#[test]
+fn entries_do_not_keep_a_beacon_back() {
+    let mut outbox = Outbox::<Tiny, 10, 3>::new();
+    for key in 0..3 {
+        outbox.push(&entry::<Tiny>(1, 1, key, 0));
+    }
+    outbox.push(&beacon(1));
+    for key in 3..9 {
+        outbox.push(&entry::<Tiny>(1, 1, key, 0));
+    }
+    assert_eq!(outbox.pop().map(|frame| frame.to_vec()), Some(beacon(1)));
+}
+
+#[test]
+fn a_beacon_replaces_the_robot_s_one_of_before() {
+    let mut inbox = Inbox::<Tiny, (), 10, 4>::new(());
+    for frame in [beacon(1), digest(2, 5), digest(1, 7), digest(2, 6)] {
+        inbox.push(&frame, ());
+    }
+    let frames: Vec<_> = std::iter::from_fn(|| inbox.pop().map(|(f, _)| f.to_vec())).collect();
+    assert_eq!(frames, [digest(1, 7), digest(2, 6)]);
+}
+
+/// The clock is a circle: after the greatest one comes 1.
+#[test]
+fn an_entry_replaces_one_from_before_the_end_of_the_circle() {
+    assert!(replaces::<Tiny>(&entry::<Tiny>(7, CLOCK_MAX, 3, 9), &entry::<Tiny>(2, 1, 3, 0)));
+    assert!(!replaces::<Tiny>(&entry::<Tiny>(7, 1, 3, 9), &entry::<Tiny>(2, CLOCK_MAX, 3, 0)));
 }
 
 #[test]
@@ -167,10 +202,10 @@ fn a_broadcast_makes_those_of_earlier_steps_stale() {
 #[test]
 fn the_older_is_known_however_long_both_wait() {
     let mut outbox = Outbox::<Tiny, 10, 3>::new();
-    for frame in [swarms(1), beacon(1)] {
+    for frame in [broadcast(1, 1, 1), beacon(1)] {
         outbox.push(&frame);
     }
-    assert!(outbox.pop().is_some_and(|frame| **frame == swarms(1)));
+    assert!(outbox.pop().is_some_and(|frame| **frame == broadcast(1, 1, 1)));
     for _ in 0..300 {
         outbox.push(&beacon(2));
         outbox.push(&beacon(3));
@@ -201,6 +236,8 @@ fn what_is_no_frame_is_dropped() {
 /// The rules, on a list with the oldest first.
 #[derive(Default)]
 struct Model {
+    /// An outbox, where beacons have the highest priority.
+    is_out: bool,
     waiting: Vec<(Vec<u8>, bool, u16)>,
     by_age: bool,
     counters: Counters,
@@ -225,6 +262,9 @@ impl Model {
                         && (clock(old) < clock(frame)
                             || clock(old) == clock(frame) && old[1..3] == frame[1..3])
                 }
+                (Kind::Beacon | Kind::Digest, Some(Kind::Beacon | Kind::Digest)) => {
+                    old[1..7] == frame[1..7]
+                }
                 (Kind::Broadcast, Some(Kind::Broadcast)) => {
                     *is_stale && old[1..5] == frame[1..5] && old[7..] == frame[7..]
                 }
@@ -243,26 +283,29 @@ impl Model {
             return;
         }
         if self.waiting.len() == FRAMES {
-            let lowest =
-                self.waiting.iter().map(|(old, ..)| Kind::of(old[0])).min().expect("it is full");
+            let ranks: Vec<_> = self.waiting.iter().map(|(old, ..)| self.rank(old)).collect();
+            let lowest = ranks.iter().min().expect("it is full");
             self.counters.dropped += 1;
-            if lowest > Some(kind) {
+            if *lowest > self.rank(frame) {
                 return;
             }
-            let at = self
-                .waiting
-                .iter()
-                .position(|(old, ..)| Kind::of(old[0]) == lowest)
-                .expect("one is");
+            let at = ranks.iter().position(|rank| rank == lowest).expect("one is");
             self.waiting.remove(at);
         }
         self.waiting.push(new);
     }
 
+    fn rank(&self, frame: &[u8]) -> Option<Kind> {
+        match Kind::of(frame[0]) {
+            Some(Kind::Beacon | Kind::Digest) if self.is_out => Some(Kind::Broadcast),
+            kind => kind,
+        }
+    }
+
     fn pop(&mut self) -> Option<(Vec<u8>, u16)> {
-        let highest = self.waiting.iter().map(|(frame, ..)| Kind::of(frame[0])).max()?;
+        let highest = self.waiting.iter().map(|(frame, ..)| self.rank(frame)).max()?;
         let is_next =
-            |(frame, ..): &(Vec<u8>, bool, u16)| self.by_age || Kind::of(frame[0]) == highest;
+            |(frame, ..): &(Vec<u8>, bool, u16)| self.by_age || self.rank(frame) == highest;
         let at = self.waiting.iter().position(is_next)?;
         self.by_age = !self.by_age;
         let (frame, _, extra) = self.waiting.remove(at);
@@ -280,6 +323,7 @@ enum Act {
 fn frames() -> impl Strategy<Value = Vec<u8>> {
     prop_oneof![
         (0..3_u16).prop_map(beacon),
+        (0..3_u16, 0..2_u32).prop_map(|(robot, sum)| digest(robot, sum)),
         (0..3_u16).prop_map(swarms),
         (0..2_u8, 0..2_u8).prop_map(|(number, index)| fragment(number, index)),
         (0..2_u16, 0..3_u16, 0..3_i32).prop_map(|(robot, topic, v)| broadcast(robot, topic, v)),
@@ -322,7 +366,7 @@ proptest! {
     #[test]
     fn an_outbox_does_what_the_model_does(acts in acts()) {
         let mut outbox = Outbox::<Tiny, 10, FRAMES>::new();
-        let mut model = Model::default();
+        let mut model = Model { is_out: true, ..Model::default() };
         for act in acts {
             match act {
                 Act::Push(frame, _) => {

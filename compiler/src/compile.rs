@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use bittybuzz_robots::Robot;
+use bittybuzz_vm_core::message;
 
 use crate::check::{self, robots::Robots};
 use crate::codegen::constant::Profile;
@@ -84,9 +85,11 @@ pub fn compile_parsed(parsed: Parsed, options: &Options) -> Compiled {
     Compiled { image, symbols, diagnostics, sources }
 }
 
-/// Names a script and its profile: one more step of the FNV-1a hash of the tokens.
+/// Names a script, its profile and the version of the messages: two more steps of the FNV-1a hash of the tokens.
 pub fn script_hash(token_hash: u32, profile: Profile) -> u32 {
-    (token_hash ^ u32::from(profile == Profile::Full)).wrapping_mul(0x0100_0193)
+    [u8::from(profile == Profile::Full), message::VERSION]
+        .iter()
+        .fold(token_hash, |hash, byte| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193))
 }
 
 fn write(generated: &Generated) -> Result<Image, Diagnostic> {

@@ -11,7 +11,7 @@ use crate::{Profile, Robot, VmSizes};
 const REGISTERS: [u32; 2] = [84, 100];
 
 /// When what is to be sent, counters, and which fragments are here.
-const PROTOCOL: u32 = 36;
+const PROTOCOL: u32 = 60;
 /// Beside a frame in a queue: which comes next, and its priority with whether it is stale.
 const QUEUED: u32 = 2;
 /// Of a queue: what was dropped, what came twice, and which frame is the oldest. On Cortex-M also the alignment, what guards it

@@ -13,7 +13,7 @@ tick_hz = 10
 message_bytes = 9
 
 [vm]
-memory = 1888
+memory = 1928
 slots = 200
 neighbors = 15
 in_queue = 10
@@ -66,7 +66,7 @@ fn a_good_file_says_what_it_says() {
     assert_eq!(toy.chip.as_deref(), Some("STM32F051C8"));
     assert_eq!((toy.profile, toy.tick_hz, toy.message_bytes), (Profile::Tiny, 10, 9));
     let vm = VmSizes {
-        memory: 1888,
+        memory: 1928,
         slots: 200,
         neighbors: 15,
         bearings: true,
@@ -155,7 +155,7 @@ fn every_error_has_its_place() {
         ("slots = 200", "slots = 31", Expected("OutOfRange", 10, 9, "cannot be 31")),
         ("slots = 200", "slots = -1", Expected("OutOfRange", 10, 9, "cannot be -1")),
         ("slots = 200", "slots = 99999999999999999999", Expected("OutOfRange", 10, 9, "9999")),
-        ("memory = 1888", "memory = 0", Expected("OutOfRange", 9, 10, "from 256")),
+        ("memory = 1928", "memory = 0", Expected("OutOfRange", 9, 10, "from 256")),
         ("neighbors = 15", "neighbors = 256", Expected("OutOfRange", 11, 13, "from 0 to 255")),
         ("in_queue = 10", "in_queue = 0", Expected("OutOfRange", 12, 12, "from 1 to 255")),
         ("out_queue = 10", "out_queue = 0", Expected("OutOfRange", 13, 13, "from 1 to 255")),
@@ -272,7 +272,7 @@ fn colliding_hashes_are_refused() {
 fn the_message_shows_the_line() {
     let text = GOOD.replacen("Toy robot\"", "Toy r\u{f6}bot\" # \u{fc}", 1);
     let error = error_of(&text.replacen("slots = 200", "slots =   1_000", 1));
-    let expected = "toy.toml:10:11: 1000 slots of 4 bytes do not fit in 1888 bytes of `memory`, beside neighbours \
+    let expected = "toy.toml:10:11: 1000 slots of 4 bytes do not fit in 1928 bytes of `memory`, beside neighbours \
                     and messages\n\
                     10 | slots =   1_000\n   |           ^^^^^\n\
                     help: there is room for 209 `slots`; or give it more `memory`";

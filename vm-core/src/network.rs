@@ -19,8 +19,8 @@ pub struct Sizes {
     pub swarms: u8,
 }
 
-/// Slots of an entry: key, value, robot, clock.
-pub(crate) const ENTRY: usize = 4;
+/// Slots of an entry: key, value, robot, clock, digest.
+pub(crate) const ENTRY: usize = 5;
 
 impl Sizes {
     /// No neighbours, no swarms, no stigmergies.
@@ -97,7 +97,7 @@ pub struct Counters {
     pub malformed: u16,
     /// Messages from a robot with this robot's id.
     pub own_id: u16,
-    /// Entries of stigmergies that were passed on but not kept, since the store is full.
+    /// Entries of stigmergies that were not kept, since the store is full.
     pub not_kept: u16,
     /// Messages in fragments that were given up: a fragment was missing, another message came between, or there was no memory.
     pub incomplete: u16,
@@ -106,6 +106,10 @@ pub struct Counters {
     /// Messages whose listener or handler ended with a fault.
     pub failed: u16,
 }
+
+/// In [`Protocol::digest`]: the sum is that of the entries as they are. It has 24 bits.
+#[cfg(feature = "swarm")]
+pub(crate) const DIGEST_KNOWN: u32 = 1 << 31;
 
 /// Which counter.
 #[cfg(feature = "swarm")]
@@ -165,8 +169,28 @@ pub(crate) struct Protocol<P: Profile> {
     pub(crate) newest: u16,
     /// The entry, or behind them the swarm, that was advertised last.
     pub(crate) advertised: u8,
-    /// What was passed on last without being kept.
-    pub(crate) passed_on: u16,
+    /// What was relayed last without being kept.
+    pub(crate) relayed: u16,
+    /// Steps until another entry may be relayed that is not kept.
+    pub(crate) relay_pause: u8,
+    /// Steps until an entry of a former life of this robot may be put again.
+    pub(crate) reclaim_pause: u8,
+    /// Steps, counted modulo 256, on which deleted entries grow old.
+    pub(crate) age: u8,
+    /// Turns of advertising, counted modulo 256.
+    pub(crate) turn: u8,
+    /// Entries that are still to be advertised because a neighbor's digest differs.
+    pub(crate) behind: u8,
+    /// Entries were received that are not kept, so the digest says nothing.
+    pub(crate) has_dropped: bool,
+    /// A neighbor sends beacons without a digest: it may lack entries.
+    pub(crate) meets_beacon: bool,
+    /// Steps since the digest was sent.
+    pub(crate) since_digest: u8,
+    /// The sum over all entries, with [`DIGEST_KNOWN`] until an entry changes.
+    pub(crate) digest: u32,
+    /// The latest clock that was put or received, on any key.
+    pub(crate) clock: u32,
     /// State of a generator that keeps robots from sending all at once.
     pub(crate) jitter: u16,
     /// As in [`Counters`].
@@ -210,7 +234,17 @@ impl<P: Profile> Protocol<P> {
         countdown: 0,
         newest: 0,
         advertised: 0,
-        passed_on: 0,
+        relayed: 0,
+        relay_pause: 0,
+        reclaim_pause: 0,
+        age: 0,
+        turn: 0,
+        behind: 0,
+        has_dropped: false,
+        meets_beacon: false,
+        since_digest: 0,
+        digest: 0,
+        clock: 0,
         jitter: 0,
         counters: [0; 7],
         assembly: Assembly {
@@ -234,6 +268,10 @@ impl<P: Profile> Protocol<P> {
         self.conflict = Conflict::None;
         self.is_resting = false;
         self.newest = 0;
+        self.behind = 0;
+        self.has_dropped = false;
+        self.digest = 0;
+        self.clock = 0;
         self.assembly.steps_left = 0;
     }
 

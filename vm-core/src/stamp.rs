@@ -1,33 +1,59 @@
 //! Which of two values of a stigmergy entry is the later one.
 //!
-//! A total order, so that replicas that take the greater of what they have and what they hear become equal, whatever is
-//! lost, doubled or comes in another order.
+//! The order is total, so replicas that take the greater of their own stamp and a received one become equal, whatever is
+//! lost, doubled or reordered on the way.
+//!
+//! The clock is a serial number as in RFC 1982: after [`CLOCK_MAX`] follows 1. A clock counts as later than all those up
+//! to half the circle before it. So no clock is the last one, and a forged clock wins only until the next put. The price:
+//! replicas of a key that are more than 2,097,151 puts apart compare the wrong way round, which a put per step reaches after
+//! 58 hours of separation.
 
 use core::cmp::Ordering;
 
+use crate::message::CLOCK_MAX;
 use crate::number::Profile;
 use crate::value::Value;
 
-/// What an entry is worth.
+/// The worth of an entry.
 #[derive(Clone, Copy, Debug)]
 pub struct Stamp<P: Profile> {
     /// Lamport's clock.
     pub clock: u32,
-    /// Who put the value.
+    /// The robot that put the value.
     pub robot: u16,
     /// The value, nil if it was deleted.
     pub value: Value<P>,
+    /// Digest of key and value, computed when the value is put; 0 where the entry fits a frame, which shows its bits.
+    pub digest: u16,
+}
+
+/// The clock after this one.
+pub fn next(clock: u32) -> u32 {
+    if clock < CLOCK_MAX { clock + 1 } else { 1 }
+}
+
+/// Returns true if clock `a` is earlier than clock `b`. 0, which nothing was put at, is earlier than all others.
+pub fn is_earlier(a: u32, b: u32) -> bool {
+    if a == 0 || b == 0 {
+        return a < b;
+    }
+    let mut ahead = b.wrapping_sub(a);
+    if b < a {
+        ahead = ahead.wrapping_add(CLOCK_MAX);
+    }
+    // The circle has an odd number of clocks, so none is opposite to another.
+    ahead.wrapping_sub(1) < CLOCK_MAX / 2
 }
 
 impl<P: Profile> Stamp<P> {
-    /// The higher clock is the later one; at equal clocks a value before nil, then the higher robot id. A robot that
-    /// was started anew may have put two values at the same clock: then their types and bits decide. Values of one type on
-    /// the heap are equal for this.
+    /// The later clock is the greater one; at equal clocks a value before nil, then the higher robot id. A robot that
+    /// lost its memory may have put two values at the same clock: then their types decide, and after them the bits of
+    /// what fits a frame and the digest of what does not.
     pub fn order(&self, other: &Self) -> Ordering {
         // One comparison for each part: an order of three takes an AVR two.
         let (mine, theirs) = (self.value, other.value);
         let is_less = if self.clock != other.clock {
-            self.clock < other.clock
+            is_earlier(self.clock, other.clock)
         } else if mine.is_nil() != theirs.is_nil() {
             mine.is_nil()
         } else if self.robot != other.robot {
@@ -36,6 +62,8 @@ impl<P: Profile> Stamp<P> {
             mine.tag().byte() < theirs.tag().byte()
         } else if !mine.is_heap() && mine.raw() != theirs.raw() {
             mine.raw() < theirs.raw()
+        } else if self.digest != other.digest {
+            self.digest < other.digest
         } else {
             return Ordering::Equal;
         };
@@ -59,20 +87,29 @@ mod tests {
 
     const TAGS: &[Tag] = &[Tag::NIL, Tag::INT, Tag::FLOAT, Tag::STRING, Tag::TABLE, Tag::TEXT];
 
+    /// Clocks on both sides of the end of the circle.
+    fn clocks() -> impl Strategy<Value = u32> {
+        prop_oneof![Just(CLOCK_MAX - 1), Just(CLOCK_MAX), Just(1), Just(2)]
+    }
+
     /// Few of each kind, so that many are equal in part.
     fn stamps() -> impl Strategy<Value = Stamp<Tiny>> {
-        (0..3_u32, 1..3_u16, prop::sample::select(TAGS), 0..3_u16).prop_map(
-            |(clock, robot, tag, raw)| {
-                // Of a nil all bits are zero; all tables are one table here.
-                let raw =
-                    if tag == Tag::NIL || tag == Tag::TABLE || tag == Tag::TEXT { 0 } else { raw };
-                Stamp { clock, robot, value: Value::new(tag, raw) }
+        (clocks(), 1..3_u16, prop::sample::select(TAGS), 0..3_u16).prop_map(
+            |(clock, robot, tag, content)| {
+                let is_heap = tag == Tag::TABLE || tag == Tag::TEXT;
+                // Of a nil all bits are zero. A value on the heap has a digest, and a place that says nothing.
+                let raw = if tag == Tag::NIL || is_heap { 0 } else { content };
+                let digest = if is_heap { content } else { 0 };
+                Stamp { clock, robot, value: Value::new(tag, raw), digest }
             },
         )
     }
 
     fn same(one: Stamp<Tiny>, other: Stamp<Tiny>) -> bool {
-        one.clock == other.clock && one.robot == other.robot && one.value.same(other.value)
+        one.clock == other.clock
+            && one.robot == other.robot
+            && one.value.same(other.value)
+            && one.digest == other.digest
     }
 
     proptest! {
@@ -94,8 +131,28 @@ mod tests {
 
         #[test]
         fn a_later_clock_wins_whatever_is_put(a in stamps(), b in stamps()) {
-            let expected = a.clock.cmp(&b.clock);
+            // Of these clocks the high ones are the earlier ones.
+            let expected = (a.clock.wrapping_add(5) % CLOCK_MAX).cmp(&(b.clock.wrapping_add(5) % CLOCK_MAX));
             prop_assert!(expected == Ordering::Equal || a.order(&b) == expected);
         }
+
+        #[test]
+        fn of_two_clocks_exactly_one_is_earlier(a in 1..=CLOCK_MAX, b in 1..=CLOCK_MAX) {
+            prop_assert_eq!(is_earlier(a, b), a != b && !is_earlier(b, a));
+        }
+
+        #[test]
+        fn whatever_clock_is_known_the_next_put_is_later(clock in 0..=CLOCK_MAX) {
+            prop_assert!((1..=CLOCK_MAX).contains(&next(clock)));
+            prop_assert!(is_earlier(clock, next(clock)));
+        }
+    }
+
+    #[test]
+    fn half_the_circle_is_later_and_half_is_earlier() {
+        assert!(is_earlier(1, 1 + CLOCK_MAX / 2));
+        assert!(!is_earlier(1, 2 + CLOCK_MAX / 2));
+        assert!(is_earlier(CLOCK_MAX, 1));
+        assert!(is_earlier(0, CLOCK_MAX) && !is_earlier(CLOCK_MAX, 0) && !is_earlier(0, 0));
     }
 }

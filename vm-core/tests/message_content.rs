@@ -32,10 +32,11 @@ fn content<P: Profile>(head: Head) -> Vec<u8> {
 
 #[test]
 fn a_table_is_its_pairs() {
-    let head = Head::Entry { stigmergy: 700, owner: 2, clock: CLOCK_MAX };
+    let head = Head::Entry { stigmergy: 700, owner: 2, clock: CLOCK_MAX, digest: 0x1b2c };
     let bytes = content::<Tiny>(head);
     let expected = [
-        1, 0xbc, 2, 2, 0, 255, 255, 0x3f, 2, 0, 0xbf, 5, 1, 3, 0x85, 0x56, 5, 1, 1, 0, 0, 6, 44, 1,
+        1, 0xbc, 2, 2, 0, 255, 255, 0x3f, 0x2c, 0x1b, 2, 0, 0xbf, 5, 1, 3, 0x85, 0x56, 5, 1, 1, 0,
+        0, 6, 44, 1,
     ];
     assert_eq!(bytes[2..], expected);
     let padded = [&bytes[..], &[9, 9]].concat();

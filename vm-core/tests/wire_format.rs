@@ -102,6 +102,10 @@ fn written<P: Profile>(text: &str) -> Vec<u8> {
             value: words.value("value"),
         }),
         "beacon" => Message::Beacon { robot: words.named("robot") as u16 },
+        "digest" => {
+            let robot = words.named("robot") as u16;
+            Message::Digest { robot, digest: words.named("sum") }
+        }
         "swarms" => {
             let robot = words.named("robot") as u16;
             let mut swarms = Swarms::default();
@@ -140,6 +144,7 @@ fn read<P: Profile>(frame: &[u8]) -> String {
             shown(value)
         ),
         Message::Beacon { robot } => format!("beacon: robot {robot}"),
+        Message::Digest { robot, digest } => format!("digest: robot {robot}, sum {digest}"),
         Message::Swarms { robot, swarms } => {
             let mut text = format!("swarms: robot {robot}");
             for (id, joined) in swarms.iter() {
@@ -172,7 +177,9 @@ fn frames_are_as_documented() {
             assert_eq!(read::<Full>(&[&full[..], &[1, 2, 3]].concat()), *text);
         }
     }
-    for kind in [Kind::Broadcast, Kind::Entry, Kind::Beacon, Kind::Swarms, Kind::Fragment] {
+    for kind in
+        [Kind::Broadcast, Kind::Entry, Kind::Beacon, Kind::Digest, Kind::Swarms, Kind::Fragment]
+    {
         let is_of = |[_, tiny, _]: &&[&str; 3]| Kind::of(bytes(tiny).unwrap()[0]) == Some(kind);
         assert!(rows.iter().any(|row| is_of(&row)), "{kind:?}");
     }
@@ -187,6 +194,7 @@ fn content<P: Profile>(text: &str) -> Vec<u8> {
             stigmergy: words.named("stigmergy") as u16,
             owner: words.named("owner") as u16,
             clock: words.named("clock"),
+            digest: words.named("digest") as u16,
         },
         kind => panic!("{kind} is no kind"),
     };
@@ -210,8 +218,8 @@ fn read_content<P: Profile>(content: &[u8]) -> String {
     reader.check::<P>(|_| {}).expect("a content");
     let mut text = match head {
         Head::Broadcast => "broadcast:".to_owned(),
-        Head::Entry { stigmergy, owner, clock } => {
-            format!("entry: stigmergy {stigmergy}, owner {owner}, clock {clock},")
+        Head::Entry { stigmergy, owner, clock, digest } => {
+            format!("entry: stigmergy {stigmergy}, owner {owner}, clock {clock}, digest {digest},")
         }
     };
     let mut left = 2;

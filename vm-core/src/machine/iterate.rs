@@ -237,7 +237,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return if Self::ITERATES_NEIGHBORS && source.index() as u8 == Library::Neighbors as u8 {
                 Ok(self.next_neighbor(callback - 2)? != 0)
             } else {
-                Ok(self.next_entry(object_number(source), callback - 2))
+                self.next_entry(object_number(source), callback - 2)
             };
         }
         self.sp = callback as u16 + 2;

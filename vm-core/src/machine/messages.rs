@@ -3,7 +3,6 @@
 //! A step begins with a frame of its own, in which [`Vm::next_message`] takes one message after the other from the host;
 //! listeners and handlers of conflicts are called from there. When none is left, `step()` takes the frame's place.
 
-use super::swarms::NEWS;
 use super::{GLOBALS, Native, State, Vm};
 use crate::builtin::{self, Feature, string};
 use crate::bytecode::ByteCode;
@@ -12,7 +11,7 @@ use crate::host::Host;
 use crate::image::Entry as EntryOf;
 use crate::message::content::Head;
 use crate::message::frame::Frame;
-use crate::message::{Entry, FRAGMENT_HEAD, Ignored, Kind, Script, Swarms};
+use crate::message::{Entry, FRAGMENT_HEAD, Ignored, Kind, Script};
 use crate::network::{Conflict, Count, Counters, Sighting};
 use crate::number::Profile;
 use crate::part::Part;
@@ -28,29 +27,22 @@ const CLOCK: i8 = 2;
 const KEY: i8 = 3;
 /// The robot's own value that lost the conflict.
 pub(super) const LOST: i8 = 4;
-/// The robot that put the other value, and that value: the default rule needs them after a fault of the handler.
+/// The robot that put the other value, that value, and its digest: the default rule needs them after a fault of the
+/// handler.
 const THEIR_ROBOT: i8 = 5;
 const THEIR_VALUE: i8 = 6;
+const THEIR_DIGEST: i8 = 7;
 /// The number of locals.
-const LOCALS: usize = 6;
+const LOCALS: usize = 7;
 
 /// Most messages that a step takes, so that a flood cannot hold it up for ever.
 const MOST: u8 = 32;
-
-/// The shortest time between two advertisements, in steps.
-const SHORTEST_INTERVAL: u8 = 2;
-/// From here on entries take turns.
-const LONG_INTERVAL: u8 = 10;
 
 /// The parts that need messages.
 pub(super) const SOCIAL: u8 =
     Feature::Neighbors as u8 | Feature::Swarm as u8 | Feature::Stigmergy as u8;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    fn features(&self) -> u8 {
-        self.header.features()
-    }
-
     /// What was heard but could not be used.
     pub fn counters(&self) -> Counters {
         let [foreign, malformed, own_id, not_kept, incomplete, undecided, failed] =
@@ -149,7 +141,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let key = self.local(KEY);
         if has_failed {
             let robot = self.local(THEIR_ROBOT).index() as u16;
-            let theirs = Stamp { clock, robot, value: self.local(THEIR_VALUE) };
+            let digest = self.local(THEIR_DIGEST).index() as u16;
+            let theirs = Stamp { clock, robot, value: self.local(THEIR_VALUE), digest };
             return self.settle_by_default(host, stigmergy, key, &theirs);
         }
         self.settle(host, self.top(1), stigmergy, key, clock)
@@ -201,7 +194,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 // Both stay on the stack below the arguments.
                 (self.top(2), self.top(1))
             }
-            Kind::Entry if Self::has(Part::Stigmergy) => return self.merge(host, &frame.entry()),
+            Kind::Entry if Self::has(Part::Stigmergy) => {
+                return self.merge(host, &frame.entry(), 0);
+            }
+            Kind::Beacon | Kind::Digest if Self::has(Part::Stigmergy) => {
+                self.compare((kind == Kind::Digest).then(|| frame.digest()));
+                return Ok(());
+            }
             Kind::Swarms if Self::has(Part::Swarms) && Self::has(Part::Neighbors) => {
                 for (number, is_member) in frame.swarms().iter() {
                     let swarm = self.find_swarm(number);
@@ -226,15 +225,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Remembers what the next call of [`Vm::next_message`] needs to end a conflict.
-    pub(super) fn begin_conflict(&mut self, stigmergy: u8, remote: &Entry<P>) {
-        let [low, high, highest, _] = remote.clock.to_le_bytes();
+    pub(super) fn begin_conflict(&mut self, stigmergy: u8, key: Value<P>, theirs: &Stamp<P>) {
+        let [low, high, highest, _] = theirs.clock.to_le_bytes();
         let conflict = u16::from_le_bytes([stigmergy, highest]);
         self.protocol.conflict = Conflict::Open;
         self.set_local(CONFLICT, Value::indexed(Tag::INT, conflict));
         self.set_local(CLOCK, Value::indexed(Tag::INT, u16::from_le_bytes([low, high])));
-        self.set_local(KEY, remote.key);
-        self.set_local(THEIR_ROBOT, Value::indexed(Tag::INT, remote.owner));
-        self.set_local(THEIR_VALUE, remote.value);
+        self.set_local(KEY, key);
+        self.set_local(THEIR_ROBOT, Value::indexed(Tag::INT, theirs.robot));
+        self.set_local(THEIR_VALUE, theirs.value);
+        self.set_local(THEIR_DIGEST, Value::indexed(Tag::INT, theirs.digest));
     }
 
     /// `neighbors.broadcast`, `listen` and `ignore`.
@@ -286,14 +286,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Sends an entry of a stigmergy, in fragments if need be. An entry for whose walk there is no memory now is not sent:
     /// its turn comes again.
     #[inline(never)]
-    pub(super) fn send_entry<H: Host<P>>(&mut self, host: &mut H, entry: &Entry<P>) {
+    pub(super) fn send_entry<H: Host<P>>(&mut self, host: &mut H, entry: &Entry<P>, digest: u16) {
         let mut frame = Frame::EMPTY;
         if frame.put_entry(entry).is_none() {
             // Without that part there is none: see `sendable`.
             if Self::has(Part::LongMessages) {
                 let Entry { stigmergy, owner, clock, key, value } = *entry;
                 let (sp, state) = (self.sp, self.state);
-                let head = Head::Entry { stigmergy, owner, clock };
+                let head = Head::Entry { stigmergy, owner, clock, digest };
                 if self.send_long(host, head, key, value).is_err() {
                     self.sp = sp;
                     self.state = state;
@@ -306,127 +306,5 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let silent = self.protocol.silent;
         self.send(host, &mut frame, &[]);
         self.protocol.silent = silent;
-    }
-
-    /// An entry that finds no place here goes to the neighbours, once.
-    pub(super) fn pass_on<H: Host<P>>(&mut self, host: &mut H, entry: &Entry<P>) {
-        self.protocol.count(Count::NotKept);
-        let [low, high, ..] = entry.clock.to_le_bytes();
-        let clock = u16::from_le_bytes([low, high]);
-        let digest = entry.owner ^ clock ^ (entry.key.index() as u16).wrapping_mul(3);
-        if self.protocol.passed_on != digest {
-            self.protocol.passed_on = digest;
-            self.send_entry(host, entry);
-        }
-    }
-
-    /// An entry has changed, or a neighbour is behind: for a while it is advertised often.
-    pub(super) fn hurry(&mut self, at: usize) {
-        self.protocol.newest = at as u16;
-        self.protocol.interval = SHORTEST_INTERVAL;
-        self.protocol.countdown = self.protocol.countdown.min(SHORTEST_INTERVAL);
-    }
-
-    /// Sends what has changed in the entry point that ends.
-    #[inline(never)]
-    pub(super) fn send_news<H: Host<P>>(&mut self, host: &mut H) {
-        self.protocol.has_news = false;
-        for place in 0..self.sizes().entries {
-            let at = self.entry_slot(place);
-            let state = self.entry_state(at);
-            if state & NEWS != 0 {
-                self.set_entry_state(at, state & !NEWS);
-                self.send_entry(host, &self.entry_message(at));
-            }
-        }
-        for place in 0..self.sizes().swarms {
-            let at = self.swarm_slot(place);
-            let swarm = self.arena.get(at);
-            let state = swarm.tag().byte();
-            if state & NEWS != 0 {
-                self.arena.set(at, Value::marked(state & !NEWS, swarm.raw()));
-                self.send_swarm(host, place);
-            }
-        }
-    }
-
-    /// Tells whether the robot is in the swarm at that place.
-    fn send_swarm<H: Host<P>>(&mut self, host: &mut H, place: u8) {
-        let mut swarms = Swarms::default();
-        let number = self.arena.index_at(self.swarm_slot(place)) as u16;
-        swarms.push(number, self.is_member(place));
-        let mut frame = Frame::EMPTY;
-        frame.put_swarms(self.robot_id, &swarms);
-        self.send(host, &mut frame, &[]);
-    }
-
-    /// What is due once a step: an advertisement, a beacon, the end of patience with a message.
-    #[inline(never)]
-    fn keep_in_touch<H: Host<P>>(&mut self, host: &mut H) {
-        let periods = host.periods();
-        let protocol = &mut self.protocol;
-        if protocol.assembly.steps_left != 0 {
-            protocol.assembly.steps_left -= 1;
-        }
-        #[allow(clippy::implicit_saturating_add, reason = "an AVR has no conditional moves")]
-        if protocol.silent != u8::MAX {
-            protocol.silent += 1;
-        }
-        if protocol.countdown != 0 {
-            protocol.countdown -= 1;
-        }
-        let advertises = protocol.countdown == 0 && protocol.shares;
-        if advertises {
-            // Ever more seldom, and not all robots at once.
-            let interval = protocol.interval.max(SHORTEST_INTERVAL);
-            protocol.jitter = protocol.jitter.wrapping_mul(25173).wrapping_add(13849);
-            let [_, random] = protocol.jitter.to_le_bytes();
-            protocol.countdown = interval.wrapping_add(random & (interval >> 1));
-            protocol.interval = (interval + (random & 1)).min(periods.advertise);
-        }
-        let is_silent = protocol.silent >= periods.beacon;
-        if Self::has(Part::Neighbors)
-            && is_silent
-            && self.features() & (Feature::Neighbors as u8 | Feature::Swarm as u8) != 0
-        {
-            let mut frame = Frame::EMPTY;
-            frame.put_beacon(self.robot_id);
-            self.send(host, &mut frame, &[]);
-        }
-        if Self::SHARES && advertises {
-            self.advertise(host);
-        }
-    }
-
-    /// Sends the newest entry as long as not enough neighbours are known to have it; and the next of all entries and
-    /// swarms, in turn, so that news about one do not keep the others back.
-    fn advertise<H: Host<P>>(&mut self, host: &mut H) {
-        let newest = usize::from(self.protocol.newest);
-        let mut sent = 0;
-        if newest != 0 && self.protocol.interval < LONG_INTERVAL && self.entry_state(newest) != 0 {
-            self.send_entry(host, &self.entry_message(newest));
-            sent = newest;
-        }
-        let entries = self.sizes().entries;
-        let all = entries + self.sizes().swarms;
-        for _ in 0..all {
-            let mut place = self.protocol.advertised + 1;
-            if place >= all {
-                place = 0;
-            }
-            self.protocol.advertised = place;
-            if place >= entries {
-                let place = place - entries;
-                if self.arena.get(self.swarm_slot(place)).tag() != Tag::NIL {
-                    self.send_swarm(host, place);
-                    break;
-                }
-            } else {
-                let at = self.entry_slot(place);
-                if self.entry_state(at) != 0 && at != sent {
-                    return self.send_entry(host, &self.entry_message(at));
-                }
-            }
-        }
     }
 }

@@ -11,6 +11,8 @@
 //! position" is one of the [`Native`] codes, at which the interpreter lets the built-in go on. So nothing recurses on the
 //! stack of the processor, and a run can stop between any two instructions.
 
+#[cfg(feature = "swarm")]
+mod advertise;
 #[cfg(feature = "torture")]
 mod audit;
 mod builtins;

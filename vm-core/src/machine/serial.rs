@@ -9,7 +9,7 @@ use crate::fault::{FaultCode, Stopped};
 use crate::heap::ITERATION;
 use crate::host::Host;
 use crate::image::CAPTURES;
-use crate::message::content::{Head, Item, Reader, Writer};
+use crate::message::content::{self, Head, Item, Reader, Writer};
 use crate::message::frame::Frame;
 use crate::message::{self, FRAGMENT_HEAD, FRAGMENTS_MAX, Fragment, STIGMERGIES};
 use crate::network::{Buffer, Count};
@@ -34,36 +34,54 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         P::Frame::ZERO.as_ref().len().saturating_sub(FRAGMENT_HEAD)
     }
 
-    /// The value as an entry of a stigmergy keeps it: a table is copied, so that later changes are no part of it. A
-    /// fault if it cannot be sent. All are on the stack.
+    /// The value as an entry of a stigmergy keeps it, with the digest of key and value: a table is copied, so that later
+    /// changes are no part of it. A fault if it cannot be sent. All are on the stack.
     pub(super) fn sendable(
         &mut self,
         stigmergy: u8,
         key: Value<P>,
         value: Value<P>,
-    ) -> Result<Value<P>, Stopped> {
+    ) -> Result<(Value<P>, u16), Stopped> {
         let number = self.number_of_stigmergy(stigmergy);
         let has_frame = number < STIGMERGIES && matches!(key.tag(), Tag::INT | Tag::STRING);
         if has_frame && value.is_plain() {
-            return Ok(value);
+            return Ok((value, 0));
         }
         if !Self::has(Part::LongMessages) {
             return Err(self.fail_on(FaultCode::NotSendable, key, value));
         }
         let mut content = P::Content::ZERO;
-        let head = Head::Entry { stigmergy: number, owner: 0, clock: 0 };
+        let head = Head::Entry { stigmergy: number, owner: 0, clock: 0, digest: 0 };
         let length = self.write(head, key, value, content.as_mut())?;
+        let content = content.as_ref().get(..length).unwrap_or(&[]);
+        let digest = content::digest(content);
         if !matches!(value.tag(), Tag::TABLE | Tag::SNAPSHOT) {
+            return Ok((value, digest));
+        }
+        Ok((self.read_second(content)?, digest))
+    }
+
+    /// A copy of a value of an entry: what the script does to it does not change the entry.
+    pub(super) fn copied(&mut self, value: Value<P>) -> Result<Value<P>, Stopped> {
+        if !Self::has(Part::LongMessages) || !value.is(Tag::TABLE) {
             return Ok(value);
         }
-        let content = content.as_ref().get(..length).unwrap_or(&[]);
+        let mut content = P::Content::ZERO;
+        // Its key takes no more room than that of the entry.
+        let length = self.write(Head::Broadcast, Value::nil(), value, content.as_mut())?;
+        self.read_second(content.as_ref().get(..length).unwrap_or(&[]))
+    }
+
+    /// Reads the second value of a content that this machine has written.
+    #[inline(never)]
+    fn read_second(&mut self, content: &[u8]) -> Result<Value<P>, Stopped> {
         let (_, mut reader) = Reader::new(content, self.script());
         let top = self.sp;
         self.read(&mut reader)?;
         self.read(&mut reader)?;
-        let copy = self.pop();
+        let second = self.pop();
         self.sp = top;
-        Ok(copy)
+        Ok(second)
     }
 
     /// Sends what has no frame: topic or key, and value.
@@ -247,13 +265,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let (first, second) = (self.top(2), self.top(1));
         match head {
             Head::Broadcast => Ok(true),
-            Head::Entry { stigmergy, owner, clock } => {
+            Head::Entry { stigmergy, owner, clock, digest } => {
                 let key = match first.tag() {
                     Tag::INT | Tag::FLOAT | Tag::STRING | Tag::TEXT => first,
                     _ => return Ok(false),
                 };
                 let entry = message::Entry { stigmergy, owner, clock, key, value: second };
-                self.merge(host, &entry)?;
+                self.merge(host, &entry, digest)?;
                 Ok(false)
             }
         }

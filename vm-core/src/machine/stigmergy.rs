@@ -3,25 +3,31 @@
 use core::cmp::Ordering;
 
 use super::Vm;
+use super::advertise::FORGOTTEN;
 use super::messages::LOST;
 use super::swarms::{NEWS, object, object_number};
 use crate::builtin::{self, Library, string};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
-use crate::message::{CLOCK_MAX, Entry};
+use crate::message::Entry;
 use crate::network::{Count, ENTRY};
 use crate::number::Profile;
 use crate::part::Part;
-use crate::stamp::Stamp;
+use crate::stamp::{Stamp, is_earlier, next};
 use crate::value::{Tag, Type, Value};
 
 // Slots of an entry: key and value; the robot that put it, with 1 + the place of its stigmergy in place of a tag, nil if there
-// is no entry; the low bits of the clock, with the high ones in place of a tag.
+// is no entry; the low bits of the clock, with the high ones and `OWN` in place of a tag; the digest of key and value, or the
+// age of a deleted entry.
 const KEY: usize = 0;
 const VALUE: usize = 1;
 const ROBOT: usize = 2;
 const CLOCK: usize = 3;
+const DIGEST: usize = 4;
+
+/// With the high bits of the clock: the robot has put the value itself since it was switched on.
+const OWN: u8 = 0x40;
 
 /// The tag of a stigmergy's number after a restart, until the script creates the stigmergy again.
 const KEPT: Tag = Tag::NIL;
@@ -47,28 +53,59 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.index_at(self.stigmergy_slot(place)) as u16
     }
 
-    /// What an entry is worth.
+    /// The stamp of an entry. That of a deleted one has no digest.
     #[inline(never)]
     pub(super) fn stamp(&self, at: usize) -> Stamp<P> {
         let clock = self.arena.get(at + CLOCK);
         let [low, high] = (clock.index() as u16).to_le_bytes();
+        let value = self.arena.get(at + VALUE);
+        let digest = if value.is_nil() { 0 } else { self.arena.index_at(at + DIGEST) as u16 };
         Stamp {
-            clock: u32::from_le_bytes([low, high, clock.tag().byte(), 0]),
+            clock: u32::from_le_bytes([low, high, clock.tag().byte() & !OWN, 0]),
             robot: self.arena.index_at(at + ROBOT) as u16,
-            value: self.arena.get(at + VALUE),
+            value,
+            digest,
         }
     }
 
-    /// Sets it, as news.
-    fn set_stamp(&mut self, at: usize, stigmergy: u8, stamp: &Stamp<P>) {
+    /// Sets it, as news. `own` is [`OWN`] or 0.
+    fn set_stamp(&mut self, at: usize, stigmergy: u8, stamp: &Stamp<P>, own: u8) {
         let [low, high, highest, _] = stamp.clock.to_le_bytes();
         let state = (stigmergy + 1) | NEWS;
         self.arena.set(at + VALUE, stamp.value);
         self.arena.set(at + ROBOT, Value::marked(state, P::raw_from_u16(stamp.robot)));
-        let clock = Value::marked(highest, P::raw_from_u16(u16::from_le_bytes([low, high])));
+        let clock = Value::marked(highest | own, P::raw_from_u16(u16::from_le_bytes([low, high])));
         self.arena.set(at + CLOCK, clock);
+        // Of a deleted entry that is its age.
+        let digest = if stamp.value.is_nil() { 0 } else { stamp.digest };
+        self.arena.set(at + DIGEST, Value::indexed(Tag::INT, digest));
         self.protocol.has_news = true;
+        self.protocol.digest = 0;
         self.hurry(at);
+    }
+
+    /// Deleted entries are a round older. Those that are old enough give their place back.
+    pub(super) fn forget_deleted(&mut self) {
+        for place in 0..self.sizes().entries {
+            let at = self.entry_slot(place);
+            if self.entry_state(at) == 0 || !self.arena.get(at + VALUE).is_nil() {
+                continue;
+            }
+            let age = self.arena.index_at(at + DIGEST) as u16 + 1;
+            self.arena.set(at + DIGEST, Value::indexed(Tag::INT, age));
+            if age >= FORGOTTEN {
+                self.arena.fill(at, at + ENTRY);
+                // There is room again for what others have put.
+                self.protocol.has_dropped = false;
+            }
+        }
+    }
+
+    /// Remembers the latest clock.
+    fn note_clock(&mut self, clock: u32) {
+        if is_earlier(self.protocol.clock, clock) {
+            self.protocol.clock = clock;
+        }
     }
 
     /// 1 + the place of the stigmergy of an entry, 0 if there is no entry; with [`NEWS`].
@@ -83,18 +120,19 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.set(at + ROBOT, Value::marked(state, robot));
     }
 
-    /// An entry as it is sent.
+    /// An entry as it is sent, and its digest.
     #[inline(never)]
-    pub(super) fn entry_message(&self, at: usize) -> Entry<P> {
+    pub(super) fn entry_message(&self, at: usize) -> (Entry<P>, u16) {
         let stamp = self.stamp(at);
         let place = (self.entry_state(at) & !NEWS).wrapping_sub(1);
-        Entry {
+        let entry = Entry {
             stigmergy: self.number_of_stigmergy(place),
             owner: stamp.robot,
             clock: stamp.clock,
             key: self.arena.get(at + KEY),
             value: stamp.value,
-        }
+        };
+        (entry, stamp.digest)
     }
 
     /// The place of the stigmergy that is an argument.
@@ -143,6 +181,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         0
     }
 
+    /// Returns true if there is room for another entry.
+    fn has_free_place(&self) -> bool {
+        (0..self.sizes().entries).any(|place| self.entry_state(self.entry_slot(place)) == 0)
+    }
+
     /// The first slot for a new entry with that key, clock 0 and no value; 0 if there is no room.
     fn new_entry(&mut self, key: Value<P>) -> usize {
         for place in 0..self.sizes().entries {
@@ -157,8 +200,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         0
     }
 
-    /// Pushes key, value and robot of the next entry, where slot `at` counts; false if there is none.
-    pub(super) fn next_entry(&mut self, stigmergy: u8, at: usize) -> bool {
+    /// Pushes key, a copy of the value, and robot of the next entry, where slot `at` counts; false if there is none.
+    pub(super) fn next_entry(&mut self, stigmergy: u8, at: usize) -> Result<bool, Stopped> {
         let next = self.arena.get(at);
         let from = if next.is_nil() { 0 } else { next.index() as u8 };
         for place in from..self.sizes().entries {
@@ -167,12 +210,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             if self.entry_state(entry) & !NEWS == stigmergy + 1 && !value.is_nil() {
                 self.arena.set(at, Value::int(i32::from(place) + 1));
                 self.push(self.arena.get(entry + KEY));
-                self.push(value);
+                let copy = self.copied(value)?;
+                self.push(copy);
                 self.push(self.number_at(entry + ROBOT));
-                return true;
+                return Ok(true);
             }
         }
-        false
+        Ok(false)
     }
 
     /// Functions of `stigmergy` and of stigmergies that have their result at once; `a` is the first argument.
@@ -193,15 +237,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let b = self.argument(1, count);
         match number {
             builtin::STIGMERGY_SIZE => {
-                // The iteration counts in a slot of its own.
-                let top = self.sp;
-                self.reserve(1)?;
                 let mut size = 0;
-                while self.next_entry(stigmergy, top.into()) {
-                    self.sp = top + 1;
-                    size += 1;
+                for place in 0..self.sizes().entries {
+                    let at = self.entry_slot(place);
+                    if self.entry_state(at) & !NEWS == stigmergy + 1
+                        && !self.arena.get(at + VALUE).is_nil()
+                    {
+                        size += 1;
+                    }
                 }
-                self.sp = top;
                 return Ok(Value::int(size));
             }
             builtin::STIGMERGY_ONCONFLICT if Self::has(Part::Conflicts) => {
@@ -218,13 +262,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let mut at = self.find_entry(stigmergy, key);
         if number == builtin::STIGMERGY_GET {
             if at != 0 {
-                return Ok(self.arena.get(at + VALUE));
+                return self.copied(self.arena.get(at + VALUE));
             }
             // Who knows it?
             let stigmergy = self.number_of_stigmergy(stigmergy);
             let owner = self.robot_id;
             let question = Entry { stigmergy, owner, clock: 0, key, value: Value::nil() };
-            self.send_entry(host, &question);
+            self.send_entry(host, &question, 0);
             return Ok(Value::nil());
         }
         let value = self.argument(2, count);
@@ -234,15 +278,20 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if at == 0 && value.is_nil() {
             return Ok(value);
         }
-        let value = self.sendable(stigmergy, key, value)?;
+        let (value, digest) = self.sendable(stigmergy, key, value)?;
+        // A new key may have been deleted and forgotten here, but not yet elsewhere: its clock exceeds all.
+        let mut clock = self.protocol.clock;
         if at == 0 {
             at = self.new_entry(key);
             if at == 0 {
                 return Err(self.fail(FaultCode::StoreFull));
             }
+        } else {
+            clock = self.stamp(at).clock;
         }
-        let clock = (self.stamp(at).clock + 1).min(CLOCK_MAX);
-        self.set_stamp(at, stigmergy, &Stamp { clock, robot: self.robot_id, value });
+        clock = next(clock);
+        self.note_clock(clock);
+        self.set_stamp(at, stigmergy, &Stamp { clock, robot: self.robot_id, value, digest }, OWN);
         Ok(Value::nil())
     }
 
@@ -255,6 +304,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if stigmergy == self.protocol.stigmergies {
             self.protocol.stigmergies += 1;
             self.protocol.shares = true;
+            // The first comparison is due at once.
+            self.protocol.since_digest = u8::MAX;
+            self.protocol.has_dropped = false;
         }
         let at = self.stigmergy_slot(stigmergy);
         // The entries that a restart has kept are the history of the swarm: only a second call empties the replica.
@@ -267,8 +319,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let at = self.entry_slot(place);
             if self.entry_state(at) & !NEWS == stigmergy + 1 {
                 self.arena.fill(at, at + ENTRY);
+                self.protocol.has_dropped = false;
             }
         }
+        self.protocol.digest = 0;
         Ok(stigmergy)
     }
 
@@ -296,29 +350,50 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         &mut self,
         host: &mut H,
         remote: &Entry<P>,
+        digest: u16,
     ) -> Result<(), Stopped> {
+        let Entry { owner: robot, clock, key, value, .. } = *remote;
         let stigmergy = self.find_stigmergy(remote.stigmergy);
         if stigmergy == self.protocol.stigmergies {
+            // The sender has entries that this robot's digest cannot cover.
+            self.protocol.has_dropped |= clock != 0;
             return Ok(());
         }
-        let theirs = Stamp { clock: remote.clock, robot: remote.owner, value: remote.value };
-        let mut at = self.find_entry(stigmergy, remote.key);
+        self.note_clock(clock);
+        let theirs = Stamp { clock, robot, value, digest };
+        let mut at = self.find_entry(stigmergy, key);
         if at == 0 {
-            if remote.clock == 0 {
+            // A question without an answer here; the deletion of what is not here.
+            if clock == 0 || (value.is_nil() && self.has_free_place()) {
                 return Ok(());
             }
-            at = self.new_entry(remote.key);
+            at = self.new_entry(key);
             if at == 0 {
-                self.pass_on(host, remote);
+                self.relay(host, remote, digest);
                 return Ok(());
             }
         }
         let mine = self.stamp(at);
+        // A robot that was switched off knows its own puts of before only from others. What it has put since is the later
+        // value, whatever the clock says: as for the router's own announcements in OSPF (RFC 2328, 13.4).
+        if robot == self.robot_id
+            && self.arena.get(at + CLOCK).tag().byte() & OWN != 0
+            && theirs.order(&mine) == Ordering::Greater
+        {
+            // Two robots with one id would do so for ever: not more often than entries are advertised anyway.
+            if self.protocol.reclaim_pause == 0 {
+                self.protocol.reclaim_pause = host.periods().advertise;
+                let clock = next(clock);
+                self.note_clock(clock);
+                self.set_stamp(at, stigmergy, &Stamp { clock, ..mine }, OWN);
+            }
+            return Ok(());
+        }
         if Self::has(Part::Conflicts) && mine.clock == theirs.clock && mine.robot != theirs.robot {
             let decides = self.overlay(handler(ON_CONFLICT, stigmergy));
             if !decides.is_nil() {
-                self.begin_conflict(stigmergy, remote);
-                self.push(remote.key);
+                self.begin_conflict(stigmergy, key, &theirs);
+                self.push(key);
                 self.push_stamp(&mine)?;
                 self.push_stamp(&theirs)?;
                 return self.call_back(host, decides, 3);
@@ -360,13 +435,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             && order == Ordering::Greater
         {
             self.set_local(LOST, mine.value);
-            self.set_stamp(at, stigmergy, theirs);
+            self.set_stamp(at, stigmergy, theirs, 0);
             return self.tell_lost(host, stigmergy, self.arena.get(at + KEY), &mine);
         }
         match order {
-            Ordering::Greater => self.set_stamp(at, stigmergy, theirs),
+            Ordering::Greater => self.set_stamp(at, stigmergy, theirs, 0),
             // The neighbour is behind.
-            Ordering::Less => self.set_stamp(at, stigmergy, &mine),
+            Ordering::Less => self.answer(at),
             // The neighbour has it: less haste.
             Ordering::Equal => {
                 if self.protocol.interval < host.periods().advertise {
@@ -380,10 +455,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Pushes a table of robot, data and timestamp.
     fn push_stamp(&mut self, stamp: &Stamp<P>) -> Result<(), Stopped> {
         let clock = stamp.clock.min(P::INT_MAX as u32) as i32;
+        // On the stack, where a collection finds it.
+        let data = self.copied(stamp.value)?;
+        self.push(data);
         let table = self.record(
             [string::ROBOT, string::DATA, string::TIMESTAMP],
-            [Value::indexed(Tag::INT, stamp.robot), stamp.value, Value::int(clock)],
+            [Value::indexed(Tag::INT, stamp.robot), data, Value::int(clock)],
         )?;
+        self.pop();
         self.push(table);
         Ok(())
     }
@@ -415,10 +494,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if mine.clock != clock {
             return Ok(());
         }
-        let value = self.sendable(stigmergy, key, data)?;
-        let winner = Stamp { clock, robot: robot.index() as u16, value };
+        let (value, digest) = self.sendable(stigmergy, key, data)?;
+        let winner = Stamp { clock, robot: robot.index() as u16, value, digest };
+        if winner.order(&mine) == Ordering::Equal {
+            // The neighbor is behind.
+            self.answer(at);
+            return Ok(());
+        }
         self.set_local(LOST, mine.value);
-        self.set_stamp(at, stigmergy, &winner);
+        self.set_stamp(at, stigmergy, &winner, 0);
         if mine.robot == self.robot_id && winner.robot != self.robot_id {
             self.tell_lost(host, stigmergy, key, &mine)?;
         }

@@ -22,6 +22,9 @@ pub enum Head {
         owner: u16,
         /// When, on Lamport's clock, up to [`CLOCK_MAX`].
         clock: u32,
+        /// Digest of key and value, as the robot that put them wrote them. It travels with the entry, since a table may
+        /// be written in another order by a robot that has read it.
+        digest: u16,
     },
 }
 
@@ -46,6 +49,14 @@ const FUNCTION: u8 = 6;
 
 /// Bytes of the check.
 const CHECK: usize = 2;
+/// Bytes in front of the key of an entry.
+const ENTRY_HEAD: usize = CHECK + 10;
+
+/// The digest of key and value in a content that was written as an entry.
+pub fn digest(content: &[u8]) -> u16 {
+    let items = content.get(ENTRY_HEAD..).unwrap_or(&[]);
+    items.iter().fold(0xffff, |check, byte| crc16(check, *byte))
+}
 
 /// Writes a content: its head, then items.
 #[derive(Debug)]
@@ -62,12 +73,13 @@ impl<'a> Writer<'a> {
         let mut writer = Writer { room, length: CHECK, script };
         match head {
             Head::Broadcast => writer.byte(BROADCAST),
-            Head::Entry { stigmergy, owner, clock } => {
+            Head::Entry { stigmergy, owner, clock, digest } => {
                 writer.byte(ENTRY);
                 writer.number(stigmergy);
                 writer.number(owner);
                 writer.number(clock as u16);
                 writer.byte((clock >> 16) as u8);
+                writer.number(digest);
             }
         }
         writer
@@ -166,7 +178,7 @@ impl<'a> Reader<'a> {
                 if clock > CLOCK_MAX {
                     reader.wrong = Some(Ignored::Malformed);
                 }
-                Head::Entry { stigmergy, owner, clock }
+                Head::Entry { stigmergy, owner, clock, digest: reader.number() }
             }
             _ => {
                 reader.wrong = Some(Ignored::Malformed);

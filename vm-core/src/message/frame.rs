@@ -13,6 +13,7 @@ use crate::value::{Tag, Value};
 const BROADCAST: u8 = 0x04;
 const BEACON: u8 = 0x08;
 const SWARMS: u8 = 0x09;
+const DIGEST: u8 = 0x0a;
 const FRAGMENT: u8 = 0x10;
 /// Fragment: none follows.
 const LAST: u8 = 0x08;
@@ -37,6 +38,8 @@ const KEY: usize = 6;
 const INFO: usize = 5;
 /// Swarms.
 const IDS: usize = 6;
+/// Digest: 24 bits.
+const SUM: usize = 7;
 
 /// A frame in a buffer for the longest of its profile, so that no position in it needs a check.
 #[derive(Clone, Copy, Debug)]
@@ -90,6 +93,7 @@ impl<P: Profile> Frame<P> {
                 6 + 2 * count
             }
             Kind::Beacon => 7,
+            Kind::Digest => 10,
             Kind::Fragment => FRAGMENT_HEAD as u8,
         };
         Some(usize::from(length))
@@ -103,7 +107,7 @@ impl<P: Profile> Frame<P> {
         let first = self.byte(0);
         let foreign = match kind {
             Kind::Fragment => 0,
-            Kind::Beacon => self.mix_three(3, hash) | self.mix(6, h3),
+            Kind::Beacon | Kind::Digest => self.mix_three(3, hash) | self.mix(6, h3),
             Kind::Swarms => self.mix(3, h0) | self.mix(4, h1),
             Kind::Broadcast => {
                 self.mix_three(TOPIC + 2 * P::WORD_BYTES, hash)
@@ -266,6 +270,21 @@ impl<P: Profile> Frame<P> {
     pub(crate) fn put_beacon(&mut self, robot: u16) {
         self.set_byte(0, BEACON);
         self.set_number(ROBOT, robot);
+    }
+
+    /// The digest of the sender's stigmergies.
+    #[inline(always)]
+    pub(crate) fn digest(&self) -> u32 {
+        u32::from(self.number(SUM)) | u32::from(self.byte(SUM + 2)) << 16
+    }
+
+    /// Makes an empty frame an open beacon with a digest of 24 bits.
+    #[inline(always)]
+    pub(crate) fn put_digest(&mut self, robot: u16, digest: u32) {
+        self.put_beacon(robot);
+        self.set_byte(0, DIGEST);
+        self.set_number(SUM, digest as u16);
+        self.set_byte(SUM + 2, (digest >> 16) as u8);
     }
 
     /// Makes an empty frame an open broadcast; `None` if the value does not fit.

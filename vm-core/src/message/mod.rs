@@ -31,7 +31,9 @@ pub const SWARMS_MAX: usize = 4;
 pub const FRAGMENTS_MAX: u8 = 8;
 /// Bytes of a fragment in front of its content.
 pub const FRAGMENT_HEAD: usize = 4;
-/// The last value of a stigmergy entry's clock.
+/// The version of the format. The script hash covers it, so that robots with another version count as foreign.
+pub const VERSION: u8 = 2;
+/// The greatest clock of a stigmergy entry; after it follows 1.
 pub const CLOCK_MAX: u32 = (1 << 22) - 1;
 /// Entries of stigmergies with a number below have a frame of their own; those of others travel in fragments.
 pub const STIGMERGIES: u16 = 3;
@@ -63,6 +65,13 @@ pub enum Message<'a, P: Profile> {
     Beacon {
         /// The sender.
         robot: u16,
+    },
+    /// A beacon of a robot that knows stigmergies, and what their entries sum up to.
+    Digest {
+        /// The sender.
+        robot: u16,
+        /// The sum over its entries, 24 bits. Equal sums mean equal replicas.
+        digest: u32,
     },
     /// Swarms that a robot knows.
     Swarms {
@@ -125,8 +134,10 @@ pub enum Ignored {
 /// Kinds of frames, by ascending priority.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
-    /// A robot tells that it is there.
+    /// A robot announces that it is there.
     Beacon,
+    /// A beacon with the digest of the sender's stigmergies.
+    Digest,
     /// Swarms that a robot knows.
     Swarms,
     /// An entry of a stigmergy.
@@ -151,6 +162,7 @@ impl Kind {
             0x04..=0x07 => Kind::Broadcast,
             0x08 => Kind::Beacon,
             0x09 => Kind::Swarms,
+            0x0a => Kind::Digest,
             0x10..=0x1f => Kind::Fragment,
             0x20..=0x7f => Kind::Entry,
             _ => return None,

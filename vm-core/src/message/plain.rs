@@ -15,6 +15,7 @@ impl<'a, P: Profile> Message<'a, P> {
         let robot = frame.robot();
         Ok(match kind {
             Kind::Beacon => Message::Beacon { robot },
+            Kind::Digest => Message::Digest { robot, digest: frame.digest() },
             Kind::Swarms => Message::Swarms { robot, swarms: frame.swarms() },
             Kind::Fragment => {
                 Message::Fragment(frame.fragment(bytes.get(FRAGMENT_HEAD..).unwrap_or(&[])))
@@ -32,6 +33,8 @@ impl<'a, P: Profile> Message<'a, P> {
         let mut frame = Frame::<P>::EMPTY;
         match self {
             Message::Beacon { robot } => frame.put_beacon(*robot),
+            Message::Digest { digest, .. } if *digest >> 24 != 0 => return None,
+            Message::Digest { robot, digest } => frame.put_digest(*robot, *digest),
             Message::Swarms { robot, swarms } => frame.put_swarms(*robot, swarms),
             Message::Fragment(fragment) => frame.put_fragment(fragment),
             Message::Broadcast { robot, topic, value } => {

@@ -2,6 +2,7 @@
 
 use super::Kind;
 use crate::number::Profile;
+use crate::stamp::is_earlier;
 
 /// Type byte: that it is a broadcast.
 const BROADCAST: u8 = 0xfc;
@@ -12,12 +13,14 @@ const CLOCK: u8 = 0x18;
 const ROBOT: usize = 1;
 const TOPIC: usize = 3;
 const KEY: usize = 6;
+/// Bytes of the hash behind the robot of a beacon.
+const HASH: usize = 4;
 
 /// Whether a frame of that kind makes one useless that waits.
 ///
 /// An entry of a stigmergy does that to one of the same script, stigmergy and key with a lower clock, or with the same by the same
 /// robot; at equal clocks of two robots both have to be heard, as that is a conflict. A broadcast does it to one of the same
-/// robot on the same topic that is stale, that is of an earlier step.
+/// robot on the same topic that is stale, that is of an earlier step; a beacon does it to one of the same robot.
 #[inline(never)]
 pub fn replaces<P: Profile>(kind: Kind, new: &[u8], waiting: &[u8], is_stale: bool) -> bool {
     // Most often asked.
@@ -30,6 +33,11 @@ pub fn replaces<P: Profile>(kind: Kind, new: &[u8], waiting: &[u8], is_stale: bo
     let [new_type, n1, n2, n3, n4, n5] = *new_head;
     let [old_type, o1, o2, o3, o4, o5] = *head;
     let word = P::WORD_BYTES;
+    if matches!(kind, Kind::Beacon | Kind::Digest) {
+        let waits = Kind::of(old_type);
+        return matches!(waits, Some(Kind::Beacon | Kind::Digest))
+            && same(new, waiting, ROBOT, ROBOT + 2 + HASH);
+    }
     if kind == Kind::Broadcast {
         return (new_type ^ old_type) & BROADCAST == 0
             && same(new, waiting, ROBOT, TOPIC + word)
@@ -44,12 +52,9 @@ pub fn replaces<P: Profile>(kind: Kind, new: &[u8], waiting: &[u8], is_stale: bo
         return false;
     }
     let high = |first: u8, high: u8| high & 0x0f | (first & CLOCK) << 1;
-    let (new_high, old_high) = (high(new_type, n5), high(old_type, o5));
-    let (new_low, old_low) = (u16::from_le_bytes([n3, n4]), u16::from_le_bytes([o3, o4]));
-    if new_high != old_high {
-        return new_high > old_high;
-    }
-    new_low > old_low || new_low == old_low && n1 == o1 && n2 == o2
+    let new_clock = u32::from_le_bytes([n3, n4, high(new_type, n5), 0]);
+    let old_clock = u32::from_le_bytes([o3, o4, high(old_type, o5), 0]);
+    is_earlier(old_clock, new_clock) || new_clock == old_clock && n1 == o1 && n2 == o2
 }
 
 /// Whether both have the same bytes there.

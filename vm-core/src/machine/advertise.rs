@@ -1,0 +1,302 @@
+//! When a robot sends what others may lack: entries of stigmergies, swarms, beacons.
+//!
+//! Equal replicas are silent. A beacon carries a digest of the sender's entries; as long as the neighbors' digests are
+//! equal to its own, a robot sends no entry. A digest that differs makes it advertise all its entries once, in turn, at
+//! intervals that grow as in Trickle (RFC 6206): short after a change, long when nothing is new, each a random part longer,
+//! and longer still when a neighbor shows that it has the same.
+//!
+//! A robot whose store has no room for what others put cannot be equal to them. It says so by beacons without a digest, and
+//! then robots advertise at a low constant rate, since nothing tells them when to stop. What a robot cannot keep it relays
+//! at a low rate, too, and such entries set no timer: however many there are, they cost each robot one frame in
+//! [`RELAY_PAUSE`] steps at most.
+
+use super::Vm;
+use super::swarms::NEWS;
+use crate::builtin::Feature;
+use crate::bytecode::ByteCode;
+use crate::host::Host;
+use crate::message::frame::Frame;
+use crate::message::{Entry, Swarms};
+use crate::network::{Count, DIGEST_KNOWN};
+use crate::number::{Profile, Word};
+use crate::part::Part;
+use crate::value::Value;
+
+/// The shortest time between two advertisements, in steps.
+const SHORTEST_INTERVAL: u8 = 2;
+/// From here on the newest entry is not advertised beside the others any more.
+const LONG_INTERVAL: u8 = 10;
+/// Where digests say nothing, entries are advertised in one turn of this many.
+const SLOW_TURNS: u8 = 4;
+/// Steps between two entries that are relayed without being kept; up to half as many are added at random.
+const RELAY_PAUSE: u8 = 64;
+/// Most entries that are sent when an entry point ends. The others follow after the next ones, so that no step takes the
+/// time of a whole store.
+const NEWS_MAX: u8 = 4;
+/// Steps in which a deleted entry grows older by one.
+const AGE_STEPS: u8 = 16;
+/// The age at which a deleted entry gives its place back: 64 s at ten steps a second.
+pub(super) const FORGOTTEN: u16 = 40;
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
+    /// Sends what has changed in the entry point that ends, or some of it.
+    #[inline(never)]
+    pub(super) fn send_news<H: Host<P>>(&mut self, host: &mut H) {
+        self.protocol.has_news = false;
+        let mut left = NEWS_MAX;
+        for place in 0..self.sizes().entries {
+            let at = self.entry_slot(place);
+            let state = self.entry_state(at);
+            if state & NEWS != 0 {
+                if left == 0 {
+                    self.protocol.has_news = true;
+                    break;
+                }
+                left -= 1;
+                self.set_entry_state(at, state & !NEWS);
+                self.send_entry_at(host, at);
+            }
+        }
+        for place in 0..self.sizes().swarms {
+            let at = self.swarm_slot(place);
+            let swarm = self.arena.get(at);
+            let state = swarm.tag().byte();
+            if state & NEWS != 0 {
+                self.arena.set(at, Value::marked(state & !NEWS, swarm.raw()));
+                self.send_swarm(host, place);
+            }
+        }
+    }
+
+    /// Sends whether the robot is in the swarm at that place.
+    fn send_swarm<H: Host<P>>(&mut self, host: &mut H, place: u8) {
+        let mut swarms = Swarms::default();
+        let number = self.arena.index_at(self.swarm_slot(place)) as u16;
+        swarms.push(number, self.is_member(place));
+        let mut frame = Frame::EMPTY;
+        frame.put_swarms(self.robot_id, &swarms);
+        self.send(host, &mut frame, &[]);
+    }
+
+    /// An entry has changed: for a while it is advertised often.
+    pub(super) fn hurry(&mut self, at: usize) {
+        self.protocol.newest = at as u16;
+        self.protocol.interval = SHORTEST_INTERVAL;
+        self.protocol.countdown = self.protocol.countdown.min(SHORTEST_INTERVAL);
+    }
+
+    /// A neighbor has an older value of an entry, or asks for it: the entry is advertised in this step, unless one was a
+    /// moment ago.
+    pub(super) fn answer(&mut self, at: usize) {
+        self.protocol.newest = at as u16;
+        self.protocol.interval = SHORTEST_INTERVAL;
+        let countdown = self.protocol.countdown;
+        self.protocol.countdown = if countdown > SHORTEST_INTERVAL { 1 } else { countdown.max(1) };
+    }
+
+    /// Does what is due once a step.
+    #[inline(never)]
+    pub(super) fn keep_in_touch<H: Host<P>>(&mut self, host: &mut H) {
+        let periods = host.periods();
+        if Self::has(Part::Stigmergy) {
+            self.grow_older();
+        }
+        let protocol = &mut self.protocol;
+        if protocol.assembly.steps_left != 0 {
+            protocol.assembly.steps_left -= 1;
+        }
+        #[allow(clippy::implicit_saturating_add, reason = "an AVR has no conditional moves")]
+        if protocol.silent != u8::MAX {
+            protocol.silent += 1;
+        }
+        #[allow(clippy::implicit_saturating_add, reason = "an AVR has no conditional moves")]
+        if protocol.since_digest != u8::MAX {
+            protocol.since_digest += 1;
+        }
+        if protocol.countdown != 0 {
+            protocol.countdown -= 1;
+        }
+        let advertises = protocol.countdown == 0 && protocol.shares;
+        if advertises {
+            // Each time later, and not all robots at once.
+            let random = self.random();
+            let protocol = &mut self.protocol;
+            let interval = protocol.interval.max(SHORTEST_INTERVAL);
+            protocol.countdown = interval.wrapping_add(random & (interval >> 1));
+            protocol.interval = (interval + (random & 1)).min(periods.advertise);
+        }
+        let is_silent = self.protocol.silent >= periods.beacon;
+        if Self::has(Part::Neighbors)
+            && is_silent
+            && self.header.features() & (Feature::Neighbors as u8 | Feature::Swarm as u8) != 0
+        {
+            self.send_beacon(host);
+        }
+        if Self::SHARES && advertises {
+            self.advertise(host, periods.advertise);
+        }
+    }
+
+    /// A random byte, other than those of the script.
+    fn random(&mut self) -> u8 {
+        self.protocol.jitter = self.protocol.jitter.wrapping_mul(25173).wrapping_add(13849);
+        let [_, random] = self.protocol.jitter.to_le_bytes();
+        random
+    }
+
+    /// Sends a beacon, with the digest where it says something.
+    fn send_beacon<H: Host<P>>(&mut self, host: &mut H) {
+        let mut frame = Frame::EMPTY;
+        if Self::has(Part::Stigmergy) && self.is_comparable() {
+            let digest = self.digest();
+            frame.put_digest(self.robot_id, digest);
+            self.protocol.since_digest = 0;
+        } else {
+            frame.put_beacon(self.robot_id);
+        }
+        self.send(host, &mut frame, &[]);
+    }
+
+    /// Returns true if the robot keeps all entries of its stigmergies that it receives.
+    fn is_comparable(&self) -> bool {
+        self.protocol.stigmergies != 0 && !self.protocol.has_dropped
+    }
+
+    /// Sends the newest entry as long as not enough neighbors are known to have it; and in turn swarms, and entries as far
+    /// as neighbors may lack some. Without either, the digest.
+    fn advertise<H: Host<P>>(&mut self, host: &mut H, period: u8) {
+        let newest = usize::from(self.protocol.newest);
+        let mut sent = 0;
+        if newest != 0 && self.protocol.interval < LONG_INTERVAL && self.entry_state(newest) != 0 {
+            self.send_entry_at(host, newest);
+            sent = newest;
+        }
+        self.protocol.turn = self.protocol.turn.wrapping_add(1);
+        let mut has_entries = self.protocol.behind != 0;
+        if has_entries {
+            self.protocol.behind -= 1;
+        } else if self.protocol.turn.is_multiple_of(SLOW_TURNS) {
+            has_entries = self.protocol.has_dropped || self.protocol.meets_beacon;
+            self.protocol.meets_beacon = false;
+        }
+        let entries = self.sizes().entries;
+        let all = entries + self.sizes().swarms;
+        for _ in 0..all {
+            let mut place = self.protocol.advertised + 1;
+            if place >= all {
+                place = 0;
+            }
+            self.protocol.advertised = place;
+            if place >= entries {
+                let place = place - entries;
+                if self.arena.get(self.swarm_slot(place)).tag() != crate::value::Tag::NIL {
+                    return self.send_swarm(host, place);
+                }
+            } else if has_entries {
+                let at = self.entry_slot(place);
+                if self.entry_state(at) != 0 && at != sent {
+                    return self.send_entry_at(host, at);
+                }
+            }
+        }
+        if Self::has(Part::Stigmergy)
+            && sent == 0
+            && self.is_comparable()
+            && self.protocol.since_digest >= period
+        {
+            self.send_beacon(host);
+        }
+    }
+
+    /// Sends the entry at that slot.
+    fn send_entry_at<H: Host<P>>(&mut self, host: &mut H, at: usize) {
+        let (entry, digest) = self.entry_message(at);
+        self.send_entry(host, &entry, digest);
+    }
+
+    /// Compares a neighbor's digest with the robot's own one. `None`: its beacon had none.
+    #[inline(never)]
+    pub(super) fn compare(&mut self, theirs: Option<u32>) {
+        let Some(theirs) = theirs else {
+            self.protocol.meets_beacon = true;
+            return;
+        };
+        if !self.is_comparable() || theirs == self.digest() {
+            return;
+        }
+        if self.protocol.behind == 0 {
+            self.protocol.interval = SHORTEST_INTERVAL;
+            self.protocol.countdown = self.protocol.countdown.min(SHORTEST_INTERVAL);
+        }
+        self.protocol.behind = self.sizes().entries;
+    }
+
+    /// The sum over all entries, of 24 bits. Deleted entries are no part of it: robots forget them at different times.
+    fn digest(&mut self) -> u32 {
+        if self.protocol.digest & DIGEST_KNOWN == 0 {
+            let mut sum = 0_u32;
+            for place in 0..self.sizes().entries {
+                let at = self.entry_slot(place);
+                let (entry, digest) = self.entry_message(at);
+                if self.entry_state(at) != 0 && !entry.value.is_nil() {
+                    sum = sum.wrapping_add(hash(&entry, digest));
+                }
+            }
+            self.protocol.digest = (sum & 0x00ff_ffff) | DIGEST_KNOWN;
+        }
+        self.protocol.digest & !DIGEST_KNOWN
+    }
+
+    /// Handles an entry that finds no place here: counts it, and relays it if none was relayed for a while.
+    #[inline(never)]
+    pub(super) fn relay<H: Host<P>>(&mut self, host: &mut H, entry: &Entry<P>, digest: u16) {
+        self.protocol.count(Count::NotKept);
+        self.protocol.has_dropped = true;
+        let hash = hash(entry, digest) as u16;
+        if self.protocol.relay_pause != 0 || self.protocol.relayed == hash {
+            return;
+        }
+        self.protocol.relayed = hash;
+        self.protocol.relay_pause = RELAY_PAUSE + (self.random() & (RELAY_PAUSE / 2 - 1));
+        self.send_entry(host, entry, digest);
+    }
+
+    /// A step has passed for the pauses, and for what is deleted.
+    fn grow_older(&mut self) {
+        let protocol = &mut self.protocol;
+        if protocol.relay_pause != 0 {
+            protocol.relay_pause -= 1;
+        }
+        if protocol.reclaim_pause != 0 {
+            protocol.reclaim_pause -= 1;
+        }
+        protocol.age = protocol.age.wrapping_add(1);
+        if protocol.age.is_multiple_of(AGE_STEPS) {
+            self.forget_deleted();
+        }
+    }
+}
+
+/// A hash of an entry: FNV-1a over numbers of 16 bits.
+fn hash<P: Profile>(entry: &Entry<P>, digest: u16) -> u32 {
+    let mut hash = 0x811c_9dc5_u32;
+    let mut add = |number: u16| hash = (hash ^ u32::from(number)).wrapping_mul(0x0100_0193);
+    add(entry.stigmergy);
+    add(entry.owner);
+    add(entry.clock as u16);
+    add((entry.clock >> 16) as u16);
+    add(digest);
+    for value in [entry.key, entry.value] {
+        add(value.tag().byte().into());
+        // The place of a value on the heap says nothing; the digest stands for it.
+        if !value.is_heap() {
+            let raw = value.raw().to_u32();
+            add(raw as u16);
+            if P::FULL {
+                add((raw >> 16) as u16);
+            }
+        }
+    }
+    // Products carry upwards only: the lower bits alone would mix badly.
+    hash ^ hash >> 15
+}
