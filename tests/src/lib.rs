@@ -17,7 +17,7 @@
 //!
 //! * `random_programs`: programs that [`generator`] makes up, run in every way there is ([`torture`]);
 //! * `torture`: all scripts, in those same ways;
-//! * `swarm`: several robots that run a script together ([`swarm`]);
+//! * `swarm`: several robots that run a script together (`bittybuzz_testkit::Swarm`);
 //! * `memory`: structures and garbage that fill the memory.
 
 pub mod bbz;
@@ -34,7 +34,5 @@ pub mod machine;
 pub mod malformed;
 pub mod report;
 pub mod script;
-#[cfg(feature = "in-process")]
-pub mod swarm;
 #[cfg(feature = "in-process")]
 pub mod torture;

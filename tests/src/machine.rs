@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
+use bittybuzz_testkit::{Answer, Argument, Call, Event, Recorder};
 use bittybuzz_vm_core::link::name_hash;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Fault, Host, Image, ImageError, Item, Outcome, Refusal,
-    Reply, RobotFault, Torture, Value, Vm,
+    ByteCode, Entry, Fault, Image, ImageError, Outcome, Refusal, RobotFault, Torture, Type, Vm,
 };
 
 /// The entries that a run begins, in this order.
@@ -75,19 +75,24 @@ pub fn run<'i, P: Profile, const SLOTS: usize>(
         return Trace { output: String::new(), end: End::Refused(error), globals: String::new() };
     }
     vm.identify(1, 7);
-    let mut recorder = Recorder::default();
+    let mut recorder = recorder();
+    let mut output = String::new();
     let mut left = settings.most;
-    let end = ENTRIES
-        .iter()
-        .find_map(|entry| run_entry(vm, *entry, settings, &mut recorder, &mut left))
-        .unwrap_or(End::Complete);
+    let mut run_next = |entry: &Entry| {
+        let has = vm.begin(*entry);
+        let _ = writeln!(output, "== {entry:?} {}", if has { "" } else { "is missing" });
+        let end = has.then(|| run_entry(vm, *entry, settings, &mut recorder, &mut left)).flatten();
+        write_events(&mut output, std::mem::take(&mut recorder.events));
+        end
+    };
+    let end = ENTRIES.iter().find_map(&mut run_next).unwrap_or(End::Complete);
     if let End::Fault(fault) = end {
         let size = vm.header().map_or(0, |header| image.len() - usize::from(header.code_at()));
         assert!(usize::from(fault.position) < size, "{fault:?} is not in the code");
         assert!(!vm.begin(Entry::Step), "a script runs after its fault");
         assert_eq!(vm.run(&mut recorder, 1), Outcome::Fault(fault), "a fault is forgotten");
     }
-    Trace { output: recorder.output, end, globals: globals(vm) }
+    Trace { output, end, globals: globals(vm) }
 }
 
 /// `None` if the run may go on.
@@ -98,11 +103,6 @@ fn run_entry<P: Profile, C: ByteCode, const SLOTS: usize>(
     recorder: &mut Recorder,
     left: &mut u64,
 ) -> Option<End> {
-    let has = vm.begin(entry);
-    recorder.line(format_args!("== {entry:?} {}", if has { "" } else { "is missing" }));
-    if !has {
-        return None;
-    }
     loop {
         let outcome = vm.run(recorder, settings.budget);
         if settings.audit {
@@ -132,96 +132,50 @@ fn globals<P: Profile, C: ByteCode, const SLOTS: usize>(vm: &Vm<P, C, SLOTS>) ->
     text
 }
 
-/// Writes down what a script asks for, and answers the same on every run.
-#[derive(Debug, Default)]
-struct Recorder {
-    output: String,
-    /// How often the pending robot function or delay was asked.
-    polls: u32,
-    calls: u32,
+/// A robot that answers the same on every run. What a script waits for is over after none to three questions.
+fn recorder() -> Recorder {
+    const LED: u16 = name_hash("led");
+    const GO_TO: u16 = name_hash("goto");
+    const SET_MOTOR: u16 = name_hash("set_motor");
+    let answer = |call: &Call<'_>| match (call.function, call.arguments.first()) {
+        (LED, Some(Argument::Int(_))) => Answer::Nil,
+        (LED, other) => {
+            Answer::Fault(RobotFault::WrongType(other.map_or(Type::Nil, Argument::type_of)))
+        }
+        (SET_MOTOR, _) => Answer::Fault(RobotFault::Refused(Refusal::NotBuiltIn)),
+        (GO_TO, _) if call.polls < call.number % 4 => Answer::Wait,
+        _ => Answer::Int(call.number as i32),
+    };
+    let mut recorder = Recorder::answering(answer);
+    recorder.delay_polls = Box::new(|ms| ms as u32 % 4);
+    recorder.position = [Some(1.5), Some(-2.0), None, Some(90.0)];
+    recorder
 }
 
-impl Recorder {
-    fn line(&mut self, text: std::fmt::Arguments<'_>) {
-        let _ = self.output.write_fmt(text);
-        self.output.push('\n');
-    }
-
-    fn items<P: Profile, C: ByteCode, const SLOTS: usize>(
-        &mut self,
-        arguments: &Arguments<'_, P, C, SLOTS>,
-    ) {
-        for index in 0..arguments.count() {
-            self.output.push(' ');
-            let _ = match arguments.item(index) {
-                Item::Nil => write!(self.output, "nil"),
-                Item::Int(value) => write!(self.output, "{value}"),
-                Item::Float(value) => write!(self.output, "{value:?}f"),
-                Item::String(text) => match text.number() {
-                    Some(number) => write!(self.output, "string {number}"),
-                    None => {
-                        let bytes: Vec<u8> = text.bytes().collect();
-                        write!(self.output, "'{}'", bytes.escape_ascii())
-                    }
-                },
-                Item::Table(size) => write!(self.output, "table of {size}"),
-                Item::Function => write!(self.output, "function"),
+/// Writes a line for each event: its name and its arguments, with spaces between them.
+fn write_events(output: &mut String, events: Vec<Event>) {
+    for event in events {
+        let arguments = match event {
+            Event::Call { function, arguments } => {
+                let _ = write!(output, "robot {function:x}");
+                arguments
+            }
+            Event::Log(arguments) => {
+                output.push_str("log");
+                arguments
+            }
+            Event::Delay(ms) => {
+                let _ = write!(output, "delay {ms}");
+                Vec::new()
+            }
+        };
+        for argument in arguments {
+            let _ = match argument {
+                // No byte of it gets lost.
+                Argument::Text(bytes) => write!(output, " '{}'", bytes.escape_ascii()),
+                other => write!(output, " {other}"),
             };
         }
-        self.output.push('\n');
-    }
-
-    /// Whether what is pending is over: after one to three questions.
-    fn is_over(&mut self, again: bool, asked: u32) -> bool {
-        self.polls = if again { self.polls + 1 } else { 0 };
-        self.polls >= asked % 4
-    }
-}
-
-impl<P: Profile> Host<P> for Recorder {
-    fn call<C: ByteCode, const SLOTS: usize>(
-        &mut self,
-        function: u16,
-        arguments: Arguments<'_, P, C, SLOTS>,
-        again: bool,
-    ) -> Result<Reply<P>, RobotFault> {
-        const LED: u16 = name_hash("led");
-        const GO_TO: u16 = name_hash("goto");
-        const SET_MOTOR: u16 = name_hash("set_motor");
-        if !again {
-            self.calls += 1;
-            let _ = write!(self.output, "robot {function:x}");
-            self.items(&arguments);
-        }
-        Ok(match function {
-            LED => match arguments.item(0) {
-                Item::Int(_) => Reply::Value(Value::nil()),
-                _ => return Err(RobotFault::WrongType(arguments.value(0).type_of())),
-            },
-            SET_MOTOR => return Err(RobotFault::Refused(Refusal::NotBuiltIn)),
-            GO_TO if !self.is_over(again, self.calls) => Reply::Wait,
-            _ => Reply::Value(Value::int(self.calls as i32)),
-        })
-    }
-
-    fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {
-        self.output.push_str("log");
-        self.items(&arguments);
-    }
-
-    fn delay_is_over(&mut self, ms: i32, again: bool) -> bool {
-        if !again {
-            self.line(format_args!("delay {ms}"));
-        }
-        self.is_over(again, ms as u32)
-    }
-
-    fn position(&mut self, axis: Axis) -> Option<f32> {
-        match axis {
-            Axis::X => Some(1.5),
-            Axis::Y => Some(-2.0),
-            Axis::Z => None,
-            Axis::Orientation => Some(90.0),
-        }
+        output.push('\n');
     }
 }

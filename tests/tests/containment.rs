@@ -1,7 +1,7 @@
 //! A fault ends what caused it: a listener's or handler's call, or the run of the script, which starts again. The robot
 //! goes on with its neighbors in every case.
 
-use bittybuzz_tests::swarm::Swarm;
+use bittybuzz_testkit::Swarm;
 use bittybuzz_vm_core::FaultCode;
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 
@@ -32,7 +32,7 @@ fn drops_the_message<P: Profile>() {
     swarm.steps(11);
     assert_eq!(swarm.last(), ["5", "0"]);
     assert_eq!(swarm.robots[0].counters().failed, 5);
-    let contained = &swarm.robots[0].link.contained;
+    let contained = &swarm.robots[0].host.contained;
     assert_eq!(contained.len(), 5);
     assert!(contained.iter().all(|fault| fault.code == FaultCode::WrongType));
     assert!(contained[0].position > 0, "the place in the listener is known");
@@ -73,7 +73,7 @@ fn recovers_the_stack<P: Profile>() {
     );
     swarm.steps(5);
     assert_eq!(swarm.last(), ["5", "5"]);
-    assert_eq!(swarm.robots[0].link.contained[0].code, FaultCode::StackOverflow);
+    assert_eq!(swarm.robots[0].host.contained[0].code, FaultCode::StackOverflow);
 }
 
 in_both_profiles!(a_conflict_whose_handler_fails_falls_to_the_higher_robot, default_rule);
@@ -118,9 +118,9 @@ fn assert_stops<P: Profile>() {
          function step() { if(id == 2) neighbors.broadcast(\"x\", 1) }",
     );
     swarm.step();
-    let fault = swarm.robots[0].try_step().expect_err("the assertion fails");
+    let fault = swarm.robots[0].step().expect_err("the assertion fails");
     assert_eq!(fault.code, FaultCode::AssertFailed);
-    assert!(swarm.robots[0].link.contained.is_empty());
+    assert!(swarm.robots[0].host.contained.is_empty());
 }
 
 in_both_profiles!(a_fault_in_a_step_is_not_contained, step_fault);
@@ -132,7 +132,7 @@ fn step_fault<P: Profile>() {
          function step() { neighbors.broadcast(\"x\", nil)  log(heard + 1) }",
     );
     swarm.step();
-    let fault = swarm.robots[0].try_step().expect_err("nil + 1");
+    let fault = swarm.robots[0].step().expect_err("nil + 1");
     assert_eq!(fault.code, FaultCode::WrongType);
     assert_eq!(swarm.robots[0].counters().failed, 0);
 }
@@ -159,13 +159,13 @@ fn restart<P: Profile>() {
     let mut swarm: Swarm<P> = Swarm::new(3, FRAGILE);
     swarm.steps(5);
     let robot = &mut swarm.robots[0];
-    let fault = robot.try_step().expect_err("a division by zero");
+    let fault = robot.step().expect_err("a division by zero");
     assert_eq!(fault.code, FaultCode::DivisionByZero);
-    robot.restart();
-    let before = robot.link.log.len();
+    robot.rest();
+    let before = robot.host.logs().len();
     // In the pause the robot handles messages without listeners; the script does not run.
     swarm.steps(20);
-    assert_eq!(swarm.robots[0].link.log.len(), before);
+    assert_eq!(swarm.robots[0].host.logs().len(), before);
     assert!(swarm.last()[2].ends_with(" 2"), "the resting robot is a neighbor by its beacons");
     swarm.robots[0].start().expect("it starts again");
     swarm.step();
@@ -173,7 +173,8 @@ fn restart<P: Profile>() {
     assert_eq!(swarm.last()[0], "1 5 1 25 2");
     swarm.steps(4);
     // The puts after the restart are the later ones everywhere, since the clock went on.
-    let received = swarm.last()[2].split(' ').nth(2);
+    let last = swarm.last();
+    let received = last[2].split(' ').nth(2);
     assert_eq!(received, Some("4"), "{:?}", swarm.last());
 }
 
@@ -181,10 +182,10 @@ in_both_profiles!(a_resting_robot_relays_entries, relays);
 fn relays<P: Profile>() {
     let mut swarm: Swarm<P> = Swarm::new(3, FRAGILE);
     // A row: robot 1 stands between the others.
-    swarm.reaches = Box::new(|from, to| from == 0 || to == 0);
+    swarm.air.reaches = Box::new(|from, to| from == 0 || to == 0);
     swarm.steps(5);
-    swarm.robots[0].try_step().expect_err("a division by zero");
-    swarm.robots[0].restart();
+    swarm.robots[0].step().expect_err("a division by zero");
+    swarm.robots[0].rest();
     swarm.steps(40);
     let relayed = swarm.last()[2].split(' ').nth(3).and_then(|b| b.parse::<i32>().ok());
     assert!(relayed.is_some_and(|b| b > 30), "{:?}", swarm.last());
@@ -204,7 +205,7 @@ fn second_create<P: Profile>() {
          }",
     );
     swarm.step();
-    swarm.robots[0].restart();
+    swarm.robots[0].rest();
     swarm.robots[0].start().expect("init() runs again");
-    assert_eq!(swarm.robots[0].link.log, ["0", "0", "1", "0"]);
+    assert_eq!(swarm.robots[0].host.logs(), ["0", "0", "1", "0"]);
 }

@@ -1,6 +1,6 @@
 //! Every function of `neighbors`, `swarm` and `stigmergy`, between two and more robots.
 
-use bittybuzz_tests::swarm::Swarm;
+use bittybuzz_testkit::Swarm;
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 
 /// Runs a script on robots with ids 1, 2, ..., in both profiles, and compares what each printed last.
@@ -87,12 +87,12 @@ mod neighbors {
         let mut swarm: Swarm<Tiny> = Swarm::new(2, "function step() { log(neighbors.count()) }");
         swarm.steps(20);
         assert_eq!(swarm.last(), ["1", "1"]);
-        swarm.reaches = Box::new(|_, _| false);
-        swarm.steps(9);
+        swarm.air.reaches = Box::new(|_, _| false);
+        swarm.steps(4);
         assert_eq!(swarm.last(), ["1", "1"]);
-        swarm.steps(6);
+        swarm.steps(11);
         assert_eq!(swarm.last(), ["0", "0"]);
-        swarm.reaches = Box::new(|_, _| true);
+        swarm.air.reaches = Box::new(|_, _| true);
         swarm.steps(7);
         assert_eq!(swarm.last(), ["1", "1"]);
     }
@@ -452,7 +452,7 @@ mod stigmergy {
         );
         let open = Rc::new(Cell::new(false));
         let is_open = open.clone();
-        swarm.reaches = Box::new(move |_, _| is_open.get());
+        swarm.air.reaches = Box::new(move |_, _| is_open.get());
         swarm.steps(100);
         assert_eq!(swarm.last(), ["nil", "5"]);
         open.set(true);
@@ -476,7 +476,7 @@ mod stigmergy {
              }
              function step() { if(id == 3) log(v.get(\"far\")) else log(v.size()) }",
         );
-        swarm.reaches = Box::new(|from, to| from.abs_diff(to) == 1);
+        swarm.air.reaches = Box::new(|from, to| from.abs_diff(to) == 1);
         swarm.steps(40);
         assert_eq!(swarm.last()[2], "9");
         assert!(swarm.robots[1].counters().not_kept > 0);
@@ -491,9 +491,9 @@ mod stigmergy {
              function step() { i = i + 1  v.put(i, i)  log(i) }",
         );
         for _ in 0..4 {
-            assert!(swarm.robots[0].try_step().is_ok());
+            assert!(swarm.robots[0].step().is_ok());
         }
-        let fault = swarm.robots[0].try_step().expect_err("there is no room");
+        let fault = swarm.robots[0].step().expect_err("there is no room");
         assert_eq!(fault.code, bittybuzz_vm_core::FaultCode::StoreFull);
         assert_eq!(swarm.last(), ["4"]);
     }
@@ -515,7 +515,7 @@ mod stigmergy {
         );
         let healed = Rc::new(Cell::new(false));
         let is_healed = healed.clone();
-        swarm.reaches = Box::new(move |from, to| is_healed.get() || (from < 2) == (to < 2));
+        swarm.air.reaches = Box::new(move |from, to| is_healed.get() || (from < 2) == (to < 2));
         swarm.steps(60);
         assert_eq!(swarm.last(), ["100", "100", "4", "4"]);
         healed.set(true);
@@ -572,7 +572,7 @@ mod long {
         );
         // Every other frame is lost.
         let mut count = 0;
-        swarm.reaches = Box::new(move |_, _| {
+        swarm.air.reaches = Box::new(move |_, _| {
             count += 1;
             count % 2 == 0
         });
@@ -602,7 +602,7 @@ mod long {
                  function go(n) {{ neighbors.broadcast(\"t\", {value}) }}"
             );
             let mut swarm: Swarm<Tiny> = Swarm::new(1, &script);
-            let fault = swarm.robots[0].try_step().expect_err(value);
+            let fault = swarm.robots[0].step().expect_err(value);
             assert_eq!(fault.code, expected, "{value}");
         }
     }
@@ -646,21 +646,21 @@ fn duplicates_and_foreign_frames_do_no_harm() {
         function step() { v.put(\"k\", id)  neighbors.broadcast(\"x\", 1)  log(heard) }";
     let mut swarm: Swarm<Tiny> = Swarm::new(2, script);
     let mut other: Swarm<Tiny> = Swarm::new(2, &format!("{script}\nlog(\"other\")"));
-    swarm.copies = 3;
+    swarm.air.duplication = 1.0;
     swarm.step();
-    other.step();
-    let frames: Vec<_> = other.robots[0].link.inbox.drain(..).collect();
+    assert_eq!(other.robots[1].step(), Ok(()));
+    let frames = other.robots[1].take_sent();
     assert!(!frames.is_empty());
     let count = frames.len();
     for frame in frames {
-        swarm.robots[0].link.inbox.push_back(frame);
+        swarm.inject(&frame, [0]);
     }
     // Too short, of no type, nothing at all.
     for bad in [vec![0x20, 1], vec![0xff; 10], vec![]] {
-        swarm.robots[0].link.inbox.push_back((bad, 1));
+        swarm.inject(&bad, [0]);
     }
     swarm.step();
-    assert_eq!(swarm.last(), ["3", "3"]);
+    assert_eq!(swarm.last(), ["2", "2"]);
     let counters = swarm.robots[0].counters();
     assert_eq!(usize::from(counters.foreign), count);
     assert_eq!(counters.malformed, 3);

@@ -1,50 +1,23 @@
 //! What is done with text takes time, and so counts as instructions: however a built-in is called, and only for the script
 //! that calls it.
 
-use bittybuzz_compiler::include::MemoryFiles;
-use bittybuzz_tests::compiler;
-use bittybuzz_vm_core::number::{Full, Profile};
-use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Host, Image, Outcome, Reply, RobotFault, Value, Vm,
-};
-
-struct Silent;
-
-impl<P: Profile> Host<P> for Silent {
-    fn call<C: ByteCode, const SLOTS: usize>(
-        &mut self,
-        _: u16,
-        _: Arguments<'_, P, C, SLOTS>,
-        _: bool,
-    ) -> Result<Reply<P>, RobotFault> {
-        Ok(Reply::Value(Value::nil()))
-    }
-
-    fn log<C: ByteCode, const SLOTS: usize>(&mut self, _: Arguments<'_, P, C, SLOTS>) {}
-
-    fn delay_is_over(&mut self, _: i32, _: bool) -> bool {
-        true
-    }
-
-    fn position(&mut self, _: Axis) -> Option<f32> {
-        None
-    }
-}
+use bittybuzz_testkit::{Program, Recorder};
+use bittybuzz_vm_core::number::Full;
+use bittybuzz_vm_core::{Entry, Image, Outcome, Vm};
 
 type Machine<'i> = Vm<Full, &'i [u8], 1000>;
 
 fn image(script: &str) -> Vec<u8> {
-    let compiled = compiler::compile(script.to_owned(), true, &MemoryFiles::default());
-    compiled.image.unwrap_or_else(|| panic!("{:?}", compiled.diagnostics))
+    Program::new::<Full>(script).image
 }
 
 /// Slices of the global code, and how they end.
 fn slices(vm: &mut Machine<'_>, budget: u16) -> (u32, Outcome) {
     assert!(vm.begin(Entry::Global));
-    let mut slices = 0;
+    let (mut host, mut slices) = (Recorder::default(), 0);
     loop {
         slices += 1;
-        match vm.run(&mut Silent, budget) {
+        match vm.run(&mut host, budget) {
             Outcome::Pending => {}
             end => return (slices, end),
         }

@@ -173,8 +173,8 @@ pub(crate) struct Protocol<P: Profile> {
     pub(crate) relayed: u16,
     /// Steps until another entry may be relayed that is not kept.
     pub(crate) relay_pause: u8,
-    /// Steps until an entry of a former life of this robot may be put again.
-    pub(crate) reclaim_pause: u8,
+    /// Entries of a former life of this robot that it has put again of late.
+    pub(crate) reclaimed: u8,
     /// Steps, counted modulo 256, on which deleted entries grow old.
     pub(crate) age: u8,
     /// Turns of advertising, counted modulo 256.
@@ -236,7 +236,7 @@ impl<P: Profile> Protocol<P> {
         advertised: 0,
         relayed: 0,
         relay_pause: 0,
-        reclaim_pause: 0,
+        reclaimed: 0,
         age: 0,
         turn: 0,
         behind: 0,

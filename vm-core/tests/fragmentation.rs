@@ -1,11 +1,9 @@
 //! Garbage must not drive the heap down to where calls need room.
 
-mod common;
-
+use bittybuzz_testkit::{ImageParts, Recorder};
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::opcode::*;
 use bittybuzz_vm_core::{Entry, Image, Outcome, Vm, builtin};
-use common::{Parts, Recorder};
 
 const END: u8 = 0xbc; // RETURN_NIL 0
 
@@ -15,7 +13,7 @@ const END: u8 = 0xbc; // RETURN_NIL 0
 fn a_survivor_of_much_garbage_leaves_room_for_calls() {
     let garbage = [INT, 40, JUMP, 4, TABLE_NEW, 0xb0, ADD_INT, 0xff, DUP, JUMP_TRUE, 0xf9, POP];
     let deep = [INT, 50, CALL_FUNCTION, 1, CALL_BUILTIN, builtin::LOG, 0x81, END];
-    let image = Parts::new(&[
+    let image = ImageParts::new(&[
         &[&[0, 3][..], &garbage, &deep].concat(),
         // d(n): if n is 0 return 0, else return 1 + d(n - 1)
         &[
@@ -42,5 +40,5 @@ fn a_survivor_of_much_garbage_leaves_room_for_calls() {
     let mut host = Recorder::default();
     assert!(vm.begin(Entry::Global));
     assert_eq!(vm.run(&mut host, u16::MAX), Outcome::Done);
-    assert_eq!(host.events, ["50"]);
+    assert_eq!(host.lines(), ["50"]);
 }

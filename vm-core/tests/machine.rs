@@ -1,12 +1,12 @@
 //! The protocol between host and machine: entries, budgets, waiting, faults.
 
-mod common;
-
+use bittybuzz_testkit::{Answer, ImageParts, Recorder};
 use bittybuzz_vm_core::image::EntryPoint;
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::opcode::*;
-use bittybuzz_vm_core::{Entry, Fault, FaultCode, Image, Outcome, Type, Vm, builtin};
-use common::{Parts, Recorder};
+use bittybuzz_vm_core::{
+    Entry, Fault, FaultCode, Image, Outcome, Refusal, RobotFault, Type, Vm, builtin,
+};
 
 type Machine<'a> = Vm<Tiny, &'a [u8], 120>;
 
@@ -17,6 +17,16 @@ fn load(bytes: &[u8]) -> Machine<'_> {
     vm.identify(5, 0);
     vm.load(Image::new(bytes), |hash| hash <= 9).expect("the image is sound");
     vm
+}
+
+/// A robot whose function 7 is finished when the machine has asked twice more, and which has no function 9.
+fn recorder() -> Recorder {
+    Recorder::answering(|call| match call.function {
+        7 if call.polls < 2 => Answer::Wait,
+        7 => Answer::Int(70),
+        9 => Answer::Fault(RobotFault::Refused(Refusal::NotBuiltIn)),
+        other => Answer::Int(other.into()),
+    })
 }
 
 /// Runs an entry to its end with this budget for each run; counts the runs.
@@ -40,7 +50,7 @@ fn countdown() -> Vec<u8> {
         &body,
         &[0xa0, JUMP_TRUE, (loop_length + 3).wrapping_neg(), END],
     ];
-    Parts::new(&[&code.concat()]).build()
+    ImageParts::new(&[&code.concat()]).build()
 }
 
 #[test]
@@ -48,10 +58,10 @@ fn every_budget_gives_the_same_run() {
     let image = countdown();
     for budget in [1, 2, 3, 7, 1000, u16::MAX] {
         let mut vm = load(&image);
-        let mut host = Recorder::default();
+        let mut host = recorder();
         let (outcome, runs) = finish(&mut vm, &mut host, Entry::Global, budget);
         assert_eq!(outcome, Outcome::Done);
-        assert_eq!(host.events, ["5", "4", "3", "2", "1"], "budget {budget}");
+        assert_eq!(host.lines(), ["5", "4", "3", "2", "1"], "budget {budget}");
         assert_eq!(vm.global(0).and_then(|value| value.as_int()), Some(0));
         // 3 instructions to begin, 5 turns of 5 and the condition, and the return.
         if budget == 1 {
@@ -64,7 +74,7 @@ fn every_budget_gives_the_same_run() {
 fn a_budget_of_nothing_does_nothing() {
     let image = countdown();
     let mut vm = load(&image);
-    let mut host = Recorder::default();
+    let mut host = recorder();
     assert!(vm.begin(Entry::Global));
     for _ in 0..10 {
         assert_eq!(vm.run(&mut host, 0), Outcome::Pending);
@@ -75,12 +85,12 @@ fn a_budget_of_nothing_does_nothing() {
 
 #[test]
 fn entries_begin_only_when_they_exist_and_nothing_runs() {
-    let mut parts = Parts::new(&[&[0, 1, END], &[0, 1, 0x98, 0xb0, END]]);
+    let mut parts = ImageParts::new(&[&[0, 1, END], &[0, 1, 0x98, 0xb0, END]]);
     parts.entries[1] = EntryPoint::Function(1);
     parts.entries[2] = EntryPoint::Global(1);
     let image = parts.build();
     let mut vm: Machine<'_> = Vm::new();
-    let mut host = Recorder::default();
+    let mut host = recorder();
     assert!(!vm.begin(Entry::Global), "no program");
     assert_eq!(vm.run(&mut host, 10), Outcome::Done);
     vm.load(Image::new(&image), |_| false).unwrap();
@@ -100,7 +110,7 @@ fn entries_begin_only_when_they_exist_and_nothing_runs() {
 #[test]
 fn an_entry_in_a_global_may_change() {
     // Global code puts function 1 into global 1, which is `step`; function 1 puts function 2 there.
-    let mut parts = Parts::new(&[
+    let mut parts = ImageParts::new(&[
         &[0, 1, FUNCTION, 1, 0xb1, END],
         &[0, 2, 0x92, CALL_BUILTIN, builtin::LOG, 0x81, FUNCTION, 2, 0xb1, END],
         &[0, 1, 0x93, CALL_BUILTIN, builtin::LOG, 0x81, END],
@@ -108,17 +118,17 @@ fn an_entry_in_a_global_may_change() {
     parts.entries[1] = EntryPoint::Global(1);
     let image = parts.build();
     let mut vm = load(&image);
-    let mut host = Recorder::default();
+    let mut host = recorder();
     for entry in [Entry::Global, Entry::Step, Entry::Step, Entry::Step] {
         assert_eq!(finish(&mut vm, &mut host, entry, 100).0, Outcome::Done);
     }
-    assert_eq!(host.events, ["1", "2", "2"]);
+    assert_eq!(host.lines(), ["1", "2", "2"]);
 }
 
 #[test]
 fn a_robot_function_may_finish_later() {
     // log(robot7(1, 2)), then a call that drops its result.
-    let mut parts = Parts::new(&[&[
+    let mut parts = ImageParts::new(&[&[
         0,
         4,
         0x92,
@@ -139,7 +149,7 @@ fn a_robot_function_may_finish_later() {
     let image = parts.build();
     for budget in [1, 100] {
         let mut vm = load(&image);
-        let mut host = Recorder::default();
+        let mut host = recorder();
         assert!(vm.begin(Entry::Global));
         let mut waited = 0;
         loop {
@@ -150,16 +160,17 @@ fn a_robot_function_may_finish_later() {
             }
         }
         // Asked at once, again before the first run ends, and in the second run.
-        assert_eq!((waited, host.polls), (1, 3), "budget {budget}");
-        assert_eq!(host.events, ["70", "3(8)"]);
+        assert_eq!((waited, host.asked_again), (1, 2), "budget {budget}");
+        assert_eq!(host.lines(), ["7(1, 2)", "70", "3(8)"]);
     }
 }
 
 #[test]
 fn delay_waits_without_using_the_budget() {
-    let image = Parts::new(&[&[0, 2, INT, 100, CALL_BUILTIN, builtin::DELAY, 1, POP, END]]).build();
+    let image =
+        ImageParts::new(&[&[0, 2, INT, 100, CALL_BUILTIN, builtin::DELAY, 1, POP, END]]).build();
     let mut vm = load(&image);
-    let mut host = Recorder::default();
+    let mut host = recorder();
     assert!(vm.begin(Entry::Global));
     assert_eq!(vm.run(&mut host, 1000), Outcome::Waiting);
     assert_eq!(vm.run(&mut host, 1000), Outcome::Done);
@@ -168,14 +179,14 @@ fn delay_waits_without_using_the_budget() {
 #[test]
 fn a_fault_names_cause_operands_position_and_calls() {
     // Global code calls function 1, which calls function 2, which adds nil to its argument.
-    let image = Parts::new(&[
+    let image = ImageParts::new(&[
         &[0, 2, 0x92, CALL_FUNCTION, 1, POP, END],
         &[1, 2, 0x83, CALL_FUNCTION, 2, 0xb9],
         &[1, 2, 0x83, NIL, ADD, 0xb9],
     ])
     .build();
     let mut vm = load(&image);
-    let mut host = Recorder::default();
+    let mut host = recorder();
     let (outcome, _) = finish(&mut vm, &mut host, Entry::Global, 100);
     let fault = Fault {
         code: FaultCode::WrongType,
@@ -194,9 +205,9 @@ fn a_fault_names_cause_operands_position_and_calls() {
 
 #[test]
 fn nothing_is_called_when_an_entry_is_done() {
-    let image = Parts::new(&[&[0, 1, END]]).build();
+    let image = ImageParts::new(&[&[0, 1, END]]).build();
     let mut vm = load(&image);
-    let (outcome, _) = finish(&mut vm, &mut Recorder::default(), Entry::Global, 100);
+    let (outcome, _) = finish(&mut vm, &mut recorder(), Entry::Global, 100);
     assert_eq!(outcome, Outcome::Done);
     assert_eq!(vm.calls().next(), None);
 }
@@ -204,7 +215,7 @@ fn nothing_is_called_when_an_entry_is_done() {
 #[test]
 fn the_calls_of_a_fault_pass_over_built_ins() {
     // foreach({.0 = 1}, f), f divides by zero.
-    let image = Parts::new(&[
+    let image = ImageParts::new(&[
         &[
             0,
             4,
@@ -224,7 +235,7 @@ fn the_calls_of_a_fault_pass_over_built_ins() {
     ])
     .build();
     let mut vm = load(&image);
-    let (outcome, _) = finish(&mut vm, &mut Recorder::default(), Entry::Global, 100);
+    let (outcome, _) = finish(&mut vm, &mut recorder(), Entry::Global, 100);
     let Outcome::Fault(fault) = outcome else { panic!("{outcome:?}") };
     assert_eq!((fault.code, fault.position), (FaultCode::DivisionByZero, 13 + 4));
     assert_eq!(vm.calls().collect::<Vec<_>>(), [17, 10]);
@@ -232,11 +243,11 @@ fn the_calls_of_a_fault_pass_over_built_ins() {
 
 #[test]
 fn a_robot_function_may_refuse() {
-    let mut parts = Parts::new(&[&[0, 1, CALL_ROBOT, 0, 0, POP, END]]);
+    let mut parts = ImageParts::new(&[&[0, 1, CALL_ROBOT, 0, 0, POP, END]]);
     parts.imports = vec![9];
     let image = parts.build();
     let mut vm = load(&image);
-    let (outcome, _) = finish(&mut vm, &mut Recorder::default(), Entry::Global, 100);
+    let (outcome, _) = finish(&mut vm, &mut recorder(), Entry::Global, 100);
     let Outcome::Fault(fault) = outcome else { panic!("{outcome:?}") };
     assert_eq!((fault.code, fault.detail, fault.position), (FaultCode::RobotRefused, 3, 4));
 }
@@ -244,10 +255,11 @@ fn a_robot_function_may_refuse() {
 #[test]
 fn recursion_meets_the_heap_and_stops() {
     // f calls itself for ever.
-    let image = Parts::new(&[&[0, 1, CALL_FUNCTION, 1, POP, END], &[0, 1, CALL_FUNCTION, 1, 0xb8]]);
+    let image =
+        ImageParts::new(&[&[0, 1, CALL_FUNCTION, 1, POP, END], &[0, 1, CALL_FUNCTION, 1, 0xb8]]);
     let image = image.build();
     let mut vm = load(&image);
-    let (outcome, _) = finish(&mut vm, &mut Recorder::default(), Entry::Global, 7);
+    let (outcome, _) = finish(&mut vm, &mut recorder(), Entry::Global, 7);
     let Outcome::Fault(fault) = outcome else { panic!("{outcome:?}") };
     assert_eq!(fault.code, FaultCode::StackOverflow);
 }
@@ -255,7 +267,7 @@ fn recursion_meets_the_heap_and_stops() {
 #[test]
 fn the_stack_takes_back_what_the_heap_no_longer_needs() {
     // Makes garbage until the heap reaches the stack, then calls 8 deep: the frames need the room of the garbage.
-    let image = Parts::new(&[
+    let image = ImageParts::new(&[
         &[0, 2, TABLE_NEW, POP, 0x99, CALL_FUNCTION, 1, POP, END],
         // d(n): if n is 0 return 0, else return d(n - 1)
         &[1, 12, 0x83, JUMP_TRUE, 2, 0x91, 0xb9, 0x83, ADD_INT, 0xff, CALL_FUNCTION, 1, 0xb9],
@@ -263,7 +275,7 @@ fn the_stack_takes_back_what_the_heap_no_longer_needs() {
     .build();
     let mut vm = load(&image);
     for _ in 0..20 {
-        let (outcome, _) = finish(&mut vm, &mut Recorder::default(), Entry::Global, 100);
+        let (outcome, _) = finish(&mut vm, &mut recorder(), Entry::Global, 100);
         assert_eq!(outcome, Outcome::Done);
     }
 }

@@ -1,21 +1,21 @@
 //! Sealed images: what a robot without a verifier takes, and what it refuses.
 
-mod common;
-
+use bittybuzz_testkit::{ImageParts, Recorder};
 use bittybuzz_vm_core::image::EntryPoint;
 use bittybuzz_vm_core::number::{Full, Tiny};
 use bittybuzz_vm_core::opcode::*;
 use bittybuzz_vm_core::seal::{self, Sealed};
-use bittybuzz_vm_core::{Entry, Image, ImageError, Outcome, Parts as Machine, Sizes, Vm, features};
-use common::{Parts, Recorder};
+use bittybuzz_vm_core::{Entry, Image, ImageError, Outcome, Parts, Sizes, Vm, features};
 
 const SLOTS: usize = 120;
-const ROBOT: u16 = seal::robot::<Tiny>(features::<Tiny>(), Sizes::NONE, Machine::ALL, &[7, 8]);
+const ROBOT: u16 = seal::robot::<Tiny>(features::<Tiny>(), Sizes::NONE, Parts::ALL, &[7, 8]);
 
 /// The global code calls robot function 8 with 3; there is an `init()`.
 fn image() -> Vec<u8> {
-    let mut parts =
-        Parts::new(&[&[0, 4, SHORT_INT.first + 4, CALL_ROBOT, 0, 1, POP, 0xbc], &[0, 1, 0xbc]]);
+    let mut parts = ImageParts::new(&[
+        &[0, 4, SHORT_INT.first + 4, CALL_ROBOT, 0, 1, POP, 0xbc],
+        &[0, 1, 0xbc],
+    ]);
     parts.imports = vec![8];
     parts.entries[0] = EntryPoint::Function(1);
     parts.build()
@@ -40,7 +40,7 @@ fn events(vm: &mut Vm<Tiny, &[u8], SLOTS>) -> Vec<String> {
         assert_eq!(vm.run(&mut host, 100), Outcome::Done);
     }
     assert!(!vm.begin(Entry::Step));
-    host.events
+    host.lines()
 }
 
 #[test]
@@ -92,13 +92,13 @@ fn it_is_for_robots_of_one_kind() {
     let good = sealed();
     let neighbors = Sizes { neighbors: 4, ..Sizes::NONE };
     for other in [
-        seal::robot::<Full>(features::<Full>(), Sizes::NONE, Machine::ALL, &[7, 8]),
-        seal::robot::<Tiny>(features::<Tiny>(), Sizes::NONE, Machine::ALL, &[7]),
-        seal::robot::<Tiny>(features::<Tiny>(), Sizes::NONE, Machine::ALL, &[7, 9]),
-        seal::robot::<Tiny>(features::<Tiny>(), Sizes::NONE, Machine::ALL, &[8, 7]),
-        seal::robot::<Tiny>(features::<Tiny>(), Sizes::NONE, Machine::ALL, &[7, 8, 11]),
-        seal::robot::<Tiny>(features::<Tiny>(), neighbors, Machine::ALL, &[7, 8]),
-        seal::robot::<Tiny>(0, Sizes::NONE, Machine::ALL, &[7, 8]),
+        seal::robot::<Full>(features::<Full>(), Sizes::NONE, Parts::ALL, &[7, 8]),
+        seal::robot::<Tiny>(features::<Tiny>(), Sizes::NONE, Parts::ALL, &[7]),
+        seal::robot::<Tiny>(features::<Tiny>(), Sizes::NONE, Parts::ALL, &[7, 9]),
+        seal::robot::<Tiny>(features::<Tiny>(), Sizes::NONE, Parts::ALL, &[8, 7]),
+        seal::robot::<Tiny>(features::<Tiny>(), Sizes::NONE, Parts::ALL, &[7, 8, 11]),
+        seal::robot::<Tiny>(features::<Tiny>(), neighbors, Parts::ALL, &[7, 8]),
+        seal::robot::<Tiny>(0, Sizes::NONE, Parts::ALL, &[7, 8]),
     ] {
         assert_eq!(load(&good, other), Err(ImageError::Seal));
     }

@@ -1,12 +1,10 @@
 //! Every rule of the verifier, with code that breaks it.
 
-mod common;
-
+use bittybuzz_testkit::ImageParts;
 use bittybuzz_vm_core::image::{CAPTURES, EntryPoint, FORM_FULL, FORM_LIBRARIES, MAGIC, USES_SELF};
 use bittybuzz_vm_core::number::{Full, Tiny};
 use bittybuzz_vm_core::opcode::*;
 use bittybuzz_vm_core::{Image, ImageError, Vm, builtin};
-use common::Parts;
 
 fn load(bytes: &[u8]) -> Result<(), ImageError> {
     let mut vm: Vm<Tiny, &[u8], 64> = Vm::new();
@@ -19,8 +17,8 @@ fn check(depth: u8, code: &[u8]) -> Result<(), ImageError> {
     check_with(depth, code, |_| {})
 }
 
-fn check_with(depth: u8, code: &[u8], change: impl Fn(&mut Parts)) -> Result<(), ImageError> {
-    let mut parts = Parts::new(&[&[&[0, depth], code].concat()]);
+fn check_with(depth: u8, code: &[u8], change: impl Fn(&mut ImageParts)) -> Result<(), ImageError> {
+    let mut parts = ImageParts::new(&[&[&[0, depth], code].concat()]);
     change(&mut parts);
     let bytes = parts.build();
     let after: usize = parts.functions.iter().skip(1).map(Vec::len).sum();
@@ -49,7 +47,7 @@ fn refuses_what_is_no_image() {
     assert_eq!(load(&[]), Err(ImageError::Truncated));
     assert_eq!(load(&[0x42; 40]), Err(ImageError::NotAnImage));
     assert_eq!(load(&[MAGIC, 0x02]), Err(ImageError::Version(2)));
-    let mut full = Parts::new(&[&[0, 0, END]]);
+    let mut full = ImageParts::new(&[&[0, 0, END]]);
     full.form |= FORM_FULL;
     assert_eq!(load(&full.build()), Err(ImageError::Profile));
     let mut vm: Vm<Full, &[u8], 64> = Vm::new();
@@ -60,7 +58,7 @@ fn refuses_what_is_no_image() {
 
 #[test]
 fn refuses_every_truncation() {
-    let mut parts = Parts::new(&[&[0, 2, INT, 100, 0xb0, END], &[1, 1, 0x83, 0xb9]]);
+    let mut parts = ImageParts::new(&[&[0, 2, INT, 100, 0xb0, END], &[1, 1, 0x83, 0xb9]]);
     parts.form |= FORM_LIBRARIES;
     parts.imports = vec![7];
     parts.libraries = vec![[1, 3, 0, builtin::ABS]];
@@ -73,8 +71,8 @@ fn refuses_every_truncation() {
 
 #[test]
 fn checks_the_header() {
-    let base = Parts::new(&[&[0, 0, END]]);
-    let with = |change: fn(&mut Parts)| {
+    let base = ImageParts::new(&[&[0, 0, END]]);
+    let with = |change: fn(&mut ImageParts)| {
         let mut parts = base.clone();
         change(&mut parts);
         load(&parts.build())
@@ -107,7 +105,7 @@ fn checks_the_header() {
 
 #[test]
 fn a_program_leaves_nothing_to_the_next() {
-    let plain = Parts::new(&[&[0, 0, END]]);
+    let plain = ImageParts::new(&[&[0, 0, END]]);
     let mut with_libraries = plain.clone();
     with_libraries.form |= FORM_LIBRARIES;
     with_libraries.libraries = vec![[1, 3, 0, builtin::ABS]];
@@ -120,7 +118,7 @@ fn a_program_leaves_nothing_to_the_next() {
 
 #[test]
 fn function_table_must_be_contiguous() {
-    let parts = Parts::new(&[&[0, 0, END], &[0, 0, END]]);
+    let parts = ImageParts::new(&[&[0, 0, END], &[0, 0, END]]);
     let mut bytes = parts.build();
     let table = bytes.len() - 6 - 4;
     assert_eq!(load(&bytes), Ok(()));
@@ -293,7 +291,8 @@ fn its_memory_is_the_arena() {
 
 #[test]
 fn strings_made_at_run_time_need_the_full_profile() {
-    let mut parts = Parts::new(&[&[0, 1, STRING, 3, CALL_BUILTIN, builtin::LENGTH, 1, POP, END]]);
+    let mut parts =
+        ImageParts::new(&[&[0, 1, STRING, 3, CALL_BUILTIN, builtin::LENGTH, 1, POP, END]]);
     assert_eq!(
         load(&parts.build()),
         Err(ImageError::Operand(parts.build().len() as u16 - 5)),

@@ -8,7 +8,7 @@ use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_emulation::message::Event;
 use bittybuzz_emulation::{Emulator, Pause};
 use bittybuzz_robots::Robot;
-use defmt_decoder::{DecodeError, StreamDecoder, Table};
+use bittybuzz_trace_reader::{Table, TraceMessage, TraceReader};
 
 use crate::emulator;
 use crate::hex;
@@ -71,10 +71,7 @@ impl Emulation<'_> {
         if is_kilobot {
             emulator.start_kilobots(Duration::ZERO).map_err(Problem::Emulator)?;
         }
-        let mut reader = Reader {
-            defmt: table.as_ref().map(|table| (table, table.new_stream_decoder())),
-            lost: false,
-        };
+        let mut reader = Reader { defmt: table.as_ref().map(TraceReader::new) };
         let start = Instant::now();
         let mut now = Duration::ZERO;
         while self.duration.is_none_or(|end| now < end) {
@@ -158,10 +155,8 @@ enum Flashed {
 
 /// Reads what the firmware writes.
 struct Reader<'t> {
-    /// The texts of its messages; a Kilobot has none.
-    defmt: Option<(&'t Table, Box<dyn StreamDecoder + Send + Sync + 't>)>,
-    /// Whether an error has made the rest unreadable.
-    lost: bool,
+    /// For its messages; a Kilobot has none.
+    defmt: Option<TraceReader<'t>>,
 }
 
 impl Reader<'_> {
@@ -193,10 +188,9 @@ impl Reader<'_> {
             }
             Event::Reset { cause } => {
                 // The firmware begins anew in the middle of a message.
-                if let Some((table, decoder)) = &mut self.defmt {
-                    *decoder = table.new_stream_decoder();
+                if let Some(defmt) = &mut self.defmt {
+                    defmt.restart();
                 }
-                self.lost = false;
                 vec![Content::Reset { cause }]
             }
             Event::PowerOff { acknowledged: true } => {
@@ -215,22 +209,11 @@ impl Reader<'_> {
     }
 
     fn decode(&mut self, bytes: &[u8]) -> Vec<Content> {
-        let mut contents = Vec::new();
-        let Some((table, decoder)) = &mut self.defmt else { return contents };
-        decoder.received(bytes);
-        while !self.lost {
-            match decoder.decode() {
-                Ok(frame) => {
-                    let level = frame.level().and_then(|level| Level::from_name(level.as_str()));
-                    contents.push(Content::from_text(level, &frame.display_message().to_string()));
-                }
-                Err(DecodeError::UnexpectedEof) => break,
-                Err(DecodeError::Malformed) => {
-                    self.lost = !table.encoding().can_recover();
-                    contents.push(Content::Damaged("a message of the firmware".to_owned()));
-                }
-            }
-        }
-        contents
+        let messages = self.defmt.as_mut().map_or(Vec::new(), |defmt| defmt.read(bytes));
+        let content = |message: TraceMessage| {
+            let level = message.level.and_then(Level::from_name);
+            Content::from_firmware(level, message.content)
+        };
+        messages.into_iter().map(content).collect()
     }
 }

@@ -1,6 +1,7 @@
 //! What a robot tells.
 
 use bittybuzz_comms::infrared::FaultReport;
+use bittybuzz_trace_reader as reader;
 
 /// Something that a robot has told, or that was seen of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -65,17 +66,18 @@ impl Level {
 impl Content {
     /// The text of a defmt message: a record if it begins so.
     pub fn from_text(level: Option<Level>, text: &str) -> Content {
-        let Some(list) = text.strip_prefix("bbz [") else {
-            return Content::Firmware { level, text: text.to_owned() };
-        };
-        // A place in the firmware's source may follow.
-        let bytes = list.split_once(']').and_then(|(list, _)| {
-            let numbers = list.split(',').map(str::trim).filter(|number| !number.is_empty());
-            numbers.map(|number| number.parse().ok()).collect()
-        });
-        match bytes {
-            Some(bytes) => Content::Record(bytes),
-            None => Content::Damaged(text.to_owned()),
+        Content::from_firmware(level, reader::Content::from_text(text))
+    }
+
+    /// A message of the firmware.
+    pub fn from_firmware(level: Option<Level>, content: reader::Content) -> Content {
+        match content {
+            reader::Content::Record(bytes) => Content::Record(bytes),
+            reader::Content::DamagedRecord(text) => Content::Damaged(text),
+            reader::Content::Text(text) => Content::Firmware { level, text },
+            reader::Content::Undecodable => {
+                Content::Damaged("a message of the firmware".to_owned())
+            }
         }
     }
 }

@@ -1,5 +1,6 @@
 //! A robot that runs an image and tells of it as firmware does: the machine and the records are the firmware's own,
-//! the rest of it is left out.
+//! the rest of it is left out. The records are encoded from the machine's own arguments, which the recorder of
+//! `bittybuzz-testkit` does not keep.
 
 #![allow(dead_code, reason = "each test program uses its part of this module")]
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]

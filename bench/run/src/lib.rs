@@ -202,7 +202,8 @@ fn result<P: Profile>(value: Value<P>) -> (Mark, u32) {
     }
 }
 
-/// A robot whose functions do nothing, and what its neighbours send.
+/// A robot whose functions do nothing, and what its neighbours send. It is measured on chips without an allocator, so it
+/// must cost less than that of `bittybuzz-testkit`.
 struct Robot<P: Profile> {
     /// What they send: the first of them what the script has broadcast last.
     frames: [P::Frame; NEIGHBORS as usize],

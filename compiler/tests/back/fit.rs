@@ -4,13 +4,12 @@ use bittybuzz_compiler::compile::Options;
 use bittybuzz_compiler::diagnostic::Diagnostic;
 use bittybuzz_compiler::fit::{Misfit, misfits, sealed};
 use bittybuzz_robots::Robot;
+use bittybuzz_testkit::Recorder;
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::seal::{self, Sealed};
 use bittybuzz_vm_core::{Entry, FaultCode, Image, ImageError, Outcome, Parts, Sizes, Vm, features};
 
-use bittybuzz_compiler::symbols::Symbols;
-
-use crate::machine::{Console, TINY, build_with, image, robot};
+use crate::machine::{TINY, build_with, image, robot};
 
 fn diagnostics(script: &str, robot: Robot) -> Vec<Diagnostic> {
     build_with(script, &Options { robot: Some(robot), ..Options::default() }).diagnostics
@@ -59,7 +58,7 @@ const SCRIPTS: [&str; 10] = [
 ];
 
 /// Loads and runs with so many slots.
-fn fault(image: &[u8], symbols: &Symbols, slots: usize) -> Result<(), FaultCode> {
+fn fault(image: &[u8], slots: usize) -> Result<(), FaultCode> {
     let mut vm: Box<Vm<Tiny, &[u8], 400>> = Box::new(Vm::new());
     match vm.load_limited(Image::new(image), slots, |_| true) {
         Ok(()) => {}
@@ -70,7 +69,7 @@ fn fault(image: &[u8], symbols: &Symbols, slots: usize) -> Result<(), FaultCode>
         if !vm.begin(entry) {
             continue;
         }
-        match vm.run(&mut Console::new(symbols), u16::MAX) {
+        match vm.run(&mut Recorder::default(), u16::MAX) {
             Outcome::Done => {}
             Outcome::Fault(fault) => return Err(fault.code),
             outcome => panic!("{outcome:?}"),
@@ -83,14 +82,14 @@ fn fault(image: &[u8], symbols: &Symbols, slots: usize) -> Result<(), FaultCode>
 fn what_a_script_needs_is_what_the_machine_needs() {
     let mut robot = with_slots(0);
     for script in SCRIPTS {
-        let (image, symbols) = image(script, TINY);
+        let (image, _) = image(script, TINY);
         let mut fits = |slots| {
             robot.vm.slots = slots;
             misfits(&image, &robot).is_empty()
         };
         let enough = (1..400).find(|slots| fits(*slots)).expect("400 slots are enough");
-        assert_eq!(fault(&image, &symbols, enough as usize), Ok(()), "{enough} slots\n{script}");
-        let fault = fault(&image, &symbols, enough as usize - 1);
+        assert_eq!(fault(&image, enough as usize), Ok(()), "{enough} slots\n{script}");
+        let fault = fault(&image, enough as usize - 1);
         assert_eq!(fault, Err(FaultCode::StackOverflow), "{enough} slots\n{script}");
         assert!((enough..400).all(fits), "{script}");
     }

@@ -1,16 +1,11 @@
 //! Compiles and runs scripts.
 
-use std::sync::LazyLock;
-
-use bittybuzz_compiler::compile::{Compiled, Options, compile};
-use bittybuzz_compiler::include::{Loader, MemoryFiles};
+use bittybuzz_compiler::compile::{Compiled, Options};
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_robots::{Profile as ProfileName, Robot, all_shipped};
+use bittybuzz_testkit::{Program, Recorder};
 use bittybuzz_vm_core::number::{Full, Number, Profile, Tiny};
-use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Fault, Host, Image, Item, Outcome, Reply, RobotFault, Value,
-    Vm,
-};
+use bittybuzz_vm_core::{Entry, Fault, Image, Outcome, Vm};
 
 pub const TINY: ProfileName = ProfileName::Tiny;
 pub const FULL: ProfileName = ProfileName::Full;
@@ -20,19 +15,16 @@ pub fn build(script: &str, profile: ProfileName) -> Compiled {
     build_for(script, profile, None)
 }
 
-/// Read once: thousands of scripts are compiled here.
-static ROBOTS: LazyLock<Vec<Robot>> = LazyLock::new(all_shipped);
-
 /// Compiles for a robot.
 pub fn build_for(script: &str, profile: ProfileName, robot: Option<&str>) -> Compiled {
-    let named = |name: &str| ROBOTS.iter().find(|known| known.name == name).cloned();
-    let robot = robot.map(|name| named(name).expect("a shipped robot"));
-    build_with(script, &Options { profile: Some(profile), robot, robots: ROBOTS.clone() })
+    let mut options = Program::options(profile);
+    let named = |name: &str| options.robots.iter().find(|known| known.name == name).cloned();
+    options.robot = robot.map(|name| named(name).expect("a shipped robot"));
+    build_with(script, &options)
 }
 
 pub fn build_with(script: &str, options: &Options) -> Compiled {
-    let files = MemoryFiles::default();
-    compile("test.bzz".as_ref(), script.to_owned(), &Loader::new(&files), options)
+    Program::compile(script, options)
 }
 
 /// A robot like the Kilobot, with changes.
@@ -45,11 +37,8 @@ pub fn robot(change: impl FnOnce(&mut Robot)) -> Robot {
 
 /// Image and symbols of a script without errors.
 pub fn image(script: &str, profile: ProfileName) -> (Vec<u8>, Symbols) {
-    let compiled = build(script, profile);
-    match (compiled.image, compiled.symbols) {
-        (Some(image), Some(symbols)) => (image, symbols),
-        _ => panic!("{script}\ndoes not compile: {:#?}", compiled.diagnostics),
-    }
+    let Program { image, symbols } = build(script, profile).into();
+    (image, symbols)
 }
 
 /// What a script did.
@@ -108,12 +97,12 @@ fn run_image<P: Profile>(image: &[u8], symbols: &Symbols) -> Run {
     if let Err(error) = vm.load(Image::new(image), |_| true) {
         panic!("the verifier refuses the image: {error:?}\n{}", listing(image, symbols));
     }
-    let mut console = Console::new(symbols);
+    let mut host = recorder(symbols);
     assert!(vm.begin(Entry::Global));
     let mut fault = None;
     let mut ended = false;
     for _ in 0..200 {
-        match vm.run(&mut console, 1000) {
+        match vm.run(&mut host, 1000) {
             Outcome::Done => ended = true,
             Outcome::Fault(found) => {
                 fault = Some(found);
@@ -133,73 +122,19 @@ fn run_image<P: Profile>(image: &[u8], symbols: &Symbols) -> Run {
         });
         (name.clone(), value)
     });
-    Run { output: console.output, fault, ended, globals: globals.collect() }
+    let output = host.lines().iter().map(|line| format!("{line}\n")).collect();
+    Run { output, fault, ended, globals: globals.collect() }
 }
 
 pub fn listing(image: &[u8], symbols: &Symbols) -> String {
     bittybuzz_compiler::disasm::disassemble(image, Some(symbols))
 }
 
-pub struct Console<'a> {
-    output: String,
-    symbols: &'a Symbols,
-}
-
-impl<'a> Console<'a> {
-    pub fn new(symbols: &'a Symbols) -> Self {
-        Console { output: String::new(), symbols }
-    }
-
-    fn write<P: Profile, C: ByteCode, const SLOTS: usize>(
-        &mut self,
-        arguments: &Arguments<'_, P, C, SLOTS>,
-        separator: &str,
-    ) {
-        let texts: Vec<String> = (0..arguments.count())
-            .map(|index| match arguments.item(index) {
-                Item::Nil => "nil".to_owned(),
-                Item::Int(value) => value.to_string(),
-                Item::Float(value) => format!("{value:?}"),
-                Item::String(text) => match text.number().and_then(|n| self.symbols.string(n)) {
-                    Some(text) => text.to_owned(),
-                    None => text.bytes().map(char::from).collect(),
-                },
-                Item::Table(size) => format!("table {size}"),
-                Item::Function => "function".to_owned(),
-            })
-            .collect();
-        self.output.push_str(&texts.join(separator));
-    }
-}
-
-impl<P: Profile> Host<P> for Console<'_> {
-    fn call<C: ByteCode, const SLOTS: usize>(
-        &mut self,
-        function: u16,
-        arguments: Arguments<'_, P, C, SLOTS>,
-        _again: bool,
-    ) -> Result<Reply<P>, RobotFault> {
-        let hash = bittybuzz_vm_core::link::name_hash;
-        let name = self.symbols.imports.iter().find(|name| hash(name) == function);
-        self.output.push_str(name.map_or("?", String::as_str));
-        self.output.push('(');
-        self.write(&arguments, ", ");
-        self.output.push_str(")\n");
-        Ok(Reply::Value(Value::nil()))
-    }
-
-    fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {
-        self.write(&arguments, "");
-        self.output.push('\n');
-    }
-
-    fn delay_is_over(&mut self, _ms: i32, again: bool) -> bool {
-        again
-    }
-
-    fn position(&mut self, axis: Axis) -> Option<f32> {
-        Some(if axis == Axis::X { 1.0 } else { 2.0 })
-    }
+/// A robot that knows where it is.
+fn recorder(symbols: &Symbols) -> Recorder {
+    let mut recorder = Recorder::with_symbols(symbols.clone());
+    recorder.position = [Some(1.0), Some(2.0), Some(2.0), Some(2.0)];
+    recorder
 }
 
 /// How many cases a property is tested with; `PROPTEST_CASES` makes it more.

@@ -1,16 +1,13 @@
 //! The parts of the machine that scripts use: what is found of them, and that a machine without the others does the same.
 
-use std::collections::VecDeque;
 use std::fs;
 use std::path::Path;
 
 use bittybuzz_compiler::compile::Options;
 use bittybuzz_compiler::fit::{self, Misfit};
+use bittybuzz_testkit::{Event, Swarm, TestRobot};
 use bittybuzz_vm_core::number::Tiny;
-use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Host, Image, Outcome, Part, Parts, Reply, RobotFault,
-    Sighting, Sizes, Value, Vm,
-};
+use bittybuzz_vm_core::{ByteCode, Part, Parts, Sizes};
 
 use crate::machine::{TINY, build_with, image, robot};
 
@@ -128,87 +125,22 @@ impl<const PARTS: u16> ByteCode for Few<'_, PARTS> {
 const SIZES: Sizes = Sizes { neighbors: 15, bearings: false, entries: 4, swarms: 8 };
 const SLOTS: usize = 339 + SIZES.slots();
 
-/// What a robot does, and its link.
-#[derive(Default)]
-struct Robot {
-    calls: Vec<(u16, Vec<Option<i32>>)>,
-    heard: VecDeque<(Vec<u8>, i32)>,
-    sent: Vec<Vec<u8>>,
-}
-
-impl Host<Tiny> for Robot {
-    fn call<C: ByteCode, const SLOTS: usize>(
-        &mut self,
-        function: u16,
-        arguments: Arguments<'_, Tiny, C, SLOTS>,
-        _again: bool,
-    ) -> Result<Reply<Tiny>, RobotFault> {
-        let values = (0..arguments.count()).map(|index| arguments.value(index).as_int());
-        self.calls.push((function, values.collect()));
-        Ok(Reply::Value(Value::nil()))
-    }
-
-    fn log<C: ByteCode, const SLOTS: usize>(&mut self, _: Arguments<'_, Tiny, C, SLOTS>) {}
-
-    fn delay_is_over(&mut self, _ms: i32, again: bool) -> bool {
-        again
-    }
-
-    fn position(&mut self, _: Axis) -> Option<f32> {
-        None
-    }
-
-    fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<Tiny>) -> Option<usize> {
-        let (heard, mm) = self.heard.pop_front()?;
-        frame[..heard.len()].copy_from_slice(&heard);
-        *sighting = Sighting::at(Value::float(mm as f32));
-        Some(heard.len())
-    }
-
-    fn send(&mut self, frame: &[u8]) {
-        self.sent.push(frame.to_owned());
-    }
-}
-
-/// Three robots in a row; the one in the middle hears both. What they do in 150 steps.
-fn play<C: ByteCode>(script: C) -> Vec<Vec<(u16, Vec<Option<i32>>)>> {
-    let mut robots: Vec<(Box<Vm<Tiny, C, SLOTS>>, Robot)> = Vec::new();
-    for id in [0, 1, 7] {
-        let mut vm = Box::new(Vm::<Tiny, C, SLOTS>::new());
-        vm.load(Image::new(script), |_| true).expect("an image");
-        vm.identify(id, 1);
-        robots.push((vm, Robot::default()));
-    }
-    for step in 0..150 {
-        for (vm, host) in &mut robots {
-            let entries: &[Entry] =
-                if step == 0 { &[Entry::Global, Entry::Init] } else { &[Entry::Step] };
-            for entry in entries {
-                if vm.begin(*entry) {
-                    let mut outcome = vm.run(host, u16::MAX);
-                    while outcome == Outcome::Waiting {
-                        outcome = vm.run(host, u16::MAX);
-                    }
-                    assert_eq!(outcome, Outcome::Done, "step {step}");
-                }
-            }
-        }
-        for sender in 0..3 {
-            for frame in std::mem::take(&mut robots[sender].1.sent) {
-                for (receiver, (_, host)) in robots.iter_mut().enumerate() {
-                    if receiver.abs_diff(sender) == 1 {
-                        let mm = 40 + 10 * (sender + receiver) as i32;
-                        host.heard.push_back((frame.clone(), mm));
-                    }
-                }
-            }
-        }
-    }
-    robots.into_iter().map(|(_, host)| host.calls).collect()
+/// Three robots in a row; the one in the middle hears both. Their calls in 150 steps.
+fn play<C: ByteCode>(script: C) -> Vec<Vec<Event>> {
+    let robots = [0, 1, 7].map(|id| TestRobot::<Tiny, C, SLOTS>::new(script, id, SIZES));
+    let mut swarm = Swarm::of(Vec::from(robots));
+    swarm.air.reaches = Box::new(|from, to| from.abs_diff(to) == 1);
+    swarm.air.place = Box::new(|from, to| Some([40.0 + 10.0 * (from + to) as f32, 0.0, 0.0]));
+    swarm.steps(150);
+    let calls = |robot: TestRobot<_, _, SLOTS>| {
+        let events = robot.host.events.into_iter();
+        events.filter(|event| matches!(event, Event::Call { .. })).collect()
+    };
+    swarm.robots.into_iter().map(calls).collect()
 }
 
 /// Plays a script on machines that have the parts that it uses and no others. They are known when this is compiled.
-fn play_on_few(script: &[u8], name: &str) -> Vec<Vec<(u16, Vec<Option<i32>>)>> {
+fn play_on_few(script: &[u8], name: &str) -> Vec<Vec<Event>> {
     const fn bits(parts: &[Part]) -> u16 {
         Parts::of(parts).bits()
     }

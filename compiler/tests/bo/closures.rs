@@ -53,9 +53,9 @@ fn variables_of_blocks() {
 #[test]
 fn parameter_set_to_nil_is_no_variable() {
     let lines = recorded("function f(a, b) { b = nil  record(a)  record(b) }  f(1, 2)");
-    assert_eq!(lines, ["record(1)", "record([nil])"]);
+    assert_eq!(lines, ["record(1)", "record(nil)"]);
     let lines = recorded("function f(a) { a = nil  var b = 2  record(a, b) }  f(1)");
-    assert_eq!(lines, ["record([nil], 2)"]);
+    assert_eq!(lines, ["record(nil, 2)"]);
 }
 
 #[test]
@@ -71,7 +71,7 @@ fn variable_without_braces_belongs_to_the_block_around() {
         assert_eq!(interpreter::run(&bytes).stop, Some(interpreter::Stop::Fault));
         run(&import(&bytes).compiled).lines
     };
-    assert_eq!(faulty("function f(c) { if(c) var a = 1  record(a) }  f(0)"), ["record([nil])"]);
+    assert_eq!(faulty("function f(c) { if(c) var a = 1  record(a) }  f(0)"), ["record(nil)"]);
     let lines = faulty(
         "function f(c) { while(c > 0) { if(c > 1) var a = c else var b = c  record(c)  c = c - 1 } }
          f(2)",

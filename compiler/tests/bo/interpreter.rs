@@ -356,11 +356,11 @@ fn compare(op: BinaryOp, left: &Value, right: &Value) -> Option<Run<Value>> {
 /// As [`crate::machine`] writes arguments.
 fn text(value: &Value) -> String {
     match value {
-        Value::Nil => "[nil]".to_owned(),
+        Value::Nil => "nil".to_owned(),
         Value::Int(value) => value.to_string(),
         Value::Float(value) => format!("{value:?}"),
         Value::String(text) => text.clone(),
-        Value::Table(entries) => format!("[table with {} elems]", entries.borrow().len()),
-        Value::Closure { .. } | Value::Native(_) => "[closure]".to_owned(),
+        Value::Table(entries) => format!("table of {}", entries.borrow().len()),
+        Value::Closure { .. } | Value::Native(_) => "function".to_owned(),
     }
 }

@@ -7,12 +7,10 @@ use bittybuzz_compiler::compile::{Compiled, Options};
 use bittybuzz_compiler::include::{Loader, MemoryFiles};
 use bittybuzz_compiler::parser::{Parsed, parse};
 use bittybuzz_compiler::symbols::Symbols;
-use bittybuzz_robots::{Profile as ProfileName, Robot, name_hash};
+use bittybuzz_robots::{Profile as ProfileName, Robot};
+use bittybuzz_testkit::{Program, Recorder};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
-use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, FaultCode, Host, Image, ImageError, Item, Outcome, Reply,
-    RobotFault, Value, Vm,
-};
+use bittybuzz_vm_core::{Entry, FaultCode, Image, ImageError, Outcome, Value, Vm};
 
 /// A robot with a function `f(x)` that is recorded.
 const ROBOT: &str = r#"
@@ -50,8 +48,7 @@ pub fn recorder(profile: ProfileName) -> Options {
 
 /// Options for a script that may call what any robot has.
 pub fn any_robot(profile: ProfileName) -> Options {
-    let robots = bittybuzz_robots::all_shipped();
-    Options { profile: Some(profile), robot: None, robots }
+    Program::options(profile)
 }
 
 /// Imports with the robot that records.
@@ -130,7 +127,8 @@ fn load<P: Profile>(image: &[u8]) -> Result<Machine<'_, P>, ImageError> {
 
 fn run_with<P: Profile>(image: &[u8], symbols: &Symbols) -> Result<Run, ImageError> {
     let mut vm = load::<P>(image)?;
-    let mut host = Recorder { symbols, lines: Vec::new() };
+    let mut host = Recorder::with_symbols(symbols.clone());
+    host.position = [Some(0.0); 4];
     let mut ending = Ending::Done;
     let steps = [Entry::Global, Entry::Init, Entry::Step, Entry::Step, Entry::Step, Entry::Destroy];
     for entry in steps {
@@ -165,61 +163,5 @@ fn run_with<P: Profile>(image: &[u8], symbols: &Symbols) -> Result<Run, ImageErr
         Some((name.clone(), value))
     });
     let globals = globals.collect();
-    Ok(Run { lines: host.lines, ending, globals })
-}
-
-/// Writes down what the script does.
-struct Recorder<'a> {
-    symbols: &'a Symbols,
-    lines: Vec<String>,
-}
-
-impl Recorder<'_> {
-    fn text<P: Profile, C: ByteCode, const N: usize>(&self, item: &Item<'_, P, C, N>) -> String {
-        match item {
-            Item::Nil => "[nil]".to_owned(),
-            Item::Int(value) => value.to_string(),
-            Item::Float(value) => format!("{value:?}"),
-            Item::String(text) => {
-                match text.number().and_then(|number| self.symbols.string(number)) {
-                    Some(known) => known.to_owned(),
-                    None => {
-                        let bytes = text.bytes().collect::<Vec<u8>>();
-                        String::from_utf8_lossy(&bytes).into_owned()
-                    }
-                }
-            }
-            Item::Table(size) => format!("[table with {size} elems]"),
-            Item::Function => "[closure]".to_owned(),
-        }
-    }
-}
-
-impl<P: Profile> Host<P> for Recorder<'_> {
-    fn call<C: ByteCode, const SLOTS: usize>(
-        &mut self,
-        function: u16,
-        arguments: Arguments<'_, P, C, SLOTS>,
-        _again: bool,
-    ) -> Result<Reply<P>, RobotFault> {
-        let name = self.symbols.imports.iter().find(|name| name_hash(name) == function);
-        let items: Vec<String> =
-            (0..arguments.count()).map(|index| self.text(&arguments.item(index))).collect();
-        self.lines.push(format!("{}({})", name.map_or("?", String::as_str), items.join(", ")));
-        Ok(Reply::Value(Value::nil()))
-    }
-
-    fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {
-        let items: Vec<String> =
-            (0..arguments.count()).map(|index| self.text(&arguments.item(index))).collect();
-        self.lines.push(items.concat());
-    }
-
-    fn delay_is_over(&mut self, _ms: i32, _again: bool) -> bool {
-        true
-    }
-
-    fn position(&mut self, _axis: Axis) -> Option<f32> {
-        Some(0.0)
-    }
+    Ok(Run { lines: host.lines(), ending, globals })
 }

@@ -1,9 +1,9 @@
 //! Loads an image and runs it within bounds.
 
+use bittybuzz_testkit::{Answer, Event, Recorder};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Fault, FaultCode, Host, Image, ImageError, Item, Outcome,
-    Refusal, Reply, RobotFault, Torture, Value, Vm,
+    Entry, Fault, FaultCode, Image, ImageError, Outcome, Refusal, RobotFault, Torture, Vm,
 };
 
 /// The most slots that a run gets.
@@ -26,7 +26,7 @@ struct Settings {
 #[derive(Debug, PartialEq, Eq)]
 struct Trace {
     end: End,
-    seen: u64,
+    seen: Vec<Event>,
 }
 
 impl Trace {
@@ -140,7 +140,7 @@ fn fail<P: Profile>(
 fn run<P: Profile>(vm: &mut Machine<'_, P>, length: usize, settings: Settings) -> Trace {
     vm.torture = settings.torture;
     vm.identify(3, 7);
-    let mut player = Player { seen: 0xcbf2_9ce4_8422_2325 };
+    let mut player = player();
     let mut left = settings.instructions;
     let entries =
         [Entry::Global, Entry::Init, Entry::Step, Entry::Step, Entry::Reset, Entry::Destroy];
@@ -161,71 +161,27 @@ fn run<P: Profile>(vm: &mut Machine<'_, P>, length: usize, settings: Settings) -
                     assert!(vm.calls().count() <= SLOTS, "more calls than memory");
                     assert!(usize::from(fault.position) < length, "{fault:?} is nowhere");
                     assert!(!vm.begin(Entry::Step), "a stopped script runs");
-                    return Trace { end: End::Fault(fault), seen: player.seen };
+                    return Trace { end: End::Fault(fault), seen: player.events };
                 }
             }
             if left == 0 {
-                return Trace { end: End::Cut, seen: player.seen };
+                return Trace { end: End::Cut, seen: player.events };
             }
         }
     }
-    Trace { end: End::Complete, seen: player.seen }
+    Trace { end: End::Complete, seen: player.events }
 }
 
-/// Answers whatever it is asked, and looks at every argument.
-struct Player {
-    /// A hash of everything that was to be seen.
-    seen: u64,
-}
-
-impl Player {
-    fn see(&mut self, what: u64) {
-        self.seen = (self.seen ^ what).wrapping_mul(0x100_0000_01b3);
-    }
-
-    fn look<P: Profile, C: ByteCode, const N: usize>(
-        &mut self,
-        arguments: &Arguments<'_, P, C, N>,
-    ) {
-        for index in 0..arguments.count() {
-            match arguments.item(index) {
-                Item::Nil => self.see(1),
-                Item::Int(value) => self.see(value as u64),
-                Item::Float(value) => self.see(value.to_bits().into()),
-                Item::String(text) => text.bytes().for_each(|byte| self.see(byte.into())),
-                Item::Table(size) => self.see(size as u64),
-                Item::Function => self.see(2),
-            }
+/// Answers whatever it is asked.
+fn player() -> Recorder {
+    let mut player = Recorder::answering(|call| match call.function % 4 {
+        0 if call.polls == 0 => Answer::Wait,
+        1 => Answer::First,
+        2 if call.function.is_multiple_of(64) => {
+            Answer::Fault(RobotFault::Refused(Refusal::OutOfRange))
         }
-    }
-}
-
-impl<P: Profile> Host<P> for Player {
-    fn call<C: ByteCode, const N: usize>(
-        &mut self,
-        function: u16,
-        arguments: Arguments<'_, P, C, N>,
-        again: bool,
-    ) -> Result<Reply<P>, RobotFault> {
-        self.see(function.into());
-        self.look(&arguments);
-        match function % 4 {
-            0 if !again => Ok(Reply::Wait),
-            1 => Ok(Reply::Value(arguments.value(0))),
-            2 if function.is_multiple_of(64) => Err(RobotFault::Refused(Refusal::OutOfRange)),
-            _ => Ok(Reply::Value(Value::int(i32::from(function)))),
-        }
-    }
-
-    fn log<C: ByteCode, const N: usize>(&mut self, arguments: Arguments<'_, P, C, N>) {
-        self.look(&arguments);
-    }
-
-    fn delay_is_over(&mut self, _: i32, again: bool) -> bool {
-        again
-    }
-
-    fn position(&mut self, axis: Axis) -> Option<f32> {
-        (axis == Axis::X).then_some(1.5)
-    }
+        _ => Answer::Int(i32::from(call.function)),
+    });
+    player.position = [Some(1.5), None, None, None];
+    player
 }

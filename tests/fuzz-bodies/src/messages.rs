@@ -1,24 +1,16 @@
 //! Messages of every kind, right and wrong ones, for a robot whose script listens to all of them.
 
-use std::path::Path;
 use std::sync::OnceLock;
 
-use bittybuzz_comms::queue::{Inbox, Outbox};
-use bittybuzz_compiler::compile::compile;
-use bittybuzz_compiler::include::{Loader, MemoryFiles};
-use bittybuzz_robots::Profile as ProfileName;
+use bittybuzz_testkit::{Program, Queues, Received, TestRobot};
 use bittybuzz_vm_core::message::content::{Head, Item, Reader, Writer};
 use bittybuzz_vm_core::message::{
     Entry, FRAGMENT_HEAD, FULL_FRAME, Fragment, Message, Script, Swarms, TINY_FRAME, crc16,
 };
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
-use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry as EntryPoint, FaultCode, Host, Image, Outcome, Reply,
-    RobotFault, Sighting, Sizes, Value, Vm, builtin,
-};
+use bittybuzz_vm_core::{Entry as EntryPoint, FaultCode, Outcome, Sizes, Value};
 
 use crate::choices::Choices;
-use crate::options;
 
 /// Shows whatever it hears, and keeps nothing: no message is its fault.
 const SCRIPT: &str = r#"
@@ -57,7 +49,7 @@ const CONTENT: usize = 8 * (FRAME - FRAGMENT_HEAD);
 /// Little memory, so that it is soon full.
 const SIZES: Sizes = Sizes { neighbors: 3, bearings: true, entries: 5, swarms: 2 };
 const SLOTS: usize = 350 + SIZES.slots();
-type Machine<P> = Vm<P, &'static [u8], SLOTS>;
+type Robot<P> = TestRobot<P, &'static [u8], SLOTS>;
 
 /// The robot's id.
 const ROBOT: u16 = 3;
@@ -74,31 +66,18 @@ pub fn run(data: &[u8]) -> bool {
 
 fn image<P: Profile>() -> &'static [u8] {
     static IMAGES: OnceLock<[Vec<u8>; 2]> = OnceLock::new();
-    let images = IMAGES.get_or_init(|| {
-        [ProfileName::Tiny, ProfileName::Full].map(|profile| {
-            let files = MemoryFiles::default();
-            let loader = Loader::new(&files);
-            let compiled = compile(Path::new("fuzz.bzz"), SCRIPT.into(), &loader, options(profile));
-            compiled.image.unwrap_or_else(|| panic!("{:?}", compiled.diagnostics))
-        })
-    });
+    let images = IMAGES
+        .get_or_init(|| [Program::new::<Tiny>(SCRIPT).image, Program::new::<Full>(SCRIPT).image]);
     &images[usize::from(P::FULL)]
 }
 
 fn receive<P: Profile>(choices: &mut Choices<'_>) -> bool {
-    let mut vm: Box<Machine<P>> = Box::new(Vm::new());
-    vm.equip(SIZES);
-    vm.load(Image::new(image::<P>()), |_| true).unwrap_or_else(|error| panic!("{error:?}"));
-    vm.identify(ROBOT, 1);
-    let script = vm.header().map(|header| Script {
-        hash: header.hash(),
-        strings: header.strings() + builtin::string::COUNT,
-    });
-    let Some(script) = script else { return false };
-    let mut link = Link::<P>::new();
+    let mut robot: Robot<P> = TestRobot::new(image::<P>(), ROBOT, SIZES);
+    robot.host.link = Box::new(Queues::<P, 10, 10>::default());
+    let script = robot.script();
     let mut understood = false;
     for entry in [EntryPoint::Global, EntryPoint::Init] {
-        if !step(&mut vm, &mut link, entry) {
+        if !step(&mut robot, entry) {
             return false;
         }
     }
@@ -109,25 +88,41 @@ fn receive<P: Profile>(choices: &mut Choices<'_>) -> bool {
         for _ in 0..choices.below(6) {
             for frame in frames::<P>(choices, script) {
                 understood |= check::<P>(&frame, script);
-                link.inbox.push(&frame, choices.byte());
+                robot.host.link.push(received(&frame, choices.byte()));
             }
         }
-        if !step(&mut vm, &mut link, EntryPoint::Step) {
+        if !step(&mut robot, EntryPoint::Step) {
             break;
         }
     }
     understood
 }
 
+/// A frame, and what the link knows of its sender, which the second argument decides.
+fn received(frame: &[u8], extra: u8) -> Received {
+    Received {
+        bytes: frame.to_vec(),
+        sender: extra.is_multiple_of(3).then_some(u16::from(extra % 8)),
+        place: extra.is_multiple_of(2).then_some([f32::from(extra); 3]),
+    }
+}
+
 /// Runs an entry; `false` if that was the end, for want of memory.
-fn step<P: Profile>(vm: &mut Machine<P>, link: &mut Link<P>, entry: EntryPoint) -> bool {
-    link.outbox.begin_step();
-    assert!(vm.begin(entry), "{entry:?} does not begin");
+fn step<P: Profile>(robot: &mut Robot<P>, entry: EntryPoint) -> bool {
+    robot.host.link.begin_step();
+    assert!(robot.vm.begin(entry), "{entry:?} does not begin");
     for _ in 0..10_000 {
-        let outcome = vm.run(link, 50);
-        assert_eq!(vm.audit(), Ok(()));
+        let outcome = robot.vm.run(&mut robot.host, 50);
+        assert_eq!(robot.vm.audit(), Ok(()));
         match outcome {
-            Outcome::Done => return true,
+            Outcome::Done => {
+                for frame in robot.take_sent() {
+                    assert!(!frame.is_empty() && frame.len() <= FRAME, "{frame:?}");
+                    // The robot receives what it sends, as if from another of its id.
+                    robot.host.link.push(received(&frame, 0));
+                }
+                return true;
+            }
             Outcome::Pending | Outcome::Waiting => {}
             Outcome::Fault(fault) => {
                 let is_memory =
@@ -287,57 +282,4 @@ fn fragments<'c, P: Profile>(
         }
     }
     fragments
-}
-
-/// Queues, and a robot that can do nothing.
-struct Link<P: Profile> {
-    inbox: Inbox<P, u8, FRAME, 10>,
-    outbox: Outbox<P, FRAME, 10>,
-}
-
-impl<P: Profile> Link<P> {
-    fn new() -> Self {
-        Link { inbox: Inbox::new(0), outbox: Outbox::new() }
-    }
-}
-
-impl<P: Profile> Host<P> for Link<P> {
-    fn call<C: ByteCode, const N: usize>(
-        &mut self,
-        _: u16,
-        _: Arguments<'_, P, C, N>,
-        _: bool,
-    ) -> Result<Reply<P>, RobotFault> {
-        Ok(Reply::Value(Value::nil()))
-    }
-
-    fn log<C: ByteCode, const N: usize>(&mut self, arguments: Arguments<'_, P, C, N>) {
-        for index in 0..arguments.count() {
-            let _ = arguments.item(index);
-        }
-    }
-
-    fn delay_is_over(&mut self, _: i32, again: bool) -> bool {
-        again
-    }
-
-    fn position(&mut self, _: Axis) -> Option<f32> {
-        None
-    }
-
-    fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<P>) -> Option<usize> {
-        let (received, extra) = self.inbox.pop()?;
-        frame.get_mut(..received.len())?.copy_from_slice(received);
-        let extra = *extra;
-        sighting.place = (extra % 2 == 0).then(|| [Value::float(extra.into()); 3]);
-        sighting.robot = (extra % 3 == 0).then_some(u16::from(extra % 8));
-        Some(received.len())
-    }
-
-    fn send(&mut self, frame: &[u8]) {
-        assert!(!frame.is_empty() && frame.len() <= FRAME, "{frame:?}");
-        self.outbox.push(frame);
-        // What it sends it also hears, as if from another of its id.
-        self.inbox.push(frame, 0);
-    }
 }

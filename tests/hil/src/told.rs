@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use std::time::Duration;
 
 use bittybuzz_comms::trace::{Item, Record, Unused};
-use defmt_decoder::{DecodeError, StreamDecoder, Table};
+use bittybuzz_trace_reader::{Content, Table, TraceReader};
 
 use crate::crazyflie;
 use crate::table::zooids;
@@ -20,8 +20,7 @@ pub struct Told {
     pub unused: Unused,
     /// Records other than start, log and these, as they were decoded.
     pub records: Vec<String>,
-    table: &'static Table,
-    decoder: Box<dyn StreamDecoder + Send + Sync>,
+    reader: TraceReader<'static>,
 }
 
 impl Told {
@@ -39,39 +38,29 @@ impl Told {
 
     fn new(table: &'static Table) -> Self {
         let (log, firmware, records, unused) = (vec![], vec![], vec![], Unused::default());
-        Told { log, firmware, records, unused, table, decoder: table.new_stream_decoder() }
+        Told { log, firmware, records, unused, reader: TraceReader::new(table) }
     }
 
     /// The power was gone: what was not told whole never will be.
     pub(crate) fn begin_anew(&mut self) {
-        self.decoder = self.table.new_stream_decoder();
+        self.reader.restart();
         self.unused = Unused::default();
     }
 
     /// Reads what came by RTT.
     pub(crate) fn read(&mut self, bytes: &[u8]) {
-        self.decoder.received(bytes);
-        loop {
-            let (time, text) = match self.decoder.decode() {
-                Ok(frame) => {
-                    let time = frame.display_timestamp().map(|time| time.to_string());
-                    (time, frame.display_message().to_string())
-                }
-                Err(DecodeError::UnexpectedEof) => return,
-                Err(DecodeError::Malformed) => panic!("the firmware's messages are damaged"),
-            };
-            let seconds = time.and_then(|time| time.trim().parse().ok());
-            self.note(Duration::from_secs_f64(seconds.unwrap_or(0.0)), &text);
+        for message in self.reader.read(bytes) {
+            let at = Duration::from_secs_f64(message.seconds.unwrap_or(0.0));
+            match message.content {
+                Content::Record(bytes) => self.note(at, &bytes),
+                Content::Text(text) => self.firmware.push(text),
+                damaged => panic!("the firmware's messages are damaged: {damaged:?}"),
+            }
         }
     }
 
-    fn note(&mut self, at: Duration, text: &str) {
-        let Some(list) = text.strip_prefix("bbz [").and_then(|list| list.strip_suffix(']')) else {
-            return self.firmware.push(text.to_owned());
-        };
-        let bytes: Vec<u8> =
-            list.split(", ").map(|number| number.parse().expect("a list of bytes")).collect();
-        match Record::decode(&bytes).expect("a record") {
+    fn note(&mut self, at: Duration, record: &[u8]) {
+        match Record::decode(record).expect("a record") {
             Record::Start { .. } => {}
             Record::Log { items, .. } => {
                 let items = items.map(|item| text_of(item.expect("an item")));

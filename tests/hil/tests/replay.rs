@@ -10,15 +10,12 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use bittybuzz_comms::nrf24::Payload;
-use bittybuzz_comms::queue::{Inbox, Outbox};
-use bittybuzz_hil::{Event, Place, Table, TimedEvent, image_for};
+use bittybuzz_hil::{Event as HilEvent, Place, Table, TimedEvent, image_for};
+use bittybuzz_testkit::{Argument, Event, Queues, Random, Received, Recorder};
 use bittybuzz_vm_core::builtin::STRINGS;
 use bittybuzz_vm_core::message::{Entry, Message, Script, TINY_FRAME};
 use bittybuzz_vm_core::number::Tiny;
-use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Host, Image, Item, Outcome, Periods, Reply, RobotFault, Sighting,
-    Value, Vm,
-};
+use bittybuzz_vm_core::{Image, Outcome, Periods, Value, Vm};
 
 /// Writes for eight seconds: all robots the same key in the same step, so that clocks are equal; single ones at other times;
 /// deletes too. The one stigmergy decides by value, the other one as the machine does.
@@ -77,20 +74,8 @@ fn recorded(seed: u64) -> Trace {
 
 fn sent(event: &TimedEvent) -> Option<(Duration, Vec<u8>)> {
     match &event.event {
-        Event::Radio { payload, .. } => Some((event.at, payload.clone())),
+        HilEvent::Radio { payload, .. } => Some((event.at, payload.clone())),
         _ => None,
-    }
-}
-
-/// Xorshift.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, end: u64) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0 % end
     }
 }
 
@@ -180,57 +165,6 @@ fn on_image(id: u16, trace: &Trace, script: Script) -> (Vec<Known>, Winners, Vec
 const SLOTS: usize = 1024;
 const QUEUE: usize = 15;
 
-/// A robot around the virtual machine, with queues as the Zooid's.
-struct Robot {
-    inbox: Inbox<Tiny, Sighting<Tiny>, TINY_FRAME, QUEUE>,
-    outbox: Outbox<Tiny, TINY_FRAME, QUEUE>,
-    log: Vec<Known>,
-    periods: Periods,
-}
-
-impl Host<Tiny> for Robot {
-    fn call<C: ByteCode, const N: usize>(
-        &mut self,
-        _: u16,
-        _: Arguments<'_, Tiny, C, N>,
-        _: bool,
-    ) -> Result<Reply<Tiny>, RobotFault> {
-        panic!("the script calls no robot function")
-    }
-
-    fn log<C: ByteCode, const N: usize>(&mut self, arguments: Arguments<'_, Tiny, C, N>) {
-        let text = |item| match item {
-            Item::Nil => "nil".to_owned(),
-            Item::Int(value) => value.to_string(),
-            _ => panic!("the script logs numbers"),
-        };
-        self.log.push((0..arguments.count()).map(|index| text(arguments.item(index))).collect());
-    }
-
-    fn delay_is_over(&mut self, _: i32, _: bool) -> bool {
-        true
-    }
-
-    fn position(&mut self, _: Axis) -> Option<f32> {
-        None
-    }
-
-    fn periods(&self) -> Periods {
-        self.periods
-    }
-
-    fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<Tiny>) -> Option<usize> {
-        let (bytes, heard) = self.inbox.pop()?;
-        *sighting = *heard;
-        frame[..bytes.len()].copy_from_slice(bytes);
-        Some(bytes.len())
-    }
-
-    fn send(&mut self, frame: &[u8]) {
-        self.outbox.push(frame);
-    }
-}
-
 /// The machine hears the same in each tick.
 fn in_process(id: u16, heard: &[Vec<Vec<u8>>], image: &[u8]) -> (Vec<Known>, Winners) {
     let zooid = bittybuzz_robots::find("zooids").unwrap();
@@ -245,29 +179,34 @@ fn in_process(id: u16, heard: &[Vec<Vec<u8>>], image: &[u8]) -> (Vec<Known>, Win
         forget: steps(zooid.vm.forget_steps),
         advertise: steps(zooid.vm.advertise_steps),
     };
-    let inbox = Inbox::new(Sighting { robot: None, place: None });
-    let mut robot = Robot { inbox, outbox: Outbox::new(), log: Vec::new(), periods };
-    let mut run = |robot: &mut Robot, entry| {
+    let mut host = Recorder { periods, ..Recorder::default() };
+    host.link = Box::new(Queues::<Tiny, QUEUE, QUEUE>::default());
+    let mut run = |host: &mut Recorder, entry| {
         assert!(vm.begin(entry));
-        assert!(matches!(vm.run(robot, 60_000), Outcome::Done));
+        assert!(matches!(vm.run(host, 60_000), Outcome::Done));
     };
-    run(&mut robot, bittybuzz_vm_core::Entry::Global);
-    run(&mut robot, bittybuzz_vm_core::Entry::Init);
+    run(&mut host, bittybuzz_vm_core::Entry::Global);
+    run(&mut host, bittybuzz_vm_core::Entry::Init);
     let mut answers = Vec::new();
     for (tick, heard) in heard.iter().enumerate() {
         for payload in heard {
             let Payload { robot: sender, message, .. } = Payload::parse(payload).unwrap();
-            robot.inbox.push(message, Sighting { robot: Some(sender), place: None });
+            host.link.push(Received { sender: Some(sender), ..Received::new(message) });
         }
-        robot.outbox.begin_step();
-        run(&mut robot, bittybuzz_vm_core::Entry::Step);
-        while let Some(frame) = robot.outbox.pop() {
+        host.link.begin_step();
+        run(&mut host, bittybuzz_vm_core::Entry::Step);
+        while let Some(frame) = host.link.pop_sent() {
             if tick >= ASKED {
-                answers.push(frame.to_vec());
+                answers.push(frame);
             }
         }
     }
-    (robot.log, winners(answers.iter().map(Vec::as_slice), known_script(image)))
+    let log = host.events.iter().map(|event| match event {
+        Event::Log(items) => items.iter().map(Argument::to_string).collect(),
+        other => panic!("the script only logs: {other:?}"),
+    });
+    let log = log.collect();
+    (log, winners(answers.iter().map(Vec::as_slice), known_script(image)))
 }
 
 /// Both hear the trace; who has won, with a listener that is sure to answer each question.
@@ -293,7 +232,7 @@ fn the_same_frames_have_the_same_winner_in_a_machine_and_in_an_image() {
     let mut owners = std::collections::BTreeSet::new();
     for (seed, id) in [(1, 0), (2, 99)] {
         let whole = recorded(seed);
-        let mut random = Random(0x9e37_79b9_7f4a_7c15 ^ seed);
+        let mut random = Random::new(seed);
         assert!(whole.len() > 300, "{}", whole.len());
         // Two writers at the same clock, the hardest case: there are some.
         let mut writers = BTreeMap::new();

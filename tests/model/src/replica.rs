@@ -4,18 +4,15 @@
 //! say when an entry is advertised again. So a machine with that knowledge is made anew for every transition, by telling it the
 //! entries; and it is asked for what it knows with the protocol's own questions.
 
-use std::collections::{BTreeMap, VecDeque};
-use std::path::Path;
+use std::cell::Cell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
 use std::sync::OnceLock;
 
-use bittybuzz_compiler::compile::{Options, compile};
-use bittybuzz_compiler::include::{Loader, MemoryFiles};
-use bittybuzz_vm_core::message::{Entry as EntryMessage, Message, Script};
+use bittybuzz_testkit::{Answer, Program, Recorder, TestRobot};
+use bittybuzz_vm_core::message::{Entry as EntryMessage, Message};
 use bittybuzz_vm_core::number::Tiny;
-use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Host, Image, Outcome, Reply, RobotFault, Sighting, Sizes,
-    Value, Vm, builtin,
-};
+use bittybuzz_vm_core::{Sizes, Value};
 
 /// Robots' ids.
 pub const ROBOTS: [u16; 3] = [1, 2, 3];
@@ -69,7 +66,6 @@ pub enum Event {
 
 const SLOTS: usize = 350;
 const SIZES: Sizes = Sizes { neighbors: 0, bearings: false, entries: 2, swarms: 0 };
-type Machine = Vm<Tiny, &'static [u8], SLOTS>;
 
 /// What the script reads as `command()`; robot functions of a shipped robot have to do.
 const SCRIPT: &str = r#"
@@ -98,7 +94,7 @@ pub fn react(robot: u16, rule: Rule, known: &Replica, event: Event) -> (Replica,
         machine.tell((*key, *stamp));
     }
     machine.step(0);
-    machine.link.sent.clear();
+    machine.robot.take_sent();
     let command = match event {
         Event::Put(key, value) => 1 + key + 2 * value.unwrap_or(0),
         Event::Get(key) => 100 + key,
@@ -124,26 +120,19 @@ pub fn react(robot: u16, rule: Rule, known: &Replica, event: Event) -> (Replica,
 
 /// A machine that runs.
 struct Running {
-    vm: Box<Machine>,
-    link: Link,
-    script: Script,
+    robot: TestRobot<Tiny, &'static [u8], SLOTS>,
+    /// The script's next command.
+    command: Rc<Cell<i32>>,
 }
 
 impl Running {
     fn new(robot: u16, rule: Rule) -> Self {
-        let mut vm: Box<Machine> = Box::new(Vm::new());
-        vm.equip(SIZES);
-        vm.load(Image::new(image(rule)), |_| true).expect("the compiler's image is accepted");
-        vm.identify(robot, 1);
-        let script = vm.header().map(|header| Script {
-            hash: header.hash(),
-            strings: header.strings() + builtin::string::COUNT,
-        });
-        let script = script.expect("a program is loaded");
-        let mut running = Running { vm, link: Link::default(), script };
-        running.run(Entry::Global);
-        running.run(Entry::Init);
-        running
+        let mut robot = TestRobot::new(image(rule), robot, SIZES);
+        let command = Rc::new(Cell::new(0));
+        let answer = command.clone();
+        robot.host = Recorder::answering(move |_| Answer::Int(answer.get()));
+        robot.begin().expect("the script does not fail");
+        Running { robot, command }
     }
 
     /// A frame is waiting.
@@ -155,15 +144,14 @@ impl Running {
             key: Value::int(key),
             value: value.map_or(Value::nil(), Value::int),
         });
-        let mut frame = [0; 10];
-        assert_eq!(entry.encode(self.script, &mut frame), Some(10));
-        self.link.waiting.push_back(frame);
+        assert_eq!(self.robot.frame(&entry).len(), 10);
+        self.robot.receive(&entry);
     }
 
     /// The entries that were sent since the last time.
     fn sent(&mut self) -> Vec<Frame> {
-        let sent = std::mem::take(&mut self.link.sent);
-        let frames = sent.iter().map(|frame| match Message::<Tiny>::decode(frame, self.script) {
+        let (sent, script) = (self.robot.take_sent(), self.robot.script());
+        let frames = sent.iter().map(|frame| match Message::<Tiny>::decode(frame, script) {
             Ok(Message::Entry(entry)) => {
                 let value = entry.value.as_int();
                 assert_eq!(value.is_none(), entry.value.is_nil());
@@ -176,79 +164,19 @@ impl Running {
     }
 
     fn step(&mut self, command: i32) {
-        self.link.command = command;
-        self.run(Entry::Step);
-    }
-
-    fn run(&mut self, entry: Entry) {
-        assert!(self.vm.begin(entry));
-        for _ in 0..1000 {
-            match self.vm.run(&mut self.link, 1000) {
-                Outcome::Done => return,
-                Outcome::Pending => {}
-                outcome => panic!("{outcome:?} in {entry:?}"),
-            }
-        }
-        panic!("{entry:?} does not end");
+        self.command.set(command);
+        self.robot.step().expect("the script does not fail");
     }
 }
 
 fn image(rule: Rule) -> &'static [u8] {
     static IMAGES: OnceLock<[Vec<u8>; 2]> = OnceLock::new();
     let images = IMAGES.get_or_init(|| {
-        [DEFAULT, LOWER_ROBOT].map(|handler| {
-            let options = Options {
-                profile: Some(bittybuzz_robots::Profile::Tiny),
-                robot: None,
-                robots: bittybuzz_robots::all_shipped(),
-            };
-            let files = MemoryFiles::default();
-            let text = format!("{SCRIPT}{handler}");
-            let compiled = compile(Path::new("model.bzz"), text, &Loader::new(&files), &options);
-            compiled.image.unwrap_or_else(|| panic!("{:?}", compiled.diagnostics))
-        })
+        [DEFAULT, LOWER_ROBOT]
+            .map(|handler| Program::new::<Tiny>(&format!("{SCRIPT}{handler}")).image)
     });
     match rule {
         Rule::Default => &images[0],
         Rule::LowerRobot => &images[1],
-    }
-}
-
-/// What a machine hears and says.
-#[derive(Default)]
-struct Link {
-    waiting: VecDeque<[u8; 10]>,
-    sent: Vec<Vec<u8>>,
-    command: i32,
-}
-
-impl Host<Tiny> for Link {
-    fn call<C: ByteCode, const N: usize>(
-        &mut self,
-        _: u16,
-        _: Arguments<'_, Tiny, C, N>,
-        _: bool,
-    ) -> Result<Reply<Tiny>, RobotFault> {
-        Ok(Reply::Value(Value::int(self.command)))
-    }
-
-    fn log<C: ByteCode, const N: usize>(&mut self, _: Arguments<'_, Tiny, C, N>) {}
-
-    fn delay_is_over(&mut self, _: i32, _: bool) -> bool {
-        true
-    }
-
-    fn position(&mut self, _: Axis) -> Option<f32> {
-        None
-    }
-
-    fn receive(&mut self, frame: &mut [u8], _: &mut Sighting<Tiny>) -> Option<usize> {
-        let waiting = self.waiting.pop_front()?;
-        frame.get_mut(..waiting.len())?.copy_from_slice(&waiting);
-        Some(waiting.len())
-    }
-
-    fn send(&mut self, frame: &[u8]) {
-        self.sent.push(frame.to_vec());
     }
 }

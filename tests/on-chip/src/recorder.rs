@@ -1,4 +1,7 @@
 //! The robot: notes what a script asks for, and answers the same on every run.
+//!
+//! It runs on microcontrollers without an allocator, so it keeps a checksum and not, like `bittybuzz-testkit`, the
+//! values.
 
 use bittybuzz_vm_core::link::name_hash;
 use bittybuzz_vm_core::number::Profile;

@@ -131,6 +131,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             && self.header.features() & (Feature::Neighbors as u8 | Feature::Swarm as u8) != 0
         {
             self.send_beacon(host);
+            // Robots that were switched on together do not go on together.
+            self.protocol.silent = self.random() & 1;
         }
         if Self::SHARES && advertises {
             self.advertise(host, periods.advertise);
@@ -267,10 +269,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if protocol.relay_pause != 0 {
             protocol.relay_pause -= 1;
         }
-        if protocol.reclaim_pause != 0 {
-            protocol.reclaim_pause -= 1;
-        }
         protocol.age = protocol.age.wrapping_add(1);
+        if protocol.age == 0 && protocol.reclaimed != 0 {
+            protocol.reclaimed -= 1;
+        }
         if protocol.age.is_multiple_of(AGE_STEPS) {
             self.forget_deleted();
         }

@@ -331,6 +331,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         #[cfg(feature = "swarm")]
         {
             self.protocol.jitter = robot_id;
+            // Robots that are switched on together send their first beacons one after the other.
+            self.protocol.silent = robot_id as u8 & 7;
         }
     }
 

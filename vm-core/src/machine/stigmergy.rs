@@ -26,6 +26,10 @@ const ROBOT: usize = 2;
 const CLOCK: usize = 3;
 const DIGEST: usize = 4;
 
+/// Most entries of a former life that a robot puts again; later one in 256 steps. Two robots with one id would do so for
+/// ever.
+const RECLAIMED_MAX: u8 = 16;
+
 /// With the high bits of the clock: the robot has put the value itself since it was switched on.
 const OWN: u8 = 0x40;
 
@@ -379,14 +383,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if robot == self.robot_id
             && self.arena.get(at + CLOCK).tag().byte() & OWN != 0
             && theirs.order(&mine) == Ordering::Greater
+            && self.protocol.reclaimed < RECLAIMED_MAX
         {
-            // Two robots with one id would do so for ever: not more often than entries are advertised anyway.
-            if self.protocol.reclaim_pause == 0 {
-                self.protocol.reclaim_pause = host.periods().advertise;
-                let clock = next(clock);
-                self.note_clock(clock);
-                self.set_stamp(at, stigmergy, &Stamp { clock, ..mine }, OWN);
-            }
+            self.protocol.reclaimed += 1;
+            let clock = next(clock);
+            self.note_clock(clock);
+            self.set_stamp(at, stigmergy, &Stamp { clock, ..mine }, OWN);
             return Ok(());
         }
         if Self::has(Part::Conflicts) && mine.clock == theirs.clock && mine.robot != theirs.robot {

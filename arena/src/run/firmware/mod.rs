@@ -18,8 +18,8 @@ use bittybuzz_compiler::refusal;
 use bittybuzz_emulation::{ClientError, Image};
 use bittybuzz_kilobot::calibration;
 use bittybuzz_robots::{Layout, Place, Robot};
+use bittybuzz_trace_reader::Table;
 use bittybuzz_vm_core::ImageError;
-use defmt_decoder::Table;
 
 use crate::scenario::{Backend, Body, Cause, Scenario, ScenarioError};
 

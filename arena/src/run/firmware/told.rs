@@ -1,8 +1,8 @@
 //! What firmware tells of its script: records among its messages, by defmt over RTT.
 
 use bittybuzz_comms::trace::{Item, Record, Unused};
+use bittybuzz_trace_reader::{Content, Table, TraceReader};
 use bittybuzz_vm_core::{Fault, ImageError};
-use defmt_decoder::{DecodeError, StreamDecoder, Table};
 
 use super::super::robot::Piece;
 
@@ -20,46 +20,30 @@ pub enum Told {
 }
 
 /// Reads what a robot tells.
-pub struct Reader<'t> {
-    table: &'t Table,
-    decoder: Box<dyn StreamDecoder + Send + Sync + 't>,
-    /// Whether an error has made the rest unreadable.
-    is_lost: bool,
-}
+pub struct Reader<'t>(TraceReader<'t>);
 
 impl<'t> Reader<'t> {
     /// Of firmware with these messages.
     pub fn new(table: &'t Table) -> Self {
-        Reader { table, decoder: table.new_stream_decoder(), is_lost: false }
+        Reader(TraceReader::new(table))
     }
 
     /// Of the same firmware after a power-on: what was not told whole never will be.
-    pub fn anew(self) -> Self {
-        Reader::new(self.table)
+    pub fn anew(mut self) -> Self {
+        self.0.restart();
+        self
     }
 
     /// Reads what has come. Messages that were not told whole are left out, as on a debug probe.
     pub fn read(&mut self, bytes: &[u8]) -> Vec<Told> {
-        self.decoder.received(bytes);
-        let mut all = Vec::new();
-        while !self.is_lost {
-            match self.decoder.decode() {
-                Ok(frame) => all.extend(told(&frame.display_message().to_string())),
-                Err(DecodeError::UnexpectedEof) => break,
-                Err(DecodeError::Malformed) => {
-                    self.is_lost = !self.table.encoding().can_recover();
-                }
-            }
-        }
-        all
+        self.0.read(bytes).into_iter().filter_map(|message| told(message.content)).collect()
     }
 }
 
 /// The record in a message; `None` for what the firmware says of itself, and for what does not concern a run.
-fn told(message: &str) -> Option<Told> {
-    let list = message.strip_prefix("bbz [")?.strip_suffix(']')?;
-    let bytes: Option<Vec<u8>> = list.split(", ").map(|number| number.parse().ok()).collect();
-    match Record::decode(&bytes?).ok()? {
+fn told(content: Content) -> Option<Told> {
+    let Content::Record(bytes) = content else { return None };
+    match Record::decode(&bytes).ok()? {
         Record::Log { items, .. } => {
             let pieces = items.map(|item| item.map_or(Piece::Text(CUT.into()), piece));
             Some(Told::Log(pieces.collect()))

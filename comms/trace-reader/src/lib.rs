@@ -1,0 +1,123 @@
+//! Reads a robot's trace records (`bittybuzz_comms::trace`) out of its messages, on the host.
+//!
+//! Firmware sends a record as the defmt message `bbz {=[u8]}`, which prints as `bbz [1, 7, 0]`. A host receives it
+//! either as bytes from RTT, which [`TraceReader`] decodes with the [`Table`] of the firmware's ELF file, or as text
+//! from probe-rs, for [`Content::from_text`]. `bittybuzz_comms::trace::Record` decodes the record's bytes.
+
+pub use defmt_decoder::Table;
+use defmt_decoder::{DecodeError, Frame, StreamDecoder};
+
+/// The content of a message.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Content {
+    /// The bytes of a trace record.
+    Record(Vec<u8>),
+    /// The text of a message that begins like a record and is none.
+    DamagedRecord(String),
+    /// Text of the firmware itself.
+    Text(String),
+    /// Bytes that are no message of this firmware.
+    Undecodable,
+}
+
+impl Content {
+    /// Reads the text of a message. The place in the firmware's source may follow a record.
+    pub fn from_text(text: &str) -> Content {
+        let Some(list) = text.strip_prefix("bbz [") else {
+            return Content::Text(text.to_owned());
+        };
+        let bytes = list.split_once(']').and_then(|(list, _)| {
+            let numbers = list.split(',').map(str::trim).filter(|number| !number.is_empty());
+            numbers.map(|number| number.parse().ok()).collect()
+        });
+        match bytes {
+            Some(bytes) => Content::Record(bytes),
+            None => Content::DamagedRecord(text.to_owned()),
+        }
+    }
+}
+
+/// A message of a robot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TraceMessage {
+    /// Seconds on the robot's clock, if the firmware has one.
+    pub seconds: Option<f64>,
+    /// The level as defmt names it: `trace`, `debug`, `info`, `warn` or `error`.
+    pub level: Option<&'static str>,
+    /// The content.
+    pub content: Content,
+}
+
+impl TraceMessage {
+    fn new(frame: &Frame<'_>) -> Self {
+        let time = frame.display_timestamp().map(|time| time.to_string());
+        TraceMessage {
+            seconds: time.and_then(|time| time.trim().parse().ok()),
+            level: frame.level().map(|level| level.as_str()),
+            content: Content::from_text(&frame.display_message().to_string()),
+        }
+    }
+
+    const UNDECODABLE: Self =
+        TraceMessage { seconds: None, level: None, content: Content::Undecodable };
+}
+
+/// Decodes the bytes that a robot writes to RTT.
+pub struct TraceReader<'t> {
+    table: &'t Table,
+    decoder: Box<dyn StreamDecoder + Send + Sync + 't>,
+    /// An error in an encoding without frames has made the rest unreadable.
+    is_lost: bool,
+}
+
+impl<'t> TraceReader<'t> {
+    /// Returns a reader for firmware with these messages.
+    pub fn new(table: &'t Table) -> Self {
+        TraceReader { table, decoder: table.new_stream_decoder(), is_lost: false }
+    }
+
+    /// Discards the message that a reset or a power-off of the robot has cut.
+    pub fn restart(&mut self) {
+        *self = TraceReader::new(self.table);
+    }
+
+    /// Reads bytes, and returns the messages that are complete.
+    pub fn read(&mut self, bytes: &[u8]) -> Vec<TraceMessage> {
+        self.decoder.received(bytes);
+        let mut messages = Vec::new();
+        while !self.is_lost {
+            match self.decoder.decode() {
+                Ok(frame) => messages.push(TraceMessage::new(&frame)),
+                Err(DecodeError::UnexpectedEof) => break,
+                Err(DecodeError::Malformed) => {
+                    self.is_lost = !self.table.encoding().can_recover();
+                    messages.push(TraceMessage::UNDECODABLE);
+                }
+            }
+        }
+        messages
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Content;
+
+    #[test]
+    fn records_are_lists_of_bytes() {
+        let record = |bytes: &[u8]| Content::Record(bytes.to_vec());
+        assert_eq!(Content::from_text("bbz [6, 1, 0, 255]"), record(&[6, 1, 0, 255]));
+        assert_eq!(Content::from_text("bbz [6,1] (crazyflie src/trace.rs:31)"), record(&[6, 1]));
+        assert_eq!(Content::from_text("bbz []"), record(&[]));
+    }
+
+    #[test]
+    fn damaged_records_are_no_text() {
+        for text in ["bbz [1, 2", "bbz [1, 256]", "bbz [1, x]", "bbz [-1]"] {
+            assert_eq!(Content::from_text(text), Content::DamagedRecord(text.to_owned()));
+        }
+        for text in ["", "bbz", "a bbz [1]", "boot"] {
+            assert_eq!(Content::from_text(text), Content::Text(text.to_owned()));
+        }
+    }
+}

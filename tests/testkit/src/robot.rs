@@ -1,0 +1,165 @@
+//! A machine with its recorder.
+
+use bittybuzz_vm_core::message::{FULL_FRAME, Message, Script};
+use bittybuzz_vm_core::number::Profile;
+use bittybuzz_vm_core::{
+    ByteCode, Counters, Entry, Fault, Image, ImageError, Outcome, Sizes, Vm, builtin,
+};
+
+use crate::link::Received;
+use crate::recorder::Recorder;
+
+/// What a Kilobot remembers of other robots, and the bearings that only other robots know.
+pub const SIZES: Sizes = Sizes { neighbors: 15, bearings: true, entries: 4, swarms: 8 };
+
+/// A robot: a machine of `SLOTS` slots and the host that records it.
+pub struct TestRobot<P: Profile, C: ByteCode = &'static [u8], const SLOTS: usize = 600> {
+    /// The machine.
+    pub vm: Box<Vm<P, C, SLOTS>>,
+    /// The host.
+    pub host: Recorder,
+    /// Instructions of one slice.
+    pub budget: u16,
+    /// The id that it has after a restart.
+    pub id: u16,
+    /// The seed of its random numbers after a restart.
+    pub seed: u32,
+    /// The run-time error that stopped the script.
+    pub fault: Option<Fault>,
+    code: C,
+    sizes: Sizes,
+    has_begun: bool,
+}
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> TestRobot<P, C, SLOTS> {
+    /// Loads an image.
+    ///
+    /// # Panics
+    /// If the verifier refuses it.
+    pub fn new(code: C, id: u16, sizes: Sizes) -> Self {
+        Self::load(code, id, sizes)
+            .unwrap_or_else(|error| panic!("the image is refused: {error:?}"))
+    }
+
+    /// Loads an image, unless the verifier refuses it.
+    pub fn load(code: C, id: u16, sizes: Sizes) -> Result<Self, ImageError> {
+        let mut robot = TestRobot {
+            vm: Box::new(Vm::new()),
+            host: Recorder::default(),
+            budget: 1000,
+            id,
+            seed: 1,
+            fault: None,
+            code,
+            sizes,
+            has_begun: false,
+        };
+        robot.power_on()?;
+        Ok(robot)
+    }
+
+    fn power_on(&mut self) -> Result<(), ImageError> {
+        *self.vm = Vm::new();
+        self.vm.equip(self.sizes);
+        self.vm.load(Image::new(self.code), |_| true)?;
+        self.vm.identify(self.id, self.seed);
+        (self.fault, self.has_begun) = (None, false);
+        Ok(())
+    }
+
+    /// Switches the robot off and on: it knows nothing any more, but its recording goes on. Frames that wait stay;
+    /// give the host another link if they are to be lost.
+    pub fn restart(&mut self) {
+        assert_eq!(self.power_on(), Ok(()), "the image was accepted before");
+    }
+
+    /// Makes the script ready to start again after a fault. Until [`TestRobot::start`] its steps handle messages only.
+    pub fn rest(&mut self) {
+        self.vm.restart();
+        self.fault = None;
+    }
+
+    /// Runs global code and `init()` again.
+    pub fn start(&mut self) -> Result<(), Fault> {
+        self.has_begun = false;
+        self.begin()
+    }
+
+    /// Runs one step, the first time after global code and `init()`. A script that stopped stays so.
+    pub fn step(&mut self) -> Result<(), Fault> {
+        self.begin()?;
+        self.enter(Entry::Step)
+    }
+
+    /// Runs global code and `init()`, unless they have run.
+    pub fn begin(&mut self) -> Result<(), Fault> {
+        if self.has_begun {
+            return self.fault.map_or(Ok(()), Err);
+        }
+        self.has_begun = true;
+        self.enter(Entry::Global)?;
+        self.enter(Entry::Init)
+    }
+
+    /// Runs an entry to its end, if the script has it.
+    ///
+    /// # Panics
+    /// If it does not end within a million slices.
+    pub fn enter(&mut self, entry: Entry) -> Result<(), Fault> {
+        if let Some(fault) = self.fault {
+            return Err(fault);
+        }
+        self.host.link.begin_step();
+        if !self.vm.begin(entry) {
+            return Ok(());
+        }
+        for _ in 0..1_000_000 {
+            match self.vm.run(&mut self.host, self.budget) {
+                Outcome::Done => return Ok(()),
+                Outcome::Fault(fault) => {
+                    self.fault = Some(fault);
+                    return Err(fault);
+                }
+                Outcome::Pending | Outcome::Waiting => {}
+            }
+            #[cfg(feature = "torture")]
+            if let Err(problem) = self.vm.audit() {
+                panic!("robot {}: {problem}", self.id);
+            }
+        }
+        panic!("robot {}: {entry:?} does not end", self.id);
+    }
+
+    /// Returns the script as messages know it.
+    pub fn script(&self) -> Script {
+        let header = self.vm.header().expect("an image is loaded");
+        Script { hash: header.hash(), strings: header.strings() + builtin::string::COUNT }
+    }
+
+    /// Returns the frame of a message between robots of this script.
+    ///
+    /// # Panics
+    /// If the message does not fit.
+    pub fn frame(&self, message: &Message<'_, P>) -> Vec<u8> {
+        let mut room = [0; FULL_FRAME];
+        let length = message.encode(self.script(), &mut room);
+        let length = length.unwrap_or_else(|| panic!("{message:?} does not fit"));
+        room[..length].to_vec()
+    }
+
+    /// A message from outside waits for the robot.
+    pub fn receive(&mut self, message: &Message<'_, P>) {
+        let frame = self.frame(message);
+        self.host.link.push(Received::new(&frame));
+    }
+
+    /// Takes the frames that the robot has sent.
+    pub fn take_sent(&mut self) -> Vec<Vec<u8>> {
+        std::iter::from_fn(|| self.host.link.pop_sent()).collect()
+    }
+
+    /// Returns and clears the counters of what the robot could not use.
+    pub fn counters(&mut self) -> Counters {
+        self.vm.counters()
+    }
+}

@@ -1,0 +1,132 @@
+//! Several robots and the air between them.
+
+use std::rc::Rc;
+
+use bittybuzz_vm_core::number::Profile;
+use bittybuzz_vm_core::{ByteCode, Fault, Periods};
+
+use crate::air::{Air, OnAir};
+use crate::link::{Link, Received};
+use crate::program::Program;
+use crate::robot::{SIZES, TestRobot};
+
+/// Robots that step together.
+pub struct Swarm<P: Profile, C: ByteCode = &'static [u8], const SLOTS: usize = 600> {
+    /// The robots.
+    pub robots: Vec<TestRobot<P, C, SLOTS>>,
+    /// The air between them.
+    pub air: Air,
+    steps: u32,
+}
+
+impl<P: Profile> Swarm<P> {
+    /// Robots of a Kilobot's sizes with ids 1, 2, ... that run one script, in a row, 10 mm from one to the next. They run
+    /// three instructions at a time, so that everything is interrupted everywhere, and their periods are short.
+    pub fn new(count: usize, script: &str) -> Self {
+        let program = Program::new::<P>(script);
+        let symbols = Rc::new(program.symbols.clone());
+        let image = program.leak();
+        let robots = (1..=count as u16).map(|id| {
+            let mut robot = TestRobot::new(image, id, SIZES);
+            robot.budget = 3;
+            robot.host.periods = Periods { beacon: 5, forget: 10, advertise: 10 };
+            robot.host.symbols = Some(symbols.clone());
+            robot
+        });
+        Swarm::of(robots.collect())
+    }
+}
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Swarm<P, C, SLOTS> {
+    /// A swarm of these robots in perfect air.
+    pub fn of(robots: Vec<TestRobot<P, C, SLOTS>>) -> Self {
+        Swarm { robots, air: Air::default(), steps: 0 }
+    }
+
+    /// Gives every robot a link; those of the firmware are [`Queues`](crate::Queues).
+    pub fn with_links<L: Link + 'static>(mut self, link: impl Fn() -> L) -> Self {
+        for robot in &mut self.robots {
+            robot.host.link = Box::new(link());
+        }
+        self
+    }
+
+    /// Runs one step of every robot, in order, and then delivers their frames.
+    ///
+    /// # Panics
+    /// If a script stops.
+    pub fn step(&mut self) {
+        self.try_step();
+        for robot in &self.robots {
+            if let Some(fault) = robot.fault {
+                panic!("robot {}: {fault:?}, after {:?}", robot.id, robot.host.lines());
+            }
+        }
+    }
+
+    /// Runs a number of steps.
+    ///
+    /// # Panics
+    /// If a script stops.
+    pub fn steps(&mut self, count: usize) {
+        (0..count).for_each(|_| self.step());
+    }
+
+    /// Runs one step of every robot whose script has not stopped, delivers their frames, and returns the number of
+    /// frames that were sent.
+    pub fn try_step(&mut self) -> usize {
+        for robot in &mut self.robots {
+            // The robot keeps its fault.
+            let _ = robot.step();
+        }
+        let sent = self.deliver();
+        self.steps += 1;
+        sent
+    }
+
+    fn deliver(&mut self) -> usize {
+        let late = self.air.take_late();
+        let mut sent = 0;
+        for from in 0..self.robots.len() {
+            for _ in 0..self.air.frames_per_step {
+                let Some(bytes) = self.robots[from].host.link.pop_sent() else { break };
+                sent += 1;
+                let frame = OnAir { step: self.steps, from: Some(from), bytes };
+                (self.air.observe)(&frame);
+                for to in (0..self.robots.len()).filter(|to| *to != from) {
+                    for received in self.air.carry(from, to, &frame.bytes) {
+                        self.robots[to].host.link.push(received);
+                    }
+                }
+            }
+        }
+        for (to, received) in late {
+            self.robots[to].host.link.push(received);
+        }
+        sent
+    }
+
+    /// Sends a frame from outside, 50 mm from every robot, to those whose numbers are given. No such frame is lost.
+    pub fn inject(&mut self, frame: &[u8], to: impl IntoIterator<Item = usize>) {
+        (self.air.observe)(&OnAir { step: self.steps, from: None, bytes: frame.to_vec() });
+        for to in to {
+            let received = Received { place: Some([50.0, 0.0, 0.0]), ..Received::new(frame) };
+            self.robots[to].host.link.push(received);
+        }
+    }
+
+    /// Returns the faults of all robots.
+    pub fn faults(&self) -> Vec<Option<Fault>> {
+        self.robots.iter().map(|robot| robot.fault).collect()
+    }
+
+    /// Returns what every robot logged, line by line.
+    pub fn logs(&self) -> Vec<Vec<String>> {
+        self.robots.iter().map(|robot| robot.host.logs()).collect()
+    }
+
+    /// Returns what every robot logged last.
+    pub fn last(&self) -> Vec<String> {
+        self.logs().into_iter().map(|mut log| log.pop().unwrap_or_default()).collect()
+    }
+}

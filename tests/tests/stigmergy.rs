@@ -1,0 +1,313 @@
+//! The stigmergy in hard times: stores that are too small, robots that lose their memory, clocks that are forged.
+
+use bittybuzz_testkit::{Program, Queues, SIZES, Swarm, TestRobot};
+use bittybuzz_vm_core::Value;
+use bittybuzz_vm_core::message::{CLOCK_MAX, Entry, Kind, Message};
+use bittybuzz_vm_core::number::{Full, Profile, Tiny};
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+/// Robots with the queues of a Kilobot and the periods of all shipped robots.
+fn kilobots(count: u16, script: &str) -> Swarm<Tiny> {
+    let program = Program::new::<Tiny>(script);
+    let symbols = Rc::new(program.symbols.clone());
+    let image = program.leak();
+    let robots = (1..=count).map(|id| {
+        let mut robot = TestRobot::new(image, id, SIZES);
+        robot.host.symbols = Some(symbols.clone());
+        robot
+    });
+    Swarm::of(robots.collect()).with_links(Queues::<Tiny, 10, 10>::default)
+}
+
+/// Steps of ten minutes.
+const TEN_MINUTES: usize = 6000;
+
+/// One frame in ten steps is the robot's beacon.
+const BEACONS: f64 = 0.1;
+
+/// Asserts that after five minutes a swarm with more keys than places sends at most its beacons and 0.05 frames per step
+/// and robot, and that all robots are neighbors.
+fn is_quiet_with_a_full_store(count: u16, frames_per_step: usize, puts: &str) {
+    let script = format!(
+        "function init() {{ s = stigmergy.create(1) {puts} }}
+         function step() {{ log(neighbors.count()) }}"
+    );
+    let mut swarm = kilobots(count, &script);
+    swarm.air.frames_per_step = frames_per_step;
+    let mut sent = 0;
+    for step in 0..TEN_MINUTES {
+        let frames = swarm.try_step();
+        if step >= TEN_MINUTES / 2 {
+            sent += frames;
+        }
+    }
+    let rate = sent as f64 / (TEN_MINUTES / 2) as f64 / f64::from(count);
+    let what = format!("{count} robots, {frames_per_step} frames per step, {puts}");
+    assert!(rate <= BEACONS + 0.05, "{what}: {rate:.3} frames per step and robot");
+    assert_eq!(swarm.last(), vec![(count - 1).to_string(); count.into()], "{what}");
+}
+
+#[test]
+fn swarms_with_full_stores_are_quiet_and_see_each_other() {
+    for count in [5, 6, 7, 8, 10, 12, 15] {
+        for frames_per_step in [1, 8] {
+            is_quiet_with_a_full_store(count, frames_per_step, "s.put(id, 1)");
+            is_quiet_with_a_full_store(
+                count,
+                frames_per_step,
+                "s.put(id, 1) if(id > 2) s.put(id * 2 + 10, 1)",
+            );
+        }
+    }
+}
+
+/// Frames by kind that a swarm sends while it runs.
+fn count_kinds<P: Profile>(swarm: &mut Swarm<P>, steps: usize) -> BTreeMap<&'static str, usize> {
+    let counts = Rc::new(RefCell::new(BTreeMap::new()));
+    let seen = counts.clone();
+    swarm.air.observe = Box::new(move |frame| {
+        let name = match Kind::of(frame.bytes[0]) {
+            Some(Kind::Entry) => "entry",
+            Some(Kind::Digest) => "digest",
+            Some(Kind::Beacon) => "beacon",
+            _ => "other",
+        };
+        *seen.borrow_mut().entry(name).or_default() += 1;
+    });
+    swarm.steps(steps);
+    swarm.air.observe = Box::new(|_| {});
+    counts.take()
+}
+
+#[test]
+fn equal_replicas_send_no_entries() {
+    let mut swarm = kilobots(
+        6,
+        "function init() { s = stigmergy.create(1) if(id < 5) s.put(id, id) }
+         function step() { log(s.size(), \" \", neighbors.count()) }",
+    );
+    swarm.steps(300);
+    let counts = count_kinds(&mut swarm, 1000);
+    assert_eq!(counts.get("entry"), None, "{counts:?}");
+    assert_eq!(swarm.last(), ["4 5"; 6]);
+    // Nothing but a beacon in nine or ten steps, with a digest.
+    assert_eq!(counts.keys().copied().collect::<Vec<_>>(), ["digest"]);
+    assert!((600..=667).contains(&counts["digest"]), "{counts:?}");
+}
+
+#[test]
+fn a_robot_that_missed_an_entry_is_told_by_its_digest() {
+    for rate in [1, 8] {
+        let mut swarm = kilobots(
+            4,
+            "t = 0
+             function init() { s = stigmergy.create(1) s.put(id % 2, id) }
+             function step() { t = t + 1 if(t == 50) { if(id == 1) s.put(2, 77) } log(s.get(2)) }",
+        );
+        swarm.air.frames_per_step = rate;
+        // Robot 4 receives nothing for a minute.
+        let is_open = Rc::new(RefCell::new(false));
+        let open = is_open.clone();
+        swarm.air.reaches = Box::new(move |_, to| to != 3 || *open.borrow());
+        swarm.steps(600);
+        assert_eq!(swarm.last(), ["77", "77", "77", "nil"]);
+        *is_open.borrow_mut() = true;
+        swarm.steps(40);
+        assert_eq!(swarm.last(), ["77"; 4]);
+    }
+}
+
+/// Robot 1 deletes a key while the others know it; then there is room for another one.
+#[test]
+fn a_deleted_key_gives_its_place_back_after_its_time() {
+    let mut swarm = kilobots(
+        3,
+        "t = 0
+         function init() { s = stigmergy.create(1) if(id == 1) { s.put(1, 1) s.put(2, 2) s.put(3, 3) s.put(4, 4) } }
+         function step() {
+           t = t + 1
+           if(id == 1) { if(t == 50) s.put(4, nil)  if(t == 900) s.put(5, 5) }
+           log(s.get(4), \" \", s.get(5), \" \", s.size())
+         }",
+    );
+    swarm.steps(40);
+    assert_eq!(swarm.last(), ["4 nil 4"; 3]);
+    swarm.steps(60);
+    assert_eq!(swarm.last(), ["nil nil 3"; 3]);
+    swarm.steps(900);
+    assert_eq!(swarm.last(), ["nil 5 4"; 3]);
+}
+
+/// A key that is put again after its deletion was forgotten here, but not yet elsewhere, must win there.
+#[test]
+fn a_new_put_exceeds_a_deletion_that_others_still_remember() {
+    let script = "t = 0
+         function init() { s = stigmergy.create(1) if(id == 1) { s.put(1, 1) s.put(1, 2) s.put(1, 3) } }
+         function step() {
+           t = t + 1
+           if(id == 1) { if(t == 30) s.put(1, nil)  if(t == 700) s.put(1, 9) }
+           log(s.get(1))
+         }";
+    let mut swarm = kilobots(2, script);
+    // Robot 2 learns of the deletion 300 steps later, and remembers it for that much longer.
+    let is_open = Rc::new(RefCell::new(true));
+    let open = is_open.clone();
+    swarm.air.reaches = Box::new(move |_, _| *open.borrow());
+    swarm.steps(25);
+    assert_eq!(swarm.last(), ["3", "3"]);
+    *is_open.borrow_mut() = false;
+    swarm.steps(300);
+    *is_open.borrow_mut() = true;
+    swarm.steps(60);
+    assert_eq!(swarm.last(), ["nil", "nil"]);
+    swarm.steps(400);
+    assert_eq!(swarm.last(), ["9", "9"]);
+}
+
+fn entry(owner: u16, clock: u32, value: i32) -> Message<'static, Tiny> {
+    let (key, value) = (Value::int(1), Value::int(value));
+    Message::Entry(Entry { stigmergy: 1, owner, clock, key, value })
+}
+
+/// One forged frame with the greatest clock, or any other, rules until the next put and no longer.
+#[test]
+fn a_forged_clock_wins_only_until_the_next_put() {
+    for clock in [1000, CLOCK_MAX / 2, CLOCK_MAX - 1, CLOCK_MAX] {
+        let mut swarm = kilobots(
+            4,
+            "t = 0
+             function init() { s = stigmergy.create(1) }
+             function step() { t = t + 1 if(id == 2) { if(t % 50 == 0) s.put(1, t) } log(s.get(1)) }",
+        );
+        swarm.steps(120);
+        assert_eq!(swarm.last(), ["100"; 4]);
+        let forged = swarm.robots[0].frame(&entry(65535, clock, -5));
+        swarm.inject(&forged, [0, 1, 2, 3]);
+        swarm.steps(10);
+        // Beyond half the circle a clock is an old one.
+        let reigns = if clock > CLOCK_MAX / 2 + 2 { "100" } else { "-5" };
+        assert_eq!(swarm.last(), [reigns; 4], "{clock}");
+        swarm.steps(100);
+        assert_eq!(swarm.last(), ["200"; 4], "{clock}");
+    }
+}
+
+/// What a robot has put since it was switched on is later than what others know from its former life.
+#[test]
+fn a_robot_without_memory_does_not_lose_its_new_put_to_its_old_one() {
+    let mut swarm = kilobots(
+        3,
+        "t = 0
+         function init() { s = stigmergy.create(1) }
+         function step() {
+           t = t + 1
+           if(id == 1) { if(t % 7 == 3) s.put(1, t) if(t > 60) s.put(1, 1000 + t) }
+           log(s.get(1))
+         }",
+    );
+    swarm.steps(70);
+    assert_eq!(swarm.last()[1..], ["1069", "1069"]);
+    // After its third step it puts 3 with clock 1; the others hold a clock near 20.
+    swarm.robots[0].restart();
+    swarm.steps(8);
+    assert_eq!(swarm.last(), ["3"; 3]);
+    swarm.steps(5);
+    assert_eq!(swarm.last()[0], "10");
+}
+
+/// Two robots with one id each take the other's puts for those of a former life: that must not fill the air.
+#[test]
+fn two_robots_with_one_id_do_not_fill_the_air() {
+    let mut swarm = kilobots(
+        3,
+        "function init() { s = stigmergy.create(1) s.put(1, rand() % 100) }
+         function step() { log(neighbors.count()) }",
+    );
+    for robot in &mut swarm.robots[..2] {
+        robot.vm.identify(7, u32::from(robot.id));
+    }
+    swarm.steps(300);
+    let counts = count_kinds(&mut swarm, 1000);
+    let entries = counts.get("entry").copied().unwrap_or(0);
+    assert_eq!(entries, 0, "{counts:?}");
+}
+
+#[test]
+fn what_a_script_does_to_a_table_does_not_change_the_entry() {
+    let script = "function init() {
+           s = stigmergy.create(1)
+           mine = {.a = 1}
+           if(id == 1) s.put(\"t\", mine)
+           mine.a = 2
+         }
+         function step() {
+           var got = s.get(\"t\")
+           if(not isnil(got)) {
+             log(got.a)
+             got.a = 3
+             s.foreach(function(key, value, robot) { log(value.a)  value.a = 4 })
+           }
+         }";
+    let mut swarm: Swarm<Full> = Swarm::new(2, script);
+    swarm.steps(20);
+    for robot in swarm.logs() {
+        assert!(robot.len() > 20 && robot.iter().all(|line| line == "1"), "{robot:?}");
+    }
+}
+
+/// Each robot puts a table under one key, and a number under one of three.
+const RESTARTS: &str = "t = 0
+    function init() { s = stigmergy.create(1) n = rand() % 100 }
+    function step() {
+        t = t + 1
+        if(t == 2 + id) s.put(\"k\", {.a = n, .b = {.c = id}})
+        if(t == 9) s.put(id % 3, n)
+        var k = s.get(\"k\")
+        if(isnil(k)) log(\"nothing\")
+        else log(k.a, \" \", k.b.c, \" \", s.get(0), \" \", s.get(1), \" \", s.get(2))
+    }";
+
+/// The values on all robots once all is quiet: robots put tables, and one is switched off and on at a random
+/// step, while 30 % of the frames are lost.
+fn values_after_restart(seed: u64) -> Vec<String> {
+    thread_local! {
+        static IMAGE: &'static [u8] = Program::new::<Full>(RESTARTS).leak();
+    }
+    let image = IMAGE.with(|image| *image);
+    let robots = (1..=5).map(|id| TestRobot::<Full>::new(image, id, SIZES)).collect();
+    let mut swarm = Swarm::of(robots).with_links(Queues::<Full, 10, 10>::default);
+    swarm.air.seed(seed);
+    swarm.air.loss = 0.3;
+    swarm.air.frames_per_step = 8;
+    let (step, robot) = (seed % 60, (seed / 60 % 5) as usize);
+    for at in 0..60 {
+        if at == step {
+            swarm.robots[robot].seed = seed as u32 + 2;
+            swarm.robots[robot].restart();
+        }
+        swarm.step();
+    }
+    swarm.steps(600);
+    swarm.last()
+}
+
+fn replicas_are_equal_after_restarts(seeds: std::ops::Range<u64>) {
+    for seed in seeds {
+        let values = values_after_restart(seed);
+        assert!(values.iter().all(|value| *value == values[0]), "seed {seed}: {values:?}");
+        assert_ne!(values[0], "nothing");
+    }
+}
+
+#[test]
+fn replicas_of_tables_are_equal_a_minute_after_a_restart() {
+    replicas_are_equal_after_restarts(0..50);
+}
+
+#[test]
+#[ignore = "minutes; `cargo xtask soak` runs it"]
+fn replicas_of_tables_are_equal_after_a_thousand_restarts() {
+    replicas_are_equal_after_restarts(0..1000);
+}
