@@ -8,14 +8,14 @@
 //! serves the heap. A heap cell is [`CELL`] slots and never moves; its number is the index of its first slot, so 0
 //! is no cell. [`crate::heap`] says what cells hold.
 
+#[cfg(feature = "torture")]
+use core::cell::Cell;
 use core::num::NonZeroUsize;
 
 use crate::heap::NoCell;
 use crate::number::Profile;
 use crate::slots::Slots;
-#[cfg(feature = "swarm")]
-use crate::value::Tag;
-use crate::value::Value;
+use crate::value::{Tag, Value};
 
 /// Slots of a heap cell: a header and six others.
 pub(crate) const CELL: usize = 7;
@@ -38,6 +38,9 @@ pub(crate) struct Arena<P: Profile, const SLOTS: usize> {
     pub(crate) pressed: bool,
     /// A cell was taken since the last collection.
     pub(crate) allocated: bool,
+    /// Accesses to slots so far, those of the collector excepted: a measure of time that is the same on every host.
+    #[cfg(feature = "torture")]
+    accesses: Cell<u64>,
     pub(crate) slots: P::Slots<SLOTS>,
 }
 
@@ -53,6 +56,8 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             floor: 0,
             pressed: false,
             allocated: false,
+            #[cfg(feature = "torture")]
+            accesses: Cell::new(0),
             slots: P::Slots::EMPTY,
         }
     }
@@ -90,6 +95,18 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         }
     }
 
+    #[inline(always)]
+    fn count_access(&self) {
+        #[cfg(feature = "torture")]
+        self.accesses.set(self.accesses.get() + 1);
+    }
+
+    /// Accesses to slots so far.
+    #[cfg(feature = "torture")]
+    pub(crate) fn accesses(&self) -> u64 {
+        self.accesses.get()
+    }
+
     /// Slots in use.
     pub(crate) fn top(&self) -> usize {
         self.top as usize
@@ -99,6 +116,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// For the few places where speed counts; elsewhere [`Arena::get`] is smaller.
     #[inline(always)]
     pub(crate) fn get_fast(&self, at: usize) -> Value<P> {
+        self.count_access();
         self.slots.get(at)
     }
 
@@ -115,6 +133,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// Writes a slot; see [`Arena::get_fast`].
     #[inline(always)]
     pub(crate) fn set_fast(&mut self, at: usize, value: Value<P>) {
+        self.count_access();
         self.slots.set(at, value);
     }
 
@@ -154,7 +173,15 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// The payload of a slot as an index.
     #[inline(always)]
     pub(crate) fn index_at(&self, at: usize) -> usize {
+        self.count_access();
         self.slots.index_at(at)
+    }
+
+    /// Whether the slot holds nil: faster than reading all of it.
+    #[inline(always)]
+    pub(crate) fn is_nil_at(&self, at: usize) -> bool {
+        self.count_access();
+        self.slots.tag_at(at) == Tag::NIL
     }
 
     /// Sets the link of a cell and leaves the rest of its header.

@@ -96,7 +96,8 @@ pub enum Feature {
 pub enum Kind {
     /// Computes its result at once.
     Plain,
-    /// Calls script functions, or suspends: its result comes later, so it cannot drop it.
+    /// Calls script functions, suspends, or takes an instruction for each element: its result comes later, so it cannot
+    /// drop it.
     Calls,
     /// Not a function but a value: `math.pi`, `math.rng`.
     Value,
@@ -195,8 +196,8 @@ builtins! {
     NEIGHBORS_MAP = 52, Neighbors."map", 1..=1, Calls, Neighbors, "neighbors.map(f): snapshot of f(id, data)";
     NEIGHBORS_FILTER = 53, Neighbors."filter", 1..=1, Calls, Neighbors, "neighbors.filter(f): those for which f(id, data)";
     NEIGHBORS_REDUCE = 54, Neighbors."reduce", 2..=2, Calls, Neighbors, "neighbors.reduce(f, a): a = f(id, data, a)";
-    NEIGHBORS_KIN = 55, Neighbors."kin", 0..=0, Plain, Neighbors, "neighbors.kin(): those in the current swarm";
-    NEIGHBORS_NONKIN = 56, Neighbors."nonkin", 0..=0, Plain, Neighbors, "neighbors.nonkin(): those outside it";
+    NEIGHBORS_KIN = 55, Neighbors."kin", 0..=0, Calls, Neighbors, "neighbors.kin(): those in the current swarm";
+    NEIGHBORS_NONKIN = 56, Neighbors."nonkin", 0..=0, Calls, Neighbors, "neighbors.nonkin(): those outside it";
     NEIGHBORS_BROADCAST = 57, Neighbors."broadcast", 2..=2, Plain, Neighbors, "neighbors.broadcast(topic, value)";
     NEIGHBORS_LISTEN = 58, Neighbors."listen", 2..=2, Plain, Neighbors, "neighbors.listen(topic, f): f(topic, value, id)";
     NEIGHBORS_IGNORE = 59, Neighbors."ignore", 1..=1, Plain, Neighbors, "neighbors.ignore(topic)";

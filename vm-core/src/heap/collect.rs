@@ -39,7 +39,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             let mut child = 0;
             while at < cell + CELL {
                 if self.leads_on(at) {
-                    child = self.index_at(at);
+                    child = self.slots.index_at(at);
                     if child != 0 && !self.leads_on(child) {
                         break;
                     }
@@ -61,7 +61,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             }
             // Back to the cell before: the slot that was followed gets its own value again.
             at = before + usize::from(self.slots.tag_at(before).byte() >> FOLLOWED_SHIFT);
-            let back = self.index_at(at);
+            let back = self.slots.index_at(at);
             self.slots.set_index(at, cell);
             cell = before;
             before = back;
@@ -83,7 +83,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
                 bottom = bottom.min(cell);
                 in_use += CELL;
             } else if bottom < cell {
-                self.set_fast(cell, Value::indexed(FREE, free as u16));
+                self.slots.set(cell, Value::indexed(FREE, free as u16));
                 free = cell;
             }
             cell += CELL;

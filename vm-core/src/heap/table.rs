@@ -65,15 +65,44 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.index_at(table + LENGTH)
     }
 
-    /// Slot of array element `index`, which is at most the length; 1, as of cell 0, if that needs one more cell.
-    #[inline(never)]
-    fn array_slot(&self, table: usize, mut index: usize) -> usize {
+    /// The cell of array element `index`, which is at most the length, and the element's place in it; cell 0 if that needs
+    /// one more cell.
+    #[inline(always)]
+    fn array_place(&self, table: usize, mut index: usize) -> (usize, usize) {
         let mut cell = self.index_at(table + CHAIN);
         while index >= PER_ARRAY {
             cell = self.link(cell);
             index -= PER_ARRAY;
         }
-        cell + 1 + index
+        (cell, index)
+    }
+
+    /// Slot of array element `index`, which is at most the length; 1, as of cell 0, if that needs one more cell.
+    #[inline(never)]
+    fn array_slot(&self, table: usize, index: usize) -> usize {
+        let (cell, place) = self.array_place(table, index);
+        cell + 1 + place
+    }
+
+    /// Index and slot of the first array element from `index` on that is no gap; slot 0 if there is none.
+    #[inline(never)]
+    fn next_element(&self, table: usize, mut index: usize) -> (usize, usize) {
+        let length = self.array_length(table);
+        if index < length {
+            let (mut cell, mut place) = self.array_place(table, index);
+            while index < length {
+                if place == PER_ARRAY {
+                    cell = self.link(cell);
+                    place = 0;
+                }
+                place += 1;
+                if !self.is_nil_at(cell + place) {
+                    return (index, cell + place);
+                }
+                index += 1;
+            }
+        }
+        (index, 0)
     }
 
     /// The key as an array index, if it is an integer that could be one.
@@ -145,7 +174,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             let slot = self.array_slot(table, index);
             self.set(slot, value);
             if value.is_nil() && index + 1 == length {
-                self.shorten(table, index);
+                self.shorten(table);
             }
             return Ok(());
         }
@@ -173,19 +202,27 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         Ok(())
     }
 
-    /// Element `length` was removed and was the last: the array ends before it and before any gaps there.
+    /// The last element was removed: the array ends after the last value that is left, and the cells after that are
+    /// released. Looks at each cell from its end, so that full ones take one look.
     #[inline(never)]
-    fn shorten(&mut self, table: usize, mut length: usize) {
-        while length > 0 && self.get(self.array_slot(table, length - 1)).is_nil() {
-            length -= 1;
+    fn shorten(&mut self, table: usize) {
+        let mut last = table + CHAIN;
+        let mut length = 0;
+        let mut before = 0;
+        let mut cell = self.link(last);
+        while cell != 0 {
+            let mut place = PER_ARRAY;
+            while place != 0 && self.is_nil_at(cell + place) {
+                place -= 1;
+            }
+            if place != 0 {
+                last = cell;
+                length = before + place;
+            }
+            before += PER_ARRAY;
+            cell = self.link(cell);
         }
         self.set(table + LENGTH, Value::int(length as i32));
-        // Lets go of the cells that are empty now.
-        let mut last = table + CHAIN;
-        while length > 0 {
-            last = self.link(last);
-            length = length.saturating_sub(PER_ARRAY);
-        }
         self.set_link(last, 0);
     }
 
@@ -214,18 +251,25 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             let key;
             let mut value;
             if phase & 1 == 0 {
-                if phase == BEHIND_GAP && at >= self.array_length(table) {
-                    phase = HEAD as u8;
-                    at = table;
-                    continue;
+                let mut index = at;
+                if phase == CONSECUTIVE {
+                    value = self.table_get(table, Value::indexed(Tag::INT, at as u16));
+                    if value.is_nil() {
+                        self.set(iteration + 1, Value::indexed(Tag::INT, at as u16));
+                        phase = BEHIND_GAP;
+                    }
+                } else {
+                    let slot;
+                    (index, slot) = self.next_element(table, at);
+                    if slot == 0 {
+                        phase = HEAD as u8;
+                        at = table;
+                        continue;
+                    }
+                    value = self.get(slot);
                 }
-                key = Value::indexed(Tag::INT, at as u16);
-                value = self.table_get(table, key);
-                at = at.wrapping_add(1);
-                if phase == CONSECUTIVE && value.is_nil() {
-                    self.set(iteration + 1, key);
-                    phase = BEHIND_GAP;
-                }
+                key = Value::indexed(Tag::INT, index as u16);
+                at = index.wrapping_add(1);
             } else {
                 if usize::from(phase) >= CELL {
                     at = self.get(at).index();
@@ -265,7 +309,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         let mut count = 0;
         while cell != 0 {
             for at in cell + 1..cell + CELL {
-                count += usize::from(!self.get(at).is_nil());
+                count += usize::from(!self.is_nil_at(at));
             }
             cell = self.link(cell);
         }

@@ -9,6 +9,12 @@ use crate::number::Profile;
 use crate::value::{Tag, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
+    /// Accesses to slots since the machine was made, those of the collector excepted: a measure of the time that
+    /// instructions take.
+    pub fn accesses(&self) -> u64 {
+        self.arena.accesses()
+    }
+
     /// Collects, and says what is wrong with the memory of a script that has not stopped.
     pub fn audit(&mut self) -> Result<(), &'static str> {
         if self.loaded().is_none() || matches!(self.state, State::Faulted(_)) {

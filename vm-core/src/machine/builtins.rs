@@ -13,7 +13,8 @@ use crate::part::Part;
 use crate::value::{Tag, Type, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Computes a built-in of kind `Plain` from the `count` arguments on top, which stay there.
+    /// Computes a built-in of kind `Plain` from the `count` arguments on top, which stay there. The result is unset if it needs
+    /// a table in place of an argument that is a library.
     #[inline(never)]
     pub(super) fn builtin<H: Host<P>>(
         &mut self,
@@ -29,7 +30,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             builtin::LOG => {
                 for slot in first..end {
                     if self.arena.get(slot).is(Tag::LIBRARY) {
-                        self.library_to_table(host, slot)?;
+                        return Ok(Value::unset());
                     }
                 }
                 let count = usize::from(count);
@@ -38,8 +39,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
             // Without an argument there is what an earlier call left.
             builtin::SIZE if !a.is(Tag::UNSET) => {
-                self.library_to_table(host, first)?;
-                Ok(Value::int(self.table_size(self.arena.get(first)) as i32))
+                if !self.is_table(a)? {
+                    return Ok(Value::unset());
+                }
+                Ok(Value::int(self.table_size(a) as i32))
             }
             builtin::RAND => Ok(Value::int(self.rng.rand())),
             builtin::UNIFORM if a.is(Tag::UNSET) => Ok(Value::int(self.rng.next_u32() as i32)),
@@ -90,7 +93,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             #[cfg(feature = "strings")]
             builtin::LENGTH..=builtin::STRING_TO_FLOAT => {
                 if a.is(Tag::LIBRARY) {
-                    self.library_to_table(host, first)?;
+                    return Ok(Value::unset());
                 }
                 self.string_builtin(number, count)
             }

@@ -210,9 +210,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         drop_result: bool,
     ) -> Result<(), Stopped> {
         if Needs::of::<P, C>(number).is(Kind::Calls) {
-            return self.begin_native(host, number, count);
+            return self.begin_native(number, count);
         }
         let result = self.builtin(host, number, count)?;
+        if Self::has(Part::Libraries) && result.is(Tag::UNSET) {
+            return self.begin_copy(number, count, drop_result);
+        }
         self.sp = self.sp.wrapping_sub(u16::from(count));
         if !drop_result {
             self.push(result);

@@ -52,6 +52,8 @@ fn task(number: u8) -> u8 {
         builtin::SNAPSHOT_FOREACH..=builtin::SNAPSHOT_REDUCE => {
             number - builtin::SNAPSHOT_FOREACH + builtin::FOREACH
         }
+        // A snapshot of some of the elements as they are.
+        builtin::NEIGHBORS_KIN | builtin::NEIGHBORS_NONKIN => builtin::CLONE,
         builtin::STIGMERGY_FOREACH => builtin::FOREACH,
         builtin::STIGMERGY_MAP => builtin::MAP,
         builtin::STIGMERGY_REDUCE => builtin::REDUCE,
@@ -62,7 +64,7 @@ fn task(number: u8) -> u8 {
 /// Whether it is a function of `neighbors`, which is what it iterates.
 #[cfg(feature = "swarm")]
 fn is_of_neighbors(number: u8) -> bool {
-    (builtin::NEIGHBORS_FOREACH..=builtin::NEIGHBORS_REDUCE).contains(&number)
+    (builtin::NEIGHBORS_FOREACH..=builtin::NEIGHBORS_NONKIN).contains(&number)
 }
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
@@ -71,12 +73,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Begins a built-in of kind `Calls`, whose `count` arguments are on top.
     #[inline(never)]
-    pub(super) fn begin_native<H: Host<P>>(
-        &mut self,
-        host: &mut H,
-        number: u8,
-        count: u8,
-    ) -> Result<(), Stopped> {
+    pub(super) fn begin_native(&mut self, number: u8, count: u8) -> Result<(), Stopped> {
         #[cfg(feature = "swarm")]
         let mut count = count;
         #[cfg(feature = "swarm")]
@@ -102,7 +99,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             {
                 return Ok(());
             }
-            self.library_to_table(host, first)?;
+            if !self.is_table(argument)? {
+                return self.begin_copy(number, wanted, false);
+            }
         } else {
             #[cfg(feature = "swarm")]
             self.need_source(number, argument)?;
@@ -140,6 +139,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let number = self.pc as u8 & 0x7f;
         if number == Native::ROBOT.0 {
             return self.poll_robot(host);
+        }
+        if Self::has(Part::Libraries) && number == Native::COPY.0 {
+            return self.copy_on(host);
         }
         if number == Native::START.0 {
             self.pc = Native::EXIT.position() as u16;
@@ -197,6 +199,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 number,
                 builtin::NEIGHBORS_MAP
                     | builtin::NEIGHBORS_FILTER
+                    | builtin::NEIGHBORS_KIN
+                    | builtin::NEIGHBORS_NONKIN
                     | builtin::SNAPSHOT_MAP
                     | builtin::SNAPSHOT_FILTER
             );
@@ -219,12 +223,17 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.set_local(ELEMENT, element);
             }
         }
-        if number != builtin::CLONE {
+        if task != builtin::CLONE {
             let count = usize::from(self.sp).wrapping_sub(callback) as u8;
             self.call_back(host, function, count)?;
+        } else if number != builtin::CLONE {
+            #[cfg(feature = "swarm")]
+            if Self::has(Part::Neighbors) && Self::has(Part::Swarms) && !self.is_chosen(number) {
+                self.sp = callback as u16;
+            }
         } else if element.is(Tag::TABLE) {
             // The clone takes the place of the element.
-            self.begin_native(host, number, 1)?;
+            self.begin_native(number, 1)?;
         }
         Ok(Flow::Continue)
     }

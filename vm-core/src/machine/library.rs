@@ -3,7 +3,7 @@
 //! A library costs no memory until a script changes it. Then the machine's own global holds a table of overlays: library
 //! value to table of changed fields. A field that the script removed is unset there.
 
-use super::{OVERLAYS, Vm};
+use super::{Flow, Native, OVERLAYS, Vm};
 use crate::builtin::{self, Library};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
@@ -14,6 +14,17 @@ use crate::number::Profile;
 use crate::part::Part;
 use crate::rom::Needs;
 use crate::value::{Tag, Value};
+
+// Locals of the frame that copies a library to a table.
+/// The built-in that is called then, and how many arguments it has.
+const CALL: i8 = 1;
+const DROP_RESULT: i8 = 2;
+/// The next row of the image's library table.
+const ROW: i8 = 3;
+const COPY: i8 = 4;
+/// The first slot of the iteration over what the script has changed; its last two slots are on top.
+const COPY_ITERATES: usize = 5;
+const COPY_LOCALS: usize = 4 + ITERATION;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn table_size(&self, table: Value<P>) -> usize {
@@ -260,48 +271,74 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         host.position(axis).map_or(Value::nil(), Value::float)
     }
 
-    /// Puts a real table in the place of a library in that slot, with the same entries; tables stay.
+    /// Whether a value is a table or a snapshot, which is one inside. A fault if it is no library either.
     #[inline(never)]
-    pub(super) fn library_to_table<H: Host<P>>(
+    pub(super) fn is_table(&mut self, value: Value<P>) -> Result<bool, Stopped> {
+        match value.tag() {
+            Tag::TABLE | Tag::SNAPSHOT => Ok(true),
+            Tag::LIBRARY if Self::has(Part::Libraries) => Ok(false),
+            _ => Err(self.fail_on(FaultCode::NotATable, value, value)),
+        }
+    }
+
+    /// Begins to put a real table with the same entries in the place of the first library among the `count` arguments on top.
+    /// Each entry takes an instruction; then the built-in of that number is called with the table.
+    #[inline(never)]
+    pub(super) fn begin_copy(
         &mut self,
-        host: &mut H,
-        slot: usize,
+        number: u8,
+        count: u8,
+        drop_result: bool,
     ) -> Result<(), Stopped> {
-        let library = self.arena.get(slot);
-        if library.is(Tag::TABLE) {
-            return Ok(());
-        }
-        if library.is(Tag::SNAPSHOT) {
-            self.arena.set(slot, Value::indexed(Tag::TABLE, library.index() as u16));
-            return Ok(());
-        }
-        if !Self::has(Part::Libraries) || !library.is(Tag::LIBRARY) {
-            return Err(self.fail_on(FaultCode::NotATable, library, library));
-        }
+        let drop_result = u16::from(drop_result);
+        self.enter_native(Native::COPY)?;
+        self.reserve(COPY_LOCALS)?;
+        let call = u16::from_le_bytes([number, count]);
+        self.set_local(CALL, Value::indexed(Tag::INT, call));
+        self.set_local(DROP_RESULT, Value::indexed(Tag::INT, drop_result));
+        self.set_local(ROW, Value::int(0));
         let table = self.new_table()?;
-        self.arena.set(slot, table);
-        for row in 0..self.header.library_rows() {
-            let Some(program) = self.program() else { break };
-            let (number, string, _) = program.library_row(row);
-            if number == library.index() as u8 {
+        self.set_local(COPY, table);
+        Ok(())
+    }
+
+    /// Copies the next entry of a library. After the last the built-in is called that needs the table.
+    #[inline(never)]
+    pub(super) fn copy_on<H: Host<P>>(&mut self, host: &mut H) -> Result<Flow, Stopped> {
+        let [number, count] = (self.local(CALL).index() as u16).to_le_bytes();
+        let fp = usize::from(self.fp);
+        let mut slot = fp.wrapping_sub(usize::from(count));
+        while !self.arena.get(slot).is(Tag::LIBRARY) {
+            slot = slot.wrapping_add(1);
+        }
+        let library = self.arena.get(slot);
+        let table = self.local(COPY);
+        let overlay = self.overlay(library);
+        let row = self.local(ROW).index() as u16;
+        if row < self.header.library_rows() {
+            self.set_local(ROW, Value::indexed(Tag::INT, row.wrapping_add(1)));
+            let Some(program) = self.program() else { return Ok(Flow::Done) };
+            let (of, string, _) = program.library_row(row);
+            if of == library.index() as u8 {
                 let key = Value::string(string);
                 let value = self.library_get(host, library, key);
                 self.table_set(table, key, value)?;
             }
-        }
-        let overlay = self.overlay(library);
-        if overlay.is_nil() {
-            return Ok(());
-        }
-        let iteration = usize::from(self.sp);
-        self.reserve(ITERATION)?;
-        while self.arena.table_next(overlay.index(), iteration) {
+        } else if !overlay.is_nil() && self.arena.table_next(overlay.index(), fp + COPY_ITERATES) {
+            // Unset if the script removed it.
             let value = self.top(1);
             if !value.is(Tag::UNSET) {
                 self.table_set(table, self.top(2), value)?;
             }
+        } else {
+            self.arena.set(slot, table);
+            let drop_result = self.local(DROP_RESULT).index() != 0;
+            let (pc, outer) = self.caller(fp);
+            self.sp = fp as u16;
+            self.fp = outer as u16;
+            self.pc = pc as u16;
+            self.call_builtin(host, number, count, drop_result)?;
         }
-        self.sp = iteration as u16;
-        Ok(())
+        Ok(Flow::Continue)
     }
 }

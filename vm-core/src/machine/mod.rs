@@ -72,6 +72,8 @@ impl Native {
     /// Messages are handled before `step()`.
     #[cfg(feature = "swarm")]
     const MESSAGES: Native = Native(0x7c);
+    /// A library is copied to a table, see [`Vm::begin_copy`].
+    const COPY: Native = Native(0x7b);
     const EXIT: Native = Native(0x7f);
 
     #[inline(always)]

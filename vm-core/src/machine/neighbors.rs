@@ -265,11 +265,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
                 self.neighbor_data(at)
             }
-            builtin::NEIGHBORS_KIN | builtin::NEIGHBORS_NONKIN
-                if Self::has(Part::Neighbors) && Self::has(Part::Swarms) =>
-            {
-                self.kin(number == builtin::NEIGHBORS_KIN)
-            }
             builtin::SNAPSHOT_GET | builtin::SNAPSHOT_COUNT if !a.is(Tag::SNAPSHOT) => {
                 Err(self.wrong_type(a, a))
             }
@@ -286,28 +281,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// A snapshot of the neighbours that are in the swarm of the running `exec`, or of those that are not.
+    /// Whether the neighbor on top, of which id and data are there, belongs to the result of `kin` or `nonkin`, whose number
+    /// this is. The swarm is that of the running `exec`; outside of it all neighbors are kin.
     #[inline(never)]
-    fn kin(&mut self, wanted: bool) -> Result<Value<P>, Stopped> {
-        let swarm = self.current_swarm(0);
-        let base = usize::from(self.sp);
-        // The snapshot, where the iteration is, and a neighbour.
-        self.reserve(4)?;
-        self.sp = base as u16 + 2;
-        let table = self.new_table()?;
-        self.arena.set(base, table);
-        loop {
-            let at = self.next_neighbor(base + 1)?;
-            if at == 0 {
-                break;
-            }
-            let is_kin = swarm.is_none_or(|swarm| self.is_kin(at, swarm));
-            if is_kin == wanted {
-                self.table_set(table, self.top(2), self.top(1))?;
-            }
-            self.sp = base as u16 + 2;
-        }
-        self.sp = base as u16;
-        Ok(Value::indexed(Tag::SNAPSHOT, table.index() as u16))
+    pub(super) fn is_chosen(&self, number: u8) -> bool {
+        let at = self.neighbor_from(self.top(2).index() as u16);
+        let is_kin = self.current_swarm(0).is_none_or(|swarm| self.is_kin(at, swarm));
+        is_kin == (number == builtin::NEIGHBORS_KIN)
     }
 }

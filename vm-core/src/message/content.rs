@@ -140,23 +140,29 @@ impl<'a> Writer<'a> {
     pub fn finish(self) -> Option<usize> {
         let (place, checked) = self.room.get_mut(..self.length)?.split_first_chunk_mut()?;
         let hash = self.script.hash as u16;
-        *place = checked.iter().fold(hash, |check, byte| crc16(check, *byte)).to_le_bytes();
+        *place = check_of(checked.iter(), hash).to_le_bytes();
         Some(self.length)
     }
+}
+
+/// The check of a content's bytes, from the low bits of the script's hash.
+#[inline(never)]
+fn check_of<'a>(bytes: impl Iterator<Item = &'a u8>, hash: u16) -> u16 {
+    bytes.fold(hash, |check, byte| crc16(check, *byte))
 }
 
 /// Reads a content.
 #[derive(Clone, Debug)]
 pub struct Reader<'a> {
     rest: slice::Iter<'a, u8>,
+    /// All that is checked: what follows the check itself.
+    checked: &'a [u8],
     /// The low bits of the script's hash.
     hash: u16,
     /// How many constant strings there are.
     strings: u16,
     /// That of the content.
     expected: u16,
-    /// Of what was read.
-    check: u16,
     wrong: Option<Ignored>,
 }
 
@@ -167,9 +173,9 @@ impl<'a> Reader<'a> {
     pub fn new(content: &'a [u8], script: Script) -> (Head, Self) {
         let hash = script.hash as u16;
         let (rest, strings) = (content.iter(), script.strings);
-        let mut reader = Reader { rest, hash, strings, expected: 0, check: 0, wrong: None };
+        let mut reader = Reader { rest, checked: &[], hash, strings, expected: 0, wrong: None };
         reader.expected = reader.number();
-        reader.check = hash;
+        reader.checked = reader.rest.as_slice();
         let head = match reader.byte() {
             BROADCAST => Head::Broadcast,
             ENTRY => {
@@ -207,10 +213,15 @@ impl<'a> Reader<'a> {
             }
             show(item);
         }
-        match reader.wrong {
-            Some(wrong) => Err(wrong),
-            None if reader.check != reader.expected => Err(Ignored::Foreign),
-            None => Ok(()),
+        if let Some(wrong) = reader.wrong {
+            return Err(wrong);
+        }
+        // More bytes may follow the last item.
+        let length = self.checked.len() - reader.rest.len();
+        if check_of(self.checked.iter().take(length), self.hash) == self.expected {
+            Ok(())
+        } else {
+            Err(Ignored::Foreign)
         }
     }
 
@@ -255,10 +266,7 @@ impl<'a> Reader<'a> {
     #[inline(never)]
     pub fn byte(&mut self) -> u8 {
         match self.rest.next() {
-            Some(byte) => {
-                self.check = crc16(self.check, *byte);
-                *byte
-            }
+            Some(byte) => *byte,
             None => {
                 self.wrong = Some(Ignored::Malformed);
                 0
