@@ -71,6 +71,14 @@ fn other_files_and_versions_are_refused() {
     assert_eq!(read(&file).unwrap_err(), RecordingError::Version(9));
 }
 
+/// Ids are differences; the second one of this header is larger than any number of 64 bits.
+#[test]
+fn ids_that_overflow_are_malformed() {
+    let rest = [100, 100, 100, 2, 2, 0xfe, 255, 255, 255, 255, 255, 255, 255, 255, 1];
+    let file = [b"bbzrec\x01".as_slice(), &rest].concat();
+    assert_eq!(read(&file).unwrap_err(), RecordingError::Malformed(12));
+}
+
 fn robot() -> impl Strategy<Value = Robot> {
     let states = [State::Running, State::Stopped, State::Failed, State::Faulted];
     (any::<[i32; 3]>(), any::<u16>(), 0u8..8, 0usize..4).prop_map(

@@ -9,7 +9,7 @@ use bittybuzz_compiler::bo::error::BoError;
 use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::symbols::SymbolsError;
 use bittybuzz_emulation::ClientError;
-use bittybuzz_robots::{Place, Profile, RobotError};
+use bittybuzz_robots::{Profile, RobotErrors};
 use bittybuzz_vm_core::ImageError;
 
 use crate::firmware::FirmwareError;
@@ -39,7 +39,7 @@ pub enum Problem {
         error: BoError,
     },
     /// `--robot` names no robot, or the robot file is wrong.
-    Robot(RobotError),
+    Robot(RobotErrors),
     /// `--profile` asks for another profile than the image has.
     Profile {
         /// The image.
@@ -199,14 +199,6 @@ impl Problem {
         Problem::Refused { path: path.to_owned(), cause }
     }
 
-    /// Where it is, if it is in a robot file.
-    pub fn place(&self) -> Option<&Place> {
-        match self {
-            Problem::Robot(error) => error.place.as_deref(),
-            _ => None,
-        }
-    }
-
     /// What to do about it.
     pub fn help(&self) -> Option<String> {
         match self {
@@ -232,7 +224,6 @@ impl Problem {
                 Some(likely) => format!("did you mean {likely}? `bbz explain` lists all codes"),
                 None => "`bbz explain` lists all codes".to_owned(),
             }),
-            Problem::Robot(error) => error.cause.help(),
             Problem::Object { .. } => Some("compile its script instead".to_owned()),
             Problem::Symbols { .. } => Some("`bbz build` writes it anew".to_owned()),
             Problem::Setting(_) => Some("write it as `--set medium.ir.loss=0.1`".to_owned()),
@@ -290,6 +281,7 @@ impl Problem {
                 Some("environment variable PROBE_RS_PROBE chooses among several probes".to_owned())
             }
             Problem::Unreadable { .. }
+            | Problem::Robot(_)
             | Problem::AvrdudeStart(_)
             | Problem::Emulator(_)
             | Problem::ProbeRsStart(_)
@@ -321,7 +313,7 @@ impl fmt::Display for Problem {
             Problem::Object { path, error } => {
                 write!(f, "`{}` cannot be used: {error}", path.display())
             }
-            Problem::Robot(error) => error.cause.fmt(f),
+            Problem::Robot(errors) => errors.fmt(f),
             Problem::Profile { path, image } => write!(
                 f,
                 "`{}` was built for the {} profile, which --profile cannot change",

@@ -1,20 +1,51 @@
 //! Messages on standard error.
 
+use std::fmt;
+use std::io::Write;
+
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer as Style, Snippet};
 use bittybuzz_compiler::diagnostic::{Diagnostic, Severity};
 use bittybuzz_compiler::render::{Color, Renderer};
 use bittybuzz_compiler::source::SourceMap;
-use bittybuzz_robots::Place;
+use bittybuzz_robots::RobotErrors;
+use bittybuzz_toml_reader::Place;
 
 use crate::problem::Problem;
+
+/// The errors, and the warnings, of a script that are printed. `--json` has all.
+const LIMIT: usize = 100;
 
 /// Prints what the compiler says about a script.
 pub fn diagnostics(sources: &SourceMap, diagnostics: &[Diagnostic]) {
     let renderer = Renderer::new(sources);
+    let (mut errors, mut warnings) = (0, 0);
     for diagnostic in diagnostics {
-        // Standard error drops the colours where nobody would see them.
-        anstream::eprint!("{}", renderer.text(diagnostic, Color::Always));
+        let count = match diagnostic.severity() {
+            Severity::Error => &mut errors,
+            Severity::Warning => &mut warnings,
+        };
+        *count += 1;
+        if *count > LIMIT {
+            continue;
+        }
+        write(format_args!("{}", renderer.text(diagnostic, Color::Always)));
     }
+    if let Some(title) = not_shown(errors, warnings) {
+        print(Group::with_title(Level::NOTE.primary_title(title)));
+    }
+}
+
+/// Returns `2 more errors and 1 more warning are not shown`; nothing if all are.
+fn not_shown(errors: usize, warnings: usize) -> Option<String> {
+    let more = |count: usize, what: &str| match count.saturating_sub(LIMIT) {
+        0 => None,
+        1 => Some((1, format!("1 more {what}"))),
+        more => Some((more, format!("{more} more {what}s"))),
+    };
+    let (counts, parts): (Vec<usize>, Vec<String>) =
+        [more(errors, "error"), more(warnings, "warning")].into_iter().flatten().unzip();
+    let verb = if counts == [1] { "is" } else { "are" };
+    (!parts.is_empty()).then(|| format!("{} {verb} not shown", parts.join(" and ")))
 }
 
 /// How many errors and warnings there are.
@@ -26,7 +57,14 @@ pub fn count(diagnostics: &[Diagnostic]) -> (usize, usize) {
 
 /// Prints what is wrong with the command line or a file.
 pub fn problem(problem: &Problem) {
-    mistake(&problem.to_string(), problem.place(), problem.help());
+    match problem {
+        Problem::Robot(RobotErrors(errors)) => {
+            for error in errors {
+                mistake(&error.to_string(), error.place.as_deref(), error.help());
+            }
+        }
+        _ => mistake(&problem.to_string(), None, problem.help()),
+    }
 }
 
 /// Prints an error, where it is, and what to do about it.
@@ -39,7 +77,8 @@ pub fn mistake(message: &str, place: Option<&Place>, help: Option<String>) {
         }
         return;
     };
-    let start = place.source.char_indices().nth(place.column - 1).map_or(0, |(at, _)| at);
+    let before = place.column - place.source_column;
+    let start = place.source.char_indices().nth(before).map_or(place.source.len(), |(at, _)| at);
     let end = place.source[start..].char_indices().nth(place.width).map(|(at, _)| start + at);
     let mark = AnnotationKind::Primary.span(start..end.unwrap_or(place.source.len()));
     let snippet = Snippet::source(&place.source).line_start(place.line).path(&place.path);
@@ -63,5 +102,11 @@ pub fn printable(text: &str) -> String {
 
 /// Prints a message.
 pub fn print(group: Group<'_>) {
-    anstream::eprintln!("{}", Style::styled().render(&[group]));
+    write(format_args!("{}\n", Style::styled().render(&[group])));
+}
+
+/// Writes to standard error, which drops the colors unless it is a terminal. A message that cannot be written does not
+/// change how the command ends: there is no place left to report that.
+fn write(text: fmt::Arguments<'_>) {
+    let _ = anstream::stderr().write_fmt(text);
 }

@@ -138,6 +138,11 @@ fn a_mistake_in_a_robot_file_has_a_place() {
     folder
         .bbz(&["check", "s.bzz", "--robot", "car.toml"])
         .fails_with(3, &["car.toml:4:", "tick_hz", "from 1 to 100"]);
+    folder.write("car.toml", CAR.replace("tick_hz = 10", "tick_hz = 0").replace("\"car\"", "3"));
+    folder.bbz(&["check", "s.bzz", "--robot", "car.toml"]).fails_with(
+        3,
+        &["car.toml:1:", "`name` must be a string", "car.toml:4:", "`tick_hz` cannot be 0"],
+    );
 }
 
 #[test]
@@ -204,4 +209,56 @@ fn colours_are_for_terminals_only() {
     assert!(support::finish(forced.unwrap()).stderr.contains('\u{1b}'));
     let refused = folder.command(&["run", "s.bzz"]).env("NO_COLOR", "1").spawn();
     assert!(!support::finish(refused.unwrap()).stderr.contains('\u{1b}'));
+}
+
+/// A full disk under the log of standard error does not change how a command ends.
+#[test]
+fn standard_error_that_cannot_be_written_is_no_failure() {
+    let Ok(full) = std::fs::File::options().write(true).open("/dev/full") else { return };
+    let folder = Folder::with("full_stderr", "wrong.bzz", "x = \n");
+    folder.write("fault.bzz", "function step() { x = nil + 1 }\n");
+    folder.write("warning.bzz", "function f() { var a = 1 }\n");
+    for (arguments, status) in [
+        (&["check", "wrong.bzz"][..], 2),
+        (&["check", "warning.bzz"], 0),
+        (&["run", "fault.bzz", "--steps", "2"], 1),
+        (&["run", "none.bzz"], 3),
+        (&["run", "--no-such-option"], 3),
+    ] {
+        let mut command = folder.command(arguments);
+        let child = command.stderr(full.try_clone().unwrap()).spawn().unwrap();
+        assert_eq!(support::finish(child).status, Some(status), "{arguments:?}");
+    }
+}
+
+#[test]
+fn the_number_of_messages_is_limited() {
+    let errors: String = (0..123).map(|number| format!("f{number}()\n")).collect();
+    let folder = Folder::with("many_messages", "s.bzz", &(warnings_of(101) + &errors));
+    let outcome = folder.bbz(&["check", "s.bzz"]);
+    let count = |level: &str| outcome.stderr.lines().filter(|line| line.starts_with(level)).count();
+    assert_eq!((outcome.status, count("error"), count("warning")), (Some(2), 100, 100));
+    assert!(
+        outcome.stderr.ends_with("note: 23 more errors and 1 more warning are not shown\n"),
+        "{}",
+        outcome.stderr
+    );
+    let all: serde_json::Value =
+        serde_json::from_str(&folder.bbz(&["check", "s.bzz", "--json"]).stdout).unwrap();
+    assert_eq!(all["diagnostics"].as_array().map(Vec::len), Some(224));
+    folder.write("one.bzz", warnings_of(101));
+    let outcome = folder.bbz(&["check", "one.bzz"]);
+    assert!(outcome.stderr.ends_with("note: 1 more warning is not shown\n"), "{}", outcome.stderr);
+}
+
+fn warnings_of(count: usize) -> String {
+    (0..count).map(|number| format!("x = unset{number}\n")).collect()
+}
+
+/// With a search among all names for each unknown one this takes minutes, and counts as hanging.
+#[test]
+fn many_unknown_names_take_no_longer_than_others() {
+    let text: String = (0..40_000).map(|n| format!("gl{n} = 1\nx = vn{n}()\n")).collect();
+    let folder = Folder::with("unknown_names", "s.bzz", &text);
+    folder.bbz(&["check", "s.bzz"]).fails_with(2, &["more errors", "not shown"]);
 }

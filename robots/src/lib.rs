@@ -49,7 +49,7 @@ use std::path::Path;
 use bittybuzz_vm_core::Parts;
 pub use bittybuzz_vm_core::link::name_hash;
 pub use call::{accepted_lists, accepting, idle_result};
-pub use error::{Cause, Place, RobotError, one_of};
+pub use error::{Cause, RobotError, RobotErrors};
 pub use generate::generate_rust;
 pub use layout::{Layout, Region};
 pub use signature::{Parameter, Type};
@@ -202,7 +202,7 @@ pub struct SensorTable {
 
 impl Robot {
     /// Reads a robot file. `path` is only used to name the file in errors.
-    pub fn parse(text: &str, path: &str) -> Result<Robot, RobotError> {
+    pub fn parse(text: &str, path: &str) -> Result<Robot, RobotErrors> {
         read::robot(text, path)
     }
 
@@ -241,16 +241,16 @@ fn read_shipped(name: &str, text: &str) -> Robot {
 }
 
 /// The robot that `--robot` names: one that ships, or a robot file of the user (a path that ends in `.toml`).
-pub fn find(name_or_path: &str) -> Result<Robot, RobotError> {
+pub fn find(name_or_path: &str) -> Result<Robot, RobotErrors> {
     if Path::new(name_or_path).extension().is_some_and(|extension| extension == "toml") {
         return match std::fs::read_to_string(name_or_path) {
             Ok(text) => Robot::parse(&text, name_or_path),
-            Err(error) => Err(RobotError::unreadable(name_or_path, &error)),
+            Err(error) => Err(RobotErrors::unreadable(name_or_path, &error)),
         };
     }
     match shipped().iter().find(|(name, _)| *name == name_or_path) {
         Some((name, text)) => Ok(read_shipped(name, text)),
-        None => Err(RobotError::unknown_robot(name_or_path)),
+        None => Err(RobotErrors::unknown_robot(name_or_path)),
     }
 }
 

@@ -52,10 +52,19 @@ help = "drives there"
 /// Name of the cause (as `Debug` prints it), line, column, and a part of the whole message.
 struct Expected(&'static str, usize, usize, &'static str);
 
-fn error_of(text: &str) -> RobotError {
+fn errors_of(text: &str) -> RobotErrors {
     match Robot::parse(text, "toy.toml") {
         Ok(_) => panic!("accepted:\n{text}"),
-        Err(error) => error,
+        Err(errors) => errors,
+    }
+}
+
+/// The error of a file with one mistake.
+fn error_of(text: &str) -> RobotError {
+    let errors = errors_of(text);
+    match errors.0.as_slice() {
+        [only] => only.clone(),
+        _ => panic!("{errors}\nin\n{text}"),
     }
 }
 
@@ -131,7 +140,6 @@ fn every_error_has_its_place() {
         ("tick_hz = 10", "tick_hz = ", Expected("Syntax", 5, 11, "not TOML")),
         ("tick_hz", "name = \"x\"\ntick_hz", Expected("Syntax", 5, 1, "duplicate key")),
         ("slots", "slotz", Expected("UnknownKey", 10, 1, "did you mean `slots`?")),
-        ("title", "colour", Expected("UnknownKey", 2, 1, "one of name, title, chip")),
         ("ram_bytes", "rom_bytes", Expected("UnknownKey", 19, 1, "did you mean `ram_bytes`?")),
         ("fields", "field", Expected("UnknownKey", 29, 1, "did you mean `fields`?")),
         ("waits", "wait", Expected("UnknownKey", 41, 1, "did you mean `waits`?")),
@@ -147,11 +155,15 @@ fn every_error_has_its_place() {
         (
             "[budget]\nflash_bytes = 65536\nram_bytes = 8192\n",
             "[[budget]]\n",
-            Expected("WrongType", 17, 1, "must be a table, not an array"),
+            Expected("WrongType", 17, 1, "must be a table, not a list"),
         ),
-        ("[\"x: number, y: number\"]", "\"\"", Expected("WrongType", 39, 11, "must be an array")),
+        ("[\"x: number, y: number\"]", "\"\"", Expected("WrongType", 39, 11, "must be a list")),
         ("[\"x: number, y: number\"]", "[1]", Expected("WrongType", 39, 12, "must be a string")),
-        ("slots = 200", "slots = 0", Expected("OutOfRange", 10, 9, "a number from 32 to 65520")),
+        (
+            "slots = 200",
+            "slots = 0",
+            Expected("OutOfRange", 10, 9, "a whole number from 32 to 65520"),
+        ),
         ("slots = 200", "slots = 31", Expected("OutOfRange", 10, 9, "cannot be 31")),
         ("slots = 200", "slots = -1", Expected("OutOfRange", 10, 9, "cannot be -1")),
         ("slots = 200", "slots = 99999999999999999999", Expected("OutOfRange", 10, 9, "9999")),
@@ -170,8 +182,8 @@ fn every_error_has_its_place() {
         (", size = 0x200 }", " }", Expected("MissingKey", 25, 9, "the region has no `size`")),
         (
             "size = 0x200 }",
-            "length = 512 }",
-            Expected("UnknownKey", 25, 34, "one of address, size"),
+            "size = 512, length = 512 }",
+            Expected("UnknownKey", 25, 46, "one of address, size"),
         ),
         (
             "stack = {",
@@ -179,8 +191,9 @@ fn every_error_has_its_place() {
             Expected("Overlap", 25, 6, "`id` and `ram` overlap"),
         ),
         (
-            "[[table]]",
-            "[[setting]]\nname = \"x\"\nleast = 2\nmost = 1\nhelp = \"y\"\n[[table]]",
+            "stack = { address = 0x1000_0000, size = 0x200 }\n\n",
+            "settings = { address = 0x1000_0000, size = 0x200 }\n\n[[setting]]\nname = \"x\"\nleast = 2\n\
+             most = 1\nhelp = \"y\"\n",
             Expected("OutOfRange", 30, 8, "from 2 to 65535"),
         ),
         (
@@ -195,8 +208,8 @@ fn every_error_has_its_place() {
         ("0xc000", "0xc200", Expected("Overlap", 23, 10, "`script` and `application` overlap")),
         ("slots = 200", "slots = 210", Expected("TooManySlots", 10, 9, "room for 209 `slots`")),
         ("\"tiny\"", "\"full\"", Expected("OutOfRange", 6, 17, "from 48 to 255")),
-        ("\"tiny\"", "\"tinny\"", Expected("UnknownProfile", 4, 11, "did you mean `tiny`?")),
-        ("\"tiny\"", "\"Cortex\"", Expected("UnknownProfile", 4, 11, "one of tiny, full")),
+        ("\"tiny\"", "\"tinny\"", Expected("UnknownWord", 4, 11, "did you mean `tiny`?")),
+        ("\"tiny\"", "\"Cortex\"", Expected("UnknownWord", 4, 11, "one of tiny, full")),
         ("\"toy\"", "\"Toy\"", Expected("BadRobotName", 1, 8, "lower-case")),
         ("\"toy\"", "\"\"", Expected("NotOneLine", 1, 8, "`name` must be one line")),
         ("\"toy\"", "\"../toy\"", Expected("BadRobotName", 1, 8, "lower-case")),
@@ -235,8 +248,10 @@ fn every_error_has_its_place() {
     for (from, to, Expected(cause, line, column, part)) in cases {
         assert!(GOOD.contains(from), "{from}");
         let error = error_of(&GOOD.replacen(from, to, 1));
-        let message = error.to_string();
-        assert!(format!("{:?}", error.cause).starts_with(cause), "{to}: {:?}", error.cause);
+        let kind = format!("{:?}", error.cause);
+        let kind = kind.strip_prefix("Toml(").unwrap_or(&kind);
+        assert!(kind.starts_with(cause), "{to}: {kind}");
+        let message = RobotErrors(vec![error]).to_string();
         assert!(message.starts_with(&format!("toy.toml:{line}:{column}: ")), "{to}:\n{message}");
         assert!(message.contains(part), "{to}: wanted {part}\n{message}");
     }
@@ -252,6 +267,15 @@ fn names_of_the_language_are_taken() {
         let error = error_of(&GOOD.replacen("\"led\"", &format!("{name:?}"), 1));
         assert_eq!(error.cause, Cause::Reserved { name: name.to_owned() });
     }
+}
+
+#[test]
+fn a_key_unlike_any_other_does_not_stand_for_a_missing_one() {
+    let errors = errors_of(&GOOD.replacen("title", "colour", 1));
+    let places = errors.0.iter().map(|error| (error.place.clone().unwrap().line, error.help()));
+    let help = "one of name, title, chip, profile, tick_hz, message_bytes, vm, budget, layout, \
+                function, table, setting";
+    assert_eq!(places.collect::<Vec<_>>(), [(1, None), (2, Some(help.to_owned()))], "{errors}");
 }
 
 #[test]
@@ -276,7 +300,31 @@ fn the_message_shows_the_line() {
                     and messages\n\
                     10 | slots =   1_000\n   |           ^^^^^\n\
                     help: there is room for 209 `slots`; or give it more `memory`";
-    assert_eq!(error.to_string(), expected);
+    assert_eq!(RobotErrors(vec![error]).to_string(), expected);
+}
+
+#[test]
+fn all_mistakes_are_reported_in_order() {
+    let mut text = GOOD.to_owned();
+    for (from, to) in [
+        ("\"toy\"", "\"Toy\""),
+        ("tick_hz = 10", "tick_hz = 1000"),
+        ("in_queue = 10", "in_queue = \"10\""),
+        ("0x0800_c000", "0x0800_c100"),
+        ("x: number, y: number", "x: nmuber, y: number"),
+        ("\"led\"", "\"while\""),
+        ("waits = true", "wait = true"),
+    ] {
+        assert!(text.contains(from));
+        text = text.replacen(from, to, 1);
+    }
+    let errors = errors_of(&text);
+    let lines: Vec<usize> =
+        errors.0.iter().filter_map(|error| Some(error.place.as_ref()?.line)).collect();
+    assert_eq!(lines, [1, 5, 12, 23, 29, 33, 41], "{errors}");
+    let message = errors.to_string();
+    let starts = |place: &str| message.lines().any(|line| line.starts_with(place));
+    assert!(starts("toy.toml:1:8: ") && starts("toy.toml:41:1: "), "{message}");
 }
 
 #[test]

@@ -12,10 +12,11 @@
 //!
 //! `pieces = [["x = ", 1], ["(", 5000]]` is a text in pieces, each repeated so many times.
 
+use std::fmt;
 use std::fs;
 use std::path::Path;
 
-use toml::de::{DeTable, DeValue};
+use bittybuzz_toml_reader::{self as toml_reader, FileError, Source, TomlError};
 
 use crate::bbz;
 use crate::files;
@@ -37,88 +38,129 @@ struct File {
     bytes: Vec<u8>,
 }
 
-/// The cases of a manifest of the repository. Panics where it cannot be understood.
+/// A mistake in a manifest.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Cause {
+    /// A mistake that any TOML file can have.
+    Toml(TomlError),
+    /// A text that is not pairs of hexadecimal digits.
+    Hex { reason: String },
+    /// A case that checks nothing in standard error.
+    NoCheck,
+}
+
+impl From<TomlError> for Cause {
+    fn from(error: TomlError) -> Self {
+        Cause::Toml(error)
+    }
+}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Cause::Toml(error) => error.fmt(f),
+            Cause::Hex { reason } => write!(f, "`hex` is wrong: {reason}"),
+            Cause::NoCheck => write!(f, "`stderr` is empty"),
+        }
+    }
+}
+
+impl toml_reader::Cause for Cause {
+    fn help(&self) -> Option<String> {
+        match self {
+            Cause::Toml(error) => error.help(),
+            Cause::Hex { .. } => Some("pairs of digits and letters from a to f".to_string()),
+            Cause::NoCheck => Some("a part of the message, such as its code".to_string()),
+        }
+    }
+}
+
+type Section<'a> = toml_reader::Section<'a, Cause>;
+type Entry<'a> = toml_reader::Entry<'a, Cause>;
+
+const ROOT: &str = "the manifest";
+const CASE: &str = "this [[case]]";
+
+fn keys(section: &'static str) -> Vec<&'static str> {
+    match section {
+        ROOT => vec!["case"],
+        _ => vec!["name", "script", "pieces", "hex", "extension", "args", "status", "stderr"],
+    }
+}
+
+/// The cases of a manifest of the repository. Panics with all its mistakes.
 pub fn load(path: &str) -> Vec<Case> {
-    let text = files::read(path);
-    let manifest = DeTable::parse(&text).unwrap_or_else(|e| panic!("{path}: {e}"));
-    let Some(DeValue::Array(rows)) = manifest.get_ref().get("case").map(|rows| rows.get_ref())
-    else {
-        panic!("{path}: no [[case]]");
-    };
-    rows.iter()
-        .map(|row| match row.get_ref() {
-            DeValue::Table(row) => case(row).unwrap_or_else(|e| panic!("{path}: {e}: {row:?}")),
-            other => panic!("{path}: {other:?} is no case"),
-        })
-        .collect()
+    cases(path, &files::read(path)).unwrap_or_else(|errors| {
+        let line = |error: &FileError<Cause>| {
+            let line = error.place.as_ref().map_or(0, |place| place.line);
+            format!("{path}:{line}: {error}; {}\n", error.help().unwrap_or_default())
+        };
+        panic!("\n{}", errors.iter().map(line).collect::<String>())
+    })
 }
 
-fn case(row: &DeTable) -> Result<Case, String> {
-    let mut file = None;
-    let mut case = Case {
-        name: String::new(),
-        file: None,
-        arguments: vec!["run".to_string(), "{file}".to_string()],
-        status: -1,
-        stderr: Vec::new(),
-    };
-    let mut extension = "bzz".to_string();
-    for (key, value) in row {
-        let value = value.get_ref();
-        match key.get_ref().as_ref() {
-            "name" => case.name = text(value)?,
-            "script" => file = Some(text(value)?.into_bytes()),
-            "pieces" => file = Some(pieces(value)?.into_bytes()),
-            "hex" => file = Some(bytes(&text(value)?)?),
-            "extension" => extension = text(value)?,
-            "args" => case.arguments = texts(value)?,
-            "status" => case.status = number(value)?,
-            "stderr" => case.stderr = texts(value)?,
-            other => return Err(format!("unknown key `{other}`")),
+fn cases(path: &str, text: &str) -> Result<Vec<Case>, Vec<FileError<Cause>>> {
+    toml_reader::read(&Source::new(path, text), &[], (ROOT, keys), |root| {
+        root.required("case")?;
+        let cases: Vec<Option<Case>> = root.sections("case", CASE).iter().map(case).collect();
+        cases.into_iter().collect()
+    })
+}
+
+fn case(section: &Section<'_>) -> Option<Case> {
+    let name = section.required("name").and_then(|entry| entry.string());
+    let extension = section.get("extension").map_or(Some("bzz"), |entry| entry.string());
+    let file = ["script", "pieces", "hex"].iter().find_map(|key| section.get(key));
+    let bytes = file.as_ref().map(|entry| match entry.key.as_str() {
+        "script" => Some(entry.string()?.as_bytes().to_vec()),
+        "pieces" => Some(pieces(entry)?.into_bytes()),
+        _ => hex(entry),
+    });
+    let arguments = section
+        .get("args")
+        .map_or(Some(vec!["run".to_string(), "{file}".to_string()]), |entry| texts(&entry));
+    let status = section.required("status").and_then(|entry| entry.integer(0..=255));
+    let stderr = section.required("stderr").and_then(|entry| {
+        let parts = texts(&entry)?;
+        if parts.is_empty() {
+            entry.fail(Cause::NoCheck);
         }
-    }
-    case.file = file.map(|bytes| File { extension, bytes });
-    if case.name.is_empty() || case.status < 0 || case.stderr.is_empty() {
-        return Err("name, status and stderr are needed".to_string());
-    }
-    Ok(case)
+        Some(parts)
+    });
+    let file = match bytes {
+        None => None,
+        Some(bytes) => Some(File { extension: extension?.to_string(), bytes: bytes? }),
+    };
+    Some(Case {
+        name: name?.to_string(),
+        file,
+        arguments: arguments?,
+        status: status? as i32,
+        stderr: stderr?,
+    })
 }
 
-fn text(value: &DeValue) -> Result<String, String> {
-    value.as_str().map(str::to_string).ok_or_else(|| format!("{value:?} is no string"))
-}
-
-fn texts(value: &DeValue) -> Result<Vec<String>, String> {
-    match value {
-        DeValue::Array(items) => items.iter().map(|item| text(item.get_ref())).collect(),
-        other => Err(format!("{other:?} is no list of strings")),
-    }
-}
-
-fn number(value: &DeValue) -> Result<i32, String> {
-    match value {
-        DeValue::Integer(digits) => {
-            i32::from_str_radix(digits.as_str(), digits.radix()).map_err(|e| e.to_string())
-        }
-        other => Err(format!("{other:?} is no integer")),
-    }
+fn texts(entry: &Entry<'_>) -> Option<Vec<String>> {
+    entry.list()?.iter().map(|item| item.string().map(str::to_string)).collect()
 }
 
 /// Texts, each with how often it is repeated.
-fn pieces(value: &DeValue) -> Result<String, String> {
-    let DeValue::Array(pieces) = value else {
-        return Err(format!("{value:?} is no list of pieces"));
-    };
+fn pieces(entry: &Entry<'_>) -> Option<String> {
     let mut whole = String::new();
-    for piece in pieces.iter() {
-        let DeValue::Array(pair) = piece.get_ref() else {
-            return Err(format!("{piece:?} is no pair"));
+    for item in entry.list()? {
+        let pair = item.list()?;
+        let [piece, count] = pair.as_slice() else {
+            let (key, found) = (item.key.clone(), pair.len());
+            item.fail(TomlError::Length { key, expected: "a text and a number", found });
+            return None;
         };
-        let [piece, count] = &pair[..] else { return Err(format!("{pair:?} is no pair")) };
-        let count = usize::try_from(number(count.get_ref())?).map_err(|e| e.to_string())?;
-        whole.push_str(&text(piece.get_ref())?.repeat(count));
+        whole.push_str(&piece.string()?.repeat(count.integer(0..=u32::MAX)? as usize));
     }
-    Ok(whole)
+    Some(whole)
+}
+
+fn hex(entry: &Entry<'_>) -> Option<Vec<u8>> {
+    bytes(entry.string()?).map_err(|reason| entry.fail(Cause::Hex { reason })).ok()
 }
 
 /// Pairs of hexadecimal digits; blanks between them and `#` comments do not count.
@@ -181,19 +223,29 @@ mod tests {
         assert!(bytes("zz").is_err());
     }
 
+    fn one(text: &str) -> Result<Case, Vec<String>> {
+        let read = cases("m.toml", &format!("[[case]]\n{text}"));
+        let messages = |errors: Vec<FileError<Cause>>| {
+            errors.iter().map(|error| error.cause.to_string()).collect()
+        };
+        read.map(|cases| cases[0].clone()).map_err(messages)
+    }
+
     #[test]
     fn pieces_are_repeated() {
-        let table = DeTable::parse("p = [['a', 3], ['b', 1]]").unwrap();
-        assert_eq!(pieces(table.get_ref()["p"].get_ref()).unwrap(), "aaab");
+        let text = "name = 'x'\nstatus = 2\nstderr = ['E0101']\npieces = [['a', 3], ['b', 1]]\n";
+        assert_eq!(one(text).unwrap().file.unwrap().bytes, b"aaab");
     }
 
     #[test]
     fn a_case_needs_something_to_check() {
-        let table = DeTable::parse("name = 'x'\nstatus = 2\n").unwrap();
-        assert!(case(table.get_ref()).is_err());
-        let table = DeTable::parse("name = 'x'\nstatus = 2\nstderr = ['E0101']\n").unwrap();
-        assert_eq!(case(table.get_ref()).unwrap().status, 2);
-        let table = DeTable::parse("name = 'x'\nstatus = 2\nstderr = ['x']\nstatuz = 1").unwrap();
-        assert!(case(table.get_ref()).is_err());
+        let missing = "this [[case]] has no `stderr`".to_string();
+        assert_eq!(one("name = 'x'\nstatus = 2\n").unwrap_err(), [missing]);
+        let case = one("name = 'x'\nstatus = 2\nstderr = ['E0101']\n").unwrap();
+        assert_eq!((case.status, case.file), (2, None));
+        let unknown = "unknown key `statuz` in this [[case]]".to_string();
+        assert_eq!(one("name = 'x'\nstatuz = 2\nstderr = ['x']\n").unwrap_err(), [unknown]);
+        let wrong = one("name = 3\nstatus = 2\nstderr = []\nhex = 'b'\n").unwrap_err();
+        assert_eq!(wrong.len(), 3, "{wrong:?}");
     }
 }

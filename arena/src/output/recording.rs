@@ -246,12 +246,11 @@ impl<'a> Reader<'a> {
         reader.header.size = [reader.get_as()?, reader.get_as()?];
         reader.header.tick_ms = reader.get_as()?;
         let count: u32 = reader.get_as()?;
-        let mut last = 0;
+        let mut last = 0i64;
         for _ in 0..count {
-            let at = reader.at;
-            last += reader.get_signed()?;
-            let id = u16::try_from(last).map_err(|_| RecordingError::Malformed(at))?;
-            reader.header.ids.push(id);
+            let malformed = RecordingError::Malformed(reader.at);
+            last = last.checked_add(reader.get_signed()?).ok_or(malformed)?;
+            reader.header.ids.push(u16::try_from(last).map_err(|_| malformed)?);
         }
         reader.robots = vec![None; reader.header.ids.len()];
         Ok(reader)

@@ -1,7 +1,9 @@
 //! One run of a scenario with one seed.
 
 use crate::engine::{Variant, View, World};
-use crate::scenario::{Action, Backend, Body, Cause, Reduction, ScenarioError, Swarm};
+use crate::scenario::{
+    Action, Backend, Body, Cause, Reduction, ScenarioError, Swarm, settings_error,
+};
 
 use super::expectation::{Convergence, reduce};
 use super::firmware::{Bridge, FirmwareError, Fleet, Fleets, is_lit, unusable};
@@ -49,13 +51,13 @@ impl<'p> Simulation<'p> {
         let scenario = setup.scenario;
         let settings = settings(scenario, seed, threads);
         let poses = poses(scenario, &settings)?;
-        let mut world = World::new(settings).map_err(ScenarioError::settings)?;
+        let mut world = World::new(settings).map_err(settings_error)?;
         let variants = scenario.groups.iter().map(|group| match of_group(settings, group) {
             Some(settings) => world.add_variant(settings),
             None => Ok(Variant::STANDARD),
         });
         let variants: Result<Vec<Variant>, _> = variants.collect();
-        let variants = variants.map_err(ScenarioError::settings)?;
+        let variants = variants.map_err(settings_error)?;
         for obstacle in &scenario.world.obstacles {
             world.add_obstacle(engine_obstacle(*obstacle));
         }

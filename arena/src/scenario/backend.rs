@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use bittybuzz_robots::{Place, Profile, Robot};
+use bittybuzz_robots::{Profile, Robot};
+use bittybuzz_toml_reader::Place;
 
 use super::body::Body;
 use super::error::Cause;

@@ -3,8 +3,8 @@
 use std::ops::RangeInclusive;
 
 use bittybuzz_robots::Robot;
+use bittybuzz_toml_reader::TomlError;
 
-use super::error::Cause;
 use super::keys;
 use super::medium::Medium;
 use super::read::Section;
@@ -143,7 +143,7 @@ pub fn of_group(section: &Section<'_>, robot: &Robot) -> Option<Body> {
         _ => None,
     };
     if body.is_none() {
-        section.fail(Cause::MissingKey { key: "body", section: section.name.to_owned() });
+        section.fail(TomlError::MissingKey { key: "body", section: section.name });
     }
     body
 }

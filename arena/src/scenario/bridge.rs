@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use bittybuzz_robots::Place;
+use bittybuzz_toml_reader::Place;
 
 use super::backend::{Backend, image};
 use super::body::Body;

@@ -2,17 +2,12 @@
 
 use std::fmt;
 
-use bittybuzz_robots::{Place, RobotError, one_of};
+use bittybuzz_robots::RobotError;
+use bittybuzz_toml_reader::{self as toml_reader, FileError, TomlError, one_of};
 
-/// Why a scenario is refused. Its `Display` is one sentence; [`ScenarioError::place`] and [`ScenarioError::help`] say
-/// where, and what to do.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ScenarioError {
-    /// What is wrong.
-    pub cause: Cause,
-    /// Where; `None` if there is no file to point into.
-    pub place: Option<Box<Place>>,
-}
+/// A mistake in a scenario. Its `Display` is one sentence; its place and [`FileError::help`] say where it is, and what
+/// to do.
+pub type ScenarioError = FileError<Cause>;
 
 /// What is wrong, one variant for each cause.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,22 +15,8 @@ pub struct ScenarioError {
 pub enum Cause {
     /// The file cannot be read.
     Unreadable { path: String, reason: String },
-    /// The file is not TOML.
-    Syntax { message: String },
-    /// A key that means nothing here.
-    UnknownKey { key: String, section: String, known: Vec<&'static str> },
-    /// A key that must be there is not.
-    MissingKey { key: &'static str, section: String },
-    /// A value of another type than the key takes.
-    WrongType { key: String, expected: &'static str, found: &'static str },
-    /// A number that is not in its range.
-    OutOfRange { key: String, value: String, range: String },
-    /// A word that is none of those that the key takes.
-    UnknownWord { key: &'static str, word: String, known: Vec<String> },
-    /// None of several keys, of which one is needed.
-    NoneOf { section: String, keys: &'static [&'static str] },
-    /// Two keys that exclude each other.
-    Both { key: &'static str, other: &'static str },
+    /// A mistake that any TOML file can have.
+    Toml(TomlError),
     /// A key that only has a meaning together with another one.
     Without { key: &'static str, needs: &'static str },
     /// No group of robots.
@@ -64,14 +45,10 @@ pub enum Cause {
     OutsideWorld { what: String, size: [u32; 2] },
     /// A time after the end of the run.
     AfterEnd { key: &'static str, duration: String },
-    /// A list of the wrong length.
-    Length { key: String, expected: &'static str, found: usize },
     /// A quantity that does not exist.
     UnknownQuantity { text: String },
     /// No script of the robots has a global of that name.
     UnknownGlobal { name: String, known: Vec<String> },
-    /// `--set` names no group or table of that number.
-    NoSuchEntry { path: String, count: usize },
     /// What the comparison needs is not a number.
     NotANumber { of: &'static str },
     /// A key that counts numbers together where there is only one.
@@ -110,42 +87,22 @@ pub enum Cause {
     NoRoom { count: usize, placed: usize },
 }
 
-impl ScenarioError {
-    /// Numbers that pass by themselves, but not together.
-    pub(crate) fn settings(error: crate::engine::SettingsError) -> Self {
-        ScenarioError { cause: Cause::Settings { message: error.to_string() }, place: None }
-    }
-
-    /// What to do about it, if the message does not say so by itself.
-    pub fn help(&self) -> Option<String> {
-        self.cause.help()
-    }
+/// Numbers that pass by themselves, but not together.
+pub(crate) fn settings_error(error: crate::engine::SettingsError) -> ScenarioError {
+    ScenarioError { cause: Cause::Settings { message: error.to_string() }, place: None }
 }
 
-impl fmt::Display for ScenarioError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.cause.fmt(f)
+impl From<TomlError> for Cause {
+    fn from(error: TomlError) -> Self {
+        Cause::Toml(error)
     }
 }
-
-impl std::error::Error for ScenarioError {}
 
 impl fmt::Display for Cause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Cause::Unreadable { path, reason } => write!(f, "cannot read `{path}`: {reason}"),
-            Cause::Syntax { message } => write!(f, "this is not TOML: {message}"),
-            Cause::UnknownKey { key, section, .. } => write!(f, "unknown key `{key}` in {section}"),
-            Cause::MissingKey { key, section } => write!(f, "{section} has no `{key}`"),
-            Cause::WrongType { key, expected, found } => {
-                write!(f, "`{key}` must be {expected}, not {found}")
-            }
-            Cause::OutOfRange { key, value, .. } => write!(f, "`{key}` cannot be {value}"),
-            Cause::UnknownWord { key, word, .. } => write!(f, "`{key}` cannot be \"{word}\""),
-            Cause::NoneOf { section, .. } => write!(f, "{section} does not say what is meant"),
-            Cause::Both { key, other } => {
-                write!(f, "`{key}` and `{other}` cannot stand together")
-            }
+            Cause::Toml(error) => error.fmt(f),
             Cause::Without { key, needs } => write!(f, "`{key}` means nothing without `{needs}`"),
             Cause::NoRobots => write!(f, "the scenario has no robots"),
             Cause::Robot { error } => error.cause.fmt(f),
@@ -164,14 +121,8 @@ impl fmt::Display for Cause {
             Cause::EmptyRange { text } => write!(f, "no robot is in `{text}`"),
             Cause::OutsideWorld { what, .. } => write!(f, "{what} would be outside the world"),
             Cause::AfterEnd { key, .. } => write!(f, "`{key}` is not within the run"),
-            Cause::Length { key, expected, found } => {
-                write!(f, "`{key}` must be {expected}, not a list of {found}")
-            }
             Cause::UnknownQuantity { text } => write!(f, "there is no quantity `{text}`"),
             Cause::UnknownGlobal { name, .. } => write!(f, "no script has a global `{name}`"),
-            Cause::NoSuchEntry { path, count } => {
-                write!(f, "there is no `{path}`: the file has {count}, and they count from 0")
-            }
             Cause::NotANumber { of } => write!(f, "\"{of}\" needs a comparison with a number"),
             Cause::OneNumber { key } => {
                 write!(f, "`{key}` means nothing here: the swarm has one number")
@@ -222,13 +173,10 @@ impl fmt::Display for Cause {
     }
 }
 
-impl Cause {
+impl toml_reader::Cause for Cause {
     fn help(&self) -> Option<String> {
         match self {
-            Cause::UnknownKey { key, known, .. } => Some(one_of(key, known)),
-            Cause::UnknownWord { word, known, .. } => Some(one_of(word, known)),
-            Cause::OutOfRange { range, .. } => Some(range.clone()),
-            Cause::NoneOf { keys, .. } => Some(format!("one of {} is needed", keys.join(", "))),
+            Cause::Toml(error) => error.help(),
             Cause::NoRobots => Some("write a [[robots]] section for each group of them".to_owned()),
             Cause::Robot { error } => error.cause.help(),
             Cause::NoScript { likely, .. } => {
@@ -294,14 +242,8 @@ impl Cause {
             ),
             Cause::NotANumber { .. } => Some("equals, differs, below, above or between".to_owned()),
             Cause::Unreadable { .. }
-            | Cause::Syntax { .. }
-            | Cause::MissingKey { .. }
-            | Cause::WrongType { .. }
-            | Cause::Both { .. }
             | Cause::Without { .. }
-            | Cause::Length { .. }
             | Cause::TwoParts { .. }
-            | Cause::NoSuchEntry { .. }
             | Cause::Misfit { .. }
             | Cause::Settings { .. }
             | Cause::TooManyEmulated { .. }

@@ -1,5 +1,6 @@
 //! `[[event]]`: what happens to the world during a run.
 
+use bittybuzz_toml_reader::TomlError;
 use toml::de::DeValue;
 
 use super::error::Cause;
@@ -215,7 +216,7 @@ fn pair(entry: &Entry<'_>, census: &Census) -> Option<[Selection; 2]> {
     let items = entry.list()?;
     let [one, other] = items.as_slice() else {
         let expected = "two lists of robots";
-        entry.fail(Cause::Length { key: entry.key.clone(), expected, found: items.len() });
+        entry.fail(TomlError::Length { key: entry.key.clone(), expected, found: items.len() });
         return None;
     };
     let (one, other) = (census.select(one), census.select(other));
@@ -229,7 +230,7 @@ fn parts(entry: &Entry<'_>, census: &Census) -> Option<Vec<Selection>> {
     let items = entry.list()?;
     if items.is_empty() || items.len() > PARTS {
         let expected = "a list of 1 to 255 parts";
-        entry.fail(Cause::Length { key: entry.key.clone(), expected, found: items.len() });
+        entry.fail(TomlError::Length { key: entry.key.clone(), expected, found: items.len() });
         return None;
     }
     let mut parts: Vec<Selection> = Vec::new();

@@ -1,6 +1,6 @@
 //! `[[expect]]`: what must hold, so that a scenario is a test.
 
-use bittybuzz_robots::Place;
+use bittybuzz_toml_reader::{Place, TomlError, number_text};
 use toml::de::DeValue;
 
 use super::error::Cause;
@@ -147,7 +147,11 @@ pub fn read(section: &Section<'_>, census: &Census, duration: f64) -> Option<Exp
         && count as usize > robots.count()
     {
         let range = format!("{} robots are looked at", robots.count());
-        entry.fail(Cause::OutOfRange { key: entry.key.clone(), value: count.to_string(), range });
+        entry.fail(TomlError::OutOfRange {
+            key: entry.key.clone(),
+            value: count.to_string(),
+            range,
+        });
         return None;
     }
     if let (Of::Reduced(reduction), Some(test)) = (of, &test)
@@ -191,8 +195,8 @@ fn when(section: &Section<'_>, duration: f64) -> Option<When> {
         not_after_end(&entry, key, to.max(from), duration)?;
         if to < from {
             let range = "the second time comes after the first".to_owned();
-            let value = format!("[{from}, {to}]");
-            entry.fail(Cause::OutOfRange { key: entry.key.clone(), value, range });
+            let value = format!("[{}, {}]", number_text(from), number_text(to));
+            entry.fail(TomlError::OutOfRange { key: entry.key.clone(), value, range });
             return None;
         }
         return Some(When::Always(from, to));
@@ -238,8 +242,8 @@ fn test(section: &Section<'_>) -> Option<Test> {
             let [low, high] = entry.numbers("two numbers as [low, high]", FINITE)?;
             if high < low {
                 let range = "the second number is the larger one".to_owned();
-                let value = format!("[{low}, {high}]");
-                entry.fail(Cause::OutOfRange { key: entry.key.clone(), value, range });
+                let value = format!("[{}, {}]", number_text(low), number_text(high));
+                entry.fail(TomlError::OutOfRange { key: entry.key.clone(), value, range });
                 return None;
             }
             Test::Between(low, high)

@@ -19,15 +19,14 @@ mod select;
 mod value;
 mod world;
 
-use std::cell::RefCell;
 use std::path::Path;
 
-use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use bittybuzz_toml_reader::{self as toml_reader, Override, Source};
 
 pub use backend::Backend;
 pub use body::{Bodies, Body, CrazyflieBody, KilobotBody, Positioning, Preset, ZooidBody};
 pub use bridge::Bridge;
+pub(crate) use error::settings_error;
 pub use error::{Cause, ScenarioError};
 pub use event::{Action, Event, Target};
 pub use expect::{Expect, Of, Reduction, Test, Wanted, When};
@@ -79,35 +78,15 @@ impl Scenario {
         folder: &Path,
         set: &[String],
     ) -> Result<Scenario, Vec<ScenarioError>> {
-        let source = read::Source { path, text };
-        let sources: Vec<(&str, String, &str)> = set.iter().map(|set| split(set)).collect();
-        let overrides: Vec<_> = sources
+        let sets: Vec<(&str, String, &str)> = set.iter().map(|set| split(set)).collect();
+        let overrides: Vec<Override<'_>> = sets
             .iter()
-            .map(|(key, shown, value)| read::Override {
-                key,
-                source: read::Source { path: shown, text: value },
-                value: value_of(value),
-            })
+            .map(|(key, shown, value)| Override::new(key, Source::new(shown, value)))
             .collect();
-        let reader = read::Reader { overrides: &overrides, errors: RefCell::default() };
-        let (document, mistakes) = DeTable::parse_recoverable(text);
-        for mistake in &mistakes {
-            let cause = Cause::Syntax { message: mistake.message().to_owned() };
-            reader.fail(source, mistake.span().unwrap_or(0..0), cause);
-        }
-        let scenario = match mistakes.is_empty() {
-            true => scenario(&read::Section::root(&reader, source, document.get_ref()), folder),
-            // What is left of the file would only give strange errors.
-            false => None,
-        };
-        let mut errors = reader.errors.into_inner();
-        errors.sort_by_key(|error| {
-            error.place.as_ref().map(|place| (place.path != path, place.line, place.column))
-        });
-        match scenario {
-            Some(scenario) if errors.is_empty() => Ok(scenario),
-            _ => Err(errors),
-        }
+        let format = (keys::ROOT, keys::of as toml_reader::Schema);
+        toml_reader::read(&Source::new(path, text), &overrides, format, |root| {
+            scenario(root, folder)
+        })
     }
 
     /// How many robots there are, absent ones included.
@@ -166,10 +145,4 @@ fn scenario(root: &read::Section<'_>, folder: &Path) -> Option<Scenario> {
 fn split(set: &str) -> (&str, String, &str) {
     let (key, value) = set.split_once('=').unwrap_or((set, ""));
     (key.trim(), format!("--set {}", key.trim()), value.trim())
-}
-
-/// A value of TOML; whatever is none is a string, so that words need no quotes.
-fn value_of(text: &str) -> Spanned<DeValue<'_>> {
-    DeValue::parse(text)
-        .unwrap_or_else(|_| Spanned::new(0..text.len(), DeValue::String(text.into())))
 }

@@ -1,6 +1,6 @@
 //! `[output]`: what is kept of a run.
 
-use bittybuzz_robots::Place;
+use bittybuzz_toml_reader::Place;
 
 use super::error::Cause;
 use super::expect::quantity;

@@ -4,7 +4,8 @@ use std::ffi::OsStr;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-use bittybuzz_robots::{self as robots, Place, Profile, Robot};
+use bittybuzz_robots::{self as robots, Profile, Robot};
+use bittybuzz_toml_reader::{Place, TomlError};
 use toml::de::DeValue;
 
 use super::backend::{self, Backend};
@@ -194,13 +195,15 @@ fn robot(entry: &Entry<'_>, folder: &Path) -> Option<Robot> {
     };
     match found {
         Ok(robot) => Some(robot),
-        Err(error) => {
-            match &error.place {
-                // The mistake is in the robot file.
-                Some(place) => {
-                    entry.reader.fail_at(place, Cause::Robot { error: Box::new(error.clone()) })
+        Err(errors) => {
+            for error in errors.0 {
+                match error.place.clone() {
+                    // The mistake is in the robot file.
+                    Some(place) => {
+                        entry.reader.fail_at(&place, Cause::Robot { error: Box::new(error) });
+                    }
+                    None => entry.fail(Cause::Robot { error: Box::new(error) }),
                 }
-                None => entry.fail(Cause::Robot { error: Box::new(error) }),
             }
             None
         }
@@ -346,12 +349,12 @@ fn list(section: &Section<'_>, count: u32, world: &World) -> Option<Placement> {
     let items = entry.list()?;
     if items.is_empty() {
         let expected = "a list of one place [x, y] or more";
-        entry.fail(Cause::Length { key: "positions".to_owned(), expected, found: 0 });
+        entry.fail(TomlError::Length { key: "positions".to_owned(), expected, found: 0 });
         return None;
     }
     if items.len() != count as usize {
         let expected = "as long as `count` says";
-        entry.fail(Cause::Length { key: "positions".to_owned(), expected, found: items.len() });
+        entry.fail(TomlError::Length { key: "positions".to_owned(), expected, found: items.len() });
         return None;
     }
     let points: Vec<Option<[f64; 2]>> =

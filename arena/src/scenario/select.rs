@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use bittybuzz_robots::Place;
+use bittybuzz_toml_reader::{Place, TomlError};
 use toml::de::DeValue;
 
 use super::body::Body;
@@ -190,7 +190,7 @@ impl Census {
                 let items = entry.list()?;
                 if items.is_empty() {
                     let expected = "a list of one robot or more";
-                    entry.fail(Cause::Length { key: entry.key.clone(), expected, found: 0 });
+                    entry.fail(TomlError::Length { key: entry.key.clone(), expected, found: 0 });
                     return None;
                 }
                 for item in items {

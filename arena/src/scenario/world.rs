@@ -1,5 +1,6 @@
 //! `[world]`: the ground, what stands on it, light and time.
 
+use bittybuzz_toml_reader::{TomlError, number_text};
 use toml::de::DeValue;
 
 use super::error::Cause;
@@ -65,7 +66,7 @@ const DURATION: std::ops::RangeInclusive<f64> = 0.1..=2_419_200.0;
 pub fn read(root: &Section<'_>) -> Option<World> {
     let Some(section) = root.section("world", WORLD) else {
         if root.get("world").is_none() {
-            root.fail(Cause::MissingKey { key: "world", section: root.name.to_owned() });
+            root.fail(TomlError::MissingKey { key: "world", section: root.name });
         }
         return None;
     };
@@ -132,7 +133,7 @@ pub fn point_inside(entry: &Entry<'_>, world: &World) -> Option<[f64; 2]> {
     let point = entry.numbers("two numbers as [x, y]", f64::MIN..=f64::MAX)?;
     if !world.contains(point) {
         let [x, y] = point;
-        entry.fail(world.outside(format!("({x}, {y})")));
+        entry.fail(world.outside(format!("({}, {})", number_text(x), number_text(y))));
         return None;
     }
     Some(point)

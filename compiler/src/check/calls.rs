@@ -86,7 +86,7 @@ impl Checker<'_> {
         let mut diagnostic =
             Diagnostic::new(Code::UnknownFunction, span, format!("there is no function `{text}`"))
                 .label("nothing defines this name");
-        diagnostic.help = suggest::for_name(text, self.program, self.function, robots);
+        diagnostic.help = self.likely_name(text);
         self.report(diagnostic);
     }
 

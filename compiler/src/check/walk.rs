@@ -28,7 +28,13 @@ pub struct Checker<'a> {
     guarded: Vec<NameId>,
     /// Names that were reported as never assigned; once is enough.
     reported: BTreeSet<NameId>,
+    /// Unknown names for which a likely one is still searched.
+    searches_left: usize,
 }
+
+/// Likely names are searched for this many unknown ones: each search looks at every name of the script, and nobody
+/// reads that many messages.
+const MOST_SEARCHES: usize = 100;
 
 /// Checks every expression of a script.
 pub fn check_expressions(
@@ -46,6 +52,7 @@ pub fn check_expressions(
         diagnostics: Vec::new(),
         guarded: Vec::new(),
         reported: BTreeSet::new(),
+        searches_left: MOST_SEARCHES,
     };
     for (number, function) in program.functions.iter().enumerate() {
         // Lambdas are visited where they stand, under the conditions there.
@@ -60,6 +67,12 @@ impl Checker<'_> {
     /// Adds a diagnostic.
     pub fn report(&mut self, diagnostic: Diagnostic) {
         self.diagnostics.push(diagnostic);
+    }
+
+    /// Returns help for a name that nothing defines.
+    pub fn likely_name(&mut self, name: &str) -> Option<String> {
+        self.searches_left = self.searches_left.checked_sub(1)?;
+        suggest::for_name(name, self.program, self.function, self.meanings.robots())
     }
 
     /// Whether a condition around this place makes sure that the name is not nil.
@@ -270,7 +283,7 @@ impl Checker<'_> {
             ),
         };
         if diagnostic.help.is_none() {
-            diagnostic.help = suggest::for_name(text, self.program, self.function, robots);
+            diagnostic.help = self.likely_name(text);
         }
         self.report(diagnostic.label("always nil"));
     }

@@ -17,7 +17,8 @@ use std::time::Duration;
 use bittybuzz_compiler::refusal;
 use bittybuzz_emulation::{ClientError, Image};
 use bittybuzz_kilobot::calibration;
-use bittybuzz_robots::{Layout, Place, Robot};
+use bittybuzz_robots::{Layout, Robot};
+use bittybuzz_toml_reader::Place;
 use bittybuzz_trace_reader::Table;
 use bittybuzz_vm_core::ImageError;
 

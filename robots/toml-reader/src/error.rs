@@ -1,0 +1,142 @@
+//! Mistakes in a file, and what to do about them.
+
+use std::fmt;
+
+/// The number of mistakes that are kept of one file.
+pub const LIMIT: usize = 100;
+
+/// The names that a help lists at most.
+const LISTED: usize = 24;
+
+/// A reason why a format refuses a file. Its `Display` is one sentence.
+pub trait Cause: fmt::Display + From<TomlError> {
+    /// Returns what to do about it, if the sentence does not say so by itself.
+    fn help(&self) -> Option<String>;
+}
+
+/// A mistake in a file. Its `Display` is the sentence of the cause.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FileError<C> {
+    /// The mistake.
+    pub cause: C,
+    /// Its place; `None` if there is no text to point into.
+    pub place: Option<Box<crate::Place>>,
+}
+
+/// The mistakes that any TOML file can have, one variant for each cause.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the fields are what the messages below print")]
+pub enum TomlError {
+    /// The file is not TOML.
+    Syntax { message: String },
+    /// A key that means nothing here.
+    UnknownKey { key: String, section: &'static str, known: Vec<&'static str> },
+    /// A key that must be there is not.
+    MissingKey { key: &'static str, section: &'static str },
+    /// A value of another type than the key takes.
+    WrongType { key: String, expected: &'static str, found: &'static str },
+    /// A number that is not in its range.
+    OutOfRange { key: String, value: String, range: String },
+    /// A word that is none of those that the key takes.
+    UnknownWord { key: String, word: String, known: Vec<String> },
+    /// None of several keys, of which one is needed.
+    NoneOf { section: &'static str, keys: &'static [&'static str] },
+    /// Two keys that exclude each other.
+    Both { key: &'static str, other: &'static str },
+    /// A list of the wrong length.
+    Length { key: String, expected: &'static str, found: usize },
+    /// An override names no table of that number.
+    NoSuchEntry { path: String, count: usize },
+    /// More mistakes than [`LIMIT`].
+    More { count: usize },
+}
+
+impl<C: Cause> FileError<C> {
+    /// Returns what to do about it, if the message does not say so by itself.
+    pub fn help(&self) -> Option<String> {
+        self.cause.help()
+    }
+}
+
+impl<C: Cause> fmt::Display for FileError<C> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.cause.fmt(f)
+    }
+}
+
+impl<C: Cause + fmt::Debug> std::error::Error for FileError<C> {}
+
+impl fmt::Display for TomlError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            TomlError::Syntax { message } => write!(f, "this is not TOML: {message}"),
+            TomlError::UnknownKey { key, section, .. } => {
+                write!(f, "unknown key `{key}` in {section}")
+            }
+            TomlError::MissingKey { key, section } => write!(f, "{section} has no `{key}`"),
+            TomlError::WrongType { key, expected, found } => {
+                write!(f, "`{key}` must be {expected}, not {found}")
+            }
+            TomlError::OutOfRange { key, value, .. } => write!(f, "`{key}` cannot be {value}"),
+            TomlError::UnknownWord { key, word, .. } => write!(f, "`{key}` cannot be \"{word}\""),
+            TomlError::NoneOf { section, .. } => write!(f, "{section} does not say what is meant"),
+            TomlError::Both { key, other } => {
+                write!(f, "`{key}` and `{other}` cannot stand together")
+            }
+            TomlError::Length { key, expected, found } => {
+                write!(f, "`{key}` must be {expected}, not a list of {found}")
+            }
+            TomlError::NoSuchEntry { path, count } => {
+                write!(f, "there is no `{path}`: the file has {count}, and they count from 0")
+            }
+            TomlError::More { count: 1 } => write!(f, "1 more mistake is not shown"),
+            TomlError::More { count } => write!(f, "{count} more mistakes are not shown"),
+        }
+    }
+}
+
+impl TomlError {
+    /// Returns what to do about it, if the message does not say so by itself.
+    pub fn help(&self) -> Option<String> {
+        match self {
+            TomlError::UnknownKey { key, known, .. } => Some(one_of(key, known)),
+            TomlError::UnknownWord { word, known, .. } => Some(one_of(word, known)),
+            TomlError::OutOfRange { range, .. } => Some(range.clone()),
+            TomlError::NoneOf { keys, .. } => Some(format!("one of {} is needed", keys.join(", "))),
+            TomlError::Syntax { .. }
+            | TomlError::MissingKey { .. }
+            | TomlError::WrongType { .. }
+            | TomlError::Both { .. }
+            | TomlError::Length { .. }
+            | TomlError::NoSuchEntry { .. }
+            | TomlError::More { .. } => None,
+        }
+    }
+}
+
+/// Returns help for a name that is not known: the likely one, else the known ones. Only the first word of forms such as
+/// `global.NAME` and `distance(X, Y)` is compared.
+pub fn one_of<T: AsRef<str>>(name: &str, known: &[T]) -> String {
+    if let Some(likely) = likely(name, known) {
+        return format!("did you mean `{likely}`?");
+    }
+    let listed: Vec<&str> = known.iter().map(T::as_ref).take(LISTED).collect();
+    match known.len() - listed.len() {
+        0 => format!("one of {}", listed.join(", ")),
+        more => format!("one of {} and {more} more", listed.join(", ")),
+    }
+}
+
+/// Returns the known name that was probably meant.
+pub(crate) fn likely<'a, T: AsRef<str>>(name: &str, known: &'a [T]) -> Option<&'a str> {
+    let length = name.chars().count();
+    let most = length.max(3) / 3;
+    let distance = |known: &str| {
+        let word = known.split(['.', '(']).next().unwrap_or_default();
+        // Each character that one word has more than the other is a step: no need to compare the rest.
+        let is_near = word.chars().count().abs_diff(length) <= most;
+        is_near.then(|| strsim::damerau_levenshtein(name, word)).filter(|steps| *steps <= most)
+    };
+    let near = known.iter().filter_map(|known| Some((distance(known.as_ref())?, known.as_ref())));
+    near.min_by_key(|(distance, _)| *distance).map(|(_, known)| known)
+}

@@ -1,0 +1,32 @@
+//! Reads TOML files that people write: robot files, scenarios and manifests of tests.
+//!
+//! # Principles
+//! * Every mistake of a file is reported in one pass. A reading function notes a mistake and returns `None`; the
+//!   caller continues with the next key.
+//! * A mistake has a place (file, line, column) and, where one is known, a cure. A misspelled key or word gets the
+//!   likely one as help.
+//! * A file is refused rather than guessed at: unknown keys, missing keys and numbers out of range are mistakes.
+//! * The work is linear in the size of the file, and at most [`LIMIT`] mistakes are kept; the last one says how many
+//!   follow.
+//!
+//! # Use
+//! A format has an enum of its own mistakes, which implements [`Cause`] and takes over those of this crate
+//! ([`TomlError`]). [`read`] parses the text and calls the format's reading function with the root [`Section`].
+//!
+//! # What it will not do
+//! It knows no format, and it does not deserialize into types: a reading function per section says what is checked.
+
+mod entry;
+mod error;
+mod place;
+mod reader;
+mod section;
+
+pub use entry::{Entry, number_text};
+pub use error::{Cause, FileError, LIMIT, TomlError, one_of};
+pub use place::{Place, Source};
+pub use reader::{Override, Reader, Schema, read};
+pub use section::Section;
+
+#[cfg(test)]
+mod tests;

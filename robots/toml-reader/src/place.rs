@@ -1,0 +1,81 @@
+//! Places in a text, for messages.
+
+use std::ops::Range;
+
+/// The longest part of a line that a place shows, in bytes. Generated files have lines of megabytes.
+const LONGEST_EXCERPT: usize = 400;
+
+/// Bytes that an excerpt of a long line shows before the place.
+const BEFORE: usize = 100;
+
+/// A range of characters in a line of a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// Path of the file, as it was given.
+    pub path: String,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+    /// Number of characters; at least 1.
+    pub width: usize,
+    /// The text of the line; of a long line only the part around the place.
+    pub source: String,
+    /// Column of the first character of `source`: 1, but for a long line.
+    pub source_column: usize,
+}
+
+/// A text with the name that messages give it.
+#[derive(Debug)]
+pub struct Source<'a> {
+    /// Path of the file as it was given, or another name.
+    pub path: &'a str,
+    /// The whole text.
+    pub text: &'a str,
+    /// The byte at which each line begins.
+    lines: Vec<usize>,
+}
+
+impl<'a> Source<'a> {
+    /// Finds the lines of `text`, so that places are found without another look at the whole text.
+    pub fn new(path: &'a str, text: &'a str) -> Self {
+        let newlines = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+        let lines = std::iter::once(0).chain(newlines.map(|(at, _)| at + 1)).collect();
+        Source { path, text, lines }
+    }
+
+    /// The place of a range of bytes. A range outside the text means its end.
+    pub fn place(&self, span: Range<usize>) -> Place {
+        let at = self.boundary_before(span.start);
+        let line = self.lines.partition_point(|start| *start <= at);
+        let line_start = self.lines.get(line.saturating_sub(1)).copied().unwrap_or(0);
+        let line_end = self.lines.get(line).map_or(self.text.len(), |next| next - 1);
+        let line_end = match self.text.get(line_start..line_end) {
+            Some(text) if text.ends_with('\r') => line_end - 1,
+            _ => line_end,
+        };
+        let end = self.boundary_before(span.end.clamp(at, line_end.max(at)));
+        let (from, to) = match line_end.saturating_sub(line_start) {
+            0..=LONGEST_EXCERPT => (line_start, line_end),
+            _ => {
+                let from = self.boundary_before(at.saturating_sub(BEFORE).max(line_start));
+                (from, self.boundary_before(line_end.min(from + LONGEST_EXCERPT)))
+            }
+        };
+        let count =
+            |range: Range<usize>| self.text.get(range).map_or(0, |part| part.chars().count());
+        Place {
+            path: self.path.to_owned(),
+            line,
+            column: count(line_start..at) + 1,
+            width: count(at..end).max(1),
+            source: self.text.get(from..to).unwrap_or_default().to_owned(),
+            source_column: count(line_start..from) + 1,
+        }
+    }
+
+    /// The nearest boundary of a character at or before that byte.
+    fn boundary_before(&self, at: usize) -> usize {
+        self.text.floor_char_boundary(at)
+    }
+}

@@ -1,0 +1,101 @@
+//! One pass over a file, and the mistakes that it notes.
+
+use std::cell::RefCell;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::error::{Cause, FileError, LIMIT, TomlError};
+use crate::place::{Place, Source};
+use crate::section::Section;
+
+/// Returns the keys that a section may have, by the name that messages give the section.
+pub type Schema = fn(&'static str) -> Vec<&'static str>;
+
+/// A value that replaces one of the file, such as that of `--set medium.ir.loss=0.1`.
+#[derive(Debug)]
+pub struct Override<'a> {
+    /// The path of the key: `medium.ir.loss`.
+    pub key: &'a str,
+    /// The text of the value.
+    pub source: Source<'a>,
+    /// The parsed value.
+    pub value: Spanned<DeValue<'a>>,
+}
+
+impl<'a> Override<'a> {
+    /// Parses the text of a value. A text that is not TOML is a string, so that words need no quotes.
+    pub fn new(key: &'a str, source: Source<'a>) -> Self {
+        let text = source.text;
+        let value = DeValue::parse(text)
+            .unwrap_or_else(|_| Spanned::new(0..text.len(), DeValue::String(text.into())));
+        Override { key, source, value }
+    }
+}
+
+/// The state that all sections and entries of a file share.
+pub struct Reader<'a, C> {
+    pub(crate) overrides: &'a [Override<'a>],
+    pub(crate) schema: Schema,
+    mistakes: RefCell<Mistakes<C>>,
+}
+
+struct Mistakes<C> {
+    kept: Vec<FileError<C>>,
+    more: usize,
+}
+
+/// Reads a file: calls `format` with its root section, named `root`. The mistakes are in the order of the file, those in
+/// overrides and other files last.
+pub fn read<T, C: Cause>(
+    source: &Source<'_>,
+    overrides: &[Override<'_>],
+    (root, schema): (&'static str, Schema),
+    format: impl FnOnce(&Section<'_, C>) -> Option<T>,
+) -> Result<T, Vec<FileError<C>>> {
+    let mistakes = RefCell::new(Mistakes { kept: Vec::new(), more: 0 });
+    let reader = Reader { overrides, schema, mistakes };
+    let (document, syntax) = DeTable::parse_recoverable(source.text);
+    for mistake in &syntax {
+        let cause = TomlError::Syntax { message: mistake.message().to_owned() };
+        reader.note(cause, || Some(source.place(mistake.span().unwrap_or(0..0))));
+    }
+    let value = match syntax.is_empty() {
+        true => format(&Section::root(&reader, source, root, document.get_ref())),
+        // The rest of such a file would only give strange errors.
+        false => None,
+    };
+    let Mistakes { kept: mut errors, more } = reader.mistakes.into_inner();
+    errors.sort_by_key(|error| {
+        error.place.as_ref().map(|place| (place.path != source.path, place.line, place.column))
+    });
+    if more > 0 {
+        errors.push(FileError { cause: TomlError::More { count: more }.into(), place: None });
+    }
+    match value {
+        Some(value) if errors.is_empty() => Ok(value),
+        _ => Err(errors),
+    }
+}
+
+impl<C: Cause> Reader<'_, C> {
+    /// Notes a mistake at a place, perhaps of another file.
+    pub fn fail_at(&self, place: &Place, cause: impl Into<C>) {
+        self.note(cause, || Some(place.clone()));
+    }
+
+    /// Returns true if further mistakes are only counted, so that an expensive cause need not be built.
+    pub fn is_full(&self) -> bool {
+        self.mistakes.borrow().kept.len() >= LIMIT
+    }
+
+    pub(crate) fn note(&self, cause: impl Into<C>, place: impl FnOnce() -> Option<Place>) {
+        let mut mistakes = self.mistakes.borrow_mut();
+        if mistakes.kept.len() >= LIMIT {
+            mistakes.more += 1;
+        } else {
+            let place = place().map(Box::new);
+            mistakes.kept.push(FileError { cause: cause.into(), place });
+        }
+    }
+}
