@@ -14,6 +14,8 @@
 //! | 6 expired | step `u32`: the set-points have expired, the robot has stopped |
 //! | 7 lost | log lines `u32` that were printed faster than they could be told |
 //! | 8 unused | messages that came to nothing since the start, `u16` each: no room for heard ones, for own ones; of another script, without sense, with the robot's own id, entries not kept, incomplete, undecided, failed |
+//! | 9 contained | the fields of 3: a fault that ended a listener or a handler of conflicts; the script goes on |
+//! | 10 restart | step `u32`, ticks `u16` until the script starts again after a fault; 0: it starts now |
 //!
 //! An item is a tag and its payload: 0 nil, 1 integer `i32`, 2 float `f32`, 3 string by number `u16`, 4 text (length
 //! `u8`, bytes), 5 table (entries `u16`), 6 function, 7 the rest did not fit.
@@ -38,6 +40,8 @@ const OVERRUN: u8 = 5;
 const EXPIRED: u8 = 6;
 const LOST: u8 = 7;
 const UNUSED: u8 = 8;
+const CONTAINED: u8 = 9;
+const RESTART: u8 = 10;
 
 const NIL: u8 = 0;
 const INT: u8 = 1;
@@ -102,6 +106,22 @@ pub enum Record<'a> {
     Lost(u32),
     /// Messages came to nothing; all of them since the start.
     Unused(Unused),
+    /// A fault ended a listener or a handler of conflicts. The script goes on.
+    Contained {
+        /// Steps completed before.
+        step: u32,
+        /// The fault.
+        fault: Fault,
+        /// Positions in the code of the calls that led there, innermost first.
+        calls: Calls<'a>,
+    },
+    /// The script starts again after a fault that stopped it.
+    Restart {
+        /// Steps completed before.
+        step: u32,
+        /// Ticks of a tenth of a second until the start; 0 if it starts now.
+        pause: u16,
+    },
 }
 
 /// Messages that came to nothing.
@@ -218,14 +238,18 @@ pub fn log_with_time<P: Profile, C: ByteCode, const SLOTS: usize>(
 
 /// The script has stopped. Of the calls, the innermost are told, as many as fit.
 pub fn fault(step: u32, fault: &Fault, calls: impl Iterator<Item = u16>) -> Encoded {
-    let mut record = with_step(FAULT, step);
-    let [first, second] = fault.operands;
-    put(&mut record, &[fault.code as u8, first as u8, second as u8]);
-    put(&mut record, &fault.detail.to_le_bytes());
-    // The machine's own position is that of the innermost call.
-    for position in calls.take((RECORD_MAX - record.len()) / 2) {
-        put(&mut record, &position.to_le_bytes());
-    }
+    with_fault(FAULT, step, fault, calls)
+}
+
+/// A fault ended a listener or a handler of conflicts, and the script goes on. The calls are cut as in [`fault`].
+pub fn contained(step: u32, fault: &Fault, calls: impl Iterator<Item = u16>) -> Encoded {
+    with_fault(CONTAINED, step, fault, calls)
+}
+
+/// The script starts again in `pause` ticks of a tenth of a second, or now if `pause` is 0.
+pub fn restart(step: u32, pause: u16) -> Encoded {
+    let mut record = with_step(RESTART, step);
+    put(&mut record, &pause.to_le_bytes());
     record
 }
 
@@ -276,6 +300,18 @@ fn with_step(kind: u8, step: u32) -> Encoded {
     record
 }
 
+fn with_fault(kind: u8, step: u32, fault: &Fault, calls: impl Iterator<Item = u16>) -> Encoded {
+    let mut record = with_step(kind, step);
+    let [first, second] = fault.operands;
+    put(&mut record, &[fault.code as u8, first as u8, second as u8]);
+    put(&mut record, &fault.detail.to_le_bytes());
+    // The machine's own position is that of the innermost call.
+    for position in calls.take((RECORD_MAX - record.len()) / 2) {
+        put(&mut record, &position.to_le_bytes());
+    }
+    record
+}
+
 fn put_item(record: &mut Encoded, tag: u8, payload: &[u8]) {
     put(record, &[tag]);
     put(record, payload);
@@ -299,18 +335,8 @@ impl<'a> Record<'a> {
                 Record::Log { step, items }
             }
             FAULT => {
-                let step = reader.u32()?;
-                let code = reader.byte()?;
-                let code = FaultCode::ALL.iter().find(|known| **known as u8 == code);
-                let operands = [reader.kind_of_value()?, reader.kind_of_value()?];
-                let detail = reader.u16()?;
-                let calls = Calls { rest: reader.take_rest() };
-                if !calls.rest.len().is_multiple_of(2) {
-                    return Err(RecordError::Length);
-                }
-                let position = calls.clone().next().unwrap_or(0);
-                let code = *code.ok_or(RecordError::Value)?;
-                Record::Fault { step, fault: Fault { code, position, operands, detail }, calls }
+                let (step, fault, calls) = reader.fault()?;
+                Record::Fault { step, fault, calls }
             }
             REFUSED => {
                 let (cause, value) = (reader.byte()?, reader.u16()?);
@@ -331,6 +357,11 @@ impl<'a> Record<'a> {
                     failed: reader.u16()?,
                 },
             }),
+            CONTAINED => {
+                let (step, fault, calls) = reader.fault()?;
+                Record::Contained { step, fault, calls }
+            }
+            RESTART => Record::Restart { step: reader.u32()?, pause: reader.u16()? },
             kind => return Err(RecordError::Kind(kind)),
         };
         if reader.rest.is_empty() { Ok(record) } else { Err(RecordError::Length) }
@@ -400,6 +431,22 @@ impl<'a> Reader<'a> {
     fn kind_of_value(&mut self) -> Result<Type, RecordError> {
         let number = self.byte()?;
         Type::ALL.into_iter().find(|kind| *kind as u8 == number).ok_or(RecordError::Value)
+    }
+
+    /// The fields of a fault.
+    fn fault(&mut self) -> Result<(u32, Fault, Calls<'a>), RecordError> {
+        let step = self.u32()?;
+        let code = self.byte()?;
+        let code = FaultCode::ALL.iter().find(|known| **known as u8 == code);
+        let operands = [self.kind_of_value()?, self.kind_of_value()?];
+        let detail = self.u16()?;
+        let calls = Calls { rest: self.take_rest() };
+        if !calls.rest.len().is_multiple_of(2) {
+            return Err(RecordError::Length);
+        }
+        let position = calls.clone().next().unwrap_or(0);
+        let code = *code.ok_or(RecordError::Value)?;
+        Ok((step, Fault { code, position, operands, detail }, calls))
     }
 
     fn take_rest(&mut self) -> &'a [u8] {

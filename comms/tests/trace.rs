@@ -67,6 +67,32 @@ fn faults() {
     assert_eq!((read, calls.collect::<Vec<_>>()), (fault, vec![0x0102, 0x0040]));
 }
 
+/// A fault of a listener has the fields of any other, and another kind.
+#[test]
+fn contained_faults() {
+    let fault = Fault {
+        code: FaultCode::WrongType,
+        position: 0x0102,
+        operands: [Type::Nil, Type::Int],
+        detail: 5,
+    };
+    let bytes = [9, 9, 0, 0, 0, 1, 0, 1, 5, 0, 0x02, 0x01, 0x40, 0x00];
+    assert_eq!(trace::contained(9, &fault, [0x0102, 0x0040].into_iter()).as_slice(), bytes);
+    let Ok(Record::Contained { step: 9, fault: read, calls }) = Record::decode(&bytes) else {
+        panic!("no contained fault")
+    };
+    assert_eq!((read, calls.collect::<Vec<_>>()), (fault, vec![0x0102, 0x0040]));
+}
+
+#[test]
+fn restarts() {
+    let bytes = [10, 9, 1, 0, 0, 0x58, 0x02];
+    assert_eq!(trace::restart(265, 600).as_slice(), bytes);
+    assert_eq!(Record::decode(&bytes), Ok(Record::Restart { step: 265, pause: 600 }));
+    assert_eq!(Record::decode(&trace::restart(0, 0)), Ok(Record::Restart { step: 0, pause: 0 }));
+    assert_eq!(Record::decode(&bytes[..6]), Err(RecordError::Length));
+}
+
 /// A stack can be deeper than a record is long: the innermost calls are told.
 #[test]
 fn deep_faults_are_cut() {

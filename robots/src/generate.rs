@@ -1,6 +1,6 @@
 //! Rust source of a robot's configuration, for the build script of its firmware.
 
-use crate::{Layout, Robot, Setting, name_hash};
+use crate::{Layout, OnFault, Robot, Setting, name_hash};
 use std::fmt::Write;
 
 /// Rust source with the sizes of the robot's virtual machine, and the numbers of its functions.
@@ -54,6 +54,11 @@ fn write(robot: &Robot, out: &mut String) -> std::fmt::Result {
         out,
         "/// The machine has floating-point functions.\npub const MATHS: bool = {};",
         vm.maths
+    )?;
+    writeln!(
+        out,
+        "/// Every fault stops the script for good.\npub const ON_FAULT_STOPS: bool = {};",
+        robot.on_fault == OnFault::Stop
     )?;
     for (name, region) in robot.layout.iter().flat_map(Layout::regions) {
         let (address, size) = (region.address, region.size);

@@ -24,6 +24,7 @@
 //! | `profile` | `"tiny"` (16-bit numbers) or `"full"` (32-bit numbers) |
 //! | `tick_hz` | steps per second |
 //! | `message_bytes` | bytes behind the type of a swarm message that one frame of its link can carry: at least 9 in `tiny`, 48 in `full` |
+//! | `on_fault` | `"restart"`, the default, or `"stop"`: see [`OnFault`] |
 //! | `[vm]` | sizes of the virtual machine, see [`VmSizes`] |
 //! | `[budget]` | the most that the firmware image may need, see [`Budget`]; left out with `chip` |
 //! | `[layout]` | where firmware, script and data lie on the chip, see [`Layout`]; left out where no script can be flashed alone |
@@ -70,6 +71,8 @@ pub struct Robot {
     pub tick_hz: u32,
     /// Bytes of a swarm message that one frame of its link carries, link headers not counted.
     pub message_bytes: u32,
+    /// The consequence of a fault of its script; [`OnFault::Restart`] if left out.
+    pub on_fault: OnFault,
     /// Sizes of its virtual machine.
     pub vm: VmSizes,
     /// The parts of its virtual machine: all, or those of a given firmware, see [`Robot::limited_to`].
@@ -106,6 +109,31 @@ impl Profile {
         match self {
             Profile::Tiny => "tiny",
             Profile::Full => "full",
+        }
+    }
+}
+
+/// The consequence of a fault. A failed `assert` stops the script in either case.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
+pub enum OnFault {
+    /// A fault in a listener or in a handler of conflicts ends that call. After any other fault the script starts again
+    /// when a pause is over.
+    #[default]
+    Restart,
+    /// Every fault stops the script until power-on.
+    Stop,
+}
+
+impl OnFault {
+    /// Both names in robot files and scenarios.
+    pub const NAMES: [&str; 2] = ["restart", "stop"];
+
+    /// The consequence of that name.
+    pub fn from_name(name: &str) -> Option<OnFault> {
+        match name {
+            "restart" => Some(OnFault::Restart),
+            "stop" => Some(OnFault::Stop),
+            _ => None,
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::error::{Cause, RobotErrors};
 use crate::generate::constant;
 use crate::layout::{Layout, Region};
 use crate::signature::{self, Parameter, Type};
-use crate::{Budget, Function, Profile, Robot, SensorTable, Setting, VmSizes, name_hash};
+use crate::{Budget, Function, OnFault, Profile, Robot, SensorTable, Setting, VmSizes, name_hash};
 
 /// Words that a script cannot use as a name. `include` is one before a string only, but would confuse.
 const KEYWORDS: &[&str] = &[
@@ -44,6 +44,7 @@ fn keys(section: &'static str) -> Vec<&'static str> {
             "profile",
             "tick_hz",
             "message_bytes",
+            "on_fault",
             "vm",
             "budget",
             "layout",
@@ -90,6 +91,7 @@ fn root(root: &Section<'_>) -> Option<Robot> {
     let tick_hz = integer(root, "tick_hz", 1..=100);
     let least_bytes = message_bytes(profile.unwrap_or(Profile::Tiny));
     let message_bytes = integer(root, "message_bytes", least_bytes..=255);
+    let on_fault = root.get("on_fault").map(|entry| entry.word(&ON_FAULT));
     let vm_section = required_section(root, "vm", VM);
     let vm = vm_section.as_ref().and_then(vm_sizes);
     let budget = root.section("budget", BUDGET).map(|section| budget(&section));
@@ -116,6 +118,7 @@ fn root(root: &Section<'_>) -> Option<Robot> {
         profile: profile?,
         tick_hz: tick_hz?,
         message_bytes: message_bytes?,
+        on_fault: given(on_fault)?.unwrap_or_default(),
         vm: vm?,
         parts: Parts::ALL,
         budget: given(budget)?,
@@ -144,6 +147,12 @@ fn given<T>(value: Option<Option<T>>) -> Option<Option<T>> {
 
 const PROFILES: [(&str, Profile); 2] =
     [(Profile::Tiny.name(), Profile::Tiny), (Profile::Full.name(), Profile::Full)];
+
+/// The words of `on_fault`.
+const ON_FAULT: [(&str, OnFault); 2] = {
+    let [restart, stop] = OnFault::NAMES;
+    [(restart, OnFault::Restart), (stop, OnFault::Stop)]
+};
 
 fn robot_name(root: &Section<'_>) -> Option<String> {
     let entry = root.required("name")?;

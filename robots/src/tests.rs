@@ -74,6 +74,7 @@ fn a_good_file_says_what_it_says() {
     assert_eq!((toy.name.as_str(), toy.title.as_str()), ("toy", "Toy robot"));
     assert_eq!(toy.chip.as_deref(), Some("STM32F051C8"));
     assert_eq!((toy.profile, toy.tick_hz, toy.message_bytes), (Profile::Tiny, 10, 9));
+    assert_eq!(toy.on_fault, OnFault::Restart);
     let vm = VmSizes {
         memory: 1928,
         slots: 200,
@@ -131,6 +132,15 @@ fn what_may_be_left_out() {
     let (bare, _) = GOOD.split_once("[[table]]").unwrap();
     let bare = Robot::parse(bare, "toy.toml").unwrap();
     assert!(bare.functions.is_empty() && bare.tables.is_empty());
+}
+
+#[test]
+fn on_fault_is_read() {
+    for (name, on_fault) in [("restart", OnFault::Restart), ("stop", OnFault::Stop)] {
+        let text = GOOD.replacen("[vm]", &format!("on_fault = {name:?}\n[vm]"), 1);
+        assert_eq!(Robot::parse(&text, "toy.toml").unwrap().on_fault, on_fault);
+        assert!(OnFault::NAMES.contains(&name));
+    }
 }
 
 #[test]
@@ -210,6 +220,12 @@ fn every_error_has_its_place() {
         ("\"tiny\"", "\"full\"", Expected("OutOfRange", 6, 17, "from 48 to 255")),
         ("\"tiny\"", "\"tinny\"", Expected("UnknownWord", 4, 11, "did you mean `tiny`?")),
         ("\"tiny\"", "\"Cortex\"", Expected("UnknownWord", 4, 11, "one of tiny, full")),
+        (
+            "[vm]",
+            "on_fault = \"stopp\"\n[vm]",
+            Expected("UnknownWord", 8, 12, "did you mean `stop`?"),
+        ),
+        ("[vm]", "on_fault = true\n[vm]", Expected("WrongType", 8, 12, "must be a string")),
         ("\"toy\"", "\"Toy\"", Expected("BadRobotName", 1, 8, "lower-case")),
         ("\"toy\"", "\"\"", Expected("NotOneLine", 1, 8, "`name` must be one line")),
         ("\"toy\"", "\"../toy\"", Expected("BadRobotName", 1, 8, "lower-case")),

@@ -1,6 +1,6 @@
 //! The generated source is compiled and run: its numbers must be those of the robot file.
 
-use bittybuzz_robots::{Layout, Robot, all_shipped, generate_rust, name_hash};
+use bittybuzz_robots::{Layout, OnFault, Robot, all_shipped, generate_rust, name_hash};
 use std::fs;
 use std::io;
 use std::path::Path;
@@ -17,6 +17,7 @@ const LED: u16 = robot::function::LED;
 fn main() {
     let is_led = matches!(robot::FUNCTIONS[0].0, LED);
     println!("{} {} {} {}", robot::NAME, robot::PROFILE, robot::MATHS, is_led);
+    println!("on fault: {}", if robot::ON_FAULT_STOPS { "stop" } else { "restart" });
     println!(
         "{} {} {} {} {} {} {} {} {} {}",
         robot::TICK_HZ, robot::MESSAGE_BYTES, robot::MEMORY, robot::QUEUE_MEMORY, robot::SLOTS, robot::NEIGHBORS,
@@ -47,6 +48,10 @@ fn print_layout(robot: &Robot) -> String {
 fn expected(robot: &Robot) -> String {
     let vm = robot.vm;
     let mut out = format!("{} {} {} true\n", robot.name, robot.profile.name(), vm.maths);
+    out += match robot.on_fault {
+        OnFault::Restart => "on fault: restart\n",
+        OnFault::Stop => "on fault: stop\n",
+    };
     let sizes = [
         robot.tick_hz,
         robot.message_bytes,
@@ -93,6 +98,9 @@ fn compile_and_run(robot: &Robot, folder: &Path) -> io::Result<String> {
 fn generated_source_compiles_and_says_the_same() {
     for robot in all_shipped() {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(&robot.name);
-        assert_eq!(compile_and_run(&robot, &folder).unwrap(), expected(&robot));
+        for on_fault in [OnFault::Restart, OnFault::Stop] {
+            let robot = Robot { on_fault, ..robot.clone() };
+            assert_eq!(compile_and_run(&robot, &folder).unwrap(), expected(&robot));
+        }
     }
 }

@@ -191,6 +191,23 @@ fn relays<P: Profile>() {
     assert!(relayed.is_some_and(|b| b > 30), "{:?}", swarm.last());
 }
 
+in_both_profiles!(a_script_without_others_makes_no_steps_in_the_pause, lonely);
+fn lonely<P: Profile>() {
+    let mut swarm: Swarm<P> = Swarm::new(
+        1,
+        "n = 0
+         function step() { n = n + 1  log(n)  if(n == 2) n = nil + 1 }",
+    );
+    swarm.step();
+    swarm.robots[0].try_step().expect_err("nil + 1");
+    swarm.robots[0].restart();
+    swarm.steps(5);
+    assert_eq!(swarm.robots[0].link.log, ["1", "2"]);
+    swarm.robots[0].start().expect("it starts again");
+    swarm.step();
+    assert_eq!(swarm.robots[0].link.log, ["1", "2", "1"]);
+}
+
 in_both_profiles!(a_second_create_still_empties_the_replica, second_create);
 fn second_create<P: Profile>() {
     let mut swarm: Swarm<P> = Swarm::new(

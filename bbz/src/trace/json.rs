@@ -8,7 +8,7 @@ use crate::backtrace::Backtrace;
 use crate::fault;
 use crate::program::Program;
 
-/// The object for a fault. `positions` are the calls that led there, innermost first; `accepted` is what the robot
+/// The object for a fault that stopped the script. `positions` are the calls that led there, innermost first; `accepted` is what the robot
 /// function accepts that has refused its arguments.
 pub fn fault(
     step: Option<u32>,

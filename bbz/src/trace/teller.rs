@@ -58,6 +58,8 @@ pub struct Teller<'a> {
     robot: Option<&'a Robot>,
     format: Format,
     until_fault: bool,
+    /// A fault stopped the script, the robot refused it, or the firmware failed.
+    is_stopped: bool,
     /// Messages that came to nothing: when they were told last, and what is not told yet.
     unused_told: Option<f64>,
     unused: Option<(Option<f64>, Unused)>,
@@ -83,6 +85,7 @@ impl<'a> Teller<'a> {
             robot,
             format,
             until_fault,
+            is_stopped: false,
             unused_told: None,
             unused: None,
             reported: None,
@@ -93,7 +96,7 @@ impl<'a> Teller<'a> {
 
     /// Whether nothing more need be told.
     pub fn is_over(&self) -> bool {
-        (self.until_fault && self.ending != Ending::Success) || self.output.has_failed()
+        (self.until_fault && self.is_stopped) || self.output.has_failed()
     }
 
     /// Makes everything told visible.
@@ -134,6 +137,7 @@ impl<'a> Teller<'a> {
                 self.remark(time, "reset", &format!("the chip was reset: {cause}"), object);
             }
             Content::Failure(text) => {
+                self.is_stopped = true;
                 self.ending = Ending::RuntimeError;
                 self.error(time, text, None, json!({ "kind": "failure", "text": text }));
             }
@@ -150,7 +154,20 @@ impl<'a> Teller<'a> {
             Record::Start { .. } => {}
             Record::Log { step, items } => self.log(time, step, items),
             Record::Fault { step, fault, calls } => {
-                self.fault(time, Some(step), &fault, calls.collect());
+                self.is_stopped = true;
+                self.fault(time, Some(step), &fault, calls.collect(), false);
+            }
+            Record::Contained { step, fault, calls } => {
+                self.fault(time, Some(step), &fault, calls.collect(), true);
+            }
+            Record::Restart { step, pause } => {
+                let seconds = f64::from(pause) / TICKS_PER_SECOND;
+                let text = match pause {
+                    0 => "the script starts again".to_owned(),
+                    _ => format!("the script starts again in {seconds} s"),
+                };
+                let object = json!({ "kind": "restart", "step": step, "seconds": seconds });
+                self.remark(time, &format!("step {step}"), &text, object);
             }
             Record::Refused(cause) => self.refused(time, cause),
             Record::Overrun { step, missed } => {
@@ -268,6 +285,7 @@ impl<'a> Teller<'a> {
         }
         self.reported = Some(*report);
         let Some(fault) = &report.fault else {
+            self.is_stopped = true;
             self.ending = Ending::Usage;
             let text = format!("robot {} refuses its script", report.robot);
             let object = json!({ "kind": "refused", "text": text, "help": UNSUITABLE });
@@ -285,22 +303,35 @@ impl<'a> Teller<'a> {
             }
         }
         self.note_trust();
-        self.fault(time, None, fault, vec![fault.position]);
+        self.is_stopped = true;
+        self.fault(time, None, fault, vec![fault.position], false);
     }
 
-    fn fault(&mut self, time: Option<f64>, step: Option<u32>, fault: &Fault, positions: Vec<u16>) {
+    /// Prints a fault. The script goes on after one that is contained.
+    fn fault(
+        &mut self,
+        time: Option<f64>,
+        step: Option<u32>,
+        fault: &Fault,
+        positions: Vec<u16>,
+        is_contained: bool,
+    ) {
         self.ending = Ending::RuntimeError;
         let program = self.program();
         let expected = fault::accepted(fault, program, self.robot);
         let json = self.format == Format::Json;
         let object =
             json.then(|| json::fault(step, fault, program, &positions, expected.as_deref()));
-        if let Some(object) = object {
+        if let Some(mut object) = object {
+            if is_contained {
+                object["kind"] = json!("contained");
+            }
             return self.entry(time, "", b"", object);
         }
         let step = step.map(|step| format!("after {}", counted(step, "complete step")));
         let time = time.map(|time| format!("at {time:.6} s"));
-        let note = [step, time].into_iter().flatten().collect::<Vec<_>>().join(", ");
+        let end = is_contained.then(|| CONTAINED.to_owned());
+        let note = [step, time, end].into_iter().flatten().collect::<Vec<_>>().join(", ");
         self.output.flush();
         let program = self.program();
         let backtrace = Backtrace::new(program, positions, None);
@@ -314,6 +345,7 @@ impl<'a> Teller<'a> {
     }
 
     fn refused(&mut self, time: Option<f64>, cause: ImageError) {
+        self.is_stopped = true;
         self.ending = Ending::Usage;
         let text = format!("the script in the robot's flash {}", refusal::sentence(&cause));
         let help = match cause {
@@ -386,6 +418,11 @@ impl<'a> Teller<'a> {
         }
     }
 }
+
+/// Ticks in which a robot counts the pause before a restart.
+const TICKS_PER_SECOND: f64 = 10.0;
+
+const CONTAINED: &str = "only the listener or handler ended, the script goes on";
 
 const OTHER_SCRIPT: &str = "its strings and places are shown as numbers; name the script that the robot has, built \
                             for the same profile, or write this one with `bbz flash`";

@@ -70,6 +70,9 @@ impl Told {
             Record::Fault { step, fault, .. } => {
                 self.records.push(format!("fault in {step}: {fault:?}"))
             }
+            Record::Contained { step, fault, .. } => {
+                self.records.push(format!("contained fault in {step}: {fault:?}"))
+            }
             record => self.records.push(format!("{record:?}")),
         }
     }

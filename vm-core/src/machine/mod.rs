@@ -115,6 +115,8 @@ enum State {
     Running,
     /// Stopped by this fault.
     Faulted(Fault),
+    /// Without steps until the script starts again.
+    Resting,
 }
 
 /// A virtual machine with `SLOTS` slots of memory for one script.
@@ -340,8 +342,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Starts an entry; [`Vm::run`] then runs it. False if the script does not have it, or cannot run now.
     pub fn begin(&mut self, entry: Entry) -> bool {
+        let is_restart = entry == Entry::Global && self.state == State::Resting;
         let Some(program) = self.program() else { return false };
-        if self.state != State::Idle {
+        if self.state != State::Idle && !is_restart {
             return false;
         }
         let point = program.header.entry(entry);
@@ -442,13 +445,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.fill(OVERLAYS, base);
         self.fp = base as u16;
         self.sp = base as u16;
-        self.state = State::Idle;
+        self.state = State::Resting;
         #[cfg(feature = "strings")]
         {
             self.work = 0;
         }
         #[cfg(feature = "swarm")]
         if Self::SOCIAL {
+            if self.is_social {
+                self.state = State::Idle;
+            }
             self.protocol.rest();
             if Self::SHARES {
                 self.keep_stigmergies();
@@ -475,7 +481,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// byte of the instruction where each function is.
     pub fn calls(&self) -> Calls<'_, P, C, SLOTS> {
         // Between entries none runs, but the loop leaves the position as it was.
-        let is_running = !matches!(self.state, State::Empty | State::Idle);
+        let is_running = !matches!(self.state, State::Empty | State::Idle | State::Resting);
         let pc = if !is_running { Native::EXIT.position() } else { usize::from(self.pc) };
         Calls { vm: self, pc, fp: usize::from(self.fp) }
     }

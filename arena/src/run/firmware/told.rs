@@ -54,6 +54,8 @@ fn told(content: Content) -> Option<Told> {
         Record::Start { .. }
         | Record::Overrun { .. }
         | Record::Expired { .. }
+        | Record::Contained { .. }
+        | Record::Restart { .. }
         | Record::Lost(_) => None,
     }
 }
