@@ -177,7 +177,8 @@ fn frames<P: Profile>(choices: &mut Choices<'_>, script: Script) -> Vec<Vec<u8>>
             key: value(choices),
             value: value(choices),
         })),
-        4 => sealed(&Message::Beacon { robot }),
+        4 if choices.flag() => sealed(&Message::Beacon { robot }),
+        4 => sealed(&Message::Digest { robot, digest: choices.byte().into() }),
         5 => {
             let mut swarms = Swarms::default();
             for _ in 0..choices.below(5) {
@@ -222,7 +223,8 @@ fn items<P: Profile>(choices: &mut Choices<'_>, script: Script) -> Vec<u8> {
         Head::Broadcast
     } else {
         let stigmergy = [1, 9, 10][choices.below(3)];
-        Head::Entry { stigmergy, owner: choices.below(8) as u16, clock: clock(choices) }
+        let owner = choices.below(8) as u16;
+        Head::Entry { stigmergy, owner, clock: clock(choices), digest: choices.byte().into() }
     };
     let mut room = [0; CONTENT];
     let mut writer = Writer::new(&mut room, script, head);

@@ -89,12 +89,7 @@ function handle() {
 
 /// What a robot knows after an event, and what it has sent.
 pub fn react(robot: u16, rule: Rule, known: &Replica, event: Event) -> (Replica, Vec<Frame>) {
-    let mut machine = Running::new(robot, rule);
-    for (key, stamp) in known {
-        machine.tell((*key, *stamp));
-    }
-    machine.step(0);
-    machine.robot.take_sent();
+    let mut machine = Running::knowing(robot, rule, known);
     let command = match event {
         Event::Put(key, value) => 1 + key + 2 * value.unwrap_or(0),
         Event::Get(key) => 100 + key,
@@ -104,18 +99,42 @@ pub fn react(robot: u16, rule: Rule, known: &Replica, event: Event) -> (Replica,
             0
         }
         Event::Idle => {
-            (0..IDLE_STEPS).for_each(|_| machine.step(0));
+            for step in 0..IDLE_STEPS {
+                // At most one of two sums is the robot's own.
+                if step % 10 < 2 {
+                    let digest = step as u32 % 10;
+                    machine.robot.receive(&Message::Digest { robot: ASKER, digest });
+                }
+                machine.step(0);
+            }
             0
         }
     };
     machine.step(command);
     let sent = machine.sent();
+    let mut after = Replica::new();
     for key in 0..KEYS {
         machine.tell((key, Stamp { clock: 0, robot: ASKER, value: None }));
+        // An answer may wait for the one before.
+        (0..5).for_each(|_| machine.step(0));
+        after.extend(machine.sent().into_iter().filter(|(_, stamp)| stamp.clock != 0));
     }
-    machine.step(0);
-    let after = machine.sent().into_iter().filter(|(_, stamp)| stamp.clock != 0);
-    (after.collect(), sent)
+    (after, sent)
+}
+
+/// The digest in the beacons of a robot.
+pub fn digest(known: &Replica) -> u32 {
+    let mut machine = Running::knowing(ASKER, Rule::Default, known);
+    for _ in 0..IDLE_STEPS {
+        machine.step(0);
+        let (sent, script) = (machine.robot.take_sent(), machine.robot.script());
+        for frame in sent {
+            if let Ok(Message::Digest { digest, .. }) = Message::<Tiny>::decode(&frame, script) {
+                return digest;
+            }
+        }
+    }
+    panic!("no digest was sent");
 }
 
 /// A machine that runs.
@@ -135,6 +154,22 @@ impl Running {
         Running { robot, command }
     }
 
+    /// A machine that has received these entries.
+    fn knowing(robot: u16, rule: Rule, known: &Replica) -> Self {
+        let mut machine = Running::new(robot, rule);
+        for (key, stamp) in known {
+            if stamp.value.is_none() {
+                // The deletion of a key that is not there would leave nothing.
+                let deleted = Stamp { clock: stamp.clock - 1, robot: stamp.robot, value: Some(1) };
+                machine.tell((*key, deleted));
+            }
+            machine.tell((*key, *stamp));
+        }
+        machine.step(0);
+        machine.robot.take_sent();
+        machine
+    }
+
     /// A frame is waiting.
     fn tell(&mut self, (key, Stamp { clock, robot, value }): Frame) {
         let entry = Message::<Tiny>::Entry(EntryMessage {
@@ -151,13 +186,14 @@ impl Running {
     /// The entries that were sent since the last time.
     fn sent(&mut self) -> Vec<Frame> {
         let (sent, script) = (self.robot.take_sent(), self.robot.script());
-        let frames = sent.iter().map(|frame| match Message::<Tiny>::decode(frame, script) {
+        let frames = sent.iter().filter_map(|frame| match Message::<Tiny>::decode(frame, script) {
             Ok(Message::Entry(entry)) => {
                 let value = entry.value.as_int();
                 assert_eq!(value.is_none(), entry.value.is_nil());
                 let stamp = Stamp { clock: entry.clock, robot: entry.owner, value };
-                (entry.key.as_int().expect("keys are integers"), stamp)
+                Some((entry.key.as_int().expect("keys are integers"), stamp))
             }
+            Ok(Message::Digest { .. }) => None,
             other => panic!("{other:?} was sent"),
         });
         frames.collect()

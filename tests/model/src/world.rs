@@ -8,7 +8,7 @@ use std::collections::{BTreeSet, HashMap};
 
 use stateright::{Model, Property};
 
-use crate::replica::{Event, Frame, KEYS, ROBOTS, Replica, Rule, Stamp, react};
+use crate::replica::{Event, Frame, KEYS, ROBOTS, Replica, Rule, Stamp, digest, react};
 
 /// How much happens.
 #[derive(Clone, Copy, Debug)]
@@ -71,6 +71,28 @@ fn reaction(robot: u16, rule: Rule, known: &Replica, event: Event) -> Answer {
     answer
 }
 
+thread_local! {
+    static DIGESTS: RefCell<HashMap<Replica, u32>> = RefCell::default();
+}
+
+fn digest_of(known: &Replica) -> u32 {
+    if let Some(sum) = DIGESTS.with_borrow(|sums| sums.get(known).copied()) {
+        return sum;
+    }
+    let sum = digest(known);
+    DIGESTS.with_borrow_mut(|sums| sums.insert(known.clone(), sum));
+    sum
+}
+
+/// The values that are not deleted.
+fn live(known: &Replica) -> Replica {
+    known
+        .iter()
+        .filter(|(_, stamp)| stamp.value.is_some())
+        .map(|(key, stamp)| (*key, *stamp))
+        .collect()
+}
+
 impl Bounds {
     /// What all robots know when everything that is on its way is lost, and from then on all frames between neighbours in a
     /// row arrive; `None` if that does not come to an end.
@@ -103,7 +125,17 @@ impl Bounds {
             known.max_by_key(|stamp| self.rule.rank(stamp)).map(|stamp| (key, stamp))
         };
         let expected: Replica = (0..KEYS).filter_map(latest).collect();
-        self.settle(world).is_some_and(|replicas| replicas.iter().all(|known| *known == expected))
+        let expected = live(&expected);
+        self.settle(world)
+            .is_some_and(|replicas| replicas.iter().all(|known| live(known) == expected))
+    }
+
+    /// Whether robots can tell by their digests that their replicas differ, and only then.
+    fn digests_are_right(world: &World) -> bool {
+        let known: Vec<_> =
+            world.replicas.iter().map(|replica| (live(replica), digest_of(replica))).collect();
+        let equal = |((one, one_sum), (other, other_sum))| (one == other) == (one_sum == other_sum);
+        (1..known.len()).all(|place| equal((known[0].clone(), known[place].clone())))
     }
 
     /// Whether what a robot knows after an event is what it should.
@@ -113,7 +145,10 @@ impl Bounds {
             match event {
                 Event::Hear((heard, stamp)) if heard == key && stamp.clock != 0 => {
                     let both = before.copied().into_iter().chain([stamp]);
-                    after.copied() == both.max_by_key(|stamp| self.rule.rank(stamp))
+                    let latest = both.max_by_key(|stamp| self.rule.rank(stamp));
+                    // The deletion of a key that is not there is not kept.
+                    let is_kept = before.is_some() || stamp.value.is_some();
+                    after.copied() == latest.filter(|_| is_kept)
                 }
                 Event::Put(put, value) if put == key => match after {
                     Some(after) => {
@@ -189,6 +224,9 @@ impl Model for Bounds {
                 "all robots agree when messages arrive",
                 |model: &Bounds, world: &World| model.converges(world),
             ),
+            Property::always("digests are equal where replicas are", |_, world: &World| {
+                Bounds::digests_are_right(world)
+            }),
             Property::sometimes("robots disagree about a clock", |_, world: &World| {
                 let of =
                     |replica: &Replica| replica.get(&0).map(|stamp| (stamp.clock, stamp.robot));
