@@ -212,6 +212,8 @@ pub(crate) struct Assembly<P: Profile> {
     pub(crate) length: u16,
     /// Steps until it is given up; 0: there is none.
     pub(crate) steps_left: u8,
+    /// Another robot has sent a fragment meanwhile.
+    pub(crate) is_wanted: bool,
     pub(crate) content: P::Content,
 }
 
@@ -254,6 +256,7 @@ impl<P: Profile> Protocol<P> {
             all: 0,
             length: 0,
             steps_left: 0,
+            is_wanted: false,
             content: P::Content::ZERO,
         },
     };

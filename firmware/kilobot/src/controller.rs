@@ -23,7 +23,7 @@ pub const VOLTAGE: u8 = 0x87;
 pub const RUN: u8 = 0x88;
 /// Turns if the bit of its id is set whose number is the first byte of the data.
 pub const READ_ID: u8 = 0x89;
-/// Tries out or stores calibration. The data are `calibmsg` of `ohc.h`: mode, id (low byte first), duties of turning left, right,
+/// Tries out or stores calibration; ignored while the script runs, [`WAKE`] pauses it. The data are `calibmsg` of `ohc.h`: mode, id (low byte first), duties of turning left, right,
 /// straight left, straight right.
 pub const CALIBRATE: u8 = 0x8a;
 

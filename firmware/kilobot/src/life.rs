@@ -67,6 +67,8 @@ impl Life {
                 self.shown = if is_set { self.turn_left() } else { [0, 0] };
                 State::Moving
             }
+            // Any robot can send this. A script that runs must not lose its id or duties to one that babbles.
+            CALIBRATE if self.state == State::Running => return Act::None,
             CALIBRATE => return self.calibrate(data),
             _ => return Act::None,
         };

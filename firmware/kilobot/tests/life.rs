@@ -57,3 +57,18 @@ fn the_id_is_shown_bit_by_bit() {
         assert_eq!(life.state, State::Moving);
     }
 }
+
+/// Any robot in range can send these messages. While the script runs they change nothing that is stored.
+#[test]
+fn calibration_is_ignored_while_the_script_runs() {
+    let mut life = Life::new(1, DUTIES);
+    let _ = life.obey(0x88, &[0; 9]);
+    for mode in 0..=255 {
+        assert_eq!(life.obey(0x8a, &[mode, 9, 9, 9, 9, 9, 9, 0, 0]), Act::None, "mode {mode}");
+        assert_eq!((life.state, life.id, life.duties), (State::Running, 1, DUTIES), "mode {mode}");
+    }
+    // The controller pauses the script first.
+    let _ = life.obey(0x85, &[0; 9]);
+    let _ = life.obey(0x8a, &[1, 9, 0, 0, 0, 0, 0, 0, 0]);
+    assert_eq!((life.obey(0x8a, &[0; 9]), life.id), (Act::Store, 9));
+}

@@ -204,9 +204,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let is_other = assembly.robot != robot;
         if assembly.steps_left == 0 || is_other || assembly.number != number {
             let interrupts = assembly.steps_left != 0;
-            // A robot that begins another message has ended the one before.
-            let gives_way = !interrupts || !is_other;
+            // A robot that begins another message has ended the one before. If others wait it has to let them in first, so
+            // that no robot keeps the only room for long messages by beginning again and again.
+            let gives_way = !interrupts || (!is_other && !assembly.is_wanted);
+            assembly.is_wanted |= is_other;
             if gives_way {
+                assembly.is_wanted = false;
                 assembly.robot = robot;
                 assembly.number = number;
                 assembly.present = 0;
@@ -230,8 +233,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             *to = *byte;
         }
         let bit = 1 << index;
+        // Only what is new shows that the message comes on.
+        if assembly.present & bit == 0 {
+            assembly.steps_left = PATIENCE;
+        }
         assembly.present |= bit;
-        assembly.steps_left = PATIENCE;
         if last {
             assembly.all = bit | (bit - 1);
             assembly.length = (from + part.len().min(piece)) as u16;
