@@ -361,6 +361,29 @@ fn all_mistakes_of_a_robot_file_have_their_own_places() {
 }
 
 #[test]
+fn a_hundred_mistakes_are_reported_and_the_others_counted() {
+    let events: String =
+        (0..20_000).map(|n| format!("[[event]]\nat = 1\nfail = \"g{n}\"\n")).collect();
+    let found: Vec<String> = errors(&format!("{BASE}{events}"), &[]).iter().map(told).collect();
+    assert_eq!(found.len(), 101);
+    assert!(found[0].starts_with("s.toml:12:8: no group of robots is named `g0`"), "{}", found[0]);
+    assert_eq!(found[100], "-: 19900 more mistakes are not shown | ");
+    let keys: String = (0..200_000).map(|number| format!("key{number} = 1\n")).collect();
+    let found: Vec<String> = errors(&format!("{keys}{BASE}"), &[]).iter().map(told).collect();
+    assert_eq!(found.last().unwrap(), "-: 199900 more mistakes are not shown | ");
+}
+
+#[test]
+fn a_message_does_not_describe_a_thousand_groups() {
+    let group = &GROUP[GROUP.find("[[robots]]").unwrap()..];
+    let text = format!("{GROUP}{}[[event]]\nat = 1\nfail = 5000\n", group.repeat(999));
+    let found: Vec<String> = errors(&text, &[]).iter().map(told).collect();
+    let [only] = found.as_slice() else { panic!("{found:#?}") };
+    assert!(only.contains("`kilobot-24` with ids 23 to 23, 976 more groups"), "{only}");
+    assert!(!only.contains("kilobot-25"), "{only}");
+}
+
+#[test]
 fn what_set_says_is_told_as_such() {
     for (set, parts) in [
         ("medium.ir.loss=2", &["--set medium.ir.loss:1:1", "`loss` cannot be 2"][..]),

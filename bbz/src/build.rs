@@ -1,10 +1,6 @@
 //! `bbz build`: writes the image of a script, and its symbols, for a robot.
 
-use std::ffi::OsString;
-use std::fs::{self, File};
-use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process;
 
 use bittybuzz_compiler::compile::Compiled;
 use bittybuzz_compiler::fit;
@@ -19,6 +15,7 @@ use crate::problem::Problem;
 use crate::program::{self, Kind};
 use crate::report;
 use crate::selection::{ProfileName, Selection};
+use crate::whole_file::{self, Inputs, with_suffix};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -83,12 +80,19 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     };
     let base = base(&arguments.file, arguments.output.as_deref());
     let (image_path, symbols_path) = (with_suffix(&base, ".bbi"), with_suffix(&base, ".sym"));
-    // The image comes last: a new one never lies beside older symbols.
-    write_whole(&symbols_path, symbols.to_json().as_bytes())?;
-    write_whole(&image_path, &image)?;
     let hex_path = hex.as_ref().map(|_| with_suffix(&base, ".hex"));
+    let mut inputs = Inputs::default();
+    program::add_inputs(&arguments.file, Some(&sources), &mut inputs);
+    inputs.add(Path::new(&arguments.robot));
+    arguments.firmware.iter().for_each(|firmware| inputs.add(firmware));
+    for output in [&image_path, &symbols_path].into_iter().chain(&hex_path) {
+        inputs.refuse(output)?;
+    }
+    // The image comes last: a new one never lies beside older symbols.
+    whole_file::write(&symbols_path, symbols.to_json().as_bytes())?;
+    whole_file::write(&image_path, &image)?;
     if let (Some(path), Some(hex)) = (&hex_path, &hex) {
-        write_whole(path, hex.as_bytes())?;
+        whole_file::write(path, hex.as_bytes())?;
     }
 
     let budget = robot.budget.map(|budget| budget.flash_bytes);
@@ -130,23 +134,4 @@ fn base(script: &Path, output: Option<&Path>) -> PathBuf {
         }
         _ => output.to_owned(),
     }
-}
-
-fn with_suffix(base: &Path, suffix: &str) -> PathBuf {
-    let mut path = OsString::from(base);
-    path.push(suffix);
-    PathBuf::from(path)
-}
-
-/// Writes a file whole or not at all: whoever reads it meanwhile, or after a failure, sees the old one.
-fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Problem> {
-    let temporary = with_suffix(path, &format!(".{}", process::id()));
-    let written = File::create_new(&temporary)
-        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
-        .and_then(|()| fs::rename(&temporary, path));
-    written.map_err(|error| {
-        // It may not even exist.
-        let _ = fs::remove_file(&temporary);
-        Problem::unwritable(path, error)
-    })
 }

@@ -1,10 +1,10 @@
 //! Looking into firmware (ELF) before it is flashed.
 
 use std::fmt;
-use std::fs;
 use std::path::Path;
 
 use bittybuzz_robots::{Layout, Region};
+use bittybuzz_toml_reader::file;
 use object::Endianness;
 use object::elf::{EM_ARM, FileHeader32, PT_LOAD};
 use object::read::elf::{FileHeader, ProgramHeader};
@@ -55,7 +55,8 @@ impl FirmwareError {
 
 /// Whether the file at `path` is firmware for such a robot.
 pub fn check(path: &Path, layout: &Layout) -> Result<(), Problem> {
-    let bytes = fs::read(path).map_err(|error| Problem::unreadable(path, error))?;
+    let bytes =
+        file::read(path, file::MOST_PROGRAM).map_err(|error| Problem::unreadable(path, error))?;
     check_bytes(&bytes, layout).map_err(|error| Problem::Firmware { path: path.to_owned(), error })
 }
 

@@ -2,12 +2,12 @@
 //! sent to robots.
 
 use std::fmt;
-use std::fs;
 use std::path::Path;
 
 use bittybuzz_compiler::fit::{self, Misfit};
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_robots::{NoSection, Robot, find_script_section, script_section};
+use bittybuzz_toml_reader::file;
 use bittybuzz_vm_core::Part;
 use ihex::{Reader, Record, create_object_file_representation};
 use object::Endianness;
@@ -111,7 +111,8 @@ pub fn with_script(
 
 /// The program in a file.
 pub fn read(path: &Path) -> Result<Vec<u8>, Problem> {
-    let bytes = fs::read(path).map_err(|error| Problem::unreadable(path, error))?;
+    let bytes =
+        file::read(path, file::MOST_PROGRAM).map_err(|error| Problem::unreadable(path, error))?;
     program(&bytes).map_err(|error| Problem::Program { path: path.to_owned(), error })
 }
 

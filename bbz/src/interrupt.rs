@@ -1,6 +1,7 @@
-//! Ctrl-C: the first press asks the run to end, the second ends the process.
+//! Ctrl-C and SIGTERM: the first one asks the run to end, the second ends the process.
 
 use std::process;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver};
 use std::time::Duration;
@@ -8,22 +9,27 @@ use std::time::Duration;
 /// The exit status of a process that Ctrl-C has ended, by convention 128 and the number of the signal.
 const KILLED: i32 = 130;
 
-/// Tells whether Ctrl-C was pressed.
+/// The causes of an interrupt, for messages.
+pub const NAME: &str = "Ctrl-C or SIGTERM";
+
+/// Reports if Ctrl-C was pressed, or the process was asked to end.
 pub struct Interrupt {
     pressed: Receiver<()>,
     raised: bool,
 }
 
 impl Interrupt {
-    /// Takes over Ctrl-C for the rest of the process.
+    /// Takes over Ctrl-C and SIGTERM for the rest of the process.
     pub fn install() -> Result<Self, ctrlc::Error> {
         let (sender, pressed) = mpsc::channel();
         let again = AtomicBool::new(false);
-        ctrlc::set_handler(move || {
+        let handle = Arc::new(move || {
             if again.swap(true, Ordering::Relaxed) || sender.send(()).is_err() {
                 process::exit(KILLED);
             }
-        })?;
+        });
+        on_termination(handle.clone())?;
+        ctrlc::set_handler(move || handle())?;
         Ok(Interrupt { pressed, raised: false })
     }
 
@@ -45,4 +51,23 @@ impl Interrupt {
             self.raised = self.pressed.recv_timeout(time).is_ok();
         }
     }
+}
+
+/// Calls `handle` for each SIGTERM.
+#[cfg(unix)]
+fn on_termination(handle: Arc<impl Fn() + Send + Sync + 'static>) -> Result<(), ctrlc::Error> {
+    use std::thread;
+
+    use signal_hook::consts::SIGTERM;
+    use signal_hook::iterator::Signals;
+
+    let mut signals = Signals::new([SIGTERM]).map_err(ctrlc::Error::System)?;
+    thread::spawn(move || signals.forever().for_each(|_| handle()));
+    Ok(())
+}
+
+/// Elsewhere there is no such signal.
+#[cfg(not(unix))]
+fn on_termination(_: Arc<impl Fn() + Send + Sync + 'static>) -> Result<(), ctrlc::Error> {
+    Ok(())
 }

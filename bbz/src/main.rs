@@ -38,6 +38,7 @@ mod selection;
 mod shell;
 mod sim;
 mod trace;
+mod whole_file;
 
 use std::process::ExitCode;
 

@@ -10,10 +10,12 @@ use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::symbols::SymbolsError;
 use bittybuzz_emulation::ClientError;
 use bittybuzz_robots::{Profile, RobotErrors};
+use bittybuzz_toml_reader::file::ReadError;
 use bittybuzz_vm_core::ImageError;
 
 use crate::firmware::FirmwareError;
 use crate::hex::ProgramError;
+use crate::sim::MOST_RUNS;
 
 /// Why a command cannot be carried out, one variant for each cause.
 #[derive(Debug)]
@@ -22,8 +24,17 @@ pub enum Problem {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system says.
-        error: io::Error,
+        /// The reason.
+        error: ReadError,
+    },
+    /// A file that is to be written, and is read by the same command.
+    ReadAndWritten(PathBuf),
+    /// More runs than a table of them can have.
+    TooManyRuns {
+        /// Runs of each combination of values.
+        runs: u32,
+        /// Combinations; the largest number of the type stands for any more.
+        variants: usize,
     },
     /// A folder where a file is needed.
     Folder(PathBuf),
@@ -185,8 +196,11 @@ pub enum Problem {
 
 impl Problem {
     /// A file that cannot be read.
-    pub fn unreadable(path: &Path, error: io::Error) -> Problem {
-        Problem::Unreadable { path: path.to_owned(), error }
+    pub fn unreadable(path: &Path, error: impl Into<ReadError>) -> Problem {
+        match error.into() {
+            ReadError::Folder => Problem::Folder(path.to_owned()),
+            error => Problem::Unreadable { path: path.to_owned(), error },
+        }
     }
 
     /// A file that cannot be written.
@@ -202,10 +216,16 @@ impl Problem {
     /// What to do about it.
     pub fn help(&self) -> Option<String> {
         match self {
-            Problem::Unreadable { path, error } if error.kind() == io::ErrorKind::NotFound => {
+            Problem::Unreadable { path, error: ReadError::Io(error) }
+                if error.kind() == io::ErrorKind::NotFound =>
+            {
                 likely_file(path).map(|likely| format!("did you mean `{}`?", likely.display()))
             }
             Problem::Folder(_) => Some("name a file in it".to_owned()),
+            Problem::ReadAndWritten(_) => Some("name another file".to_owned()),
+            Problem::TooManyRuns { .. } => {
+                Some(format!("all runs together can be {MOST_RUNS}; use `bbz sim` several times"))
+            }
             Problem::UnknownKind(_) => Some(
                 "a script ends in .bzz, a Buzz object file in .bo, an image in .bbi".to_owned(),
             ),
@@ -296,13 +316,21 @@ impl Problem {
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Problem::Unreadable { path, error } => match error.kind() {
-                io::ErrorKind::NotFound => write!(f, "there is no file `{}`", path.display()),
-                io::ErrorKind::PermissionDenied => {
+            Problem::Unreadable { path, error } => match error {
+                ReadError::Io(error) if error.kind() == io::ErrorKind::NotFound => {
+                    write!(f, "there is no file `{}`", path.display())
+                }
+                ReadError::Io(error) if error.kind() == io::ErrorKind::PermissionDenied => {
                     write!(f, "no permission to read `{}`", path.display())
                 }
                 _ => write!(f, "cannot read `{}`: {error}", path.display()),
             },
+            Problem::ReadAndWritten(path) => {
+                write!(f, "`{}` is read by this command, and would be replaced", path.display())
+            }
+            Problem::TooManyRuns { runs, variants } => {
+                write!(f, "{runs} runs of {variants} combinations of values are too many")
+            }
             Problem::Folder(path) => write!(f, "`{}` is a folder, not a file", path.display()),
             Problem::UnknownKind(path) => {
                 write!(f, "the name `{}` does not tell what the file holds", path.display())

@@ -3,21 +3,24 @@
 use std::borrow::Cow;
 use std::env;
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use bittybuzz_compiler::bo;
 use bittybuzz_compiler::compile::{self, Compiled, Options};
-use bittybuzz_compiler::include::{DiskFiles, Loader};
+use bittybuzz_compiler::include::{DiskFiles, Loader, MAX_SOURCE_BYTES};
 use bittybuzz_compiler::parser;
 use bittybuzz_compiler::source::SourceMap;
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_robots::Profile;
+use bittybuzz_toml_reader::file::{self, ReadError};
 use bittybuzz_vm_core::{Image, builtin};
 
 use crate::library;
 use crate::problem::Problem;
 use crate::report;
 use crate::selection::Selection;
+use crate::whole_file::Inputs;
 
 /// The environment variable with folders to search for included files.
 const INCLUDE_PATH: &str = "BUZZ_INCLUDE_PATH";
@@ -48,7 +51,11 @@ impl Kind {
         match fs::metadata(path) {
             Err(error) => Err(Problem::unreadable(path, error)),
             Ok(metadata) if metadata.is_dir() => Err(Problem::Folder(path.to_owned())),
-            Ok(_) => kind.ok_or_else(|| Problem::UnknownKind(path.to_owned())),
+            Ok(_) => {
+                let kind = kind.ok_or_else(|| Problem::UnknownKind(path.to_owned()))?;
+                file::open(path).map_err(|error| Problem::unreadable(path, error))?;
+                Ok(kind)
+            }
         }
     }
 }
@@ -94,11 +101,12 @@ impl Program {
         if path.extension().is_none_or(|extension| extension != "sym") {
             return Program::open(path, include, selection);
         }
-        let text = fs::read_to_string(path).map_err(|error| Problem::unreadable(path, error))?;
+        let text = file::read_text(path, file::MOST_COMPILED)
+            .map_err(|error| Problem::unreadable(path, error))?;
         let symbols = Symbols::from_json(&text)
             .map_err(|error| Problem::Symbols { path: path.to_owned(), error })?;
         let mut program = Program::unknown();
-        if let Ok(image) = fs::read(path.with_extension("bbi"))
+        if let Ok(image) = file::read(&path.with_extension("bbi"), file::MOST_COMPILED)
             && Image::new(image.as_slice()).header().is_ok_and(|h| h.hash() == symbols.script_hash)
         {
             program.image = image;
@@ -108,6 +116,11 @@ impl Program {
         }
         program.symbols = Some(symbols);
         Ok(Some(program))
+    }
+
+    /// Adds the file that the program comes from, those beside it, and those that it includes.
+    pub fn add_inputs(&self, path: &Path, inputs: &mut Inputs) {
+        add_inputs(path, self.sources.as_ref(), inputs);
     }
 
     /// A program of which nothing is known.
@@ -163,7 +176,20 @@ impl Program {
         if let Some((_, text)) = library.find(|(name, _)| library_name == Some(name)) {
             return Some(Cow::Borrowed(text));
         }
-        fs::read_to_string(path).ok().map(Cow::Owned)
+        file::read_text(Path::new(path), MAX_SOURCE_BYTES as u64).ok().map(Cow::Owned)
+    }
+}
+
+/// Adds the file at `path`, those beside it, and those that it includes.
+pub fn add_inputs(path: &Path, sources: Option<&SourceMap>, inputs: &mut Inputs) {
+    inputs.add(path);
+    match path.extension().and_then(|extension| extension.to_str()) {
+        Some("bo") => inputs.add(&path.with_extension("bdb")),
+        Some("bbi") => inputs.add(&path.with_extension("sym")),
+        _ => {}
+    }
+    for (_, source) in sources.iter().flat_map(|sources| sources.files()) {
+        inputs.add(&source.path);
     }
 }
 
@@ -187,8 +213,6 @@ pub fn compiled(
 }
 
 fn script(path: &Path, include: &[PathBuf], options: &Options) -> Result<Compiled, Problem> {
-    // What the file holds is the compiler's concern, that it can be opened is the command line's.
-    fs::File::open(path).map_err(|error| Problem::unreadable(path, error))?;
     let environment = env::var_os(INCLUDE_PATH).unwrap_or_default();
     let is_named = |folder: &PathBuf| !folder.as_os_str().is_empty();
     let loader = Loader {
@@ -202,7 +226,7 @@ fn script(path: &Path, include: &[PathBuf], options: &Options) -> Result<Compile
 
 /// Compiles an object file; the `.bdb` file beside it tells places in the script.
 fn object(path: &Path, options: &Options) -> Result<Compiled, Problem> {
-    let debug = fs::read(path.with_extension("bdb")).ok();
+    let debug = debug_beside(path);
     let imported = bo::import(path, &read(path)?, debug.as_deref(), options)
         .map_err(|error| Problem::Object { path: path.to_owned(), error })?;
     for warning in &imported.warnings {
@@ -213,15 +237,29 @@ fn object(path: &Path, options: &Options) -> Result<Compiled, Problem> {
 
 /// The bytes of a file.
 pub fn read(path: &Path) -> Result<Vec<u8>, Problem> {
-    fs::read(path).map_err(|error| Problem::unreadable(path, error))
+    file::read(path, file::MOST_COMPILED).map_err(|error| Problem::unreadable(path, error))
+}
+
+/// The `.bdb` file beside an object file; a warning if there is one that cannot be read.
+fn debug_beside(object: &Path) -> Option<Vec<u8>> {
+    let path = object.with_extension("bdb");
+    match file::read(&path, file::MOST_COMPILED) {
+        Ok(bytes) => Some(bytes),
+        Err(ReadError::Io(error)) if error.kind() == ErrorKind::NotFound => None,
+        Err(error) => {
+            let message = format!("cannot read `{}`: {error}", path.display());
+            report::warning(&message, Some("it is ignored: places in the script are not known"));
+            None
+        }
+    }
 }
 
 /// The symbols in the `.sym` file beside an image; a warning if there are some that cannot be used.
 fn symbols_beside(image: &Path, hash: u32) -> Option<Symbols> {
     let path = image.with_extension("sym");
-    let text = match fs::read_to_string(&path) {
+    let text = match file::read_text(&path, file::MOST_COMPILED) {
         Ok(text) => text,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return None,
+        Err(ReadError::Io(error)) if error.kind() == ErrorKind::NotFound => return None,
         Err(error) => {
             report::warning(&format!("cannot read `{}`: {error}", path.display()), Some(IGNORED));
             return None;

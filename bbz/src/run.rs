@@ -14,7 +14,7 @@ use crate::backtrace::Backtrace;
 use crate::drive::{self, End, Ended, InSight, SLOTS, Settings};
 use crate::fault;
 use crate::host::{Clock, HostRobot};
-use crate::interrupt::Interrupt;
+use crate::interrupt::{self, Interrupt};
 use crate::problem::Problem;
 use crate::program::Program;
 use crate::report;
@@ -119,7 +119,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     match end {
         End::Complete | End::OutputClosed => Ok(Ending::Success),
         End::Interrupted => {
-            let title = Level::NOTE.primary_title("stopped by Ctrl-C");
+            let title = Level::NOTE.primary_title(format!("stopped by {}", interrupt::NAME));
             report::print(Group::with_title(title).elements(backtrace.elements()));
             Ok(Ending::Success)
         }

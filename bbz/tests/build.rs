@@ -224,6 +224,10 @@ fn a_script_is_put_into_firmware() {
     let line = ["build", "s.bzz", "--robot", "kilobot", "--firmware", "out.hex", "-o", "next"];
     assert_eq!(folder.bbz(&line).status, Some(0));
     assert_eq!(folder.read("next.hex").len(), folder.read("out.hex").len());
+    let before = ["out.hex", "out.bbi", "out.sym"].map(|name| folder.read(name));
+    let line = ["build", "s.bzz", "--robot", "kilobot", "--firmware", "out.hex", "-o", "out"];
+    folder.bbz(&line).fails_with(3, &["`out.hex` is read by this command"]);
+    assert_eq!(["out.hex", "out.bbi", "out.sym"].map(|name| folder.read(name)), before);
 }
 
 #[test]

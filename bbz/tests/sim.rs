@@ -186,25 +186,47 @@ fn every_combination_is_run_with_every_seed() {
     assert_eq!(result["runs"][1]["metrics"]["success"], 0.0);
 }
 
+/// They are counted before anything is prepared for them.
+#[test]
+fn the_number_of_runs_is_limited() {
+    let folder = folder("sim_many_runs");
+    folder.bbz(&["sim", "s.toml", "--runs", "4000000000"]).fails_with(3, &["1..=100000"]);
+    let values = (0..400).map(|n| n.to_string()).collect::<Vec<_>>().join(",");
+    let set = [format!("world.seed={values}"), format!("robots.0.count={values}")];
+    let set: Vec<&str> = set.iter().flat_map(|set| ["--set", set]).collect();
+    let words = "1 runs of 160000 combinations of values are too many";
+    folder.bbz(&[&["sim", "s.toml"], set.as_slice()].concat()).fails_with(3, &[words, "100000"]);
+    folder
+        .bbz(&["sim", "s.toml", "--runs", "50001", "--set", "world.seed=1,2"])
+        .fails_with(3, &["50001 runs of 2 combinations"]);
+}
+
 /// Four weeks that nobody waits for.
 #[cfg(unix)]
 #[test]
-fn ctrl_c_ends_a_run_with_a_summary() {
+fn a_signal_ends_a_run_with_a_summary_and_a_whole_recording() {
     use std::io::{BufRead, BufReader, Read};
 
-    let folder = folder("sim_interrupt");
-    folder.write("s.toml", SCENARIO.replace("duration = 2", "duration = 2419200"));
-    let mut child =
-        folder.command(&["sim", "s.toml", "--set", "expect.0.at=2419200"]).spawn().unwrap();
-    let mut stdout = BufReader::new(child.stdout.take().unwrap());
-    let mut printed = String::new();
-    stdout.read_line(&mut printed).unwrap();
-    assert_eq!(printed, "     0.5     1  five 5\n");
-    let kill = ["-INT", &child.id().to_string()];
-    assert!(std::process::Command::new("kill").args(kill).status().unwrap().success());
-    let outcome = support::finish(child);
-    assert_eq!(outcome.status, Some(1));
-    outcome.says(&["stopped by Ctrl-C at", "of 2419200 s"]);
-    stdout.read_to_string(&mut printed).unwrap();
-    assert!(printed.contains("OPEN    s.toml:10:"), "{printed}");
+    use bittybuzz_arena::output::recording::Reader;
+
+    for signal in ["-INT", "-TERM"] {
+        let folder = folder(&format!("sim{signal}"));
+        folder.write("s.toml", SCENARIO.replace("duration = 2", "duration = 2419200"));
+        let set = ["--set", "expect.0.at=2419200"];
+        let arguments = [&["sim", "s.toml", "--record", "run.bbr"], &set[..]].concat();
+        let mut child = folder.command(&arguments).spawn().unwrap();
+        let mut stdout = BufReader::new(child.stdout.take().unwrap());
+        let mut printed = String::new();
+        stdout.read_line(&mut printed).unwrap();
+        assert_eq!(printed, "     0.5     1  five 5\n");
+        let kill = [signal, &child.id().to_string()];
+        assert!(std::process::Command::new("kill").args(kill).status().unwrap().success());
+        let outcome = support::finish(child);
+        assert_eq!(outcome.status, Some(1), "{signal}");
+        outcome.says(&["stopped by Ctrl-C or SIGTERM at", "of 2419200 s"]);
+        stdout.read_to_string(&mut printed).unwrap();
+        assert!(printed.contains("OPEN    s.toml:10:"), "{printed}");
+        let recording = folder.read("run.bbr");
+        assert!(Reader::new(&recording).unwrap().all(|sample| sample.is_ok()), "{signal}");
+    }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use bittybuzz_toml_reader::{self as toml_reader, FileError, Place, TomlError, one_of};
+use bittybuzz_toml_reader::{self as toml_reader, FileError, Place, TomlError, file, one_of};
 
 use crate::signature::{MAX_PARAMETERS, Type};
 
@@ -66,7 +66,7 @@ impl RobotErrors {
         RobotErrors(vec![RobotError { cause, place: None }])
     }
 
-    pub(crate) fn unreadable(path: &str, error: &std::io::Error) -> RobotErrors {
+    pub(crate) fn unreadable(path: &str, error: &file::ReadError) -> RobotErrors {
         let cause = Cause::Unreadable { path: path.to_owned(), reason: error.to_string() };
         RobotErrors(vec![RobotError { cause, place: None }])
     }

@@ -47,6 +47,7 @@ mod trailing;
 
 use std::path::Path;
 
+use bittybuzz_toml_reader::file;
 use bittybuzz_vm_core::Parts;
 pub use bittybuzz_vm_core::link::name_hash;
 pub use call::{accepted_lists, accepting, idle_result};
@@ -271,7 +272,7 @@ fn read_shipped(name: &str, text: &str) -> Robot {
 /// The robot that `--robot` names: one that ships, or a robot file of the user (a path that ends in `.toml`).
 pub fn find(name_or_path: &str) -> Result<Robot, RobotErrors> {
     if Path::new(name_or_path).extension().is_some_and(|extension| extension == "toml") {
-        return match std::fs::read_to_string(name_or_path) {
+        return match file::read_text(Path::new(name_or_path), file::MOST_TEXT) {
             Ok(text) => Robot::parse(&text, name_or_path),
             Err(error) => Err(RobotErrors::unreadable(name_or_path, &error)),
         };

@@ -370,7 +370,7 @@ fn argument_lists(entry: &Entry<'_>) -> Option<Vec<Vec<Parameter>>> {
     lists.into_iter().collect()
 }
 
-/// The names that a robot has defined so far.
+/// The names that the file has defined up to here.
 #[derive(Default)]
 struct Names {
     /// The line of each.

@@ -137,12 +137,13 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// Writes the end.
-    pub fn finish(mut self) -> io::Result<()> {
+    /// Writes the end, and returns the output.
+    pub fn finish(mut self) -> io::Result<W> {
         let mut end = vec![0];
         put(&mut end, self.samples);
         self.output.write_all(&end)?;
-        self.output.flush()
+        self.output.flush()?;
+        Ok(self.output)
     }
 }
 

@@ -23,29 +23,35 @@ pub enum BatchError {
     },
 }
 
-/// Runs every setup with every seed; the summaries by setup, then seed. `on_done` is called after each run.
+/// Runs every setup with `runs` seeds from `first_seed` on; the summaries by setup, then seed. `on_done` is called after
+/// each run.
 pub fn batch(
     setups: &[Setup<'_>],
-    seeds: &[u32],
+    first_seed: u32,
+    runs: u32,
     on_done: impl Fn() + Sync,
 ) -> Result<Vec<Vec<Summary>>, BatchError> {
-    let jobs: Vec<(&Setup<'_>, u32)> =
-        setups.iter().flat_map(|setup| seeds.iter().map(move |seed| (setup, *seed))).collect();
-    let summaries: Result<Vec<Summary>, BatchError> = jobs
-        .into_par_iter()
-        .map(|(setup, seed)| {
-            let casts = setup.casts();
-            let simulation = Simulation::new(setup, &casts, seed, 1);
-            let mut simulation = simulation.map_err(BatchError::Scenario)?;
-            while !simulation.is_over() {
-                let tick = simulation.tick();
-                tick.map_err(|error| BatchError::Firmware { seed, error })?;
-                // Nobody reads it, and it would grow.
-                simulation.take_log();
-            }
-            on_done();
-            Ok(simulation.summary())
+    let summaries: Result<Vec<Vec<Summary>>, BatchError> = setups
+        .par_iter()
+        .map(|setup| {
+            (0..runs)
+                .into_par_iter()
+                .map(|run| {
+                    let seed = first_seed.wrapping_add(run);
+                    let casts = setup.casts();
+                    let simulation = Simulation::new(setup, &casts, seed, 1);
+                    let mut simulation = simulation.map_err(BatchError::Scenario)?;
+                    while !simulation.is_over() {
+                        let tick = simulation.tick();
+                        tick.map_err(|error| BatchError::Firmware { seed, error })?;
+                        // The log is not used here, and would grow.
+                        simulation.take_log();
+                    }
+                    on_done();
+                    Ok(simulation.summary())
+                })
+                .collect()
         })
         .collect();
-    Ok(summaries?.chunks(seeds.len().max(1)).map(<[Summary]>::to_vec).collect())
+    summaries
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use bittybuzz_robots::{Profile, Robot};
-use bittybuzz_toml_reader::Place;
+use bittybuzz_toml_reader::{Place, file};
 
 use super::body::Body;
 use super::error::Cause;
@@ -107,8 +107,14 @@ pub fn image(section: &Section<'_>, folder: &Path, usual: &str) -> Option<PathBu
     let text = entry.string()?;
     let path = folder.join(text);
     let reason = match path.metadata() {
-        Ok(metadata) if metadata.is_file() => return Some(path),
-        Ok(_) => "it is a folder".to_owned(),
+        Ok(metadata) if metadata.is_file() && metadata.len() <= file::MOST_PROGRAM => {
+            return Some(path);
+        }
+        Ok(metadata) if metadata.is_dir() => "it is a folder".to_owned(),
+        Ok(metadata) if metadata.is_file() => {
+            file::ReadError::TooLarge { limit: file::MOST_PROGRAM }.to_string()
+        }
+        Ok(_) => "it is a device or a pipe".to_owned(),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
             "there is no such file".to_owned()
         }

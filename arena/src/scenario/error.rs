@@ -5,8 +5,7 @@ use std::fmt;
 use bittybuzz_robots::RobotError;
 use bittybuzz_toml_reader::{self as toml_reader, FileError, TomlError, one_of};
 
-/// A mistake in a scenario. Its `Display` is one sentence; its place and [`FileError::help`] say where it is, and what
-/// to do.
+/// A mistake in a scenario: a sentence (`Display`), perhaps a place, and perhaps a cure ([`FileError::help`]).
 pub type ScenarioError = FileError<Cause>;
 
 /// What is wrong, one variant for each cause.

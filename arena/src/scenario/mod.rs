@@ -21,7 +21,7 @@ mod world;
 
 use std::path::Path;
 
-use bittybuzz_toml_reader::{self as toml_reader, Override, Source};
+use bittybuzz_toml_reader::{self as toml_reader, Override, Source, file};
 
 pub use backend::Backend;
 pub use body::{Bodies, Body, CrazyflieBody, KilobotBody, Positioning, Preset, ZooidBody};
@@ -62,7 +62,7 @@ impl Scenario {
     /// Reads a scenario file, with the values that `set` (`medium.ir.loss=0.1`) gives instead of the file's.
     pub fn open(path: &Path, set: &[String]) -> Result<Scenario, Vec<ScenarioError>> {
         let shown = path.to_string_lossy();
-        let text = std::fs::read_to_string(path).map_err(|error| {
+        let text = file::read_text(path, file::MOST_TEXT).map_err(|error| {
             let cause = Cause::Unreadable { path: shown.to_string(), reason: error.to_string() };
             vec![ScenarioError { cause, place: None }]
         })?;

@@ -24,6 +24,8 @@ pub struct Group {
     pub name: String,
     /// What kind of robot.
     pub robot: Robot,
+    /// The robot file, for a robot that does not ship.
+    pub robot_file: Option<PathBuf>,
     /// How they move and talk.
     pub body: Body,
     /// The script, image or object file that they run.
@@ -123,7 +125,9 @@ fn group(
     census: &mut Census,
 ) -> Option<Group> {
     let place = section.place();
-    let mut robot = section.required("robot").and_then(|entry| robot(&entry, folder));
+    let robot_entry = section.required("robot");
+    let robot_file = robot_entry.as_ref().and_then(|entry| robot_file(entry, folder));
+    let mut robot = robot_entry.and_then(|entry| robot(&entry, robot_file.as_deref()));
     let profiles = [Profile::Tiny, Profile::Full].map(|profile| (profile.name(), profile));
     if let (Some(robot), Some(profile)) = (&mut robot, section.word("profile", &profiles)) {
         robot.profile = profile;
@@ -163,6 +167,7 @@ fn group(
     Some(Group {
         name,
         robot: robot?,
+        robot_file,
         body: body?,
         script: script?,
         backend: backend?,
@@ -186,12 +191,17 @@ pub fn heading(entry: &Entry<'_>) -> Option<f64> {
     entry.number(-360.0..=360.0)
 }
 
-fn robot(entry: &Entry<'_>, folder: &Path) -> Option<Robot> {
-    let text = entry.string()?;
-    let is_file = Path::new(text).extension() == Some(OsStr::new("toml"));
-    let found = match is_file {
-        true => robots::find(&folder.join(text).to_string_lossy()),
-        false => robots::find(text),
+/// The path of the robot file, if the value is one.
+fn robot_file(entry: &Entry<'_>, folder: &Path) -> Option<PathBuf> {
+    let path = Path::new(entry.value.as_str()?);
+    (path.extension() == Some(OsStr::new("toml"))).then(|| folder.join(path))
+}
+
+fn robot(entry: &Entry<'_>, file: Option<&Path>) -> Option<Robot> {
+    let name = entry.string()?;
+    let found = match file {
+        Some(file) => robots::find(&file.to_string_lossy()),
+        None => robots::find(name),
     };
     match found {
         Ok(robot) => Some(robot),
@@ -211,7 +221,7 @@ fn robot(entry: &Entry<'_>, folder: &Path) -> Option<Robot> {
 }
 
 /// The name of a group: its own, else that of its robot, with a number where that is taken.
-fn name(section: &Section<'_>, robot: Option<&Robot>, census: &Census) -> String {
+fn name(section: &Section<'_>, robot: Option<&Robot>, census: &mut Census) -> String {
     if let Some(entry) = section.get("name") {
         let name = entry.string().unwrap_or_default();
         if name.is_empty() || select::means_others(name) {
@@ -221,12 +231,7 @@ fn name(section: &Section<'_>, robot: Option<&Robot>, census: &Census) -> String
         }
         return name.to_owned();
     }
-    let name = robot.map_or("", |robot| robot.name.as_str());
-    let mut names = (1..).map(|number| match number {
-        1 => name.to_owned(),
-        _ => format!("{name}-{number}"),
-    });
-    names.find(|name| census.line_of(name).is_none()).unwrap_or_default()
+    census.unused_name(robot.map_or("", |robot| robot.name.as_str()))
 }
 
 fn script(entry: &Entry<'_>, folder: &Path) -> Option<PathBuf> {
@@ -234,7 +239,8 @@ fn script(entry: &Entry<'_>, folder: &Path) -> Option<PathBuf> {
     let path = folder.join(text);
     let reason = match path.metadata() {
         Ok(metadata) if metadata.is_file() => return Some(path),
-        Ok(_) => "it is a folder".to_owned(),
+        Ok(metadata) if metadata.is_dir() => "it is a folder".to_owned(),
+        Ok(_) => "it is a device or a pipe".to_owned(),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
             "there is no such file".to_owned()
         }

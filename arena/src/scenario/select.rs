@@ -1,5 +1,6 @@
 //! Which robots an event or an expectation means.
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use bittybuzz_toml_reader::{Place, TomlError};
@@ -54,11 +55,19 @@ pub fn means_others(text: &str) -> bool {
     text == "all" || is_id(text) || text.split_once("..").is_some_and(|(a, b)| is_id(a) && is_id(b))
 }
 
+/// The groups that a message describes.
+const MOST_DESCRIBED: usize = 24;
+
 /// The robots that a scenario has, to find them by name and id.
 #[derive(Default)]
 pub struct Census {
     groups: Vec<Known>,
+    /// The index of the first group of each name.
+    by_name: HashMap<String, usize>,
+    /// The next number that makes a name from that of a robot.
+    numbers: HashMap<String, u32>,
     count: u32,
+    next_id: u32,
     /// The count or the ids of a group are wrong: nobody knows which ids there are.
     is_unsure: bool,
 }
@@ -94,7 +103,7 @@ impl Known {
 impl Census {
     /// The id after all others.
     pub fn next_id(&self) -> u32 {
-        self.groups.iter().map(|group| group.ids().end).max().unwrap_or(0)
+        self.next_id
     }
 
     /// Where a group with one of these ids is defined, and the first such id.
@@ -113,7 +122,26 @@ impl Census {
 
     /// Where a group of that name is defined.
     pub fn line_of(&self, name: &str) -> Option<usize> {
-        self.groups.iter().find(|group| group.name == name).map(|group| group.line)
+        self.named(name).map(|group| group.line)
+    }
+
+    fn named(&self, name: &str) -> Option<&Known> {
+        self.groups.get(*self.by_name.get(name)?)
+    }
+
+    /// Returns a name for a group of robots that has none: that of the robot, with a number where it is taken.
+    pub fn unused_name(&mut self, robot: &str) -> String {
+        let next = self.numbers.entry(robot.to_owned()).or_insert(1);
+        loop {
+            let name = match *next {
+                1 => robot.to_owned(),
+                number => format!("{robot}-{number}"),
+            };
+            *next += 1;
+            if !self.by_name.contains_key(&name) {
+                return name;
+            }
+        }
     }
 
     /// One more group, and whether its ids are right.
@@ -121,6 +149,8 @@ impl Census {
         self.is_unsure |= !is_right;
         let robots = self.count..self.count + count;
         self.count += count;
+        self.next_id = self.next_id.max(first_id + count);
+        self.by_name.entry(name.clone()).or_insert(self.groups.len());
         self.groups.push(Known { name, first_id, robots, line: place.line, emulated: None });
     }
 
@@ -166,13 +196,18 @@ impl Census {
         self.groups.iter().any(|group| group.emulated.is_some())
     }
 
-    /// What there is, for messages: `workers (0..19)`.
+    /// Describes the groups for messages: `workers` with ids 0 to 19. Of many groups only the first are described.
     fn described(&self) -> Vec<String> {
         let describe = |group: &Known| {
             let ids = group.ids();
             format!("`{}` with ids {} to {}", group.name, ids.start, ids.end.saturating_sub(1))
         };
-        self.groups.iter().map(describe).collect()
+        let mut described: Vec<String> =
+            self.groups.iter().take(MOST_DESCRIBED).map(describe).collect();
+        if let Some(more) = self.groups.len().checked_sub(MOST_DESCRIBED + 1) {
+            described.push(format!("{} more groups", more + 1));
+        }
+        described
     }
 
     /// The robots of that key; all of them if it is left out.
@@ -221,7 +256,7 @@ impl Census {
             ranges.push(0..self.count);
             return Some(());
         }
-        if let Some(group) = self.groups.iter().find(|group| group.name == text) {
+        if let Some(group) = self.named(text) {
             ranges.push(group.robots.clone());
             return Some(());
         }
@@ -229,7 +264,9 @@ impl Census {
             Some((first.trim().parse::<u16>().ok()?, last.trim().parse::<u16>().ok()?))
         });
         let Some((first, last)) = ids else {
-            let groups = self.groups.iter().map(|group| group.name.clone()).collect();
+            // Each cause lists all groups, and is not looked at when there are enough.
+            let listed = if item.reader.is_full() { &[] } else { self.groups.as_slice() };
+            let groups = listed.iter().map(|group| group.name.clone()).collect();
             item.fail(Cause::UnknownRobots { text: text.to_owned(), groups });
             return None;
         };
@@ -254,7 +291,9 @@ impl Census {
             return None;
         }
         if count < ids.len() {
-            item.fail(Cause::UnknownId { id: text.to_owned(), groups: self.described() });
+            let is_full = item.reader.is_full();
+            let groups = if is_full { Vec::new() } else { self.described() };
+            item.fail(Cause::UnknownId { id: text.to_owned(), groups });
             return None;
         }
         ranges.extend(found);

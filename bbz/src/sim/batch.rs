@@ -13,13 +13,15 @@ use crate::Ending;
 use crate::output;
 use crate::problem::Problem;
 use crate::report;
+use crate::whole_file;
 
 use super::open::{self, Opened};
 use super::progress::Progress;
-use super::{Arguments, summary};
+use super::{Arguments, MOST_RUNS, summary};
 
-/// The combinations of what `--set` says: a list of `KEY=VALUE` each.
-pub fn variants(set: &[String]) -> Result<Vec<Vec<String>>, Problem> {
+/// Returns the combinations of the values of `--set`, each a list of `KEY=VALUE`. With `runs` of each there are at most
+/// [`MOST_RUNS`].
+pub fn variants(set: &[String], runs: u32) -> Result<Vec<Vec<String>>, Problem> {
     let mut variants = vec![Vec::new()];
     for argument in set {
         let Some((key, values)) =
@@ -28,6 +30,10 @@ pub fn variants(set: &[String]) -> Result<Vec<Vec<String>>, Problem> {
             return Err(Problem::Setting(argument.clone()));
         };
         let values = split(values);
+        let count = variants.len().saturating_mul(values.len());
+        if count.saturating_mul(runs as usize) > MOST_RUNS as usize {
+            return Err(Problem::TooManyRuns { runs, variants: count });
+        }
         variants = variants
             .iter()
             .flat_map(|variant: &Vec<String>| {
@@ -76,12 +82,14 @@ pub fn run(arguments: &Arguments, variants: &[Vec<String>]) -> Result<Ending, Pr
     let Some(setups) = setups else { return Ok(Ending::CompileError) };
     let Some(first) = opened.first() else { return Ok(Ending::Success) };
     let seed = arguments.seed.unwrap_or(first.scenario.world.seed);
-    let seeds: Vec<u32> = (0..arguments.runs.unwrap_or(1)).map(|n| seed.wrapping_add(n)).collect();
-
-    let total = (setups.len() * seeds.len()) as u64;
+    if let Some(path) = &arguments.csv {
+        opened.iter().try_for_each(|variant| variant.inputs().refuse(path))?;
+    }
+    let runs = arguments.runs.unwrap_or(1);
+    let total = setups.len() as u64 * u64::from(runs);
     let progress = Mutex::new(Progress::new(total, arguments.headless || arguments.json));
     let done = AtomicU64::new(0);
-    let result = run::batch(&setups, &seeds, || {
+    let result = run::batch(&setups, seed, runs, || {
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         if let Ok(mut progress) = progress.lock() {
             progress.set(done, |_| format!("{done} of {total} runs"));
@@ -104,7 +112,7 @@ pub fn run(arguments: &Arguments, variants: &[Vec<String>]) -> Result<Ending, Pr
     let is_success = summaries.iter().flatten().all(Summary::is_success);
     let table = table(&first.scenario, variants, &summaries);
     if let Some(path) = &arguments.csv {
-        std::fs::write(path, table.to_csv()).map_err(|error| Problem::unwritable(path, error))?;
+        whole_file::write(path, table.to_csv().as_bytes())?;
     }
     let mut text = String::new();
     if arguments.json {
@@ -118,7 +126,7 @@ pub fn run(arguments: &Arguments, variants: &[Vec<String>]) -> Result<Ending, Pr
             {
                 summary::faults(setup, &opened.programs, run);
             }
-            describe(&table, variant, settings, seeds.len(), &mut text);
+            describe(&table, variant, settings, runs as usize, &mut text);
         }
     }
     output::write(&text)?;

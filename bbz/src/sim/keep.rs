@@ -1,41 +1,51 @@
 //! What is kept of a run beside its summary: a recording, pictures.
 
-use std::fs::{self, File};
-use std::io::{self, BufWriter};
-use std::path::{Path, PathBuf};
+use std::fs;
+use std::path::PathBuf;
 
 use bittybuzz_arena::output::recording::Writer;
 use bittybuzz_arena::output::{History, chart, recorder, trajectories};
 use bittybuzz_arena::run::{Setup, Simulation, TICKS_PER_SECOND};
 
 use crate::problem::Problem;
+use crate::whole_file::{self, Inputs, WholeFile};
 
 use super::Arguments;
 
+/// The picture of where all robots went.
+const TRAJECTORIES: &str = "trajectories.svg";
+
 /// Takes samples as often as the scenario says.
 pub struct Keeper {
-    recording: Option<(PathBuf, Writer<BufWriter<File>>)>,
+    recording: Option<(PathBuf, Writer<WholeFile>)>,
     pictures: Option<(PathBuf, History)>,
     /// Ticks between two samples.
     every: u64,
 }
 
 impl Keeper {
-    /// Creates the files that the command line asks for.
-    pub fn new(arguments: &Arguments, simulation: &Simulation<'_>) -> Result<Self, Problem> {
+    /// Creates the files that the command line asks for, none of which may be an input.
+    pub fn new(
+        arguments: &Arguments,
+        simulation: &Simulation<'_>,
+        inputs: &Inputs,
+    ) -> Result<Self, Problem> {
         let recording = match &arguments.record {
             Some(path) => {
-                let create = || {
-                    let file = BufWriter::new(File::create(path)?);
-                    Writer::new(file, &recorder::header(simulation))
-                };
-                Some((path.clone(), create().map_err(|error| Problem::unwritable(path, error))?))
+                inputs.refuse(path)?;
+                let writer = Writer::new(WholeFile::create(path)?, &recorder::header(simulation));
+                Some((path.clone(), writer.map_err(|error| Problem::unwritable(path, error))?))
             }
             None => None,
         };
         let pictures = match &arguments.svg {
             Some(folder) => {
                 fs::create_dir_all(folder).map_err(|error| Problem::unwritable(folder, error))?;
+                let plot = &simulation.setup().scenario.output.plot;
+                let charts = plot.iter().map(|(quantity, _)| file_name(&quantity.to_string()));
+                for name in charts.chain([TRAJECTORIES.to_owned()]) {
+                    inputs.refuse(&folder.join(name))?;
+                }
                 Some((folder.clone(), History::default()))
             }
             None => None,
@@ -63,24 +73,19 @@ impl Keeper {
     /// Ends the recording and draws the pictures.
     pub fn finish(self, setup: &Setup<'_>) -> Result<(), Problem> {
         if let Some((path, writer)) = self.recording {
-            writer.finish().map_err(|error| Problem::unwritable(&path, error))?;
+            let file = writer.finish().map_err(|error| Problem::unwritable(&path, error))?;
+            file.finish()?;
         }
         let Some((folder, history)) = self.pictures else { return Ok(()) };
-        let write = |name: &str, text: String| {
-            let path = folder.join(name);
-            write(&path, text).map_err(|error| Problem::unwritable(&path, error))
-        };
-        write("trajectories.svg", trajectories(&setup.scenario.world, &history))?;
+        let write =
+            |name: &str, text: String| whole_file::write(&folder.join(name), text.as_bytes());
+        write(TRAJECTORIES, trajectories(&setup.scenario.world, &history))?;
         for ((quantity, _), values) in setup.scenario.output.plot.iter().zip(&history.values) {
             let title = quantity.to_string();
             write(&file_name(&title), chart(&title, &history.times, values))?;
         }
         Ok(())
     }
-}
-
-fn write(path: &Path, text: String) -> io::Result<()> {
-    fs::write(path, text)
 }
 
 /// `distance(0, 0)` to `distance-0-0.svg`: a name that every file system takes.

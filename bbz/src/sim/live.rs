@@ -6,7 +6,7 @@ use annotate_snippets::{Group, Level};
 use bittybuzz_arena::run::{LogLine, Piece, Setup, Simulation, Summary};
 
 use crate::Ending;
-use crate::interrupt::Interrupt;
+use crate::interrupt::{self, Interrupt};
 use crate::output::Output;
 use crate::printed::{Printed, unknown_string};
 use crate::problem::Problem;
@@ -41,7 +41,7 @@ pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
     let is_quiet = arguments.headless || arguments.json;
     let mut progress = Progress::new(simulation.end(), is_quiet);
     let robots = simulation.robot_count() as f64;
-    let mut keeper = Keeper::new(arguments, &simulation)?;
+    let mut keeper = Keeper::new(arguments, &simulation, &opened.inputs())?;
     keeper.sample(&simulation)?;
     let mut failure = None;
     while !simulation.is_over() && !interrupt.is_raised() && !output.has_failed() {
@@ -74,7 +74,11 @@ pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
     output.flush();
     if interrupt.is_raised() {
         let end = opened.scenario.world.duration;
-        let title = format!("stopped by Ctrl-C at {} s of {end} s", simulation.now() as f64 / 10.0);
+        let title = format!(
+            "stopped by {} at {} s of {end} s",
+            interrupt::NAME,
+            simulation.now() as f64 / 10.0
+        );
         report::print(Group::with_title(Level::NOTE.primary_title(title)));
     }
     summary::faults(&setup, &opened.programs, &result);

@@ -14,6 +14,9 @@ use clap::Args;
 use crate::Ending;
 use crate::problem::Problem;
 
+/// The runs of one command: all their results are kept until the last one, some kilobytes each.
+pub const MOST_RUNS: u32 = 100_000;
+
 const EXAMPLES: &str = "\
 Examples:
   bbz sim swarm.toml                     run it: log lines, then a summary
@@ -52,7 +55,7 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR", conflicts_with_all = ["runs", "csv"])]
     svg: Option<PathBuf>,
     /// Simulate so many times, with one seed after the other
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_RUNS)))]
     runs: Option<u32>,
     /// Take other values than the file's for a key such as `medium.ir.loss`; with several every combination is simulated
     #[arg(long, value_name = "KEY=V1,V2...")]
@@ -70,7 +73,7 @@ pub struct Arguments {
 
 /// Carries out the command.
 pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
-    let variants = batch::variants(&arguments.set)?;
+    let variants = batch::variants(&arguments.set, arguments.runs.unwrap_or(1))?;
     match variants.as_slice() {
         [only] if arguments.runs.is_none() && arguments.csv.is_none() => live::run(arguments, only),
         _ => batch::run(arguments, &variants),

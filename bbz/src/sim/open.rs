@@ -6,17 +6,20 @@ use bittybuzz_arena::run;
 use bittybuzz_arena::scenario::{Body, Scenario, ScenarioError};
 use bittybuzz_compiler::refusal;
 use bittybuzz_robots as robots;
+use bittybuzz_toml_reader::file;
 
 use crate::emulator;
 use crate::problem::Problem;
 use crate::program::Program;
 use crate::report;
 use crate::selection::Selection;
+use crate::whole_file::Inputs;
 
 use super::Arguments;
 
 /// A scenario and the programs of its groups.
 pub struct Opened {
+    path: PathBuf,
     pub scenario: Scenario,
     /// For messages, of each group.
     pub programs: Vec<Program>,
@@ -28,12 +31,11 @@ pub struct Opened {
 /// Reads a scenario with the values of `--set`, and compiles its scripts. Prints what is wrong, and is `None` then.
 pub fn open(arguments: &Arguments, set: &[String]) -> Result<Option<Opened>, Problem> {
     let Arguments { scenario: path, include, .. } = arguments;
-    if path.is_dir() {
-        return Err(Problem::Folder(path.clone()));
-    }
-    // What the file says is the scenario's concern, that it can be opened is the command line's.
-    std::fs::File::open(path).map_err(|error| Problem::unreadable(path, error))?;
-    let scenario = match Scenario::open(path, set) {
+    // The content of the file is the scenario's concern, that it can be read is the command line's.
+    let text =
+        file::read_text(path, file::MOST_TEXT).map_err(|error| Problem::unreadable(path, error))?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let scenario = match Scenario::parse(&text, &path.to_string_lossy(), folder, set) {
         Ok(scenario) => scenario,
         Err(errors) => {
             print(&errors);
@@ -74,10 +76,24 @@ pub fn open(arguments: &Arguments, set: &[String]) -> Result<Option<Opened>, Pro
     let named = arguments.emulator.as_deref();
     let program = |body| (body, emulator::program(named, run::emulator(body)));
     let emulators = bodies.into_iter().map(program).collect();
-    Ok(Some(Opened { scenario, programs, images, emulators }))
+    Ok(Some(Opened { path: path.clone(), scenario, programs, images, emulators }))
 }
 
 impl Opened {
+    /// Returns the files that were read, and those that are read when robots are emulated.
+    pub fn inputs(&self) -> Inputs {
+        let mut inputs = Inputs::default();
+        inputs.add(&self.path);
+        for (group, program) in self.scenario.groups.iter().zip(&self.programs) {
+            program.add_inputs(&group.script, &mut inputs);
+            group.robot_file.iter().for_each(|file| inputs.add(file));
+            group.backend.firmware().into_iter().for_each(|image| inputs.add(image));
+        }
+        let bridge = self.scenario.bridge.iter().filter_map(|bridge| bridge.image.as_ref());
+        bridge.for_each(|image| inputs.add(image));
+        inputs
+    }
+
     /// What all runs of it share. Prints what is wrong, and is `None` then.
     pub fn setup(&self) -> Option<run::Setup<'_>> {
         match run::Setup::new(&self.scenario, &self.images) {

@@ -1,6 +1,5 @@
 //! A robot that another program emulates.
 
-use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -8,6 +7,7 @@ use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_emulation::message::Event;
 use bittybuzz_emulation::{Emulator, Pause};
 use bittybuzz_robots::Robot;
+use bittybuzz_toml_reader::file;
 use bittybuzz_trace_reader::{Table, TraceMessage, TraceReader};
 
 use crate::emulator;
@@ -130,8 +130,8 @@ impl Emulation<'_> {
 
     /// The texts of the firmware's messages.
     fn table(&self) -> Result<Table, Problem> {
-        let bytes =
-            fs::read(self.firmware).map_err(|error| Problem::unreadable(self.firmware, error))?;
+        let bytes = file::read(self.firmware, file::MOST_PROGRAM)
+            .map_err(|error| Problem::unreadable(self.firmware, error))?;
         match Table::parse(&bytes) {
             Ok(Some(table)) => Ok(table),
             Ok(None) => Err(Problem::NoMessages { path: self.firmware.to_owned(), reason: None }),

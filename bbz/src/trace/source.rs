@@ -7,6 +7,7 @@ use std::thread;
 use std::time::Duration;
 
 use bittybuzz_robots::Robot;
+use bittybuzz_toml_reader::file;
 
 use crate::interrupt::Interrupt;
 use crate::probe_rs::{self, ProbeRs};
@@ -17,6 +18,9 @@ use super::teller::Teller;
 
 /// Lines that may wait to be printed.
 const WAITING: usize = 1024;
+
+/// The most bytes of a line. A robot prints far fewer, so a longer one is not text from a robot.
+const LONGEST_LINE: u64 = 1 << 20;
 
 /// Time between two looks at Ctrl-C.
 const PATIENCE: Duration = Duration::from_millis(50);
@@ -34,7 +38,7 @@ pub fn probe(
     teller: &mut Teller<'_>,
     interrupt: &mut Interrupt,
 ) -> Result<(), Problem> {
-    std::fs::File::open(firmware).map_err(|error| Problem::unreadable(firmware, error))?;
+    file::open(firmware).map_err(|error| Problem::unreadable(firmware, error))?;
     let chip = probe_rs::chip(robot)?;
     // Whoever watches must not hold the robot up: a core that the probe stops at a fault could not stop the motors any
     // more, nor could firmware that waits, with interrupts masked, for a full buffer to be read.
@@ -68,12 +72,29 @@ fn tell(
 fn read_aside(input: impl Read + Send + 'static) -> Receiver<io::Result<String>> {
     let (sender, receiver) = mpsc::sync_channel(WAITING);
     thread::spawn(move || {
-        for line in BufReader::new(input).split(b'\n') {
-            let line = line.map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
-            if sender.send(line).is_err() {
+        let mut input = BufReader::new(input);
+        // After an error nothing more is read.
+        while let Some(line) = read_line(&mut input).transpose() {
+            let is_last = line.is_err();
+            if sender.send(line).is_err() || is_last {
                 return;
             }
         }
     });
     receiver
+}
+
+/// Reads a line without its end; `None` at the end of the input.
+fn read_line(input: &mut impl BufRead) -> io::Result<Option<String>> {
+    let mut line = Vec::new();
+    input.take(LONGEST_LINE + 1).read_until(b'\n', &mut line)?;
+    if line.is_empty() {
+        return Ok(None);
+    }
+    if line.last() == Some(&b'\n') {
+        line.pop();
+    } else if line.len() as u64 > LONGEST_LINE {
+        return Err(io::Error::other("a line has more than 1 MiB"));
+    }
+    Ok(Some(String::from_utf8_lossy(&line).into_owned()))
 }

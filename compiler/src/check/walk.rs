@@ -32,8 +32,8 @@ pub struct Checker<'a> {
     searches_left: usize,
 }
 
-/// Likely names are searched for this many unknown ones: each search looks at every name of the script, and nobody
-/// reads that many messages.
+/// The unknown names for which a likely one is searched. Each search looks at every name of the script, and a person
+/// reads the first messages only.
 const MOST_SEARCHES: usize = 100;
 
 /// Checks every expression of a script.

@@ -1,4 +1,4 @@
-//! Mistakes in a file, and what to do about them.
+//! Mistakes in a file, and their cures.
 
 use std::fmt;
 
@@ -10,7 +10,7 @@ const LISTED: usize = 24;
 
 /// A reason why a format refuses a file. Its `Display` is one sentence.
 pub trait Cause: fmt::Display + From<TomlError> {
-    /// Returns what to do about it, if the sentence does not say so by itself.
+    /// Returns the cure, if the sentence does not name it.
     fn help(&self) -> Option<String>;
 }
 
@@ -52,7 +52,7 @@ pub enum TomlError {
 }
 
 impl<C: Cause> FileError<C> {
-    /// Returns what to do about it, if the message does not say so by itself.
+    /// Returns the cure, if the message does not name it.
     pub fn help(&self) -> Option<String> {
         self.cause.help()
     }
@@ -96,7 +96,7 @@ impl fmt::Display for TomlError {
 }
 
 impl TomlError {
-    /// Returns what to do about it, if the message does not say so by itself.
+    /// Returns the cure, if the message does not name it.
     pub fn help(&self) -> Option<String> {
         match self {
             TomlError::UnknownKey { key, known, .. } => Some(one_of(key, known)),

@@ -130,17 +130,17 @@ impl<'a, C: Cause> Section<'a, C> {
         unknown.any(|unknown| error::likely(unknown.get_ref(), &known) == Some(key))
     }
 
-    /// Returns what [`Entry::number`] does, if the key is there.
+    /// Returns the number of a key, if it is there ([`Entry::number`]).
     pub fn number(&self, key: &str, range: RangeInclusive<f64>) -> Option<f64> {
         self.get(key)?.number(range)
     }
 
-    /// Returns what [`Entry::integer`] does, if the key is there.
+    /// Returns the integer of a key, if it is there ([`Entry::integer`]).
     pub fn integer(&self, key: &str, range: RangeInclusive<u32>) -> Option<u32> {
         self.get(key)?.integer(range)
     }
 
-    /// Returns what [`Entry::boolean`] does, if the key is there.
+    /// Returns the truth value of a key, if it is there ([`Entry::boolean`]).
     pub fn boolean(&self, key: &str) -> Option<bool> {
         self.get(key)?.boolean()
     }

@@ -10,7 +10,6 @@ mod told;
 mod trailing;
 
 use std::fmt;
-use std::fs;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -18,7 +17,7 @@ use bittybuzz_compiler::refusal;
 use bittybuzz_emulation::{ClientError, Image};
 use bittybuzz_kilobot::calibration;
 use bittybuzz_robots::{Layout, Robot};
-use bittybuzz_toml_reader::Place;
+use bittybuzz_toml_reader::{Place, file};
 use bittybuzz_trace_reader::Table;
 use bittybuzz_vm_core::ImageError;
 
@@ -100,7 +99,8 @@ impl Firmware {
                     let unusable = |reason| {
                         failed(Cause::NoFirmware { path: path.display().to_string(), reason })
                     };
-                    let elf = fs::read(&path).map_err(|error| unusable(error.to_string()))?;
+                    let elf = file::read(&path, file::MOST_PROGRAM);
+                    let elf = elf.map_err(|error| unusable(error.to_string()))?;
                     let messages = match group.body {
                         Body::Kilobot => None,
                         _ => Table::parse(&elf).map_err(|error| unusable(error.to_string()))?,

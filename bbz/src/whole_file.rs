@@ -1,0 +1,114 @@
+//! Files that a command writes: whole or not at all, and never over a file that it reads.
+
+use std::collections::BTreeSet;
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::process;
+
+use bittybuzz_toml_reader::file;
+
+use crate::problem::Problem;
+
+/// The files that a command reads.
+#[derive(Debug, Default)]
+pub struct Inputs(BTreeSet<PathBuf>);
+
+impl Inputs {
+    /// Adds a file, if there is one of that name.
+    pub fn add(&mut self, path: &Path) {
+        // Terminals and pipes may well be read and written.
+        if path.is_file()
+            && let Ok(path) = fs::canonicalize(path)
+        {
+            self.0.insert(path);
+        }
+    }
+
+    /// Refuses a file to be written that is one of them.
+    pub fn refuse(&self, output: &Path) -> Result<(), Problem> {
+        match fs::canonicalize(output) {
+            Ok(path) if self.0.contains(&path) => Err(Problem::ReadAndWritten(output.to_owned())),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// A file that is written next to its place, and takes it when it is complete. Until then, and after a failure, the old
+/// file is there.
+pub struct WholeFile {
+    /// Its name on the command line, for messages.
+    path: PathBuf,
+    /// The file that is written, and the place that it takes; `None` for a device or pipe, which is written itself.
+    aside: Option<(PathBuf, PathBuf)>,
+    file: BufWriter<File>,
+}
+
+impl WholeFile {
+    /// Creates the file next to its place.
+    pub fn create(path: &Path) -> Result<Self, Problem> {
+        let unwritable = |error| Problem::unwritable(path, error);
+        // The target of a symbolic link is replaced, not the link.
+        let place = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let kind = fs::metadata(path).ok().map(|metadata| metadata.file_type());
+        if kind.is_some_and(|kind| kind.is_dir()) {
+            return Err(unwritable(io::ErrorKind::IsADirectory.into()));
+        }
+        let is_stream = kind.is_some_and(|kind| !kind.is_file()) || file::is_given_stream(path);
+        let (file, aside) = match is_stream {
+            true => (File::options().write(true).open(path), None),
+            false => {
+                let aside = with_suffix(&place, &format!(".{}", process::id()));
+                (File::create_new(&aside), Some((aside, place)))
+            }
+        };
+        let file = BufWriter::new(file.map_err(unwritable)?);
+        Ok(WholeFile { path: path.to_owned(), aside, file })
+    }
+
+    /// Lets the file take its place.
+    pub fn finish(mut self) -> Result<(), Problem> {
+        let finished = self.file.flush().and_then(|()| {
+            let Some((aside, place)) = &self.aside else { return Ok(()) };
+            self.file.get_ref().sync_all()?;
+            fs::rename(aside, place)
+        });
+        finished.map_err(|error| Problem::unwritable(&self.path, error))?;
+        self.aside = None;
+        Ok(())
+    }
+}
+
+impl Write for WholeFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Drop for WholeFile {
+    fn drop(&mut self) {
+        if let Some((aside, _)) = &self.aside {
+            // It may be gone already.
+            let _ = fs::remove_file(aside);
+        }
+    }
+}
+
+/// Writes a file whole or not at all.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Problem> {
+    let mut file = WholeFile::create(path)?;
+    file.write_all(bytes).map_err(|error| Problem::unwritable(path, error))?;
+    file.finish()
+}
+
+/// Returns the path with `suffix` after its last character.
+pub fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+    let mut path = OsString::from(path);
+    path.push(suffix);
+    PathBuf::from(path)
+}

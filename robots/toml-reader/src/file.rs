@@ -1,0 +1,156 @@
+//! Files of limited size: every file that people or programs give to a command is read here.
+
+use std::fmt;
+use std::fs::{self, File, FileType};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+/// Bytes of a text that people write: scenarios, robot files.
+pub const MOST_TEXT: u64 = 4 << 20;
+
+/// Bytes of a file that a compiler made of a script: images, symbols, Buzz object files.
+pub const MOST_COMPILED: u64 = 64 << 20;
+
+/// Bytes of a program, the data of debuggers included: ELF, Intel hex.
+pub const MOST_PROGRAM: u64 = 256 << 20;
+
+/// Symbolic links that are followed, as Linux does.
+const MOST_LINKS: usize = 40;
+
+/// A reason why a file cannot be read, without its name.
+#[derive(Debug)]
+pub enum ReadError {
+    /// The system refuses.
+    Io(io::Error),
+    /// A folder.
+    Folder,
+    /// Neither a file nor a folder: a pipe, device or socket, on which a program may wait for ever.
+    NotAFile(&'static str),
+    /// More bytes than such a file can have.
+    TooLarge {
+        /// The most bytes.
+        limit: u64,
+    },
+    /// A text that is not UTF-8.
+    NotText,
+}
+
+impl fmt::Display for ReadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ReadError::Io(error) => error.fmt(f),
+            ReadError::Folder => write!(f, "it is a folder, not a file"),
+            ReadError::NotAFile(kind) => write!(f, "it is {kind}, not a file"),
+            ReadError::TooLarge { limit } => {
+                write!(f, "it has more than {} MiB, the limit for such a file", limit >> 20)
+            }
+            ReadError::NotText => write!(f, "it is not a text in UTF-8"),
+        }
+    }
+}
+
+impl std::error::Error for ReadError {}
+
+impl From<io::Error> for ReadError {
+    fn from(error: io::Error) -> Self {
+        ReadError::Io(error)
+    }
+}
+
+/// Reads a file of at most `limit` bytes.
+pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>, ReadError> {
+    let file = open(path)?;
+    let too_large = ReadError::TooLarge { limit };
+    if file.metadata()?.len() > limit {
+        return Err(too_large);
+    }
+    let mut bytes = Vec::new();
+    // A stream has no length, and a file may grow meanwhile.
+    file.take(limit + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > limit { Err(too_large) } else { Ok(bytes) }
+}
+
+/// Reads a text of at most `limit` bytes.
+pub fn read_text(path: &Path, limit: u64) -> Result<String, ReadError> {
+    String::from_utf8(read(path, limit)?).map_err(|_| ReadError::NotText)
+}
+
+/// Opens a file without waiting: pipes and devices are refused, unless they are streams that this process was given,
+/// such as `/dev/stdin`.
+pub fn open(path: &Path) -> Result<File, ReadError> {
+    let kind = fs::metadata(path)?.file_type();
+    if kind.is_dir() {
+        return Err(ReadError::Folder);
+    }
+    if !kind.is_file() && !is_given_stream(path) {
+        return Err(ReadError::NotAFile(name_of(kind)));
+    }
+    Ok(File::open(path)?)
+}
+
+/// Returns true if the path leads to a stream that this process was started with, perhaps over symbolic links.
+pub fn is_given_stream(path: &Path) -> bool {
+    let mut path = PathBuf::from(path);
+    for _ in 0..MOST_LINKS {
+        let streams = ["/dev/fd", "/proc/self/fd"];
+        if path == Path::new("/dev/stdin") || streams.iter().any(|folder| path.starts_with(folder))
+        {
+            return true;
+        }
+        let Ok(target) = fs::read_link(&path) else { return false };
+        // A relative target begins at the folder of the link.
+        path = path.parent().unwrap_or(Path::new("")).join(target);
+    }
+    false
+}
+
+#[cfg(unix)]
+fn name_of(kind: FileType) -> &'static str {
+    use std::os::unix::fs::FileTypeExt;
+
+    match kind {
+        kind if kind.is_fifo() => "a pipe",
+        kind if kind.is_socket() => "a socket",
+        _ => "a device",
+    }
+}
+
+#[cfg(not(unix))]
+fn name_of(_: FileType) -> &'static str {
+    "a device"
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_up_to_the_limit_are_read() {
+        let path = std::env::temp_dir().join(format!("bbz-file-{}", std::process::id()));
+        fs::write(&path, b"1234").unwrap();
+        assert_eq!(read(&path, 4).unwrap(), b"1234");
+        assert!(matches!(read(&path, 3), Err(ReadError::TooLarge { limit: 3 })));
+        fs::write(&path, [0xff]).unwrap();
+        assert!(matches!(read_text(&path, 4), Err(ReadError::NotText)));
+        fs::remove_file(&path).unwrap();
+        assert!(matches!(read(&path, 4), Err(ReadError::Io(_))));
+        assert!(matches!(read(&std::env::temp_dir(), 4), Err(ReadError::Folder)));
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn devices_are_no_files() {
+        assert!(matches!(read(Path::new("/dev/zero"), 4), Err(ReadError::NotAFile("a device"))));
+        assert!(
+            is_given_stream(Path::new("/dev/stdin")) && is_given_stream(Path::new("/dev/fd/63"))
+        );
+        assert!(!is_given_stream(Path::new("/dev/null")) && !is_given_stream(Path::new("stdin")));
+    }
+
+    #[test]
+    fn messages_name_the_limit() {
+        let error = ReadError::TooLarge { limit: MOST_TEXT };
+        assert_eq!(error.to_string(), "it has more than 4 MiB, the limit for such a file");
+    }
+}
