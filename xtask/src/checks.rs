@@ -88,6 +88,7 @@ fn lint() -> Result<(), Failure> {
     for folder in bench::WORKSPACES.into_iter().chain(on_chip::WORKSPACES).chain(probes) {
         Line::new("cargo", &["fmt", "--check"]).in_workspace(folder).run()?;
     }
+    soak::lint_fuzz_targets(&DENY)?;
     cargo(&[&["clippy", "--workspace", "--all-targets", "--release"], &DENY[..]].concat())?;
     // A robot may leave out parts of the machine.
     for features in ["", "maths"] {

@@ -11,6 +11,8 @@ mod sources;
 mod table;
 mod zooids;
 
+pub use fuzz::lint as lint_fuzz_targets;
+
 use crate::checks;
 use crate::failure::Failure;
 use crate::shell::target;
@@ -92,8 +94,8 @@ pub fn run(arguments: &[String]) -> Result<(), Failure> {
     if missing.is_empty() { Ok(()) } else { Err(Failure::Soak { left: missing }) }
 }
 
-/// Some of the mutants, a thousand steps of each of the Kilobots' examples, and some seeds of the convergence, for CI; the tests pass
-/// without the mutants.
+/// A sample for CI: some of the mutants, a thousand steps of each of the Kilobots' examples, some seeds of the
+/// convergence and some executions of each fuzz target. The tests pass without the mutants.
 pub fn sample() -> Result<(), Failure> {
     for name in table::SAMPLE {
         match mutants::run(name)? {
@@ -104,7 +106,8 @@ pub fn sample() -> Result<(), Failure> {
         }
     }
     kilobots::sample()?;
-    convergence::sample()
+    convergence::sample()?;
+    fuzz::sample()
 }
 
 fn noise() -> Result<Verdict, Failure> {

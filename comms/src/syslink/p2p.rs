@@ -26,8 +26,8 @@ pub struct Position(pub [i16; 3]);
 impl Position {
     /// The nearest whole mm; `None` farther than 32 m away, or where a coordinate is no number.
     pub fn from_mm(mm: [f32; 3]) -> Option<Self> {
-        let limit = f32::from(i16::MAX);
-        let within = mm.iter().all(|mm| (-limit..=limit).contains(mm));
+        let limits = f32::from(i16::MIN)..=f32::from(i16::MAX);
+        let within = mm.iter().all(|mm| limits.contains(mm));
         let nearest = |mm: f32| if mm < 0.0 { (mm - 0.5) as i16 } else { (mm + 0.5) as i16 };
         within.then(|| Position(mm.map(nearest)))
     }
@@ -143,6 +143,9 @@ mod tests {
         assert_eq!(position(-0.4), Some(0));
         assert_eq!(position(32767.0), Some(32767));
         assert_eq!(position(32767.6), None);
+        // Every position that can be received can be sent.
+        assert_eq!(position(-32768.0), Some(-32768));
+        assert_eq!(position(-32768.6), None);
         assert_eq!(position(f32::NAN), None);
         assert_eq!(position(f32::NEG_INFINITY), None);
     }

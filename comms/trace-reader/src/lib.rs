@@ -1,8 +1,9 @@
 //! Reads a robot's trace records (`bittybuzz_comms::trace`) out of its messages, on the host.
 //!
-//! Firmware sends a record as the defmt message `bbz {=[u8]}`, which prints as `bbz [1, 7, 0]`. A host receives it
-//! either as bytes from RTT, which [`TraceReader`] decodes with the [`Table`] of the firmware's ELF file, or as text
-//! from probe-rs, for [`Content::from_text`]. `bittybuzz_comms::trace::Record` decodes the record's bytes.
+//! Firmware sends a record as the defmt message `bbz {=[u8]}`, which prints as `bbz [1, 7, 0]`. A
+//! host receives it either as bytes from RTT, which [`TraceReader`] decodes with the [`Table`] of
+//! the firmware's ELF file, or as text from probe-rs, for [`Content::from_text`].
+//! `bittybuzz_comms::trace::Record` decodes the record's bytes.
 
 pub use defmt_decoder::Table;
 use defmt_decoder::{DecodeError, Frame, StreamDecoder};

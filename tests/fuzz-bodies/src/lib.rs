@@ -10,6 +10,13 @@
 //! | `bo` | bytes as an object file of the reference compiler | the same for the importer |
 //! | `bo_mutated` | changes to the instructions of a known object file, and a debug file | the same; many of these inputs are programs |
 //! | `message` | decisions that make frames | what can be read can be written and read again; a robot that hears it goes on as before |
+//! | `recording` | bytes as a recording, or changes to one | what can be read is written as it was read |
+//! | `scenario` | text of a scenario, or changes to the words of a known one | it is read or refused with reasons |
+//! | `robot_file` | the same for robot files | the same |
+//! | `symbols` | the same for symbols | the same; what is read can be kept, and looked up |
+//! | `syslink` | noise and frames on a Crazyflie's serial link | what is read can be written; a good frame then gets through |
+//! | `nrf24` | a Zooid's payload | what is read is written as it was read |
+//! | `ir` | light that a Kilobot receives | messages are whole or damaged; a message after silence gets through |
 //!
 //! A run keeps to its budget, and ends the same in slices, with a collection at every allocation, and after an allocation
 //! that failed; the machine's memory is as it must be. Each body tells whether its input got that far: past verifier,
@@ -20,6 +27,8 @@
 
 mod bo_mutation;
 mod choices;
+mod files;
+mod links;
 mod machine;
 mod messages;
 mod mutation;
@@ -40,6 +49,8 @@ use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_robots::Profile;
 use bittybuzz_vm_core::ImageError;
 use choices::Choices;
+pub use files::{recording, robot_file, scenario, symbols};
+pub use links::{ir, nrf24, syslink};
 pub use seeds::images;
 
 /// Bytes as an image.
@@ -85,12 +96,12 @@ pub fn script(data: &[u8]) -> bool {
 pub fn script_mutated(data: &[u8]) -> bool {
     let Some((choice, changes)) = data.split_first() else { return false };
     let texts = seeds::pieces();
-    let mut words = words::split(&texts[usize::from(*choice) % texts.len()]);
+    let mut changed = words::split(&texts[usize::from(*choice) % texts.len()]);
     for change in changes.chunks_exact(3).take(12) {
         let [kind, at, value] = *change else { return false };
-        words::change(&mut words, kind, at, value);
+        words::change(&mut changed, words::SCRIPTS, kind, at, value);
     }
-    check(&compile_text(&words.concat(), profile(data)), data)
+    check(&compile_text(&changed.concat(), profile(data)), data)
 }
 
 /// Bytes as an object file.

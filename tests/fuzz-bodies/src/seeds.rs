@@ -91,6 +91,15 @@ pub fn images() -> &'static [Vec<u8>] {
     })
 }
 
+/// Images of two scripts, a short one and one with everything, and their symbols as text.
+pub fn symbols() -> Vec<(Vec<u8>, String)> {
+    let compiled = [SCRIPTS[0], EVERYTHING].map(|text| compile_text(text, Profile::Tiny));
+    compiled
+        .into_iter()
+        .filter_map(|known| Some((known.image?, known.symbols?.to_json())))
+        .collect()
+}
+
 /// Object files as the reference compiler writes them: of all constructs, of examples, of a library.
 const OBJECTS: [&[u8]; 4] = [
     include_bytes!("../seeds/rich.bo"),

@@ -1,17 +1,26 @@
-//! Changes to the words of a script.
+//! Changes to the words of a text.
 
 use std::ops::Range;
 
-/// Words that turn up in scripts, for those that do not have them.
+/// Words of scripts.
 #[rustfmt::skip]
-const WORDS: &[&str] = &[
+pub const SCRIPTS: &[&str] = &[
     "(", ")", "{", "}", "[", "]", ",", ".", "=", "==", "!=", "<", "+", "-", "*", "/", "%", "^", "&", "|", "!",
     "<<", ">>", " and ", " or ", " not ", " nil ", " self ", "\nvar ", "\nif(", " else ", "\nwhile(",
     "\nfor(", "\nfunction ", " function(", "\nreturn ", "\n", ";", "#", "\"", "'", "0", "1", "-1", "40000",
     "0.5", "1e9", "x", "t", "math", "foreach", "log", "swarm", "include ", "\"vec2.bzz\"",
 ];
 
-/// A script as words with the blanks between them.
+/// Words of scenarios, robot files and symbols.
+#[rustfmt::skip]
+pub const FILES: &[&str] = &[
+    "[", "]", "[[", "]]", "{", "}", "=", ":", ",", ".", "\"", "'", "\n", "#", "0", "1", "-1", "255", "256", "65536",
+    "4294967296", "1e308", "1e-308", "inf", "nan", "0.5", "true", "null", "\"\"", "[]", "{}", "robots", "world",
+    "event", "expect", "medium", "light", "obstacle", "at", "count", "group", "body", "name", "function", "vm",
+    "format", "lines", "strings", "\u{e9}", "\\",
+];
+
+/// A text as words with the blanks between them.
 pub fn split(text: &str) -> Vec<&str> {
     let mut words = Vec::new();
     let mut rest = text;
@@ -29,8 +38,8 @@ pub fn split(text: &str) -> Vec<&str> {
     words
 }
 
-/// Makes one change: `kind` says which, `at` where, `value` what with.
-pub fn change(words: &mut Vec<&str>, kind: u8, at: u8, value: u8) {
+/// Makes one change: `kind` says which, `at` where, `value` what with. `known` are words that the text may lack.
+pub fn change<'t>(words: &mut Vec<&'t str>, known: &[&'t str], kind: u8, at: u8, value: u8) {
     if words.is_empty() {
         return;
     }
@@ -46,7 +55,7 @@ pub fn change(words: &mut Vec<&str>, kind: u8, at: u8, value: u8) {
                 words[at] = word;
             }
         }
-        6 | 7 => words[at] = WORDS[usize::from(value) % WORDS.len()],
+        6 | 7 => words[at] = known[usize::from(value) % known.len()],
         8 | 9 => {
             let copied = words[line(words, other)].to_vec();
             let start = line(words, at).start;

@@ -58,6 +58,41 @@ fn message() {
     replay("message", bodies::message);
 }
 
+#[test]
+fn recording() {
+    replay("recording", bodies::recording);
+}
+
+#[test]
+fn scenario() {
+    replay("scenario", bodies::scenario);
+}
+
+#[test]
+fn robot_file() {
+    replay("robot_file", bodies::robot_file);
+}
+
+#[test]
+fn symbols() {
+    replay("symbols", bodies::symbols);
+}
+
+#[test]
+fn syslink() {
+    replay("syslink", bodies::syslink);
+}
+
+#[test]
+fn nrf24() {
+    replay("nrf24", bodies::nrf24);
+}
+
+#[test]
+fn ir() {
+    replay("ir", bodies::ir);
+}
+
 /// What the fuzzer does, without its guidance: so many inputs of random length, of which so many hundredths must get past
 /// verifier, compiler or importer. Else most of the work would be in front of that.
 fn sample(body: fn(&[u8]) -> bool, count: u32, length: std::ops::Range<u32>, share: u32) {
@@ -103,4 +138,39 @@ fn random_changes_of_object_files() {
 #[test]
 fn random_messages() {
     sample(bodies::message, 500, 20..400, 90);
+}
+
+#[test]
+fn random_changes_of_scenarios() {
+    sample(bodies::scenario, 1000, 4..20, 10);
+}
+
+#[test]
+fn random_changes_of_robot_files() {
+    sample(bodies::robot_file, 1000, 4..20, 10);
+}
+
+#[test]
+fn random_changes_of_symbols() {
+    sample(bodies::symbols, 1000, 4..20, 10);
+}
+
+#[test]
+fn random_changes_of_recordings() {
+    sample(bodies::recording, 3000, 20..200, 30);
+}
+
+#[test]
+fn random_frames_on_the_serial_link() {
+    sample(bodies::syslink, 3000, 20..400, 30);
+}
+
+#[test]
+fn random_payloads() {
+    sample(bodies::nrf24, 3000, 1..40, 40);
+}
+
+#[test]
+fn random_light() {
+    sample(bodies::ir, 3000, 20..200, 50);
 }

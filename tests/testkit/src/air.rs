@@ -17,10 +17,11 @@ pub struct OnAir {
     pub bytes: Vec<u8>,
 }
 
-/// Decides which frames arrive, when, and how many times. By default every frame reaches every other robot once, in
-/// order.
+/// Decides which frames arrive, when, and how many times. By default every frame reaches every
+/// other robot once, in order.
 pub struct Air {
-    /// Returns whether a frame from one robot reaches another, both by number. Asked once for each frame and receiver.
+    /// Returns whether a frame from one robot reaches another, both by number. Asked once for each
+    /// frame and receiver.
     pub reaches: Box<dyn FnMut(usize, usize) -> bool>,
     /// Returns where the receiver (second) sees the sender (first).
     pub place: Box<dyn FnMut(usize, usize) -> Option<Place>>,

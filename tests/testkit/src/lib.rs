@@ -1,20 +1,22 @@
 //! Hosts of the virtual machine for tests.
 //!
-//! * [`Recorder`] answers a script as the test wants it and records everything that the script asks for.
+//! * [`Recorder`] answers a script as the test wants it and records all requests of the script.
 //! * [`Program`] compiles text; [`ImageParts`] lays out an image by hand.
 //! * [`TestRobot`] is a machine with its recorder, which steps, restarts and keeps its fault.
-//! * [`Swarm`] is a row of robots with [`Air`] between them: it loses, doubles and delays frames, limits how many a
-//!   robot sends per step, and shows every frame to an observer. [`Direct`] and [`Queues`] are the robots' ends of it.
+//! * [`Swarm`] is a row of robots with [`Air`] between them: it loses, doubles and delays frames,
+//!   limits how many a robot sends per step, and shows every frame to an observer. [`Direct`] and
+//!   [`Queues`] are the robots' ends of it.
 //!
 //! # Principles
 //! 1. **The same run every time.** All chance comes from a seed.
-//! 2. **A recording holds values, not text.** A test compares [`Event`]s or renders them in its own way.
-//! 3. **What is wrong panics**, because this is a test.
+//! 2. **A recording holds values, not text.** A test compares [`Event`]s or renders them itself.
+//! 3. **A mistake panics**, because this is a test.
 //!
 //! # Where it is not used
-//! `tests/on-chip` and `bench/run` run on microcontrollers without an allocator, where a recording must be a checksum
-//! and a robot must cost nothing; their hosts are their own. So is that of `bbz/tests/support`, which writes the
-//! records of `comms::trace` from the machine's own arguments.
+//! `tests/on-chip` and `bench/run` run on microcontrollers without an allocator, where a recording
+//! must be a checksum and a robot must cost nothing; their hosts are their own. So is that of
+//! `bbz/tests/support`, which writes the records of `comms::trace` from the machine's own
+//! arguments.
 //!
 //! # Use
 //! ```

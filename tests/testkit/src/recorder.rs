@@ -146,14 +146,15 @@ pub enum Answer {
     Fault(RobotFault),
 }
 
-/// A host that records. By default all functions return nil, delays are over when the machine asks again, the
-/// position is unknown, and no frame arrives.
+/// A host that records. By default all functions return nil, delays are over when the machine asks
+/// again, the position is unknown, and no frame arrives.
 pub struct Recorder {
     /// Everything that the script asked for, in order.
     pub events: Vec<Event>,
     /// The answer to each call.
     pub answer: Box<dyn FnMut(&Call<'_>) -> Answer>,
-    /// The number of times that the machine must ask again before a delay of that many milliseconds is over.
+    /// The number of times that the machine must ask again before a delay of that many milliseconds
+    /// is over.
     pub delay_polls: Box<dyn FnMut(i32) -> u32>,
     /// The position, in the order of [`Axis`].
     pub position: [Option<f32>; 4],
@@ -202,7 +203,8 @@ impl Recorder {
         Recorder { symbols: Some(Rc::new(symbols)), ..Recorder::default() }
     }
 
-    /// Returns what the script logged and called, line by line: `f(1, 2)` and the arguments of `log` without a space.
+    /// Returns what the script logged and called, line by line: `f(1, 2)` and the arguments of
+    /// `log` without a space.
     pub fn lines(&self) -> Vec<String> {
         self.events.iter().filter_map(|event| self.line(event)).collect()
     }

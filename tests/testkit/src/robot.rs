@@ -67,13 +67,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> TestRobot<P, C, SLOTS> {
         Ok(())
     }
 
-    /// Switches the robot off and on: it knows nothing any more, but its recording goes on. Frames that wait stay;
-    /// give the host another link if they are to be lost.
+    /// Switches the robot off and on: it knows nothing any more, but its recording goes on. Frames
+    /// that wait stay; give the host another link if they are to be lost.
     pub fn restart(&mut self) {
         assert_eq!(self.power_on(), Ok(()), "the image was accepted before");
     }
 
-    /// Makes the script ready to start again after a fault. Until [`TestRobot::start`] its steps handle messages only.
+    /// Makes the script ready to start again after a fault. Until [`TestRobot::start`] its steps
+    /// handle messages only.
     pub fn rest(&mut self) {
         self.vm.restart();
         self.fault = None;
@@ -85,7 +86,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> TestRobot<P, C, SLOTS> {
         self.begin()
     }
 
-    /// Runs one step, the first time after global code and `init()`. A script that stopped stays so.
+    /// Runs one step, the first time after global code and `init()`. A script that stopped stays
+    /// so.
     pub fn step(&mut self) -> Result<(), Fault> {
         self.begin()?;
         self.enter(Entry::Step)

@@ -20,8 +20,9 @@ pub struct Swarm<P: Profile, C: ByteCode = &'static [u8], const SLOTS: usize = 6
 }
 
 impl<P: Profile> Swarm<P> {
-    /// Robots of a Kilobot's sizes with ids 1, 2, ... that run one script, in a row, 10 mm from one to the next. They run
-    /// three instructions at a time, so that everything is interrupted everywhere, and their periods are short.
+    /// Robots of a Kilobot's sizes with ids 1, 2, ... that run one script, in a row, 10 mm from one
+    /// to the next. They run three instructions at a time, so that everything is interrupted
+    /// everywhere, and their periods are short.
     pub fn new(count: usize, script: &str) -> Self {
         let program = Program::new::<P>(script);
         let symbols = Rc::new(program.symbols.clone());
@@ -72,8 +73,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Swarm<P, C, SLOTS> {
         (0..count).for_each(|_| self.step());
     }
 
-    /// Runs one step of every robot whose script has not stopped, delivers their frames, and returns the number of
-    /// frames that were sent.
+    /// Runs one step of every robot whose script has not stopped, delivers their frames, and
+    /// returns the number of frames that were sent.
     pub fn try_step(&mut self) -> usize {
         for robot in &mut self.robots {
             // The robot keeps its fault.
@@ -106,7 +107,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Swarm<P, C, SLOTS> {
         sent
     }
 
-    /// Sends a frame from outside, 50 mm from every robot, to those whose numbers are given. No such frame is lost.
+    /// Sends a frame from outside, 50 mm from every robot, to those whose numbers are given. No
+    /// such frame is lost.
     pub fn inject(&mut self, frame: &[u8], to: impl IntoIterator<Item = usize>) {
         (self.air.observe)(&OnAir { step: self.steps, from: None, bytes: frame.to_vec() });
         for to in to {

@@ -5,6 +5,7 @@ use super::Verdict;
 use super::sources::{self, Sources};
 use crate::failure::Failure;
 use crate::shell::{Line, target};
+use std::fs;
 use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 use std::thread;
@@ -13,6 +14,8 @@ use std::thread;
 const ENOUGH: u64 = 10_000_000;
 /// Seconds after which executions are written down; a run that is stopped loses at most those.
 const CHUNK: &str = "-max_total_time=300";
+/// Executions of each target in CI, and the seed that decides them.
+const SAMPLE: [&str; 2] = ["-runs=10000", "-seed=1"];
 /// libFuzzer's weights of inputs take half of the time of targets that are as fast as these.
 const SCHEDULE: &str = "-entropic=0";
 /// Where the crate of the targets lies, and the inputs that they start from.
@@ -45,6 +48,12 @@ const COMPILER: &[&str] = &[
 ];
 
 const MESSAGES: &[&str] = &["vm-core/src/", "comms/src/queue.rs"];
+const RECORDINGS: &[&str] = &["arena/src/output/"];
+const SCENARIOS: &[&str] = &["arena/src/scenario/", "robots/", "tests/scenarios/"];
+const ROBOT_FILES: &[&str] = &["robots/"];
+const SYSLINK: &[&str] = &["comms/src/syslink/"];
+const PAYLOADS: &[&str] = &["comms/src/nrf24.rs"];
+const LIGHT: &[&str] = &["comms/src/infrared.rs", "firmware/kilobot/src/"];
 
 const TARGETS: &[Target] = &[
     Target { name: IMAGE, exercises: MACHINE },
@@ -55,6 +64,13 @@ const TARGETS: &[Target] = &[
     Target { name: "bo", exercises: COMPILER },
     Target { name: "bo_mutated", exercises: COMPILER },
     Target { name: "message", exercises: MESSAGES },
+    Target { name: "recording", exercises: RECORDINGS },
+    Target { name: "scenario", exercises: SCENARIOS },
+    Target { name: "robot_file", exercises: ROBOT_FILES },
+    Target { name: "symbols", exercises: COMPILER },
+    Target { name: "syslink", exercises: SYSLINK },
+    Target { name: "nrf24", exercises: PAYLOADS },
+    Target { name: "ir", exercises: LIGHT },
 ];
 
 /// Names of all targets.
@@ -70,7 +86,7 @@ pub fn run(name: &str) -> Result<Verdict, Failure> {
     let exercised = [BODIES, fuzzed.exercises].concat();
     let mut count = Count::open(name, Sources::list()?.under(&exercised).fingerprint()?)?;
     if count.executions < ENOUGH {
-        let program = build(name)?;
+        let program = build(&["--bin", name])?.join(name);
         while count.executions < ENOUGH {
             println!("{name}: {} of {ENOUGH} executions left", ENOUGH - count.executions);
             match chunk(name, &program)? {
@@ -84,16 +100,59 @@ pub fn run(name: &str) -> Result<Verdict, Failure> {
     Ok(Verdict::Shown(format!("{} executions without a panic", count.executions)))
 }
 
-/// Builds a target. The folder's own configuration says how it is instrumented.
-fn build(name: &str) -> Result<PathBuf, Failure> {
-    let folder = target()?.join("soak/fuzz/target");
-    Line::new("cargo", &["build", "--release", "--bin", name])
-        .env("CARGO_TARGET_DIR", &folder.display().to_string())
-        .in_workspace(FOLDER)
-        .run()?;
+/// Builds every target, and runs a sample of each from the committed inputs, for CI.
+pub fn sample() -> Result<(), Failure> {
+    let programs = build(&["--bins"])?;
+    let folder = target()?.join("soak/fuzz");
+    // Empty, so that the inputs found by an earlier sample do not change this one.
+    let found = folder.join("sample");
+    for Target { name, .. } in TARGETS {
+        if found.exists() {
+            let failed = |reason| Failure::Write { path: found.clone(), reason };
+            fs::remove_dir_all(&found).map_err(failed)?;
+        }
+        sources::make_folder(&found)?;
+        let panics = artifacts(&folder, name);
+        let known = known(&folder, name)?.display().to_string();
+        let found = found.display().to_string();
+        let arguments = [&SAMPLE[..], &[SCHEDULE, &panics, &found, &known]].concat();
+        let output = Line::named(name, &programs.join(name), &arguments).output_if(|_| true)?;
+        let report = String::from_utf8_lossy(&output.stderr);
+        if !output.status.success() {
+            return Err(Failure::Soak {
+                left: vec![format!("fuzz {name} ({})", panicked(&report))],
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Format and lints of the targets; clippy gets these arguments.
+pub fn lint(deny: &[&str]) -> Result<(), Failure> {
+    let folder = target_folder()?;
+    cargo(&["fmt", "--check"], &folder).run()?;
+    cargo(&[&["clippy", "--release", "--bins"], deny].concat(), &folder).run()
+}
+
+/// The folder of build outputs, which lints and all targets share.
+fn target_folder() -> Result<PathBuf, Failure> {
+    Ok(target()?.join("soak/fuzz/target"))
+}
+
+/// Cargo in the workspace of the targets.
+fn cargo(arguments: &[&str], target: &Path) -> Line {
+    let target = target.display().to_string();
+    Line::new("cargo", arguments).env("CARGO_TARGET_DIR", &target).in_workspace(FOLDER)
+}
+
+/// Builds targets and returns the folder of their programs. The workspace's own configuration says how they are
+/// instrumented.
+fn build(targets: &[&str]) -> Result<PathBuf, Failure> {
+    let folder = target_folder()?;
+    cargo(&[&["build", "--release"], targets].concat(), &folder).run()?;
     let output = Line::new("rustc", &["--print", "host-tuple"]).unannounced().output(0)?;
     let host = String::from_utf8_lossy(&output.stdout).trim().to_owned();
-    Ok(folder.join(host).join("release").join(name))
+    Ok(folder.join(host).join("release"))
 }
 
 enum Chunk {
@@ -107,8 +166,8 @@ fn chunk(name: &str, program: &Path) -> Result<Chunk, Failure> {
     let folder = target()?.join("soak/fuzz");
     let found = folder.join("corpus").join(name);
     sources::make_folder(&found)?;
-    let panics = format!("-artifact_prefix={}/panic-{name}-", folder.display());
-    let known = if name == IMAGE { known_images(&folder)? } else { known_inputs(name) };
+    let panics = artifacts(&folder, name);
+    let known = known(&folder, name)?;
     let (found, known) = (found.display().to_string(), known.display().to_string());
     let arguments = [CHUNK, SCHEDULE, &panics, &found, &known];
     let one = || Line::named(name, program, &arguments).output_if(|_| true);
@@ -133,7 +192,17 @@ fn chunk(name: &str, program: &Path) -> Result<Chunk, Failure> {
     Ok(Chunk::Executed(all))
 }
 
+/// The option that says where an input is kept that makes a target panic.
+fn artifacts(folder: &Path, name: &str) -> String {
+    format!("-artifact_prefix={}/panic-{name}-", folder.display())
+}
+
 /// The inputs that a target starts from.
+fn known(folder: &Path, name: &str) -> Result<PathBuf, Failure> {
+    if name == IMAGE { known_images(folder) } else { Ok(known_inputs(name)) }
+}
+
+/// The committed inputs of a target.
 fn known_inputs(name: &str) -> PathBuf {
     Path::new(FOLDER).join("corpus").join(name)
 }
@@ -199,7 +268,6 @@ fn parse(text: &str, fingerprint: u64) -> u64 {
 mod tests {
     use super::*;
     use crate::shell::root;
-    use std::fs;
 
     const REPORT: &str = "#20000\tDONE   cov: 990 ft: 2826\nDone 20000 runs in 3 second(s)\n";
 
@@ -244,8 +312,8 @@ mod tests {
     fn what_is_exercised_exists() {
         let files = Sources::list().unwrap();
         let nothing = files.under(&[]).fingerprint().unwrap();
-        for start in [BODIES, MACHINE, COMPILER, MESSAGES].concat() {
-            assert_ne!(files.under(&[start]).fingerprint().unwrap(), nothing, "{start}");
+        for start in BODIES.iter().chain(TARGETS.iter().flat_map(|target| target.exercises)) {
+            assert_ne!(files.under(&[*start]).fingerprint().unwrap(), nothing, "{start}");
         }
     }
 }

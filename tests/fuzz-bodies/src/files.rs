@@ -1,0 +1,188 @@
+//! Files that users write or programs keep: scenarios, robot files, symbols, recordings.
+
+use std::path::Path;
+use std::sync::OnceLock;
+
+use bittybuzz_arena::output::recording::{Header, Reader, Sample, Writer};
+use bittybuzz_arena::scenario::Scenario;
+use bittybuzz_compiler::disasm::disassemble;
+use bittybuzz_compiler::symbols::Symbols;
+use bittybuzz_robots::{Robot, shipped};
+
+use crate::choices::Choices;
+use crate::{seeds, words};
+
+/// Scenarios with different bodies, links, events and expectations.
+const SCENARIOS: [&str; 5] = [
+    include_str!("../../scenarios/backends.toml"),
+    include_str!("../../scenarios/convergence.toml"),
+    include_str!("../../scenarios/day.toml"),
+    include_str!("../../scenarios/outages.toml"),
+    include_str!("../../scenarios/speed.toml"),
+];
+/// The folder of their scripts, which must be there but are not read.
+const SCENARIO_FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios");
+
+/// Samples of a recording that are read; more would only take time.
+const SAMPLES: usize = 200;
+
+/// Returns text for a reader: after a byte of 0 the bytes themselves, else a known text of which
+/// every three bytes change a word.
+fn text(data: &[u8], known: &[&str]) -> Option<String> {
+    let (choice, changes) = data.split_first()?;
+    let Some(choice) = usize::from(*choice).checked_sub(1) else {
+        return String::from_utf8(changes.to_vec()).ok();
+    };
+    let mut changed = words::split(known.get(choice % known.len())?);
+    for change in changes.chunks_exact(3).take(12) {
+        let [kind, at, value] = *change else { return None };
+        words::change(&mut changed, words::FILES, kind, at, value);
+    }
+    Some(changed.concat())
+}
+
+/// Reads a scenario, and prints its mistakes. Returns true if it has none.
+pub fn scenario(data: &[u8]) -> bool {
+    let Some(text) = text(data, &SCENARIOS) else { return false };
+    match Scenario::parse(&text, "fuzz.toml", Path::new(SCENARIO_FOLDER), &[]) {
+        Ok(scenario) => {
+            assert!(scenario.robot_count() > 0, "a world without robots");
+            true
+        }
+        Err(errors) => {
+            assert!(!errors.is_empty(), "it is refused without a reason");
+            errors.iter().for_each(|error| assert!(!error.to_string().is_empty()));
+            false
+        }
+    }
+}
+
+/// Reads a robot file, and prints its mistakes. Returns true if it has none.
+pub fn robot_file(data: &[u8]) -> bool {
+    let known: Vec<&str> = shipped().iter().map(|(_, text)| *text).collect();
+    let Some(text) = text(data, &known) else { return false };
+    match Robot::parse(&text, "fuzz.toml") {
+        Ok(robot) => {
+            assert!(robot.functions.iter().all(|known| robot.function(&known.name).is_some()));
+            // The sizes that a machine of this robot is built with.
+            let _ = robot.sizes().slots();
+            true
+        }
+        Err(error) => {
+            assert!(!error.to_string().is_empty());
+            false
+        }
+    }
+}
+
+/// Reads symbols, and looks up strings, places and functions. Returns true if they can be read.
+pub fn symbols(data: &[u8]) -> bool {
+    static KNOWN: OnceLock<Vec<(Vec<u8>, String)>> = OnceLock::new();
+    let known = KNOWN.get_or_init(seeds::symbols);
+    let texts: Vec<&str> = known.iter().map(|(_, text)| text.as_str()).collect();
+    let Some(text) = text(data, &texts) else { return false };
+    let symbols = match Symbols::from_json(&text) {
+        Ok(symbols) => symbols,
+        Err(error) => {
+            assert!(!error.to_string().is_empty());
+            return false;
+        }
+    };
+    let kept = Symbols::from_json(&symbols.to_json());
+    assert_eq!(kept.ok().as_ref(), Some(&symbols), "symbols change when they are kept");
+    for number in [0, 1, 2, 16, 100, 1000, 65535] {
+        let _ = symbols.string(number);
+        let place = symbols.position(number.into());
+        let _ = place.map(|place| symbols.file(place.file));
+        let _ = symbols.function(number.into());
+    }
+    // Of some inputs, as it takes more time than reading. The symbols may be those of another
+    // image, or damaged.
+    if data.len().is_multiple_of(4) {
+        let image = &known[usize::from(data[0]) % known.len()].0;
+        let _ = disassemble(image, Some(&symbols));
+    }
+    true
+}
+
+/// Reads a recording: the bytes themselves after a byte of 0, behind the head of a recording after
+/// 1, else a recording that the bytes decide, of which some are changed. A recording that can be
+/// read is written as it was read. Returns true if it was read to its end.
+pub fn recording(data: &[u8]) -> bool {
+    let Some((first, rest)) = data.split_first() else { return false };
+    match first {
+        0 => return read(rest).is_some(),
+        1 => return read(&[b"bbzrec\x01", rest].concat()).is_some(),
+        _ => {}
+    }
+    let mut choices = Choices::new(rest);
+    let mut bytes = written(&mut choices);
+    let is_whole = choices.flag();
+    if !is_whole {
+        for _ in 0..1 + choices.below(4) {
+            let at = choices.below(256) * bytes.len() / 256;
+            bytes[at] = choices.byte();
+        }
+        bytes.truncate(1 + choices.below(256) * bytes.len() / 255);
+    }
+    let read = read(&bytes);
+    assert!(!is_whole || read.is_some(), "what was written cannot be read");
+    read.is_some()
+}
+
+/// Returns a recording of some robots that move, stop and change their color.
+fn written(choices: &mut Choices<'_>) -> Vec<u8> {
+    use bittybuzz_arena::output::recording::{Robot, State};
+    let mut bytes = Vec::new();
+    let ids = (0..choices.below(6)).map(|_| u16::from(choices.byte()) * 257).collect();
+    let header = Header { size: [1000, u32::from(choices.byte())], tick_ms: 100, ids };
+    let mut far = || i32::from_le_bytes([0; 4].map(|_: u8| choices.byte()));
+    let mut robots: Vec<Option<Robot>> = Vec::new();
+    for _ in &header.ids {
+        let [x, y, z] = [far(), far(), far()];
+        robots.push(Some(Robot { x, y, z, heading: 0, led: 0, state: State::Running }));
+    }
+    let mut writer = Writer::new(&mut bytes, &header).expect("memory takes everything");
+    let mut tick = 0;
+    for _ in 0..choices.below(8) {
+        for robot in robots.iter_mut().flatten() {
+            robot.x = robot.x.wrapping_add(i32::from(choices.byte()) << choices.below(24));
+            robot.heading = robot.heading.wrapping_add(u16::from(choices.byte()) * 200);
+            robot.led = choices.byte() & 7;
+            robot.state =
+                [State::Running, State::Stopped, State::Failed, State::Faulted][choices.below(4)];
+        }
+        writer.write(tick, &robots).expect("memory takes everything");
+        tick += 1 + u64::from(choices.byte());
+    }
+    writer.finish().expect("memory takes everything");
+    bytes
+}
+
+/// Returns the samples of a recording that can be read to its end.
+fn read(bytes: &[u8]) -> Option<Vec<Sample>> {
+    let reader = match Reader::new(bytes) {
+        Ok(reader) => reader,
+        Err(error) => {
+            assert!(!error.to_string().is_empty());
+            return None;
+        }
+    };
+    let header = reader.header().clone();
+    let samples: Vec<Sample> = reader.take(SAMPLES).collect::<Result<_, _>>().ok()?;
+    let mut again = Vec::new();
+    let mut writer = Writer::new(&mut again, &header).expect("memory takes everything");
+    for sample in &samples {
+        writer.write(sample.tick, &sample.robots).expect("memory takes everything");
+    }
+    writer.finish().expect("memory takes everything");
+    let reader = Reader::new(&again).expect("a recording that was written");
+    assert_eq!(reader.header().ids, header.ids);
+    let read_again: Vec<Sample> =
+        reader.collect::<Result<_, _>>().expect("a recording that was written");
+    assert_eq!(read_again.len(), samples.len());
+    for (once, again) in samples.iter().zip(&read_again) {
+        assert_eq!((once.tick, &once.robots), (again.tick, &again.robots));
+    }
+    Some(samples)
+}
