@@ -9,8 +9,8 @@ use bittybuzz_compiler::include::MemoryFiles;
 use bittybuzz_tests::compiler;
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Host, Image, Outcome, Reply, RobotFault, Sighting, Sizes,
-    Value, Vm,
+    Arguments, Axis, ByteCode, CountedCode, Entry, Host, Image, Outcome, Reply, RobotFault,
+    Sighting, Sizes, Value, Vm,
 };
 
 const SLOTS: usize = 8000;
@@ -19,24 +19,6 @@ const COUNTS: [u16; 4] = [50, 100, 200, 400];
 /// The most that eight times the size may do: eight times the work, and all of it once more where an allocation is tried
 /// again after a collection. A square would be 64.
 const GROWTH: f64 = 17.0;
-
-/// An image that counts how many of its bytes are read.
-#[derive(Clone, Copy)]
-struct CountedCode<'a> {
-    bytes: &'a [u8],
-    reads: &'a Cell<u64>,
-}
-
-impl ByteCode for CountedCode<'_> {
-    fn len(&self) -> usize {
-        self.bytes.len()
-    }
-
-    fn byte(&self, at: usize) -> u8 {
-        self.reads.set(self.reads.get() + 1);
-        self.bytes.get(at).copied().unwrap_or(0)
-    }
-}
 
 /// A robot that can do nothing.
 struct Idle;
@@ -69,7 +51,7 @@ fn longest<P: Profile>(script: &str, neighbors: u16) -> u64 {
     let reads = Cell::new(0);
     let mut vm: Box<Vm<P, CountedCode<'_>, SLOTS>> = Box::new(Vm::new());
     vm.equip(Sizes { neighbors: (neighbors / 4) as u8, bearings: true, entries: 4, swarms: 8 });
-    vm.load(Image::new(CountedCode { bytes: &image, reads: &reads }), |_| true)
+    vm.load(Image::new(CountedCode::new(&image, &reads)), |_| true)
         .unwrap_or_else(|error| panic!("{script}\n{error:?}"));
     for robot in 0..neighbors / 4 {
         vm.meet(robot + 2, &Sighting::default(), u8::MAX);

@@ -452,14 +452,17 @@ impl<'a, C: ByteCode> Verified<'a, C> {
 
     /// Offset of the header of the function that holds an offset of the image.
     pub(crate) fn function_at(self, at: usize) -> usize {
-        let mut number = self.header.functions();
-        loop {
-            number = number.wrapping_sub(1);
-            let function = self.function(number);
-            if function <= at || number == 0 {
-                return function;
+        // Functions stand one after the other, in the order of their numbers.
+        let (mut number, mut end) = (0, self.header.functions());
+        while end.wrapping_sub(number) > 1 {
+            let middle = number + (end - number) / 2;
+            if self.function(middle) <= at {
+                number = middle;
+            } else {
+                end = middle;
             }
         }
+        self.function(number)
     }
 
     /// The built-in behind a name of a library.

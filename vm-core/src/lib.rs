@@ -71,6 +71,6 @@ pub use network::{Buffer, Counters, Periods, Sighting, Sizes};
 pub use part::{Part, Parts};
 pub use restart::Restarts;
 #[cfg(feature = "torture")]
-pub use torture::Torture;
+pub use torture::{CountedCode, Torture};
 pub use value::{Type, Value};
 pub use verify::features;

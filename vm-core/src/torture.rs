@@ -1,4 +1,34 @@
-//! Makes memory scarce on request, for tests: see feature `torture`.
+//! Makes memory scarce on request and counts work, for tests: see feature `torture`.
+
+use core::cell::Cell;
+
+use crate::bytecode::ByteCode;
+
+/// An image that counts how many of its bytes are read. With [`Vm::accesses`](crate::Vm::accesses) this measures the work of an
+/// instruction, the same on every host.
+#[derive(Debug, Clone, Copy)]
+pub struct CountedCode<'a> {
+    bytes: &'a [u8],
+    reads: &'a Cell<u64>,
+}
+
+impl<'a> CountedCode<'a> {
+    /// Counts the reads of these bytes in a cell.
+    pub fn new(bytes: &'a [u8], reads: &'a Cell<u64>) -> Self {
+        CountedCode { bytes, reads }
+    }
+}
+
+impl ByteCode for CountedCode<'_> {
+    fn len(&self) -> usize {
+        self.bytes.len()
+    }
+
+    fn byte(&self, at: usize) -> u8 {
+        self.reads.set(self.reads.get() + 1);
+        ByteCode::byte(&self.bytes, at)
+    }
+}
 
 /// What to do to allocations.
 #[derive(Debug, Clone, Copy, Default)]

@@ -17,6 +17,7 @@
 //! | `syslink` | noise and frames on a Crazyflie's serial link | what is read can be written; a good frame then gets through |
 //! | `nrf24` | a Zooid's payload | what is read is written as it was read |
 //! | `ir` | light that a Kilobot receives | messages are whole or damaged; a message after silence gets through |
+//! | `time` | decisions that make a script of large structures | no instruction takes more work than the sizes of memory and image allow |
 //!
 //! A run keeps to its budget, and ends the same in slices, with a collection at every allocation, and after an allocation
 //! that failed; the machine's memory is as it must be. Each body tells whether its input got that far: past verifier,
@@ -34,6 +35,7 @@ mod messages;
 mod mutation;
 mod program;
 mod seeds;
+mod time;
 mod words;
 
 use std::path::Path;
@@ -130,6 +132,11 @@ pub fn bo_mutated(data: &[u8]) -> bool {
 /// The first byte chooses the profile, the others make frames.
 pub fn message(data: &[u8]) -> bool {
     messages::run(data)
+}
+
+/// The first byte chooses the profile, the others make a script.
+pub fn time(data: &[u8]) -> bool {
+    time::run(data)
 }
 
 fn object(bytes: &[u8], debug: Option<&[u8]>, data: &[u8]) -> bool {

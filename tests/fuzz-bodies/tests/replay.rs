@@ -93,6 +93,11 @@ fn ir() {
     replay("ir", bodies::ir);
 }
 
+#[test]
+fn time() {
+    replay("time", bodies::time);
+}
+
 /// What the fuzzer does, without its guidance: so many inputs of random length, of which so many hundredths must get past
 /// verifier, compiler or importer. Else most of the work would be in front of that.
 fn sample(body: fn(&[u8]) -> bool, count: u32, length: std::ops::Range<u32>, share: u32) {
@@ -173,4 +178,9 @@ fn random_payloads() {
 #[test]
 fn random_light() {
     sample(bodies::ir, 3000, 20..200, 50);
+}
+
+#[test]
+fn random_scripts_of_large_structures() {
+    sample(bodies::time, 60, 8..60, 50);
 }
