@@ -100,6 +100,11 @@ fn what_nobody_emulates_is_refused() {
         &["`link` cannot be had of robots that run firmware", "\"vm\" has it"],
     );
     assert_error(
+        &[WORLD, EMULATED, "on_fault = \"stop\"\n"],
+        "14:12",
+        &["`on_fault` cannot be had of robots that run firmware", "\"vm\" has it"],
+    );
+    assert_error(
         &[WORLD, EMULATED, "present = false\n"],
         "14:11",
         &["`present = false` cannot be had"],

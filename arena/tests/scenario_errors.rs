@@ -149,6 +149,7 @@ const AFTER_GROUP: &[(&str, &str, &[&str])] = &[
     ("heading = \"left\"\n", "7:11", &["a number of degrees or \"random\""]),
     ("heading = 400\n", "7:11", &["`heading` cannot be 400", "-360 to 360"]),
     ("present = \"no\"\n", "7:11", &["`present` must be true or false"]),
+    ("on_fault = \"land\"\n", "7:12", &["\"land\"", "one of restart, stop"]),
     ("body = \"kilobt\"\n", "7:8", &["\"kilobt\"", "`kilobot`?"]),
     ("body = 3\n", "7:8", &["`body` must be a string, not an integer"]),
     (

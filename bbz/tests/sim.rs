@@ -58,13 +58,53 @@ fn a_fault_is_status_1_with_file_and_line() {
     );
     let outcome = folder.bbz(&["sim", "s.toml"]);
     assert_eq!(outcome.status, Some(1));
-    outcome.says(&["error[R0005]", "--> s.bzz:4:", "robot 1 stopped at 1.9 s", "in `step`"]);
-    assert!(outcome.stdout.contains("scripts stopped by an error: 1"), "{}", outcome.stdout);
+    let stopped = "robot 1 stopped at 1.9 s, to start again after 1 s";
+    outcome.says(&["error[R0005]", "--> s.bzz:4:", stopped, "in `step`"]);
+    let counted = "scripts stopped by an error: 1, started again: 0\n";
+    assert!(outcome.stdout.contains(counted), "{}", outcome.stdout);
     // The same for many robots is told once.
     folder.write("s.bzz", "n = 0\nfunction step() { n = n + 1 if(n == 9) led(1 / 0) }\n");
     let outcome = folder.bbz(&["sim", "s.toml"]);
     assert_eq!(outcome.stderr.matches("error[").count(), 1, "{}", outcome.stderr);
+    outcome.says(&["robot 0 stopped at 0.9 s, to start again after 1 s, and 2 others"]);
+    let seconds = ["--set", "world.duration=4"];
+    let outcome = folder.bbz(&[&["sim", "s.toml"], &seconds[..]].concat());
+    outcome.says(&["and 2 others; 6 times in all"]);
+    let counted = "scripts stopped by an error: 6, started again: 3\n";
+    assert!(outcome.stdout.contains(counted), "{}", outcome.stdout);
+    folder.write("s.bzz", "n = 0\nfunction step() { n = n + 1 assert(n < 9) }\n");
+    let outcome = folder.bbz(&["sim", "s.toml"]);
     outcome.says(&["robot 0 stopped at 0.9 s, and 2 others"]);
+}
+
+#[test]
+fn an_error_in_a_listener_is_status_1_unless_it_is_expected() {
+    let folder = folder("sim_contained");
+    folder.write(
+        "s.bzz",
+        "n = 0\nfunction init() {\n  neighbors.listen(\"x\", function(topic, value, robot) { n = n + value })\n}\n\
+         function step() { if(id == 0) neighbors.broadcast(\"x\", nil) }\n",
+    );
+    let near = SCENARIO.replace("count = 3", "count = 3\nplacement = \"grid\"\nspacing = 60");
+    let near = near.replace("equals = 19", "equals = 0");
+    folder.write("s.toml", &near);
+    let outcome = folder.bbz(&["sim", "s.toml"]);
+    assert_eq!(outcome.status, Some(1));
+    let note = "a listener or handler of robot 1 ended at ";
+    outcome.says(&["error[R0001]", "--> s.bzz:3:", note, "s, its script went on, and another one"]);
+    assert!(
+        outcome.stdout.contains("listeners and handlers ended by an error: "),
+        "{}",
+        outcome.stdout
+    );
+    let outcome = folder.bbz(&["sim", "s.toml", "--json"]);
+    let json: Value = serde_json::from_str(&outcome.stdout).unwrap();
+    assert_eq!(json["faults"][0]["consequence"], "contained");
+    assert_eq!(json["errors"]["faults"], 0);
+    assert!(json["errors"]["handler_faults"].as_u64() >= Some(2), "{json}");
+    let expect = "[[expect]]\nat = 2\nvalue = \"handler_faults\"\nof = 2\nabove = 0\n";
+    folder.write("s.toml", near + expect);
+    assert_eq!(folder.bbz(&["sim", "s.toml"]).status, Some(0));
 }
 
 #[test]

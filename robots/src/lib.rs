@@ -126,17 +126,9 @@ pub enum OnFault {
 }
 
 impl OnFault {
-    /// Both names in robot files and scenarios.
-    pub const NAMES: [&str; 2] = ["restart", "stop"];
-
-    /// The consequence of that name.
-    pub fn from_name(name: &str) -> Option<OnFault> {
-        match name {
-            "restart" => Some(OnFault::Restart),
-            "stop" => Some(OnFault::Stop),
-            _ => None,
-        }
-    }
+    /// The words of robot files and scenarios.
+    pub const WORDS: [(&str, OnFault); 2] =
+        [("restart", OnFault::Restart), ("stop", OnFault::Stop)];
 }
 
 /// Sizes of the virtual machine of a robot. A size of 0 leaves that feature out, where 0 is allowed.

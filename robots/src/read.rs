@@ -91,7 +91,7 @@ fn root(root: &Section<'_>) -> Option<Robot> {
     let tick_hz = integer(root, "tick_hz", 1..=100);
     let least_bytes = message_bytes(profile.unwrap_or(Profile::Tiny));
     let message_bytes = integer(root, "message_bytes", least_bytes..=255);
-    let on_fault = root.get("on_fault").map(|entry| entry.word(&ON_FAULT));
+    let on_fault = root.get("on_fault").map(|entry| entry.word(&OnFault::WORDS));
     let vm_section = required_section(root, "vm", VM);
     let vm = vm_section.as_ref().and_then(vm_sizes);
     let budget = root.section("budget", BUDGET).map(|section| budget(&section));
@@ -147,12 +147,6 @@ fn given<T>(value: Option<Option<T>>) -> Option<Option<T>> {
 
 const PROFILES: [(&str, Profile); 2] =
     [(Profile::Tiny.name(), Profile::Tiny), (Profile::Full.name(), Profile::Full)];
-
-/// The words of `on_fault`.
-const ON_FAULT: [(&str, OnFault); 2] = {
-    let [restart, stop] = OnFault::NAMES;
-    [(restart, OnFault::Restart), (stop, OnFault::Stop)]
-};
 
 fn robot_name(root: &Section<'_>) -> Option<String> {
     let entry = root.required("name")?;

@@ -199,13 +199,13 @@ fn lonely<P: Profile>() {
          function step() { n = n + 1  log(n)  if(n == 2) n = nil + 1 }",
     );
     swarm.step();
-    swarm.robots[0].try_step().expect_err("nil + 1");
-    swarm.robots[0].restart();
+    swarm.robots[0].step().expect_err("nil + 1");
+    swarm.robots[0].rest();
     swarm.steps(5);
-    assert_eq!(swarm.robots[0].link.log, ["1", "2"]);
+    assert_eq!(swarm.robots[0].host.logs(), ["1", "2"]);
     swarm.robots[0].start().expect("it starts again");
     swarm.step();
-    assert_eq!(swarm.robots[0].link.log, ["1", "2", "1"]);
+    assert_eq!(swarm.robots[0].host.logs(), ["1", "2", "1"]);
 }
 
 in_both_profiles!(a_second_create_still_empties_the_replica, second_create);

@@ -20,6 +20,30 @@ fn shipped_scenarios_come_true() {
     report::conclude("scenarios", paths.len(), 14, &failures);
 }
 
+/// One robot puts a text where the others expect a number: none is silent or stopped for good.
+#[test]
+fn a_poisoned_entry_stops_nobody_for_good() {
+    bbz::path();
+    let outcome = bbz::run(&["sim", "tests/scenarios/worm.toml"], &[]);
+    assert_eq!(outcome.status, Some(0), "{}{}", outcome.stdout, outcome.stderr);
+    assert_eq!(outcome.stderr.matches("error[").count(), 1, "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("robot 1 stopped at 5."), "{}", outcome.stderr);
+    // `    12.3     7  step`: the seconds at which each robot began a step.
+    let mut steps = vec![Vec::new(); 30];
+    for line in outcome.stdout.lines().filter(|line| line.ends_with("  step")) {
+        let mut words = line.split_whitespace();
+        let time: f64 = words.next().unwrap().parse().unwrap();
+        let robot: usize = words.next().unwrap().parse().unwrap();
+        steps[robot].push(time);
+    }
+    for (robot, times) in steps.iter().enumerate() {
+        let longest = times.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+        let last = times.last().copied();
+        assert!(longest <= 61.0 && last > Some(369.0), "robot {robot}: {longest} s, {last:?}");
+        assert_eq!(longest > 59.0, robot != 0, "robot {robot} has its longest pause: {longest} s");
+    }
+}
+
 /// `cargo xtask soak day` runs all 24 hours.
 #[test]
 fn the_first_minutes_of_the_day() {

@@ -1,5 +1,6 @@
 //! What an engine asks of a robot's brain, and what it gives to it.
 
+use super::TICK_US;
 use super::body::Actuators;
 use super::geometry::Pose;
 use super::light::{self, Light};
@@ -57,6 +58,14 @@ pub struct Io<'a> {
     pub actuators: Actuators<'a>,
     /// Colour of the LED: the sum of 1 red, 2 green, 4 blue.
     pub led: &'a mut u8,
+}
+
+impl Io<'_> {
+    /// Milliseconds since the world began.
+    #[must_use]
+    pub fn milliseconds(&self) -> u64 {
+        self.now * u64::from(TICK_US / 1000)
+    }
 }
 
 /// What the link tells about who sent a frame.

@@ -1,6 +1,6 @@
 //! The columns of a table of runs.
 
-use crate::run::{Summary, TICKS_PER_SECOND, Unusable, Verdict};
+use crate::run::{FaultCounts, Summary, TICKS_PER_SECOND, Unusable, Verdict};
 use crate::scenario::{Quantity, Scenario};
 
 /// The names of the metrics of a scenario's runs.
@@ -21,7 +21,7 @@ pub fn names(scenario: &Scenario) -> Vec<String> {
     names.extend(counts.map(str::to_owned));
     let unusable = Unusable::default().counts();
     names.extend(unusable.map(|(name, _)| name.to_owned()));
-    names.extend(["contacts", "faults"].map(str::to_owned));
+    names.extend(["contacts", "faults", "restarts", "handler_faults"].map(str::to_owned));
     names
 }
 
@@ -44,8 +44,8 @@ pub fn values(scenario: &Scenario, summary: &Summary) -> Vec<Option<f64>> {
     let counts = [links.sent, links.received, links.lost, links.collided, links.deaf];
     let unusable = summary.unusable.counts().map(|(_, count)| count);
     let counts = counts.into_iter().chain([unsent, unread]).chain(unusable);
-    let counts = counts.chain([summary.statistics.contacts]);
+    let FaultCounts { faults, restarts, handler_faults } = summary.fault_counts;
+    let counts = counts.chain([summary.statistics.contacts, faults, restarts, handler_faults]);
     values.extend(counts.map(|count| Some(count as f64)));
-    values.push(Some(summary.faults.len() as f64));
     values
 }

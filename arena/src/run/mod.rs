@@ -22,7 +22,7 @@ pub use expectation::{Convergence, Verdict};
 pub use firmware::{Failure, FirmwareError, P2pAir, TURN};
 pub use program::Program;
 pub use quantity::Reading;
-pub use robot::{FaultRecord, LogLine, Piece};
+pub use robot::{Consequence, FaultCounts, FaultRecord, LogLine, Piece};
 pub use setup::{Cast, Setup, SetupError, emulated, emulator};
 pub use simulation::Simulation;
 pub use summary::{FaultOf, Summary, Unusable};

@@ -150,8 +150,11 @@ fn body<'p>(quantity: &Quantity, robot: &Robot<'_>, view: &View) -> Reading<'p> 
         Quantity::Neighbors => robot.neighbors() as f64,
         Quantity::Free => robot.free_slots() as f64,
         Quantity::Steps => f64::from(robot.state().steps),
+        Quantity::Faults => robot.state().fault_counts().faults as f64,
+        Quantity::Restarts => robot.state().fault_counts().restarts as f64,
+        Quantity::HandlerFaults => robot.state().fault_counts().handler_faults as f64,
         Quantity::Running => {
-            let runs = view.state == RobotState::Running && robot.state().fault.is_none();
+            let runs = view.state == RobotState::Running && !robot.state().is_faulted();
             f64::from(u8::from(runs))
         }
         // They have probes of their own.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use bittybuzz_robots::{Function, Profile, Robot as RobotFile};
+use bittybuzz_robots::{Function, OnFault, Profile, Robot as RobotFile};
 use bittybuzz_vm_core::{ImageError, Periods, Sizes};
 
 use crate::scenario::{Action, Backend, Body, Cause, Scenario, ScenarioError};
@@ -55,8 +55,9 @@ pub struct Cast<'p> {
     pub(super) duties: Duties,
     pub(super) ids: &'p [u16],
     pub(super) periods: Periods,
+    pub(super) on_fault: OnFault,
     functions: Vec<(u16, &'p Function)>,
-    /// Somebody has logged or stopped.
+    /// A robot has logged something.
     news: AtomicBool,
 }
 
@@ -181,6 +182,7 @@ impl<'p> Setup<'p> {
                         forget: steps(group.robot.vm.forget_steps),
                         advertise: steps(group.robot.vm.advertise_steps),
                     },
+                    on_fault: group.robot.on_fault,
                     functions,
                     news: AtomicBool::new(false),
                 }

@@ -2,7 +2,7 @@
 
 use crate::engine::{Variant, View, World};
 use crate::scenario::{
-    Action, Backend, Body, Cause, Reduction, ScenarioError, Swarm, settings_error,
+    Action, Backend, Body, Cause, Quantity, Reduction, ScenarioError, Swarm, settings_error,
 };
 
 use super::expectation::{Convergence, reduce};
@@ -10,7 +10,7 @@ use super::firmware::{Bridge, FirmwareError, Fleet, Fleets, is_lit, unusable};
 use super::happen::Happenings;
 use super::place::poses;
 use super::quantity::{Probe, Reading};
-use super::robot::{LogLine, Robot};
+use super::robot::{FaultCounts, LogLine, Robot};
 use super::settings::{
     engine_light, engine_loss, engine_medium, engine_obstacle, kind, of_group, settings,
 };
@@ -31,10 +31,11 @@ pub struct Simulation<'p> {
     happenings: Happenings,
     seed: u32,
     convergences: Vec<Convergence>,
+    /// Faults of robots before they were switched off and on.
     faults: Vec<FaultOf>,
     /// What robots had counted that were restarted.
     past: Past,
-    /// A robot has logged something or stopped in the last tick.
+    /// A robot has logged something.
     has_news: bool,
     end: u64,
 }
@@ -170,7 +171,8 @@ impl<'p> Simulation<'p> {
             None => self.world.tick(),
             Some(fleets) => self.world.tick_with(|world| fleets.advance(world))?,
         }
-        self.collect_faults();
+        // Every cast is asked, so that no news is left for later.
+        self.has_news |= self.casts.iter().filter(|cast| cast.take_news()).count() > 0;
         self.observe();
         Ok(())
     }
@@ -194,10 +196,10 @@ impl<'p> Simulation<'p> {
         self.world.robot(self.happenings.id(number)?)
     }
 
-    /// Whether the script of a robot has stopped with a fault.
+    /// Returns true while the script of a robot does not run because of a fault.
     pub fn is_faulted(&self, number: usize) -> bool {
         let robot = self.happenings.id(number).and_then(|id| self.world.brain(id));
-        robot.is_some_and(|robot| robot.state().fault.is_some())
+        robot.is_some_and(|robot| robot.state().is_faulted())
     }
 
     /// Reads a quantity of a robot.
@@ -242,9 +244,15 @@ impl<'p> Simulation<'p> {
             statistics.add(medium, &links);
             past.dropped[0] += overflown;
         }
-        let ids = (0..self.happenings.count()).filter_map(|number| self.happenings.id(number));
-        let brains = ids.filter_map(|id| self.world.brain(id));
-        let Past { unusable, dropped } = brains.fold(past, Past::add);
+        let mut faults = self.faults.clone();
+        for number in 0..self.happenings.count() {
+            let id = self.happenings.id(number);
+            let Some(robot) = id.and_then(|id| self.world.brain(id)) else { continue };
+            past = past.add(robot, self.has_unexpected(number, robot));
+            faults.extend(faults_of(number, robot));
+        }
+        faults.sort_by_key(|fault| (fault.record.tick, fault.robot));
+        let Past { unusable, dropped, faults: fault_counts, unexpected } = past;
         Summary {
             seed: self.seed,
             ticks: self.world.now(),
@@ -253,7 +261,9 @@ impl<'p> Simulation<'p> {
             statistics,
             unusable,
             dropped,
-            faults: self.faults.clone(),
+            faults,
+            fault_counts,
+            unexpected,
             values: self.setup.plots().iter().map(|probe| self.spread(probe)).collect(),
         }
     }
@@ -294,30 +304,28 @@ impl<'p> Simulation<'p> {
             }
             return;
         };
+        if let Some(old) = self.world.brain(id) {
+            self.past = self.past.add(old, self.has_unexpected(number, old));
+            self.faults.extend(faults_of(number, old));
+        }
         if let Some(old) = self.world.brain_mut(id) {
-            self.past = self.past.add(old);
             robot.adopt(old);
         }
         // The world knows everybody who is there.
         let _ = self.world.restart(id, robot);
     }
 
-    /// Looks for new faults, if a robot has told of news.
-    fn collect_faults(&mut self) {
-        // Every cast is asked, so that no news is left for later.
-        let told = self.casts.iter().filter(|cast| cast.take_news()).count();
-        if told == 0 {
-            return;
-        }
-        self.has_news = true;
-        let now = self.world.now() - 1;
-        for number in 0..self.happenings.count() {
-            let Some(id) = self.happenings.id(number) else { continue };
-            let fault = self.world.brain(id).and_then(|robot| robot.state().fault.as_deref());
-            if let Some(record) = fault.filter(|record| record.tick == now) {
-                self.faults.push(FaultOf { robot: number, record: record.clone() });
-            }
-        }
+    /// Returns true if a robot has had faults that no expectation counts.
+    fn has_unexpected(&self, number: usize, robot: &Robot<'_>) -> bool {
+        let FaultCounts { faults, restarts, handler_faults } = robot.state().fault_counts();
+        let is_counted = |by: Quantity| {
+            let expects = &self.setup.scenario.expects;
+            expects.iter().any(|expect| expect.value == by && expect.robots.contains(number))
+        };
+        let has_stopped = faults > 0 && !is_counted(Quantity::Faults);
+        // Who counts restarts says nothing of a script that did not start again.
+        (has_stopped && (faults > restarts || !is_counted(Quantity::Restarts)))
+            || (handler_faults > 0 && !is_counted(Quantity::HandlerFaults))
     }
 
     fn observe(&mut self) {
@@ -342,20 +350,32 @@ impl<'p> Simulation<'p> {
     }
 }
 
+/// The faults of a robot since it was switched on.
+fn faults_of(number: usize, robot: &Robot<'_>) -> impl Iterator<Item = FaultOf> {
+    let places = robot.state().fault_places().iter();
+    places.map(move |record| FaultOf { robot: number, record: record.clone() })
+}
+
 /// What robots count for the summary.
 #[derive(Debug, Clone, Copy, Default)]
 struct Past {
     unusable: Unusable,
     dropped: [u64; 2],
+    faults: FaultCounts,
+    /// Robots with faults that no expectation counts.
+    unexpected: usize,
 }
 
 impl Past {
-    fn add(self, robot: &Robot<'_>) -> Self {
+    fn add(mut self, robot: &Robot<'_>, has_unexpected: bool) -> Self {
+        self.faults += robot.state().fault_counts();
         let [heard, sent] = self.dropped;
         let [from_inbox, from_outbox] = robot.dropped().map(u64::from);
         Past {
             unusable: self.unusable.add(robot.counters()),
             dropped: [heard + from_inbox, sent + from_outbox],
+            faults: self.faults,
+            unexpected: self.unexpected + usize::from(has_unexpected),
         }
     }
 }

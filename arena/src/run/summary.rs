@@ -5,14 +5,14 @@ use bittybuzz_vm_core::Counters;
 use crate::engine::Statistics;
 
 use super::expectation::{Convergence, Verdict};
-use super::robot::FaultRecord;
+use super::robot::{FaultCounts, FaultRecord};
 
-/// A robot whose script has stopped, by its number in the scenario.
+/// The faults of a robot at one place of its script.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FaultOf {
-    /// Number of the robot.
+    /// Number of the robot in the scenario.
     pub robot: usize,
-    /// What happened.
+    /// The first of them, and their count.
     pub record: FaultRecord,
 }
 
@@ -31,8 +31,6 @@ pub struct Unusable {
     pub incomplete: u64,
     /// Conflicts that a handler did not decide.
     pub undecided: u64,
-    /// Messages whose listener or handler ended with a fault.
-    pub failed: u64,
 }
 
 impl Unusable {
@@ -45,7 +43,6 @@ impl Unusable {
             (&mut self.not_kept, robot.not_kept),
             (&mut self.incomplete, robot.incomplete),
             (&mut self.undecided, robot.undecided),
-            (&mut self.failed, robot.failed),
         ] {
             *sum += u64::from(count);
         }
@@ -53,9 +50,8 @@ impl Unusable {
     }
 
     /// Names and counts, in the order of the fields.
-    pub fn counts(&self) -> [(&'static str, u64); 7] {
-        let Unusable { foreign, malformed, own_id, not_kept, incomplete, undecided, failed } =
-            *self;
+    pub fn counts(&self) -> [(&'static str, u64); 6] {
+        let Unusable { foreign, malformed, own_id, not_kept, incomplete, undecided } = *self;
         [
             ("foreign", foreign),
             ("malformed", malformed),
@@ -63,7 +59,6 @@ impl Unusable {
             ("not_kept", not_kept),
             ("incomplete", incomplete),
             ("undecided", undecided),
-            ("failed", failed),
         ]
     }
 }
@@ -85,16 +80,20 @@ pub struct Summary {
     pub dropped: [u64; 2],
     /// Messages that robots could not use.
     pub unusable: Unusable,
-    /// Scripts that have stopped, by time.
+    /// Places of faults, by the time of the first: at most eight of each robot.
     pub faults: Vec<FaultOf>,
+    /// The numbers of all faults.
+    pub fault_counts: FaultCounts,
+    /// Robots with faults that no expectation counts.
+    pub unexpected: usize,
     /// Mean, smallest and largest of each quantity of `plot` at the end; the number of a swarm's is all three.
     pub values: Vec<Option<[f64; 3]>>,
 }
 
 impl Summary {
-    /// Whether every expectation held and no script has stopped.
+    /// Returns true if every expectation held and no script had a fault that is not expected.
     pub fn is_success(&self) -> bool {
         let held = |convergence: &Convergence| convergence.verdict == Verdict::Held;
-        self.faults.is_empty() && self.convergences.iter().all(held)
+        self.unexpected == 0 && self.convergences.iter().all(held)
     }
 }

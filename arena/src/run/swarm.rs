@@ -30,7 +30,7 @@ pub fn measure(
         .collect();
     if of == Swarm::Components {
         let is_heard = |member: &Member| {
-            let is_well = world.brain(member.id).is_some_and(|robot| robot.state().fault.is_none());
+            let is_well = world.brain(member.id).is_some_and(|robot| !robot.state().is_faulted());
             is_well && member.view.state == RobotState::Running
         };
         members.retain(is_heard);

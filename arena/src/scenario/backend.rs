@@ -82,8 +82,10 @@ pub fn of_group(
     {
         present.fail(Cause::NotEmulated { key: "present = false" });
     }
-    if let Some(link) = section.get("link") {
-        link.fail(Cause::NotEmulated { key: "link" });
+    for key in ["link", "on_fault"] {
+        if let Some(entry) = section.get(key) {
+            entry.fail(Cause::NotEmulated { key });
+        }
     }
     Some(Backend::Firmware { image: image(section, folder, usual)?, place: entry.place() })
 }

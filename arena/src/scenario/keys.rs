@@ -138,6 +138,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "backend" "word" "vm" "what runs the script: vm, a virtual machine; firmware, the robot's own image in an emulator",
             "firmware" "path" "where cargo puts it" "backend = \"firmware\": what would be flashed (ELF; of a Kilobot also Intel hex)",
             "profile" "word" "that of the robot" "crazyflie: tiny, for a swarm with smaller robots in it, or full",
+            "on_fault" "word" "that of the robot" "an error of the script: restart, it starts again after a pause; stop, it stops until power-on",
             "count" "integer" "1" "how many; with `positions` as many as there are",
             "name" "string" "that of the robot" "how events and expectations name the group",
             "first_id" "0 to 65535" "after the last" "id of the first robot; the others follow",

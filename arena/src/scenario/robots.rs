@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-use bittybuzz_robots::{self as robots, Profile, Robot};
+use bittybuzz_robots::{self as robots, OnFault, Profile, Robot};
 use bittybuzz_toml_reader::{Place, TomlError};
 use toml::de::DeValue;
 
@@ -131,6 +131,9 @@ fn group(
     let profiles = [Profile::Tiny, Profile::Full].map(|profile| (profile.name(), profile));
     if let (Some(robot), Some(profile)) = (&mut robot, section.word("profile", &profiles)) {
         robot.profile = profile;
+    }
+    if let (Some(robot), Some(on_fault)) = (&mut robot, section.word("on_fault", &OnFault::WORDS)) {
+        robot.on_fault = on_fault;
     }
     let body = robot.as_ref().and_then(|robot| body::of_group(section, robot));
     let model = body.map(|body| body::model(section, body));

@@ -16,6 +16,9 @@ pub const FORMS: &[&str] = &[
     "free",
     "running",
     "steps",
+    "faults",
+    "restarts",
+    "handler_faults",
     "global.NAME",
     "global.NAME.KEY",
     "stigmergy.NUMBER.KEY",
@@ -49,6 +52,12 @@ pub enum Quantity {
     Running,
     /// Steps that its script has completed since it was switched on.
     Steps,
+    /// Faults that stopped its script since it was switched on.
+    Faults,
+    /// Starts of its script after such a fault.
+    Restarts,
+    /// Faults that ended a listener or a handler of conflicts since it was switched on.
+    HandlerFaults,
     /// A global of its script, or what is in a table there.
     Global {
         /// Its name.
@@ -146,6 +155,9 @@ impl Quantity {
             "free" => Quantity::Free,
             "running" => Quantity::Running,
             "steps" => Quantity::Steps,
+            "faults" => Quantity::Faults,
+            "restarts" => Quantity::Restarts,
+            "handler_faults" => Quantity::HandlerFaults,
             _ => return None,
         })
     }
@@ -178,6 +190,9 @@ impl fmt::Display for Quantity {
             Quantity::Free => f.write_str("free"),
             Quantity::Running => f.write_str("running"),
             Quantity::Steps => f.write_str("steps"),
+            Quantity::Faults => f.write_str("faults"),
+            Quantity::Restarts => f.write_str("restarts"),
+            Quantity::HandlerFaults => f.write_str("handler_faults"),
             Quantity::Global { name, keys } => {
                 write!(f, "global.{name}")?;
                 keys.iter().try_for_each(|key| write!(f, ".{key}"))

@@ -30,8 +30,8 @@ Examples:
 
 docs/scenario.md describes scenario files.
 
-Exit status: 0 every [[expect]] held, 1 one did not or a script stopped with an error, 2 the scenario is wrong or a
-script does not compile, 3 wrong command line or file.";
+Exit status: 0 every [[expect]] held, 1 one did not or a script had an error that none counts, 2 the scenario is wrong
+or a script does not compile, 3 wrong command line or file.";
 
 /// Arguments of `bbz sim`.
 #[derive(Debug, Args)]

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use bittybuzz_arena::engine::LinkStatistics;
-use bittybuzz_arena::run::{Convergence, Setup, Summary, Verdict};
+use bittybuzz_arena::run::{
+    Consequence, Convergence, FaultCounts, FaultOf, Setup, Summary, TICKS_PER_SECOND, Verdict,
+};
 use serde_json::{Value, json};
 
 use crate::backtrace::Backtrace;
@@ -58,9 +60,12 @@ pub fn text(setup: &Setup<'_>, summary: &Summary, elapsed: Duration) -> Vec<Stri
             lines.push(format!("{quantity} at the end: {min} to {max}, mean {mean}"));
         }
     }
-    let faults = summary.faults.len();
+    let FaultCounts { faults, restarts, handler_faults } = summary.fault_counts;
     if faults > 0 {
-        lines.push(format!("scripts stopped by an error: {faults}"));
+        lines.push(format!("scripts stopped by an error: {faults}, started again: {restarts}"));
+    }
+    if handler_faults > 0 {
+        lines.push(format!("listeners and handlers ended by an error: {handler_faults}"));
     }
     lines
 }
@@ -105,9 +110,17 @@ pub fn json(setup: &Setup<'_>, summary: &Summary) -> Value {
             let place = symbols.zip(position).and_then(|(symbols, position)| {
                 Some((symbols, symbols.position(u32::from(position))?))
             });
+            let (consequence, pause) = match fault.record.consequence {
+                Consequence::Contained => ("contained", None),
+                Consequence::Pause(ticks) => ("restart", Some(seconds(ticks.into()))),
+                Consequence::Stop => ("stop", None),
+            };
             json!({
                 "robot": setup.id(fault.robot),
                 "time": seconds(fault.record.tick),
+                "count": fault.record.count,
+                "consequence": consequence,
+                "pause": pause,
                 "code": crate::fault::code(fault.record.fault.code),
                 "file": place.and_then(|(symbols, place)| symbols.file(place.file)),
                 "line": place.map(|(_, place)| place.line),
@@ -138,30 +151,31 @@ pub fn json(setup: &Setup<'_>, summary: &Summary) -> Value {
         "unusable": summary.unusable.counts().into_iter().collect::<BTreeMap<_, _>>(),
         "contacts": summary.statistics.contacts,
         "faults": faults,
+        "errors": {
+            "faults": summary.fault_counts.faults, "restarts": summary.fault_counts.restarts,
+            "handler_faults": summary.fault_counts.handler_faults,
+        },
     })
 }
 
-/// Prints what stopped scripts: one message for all robots with the same fault at the same place.
+/// Prints the faults of scripts: one message for all robots with the same fault at the same place.
 pub fn faults(setup: &Setup<'_>, programs: &[Program], summary: &Summary) {
-    let mut told: Vec<(usize, u16, u8)> = Vec::new();
-    let key = |fault: &bittybuzz_arena::run::FaultOf| {
-        let fault_code = fault.record.fault.code as u8;
-        (setup.group(fault.robot), fault.record.fault.position, fault_code)
+    let mut printed = Vec::new();
+    let key = |fault: &FaultOf| {
+        let is_contained = fault.record.consequence == Consequence::Contained;
+        let (code, position) = (fault.record.fault.code, fault.record.fault.position);
+        (setup.group(fault.robot), position, code as u8, is_contained)
     };
     for fault in &summary.faults {
-        if told.contains(&key(fault)) {
+        if printed.contains(&key(fault)) {
             continue;
         }
-        told.push(key(fault));
+        printed.push(key(fault));
         let Some(program) = programs.get(setup.group(fault.robot)) else { continue };
         let record = &fault.record;
-        let others = summary.faults.iter().filter(|other| key(other) == key(fault)).count() - 1;
-        let (id, time) = (setup.id(fault.robot), seconds(record.tick));
-        let note = match others {
-            0 => format!("robot {id} stopped at {time:.1} s"),
-            1 => format!("robot {id} stopped at {time:.1} s, and another one later"),
-            _ => format!("robot {id} stopped at {time:.1} s, and {others} others"),
-        };
+        let alike: Vec<&FaultOf> =
+            summary.faults.iter().filter(|other| key(other) == key(fault)).collect();
+        let note = note(setup, &alike);
         let backtrace = Backtrace::new(program, record.positions.clone(), record.entry);
         // Firmware tells only the fault.
         let robot = setup.scenario.groups.get(setup.group(fault.robot)).map(|group| &group.robot);
@@ -171,6 +185,32 @@ pub fn faults(setup: &Setup<'_>, programs: &[Program], summary: &Summary) {
     }
 }
 
+/// The first of some faults at one place, and the number of the others.
+fn note(setup: &Setup<'_>, alike: &[&FaultOf]) -> String {
+    let Some(first) = alike.first() else { return String::new() };
+    let (id, time) = (setup.id(first.robot), seconds(first.record.tick));
+    let mut note = match first.record.consequence {
+        Consequence::Contained => {
+            format!("a listener or handler of robot {id} ended at {time:.1} s, its script went on")
+        }
+        Consequence::Pause(ticks) => {
+            let pause = seconds(ticks.into());
+            format!("robot {id} stopped at {time:.1} s, to start again after {pause} s")
+        }
+        Consequence::Stop => format!("robot {id} stopped at {time:.1} s"),
+    };
+    note += &match alike.len() - 1 {
+        0 => String::new(),
+        1 => ", and another one later".to_owned(),
+        others => format!(", and {others} others"),
+    };
+    let total: u32 = alike.iter().map(|fault| fault.record.count).sum();
+    if total as usize > alike.len() {
+        note += &format!("; {total} times in all");
+    }
+    note
+}
+
 fn seconds(ticks: u64) -> f64 {
-    ticks as f64 / 10.0
+    ticks as f64 / TICKS_PER_SECOND
 }

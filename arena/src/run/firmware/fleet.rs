@@ -15,7 +15,7 @@ use crate::engine::{
 };
 use crate::scenario::Body;
 
-use super::super::robot::{FaultRecord, LogLine, Robot};
+use super::super::robot::{LogLine, Robot};
 use super::bridge::Bridge;
 use super::room::Room;
 use super::table::Motion;
@@ -402,13 +402,11 @@ impl Emulated<'_> {
                 for told in told {
                     match told {
                         Told::Log(pieces) => robot.has_logged(LogLine { tick, pieces }),
-                        Told::Fault(fault, positions) => robot.has_stopped(FaultRecord {
-                            tick,
-                            fault,
-                            positions,
-                            entry: None,
-                            refusal: None,
-                        }),
+                        Told::Fault(fault, positions) => robot.has_stopped(tick, fault, positions),
+                        Told::Contained(fault, positions) => {
+                            robot.has_contained(tick, fault, positions);
+                        }
+                        Told::Restart(pause) => robot.has_restarted(pause),
                         Told::Unused(unused) => robot.has_missed(unused),
                         Told::Refused(cause) => return Err(Failure::Refused(cause)),
                     }
@@ -421,15 +419,8 @@ impl Emulated<'_> {
                 let tick = world.now();
                 let brain = world.brain_mut(self.id);
                 // It says so again and again.
-                if let Some(robot) = brain.filter(|robot| robot.state().fault.is_none()) {
-                    let positions = vec![fault.position];
-                    robot.has_stopped(FaultRecord {
-                        tick,
-                        fault,
-                        positions,
-                        entry: None,
-                        refusal: None,
-                    });
+                if let Some(robot) = brain.filter(|robot| !robot.state().is_faulted()) {
+                    robot.has_failed(tick, fault);
                 }
             }
             Event::Step => {

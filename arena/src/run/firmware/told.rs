@@ -13,6 +13,10 @@ pub enum Told {
     Log(Vec<Piece>),
     /// The script has stopped, with the positions of the calls that led there.
     Fault(Fault, Vec<u16>),
+    /// A fault ended a listener or a handler, with the positions of the calls that led there.
+    Contained(Fault, Vec<u16>),
+    /// The script starts again after this number of ticks; 0: it starts now.
+    Restart(u16),
     /// It does not start.
     Refused(ImageError),
     /// Messages came to nothing: all of them since power-on.
@@ -49,13 +53,13 @@ fn told(content: Content) -> Option<Told> {
             Some(Told::Log(pieces.collect()))
         }
         Record::Fault { fault, calls, .. } => Some(Told::Fault(fault, calls.collect())),
+        Record::Contained { fault, calls, .. } => Some(Told::Contained(fault, calls.collect())),
+        Record::Restart { pause, .. } => Some(Told::Restart(pause)),
         Record::Refused(cause) => Some(Told::Refused(cause)),
         Record::Unused(unused) => Some(Told::Unused(unused)),
         Record::Start { .. }
         | Record::Overrun { .. }
         | Record::Expired { .. }
-        | Record::Contained { .. }
-        | Record::Restart { .. }
         | Record::Lost(_) => None,
     }
 }

@@ -51,11 +51,16 @@ pub struct Pilot {
     flown: u64,
     /// ms at which the stopwatch was started.
     started: Option<u64>,
+    /// A fault has stopped the script: the robot lands, and does not take off before it is switched off and on.
+    has_given_up: bool,
 }
 
 impl Pilot {
     /// What the flight controller is to be told now.
-    pub fn fly(&mut self, here: Option<Pose>) -> Flight {
+    pub fn fly(&mut self, here: Option<Pose>, now: u64) -> Flight {
+        if self.has_given_up && self.is_down(here, now) {
+            self.task = Task::Grounded;
+        }
         let z = here.map_or(self.height, |here| here.z);
         let climb_to = |height: f32, most: f32| ((height - z) * 2.0).clamp(-most, most);
         let velocity = match self.task {
@@ -99,6 +104,31 @@ impl Pilot {
             self.task = Task::Cruise { forward, left, turn, height, climb: SPEED };
         }
         Done::Nil
+    }
+
+    /// Lands for good.
+    pub fn give_up(&mut self, here: Option<Pose>, now: u64) {
+        self.has_given_up = true;
+        if self.task != Task::Grounded {
+            self.descend(here, now, SPEED);
+        }
+    }
+
+    /// The script starts again.
+    pub fn start(&mut self) {
+        self.started = None;
+    }
+
+    /// Begins to land.
+    fn descend(&mut self, here: Option<Pose>, now: u64, speed: f32) {
+        let height = here.map_or(self.height, |here| here.z);
+        self.deadline = now + (height / speed * 1000.0) as u64 + PATIENCE;
+        self.climb(-ARRIVED, speed);
+    }
+
+    /// Returns true when it has landed, or had the time to.
+    fn is_down(&self, here: Option<Pose>, now: u64) -> bool {
+        here.is_none_or(|here| here.z < 10.0) || now >= self.deadline
     }
 
     fn climb(&mut self, height: f32, climb: f32) {
@@ -152,6 +182,9 @@ pub fn call(deck: &mut Deck<'_, '_, '_>, hash: u16, numbers: &Numbers, again: bo
             _ => Done::OutOfRange,
         },
         TAKEOFF if first <= 0.0 => Done::OutOfRange,
+        TAKEOFF | HOVER | SPIN_AT if pilot.has_given_up => Done::Nil,
+        GO_TO | GOTO if pilot.has_given_up => Done::Int(0),
+        MOVE_TOWARD | FORWARD | LEFT | RIGHT if pilot.has_given_up => Done::Nil,
         TAKEOFF => {
             if !again {
                 let speed = pace(first, numbers);
@@ -163,14 +196,11 @@ pub fn call(deck: &mut Deck<'_, '_, '_>, hash: u16, numbers: &Numbers, again: bo
             if is_there || now >= pilot.deadline { Done::Nil } else { Done::Wait }
         }
         LAND => {
-            if !again && pilot.task != Task::Grounded {
-                let height = here.map_or(pilot.height, |here| here.z);
+            if !again && pilot.task != Task::Grounded && !pilot.has_given_up {
                 let speed = if numbers.count == 2 { pace(first, numbers) } else { SPEED };
-                pilot.deadline = now + (height / speed * 1000.0) as u64 + PATIENCE;
-                pilot.climb(-ARRIVED, speed);
+                pilot.descend(here, now, speed);
             }
-            let is_down = here.is_none_or(|here| here.z < 10.0) || now >= pilot.deadline;
-            if pilot.task != Task::Grounded && !is_down {
+            if pilot.task != Task::Grounded && !pilot.is_down(here, now) {
                 return Done::Wait;
             }
             pilot.task = Task::Grounded;

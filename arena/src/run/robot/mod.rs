@@ -3,6 +3,7 @@
 mod call;
 mod content;
 mod crazyflie;
+mod faults;
 mod kilobot;
 mod log;
 mod platform;
@@ -10,18 +11,20 @@ mod zooid;
 
 use bittybuzz_comms::queue::{Inbox, Outbox};
 use bittybuzz_comms::trace::Unused;
-use bittybuzz_robots::Profile as NumberProfile;
+use bittybuzz_robots::{OnFault, Profile as NumberProfile};
 use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
-use bittybuzz_vm_core::{Counters, Entry, Fault, Image, ImageError, Outcome, Vm};
+use bittybuzz_vm_core::{Counters, Entry, Fault, FaultCode, Image, ImageError, Outcome, Vm};
 
-use crate::engine::{Actuators, Brain, Drive, Flight, Io, KilobotMotors, Sighting, Stream};
+use crate::engine::{Actuators, Brain, Drive, Io, KilobotMotors, Sighting, Stream};
 use crate::scenario::Body;
 
 use super::setup::Cast;
 pub use content::Content;
 use content::{content, value};
 use crazyflie::Pilot;
+use faults::Faults;
+pub use faults::{Consequence, FaultCounts, FaultRecord};
 pub use kilobot::Duties;
 pub use log::{LogLine, Piece};
 use platform::{Deck, Platform};
@@ -83,21 +86,8 @@ enum Stage {
     Global,
     Init,
     Step,
-}
-
-/// A script that has stopped with a fault.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct FaultRecord {
-    /// Tick in which it was.
-    pub tick: u64,
-    /// What happened.
-    pub fault: Fault,
-    /// Positions in the code, innermost first.
-    pub positions: Vec<u16>,
-    /// What the robot had called, if that is known.
-    pub entry: Option<Entry>,
-    /// What the robot function expects that refused its arguments.
-    pub refusal: Option<String>,
+    /// The pause after a fault: steps that handle messages only.
+    Pause,
 }
 
 /// A robot and its script.
@@ -122,7 +112,7 @@ pub struct State<'p> {
     /// Of `rand_bbz`.
     chance: Stream,
     pub logged: Vec<LogLine>,
-    pub fault: Option<Box<FaultRecord>>,
+    faults: Option<Box<Faults>>,
     refusal: Option<String>,
 }
 
@@ -138,9 +128,60 @@ impl<'p> State<'p> {
             battery: None,
             chance: Stream::for_brain(u64::from(seed), id),
             logged: Vec::new(),
-            fault: None,
+            faults: None,
             refusal: None,
         }
+    }
+
+    /// Returns true while its script does not run because of a fault: in the pause after it, or until power-on.
+    pub fn is_faulted(&self) -> bool {
+        self.faults.as_ref().is_some_and(|faults| faults.is_halted())
+    }
+
+    /// The places of its faults, by the time of the first fault at each.
+    pub fn fault_places(&self) -> &[FaultRecord] {
+        self.faults.as_ref().map_or(&[], |faults| faults.places())
+    }
+
+    /// The numbers of its faults since power-on.
+    pub fn fault_counts(&self) -> FaultCounts {
+        self.faults.as_ref().map_or_else(FaultCounts::default, |faults| faults.counts())
+    }
+
+    fn faults(&mut self) -> &mut Faults {
+        self.faults.get_or_insert_default()
+    }
+
+    /// Describes a fault that happens now. Its consequence is decided later.
+    fn record(
+        &mut self,
+        tick: u64,
+        fault: Fault,
+        positions: Vec<u16>,
+        entry: Option<Entry>,
+    ) -> FaultRecord {
+        let refusal = self.refusal.take();
+        let consequence = Consequence::Contained;
+        FaultRecord { tick, fault, positions, entry, refusal, consequence, count: 1 }
+    }
+
+    /// A fault has stopped the script. Returns true if it starts again after a pause.
+    fn fail(&mut self, record: FaultRecord) -> bool {
+        let is_final =
+            record.fault.code == FaultCode::AssertFailed || self.cast.on_fault == OnFault::Stop;
+        match is_final {
+            true => self.faults().stop(record),
+            false => self.faults().pause(record),
+        }
+        !is_final
+    }
+
+    /// The script begins anew after a pause.
+    fn start(&mut self, led: &mut u8) {
+        self.faults().start();
+        self.stage = Stage::Global;
+        self.pilot.start();
+        *led = 0;
     }
 }
 
@@ -168,6 +209,9 @@ impl<'p> Robot<'p> {
         if let Machine::Elsewhere(known) = &mut self.machine {
             *known = unused;
         }
+        if unused.messages.failed > 0 {
+            self.state.faults().has_contained(unused.messages.failed);
+        }
     }
 
     /// Its script has logged a line.
@@ -176,15 +220,41 @@ impl<'p> Robot<'p> {
         self.state.cast.note();
     }
 
-    /// Its script has completed a step.
+    /// Its script has completed a step: after a fault it has started again.
     pub fn has_stepped(&mut self) {
         self.state.steps = self.state.steps.saturating_add(1);
+        if let Some(faults) = &mut self.state.faults {
+            if faults.is_halted() {
+                faults.start();
+            }
+            faults.step();
+        }
     }
 
-    /// Its script has stopped.
-    pub fn has_stopped(&mut self, record: FaultRecord) {
-        self.state.fault = Some(Box::new(record));
-        self.state.cast.note();
+    /// Its script has stopped. Nothing but its next step tells that it has started again.
+    pub fn has_failed(&mut self, tick: u64, fault: Fault) {
+        let record = self.state.record(tick, fault, vec![fault.position], None);
+        self.state.fail(record);
+    }
+
+    /// Its script has stopped. Its firmware reports a restart.
+    pub fn has_stopped(&mut self, tick: u64, fault: Fault, positions: Vec<u16>) {
+        let record = self.state.record(tick, fault, positions, None);
+        self.state.faults().stop(record);
+    }
+
+    /// A fault has ended a listener or a handler of its script.
+    pub fn has_contained(&mut self, tick: u64, fault: Fault, positions: Vec<u16>) {
+        let record = self.state.record(tick, fault, positions, None);
+        self.state.faults().contain(record);
+    }
+
+    /// Its script, which has stopped, starts again after `pause` ticks; 0: it starts now.
+    pub fn has_restarted(&mut self, pause: u16) {
+        match pause {
+            0 => self.state.faults().start(),
+            _ => self.state.faults().has_paused(pause),
+        }
     }
 
     /// What it is.
@@ -311,8 +381,9 @@ impl Brain for Robot<'_> {
             Machine::TinyCrazyflie(of) => of.tick(&mut self.state, io, BUDGET),
             Machine::Elsewhere(_) => {}
         }
+        let now = io.milliseconds();
         if let Actuators::Crazyflie(flight) = &mut io.actuators {
-            **flight = self.state.pilot.fly(io.sensors.estimate());
+            **flight = self.state.pilot.fly(io.sensors.estimate(), now);
         }
     }
 
@@ -350,8 +421,14 @@ impl<P: Profile, const SLOTS: usize, const FRAME: usize, const IN: usize, const 
     }
 
     fn tick(&mut self, state: &mut State<'_>, io: &mut Io<'_>, budget: u16) {
-        if state.fault.is_some() {
-            return;
+        if let Some(faults) = &mut state.faults {
+            if faults.is_over() {
+                return;
+            }
+            // A message that is being handled comes to its end first.
+            if state.stage == Stage::Pause && faults.tick() && !state.is_running {
+                state.start(io.led);
+            }
         }
         for frame in io.inbox.iter() {
             self.inbox.push(frame.bytes, frame.sighting);
@@ -370,7 +447,8 @@ impl<P: Profile, const SLOTS: usize, const FRAME: usize, const IN: usize, const 
         length
     }
 
-    /// Runs a tick: global code and `init` in the first, then a step in each, unless one takes longer.
+    /// Runs a tick: global code and `init` in the first, then a step in each, unless one takes longer. After a fault the
+    /// ticks of the pause handle messages only, and the script begins anew.
     fn run(&mut self, state: &mut State<'_>, io: &mut Io<'_>, budget: u16) {
         let Scripted { vm, inbox, outbox, has_mail, has_unsent } = self;
         let mut platform =
@@ -380,7 +458,7 @@ impl<P: Profile, const SLOTS: usize, const FRAME: usize, const IN: usize, const 
             let entry = match stage {
                 Stage::Global => Entry::Global,
                 Stage::Init => Entry::Init,
-                Stage::Step => Entry::Step,
+                Stage::Step | Stage::Pause => Entry::Step,
             };
             if !platform.deck.state.is_running {
                 platform.outbox.begin_step();
@@ -393,10 +471,14 @@ impl<P: Profile, const SLOTS: usize, const FRAME: usize, const IN: usize, const 
                     state.is_running = false;
                     if stage == Stage::Step && is_running {
                         state.steps = state.steps.saturating_add(1);
+                        if let Some(faults) = &mut state.faults {
+                            faults.step();
+                        }
                     }
                     state.stage = match stage {
                         Stage::Global => Stage::Init,
                         Stage::Init | Stage::Step => Stage::Step,
+                        Stage::Pause => Stage::Pause,
                     };
                     if stage != Stage::Global {
                         return;
@@ -407,15 +489,14 @@ impl<P: Profile, const SLOTS: usize, const FRAME: usize, const IN: usize, const 
                     return;
                 }
                 Outcome::Fault(fault) => {
-                    state.fault = Some(Box::new(FaultRecord {
-                        tick: io.now,
-                        fault,
-                        positions: vm.calls().collect(),
-                        entry: Some(entry),
-                        refusal: state.refusal.take(),
-                    }));
-                    state.cast.note();
-                    halt(&mut io.actuators, &mut state.pilot);
+                    let positions = vm.calls().collect();
+                    let record = state.record(io.now, fault, positions, Some(entry));
+                    if state.fail(record) {
+                        state.stage = Stage::Pause;
+                        state.is_running = false;
+                        vm.restart();
+                    }
+                    halt(io, &mut state.pilot);
                     return;
                 }
             }
@@ -423,14 +504,13 @@ impl<P: Profile, const SLOTS: usize, const FRAME: usize, const IN: usize, const 
     }
 }
 
-/// What a robot does whose script has stopped: its motors lose power.
-fn halt(actuators: &mut Actuators<'_>, pilot: &mut Pilot) {
-    match actuators {
+/// Stops a robot whose script has stopped: its motors lose power. A Crazyflie lands.
+fn halt(io: &mut Io<'_>, pilot: &mut Pilot) {
+    match &mut io.actuators {
         Actuators::Kilobot(motors) => **motors = KilobotMotors::default(),
         Actuators::Zooid(drive) => **drive = Drive::default(),
-        Actuators::Crazyflie(flight) => {
-            *pilot = Pilot::default();
-            **flight = Flight::Off;
+        Actuators::Crazyflie(_) => {
+            pilot.give_up(io.sensors.estimate(), io.milliseconds());
         }
     }
 }
@@ -447,6 +527,6 @@ mod tests {
         let kilobot = size_of::<Kilobot<'_>>() + size_of::<Robot<'_>>();
         assert!(kilobot <= 3000, "{kilobot} bytes");
         let crazyflie = size_of::<Vm<Full, &[u8], CRAZYFLIE_SLOTS>>();
-        assert!(crazyflie <= 4116, "{crazyflie} bytes");
+        assert!(crazyflie <= 5040, "{crazyflie} bytes");
     }
 }

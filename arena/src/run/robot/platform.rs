@@ -1,12 +1,14 @@
 //! The machine's view of the robot: frames, position, time, calls.
 
 use bittybuzz_comms::queue::{Inbox, Outbox};
+use bittybuzz_robots::OnFault;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Host, Item, Periods, Reply, RobotFault, Sighting, Value,
+    Arguments, Axis, ByteCode, Calls, Fault, Host, Item, Periods, Reply, RobotFault, Sighting,
+    Value,
 };
 
-use crate::engine::{self, Io, TICK_US};
+use crate::engine::{self, Io};
 
 use super::log::{LogLine, Piece};
 use super::{State, call};
@@ -32,7 +34,7 @@ pub struct Platform<'a, 'io, 'p, P: Profile, const FRAME: usize, const IN: usize
 impl Deck<'_, '_, '_> {
     /// Milliseconds since the world began.
     pub fn milliseconds(&self) -> u64 {
-        self.io.now * u64::from(TICK_US / 1000)
+        self.io.milliseconds()
     }
 
     /// Keeps what was logged, and tells the run that there is something.
@@ -116,5 +118,20 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Host<P>
     fn send(&mut self, frame: &[u8]) {
         self.outbox.push(frame);
         *self.has_unsent = true;
+    }
+
+    fn contain<C: ByteCode, const SLOTS: usize>(
+        &mut self,
+        fault: &Fault,
+        calls: Calls<'_, P, C, SLOTS>,
+    ) -> bool {
+        let Deck { io, state } = &mut self.deck;
+        if state.cast.on_fault == OnFault::Stop {
+            return false;
+        }
+        // A listener that is no function has no position: the robot has called the script, no entry of it.
+        let record = state.record(io.now, *fault, calls.collect(), None);
+        state.faults().contain(record);
+        true
     }
 }
