@@ -9,7 +9,7 @@ use bittybuzz_vm_core::{
 };
 use embassy_time::Instant;
 
-use crate::leds::{Color, ScriptLeds, StatusChannel};
+use crate::leds::{Color, ScriptLeds, Status, StatusChannel};
 use crate::link::{self, swarm::MAIL};
 use crate::motors::{POWER_MAX, Powers};
 use crate::robot::{self, Numbers, function};
@@ -80,6 +80,8 @@ impl Crazyflie {
 }
 
 impl Robot<Numbers> for Crazyflie {
+    const ON_FAULT_STOPS: bool = robot::ON_FAULT_STOPS;
+
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
@@ -184,6 +186,12 @@ impl Robot<Numbers> for Crazyflie {
     fn stop(&mut self, reason: Stopped) {
         self.setpoint.stop();
         self.status.signal(reason.into());
+    }
+
+    fn restart(&mut self) {
+        self.leds.show(0);
+        self.stopwatch = None;
+        self.status.signal(Status::Well);
     }
 }
 

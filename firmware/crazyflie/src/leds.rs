@@ -1,6 +1,6 @@
 //! The LEDs. The left ones (red, green, blue) are the script's, the right ones the firmware's:
-//! green blinks shortly every two seconds while all is well; red blinks the number of a fault, or shines when the script
-//! cannot run or the robot has stopped itself.
+//! green blinks shortly every two seconds while all is well; red blinks the number of a fault until the script starts again,
+//! or shines when the script cannot run or the robot has stopped itself.
 
 use bittybuzz_runtime::blink::{self, PHASE};
 use bittybuzz_runtime::liveness::Pulse;
@@ -72,7 +72,7 @@ fn low_if(low: bool) -> Level {
 pub enum Status {
     /// All is well.
     Well,
-    /// The script has stopped with this fault.
+    /// This fault stopped the script, until its restart or for good.
     Fault(u8),
     /// The script does not run: the image is refused, or the robot has locked itself.
     Stopped,

@@ -1,10 +1,15 @@
 //! The script's task: loads the image, runs global code, `init()`, and `step()` ten times a second.
+//!
+//! A fault in one of them stops the script and the motors. After a pause ([`Restarts`]) the script starts again with its
+//! global code. In the pause the robot sends beacons, merges and relays as before, but no code of the script runs. A fault
+//! in a listener ends only that call, and is reported once per place. A failed `assert` stops the script for good; so does
+//! every fault if [`Robot::ON_FAULT_STOPS`].
 
 use bittybuzz_comms::trace::{self, Unused};
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Host, Image, Outcome, Periods, Reply, RobotFault, Sighting,
-    Vm,
+    Arguments, Axis, ByteCode, Entry, Fault, FaultCode, Image, Outcome, Periods, Reply, Restarts,
+    RobotFault, Sighting, Vm,
 };
 use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer};
@@ -12,9 +17,13 @@ use embassy_time::{Duration, Instant, Timer};
 use crate::liveness::{BEAT, Pulse};
 use crate::setpoint::HOLD;
 
+mod bridge;
 mod log;
 mod ticks;
 
+pub use bridge::Console;
+
+use bridge::{Bridge, Places};
 use log::Log;
 use ticks::Ticks;
 
@@ -41,6 +50,9 @@ const POLL: Duration = Duration::from_millis(10);
 pub trait Robot<P: Profile> {
     /// Whether there is anybody to tell. Else nothing is written down, and the code for it is left out.
     const TELLS: bool = true;
+
+    /// Every fault stops the script for good.
+    const ON_FAULT_STOPS: bool = false;
 
     /// Calls a robot function, as [`Host::call`] says.
     fn call<C: ByteCode, const SLOTS: usize>(
@@ -84,8 +96,11 @@ pub trait Robot<P: Profile> {
     /// Forgets set-points that have expired; whether there were any.
     fn expire(&mut self) -> bool;
 
-    /// The script has stopped for good, by a fault or because it cannot run: so does everything that moves.
+    /// The script does not run any more, or not until its restart: everything that moves stops.
     fn stop(&mut self, reason: Stopped);
+
+    /// The script starts again after a fault, with LEDs and timers as after power-on.
+    fn restart(&mut self);
 }
 
 /// Why a script does not run any more.
@@ -123,6 +138,8 @@ pub struct Script<P: Profile, C: ByteCode + 'static, R, const SLOTS: usize> {
     unused: Unused,
     /// When the running `delay` is over.
     delay: Option<Instant>,
+    restarts: Restarts,
+    contained: Places,
 }
 
 impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<P, C, R, SLOTS> {
@@ -135,11 +152,21 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
         pulse: Pulse,
         log: &'static mut [u8],
     ) -> Self {
-        let (log, counts, unused) = (Log::new(log), Counts::default(), Unused::default());
-        Script { vm, robot_id, robot, pulse, log, counts, unused, delay: None }
+        Script {
+            vm,
+            robot_id,
+            robot,
+            pulse,
+            log: Log::new(log),
+            counts: Counts::default(),
+            unused: Unused::default(),
+            delay: None,
+            restarts: Restarts::new(),
+            contained: Places::new(),
+        }
     }
 
-    /// Runs the script in `image` at `period`, until it stops. `is_robot_function` tells whether the robot has a function
+    /// Runs the script in `image` at `period`, until it stops for good. `is_robot_function` tells whether the robot has a function
     /// of that name hash.
     pub async fn run(
         &mut self,
@@ -160,16 +187,19 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
         self.report(|| trace::start(robot_id, hash));
         self.renew();
         let mut ticks = Ticks::start(period);
-        match self.all(&mut ticks).await {
-            Ok(()) => {
-                // What it set holds as long as after any other step.
-                self.wait_until(Instant::now() + HOLD).await;
-                self.check_expiry();
-                self.robot.stop(Stopped::Ended);
-                Stopped::Ended
+        loop {
+            let Err(fault) = self.all(&mut ticks).await else { break };
+            let stopped = self.stop(&fault);
+            if R::ON_FAULT_STOPS || fault.code == FaultCode::AssertFailed {
+                return stopped;
             }
-            Err(stopped) => stopped,
+            self.pause(&mut ticks).await;
         }
+        // What it set holds as long as after any other step.
+        self.wait_until(Instant::now() + HOLD).await;
+        self.check_expiry();
+        self.robot.stop(Stopped::Ended);
+        Stopped::Ended
     }
 
     /// For ever after: shows that the task lives.
@@ -179,22 +209,61 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
         }
     }
 
-    async fn all(&mut self, ticks: &mut Ticks) -> Result<(), Stopped> {
+    /// Runs the script from its global code on: until it has nothing more to do, or a fault.
+    async fn all(&mut self, ticks: &mut Ticks) -> Result<(), Fault> {
         self.entry(Entry::Global, ticks).await?;
         self.entry(Entry::Init, ticks).await?;
+        while self.step(ticks).await? {
+            self.counts.steps = self.counts.steps.wrapping_add(1);
+            self.restarts.step();
+        }
+        Ok(())
+    }
+
+    /// Waits for the next tick, and runs a step. False if there is none.
+    async fn step(&mut self, ticks: &mut Ticks) -> Result<bool, Fault> {
+        self.wait_until(ticks.next()).await;
+        ticks.take();
+        self.robot.begin_step();
+        self.entry(Entry::Step, ticks).await
+    }
+
+    /// Stops the motors first, then reports the fault.
+    fn stop(&mut self, fault: &Fault) -> Stopped {
+        let stopped = Stopped::Fault(fault.code as u8);
+        self.robot.stop(stopped);
+        if R::TELLS {
+            self.robot.report(&trace::fault(self.counts.steps, fault, self.vm.calls()));
+        }
+        self.tell_unused();
+        stopped
+    }
+
+    /// Lets the pause before a restart pass. At each tick of it the robot handles messages without code of the script.
+    async fn pause(&mut self, ticks: &mut Ticks) {
+        let (steps, pause) = (self.counts.steps, self.restarts.pause());
+        self.report(|| trace::restart(steps, pause));
+        self.vm.restart();
+        self.delay = None;
+        // The step that failed may have taken long.
+        ticks.pass();
         loop {
             self.wait_until(ticks.next()).await;
-            ticks.take();
-            self.robot.begin_step();
-            if !self.entry(Entry::Step, ticks).await? {
-                return Ok(());
+            if self.restarts.tick() {
+                break;
             }
-            self.counts.steps = self.counts.steps.wrapping_add(1);
+            if self.step(ticks).await.is_err() {
+                self.vm.restart();
+            }
         }
+        ticks.take();
+        self.robot.restart();
+        self.report(|| trace::restart(steps, 0));
+        self.renew();
     }
 
     /// Runs an entry to its end. False if the script does not have it.
-    async fn entry(&mut self, entry: Entry, ticks: &mut Ticks) -> Result<bool, Stopped> {
+    async fn entry(&mut self, entry: Entry, ticks: &mut Ticks) -> Result<bool, Fault> {
         if !self.vm.begin(entry) {
             return Ok(false);
         }
@@ -208,17 +277,7 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
                 // A wait is the script's wish: the ticks that pass are not missed.
                 Outcome::Waiting => ticks.pass(),
                 Outcome::Done | Outcome::Pending => self.count_missed(ticks, &mut overruns),
-                Outcome::Fault(fault) => {
-                    // The motors first, then the words.
-                    let stopped = Stopped::Fault(fault.code as u8);
-                    self.robot.stop(stopped);
-                    if R::TELLS {
-                        let calls = self.vm.calls();
-                        self.robot.report(&trace::fault(self.counts.steps, &fault, calls));
-                    }
-                    self.tell_unused();
-                    return Err(stopped);
-                }
+                Outcome::Fault(fault) => return Err(fault),
             }
             match outcome {
                 Outcome::Waiting => {
@@ -289,6 +348,7 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
                 log: &mut self.log,
                 step: self.counts.steps,
                 delay: &mut self.delay,
+                contained: &mut self.contained,
             };
             outcome = self.vm.run(&mut bridge, CHUNK);
             let elapsed = start.elapsed();
@@ -324,86 +384,5 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
             }
             Timer::at(end.min(now + BEAT)).await;
         }
-    }
-}
-
-/// Where robot functions print.
-pub struct Console<'a> {
-    log: &'a mut Log,
-    step: u32,
-}
-
-impl Console<'_> {
-    /// Prints values as `log` does.
-    pub fn print<P: Profile, C: ByteCode, const SLOTS: usize>(
-        &mut self,
-        values: &Arguments<'_, P, C, SLOTS>,
-    ) {
-        self.log.push(&trace::log(self.step, values));
-    }
-
-    /// Prints values, and the time on a stopwatch.
-    pub fn print_with_time<P: Profile, C: ByteCode, const SLOTS: usize>(
-        &mut self,
-        values: &Arguments<'_, P, C, SLOTS>,
-        time: Duration,
-    ) {
-        let ms = i32::try_from(time.as_millis()).unwrap_or(i32::MAX);
-        self.log.push(&trace::log_with_time(self.step, values, ms));
-    }
-}
-
-/// What the machine sees of the robot during a slice.
-struct Bridge<'a, R> {
-    robot: &'a mut R,
-    log: &'a mut Log,
-    step: u32,
-    delay: &'a mut Option<Instant>,
-}
-
-impl<P: Profile, R: Robot<P>> Host<P> for Bridge<'_, R> {
-    fn call<C: ByteCode, const SLOTS: usize>(
-        &mut self,
-        function: u16,
-        arguments: Arguments<'_, P, C, SLOTS>,
-        again: bool,
-    ) -> Result<Reply<P>, RobotFault> {
-        let mut console = Console { log: self.log, step: self.step };
-        self.robot.call(function, arguments, again, &mut console)
-    }
-
-    fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {
-        if R::TELLS {
-            self.log.push(&trace::log(self.step, &arguments));
-        }
-    }
-
-    fn delay_is_over(&mut self, ms: i32, again: bool) -> bool {
-        let now = Instant::now();
-        if !again {
-            let wait = Duration::from_millis(u64::try_from(ms).unwrap_or(0));
-            *self.delay = Some(now + wait);
-        }
-        let over = self.delay.is_none_or(|end| now >= end);
-        if over {
-            *self.delay = None;
-        }
-        over
-    }
-
-    fn position(&mut self, axis: Axis) -> Option<f32> {
-        self.robot.position(axis)
-    }
-
-    fn periods(&self) -> Periods {
-        self.robot.periods()
-    }
-
-    fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<P>) -> Option<usize> {
-        self.robot.receive(frame, sighting)
-    }
-
-    fn send(&mut self, frame: &[u8]) {
-        self.robot.send(frame);
     }
 }

@@ -52,6 +52,7 @@ impl Zooid {
 
 impl Robot<Tiny> for Zooid {
     const TELLS: bool = cfg!(feature = "defmt");
+    const ON_FAULT_STOPS: bool = robot::ON_FAULT_STOPS;
 
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
@@ -167,6 +168,10 @@ impl Robot<Tiny> for Zooid {
         if let Some(light) = Light::of(reason) {
             self.light.signal(light);
         }
+    }
+
+    fn restart(&mut self) {
+        self.light.signal(Light::Script(0));
     }
 }
 

@@ -1,5 +1,5 @@
-//! The RGB LED. It is the script's, until the firmware has something to tell: a fault blinks red as often as its number,
-//! red all the time means that no script can run.
+//! The RGB LED. It is the script's, except while the firmware has something to show: a fault blinks red as often as its number
+//! until the script starts again, red all the time means that no script can run.
 
 use bittybuzz_runtime::blink::{self, PHASE};
 use bittybuzz_runtime::liveness::Pulse;
@@ -32,7 +32,7 @@ pub const BLUE: Color = 4;
 pub enum Light {
     /// The script's colour.
     Script(Color),
-    /// The script has stopped with this fault.
+    /// This fault stopped the script, until its restart or for good.
     Fault(u8),
     /// The script does not run: the image is refused, or the robot has locked itself.
     Stopped,

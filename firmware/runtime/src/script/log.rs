@@ -16,22 +16,23 @@ impl Log {
         Log { room, used: 0, lost: 0 }
     }
 
-    /// Adds a record. Where there is not enough room it is counted as lost.
-    pub fn push(&mut self, record: &[u8]) {
+    /// Adds a record. Without room for it, the record is counted as lost and false returned.
+    pub fn push(&mut self, record: &[u8]) -> bool {
         let rest = self.room.get_mut(self.used..).unwrap_or_default();
         let (Ok(length), Some((first, place))) =
             (u8::try_from(record.len()), rest.split_first_mut())
         else {
             self.lost = self.lost.wrapping_add(1);
-            return;
+            return false;
         };
         let Some(place) = place.get_mut(..record.len()) else {
             self.lost = self.lost.wrapping_add(1);
-            return;
+            return false;
         };
         *first = length;
         place.iter_mut().zip(record).for_each(|(to, from)| *to = *from);
         self.used += 1 + record.len();
+        true
     }
 
     /// Whether it is time to tell: the rest of the room is for what one more chunk of instructions may print.

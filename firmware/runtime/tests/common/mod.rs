@@ -53,7 +53,7 @@ pub fn take_events() -> Events {
 pub type Frames = Vec<(u64, Vec<u8>, Sighting<Full>)>;
 
 /// Notes what it is told.
-pub struct Fake {
+pub struct Fake<const ON_FAULT_STOPS: bool> {
     pub setpoint: Writer<i32>,
     pub radio: Frames,
 }
@@ -65,7 +65,9 @@ pub fn is_function(hash: u16) -> bool {
     [MOTOR, WORK].contains(&hash)
 }
 
-impl Robot<Full> for Fake {
+impl<const ON_FAULT_STOPS: bool> Robot<Full> for Fake<ON_FAULT_STOPS> {
+    const ON_FAULT_STOPS: bool = ON_FAULT_STOPS;
+
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
@@ -112,6 +114,10 @@ impl Robot<Full> for Fake {
             Ok(Record::Fault { step, fault, calls }) => {
                 format!("fault {step}: {:?} in {} calls", fault.code, calls.count())
             }
+            Ok(Record::Contained { step, fault, calls }) => {
+                format!("contained {step}: {:?} in {} calls", fault.code, calls.count())
+            }
+            Ok(Record::Restart { step, pause }) => format!("restart {step}: {pause}"),
             Ok(other) => format!("{other:?}"),
             Err(error) => panic!("{error:?}: {record:?}"),
         });
@@ -128,6 +134,10 @@ impl Robot<Full> for Fake {
     fn stop(&mut self, reason: Stopped) {
         self.setpoint.stop();
         note(format!("stop {reason:?}"));
+    }
+
+    fn restart(&mut self) {
+        note("start again");
     }
 }
 
@@ -185,15 +195,20 @@ pub fn run_image(image: &[u8], ms: u64) -> Events {
 
 /// Runs an image on a robot that hears these frames.
 pub fn run_hearing(image: &[u8], radio: Frames, ms: u64) -> Events {
+    run_robot::<false>(image, radio, ms)
+}
+
+/// Runs an image on a robot that hears these frames, whose faults may all stop the script for good.
+pub fn run_robot<const ON_FAULT_STOPS: bool>(image: &[u8], radio: Frames, ms: u64) -> Events {
     let _turn = clock();
     take_events();
     let channel: &'static Channel<i32> = Box::leak(Box::new(Channel::new()));
     let liveness: &'static Liveness = Box::leak(Box::new(Liveness::new(2)));
     let image: &'static [u8] = Box::leak(image.to_vec().into_boxed_slice());
-    let robot = Fake { setpoint: Writer::new(channel), radio };
+    let robot = Fake::<ON_FAULT_STOPS> { setpoint: Writer::new(channel), radio };
     let vm = Box::leak(Box::new(bittybuzz_vm_core::Vm::new()));
     vm.equip(SIZES);
-    let mut script: Script<Full, &[u8], Fake, 400> =
+    let mut script: Script<Full, &[u8], Fake<ON_FAULT_STOPS>, 400> =
         Script::new(vm, 7, robot, liveness.pulse(0), Box::leak(Box::new([0; 1024])));
     let both = async {
         let _ = script
