@@ -68,6 +68,8 @@ const AFTER_BASE: &[(&str, &str, &[&str])] = &[
         "11:6",
         &["not within the run", "`duration` in [world] is 60"],
     ),
+    ("[[event]]\nat = -1e300\nheal = true\n", "11:6", &["cannot be -1e300 | a number from 0 on"]),
+    ("[[event]]\nat = 1\nmove = 1\nto = [1e300, 0]\n", "13:6", &["(1e300, 0) would be outside"]),
     ("[[event]]\nat = 1\n", "10:1", &["does not say what is meant", "one of fail, stop,"]),
     ("[[event]]\nat = 1\nfail = 1\nstop = 2\n", "13:8", &["`stop` and `fail` cannot stand"]),
     ("[[event]]\nat = 1\nfail = 5\n", "12:8", &["no robot 5", "`kilobot` with ids 0 to 4"]),
