@@ -38,7 +38,7 @@ pub(crate) struct Arena<P: Profile, const SLOTS: usize> {
     pub(crate) pressed: bool,
     /// A cell was taken since the last collection.
     pub(crate) allocated: bool,
-    /// Accesses to slots so far, those of the collector excepted: a measure of time that is the same on every host.
+    /// Number of accesses to slots, without those of the collector: a measure of time that is the same on every host.
     #[cfg(feature = "torture")]
     accesses: Cell<u64>,
     pub(crate) slots: P::Slots<SLOTS>,
@@ -101,7 +101,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.accesses.set(self.accesses.get() + 1);
     }
 
-    /// Accesses to slots so far.
+    /// Returns the number of accesses to slots.
     #[cfg(feature = "torture")]
     pub(crate) fn accesses(&self) -> u64 {
         self.accesses.get()
@@ -177,7 +177,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.slots.index_at(at)
     }
 
-    /// Whether the slot holds nil: faster than reading all of it.
+    /// Returns true if the slot holds nil. Reads the tag alone, which is faster than reading the value.
     #[inline(always)]
     pub(crate) fn is_nil_at(&self, at: usize) -> bool {
         self.count_access();

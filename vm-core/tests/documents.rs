@@ -142,6 +142,10 @@ Cycles of the ATmega328P, and instructions executed by the ARM cores, of one ins
 and decoding, the budget, all checks. Counted by emulators (`cargo xtask bench costs`, see [bench](../bench)). Unless it says
 something else, values are integers, and an operand takes a byte of its own.
 
+Rows marked *longest* give the longest time that an instruction takes on a robot, without a collection: on the Kilobot, the Zooid and the
+Crazyflie, when their whole heap is filled by the table that the instruction works on. `INDEX_METHOD` and the instructions with
+`FIELD` or `INIT` in their names search tables as `INDEX_GET` and `INDEX_SET` do.
+
 | Instruction | Case | ATmega328P | Cortex-M0 | Cortex-M4F | Cortex-M0, `full` | Cortex-M4F, `full` |
 |---|---|---|---|---|---|---|
 ";
@@ -149,12 +153,89 @@ something else, values are integers, and an operand takes a byte of its own.
 /// The columns behind the case.
 const TARGETS: [&str; 5] = ["avr", "thumbv6m", "thumbv7em", "thumbv6m-full", "thumbv7em-full"];
 
+/// A robot whose longest instructions are in the table.
+struct Robot {
+    name: &'static str,
+    title: &'static str,
+    /// The column of its chip.
+    target: &'static str,
+    mhz: u64,
+    /// The longest time that an instruction may take, in µs.
+    limit_us: u64,
+    /// The longest time for one that writes a message of up to eight frames.
+    message_limit_us: u64,
+}
+
+const ROBOTS: [Robot; 3] = [
+    Robot {
+        name: "kilobot",
+        title: "Kilobot",
+        target: "avr",
+        mhz: 8,
+        limit_us: 2000,
+        message_limit_us: 2500,
+    },
+    Robot {
+        name: "zooids",
+        title: "Zooid",
+        target: "thumbv6m",
+        mhz: 48,
+        limit_us: 500,
+        message_limit_us: 500,
+    },
+    Robot {
+        name: "crazyflie",
+        title: "Crazyflie",
+        target: "thumbv7em-full",
+        mhz: 168,
+        limit_us: 100,
+        message_limit_us: 300,
+    },
+];
+
+type Costs = BTreeMap<String, BTreeMap<String, u64>>;
+
+/// The longest time of an instruction on each robot: a case above the limit is an error.
+fn write_longest(text: &mut String, costs: &Costs) {
+    text.push_str(LONGEST);
+    for robot in ROBOTS {
+        for (is_message, limit) in [(false, robot.limit_us), (true, robot.message_limit_us)] {
+            let cases = costs[robot.name].iter();
+            let cases =
+                cases.filter(|(name, _)| name.ends_with("of an array of numbers") == is_message);
+            let (name, cost) = cases.max_by_key(|(_, cost)| **cost).expect("there are cases");
+            let time = *cost as f64 / robot.mhz as f64;
+            assert!(
+                time <= limit as f64,
+                "{name} takes {time:.0} µs on the {}, more than {limit}",
+                robot.title
+            );
+            let (instruction, case) = name.split_once(", ").unwrap_or((name, ""));
+            writeln!(
+                text,
+                "| {} | `{instruction}`: {case} | {cost} | {time:.0} µs | {limit} µs |",
+                robot.title
+            )
+            .expect("writing to a string cannot fail");
+        }
+    }
+}
+
+const LONGEST: &str = "
+## Longest instructions
+For each robot the longest instruction of all, and the longest of those that write a message of up to eight frames, each with its limit.
+The time is that of the Kilobot at 8 MHz; on the Zooid at 48 MHz and the Crazyflie at 168 MHz it is the time of so many instructions of
+one cycle each. In `full`, what is done with text takes more, and counts as two instructions for each byte.
+
+| Robot | Instruction | Cycles or instructions | Time | Limit |
+|---|---|---|---|---|
+";
+
 /// A table of what is known of every instruction: an instruction without a cost on one of the chips is an error.
 fn write_costs(text: &mut String) {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../bench/costs.json");
     let json = std::fs::read(path).expect("bench/costs.json is there");
-    let costs: BTreeMap<String, BTreeMap<String, u64>> =
-        serde_json::from_slice(&json).expect("bench/costs.json holds counts");
+    let costs: Costs = serde_json::from_slice(&json).expect("bench/costs.json holds counts");
     text.push_str(COSTS);
     for info in TABLE {
         let mut cases = 0;
@@ -173,6 +254,21 @@ fn write_costs(text: &mut String) {
             }
             text.push('\n');
         }
+        for name in costs[ROBOTS[0].name].keys() {
+            let (instruction, case) = name.split_once(", ").unwrap_or((name, ""));
+            if instruction != info.name {
+                continue;
+            }
+            text.push_str(&format!("|  | longest: {case} |"));
+            for target in TARGETS {
+                match ROBOTS.iter().find(|robot| robot.target == target) {
+                    Some(robot) => text.push_str(&format!(" {} |", costs[robot.name][name])),
+                    None => text.push_str("  |"),
+                }
+            }
+            text.push('\n');
+        }
         assert!(cases > 0, "{} has no cost: cargo xtask bench costs --update", info.name);
     }
+    write_longest(text, &costs);
 }

@@ -9,8 +9,8 @@ use crate::number::Profile;
 use crate::value::{Tag, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Accesses to slots since the machine was made, those of the collector excepted: a measure of the time that
-    /// instructions take.
+    /// Returns the number of accesses to slots since the machine was made, without those of the collector: a measure of
+    /// the time that instructions take.
     pub fn accesses(&self) -> u64 {
         self.arena.accesses()
     }

@@ -271,7 +271,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         host.position(axis).map_or(Value::nil(), Value::float)
     }
 
-    /// Whether a value is a table or a snapshot, which is one inside. A fault if it is no library either.
+    /// Returns true for a table or a snapshot, which is a table inside, false for a library, and a fault for any other value.
     #[inline(never)]
     pub(super) fn is_table(&mut self, value: Value<P>) -> Result<bool, Stopped> {
         match value.tag() {

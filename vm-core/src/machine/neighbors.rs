@@ -281,8 +281,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Whether the neighbor on top, of which id and data are there, belongs to the result of `kin` or `nonkin`, whose number
-    /// this is. The swarm is that of the running `exec`; outside of it all neighbors are kin.
+    /// Returns true if `kin` or `nonkin`, given by its number, includes the neighbor whose id and data are on top of the
+    /// stack. The swarm is that of the running `exec`; outside of it all neighbors are kin.
     #[inline(never)]
     pub(super) fn is_chosen(&self, number: u8) -> bool {
         let at = self.neighbor_from(self.top(2).index() as u16);

@@ -52,7 +52,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         let mut content = P::Content::ZERO;
         let head = Head::Entry { stigmergy: number, owner: 0, clock: 0, digest: 0 };
-        let length = self.write(head, key, value, content.as_mut())?;
+        let length = self.write(head, key, value, content.as_mut())?.length();
         let content = content.as_ref().get(..length).unwrap_or(&[]);
         let digest = content::digest(content);
         if !matches!(value.tag(), Tag::TABLE | Tag::SNAPSHOT) {
@@ -68,7 +68,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         let mut content = P::Content::ZERO;
         // Its key takes no more room than that of the entry.
-        let length = self.write(Head::Broadcast, Value::nil(), value, content.as_mut())?;
+        let length = self.write(Head::Broadcast, Value::nil(), value, content.as_mut())?.length();
         self.read_second(content.as_ref().get(..length).unwrap_or(&[]))
     }
 
@@ -94,7 +94,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         value: Value<P>,
     ) -> Result<(), Stopped> {
         let mut content = P::Content::ZERO;
-        let length = self.write(head, first, value, content.as_mut())?;
+        let writer = self.write(head, first, value, content.as_mut())?;
+        let length = writer.finish().unwrap_or(0);
         self.send_fragments(host, content.as_ref().get(..length).unwrap_or(&[]));
         Ok(())
     }
@@ -119,21 +120,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Writes the content of a message and tells its length.
-    fn write(
+    /// Writes the content of a message, but for its check. A fault if there is no room for it.
+    fn write<'r>(
         &mut self,
         head: Head,
         first: Value<P>,
         second: Value<P>,
-        room: &mut [u8],
-    ) -> Result<usize, Stopped> {
+        room: &'r mut [u8],
+    ) -> Result<Writer<'r>, Stopped> {
         let mut writer = Writer::new(room, self.script(), head);
         self.write_value(&mut writer, first)?;
         self.write_value(&mut writer, second)?;
-        match writer.finish() {
-            Some(length) => Ok(length),
-            None => Err(self.fail(FaultCode::TooLong)),
-        }
+        Ok(writer)
     }
 
     fn write_value(&mut self, writer: &mut Writer<'_>, value: Value<P>) -> Result<(), Stopped> {

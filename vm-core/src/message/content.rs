@@ -131,6 +131,12 @@ impl<'a> Writer<'a> {
         self.byte(high);
     }
 
+    /// Bytes written so far, the check included.
+    #[cfg(feature = "swarm")]
+    pub(crate) fn length(&self) -> usize {
+        self.length
+    }
+
     /// Whether there was room for everything so far.
     pub fn fits(&self) -> bool {
         self.length <= self.room.len()
@@ -155,7 +161,7 @@ fn check_of<'a>(bytes: impl Iterator<Item = &'a u8>, hash: u16) -> u16 {
 #[derive(Clone, Debug)]
 pub struct Reader<'a> {
     rest: slice::Iter<'a, u8>,
-    /// All that is checked: what follows the check itself.
+    /// The bytes that the check covers: all that follow it.
     checked: &'a [u8],
     /// The low bits of the script's hash.
     hash: u16,

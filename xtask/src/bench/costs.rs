@@ -5,17 +5,24 @@
 
 mod cases;
 mod image;
+mod longest;
 
 use super::error::BenchError;
 use super::images::Compiled;
+use super::marks::Told;
 use super::program::Program;
 use super::target::Target;
 use crate::failure::Failure;
 use crate::shell::root;
 use bittybuzz_bench::Mark;
 use cases::Case;
+use longest::{Robot, Statement};
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
+use std::path::Path;
+
+/// Slots of a heap cell.
+const CELL: u64 = 7;
 
 const FILE: &str = "bench/costs.json";
 
@@ -32,30 +39,65 @@ pub fn run(targets: &[Target], update: bool) -> Result<(), Failure> {
     for target in targets {
         let costs = measure(*target)?;
         let before = known.remove(target.name()).unwrap_or_default();
-        print(*target, &costs, &before);
+        print(*target, target.name(), &costs, &before);
         known.insert(target.name().to_owned(), if update { costs } else { before });
+    }
+    for robot in longest::ROBOTS.iter().filter(|robot| targets.contains(&robot.target)) {
+        let costs = measure_longest(robot)?;
+        let before = known.remove(robot.name).unwrap_or_default();
+        print(robot.target, robot.name, &costs, &before);
+        known.insert(robot.name.to_owned(), if update { costs } else { before });
     }
     if update { save(&known) } else { Ok(()) }
 }
 
-/// Fails if an instruction costs more on the target than the committed table allows.
+/// Fails if an instruction costs more on the target, or takes longer on its robot, than the committed table allows.
 pub fn check(target: Target) -> Result<Vec<String>, Failure> {
-    let before = load()?.remove(target.name()).unwrap_or_default();
-    let now = measure(target)?;
+    let known = load()?;
+    let mut grown = grown(target.name(), measure(target)?, &known);
+    for robot in longest::ROBOTS.iter().filter(|robot| robot.target == target) {
+        grown.extend(self::grown(robot.name, measure_longest(robot)?, &known));
+    }
+    Ok(grown)
+}
+
+/// Names each instruction that costs more than the table of that name allows.
+fn grown(table: &str, now: Costs, known: &BTreeMap<String, Costs>) -> Vec<String> {
     let rows = now.into_iter().filter_map(|(name, now)| {
-        let before = *before.get(&name)?;
+        let before = *known.get(table)?.get(&name)?;
         let is_more = super::figures::is_more(now, before);
-        is_more.then(|| format!("{name} on {} {before} -> {now}", target.name()))
+        is_more.then(|| format!("{name} on {table} {before} -> {now}"))
     });
-    Ok(rows.collect())
+    rows.collect()
 }
 
 fn measure(target: Target) -> Result<Costs, Failure> {
     eprintln!("costs: {}", target.name());
-    let mut runner = Runner { target, program: Program::build(target)?, counted: HashMap::new() };
+    let mut runner = Runner::new(target)?;
     let mut costs = Costs::new();
     for case in cases::all() {
         costs.insert(case.name(), runner.cost(&case)?);
+    }
+    Ok(costs)
+}
+
+/// Counts the longest time of instructions on a robot.
+fn measure_longest(robot: &Robot) -> Result<Costs, Failure> {
+    eprintln!("costs: {}", robot.name);
+    let spec =
+        bittybuzz_robots::find(robot.name).map_err(|error| Failure::Robot(error.to_string()))?;
+    let mut runner = Runner::new(robot.target)?;
+    let mut costs = Costs::new();
+    for statement in &longest::STATEMENTS {
+        let few = runner.longest(statement, longest::FEW_CELLS)?;
+        let more = match statement.per_cell {
+            0 => few,
+            _ => runner.longest(statement, longest::MORE_CELLS)?,
+        };
+        let cells = u64::from(spec.vm.slots) / CELL;
+        let per_cell = more.saturating_sub(few) / (longest::MORE_CELLS - longest::FEW_CELLS);
+        let cost = few + per_cell * cells.saturating_sub(longest::FEW_CELLS);
+        costs.insert(statement.name.to_owned(), cost / statement.times);
     }
     Ok(costs)
 }
@@ -68,6 +110,25 @@ struct Runner {
 }
 
 impl Runner {
+    fn new(target: Target) -> Result<Runner, Failure> {
+        Ok(Runner { target, program: Program::build(target)?, counted: HashMap::new() })
+    }
+
+    /// Counts a statement and one without the instruction, on a table of this number of cells, and returns the difference.
+    fn longest(&mut self, statement: &Statement, cells: u64) -> Result<u64, Failure> {
+        let path = Path::new("xtask/src/bench/costs/longest.rs");
+        let profile = self.target.profile();
+        let [with, without] = [true, false].map(|has_instruction| {
+            let script = statement.script(profile, cells, has_instruction);
+            self.run(&Compiled::text(statement.name, path, script, profile)?)
+        });
+        let (with, without) = (with?.steps(), without?.steps());
+        // A collection may fall into one of the steps.
+        let least =
+            with.iter().zip(without).map(|(with, without)| with.saturating_sub(without)).min();
+        Ok(least.unwrap_or(0))
+    }
+
     fn cost(&mut self, case: &Case) -> Result<u64, Failure> {
         let Case { place, times, with, without, .. } = case;
         let (name, profile) = (case.name(), self.target.profile());
@@ -85,10 +146,7 @@ impl Runner {
         if let Some(count) = self.counted.get(&image.image) {
             return Ok(*count);
         }
-        let told = self.program.run(image)?;
-        if told.mark != Mark::Integer || told.value as i32 != image::EXPECTED {
-            return Err(failed(&image.name, format!("{:?} {}", told.mark, told.value)));
-        }
+        let told = self.run(image)?;
         let count = told.step();
         if !told.is_steady() {
             return Err(failed(&image.name, format!("steps differ: {:?}", told.counts)));
@@ -96,14 +154,23 @@ impl Runner {
         self.counted.insert(image.image.clone(), count);
         Ok(count)
     }
+
+    /// Runs an image, which must end as all of them do.
+    fn run(&self, image: &Compiled) -> Result<Told, Failure> {
+        let told = self.program.run(image)?;
+        if told.mark != Mark::Integer || told.value as i32 != image::EXPECTED {
+            return Err(failed(&image.name, format!("{:?} {}", told.mark, told.value)));
+        }
+        Ok(told)
+    }
 }
 
 fn failed(name: &str, reason: String) -> Failure {
     Failure::Bench(BenchError::Costs { name: name.to_owned(), reason })
 }
 
-fn print(target: Target, costs: &Costs, before: &Costs) {
-    println!("{}: {}; profile {}", target.name(), target.unit(), target.profile().name());
+fn print(target: Target, name: &str, costs: &Costs, before: &Costs) {
+    println!("{name}: {}; profile {}", target.unit(), target.profile().name());
     for (name, cost) in costs {
         let before = before.get(name).map_or("new".to_owned(), u64::to_string);
         println!("{name:<48}{cost:>8}{before:>12}");

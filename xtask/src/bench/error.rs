@@ -13,7 +13,7 @@ pub enum BenchError {
     /// A committed table cannot be used.
     Table { path: PathBuf, reason: String },
     /// A script has errors.
-    Script { name: String, messages: String },
+    Script { path: PathBuf, messages: String },
     /// A script's image is longer than the room for it.
     TooLong { name: String },
     /// A linked program does not have a symbol.
@@ -41,8 +41,8 @@ impl fmt::Display for BenchError {
                 write!(f, "`{program}` is not installed; `cargo xtask setup` installs it")
             }
             BenchError::Table { path, reason } => write!(f, "{}: {reason}", path.display()),
-            BenchError::Script { name, messages } => {
-                write!(f, "bench/scripts/{name}.bzz does not compile\n{messages}")
+            BenchError::Script { path, messages } => {
+                write!(f, "{} does not compile\n{messages}", path.display())
             }
             BenchError::TooLong { name } => {
                 write!(f, "the image of {name} is longer than ROOM in bench/run/src/script.rs")

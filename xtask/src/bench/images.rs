@@ -9,7 +9,7 @@ use bittybuzz_compiler::include::{DiskFiles, Loader};
 use bittybuzz_compiler::render::{Color, Renderer};
 use bittybuzz_robots::Profile;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The robot that scripts are compiled for.
 const ROBOT: &str = "bench";
@@ -35,6 +35,16 @@ impl Compiled {
         let path = PathBuf::from(format!("bench/scripts/{name}.bzz"));
         let text = fs::read_to_string(root().join(&path))
             .map_err(|reason| Failure::Read { path: path.clone(), reason })?;
+        Compiled::text(name, &path, text, profile)
+    }
+
+    /// Compiles the text of a script, which messages name by this path.
+    pub fn text(
+        name: &str,
+        path: &Path,
+        text: String,
+        profile: Profile,
+    ) -> Result<Compiled, Failure> {
         let robot = bittybuzz_robots::find(ROBOT)
             .map_err(|error| Failure::Robot(error.to_string()))?
             .clone();
@@ -44,12 +54,12 @@ impl Compiled {
             robots: bittybuzz_robots::all_shipped().to_vec(),
         };
         let loader = Loader { folders: vec![root().join("lib")], ..Loader::new(&DiskFiles) };
-        let compiled = compile(&path, text, &loader, &options);
+        let compiled = compile(path, text, &loader, &options);
         let (Some(image), Some(symbols)) = (compiled.image, compiled.symbols) else {
             let renderer = Renderer::new(&compiled.sources);
             let messages = compiled.diagnostics.iter();
             let messages = messages.map(|message| renderer.text(message, Color::Never)).collect();
-            return Err(Failure::Bench(BenchError::Script { name: name.to_owned(), messages }));
+            return Err(Failure::Bench(BenchError::Script { path: path.to_owned(), messages }));
         };
         let global = symbols.globals.iter().position(|global| global == RESULT).unwrap_or(0);
         Ok(Compiled { name: name.to_owned(), image, global: global as u16 })

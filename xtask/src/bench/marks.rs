@@ -42,9 +42,15 @@ impl Told {
         self.count(1)
     }
 
+    /// The cost of each of the two steps.
+    pub fn steps(&self) -> [u64; 2] {
+        [self.count(2), self.count(3)]
+    }
+
     /// What a step takes.
     pub fn step(&self) -> u64 {
-        (self.count(2) + self.count(3)) / 2
+        let [second, third] = self.steps();
+        (second + third) / 2
     }
 
     /// Whether both steps take the same, but for the instruction that QEMU may be off by.
