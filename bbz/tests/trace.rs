@@ -10,7 +10,9 @@ mod robot;
 use std::io::Write;
 use std::process::Stdio;
 
+use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_comms::trace;
+use bittybuzz_vm_core::{Fault, FaultCode, Type};
 use serde_json::Value;
 use support::{Folder, Outcome};
 
@@ -174,6 +176,8 @@ fn every_other_record_has_its_words() {
         trace::expired(5).to_vec(),
         trace::lost(12).to_vec(),
         trace::unused(&unused).to_vec(),
+        trace::restart(6, 25).to_vec(),
+        trace::restart(6, 0).to_vec(),
     ];
     let lines = robot::lines(&records);
     let words = [
@@ -181,12 +185,14 @@ fn every_other_record_has_its_words() {
         "no step has ended for so long that the robot has stopped its motors",
         "12 log lines came faster than the robot could tell",
         "messages so far that came to nothing: 7 heard without room for it",
+        "the script starts again in 2.5 s",
+        "the script starts again",
     ];
+    let subjects = ["step 4", "step 5", "lost", "unused", "step 6", "step 6"];
     let text = trace_lines(&folder, &lines, &[]);
     assert_eq!(text.status, Some(0));
-    for (line, (subject, words)) in
-        text.stdout.lines().zip(["step 4", "step 5", "lost", "unused"].iter().zip(words))
-    {
+    assert_eq!(text.stdout.lines().count(), words.len());
+    for (line, (subject, words)) in text.stdout.lines().zip(subjects.iter().zip(words)) {
         assert!(line.contains(subject) && line.ends_with(words), "{line}");
     }
     let plain = trace_lines(&folder, &lines, &["--plain"]);
@@ -312,6 +318,60 @@ fn until_fault_ends_there() {
     assert_eq!((outcome.status, outcome.stdout.contains("later")), (Some(1), true));
     let outcome = trace_lines(&folder, &lines, &["--script", "s.bzz", "--until-fault"]);
     assert_eq!((outcome.status, outcome.stdout.contains("later")), (Some(1), false));
+}
+
+/// A script with a fault in line 3, and the record of it as a contained one.
+fn contained(test: &str) -> (Folder, Vec<u8>) {
+    let folder = built(test, "log(1)\nx = nil\nlog(x + 1)\n");
+    let mut record = robot::records(&folder.read("s.bbi"), 0).pop().unwrap();
+    assert_eq!(record[0], 3, "a fault");
+    record[0] = 9;
+    (folder, record)
+}
+
+/// The script goes on: `--until-fault` waits for a fault that stops it.
+#[test]
+fn a_contained_fault_is_printed_and_the_trace_goes_on() {
+    let (folder, record) = contained("trace_contained");
+    let lines = robot::lines(&[record]) + "9.0 INFO later\n";
+    let outcome = trace_lines(&folder, &lines, &["--script", "s.bzz", "--until-fault"]);
+    assert_eq!((outcome.status, outcome.stdout.contains("later")), (Some(1), true));
+    outcome.says(&["error[R0001]", "s.bzz:3:5", "the script goes on"]);
+}
+
+#[test]
+fn json_of_contained_faults_and_restarts() {
+    let (folder, record) = contained("trace_contained_json");
+    let records = [record, trace::restart(7, 20).to_vec(), trace::restart(7, 0).to_vec()];
+    let outcome = trace_lines(&folder, &robot::lines(&records), &["--json", "--script", "s.bzz"]);
+    assert_eq!(outcome.status, Some(1));
+    let objects: Vec<Value> =
+        outcome.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!((&objects[0]["kind"], &objects[0]["code"]), (&"contained".into(), &"R0001".into()));
+    assert_eq!(objects[0]["calls"][0]["line"], 3);
+    let restart = |time: f64, seconds: f64| serde_json::json!({ "time": time, "kind": "restart", "step": 7, "seconds": seconds });
+    assert_eq!(objects[1..], [restart(1.0, 2.0), restart(2.0, 0.0)]);
+}
+
+#[test]
+fn reports_of_kilobots_are_printed_once_each() {
+    let folder = Folder::new("trace_reports");
+    let fault = Fault {
+        code: FaultCode::DivisionByZero,
+        position: 12,
+        operands: [Type::Int; 2],
+        detail: 0,
+    };
+    let line = |robot, is_contained| {
+        let report = FaultReport { robot, script: 5, fault: Some(fault), is_contained };
+        let digits: String = report.message().iter().map(|byte| format!("{byte:02x}")).collect();
+        format!("ir {digits}\n")
+    };
+    let lines = [line(1, false), line(2, true)].concat().repeat(3);
+    let outcome = trace_lines(&folder, &lines, &[]);
+    assert_eq!(outcome.status, Some(1));
+    assert_eq!(outcome.stderr.matches("error[R0005]").count(), 2, "{}", outcome.stderr);
+    assert_eq!(outcome.stderr.matches("the script goes on").count(), 1, "{}", outcome.stderr);
 }
 
 #[test]

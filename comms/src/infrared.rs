@@ -5,7 +5,7 @@
 //! ```
 //! The type is the first byte of a swarm's frame, and the data is the rest of it, with zeros behind. The check is CRC-16/MCRF4XX from
 //! 0xffff over data and type. Types 0 and 1 and those from 0x80 on are the robot's own (program, calibrate, sleep). Source:
-//! kilolib, `message.h` and `message_crc.c`. Type 0x0f tells of a script that has stopped: [`FaultReport`].
+//! kilolib, `message.h` and `message_crc.c`. Types 0x0e and 0x0f report faults of a script: [`FaultReport`].
 
 use bittybuzz_vm_core::message::{Kind, crc16};
 use bittybuzz_vm_core::{Fault, FaultCode, Type};
@@ -80,10 +80,12 @@ fn check(content: &[u8; FRAME]) -> u16 {
     content.iter().fold(0xffff, |check, byte| crc16(check, *byte))
 }
 
-/// The type of a [`FaultReport`].
+/// The type of a [`FaultReport`] of a script that was stopped, for good or until its restart.
 pub const FAULT: u8 = 0x0f;
+/// The type of a [`FaultReport`] of a script that goes on.
+pub const CONTAINED: u8 = 0x0e;
 
-/// Why the script of a robot that nobody watches has stopped, as its messages tell: with the script's symbols the host names
+/// A fault of a script, as a robot without a debug probe reports it again and again: with the script's symbols the host names
 /// file and line.
 ///
 /// ```text
@@ -99,6 +101,8 @@ pub struct FaultReport {
     pub script: u16,
     /// Why; `None` if the script could not even begin.
     pub fault: Option<Fault>,
+    /// The fault ended only a listener or a handler of conflicts.
+    pub is_contained: bool,
 }
 
 impl FaultReport {
@@ -120,7 +124,7 @@ impl FaultReport {
             let [_, _, _, _, place @ ..] = &mut data;
             *place = what;
         }
-        sealed(FAULT, &data)
+        sealed(if self.is_contained { CONTAINED } else { FAULT }, &data)
     }
 
     /// The number of the cause in a message that [`FaultReport::message`] has made, 0 if the script could not even begin.
@@ -131,7 +135,7 @@ impl FaultReport {
 
     /// The report in a message; `None` if it is another message.
     pub fn of(message: &[u8; MESSAGE]) -> Option<Self> {
-        let (FAULT, data) = opened(message)? else { return None };
+        let (kind @ (FAULT | CONTAINED), data) = opened(message)? else { return None };
         let [robot, robot_high, script, script_high, code, position, position_high, types, detail] =
             *data;
         let fault = match code {
@@ -150,6 +154,7 @@ impl FaultReport {
             robot: u16::from_le_bytes([robot, robot_high]),
             script: u16::from_le_bytes([script, script_high]),
             fault,
+            is_contained: kind == CONTAINED,
         })
     }
 }
@@ -164,16 +169,23 @@ mod tests {
             for [first, second] in [[Type::Nil, Type::Unset], [Type::Table, Type::Int]] {
                 let fault =
                     Fault { code, position: 0x1234, operands: [first, second], detail: 200 };
-                let report = FaultReport { robot: 0xbeef, script: 0xcafe, fault: Some(fault) };
-                assert_eq!(FaultReport::of(&report.message()), Some(report));
-                assert_eq!(FaultReport::number(&report.message()), code as u8);
-                assert_eq!(frame_of(&report.message()), None, "no frame of a swarm");
+                for is_contained in [false, true] {
+                    let fault = Some(fault);
+                    let report = FaultReport { robot: 0xbeef, script: 0xcafe, fault, is_contained };
+                    assert_eq!(FaultReport::of(&report.message()), Some(report));
+                    assert_eq!(FaultReport::number(&report.message()), code as u8);
+                    assert_eq!(frame_of(&report.message()), None, "no frame of a swarm");
+                }
             }
         }
-        let refused = FaultReport { robot: 1, script: 2, fault: None };
+        let refused = FaultReport { robot: 1, script: 2, fault: None, is_contained: false };
         assert_eq!(FaultReport::of(&refused.message()), Some(refused));
         // As the table above has it.
         assert_eq!(refused.message()[..10], [1, 0, 2, 0, 0, 0, 0, 0, 0, 0x0f]);
+        let fault =
+            Fault { code: FaultCode::WrongType, position: 3, operands: [Type::Nil; 2], detail: 0 };
+        let contained = FaultReport { robot: 1, script: 2, fault: Some(fault), is_contained: true };
+        assert_eq!(contained.message()[..10], [1, 0, 2, 0, 1, 3, 0, 0, 0, 0x0e]);
     }
 
     #[test]
@@ -239,7 +251,7 @@ mod tests {
         assert_eq!(message_of(&[]), None);
         assert_eq!(message_of(&[8; FRAME + 1]), None);
         assert!(message_of(&[8; FRAME]).is_some());
-        for kind in [0, 1, 2, 3, 0x0b, 0x0f, 0x80, 0x88, 0xff] {
+        for kind in [0, 1, 2, 3, 0x0b, 0x0e, 0x0f, 0x80, 0x88, 0xff] {
             assert_eq!(message_of(&[kind, 1, 2]), None, "{kind}");
             assert_eq!(frame_of(&sealed(kind, &[0; 9])), None, "{kind}");
         }

@@ -180,8 +180,8 @@ impl Reader<'_> {
             Event::Syslink { .. }
             | Event::P2p { .. }
             | Event::Radio { .. }
-            | Event::Serial { .. }
-            | Event::Step => vec![],
+            | Event::Serial { .. } => vec![],
+            Event::Step => vec![Content::Step],
             Event::Infrared { payload, .. } => {
                 let message = payload.as_slice().try_into().ok();
                 message.and_then(FaultReport::of).map(Content::Report).into_iter().collect()

@@ -79,7 +79,7 @@ mod tests {
 
     #[test]
     fn what_a_listening_kilobot_hears() {
-        let fault = FaultReport { robot: 3, script: 0x1234, fault: None };
+        let fault = FaultReport { robot: 3, script: 0x1234, fault: None, is_contained: false };
         let line = |message: [u8; infrared::MESSAGE]| {
             let digits: String = message.iter().map(|byte| format!("{byte:02x}")).collect();
             format!("ir {digits}\r")

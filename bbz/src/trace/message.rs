@@ -17,10 +17,12 @@ pub struct Message {
 pub enum Content {
     /// A record about the script ([`bittybuzz_comms::trace`]).
     Record(Vec<u8>),
-    /// A message of a Kilobot whose script has stopped.
+    /// A message of a Kilobot about a fault of its script.
     Report(FaultReport),
-    /// A message between Kilobots that tells nothing of a script's end.
+    /// A message between Kilobots that is not about a fault.
     Heard,
+    /// A step of an emulated Kilobot was completed. In a pause after a fault there is none.
+    Step,
     /// What looks like a record, but is damaged.
     Damaged(String),
     /// A message of the firmware.

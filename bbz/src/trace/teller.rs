@@ -63,8 +63,8 @@ pub struct Teller<'a> {
     /// Messages that came to nothing: when they were told last, and what is not told yet.
     unused_told: Option<f64>,
     unused: Option<(Option<f64>, Unused)>,
-    /// The last report of a Kilobot.
-    reported: Option<FaultReport>,
+    /// Reports of Kilobots, which send each again and again.
+    reported: Vec<FaultReport>,
     output: Output,
     ending: Ending,
 }
@@ -88,7 +88,7 @@ impl<'a> Teller<'a> {
             is_stopped: false,
             unused_told: None,
             unused: None,
-            reported: None,
+            reported: Vec::new(),
             output: Output::new(),
             ending: Ending::Success,
         }
@@ -121,6 +121,7 @@ impl<'a> Teller<'a> {
             },
             Content::Report(report) => self.report(time, report),
             Content::Heard => {}
+            Content::Step => self.step(time),
             Content::Damaged(text) => self.damaged(time, "its text is damaged", text.as_bytes()),
             Content::Firmware { level, text } => {
                 let name = level.map(|level| level.name());
@@ -160,15 +161,7 @@ impl<'a> Teller<'a> {
             Record::Contained { step, fault, calls } => {
                 self.fault(time, Some(step), &fault, calls.collect(), true);
             }
-            Record::Restart { step, pause } => {
-                let seconds = f64::from(pause) / TICKS_PER_SECOND;
-                let text = match pause {
-                    0 => "the script starts again".to_owned(),
-                    _ => format!("the script starts again in {seconds} s"),
-                };
-                let object = json!({ "kind": "restart", "step": step, "seconds": seconds });
-                self.remark(time, &format!("step {step}"), &text, object);
-            }
+            Record::Restart { step, pause } => self.restart(time, Some(step), pause),
             Record::Refused(cause) => self.refused(time, cause),
             Record::Overrun { step, missed } => {
                 let text = format!(
@@ -278,12 +271,12 @@ impl<'a> Teller<'a> {
         self.entry(time, &format!("step {step}"), &line, object);
     }
 
-    /// A Kilobot says again and again why its script has stopped.
+    /// A Kilobot sends the same report again and again.
     fn report(&mut self, time: Option<f64>, report: &FaultReport) {
-        if self.reported == Some(*report) {
+        if self.reported.contains(report) {
             return;
         }
-        self.reported = Some(*report);
+        self.reported.push(*report);
         let Some(fault) = &report.fault else {
             self.is_stopped = true;
             self.ending = Ending::Usage;
@@ -303,8 +296,29 @@ impl<'a> Teller<'a> {
             }
         }
         self.note_trust();
-        self.is_stopped = true;
-        self.fault(time, None, fault, vec![fault.position], false);
+        self.is_stopped |= !report.is_contained;
+        self.fault(time, None, fault, vec![fault.position], report.is_contained);
+    }
+
+    /// A step of an emulated Kilobot: its script runs, again if there was a fault.
+    fn step(&mut self, time: Option<f64>) {
+        let count = self.reported.len();
+        self.reported.retain(|report| report.is_contained);
+        if self.reported.len() < count {
+            self.restart(time, None, 0);
+        }
+    }
+
+    /// The script starts again in so many ticks of the pause, or now.
+    fn restart(&mut self, time: Option<f64>, step: Option<u32>, pause: u16) {
+        let seconds = f64::from(pause) / TICKS_PER_SECOND;
+        let text = match pause {
+            0 => "the script starts again".to_owned(),
+            _ => format!("the script starts again in {seconds} s"),
+        };
+        let subject = step.map_or("-".to_owned(), |step| format!("step {step}"));
+        let object = json!({ "kind": "restart", "step": step, "seconds": seconds });
+        self.remark(time, &subject, &text, object);
     }
 
     /// Prints a fault. The script goes on after one that is contained.

@@ -38,7 +38,7 @@ mod toml {
 use core::arch::global_asm;
 use core::mem::offset_of;
 
-use bittybuzz_comms::infrared;
+use bittybuzz_comms::infrared::{self, FaultReport};
 use bittybuzz_kilobot::calibration::{self, DUTIES, ID, TRANSMITTERS};
 use bittybuzz_kilobot::controller;
 use bittybuzz_kilobot::distance::distance;
@@ -114,6 +114,8 @@ struct Body {
     robot: Robot,
     script: Script,
     sender: Sender,
+    /// Messages sent, modulo 256.
+    sent: u8,
     blinker: Blinker,
     /// Pins of port B that send.
     transmitters: u8,
@@ -128,6 +130,7 @@ impl Body {
             robot: Robot::new(),
             script: Script::new(),
             sender: Sender::start(0, 0),
+            sent: 0,
             blinker: Blinker::start(0),
             transmitters: 0,
             was_stuck: false,
@@ -219,11 +222,13 @@ impl Body {
             State::Running if self.was_stuck => return Color::RED,
             State::Running => {
                 self.script.run(vm, robot, now);
-                return match self.script.fault() {
-                    None => robot.color,
-                    Some(number) if number == 0 || self.blinker.tell(number, now) => Color::RED,
-                    Some(_) => Color::DARK,
-                };
+                if self.script.is_on() {
+                    self.blinker = Blinker::start(now);
+                    return robot.color;
+                }
+                let number = FaultReport::number(&robot.report);
+                let is_lit = number == 0 || self.blinker.tell(number, now);
+                return if is_lit { Color::RED } else { Color::DARK };
             }
             State::Moving => {
                 robot.motors.set(robot.life.shown, now);
@@ -262,7 +267,8 @@ impl Body {
         }
     }
 
-    /// Sends the next message, or why the script has stopped.
+    /// Sends the next message, or the report of a fault: in the pause after it every second time, for good if the script does
+    /// not run again. A contained fault is reported every 16th time.
     #[inline(never)]
     fn send(&mut self, now: u16) {
         if hear::is_busy() {
@@ -270,18 +276,25 @@ impl Body {
             return;
         }
         let robot = &mut self.robot;
-        let message = match self.script.report() {
-            Some(report) => *report,
-            None => {
-                let Some(next) = robot.outbox.pop() else { return };
+        let is_on = self.script.is_on();
+        let is_turn = match is_on {
+            true => robot.has_contained() && self.sent.is_multiple_of(16),
+            false => self.script.is_over() || self.sent.is_multiple_of(2),
+        };
+        let message = match if is_turn { None } else { robot.outbox.pop() } {
+            Some(next) => {
                 let mut frame = [0; infrared::FRAME];
                 next.copy_to(&mut frame);
                 let [kind, data @ ..] = &frame;
                 infrared::sealed(*kind, data)
             }
+            // In a pause the report also takes the turn of messages that are not there.
+            None if is_turn || !is_on => robot.report,
+            None => return,
         };
         if speak::speak(&registers(), self.transmitters, &message) {
             self.sender.sent(now);
+            self.sent = self.sent.wrapping_add(1);
         } else {
             // The timers of two robots are never the same for long.
             let random = registers().TC1.tcnt1().read().bits() as u8;

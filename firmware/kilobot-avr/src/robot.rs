@@ -1,5 +1,6 @@
 //! What the script reaches of the robot: its functions, one entry in `robots/kilobot.toml` and one arm here, and its messages.
 
+use bittybuzz_comms::infrared::{CONTAINED, FaultReport, MESSAGE};
 use bittybuzz_comms::queue::{Inbox, Outbox};
 use bittybuzz_kilobot::clock::Delay;
 use bittybuzz_kilobot::life::Life;
@@ -7,7 +8,8 @@ use bittybuzz_kilobot::light::Color;
 use bittybuzz_kilobot::motors::Motors;
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Host, Periods, Refusal, Reply, RobotFault, Sighting, Value,
+    Arguments, Axis, ByteCode, Calls, Fault, Host, Periods, Refusal, Reply, RobotFault, Sighting,
+    Value,
 };
 
 use crate::adc::{self, Sensor};
@@ -29,6 +31,11 @@ pub struct Robot {
     pub outbox: Outbox<Tiny, { toml::FRAME_BYTES }, { toml::OUT_QUEUE }>,
     /// The running `delay`.
     pub delay: Delay,
+    /// The lower half of the script's hash.
+    pub script: u16,
+    /// The message about the last fault that stopped the script, else about the first contained one since its start; zeros
+    /// if there was none.
+    pub report: [u8; MESSAGE],
 }
 
 type Result = core::result::Result<Reply<Tiny>, RobotFault>;
@@ -43,7 +50,28 @@ impl Robot {
             inbox: Inbox::new(0),
             outbox: Outbox::new(),
             delay: Delay::start(0, 0),
+            script: 0,
+            report: [0; MESSAGE],
         }
+    }
+
+    /// Prepares the message about a fault; `None` if the robot refuses the image.
+    #[inline(never)]
+    pub fn note(&mut self, fault: Option<Fault>, is_contained: bool) {
+        let report = FaultReport { robot: self.life.id, script: self.script, fault, is_contained };
+        self.report = report.message();
+    }
+
+    /// Returns true if the message is about a contained fault.
+    pub fn has_contained(&self) -> bool {
+        let [.., kind, _, _] = self.report;
+        kind == CONTAINED
+    }
+
+    /// Prepares the next start of the script, as after power-on.
+    pub fn restart(&mut self) {
+        self.color = Color::DARK;
+        self.report = [0; MESSAGE];
     }
 }
 
@@ -122,6 +150,17 @@ impl Host<Tiny> for Robot {
 
     fn send(&mut self, frame: &[u8]) {
         self.outbox.push(frame);
+    }
+
+    fn contain<C: ByteCode, const SLOTS: usize>(
+        &mut self,
+        fault: &Fault,
+        _: Calls<'_, Tiny, C, SLOTS>,
+    ) -> bool {
+        if !toml::ON_FAULT_STOPS && !self.has_contained() {
+            self.note(Some(*fault), true);
+        }
+        !toml::ON_FAULT_STOPS
     }
 }
 

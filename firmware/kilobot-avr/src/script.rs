@@ -6,7 +6,7 @@ use bittybuzz_kilobot::phase::Phase;
 use bittybuzz_vm_core::builtin::Feature;
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::seal::{self, Sealed};
-use bittybuzz_vm_core::{ByteCode, Entry, Fault, Outcome, Vm, features};
+use bittybuzz_vm_core::{ByteCode, Entry, Fault, FaultCode, Outcome, Restarts, Vm, features};
 
 use crate::robot::Robot;
 use crate::section::Section;
@@ -42,8 +42,7 @@ pub type Machine = Vm<Tiny, Section, { crate::SLOTS }>;
 /// knows, it takes a quarter less flash.
 pub struct Script {
     pub(crate) phase: Phase,
-    /// Once it has stopped.
-    report: [u8; MESSAGE],
+    restarts: Restarts,
     ticks: Ticks,
     /// When the last step was completed.
     completed: u16,
@@ -56,7 +55,7 @@ impl Script {
     pub const fn new() -> Self {
         Script {
             phase: Phase::New,
-            report: [0; MESSAGE],
+            restarts: Restarts::new(),
             ticks: Ticks::start(0),
             completed: 0,
             goes_on: false,
@@ -74,22 +73,28 @@ impl Script {
         self.goes_on
     }
 
-    /// The message that tells others why it does not run.
-    pub fn report(&self) -> Option<&[u8; MESSAGE]> {
-        (self.phase == Phase::Stopped).then_some(&self.report)
+    /// Returns false after a fault that stopped it, for good or until its restart.
+    pub fn is_on(&self) -> bool {
+        self.phase < Phase::Stopped
     }
 
-    /// The number of the fault that has stopped it; 0 if it could not even begin.
-    pub fn fault(&self) -> Option<u8> {
-        self.report().map(FaultReport::number)
+    /// Returns true if it does not run again.
+    pub fn is_over(&self) -> bool {
+        self.phase == Phase::Stopped
     }
 
-    /// It will not run again.
+    /// Ends the run of the script: for good, or until the pause is over.
     #[inline(never)]
-    fn stop(&mut self, vm: &Machine, robot: u16, fault: Option<Fault>) {
-        let script = vm.header().map_or(0, |header| header.hash()) as u16;
-        self.report = FaultReport { robot, script, fault }.message();
-        self.phase = Phase::Stopped;
+    fn stop(&mut self, vm: &mut Machine, robot: &mut Robot, fault: Option<Fault>) {
+        robot.note(fault, false);
+        self.phase = match fault {
+            Some(fault) if !toml::ON_FAULT_STOPS && fault.code != FaultCode::AssertFailed => {
+                self.restarts.pause();
+                vm.restart();
+                Phase::Rests
+            }
+            _ => Phase::Stopped,
+        };
     }
 
     /// Runs a slice, if there is something to run.
@@ -99,17 +104,22 @@ impl Script {
         match self.phase {
             Phase::New => {
                 if vm.load_sealed(Sealed::new(Section), OFFERED).is_err() {
-                    return self.stop(vm, robot.life.id, None);
+                    return self.stop(vm, robot, None);
                 }
+                robot.script = vm.header().map_or(0, |header| header.hash()) as u16;
                 vm.identify(robot.life.id, 0);
                 self.begin(vm, Entry::Global, Phase::Global);
             }
-            Phase::Global | Phase::Runs => match vm.run(robot, SLICE) {
+            Phase::Global | Phase::Runs | Phase::Relays => match vm.run(robot, SLICE) {
                 Outcome::Done => {
                     self.completed = now;
                     match self.phase {
                         Phase::Global => self.begin(vm, Entry::Init, Phase::Runs),
-                        _ => self.phase = Phase::Waits,
+                        Phase::Relays => self.phase = Phase::Rests,
+                        _ => {
+                            self.restarts.step();
+                            self.phase = Phase::Waits;
+                        }
                     }
                 }
                 Outcome::Waiting => {
@@ -119,7 +129,7 @@ impl Script {
                     let _ = self.ticks.take(now);
                 }
                 Outcome::Pending => {}
-                Outcome::Fault(fault) => self.stop(vm, robot.life.id, Some(fault)),
+                Outcome::Fault(fault) => self.stop(vm, robot, Some(fault)),
             },
             Phase::Waits => {
                 self.goes_on = self.ticks.take(now);
@@ -128,12 +138,32 @@ impl Script {
                     self.begin(vm, Entry::Step, Phase::Runs);
                 }
             }
+            Phase::Rests => {
+                self.goes_on = self.ticks.take(now);
+                if self.goes_on {
+                    self.rest(vm, robot, now);
+                }
+            }
             Phase::Stopped => self.goes_on = false,
         }
-        if self.phase == Phase::Stopped || now.wrapping_sub(self.completed) >= HOLD {
+        if !self.is_on() || now.wrapping_sub(self.completed) >= HOLD {
             robot.motors.set([0, 0], now);
             // Long ago stays long ago.
             self.completed = now.wrapping_sub(HOLD);
+        }
+    }
+
+    /// Takes a tick of the pause: the script starts again with the last one, and before that the robot handles messages.
+    fn rest(&mut self, vm: &mut Machine, robot: &mut Robot, now: u16) {
+        if self.restarts.tick() {
+            robot.restart();
+            self.completed = now;
+            self.begin(vm, Entry::Global, Phase::Global);
+            return;
+        }
+        robot.outbox.begin_step();
+        if vm.begin(Entry::Step) {
+            self.phase = Phase::Relays;
         }
     }
 

@@ -4,7 +4,7 @@
 pub const SYMBOL: &str = "bbz_phase";
 
 /// What the script is doing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Phase {
     /// It was not started yet.
@@ -15,8 +15,12 @@ pub enum Phase {
     Runs,
     /// It waits for the next tick.
     Waits,
-    /// The robot refuses the image, or there was a fault.
+    /// The robot refuses the image, or a fault stopped the script for good. From here on the script does not run.
     Stopped,
+    /// It waits for the next tick of the pause before its restart.
+    Rests,
+    /// The robot handles messages at a tick of that pause.
+    Relays,
 }
 
 /// Counts the steps that are completed, of somebody who looks whenever the phase may have changed.
@@ -60,12 +64,17 @@ mod tests {
 
     #[test]
     fn a_step_begins_with_a_tick_and_ends_before_the_next() {
-        use Phase::{Global, New, Runs, Stopped, Waits};
+        use Phase::{Global, New, Relays, Rests, Runs, Stopped, Waits};
         assert_eq!(completed(&[New, Global, Runs, Waits]), 0, "init()");
         assert_eq!(completed(&[New, Global, Waits, Waits]), 0, "no step()");
         assert_eq!(completed(&[New, Global, Runs, Waits, Runs, Runs, Waits, Runs, Waits]), 2);
         assert_eq!(completed(&[New, Global, Waits, Runs, Runs, Runs]), 0, "it never ends");
         assert_eq!(completed(&[Waits, Runs, Waits, Runs, Stopped]), 1);
+        // A fault, ticks of the pause, and the restart.
+        let pause = [Rests, Relays, Rests, Relays, Relays, Rests, Rests];
+        assert_eq!(completed(&[&[Waits, Runs][..], &pause, &[Global, Runs, Waits]].concat()), 0);
+        assert_eq!(completed(&[&[Waits, Runs][..], &pause, &[Global, Waits]].concat()), 0);
+        assert_eq!(completed(&[Rests, Global, Runs, Waits, Runs, Waits, Runs, Rests]), 1);
         // A reset during a step.
         assert_eq!(completed(&[Waits, Runs, New, Global, Runs, Waits]), 0);
     }

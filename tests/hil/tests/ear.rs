@@ -98,7 +98,9 @@ fn a_trace_of_its_lines_names_file_and_line() {
         operands: [Type::Int; 2],
         detail: 0,
     };
-    let report = FaultReport { robot: 9, script: known.script_hash as u16, fault: Some(fault) };
+    let script_hash = known.script_hash as u16;
+    let report =
+        FaultReport { robot: 9, script: script_hash, fault: Some(fault), is_contained: false };
     let mut robots = Kilobots::with_program(&ear(), 1);
     robots.run_ms(20);
     let other = infrared::sealed(8, &[1; 9]);

@@ -414,7 +414,11 @@ impl Emulated<'_> {
             }
             Event::Infrared { payload, .. } => {
                 let message = payload.as_slice().try_into().ok();
-                let Some(report) = message.and_then(FaultReport::of) else { return Ok(()) };
+                let report = message.and_then(FaultReport::of);
+                // The script goes on after a contained fault.
+                let Some(report) = report.filter(|report| !report.is_contained) else {
+                    return Ok(());
+                };
                 let fault = report.fault.ok_or(Failure::Unsuitable)?;
                 let tick = world.now();
                 let brain = world.brain_mut(self.id);
