@@ -8,7 +8,9 @@ use std::time::{Duration, Instant};
 
 use bittybuzz_robots::{Function, Robot, accepted_lists, accepting, idle_result};
 use bittybuzz_vm_core::number::{Profile, format_float, format_int};
-use bittybuzz_vm_core::{Arguments, Axis, ByteCode, Host, Item, Reply, RobotFault, Text};
+use bittybuzz_vm_core::{
+    Arguments, Axis, ByteCode, Calls, Fault, Host, Item, Reply, RobotFault, Text,
+};
 
 use crate::output::Output;
 use crate::printed::{Printed, unknown_string};
@@ -151,6 +153,15 @@ impl<P: Profile> Host<P> for HostRobot<'_> {
             Axis::Orientation => "orientation",
         };
         self.position.contains(&name).then_some(0.0)
+    }
+
+    /// No frame arrives here, so that no listener runs. The run would end with the fault of one, as with any other.
+    fn contain<C: ByteCode, const SLOTS: usize>(
+        &mut self,
+        _fault: &Fault,
+        _calls: Calls<'_, P, C, SLOTS>,
+    ) -> bool {
+        false
     }
 }
 

@@ -12,7 +12,7 @@ use bittybuzz_tests::compiler;
 use bittybuzz_tests::machine::{self, End, Settings};
 use bittybuzz_vm_core::message::{FRAGMENT_HEAD, FRAGMENTS_MAX};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
-use bittybuzz_vm_core::{Torture, Vm};
+use bittybuzz_vm_core::{Sizes, Torture, Vm};
 
 /// More than any robot has.
 const SLOTS: usize = 2000;
@@ -101,7 +101,11 @@ fn twice_the_reference_in_the_same_memory() {
             true => robot.vm.in_queue * robot.sighting_bytes(),
             false => 0,
         };
-        let memory = robot.vm.memory - fragments - sightings;
+        // Nor room for more than four entries of a stigmergy.
+        let sizes = robot.sizes();
+        let four = Sizes { entries: 4, ..sizes };
+        let entries_beyond = (sizes.slots() - four.slots()) as u32 * robot.slot_bytes();
+        let memory = robot.vm.memory - fragments - sightings - entries_beyond;
         assert!(memory <= reference.memory, "{}", robot.name);
         let slots = robot.vm.slots as usize;
         let most = match robot.profile {

@@ -67,7 +67,7 @@ fn a_scenario_counts_the_scripts_that_have_stopped() {
     let scenario = ScriptFile::new("kilobot_faults.toml", &scenario);
     let emulator = Core::Avr.program().display().to_string();
     let outcome = bbz::run(&["sim", scenario.path(), "--emulator", &emulator], &[]);
-    assert!(outcome.stdout.contains("scripts stopped by an error: 2\n"), "{}", outcome.stdout);
+    assert!(outcome.stdout.contains("scripts stopped by an error: 2, "), "{}", outcome.stdout);
     assert!(outcome.stderr.contains("error[R0002]"), "{}", outcome.stderr);
     assert!(outcome.stderr.contains(&format!("{}:1:", script.path())), "{}", outcome.stderr);
 }

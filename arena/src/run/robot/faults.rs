@@ -153,3 +153,64 @@ impl Faults {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use bittybuzz_vm_core::{FaultCode, Type};
+
+    use super::*;
+
+    fn record(position: u16) -> FaultRecord {
+        let operands = [Type::Nil, Type::Int];
+        FaultRecord {
+            tick: 7,
+            fault: Fault { code: FaultCode::WrongType, position, operands, detail: 0 },
+            positions: vec![position],
+            entry: None,
+            refusal: None,
+            consequence: Consequence::Contained,
+            count: 1,
+        }
+    }
+
+    /// The trace of a robot has a fault, then the pause, then the restart.
+    #[test]
+    fn firmware_reports_a_restart_after_the_fault() {
+        let mut faults = Faults::default();
+        faults.stop(record(5));
+        assert!(faults.is_over(), "until it reports a restart");
+        faults.has_paused(20);
+        assert!(faults.is_halted() && !faults.is_over());
+        assert_eq!(faults.places()[0].consequence, Consequence::Pause(20));
+        faults.start();
+        assert!(!faults.is_halted());
+        faults.stop(record(5));
+        faults.has_paused(40);
+        let expected = FaultCounts { faults: 2, restarts: 1, handler_faults: 0 };
+        assert_eq!((faults.counts(), faults.places()[0].count), (expected, 2));
+    }
+
+    /// Firmware describes the first fault of a handler at each place, and counts all of them.
+    #[test]
+    fn firmware_counts_handlers_that_failed() {
+        let mut faults = Faults::default();
+        faults.contain(record(5));
+        faults.has_contained(1);
+        assert_eq!(faults.counts().handler_faults, 1);
+        faults.has_contained(4);
+        faults.contain(record(9));
+        faults.has_contained(5);
+        assert_eq!((faults.counts().handler_faults, faults.places().len()), (5, 2));
+    }
+
+    #[test]
+    fn one_place_may_stop_the_script_and_fail_in_a_listener() {
+        let mut faults = Faults::default();
+        faults.contain(record(5));
+        faults.pause(record(5));
+        let consequences = faults.places().iter().map(|place| place.consequence);
+        assert!(consequences.eq([Consequence::Contained, Consequence::Pause(10)]));
+        (0..20).for_each(|position| faults.contain(record(position)));
+        assert_eq!((faults.places().len(), faults.counts().handler_faults), (PLACES, 21));
+    }
+}

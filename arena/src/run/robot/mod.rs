@@ -231,7 +231,7 @@ impl<'p> Robot<'p> {
         }
     }
 
-    /// Its script has stopped. Nothing but its next step tells that it has started again.
+    /// Its script has stopped. Only its next completed step shows that it has started again.
     pub fn has_failed(&mut self, tick: u64, fault: Fault) {
         let record = self.state.record(tick, fault, vec![fault.position], None);
         self.state.fail(record);
