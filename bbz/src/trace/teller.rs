@@ -309,7 +309,7 @@ impl<'a> Teller<'a> {
         }
     }
 
-    /// The script starts again in so many ticks of the pause, or now.
+    /// The script starts again in `pause` ticks, or now if that is 0.
     fn restart(&mut self, time: Option<f64>, step: Option<u32>, pause: u16) {
         let seconds = f64::from(pause) / TICKS_PER_SECOND;
         let text = match pause {

@@ -1,6 +1,5 @@
 //! Runs the script: global code, `init()`, and `step()` ten times a second.
 
-use bittybuzz_comms::infrared::{FaultReport, MESSAGE};
 use bittybuzz_kilobot::clock::{Ticks, units};
 use bittybuzz_kilobot::phase::Phase;
 use bittybuzz_vm_core::builtin::Feature;

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use bittybuzz_hil::table::Zooid;
 use bittybuzz_hil::{Command, Event, Place, Table, resets};
+use bittybuzz_vm_core::FaultCode;
 
 /// When the red LED went on.
 fn red(zooid: &Zooid) -> Vec<Duration> {
@@ -25,8 +26,8 @@ fn driving(script: &str) -> Table {
 }
 
 #[test]
-fn a_fault_stops_the_motors_and_blinks_its_number() {
-    let script = "function init() { n = 0 }\nfunction step() { set_motor(40, 40)  n = n + 1  if(n == 10) n = n.x }";
+fn a_failed_assert_stops_the_motors_and_blinks_its_number() {
+    let script = "function init() { n = 0 }\nfunction step() { set_motor(40, 40)  n = n + 1  assert(n != 10) }";
     let mut table = driving(script);
     table.run_ms(950);
     assert!(table.zooids()[0].motors()[0] > 0.3);
@@ -39,7 +40,7 @@ fn a_fault_stops_the_motors_and_blinks_its_number() {
     let blinks = red(&table.zooids()[0]);
     let first = blinks.windows(2).position(|pair| pair[1] - pair[0] > Duration::from_secs(1));
     let number = first.unwrap() + 1;
-    assert!((1..=17).contains(&number), "{number}");
+    assert_eq!(number, FaultCode::AssertFailed as usize);
     for (index, pair) in blinks.windows(2).enumerate() {
         let pause = if (index + 1) % number == 0 { 1600 } else { 400 };
         let apart = (pair[1] - pair[0]).as_millis() as i64;
