@@ -414,16 +414,14 @@ impl Emulated<'_> {
             }
             Event::Infrared { payload, .. } => {
                 let message = payload.as_slice().try_into().ok();
-                let report = message.and_then(FaultReport::of);
-                // The script goes on after a contained fault.
-                let Some(report) = report.filter(|report| !report.is_contained) else {
-                    return Ok(());
-                };
+                let Some(report) = message.and_then(FaultReport::of) else { return Ok(()) };
                 let fault = report.fault.ok_or(Failure::Unsuitable)?;
                 let tick = world.now();
-                let brain = world.brain_mut(self.id);
-                // It says so again and again.
-                if let Some(robot) = brain.filter(|robot| !robot.state().is_faulted()) {
+                let Some(robot) = world.brain_mut(self.id) else { return Ok(()) };
+                // The robot sends each report again and again.
+                if report.is_contained {
+                    robot.has_contained_once(tick, fault);
+                } else if !robot.state().is_faulted() {
                     robot.has_failed(tick, fault);
                 }
             }

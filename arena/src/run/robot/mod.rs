@@ -249,6 +249,17 @@ impl<'p> Robot<'p> {
         self.state.faults().contain(record);
     }
 
+    /// A fault has ended a listener or a handler of its script, which is new if there was none at that place.
+    pub fn has_contained_once(&mut self, tick: u64, fault: Fault) {
+        let is_it = |place: &FaultRecord| {
+            let known = (place.fault.position, place.fault.code, place.consequence);
+            known == (fault.position, fault.code, Consequence::Contained)
+        };
+        if !self.state.fault_places().iter().any(is_it) {
+            self.has_contained(tick, fault, vec![fault.position]);
+        }
+    }
+
     /// Its script, which has stopped, starts again after `pause` ticks; 0: it starts now.
     pub fn has_restarted(&mut self, pause: u16) {
         match pause {
