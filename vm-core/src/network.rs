@@ -107,7 +107,7 @@ pub struct Counters {
     pub failed: u16,
 }
 
-/// In [`Protocol::digest`]: the sum is that of the entries as they are. It has 24 bits.
+/// Bit of [`Protocol::digest`] that is set until an entry changes. The sum itself has 24 bits.
 #[cfg(feature = "swarm")]
 pub(crate) const DIGEST_KNOWN: u32 = 1 << 31;
 
@@ -169,14 +169,14 @@ pub(crate) struct Protocol<P: Profile> {
     pub(crate) newest: u16,
     /// The entry, or behind them the swarm, that was advertised last.
     pub(crate) advertised: u8,
-    /// What was relayed last without being kept.
+    /// Hash of the entry that was relayed last without being kept.
     pub(crate) relayed: u16,
     /// Steps until another entry may be relayed that is not kept.
     pub(crate) relay_pause: u8,
     /// Entries of a former life of this robot that it has put again of late.
     pub(crate) reclaimed: u8,
-    /// Steps, counted modulo 256, on which deleted entries grow old.
-    pub(crate) age: u8,
+    /// Steps, counted modulo 65,536, for what happens once in many.
+    pub(crate) age: u16,
     /// Turns of advertising, counted modulo 256.
     pub(crate) turn: u8,
     /// Entries that are still to be advertised because a neighbor's digest differs.

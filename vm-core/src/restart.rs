@@ -10,7 +10,7 @@ const LONGEST: u16 = 600;
 /// Completed steps after which a script counts as healthy: a minute of them.
 const HEALTHY: u16 = 600;
 
-/// When the script starts again. All zeros before the first fault.
+/// The timer of the next start. All zeros before the first fault.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Restarts {
     /// Ticks of the last pause, 0 if the script is healthy.

@@ -48,7 +48,7 @@ pub fn is_earlier(a: u32, b: u32) -> bool {
 impl<P: Profile> Stamp<P> {
     /// The later clock is the greater one; at equal clocks a value before nil, then the higher robot id. A robot that
     /// lost its memory may have put two values at the same clock: then their types decide, and after them the bits of
-    /// what fits a frame and the digest of what does not.
+    /// plain values and the digests of others.
     pub fn order(&self, other: &Self) -> Ordering {
         // One comparison for each part: an order of three takes an AVR two.
         let (mine, theirs) = (self.value, other.value);

@@ -1,14 +1,14 @@
-//! When a robot sends what others may lack: entries of stigmergies, swarms, beacons.
+//! Advertising: the timers by which a robot sends entries of stigmergies, swarms and beacons.
 //!
 //! Equal replicas are silent. A beacon carries a digest of the sender's entries; as long as the neighbors' digests are
 //! equal to its own, a robot sends no entry. A digest that differs makes it advertise all its entries once, in turn, at
 //! intervals that grow as in Trickle (RFC 6206): short after a change, long when nothing is new, each a random part longer,
 //! and longer still when a neighbor shows that it has the same.
 //!
-//! A robot whose store has no room for what others put cannot be equal to them. It says so by beacons without a digest, and
-//! then robots advertise at a low constant rate, since nothing tells them when to stop. What a robot cannot keep it relays
-//! at a low rate, too, and such entries set no timer: however many there are, they cost each robot one frame in
-//! [`RELAY_PAUSE`] steps at most.
+//! A robot whose store has no room for the keys of the others cannot be equal to them. It shows that by beacons without a
+//! digest. Around such a robot entries are advertised at a low constant rate, since no digest shows when to stop. Entries
+//! that find no room are relayed at a low rate, too, and they set no timer: however many there are, they cost each robot at
+//! most one frame in [`RELAY_PAUSE`] steps.
 
 use super::Vm;
 use super::swarms::NEWS;
@@ -26,7 +26,7 @@ use crate::value::Value;
 const SHORTEST_INTERVAL: u8 = 2;
 /// From here on the newest entry is not advertised beside the others any more.
 const LONG_INTERVAL: u8 = 10;
-/// Where digests say nothing, entries are advertised in one turn of this many.
+/// One turn of this many advertises an entry although no digest differs, next to robots that have no digest.
 const SLOW_TURNS: u8 = 4;
 /// Steps between two entries that are relayed without being kept; up to half as many are added at random.
 const RELAY_PAUSE: u8 = 64;
@@ -34,12 +34,17 @@ const RELAY_PAUSE: u8 = 64;
 /// time of a whole store.
 const NEWS_MAX: u8 = 4;
 /// Steps in which a deleted entry grows older by one.
-const AGE_STEPS: u8 = 16;
+const AGE_STEPS: u16 = 16;
+/// Steps in which a robot may put again one more entry of its former life.
+const RECLAIM_STEPS: u16 = 256;
+/// Steps after which a robot whose store had no room compares digests again: one forged entry of a stigmergy that nobody
+/// has would else keep it from that for ever.
+const RETRY_STEPS: u16 = 1024;
 /// The age at which a deleted entry gives its place back: 64 s at ten steps a second.
 pub(super) const FORGOTTEN: u16 = 40;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Sends what has changed in the entry point that ends, or some of it.
+    /// Sends the entries and swarms that the ending entry point has changed, at most [`NEWS_MAX`] entries.
     #[inline(never)]
     pub(super) fn send_news<H: Host<P>>(&mut self, host: &mut H) {
         self.protocol.has_news = false;
@@ -94,7 +99,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.protocol.countdown = if countdown > SHORTEST_INTERVAL { 1 } else { countdown.max(1) };
     }
 
-    /// Does what is due once a step.
+    /// Advances all timers by a step, and sends what is due.
     #[inline(never)]
     pub(super) fn keep_in_touch<H: Host<P>>(&mut self, host: &mut H) {
         let periods = host.periods();
@@ -263,15 +268,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.send_entry(host, entry, digest);
     }
 
-    /// A step has passed for the pauses, and for what is deleted.
+    /// Advances the pauses, and the age of deleted entries.
     fn grow_older(&mut self) {
         let protocol = &mut self.protocol;
         if protocol.relay_pause != 0 {
             protocol.relay_pause -= 1;
         }
         protocol.age = protocol.age.wrapping_add(1);
-        if protocol.age == 0 && protocol.reclaimed != 0 {
+        if protocol.age.is_multiple_of(RECLAIM_STEPS) && protocol.reclaimed != 0 {
             protocol.reclaimed -= 1;
+        }
+        if protocol.age.is_multiple_of(RETRY_STEPS) {
+            protocol.has_dropped = false;
         }
         if protocol.age.is_multiple_of(AGE_STEPS) {
             self.forget_deleted();
