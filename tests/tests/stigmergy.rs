@@ -64,7 +64,10 @@ fn swarms_with_full_stores_are_quiet_and_see_each_other() {
 }
 
 /// Frames by kind that a swarm sends while it runs.
-fn count_kinds<P: Profile>(swarm: &mut Swarm<P>, steps: usize) -> BTreeMap<&'static str, usize> {
+fn count_kinds<P: Profile, const SLOTS: usize>(
+    swarm: &mut Swarm<P, &'static [u8], SLOTS>,
+    steps: usize,
+) -> BTreeMap<&'static str, usize> {
     let counts = Rc::new(RefCell::new(BTreeMap::new()));
     let seen = counts.clone();
     swarm.air.observe = Box::new(move |frame| {
@@ -112,17 +115,14 @@ fn fifty_crazyflies_with_twenty_keys_send_beacons_only() {
     let robots = (1..=50).map(|id| TestRobot::<Full, _, SLOTS>::new(image, id, sizes)).collect();
     let mut swarm = Swarm::of(robots).with_links(Queues::<Full, 60, 10>::default);
     swarm.air.loss = 0.1;
-    for _ in 0..600 {
+    for _ in 0..1200 {
         swarm.try_step();
     }
-    let mut frames = 0;
-    for _ in 0..600 {
-        frames += swarm.try_step();
-    }
+    let counts = count_kinds(&mut swarm, 600);
     // A Crazyflie remembers ten neighbors.
     assert_eq!(swarm.last(), vec!["2010"; 50]);
-    let rate = frames as f64 / 600.0 / 50.0;
-    assert!(rate <= 0.12, "{rate:.3} frames per step and robot");
+    assert_eq!(counts.keys().copied().collect::<Vec<_>>(), ["digest"], "{counts:?}");
+    assert!(counts["digest"] <= 50 * 600 / 9, "{counts:?}");
 }
 
 #[test]

@@ -173,6 +173,8 @@ pub(crate) struct Protocol<P: Profile> {
     pub(crate) relayed: u16,
     /// Steps until another entry may be relayed that is not kept.
     pub(crate) relay_pause: u8,
+    /// Answers to neighbors that may be given at once.
+    pub(crate) answers: u8,
     /// Entries of a former life of this robot that it has put again of late.
     pub(crate) reclaimed: u8,
     /// Steps, counted modulo 65,536, for what happens once in many.
@@ -238,6 +240,7 @@ impl<P: Profile> Protocol<P> {
         advertised: 0,
         relayed: 0,
         relay_pause: 0,
+        answers: 0,
         reclaimed: 0,
         age: 0,
         turn: 0,

@@ -134,9 +134,9 @@ mod tests {
 
     #[test]
     fn the_budget_is_that_of_the_robot_file() {
-        assert!(check(&crazyflie(65_536, 24_576)).is_ok());
-        let failure = check(&crazyflie(65_537, 24_577)).unwrap_err().to_string();
-        assert!(failure.contains("flash 65537 > 65536"), "{failure}");
+        assert!(check(&crazyflie(80_000, 24_576)).is_ok());
+        let failure = check(&crazyflie(80_001, 24_577)).unwrap_err().to_string();
+        assert!(failure.contains("flash 80001 > 80000"), "{failure}");
         assert!(failure.contains("ram 24577 > 24576"), "{failure}");
     }
 

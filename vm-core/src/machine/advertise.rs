@@ -35,6 +35,8 @@ const RELAY_PAUSE: u8 = 64;
 const NEWS_MAX: u8 = 4;
 /// Steps in which a deleted entry grows older by one.
 const AGE_STEPS: u16 = 16;
+/// Steps after which another answer may be given at once.
+const ANSWER_STEPS: u16 = 2;
 /// Steps in which a robot may put again one more entry of its former life.
 const RECLAIM_STEPS: u16 = 256;
 /// Steps after which a robot whose store had no room compares digests again: one forged entry of a stigmergy that nobody
@@ -90,13 +92,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.protocol.countdown = self.protocol.countdown.min(SHORTEST_INTERVAL);
     }
 
-    /// A neighbor has an older value of an entry, or asks for it: the entry is advertised in this step, unless one was a
-    /// moment ago.
+    /// A neighbor has an older value of an entry, or asks for it: the entry is sent when the step ends, unless many were a
+    /// moment ago, and advertised often for a while. So a robot that sends old entries does not fill the air with answers.
     pub(super) fn answer(&mut self, at: usize) {
-        self.protocol.newest = at as u16;
-        self.protocol.interval = SHORTEST_INTERVAL;
-        let countdown = self.protocol.countdown;
-        self.protocol.countdown = if countdown > SHORTEST_INTERVAL { 1 } else { countdown.max(1) };
+        if self.protocol.answers != 0 {
+            self.protocol.answers -= 1;
+            self.set_entry_state(at, self.entry_state(at) | NEWS);
+            self.protocol.has_news = true;
+        }
+        self.hurry(at);
     }
 
     /// Advances all timers by a step, and sends what is due.
@@ -235,7 +239,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.protocol.interval = SHORTEST_INTERVAL;
             self.protocol.countdown = self.protocol.countdown.min(SHORTEST_INTERVAL);
         }
-        self.protocol.behind = self.sizes().entries;
+        let used = |place: &u8| self.entry_state(self.entry_slot(*place)) != 0;
+        self.protocol.behind = (0..self.sizes().entries).filter(used).count() as u8;
     }
 
     /// The sum over all entries, of 24 bits. Deleted entries are no part of it: robots forget them at different times.
@@ -275,6 +280,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             protocol.relay_pause -= 1;
         }
         protocol.age = protocol.age.wrapping_add(1);
+        if protocol.age.is_multiple_of(ANSWER_STEPS) && protocol.answers < NEWS_MAX {
+            protocol.answers += 1;
+        }
         if protocol.age.is_multiple_of(RECLAIM_STEPS) && protocol.reclaimed != 0 {
             protocol.reclaimed -= 1;
         }
