@@ -335,7 +335,7 @@ fn replicas_of_tables_are_equal_a_minute_after_a_restart() {
 }
 
 #[test]
-#[ignore = "minutes; `cargo xtask soak` runs it"]
+#[ignore = "20 s with optimisation"]
 fn replicas_of_tables_are_equal_after_a_thousand_restarts() {
     replicas_are_equal_after_restarts(0..1000);
 }
