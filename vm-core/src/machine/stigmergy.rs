@@ -105,6 +105,17 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
+    /// Forgets entries with keys or values on the heap, to make room. The neighbors send them again, since the digests differ.
+    pub(super) fn forget_entries_on_heap(&mut self) {
+        for place in 0..self.sizes().entries {
+            let at = self.entry_slot(place);
+            if self.arena.get(at + KEY).is_heap() || self.arena.get(at + VALUE).is_heap() {
+                self.arena.fill(at, at + ENTRY);
+            }
+        }
+        self.protocol.digest = 0;
+    }
+
     /// Remembers the latest clock.
     fn note_clock(&mut self, clock: u32) {
         if is_earlier(self.protocol.clock, clock) {
