@@ -17,6 +17,7 @@
 //! | `syslink` | noise and frames on a Crazyflie's serial link | what is read can be written; a good frame then gets through |
 //! | `nrf24` | a Zooid's payload | what is read is written as it was read |
 //! | `ir` | light that a Kilobot receives | messages are whole or damaged; a message after silence gets through |
+//! | `social` | changes to images of scripts that talk, and to what is on the air, for two to four robots | memory is as it must be, robots start again after faults, the frames of a step are bounded |
 //! | `time` | decisions that make a script of large structures | no instruction takes more work than the sizes of memory and image allow |
 //!
 //! A run keeps to its budget, and ends the same in slices, with a collection at every allocation, and after an allocation
@@ -35,6 +36,7 @@ mod messages;
 mod mutation;
 mod program;
 mod seeds;
+mod social;
 mod time;
 mod words;
 
@@ -132,6 +134,11 @@ pub fn bo_mutated(data: &[u8]) -> bool {
 /// The first byte chooses the profile, the others make frames.
 pub fn message(data: &[u8]) -> bool {
     messages::run(data)
+}
+
+/// The first bytes choose an image and change it, the others decide about robots and frames.
+pub fn social(data: &[u8]) -> bool {
+    social::run(data)
 }
 
 /// The first byte chooses the profile, the others make a script.

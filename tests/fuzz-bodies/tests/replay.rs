@@ -94,6 +94,11 @@ fn ir() {
 }
 
 #[test]
+fn social() {
+    replay("social", bodies::social);
+}
+
+#[test]
 fn time() {
     replay("time", bodies::time);
 }
@@ -178,6 +183,11 @@ fn random_payloads() {
 #[test]
 fn random_light() {
     sample(bodies::ir, 3000, 20..200, 50);
+}
+
+#[test]
+fn random_changes_of_talk() {
+    sample(bodies::social, 400, 8..400, 20);
 }
 
 #[test]

@@ -71,6 +71,7 @@ const TARGETS: &[Target] = &[
     Target { name: "syslink", exercises: SYSLINK },
     Target { name: "nrf24", exercises: PAYLOADS },
     Target { name: "ir", exercises: LIGHT },
+    Target { name: "social", exercises: MESSAGES },
     Target { name: "time", exercises: MACHINE },
 ];
 
