@@ -13,7 +13,7 @@
 //!    moves it, a robot has the same body, the same errors and the same contacts.
 //!
 //! Emulators are programs of their own, and their licences stay there: this crate has the client (`bittybuzz-emulation`) and the
-//! reader of what firmware tells (`bittybuzz-trace-reader`, with `defmt-decoder` some twenty crates).
+//! reader of firmware traces (`bittybuzz-trace-reader`, with `defmt-decoder` some twenty crates).
 //!
 //! # Parts
 //! * [`engine`]: bodies, contacts, links, light.

@@ -8,8 +8,8 @@ use crate::backtrace::Backtrace;
 use crate::fault;
 use crate::program::Program;
 
-/// The object for a fault that stopped the script. `positions` are the calls that led there, innermost first; `accepted` is what the robot
-/// function accepts that has refused its arguments.
+/// The object for a fault that stopped the script. `positions` are the calls that led there, innermost first; `accepted` lists the
+/// arguments that a robot function accepts, if it has refused those of the call.
 pub fn fault(
     step: Option<u32>,
     fault: &Fault,

@@ -202,7 +202,7 @@ fn result<P: Profile>(value: Value<P>) -> (Mark, u32) {
     }
 }
 
-/// A robot whose functions do nothing, and what its neighbours send. It is measured on chips without an allocator, so it
+/// A robot whose functions do nothing, and the frames of its neighbours. It is measured on chips without an allocator, so it
 /// must cost less than that of `bittybuzz-testkit`.
 struct Robot<P: Profile> {
     /// What they send: the first of them what the script has broadcast last.

@@ -166,8 +166,8 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
         }
     }
 
-    /// Runs the script in `image` at `period`, until it stops for good. `is_robot_function` tells whether the robot has a function
-    /// of that name hash.
+    /// Runs the script in `image` at `period`, until it stops for good. `is_robot_function` returns true for the name
+    /// hashes of the robot's functions.
     pub async fn run(
         &mut self,
         image: Image<C>,
@@ -195,7 +195,7 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
             }
             self.pause(&mut ticks).await;
         }
-        // What it set holds as long as after any other step.
+        // Set-points hold as long as after any other step.
         self.wait_until(Instant::now() + HOLD).await;
         self.check_expiry();
         self.robot.stop(Stopped::Ended);

@@ -39,8 +39,8 @@ const AGE_STEPS: u16 = 16;
 const ANSWER_STEPS: u16 = 2;
 /// Steps in which a robot may put again one more entry of its former life.
 const RECLAIM_STEPS: u16 = 256;
-/// Steps after which a robot whose store had no room compares digests again: one forged entry of a stigmergy that nobody
-/// has would else keep it from that for ever.
+/// Steps after which a robot whose store had no room compares digests again: otherwise one forged entry of an
+/// unknown stigmergy would prevent that for ever.
 const RETRY_STEPS: u16 = 1024;
 /// The age at which a deleted entry gives its place back: 64 s at ten steps a second.
 pub(super) const FORGOTTEN: u16 = 40;

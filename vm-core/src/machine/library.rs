@@ -22,7 +22,7 @@ const DROP_RESULT: i8 = 2;
 /// The next row of the image's library table.
 const ROW: i8 = 3;
 const COPY: i8 = 4;
-/// The first slot of the iteration over what the script has changed; its last two slots are on top.
+/// The first slot of the iteration over the changes of the script; its last two slots are on top.
 const COPY_ITERATES: usize = 5;
 const COPY_LOCALS: usize = 4 + ITERATION;
 

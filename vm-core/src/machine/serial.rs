@@ -61,7 +61,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok((self.read_second(content)?, digest))
     }
 
-    /// A copy of a value of an entry: what the script does to it does not change the entry.
+    /// Copies a value of an entry, so that a script which changes the copy does not change the entry.
     pub(super) fn copied(&mut self, value: Value<P>) -> Result<Value<P>, Stopped> {
         if !Self::has(Part::LongMessages) || !value.is(Tag::TABLE) {
             return Ok(value);

@@ -30,13 +30,13 @@ pub struct Statement {
     pub name: &'static str,
     /// Code that makes a table `t`, with `N` for a number of elements.
     table: &'static str,
-    /// How many elements a cell of that table holds; 0 if the statement does not depend on a table.
+    /// Elements per cell of that table; 0 if the statement does not depend on a table.
     pub per_cell: u64,
     /// Code of `init()`.
     init: &'static str,
     /// A statement of `step()` in both scripts.
     always: &'static str,
-    /// How many instructions the statement takes that are as long.
+    /// Instructions of that length in the statement.
     pub times: u64,
     with: &'static str,
     /// A statement with the same operands, but without the instruction.
