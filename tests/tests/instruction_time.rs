@@ -44,7 +44,7 @@ impl<P: Profile> Host<P> for Idle {
     }
 }
 
-/// The most accesses that an instruction of `step()` takes, on a machine with so many neighbors.
+/// The most accesses that an instruction of `step()` takes, on a machine with that number of neighbors.
 fn longest<P: Profile>(script: &str, neighbors: u16) -> u64 {
     let compiled = compiler::compile(script.to_owned(), P::FULL, &MemoryFiles::default());
     let image = compiled.image.unwrap_or_else(|| panic!("{script}\n{:?}", compiled.diagnostics));

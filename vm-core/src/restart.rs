@@ -22,7 +22,7 @@ pub struct Restarts {
 }
 
 impl Restarts {
-    /// No fault so far.
+    /// Without a fault.
     pub const fn new() -> Self {
         Restarts { pause: 0, left: 0, steps: 0 }
     }

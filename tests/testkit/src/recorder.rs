@@ -127,7 +127,7 @@ pub struct Call<'a> {
     pub arguments: &'a [Argument],
     /// Times that the machine has asked again.
     pub polls: u32,
-    /// Calls so far, this one included.
+    /// The number of this call, from 1.
     pub number: u32,
 }
 
