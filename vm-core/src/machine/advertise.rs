@@ -18,7 +18,7 @@ use crate::host::Host;
 use crate::message::frame::Frame;
 use crate::message::{Entry, Swarms};
 use crate::network::{Count, DIGEST_KNOWN};
-use crate::number::{Profile, Word};
+use crate::number::Profile;
 use crate::part::Part;
 use crate::value::Value;
 
@@ -295,26 +295,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 }
 
-/// A hash of an entry: FNV-1a over numbers of 16 bits.
+/// A hash of an entry: FNV-1a over its frame, in which a digest stands for key and value that do not fit.
+#[inline(never)]
 fn hash<P: Profile>(entry: &Entry<P>, digest: u16) -> u32 {
-    let mut hash = 0x811c_9dc5_u32;
-    let mut add = |number: u16| hash = (hash ^ u32::from(number)).wrapping_mul(0x0100_0193);
-    add(entry.stigmergy);
-    add(entry.owner);
-    add(entry.clock as u16);
-    add((entry.clock >> 16) as u16);
-    add(digest);
-    for value in [entry.key, entry.value] {
-        add(value.tag().byte().into());
-        // The place of a value on the heap says nothing; the digest stands for it.
-        if !value.is_heap() {
-            let raw = value.raw().to_u32();
-            add(raw as u16);
-            if P::FULL {
-                add((raw >> 16) as u16);
-            }
-        }
-    }
+    let mut frame = Frame::EMPTY;
+    let _ = frame.put_entry(entry, digest);
+    let add = |hash: u32, byte: &u8| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193);
+    let hash = frame.bytes_mut().iter().fold(0x811c_9dc5_u32, add);
     // Products carry upwards only: the lower bits alone would mix badly.
     hash ^ hash >> 15
 }

@@ -288,7 +288,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     #[inline(never)]
     pub(super) fn send_entry<H: Host<P>>(&mut self, host: &mut H, entry: &Entry<P>, digest: u16) {
         let mut frame = Frame::EMPTY;
-        if frame.put_entry(entry).is_none() {
+        if frame.put_entry(entry, digest).is_none() {
             // Without that part there is none: see `sendable`.
             if Self::has(Part::LongMessages) {
                 let Entry { stigmergy, owner, clock, key, value } = *entry;

@@ -4,7 +4,7 @@
 //! differ in direction only, so there is one function for all kinds and both ways.
 
 use super::{
-    CLOCK_MAX, Entry, FRAGMENT_HEAD, Fragment, Ignored, Kind, STIGMERGIES, Script, Swarms,
+    Entry, FRAGMENT_HEAD, Fragment, Ignored, Kind, STIGMERGIES, Script, Swarms,
 };
 use crate::network::Buffer;
 use crate::number::{Profile, Word};
@@ -297,22 +297,25 @@ impl<P: Profile> Frame<P> {
         Some(())
     }
 
-    /// Makes an empty frame an open entry; `None` if it does not fit.
-    #[inline(always)]
-    pub(crate) fn put_entry(&mut self, entry: &Entry<P>) -> Option<()> {
+    /// Makes an empty frame an open entry; `None` if it does not fit. Then the frame has no type, but owner, clock,
+    /// stigmergy and digest, which distinguish the entry from others.
+    #[inline(never)]
+    pub(crate) fn put_entry(&mut self, entry: &Entry<P>, digest: u16) -> Option<()> {
+        self.set_number(ROBOT, entry.owner);
+        self.set_number(3, entry.clock as u16);
+        self.set_byte(5, (entry.clock >> 16) as u8);
+        self.set_number(KEY, entry.stigmergy);
+        self.set_number(KEY + 2, digest);
         let string = match entry.key.tag() {
             Tag::INT => 0,
             Tag::STRING => STRING_KEY,
             _ => return None,
         };
-        if entry.stigmergy >= STIGMERGIES || entry.clock > CLOCK_MAX {
+        if entry.stigmergy >= STIGMERGIES {
             return None;
         }
         let stigmergy = (entry.stigmergy as u8 + 1).wrapping_mul(STIGMERGY);
         self.set_byte(0, stigmergy | string | plain_tag(entry.value)?);
-        self.set_number(ROBOT, entry.owner);
-        self.set_number(3, entry.clock as u16);
-        self.set_byte(5, (entry.clock >> 16) as u8);
         self.set_word(KEY, entry.key);
         self.set_word(KEY + P::WORD_BYTES, entry.value);
         Some(())

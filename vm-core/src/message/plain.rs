@@ -1,7 +1,7 @@
 //! Messages from frames and to frames, for who looks at them from outside of a machine.
 
 use super::frame::Frame;
-use super::{FRAGMENT_HEAD, Ignored, Kind, Message, Script};
+use super::{CLOCK_MAX, FRAGMENT_HEAD, Ignored, Kind, Message, Script};
 use crate::number::Profile;
 
 impl<'a, P: Profile> Message<'a, P> {
@@ -40,7 +40,8 @@ impl<'a, P: Profile> Message<'a, P> {
             Message::Broadcast { robot, topic, value } => {
                 frame.put_broadcast(*robot, *topic, *value)?;
             }
-            Message::Entry(entry) => frame.put_entry(entry)?,
+            Message::Entry(entry) if entry.clock > CLOCK_MAX => return None,
+            Message::Entry(entry) => frame.put_entry(entry, 0)?,
         }
         let length = frame.seal(&script)?;
         let (head, rest) = bytes.split_at_mut_checked(length)?;
