@@ -3,9 +3,7 @@
 //! An open frame has strings as their numbers, the whole clock of an entry in one place, and zero for the hash. Opening and sealing
 //! differ in direction only, so there is one function for all kinds and both ways.
 
-use super::{
-    Entry, FRAGMENT_HEAD, Fragment, Ignored, Kind, STIGMERGIES, Script, Swarms,
-};
+use super::{Entry, FRAGMENT_HEAD, Fragment, Ignored, Kind, STIGMERGIES, Script, Swarms};
 use crate::network::Buffer;
 use crate::number::{Profile, Word};
 use crate::value::{Tag, Value};

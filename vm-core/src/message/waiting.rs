@@ -4,10 +4,6 @@ use super::Kind;
 use crate::number::Profile;
 use crate::stamp::is_earlier;
 
-/// Type byte: that it is a broadcast.
-const BROADCAST: u8 = 0xfc;
-/// Type byte: stigmergy and kind of key.
-const ENTRY: u8 = 0xe4;
 /// Type byte of an entry: the highest bits of the clock.
 const CLOCK: u8 = 0x18;
 const ROBOT: usize = 1;
@@ -15,6 +11,8 @@ const TOPIC: usize = 3;
 const KEY: usize = 6;
 /// Bytes of the hash behind the robot of a beacon.
 const HASH: usize = 4;
+/// Bytes of the check behind the words of a frame.
+const CHECK: usize = 3;
 
 /// Whether a frame of that kind makes one useless that waits.
 ///
@@ -23,42 +21,67 @@ const HASH: usize = 4;
 /// robot on the same topic that is stale, that is of an earlier step; a beacon does it to one of the same robot.
 #[inline(never)]
 pub fn replaces<P: Profile>(kind: Kind, new: &[u8], waiting: &[u8], is_stale: bool) -> bool {
-    // Most often asked.
-    if !is_stale && kind == Kind::Broadcast {
+    let words = 2 * P::WORD_BYTES;
+    let (of_type, others) = match kind {
+        // Most often asked.
+        Kind::Broadcast if !is_stale => return false,
+        Kind::Broadcast => {
+            let check = TOPIC + words;
+            (0xfc, bytes(ROBOT, TOPIC + P::WORD_BYTES) | bytes(check, check + CHECK))
+        }
+        // A beacon and one with a digest differ in one bit.
+        Kind::Beacon | Kind::Digest => (0xfd, bytes(ROBOT, ROBOT + 2 + HASH)),
+        // Stigmergy and kind of key.
+        Kind::Entry => {
+            let check = KEY + words;
+            let check = if P::FULL { bytes(check, check + CHECK) } else { 0 };
+            (0xe4, bytes(KEY, KEY + P::WORD_BYTES) | check)
+        }
+        Kind::Swarms | Kind::Fragment => return false,
+    };
+    if !same(new, waiting, of_type, others) {
         return false;
     }
-    let (Some(new_head), Some(head)) = (new.first_chunk(), waiting.first_chunk()) else {
+    let (Some(new), Some(waiting)) = (new.first_chunk(), waiting.first_chunk()) else {
         return false;
     };
-    let [new_type, n1, n2, n3, n4, n5] = *new_head;
-    let [old_type, o1, o2, o3, o4, o5] = *head;
-    let word = P::WORD_BYTES;
-    if matches!(kind, Kind::Beacon | Kind::Digest) {
-        let waits = Kind::of(old_type);
-        return matches!(waits, Some(Kind::Beacon | Kind::Digest))
-            && same(new, waiting, ROBOT, ROBOT + 2 + HASH);
+    if kind != Kind::Entry {
+        return true;
     }
-    if kind == Kind::Broadcast {
-        return (new_type ^ old_type) & BROADCAST == 0
-            && same(new, waiting, ROBOT, TOPIC + word)
-            && same(new, waiting, TOPIC + 2 * word, TOPIC + 2 * word + 3);
-    }
-    if kind != Kind::Entry
-        || (new_type ^ old_type) & ENTRY != 0
-        || (n5 ^ o5) & 0xf0 != 0
-        || !same(new, waiting, KEY, KEY + word)
-        || P::FULL && !same(new, waiting, KEY + 2 * word, KEY + 2 * word + 3)
-    {
+    // The higher half of the byte belongs to the hash.
+    if (new[5] ^ waiting[5]) & 0xf0 != 0 {
         return false;
     }
-    let high = |first: u8, high: u8| high & 0x0f | (first & CLOCK) << 1;
-    let new_clock = u32::from_le_bytes([n3, n4, high(new_type, n5), 0]);
-    let old_clock = u32::from_le_bytes([o3, o4, high(old_type, o5), 0]);
-    is_earlier(old_clock, new_clock) || new_clock == old_clock && n1 == o1 && n2 == o2
+    let (new_clock, old_clock) = (clock(new), clock(waiting));
+    is_earlier(old_clock, new_clock)
+        || new_clock == old_clock
+            && new[ROBOT] == waiting[ROBOT]
+            && new[ROBOT + 1] == waiting[ROBOT + 1]
 }
 
-/// Whether both have the same bytes there.
+/// The clock of an entry.
 #[inline(never)]
-fn same(new: &[u8], waiting: &[u8], from: usize, to: usize) -> bool {
-    matches!((new.get(from..to), waiting.get(from..to)), (Some(new), Some(waiting)) if new == waiting)
+fn clock([first, _, _, low, middle, high]: &[u8; 6]) -> u32 {
+    u32::from_le_bytes([*low, *middle, high & 0x0f | (first & CLOCK) << 1, 0])
+}
+
+/// A bit for each byte of a frame in that range, the lowest for the one behind the type.
+const fn bytes(from: usize, to: usize) -> u16 {
+    ((1_u32 << (to - 1)) - (1_u32 << (from - 1))) as u16
+}
+
+/// Returns true if both frames have those bits of the type and those other bytes, and the same in them.
+#[inline(never)]
+fn same(new: &[u8], waiting: &[u8], of_type: u8, others: u16) -> bool {
+    let mut mask = of_type;
+    let mut left = others;
+    for (new, old) in new.iter().zip(waiting) {
+        if (new ^ old) & mask != 0 {
+            return false;
+        }
+        mask = if left & 1 != 0 { 0xff } else { 0 };
+        left >>= 1;
+    }
+    // No byte was missing.
+    mask == 0 && left == 0
 }
