@@ -163,16 +163,14 @@ pub(crate) struct Protocol<P: Profile> {
     pub(crate) silent: u8,
     /// Steps between two advertisements of entries.
     pub(crate) interval: u8,
-    /// Steps until the next.
-    pub(crate) countdown: u8,
+    /// Steps until something happens, by [`Timer`].
+    pub(crate) timers: [u8; 4],
     /// The first slot of the entry that has changed last; 0 before any has.
     pub(crate) newest: u16,
     /// The entry, or behind them the swarm, that was advertised last.
     pub(crate) advertised: u8,
     /// Hash of the entry that was relayed last without being kept.
     pub(crate) relayed: u16,
-    /// Steps until another entry may be relayed that is not kept.
-    pub(crate) relay_pause: u8,
     /// Answers to neighbors that may be given at once.
     pub(crate) answers: u8,
     /// Entries of a former life of this robot that it has put again of late.
@@ -187,8 +185,6 @@ pub(crate) struct Protocol<P: Profile> {
     pub(crate) has_dropped: bool,
     /// A neighbor sends beacons without a digest: it may lack entries.
     pub(crate) meets_beacon: bool,
-    /// Steps since the digest was sent.
-    pub(crate) since_digest: u8,
     /// The sum over all entries, with [`DIGEST_KNOWN`] until an entry changes.
     pub(crate) digest: u32,
     /// The latest clock that was put or received, on any key.
@@ -198,6 +194,21 @@ pub(crate) struct Protocol<P: Profile> {
     /// As in [`Counters`].
     pub(crate) counters: [u16; 7],
     pub(crate) assembly: Assembly<P>,
+}
+
+/// Counts steps down to zero.
+#[cfg(feature = "swarm")]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[repr(u8)]
+pub(crate) enum Timer {
+    /// Until the next advertisement of an entry.
+    Advertise,
+    /// Until another entry may be relayed that is not kept.
+    Relay,
+    /// Until the digest is sent again.
+    Digest,
+    /// Until the message of which some fragments are here is given up; 0: there is none.
+    Assembly,
 }
 
 /// A message of which some fragments are here.
@@ -212,8 +223,6 @@ pub(crate) struct Assembly<P: Profile> {
     pub(crate) all: u8,
     /// Bytes of the whole message.
     pub(crate) length: u16,
-    /// Steps until it is given up; 0: there is none.
-    pub(crate) steps_left: u8,
     /// Another robot has sent a fragment meanwhile.
     pub(crate) is_wanted: bool,
     pub(crate) content: P::Content,
@@ -224,6 +233,7 @@ impl<P: Profile> Protocol<P> {
     /// All zeros.
     pub(crate) const EMPTY: Self = Protocol {
         sizes: Sizes::NONE,
+        timers: [0; 4],
         stigmergies: 0,
         step: 0,
         heard: 0,
@@ -235,11 +245,9 @@ impl<P: Profile> Protocol<P> {
         is_resting: false,
         silent: 0,
         interval: 0,
-        countdown: 0,
         newest: 0,
         advertised: 0,
         relayed: 0,
-        relay_pause: 0,
         answers: 0,
         reclaimed: 0,
         age: 0,
@@ -247,7 +255,6 @@ impl<P: Profile> Protocol<P> {
         behind: 0,
         has_dropped: false,
         meets_beacon: false,
-        since_digest: 0,
         digest: 0,
         clock: 0,
         jitter: 0,
@@ -258,7 +265,6 @@ impl<P: Profile> Protocol<P> {
             present: 0,
             all: 0,
             length: 0,
-            steps_left: 0,
             is_wanted: false,
             content: P::Content::ZERO,
         },
@@ -278,7 +284,7 @@ impl<P: Profile> Protocol<P> {
         self.has_dropped = false;
         self.digest = 0;
         self.clock = 0;
-        self.assembly.steps_left = 0;
+        self.set_timer(Timer::Assembly, 0);
     }
 
     /// Prepares a new start of the same script. Knowledge of others stays.
@@ -286,6 +292,24 @@ impl<P: Profile> Protocol<P> {
         self.in_message = false;
         self.conflict = Conflict::None;
         self.is_resting = true;
+    }
+
+    /// Steps that are left of a timer.
+    #[inline(always)]
+    pub(crate) fn timer(&self, which: Timer) -> u8 {
+        self.timers[which as usize]
+    }
+
+    #[inline(always)]
+    pub(crate) fn set_timer(&mut self, which: Timer, steps: u8) {
+        self.timers[which as usize] = steps;
+    }
+
+    /// Takes a step off all timers.
+    pub(crate) fn tick(&mut self) {
+        for timer in &mut self.timers {
+            *timer -= u8::from(*timer != 0);
+        }
     }
 
     #[inline(never)]

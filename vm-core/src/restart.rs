@@ -15,16 +15,14 @@ const HEALTHY: u16 = 600;
 pub struct Restarts {
     /// Ticks of the last pause, 0 if the script is healthy.
     pause: u16,
-    /// Ticks left of the pause.
-    left: u16,
-    /// Steps completed since the last start.
-    steps: u16,
+    /// Ticks left of the pause; when it is over, steps completed since.
+    count: u16,
 }
 
 impl Restarts {
     /// Without a fault.
     pub const fn new() -> Self {
-        Restarts { pause: 0, left: 0, steps: 0 }
+        Restarts { pause: 0, count: 0 }
     }
 
     /// Begins the pause after a fault, and returns its ticks.
@@ -33,22 +31,21 @@ impl Restarts {
             0 => FIRST,
             pause => (2 * pause).min(LONGEST),
         };
-        self.left = self.pause;
-        self.steps = 0;
+        self.count = self.pause;
         self.pause
     }
 
     /// Counts a tick of the pause. Returns true if the pause is over with it.
     pub fn tick(&mut self) -> bool {
-        self.left = self.left.saturating_sub(1);
-        self.left == 0
+        self.count = self.count.saturating_sub(1);
+        self.count == 0
     }
 
     /// Counts a step that was completed.
     pub fn step(&mut self) {
-        self.steps += 1;
-        if self.steps >= HEALTHY {
-            self.steps = 0;
+        self.count += 1;
+        if self.count >= HEALTHY {
+            self.count = 0;
             self.pause = 0;
         }
     }

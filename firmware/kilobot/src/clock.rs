@@ -27,6 +27,7 @@ impl Ticks {
     }
 
     /// Whether there was a tick. Those that nobody asked for in time are skipped.
+    #[inline(never)]
     pub fn take(&mut self, now: u16) -> bool {
         let mut is_tick = false;
         while is_past(self.next, now) {

@@ -17,7 +17,7 @@ use crate::bytecode::ByteCode;
 use crate::host::Host;
 use crate::message::frame::Frame;
 use crate::message::{Entry, Swarms};
-use crate::network::{Count, DIGEST_KNOWN};
+use crate::network::{Count, DIGEST_KNOWN, Timer};
 use crate::number::Profile;
 use crate::part::Part;
 use crate::value::Value;
@@ -88,8 +88,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// An entry has changed: for a while it is advertised often.
     pub(super) fn hurry(&mut self, at: usize) {
         self.protocol.newest = at as u16;
-        self.protocol.interval = SHORTEST_INTERVAL;
-        self.protocol.countdown = self.protocol.countdown.min(SHORTEST_INTERVAL);
+        self.advertise_soon();
+    }
+
+    /// Advertises in a moment, and often for a while.
+    #[inline(never)]
+    fn advertise_soon(&mut self) {
+        let protocol = &mut self.protocol;
+        protocol.interval = SHORTEST_INTERVAL;
+        protocol
+            .set_timer(Timer::Advertise, protocol.timer(Timer::Advertise).min(SHORTEST_INTERVAL));
     }
 
     /// A neighbor has an older value of an entry, or asks for it: the entry is sent when the step ends, unless many were a
@@ -111,27 +119,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.grow_older();
         }
         let protocol = &mut self.protocol;
-        if protocol.assembly.steps_left != 0 {
-            protocol.assembly.steps_left -= 1;
-        }
+        protocol.tick();
         #[allow(clippy::implicit_saturating_add, reason = "an AVR has no conditional moves")]
         if protocol.silent != u8::MAX {
             protocol.silent += 1;
         }
-        #[allow(clippy::implicit_saturating_add, reason = "an AVR has no conditional moves")]
-        if protocol.since_digest != u8::MAX {
-            protocol.since_digest += 1;
-        }
-        if protocol.countdown != 0 {
-            protocol.countdown -= 1;
-        }
-        let advertises = protocol.countdown == 0 && protocol.shares;
+        let advertises = protocol.timer(Timer::Advertise) == 0 && protocol.shares;
         if advertises {
             // Each time later, and not all robots at once.
             let random = self.random();
             let protocol = &mut self.protocol;
             let interval = protocol.interval.max(SHORTEST_INTERVAL);
-            protocol.countdown = interval.wrapping_add(random & (interval >> 1));
+            protocol.set_timer(Timer::Advertise, interval.wrapping_add(random & (interval >> 1)));
             protocol.interval = (interval + (random & 1)).min(periods.advertise);
         }
         let is_silent = self.protocol.silent >= periods.beacon;
@@ -144,7 +143,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.protocol.silent = self.random() & 1;
         }
         if Self::SHARES && advertises {
-            self.advertise(host, periods.advertise);
+            self.advertise(host);
         }
     }
 
@@ -161,7 +160,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if Self::has(Part::Stigmergy) && self.is_comparable() {
             let digest = self.digest();
             frame.put_digest(self.robot_id, digest);
-            self.protocol.since_digest = 0;
+            self.protocol.set_timer(Timer::Digest, host.periods().advertise);
         } else {
             frame.put_beacon(self.robot_id);
         }
@@ -175,7 +174,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Sends the newest entry as long as not enough neighbors are known to have it; and in turn swarms, and entries as far
     /// as neighbors may lack some. Without either, the digest.
-    fn advertise<H: Host<P>>(&mut self, host: &mut H, period: u8) {
+    fn advertise<H: Host<P>>(&mut self, host: &mut H) {
         let newest = usize::from(self.protocol.newest);
         let mut sent = 0;
         if newest != 0 && self.protocol.interval < LONG_INTERVAL && self.entry_state(newest) != 0 {
@@ -213,7 +212,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if Self::has(Part::Stigmergy)
             && sent == 0
             && self.is_comparable()
-            && self.protocol.since_digest >= period
+            && self.protocol.timer(Timer::Digest) == 0
         {
             self.send_beacon(host);
         }
@@ -236,8 +235,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return;
         }
         if self.protocol.behind == 0 {
-            self.protocol.interval = SHORTEST_INTERVAL;
-            self.protocol.countdown = self.protocol.countdown.min(SHORTEST_INTERVAL);
+            self.advertise_soon();
         }
         let used = |place: &u8| self.entry_state(self.entry_slot(*place)) != 0;
         self.protocol.behind = (0..self.sizes().entries).filter(used).count() as u8;
@@ -265,20 +263,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.protocol.count(Count::NotKept);
         self.protocol.has_dropped = true;
         let hash = hash(entry, digest) as u16;
-        if self.protocol.relay_pause != 0 || self.protocol.relayed == hash {
+        if self.protocol.timer(Timer::Relay) != 0 || self.protocol.relayed == hash {
             return;
         }
         self.protocol.relayed = hash;
-        self.protocol.relay_pause = RELAY_PAUSE + (self.random() & (RELAY_PAUSE / 2 - 1));
+        let pause = RELAY_PAUSE + (self.random() & (RELAY_PAUSE / 2 - 1));
+        self.protocol.set_timer(Timer::Relay, pause);
         self.send_entry(host, entry, digest);
     }
 
     /// Advances the pauses, and the age of deleted entries.
     fn grow_older(&mut self) {
         let protocol = &mut self.protocol;
-        if protocol.relay_pause != 0 {
-            protocol.relay_pause -= 1;
-        }
         protocol.age = protocol.age.wrapping_add(1);
         if protocol.age.is_multiple_of(ANSWER_STEPS) && protocol.answers < NEWS_MAX {
             protocol.answers += 1;

@@ -111,10 +111,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Returns false if it is not such a fault, or stops the script nevertheless.
     #[inline(never)]
     pub(super) fn contain<H: Host<P>>(&mut self, host: &mut H) -> bool {
-        let State::Faulted(fault) = self.state else { return false };
+        let State::Faulted(fault) = &self.state else { return false };
         if !self.protocol.in_message
             || fault.code == FaultCode::AssertFailed
-            || !host.contain(&fault, self.calls())
+            || !host.contain(fault, self.calls())
         {
             return false;
         }

@@ -462,9 +462,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
         }
         self.collect();
-        // Cells do not move. One of an entry may lie where messages are handled.
+        // Cells do not move. One of an entry may lie where messages are handled. Without that part there is none.
         #[cfg(feature = "swarm")]
-        if Self::SHARES && usize::from(self.arena.bottom) < base + 1 + NATIVE_ROOM {
+        if Self::has(Part::LongMessages) && usize::from(self.arena.bottom) < base + 1 + NATIVE_ROOM
+        {
             self.forget_entries_on_heap();
             self.collect();
         }

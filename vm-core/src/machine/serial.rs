@@ -12,7 +12,7 @@ use crate::image::CAPTURES;
 use crate::message::content::{self, Head, Item, Reader, Writer};
 use crate::message::frame::Frame;
 use crate::message::{self, FRAGMENT_HEAD, FRAGMENTS_MAX, Fragment, STIGMERGIES};
-use crate::network::{Buffer, Count};
+use crate::network::{Buffer, Count, Timer};
 use crate::number::Profile;
 use crate::part::Part;
 use crate::value::{Tag, Value};
@@ -198,13 +198,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) -> Result<bool, Stopped> {
         let piece = Self::fragment_bytes();
         let Fragment { robot, number, index, last, content: part } = *fragment;
+        let waits = self.protocol.timer(Timer::Assembly) != 0;
         let assembly = &mut self.protocol.assembly;
         let is_other = assembly.robot != robot;
-        if assembly.steps_left == 0 || is_other || assembly.number != number {
-            let interrupts = assembly.steps_left != 0;
+        if !waits || is_other || assembly.number != number {
             // A robot that begins another message has ended the one before. If others wait it has to let them in first, so
             // that no robot keeps the only room for long messages by beginning again and again.
-            let gives_way = !interrupts || (!is_other && !assembly.is_wanted);
+            let gives_way = !waits || (!is_other && !assembly.is_wanted);
             assembly.is_wanted |= is_other;
             if gives_way {
                 assembly.is_wanted = false;
@@ -213,7 +213,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 assembly.present = 0;
                 assembly.all = 0;
             }
-            if interrupts {
+            if waits {
                 self.protocol.count(Count::Incomplete);
             }
             if !gives_way {
@@ -231,22 +231,24 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             *to = *byte;
         }
         let bit = 1 << index;
-        // Only what is new shows that the message comes on.
-        if assembly.present & bit == 0 {
-            assembly.steps_left = PATIENCE;
-        }
+        let is_new = assembly.present & bit == 0;
         assembly.present |= bit;
         if last {
             assembly.all = bit | (bit - 1);
             assembly.length = (from + part.len().min(piece)) as u16;
         }
-        if assembly.all == 0 || assembly.present & assembly.all != assembly.all {
+        let is_complete = assembly.all != 0 && assembly.present & assembly.all == assembly.all;
+        let length = usize::from(assembly.length);
+        // Only what is new shows that the message comes on.
+        if is_complete || is_new {
+            let steps = if is_complete { 0 } else { PATIENCE };
+            self.protocol.set_timer(Timer::Assembly, steps);
+        }
+        if !is_complete {
             return Ok(false);
         }
-        assembly.steps_left = 0;
-        let length = usize::from(assembly.length);
         // A copy, since another message may come while this one is dealt with.
-        let content = assembly.content;
+        let content = self.protocol.assembly.content;
         let content = content.as_ref().get(..length).unwrap_or(&[]);
         let (head, reader) = Reader::new(content, self.script());
         self.deliver(host, head, reader)

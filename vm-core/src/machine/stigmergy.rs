@@ -11,7 +11,7 @@ use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
 use crate::message::Entry;
-use crate::network::{Count, ENTRY};
+use crate::network::{Count, ENTRY, Timer};
 use crate::number::Profile;
 use crate::part::Part;
 use crate::stamp::{Stamp, is_earlier, next};
@@ -116,7 +116,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.protocol.digest = 0;
     }
 
+    /// The clock of a put after that one.
+    #[inline(never)]
+    fn tick(&mut self, clock: u32) -> u32 {
+        let clock = next(clock);
+        self.note_clock(clock);
+        clock
+    }
+
     /// Remembers the latest clock.
+    #[inline(never)]
     fn note_clock(&mut self, clock: u32) {
         if is_earlier(self.protocol.clock, clock) {
             self.protocol.clock = clock;
@@ -127,6 +136,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     #[inline(never)]
     pub(super) fn entry_state(&self, at: usize) -> u8 {
         self.arena.get(at + ROBOT).tag().byte()
+    }
+
+    /// Returns true if there is an entry of that stigmergy.
+    fn is_of(&self, at: usize, stigmergy: u8) -> bool {
+        self.entry_state(at) & !NEWS == stigmergy + 1
     }
 
     /// That an entry is news, or no longer.
@@ -186,7 +200,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn find_entry(&self, stigmergy: u8, key: Value<P>) -> usize {
         for place in 0..self.sizes().entries {
             let at = self.entry_slot(place);
-            if self.entry_state(at) & !NEWS == stigmergy + 1 {
+            if self.is_of(at, stigmergy) {
                 let here = self.arena.get(at + KEY);
                 if here.same(key) || self.arena.same_text(here, key) {
                     return at;
@@ -196,12 +210,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         0
     }
 
-    /// Returns true if there is room for another entry.
-    fn has_free_place(&self) -> bool {
-        (0..self.sizes().entries).any(|place| self.entry_state(self.entry_slot(place)) == 0)
-    }
-
-    /// The first slot for a new entry with that key, clock 0 and no value; 0 if there is no room.
+    /// The first slot for a new entry with that key, clock 0 and no value; 0 if there is no room. The place stays free until
+    /// the entry has a stamp.
     fn new_entry(&mut self, key: Value<P>) -> usize {
         for place in 0..self.sizes().entries {
             let at = self.entry_slot(place);
@@ -222,7 +232,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         for place in from..self.sizes().entries {
             let entry = self.entry_slot(place);
             let value = self.arena.get(entry + VALUE);
-            if self.entry_state(entry) & !NEWS == stigmergy + 1 && !value.is_nil() {
+            if self.is_of(entry, stigmergy) && !value.is_nil() {
                 self.arena.set(at, Value::int(i32::from(place) + 1));
                 self.push(self.arena.get(entry + KEY));
                 let copy = self.copied(value)?;
@@ -255,9 +265,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 let mut size = 0;
                 for place in 0..self.sizes().entries {
                     let at = self.entry_slot(place);
-                    if self.entry_state(at) & !NEWS == stigmergy + 1
-                        && !self.arena.get(at + VALUE).is_nil()
-                    {
+                    if self.is_of(at, stigmergy) && !self.arena.get(at + VALUE).is_nil() {
                         size += 1;
                     }
                 }
@@ -304,8 +312,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         } else {
             clock = self.stamp(at).clock;
         }
-        clock = next(clock);
-        self.note_clock(clock);
+        clock = self.tick(clock);
         self.set_stamp(at, stigmergy, &Stamp { clock, robot: self.robot_id, value, digest }, OWN);
         Ok(Value::nil())
     }
@@ -320,7 +327,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.protocol.stigmergies += 1;
             self.protocol.shares = true;
             // The first comparison is due at once.
-            self.protocol.since_digest = u8::MAX;
+            self.protocol.set_timer(Timer::Digest, 0);
             self.protocol.has_dropped = false;
         }
         let at = self.stigmergy_slot(stigmergy);
@@ -332,7 +339,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         for place in 0..self.sizes().entries {
             let at = self.entry_slot(place);
-            if self.entry_state(at) & !NEWS == stigmergy + 1 {
+            if self.is_of(at, stigmergy) {
                 self.arena.fill(at, at + ENTRY);
                 self.protocol.has_dropped = false;
             }
@@ -378,8 +385,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let theirs = Stamp { clock, robot, value, digest };
         let mut at = self.find_entry(stigmergy, key);
         if at == 0 {
-            // A question without an answer here; the deletion of what is not here.
-            if clock == 0 || (value.is_nil() && self.has_free_place()) {
+            // A question without an answer here.
+            if clock == 0 {
                 return Ok(());
             }
             at = self.new_entry(key);
@@ -387,8 +394,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.relay(host, remote, digest);
                 return Ok(());
             }
+            // The deletion of what is not here.
+            if value.is_nil() {
+                return Ok(());
+            }
         }
-        let mine = self.stamp(at);
+        let mut mine = self.stamp(at);
         // A robot that was switched off knows its own puts of before only from others. What it has put since is the later
         // value, whatever the clock says: as for the router's own announcements in OSPF (RFC 2328, 13.4).
         if robot == self.robot_id
@@ -397,9 +408,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             && self.protocol.reclaimed < RECLAIMED_MAX
         {
             self.protocol.reclaimed += 1;
-            let clock = next(clock);
-            self.note_clock(clock);
-            self.set_stamp(at, stigmergy, &Stamp { clock, ..mine }, OWN);
+            mine.clock = self.tick(clock);
+            self.set_stamp(at, stigmergy, &mine, OWN);
             return Ok(());
         }
         if Self::has(Part::Conflicts) && mine.clock == theirs.clock && mine.robot != theirs.robot {
@@ -440,19 +450,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         theirs: &Stamp<P>,
     ) -> Result<(), Stopped> {
         let mine = self.stamp(at);
-        let order = theirs.order(&mine);
-        if Self::has(Part::Conflicts)
-            && mine.clock == theirs.clock
-            && mine.robot == self.robot_id
-            && mine.robot != theirs.robot
-            && order == Ordering::Greater
-        {
-            self.set_local(LOST, mine.value);
-            self.set_stamp(at, stigmergy, theirs, 0);
-            return self.tell_lost(host, stigmergy, self.arena.get(at + KEY), &mine);
-        }
-        match order {
-            Ordering::Greater => self.set_stamp(at, stigmergy, theirs, 0),
+        match theirs.order(&mine) {
+            Ordering::Greater => return self.adopt(host, at, stigmergy, theirs, &mine),
             // The neighbour is behind.
             Ordering::Less => self.answer(at),
             // The neighbour has it: less haste.
@@ -461,6 +460,29 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     self.protocol.interval += 1;
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// Keeps a stamp in the place of the robot's own or another one. `onconflictlost` may have to run, and begins then.
+    #[inline(never)]
+    fn adopt<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        at: usize,
+        stigmergy: u8,
+        winner: &Stamp<P>,
+        mine: &Stamp<P>,
+    ) -> Result<(), Stopped> {
+        self.set_stamp(at, stigmergy, winner, 0);
+        if Self::has(Part::Conflicts)
+            && mine.clock == winner.clock
+            && mine.robot == self.robot_id
+            && mine.robot != winner.robot
+        {
+            // There a collection finds it.
+            self.set_local(LOST, mine.value);
+            return self.tell_lost(host, stigmergy, self.arena.get(at + KEY), mine);
         }
         Ok(())
     }
@@ -514,12 +536,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.answer(at);
             return Ok(());
         }
-        self.set_local(LOST, mine.value);
-        self.set_stamp(at, stigmergy, &winner, 0);
-        if mine.robot == self.robot_id && winner.robot != self.robot_id {
-            self.tell_lost(host, stigmergy, key, &mine)?;
-        }
-        Ok(())
+        self.adopt(host, at, stigmergy, &winner, &mine)
     }
 
     /// Calls `onconflictlost`, if there is one, with the robot's own entry that lost.
