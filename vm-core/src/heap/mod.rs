@@ -22,6 +22,8 @@ mod table;
 mod text;
 
 pub(crate) use table::ITERATION;
+#[cfg(feature = "swarm")]
+pub(crate) use table::{VISIT, Visit};
 #[cfg(feature = "strings")]
 pub(crate) use text::{TextBuilder, TextCursor};
 

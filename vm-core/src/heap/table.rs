@@ -33,6 +33,53 @@ const CONSECUTIVE: u8 = 0;
 /// The array behind the first gap. All other phases are pairs: the odd number of the next pair's slot in its cell.
 const BEHIND_GAP: u8 = 2;
 
+/// A visit to the entries of a table: first the array, then the pairs. Who puts them into another table in this order gives it
+/// the same order of iteration.
+#[cfg(feature = "swarm")]
+pub(crate) struct Visit {
+    /// The slot of the next element or pair.
+    slot: usize,
+    /// The end of its cell; 0 if there is no array.
+    end: usize,
+    /// The first cell of the pairs, until they are visited.
+    pairs: usize,
+    /// The next key of the array.
+    index: u16,
+}
+
+/// Numbers that a visit consists of.
+#[cfg(feature = "swarm")]
+pub(crate) const VISIT: usize = 4;
+
+#[cfg(feature = "swarm")]
+impl Visit {
+    /// To nothing.
+    pub(crate) const NONE: Self = Visit { slot: 0, end: 0, pairs: 0, index: 0 };
+
+    /// The visit that consists of these numbers.
+    pub(crate) fn of([slot, end, pairs, index]: [u16; VISIT]) -> Self {
+        Visit { slot: slot.into(), end: end.into(), pairs: pairs.into(), index }
+    }
+
+    /// The numbers that it consists of.
+    pub(crate) fn parts(&self) -> [u16; VISIT] {
+        [self.slot as u16, self.end as u16, self.pairs as u16, self.index]
+    }
+
+    /// The slot of the value that was visited last.
+    pub(crate) fn slot(&self) -> usize {
+        self.slot - 1
+    }
+
+    /// Goes on with a cell, from that place on.
+    fn enter(&mut self, cell: usize, first: usize) {
+        if cell != 0 {
+            self.slot = cell + first;
+            self.end = cell + CELL;
+        }
+    }
+}
+
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// A new empty table.
     pub(crate) fn new_table(&mut self) -> Result<Value<P>, NoCell> {
@@ -58,6 +105,75 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             }
         }
         Ok(table)
+    }
+
+    /// A new table with the same keys and values, in the same order. A table among the values is not copied. What the table
+    /// leads to is on the stack.
+    #[cfg(feature = "swarm")]
+    #[inline(never)]
+    pub(crate) fn copy_table(&mut self, table: usize) -> Result<Value<P>, NoCell> {
+        let copy = self.new_table()?;
+        let to = copy.index();
+        for place in LENGTH..CELL {
+            self.copy(table + place, to + place);
+        }
+        self.copy_cells(self.link(table), to)?;
+        self.copy_cells(self.link(table + CHAIN), to + CHAIN)?;
+        Ok(copy)
+    }
+
+    /// Puts copies of the cells from that one on behind `last`.
+    #[cfg(feature = "swarm")]
+    fn copy_cells(&mut self, mut cell: usize, mut last: usize) -> Result<(), NoCell> {
+        while cell != 0 {
+            let to = self.take_cell()?.get();
+            self.set_link(last, to);
+            for place in 1..CELL {
+                self.copy(cell + place, to + place);
+            }
+            (last, cell) = (to, self.link(cell));
+        }
+        Ok(())
+    }
+
+    /// Begins to visit the entries of a table as they are stored.
+    #[cfg(feature = "swarm")]
+    pub(crate) fn visit(&self, table: usize) -> Visit {
+        let mut visit = Visit { pairs: table, ..Visit::NONE };
+        visit.enter(self.link(table + CHAIN), 1);
+        visit
+    }
+
+    /// The next key and value of a table that does not change meanwhile.
+    #[cfg(feature = "swarm")]
+    #[inline(never)]
+    pub(crate) fn next_stored(&self, visit: &mut Visit) -> Option<[Value<P>; 2]> {
+        loop {
+            // An element of the array has one slot, a pair has two.
+            let more = usize::from(visit.pairs == 0);
+            let Visit { mut slot, end, mut index, .. } = *visit;
+            while slot != end && self.is_nil_at(slot + more) {
+                slot += 1 + more;
+                index += 1;
+            }
+            visit.slot = slot + 1 + more;
+            visit.index = index + 1;
+            if slot != end {
+                let key = Value::indexed(Tag::INT, index);
+                let key = if more == 0 { key } else { self.get_fast(slot) };
+                return Some([key, self.get_fast(slot + more)]);
+            }
+            visit.index = index;
+            let next = if end == 0 { 0 } else { self.link(end - CELL) };
+            if next != 0 {
+                visit.enter(next, 1);
+            } else if more == 0 {
+                visit.enter(visit.pairs, HEAD);
+                visit.pairs = 0;
+            } else {
+                return None;
+            }
+        }
     }
 
     #[inline(always)]

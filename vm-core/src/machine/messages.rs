@@ -276,8 +276,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn send<H: Host<P>>(&mut self, host: &mut H, frame: &mut Frame<P>, content: &[u8]) {
         let Some(head) = frame.seal(&self.script()) else { return };
         let room = frame.bytes_mut().get_mut(head..).unwrap_or(&mut []);
-        for (to, from) in room.iter_mut().zip(content) {
-            *to = *from;
+        if let Some(room) = room.get_mut(..content.len()) {
+            room.copy_from_slice(content);
         }
         host.send(frame.bytes(head + content.len()));
         self.protocol.silent = 0;

@@ -6,7 +6,7 @@ use super::Vm;
 use crate::arena::CELL;
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
-use crate::heap::ITERATION;
+use crate::heap::{VISIT, Visit};
 use crate::host::Host;
 use crate::image::CAPTURES;
 use crate::message::content::{self, Head, Item, Reader, Writer};
@@ -27,6 +27,9 @@ const LEFT: usize = 1;
 const KEY: usize = 2;
 const ELEMENT: usize = 3;
 const READING: usize = 4;
+
+/// Slots of a table that is being written: where in it, where the number of its pairs stands, and how many were written.
+const VISITED: usize = VISIT + 2;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Bytes of content in a fragment.
@@ -53,35 +56,43 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let mut content = P::Content::ZERO;
         let head = Head::Entry { stigmergy: number, owner: 0, clock: 0, digest: 0 };
         let length = self.write(head, key, value, content.as_mut())?.length();
-        let content = content.as_ref().get(..length).unwrap_or(&[]);
-        let digest = content::digest(content);
-        if !matches!(value.tag(), Tag::TABLE | Tag::SNAPSHOT) {
-            return Ok((value, digest));
-        }
-        Ok((self.read_second(content)?, digest))
+        let digest = content::digest(content.as_ref().get(..length).unwrap_or(&[]));
+        Ok((self.copied(value)?, digest))
     }
 
-    /// Copies a value of an entry, so that a script which changes the copy does not change the entry.
+    /// Copies a value of an entry with the tables in it, so that a script which changes the copy does not change the entry. The
+    /// value is on the stack, or in an entry.
+    #[inline(always)]
     pub(super) fn copied(&mut self, value: Value<P>) -> Result<Value<P>, Stopped> {
-        if !Self::has(Part::LongMessages) || !value.is(Tag::TABLE) {
-            return Ok(value);
+        if Self::has(Part::LongMessages) && is_table(value) {
+            self.copy_tables(value)
+        } else {
+            Ok(value)
         }
-        let mut content = P::Content::ZERO;
-        // Its key takes no more room than that of the entry.
-        let length = self.write(Head::Broadcast, Value::nil(), value, content.as_mut())?.length();
-        self.read_second(content.as_ref().get(..length).unwrap_or(&[]))
     }
 
-    /// Reads the second value of a content that this machine has written.
     #[inline(never)]
-    fn read_second(&mut self, content: &[u8]) -> Result<Value<P>, Stopped> {
-        let (_, mut reader) = Reader::new(content, self.script());
-        let top = self.sp;
-        self.read(&mut reader)?;
-        self.read(&mut reader)?;
-        let second = self.pop();
-        self.sp = top;
-        Ok(second)
+    fn copy_tables(&mut self, value: Value<P>) -> Result<Value<P>, Stopped> {
+        let base = usize::from(self.sp);
+        self.reserve(2)?;
+        let copy = self.allocate(|vm| vm.arena.copy_table(value.index()))?;
+        // Where a collection finds it, and as the first of the copies in which tables are still those of the entry.
+        self.arena.set(base, copy);
+        self.arena.set(base + 1, copy);
+        while usize::from(self.sp) != base + 1 {
+            let table = self.pop();
+            let mut visit = self.arena.visit(table.index());
+            while let Some([_, inner]) = self.arena.next_stored(&mut visit) {
+                if is_table(inner) {
+                    self.reserve(1)?;
+                    let copy = self.allocate(|vm| vm.arena.copy_table(inner.index()))?;
+                    self.arena.set(visit.slot(), copy);
+                    self.set_top(copy);
+                }
+            }
+        }
+        self.sp = base as u16;
+        Ok(copy)
     }
 
     /// Sends what has no frame: topic or key, and value.
@@ -136,43 +147,55 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     fn write_value(&mut self, writer: &mut Writer<'_>, value: Value<P>) -> Result<(), Stopped> {
         let base = usize::from(self.sp);
+        let mut visit = Visit::NONE;
+        // Where the number of pairs stands that the table has, and how many were written.
+        let (mut place, mut pairs) = (0, 0);
         let mut value = value;
         loop {
             self.write_item(writer, value)?;
             if !writer.fits() {
                 return Err(self.fail(FaultCode::TooLong));
             }
-            if matches!(value.tag(), Tag::TABLE | Tag::SNAPSHOT) {
-                // The table, and where in it.
-                self.reserve(1 + ITERATION)?;
-                self.arena.set(usize::from(self.sp) - 1 - ITERATION, value);
+            if is_table(value) {
+                // The table around it is visited on afterwards.
+                self.reserve(VISITED)?;
+                let at = usize::from(self.sp) - VISITED;
+                let [slot, end, rest, index] = visit.parts();
+                for (at, part) in (at..).zip([slot, end, rest, index, place, pairs]) {
+                    self.arena.set(at, Value::indexed(Tag::INT, part));
+                }
+                visit = self.arena.visit(value.index());
+                (place, pairs) = (writer.length() as u16 - 1, 0);
             }
             // The next value of the innermost table that has one.
             loop {
-                let top = usize::from(self.sp);
-                if top == base {
+                if usize::from(self.sp) == base {
                     return Ok(());
                 }
-                let at = top - ITERATION;
-                if self.arena.table_next(self.arena.get(at - 1).index(), at) {
+                if let Some([key, next]) = self.arena.next_stored(&mut visit) {
+                    pairs += 1;
+                    self.write_item(writer, key)?;
+                    value = next;
                     break;
                 }
-                self.sp = at as u16 - 1;
+                // A content that fits has far fewer than 256.
+                writer.set(place.into(), pairs as u8);
+                let at = usize::from(self.sp) - VISITED;
+                let [slot, end, rest, index, place_around, pairs_around] =
+                    [0, 1, 2, 3, 4, 5].map(|part| self.arena.index_at(at + part) as u16);
+                visit = Visit::of([slot, end, rest, index]);
+                (place, pairs) = (place_around, pairs_around);
+                self.sp = at as u16;
             }
-            self.write_item(writer, self.top(2))?;
-            value = self.top(1);
         }
     }
 
-    /// Writes a value; of a table, how large it is.
+    /// Writes a value; of a table, that there is one, with a number of pairs that is still to come.
     fn write_item(&mut self, writer: &mut Writer<'_>, value: Value<P>) -> Result<(), Stopped> {
         let item = match value.tag() {
             Tag::NIL | Tag::INT | Tag::FLOAT | Tag::STRING => Item::Plain(value),
             Tag::FUNCTION => Item::Function(value.index() as u16),
-            Tag::TABLE | Tag::SNAPSHOT => match u8::try_from(self.table_size(value)) {
-                Ok(size) => Item::Table(size),
-                Err(_) => return Err(self.fail(FaultCode::TooLong)),
-            },
+            Tag::TABLE | Tag::SNAPSHOT => Item::Table(0),
             #[cfg(feature = "strings")]
             Tag::TEXT => match u8::try_from(self.view().text_length(value)) {
                 Ok(length) => Item::Text(length),
@@ -361,4 +384,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
         }
     }
+}
+
+/// Returns true for a table, and for a snapshot, which is a table inside.
+fn is_table<P: Profile>(value: Value<P>) -> bool {
+    matches!(value.tag(), Tag::TABLE | Tag::SNAPSHOT)
 }

@@ -2,13 +2,21 @@
 
 /// The check of what was checked before, and one more byte.
 // All eight bits at once, as `_crc_ccitt_update` of avr-libc does it. A table would take more flash than the rest of the
-// messages.
-#[inline(never)]
+// messages. An AVR calculates with bytes, all others with words.
+#[cfg_attr(target_arch = "avr", inline(never))]
+#[cfg_attr(not(target_arch = "avr"), inline(always))]
 pub const fn crc16(check: u16, byte: u8) -> u16 {
-    let [low, high] = check.to_le_bytes();
-    let mut quotient = byte ^ low;
-    quotient ^= quotient << 4;
-    u16::from_le_bytes([high, quotient]) ^ (quotient >> 4) as u16 ^ (quotient as u16) << 3
+    if cfg!(target_arch = "avr") {
+        let [low, high] = check.to_le_bytes();
+        let mut quotient = byte ^ low;
+        quotient ^= quotient << 4;
+        u16::from_le_bytes([high, quotient]) ^ (quotient >> 4) as u16 ^ (quotient as u16) << 3
+    } else {
+        let check = check as u32;
+        let mut quotient = (check ^ byte as u32) & 0xff;
+        quotient = (quotient ^ quotient << 4) & 0xff;
+        (check >> 8 ^ quotient << 8 ^ quotient >> 4 ^ quotient << 3) as u16
+    }
 }
 
 #[cfg(test)]

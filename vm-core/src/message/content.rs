@@ -86,18 +86,18 @@ impl<'a> Writer<'a> {
     }
 
     /// The next item.
-    #[inline(never)]
+    #[inline(always)]
     pub fn item<P: Profile>(&mut self, item: Item<P>) {
         match item {
             Item::Plain(value) => {
-                self.byte(value.tag().byte());
-                if value.is_nil() {
-                    return;
-                }
                 let offset = if value.is(Tag::STRING) { self.script.hash as u16 } else { 0 };
-                self.number(P::raw_to_u16(value.raw()).wrapping_add(offset));
-                if P::FULL {
-                    self.number((value.raw().to_u32() >> 16) as u16);
+                let [b0, b1] = P::raw_to_u16(value.raw()).wrapping_add(offset).to_le_bytes();
+                let [_, _, b2, b3] = value.raw().to_u32().to_le_bytes();
+                let tag = value.tag().byte();
+                match () {
+                    () if value.is_nil() => self.byte(tag),
+                    () if P::FULL => self.bytes([tag, b0, b1, b2, b3]),
+                    () => self.bytes([tag, b0, b1]),
                 }
             }
             Item::Text(length) => {
@@ -116,25 +116,35 @@ impl<'a> Writer<'a> {
     }
 
     /// The next byte of a text.
-    #[inline(never)]
     pub fn byte(&mut self, byte: u8) {
-        if let Some(place) = self.room.get_mut(self.length) {
-            *place = byte;
-        }
-        self.length = self.length.saturating_add(1);
+        self.bytes([byte]);
+    }
+
+    fn number(&mut self, number: u16) {
+        self.bytes(number.to_le_bytes());
     }
 
     #[inline(never)]
-    fn number(&mut self, number: u16) {
-        let [low, high] = number.to_le_bytes();
-        self.byte(low);
-        self.byte(high);
+    fn bytes<const N: usize>(&mut self, bytes: [u8; N]) {
+        let room = self.room.get_mut(self.length..).unwrap_or(&mut []);
+        if let Some(room) = room.first_chunk_mut() {
+            *room = bytes;
+        }
+        self.length = self.length.saturating_add(N);
     }
 
     /// Bytes written so far, the check included.
     #[cfg(feature = "swarm")]
     pub(crate) fn length(&self) -> usize {
         self.length
+    }
+
+    /// Puts another byte in the place of one that was written.
+    #[cfg(feature = "swarm")]
+    pub(crate) fn set(&mut self, at: usize, byte: u8) {
+        if let Some(place) = self.room.get_mut(at) {
+            *place = byte;
+        }
     }
 
     /// Whether there was room for everything so far.

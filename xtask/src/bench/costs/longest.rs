@@ -90,6 +90,10 @@ const fn repeated(name: &'static str, init: &'static str, statement: &'static st
 /// The largest array that eight fragments hold with the head of an entry of a stigmergy.
 const LONG: &str = "v = stigmergy.create(1) m = {} for(i = 0, i < M, i = i + 1) m[i] = i";
 
+/// As many pairs.
+const LONG_PAIRS: &str =
+    "v = stigmergy.create(1) m = {} for(i = 1, i <= M, i = i + 1) m[0 - i] = i";
+
 /// All neighbors of the benchmark, each of which takes an instruction.
 const KIN: Statement = Statement {
     times: bittybuzz_bench::NEIGHBORS as u64,
@@ -100,7 +104,7 @@ const KIN: Statement = Statement {
 const FAR_APART: &str = "v = 1.7 while(v * 2.0 != v) { w = v v = v * 2.0 }
     v = w w = 1.3 while(w * 0.5 != 0) w = w * 0.5";
 
-pub const STATEMENTS: [Statement; 31] = [
+pub const STATEMENTS: [Statement; 32] = [
     on_pairs("INDEX_GET, last of all pairs", "x = t[0 - N]", "x = 0 - N"),
     on_pairs("INDEX_SET, last of all pairs", "t[0 - N] = 1", "x = 0 - N"),
     on_pairs("INDEX_SET, new pair", "t[1000] = 1", "x = 1000"),
@@ -145,6 +149,7 @@ pub const STATEMENTS: [Statement; 31] = [
     ),
     repeated("CALL_METHOD, `put` of a number", LONG, "v.put(3, k)"),
     repeated("CALL_METHOD, `put` of an array of numbers", LONG, "v.put(3, m)"),
+    repeated("CALL_METHOD, `put` of pairs of numbers", LONG_PAIRS, "v.put(3, m)"),
 ];
 
 impl Statement {
