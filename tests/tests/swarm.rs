@@ -525,7 +525,7 @@ mod stigmergy {
 }
 
 mod long {
-    use super::{Full, Swarm, Tiny, last};
+    use super::{Full, Profile, Swarm, Tiny, last};
 
     #[test]
     fn a_table_is_broadcast_in_fragments() {
@@ -561,6 +561,43 @@ mod long {
              }",
             &["2 1"; 3],
         );
+    }
+
+    /// With the tables in it, and in its order: at the robot that put it, and at one that has received it. A change of the
+    /// copy is none of the entry.
+    #[test]
+    fn a_copy_has_everything_in_its_order() {
+        fn run<P: Profile>() {
+            let mut swarm: Swarm<P> = Swarm::new(
+                2,
+                "function show(k, e) { if(type(e) == \"table\") foreach(e, show) else log(k, \" \", e) }
+                 t = {.c = {.d = {.e = 2}}, .8 = 3}
+                 function init() {
+                   v = stigmergy.create(1)
+                   for(i = 0, i < 9, i = i + 1) t[i] = i + 10
+                   for(i = 1, i < 8, i = i + 1) t[i] = nil
+                   foreach(t, show)
+                   if(id == 1) v.put(1, t)
+                 }
+                 function step() {
+                   var copy = v.get(1)
+                   if(isnil(copy)) { return }
+                   foreach(copy, show)
+                   copy.c.d.e = 7
+                   copy.c.d.f = {}
+                   copy[0] = nil
+                 }",
+            );
+            swarm.steps(8);
+            for log in swarm.logs() {
+                assert!(log.len() > 12, "{log:?}");
+                for entries in log.chunks(3) {
+                    assert_eq!(entries, ["0 10", "e 2", "8 18"], "{}: {log:?}", P::NAME);
+                }
+            }
+        }
+        run::<Tiny>();
+        run::<Full>();
     }
 
     #[test]
