@@ -1,16 +1,14 @@
 //! A forged message stops no example for good: each that listens or shares receives one message with a value of each
 //! class on each of its topics and keys. It ends a call at most, or the script starts again.
 
-use bittybuzz_testkit::{Answer, Received, Recorder, SIZES, TestRobot};
+use bittybuzz_testkit::{Answer, FORGER, Received, Recorder, SIZES, TestRobot, fragments};
 use bittybuzz_tests::{compiler, files, report};
 use bittybuzz_vm_core::builtin::{self, string};
-use bittybuzz_vm_core::message::content::{Head, Item, Writer};
-use bittybuzz_vm_core::message::{Entry, FRAGMENT_HEAD, FULL_FRAME, Fragment, Message, TINY_FRAME};
+use bittybuzz_vm_core::message::content::{Head, Item};
+use bittybuzz_vm_core::message::{Entry, Message};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{Fault, FaultCode, Restarts, Value};
 
-/// The robot that nobody knows.
-const FORGER: u16 = 77;
 /// Steps before the message: none, and enough for all neighbors and entries to be known.
 const WARM: [usize; 2] = [0, 5];
 /// Ticks after the message: a pause of 1 s, one of 2 s, and some more.
@@ -96,7 +94,7 @@ impl<P: Profile> Host<P> {
             _ => None,
         };
         if let Some(message) = whole {
-            self.push(&message);
+            self.push(self.robot.frame(&message));
             return;
         }
         let (head, first) = match to {
@@ -105,22 +103,13 @@ impl<P: Profile> Host<P> {
                 (Head::Entry { stigmergy, owner: FORGER, clock, digest: 0 }, key)
             }
         };
-        let mut room = [0; 64];
-        let mut writer = Writer::new(&mut room, self.robot.script(), head);
-        writer.item(Item::Plain(first));
-        items.iter().for_each(|item| writer.item(*item));
-        let length = writer.finish().expect("there is room");
-        let frame = if P::FULL { FULL_FRAME } else { TINY_FRAME };
-        let parts: Vec<&[u8]> = room[..length].chunks(frame - FRAGMENT_HEAD).collect();
-        for (index, content) in parts.iter().enumerate() {
-            let last = index + 1 == parts.len();
-            let (robot, number, index) = (FORGER, room[0], index as u8);
-            self.push(&Message::Fragment(Fragment { robot, number, index, last, content }));
+        let items = [&[Item::Plain(first)], items].concat();
+        for bytes in fragments(self.robot.script(), FORGER, head, &items) {
+            self.push(bytes);
         }
     }
 
-    fn push(&mut self, message: &Message<'_, P>) {
-        let bytes = self.robot.frame(message);
+    fn push(&mut self, bytes: Vec<u8>) {
         let place = Some([50.0, 0.0, 0.0]);
         self.robot.host.link.push(Received { bytes, sender: Some(FORGER), place });
     }

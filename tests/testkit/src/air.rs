@@ -6,6 +6,9 @@ use crate::random::Random;
 /// Distance in mm, azimuth and elevation in radians of a sender, as the receiver sees it.
 pub type Place = [f32; 3];
 
+/// A sender that is no robot, as every robot sees it.
+pub(crate) const OUTSIDE: Place = [50.0, 0.0, 0.0];
+
 /// A frame that a robot sends.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OnAir {
@@ -68,12 +71,18 @@ impl Air {
         self.random = Random::new(seed);
     }
 
-    /// Returns what arrives of a frame at one receiver now.
-    pub(crate) fn carry(&mut self, from: usize, to: usize, bytes: &[u8]) -> Vec<Received> {
-        if !(self.reaches)(from, to) || self.random.chance(self.loss) {
+    /// Returns what arrives of a frame at one receiver now. A sender that is no robot is 50 mm from
+    /// every robot.
+    pub(crate) fn carry(&mut self, from: Option<usize>, to: usize, bytes: &[u8]) -> Vec<Received> {
+        let is_in_reach = from.is_none_or(|from| from != to && (self.reaches)(from, to));
+        if !is_in_reach || self.random.chance(self.loss) {
             return Vec::new();
         }
-        let frame = Received { place: (self.place)(from, to), ..Received::new(bytes) };
+        let place = match from {
+            Some(from) => (self.place)(from, to),
+            None => Some(OUTSIDE),
+        };
+        let frame = Received { place, ..Received::new(bytes) };
         let copies = 1 + usize::from(self.random.chance(self.duplication));
         let mut now = Vec::new();
         for _ in 0..copies {

@@ -6,6 +6,8 @@
 //! * [`Swarm`] is a row of robots with [`Air`] between them: it loses, doubles and delays frames,
 //!   limits how many a robot sends per step, and shows every frame to an observer. [`Direct`] and
 //!   [`Queues`] are the robots' ends of it.
+//! * [`Hostile`] is a sender in that air which is no robot: it forges, invents, replays and babbles.
+//! * [`frame`] and [`fragments`] encode messages.
 //!
 //! # Principles
 //! 1. **The same run every time.** All chance comes from a seed.
@@ -31,6 +33,8 @@
 //! ```
 
 mod air;
+mod frames;
+mod hostile;
 mod image;
 mod link;
 mod program;
@@ -40,6 +44,8 @@ mod robot;
 mod swarm;
 
 pub use air::{Air, OnAir, Place};
+pub use frames::{fragments, frame};
+pub use hostile::{Attack, FORGER, Hostile, INVENTED};
 pub use image::ImageParts;
 pub use link::{Direct, Link, Queues, Received};
 pub use program::Program;

@@ -215,6 +215,12 @@ impl Recorder {
         logs.filter_map(|event| self.line(event)).collect()
     }
 
+    /// Returns what the script logged last.
+    pub fn last_log(&self) -> Option<String> {
+        let last = self.events.iter().rev().find(|event| matches!(event, Event::Log(_)))?;
+        self.line(last)
+    }
+
     fn line(&self, event: &Event) -> Option<String> {
         let show = |items: &[Argument], separator: &str| {
             items.iter().map(|item| self.show(item)).collect::<Vec<_>>().join(separator)

@@ -1,11 +1,12 @@
 //! A machine with its recorder.
 
-use bittybuzz_vm_core::message::{FULL_FRAME, Message, Script};
+use bittybuzz_vm_core::message::{Message, Script};
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
     ByteCode, Counters, Entry, Fault, Image, ImageError, Outcome, Sizes, Vm, builtin,
 };
 
+use crate::frames::frame;
 use crate::link::Received;
 use crate::recorder::Recorder;
 
@@ -143,10 +144,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> TestRobot<P, C, SLOTS> {
     /// # Panics
     /// If the message does not fit.
     pub fn frame(&self, message: &Message<'_, P>) -> Vec<u8> {
-        let mut room = [0; FULL_FRAME];
-        let length = message.encode(self.script(), &mut room);
-        let length = length.unwrap_or_else(|| panic!("{message:?} does not fit"));
-        room[..length].to_vec()
+        frame(self.script(), message)
     }
 
     /// A message from outside waits for the robot.

@@ -5,7 +5,8 @@ use std::rc::Rc;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{ByteCode, Fault, Periods};
 
-use crate::air::{Air, OnAir};
+use crate::air::{Air, OUTSIDE, OnAir};
+use crate::hostile::Hostile;
 use crate::link::{Link, Received};
 use crate::program::Program;
 use crate::robot::{SIZES, TestRobot};
@@ -16,6 +17,8 @@ pub struct Swarm<P: Profile, C: ByteCode = &'static [u8], const SLOTS: usize = 6
     pub robots: Vec<TestRobot<P, C, SLOTS>>,
     /// The air between them.
     pub air: Air,
+    /// A sender in the air that does not keep the rules.
+    pub hostile: Option<Hostile<P>>,
     steps: u32,
 }
 
@@ -41,7 +44,7 @@ impl<P: Profile> Swarm<P> {
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Swarm<P, C, SLOTS> {
     /// A swarm of these robots in perfect air.
     pub fn of(robots: Vec<TestRobot<P, C, SLOTS>>) -> Self {
-        Swarm { robots, air: Air::default(), steps: 0 }
+        Swarm { robots, air: Air::default(), hostile: None, steps: 0 }
     }
 
     /// Gives every robot a link; those of the firmware are [`Queues`](crate::Queues).
@@ -74,7 +77,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Swarm<P, C, SLOTS> {
     }
 
     /// Runs one step of every robot whose script has not stopped, delivers their frames, and
-    /// returns the number of frames that were sent.
+    /// returns the number of frames that the robots sent.
     pub fn try_step(&mut self) -> usize {
         for robot in &mut self.robots {
             // The robot keeps its fault.
@@ -87,18 +90,22 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Swarm<P, C, SLOTS> {
 
     fn deliver(&mut self) -> usize {
         let late = self.air.take_late();
+        let robots = self.robots.len();
+        let hostile = self.hostile.as_mut().map(|hostile| hostile.send(robots));
+        let (turn, forged) = hostile.unwrap_or_default();
         let mut sent = 0;
-        for from in 0..self.robots.len() {
-            for _ in 0..self.air.frames_per_step {
-                let Some(bytes) = self.robots[from].host.link.pop_sent() else { break };
+        for from in 0..=robots {
+            if from == turn {
+                forged.iter().for_each(|bytes| self.put_on_air(None, bytes));
+            }
+            let Some(robot) = self.robots.get_mut(from) else { break };
+            let frames = std::iter::from_fn(|| robot.host.link.pop_sent());
+            for bytes in frames.take(self.air.frames_per_step).collect::<Vec<_>>() {
                 sent += 1;
-                let frame = OnAir { step: self.steps, from: Some(from), bytes };
-                (self.air.observe)(&frame);
-                for to in (0..self.robots.len()).filter(|to| *to != from) {
-                    for received in self.air.carry(from, to, &frame.bytes) {
-                        self.robots[to].host.link.push(received);
-                    }
+                if let Some(hostile) = &mut self.hostile {
+                    hostile.receive(&bytes);
                 }
+                self.put_on_air(Some(from), &bytes);
             }
         }
         for (to, received) in late {
@@ -107,12 +114,21 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Swarm<P, C, SLOTS> {
         sent
     }
 
+    fn put_on_air(&mut self, from: Option<usize>, bytes: &[u8]) {
+        (self.air.observe)(&OnAir { step: self.steps, from, bytes: bytes.to_vec() });
+        for (to, robot) in self.robots.iter_mut().enumerate() {
+            for received in self.air.carry(from, to, bytes) {
+                robot.host.link.push(received);
+            }
+        }
+    }
+
     /// Sends a frame from outside, 50 mm from every robot, to those whose numbers are given. No
     /// such frame is lost.
     pub fn inject(&mut self, frame: &[u8], to: impl IntoIterator<Item = usize>) {
         (self.air.observe)(&OnAir { step: self.steps, from: None, bytes: frame.to_vec() });
         for to in to {
-            let received = Received { place: Some([50.0, 0.0, 0.0]), ..Received::new(frame) };
+            let received = Received { place: Some(OUTSIDE), ..Received::new(frame) };
             self.robots[to].host.link.push(received);
         }
     }
@@ -129,6 +145,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Swarm<P, C, SLOTS> {
 
     /// Returns what every robot logged last.
     pub fn last(&self) -> Vec<String> {
-        self.logs().into_iter().map(|mut log| log.pop().unwrap_or_default()).collect()
+        self.robots.iter().map(|robot| robot.host.last_log().unwrap_or_default()).collect()
     }
 }
