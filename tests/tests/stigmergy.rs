@@ -147,6 +147,30 @@ fn a_robot_that_missed_an_entry_is_told_by_its_digest() {
     }
 }
 
+/// A robot between two others lacks a key that one of them has. Nothing but entries and digests is on the air: the script
+/// has no neighbors, so there are no beacons.
+#[test]
+fn a_robot_that_has_news_says_what_it_lacks() {
+    let script = "t = 0
+         function init() { s = stigmergy.create(1) }
+         function step() {
+           t = t + 1
+           if(id == 3) { if(t == 5) s.put(2, 1) }
+           if(id == 1) { if(t == 9) s.put(1, 2)  if(t == 13) s.put(2, 3) }
+           log(s.size())
+         }";
+    for opening in 16..26 {
+        let mut swarm = kilobots(3, script);
+        let is_open = Rc::new(RefCell::new(false));
+        let open = is_open.clone();
+        swarm.air.reaches = Box::new(move |from, to| *open.borrow() && from.abs_diff(to) == 1);
+        swarm.steps(opening);
+        *is_open.borrow_mut() = true;
+        swarm.steps(300);
+        assert_eq!(swarm.last(), ["2"; 3], "open from step {opening}");
+    }
+}
+
 /// Robot 1 deletes a key while the others know it; then there is room for another one.
 #[test]
 fn a_deleted_key_gives_its_place_back_after_its_time() {

@@ -133,11 +133,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             protocol.set_timer(Timer::Advertise, interval.wrapping_add(random & (interval >> 1)));
             protocol.interval = (interval + (random & 1)).min(periods.advertise);
         }
-        let is_silent = self.protocol.silent >= periods.beacon;
-        if Self::has(Part::Neighbors)
-            && is_silent
-            && self.header.features() & (Feature::Neighbors as u8 | Feature::Swarm as u8) != 0
-        {
+        let is_silent = Self::has(Part::Neighbors)
+            && self.protocol.silent >= periods.beacon
+            && self.header.features() & (Feature::Neighbors as u8 | Feature::Swarm as u8) != 0;
+        // Before all entries: a neighbor that lacks nothing sends none until it sees this digest, and its own one may keep
+        // this robot sending entries for ever.
+        let is_compared = Self::has(Part::Stigmergy)
+            && advertises
+            && self.is_comparable()
+            && self.protocol.timer(Timer::Digest) == 0;
+        if is_silent || is_compared {
             self.send_beacon(host);
             // Robots that were switched on together do not go on together.
             self.protocol.silent = self.random() & 1;
@@ -173,7 +178,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Sends the newest entry as long as not enough neighbors are known to have it; and in turn swarms, and entries as far
-    /// as neighbors may lack some. Without either, the digest.
+    /// as neighbors may lack some.
     fn advertise<H: Host<P>>(&mut self, host: &mut H) {
         let newest = usize::from(self.protocol.newest);
         let mut sent = 0;
@@ -208,13 +213,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     return self.send_entry_at(host, at);
                 }
             }
-        }
-        if Self::has(Part::Stigmergy)
-            && sent == 0
-            && self.is_comparable()
-            && self.protocol.timer(Timer::Digest) == 0
-        {
-            self.send_beacon(host);
         }
     }
 
