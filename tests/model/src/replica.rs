@@ -10,7 +10,7 @@ use std::rc::Rc;
 use std::sync::OnceLock;
 
 use bittybuzz_testkit::{Answer, Program, Recorder, TestRobot};
-use bittybuzz_vm_core::message::{Entry as EntryMessage, Message};
+use bittybuzz_vm_core::message::{CLOCK_MAX, Entry as EntryMessage, Message};
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{Sizes, Value};
 
@@ -60,6 +60,8 @@ pub enum Event {
     Forget,
     /// A frame arrives.
     Hear(Frame),
+    /// Somebody who is no robot sends a frame.
+    Forge(Frame),
     /// Nothing, for long enough that everything is advertised.
     Idle,
 }
@@ -98,6 +100,7 @@ pub fn react(robot: u16, rule: Rule, known: &Replica, event: Event) -> (Replica,
             machine.tell(frame);
             0
         }
+        Event::Forge(_) => 0,
         Event::Idle => {
             for step in 0..IDLE_STEPS {
                 // At most one of two sums is the robot's own.
@@ -160,7 +163,8 @@ impl Running {
         for (key, stamp) in known {
             if stamp.value.is_none() {
                 // The deletion of a key that is not there would leave nothing.
-                let deleted = Stamp { clock: stamp.clock - 1, robot: stamp.robot, value: Some(1) };
+                let clock = if stamp.clock > 1 { stamp.clock - 1 } else { CLOCK_MAX };
+                let deleted = Stamp { clock, robot: stamp.robot, value: Some(1) };
                 machine.tell((*key, deleted));
             }
             machine.tell((*key, *stamp));

@@ -6,6 +6,7 @@
 use std::cell::RefCell;
 use std::collections::{BTreeSet, HashMap};
 
+use bittybuzz_vm_core::message::CLOCK_MAX;
 use stateright::{Model, Property};
 
 use crate::replica::{Event, Frame, KEYS, ROBOTS, Replica, Rule, Stamp, digest, react};
@@ -21,6 +22,10 @@ pub struct Bounds {
     pub forgets: u8,
     /// How often robots ask for a value, together.
     pub gets: u8,
+    /// The clock of an entry that all robots know at first; 0: they know nothing.
+    pub start: u32,
+    /// Frames that somebody forges: entries with any of some clocks, by a robot that there is or is not.
+    pub forged: u8,
 }
 
 /// A state.
@@ -33,6 +38,7 @@ pub struct World {
     puts: u8,
     forgets: u8,
     gets: u8,
+    forged: u8,
     /// A robot that has heard something knows less than before, or not what it heard.
     pub has_gone_back: bool,
 }
@@ -40,14 +46,39 @@ pub struct World {
 /// What happens next, and to which robot.
 pub type Action = (usize, Event);
 
-impl Rule {
-    /// By what values under a key are compared: the greatest is kept. Written anew, as an oracle.
-    fn rank(self, stamp: &Stamp) -> impl Ord + use<> {
-        let robot = i32::from(stamp.robot);
-        match self {
-            Rule::Default => (stamp.clock, stamp.value.is_some(), robot, stamp.value),
-            Rule::LowerRobot => (stamp.clock, true, -robot, stamp.value),
+/// Clocks before the first one that count as earlier.
+const EARLIER: u32 = 1000;
+/// The forged clock that is far ahead. Half the circle is 2,097,151.
+const AHEAD: u32 = 1_000_000;
+/// Who forges where it does not use the name of a robot.
+const FORGER: u16 = 999;
+/// A value that is put when all is quiet.
+const LAST: i32 = 40;
+
+impl Bounds {
+    /// The position of a clock in the part of the circle that is in use. Written anew, as an oracle.
+    fn position(&self, clock: u32) -> u32 {
+        (clock + CLOCK_MAX + EARLIER - self.start.max(1)) % CLOCK_MAX
+    }
+
+    /// By what values under a key are compared: the greatest is kept.
+    fn rank(&self, stamp: &Stamp) -> impl Ord + use<> {
+        let (clock, robot) = (self.position(stamp.clock), i32::from(stamp.robot));
+        match self.rule {
+            Rule::Default => (clock, stamp.value.is_some(), robot, stamp.value),
+            Rule::LowerRobot => (clock, true, -robot, stamp.value),
         }
+    }
+
+    /// The frames that may be forged.
+    fn forgeries(&self) -> impl Iterator<Item = Frame> + use<> {
+        let clocks = [self.start % CLOCK_MAX + 1, (self.start + AHEAD) % CLOCK_MAX, CLOCK_MAX];
+        let values = [None, Some(50)];
+        clocks.into_iter().flat_map(move |clock| {
+            [ROBOTS[1], FORGER].into_iter().flat_map(move |robot| {
+                values.into_iter().map(move |value| (0, Stamp { clock, robot, value }))
+            })
+        })
     }
 }
 
@@ -122,12 +153,29 @@ impl Bounds {
     fn converges(&self, world: &World) -> bool {
         let latest = |key: i32| {
             let known = world.replicas.iter().filter_map(|replica| replica.get(&key).copied());
-            known.max_by_key(|stamp| self.rule.rank(stamp)).map(|stamp| (key, stamp))
+            known.max_by_key(|stamp| self.rank(stamp)).map(|stamp| (key, stamp))
         };
         let expected: Replica = (0..KEYS).filter_map(latest).collect();
         let expected = live(&expected);
         self.settle(world)
             .is_some_and(|replicas| replicas.iter().all(|known| live(known) == expected))
+    }
+
+    /// Returns true if a put over an entry reaches all robots, once all is quiet. Checked where a clock may be special.
+    fn is_writable(&self, world: &World) -> bool {
+        if self.forged == 0 && self.start == 0 {
+            return true;
+        }
+        let Some(replicas) = self.settle(world) else { return false };
+        let knows = |robot: &usize| replicas[*robot].contains_key(&0);
+        (0..ROBOTS.len()).filter(knows).all(|robot| {
+            let mut next = World { replicas: replicas.clone(), ..world.clone() };
+            let put = Event::Put(0, Some(LAST));
+            (next.replicas[robot], _) =
+                reaction(ROBOTS[robot], self.rule, &next.replicas[robot], put);
+            let has_last = |known: &Replica| known.get(&0).is_some_and(|s| s.value == Some(LAST));
+            self.settle(&next).is_some_and(|replicas| replicas.iter().all(has_last))
+        })
     }
 
     /// Whether robots can tell by their digests that their replicas differ, and only then.
@@ -145,7 +193,7 @@ impl Bounds {
             match event {
                 Event::Hear((heard, stamp)) if heard == key && stamp.clock != 0 => {
                     let both = before.copied().into_iter().chain([stamp]);
-                    let latest = both.max_by_key(|stamp| self.rule.rank(stamp));
+                    let latest = both.max_by_key(|stamp| self.rank(stamp));
                     // The deletion of a key that is not there is not kept.
                     let is_kept = before.is_some() || stamp.value.is_some();
                     after.copied() == latest.filter(|_| is_kept)
@@ -153,7 +201,9 @@ impl Bounds {
                 Event::Put(put, value) if put == key => match after {
                     Some(after) => {
                         after.value == value
-                            && before.is_none_or(|before| after.clock > before.clock)
+                            && before.is_none_or(|before| {
+                                self.position(after.clock) > self.position(before.clock)
+                            })
                     }
                     None => before.is_none() && value.is_none(),
                 },
@@ -169,17 +219,23 @@ impl Model for Bounds {
     type Action = Action;
 
     fn init_states(&self) -> Vec<World> {
+        let first = Stamp { clock: self.start, robot: ROBOTS[0], value: Some(9) };
+        let known: Replica = (self.start != 0).then_some((0, first)).into_iter().collect();
         vec![World {
-            replicas: Default::default(),
+            replicas: [known.clone(), known.clone(), known],
             network: BTreeSet::new(),
             puts: 0,
             forgets: 0,
             gets: 0,
+            forged: 0,
             has_gone_back: false,
         }]
     }
 
     fn actions(&self, world: &World, actions: &mut Vec<Action>) {
+        if world.forged < self.forged {
+            actions.extend(self.forgeries().map(|frame| (0, Event::Forge(frame))));
+        }
         for robot in 0..ROBOTS.len() {
             actions.extend(world.network.iter().map(|frame| (robot, Event::Hear(*frame))));
             if world.puts < self.puts {
@@ -198,6 +254,11 @@ impl Model for Bounds {
     }
 
     fn next_state(&self, world: &World, (robot, event): Action) -> Option<World> {
+        if let Event::Forge(frame) = event {
+            let mut next = world.clone();
+            next.forged += 1;
+            return next.network.insert(frame).then_some(next);
+        }
         let before = &world.replicas[robot];
         let (after, sent) = reaction(ROBOTS[robot], self.rule, before, event);
         let mut next = world.clone();
@@ -208,7 +269,7 @@ impl Model for Bounds {
             Event::Put(..) => next.puts += 1,
             Event::Get(_) => next.gets += 1,
             Event::Forget => next.forgets += 1,
-            Event::Hear(_) | Event::Idle => {}
+            Event::Hear(_) | Event::Idle | Event::Forge(_) => {}
         }
         (next != *world).then_some(next)
     }
@@ -217,12 +278,16 @@ impl Model for Bounds {
         vec![
             Property::always("a replica never goes back", |_, world: &World| !world.has_gone_back),
             Property::always("equal stamps are equal values", |model: &Bounds, world: &World| {
-                // A robot that forgets its own puts counts anew.
-                model.forgets > 0 || has_unique_stamps(world)
+                // A robot that forgets its own puts counts anew; a forger may use its name.
+                model.forgets > 0 || model.forged > 0 || has_unique_stamps(world)
             }),
             Property::always(
                 "all robots agree when messages arrive",
                 |model: &Bounds, world: &World| model.converges(world),
+            ),
+            Property::always(
+                "a put when all is quiet reaches all",
+                |model: &Bounds, world: &World| model.is_writable(world),
             ),
             Property::always("digests are equal where replicas are", |_, world: &World| {
                 Bounds::digests_are_right(world)

@@ -2,6 +2,7 @@
 
 use bittybuzz_model::replica::Rule;
 use bittybuzz_model::world::Bounds;
+use bittybuzz_vm_core::message::CLOCK_MAX;
 use stateright::{Checker, Model};
 
 fn check(bounds: Bounds) {
@@ -10,7 +11,8 @@ fn check(bounds: Bounds) {
     checker.assert_properties();
 }
 
-const BOUNDS: Bounds = Bounds { rule: Rule::Default, puts: 3, forgets: 0, gets: 0 };
+const BOUNDS: Bounds =
+    Bounds { rule: Rule::Default, puts: 3, forgets: 0, gets: 0, start: 0, forged: 0 };
 
 #[test]
 fn replicas_converge_whatever_is_lost() {
@@ -30,6 +32,27 @@ fn robots_may_forget() {
 #[test]
 fn questions_change_nothing() {
     check(Bounds { puts: 2, gets: 1, ..BOUNDS });
+}
+
+/// After the greatest clock follows 1.
+#[test]
+fn the_greatest_clock_is_not_the_last() {
+    for start in [CLOCK_MAX - 2, CLOCK_MAX - 1, CLOCK_MAX] {
+        check(Bounds { start, puts: 2, ..BOUNDS });
+    }
+}
+
+#[test]
+fn a_forged_entry_is_agreed_on_and_does_not_last() {
+    for start in [0, CLOCK_MAX - 1] {
+        check(Bounds { forged: 1, puts: 1, start, ..BOUNDS });
+    }
+}
+
+#[test]
+#[ignore = "a minute without optimisation"]
+fn two_forged_entries() {
+    check(Bounds { forged: 2, puts: 1, ..BOUNDS });
 }
 
 #[test]
