@@ -100,6 +100,25 @@ fn equal_replicas_send_no_entries() {
     assert!((600..=667).contains(&counts["digest"]), "{counts:?}");
 }
 
+/// An entry that neighbors repeat is less urgent, as in Trickle (RFC 6206).
+#[test]
+fn an_entry_that_others_send_is_sent_less_often() {
+    let frames = |robots| {
+        let mut swarm = kilobots(
+            robots,
+            "t = 0
+             function init() { s = stigmergy.create(1) }
+             function step() { t = t + 1 if(id == 1) { if(t == 100) s.put(1, t) } log(s.size()) }",
+        );
+        swarm.steps(99);
+        let counts = count_kinds(&mut swarm, 200);
+        assert_eq!(swarm.last(), vec!["1"; usize::from(robots)]);
+        counts["entry"] as f64 / f64::from(robots)
+    };
+    let (alone, together) = (frames(1), frames(10));
+    assert!(together < 0.5 * alone, "{together} frames of each of ten robots, {alone} of one");
+}
+
 /// After quiet a robot is on the air for one beacon with a digest in nine or ten steps. Fifty of them, 53 frames a second of
 /// at most 0.4 ms (26 bytes at 2 Mbit/s take 0.1 ms, the radio's change between receiving and sending 0.13 ms), take about 2 %
 /// of a channel.

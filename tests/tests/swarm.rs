@@ -616,6 +616,30 @@ mod long {
     }
 
     #[test]
+    fn a_message_arrives_whatever_the_order_of_its_fragments() {
+        let script = "function init() { neighbors.listen(\"x\", function(t, value, r) { log(value.a + value.b) }) }
+             function step() { if(id == 2) neighbors.broadcast(\"x\", {.a = 1, .b = 2}) }";
+        let mut sender: Swarm<Tiny> = Swarm::new(2, script);
+        sender.robots[1].step().expect("it sends");
+        let fragments = sender.robots[1].take_sent();
+        assert_eq!(fragments.len(), 4);
+        for order in 0..24 {
+            let mut left = fragments.clone();
+            let mut receiver: Swarm<Tiny> = Swarm::new(1, script);
+            receiver.step();
+            // One fragment per step, so that an early end is seen.
+            for (count, logs) in [(4, 0), (3, 0), (2, 0), (1, 1)] {
+                let next = left.remove(order / [0, 1, 1, 2, 6][count] % count);
+                receiver.inject(&next, [0]);
+                receiver.step();
+                let expected = vec!["3".to_owned(); logs];
+                assert_eq!(receiver.logs()[0], expected, "order {order}, {count} left");
+            }
+            assert_eq!(receiver.robots[0].counters().incomplete, 0, "order {order}");
+        }
+    }
+
+    #[test]
     fn what_cannot_be_sent_is_a_fault_at_the_sender() {
         use bittybuzz_vm_core::FaultCode::{NotSendable, TooLong};
         for (value, expected) in [
