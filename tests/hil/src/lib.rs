@@ -28,7 +28,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Duration;
 
-use bittybuzz_compiler::compile::{Options, compile};
+use bittybuzz_compiler::compile::{Compiled, Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, Loader};
 pub use bittybuzz_emulation::message::{
     BoardStatistics, Command, CrazyflieStatistics, Event, RobotEvent, Statistics, TimedEvent,
@@ -349,11 +349,15 @@ pub fn image(script: &str) -> Vec<u8> {
 
 /// The image of a script for a robot.
 pub fn image_for(robot: &str, script: &str) -> Vec<u8> {
+    let compiled = compiled_for(robot, script);
+    compiled.image.unwrap_or_else(|| panic!("{:?}", compiled.diagnostics))
+}
+
+/// A script, compiled for a robot.
+pub fn compiled_for(robot: &str, script: &str) -> Compiled {
     let robot = bittybuzz_robots::find(robot).expect("a shipped robot");
     let options = Options { profile: None, robots: vec![robot.clone()], robot: Some(robot) };
-    let loader = Loader::new(&DiskFiles);
-    let compiled = compile(Path::new("test.bzz"), script.to_owned(), &loader, &options);
-    compiled.image.unwrap_or_else(|| panic!("{:?}", compiled.diagnostics))
+    compile(Path::new("test.bzz"), script.to_owned(), &Loader::new(&DiskFiles), &options)
 }
 
 /// Address of the function in the Crazyflie's image whose symbol contains all of these, without the Thumb bit.

@@ -8,6 +8,7 @@
 //!   [`Queues`] are the robots' ends of it.
 //! * [`Hostile`] is a sender in that air which is no robot: it forges, invents, replays and babbles.
 //! * [`frame`] and [`fragments`] encode messages.
+//! * [`forged`] makes messages with a value of each class, on each topic and key of a script.
 //!
 //! # Principles
 //! 1. **The same run every time.** All chance comes from a seed.
@@ -33,6 +34,7 @@
 //! ```
 
 mod air;
+pub mod forged;
 mod frames;
 mod hostile;
 mod image;
