@@ -16,7 +16,6 @@ use crate::interrupt::Interrupt;
 use crate::probe_rs;
 use crate::problem::Problem;
 use crate::program::Program;
-use crate::scratch::Scratch;
 
 use super::message::{Content, Level, Message};
 use super::teller::Teller;
@@ -51,7 +50,7 @@ impl Emulation<'_> {
         let board = boards.find(|board| board.chip == self.robot.chip);
         let board = board.as_ref().map(|board| board.name.as_str());
         let is_kilobot = board == Some("kilobot");
-        let flashed = self.flashed(is_kilobot)?;
+        let script = self.script_bytes(is_kilobot)?;
         let table = if is_kilobot { None } else { Some(self.table()?) };
         let arguments = match board {
             Some(name) if name != "crazyflie" => vec!["--robot", name],
@@ -60,13 +59,9 @@ impl Emulation<'_> {
         let usual = if is_kilobot { emulator::AVR } else { emulator::STM32 };
         let program = emulator::program(self.program, usual);
         let mut emulator = Emulator::spawn_with(&program, &arguments).map_err(Problem::Emulator)?;
-        let firmware = match &flashed {
-            Flashed::Whole(file) => file.path(),
-            _ => self.firmware,
-        };
-        emulator.load(firmware).map_err(Problem::Emulator)?;
-        if let Flashed::Beside { address, section } = &flashed {
-            emulator.write(*address, section).map_err(Problem::Emulator)?;
+        emulator.load(self.firmware).map_err(Problem::Emulator)?;
+        if let Some((address, bytes)) = script {
+            emulator.write(address, &bytes).map_err(Problem::Emulator)?;
         }
         if is_kilobot {
             emulator.start_kilobots(Duration::ZERO).map_err(Problem::Emulator)?;
@@ -105,27 +100,23 @@ impl Emulation<'_> {
         Ok(())
     }
 
-    /// What is flashed beside the firmware.
-    fn flashed(&self, is_kilobot: bool) -> Result<Flashed, Problem> {
-        let Some((path, program)) = self.script else { return Ok(Flashed::Firmware) };
+    /// The bytes that are written over the firmware's own script, and their address. Of a Kilobot they are the whole
+    /// program, whose script has no fixed place.
+    fn script_bytes(&self, is_kilobot: bool) -> Result<Option<(u32, Vec<u8>)>, Problem> {
+        let Some((path, program)) = self.script else { return Ok(None) };
         if program.image.is_empty() {
             return Err(Problem::NoImage(path.to_owned()));
         }
         if is_kilobot {
-            let hex = hex::with_script(
-                self.firmware,
-                path,
-                &program.image,
-                program.symbols.as_ref(),
-                self.robot,
-            )?;
-            let file = Scratch::new(path, "program.hex");
-            file.write(hex.as_bytes())?;
-            return Ok(Flashed::Whole(file));
+            let script = (path, program.symbols.as_ref());
+            let firmware = hex::read(self.firmware)?;
+            let whole =
+                hex::exchanged(self.firmware, &firmware, script, &program.image, self.robot)?;
+            return Ok(Some((0, whole)));
         }
         let layout = probe_rs::layout(self.robot)?;
         let section = probe_rs::script_section(&layout, path, &program.image)?;
-        Ok(Flashed::Beside { address: layout.script.address, section })
+        Ok(Some((layout.script.address, section)))
     }
 
     /// The texts of the firmware's messages.
@@ -141,16 +132,6 @@ impl Emulation<'_> {
             }),
         }
     }
-}
-
-/// What the emulated robot gets.
-enum Flashed {
-    /// The firmware, with its own script.
-    Firmware,
-    /// The firmware, and a script in a region of its own.
-    Beside { address: u32, section: Vec<u8> },
-    /// A program with the script in it.
-    Whole(Scratch),
 }
 
 /// Reads what the firmware writes.

@@ -21,11 +21,11 @@ fn trace(script: &ScriptFile, options: &[&str]) -> Outcome {
     let [image, emulator] =
         [kilobot(), Core::Avr.program().into()].map(|path| path.display().to_string());
     let robot = ["trace", &image, "--robot", "kilobot", "--script", script.path(), "--emulate"];
-    bbz::run(&[&robot[..], &["--emulator", &emulator, "--seconds", "3"], options].concat(), &[])
+    bbz::run(&[&robot[..], &["--emulator", &emulator, "--seconds", "2.5"], options].concat(), &[])
 }
 
 #[test]
-fn a_trace_tells_outputs_and_the_fault_once() {
+fn a_trace_tells_outputs_the_fault_and_the_restart_once() {
     let script = ScriptFile::new("kilobot_trace", SCRIPT);
     let outcome = trace(&script, &["--outputs"]);
     assert_eq!(outcome.status, Some(1), "{}", outcome.stderr);
@@ -34,6 +34,9 @@ fn a_trace_tells_outputs_and_the_fault_once() {
     }
     assert_eq!(outcome.stderr.matches("error[R0005]").count(), 1, "{}", outcome.stderr);
     assert!(outcome.stderr.contains(&format!("{}:6:", script.path())), "{}", outcome.stderr);
+    // After a pause of a second.
+    let restarts = outcome.stdout.matches("the script starts again").count();
+    assert_eq!(restarts, 1, "{}", outcome.stdout);
 }
 
 #[test]
