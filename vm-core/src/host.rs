@@ -63,6 +63,21 @@ pub trait Host<P: Profile> {
     /// Sends a frame to whoever hears it: queues it, best in a `bittybuzz_comms::queue::Outbox`.
     fn send(&mut self, _frame: &[u8]) {}
 
+    /// Slices end by time alone: the machine asks [`Host::is_slice_over`] before each instruction and counts no budget.
+    /// For chips on which the question takes two cycles.
+    const IS_TIMED: bool = false;
+
+    /// Returns true if the machine has to return from the slice that it runs. It must be false when [`Vm::run`] is called,
+    /// else no instruction is executed.
+    ///
+    /// The machine asks after each instruction that may take long: everything but arithmetic, jumps, variables and calls
+    /// of the script's own functions.
+    ///
+    /// [`Vm::run`]: crate::Vm::run
+    fn is_slice_over(&mut self) -> bool {
+        false
+    }
+
     /// A listener or a handler of conflicts ended with a fault. Returns true if only that call ends: the message is
     /// discarded and counted, and the script goes on. Returns false if the fault stops the script. Not asked about a
     /// failed `assert`, which always stops it.

@@ -327,14 +327,16 @@ impl Robots for Fleet {
                 let collided = |member: &Member| member.robot.board.statistics().collided;
                 let collided = self.members.iter().map(collided).sum();
                 let (carried, lost) = self.air.counted();
-                let robot = &self.member(robot)?.robot;
+                let robot = &mut self.member(robot)?.robot;
                 let counted = robot.counted;
+                robot.counted.turns.longest = 0;
                 return Ok(Reply::Statistics(Box::new(Statistics {
                     core: CoreStatistics {
                         instructions: 0,
                         cycles: robot.core.cycle() - counted.slept,
                         exceptions: counted.interrupts,
                         longest_masked: Duration::from_nanos(counted.waited.nanos()),
+                        longest_turn: counted.turns.longest,
                     },
                     board: BoardStatistics::Kilobot(robot.board.statistics().into()),
                     air: AirStatistics { carried, collided, lost },

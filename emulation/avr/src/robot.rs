@@ -39,6 +39,33 @@ pub struct Counted {
     pub resets: u64,
     /// Steps of the script.
     pub steps: Steps,
+    /// Turns of the image's loop.
+    pub turns: Turns,
+}
+
+/// Turns of the image's loop, each of which begins with `wdr`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Turns {
+    /// How often `wdr` was executed.
+    begun: u64,
+    /// Cycles without sleep when the last one began.
+    begin: u64,
+    /// Cycles of the longest one since somebody asked, without sleep.
+    pub longest: u64,
+}
+
+impl Turns {
+    /// Takes notice of the chip after these cycles without sleep, as often as it executes `wdr`.
+    fn look(&mut self, begun: u64, awake: u64) {
+        if self.begun == begun {
+            return;
+        }
+        // The first `wdr` is that of the start.
+        if self.begun > 1 && begun > self.begun {
+            self.longest = self.longest.max(awake - self.begin);
+        }
+        (self.begun, self.begin) = (begun, awake);
+    }
 }
 
 #[derive(Default)]
@@ -158,6 +185,8 @@ impl Robot {
             Stop::Bad => self.board.fail(HardwareError::BadInstruction { after: pc }),
         }
         // The core stops here at each `wdr`, of which the image's loop has one in each turn; no two phases begin in one.
+        let awake = self.core.cycle() - self.counted.slept;
+        self.counted.turns.look(self.board.watchdog_restarts(), awake);
         if let Some(phase) = self.phase {
             self.counted.steps.look(self.core.data()[usize::from(phase)]);
         }

@@ -209,6 +209,7 @@ impl<B: Control> Machine for Robot<B> {
             cycles: self.bus.cycles,
             exceptions: self.core.exceptions,
             longest_masked: Duration::ZERO,
+            longest_turn: 0,
         }
     }
 

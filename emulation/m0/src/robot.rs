@@ -196,6 +196,7 @@ impl<B: Control> Machine for Robot<B> {
             cycles: self.bus.cycles,
             exceptions: self.exceptions,
             longest_masked: Duration::ZERO,
+            longest_turn: 0,
         }
     }
 

@@ -203,6 +203,7 @@ impl<B: Control> Machine for Robot<'_, B> {
             cycles: system.cycles,
             exceptions: system.exceptions,
             longest_masked: Duration::from_nanos(system.longest_masked().nanos()),
+            longest_turn: 0,
         }
     }
 

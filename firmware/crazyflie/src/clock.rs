@@ -1,7 +1,8 @@
 //! The Crazyflie's clock tree: 8 MHz crystal, 168 MHz core, APB1 42 MHz (timers 84), APB2 84 MHz (timers 168),
-//! 48 MHz for USB and random numbers. RM0090 section 7.2, limits in section 7.3.
+//! 48 MHz for USB and random numbers. RM0090 section 7.2, limits in section 7.3. And the time in µs.
 
 use embassy_stm32::Config;
+use embassy_stm32::pac;
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv, PllSource,
     Sysclk,
@@ -27,4 +28,9 @@ pub fn config() -> Config {
     rcc.apb1_pre = APBPrescaler::DIV4;
     rcc.apb2_pre = APBPrescaler::DIV2;
     config
+}
+
+/// Returns the time in µs, modulo 65536: embassy's time driver lets timer 5 count them (`Cargo.toml`).
+pub fn us() -> u16 {
+    pac::TIM5.cnt().read() as u16
 }

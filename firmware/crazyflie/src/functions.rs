@@ -9,6 +9,7 @@ use bittybuzz_vm_core::{
 };
 use embassy_time::Instant;
 
+use crate::clock;
 use crate::leds::{Color, ScriptLeds, Status, StatusChannel};
 use crate::link::{self, swarm::MAIL};
 use crate::motors::{POWER_MAX, Powers};
@@ -134,6 +135,10 @@ impl Robot<Numbers> for Crazyflie {
 
     fn position(&mut self, axis: Axis) -> Option<f32> {
         link::POSE.get().map(|pose| pose.along::<Section>(axis))
+    }
+
+    fn clock_us(&self) -> u16 {
+        clock::us()
     }
 
     fn periods(&self) -> Periods {

@@ -42,6 +42,28 @@ pub fn wake_soon(chip: &Chip) {
     chip.TC0.timsk0().write(|w| w.toie0().set_bit().ocie0a().set_bit());
 }
 
+/// Cycles of a slice: 480 µs. Timer 1 counts them, which runs for the infrared receiver.
+const SLICE: u16 = 3840;
+
+/// Begins a slice of the script.
+#[inline(always)]
+pub fn begin_slice(chip: &Chip) {
+    // Interrupts use the timer's register for upper bytes, too (data sheet 16.3).
+    interrupt::free(|_| {
+        let end = chip.TC1.tcnt1().read().bits().wrapping_add(SLICE);
+        // SAFETY: any time may be compared with.
+        unsafe { chip.TC1.ocr1b().write(|w| w.bits(end)) };
+    });
+    // A one clears the flag, which is raised when the counter leaves `end` (data sheet 16.11.9).
+    chip.TC1.tifr1().write(|w| w.ocf1b().set_bit());
+}
+
+/// Returns true if the slice has to end.
+#[inline(always)]
+pub fn is_slice_over(chip: &Chip) -> bool {
+    chip.TC1.tifr1().read().ocf1b().bit_is_set()
+}
+
 // It has woken the processor.
 #[avr_device::interrupt(atmega328p)]
 fn TIMER0_COMPA() {

@@ -61,6 +61,11 @@ pub fn is_busy() -> bool {
     interrupt::free(|_| unsafe { &*receiver }.is_busy())
 }
 
+/// Returns true if a message has come in.
+pub fn has_message() -> bool {
+    interrupt::free(|guard| HEARD.borrow(guard).get().is_some())
+}
+
 /// The message that came in, if there is one.
 pub fn take() -> Option<Heard> {
     interrupt::free(|guard| HEARD.borrow(guard).take())

@@ -44,7 +44,6 @@ use bittybuzz_kilobot::controller;
 use bittybuzz_kilobot::distance::distance;
 use bittybuzz_kilobot::life::{Act, Life, State};
 use bittybuzz_kilobot::light::{Blinker, Color, of_battery};
-use bittybuzz_kilobot::receiver::Heard;
 use bittybuzz_kilobot::sender::Sender;
 use bittybuzz_vm_core::{Sizes, Vm};
 
@@ -158,9 +157,9 @@ impl Body {
     /// Does what there is to do, for a few ms at most. Whether there is more.
     #[inline(never)]
     fn turn(&mut self, vm: &mut Machine) -> bool {
-        let heard = hear::take();
-        if let Some(heard) = &heard {
-            self.hear(heard);
+        let has_heard = hear::has_message();
+        if has_heard {
+            self.hear();
         }
         let now = clock::now(&registers());
         let color = self.live(vm, now);
@@ -171,12 +170,13 @@ impl Body {
             self.send(now);
         }
         let is_running = self.robot.life.state == State::Running;
-        heard.is_some() || (is_running && self.script.goes_on())
+        has_heard || (is_running && self.script.goes_on())
     }
 
-    /// A message has come in.
-    #[inline(never)]
-    fn hear(&mut self, heard: &Heard) {
+    /// Takes the message that has come in.
+    #[inline(never)] // Else each turn would make room for the message: 300 cycles.
+    fn hear(&mut self) {
+        let Some(heard) = hear::take() else { return };
         let Some((kind, data)) = infrared::opened(&heard.message) else { return };
         let robot = &mut self.robot;
         if kind < controller::FIRST {

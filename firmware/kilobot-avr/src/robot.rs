@@ -76,6 +76,13 @@ impl Robot {
 }
 
 impl Host<Tiny> for Robot {
+    // The question is a bit of a register that the processor tests in two cycles.
+    const IS_TIMED: bool = true;
+
+    fn is_slice_over(&mut self) -> bool {
+        clock::is_slice_over(&registers())
+    }
+
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,

@@ -7,12 +7,11 @@ use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::seal::{self, Sealed};
 use bittybuzz_vm_core::{ByteCode, Entry, Fault, FaultCode, Outcome, Restarts, Vm, features};
 
+use crate::chip::registers;
+use crate::clock;
 use crate::robot::Robot;
 use crate::section::Section;
 use crate::toml::{self, FUNCTIONS};
-
-/// Instructions in a slice: a few ms, a collection included.
-const SLICE: u16 = 40;
 
 /// What the script has set holds for so long after the last step that was completed.
 const HOLD: u16 = units(500);
@@ -109,7 +108,7 @@ impl Script {
                 vm.identify(robot.life.id, 0);
                 self.begin(vm, Entry::Global, Phase::Global);
             }
-            Phase::Global | Phase::Runs | Phase::Relays => match vm.run(robot, SLICE) {
+            Phase::Global | Phase::Runs | Phase::Relays => match self.slice(vm, robot) {
                 Outcome::Done => {
                     self.completed = now;
                     match self.phase {
@@ -150,6 +149,13 @@ impl Script {
             // Long ago stays long ago.
             self.completed = now.wrapping_sub(HOLD);
         }
+    }
+
+    /// Runs the machine until the slice is over.
+    #[inline(always)]
+    fn slice(&self, vm: &mut Machine, robot: &mut Robot) -> Outcome {
+        clock::begin_slice(&registers());
+        vm.run(robot, 0)
     }
 
     /// Takes a tick of the pause: the script starts again with the last one, and before that the robot handles messages.

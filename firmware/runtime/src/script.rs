@@ -30,11 +30,11 @@ use ticks::Ticks;
 /// Longest time for which the script keeps the processor, a collection included.
 pub const SLICE_MAX: Duration = Duration::from_micros(500);
 
-/// A slice ends after the first look at the clock that finds so much time gone: what one instruction can take on top, a
-/// collection of a full heap, fits into the rest of [`SLICE_MAX`].
-const SLICE: Duration = Duration::from_micros(150);
+/// µs after which a slice ends at the next look at the clock. The rest of [`SLICE_MAX`] is for what comes before that
+/// look: [`CHUNK`] short instructions, and a long one with a collection of a full heap.
+const SLICE: u16 = 150;
 
-/// Instructions between two looks at the clock.
+/// Short instructions between two looks at the clock. After a long one the machine looks at once.
 const CHUNK: u16 = 50;
 
 /// Looks at the clock in a slice, at most: it ends even if the clock should stand still.
@@ -65,6 +65,11 @@ pub trait Robot<P: Profile> {
 
     /// The position, as [`Host::position`] says.
     fn position(&mut self, axis: Axis) -> Option<f32>;
+
+    /// Returns the time in µs, modulo 65536. Asked after each long instruction: a robot that can read a timer says so.
+    fn clock_us(&self) -> u16 {
+        Instant::now().as_micros() as u16
+    }
 
     /// How often the robot is heard without the script's doing, as [`Host::periods`] says.
     fn periods(&self) -> Periods {
@@ -340,21 +345,21 @@ impl<P: Profile, C: ByteCode + 'static, R: Robot<P>, const SLOTS: usize> Script<
 
     /// Runs the machine for at most [`SLICE_MAX`].
     fn slice(&mut self) -> Outcome {
-        let start = Instant::now();
+        let begin = self.robot.clock_us();
         let mut outcome = Outcome::Pending;
         for _ in 0..CHUNKS {
             let mut bridge = Bridge {
                 robot: &mut self.robot,
+                begin,
                 log: &mut self.log,
                 step: self.counts.steps,
                 delay: &mut self.delay,
                 contained: &mut self.contained,
             };
             outcome = self.vm.run(&mut bridge, CHUNK);
-            let elapsed = start.elapsed();
-            let us = u32::try_from(elapsed.as_micros()).unwrap_or(u32::MAX);
-            self.counts.longest_slice_us = self.counts.longest_slice_us.max(us);
-            if outcome != Outcome::Pending || elapsed >= SLICE || self.log.is_much() {
+            let us = self.robot.clock_us().wrapping_sub(begin);
+            self.counts.longest_slice_us = self.counts.longest_slice_us.max(us.into());
+            if outcome != Outcome::Pending || us >= SLICE || self.log.is_much() {
                 break;
             }
         }

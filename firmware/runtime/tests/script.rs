@@ -72,7 +72,7 @@ fn waiting_on_purpose_counts_as_a_step() {
 #[test]
 fn missed_ticks_are_skipped_not_queued() {
     // 250 ms of work: the step of 100 ends at 350, the next begins at 400.
-    let events = run("function step() { log(1) work(125000) work(125000) }", 1000);
+    let events = run("function step() { work(125000) work(125000) log(1) }", 1000);
     assert_eq!(with(&events, "log"), [(350, "log 0: 1"), (650, "log 1: 1"), (950, "log 2: 1")]);
 }
 

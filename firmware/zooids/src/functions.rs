@@ -21,6 +21,7 @@ use crate::radio;
 use crate::radio::MAIL;
 use crate::robot::{self, function};
 use crate::sensors;
+use crate::time;
 
 /// Duties in percent of `forward()`, and of `left()` and `right()`.
 const FORWARD: i8 = 80;
@@ -105,6 +106,11 @@ impl Robot<Tiny> for Zooid {
             Axis::Z => 0.0,
             Axis::Orientation => units::degrees(pose.heading),
         })
+    }
+
+    #[inline(always)]
+    fn clock_us(&self) -> u16 {
+        time::clock_us()
     }
 
     fn periods(&self) -> Periods {

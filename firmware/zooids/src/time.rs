@@ -84,6 +84,12 @@ impl Driver for Clock {
     }
 }
 
+/// Returns the time in µs, modulo 65536.
+#[inline(always)]
+pub fn clock_us() -> u16 {
+    pac::TIM3.cnt().read().cnt()
+}
+
 /// From now on time passes.
 pub fn start() {
     let timer = pac::TIM3;

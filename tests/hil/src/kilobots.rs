@@ -166,6 +166,11 @@ impl Kilobots {
         self.emulator.statistics_of(robot).expect("it counts").core.longest_masked
     }
 
+    /// Cycles of the longest turn of a robot's loop since the last call.
+    pub fn longest_turn(&mut self, robot: usize) -> u64 {
+        self.emulator.statistics_of(robot).expect("it counts").core.longest_turn
+    }
+
     /// The colours that a robot has shown since a time, each with its time.
     pub fn colors(&self, robot: usize, since: Duration) -> Vec<(Duration, [u8; 3])> {
         let later = self.events[robot].iter().filter(|event| event.at >= since);

@@ -22,7 +22,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// some percent more. On the AVR, with its little flash, forms are told apart first.
     const DIRECT: bool = cfg!(not(target_arch = "avr")) && SLOTS.is_power_of_two();
 
-    /// Runs at most `budget` instructions: `Continue` means that it is used up.
+    /// Runs at most `budget` instructions, or as long as the host lets it: `Continue` means that the slice is over.
     #[inline(never)]
     #[allow(clippy::collapsible_match, reason = "guards would split the jump table")]
     #[allow(
@@ -85,6 +85,19 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             };
         }
 
+        // No instruction is left. Otherwise one is taken from the budget.
+        macro_rules! is_over {
+            () => {
+                if H::IS_TIMED {
+                    host.is_slice_over()
+                } else {
+                    let is_over = budget == 0;
+                    budget = budget.wrapping_sub(1);
+                    is_over
+                }
+            };
+        }
+
         // Whatever may stop the script. A fault in the handling of a message may end only that.
         macro_rules! contained {
             ($result:expr) => {
@@ -101,15 +114,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             pc = usize::from(self.pc);
             sp = usize::from(self.sp);
             fp = usize::from(self.fp);
+            // What came before may have taken long.
+            if !H::IS_TIMED && host.is_slice_over() {
+                budget = 0;
+            }
             if pc >= SPECIAL {
                 if pc == Native::EXIT.position() {
                     return Ok(Flow::Done);
                 }
                 // Going on in a built-in counts as an instruction.
-                if budget == 0 {
+                if is_over!() {
                     return Ok(Flow::Continue);
                 }
-                budget -= 1;
                 #[cfg(feature = "swarm")]
                 if Self::SOCIAL && pc == Native::MESSAGES.position() {
                     contained!(self.next_message(host));
@@ -126,12 +142,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let mut arg: isize;
             // Runs until an instruction is not done by its arm.
             let left = 'run: loop {
-                if budget == 0 {
+                if is_over!() {
                     op = opcode::NIL;
                     arg = 0;
-                    break 'run Left::BudgetSpent;
+                    break 'run Left::SliceOver;
                 }
-                budget -= 1;
 
                 if Self::DIRECT {
                     // The byte behind may be no operand.
@@ -374,7 +389,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                             operand!();
                             let at = sp.wrapping_sub(1);
                             if self.get_quickly(at, Value::string(arg as u16), at) {
-                                continue 'run;
+                                break 'decoded;
                             }
                         }
                         opcode::FIELD_METHOD => {
@@ -382,7 +397,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                             let at = sp.wrapping_sub(1);
                             if self.get_quickly(at, Value::string(arg as u16), sp) {
                                 sp = sp.wrapping_add(1);
-                                continue 'run;
+                                break 'decoded;
                             }
                         }
                         opcode::INDEX_GET => {
@@ -390,21 +405,21 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                             let key = get!(sp.wrapping_sub(1));
                             if key.is(Tag::INT) && self.get_quickly(at, key, at) {
                                 sp = sp.wrapping_sub(1);
-                                continue 'run;
+                                break 'decoded;
                             }
                         }
                         opcode::FIELD_SET => {
                             operand!();
                             if self.set_quickly(sp.wrapping_sub(2), Value::string(arg as u16), sp) {
                                 sp = sp.wrapping_sub(2);
-                                continue 'run;
+                                break 'decoded;
                             }
                         }
                         opcode::INDEX_SET => {
                             let key = get!(sp.wrapping_sub(2));
                             if key.is(Tag::INT) && self.set_quickly(sp.wrapping_sub(3), key, sp) {
                                 sp = sp.wrapping_sub(3);
-                                continue 'run;
+                                break 'decoded;
                             }
                         }
                         opcode::CAPTURE_GET => {
@@ -466,11 +481,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     }
                     break 'run Left::Undone;
                 }
+                // The table may have been long.
+                if !H::IS_TIMED && host.is_slice_over() {
+                    break 'run Left::SliceOver;
+                }
             };
             self.pc = pc as u16;
             self.sp = sp as u16;
             match left {
-                Left::BudgetSpent => return Ok(Flow::Continue),
+                Left::SliceOver => return Ok(Flow::Continue),
                 // The commonest of the slow ones, without a second search for the opcode.
                 Left::Undone if matches!(op, opcode::CALL | opcode::CALL_METHOD) => {
                     let count = arg as u8;
@@ -569,5 +588,5 @@ enum Left {
     Undone,
     /// A function has returned to the machine itself.
     Returned,
-    BudgetSpent,
+    SliceOver,
 }

@@ -359,6 +359,11 @@ impl Atmega328p {
         self.outlook = None;
     }
 
+    /// Returns how often the chip has executed `wdr` since its last reset.
+    pub fn watchdog_restarts(&self) -> u64 {
+        self.watchdog.restarts
+    }
+
     /// `spm` at address `pc`.
     pub fn store_program(&mut self, pc: u16, z: u16, word: u16) -> Result<Option<Change>, Mistake> {
         self.outlook = None;

@@ -20,6 +20,8 @@ pub struct Watchdog {
     due: Option<Time>,
     /// It has run out and resets the chip.
     pub is_expired: bool,
+    /// `wdr` was executed so often since the last reset.
+    pub restarts: u64,
 }
 
 impl Watchdog {
@@ -35,6 +37,7 @@ impl Watchdog {
 
     /// `wdr`
     pub fn restart(&mut self, now: Time) {
+        self.restarts += 1;
         self.due = self.is_on().then(|| now + self.timeout());
     }
 

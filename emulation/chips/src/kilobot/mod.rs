@@ -433,6 +433,11 @@ impl Kilobot {
         self.chip.restart_watchdog();
     }
 
+    /// Returns how often the chip has executed `wdr` since its last reset.
+    pub fn watchdog_restarts(&self) -> u64 {
+        self.chip.watchdog_restarts()
+    }
+
     /// `spm` at address `pc` with Z and R1:R0: what happens to the flash.
     pub fn store_program(&mut self, pc: u16, z: u16, word: u16) -> Option<Change> {
         match self.chip.store_program(pc, z, word) {

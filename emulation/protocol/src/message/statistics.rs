@@ -30,6 +30,9 @@ pub struct CoreStatistics {
     /// Longest time that interrupts were masked; of a Kilobot, that one had to wait.
     #[serde(rename = "longest_masked_ns", with = "nanoseconds")]
     pub longest_masked: Duration,
+    /// Cycles of the longest turn of a Kilobot's loop since this was asked last, without sleep; 0 of other robots.
+    #[serde(default)]
+    pub longest_turn: u64,
 }
 
 /// What the air did; the meaning of each stands in [`bittybuzz_chips::AirStatistics`].

@@ -8,8 +8,8 @@ use bittybuzz_vm_core::{
 use embassy_time::{Duration, Instant};
 use heapless::Vec;
 
-use super::Robot;
 use super::log::Log;
+use super::{Robot, SLICE};
 
 /// Contained faults that were reported: position and cause. Faults at further places are only counted.
 pub type Places = Vec<(u16, FaultCode), 8>;
@@ -43,6 +43,8 @@ impl Console<'_> {
 /// The machine's host during a slice.
 pub struct Bridge<'a, R> {
     pub robot: &'a mut R,
+    /// When the slice began, in µs of the robot's clock.
+    pub begin: u16,
     pub log: &'a mut Log,
     pub step: u32,
     pub delay: &'a mut Option<Instant>,
@@ -81,6 +83,11 @@ impl<P: Profile, R: Robot<P>> Host<P> for Bridge<'_, R> {
 
     fn position(&mut self, axis: Axis) -> Option<f32> {
         self.robot.position(axis)
+    }
+
+    #[inline(always)]
+    fn is_slice_over(&mut self) -> bool {
+        self.robot.clock_us().wrapping_sub(self.begin) >= SLICE
     }
 
     fn periods(&self) -> Periods {

@@ -1,0 +1,105 @@
+//! The longest slice of scripts that do what takes longest, on the images of Crazyflie and Zooid, as the robots' own
+//! clocks count it.
+
+#![allow(clippy::unwrap_used, reason = "a test may")]
+
+use bittybuzz_hil::{Swarm, Table, Told};
+
+/// Scripts, in which `PAIRS` stands for as many entries as nearly fill the memory of the robot, `TABLES` for as many
+/// tables, and `ITEMS` for as many numbers as fit a message.
+const SCRIPTS: [(&str, &str); 7] = [
+    ("loop", "function step() { i = 0 while(i < 1000) i = i + 1 }"),
+    (
+        "maths",
+        "function step() { i = 0 while(i < 100) { x = math.tan(1.2) x = math.asin(0.7) x = math.acos(0.6) i = i + 1 } }",
+    ),
+    (
+        "pairs",
+        "t = {}
+        function init() { i = 1 while(i < PAIRS) { t[0 - i] = 1 i = i + 1 } }
+        function step() {
+          i = 0
+          while(i < 50) { t[0 - PAIRS] = 1 size(t) t[0 - PAIRS] = nil x = t[0 - PAIRS] i = i + 1 }
+        }",
+    ),
+    (
+        "foreach",
+        "t = {}
+        function init() { i = 1 while(i < PAIRS) { t[0 - i] = 1 i = i + 1 } }
+        function step() { foreach(t, function(key, value) { }) }",
+    ),
+    (
+        "garbage",
+        "keep = {}
+        function init() { i = 0 while(i < TABLES) { keep[i] = { .a = i, .b = i } i = i + 1 } }
+        function step() { i = 0 while(i < 100) { t = { .x = i, .y = { .z = i } } i = i + 1 } }",
+    ),
+    // The machine looks at the clock seldom, and then a collection comes.
+    (
+        "seldom",
+        "keep = {}
+        function init() { i = 0 while(i < TABLES) { keep[i] = { .a = i, .b = i } i = i + 1 } }
+        function step() {
+          i = 0
+          while(i < 100) {
+            x = i * 2 + 1  y = x * 2 + 1  z = y * 2 + 1  x = y * 2 + z  y = x + y * z
+            t = {}
+            i = i + 1
+          }
+        }",
+    ),
+    (
+        "messages",
+        "a = {}
+        function init() {
+          s = stigmergy.create(1)
+          i = 0
+          while(i < ITEMS) { a[i] = 300 + i i = i + 1 }
+        }
+        function step() { i = 0 while(i < 20) { s.put(1, a) neighbors.broadcast(\"a\", a) i = i + 1 } }",
+    ),
+];
+
+fn text(script: &str, [pairs, tables, items]: [u16; 3]) -> String {
+    let script = script.replace("PAIRS", &pairs.to_string());
+    script.replace("TABLES", &tables.to_string()).replace("ITEMS", &items.to_string())
+}
+
+/// The limit of a slice, in µs.
+const MOST_US: u32 = 500;
+/// The limit where a single instruction of a Zooid puts a message of eight frames into a queue that is full.
+const MOST_WITH_LONG_MESSAGE_US: u32 = 1000;
+
+/// The longest slice, in µs, of a robot that reports it with every hundred steps.
+fn longest_slice(name: &str, told: &Told) -> u32 {
+    let is_overrun = |record: &String| record.starts_with("Overrun");
+    assert!(told.records.iter().all(is_overrun), "{name}: {:?}", told.records);
+    let longest = told.firmware.iter().rev().find_map(|line| {
+        let (_, rest) = line.split_once("longest slice ")?;
+        rest.split(' ').next()?.parse().ok()
+    });
+    let longest = longest.unwrap_or_else(|| panic!("{name}: no status line"));
+    println!("{name}: longest slice {longest} us");
+    longest
+}
+
+#[test]
+fn slices_of_a_crazyflie_are_short() {
+    for (name, script) in SCRIPTS {
+        let mut swarm = Swarm::crazyflies(&text(script, [150, 50, 34]), &[1]);
+        swarm.run_ms(10_200);
+        let longest = longest_slice(name, &swarm.members()[0].told);
+        assert!((1..=MOST_US).contains(&longest), "{name}: {longest} us");
+    }
+}
+
+#[test]
+fn slices_of_a_zooid_are_short() {
+    for (name, script) in SCRIPTS {
+        let mut table = Table::new(&text(script, [110, 40, 5]), &[1]);
+        table.run_ms(10_200);
+        let longest = longest_slice(name, &table.zooids()[0].told);
+        let most = if name == "messages" { MOST_WITH_LONG_MESSAGE_US } else { MOST_US };
+        assert!((1..=most).contains(&longest), "{name}: {longest} us");
+    }
+}
