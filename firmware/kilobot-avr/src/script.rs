@@ -129,17 +129,10 @@ impl Script {
                 Outcome::Pending => {}
                 Outcome::Fault(fault) => self.stop(vm, robot, Some(fault)),
             },
-            Phase::Waits => {
+            Phase::Waits | Phase::Rests => {
                 self.goes_on = self.ticks.take(now);
                 if self.goes_on {
-                    robot.outbox.begin_step();
-                    self.begin(vm, Entry::Step, Phase::Runs);
-                }
-            }
-            Phase::Rests => {
-                self.goes_on = self.ticks.take(now);
-                if self.goes_on {
-                    self.rest(vm, robot, now);
+                    self.tick(vm, robot, now);
                 }
             }
             Phase::Stopped => self.goes_on = false,
@@ -158,21 +151,22 @@ impl Script {
         vm.run(robot, 0)
     }
 
-    /// Takes a tick of the pause: the script starts again with the last one, and before that the robot handles messages.
-    fn rest(&mut self, vm: &mut Machine, robot: &mut Robot, now: u16) {
-        if self.restarts.tick() {
+    /// Takes a tick: a step begins. In a pause the robot handles messages then, and the last tick starts the script again.
+    fn tick(&mut self, vm: &mut Machine, robot: &mut Robot, now: u16) {
+        robot.outbox.begin_step();
+        if self.phase == Phase::Waits {
+            self.begin(vm, Entry::Step, Phase::Runs);
+        } else if self.restarts.tick() {
             robot.restart();
             self.completed = now;
             self.begin(vm, Entry::Global, Phase::Global);
-            return;
-        }
-        robot.outbox.begin_step();
-        if vm.begin(Entry::Step) {
+        } else if vm.begin(Entry::Step) {
             self.phase = Phase::Relays;
         }
     }
 
     /// Begins an entry; waits if there is none. Without a `step()` it does so for ever.
+    #[inline(never)]
     fn begin(&mut self, vm: &mut Machine, entry: Entry, phase: Phase) {
         self.phase = if vm.begin(entry) { phase } else { Phase::Waits };
     }
