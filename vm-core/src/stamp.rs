@@ -38,12 +38,9 @@ pub fn is_earlier(a: u32, b: u32) -> bool {
     if a == 0 || b == 0 {
         return a < b;
     }
-    let mut ahead = b.wrapping_sub(a);
-    if b < a {
-        ahead = ahead.wrapping_add(CLOCK_MAX);
-    }
     // The circle has an odd number of clocks, so none is opposite to another.
-    ahead.wrapping_sub(1) < CLOCK_MAX / 2
+    let is_near = a.abs_diff(b) <= CLOCK_MAX / 2;
+    (a < b) == is_near
 }
 
 impl<P: Profile> Stamp<P> {
