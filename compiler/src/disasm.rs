@@ -5,7 +5,10 @@
 use std::fmt::Write as _;
 
 use bittybuzz_vm_core::builtin::{self, Feature, Library};
-use bittybuzz_vm_core::image::{CAPTURES, EntryPoint, Header, Image, PARAMETERS, USES_SELF};
+use bittybuzz_vm_core::class;
+use bittybuzz_vm_core::image::{
+    ALL_CLASSES, CAPTURES, EntryPoint, Header, Image, PARAMETERS, USES_SELF,
+};
 use bittybuzz_vm_core::link::name_hash;
 use bittybuzz_vm_core::number::{Full, Profile as _, Tiny};
 use bittybuzz_vm_core::opcode::{self, DROP_RESULT, Decoded, Operand, Trailer};
@@ -97,6 +100,7 @@ impl View<'_> {
         if header.has_text() {
             writeln!(out, "text")?;
         }
+        self.write_classes(out)?;
         for row in 0..header.library_rows() {
             let at = usize::from(header.libraries_at()) + 4 * usize::from(row);
             let string = u16::from_le_bytes([self.byte(at + 1), self.byte(at + 2)]);
@@ -107,6 +111,35 @@ impl View<'_> {
                 self.string_name(string),
                 builtin_name(i32::from(self.byte(at + 3)))
             )?;
+        }
+        Ok(())
+    }
+
+    /// Names under which not every class of value is sent.
+    fn write_classes(&self, out: &mut String) -> std::fmt::Result {
+        let Some(at) = self.header.classes_at() else { return Ok(()) };
+        let strings = self.header.strings();
+        // The row of a string that has this number.
+        let at = |row: u16| usize::from(at) + usize::from(strings - row);
+        for row in 0..=strings {
+            let classes = self.byte(at(row));
+            if classes == ALL_CLASSES {
+                continue;
+            }
+            let name = match row {
+                row if row == strings => "other names".to_owned(),
+                row => self.string_name(row.saturating_add(builtin::string::COUNT)),
+            };
+            let known = [
+                (class::NIL, "nil"),
+                (class::NUMBER, "numbers"),
+                (class::STRING, "strings"),
+                (class::TABLE, "tables"),
+                (class::FUNCTION, "functions"),
+            ];
+            let sent = known.iter().filter(|(class, _)| classes & class != 0);
+            let sent: Vec<&str> = sent.map(|(_, name)| *name).collect();
+            writeln!(out, "classes      {name}: {}", list(&sent))?;
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use bittybuzz_vm_core::image::{
-    COUNT_MAX, FORM_FULL, FORM_LIBRARIES, FORM_ORDER, FORM_TEXT, MAGIC, VERSION,
+    COUNT_MAX, FORM_CLASSES, FORM_FULL, FORM_LIBRARIES, FORM_ORDER, FORM_TEXT, MAGIC, VERSION,
 };
 
 use crate::codegen::asm::FunctionCode;
@@ -49,6 +49,8 @@ pub struct Parts {
     pub text: bool,
     /// Rows of the library table, in any order.
     pub libraries: Vec<LibraryRow>,
+    /// The class table: a byte for all names that are no strings of the script and one for each of these, or nothing.
+    pub classes: Vec<u8>,
     /// The functions; number 0 is the global code.
     pub functions: Vec<FunctionCode>,
 }
@@ -116,6 +118,7 @@ impl Parts {
         form |= if self.order { FORM_ORDER } else { 0 };
         form |= if self.text { FORM_TEXT } else { 0 };
         form |= if self.libraries.is_empty() { 0 } else { FORM_LIBRARIES };
+        form |= if self.classes.is_empty() { 0 } else { FORM_CLASSES };
         let mut bytes = vec![MAGIC, form, self.features];
         bytes.extend(self.script_hash.to_le_bytes());
         for entry in self.entries {
@@ -142,6 +145,7 @@ impl Parts {
                 bytes.push(row.builtin);
             }
         }
+        bytes.extend(&self.classes);
         let mut offset = 0;
         for function in &self.functions {
             // Too large an offset is caught below, because it makes too large an image.

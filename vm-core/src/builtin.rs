@@ -89,6 +89,8 @@ pub enum Feature {
     Stigmergy = 1 << 4,
     /// Values that need more than one frame to be sent; no built-in needs it by itself.
     LongMessages = 1 << 5,
+    /// No name refuses numbers in the class table: every machine has this. No built-in needs it.
+    Numbers = 1 << 6,
 }
 
 /// How a built-in behaves.

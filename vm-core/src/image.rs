@@ -5,12 +5,18 @@
 
 use crate::builtin;
 use crate::bytecode::ByteCode;
+#[cfg(feature = "swarm")]
+use crate::number::Profile;
 use crate::opcode::Operand;
+#[cfg(feature = "swarm")]
+use crate::value::{Tag, Value};
 
 /// First byte of every image.
 pub const MAGIC: u8 = 0xb5;
 /// The version of format and instruction set.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
+/// Form byte: the bits of the version.
+const FORM_VERSION: u8 = 0x07;
 /// Form byte: the profile is `full`.
 pub const FORM_FULL: u8 = 1 << 7;
 /// Form byte: there is an order table.
@@ -19,6 +25,10 @@ pub const FORM_ORDER: u8 = 1 << 6;
 pub const FORM_TEXT: u8 = 1 << 5;
 /// Form byte: there is a library table.
 pub const FORM_LIBRARIES: u8 = 1 << 4;
+/// Form byte: there is a class table.
+pub const FORM_CLASSES: u8 = 1 << 3;
+/// A row of the class table that lets every value pass.
+pub const ALL_CLASSES: u8 = 0xff;
 /// Slots that an image needs beside its globals: the machine's own global, an entry's frame and one cell.
 pub const BESIDE_GLOBALS: usize = 16;
 /// Largest count.
@@ -326,6 +336,12 @@ impl Header {
         self.form() & FORM_TEXT != 0
     }
 
+    /// Offset of the class table, which ends where the function table begins.
+    pub fn classes_at(&self) -> Option<u16> {
+        let length = self.strings() + 1;
+        if self.form() & FORM_CLASSES != 0 { Some(self.functions_at() - length) } else { None }
+    }
+
     /// Offset of the text.
     pub fn text_at(&self) -> u16 {
         self.functions_at() + 2 * self.functions()
@@ -369,8 +385,8 @@ impl Header {
         if length > 0 && magic != MAGIC {
             return Err(ImageError::NotAnImage);
         }
-        if length > 1 && form & 0x0f != VERSION {
-            return Err(ImageError::Version(u16::from(form & 0x0f)));
+        if length > 1 && form & FORM_VERSION != VERSION {
+            return Err(ImageError::Version(u16::from(form & FORM_VERSION)));
         }
         let mut at = FIXED as u16;
         for place in self.counts.iter_mut().take(COUNTS) {
@@ -389,6 +405,9 @@ impl Header {
         self.counts[LIBRARIES_AT] = at;
         at = skip(at, 2 * self.library_rows());
         at = skip(at, 2 * self.library_rows());
+        if form & FORM_CLASSES != 0 {
+            at = skip(at, self.strings() + 1);
+        }
         self.counts[FUNCTIONS_AT] = at;
         at = skip(at, 2 * self.functions());
         if form & FORM_TEXT != 0 {
@@ -475,6 +494,23 @@ impl<'a, C: ByteCode> Verified<'a, C> {
     pub(crate) fn library_row(self, row: u16) -> (u8, u16, u8) {
         let at = usize::from(self.header.libraries_at()) + LIBRARY_ROW * usize::from(row);
         (self.code.byte(at), self.code.word(at + 1), self.code.byte(at + 3))
+    }
+
+    /// The classes of value that the script may send on a topic or under a key.
+    #[cfg(feature = "swarm")]
+    #[inline(always)]
+    pub(crate) fn classes<P: Profile>(self, name: Value<P>) -> u8 {
+        // Numbers, and strings made at run time, have the first row in common.
+        let mut row = self.header.strings();
+        if name.is(Tag::STRING) {
+            row = name.index() as u16;
+            if row < builtin::string::COUNT {
+                return ALL_CLASSES;
+            }
+            row -= builtin::string::COUNT;
+        }
+        // The last row is that of the lowest number, which saves an addition here.
+        self.code.byte(usize::from(self.header.functions_at().wrapping_sub(1).wrapping_sub(row)))
     }
 
     /// How many of the machine's own strings sort before this string of the script.

@@ -28,7 +28,7 @@
 //!
 //! let mut vm: Vm<Full, &[u8], 256> = Vm::new();
 //! // Eight bytes are no script: the verifier says why.
-//! let refused = vm.load(Image::new(&[0xb5, 0x81, 0, 0, 0, 0, 0, 0]), |_| false);
+//! let refused = vm.load(Image::new(&[0xb5, 0x82, 0, 0, 0, 0, 0, 0]), |_| false);
 //! assert_eq!(refused, Err(ImageError::Truncated));
 //! assert!(!vm.begin(Entry::Step));
 //! ```
@@ -72,5 +72,5 @@ pub use part::{Part, Parts};
 pub use restart::Restarts;
 #[cfg(feature = "torture")]
 pub use torture::{CountedCode, Torture};
-pub use value::{Type, Value};
+pub use value::{Type, Value, class};
 pub use verify::features;

@@ -93,7 +93,7 @@ impl Periods {
 pub struct Counters {
     /// Messages of another script.
     pub foreign: u16,
-    /// Frames that make no sense.
+    /// Frames that make no sense, and values of a class that the script never sends under that name.
     pub malformed: u16,
     /// Messages from a robot with this robot's id.
     pub own_id: u16,

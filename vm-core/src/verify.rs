@@ -22,7 +22,8 @@ use crate::value::{Tag, Value};
 /// The bits of [`Feature`] that the machine of this build offers in a profile: strings made at run time need `full`;
 /// neighbours, swarms and stigmergy memory for them.
 pub const fn features<P: Profile>() -> u8 {
-    (if cfg!(feature = "maths") { Feature::Maths as u8 } else { 0 })
+    Feature::Numbers as u8
+        | (if cfg!(feature = "maths") { Feature::Maths as u8 } else { 0 })
         | (if cfg!(feature = "strings") && P::FULL { Feature::Strings as u8 } else { 0 })
         | (if cfg!(feature = "swarm") {
             Feature::Neighbors as u8

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use bittybuzz_vm_core::builtin::{self, Kind, Library};
-use bittybuzz_vm_core::image;
 use bittybuzz_vm_core::opcode::{Operand, SHORTS, TABLE, Trailer};
+use bittybuzz_vm_core::{class, image};
 
 const INTRODUCTION: &str = "\
 # The instruction set
@@ -112,7 +112,17 @@ fn image_format_says_what_the_crate_says() {
     let bit = |mask: u8| mask.trailing_zeros();
     let facts = [
         format!("| magic | 1 | `{:#04x}` |", image::MAGIC),
-        format!("bits 0-3 version ({})", image::VERSION),
+        format!("bits 0-2 version ({})", image::VERSION),
+        format!("bit {} class table present", bit(image::FORM_CLASSES)),
+        format!("bit {} for nil", bit(class::NIL)),
+        format!(
+            "bit {} for integers, bit {} for floats",
+            bit(class::NUMBER),
+            bit(class::NUMBER) + 1
+        ),
+        format!("bit {} for strings, bit {} for tables", bit(class::STRING), bit(class::TABLE)),
+        format!("bit {} for functions", bit(class::FUNCTION)),
+        format!("bit {} for strings made at run time", bit(class::TEXT)),
         format!("bit {} library table present", bit(image::FORM_LIBRARIES)),
         format!("bit {} text present", bit(image::FORM_TEXT)),
         format!("bit {} order table present", bit(image::FORM_ORDER)),

@@ -1,7 +1,9 @@
 //! Every rule of the verifier, with code that breaks it.
 
 use bittybuzz_testkit::ImageParts;
-use bittybuzz_vm_core::image::{CAPTURES, EntryPoint, FORM_FULL, FORM_LIBRARIES, MAGIC, USES_SELF};
+use bittybuzz_vm_core::image::{
+    CAPTURES, EntryPoint, FORM_CLASSES, FORM_FULL, FORM_LIBRARIES, MAGIC, USES_SELF,
+};
 use bittybuzz_vm_core::number::{Full, Tiny};
 use bittybuzz_vm_core::opcode::*;
 use bittybuzz_vm_core::{Image, ImageError, Vm, builtin};
@@ -46,7 +48,9 @@ fn accepts_the_smallest_program() {
 fn refuses_what_is_no_image() {
     assert_eq!(load(&[]), Err(ImageError::Truncated));
     assert_eq!(load(&[0x42; 40]), Err(ImageError::NotAnImage));
-    assert_eq!(load(&[MAGIC, 0x02]), Err(ImageError::Version(2)));
+    // Of the version before, and of one to come with a class table.
+    assert_eq!(load(&[MAGIC, 0x01]), Err(ImageError::Version(1)));
+    assert_eq!(load(&[MAGIC, 0x0b]), Err(ImageError::Version(3)));
     let mut full = ImageParts::new(&[&[0, 0, END]]);
     full.form |= FORM_FULL;
     assert_eq!(load(&full.build()), Err(ImageError::Profile));
@@ -62,6 +66,9 @@ fn refuses_every_truncation() {
     parts.form |= FORM_LIBRARIES;
     parts.imports = vec![7];
     parts.libraries = vec![[1, 3, 0, builtin::ABS]];
+    parts.form |= FORM_CLASSES;
+    parts.strings = vec!["a", "b"];
+    parts.classes = vec![1, 2, 0xff];
     let bytes = parts.build();
     assert_eq!(load(&bytes), Ok(()));
     for length in 0..bytes.len() {

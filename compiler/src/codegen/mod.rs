@@ -6,6 +6,7 @@
 
 pub mod asm;
 mod call;
+mod classes;
 mod condition;
 pub mod constant;
 mod expression;
@@ -14,7 +15,6 @@ mod function;
 mod globals;
 mod operands;
 mod own_strings;
-mod sent;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -75,20 +75,23 @@ pub fn generate(
         names.extend(builtin::TABLE.iter().filter(|b| b.library == *library).map(|b| b.name));
     }
     let holds_own_strings = own_strings::may_hold(&program, meanings);
-    let sends_long = sent::may_be_long(&program, meanings);
+    let table = StringTable::new(names);
+    let sent = classes::sent(&program, meanings, profile);
+    let classes = sent.table(table.script());
+    let features = sent.features(&classes);
     fold::fold(&mut program, meanings, profile);
     let globals = globals::number(&program, meanings);
     let mut generator = Generator {
         program: &program,
         meanings,
         profile,
-        strings: StringTable::new(names),
+        strings: table,
         mentioned: strings,
         globals: globals.iter().enumerate().map(|(number, id)| (*id, number)).collect(),
         functions: vec![FunctionId::GLOBAL],
         numbers: BTreeMap::from([(FunctionId::GLOBAL, 0)]),
         imports: Vec::new(),
-        features: if sends_long { Feature::LongMessages as u8 } else { 0 },
+        features,
         libraries: BTreeSet::new(),
         objects: BTreeSet::new(),
         orders_strings: false,
@@ -125,6 +128,7 @@ pub fn generate(
         order,
         text,
         libraries,
+        classes,
         functions: codes,
         strings: generator.strings,
     };

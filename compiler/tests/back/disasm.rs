@@ -73,6 +73,16 @@ fn names_are_not_needed() {
 }
 
 #[test]
+fn classes_of_values_that_are_sent() {
+    let script = "neighbors.broadcast(\"t\", id) s = stigmergy.create(1) s.put(1, nil)";
+    let (bytes, symbols) = image(script, TINY);
+    let text = disassemble(&bytes, Some(&symbols));
+    let classes: Vec<&str> = text.lines().filter(|line| line.starts_with("classes")).collect();
+    let expected = ["classes      \"t\": numbers", "classes      other names: nil"];
+    assert_eq!(classes, expected);
+}
+
+#[test]
 fn symbols_of_another_image_do_no_harm() {
     let (bytes, _) = image(SCRIPT, FULL);
     let (_, other) = image("x = 1", TINY);
@@ -100,9 +110,9 @@ proptest! {
     #[test]
     fn random_bytes(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
         disassemble(&bytes, None);
-        let header = [&[0xb5, 0x01][..], &bytes].concat();
+        let header = [&[0xb5, 0x02][..], &bytes].concat();
         disassemble(&header, None);
-        let full = [&[0xb5, 0xf1][..], &bytes].concat();
+        let full = [&[0xb5, 0xfa][..], &bytes].concat();
         disassemble(&full, None);
     }
 

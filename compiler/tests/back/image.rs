@@ -17,7 +17,7 @@ fn the_smallest_image() {
     let (bytes, symbols) = image("", TINY);
     let hash = symbols.script_hash.to_le_bytes();
     let expected = [
-        &[0xb5, 0x01, 0x00][..],
+        &[0xb5, 0x02, 0x00][..],
         &hash,
         &[0, 0, 0, 0], // entries
         &[0, 1, 0, 0], // globals, functions, imports, strings
@@ -25,7 +25,7 @@ fn the_smallest_image() {
         &[0, 0, 0xbc], // no parameters, no slots, RETURN_NIL
     ];
     assert_eq!(bytes, expected.concat());
-    assert_eq!(image("", FULL).0[1], 0x81);
+    assert_eq!(image("", FULL).0[1], 0x82);
 }
 
 #[test]
@@ -36,7 +36,7 @@ fn a_whole_image_by_hand() {
     let hash = symbols.script_hash.to_le_bytes();
     let led = bittybuzz_vm_core::link::name_hash("led").to_le_bytes();
     let expected = [
-        &[0xb5, 0x01, 0x00][..],
+        &[0xb5, 0x02, 0x00][..],
         &hash,
         &[0, 3, 0, 0], // step is function 1: 1 + 2 * 1
         &[2, 2, 1, 2], // globals, functions, imports, strings

@@ -4,6 +4,7 @@
 mod asm;
 mod calls;
 mod captures;
+mod classes;
 mod control;
 mod diagnostics;
 mod disasm;

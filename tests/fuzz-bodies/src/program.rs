@@ -64,6 +64,7 @@ pub fn image(choices: &mut Choices<'_>) -> Vec<u8> {
         order: form & 2 != 0,
         text: form & 4 != 0,
         libraries,
+        classes: Vec::new(),
         functions: functions.collect(),
         strings,
     };

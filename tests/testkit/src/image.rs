@@ -19,6 +19,8 @@ pub struct ImageParts {
     pub strings: Vec<&'static str>,
     /// Libraries.
     pub libraries: Vec<[u8; 4]>,
+    /// Classes of value for each string and for all other names.
+    pub classes: Vec<u8>,
     /// Header and code of each function.
     pub functions: Vec<Vec<u8>>,
 }
@@ -34,6 +36,7 @@ impl ImageParts {
             imports: vec![],
             strings: vec![],
             libraries: vec![],
+            classes: vec![],
             functions: functions.iter().map(|f| f.to_vec()).collect(),
         }
     }
@@ -53,6 +56,7 @@ impl ImageParts {
             bytes.push(self.libraries.len() as u8);
             bytes.extend(self.libraries.iter().flatten());
         }
+        bytes.extend(&self.classes);
         let mut at = 0u16;
         for function in &self.functions {
             bytes.extend(at.to_le_bytes());

@@ -8,7 +8,7 @@ use crate::builtin::{self, Feature, string};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
-use crate::image::Entry as EntryOf;
+use crate::image::{Entry as EntryOf, FORM_CLASSES};
 use crate::message::content::Head;
 use crate::message::frame::Frame;
 use crate::message::{Entry, FRAGMENT_HEAD, Ignored, Kind, Script};
@@ -216,12 +216,35 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if listener.is_nil() {
             return Ok(());
         }
+        if !self.expects(topic, value) {
+            return Ok(());
+        }
         let top = usize::from(self.sp);
         self.arena.set_fast(top, topic);
         self.arena.set_fast(top + 1, value);
         self.arena.set_fast(top + 2, Value::indexed(Tag::INT, robot));
         self.sp = top as u16 + 3;
         self.call_back(host, listener, 3)
+    }
+
+    /// Returns true if the script may have sent a value of that class on that topic or under that key. Else the message is
+    /// counted: no robot with this script has sent it.
+    #[inline(always)]
+    pub(super) fn expects(&mut self, name: Value<P>, value: Value<P>) -> bool {
+        // Most values are numbers, and most scripts send them under all names.
+        let has_table = self.header.form() & FORM_CLASSES != 0;
+        let takes_numbers = self.header.features() & Feature::Numbers as u8 != 0;
+        !has_table || takes_numbers && value.is_number() || self.has_class(name, value)
+    }
+
+    #[inline(never)]
+    fn has_class(&mut self, name: Value<P>, value: Value<P>) -> bool {
+        let Some(program) = self.program() else { return false };
+        if program.classes(name) >> value.class_bit() & 1 != 0 {
+            return true;
+        }
+        self.protocol.count(Count::Malformed);
+        false
     }
 
     /// Remembers what the next call of [`Vm::next_message`] needs to end a conflict.

@@ -381,6 +381,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.protocol.has_dropped |= clock != 0;
             return Ok(());
         }
+        // A question has clock 0 and changes nothing.
+        if clock != 0 && !self.expects(key, value) {
+            return Ok(());
+        }
         self.note_clock(clock);
         let theirs = Stamp { clock, robot, value, digest };
         let mut at = self.find_entry(stigmergy, key);

@@ -1,0 +1,512 @@
+//! The classes of value that a script may send: nil, numbers, strings, tables, functions.
+//!
+//! The analysis follows values through variables, parameters, results, tables and messages, in any order of execution. It
+//! yields the class table of the image, by which robots refuse forged values, and the answer to the question if the script
+//! needs long messages.
+//!
+//! A robot must never refuse a value of a robot with the same script, so a set of classes may be too large, but never too
+//! small. The other robot may be of another kind: an unknown name here may be a robot function there.
+
+mod initial;
+mod library;
+
+use std::collections::BTreeMap;
+use std::ops::{BitOr, BitOrAssign};
+
+use bittybuzz_vm_core::builtin::Feature;
+use bittybuzz_vm_core::image::ALL_CLASSES;
+use bittybuzz_vm_core::{builtin, class};
+
+use crate::check::names::{Meaning, Meanings, Member};
+use crate::check::tree::{
+    Expr, ExprKind, FunctionId, LocalId, LocalKind, NameId, Program, Stmt, StmtKind,
+};
+use crate::codegen::constant::Profile;
+
+/// A set of classes, in the bits of the image's class table and one more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Classes(u16);
+
+impl Classes {
+    const NONE: Classes = Classes(0);
+    const NIL: Classes = Classes(class::NIL as u16);
+    const NUMBER: Classes = Classes(class::NUMBER as u16);
+    const STRING: Classes = Classes(class::STRING as u16);
+    const TEXT: Classes = Classes(class::TEXT as u16);
+    const TABLE: Classes = Classes(class::TABLE as u16);
+    const FUNCTION: Classes = Classes(class::FUNCTION as u16);
+    /// A value with functions of the machine: a library, a swarm, a stigmergy, a snapshot.
+    const OBJECT: Classes = Classes(1 << 8);
+    /// Results of robot functions.
+    const PLAIN: Classes = Classes(Classes::NIL.0 | Classes::NUMBER.0 | Classes::STRING.0);
+    const ANY: Classes = Classes(0x1ff);
+
+    fn has(self, other: Classes) -> bool {
+        self.0 & other.0 != 0
+    }
+
+    fn both(self, other: Classes) -> Classes {
+        Classes(self.0 & other.0)
+    }
+
+    fn without(self, other: Classes) -> Classes {
+        Classes(self.0 & !other.0)
+    }
+
+    /// The byte of the image's class table. It refuses nothing under a name that the script never sends to.
+    fn row(self) -> u8 {
+        let mut classes = self;
+        // The machine makes a table of an object.
+        if self.has(Classes::OBJECT) {
+            classes |= Classes::TABLE;
+        }
+        // Strings are one class, made at run time or not.
+        if self.has(Classes::STRING | Classes::TEXT) {
+            classes |= Classes::STRING | Classes::TEXT;
+        }
+        let is_all = classes == Classes::NONE || SENDABLE.without(classes) == Classes::NONE;
+        if is_all { ALL_CLASSES } else { classes.0 as u8 }
+    }
+}
+
+/// All classes of values that can be sent.
+const SENDABLE: Classes = Classes(Classes::PLAIN.0 | Classes::TABLE.0 | Classes::FUNCTION.0);
+
+impl BitOr for Classes {
+    type Output = Classes;
+
+    fn bitor(self, other: Classes) -> Classes {
+        Classes(self.0 | other.0)
+    }
+}
+
+impl BitOrAssign for Classes {
+    fn bitor_assign(&mut self, other: Classes) {
+        *self = *self | other;
+    }
+}
+
+/// A topic or a key.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Name<'a> {
+    /// A string of the source.
+    Text(&'a str),
+    /// Some number.
+    Number,
+    /// Computed, and perhaps a string.
+    Any,
+}
+
+/// The values that a script may send.
+#[derive(Debug, Default)]
+pub struct Sent<'a> {
+    /// Some of them may need more than one frame.
+    is_long: bool,
+    /// `None` if the script may send anything under any name.
+    names: Option<BTreeMap<Name<'a>, Classes>>,
+}
+
+impl Sent<'_> {
+    /// The class table of the image: a byte for all names that are no strings of the script, then one for each of these, the
+    /// last one first. Empty if no class is refused.
+    pub fn table(&self, strings: &[String]) -> Vec<u8> {
+        let Some(names) = &self.names else { return Vec::new() };
+        let of = |name| names.get(&name).copied().unwrap_or_default();
+        let texts = strings.iter().rev().map(|string| Name::Text(string.as_str()));
+        let all = std::iter::once(Name::Number).chain(texts);
+        let rows: Vec<u8> = all.map(|name| (of(name) | of(Name::Any)).row()).collect();
+        if rows.iter().all(|row| *row == ALL_CLASSES) { Vec::new() } else { rows }
+    }
+
+    /// The features that the image needs because of them.
+    pub fn features(&self, table: &[u8]) -> u8 {
+        let takes_numbers = table.iter().all(|row| row & class::NUMBER == class::NUMBER);
+        let is_quick = takes_numbers && !table.is_empty();
+        (if self.is_long { Feature::LongMessages as u8 } else { 0 })
+            | (if is_quick { Feature::Numbers as u8 } else { 0 })
+    }
+}
+
+/// Analyzes the whole script.
+pub fn sent<'a>(program: &'a Program, meanings: &'a Meanings<'a>, profile: Profile) -> Sent<'a> {
+    let mut flow = Flow {
+        program,
+        meanings,
+        any: match profile {
+            Profile::Tiny => Classes::ANY.without(Classes::TEXT),
+            Profile::Full => Classes::ANY,
+        },
+        held: BTreeMap::new(),
+        has_changed: false,
+        is_lost: false,
+        is_long: false,
+    };
+    flow.begin();
+    loop {
+        flow.has_changed = false;
+        flow.first_functions();
+        for (number, function) in program.functions.iter().enumerate() {
+            flow.stmts(FunctionId(number), &function.body);
+        }
+        if flow.is_lost {
+            return Sent { is_long: true, names: None };
+        }
+        if !flow.has_changed {
+            return flow.end();
+        }
+    }
+}
+
+/// A place that holds values.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Place<'a> {
+    Global(NameId),
+    Local(FunctionId, LocalId),
+    /// The result of a function.
+    Result(FunctionId),
+    /// The results of functions that are called as values.
+    AnyResult,
+    /// The arguments of functions that are called as values.
+    AnyArgument,
+    /// The elements of all tables.
+    Element,
+    /// Keys of tables and stigmergies.
+    Key,
+    /// The `self` of functions in objects.
+    SelfValue,
+    /// The data of a conflict's winner, as the handler decides.
+    Verdict,
+    /// Nil, if the handler of a conflict may name a robot and no data.
+    NoData,
+    /// Messages and entries of stigmergies under that name.
+    Sent(Name<'a>),
+    /// The same under all names.
+    AllSent,
+}
+
+/// An argument of a call. A function of the script counts as a value only where its arguments are unknown.
+struct Arg<'a> {
+    expr: &'a Expr,
+    called: Option<FunctionId>,
+    classes: Classes,
+}
+
+struct Flow<'a> {
+    program: &'a Program,
+    meanings: &'a Meanings<'a>,
+    /// Every class of the profile.
+    any: Classes,
+    held: BTreeMap<Place<'a>, Classes>,
+    has_changed: bool,
+    /// The script may send anything under any name.
+    is_lost: bool,
+    is_long: bool,
+}
+
+impl<'a> Flow<'a> {
+    fn put(&mut self, place: Place<'a>, classes: Classes) {
+        let held = self.held.entry(place).or_default();
+        let before = *held;
+        *held |= classes;
+        self.has_changed |= *held != before;
+        if matches!(place, Place::Sent(_)) {
+            self.put(Place::AllSent, classes);
+        }
+    }
+
+    fn get(&self, place: Place<'a>) -> Classes {
+        self.held.get(&place).copied().unwrap_or_default()
+    }
+
+    /// Nil under a key is no element.
+    fn put_element(&mut self, classes: Classes) {
+        self.put(Place::Element, classes.without(Classes::NIL));
+    }
+
+    /// Values under that name, as another robot may have sent them.
+    fn received(&self, name: Name<'a>) -> Classes {
+        match name {
+            Name::Any => self.get(Place::AllSent),
+            _ => self.get(Place::Sent(name)) | self.get(Place::Sent(Name::Any)),
+        }
+    }
+
+    fn end(self) -> Sent<'a> {
+        let mut names = BTreeMap::new();
+        let mut is_long = self.is_long;
+        for (place, classes) in &self.held {
+            if let Place::Sent(name) = place {
+                is_long |= classes.has(Classes::TEXT | Classes::TABLE | Classes::FUNCTION);
+                names.insert(*name, *classes);
+            }
+        }
+        Sent { is_long, names: Some(names) }
+    }
+
+    fn stmts(&mut self, function: FunctionId, stmts: &'a [Stmt]) {
+        for stmt in stmts {
+            self.stmt(function, stmt);
+        }
+    }
+
+    fn stmt(&mut self, function: FunctionId, stmt: &'a Stmt) {
+        match &stmt.kind {
+            StmtKind::Var { local, value } => {
+                let classes = self.value_or_nil(function, value.as_ref());
+                self.put(self.local(function, *local), classes);
+            }
+            StmtKind::Assign { target, value } => {
+                let classes = self.value(function, value);
+                self.assign(function, target, classes);
+            }
+            StmtKind::If { condition, then, otherwise } => {
+                self.tested(function, condition);
+                self.stmts(function, &then.stmts);
+                self.stmts(function, &otherwise.stmts);
+            }
+            StmtKind::While { condition, body, update } => {
+                self.tested(function, condition);
+                self.stmts(function, &body.stmts);
+                self.stmts(function, update.as_deref().map_or(&[], std::slice::from_ref));
+            }
+            StmtKind::Return(value) => {
+                let classes = self.value_or_nil(function, value.as_ref());
+                self.put(Place::Result(function), classes);
+            }
+            StmtKind::Call(call) => {
+                self.value(function, call);
+            }
+        }
+    }
+
+    fn assign(&mut self, function: FunctionId, target: &'a Expr, classes: Classes) {
+        match &target.kind {
+            ExprKind::Name(name) => self.put(Place::Global(*name), classes),
+            ExprKind::Local(local) => self.put(self.local(function, *local), classes),
+            ExprKind::Field { object, key, .. } => {
+                self.change_object(function, object, key);
+                self.put_element(classes);
+                // A table that names a robot may be a verdict without data.
+                if key == "robot" || key == "data" && classes.has(Classes::NIL) {
+                    self.put(Place::NoData, Classes::NIL);
+                }
+            }
+            ExprKind::Index { object, index } => {
+                let object = self.value(function, object);
+                let index = self.value(function, index);
+                self.is_lost |= self.may_be_member(object, index);
+                self.put(Place::Key, index);
+                self.put_element(classes);
+                if index.has(Classes::STRING | Classes::TEXT) {
+                    self.put(Place::NoData, Classes::NIL);
+                }
+            }
+            _ => self.is_lost = true,
+        }
+    }
+
+    /// The variable itself, of which a lambda has a captured copy.
+    fn local(&self, function: FunctionId, local: LocalId) -> Place<'a> {
+        let of = self.program.function(function);
+        match (of.local(local).kind, of.creator) {
+            (LocalKind::Captured { index, .. }, Some(creator)) => {
+                self.local(creator, of.captures[index])
+            }
+            _ => Place::Local(function, local),
+        }
+    }
+
+    fn value_or_nil(&mut self, function: FunctionId, value: Option<&'a Expr>) -> Classes {
+        value.map_or(Classes::NIL, |value| self.value(function, value))
+    }
+
+    /// An expression of which only the truth counts. The value of a bare name goes nowhere else.
+    fn tested(&mut self, function: FunctionId, expr: &'a Expr) {
+        if !matches!(expr.kind, ExprKind::Name(_)) {
+            self.value(function, expr);
+        }
+    }
+
+    /// The classes that the value of an expression may have.
+    fn value(&mut self, function: FunctionId, expr: &'a Expr) -> Classes {
+        match &expr.kind {
+            ExprKind::Nil => Classes::NIL,
+            ExprKind::Int(_) | ExprKind::Float(_) => Classes::NUMBER,
+            ExprKind::Str(_) => Classes::STRING,
+            ExprKind::Local(local) => self.get(self.local(function, *local)),
+            ExprKind::Name(name) => self.name(*name),
+            ExprKind::Lambda(lambda) => self.escape(*lambda),
+            ExprKind::Table(entries) => {
+                let (mut names_robot, mut has_data) = (false, false);
+                for (key, value) in entries {
+                    let classes = self.value(function, value);
+                    self.put_element(classes);
+                    if let ExprKind::Str(key) = &key.kind {
+                        names_robot |= key == "robot";
+                        has_data |= key == "data" && !classes.has(Classes::NIL);
+                    }
+                }
+                if names_robot && !has_data {
+                    self.put(Place::NoData, Classes::NIL);
+                }
+                Classes::TABLE
+            }
+            ExprKind::Unary { operand, .. } => {
+                self.tested(function, operand);
+                Classes::NUMBER
+            }
+            ExprKind::Binary { left, right, .. } => {
+                self.tested(function, left);
+                self.tested(function, right);
+                Classes::NUMBER
+            }
+            ExprKind::Field { object, key, .. } => self.field(function, object, key),
+            ExprKind::Index { object, index } => {
+                let object = self.value(function, object);
+                let index = self.value(function, index);
+                self.is_lost |= self.may_be_member(object, index);
+                self.element()
+            }
+            ExprKind::Call { callee, args } => self.call(function, callee, args),
+            ExprKind::SelfValue => Classes::NIL | Classes::TABLE | self.get(Place::SelfValue),
+            ExprKind::Error => self.any,
+        }
+    }
+
+    fn name(&mut self, name: NameId) -> Classes {
+        match self.meanings.of(name) {
+            Meaning::Global => self.get(Place::Global(name)),
+            Meaning::RobotId => Classes::NUMBER,
+            Meaning::Function(function) => self.escape(function),
+            Meaning::Nil => Classes::NIL,
+            // On robots without the function the name is nil.
+            Meaning::Robot => Classes::NIL | Classes::FUNCTION,
+            Meaning::Builtin(number) => match builtin::info(number) {
+                Some(info) => self.native(info),
+                None => self.any,
+            },
+            Meaning::Library(_) => {
+                self.native_all();
+                Classes::NIL | Classes::OBJECT
+            }
+        }
+    }
+
+    /// Notes that a function of the script is used as a value.
+    fn escape(&mut self, called: FunctionId) -> Classes {
+        let argument = self.get(Place::AnyArgument);
+        for number in 0..self.program.function(called).parameters {
+            self.put(Place::Local(called, LocalId(number)), argument);
+        }
+        let result = self.get(Place::Result(called));
+        self.put(Place::AnyResult, result);
+        Classes::FUNCTION
+    }
+
+    /// Any value in a table or object, or none.
+    fn element(&self) -> Classes {
+        self.get(Place::Element) | Classes::NIL
+    }
+
+    fn call(&mut self, function: FunctionId, callee: &'a Expr, args: &'a [Expr]) -> Classes {
+        let args: Vec<Arg<'a>> = args.iter().map(|arg| self.arg(function, arg)).collect();
+        let args = args.as_slice();
+        match &callee.kind {
+            ExprKind::Name(name) => match self.meanings.of(*name) {
+                Meaning::Function(called) => {
+                    let args: Vec<_> = args.iter().map(|arg| self.pass(arg)).collect();
+                    self.call_function(called, &args)
+                }
+                Meaning::Builtin(number) => self.builtin(number, args),
+                // A robot function may return an argument.
+                Meaning::Robot | Meaning::Nil => Classes::PLAIN | self.pass_all(args),
+                _ => self.call_any(args),
+            },
+            ExprKind::Field { object, key, .. } => {
+                if let Some(library) = self.meanings.library(object) {
+                    return match self.meanings.member(library, key) {
+                        Member::Known(info) => self.builtin(info.number, args),
+                        _ => {
+                            self.change_member(library, key);
+                            self.call_any(args)
+                        }
+                    };
+                }
+                let object = self.value(function, object);
+                self.method(object, key, args)
+            }
+            ExprKind::Index { object, index } => {
+                let object = self.value(function, object);
+                let index = self.value(function, index);
+                self.is_lost |= self.may_be_member(object, index);
+                self.call_any(args)
+            }
+            _ => {
+                self.value(function, callee);
+                self.call_any(args)
+            }
+        }
+    }
+
+    fn arg(&mut self, function: FunctionId, expr: &'a Expr) -> Arg<'a> {
+        let called = self.function_of(expr);
+        let classes = match called {
+            Some(_) => Classes::FUNCTION,
+            None => self.value(function, expr),
+        };
+        Arg { expr, called, classes }
+    }
+
+    /// The classes of an argument that is passed to where a function is a value like others.
+    fn pass(&mut self, arg: &Arg<'a>) -> Classes {
+        if let Some(called) = arg.called {
+            self.escape(called);
+        }
+        arg.classes
+    }
+
+    fn pass_all(&mut self, args: &[Arg<'a>]) -> Classes {
+        let mut passed = Classes::NONE;
+        for arg in args {
+            passed |= self.pass(arg);
+        }
+        passed
+    }
+
+    /// A call of a value: of a function of the script or of the robot, which may return an argument.
+    fn call_any(&mut self, args: &[Arg<'a>]) -> Classes {
+        let passed = self.pass_all(args);
+        self.put(Place::AnyArgument, passed);
+        self.get(Place::AnyResult) | passed
+    }
+
+    /// Calls a function with arguments of these classes, and returns those of its result.
+    fn call_back(&mut self, callback: &Arg<'a>, args: &[Classes]) -> Classes {
+        if let Some(called) = callback.called {
+            return self.call_function(called, args);
+        }
+        let passed = args.iter().fold(Classes::NONE, |all, arg| all | *arg);
+        self.put(Place::AnyArgument, passed);
+        self.get(Place::AnyResult) | passed
+    }
+
+    /// A parameter that is not passed cannot be read.
+    fn call_function(&mut self, called: FunctionId, args: &[Classes]) -> Classes {
+        let parameters = self.program.function(called).parameters;
+        for (number, arg) in args.iter().take(parameters).enumerate() {
+            self.put(Place::Local(called, LocalId(number)), *arg);
+        }
+        self.get(Place::Result(called))
+    }
+
+    fn function_of(&self, expr: &Expr) -> Option<FunctionId> {
+        match &expr.kind {
+            ExprKind::Lambda(function) => Some(*function),
+            ExprKind::Name(name) => match self.meanings.of(*name) {
+                Meaning::Function(function) => Some(function),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! First values: those that variables and functions hold before any statement assigns one.
+
+use std::collections::BTreeSet;
+
+use bittybuzz_vm_core::builtin::{self, Kind, Library};
+
+use super::{Classes, Flow, Place};
+use crate::check::names::{Meaning, Member};
+use crate::check::tree::{Expr, ExprKind, FunctionId, NameId, Stmt, StmtKind, each_expr};
+
+impl<'a> Flow<'a> {
+    /// Puts the first values into their places.
+    pub(super) fn begin(&mut self) {
+        // By another name anything may be sent anywhere. On robots without a position, `pos` is nil in place of a table.
+        let lost = [Library::Neighbors, Library::Stigmergy, Library::Position];
+        self.is_lost = lost.iter().any(|library| self.meanings.escaped().contains(library));
+        // Tables that the machine makes, such as the data of a neighbor.
+        self.put(Place::Element, Classes::NUMBER);
+        self.put(Place::Key, Classes::NUMBER | Classes::STRING);
+        // Any variable may hold a function of a robot.
+        self.put(Place::AnyResult, Classes::PLAIN);
+        for (number, function) in self.program.functions.iter().enumerate() {
+            if !always_returns(&function.body) {
+                self.put(Place::Result(FunctionId(number)), Classes::NIL);
+            }
+        }
+        let assigned = Assigned::of(self);
+        for (number, name) in self.program.names.iter().enumerate() {
+            let id = NameId(number);
+            if self.meanings.of(id) != Meaning::Global {
+                continue;
+            }
+            match self.meanings.offered(&name.text) {
+                _ if !name.definitions.is_empty() => {
+                    self.put(Place::Global(id), Classes::FUNCTION);
+                }
+                Meaning::Builtin(_) | Meaning::Library(_) => {
+                    self.native_all();
+                    self.put(Place::Global(id), self.any);
+                }
+                Meaning::RobotId => self.put(Place::Global(id), Classes::NUMBER),
+                _ if assigned.contains(&id) => {}
+                _ => self.put(Place::Global(id), Classes::NIL),
+            }
+        }
+    }
+
+    /// Follows the functions that variables hold at first.
+    pub(super) fn first_functions(&mut self) {
+        let (program, meanings) = (self.program, self.meanings);
+        for (number, name) in program.names.iter().enumerate() {
+            if meanings.of(NameId(number)) == Meaning::Global {
+                for (function, _) in &name.definitions {
+                    self.escape(*function);
+                }
+            }
+        }
+    }
+}
+
+/// Returns true if the statements never run to their end.
+fn always_returns(stmts: &[Stmt]) -> bool {
+    stmts.iter().any(|stmt| match &stmt.kind {
+        StmtKind::Return(_) => true,
+        StmtKind::If { then, otherwise, .. } => {
+            always_returns(&then.stmts) && always_returns(&otherwise.stmts)
+        }
+        _ => false,
+    })
+}
+
+/// The globals that have a value before anything can read them: the global code assigns them, or `init()` does.
+struct Assigned<'f, 'a> {
+    flow: &'f Flow<'a>,
+    /// Globals that may be read before.
+    read: BTreeSet<NameId>,
+    assigned: BTreeSet<NameId>,
+    /// Functions that were followed.
+    called: BTreeSet<FunctionId>,
+}
+
+impl<'f, 'a> Assigned<'f, 'a> {
+    fn of(flow: &'f Flow<'a>) -> BTreeSet<NameId> {
+        let mut walk = Assigned {
+            flow,
+            read: BTreeSet::new(),
+            assigned: BTreeSet::new(),
+            called: BTreeSet::new(),
+        };
+        let init = flow.program.find_name("init").map(|name| flow.meanings.of(name));
+        if walk.follow(&flow.program.function(FunctionId::GLOBAL).body)
+            && let Some(Meaning::Function(init)) = init
+        {
+            walk.follow(&flow.program.function(init).body);
+        }
+        walk.assigned
+    }
+
+    /// Goes through statements that run in this order. Returns false if it cannot follow them to the end.
+    fn follow(&mut self, stmts: &[Stmt]) -> bool {
+        for stmt in stmts {
+            let (mut is_known, mut value_of) = (true, None);
+            if let StmtKind::Assign { target, value } = &stmt.kind
+                && let ExprKind::Name(name) = target.kind
+            {
+                is_known &= self.reads(value);
+                value_of = Some(name);
+            } else {
+                is_known &= self.may_run(std::slice::from_ref(stmt));
+            }
+            if !is_known || leaves(stmt) {
+                return false;
+            }
+            if let Some(name) = value_of
+                && !self.read.contains(&name)
+            {
+                self.assigned.insert(name);
+            }
+        }
+        true
+    }
+
+    /// Notes the globals that statements may read, also in functions that they call. Returns false if they may call others.
+    fn may_run(&mut self, stmts: &[Stmt]) -> bool {
+        let mut is_known = true;
+        each_expr(stmts, &mut |expr| is_known &= self.note(expr));
+        is_known
+    }
+
+    fn reads(&mut self, expr: &Expr) -> bool {
+        let mut is_known = self.note(expr);
+        crate::check::tree::children(expr, |child| is_known &= self.reads(child));
+        is_known
+    }
+
+    fn note(&mut self, expr: &Expr) -> bool {
+        match &expr.kind {
+            ExprKind::Name(name) => {
+                if !self.assigned.contains(name) {
+                    self.read.insert(*name);
+                }
+                true
+            }
+            ExprKind::Call { callee, .. } => match &callee.kind {
+                ExprKind::Name(name) => match self.flow.meanings.of(*name) {
+                    Meaning::Function(called) => {
+                        !self.called.insert(called)
+                            || self.may_run(&self.flow.program.function(called).body)
+                    }
+                    Meaning::Builtin(number) => is_plain(number),
+                    Meaning::Robot | Meaning::Nil => true,
+                    _ => false,
+                },
+                ExprKind::Field { object, key, .. } => {
+                    let library = self.flow.meanings.library(object);
+                    let member = library.map(|library| self.flow.meanings.member(library, key));
+                    matches!(member, Some(Member::Known(info)) if is_plain(info.number))
+                }
+                _ => false,
+            },
+            _ => true,
+        }
+    }
+}
+
+/// Returns true if the built-in calls no function.
+fn is_plain(number: u8) -> bool {
+    builtin::info(number).is_some_and(|info| info.kind == Kind::Plain)
+}
+
+/// Returns true if the statement may end the function that it is in.
+fn leaves(stmt: &Stmt) -> bool {
+    let any = |stmts: &[Stmt]| stmts.iter().any(leaves);
+    match &stmt.kind {
+        StmtKind::Return(_) => true,
+        StmtKind::If { then, otherwise, .. } => any(&then.stmts) || any(&otherwise.stmts),
+        StmtKind::While { body, .. } => any(&body.stmts),
+        _ => false,
+    }
+}
