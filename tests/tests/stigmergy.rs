@@ -5,7 +5,7 @@ use bittybuzz_vm_core::Value;
 use bittybuzz_vm_core::message::{CLOCK_MAX, Entry, Kind, Message};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use std::cell::RefCell;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 /// Robots with the queues of a Kilobot and the periods of all shipped robots.
@@ -262,6 +262,39 @@ fn a_forged_clock_wins_only_until_the_next_put() {
         assert_eq!(swarm.last(), [reigns; 4], "{clock}");
         swarm.steps(100);
         assert_eq!(swarm.last(), ["200"; 4], "{clock}");
+    }
+}
+
+/// Three clocks, a third of the circle apart, are each later than the one before, without an end. In a ring they run around for
+/// ever where no frame is ever lost; where one in ten is, a single one is left after some time.
+#[test]
+fn clocks_that_chase_each_other_in_a_ring_come_to_rest() {
+    for count in [8, 28] {
+        let mut swarm = kilobots(
+            count,
+            "t = 0
+             function init() { s = stigmergy.create(1) }
+             function step() { t = t + 1 if(id == 2) { if(t == 2100) s.put(1, 7) } log(s.get(1)) }",
+        );
+        swarm.air.loss = 0.1;
+        let robots = usize::from(count);
+        swarm.air.reaches =
+            Box::new(move |from, to| (from + 1) % robots == to || (to + 1) % robots == from);
+        swarm.steps(10);
+        for robot in 0..robots {
+            let third = (robot * 3 / robots) as u32;
+            let forged = entry(65535, 100 + third * (CLOCK_MAX / 3), third as i32);
+            let frame = swarm.robots[robot].frame(&forged);
+            swarm.inject(&frame, [robot]);
+        }
+        swarm.step();
+        let values: BTreeSet<String> = swarm.last().into_iter().collect();
+        assert_eq!(values.len(), 3, "{values:?}");
+        swarm.steps(2000);
+        let values: BTreeSet<String> = swarm.last().into_iter().collect();
+        assert_eq!(values.len(), 1, "{values:?}");
+        swarm.steps(300);
+        assert_eq!(swarm.last(), vec!["7"; robots]);
     }
 }
 
