@@ -67,8 +67,14 @@ fn other_files_and_versions_are_refused() {
     let mut file = write(&header, &samples);
     assert_eq!(read(b"[world]").unwrap_err(), RecordingError::NotARecording);
     assert_eq!(read(b"bbzrec").unwrap_err(), RecordingError::Truncated);
-    file[6] = 9;
-    assert_eq!(read(&file).unwrap_err(), RecordingError::Version(9));
+    for (version, age) in [(0, "older"), (9, "newer")] {
+        file[6] = version;
+        let error = read(&file).unwrap_err();
+        assert_eq!(error, RecordingError::Version(version));
+        let text = error.to_string();
+        assert!(text.contains(&format!("version {version}, {age} than version 1")), "{text}");
+        assert!(text.ends_with("record the run again"), "{text}");
+    }
 }
 
 /// Ids are differences; the second one of this header is larger than any number of 64 bits.

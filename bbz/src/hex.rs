@@ -9,6 +9,7 @@ use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_robots::{NoSection, Robot, find_script_section, script_section};
 use bittybuzz_toml_reader::file;
 use bittybuzz_vm_core::Part;
+use bittybuzz_vm_core::image::VERSION;
 use ihex::{Reader, Record, create_object_file_representation};
 use object::Endianness;
 use object::elf::{EM_AVR, FileHeader32, PT_LOAD};
@@ -74,6 +75,13 @@ impl fmt::Display for ProgramError {
                 }
             }
             ProgramError::Section(NoSection::Missing) => write!(f, "has no place for a script"),
+            ProgramError::Section(NoSection::Version(version)) => {
+                write!(
+                    f,
+                    "was built by another version: its own script is an image of version {version}, this `bbz` builds \
+                     version {VERSION}"
+                )
+            }
             ProgramError::Section(NoSection::Ambiguous) => {
                 write!(f, "has several places for a script, or something behind it")
             }
@@ -91,6 +99,9 @@ impl ProgramError {
             ProgramError::TooLong { .. } => "shorten the script, or leave out what it does not use",
             ProgramError::Part { .. } => {
                 "build it with this script: `cargo xtask build kilobot --script FILE`"
+            }
+            ProgramError::Section(NoSection::Version(_)) => {
+                "build the firmware again: `cargo xtask build kilobot`"
             }
             _ => "name the .elf or .hex file that `cargo xtask build kilobot` has made",
         }

@@ -284,4 +284,4 @@ fn symbols_beside(image: &Path, hash: u32) -> Option<Symbols> {
 }
 
 const IGNORED: &str =
-    "it is ignored: places are shown as numbers; `bbz build` writes both files anew";
+    "it is ignored: places are shown as numbers; `bbz build` writes both files again";

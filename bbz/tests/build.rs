@@ -130,7 +130,8 @@ fn symbols_that_do_not_belong_to_the_image_are_ignored_with_a_warning() {
     for (symbols, reason) in [
         (folder.read("other.sym"), "belongs to script"),
         (own[..own.len() / 2].to_vec(), "not a symbol file"),
-        (b"{\"format\":999}".to_vec(), "format 999"),
+        (b"{\"format\":999}".to_vec(), "format 999, newer than format"),
+        (b"{\"format\":0}".to_vec(), "format 0, older than format"),
         (b"\xff\xfe".to_vec(), "cannot read"),
         (Vec::new(), "not a symbol file"),
     ] {
@@ -186,7 +187,12 @@ fn disassembly_names_what_the_symbols_know() {
 
 /// A program of 100 bytes with a place for a script behind it, as Intel hex: what the firmware's build makes.
 fn program(parts: Parts) -> String {
-    let section = bittybuzz_robots::script_section(parts, b"another script").expect("it is short");
+    program_with(parts, b"another script")
+}
+
+/// The same with this script of its own.
+fn program_with(parts: Parts, own: &[u8]) -> String {
+    let section = bittybuzz_robots::script_section(parts, own).expect("it is short");
     let bytes: Vec<u8> = (0..100).chain(section).collect();
     let lines = bytes.chunks(32).enumerate().map(|(line, bytes)| {
         let offset = (line * 32) as u16;
@@ -248,6 +254,12 @@ fn what_is_no_firmware_for_a_script_is_refused() {
             .bbz(&["build", "s.bzz", "--robot", "kilobot", "--firmware", "firmware.hex"])
             .fails_with(3, &["firmware.hex", says, "cargo xtask build kilobot"]);
     }
+    // Its own script is an image of version 1: magic, form, features, hash.
+    folder.write("firmware.hex", program_with(Parts::NONE, &[0xb5, 0x01, 0, 1, 2, 3, 4]));
+    folder.bbz(&["build", "s.bzz", "--robot", "kilobot", "--firmware", "firmware.hex"]).fails_with(
+        3,
+        &["built by another version", "version 1", "version 2", "build the firmware again"],
+    );
     folder.write("firmware.hex", &whole);
     folder.write("n.bzz", "function step() {\n  neighbors.broadcast(\"a\", 1)\n}");
     folder

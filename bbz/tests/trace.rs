@@ -12,7 +12,7 @@ use std::process::Stdio;
 
 use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_comms::trace;
-use bittybuzz_vm_core::{Fault, FaultCode, Type};
+use bittybuzz_vm_core::{Fault, FaultCode, ImageError, Type};
 use serde_json::Value;
 use support::{Folder, Outcome};
 
@@ -225,6 +225,18 @@ fn a_refused_image_is_told_in_the_words_of_build() {
     let refused = robot::lines(&robot::records(&image, 0));
     let outcome = trace_lines(&folder, &refused, &[]);
     outcome.fails_with(3, &["the script in the robot's flash is "]);
+    // An image that an earlier `bbz` has flashed: its version is in the lower half of the second byte.
+    let mut old = folder.read("s.bbi");
+    old[1] = old[1] & 0xf0 | 1;
+    let refused = robot::lines(&robot::records(&old, 0));
+    trace_lines(&folder, &refused, &[])
+        .fails_with(3, &["version 1, older than version 2", "build it again"]);
+    // Firmware of an earlier version refuses what this `bbz` builds.
+    let refused = robot::lines(&[trace::refused(ImageError::Version(2)).to_vec()]);
+    trace_lines(&folder, &refused, &[]).fails_with(
+        3,
+        &["version 2", "its firmware is of another version", "build the firmware again"],
+    );
     let empty = robot::lines(&robot::records(&[0xff; 64], 0));
     trace_lines(&folder, &empty, &[]).fails_with(3, &["is not an image", "`bbz flash` writes one"]);
 }

@@ -9,7 +9,10 @@ pub fn sentence(cause: &ImageError) -> String {
     match cause {
         ImageError::NotAnImage => "is not an image".to_owned(),
         ImageError::Version(version) => {
-            format!("is an image of version {version}, this virtual machine runs version {VERSION}")
+            let age = if *version < u16::from(VERSION) { "older" } else { "newer" };
+            format!(
+                "is an image of version {version}, {age} than version {VERSION}, which this `bbz` runs"
+            )
         }
         ImageError::Profile => "was built for the other number profile".to_owned(),
         ImageError::Truncated => "is cut off: it ends in the middle of its tables".to_owned(),
@@ -55,6 +58,9 @@ pub fn sentence(cause: &ImageError) -> String {
 /// What to do about it.
 pub fn help(cause: &ImageError) -> Option<String> {
     let help = match cause {
+        ImageError::Version(version) if *version > u16::from(VERSION) => {
+            "use the `bbz` that built it, or build it again from its script with this one"
+        }
         ImageError::Features(_) => "leave it out of the script",
         ImageError::RobotFunction(_) => {
             "build the script for this robot, or name its robot with --robot"

@@ -101,7 +101,11 @@ impl fmt::Display for SymbolsError {
         match self {
             SymbolsError::Malformed(error) => write!(f, "not a symbol file: {error}"),
             SymbolsError::Format(found) => {
-                write!(f, "a symbol file of format {found}, this program reads format {FORMAT}")
+                let age = if *found < FORMAT { "older" } else { "newer" };
+                write!(
+                    f,
+                    "a symbol file of format {found}, {age} than format {FORMAT}, which this `bbz` reads"
+                )
             }
         }
     }

@@ -25,7 +25,7 @@ pub enum Cause {
     /// A mistake that any TOML file can have.
     Toml(TomlError),
     /// More slots than the machine has room for, beside everything else in it.
-    TooManySlots { slots: u32, slot_bytes: u32, memory: u32, most: u32 },
+    TooManySlots { slots: u32, slot_bytes: u32, memory: u32, most: u32, least: u32 },
     /// An address at which no region can begin.
     Unaligned { address: u32, to: u32 },
     /// Two regions of memory that share bytes.
@@ -157,9 +157,9 @@ impl toml_reader::Cause for Cause {
                 Some(format!("{hint} (a file of your own: a path that ends in .toml)"))
             }
             Cause::Toml(error) => error.help(),
-            Cause::TooManySlots { most, .. } => {
-                Some(format!("there is room for {most} `slots`; or give it more `memory`"))
-            }
+            Cause::TooManySlots { most, least, .. } => Some(format!(
+                "there is room for {most} `slots`; or set `memory` to {least} or more: earlier versions needed less"
+            )),
             Cause::Unaligned { .. } => Some(
                 "the chip wants its vector table there; a sector of flash begins so".to_owned(),
             ),

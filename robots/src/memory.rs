@@ -94,7 +94,16 @@ impl Robot {
 
     /// The most slots that are left for scripts.
     pub fn most_slots(&self) -> u32 {
-        let taken = self.of_chip(REGISTERS) + self.swarm_memory();
-        self.vm.memory.saturating_sub(taken) / self.slot_bytes()
+        self.vm.memory.saturating_sub(self.taken()) / self.slot_bytes()
+    }
+
+    /// Returns the least memory, in bytes, in which its slots fit.
+    pub fn least_memory(&self) -> u32 {
+        self.taken() + self.vm.slots * self.slot_bytes()
+    }
+
+    /// Bytes of the memory that are no slots.
+    fn taken(&self) -> u32 {
+        self.of_chip(REGISTERS) + self.swarm_memory()
     }
 }

@@ -129,8 +129,10 @@ fn root(root: &Section<'_>) -> Option<Robot> {
     };
     let (slots, most) = (robot.vm.slots, robot.most_slots());
     if slots > most {
-        let (slot_bytes, memory) = (robot.slot_bytes(), robot.vm.memory);
-        vm_section?.get("slots")?.fail(Cause::TooManySlots { slots, slot_bytes, memory, most });
+        let (slot_bytes, memory, least) =
+            (robot.slot_bytes(), robot.vm.memory, robot.least_memory());
+        let cause = Cause::TooManySlots { slots, slot_bytes, memory, most, least };
+        vm_section?.get("slots")?.fail(cause);
         return None;
     }
     Some(robot)

@@ -215,7 +215,11 @@ fn every_error_has_its_place() {
         ("size = 0x200 }", "size = 0xf000_0000 }", Expected("OutOfRange", 25, 41, "to 4026531839")),
         ("0x0800_c000", "0x0800_c100", Expected("Unaligned", 23, 22, "no multiple of 512")),
         ("0xc000", "0xc200", Expected("Overlap", 23, 10, "`script` and `application` overlap")),
-        ("slots = 200", "slots = 210", Expected("TooManySlots", 10, 9, "room for 209 `slots`")),
+        (
+            "slots = 200",
+            "slots = 210",
+            Expected("TooManySlots", 10, 9, "room for 209 `slots`; or set `memory` to 1"),
+        ),
         ("\"tiny\"", "\"full\"", Expected("OutOfRange", 6, 17, "from 48 to 255")),
         ("\"tiny\"", "\"tinny\"", Expected("UnknownWord", 4, 11, "did you mean `tiny`?")),
         ("\"tiny\"", "\"Cortex\"", Expected("UnknownWord", 4, 11, "one of tiny, full")),
@@ -307,6 +311,18 @@ fn colliding_hashes_are_refused() {
     assert_eq!(error.place.map(|place| (place.line, place.column)), Some((38, 8)));
 }
 
+/// The Kilobot's file as it was before stigmergies kept more of each entry.
+#[test]
+fn a_file_of_an_earlier_version_is_told_the_memory_that_it_needs() {
+    let (_, now) = crate::shipped().iter().find(|(name, _)| *name == "kilobot").unwrap();
+    assert!(now.contains("memory = 1676"));
+    let error =
+        Robot::parse(&now.replace("memory = 1676", "memory = 1640"), "old.toml").unwrap_err();
+    let text = error.to_string();
+    assert!(text.contains("339 slots of 3 bytes do not fit in 1640 bytes"), "{text}");
+    assert!(text.contains("set `memory` to 1675 or more: earlier versions needed less"), "{text}");
+}
+
 #[test]
 fn the_message_shows_the_line() {
     let text = GOOD.replacen("Toy robot\"", "Toy r\u{f6}bot\" # \u{fc}", 1);
@@ -314,7 +330,7 @@ fn the_message_shows_the_line() {
     let expected = "toy.toml:10:11: 1000 slots of 4 bytes do not fit in 1928 bytes of `memory`, beside neighbours \
                     and messages\n\
                     10 | slots =   1_000\n   |           ^^^^^\n\
-                    help: there is room for 209 `slots`; or give it more `memory`";
+                    help: there is room for 209 `slots`; or set `memory` to 5092 or more: earlier versions needed less";
     assert_eq!(RobotErrors(vec![error]).to_string(), expected);
 }
 

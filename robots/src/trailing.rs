@@ -4,6 +4,7 @@
 //! mark (4) | parts of the machine (u16, see [`Parts`]) | length of the rest (u16, least significant byte first) | image with its seal
 //! ```
 
+use bittybuzz_vm_core::image::{MAGIC, VERSION, VERSION_BITS};
 use bittybuzz_vm_core::{Part, Parts};
 
 use crate::Robot;
@@ -21,6 +22,8 @@ pub enum NoSection {
     Missing,
     /// There are several marks, or something stands behind the script.
     Ambiguous,
+    /// The program was built by another version: its own script is an image of this one.
+    Version(u8),
 }
 
 /// The section with a sealed image, for a machine with these parts; `None` if the image is too long.
@@ -41,7 +44,13 @@ pub fn find_script_section(program: &[u8]) -> Result<(usize, Parts), NoSection> 
         }
         found = Ok((at, Parts::from_bits(u16::from_le_bytes([*few, *more]))));
     }
-    found
+    let (at, parts) = found?;
+    match program.get(at + HEADER..) {
+        Some([MAGIC, form, ..]) if form & VERSION_BITS != VERSION => {
+            Err(NoSection::Version(form & VERSION_BITS))
+        }
+        _ => Ok((at, parts)),
+    }
 }
 
 impl Robot {
@@ -87,5 +96,11 @@ mod tests {
         let behind = [&section[..], b"more"].concat();
         assert_eq!(find_script_section(&behind), Err(NoSection::Ambiguous));
         assert_eq!(find_script_section(&section[..10]), Err(NoSection::Ambiguous));
+        // Its own script is an image of version 1.
+        let old = script_section(Parts::NONE, &[MAGIC, 0x81, 0, 1, 2, 3, 4]).unwrap();
+        let program = [&[7; 30][..], &old].concat();
+        assert_eq!(find_script_section(&program), Err(NoSection::Version(1)));
+        let own = script_section(Parts::NONE, &[MAGIC, 0x80 | VERSION]).unwrap();
+        assert_eq!(find_script_section(&own), Ok((0, Parts::NONE)));
     }
 }

@@ -15,8 +15,8 @@ use crate::value::{Tag, Value};
 pub const MAGIC: u8 = 0xb5;
 /// The version of format and instruction set.
 pub const VERSION: u8 = 2;
-/// Form byte: the bits of the version.
-const FORM_VERSION: u8 = 0x07;
+/// The bits of the byte `form` that hold the version.
+pub const VERSION_BITS: u8 = 0x07;
 /// Form byte: the profile is `full`.
 pub const FORM_FULL: u8 = 1 << 7;
 /// Form byte: there is an order table.
@@ -385,8 +385,8 @@ impl Header {
         if length > 0 && magic != MAGIC {
             return Err(ImageError::NotAnImage);
         }
-        if length > 1 && form & FORM_VERSION != VERSION {
-            return Err(ImageError::Version(u16::from(form & FORM_VERSION)));
+        if length > 1 && form & VERSION_BITS != VERSION {
+            return Err(ImageError::Version(u16::from(form & VERSION_BITS)));
         }
         let mut at = FIXED as u16;
         for place in self.counts.iter_mut().take(COUNTS) {

@@ -209,7 +209,12 @@ impl fmt::Display for RecordingError {
         match self {
             RecordingError::NotARecording => f.write_str("it is not a recording"),
             RecordingError::Version(version) => {
-                write!(f, "it is a recording of version {version}, this program reads {VERSION}")
+                let age = if *version < VERSION { "older" } else { "newer" };
+                write!(
+                    f,
+                    "it is a recording of version {version}, {age} than version {VERSION}, which this program reads: \
+                     record the run again"
+                )
             }
             RecordingError::Truncated => f.write_str("it is cut off"),
             RecordingError::Malformed(at) => write!(f, "it is damaged at byte {at}"),

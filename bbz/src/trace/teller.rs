@@ -5,6 +5,7 @@ use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_comms::trace::{Item, Items, Record, RecordError, Unused};
 use bittybuzz_compiler::refusal;
 use bittybuzz_robots::Robot;
+use bittybuzz_vm_core::image::VERSION;
 use bittybuzz_vm_core::{Fault, ImageError};
 use serde_json::{Value, json};
 
@@ -361,8 +362,18 @@ impl<'a> Teller<'a> {
     fn refused(&mut self, time: Option<f64>, cause: ImageError) {
         self.is_stopped = true;
         self.ending = Ending::Usage;
-        let text = format!("the script in the robot's flash {}", refusal::sentence(&cause));
+        let sentence = match cause {
+            // The robot does not run what this `bbz` builds.
+            ImageError::Version(version) if version == u16::from(VERSION) => {
+                format!("is an image of version {version}, its firmware is of another version")
+            }
+            _ => refusal::sentence(&cause),
+        };
+        let text = format!("the script in the robot's flash {sentence}");
         let help = match cause {
+            ImageError::Version(version) if version == u16::from(VERSION) => {
+                Some("build the firmware again, and flash it".to_owned())
+            }
             ImageError::NotAnImage => Some("`bbz flash` writes one".to_owned()),
             cause => refusal::help(&cause),
         };

@@ -82,6 +82,8 @@ fn bad_symbol_files_are_refused() {
     assert!(matches!(Symbols::from_json("[1]"), Err(SymbolsError::Malformed(_))));
     assert!(matches!(Symbols::from_json("{\"format\":1}"), Err(SymbolsError::Malformed(_))));
     assert!(matches!(Symbols::from_json("{\"format\":99}"), Err(SymbolsError::Format(99))));
+    let old = Symbols::from_json("{\"format\":0}").unwrap_err().to_string();
+    assert!(old.contains("format 0, older than format 1"), "{old}");
 }
 
 #[test]

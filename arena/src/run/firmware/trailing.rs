@@ -6,6 +6,7 @@ use bittybuzz_compiler::fit::{self, Misfit};
 use bittybuzz_compiler::refusal;
 use bittybuzz_emulation::Image;
 use bittybuzz_robots::{NoSection, Robot, find_script_section, script_section};
+use bittybuzz_vm_core::image::VERSION;
 
 use crate::scenario::Cause;
 
@@ -18,11 +19,16 @@ pub fn section(path: &Path, image: &[u8], robot: &Robot) -> Result<(u32, Vec<u8>
     let program = Image::open_avr(path).map_err(|error| unusable(error.to_string()))?;
     let program = flash(&program);
     let (at, parts) = find_script_section(&program).map_err(|error| {
-        let reason = match error {
-            NoSection::Missing => "it has no place for a script",
-            NoSection::Ambiguous => "it has several places for a script, or something behind it",
-        };
-        unusable(reason.to_owned())
+        unusable(match error {
+            NoSection::Missing => "it has no place for a script".to_owned(),
+            NoSection::Ambiguous => {
+                "it has several places for a script, or something behind it".to_owned()
+            }
+            NoSection::Version(version) => format!(
+                "it was built by another version: its own script is an image of version {version}, not {VERSION}; build \
+                 it again"
+            ),
+        })
     })?;
     let limited = robot.clone().limited_to(parts);
     for misfit in fit::misfits(image, &limited) {
