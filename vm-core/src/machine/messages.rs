@@ -131,7 +131,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Ends a conflict whose handler has returned, with its result on top, or has failed.
-    #[inline(never)]
     fn end_conflict<H: Host<P>>(&mut self, host: &mut H) -> Result<(), Stopped> {
         let has_failed = self.protocol.conflict == Conflict::Failed;
         self.protocol.conflict = Conflict::None;
