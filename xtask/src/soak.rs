@@ -6,8 +6,10 @@ mod day;
 mod fuzz;
 mod kilobots;
 mod mutants;
+mod protocol;
 mod same;
 mod sources;
+mod survivors;
 mod table;
 mod zooids;
 
@@ -43,6 +45,7 @@ const PARTS: &[Part] = &[
     Part { name: "kilobots", items: kilobots::items, run: kilobots::run },
     Part { name: "mutants", items: mutants::items, run: mutants::run },
     Part { name: "noise", items: || vec!["a million bytes".to_owned()], run: |_| noise() },
+    Part { name: "protocol", items: protocol::items, run: protocol::run },
     Part { name: "random", items: blocks, run: random },
     Part { name: "same", items: same::items, run: same::run },
     Part { name: "torture", items: || vec!["every allocation".to_owned()], run: |_| torture() },
