@@ -35,7 +35,7 @@ const GROUPS: [Group; 2] = [
             "vm-core/src/machine/swarms.rs",
         ],
         packages: &["bittybuzz-tests"],
-        targets: &["containment", "forged", "hostile", "stigmergy", "swarm"],
+        targets: &["containment", "forged", "hostile", "protocol", "stigmergy", "swarm"],
     },
     Group {
         name: "messages",
@@ -48,6 +48,7 @@ const GROUPS: [Group; 2] = [
             "hostile",
             "message_content",
             "message_properties",
+            "protocol",
             "queue",
             "stigmergy",
             "swarm",

@@ -37,4 +37,9 @@ pub const SURVIVORS: &[Survivor] = &[
         count: 1,
         reason: "the interval is one step longer until the next advertisement, which limits it",
     },
+    Survivor {
+        mutant: "vm-core/src/stamp.rs: replace < with > in Stamp<P>::order",
+        count: 1,
+        reason: "the types in the reverse order: robots need the same order, no matter which",
+    },
 ];

@@ -1,0 +1,194 @@
+//! Rules of the protocol, each shown by few messages.
+
+use bittybuzz_testkit::{FORGER, Program, Received, SIZES, Swarm, TestRobot, fragments};
+use bittybuzz_vm_core::message::content::{Head, Item};
+use bittybuzz_vm_core::message::{Entry, Message};
+use bittybuzz_vm_core::number::Tiny;
+use bittybuzz_vm_core::{FaultCode, Sizes, Value};
+
+/// Counts broadcasts. Robot 2 sends one in each step.
+const LISTEN: &str = "n = 0
+    function init() { neighbors.listen(\"x\", function(topic, value, robot) { n = n + 1 }) }
+    function step() { log(n, \" \", neighbors.count())  if(id == 2) neighbors.broadcast(\"x\", 1) }";
+
+/// The frame of robot 2.
+fn broadcast() -> Vec<u8> {
+    let mut sender: Swarm<Tiny> = Swarm::new(2, LISTEN);
+    sender.robots[1].step().expect("it sends");
+    sender.robots[1].take_sent().remove(0)
+}
+
+/// A robot that babbles does not hold up a step.
+#[test]
+fn a_step_handles_32_messages() {
+    let frame = broadcast();
+    let mut swarm: Swarm<Tiny> = Swarm::new(1, LISTEN);
+    swarm.step();
+    (0..100).for_each(|_| swarm.inject(&frame, [0]));
+    for expected in ["32 1", "64 1", "96 1", "100 1"] {
+        swarm.step();
+        assert_eq!(swarm.last(), [expected]);
+    }
+}
+
+#[test]
+fn messages_with_the_robots_own_id_are_counted_and_ignored() {
+    let frame = broadcast();
+    let mut swarm: Swarm<Tiny> = Swarm::new(2, LISTEN);
+    swarm.air.reaches = Box::new(|_, _| false);
+    swarm.step();
+    swarm.inject(&frame, [1]);
+    swarm.step();
+    assert_eq!(swarm.last()[1], "0 0");
+    assert_eq!(swarm.robots[1].counters().own_id, 1);
+}
+
+/// Who put an entry may be far away. The link of some robots names the sender of each frame.
+#[test]
+fn an_entry_makes_a_neighbor_of_its_sender_only() {
+    let script = "function init() { s = stigmergy.create(1) }
+        function step() { log(neighbors.count(), \" \", s.get(5)) }";
+    for (sender, expected) in [(None, "0 7"), (Some(3), "1 7"), (Some(1), "0 nil")] {
+        let mut swarm: Swarm<Tiny> = Swarm::new(1, script);
+        let (key, value) = (Value::int(5), Value::int(7));
+        let entry = Entry { stigmergy: 1, owner: FORGER, clock: 1, key, value };
+        let bytes = swarm.robots[0].frame(&Message::Entry(entry));
+        swarm.step();
+        swarm.robots[0].host.link.push(Received { sender, ..Received::new(&bytes) });
+        swarm.step();
+        assert_eq!(swarm.last(), [expected], "from {sender:?}");
+    }
+}
+
+/// A robot that knows so many keys and has sent all that, and the frame of nil under another key.
+fn with_keys(keys: u16, clock: u32) -> (Swarm<Tiny>, Vec<u8>) {
+    let script = format!(
+        "function init() {{ s = stigmergy.create(1) var i = 0
+            while(i < {keys}) {{ s.put(i, 1) i = i + 1 }} }}
+         function step() {{ log(s.size()) }}"
+    );
+    let mut swarm: Swarm<Tiny> = Swarm::new(1, &script);
+    swarm.steps(100);
+    swarm.robots[0].take_sent();
+    let (key, value) = (Value::int(9), Value::nil());
+    let entry = Entry { stigmergy: 1, owner: FORGER, clock, key, value };
+    let frame = swarm.robots[0].frame(&Message::Entry(entry));
+    (swarm, frame)
+}
+
+/// A question for a key that is not known is no entry, even where there is no room for one.
+#[test]
+fn a_question_is_not_kept_or_relayed() {
+    for keys in [0, 4] {
+        let (mut swarm, frame) = with_keys(keys, 0);
+        swarm.inject(&frame, [0]);
+        swarm.robots[0].step().expect("the script goes on");
+        assert_eq!(swarm.last(), [keys.to_string()]);
+        assert_eq!(swarm.robots[0].counters().not_kept, 0);
+        assert!(!swarm.robots[0].take_sent().contains(&frame));
+    }
+}
+
+/// A deletion of a key that is not known leaves nothing; where the store is full, others may need it.
+#[test]
+fn a_deletion_is_relayed_where_there_is_no_room() {
+    for (keys, is_relayed) in [(0, false), (3, false), (4, true)] {
+        let (mut swarm, frame) = with_keys(keys, 5);
+        swarm.inject(&frame, [0]);
+        swarm.robots[0].step().expect("the script goes on");
+        assert_eq!(swarm.last(), [keys.to_string()]);
+        assert_eq!(swarm.robots[0].take_sent().contains(&frame), is_relayed, "{keys} keys");
+    }
+}
+
+/// Robots that ask for more have eight swarms and a hundred entries.
+#[test]
+fn sizes_are_clamped() {
+    let sizes = Sizes { swarms: 20, entries: 200, ..SIZES };
+    for (what, count, code) in
+        [("swarm.create(i)", 8, FaultCode::TooMany), ("s.put(i, 1)", 100, FaultCode::StoreFull)]
+    {
+        let script = format!(
+            "function init() {{ s = stigmergy.create(1) var i = 0
+                while(i < 150) {{ log(i) {what} i = i + 1 }} }}"
+        );
+        let image = Program::new::<Tiny>(&script).leak();
+        let mut robot: TestRobot<Tiny, _, 2000> = TestRobot::new(image, 1, sizes);
+        let fault = robot.begin().expect_err("there are not so many");
+        assert_eq!(fault.code, code);
+        assert_eq!(robot.host.logs().last(), Some(&count.to_string()));
+    }
+}
+
+/// A function that captures values is none without them.
+#[test]
+fn functions_with_captures_do_not_arrive() {
+    let script = "n = 0
+        function plain() { return 1 }
+        function make(x) { return function() { return x } }
+        function init() { neighbors.listen(\"x\", function(topic, value, robot) { n = n + 1 }) }
+        function step() { made = make(plain()) log(n) }";
+    let swarm: Swarm<Tiny> = Swarm::new(1, script);
+    let symbols = swarm.robots[0].host.symbols.clone().expect("the script has names");
+    let own = symbols.strings.iter().position(|name| name == "x").expect("a topic");
+    let topic = bittybuzz_vm_core::builtin::string::COUNT + own as u16;
+    let functions = swarm.robots[0].vm.header().expect("an image").functions();
+    let arrives = |number: u16| {
+        let mut swarm: Swarm<Tiny> = Swarm::new(1, script);
+        swarm.step();
+        let items = [Item::Plain(Value::string(topic)), Item::Function(number)];
+        let script = swarm.robots[0].script();
+        for frame in fragments::<Tiny>(script, FORGER, Head::Broadcast, &items) {
+            swarm.inject(&frame, [0]);
+        }
+        swarm.step();
+        swarm.last() == ["1"]
+    };
+    let arrived = (0..functions).filter(|number| arrives(*number)).count();
+    assert_eq!(arrived, usize::from(functions) - 1, "one of them captures a value");
+    assert!(!arrives(functions), "there is no such function");
+}
+
+/// What a handler of conflicts puts is later than the conflict, whatever it returns.
+#[test]
+fn a_put_in_a_handler_of_conflicts_lasts() {
+    let mut swarm: Swarm<Tiny> = Swarm::new(
+        2,
+        "function init() {
+            s = stigmergy.create(1)
+            s.onconflict(function(key, local, remote) { s.put(key, 99) return remote })
+            s.put(1, id)
+         }
+         function step() { log(s.get(1)) }",
+    );
+    swarm.steps(20);
+    assert_eq!(swarm.last(), ["99", "99"]);
+}
+
+/// Membership of eight swarms is eight bits, one of which is elsewhere.
+#[test]
+fn each_of_eight_swarms_has_its_own_members() {
+    for joined in 0..8 {
+        let script = format!(
+            "s = {{}}
+             function init() {{
+               var i = 0
+               while(i < 8) {{ s[i] = swarm.create(i) if(id == 1) s[i].join() i = i + 1 }}
+               if(id == 2) s[{joined}].join()
+             }}
+             function step() {{
+               if(id == 1) {{
+                 var i = 0
+                 while(i < 8) {{ s[i].exec(function() {{ log(neighbors.kin().count()) }}) i = i + 1 }}
+               }}
+             }}"
+        );
+        let mut swarm: Swarm<Tiny> = Swarm::new(2, &script);
+        swarm.steps(80);
+        let logs = &swarm.logs()[0];
+        let last: Vec<usize> =
+            logs[logs.len() - 8..].iter().map(|line| line.parse().expect("a number")).collect();
+        let expected: Vec<usize> = (0..8).map(|number| usize::from(number == joined)).collect();
+        assert_eq!(last, expected);
+    }
+}
