@@ -3,7 +3,7 @@
 use bittybuzz_testkit::{FORGER, Program, Received, SIZES, Swarm, TestRobot, fragments};
 use bittybuzz_vm_core::message::content::{Head, Item};
 use bittybuzz_vm_core::message::{Entry, Message};
-use bittybuzz_vm_core::number::Tiny;
+use bittybuzz_vm_core::number::{Full, Tiny};
 use bittybuzz_vm_core::{FaultCode, Sizes, Value};
 
 /// Counts broadcasts. Robot 2 sends one in each step.
@@ -191,4 +191,33 @@ fn each_of_eight_swarms_has_its_own_members() {
         let expected: Vec<usize> = (0..8).map(|number| usize::from(number == joined)).collect();
         assert_eq!(last, expected);
     }
+}
+
+/// Tables of entries may take memory in which messages are handled while the script rests. Then they are forgotten: the
+/// neighbors send them again. Scripts with one global more each come to that somewhere.
+#[test]
+fn entries_give_way_to_messages_of_a_resting_robot() {
+    let mut sizes = Vec::new();
+    for globals in 0..20 {
+        let globals: String = (0..globals).map(|number| format!("g{number} = 0\n")).collect();
+        let script = format!(
+            "{globals} i = 0
+             function init() {{ s = stigmergy.create(1) log(s.size()) }}
+             function step() {{ while(i < 100) {{
+                 s.put(i, {{.a = i, .b = i, .c = i, .d = i}})
+                 i = i + 1
+             }} }}"
+        );
+        let image = Program::new::<Full>(&script).leak();
+        let room = Sizes { neighbors: 2, entries: 20, ..SIZES };
+        let mut robot: TestRobot<Full, _, 240> = TestRobot::new(image, 3, room);
+        robot.begin().expect("nothing is put");
+        assert_eq!(robot.step().expect_err("it puts too much").code, FaultCode::OutOfMemory);
+        robot.rest();
+        (0..3).for_each(|_| robot.step().expect("there is room for messages"));
+        robot.start().expect("there is room for global code");
+        sizes.push(robot.host.logs().pop().expect("a size"));
+    }
+    assert!(sizes.iter().any(|size| size == "0"), "{sizes:?}");
+    assert!(sizes.iter().any(|size| size != "0"), "{sizes:?}");
 }
