@@ -43,6 +43,20 @@ fn messages_with_the_robots_own_id_are_counted_and_ignored() {
     assert_eq!(swarm.robots[1].counters().own_id, 1);
 }
 
+/// All four bytes of the script's hash count, also where two differ in the same bits.
+#[test]
+fn a_beacon_with_any_other_hash_is_foreign() {
+    for changed in 1..16 {
+        let mut swarm: Swarm<Tiny> = Swarm::new(1, LISTEN);
+        let mut frame = swarm.robots[0].frame(&Message::Beacon { robot: 2 });
+        // Type and robot come first.
+        (0..4).filter(|byte| changed >> byte & 1 != 0).for_each(|byte| frame[3 + byte] ^= 0x55);
+        swarm.inject(&frame, [0]);
+        swarm.step();
+        assert_eq!(swarm.robots[0].counters().foreign, 1, "{changed:04b}");
+    }
+}
+
 /// Who put an entry may be far away. The link of some robots names the sender of each frame.
 #[test]
 fn an_entry_makes_a_neighbor_of_its_sender_only() {
@@ -99,6 +113,23 @@ fn a_deletion_is_relayed_where_there_is_no_room() {
         assert_eq!(swarm.last(), [keys.to_string()]);
         assert_eq!(swarm.robots[0].take_sent().contains(&frame), is_relayed, "{keys} keys");
     }
+}
+
+/// Entries that find no room are relayed with a pause of 64 to 95 steps.
+#[test]
+fn the_pause_between_relayed_entries_ends() {
+    let (mut swarm, _) = with_keys(4, 5);
+    let mut relays = |key: i32| {
+        let (key, value) = (Value::int(key), Value::int(1));
+        let entry = Entry { stigmergy: 1, owner: FORGER, clock: 5, key, value };
+        let frame = swarm.robots[0].frame(&Message::Entry(entry));
+        swarm.inject(&frame, [0]);
+        swarm.robots[0].step().expect("the script goes on");
+        let is_relayed = swarm.robots[0].take_sent().contains(&frame);
+        (0..50).for_each(|_| swarm.step());
+        is_relayed
+    };
+    assert_eq!([10, 11, 12, 13, 14].map(&mut relays), [true, false, true, false, true]);
 }
 
 /// Robots that ask for more have eight swarms and a hundred entries.
