@@ -57,7 +57,7 @@ fn a_beacon_with_any_other_hash_is_foreign() {
     }
 }
 
-/// Who put an entry may be far away. The link of some robots names the sender of each frame.
+/// The robot that put an entry may be far away. The link of some robots names the sender of each frame.
 #[test]
 fn an_entry_makes_a_neighbor_of_its_sender_only() {
     let script = "function init() { s = stigmergy.create(1) }
@@ -180,7 +180,7 @@ fn functions_with_captures_do_not_arrive() {
     assert!(!arrives(functions), "there is no such function");
 }
 
-/// What a handler of conflicts puts is later than the conflict, whatever it returns.
+/// A put in a handler of conflicts is later than the conflict, whatever it returns.
 #[test]
 fn a_put_in_a_handler_of_conflicts_lasts() {
     let mut swarm: Swarm<Tiny> = Swarm::new(

@@ -50,7 +50,7 @@ pub type Action = (usize, Event);
 const EARLIER: u32 = 1000;
 /// The forged clock that is far ahead. Half the circle is 2,097,151.
 const AHEAD: u32 = 1_000_000;
-/// Who forges where it does not use the name of a robot.
+/// The robot id of a forger that does not use that of a robot.
 const FORGER: u16 = 999;
 /// A value that is put when all is quiet.
 const LAST: i32 = 40;

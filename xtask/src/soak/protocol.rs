@@ -1,6 +1,6 @@
 //! Small mistakes in the files of the protocol between robots, made by cargo-mutants, each of which a test must find.
 //!
-//! They are made in a copy of the sources, one after the other in the same target folder, so that a build compiles only what
+//! They are made in a copy of the sources, one after the other in the same target folder: a build compiles only code that
 //! depends on the changed function. Each group of files has its own tests, since they take most of the time.
 
 use super::Verdict;

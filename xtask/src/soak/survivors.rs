@@ -6,7 +6,7 @@ pub struct Survivor {
     pub mutant: &'static str,
     /// Places in the function where it may be made.
     pub count: usize,
-    /// Why it is none, or does no harm.
+    /// The reason why it is no mistake or does no harm.
     pub reason: &'static str,
 }
 
