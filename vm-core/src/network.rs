@@ -77,7 +77,7 @@ impl<P: Profile> Default for Sighting<P> {
 pub struct Periods {
     /// A robot that has sent nothing for so long sends a beacon.
     pub beacon: u8,
-    /// A neighbour that was not heard for so long is forgotten; at most 126.
+    /// A neighbour that was not heard for so long is forgotten, one that was heard only once after half the time; at most 126.
     pub forget: u8,
     /// Between two advertisements of stigmergy entries where nothing changes, at most 150.
     pub advertise: u8,

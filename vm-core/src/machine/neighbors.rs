@@ -95,7 +95,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         oldest
     }
 
-    /// Remembers for so many steps that a robot was heard.
+    /// Remembers for so many steps that a robot was heard, half as many if it was not known.
     #[inline(never)]
     pub(super) fn hear(&mut self, robot: u16, sighting: &Sighting<P>, steps: u8) {
         let mut place = self.protocol.heard;
@@ -116,6 +116,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.arena.set(at + ELEVATION, elevation);
             }
         }
+        // A robot that was heard once is kept half as long. So it gives way to those that were heard again, and invented ids
+        // do not displace them.
+        let steps = if self.end_step(at) == 0 { steps / 2 } else { steps };
         let mut end = self.protocol.step + steps.clamp(1, LAST_STEP - 1);
         if end > LAST_STEP {
             end -= LAST_STEP;
