@@ -59,6 +59,9 @@ pub struct SourceFunction {
     pub span: Span,
 }
 
+/// The parts of the machine that send.
+const SOCIAL: u8 = Feature::Neighbors as u8 | Feature::Swarm as u8 | Feature::Stigmergy as u8;
+
 /// The name under which the global code appears among the functions.
 pub const GLOBAL_CODE: &str = "global code";
 
@@ -77,8 +80,8 @@ pub fn generate(
     let holds_own_strings = own_strings::may_hold(&program, meanings);
     let table = StringTable::new(names);
     let sent = classes::sent(&program, meanings, profile);
-    let classes = sent.table(table.script());
-    let features = sent.features(&classes);
+    let mut classes = sent.table(table.script());
+    let sending = sent.features(&classes);
     fold::fold(&mut program, meanings, profile);
     let globals = globals::number(&program, meanings);
     let mut generator = Generator {
@@ -91,7 +94,7 @@ pub fn generate(
         functions: vec![FunctionId::GLOBAL],
         numbers: BTreeMap::from([(FunctionId::GLOBAL, 0)]),
         imports: Vec::new(),
-        features,
+        features: 0,
         libraries: BTreeSet::new(),
         objects: BTreeSet::new(),
         orders_strings: false,
@@ -113,6 +116,12 @@ pub fn generate(
         return Err(generator.diagnostics);
     }
     let libraries = generator.library_rows();
+    // A script that has nothing to do with others sends nothing, whatever is not known of its values.
+    if generator.features & SOCIAL == 0 {
+        classes = Vec::new();
+    } else {
+        generator.features |= sending;
+    }
     let text = generator.features & Feature::Strings as u8 != 0;
     // Strings of the script are in order by their numbers; the table puts the machine's own among them.
     let order = generator.orders_strings

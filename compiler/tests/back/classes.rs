@@ -155,8 +155,8 @@ fn values_are_followed() {
 /// A robot of another kind runs the same source, where other names are robot functions.
 #[test]
 fn names_that_mean_nothing_here_may_be_functions_there() {
-    let script =
-        "function step() { if(lift) neighbors.broadcast(\"t\", lift(\"a\")) } lift_at = lift";
+    let script = "function init() { neighbors.broadcast(\"u\", 1) } lift_at = lift
+        function step() { if(lift) neighbors.broadcast(\"t\", lift(\"a\")) }";
     assert_eq!(on_t(script), "nis");
     assert_eq!(said("x()", "x = nil function init() { x = lift }"), "nis");
     assert_eq!(said("pos.x", ""), "ni");
@@ -294,4 +294,18 @@ fn the_table_is_there_only_if_it_refuses_something() {
     let header = Image::new(bytes.as_slice()).header().expect("an image");
     assert!(header.classes_at().is_some());
     assert_eq!(header.features() & Feature::Numbers as u8, 0);
+}
+
+/// Whatever it does with libraries and robot functions, it needs nothing of the machine that a robot without links lacks.
+#[test]
+fn a_script_that_sends_nothing_has_no_table() {
+    for script in ["x = pos", "x = math x.y = 1", "function f(t, k) { t[k] = 1 } f(math, \"pi\")"] {
+        for profile in [TINY, FULL] {
+            let (bytes, _) = image(script, profile);
+            let header = Image::new(bytes.as_slice()).header().expect("an image");
+            assert_eq!(header.classes_at(), None, "{script}");
+            let sending = Feature::LongMessages as u8 | Feature::Numbers as u8;
+            assert_eq!(header.features() & sending, 0, "{script}");
+        }
+    }
 }
