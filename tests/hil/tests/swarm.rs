@@ -460,7 +460,8 @@ fn robots_on_unlike_cores_agree() {
     let (port, payload) = sent_by(AGREE, 7);
     let mut robot = Robot::crazyflie(Core::Qemu, AGREE);
     robot.assign_id(3);
-    robot.run_ms(130);
+    // The script has begun, and the next step is due at 200 ms.
+    robot.run_ms(160);
     let at = robot.now();
     robot.tell(&Command::P2p { at, port, rssi: 60, payload });
     let events = robot.run_ms(120);
