@@ -110,14 +110,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             };
         }
 
+        let mut has_returned = false;
         loop {
             pc = usize::from(self.pc);
             sp = usize::from(self.sp);
             fp = usize::from(self.fp);
-            // What came before may have taken long.
-            if !H::IS_TIMED && host.is_slice_over() {
+            // The last instruction may have taken long, unless it was a return.
+            if !H::IS_TIMED && !has_returned && host.is_slice_over() {
                 budget = 0;
             }
+            has_returned = false;
             if pc >= SPECIAL {
                 if pc == Native::EXIT.position() {
                     return Ok(Flow::Done);
@@ -506,7 +508,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     contained!(self.slow(host, op, arg as i16));
                     budget = self.less_work(budget);
                 }
-                Left::Returned => {}
+                Left::Returned => has_returned = true,
             }
         }
     }

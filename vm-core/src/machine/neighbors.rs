@@ -95,15 +95,20 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         oldest
     }
 
-    /// Remembers for so many steps that a robot was heard, half as many if it was not known.
+    /// Keeps a robot as a neighbor for that number of steps, or for half of them if it was unknown.
     #[inline(never)]
-    pub(super) fn hear(&mut self, robot: u16, sighting: &Sighting<P>, steps: u8) {
+    pub(super) fn hear(&mut self, robot: u16, sighting: &Sighting<P>, mut steps: u8) {
         let mut place = self.protocol.heard;
         if !self.is_neighbor(place, robot) {
             if self.sizes().neighbors == 0 {
                 return;
             }
             place = self.find_neighbor(robot);
+            // A robot that was heard once is kept half as long. So it gives way to those that were heard again, and invented
+            // ids do not displace them.
+            if self.end_step(self.neighbor_slot(place)) == 0 {
+                steps /= 2;
+            }
         }
         self.protocol.heard = place + 1;
         let at = self.neighbor_slot(place);
@@ -116,9 +121,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.arena.set(at + ELEVATION, elevation);
             }
         }
-        // A robot that was heard once is kept half as long. So it gives way to those that were heard again, and invented ids
-        // do not displace them.
-        let steps = if self.end_step(at) == 0 { steps / 2 } else { steps };
         let mut end = self.protocol.step + steps.clamp(1, LAST_STEP - 1);
         if end > LAST_STEP {
             end -= LAST_STEP;
