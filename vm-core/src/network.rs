@@ -77,7 +77,7 @@ impl<P: Profile> Default for Sighting<P> {
 pub struct Periods {
     /// A robot that has sent nothing for so long sends a beacon.
     pub beacon: u8,
-    /// A neighbour that was not heard for so long is forgotten, one that was heard only once after half the time; at most 126.
+    /// Steps without a frame after which a neighbour is forgotten, at most 126; half of them if only one was received.
     pub forget: u8,
     /// Between two advertisements of stigmergy entries where nothing changes, at most 150.
     pub advertise: u8,
@@ -201,13 +201,13 @@ pub(crate) struct Protocol<P: Profile> {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]
 pub(crate) enum Timer {
-    /// Until the next advertisement of an entry.
+    /// Steps to the next advertisement of an entry.
     Advertise,
-    /// Until another entry may be relayed that is not kept.
+    /// Pause after an entry was relayed that is not kept.
     Relay,
-    /// Until the digest is sent again.
+    /// Steps to the next digest.
     Digest,
-    /// Until the message of which some fragments are here is given up; 0: there is none.
+    /// Patience with the message of which some fragments are here; 0 if there is none.
     Assembly,
 }
 

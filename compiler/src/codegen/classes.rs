@@ -180,7 +180,7 @@ enum Place<'a> {
     NoData,
     /// Messages and entries of stigmergies under that name.
     Sent(Name<'a>),
-    /// The same under all names.
+    /// All names together.
     AllSent,
 }
 

@@ -46,11 +46,11 @@ pub struct Counted {
 /// Turns of the image's loop, each of which begins with `wdr`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Turns {
-    /// How often `wdr` was executed.
+    /// Executions of `wdr`.
     begun: u64,
     /// Cycles without sleep when the last one began.
     begin: u64,
-    /// Cycles of the longest one since somebody asked, without sleep.
+    /// Cycles of the longest one since the last request for the statistics, without sleep.
     pub longest: u64,
 }
 

@@ -107,8 +107,8 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         Ok(table)
     }
 
-    /// A new table with the same keys and values, in the same order. A table among the values is not copied. What the table
-    /// leads to is on the stack.
+    /// Copies a table, with its keys and values in the same order. Tables among the values are shared with the copy. The table
+    /// has to be reachable from the stack.
     #[cfg(feature = "swarm")]
     #[inline(never)]
     pub(crate) fn copy_table(&mut self, table: usize) -> Result<Value<P>, NoCell> {
@@ -122,7 +122,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         Ok(copy)
     }
 
-    /// Puts copies of the cells from that one on behind `last`.
+    /// Copies a chain of cells, and appends it to the cell `last`.
     #[cfg(feature = "swarm")]
     fn copy_cells(&mut self, mut cell: usize, mut last: usize) -> Result<(), NoCell> {
         while cell != 0 {

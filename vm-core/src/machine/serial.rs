@@ -262,7 +262,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         let is_complete = assembly.all != 0 && assembly.present & assembly.all == assembly.all;
         let length = usize::from(assembly.length);
-        // Only what is new shows that the message comes on.
+        // A fragment that is repeated shows no progress.
         if is_complete || is_new {
             let steps = if is_complete { 0 } else { PATIENCE };
             self.protocol.set_timer(Timer::Assembly, steps);

@@ -398,7 +398,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.relay(host, remote, digest);
                 return Ok(());
             }
-            // The deletion of what is not here.
+            // A deletion of an unknown key.
             if value.is_nil() {
                 return Ok(());
             }

@@ -11,7 +11,7 @@ const TOPIC: usize = 3;
 const KEY: usize = 6;
 /// Bytes of the hash behind the robot of a beacon.
 const HASH: usize = 4;
-/// Bytes of the check behind the words of a frame.
+/// Bytes of the check after the words of a frame.
 const CHECK: usize = 3;
 
 /// Whether a frame of that kind makes one useless that waits.
@@ -65,7 +65,7 @@ fn clock([first, _, _, low, middle, high]: &[u8; 6]) -> u32 {
     u32::from_le_bytes([*low, *middle, high & 0x0f | (first & CLOCK) << 1, 0])
 }
 
-/// A bit for each byte of a frame in that range, the lowest for the one behind the type.
+/// A bit for each byte of a frame in that range, the lowest for the first byte after the type.
 const fn bytes(from: usize, to: usize) -> u16 {
     ((1_u32 << (to - 1)) - (1_u32 << (from - 1))) as u16
 }

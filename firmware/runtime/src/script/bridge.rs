@@ -43,7 +43,7 @@ impl Console<'_> {
 /// The machine's host during a slice.
 pub struct Bridge<'a, R> {
     pub robot: &'a mut R,
-    /// When the slice began, in µs of the robot's clock.
+    /// The time at which the slice began, in µs of the robot's clock.
     pub begin: u16,
     pub log: &'a mut Log,
     pub step: u32,

@@ -90,7 +90,7 @@ const fn repeated(name: &'static str, init: &'static str, statement: &'static st
 /// The largest array that eight fragments hold with the head of an entry of a stigmergy.
 const LONG: &str = "v = stigmergy.create(1) m = {} for(i = 0, i < M, i = i + 1) m[i] = i";
 
-/// As many pairs.
+/// A table with that number of pairs.
 const LONG_PAIRS: &str =
     "v = stigmergy.create(1) m = {} for(i = 1, i <= M, i = i + 1) m[0 - i] = i";
 
