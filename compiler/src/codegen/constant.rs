@@ -37,6 +37,14 @@ impl Number {
         }
     }
 
+    /// The nearest binary32.
+    fn to_f32(self) -> f32 {
+        match self {
+            Number::Int(value) => value as f32,
+            Number::Float(value) => value,
+        }
+    }
+
     fn to_machine(self) -> number::Number {
         match self {
             Number::Int(value) => number::Number::Int(value),
@@ -109,10 +117,26 @@ pub fn arithmetic(profile: Profile, op: BinaryOp, left: Number, right: Number) -
         _ => {
             let result = match profile {
                 Profile::Tiny => float::<Tiny>(op, left, right)?,
-                Profile::Full => float::<Full>(op, left, right)?,
+                Profile::Full => match binary32(op, left, right) {
+                    Some(result) => result,
+                    None => float::<Full>(op, left, right)?,
+                },
             };
             (!result.is_nan()).then_some(Number::Float(result))
         }
+    }
+}
+
+/// The IEEE binary32 operations of the full profile, which the machine leaves to the processor. [`float`] keeps more
+/// bits of a product for the mathematical functions, so it would round some products twice.
+fn binary32(op: BinaryOp, left: Number, right: Number) -> Option<f32> {
+    let (a, b) = (left.to_f32(), right.to_f32());
+    match op {
+        BinaryOp::Add => Some(a + b),
+        BinaryOp::Sub => Some(a - b),
+        BinaryOp::Mul => Some(a * b),
+        BinaryOp::Div => Some(a / b),
+        _ => None,
     }
 }
 

@@ -133,6 +133,15 @@ fn faults_are_not_folded_away() {
 }
 
 #[test]
+fn products_round_once() {
+    // The exact product is 0.498 units in the last place away from the nearest float. Rounded to 32 bits first, it is
+    // the midpoint of two floats, and the even one of them is the wrong one.
+    let expected = Some(Err((6.79e-5_f32 * -72.875).to_bits()));
+    assert_eq!(run("r = 6.79e-5 * -72.875", FULL).global("r"), expected);
+    assert_eq!(run("a = 6.79e-5 r = a * -72.875", FULL).global("r"), expected);
+}
+
+#[test]
 fn literals_round_once() {
     // Half a unit in the last place of binary32 above the midpoint of two 16-bit floats: rounding to binary32 first
     // would land on the midpoint, and then go to the even one below.
