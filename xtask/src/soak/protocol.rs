@@ -57,6 +57,19 @@ const GROUPS: [Group; 2] = [
     },
 ];
 
+/// Starts of the paths of what the tests are built from, and of what is known about mistakes.
+pub const MADE_OF: &[&str] = &[
+    "Cargo",
+    "comms/",
+    "compiler/",
+    "examples/",
+    "robots/",
+    "tests/",
+    "vm-core/",
+    "xtask/src/soak/protocol.rs",
+    "xtask/src/soak/survivors.rs",
+];
+
 /// Seconds after which a mistake counts as found, since the tests do not end. Without a mistake they take 5 s, more on a busy
 /// computer.
 const PATIENCE: &str = "180";
