@@ -10,8 +10,12 @@ use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 use std::thread;
 
-/// How many executions of each target are enough.
+/// How many executions of a target are enough.
 const ENOUGH: u64 = 10_000_000;
+/// The same of targets whose executions are whole runs of machines.
+const ENOUGH_RUNS: u64 = 1_000_000;
+/// Targets whose executions are whole runs of machines.
+const RUNS: [&str; 2] = ["social", "time"];
 /// Seconds after which executions are written down; a run that is stopped loses at most those.
 const CHUNK: &str = "-max_total_time=300";
 /// Executions of each target in CI, and the seed that decides them.
@@ -85,12 +89,13 @@ pub fn run(name: &str) -> Result<Verdict, Failure> {
     let Some(fuzzed) = TARGETS.iter().find(|target| target.name == name) else {
         return Ok(Verdict::Missing("there is no such target".to_owned()));
     };
+    let enough = if RUNS.contains(&name) { ENOUGH_RUNS } else { ENOUGH };
     let exercised = [BODIES, fuzzed.exercises].concat();
     let mut count = Count::open(name, Sources::list()?.under(&exercised).fingerprint()?)?;
-    if count.executions < ENOUGH {
+    if count.executions < enough {
         let program = build(&["--bin", name])?.join(name);
-        while count.executions < ENOUGH {
-            println!("{name}: {} of {ENOUGH} executions left", ENOUGH - count.executions);
+        while count.executions < enough {
+            println!("{name}: {} of {enough} executions left", enough - count.executions);
             match chunk(name, &program)? {
                 Chunk::Executed(executions) => count.add(executions)?,
                 Chunk::Panicked(input) => {

@@ -7,8 +7,8 @@ use crate::failure::Failure;
 /// Packages whose tests state properties, and how many cases of each are tried.
 const PACKAGES: [(&str, u32); 4] = [
     ("bittybuzz-arena", 10_000),
-    ("bittybuzz-comms", 100_000),
-    ("bittybuzz-compiler", 100_000),
+    ("bittybuzz-comms", 20_000),
+    ("bittybuzz-compiler", 20_000),
     ("bittybuzz-vm-core", 100_000),
 ];
 
