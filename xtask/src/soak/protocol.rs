@@ -1,21 +1,24 @@
 //! Small mistakes in the files of the protocol between robots, made by cargo-mutants, each of which a test must find.
 //!
-//! They are made in a copy of the sources, one after the other in the same target folder: a build compiles only code that
-//! depends on the changed function. Each group of files has its own tests, since they take most of the time.
+//! They are made in copies of the sources, one after the other in the same target folder: a build compiles only code that
+//! depends on the changed function. The quick tests find most of them, built without optimization, since the build takes
+//! longest; the tests that take long try those that are left.
 
 use super::Verdict;
 use super::sources::{self, Sources};
 use super::survivors::SURVIVORS;
 use crate::failure::Failure;
 use crate::shell::{Line, is_installed, target};
-use std::path::Path;
+use std::panic::resume_unwind;
+use std::path::{Path, PathBuf};
 use std::process::Output;
+use std::thread;
 
 /// Files, and the tests that find mistakes in them.
 struct Group {
     name: &'static str,
-    /// Parts, of some 15 mistakes each.
-    shards: usize,
+    /// Items of evidence. Each is a shard for each worker, of some 15 mistakes.
+    items: usize,
     files: &'static [&'static str],
     packages: &'static [&'static str],
     targets: &'static [&'static str],
@@ -25,7 +28,7 @@ struct Group {
 const GROUPS: [Group; 2] = [
     Group {
         name: "machine",
-        shards: 64,
+        items: 32,
         files: &[
             "vm-core/src/machine/advertise.rs",
             "vm-core/src/machine/messages.rs",
@@ -35,27 +38,26 @@ const GROUPS: [Group; 2] = [
             "vm-core/src/machine/swarms.rs",
         ],
         packages: &["bittybuzz-tests"],
-        targets: &["containment", "forged", "hostile", "protocol", "stigmergy", "swarm"],
+        targets: &["protocol"],
     },
     Group {
         name: "messages",
-        shards: 36,
+        items: 18,
         files: &["vm-core/src/message/*.rs", "vm-core/src/network.rs", "vm-core/src/stamp.rs"],
         packages: &["bittybuzz-vm-core", "bittybuzz-comms", "bittybuzz-tests"],
         targets: &[
-            "forged",
             "fragmentation",
-            "hostile",
             "message_content",
             "message_properties",
             "protocol",
             "queue",
-            "stigmergy",
-            "swarm",
             "wire_format",
         ],
     },
 ];
+
+/// Shards that are tried at the same time, each in a copy of its own.
+const WORKERS: usize = 2;
 
 /// Starts of the paths of what the tests are built from, and of what is known about mistakes.
 pub const MADE_OF: &[&str] = &[
@@ -70,57 +72,76 @@ pub const MADE_OF: &[&str] = &[
     "xtask/src/soak/survivors.rs",
 ];
 
-/// Seconds after which a mistake counts as found, since the tests do not end. Without a mistake they take 5 s, more on a busy
-/// computer.
-const PATIENCE: &str = "180";
+/// Tests that are tried on a mistake.
+struct Tests {
+    /// What the tests and the machine in them are optimized for.
+    optimization: u8,
+    /// Arguments of the tests' programs.
+    arguments: &'static [&'static str],
+    /// Seconds after which a mistake counts as found, since the tests do not end.
+    patience: &'static str,
+}
+
+/// They take a second.
+const QUICK: Tests =
+    Tests { optimization: 0, arguments: &["--skip", "endurance::"], patience: "60" };
+
+/// They take ten.
+const LONG: Tests = Tests { optimization: 2, arguments: &["endurance::"], patience: "120" };
 
 /// The sources as they are: the tests must pass with them, or they would find anything.
 const UNCHANGED: &str = "unchanged";
 
-/// Shards of all groups.
+/// Items of all groups.
 pub fn items() -> Vec<String> {
-    let shards = |group: &'static Group| {
-        let shards = (0..group.shards).map(|shard| format!("{shard}/{}", group.shards));
-        let all = [UNCHANGED.to_owned()].into_iter().chain(shards);
-        all.map(|shard| format!("{} {shard}", group.name))
+    let items = |group: &'static Group| {
+        let items = (0..group.items).map(|item| format!("{item}/{}", group.items));
+        let all = [UNCHANGED.to_owned()].into_iter().chain(items);
+        all.map(|item| format!("{} {item}", group.name))
     };
-    GROUPS.iter().flat_map(shards).collect()
+    GROUPS.iter().flat_map(items).collect()
 }
 
-/// Tries the mistakes of one shard.
+/// Tries the mistakes of one item.
 pub fn run(item: &str) -> Result<Verdict, Failure> {
-    let found = item.split_once(' ').and_then(|(name, shard)| {
-        GROUPS.iter().find(|group| group.name == name).map(|group| (group, shard))
+    let found = item.split_once(' ').and_then(|(name, number)| {
+        GROUPS.iter().find(|group| group.name == name).map(|group| (group, number))
     });
-    let Some((group, shard)) = found else {
-        return Ok(Verdict::Missing("no such shard".to_owned()));
+    let Some((group, number)) = found else {
+        return Ok(Verdict::Missing("no such item".to_owned()));
     };
     if !is_installed("cargo-mutants") {
         return Err(Failure::Packages {
             command: "cargo install cargo-mutants --locked".to_owned(),
         });
     }
-    let folder = target()?.join("soak/protocol");
-    let copy = folder.join("sources");
-    // A run that was stopped has left a mistake there.
-    Sources::list()?.copy_to(&copy)?;
-    let target = folder.join("target");
-    if shard == UNCHANGED {
-        in_copy(group.tests(), &copy, &target).run()?;
+    if number == UNCHANGED {
+        for tests in [&QUICK, &LONG] {
+            Copy::of_worker(0)?.command(group.tests(tests)).run()?;
+        }
         return Ok(Verdict::Shown("all tests pass".to_owned()));
     }
-    let output = folder.join(item.replace([' ', '/'], "-"));
-    // 2: a mistake was missed; 3: a test did not end.
-    let is_done = |output: &Output| matches!(output.status.code(), Some(0 | 2 | 3));
-    in_copy(group.mutants(shard, &output), &copy, &target).output_if(is_done)?;
-    let outcome = |name: &str| -> Result<Vec<String>, Failure> {
-        let text = sources::read_text(&output.join("mutants.out").join(name))?;
-        Ok(text.lines().map(without_place).collect())
+    let Some(first) = number.split_once('/').and_then(|(item, _)| item.parse::<usize>().ok())
+    else {
+        return Ok(Verdict::Missing("no such item".to_owned()));
     };
-    let missed = outcome("missed.txt")?;
+    let shard = |worker| {
+        let shard = format!("{}/{}", worker * group.items + first, WORKERS * group.items);
+        group.shard(&shard, &Copy::of_worker(worker)?)
+    };
+    let outcomes = thread::scope(|scope| {
+        let workers: Vec<_> =
+            (0..WORKERS).map(|worker| scope.spawn(move || shard(worker))).collect();
+        let outcomes = workers
+            .into_iter()
+            .map(|worker| worker.join().unwrap_or_else(|panic| resume_unwind(panic)));
+        outcomes.collect::<Result<Vec<Outcome>, Failure>>()
+    })?;
+    let mut all = Outcome::default();
+    outcomes.into_iter().for_each(|outcome| all.add(outcome));
     let mut unexplained = Vec::new();
-    for mutant in &missed {
-        match reason(mutant, &missed) {
+    for mutant in &all.missed {
+        match reason(mutant, &all.missed) {
             Some(reason) => println!("{mutant}: {reason}"),
             None => unexplained.push(mutant.as_str()),
         }
@@ -130,46 +151,141 @@ pub fn run(item: &str) -> Result<Verdict, Failure> {
     }
     Ok(Verdict::Shown(format!(
         "{} found, {} by not ending; {} explained; {} do not compile",
-        outcome("caught.txt")?.len(),
-        outcome("timeout.txt")?.len(),
-        missed.len(),
-        outcome("unviable.txt")?.len(),
+        all.caught,
+        all.endless,
+        all.missed.len(),
+        all.unviable,
     )))
+}
+
+/// What became of mistakes.
+#[derive(Default)]
+struct Outcome {
+    caught: usize,
+    endless: usize,
+    unviable: usize,
+    /// Descriptions without places.
+    missed: Vec<String>,
+}
+
+impl Outcome {
+    fn add(&mut self, other: Outcome) {
+        self.caught += other.caught;
+        self.endless += other.endless;
+        self.unviable += other.unviable;
+        self.missed.extend(other.missed);
+    }
+
+    /// From the files that cargo-mutants has written.
+    fn read(output: &Path) -> Result<Outcome, Failure> {
+        Ok(Outcome {
+            caught: lines(output, "caught.txt")?.len(),
+            endless: lines(output, "timeout.txt")?.len(),
+            unviable: lines(output, "unviable.txt")?.len(),
+            missed: lines(output, "missed.txt")?.iter().map(|line| without_place(line)).collect(),
+        })
+    }
+}
+
+/// A file that cargo-mutants has written.
+fn file(output: &Path, name: &str) -> PathBuf {
+    output.join("mutants.out").join(name)
+}
+
+/// Its lines, one for each mistake.
+fn lines(output: &Path, name: &str) -> Result<Vec<String>, Failure> {
+    Ok(sources::read_text(&file(output, name))?.lines().map(str::to_owned).collect())
 }
 
 impl Group {
     /// The tests alone.
-    fn tests(&self) -> Line {
+    fn tests(&self, tests: &Tests) -> Line {
         let packages = self.packages.iter().map(|name| format!("--package={name}"));
         let targets = self.targets.iter().map(|name| format!("--test={name}"));
-        let arguments: Vec<String> = packages.chain(targets).collect();
+        let arguments: Vec<String> = packages.chain(targets).chain(tests.configuration()).collect();
         let mut all = vec!["test", "--lib"];
         all.extend(arguments.iter().map(String::as_str));
+        all.push("--");
+        all.extend(tests.arguments);
         Line::new("cargo", &all)
     }
 
-    /// The mistakes of a shard.
-    fn mutants(&self, shard: &str, output: &Path) -> Line {
+    /// Tries the mistakes of a shard: the quick tests on all of them, then the long ones on those that are left.
+    fn shard(&self, shard: &str, copy: &Copy) -> Result<Outcome, Failure> {
+        let output = copy.folder.join("outcomes").join(self.name).join(shard.replace('/', "-"));
+        // 2: a mistake was missed; 3: a test did not end.
+        let is_done = |output: &Output| matches!(output.status.code(), Some(0 | 2 | 3));
+        copy.command(self.mutants(&QUICK, shard, &output, &[])).output_if(is_done)?;
+        let mut outcome = Outcome::read(&output)?;
+        if outcome.missed.is_empty() {
+            return Ok(outcome);
+        }
+        // It would try those again whose tests did not end.
+        let found = [lines(&output, "caught.txt")?, lines(&output, "timeout.txt")?].concat();
+        sources::write(&file(&output, "caught.txt"), (found.join("\n") + "\n").as_bytes())?;
+        copy.command(self.mutants(&LONG, shard, &output, &["--iterate"])).output_if(is_done)?;
+        outcome.missed.clear();
+        outcome.add(Outcome::read(&output)?);
+        Ok(outcome)
+    }
+
+    /// cargo-mutants, for the mistakes of a shard.
+    fn mutants(&self, tests: &Tests, shard: &str, output: &Path, more: &[&str]) -> Line {
         let output = output.display().to_string();
         let packages = self.packages.join(",");
-        // Arguments after `--` would hold for the tests, but not for the build before them.
-        let targets = self.targets.iter().map(|name| format!("--cargo-arg=--test={name}"));
-        let targets: Vec<String> = targets.collect();
-        let mut all = vec!["mutants", "--in-place", "--baseline", "skip", "--timeout", PATIENCE];
+        // Cargo's arguments after `--` would hold for the tests, but not for the build before them.
+        let targets = self.targets.iter().map(|name| format!("--test={name}"));
+        let arguments = targets.chain(tests.configuration());
+        let arguments: Vec<String> =
+            arguments.map(|argument| format!("--cargo-arg={argument}")).collect();
+        let mut all = vec!["mutants", "--in-place", "--baseline", "skip"];
+        all.extend(["--timeout", tests.patience]);
         all.extend(["--no-shuffle", "--sharding", "round-robin", "--shard", shard]);
         all.extend(["--output", &output, "--test-package", &packages, "--cargo-arg=--lib"]);
         all.extend(self.files.iter().flat_map(|file| ["--file", file]));
-        all.extend(targets.iter().map(String::as_str));
+        all.extend(arguments.iter().map(String::as_str));
+        all.extend(more);
+        all.extend(["--", "--"]);
+        all.extend(tests.arguments);
         Line::new("cargo", &all)
     }
 }
 
-/// The command in the copy of the sources, where builds are quick.
-fn in_copy(line: Line, copy: &Path, target: &Path) -> Line {
-    line.env("CARGO_TARGET_DIR", &target.display().to_string())
-        .env("CARGO_INCREMENTAL", "1")
-        .env("CARGO_PROFILE_DEV_DEBUG", "0")
-        .in_workspace(&copy.display().to_string())
+impl Tests {
+    /// Arguments for cargo.
+    fn configuration(&self) -> impl Iterator<Item = String> {
+        let optimization = self.optimization;
+        ["tests", "vm-core"].into_iter().map(move |name| {
+            format!("--config=profile.dev.package.bittybuzz-{name}.opt-level={optimization}")
+        })
+    }
+}
+
+/// A copy of the sources, in which a mistake is made, and what is built from it.
+struct Copy {
+    folder: PathBuf,
+}
+
+impl Copy {
+    /// Brings a worker's copy up to date; a run that was stopped has left a mistake there.
+    fn of_worker(worker: usize) -> Result<Copy, Failure> {
+        let copy = Copy { folder: target()?.join(format!("soak/protocol/{worker}")) };
+        Sources::list()?.copy_to(&copy.sources())?;
+        Ok(copy)
+    }
+
+    fn sources(&self) -> PathBuf {
+        self.folder.join("sources")
+    }
+
+    /// The command in it, where builds are quick.
+    fn command(&self, line: Line) -> Line {
+        line.env("CARGO_TARGET_DIR", &self.folder.join("target").display().to_string())
+            .env("CARGO_INCREMENTAL", "1")
+            .env("CARGO_PROFILE_DEV_DEBUG", "0")
+            .env("PROPTEST_RNG_SEED", "1")
+            .in_workspace(&self.sources().display().to_string())
+    }
 }
 
 /// A mistake without its line and column, which other changes move.
