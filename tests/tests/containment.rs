@@ -94,6 +94,28 @@ fn default_rule<P: Profile>() {
     assert!(swarm.robots[0].counters().failed > 0);
 }
 
+in_both_profiles!(
+    a_conflict_whose_handler_returns_what_cannot_be_sent_falls_to_the_higher_robot,
+    unsendable_verdict
+);
+fn unsendable_verdict<P: Profile>() {
+    let mut swarm: Swarm<P> = Swarm::new(
+        3,
+        "function init() {
+            s = stigmergy.create(1)
+            s.onconflict(function(key, local, remote) { return {.robot = local.robot, .data = math} })
+            s.put(\"k\", id * 10)
+         }
+         function step() { log(s.get(\"k\")) }",
+    );
+    swarm.steps(20);
+    assert_eq!(swarm.last(), ["30"; 3]);
+    let contained = &swarm.robots[0].host.contained;
+    assert!(
+        contained.iter().all(|fault| fault.code == FaultCode::NotSendable) && !contained.is_empty()
+    );
+}
+
 in_both_profiles!(a_fault_in_onconflictlost_changes_nothing_else, lost_handler);
 fn lost_handler<P: Profile>() {
     let mut swarm: Swarm<P> = Swarm::new(

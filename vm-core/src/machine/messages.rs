@@ -79,7 +79,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let base = self.fp;
         self.protocol.in_message = true;
         if Self::has(Part::Conflicts) && self.protocol.conflict != Conflict::None {
+            // A fault of it leaves the conflict to the default rule.
             self.end_conflict(host)?;
+            self.protocol.conflict = Conflict::None;
             if self.fp != base {
                 return Ok(());
             }
@@ -133,7 +135,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Ends a conflict whose handler has returned, with its result on top, or has failed.
     fn end_conflict<H: Host<P>>(&mut self, host: &mut H) -> Result<(), Stopped> {
         let has_failed = self.protocol.conflict == Conflict::Failed;
-        self.protocol.conflict = Conflict::None;
         let [low, high] = (self.local(CLOCK).index() as u16).to_le_bytes();
         let [stigmergy, highest] = (self.local(CONFLICT).index() as u16).to_le_bytes();
         let clock = u32::from_le_bytes([low, high, highest, 0]);
