@@ -265,15 +265,15 @@ fn replays() {
 /// gets through.
 #[test]
 fn repeated_fragments() {
-    endures(&[(Attack::RepeatedFragments, 0.2)], (1.0, 0, 0.03), (0.98, 30, 0.01));
-    endures(&[(Attack::RepeatedFragments, 20.0)], (1.0, 0, 0.025), (0.98, 20, 0.0));
+    endures(&[(Attack::RepeatedFragments, 0.2)], (1.0, 0, 0.07), (0.98, 30, 0.01));
+    endures(&[(Attack::RepeatedFragments, 20.0)], (1.0, 0, 0.045), (0.98, 20, 0.004));
 }
 
-/// So do messages that are begun again and again. Twenty in a step leave no room in the queue of frames.
+/// So do messages that are begun again and again. Where frames are lost, twenty in a step leave no room in the queue.
 #[test]
 fn begun_messages() {
-    endures(&[(Attack::BegunMessages, 1.0)], (1.0, 0, 0.03), (0.98, 20, 0.0));
-    endures(&[(Attack::BegunMessages, 20.0)], (1.0, 0, 0.0), (0.95, 70, 0.0));
+    endures(&[(Attack::BegunMessages, 1.0)], (1.0, 0, 0.04), (0.98, 20, 0.002));
+    endures(&[(Attack::BegunMessages, 20.0)], (1.0, 0, 0.028), (0.95, 70, 0.0));
 }
 
 #[test]
@@ -284,7 +284,7 @@ fn invented_messages() {
 
 #[test]
 fn babble() {
-    endures(&[(Attack::Babble, 1.0)], (1.0, 0, 0.3), (0.99, 20, 0.08));
+    endures(&[(Attack::Babble, 1.0)], (1.0, 0, 0.3), (0.99, 20, 0.075));
     endures(&[(Attack::Babble, 20.0)], (0.8, 12, 0.04), (0.8, 80, 0.0));
 }
 
@@ -333,4 +333,12 @@ fn a_slow_message_keeps_the_room_for_a_while() {
     // The second message of the hostile robot begins at step 152, and is not let in at once.
     let heard = received(|step| if step < 440 { slow(step + 152) } else { slow(step - 440) });
     assert!(heard > 0, "{heard} of 100");
+}
+
+/// The frames of the hostile robot come first in each step, so it could have the room again whenever that is free. Each
+/// message that it begins keeps the room for 20 steps, and one of the others follows.
+#[test]
+fn messages_that_are_begun_first_in_each_step_let_others_in() {
+    let heard = received(|step| Some((step as u8, 0)));
+    assert!((4..=5).contains(&heard), "{heard} of 100");
 }

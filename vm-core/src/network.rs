@@ -223,8 +223,8 @@ pub(crate) struct Assembly<P: Profile> {
     pub(crate) all: u8,
     /// Bytes of the whole message.
     pub(crate) length: u16,
-    /// Another robot has sent a fragment meanwhile.
-    pub(crate) is_wanted: bool,
+    /// Steps in which this robot begins no other message, since a fragment of another robot found no room.
+    pub(crate) pause: u8,
     pub(crate) content: P::Content,
 }
 
@@ -265,7 +265,7 @@ impl<P: Profile> Protocol<P> {
             present: 0,
             all: 0,
             length: 0,
-            is_wanted: false,
+            pause: 0,
             content: P::Content::ZERO,
         },
     };

@@ -120,6 +120,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         let protocol = &mut self.protocol;
         protocol.tick();
+        if Self::has(Part::LongMessages) {
+            protocol.assembly.pause = protocol.assembly.pause.saturating_sub(1);
+        }
         #[allow(clippy::implicit_saturating_add, reason = "an AVR has no conditional moves")]
         if protocol.silent != u8::MAX {
             protocol.silent += 1;

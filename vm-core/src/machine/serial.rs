@@ -225,16 +225,17 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let assembly = &mut self.protocol.assembly;
         let is_other = assembly.robot != robot;
         if !waits || is_other || assembly.number != number {
-            // A robot that begins another message has ended the one before. If others wait it has to let them in first, so
-            // that no robot keeps the only room for long messages by beginning again and again.
-            let gives_way = !waits || (!is_other && !assembly.is_wanted);
-            assembly.is_wanted |= is_other;
+            // A robot that begins another message has ended the one before. After it kept others out, one of them has the
+            // next turn, so that no robot keeps the only room for long messages by beginning again and again.
+            let gives_way = if is_other { !waits } else { assembly.pause == 0 };
             if gives_way {
-                assembly.is_wanted = false;
                 assembly.robot = robot;
                 assembly.number = number;
                 assembly.present = 0;
                 assembly.all = 0;
+            }
+            if is_other {
+                assembly.pause = if gives_way { 0 } else { PATIENCE };
             }
             if waits {
                 self.protocol.count(Count::Incomplete);
