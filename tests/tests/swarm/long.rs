@@ -1,0 +1,171 @@
+//! Values that need more than a frame.
+
+use super::{Full, Profile, Swarm, Tiny, last};
+
+#[test]
+fn a_table_is_broadcast_in_fragments() {
+    // In tiny these are 48 bytes, the most that there are.
+    last(
+        2,
+        3,
+        "function init() { neighbors.listen(\"t\", function(topic, v, r) {
+           log(topic, v.a, \" \", v[0], v[1], \" \", v.deep.er[5], \" \", v.none, \" \", size(v), \" \", v.f(3))
+         }) }
+         function twice(x) { return 2 * x }
+         function step() {
+           if(id == 1) { return }
+           neighbors.broadcast(\"t\", {.a = 1, .0 = 10, .1 = \"word\", .deep = {.er = {.5 = 7}}, .f = twice})
+         }",
+        &["t1 10word 7 nil 5 6", ""],
+    );
+}
+
+#[test]
+fn a_stigmergy_keeps_a_copy() {
+    last(
+        3,
+        8,
+        "t = {.x = 1}
+         n = 0
+         function init() { v = stigmergy.create(70)  if(id == 1) v.put(2.5, t) }
+         function step() {
+           n = n + 1
+           if(id == 1) t.x = 5
+           if(n == 4 and id == 3) v.put(2.5, {.x = v.get(2.5).x + 1})
+           if(not isnil(v.get(2.5))) log(v.get(2.5).x, \" \", v.size())
+         }",
+        &["2 1"; 3],
+    );
+}
+
+/// With the tables in it, and in its order: at the robot that put it, and at one that has received it. A change of the
+/// copy is none of the entry.
+#[test]
+fn a_copy_has_everything_in_its_order() {
+    fn run<P: Profile>() {
+        let mut swarm: Swarm<P> = Swarm::new(
+            2,
+            "function show(k, e) { if(type(e) == \"table\") foreach(e, show) else log(k, \" \", e) }
+             t = {.c = {.d = {.e = 2}}, .8 = 3}
+             function init() {
+               v = stigmergy.create(1)
+               for(i = 0, i < 9, i = i + 1) t[i] = i + 10
+               for(i = 1, i < 8, i = i + 1) t[i] = nil
+               foreach(t, show)
+               if(id == 1) v.put(1, t)
+             }
+             function step() {
+               var copy = v.get(1)
+               if(isnil(copy)) { return }
+               foreach(copy, show)
+               copy.c.d.e = 7
+               copy.c.d.f = {}
+               copy[0] = nil
+             }",
+        );
+        swarm.steps(8);
+        for log in swarm.logs() {
+            assert!(log.len() > 12, "{log:?}");
+            for entries in log.chunks(3) {
+                assert_eq!(entries, ["0 10", "e 2", "8 18"], "{}: {log:?}", P::NAME);
+            }
+        }
+    }
+    run::<Tiny>();
+    run::<Full>();
+}
+
+#[test]
+fn a_lost_fragment_is_made_up_for_by_the_next_advertisement() {
+    let mut swarm: Swarm<Tiny> = Swarm::new(
+        2,
+        "function init() { v = stigmergy.create(1)  if(id == 1) v.put(1, {.a = 1, .b = 2, .c = 3}) }
+         function step() { if(isnil(v.get(1))) log(\"nothing\") else log(v.get(1).a + v.get(1).b + v.get(1).c) }",
+    );
+    // At random: where every other frame is lost, it may be the same fragment each time.
+    swarm.air.loss = 0.5;
+    swarm.steps(3);
+    assert_eq!(swarm.last(), ["6", "nothing"]);
+    swarm.steps(80);
+    assert_eq!(swarm.last(), ["6", "6"]);
+}
+
+#[test]
+fn a_message_arrives_whatever_the_order_of_its_fragments() {
+    let script = "function init() { neighbors.listen(\"x\", function(t, value, r) { log(value.a + value.b) }) }
+         function step() { if(id == 2) neighbors.broadcast(\"x\", {.a = 1, .b = 2}) }";
+    let mut sender: Swarm<Tiny> = Swarm::new(2, script);
+    sender.robots[1].step().expect("it sends");
+    let fragments = sender.robots[1].take_sent();
+    assert_eq!(fragments.len(), 4);
+    for order in 0..24 {
+        let mut left = fragments.clone();
+        let mut receiver: Swarm<Tiny> = Swarm::new(1, script);
+        receiver.step();
+        // One fragment per step, so that an early end is seen.
+        for (count, logs) in [(4, 0), (3, 0), (2, 0), (1, 1)] {
+            let next = left.remove(order / [0, 1, 1, 2, 6][count] % count);
+            receiver.inject(&next, [0]);
+            receiver.step();
+            let expected = vec!["3".to_owned(); logs];
+            assert_eq!(receiver.logs()[0], expected, "order {order}, {count} left");
+        }
+        assert_eq!(receiver.robots[0].counters().incomplete, 0, "order {order}");
+    }
+}
+
+#[test]
+fn what_cannot_be_sent_is_a_fault_at_the_sender() {
+    use bittybuzz_vm_core::FaultCode::{NotSendable, TooLong};
+    for (value, expected) in [
+        ("math", NotSendable),
+        ("{.m = {.f = led}}", NotSendable),
+        ("function() { return n }", NotSendable),
+        ("{.a = {.a = {.a = {.a = 1, .b = 2, .c = 3, .d = 4, .e = 5, .f = 6, .g = 7, .h = 8, .i = 9, .j = 10,
+          .k = 11, .l = 12, .m = 13, .n = 14, .o = 15, .p = 16, .q = 17, .r = 18, .s = 19, .t = 20}}}}", TooLong),
+        ("endless", TooLong),
+        // 49 bytes.
+        ("{.a = 1, .b = 2, .c = 3, .d = 4, .e = 5, .f = 6, .g = {}}", TooLong),
+    ] {
+        let script = format!(
+            "endless = {{}}
+             endless.self = endless
+             function step() {{ go(3) }}
+             function go(n) {{ neighbors.broadcast(\"t\", {value}) }}"
+        );
+        let mut swarm: Swarm<Tiny> = Swarm::new(1, &script);
+        let fault = swarm.robots[0].step().expect_err(value);
+        assert_eq!(fault.code, expected, "{value}");
+    }
+}
+
+#[test]
+fn text_made_at_run_time_travels() {
+    let mut swarm: Swarm<Full> = Swarm::new(
+        2,
+        "function init() {
+           neighbors.listen(\"topic\", function(t, v, r) { log(t, \" \", v, \" \", v == \"known\") })
+           v = stigmergy.create(1)
+         }
+         function step() {
+           if(id == 1) { return }
+           neighbors.broadcast(string.concat(\"to\", \"pic\"), string.concat(\"kn\", \"own\"))
+           neighbors.broadcast(string.concat(\"to\", \"pic\"), string.concat(\"un\", \"heard of\"))
+         }",
+    );
+    swarm.steps(2);
+    assert_eq!(swarm.logs()[0], ["topic known 1", "topic unheard of 0"]);
+}
+
+#[test]
+fn a_message_for_which_there_is_no_memory_is_dropped() {
+    let mut swarm: Swarm<Tiny> = Swarm::new(
+        2,
+        "kept = {}
+         n = 0
+         function init() { neighbors.listen(\"t\", function(t, v, r) { kept[n] = v  n = n + 1 }) }
+         function step() { if(id == 2) neighbors.broadcast(\"t\", {.a = 1, .b = 2, .c = 3, .d = 4}) log(n) }",
+    );
+    swarm.steps(200);
+    assert!(swarm.robots[0].counters().incomplete > 100);
+}

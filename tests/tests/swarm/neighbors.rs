@@ -1,0 +1,199 @@
+//! `neighbors`: broadcasts, the table of neighbors, and its functions.
+
+use super::last;
+
+#[test]
+fn a_broadcast_reaches_the_listeners_of_all_others() {
+    last(
+        3,
+        2,
+        "heard = 0
+         function init() { neighbors.listen(\"x\", function(topic, value, id) { heard = heard + value + id }) }
+         function step() { log(heard)  if(id == 2) neighbors.broadcast(\"x\", 40) }",
+        &["42", "0", "42"],
+    );
+}
+
+#[test]
+fn topic_and_value_keep_their_types() {
+    last(
+        2,
+        2,
+        "function init() { neighbors.listen(\"t\", function(topic, value, id) {
+             log(topic, \" \", type(value), \" \", value, \" \", id)
+         }) }
+         function step() { if(id == 2) neighbors.broadcast(\"t\", \"word\") else log(\"silent\") }",
+        &["silent", ""],
+    );
+    last(
+        2,
+        2,
+        "function init() { neighbors.listen(\"t\", function(topic, value, id) {
+             log(topic, \" \", type(value), \" \", value, \" \", id)
+         }) }
+         function step() {
+           if(id == 2) {
+             neighbors.broadcast(\"t\", 0 - 7)
+             neighbors.broadcast(\"t\", 2.5)
+             neighbors.broadcast(\"t\", nil)
+             neighbors.broadcast(\"t\", \"word\")
+           }
+         }",
+        &["t string word 2", ""],
+    );
+}
+
+#[test]
+fn ignore_ends_listening() {
+    last(
+        2,
+        4,
+        "heard = 0
+         t = 0
+         function init() { neighbors.listen(\"x\", function(t, v, r) { heard = heard + 1 }) }
+         function step() {
+           t = t + 1
+           neighbors.broadcast(\"x\", 1)
+           log(heard)
+           if(t == 3) neighbors.ignore(\"x\")
+         }",
+        &["2", "2"],
+    );
+}
+
+#[test]
+fn a_robot_that_says_nothing_is_a_neighbour_by_its_beacons() {
+    last(3, 7, "function step() { log(neighbors.count()) }", &["2", "2", "2"]);
+}
+
+#[test]
+fn who_is_not_heard_any_more_is_forgotten() {
+    use super::{Swarm, Tiny};
+    let mut swarm: Swarm<Tiny> = Swarm::new(2, "function step() { log(neighbors.count()) }");
+    swarm.steps(20);
+    assert_eq!(swarm.last(), ["1", "1"]);
+    swarm.air.reaches = Box::new(|_, _| false);
+    swarm.steps(4);
+    assert_eq!(swarm.last(), ["1", "1"]);
+    swarm.steps(11);
+    assert_eq!(swarm.last(), ["0", "0"]);
+    swarm.air.reaches = Box::new(|_, _| true);
+    swarm.steps(7);
+    assert_eq!(swarm.last(), ["1", "1"]);
+}
+
+/// The robots stand in a row, 10 mm from one to the next.
+const TELL: &str = "function step() {
+    neighbors.broadcast(\"here\", 1)
+    report()
+}\n";
+
+fn reported(function: &str, expected: &[&str]) {
+    last(3, 3, &format!("{TELL}function report() {{ {function} }}"), expected);
+}
+
+#[test]
+fn get_tells_where_a_neighbour_is() {
+    reported(
+        "var n = neighbors.get(3)
+         if(isnil(n)) log(\"nobody\")
+         else log(n.distance, \" \", n.azimuth, \" \", n.elevation, \" \", size(n))",
+        &["20.0 0.0 0.0 3", "10.0 0.0 0.0 3", "nobody"],
+    );
+}
+
+#[test]
+fn foreach_goes_by_ascending_id() {
+    reported(
+        "var all = {.text = 0}
+         neighbors.foreach(function(id, data) { all.text = all.text * 10 + id })
+         log(all.text)",
+        &["23", "13", "12"],
+    );
+}
+
+#[test]
+fn reduce_folds() {
+    reported(
+        "log(neighbors.reduce(function(id, data, sum) { return sum + data.distance }, 0.5))",
+        &["30.5", "20.5", "30.5"],
+    );
+}
+
+#[test]
+fn map_keeps_what_the_function_returns() {
+    reported(
+        "var m = neighbors.map(function(id, data) { return id * 2 })
+         log(m.count(), \" \", m.get(1), \" \", m.get(2), \" \", m.reduce(function(id, v, a) { return a + v }, 0))",
+        &["2 nil 4 10", "2 2 nil 8", "2 2 4 6"],
+    );
+}
+
+#[test]
+fn filter_keeps_those_for_which_it_is_true() {
+    reported(
+        "var near = neighbors.filter(function(id, data) { return data.distance < 15 })
+         var s = near.map(function(id, data) { return id + 0.5 })
+         log(near.count(), \" \", s.reduce(function(id, v, a) { return a + v }, 0.0))",
+        &["1 2.5", "2 5.0", "1 2.5"],
+    );
+}
+
+#[test]
+fn snapshots_last_and_know_all_their_functions() {
+    reported(
+        "if(isnil(kept)) {
+           if(neighbors.count() == 2) kept = neighbors.filter(function(id, data) { return 1 })
+           return
+         }
+         var seen = {.n = 0}
+         kept.foreach(function(id, data) { seen.n = seen.n * 10 + id })
+         var far = kept.filter(function(id, data) { return data.distance > 15 })
+         log(type(kept), size(kept), \" \", seen.n, \" \", far.count())",
+        &["table2 23 1", "table2 13 0", "table2 12 1"],
+    );
+}
+
+#[test]
+fn outside_of_swarms_all_are_kin() {
+    reported(
+        "log(neighbors.kin().count(), \" \", neighbors.nonkin().count())",
+        &["2 0", "2 0", "2 0"],
+    );
+}
+
+#[test]
+fn functions_are_values() {
+    last(
+        2,
+        2,
+        "heard = 0
+         function init() {
+           n = neighbors
+           hear = n.listen
+           hear(\"x\", function(t, v, r) { heard = v })
+           tell = neighbors.broadcast
+         }
+         function step() {
+           tell(\"x\", 10 + id)
+           var count = n.count
+           var all = n.filter(function(i, d) { return 1 })
+           var size_of = all.count
+           log(heard, \" \", count(), \" \", size_of())
+         }",
+        &["12 1 1", "11 1 1"],
+    );
+}
+
+#[test]
+fn inside_a_listener_the_sender_is_a_neighbour() {
+    last(
+        2,
+        2,
+        "function init() { neighbors.listen(\"x\", function(t, v, r) {
+           log(neighbors.get(r).distance)
+         }) }
+         function step() { if(id == 2) neighbors.broadcast(\"x\", 1) }",
+        &["10.0", ""],
+    );
+}

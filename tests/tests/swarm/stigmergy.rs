@@ -1,0 +1,211 @@
+//! `stigmergy`: puts, questions, conflicts and full stores.
+
+use super::{Full, Swarm, Tiny, last};
+
+#[test]
+fn what_one_puts_all_get() {
+    last(
+        3,
+        4,
+        "function init() { v = stigmergy.create(1)  if(id == 2) { v.put(\"a\", 5)  v.put(7, 2.5) } }
+         function step() { log(v.get(\"a\"), \" \", v.get(7), \" \", v.size(), \" \", v.id) }",
+        &["5 2.5 2 1"; 3],
+    );
+}
+
+#[test]
+fn the_later_put_wins_and_a_put_of_nil_deletes() {
+    last(
+        3,
+        9,
+        "t = 0
+         function init() { v = stigmergy.create(2) }
+         function step() {
+           t = t + 1
+           if(t == 1 and id == 1) v.put(\"a\", 1)
+           if(t == 3 and id == 3) v.put(\"a\", v.get(\"a\") + 10)
+           if(t == 3 and id == 2) v.put(\"b\", 1)
+           if(t == 6 and id == 1) v.put(\"b\", nil)
+           log(v.get(\"a\"), \" \", v.get(\"b\"), \" \", v.size())
+         }",
+        &["11 nil 1"; 3],
+    );
+}
+
+#[test]
+fn at_equal_clocks_the_higher_robot_wins_and_the_other_is_told() {
+    last(
+        3,
+        6,
+        "lost = 0
+         function init() {
+           v = stigmergy.create(1)
+           v.onconflictlost(function(key, mine) { lost = mine.robot * 100 + mine.data * 10 + mine.timestamp })
+           v.put(\"k\", id)
+         }
+         function step() { log(v.get(\"k\"), \" \", lost) }",
+        &["3 111", "3 221", "3 0"],
+    );
+}
+
+#[test]
+fn a_handler_decides_a_conflict() {
+    last(
+        3,
+        8,
+        "function init() {
+           v = stigmergy.create(1)
+           v.onconflict(function(key, local, remote) {
+             if(local.data < remote.data) return local
+             return remote
+           })
+           v.put(\"k\", 50 - id * id)
+           w = stigmergy.create(2)
+           w.put(\"k\", id)
+         }
+         function step() { log(v.get(\"k\"), \" \", w.get(\"k\")) }",
+        &["41 3"; 3],
+    );
+}
+
+#[test]
+fn a_handler_that_decides_nothing_is_counted() {
+    let mut swarm: Swarm<Tiny> = Swarm::new(
+        2,
+        "function init() {
+           v = stigmergy.create(1)
+           v.onconflict(function(key, local, remote) { return 5 })
+           v.put(1, id)
+         }
+         function step() { log(v.get(1)) }",
+    );
+    swarm.steps(5);
+    assert_eq!(swarm.last(), ["1", "2"]);
+    for robot in &mut swarm.robots {
+        assert!(robot.counters().undecided > 0);
+    }
+}
+
+#[test]
+fn foreach_map_and_reduce() {
+    last(
+        2,
+        3,
+        "function init() {
+           v = stigmergy.create(1)
+           v.put(\"a\" , 10)
+           v.put(id, id)
+         }
+         function step() {
+           var t = {.n = 0}
+           v.foreach(function(key, value, robot) { t.n = t.n + value * robot })
+           var m = v.map(function(key, value, robot) { return value + robot })
+           log(t.n, \" \", m[1], m[2], m.a, size(m), \" \", v.reduce(function(k, x, r, a) { return a + x }, 0))
+         }",
+        &["25 24123 13"; 2],
+    );
+}
+
+#[test]
+fn create_again_empties_and_keeps_handlers() {
+    last(
+        2,
+        12,
+        "t = 0
+         lost = 0
+         function init() {
+           v = stigmergy.create(1)
+           v.onconflictlost(function(k, mine) { lost = 1 })
+           if(id == 2) v.put(\"a\", 1)
+         }
+         function step() {
+           t = t + 1
+           if(t == 4 and id == 1) { w = stigmergy.create(1)  now = w.size() }
+           if(t == 8) v.put(\"z\", id)
+           log(v.size(), \" \", now, \" \", lost)
+         }",
+        &["2 0 1", "2 nil 0"],
+    );
+}
+
+#[test]
+fn a_question_is_answered() {
+    use std::cell::Cell;
+    use std::rc::Rc;
+    let mut swarm: Swarm<Full> = Swarm::new(
+        2,
+        "function init() { v = stigmergy.create(1)  if(id == 2) v.put(\"a\", 5) }
+         function step() { log(v.get(\"a\")) }",
+    );
+    let open = Rc::new(Cell::new(false));
+    let is_open = open.clone();
+    swarm.air.reaches = Box::new(move |_, _| is_open.get());
+    swarm.steps(100);
+    assert_eq!(swarm.last(), ["nil", "5"]);
+    open.set(true);
+    // The question in the first step, the answer in the second, and there it is in the third.
+    swarm.steps(3);
+    assert_eq!(swarm.last(), ["5", "5"]);
+}
+
+#[test]
+fn a_full_store_passes_on() {
+    // Robot 2, between the others, is full with keys of a stigmergy that only it has.
+    let mut swarm: Swarm<Tiny> = Swarm::new(
+        3,
+        "function init() {
+           v = stigmergy.create(1)
+           if(id == 2) {
+             w = stigmergy.create(2)
+             w.put(1, 1)  w.put(2, 1)  w.put(3, 1)  w.put(4, 1)
+           }
+           if(id == 1) v.put(\"far\", 9)
+         }
+         function step() { if(id == 3) log(v.get(\"far\")) else log(v.size()) }",
+    );
+    swarm.air.reaches = Box::new(|from, to| from.abs_diff(to) == 1);
+    swarm.steps(40);
+    assert_eq!(swarm.last()[2], "9");
+    assert!(swarm.robots[1].counters().not_kept > 0);
+}
+
+#[test]
+fn an_own_key_too_many_is_a_fault() {
+    let mut swarm: Swarm<Tiny> = Swarm::new(
+        1,
+        "function init() { v = stigmergy.create(1) }
+         i = 0
+         function step() { i = i + 1  v.put(i, i)  log(i) }",
+    );
+    for _ in 0..4 {
+        assert!(swarm.robots[0].step().is_ok());
+    }
+    let fault = swarm.robots[0].step().expect_err("there is no room");
+    assert_eq!(fault.code, bittybuzz_vm_core::FaultCode::StoreFull);
+    assert_eq!(swarm.last(), ["4"]);
+}
+
+#[test]
+fn a_partition_heals() {
+    use std::cell::Cell;
+    use std::rc::Rc;
+    let mut swarm: Swarm<Tiny> = Swarm::new(
+        4,
+        "t = 0
+         function init() { v = stigmergy.create(1) }
+         function step() {
+           t = t + 1
+           if(t == 5) v.put(\"k\", id)
+           if(t == 8 and id == 1) v.put(\"k\", 100)
+           log(v.get(\"k\"))
+         }",
+    );
+    let healed = Rc::new(Cell::new(false));
+    let is_healed = healed.clone();
+    swarm.air.reaches = Box::new(move |from, to| is_healed.get() || (from < 2) == (to < 2));
+    swarm.steps(60);
+    assert_eq!(swarm.last(), ["100", "100", "4", "4"]);
+    healed.set(true);
+    swarm.steps(30);
+    assert_eq!(swarm.last(), ["100"; 4]);
+}
