@@ -1,7 +1,9 @@
 //! A value of a class that the script never sends under that name is dropped on arrival, and no other value is.
 
 use bittybuzz_compiler::include::MemoryFiles;
-use bittybuzz_testkit::{Answer, Argument, Event, Recorder, SIZES, Swarm, TestRobot};
+use bittybuzz_testkit::{
+    Answer, Argument, Event, Recorder, SIZES, Swarm, TestRobot, in_both_profiles,
+};
 use bittybuzz_tests::generator::{self, Options};
 use bittybuzz_tests::{compiler, files, report};
 use bittybuzz_vm_core::builtin::string;
@@ -10,17 +12,6 @@ use bittybuzz_vm_core::message::content::{Head, Item, Writer};
 use bittybuzz_vm_core::message::{Entry, FRAGMENT_HEAD, FULL_FRAME, Fragment, Message, TINY_FRAME};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{Entry as EntryPoint, Value, class};
-
-/// Runs a check in both profiles.
-macro_rules! in_both_profiles {
-    ($name:ident, $check:ident) => {
-        #[test]
-        fn $name() {
-            $check::<Tiny>();
-            $check::<Full>();
-        }
-    };
-}
 
 /// The robot that nobody knows.
 const FORGER: u16 = 77;

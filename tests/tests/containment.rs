@@ -1,20 +1,9 @@
 //! A fault ends what caused it: a listener's or handler's call, or the run of the script, which starts again. The robot
 //! goes on with its neighbors in every case.
 
-use bittybuzz_testkit::Swarm;
+use bittybuzz_testkit::{Swarm, in_both_profiles};
 use bittybuzz_vm_core::FaultCode;
-use bittybuzz_vm_core::number::{Full, Profile, Tiny};
-
-/// Runs a check in both profiles.
-macro_rules! in_both_profiles {
-    ($name:ident, $check:ident) => {
-        #[test]
-        fn $name() {
-            $check::<Tiny>();
-            $check::<Full>();
-        }
-    };
-}
+use bittybuzz_vm_core::number::Profile;
 
 /// Robot 2 sends nil where robot 1 expects a number, every second step.
 const SUM: &str = "sum = 0

@@ -6,12 +6,10 @@
 use std::cell::Cell;
 
 use bittybuzz_compiler::include::MemoryFiles;
+use bittybuzz_testkit::Recorder;
 use bittybuzz_tests::compiler;
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
-use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, CountedCode, Entry, Host, Image, Outcome, Reply, RobotFault,
-    Sighting, Sizes, Value, Vm,
-};
+use bittybuzz_vm_core::{CountedCode, Entry, Image, Outcome, Sighting, Sizes, Vm};
 
 const SLOTS: usize = 8000;
 /// Sizes at which each script runs; the last is eight times the first.
@@ -19,30 +17,6 @@ const COUNTS: [u16; 4] = [50, 100, 200, 400];
 /// The most that eight times the size may do: eight times the work, and all of it once more where an allocation is tried
 /// again after a collection. A square would be 64.
 const GROWTH: f64 = 17.0;
-
-/// A robot that can do nothing.
-struct Idle;
-
-impl<P: Profile> Host<P> for Idle {
-    fn call<C: ByteCode, const N: usize>(
-        &mut self,
-        _: u16,
-        _: Arguments<'_, P, C, N>,
-        _: bool,
-    ) -> Result<Reply<P>, RobotFault> {
-        Ok(Reply::Value(Value::nil()))
-    }
-
-    fn log<C: ByteCode, const N: usize>(&mut self, _: Arguments<'_, P, C, N>) {}
-
-    fn delay_is_over(&mut self, _: i32, _: bool) -> bool {
-        true
-    }
-
-    fn position(&mut self, _: Axis) -> Option<f32> {
-        None
-    }
-}
 
 /// The most accesses that an instruction of `step()` takes, on a machine with that number of neighbors.
 fn longest<P: Profile>(script: &str, neighbors: u16) -> u64 {
@@ -56,6 +30,7 @@ fn longest<P: Profile>(script: &str, neighbors: u16) -> u64 {
     for robot in 0..neighbors / 4 {
         vm.meet(robot + 2, &Sighting::default(), u8::MAX);
     }
+    let mut host = Recorder::default();
     let mut longest = 0;
     for entry in [Entry::Global, Entry::Init, Entry::Step] {
         if !vm.begin(entry) {
@@ -64,7 +39,7 @@ fn longest<P: Profile>(script: &str, neighbors: u16) -> u64 {
         longest = 0;
         loop {
             let before = vm.accesses() + reads.get();
-            let outcome = vm.run(&mut Idle, 1);
+            let outcome = vm.run(&mut host, 1);
             longest = longest.max(vm.accesses() + reads.get() - before);
             match outcome {
                 Outcome::Pending => {}

@@ -47,7 +47,7 @@ function step() {
 const FRAME: usize = FULL_FRAME;
 const CONTENT: usize = 8 * (FRAME - FRAGMENT_HEAD);
 /// Little memory, so that it is soon full.
-const SIZES: Sizes = Sizes { neighbors: 3, bearings: true, entries: 5, swarms: 2 };
+pub(crate) const SIZES: Sizes = Sizes { neighbors: 3, bearings: true, entries: 5, swarms: 2 };
 const SLOTS: usize = 350 + SIZES.slots();
 type Robot<P> = TestRobot<P, &'static [u8], SLOTS>;
 

@@ -8,9 +8,10 @@ use std::sync::OnceLock;
 use bittybuzz_robots::Profile as ProfileName;
 use bittybuzz_testkit::{Received, Recorder};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
-use bittybuzz_vm_core::{Entry, Image, ImageError, Outcome, Sizes, Torture, Vm};
+use bittybuzz_vm_core::{Entry, Image, ImageError, Outcome, Torture, Vm};
 
 use crate::choices::Choices;
+use crate::messages::SIZES;
 use crate::{compile_text, mutation};
 
 /// Scripts that use all there is between robots, in the ways that go wrong.
@@ -84,7 +85,6 @@ function step() {
 "#,
 ];
 
-const SIZES: Sizes = Sizes { neighbors: 3, bearings: true, entries: 5, swarms: 2 };
 const SLOTS: usize = 420 + SIZES.slots();
 type Machine<'i, P> = Box<Vm<P, &'i [u8], SLOTS>>;
 

@@ -33,6 +33,21 @@
 //! assert_eq!(swarm.last(), ["2", "2", "2"]);
 //! ```
 
+/// Makes a test of a function that is generic in the number profile and runs it in both.
+#[macro_export]
+macro_rules! in_both_profiles {
+    ($name:ident, $check:ident) => {
+        #[test]
+        fn $name() {
+            $check::<$crate::profiles::Tiny>();
+            $check::<$crate::profiles::Full>();
+        }
+    };
+}
+
+#[doc(hidden)]
+pub use bittybuzz_vm_core::number as profiles;
+
 mod air;
 pub mod forged;
 mod frames;

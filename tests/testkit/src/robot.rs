@@ -158,8 +158,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> TestRobot<P, C, SLOTS> {
         std::iter::from_fn(|| self.host.link.pop_sent()).collect()
     }
 
-    /// Returns and clears the counters of what the robot could not use.
-    pub fn counters(&mut self) -> Counters {
+    /// Returns the counters of messages that the robot could not use, since it was switched on.
+    pub fn counters(&self) -> Counters {
         self.vm.counters()
     }
 }
