@@ -1,0 +1,5 @@
+//! Many robots, many steps, and hostile senders. These tests take seconds, those beside them a second together.
+
+mod forged;
+mod hostile;
+mod stigmergy;

@@ -1,0 +1,8 @@
+//! The protocol between robots: what they send, and what they make of what arrives. One binary, which is built for each of
+//! the small mistakes of `cargo xtask soak protocol`.
+
+mod containment;
+mod endurance;
+mod functions;
+mod rules;
+mod stigmergy;
