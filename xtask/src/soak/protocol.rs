@@ -213,6 +213,7 @@ impl Group {
     /// Tries the mistakes of a shard: the quick tests on all of them, then the long ones on those that are left.
     fn shard(&self, shard: &str, copy: &Copy) -> Result<Outcome, Failure> {
         let output = copy.folder.join("outcomes").join(self.name).join(shard.replace('/', "-"));
+        sources::make_folder(&output)?;
         // 2: a mistake was missed; 3: a test did not end.
         let is_done = |output: &Output| matches!(output.status.code(), Some(0 | 2 | 3));
         copy.command(self.mutants(&QUICK, shard, &output, &[])).output_if(is_done)?;
