@@ -216,22 +216,23 @@ impl Group {
         sources::make_folder(&output)?;
         // 2: a mistake was missed; 3: a test did not end.
         let is_done = |output: &Output| matches!(output.status.code(), Some(0 | 2 | 3));
-        copy.command(self.mutants(&QUICK, shard, &output, &[])).output_if(is_done)?;
+        let quick = ["--no-shuffle", "--sharding", "round-robin", "--shard", shard];
+        copy.command(self.mutants(&QUICK, &output, &quick)).output_if(is_done)?;
         let mut outcome = Outcome::read(&output)?;
         if outcome.missed.is_empty() {
             return Ok(outcome);
         }
-        // It would try those again whose tests did not end.
-        let found = [lines(&output, "caught.txt")?, lines(&output, "timeout.txt")?].concat();
-        sources::write(&file(&output, "caught.txt"), (found.join("\n") + "\n").as_bytes())?;
-        copy.command(self.mutants(&LONG, shard, &output, &["--iterate"])).output_if(is_done)?;
+        let left: Vec<String> =
+            lines(&output, "missed.txt")?.iter().map(|name| pattern(name)).collect();
+        let long: Vec<&str> = left.iter().flat_map(|name| ["--re", name.as_str()]).collect();
+        copy.command(self.mutants(&LONG, &output, &long)).output_if(is_done)?;
         outcome.missed.clear();
         outcome.add(Outcome::read(&output)?);
         Ok(outcome)
     }
 
-    /// cargo-mutants, for the mistakes of a shard.
-    fn mutants(&self, tests: &Tests, shard: &str, output: &Path, more: &[&str]) -> Line {
+    /// cargo-mutants, for the mistakes that its options choose.
+    fn mutants(&self, tests: &Tests, output: &Path, chosen: &[&str]) -> Line {
         let output = output.display().to_string();
         let packages = self.packages.join(",");
         // Cargo's arguments after `--` would hold for the tests, but not for the build before them.
@@ -241,11 +242,10 @@ impl Group {
             arguments.map(|argument| format!("--cargo-arg={argument}")).collect();
         let mut all = vec!["mutants", "--in-place", "--baseline", "skip"];
         all.extend(["--timeout", tests.patience]);
-        all.extend(["--no-shuffle", "--sharding", "round-robin", "--shard", shard]);
+        all.extend(chosen);
         all.extend(["--output", &output, "--test-package", &packages, "--cargo-arg=--lib"]);
         all.extend(self.files.iter().flat_map(|file| ["--file", file]));
         all.extend(arguments.iter().map(String::as_str));
-        all.extend(more);
         all.extend(["--", "--"]);
         all.extend(tests.arguments);
         Line::new("cargo", &all)
@@ -289,6 +289,15 @@ impl Copy {
     }
 }
 
+/// A regular expression for the name of one mistake.
+fn pattern(name: &str) -> String {
+    let escaped = name.chars().flat_map(|letter| {
+        let special = r"\.+*?()|[]{}^$".contains(letter);
+        special.then_some('\\').into_iter().chain([letter])
+    });
+    format!("^{}$", escaped.collect::<String>())
+}
+
 /// A mistake without its line and column, which other changes move.
 fn without_place(mutant: &str) -> String {
     let mut parts = mutant.splitn(4, ':');
@@ -309,6 +318,13 @@ fn reason(mutant: &str, missed: &[String]) -> Option<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn patterns_are_for_one_name() {
+        let name = "a.rs:1:2: replace + with * in Vm<P>::f -> Option<[u8; 2]>";
+        let expected = r"^a\.rs:1:2: replace \+ with \* in Vm<P>::f -> Option<\[u8; 2\]>$";
+        assert_eq!(pattern(name), expected);
+    }
 
     #[test]
     fn lines_do_not_matter() {
