@@ -1,7 +1,7 @@
 //! A forged message stops no image for good: on each topic and key of an example each robot receives a value of each
 //! class. It ends a call at most, or the script starts again, and LEDs and motors go on.
 //!
-//! `tests/tests/forged.rs` does the same with every example and more values, on virtual machines of this process.
+//! `tests/tests/protocol/endurance/forged.rs` does the same with every example and more values, on virtual machines of this process.
 
 #![allow(clippy::unwrap_used, reason = "a test may")]
 
