@@ -1,7 +1,7 @@
 //! Which of two values of a stigmergy entry is the later one.
 //!
-//! The order is total, so replicas that take the greater of their own stamp and a received one become equal, whatever is
-//! lost, doubled or reordered on the way.
+//! Among stamps whose clocks lie within half the circle the order is total, so replicas that take the greater of their own
+//! stamp and a received one become equal, whatever is lost, doubled or reordered on the way.
 //!
 //! The clock is a serial number as in RFC 1982: after [`CLOCK_MAX`] follows 1. A clock counts as later than all those up
 //! to half the circle before it. So no clock is the last one, and a forged clock wins only until the next put. The price:

@@ -142,7 +142,7 @@ impl Robot<Numbers> for Crazyflie {
     }
 
     fn periods(&self) -> Periods {
-        // At most 255: robots/src/read.rs.
+        // Each fits a byte: robots/src/read.rs.
         Periods {
             beacon: robot::BEACON_STEPS as u8,
             forget: robot::FORGET_STEPS as u8,

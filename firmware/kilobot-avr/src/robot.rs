@@ -138,7 +138,7 @@ impl Host<Tiny> for Robot {
     }
 
     fn periods(&self) -> Periods {
-        // At most 255: robots/src/read.rs.
+        // Each fits a byte: robots/src/read.rs.
         Periods {
             beacon: toml::BEACON_STEPS as u8,
             forget: toml::FORGET_STEPS as u8,
