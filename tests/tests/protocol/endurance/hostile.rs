@@ -236,7 +236,7 @@ fn forged_clocks() {
 /// Two of the six classes are long messages, which take the only room for them.
 #[test]
 fn forged_values() {
-    endures(&[(Attack::ForgedValues, 1.0)], (1.0, 0, 0.08), (0.98, 20, 0.02));
+    endures(&[(Attack::ForgedValues, 1.0)], (1.0, 0, 0.8), (0.98, 20, 0.016));
     endures(&[(Attack::ForgedValues, 20.0)], (1.0, 0, 0.0), (0.95, 30, 0.0));
 }
 
@@ -284,14 +284,14 @@ fn invented_messages() {
 
 #[test]
 fn babble() {
-    endures(&[(Attack::Babble, 1.0)], (1.0, 0, 0.3), (0.99, 20, 0.075));
-    endures(&[(Attack::Babble, 20.0)], (0.8, 12, 0.04), (0.8, 80, 0.0));
+    endures(&[(Attack::Babble, 1.0)], (1.0, 0, 0.3), (0.99, 20, 0.072));
+    endures(&[(Attack::Babble, 20.0)], (0.8, 12, 0.032), (0.8, 80, 0.0));
 }
 
 #[test]
 fn all_attacks_together() {
     let attacks = Attack::ALL.map(|attack| (attack, 1.0));
-    endures(&attacks, (0.7, 12, 0.02), (0.7, 80, 0.0));
+    endures(&attacks, (0.7, 12, 0.018), (0.7, 80, 0.0));
 }
 
 /// Robot 2 sends a table in each step, which needs fragments; robot 1 counts those it receives in the last 100 steps.
