@@ -297,12 +297,18 @@ impl<'a> Flow<'a> {
                 self.is_lost |= self.may_be_member(object, index);
                 self.put(Place::Key, index);
                 self.put_element(classes);
+                self.note_self(object);
                 if index.has(Classes::STRING | Classes::TEXT) {
                     self.put(Place::NoData, Classes::NIL);
                 }
             }
             _ => self.is_lost = true,
         }
+    }
+
+    /// Notes that the script assigns a field or element of that object: a function there has the object as its `self`.
+    pub(super) fn note_self(&mut self, object: Classes) {
+        self.put(Place::SelfValue, object.both(Classes::OBJECT));
     }
 
     /// The variable itself, of which a lambda has a captured copy.

@@ -228,6 +228,9 @@ fn keys_of_stigmergies() {
     assert_eq!(of("x = {.s = s} x.s.put(1, {})"), "nistf t");
     assert_eq!(of("function f(a) { a.put(1, {}) } f(s)"), "nistf t");
     assert_eq!(of("x = {.f = function(a) { a.put(1, {}) }} x.f(s)"), "nistf t");
+    // In a function of the script that the stigmergy holds.
+    assert_eq!(of("s.put(\"t\", 1) s.f = function() { self.put(\"t\", {}) } s.f()"), "it nistf");
+    assert_eq!(of("s.put(\"t\", 1) s[1] = function() { self.put(\"t\", {}) } s[1]()"), "it nistf");
     // A table of the script with a function of that name sends nothing.
     assert_eq!(of("x = {.put = function(k, v) { }} x.put(\"t\", {}) s.put(\"t\", 1)"), "i nistf");
 }

@@ -33,14 +33,12 @@ impl<'a> Flow<'a> {
     pub(super) fn change_object(&mut self, function: FunctionId, object: &'a Expr, key: &str) {
         if let Some(library) = self.meanings.library(object) {
             self.change_member(library, key);
-            self.put(Place::SelfValue, Classes::OBJECT);
+            self.note_self(Classes::OBJECT);
             return;
         }
         let object = self.value(function, object);
-        if object.has(Classes::OBJECT) {
-            self.is_lost |= is_method(key);
-            self.put(Place::SelfValue, Classes::OBJECT);
-        }
+        self.is_lost |= object.has(Classes::OBJECT) && is_method(key);
+        self.note_self(object);
     }
 
     /// Notes that a field of a library may be the script's or the machine's.
