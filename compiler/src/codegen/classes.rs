@@ -349,7 +349,10 @@ impl<'a> Flow<'a> {
                     self.put_element(classes);
                     if let ExprKind::Str(key) = &key.kind {
                         names_robot |= key == "robot";
-                        has_data |= key == "data" && !classes.has(Classes::NIL);
+                        // Of two entries with one key the last one counts.
+                        if key == "data" {
+                            has_data = !classes.has(Classes::NIL);
+                        }
                     }
                 }
                 if names_robot && !has_data {

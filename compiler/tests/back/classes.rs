@@ -243,6 +243,7 @@ fn conflicts_write_what_the_handler_returns() {
     assert_eq!(of("function(k, a, b) { return {.robot = a.robot, .data = \"a\"} }"), "is");
     assert_eq!(of("function(k, a, b) { return {.robot = a.robot} }"), "ni");
     assert_eq!(of("function(k, a, b) { return {.robot = a.robot, .data = nil} }"), "ni");
+    assert_eq!(of("function(k, a, b) { return {.robot = 1, .data = 1, .data = nil} }"), "ni");
     assert_eq!(of("function(k, a, b) { a.data = nil return a }"), "ni");
     assert_eq!(of("function(k, a, b) { var x = {} x.robot = a.robot return x }"), "ni");
     assert_eq!(of("function(k, a, b) { a.data = k return a }"), "is");
