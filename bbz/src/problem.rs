@@ -333,7 +333,7 @@ impl fmt::Display for Problem {
             }
             Problem::Folder(path) => write!(f, "`{}` is a folder, not a file", path.display()),
             Problem::UnknownKind(path) => {
-                write!(f, "the name `{}` does not tell what the file holds", path.display())
+                write!(f, "the name `{}` does not show what kind of file it is", path.display())
             }
             Problem::NotAScript(path) => {
                 write!(f, "`{}` is an image already", path.display())

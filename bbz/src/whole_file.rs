@@ -59,8 +59,8 @@ impl WholeFile {
         let (file, aside) = match is_stream {
             true => (File::options().write(true).open(path), None),
             false => {
-                let aside = with_suffix(&place, &format!(".{}", process::id()));
-                (File::create_new(&aside), Some((aside, place)))
+                let (file, aside) = create_aside(&place);
+                (file, Some((aside, place)))
             }
         };
         let file = BufWriter::new(file.map_err(unwritable)?);
@@ -99,6 +99,22 @@ impl Drop for WholeFile {
     }
 }
 
+/// Creates a file next to that place, under a name that no file has. A process that was killed has left its own, and
+/// its number may come back.
+fn create_aside(place: &Path) -> (io::Result<File>, PathBuf) {
+    let mut number = process::id();
+    loop {
+        let aside = with_suffix(place, &format!(".{number}"));
+        let file = File::create_new(&aside);
+        match &file {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+                number = number.wrapping_add(1);
+            }
+            _ => return (file, aside),
+        }
+    }
+}
+
 /// Writes a file whole or not at all.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), Problem> {
     let mut file = WholeFile::create(path)?;
@@ -111,4 +127,24 @@ pub fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut path = OsString::from(path);
     path.push(suffix);
     PathBuf::from(path)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_file_of_a_killed_process_is_left_alone() {
+        let folder = std::env::temp_dir().join(format!("bbz-whole-file-{}", process::id()));
+        fs::create_dir(&folder).unwrap();
+        let place = folder.join("run.bbr");
+        let left = with_suffix(&place, &format!(".{}", process::id()));
+        fs::write(&left, "left").unwrap();
+        write(&place, b"new").unwrap();
+        assert_eq!(fs::read(&place).unwrap(), b"new");
+        assert_eq!(fs::read(&left).unwrap(), b"left");
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 2);
+        fs::remove_dir_all(&folder).unwrap();
+    }
 }

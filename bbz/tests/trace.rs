@@ -184,7 +184,7 @@ fn every_other_record_has_its_words() {
         "a step took longer than a tick: 3 ticks missed so far",
         "no step has ended for so long that the robot has stopped its motors",
         "12 log lines came faster than the robot could tell",
-        "messages so far that came to nothing: 7 heard without room for it",
+        "discarded messages so far: 7 received without room for it",
         "the script starts again in 2.5 s",
         "the script starts again",
     ];
@@ -210,7 +210,7 @@ fn floods_of_messages_do_not_flood_people() {
     };
     let lines: String = (1..=25).map(line).collect();
     let text = trace_lines(&folder, &lines, &[]);
-    let told = text.stdout.lines().filter_map(|line| line.split_once("nothing: "));
+    let told = text.stdout.lines().filter_map(|line| line.split_once("messages so far: "));
     let counts: Vec<&str> = told.filter_map(|(_, counts)| counts.split(' ').next()).collect();
     assert_eq!(counts, ["1", "11", "21", "25"]);
     let json = trace_lines(&folder, &lines, &["--json"]);

@@ -8,8 +8,8 @@ use crate::backtrace::Backtrace;
 use crate::fault;
 use crate::program::Program;
 
-/// The object for a fault that stopped the script. `positions` are the calls that led there, innermost first; `accepted` lists the
-/// arguments that a robot function accepts, if it has refused those of the call.
+/// The object for a fault that stopped the script. `positions` are the calls that led there, innermost first; `accepted`
+/// lists the arguments that a robot function accepts, if it has refused those of the call.
 pub fn fault(
     step: Option<u32>,
     fault: &Fault,
@@ -30,7 +30,7 @@ pub fn fault(
     })
 }
 
-/// The object for messages that came to nothing.
+/// The object for discarded messages.
 pub fn unused(unused: &Unused) -> Value {
     let Unused { dropped: [unread, unsent], messages } = unused;
     json!({

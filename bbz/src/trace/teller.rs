@@ -61,7 +61,7 @@ pub struct Teller<'a> {
     until_fault: bool,
     /// A fault stopped the script, the robot refused it, or the firmware failed.
     is_stopped: bool,
-    /// Messages that came to nothing: when they were told last, and what is not told yet.
+    /// Discarded messages: the time of the last line about them, and those not printed yet.
     unused_told: Option<f64>,
     unused: Option<(Option<f64>, Unused)>,
     /// Reports of Kilobots, which send each again and again.
@@ -454,11 +454,11 @@ const OTHER_SCRIPT: &str = "its strings and places are shown as numbers; name th
 
 const UNSUITABLE: &str = "it was built for another robot, or put into another program than this: `bbz build --firmware` does it";
 
-/// What there is of messages that came to nothing.
+/// Lists the counts of discarded messages.
 fn unused_text(unused: &Unused) -> String {
     let Unused { dropped: [unread, unsent], messages } = unused;
     let parts = [
-        (*unread, "heard without room for it"),
+        (*unread, "received without room for it"),
         (*unsent, "to be sent without room for it"),
         (messages.foreign, "of another script"),
         (messages.malformed, "without sense"),
@@ -470,7 +470,7 @@ fn unused_text(unused: &Unused) -> String {
     ];
     let there = parts.iter().filter(|(count, _)| *count > 0);
     let parts: Vec<String> = there.map(|(count, what)| format!("{count} {what}")).collect();
-    format!("messages so far that came to nothing: {}", parts.join(", "))
+    format!("discarded messages so far: {}", parts.join(", "))
 }
 
 /// `1 tick`, `2 ticks`
