@@ -41,6 +41,12 @@ impl<const BYTES: usize> Frame<BYTES> {
         *room = self.bytes;
         self.length.into()
     }
+
+    /// The first bytes, which a Cortex-M0 compares at once; zeros are behind a shorter frame.
+    #[inline(always)]
+    fn head(&self) -> [u8; HEAD] {
+        self.bytes.first_chunk().copied().unwrap_or([0; HEAD])
+    }
 }
 
 impl<const BYTES: usize> Deref for Frame<BYTES> {
@@ -173,6 +179,12 @@ const HIGHEST_RANK: u8 = Kind::Broadcast as u8 + 1;
 /// In a rank: from a step that is over.
 const STALE: u8 = 1 << 7;
 
+/// Bytes in which most frames differ.
+const HEAD: usize = 4;
+
+/// Frames that replace none have a search of their own. An AVR has no flash for it.
+const IS_QUICK: bool = cfg!(not(target_arch = "avr"));
+
 /// How well a place suits a new frame: the same waits there; one that the new frame replaces. Below, the rank of what waits there
 /// decides.
 const SAME: u8 = 255;
@@ -220,6 +232,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
     }
 
     /// Takes out the frame at that place, next to that older one.
+    #[cfg_attr(not(target_arch = "avr"), inline(always))]
     fn take_out(&mut self, older: u8, place: u8) {
         let at = index(place);
         if let (Some(rank), Some(younger)) = (self.ranks.get_mut(at), self.younger.get_mut(at)) {
@@ -241,7 +254,16 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
         };
         let is_beacon = matches!(kind, Kind::Beacon | Kind::Digest);
         let new_rank = if is_own && is_beacon { HIGHEST_RANK } else { kind as u8 + 1 };
+        // Broadcasts replace stale ones, which are in no inbox.
+        let replaces_none = match kind {
+            Kind::Swarms | Kind::Fragment => true,
+            Kind::Broadcast => !is_own,
+            Kind::Beacon | Kind::Digest | Kind::Entry => false,
+        };
         let (suits, older, mut place, mut youngest) = 'search: loop {
+            if IS_QUICK && replaces_none {
+                break self.search_quickly(frame);
+            }
             // How well the best place suits, the next older frame, and the place.
             let mut best = (0, NOWHERE, NOWHERE);
             let (mut older, mut place) = (NOWHERE, self.oldest());
@@ -272,6 +294,10 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
         };
         if suits == SAME {
             count(&mut self.counters.duplicates);
+            if IS_QUICK {
+                *self.ranks.get_mut(index(place))? = new_rank;
+                return Some(index(place));
+            }
         } else if suits != REPLACED {
             if let Some(free) = self.ranks.iter().position(|rank| rank & !STALE == FREE) {
                 place = free as u8 + 1;
@@ -296,6 +322,35 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
             to.copy_from_slice(frame);
         }
         Some(at)
+    }
+
+    /// Searches as [`Queue::push`] does, for a frame that replaces none.
+    #[inline(never)]
+    fn search_quickly(&self, frame: &[u8]) -> (u8, u8, u8, u8) {
+        let mut head = [0; HEAD];
+        match frame.first_chunk() {
+            Some(first) => head = *first,
+            None => head.iter_mut().zip(frame).for_each(|(to, byte)| *to = *byte),
+        }
+        // The frame next to the oldest of the lowest rank.
+        let mut below = NOWHERE;
+        let mut lowest = OF_NO_RANK;
+        let (mut older, mut place) = (NOWHERE, self.oldest());
+        while let Some(waiting) = self.frames.get(index(place)) {
+            if waiting.head() == head
+                && usize::from(waiting.length) == frame.len()
+                && waiting.get(HEAD..) == frame.get(HEAD..)
+            {
+                return (SAME, NOWHERE, place, NOWHERE);
+            }
+            let rank = self.rank(place);
+            if rank < lowest {
+                (lowest, below) = (rank, older);
+            }
+            (older, place) = (place, self.younger(place));
+        }
+        let place = if below == NOWHERE { self.oldest() } else { self.younger(below) };
+        (OF_NO_RANK - lowest, below, place, older)
     }
 
     /// Takes the next frame out, and tells where: it can be read until the next one comes in.
@@ -335,7 +390,8 @@ fn index(place: u8) -> usize {
 }
 
 /// One more, as far as the counter goes.
-#[inline(never)]
+#[cfg_attr(target_arch = "avr", inline(never))]
+#[cfg_attr(not(target_arch = "avr"), inline(always))]
 fn count(counter: &mut u16) {
     *counter = counter.saturating_add(1);
 }

@@ -67,8 +67,6 @@ fn text(script: &str, [pairs, tables, items]: [u16; 3]) -> String {
 
 /// The limit of a slice, in µs.
 const MOST_US: u32 = 500;
-/// The limit where a single instruction of a Zooid puts a message of eight frames into a queue that is full.
-const MOST_WITH_LONG_MESSAGE_US: u32 = 1000;
 
 /// The longest slice, in µs, of a robot that reports it with every hundred steps.
 fn longest_slice(name: &str, told: &Told) -> u32 {
@@ -99,7 +97,6 @@ fn slices_of_a_zooid_are_short() {
         let mut table = Table::new(&text(script, [110, 40, 5]), &[1]);
         table.run_ms(10_200);
         let longest = longest_slice(name, &table.zooids()[0].told);
-        let most = if name == "messages" { MOST_WITH_LONG_MESSAGE_US } else { MOST_US };
-        assert!((1..=most).contains(&longest), "{name}: {longest} us");
+        assert!((1..=MOST_US).contains(&longest), "{name}: {longest} us");
     }
 }

@@ -72,7 +72,9 @@ impl<P: Profile> Frame<P> {
     /// Seals an open frame and tells its length, of a fragment without its content; `None` if there is no such frame.
     #[inline(never)]
     pub(crate) fn seal(&mut self, script: &Script) -> Option<usize> {
-        let kind = Kind::of(self.byte(0))?;
+        let first = self.byte(0);
+        let is_avr = cfg!(target_arch = "avr");
+        let kind = if is_avr { Kind::of(first)? } else { Kind::of_quickly(first)? };
         self.translate(kind, script, true);
         self.length(kind)
     }
