@@ -7,7 +7,7 @@ use bittybuzz_hil::{Swarm, Table, Told};
 
 /// Scripts, in which `PAIRS` stands for as many entries as nearly fill the memory of the robot, `TABLES` for as many
 /// tables, and `ITEMS` for as many numbers as fit a message.
-const SCRIPTS: [(&str, &str); 7] = [
+const SCRIPTS: [(&str, &str); 8] = [
     ("loop", "function step() { i = 0 while(i < 1000) i = i + 1 }"),
     (
         "maths",
@@ -57,6 +57,23 @@ const SCRIPTS: [(&str, &str); 7] = [
           while(i < ITEMS) { a[i] = 300 + i i = i + 1 }
         }
         function step() { i = 0 while(i < 20) { s.put(1, a) neighbors.broadcast(\"a\", a) i = i + 1 } }",
+    ),
+    // No frame is like one that waits, so each is compared with all of them and displaces one.
+    (
+        "other messages",
+        "a = {}
+        n = 0
+        function init() { i = 0 while(i < ITEMS) { a[i] = 300 + i i = i + 1 } }
+        function step() {
+          i = 0
+          while(i < 20) {
+            a[0] = 300 + n
+            neighbors.broadcast(\"a\", a)
+            neighbors.broadcast(\"b\", a)
+            n = (n + 1) % 3000
+            i = i + 1
+          }
+        }",
     ),
 ];
 
