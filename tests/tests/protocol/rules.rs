@@ -116,6 +116,23 @@ fn a_deletion_is_relayed_where_there_is_no_room() {
     }
 }
 
+/// No digest covers deletions, so a robot without room for one still compares its replica with others.
+#[test]
+fn a_deletion_without_room_leaves_the_digest() {
+    let (mut swarm, frame) = with_keys(4, 5);
+    swarm.inject(&frame, [0]);
+    let robot = &mut swarm.robots[0];
+    (0..40).for_each(|_| robot.step().expect("the script goes on"));
+    let (sent, script) = (robot.take_sent(), robot.script());
+    let is_digest = |frame: &Vec<u8>| match Message::<Tiny>::decode(frame, script) {
+        Ok(Message::Digest { .. }) => Some(true),
+        Ok(Message::Beacon { .. }) => Some(false),
+        _ => None,
+    };
+    let beacons: Vec<bool> = sent.iter().filter_map(is_digest).collect();
+    assert!(beacons.len() >= 3 && beacons.iter().all(|is_digest| *is_digest), "{beacons:?}");
+}
+
 /// Entries that find no room are relayed with a pause of 64 to 95 steps.
 #[test]
 fn the_pause_between_relayed_entries_ends() {

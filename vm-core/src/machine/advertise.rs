@@ -262,7 +262,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     #[inline(never)]
     pub(super) fn relay<H: Host<P>>(&mut self, host: &mut H, entry: &Entry<P>, digest: u16) {
         self.protocol.count(Count::NotKept);
-        self.protocol.has_dropped = true;
+        // No digest covers deletions.
+        self.protocol.has_dropped |= !entry.value.is_nil();
         let hash = hash(entry, digest) as u16;
         if self.protocol.timer(Timer::Relay) != 0 || self.protocol.relayed == hash {
             return;
