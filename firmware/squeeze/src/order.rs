@@ -9,9 +9,9 @@ use crate::listing::{Line, Listing};
 
 /// How far calls are that become short: `rcall` reaches 4,096 bytes (AVR instruction set manual, RCALL), and between it and its
 /// target are others that become short, which are measured as long ones here.
-const REACH: usize = 4_200;
+const REACH: usize = 4_400;
 /// How many moves are tried.
-const MOVES: u32 = 1_000_000;
+const MOVES: u32 = 2_000_000;
 /// How many long calls more a move may cost, in the beginning.
 const HEAT: f64 = 1.5;
 
