@@ -137,10 +137,12 @@ impl Kilobots {
         self.run_ms(10);
     }
 
-    /// The controller starts the scripts.
-    pub fn start(&mut self) {
+    /// The controller starts the scripts, at the time that is returned.
+    pub fn start(&mut self) -> Duration {
         self.run_ms(100);
+        let at = self.now;
         self.command(kind::RUN, [0; 9]);
+        at
     }
 
     /// Runs for so many ms.

@@ -154,8 +154,7 @@ function step() {
 }
 ";
     let mut robots = Kilobots::in_image(script, &behaviour("gradient"), 1);
-    robots.start();
-    let begin = robots.now();
+    let begin = robots.start();
     robots.run_ms(8_000);
     let mut colors = robots.colors(0, begin);
     // A fault is where green becomes red, a start where red becomes green.
