@@ -62,11 +62,15 @@ const WORKERS: usize = 2;
 /// Starts of the paths of what the tests are built from, and of what is known about mistakes.
 pub const MADE_OF: &[&str] = &[
     "Cargo",
-    "comms/",
-    "compiler/",
+    "comms/src/lib.rs",
+    "comms/src/queue.rs",
+    "comms/tests/queue.rs",
+    "compiler/src/",
     "examples/",
     "robots/",
-    "tests/",
+    "tests/src/",
+    "tests/testkit/",
+    "tests/tests/protocol/",
     "vm-core/",
     "xtask/src/soak/protocol.rs",
     "xtask/src/soak/survivors.rs",
