@@ -2,13 +2,15 @@
 //!
 //! They are made in copies of the sources, one after the other in the same target folder: a build compiles only code that
 //! depends on the changed function. The quick tests find most of them, built without optimization, since the build takes
-//! longest; the tests that take long try those that are left.
+//! longest; the tests that take long try those that are left. A mistake that was found counts as found until the machine
+//! changes: tests that are added meanwhile are tried on the others.
 
-use super::Verdict;
 use super::sources::{self, Sources};
 use super::survivors::SURVIVORS;
+use super::{Record, Verdict};
 use crate::failure::Failure;
 use crate::shell::{Line, is_installed, target};
+use std::collections::BTreeMap;
 use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 use std::process::Output;
@@ -58,6 +60,17 @@ const GROUPS: [Group; 2] = [
 
 /// Shards that are tried at the same time, each in a copy of its own.
 const WORKERS: usize = 2;
+
+/// Starts of the paths of the files that mistakes are made in, and of what is built with them.
+const MACHINE: &[&str] = &[
+    "Cargo",
+    "comms/src/lib.rs",
+    "comms/src/queue.rs",
+    "compiler/src/",
+    "robots/",
+    "vm-core/Cargo",
+    "vm-core/src/",
+];
 
 /// Starts of the paths of what the tests are built from, and of what is known about mistakes.
 pub const MADE_OF: &[&str] = &[
@@ -153,53 +166,34 @@ pub fn run(item: &str) -> Result<Verdict, Failure> {
     if !unexplained.is_empty() {
         return Ok(Verdict::Missing(format!("no test finds: {}", unexplained.join("; "))));
     }
-    Ok(Verdict::Shown(format!(
-        "{} found, {} by not ending; {} explained; {} do not compile",
-        all.caught,
-        all.endless,
-        all.missed.len(),
-        all.unviable,
-    )))
+    let found = all.found.iter().map(|(how, count)| format!("{count} {how}, "));
+    Ok(Verdict::Shown(format!("{}{} explained", found.collect::<String>(), all.missed.len())))
 }
 
 /// What became of mistakes.
 #[derive(Default)]
 struct Outcome {
-    caught: usize,
-    endless: usize,
-    unviable: usize,
-    /// Descriptions without places.
+    /// How many were found in each way.
+    found: BTreeMap<String, usize>,
+    /// Descriptions of the others, without places.
     missed: Vec<String>,
 }
 
 impl Outcome {
     fn add(&mut self, other: Outcome) {
-        self.caught += other.caught;
-        self.endless += other.endless;
-        self.unviable += other.unviable;
+        for (how, count) in other.found {
+            *self.found.entry(how).or_default() += count;
+        }
         self.missed.extend(other.missed);
     }
-
-    /// From the files that cargo-mutants has written.
-    fn read(output: &Path) -> Result<Outcome, Failure> {
-        Ok(Outcome {
-            caught: lines(output, "caught.txt")?.len(),
-            endless: lines(output, "timeout.txt")?.len(),
-            unviable: lines(output, "unviable.txt")?.len(),
-            missed: lines(output, "missed.txt")?.iter().map(|line| without_place(line)).collect(),
-        })
-    }
 }
 
-/// A file that cargo-mutants has written.
-fn file(output: &Path, name: &str) -> PathBuf {
-    output.join("mutants.out").join(name)
-}
-
-/// Its lines, one for each mistake.
-fn lines(output: &Path, name: &str) -> Result<Vec<String>, Failure> {
-    Ok(sources::read_text(&file(output, name))?.lines().map(str::to_owned).collect())
-}
+/// Files of cargo-mutants with the names of mistakes, one in a line, that count as found, and how they were.
+const FOUND: [(&str, &str); 3] = [
+    ("caught.txt", "found by a test"),
+    ("timeout.txt", "found by tests that did not end"),
+    ("unviable.txt", "not compiled"),
+];
 
 impl Group {
     /// The tests alone.
@@ -214,29 +208,54 @@ impl Group {
         Line::new("cargo", &all)
     }
 
-    /// Tries the mistakes of a shard: the quick tests on all of them, then the long ones on those that are left.
+    /// Tries the mistakes of a shard that were not found before: the quick tests on all of them, then the long ones on
+    /// those that are left.
     fn shard(&self, shard: &str, copy: &Copy) -> Result<Outcome, Failure> {
-        let output = copy.folder.join("outcomes").join(self.name).join(shard.replace('/', "-"));
+        let name = format!("{}-{}", self.name, shard.replace('/', "-"));
+        let output = copy.folder.join("outcomes").join(&name);
         sources::make_folder(&output)?;
+        let chosen = ["--list", "--no-shuffle", "--sharding", "round-robin", "--shard", shard];
+        let list = copy.command(self.mistakes(&chosen)).output(0)?;
+        let list = String::from_utf8_lossy(&list.stdout).into_owned();
+        let machine = Sources::list()?.under(MACHINE).fingerprint()?;
+        let mut found = Record::open(&format!("protocol/found/{name}"), machine)?;
+        let left = |found: &Record| -> Vec<String> {
+            list.lines().filter(|name| !found.shown.contains_key(*name)).map(pattern).collect()
+        };
         // 2: a mistake was missed; 3: a test did not end.
         let is_done = |output: &Output| matches!(output.status.code(), Some(0 | 2 | 3));
-        let quick = ["--no-shuffle", "--sharding", "round-robin", "--shard", shard];
-        copy.command(self.mutants(&QUICK, &output, &quick)).output_if(is_done)?;
-        let mut outcome = Outcome::read(&output)?;
-        if outcome.missed.is_empty() {
-            return Ok(outcome);
+        for tests in [&QUICK, &LONG] {
+            let left = left(&found);
+            if left.is_empty() {
+                break;
+            }
+            copy.command(self.mutants(tests, &output, &left)).output_if(is_done)?;
+            for (file, how) in FOUND {
+                let names = sources::read_text(&output.join("mutants.out").join(file))?;
+                for name in names.lines() {
+                    found.keep(name, how)?;
+                }
+            }
         }
-        let left: Vec<String> =
-            lines(&output, "missed.txt")?.iter().map(|name| pattern(name)).collect();
-        let long: Vec<&str> = left.iter().flat_map(|name| ["--re", name.as_str()]).collect();
-        copy.command(self.mutants(&LONG, &output, &long)).output_if(is_done)?;
-        outcome.missed.clear();
-        outcome.add(Outcome::read(&output)?);
+        let mut outcome = Outcome::default();
+        for name in list.lines() {
+            match found.shown.get(name) {
+                Some(how) => *outcome.found.entry(how.clone()).or_default() += 1,
+                None => outcome.missed.push(without_place(name)),
+            }
+        }
         Ok(outcome)
     }
 
-    /// cargo-mutants, for the mistakes that its options choose.
-    fn mutants(&self, tests: &Tests, output: &Path, chosen: &[&str]) -> Line {
+    /// cargo-mutants, for mistakes in the files.
+    fn mistakes(&self, options: &[&str]) -> Line {
+        let files = self.files.iter().flat_map(|file| ["--file", file]);
+        let all: Vec<&str> = ["mutants"].into_iter().chain(files).chain(options.to_vec()).collect();
+        Line::new("cargo", &all)
+    }
+
+    /// cargo-mutants, for tests of the mistakes whose names have these patterns.
+    fn mutants(&self, tests: &Tests, output: &Path, patterns: &[String]) -> Line {
         let output = output.display().to_string();
         let packages = self.packages.join(",");
         // Cargo's arguments after `--` would hold for the tests, but not for the build before them.
@@ -244,15 +263,13 @@ impl Group {
         let arguments = targets.chain(tests.configuration());
         let arguments: Vec<String> =
             arguments.map(|argument| format!("--cargo-arg={argument}")).collect();
-        let mut all = vec!["mutants", "--in-place", "--baseline", "skip"];
-        all.extend(["--timeout", tests.patience]);
-        all.extend(chosen);
+        let mut all = vec!["--in-place", "--baseline", "skip", "--timeout", tests.patience];
         all.extend(["--output", &output, "--test-package", &packages, "--cargo-arg=--lib"]);
-        all.extend(self.files.iter().flat_map(|file| ["--file", file]));
         all.extend(arguments.iter().map(String::as_str));
+        all.extend(patterns.iter().flat_map(|pattern| ["--re", pattern.as_str()]));
         all.extend(["--", "--"]);
         all.extend(tests.arguments);
-        Line::new("cargo", &all)
+        self.mistakes(&all)
     }
 }
 
