@@ -237,3 +237,23 @@ fn second_create<P: Profile>() {
     swarm.robots[0].start().expect("init() runs again");
     assert_eq!(swarm.robots[0].host.logs(), ["0", "0", "1", "0"]);
 }
+
+in_both_profiles!(a_restart_leaves_all_swarms, leaves);
+fn leaves<P: Profile>() {
+    let mut swarm: Swarm<P> = Swarm::new(
+        1,
+        "function init() {
+           v = stigmergy.create(1)
+           s = swarm.create(1)
+           if(isnil(v.get(1))) s.join()
+           v.put(1, 1)
+         }
+         function step() { log(s.in()) }",
+    );
+    let robot = &mut swarm.robots[0];
+    robot.step().expect("no fault");
+    robot.rest();
+    robot.start().expect("no fault");
+    robot.step().expect("no fault");
+    assert_eq!(robot.host.logs(), ["1", "0"]);
+}

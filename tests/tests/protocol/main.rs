@@ -1,6 +1,7 @@
 //! The protocol between robots: what they send, and what they make of what arrives. One binary, which is built for each of
 //! the small mistakes of `cargo xtask soak protocol`.
 
+mod classes;
 mod containment;
 mod endurance;
 mod functions;

@@ -1,12 +1,15 @@
 //! The stigmergy in hard times: stores that are too small, robots that lose their memory, clocks that are forged.
 
 use bittybuzz_testkit::{Program, Queues, SIZES, Swarm, TestRobot};
-use bittybuzz_vm_core::Value;
 use bittybuzz_vm_core::message::{CLOCK_MAX, Entry, Kind, Message};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
+use bittybuzz_vm_core::{Entry as EntryPoint, Value};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
+
+/// Steps after which a robot takes back its key once more.
+const RECLAIM_STEPS: usize = 256;
 
 /// Robots with the queues of a Kilobot and the periods of all shipped robots.
 pub fn kilobots(count: u16, script: &str) -> Swarm<Tiny> {
@@ -56,6 +59,114 @@ fn equal_replicas_send_no_entries() {
     // Nothing but a beacon in nine or ten steps, with a digest.
     assert_eq!(counts.keys().copied().collect::<Vec<_>>(), ["digest"]);
     assert!((600..=667).contains(&counts["digest"]), "{counts:?}");
+}
+
+/// A robot without memory may put other values at the same clock, as may two robots with one id. Which of them lasts does
+/// not depend on which comes first, whatever frames they travel in.
+#[test]
+fn values_of_one_stamp_are_ordered() {
+    for (key, values) in [
+        ("1", ["7", "8"]),
+        ("1.5", ["7", "8"]),
+        ("1.5", ["{.a = 1}", "{.a = 2}"]),
+        ("\"k\"", ["{.a = 1}", "{.a = 2}"]),
+        ("\"k\"", ["7", "{.a = 2}"]),
+    ] {
+        let [first, second] = values;
+        let script = format!(
+            "function init() {{ s = stigmergy.create(1) }}
+             function step() {{
+               var v = s.get({key})
+               if(isnil(v)) log(\"nothing\")
+               else if(type(v) == \"table\") log(v.a)
+               else log(\"plain \", v)
+             }}
+             function reset() {{ s.put({key}, {first}) }}
+             function destroy() {{ s.put({key}, {second}) }}"
+        );
+        let image = Program::new::<Tiny>(&script).leak();
+        let frames = |entry| {
+            let mut robot: TestRobot<Tiny> = TestRobot::new(image, 1, SIZES);
+            robot.begin().expect("no fault");
+            robot.enter(entry).expect("no fault");
+            (0..3).for_each(|_| robot.step().expect("no fault"));
+            robot.take_sent()
+        };
+        let both = [frames(EntryPoint::Reset), frames(EntryPoint::Destroy)];
+        let last = |order: [usize; 2]| {
+            let mut swarm = Swarm::of(vec![TestRobot::<Tiny>::new(image, 2, SIZES)]);
+            swarm.step();
+            for number in order {
+                both[number].iter().for_each(|frame| swarm.inject(frame, [0]));
+                swarm.step();
+            }
+            swarm.last().remove(0)
+        };
+        let lasts = last([0, 1]);
+        assert_ne!(lasts, "nothing");
+        assert_eq!(lasts, last([1, 0]), "{key}: {values:?}");
+    }
+}
+
+/// A robot puts its value again over one of its own id that others send, 16 times and then once in a while: two robots
+/// with one id must not do so for ever.
+#[test]
+fn a_robot_takes_back_its_key_some_times() {
+    let mut swarm: Swarm<Tiny> = Swarm::new(
+        1,
+        "function init() { s = stigmergy.create(1) s.put(1, 5) }
+         function step() { log(s.get(1)) }
+         function reset() { s.put(1, 5) }",
+    );
+    swarm.step();
+    let mut clock = 0;
+    let mut keeps = |swarm: &mut Swarm<Tiny>| {
+        clock += 1000;
+        let (key, value) = (Value::int(1), Value::int(6));
+        let other = Entry { stigmergy: 1, owner: 1, clock, key, value };
+        // The sender of a frame is no part of an entry, so the own id does not keep it out.
+        let frame = swarm.robots[0].frame(&Message::Entry(other));
+        swarm.inject(&frame, [0]);
+        swarm.step();
+        swarm.last() == ["5"]
+    };
+    let kept = (0..20).take_while(|_| keeps(&mut swarm)).count();
+    assert_eq!(kept, 16);
+    swarm.robots[0].enter(EntryPoint::Reset).expect("no fault");
+    assert!(!keeps(&mut swarm));
+    // Two more after so many steps.
+    swarm.steps(2 * RECLAIM_STEPS);
+    swarm.robots[0].enter(EntryPoint::Reset).expect("no fault");
+    let kept = (0..20).take_while(|_| keeps(&mut swarm)).count();
+    assert_eq!(kept, 2);
+}
+
+/// Robots forget deleted keys at different times.
+#[test]
+fn a_deleted_key_does_not_change_the_digest() {
+    let digest_after = |puts: &str| {
+        let script = format!(
+            "function init() {{ s = stigmergy.create(1) }}
+             function step() {{ if(id == 7) {{ s.put(1, 1) s.put(2, 1) s.put(3, 1) }} }}
+             function reset() {{ {puts} }}"
+        );
+        let image = Program::new::<Tiny>(&script).leak();
+        let mut robot: TestRobot<Tiny> = TestRobot::new(image, 1, SIZES);
+        robot.begin().expect("no fault");
+        robot.enter(EntryPoint::Reset).expect("no fault");
+        (0..30).for_each(|_| robot.step().expect("no fault"));
+        let (sent, script) = (robot.take_sent(), robot.script());
+        let mut digests =
+            sent.iter().filter_map(|frame| match Message::<Tiny>::decode(frame, script) {
+                Ok(Message::Digest { digest, .. }) => Some(digest),
+                _ => None,
+            });
+        digests.next_back().expect("a robot with a stigmergy sends digests")
+    };
+    let of_one = digest_after("s.put(1, 1)");
+    assert_eq!(digest_after("s.put(1, 1) s.put(2, 1) s.put(2, nil)"), of_one);
+    assert_ne!(digest_after("s.put(1, 1) s.put(2, 1)"), of_one);
+    assert_ne!(digest_after("s.put(1, 1) s.put(1, nil)"), of_one);
 }
 
 /// An entry that neighbors repeat is less urgent, as in Trickle (RFC 6206).

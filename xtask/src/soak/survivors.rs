@@ -28,12 +28,32 @@ pub const SURVIVORS: &[Survivor] = &[
         reason: "the next message sets the top of the stack; until then only locals are overwritten that are read before",
     },
     Survivor {
+        mutant: "vm-core/src/machine/serial.rs: replace && with || in Vm<P, C, SLOTS>::sendable",
+        count: 1,
+        reason: "the digest of a plain value is 0 then: such values are ordered by their bits before their digests",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/serial.rs: replace < with <= in Vm<P, C, SLOTS>::sendable",
+        count: 1,
+        reason: "the digest of a plain value is 0 then: such values are ordered by their bits before their digests",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/serial.rs: replace | with ^ in Vm<P, C, SLOTS>::assemble",
+        count: 1,
+        reason: "a bit and the bits below it have none in common",
+    },
+    Survivor {
         mutant: "vm-core/src/machine/serial.rs: replace || with && in Vm<P, C, SLOTS>::copied",
         count: 1,
         reason: "a value that is no table is copied, too, which gives an equal one",
     },
     Survivor {
         mutant: "vm-core/src/machine/stigmergy.rs: replace + with - in Vm<P, C, SLOTS>::find_entry",
+        count: 1,
+        reason: "the key is in the first slot: 0 is subtracted",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/stigmergy.rs: replace + with - in Vm<P, C, SLOTS>::next_entry",
         count: 1,
         reason: "the key is in the first slot: 0 is subtracted",
     },

@@ -1,6 +1,7 @@
 //! Values that need more than a frame.
 
 use super::{Full, Profile, Swarm, Tiny, last};
+use bittybuzz_testkit::{Program, SIZES, TestRobot};
 
 #[test]
 fn a_table_is_broadcast_in_fragments() {
@@ -168,4 +169,71 @@ fn a_message_for_which_there_is_no_memory_is_dropped() {
     );
     swarm.steps(200);
     assert!(swarm.robots[0].counters().incomplete > 100);
+}
+
+/// A text takes a cell for each 20 bytes. Where only so many are free as the script keeps, the message is dropped and the
+/// script goes on.
+#[test]
+fn a_text_for_which_there_is_no_memory_is_dropped() {
+    let mut swarm: Swarm<Full> = Swarm::new(
+        2,
+        "kept = {}
+         n = 0
+         function init() { neighbors.listen(\"t\", function(t, v, r) { kept[n] = v  n = n + 1 }) }
+         function step() {
+           if(id == 2) neighbors.broadcast(\"t\", string.concat(\"a text of many, many, many, many, many bytes, \",
+             \"so that it takes several cells of memory, number \", string.tostring(n)))
+           n = n + (id - 1)
+           log(n)
+         }",
+    );
+    swarm.steps(300);
+    let counters = swarm.robots[0].counters();
+    assert!(counters.incomplete > 100, "{counters:?}");
+    assert_eq!(swarm.faults(), [None, None]);
+}
+
+/// However much memory is free, a table or a text arrives whole or is dropped, and neither harms the script.
+#[test]
+fn a_message_takes_the_memory_that_it_needs_or_none() {
+    let values = [
+        "{.a = {.b = 1, .c = {.d = 2, .e = 3}}, .f = 4}",
+        "{.a = 1, .b = 2, .c = 3, .d = 4, .e = 5, .f = 6, .g = 7, .h = 8, .i = 9, .j = 10, .k = 11, .l = 12}",
+        "string.concat(\"one two three four\", \"five six seven eight nine ten eleven twelve\")",
+    ];
+    for value in values {
+        // A robot fills its memory with as many elements as its id says.
+        let script = format!(
+            "fill = {{}}
+             n = 0
+             function init() {{
+               neighbors.listen(\"t\", function(t, v, r) {{ n = n + 1 }})
+               var i = 0
+               while(i < id) {{ fill[i] = 1 i = i + 1 }}
+             }}
+             function deep(a, b, c, d, e, f, g) {{ if(a > 0) deep(a - 1, 0, 0, 0, 0, 0, 0) }}
+             function step() {{ deep(0, 0, 0, 0, 0, 0, 0) if(id == 2) neighbors.broadcast(\"t\", {value}) log(n) }}"
+        );
+        let image = Program::new::<Full>(&script).leak();
+        let (mut received, mut dropped) = (0, 0);
+        for fill in 3.. {
+            let robots = [fill, 2].map(|id| TestRobot::<Full>::new(image, id, SIZES));
+            let mut swarm = Swarm::of(robots.into());
+            // A step takes more memory than the listener.
+            if swarm.robots[0].step().is_err() {
+                break;
+            }
+            swarm.try_step();
+            swarm.try_step();
+            let robot = &swarm.robots[0];
+            assert_eq!(robot.fault, None, "{value}, {fill} elements");
+            assert!(robot.host.contained.is_empty(), "{value}, {fill} elements");
+            let incomplete = usize::from(robot.counters().incomplete);
+            let came = usize::from(robot.host.last_log() == Some("1".to_owned()));
+            assert_eq!(came + incomplete, 1, "{value}, {fill} elements");
+            received += came;
+            dropped += incomplete;
+        }
+        assert!(received > 0 && dropped > 0, "{value}: {received} received, {dropped} dropped");
+    }
 }

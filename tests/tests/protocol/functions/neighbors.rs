@@ -1,6 +1,7 @@
 //! `neighbors`: broadcasts, the table of neighbors, and its functions.
 
-use super::last;
+use super::{Swarm, Tiny, last};
+use bittybuzz_vm_core::message::Message;
 
 #[test]
 fn a_broadcast_reaches_the_listeners_of_all_others() {
@@ -68,7 +69,6 @@ fn a_robot_that_says_nothing_is_a_neighbour_by_its_beacons() {
 
 #[test]
 fn who_is_not_heard_any_more_is_forgotten() {
-    use super::{Swarm, Tiny};
     let mut swarm: Swarm<Tiny> = Swarm::new(2, "function step() { log(neighbors.count()) }");
     swarm.steps(20);
     assert_eq!(swarm.last(), ["1", "1"]);
@@ -137,6 +137,28 @@ fn filter_keeps_those_for_which_it_is_true() {
          log(near.count(), \" \", s.reduce(function(id, v, a) { return a + v }, 0.0))",
         &["1 2.5", "2 5.0", "1 2.5"],
     );
+}
+
+/// Steps are counted on a circle of 127, which a test must go around.
+#[test]
+fn a_neighbor_is_kept_for_as_many_steps_as_the_robot_says() {
+    for forget in [1, 2, 20, 125, 126, 127, 128, 255] {
+        for before in [1, 40, 100, 126, 127, 140] {
+            let mut swarm: Swarm<Tiny> =
+                Swarm::new(1, "function step() { log(neighbors.count()) }");
+            let robot = &mut swarm.robots[0];
+            robot.host.periods.forget = forget;
+            let beacon = Message::Beacon { robot: 2 };
+            (0..before).for_each(|_| robot.step().expect("no fault"));
+            // It is known from the second message on.
+            robot.receive(&beacon);
+            robot.receive(&beacon);
+            (0..300).for_each(|_| robot.step().expect("no fault"));
+            let logs = robot.host.logs();
+            let known = logs.iter().filter(|count| *count == "1").count();
+            assert_eq!(known, usize::from(forget.min(126)), "{forget} steps, from step {before}");
+        }
+    }
 }
 
 #[test]

@@ -106,6 +106,53 @@ fn foreach_map_and_reduce() {
     );
 }
 
+/// Deleted keys are remembered for a while, and the keys of all stigmergies lie beside each other.
+#[test]
+fn foreach_goes_by_the_keys_of_one_stigmergy_that_have_values() {
+    last(
+        2,
+        3,
+        "function init() {
+           v = stigmergy.create(1)
+           w = stigmergy.create(2)
+           w.put(1, 40)
+           v.put(2, 5)
+           v.put(3, 6)
+           v.put(2, nil)
+         }
+         function step() {
+           var t = {.n = 0, .m = 0}
+           v.foreach(function(key, value, robot) { t.n = t.n * 10 + value })
+           w.foreach(function(key, value, robot) { t.m = t.m * 10 + value })
+           log(t.n, \" \", t.m)
+         }",
+        &["6 40"; 2],
+    );
+}
+
+/// Keys and stigmergies that no frame of an entry has room for travel in fragments.
+#[test]
+fn keys_and_stigmergies_of_all_kinds_travel() {
+    last(
+        2,
+        30,
+        "function init() {
+           v = stigmergy.create(1)
+           w = stigmergy.create(300)
+           if(id == 1) {
+             v.put(1.5, 7)
+             v.put(2.5, {.a = 8})
+             w.put(1, 9)
+           }
+         }
+         function step() {
+           var t = v.get(2.5)
+           if(not isnil(t)) log(v.get(1.5), \" \", t.a, \" \", w.get(1))
+         }",
+        &["7 8 9"; 2],
+    );
+}
+
 #[test]
 fn create_again_empties_and_keeps_handlers() {
     last(
