@@ -3,7 +3,10 @@
 
 use bittybuzz_testkit::{Swarm, in_both_profiles};
 use bittybuzz_vm_core::FaultCode;
+use bittybuzz_vm_core::message::Kind;
 use bittybuzz_vm_core::number::Profile;
+use std::cell::Cell;
+use std::rc::Rc;
 
 /// Robot 2 sends nil where robot 1 expects a number, every second step.
 const SUM: &str = "sum = 0
@@ -103,6 +106,31 @@ fn unsendable_verdict<P: Profile>() {
     assert!(
         contained.iter().all(|fault| fault.code == FaultCode::NotSendable) && !contained.is_empty()
     );
+}
+
+// The stamp of the other robot waits while the handler runs, and its digest is part of it: replicas that differ in that
+// only would send entries for ever.
+in_both_profiles!(a_conflict_about_tables_whose_handler_fails_comes_to_rest, tables_in_conflict);
+fn tables_in_conflict<P: Profile>() {
+    let mut swarm: Swarm<P> = Swarm::new(
+        3,
+        "function init() {
+            s = stigmergy.create(1)
+            s.onconflict(function(key, local, remote) { var x = {.a = 1} return x + remote })
+            s.put(\"k\", {.a = id, .b = {.c = id}})
+         }
+         function step() { var k = s.get(\"k\") log(k.a, k.b.c) }",
+    );
+    swarm.steps(60);
+    assert_eq!(swarm.last(), ["33"; 3]);
+    let others = Rc::new(Cell::new(0));
+    let count = others.clone();
+    swarm.air.observe = Box::new(move |frame| {
+        let is_beacon = matches!(Kind::of(frame.bytes[0]), Some(Kind::Beacon | Kind::Digest));
+        count.set(count.get() + u32::from(!is_beacon));
+    });
+    swarm.steps(100);
+    assert_eq!(others.get(), 0, "frames that are no beacons");
 }
 
 in_both_profiles!(a_fault_in_onconflictlost_changes_nothing_else, lost_handler);

@@ -150,6 +150,40 @@ fn the_pause_between_relayed_entries_ends() {
     assert_eq!([10, 11, 12, 13, 14].map(&mut relays), [true, false, true, false, true]);
 }
 
+/// However much a script puts, a step sends four entries at most; the others follow.
+#[test]
+fn a_step_sends_four_new_entries() {
+    let sizes = Sizes { entries: 12, ..SIZES };
+    let script = "t = 0
+        function init() { s = stigmergy.create(1) }
+        function step() {
+          t = t + 1
+          var i = 0
+          if(t == 2) while(i < 10) { s.put(i, 1) i = i + 1 }
+        }";
+    let image = Program::new::<Tiny>(script).leak();
+    let mut robot: TestRobot<Tiny, _, 2000> = TestRobot::new(image, 1, sizes);
+    robot.step().expect("no fault");
+    let mut entries = || {
+        robot.take_sent();
+        robot.step().expect("no fault");
+        let (sent, script) = (robot.take_sent(), robot.script());
+        let keys = sent.iter().filter_map(|frame| match Message::<Tiny>::decode(frame, script) {
+            Ok(Message::Entry(entry)) => entry.key.as_int(),
+            _ => None,
+        });
+        keys.collect::<Vec<i32>>()
+    };
+    assert_eq!(entries(), [0, 1, 2, 3]);
+    // The newest entry is also sent in turn.
+    let (second, third) = (entries(), entries());
+    assert!(
+        (4..=8).all(|key| [&second[..], &third].concat().contains(&key)),
+        "{second:?} {third:?}"
+    );
+    assert!(second.len() <= 6 && third.len() <= 6, "{second:?} {third:?}");
+}
+
 /// Robots that ask for more have eight swarms and a hundred entries.
 #[test]
 fn sizes_are_clamped() {

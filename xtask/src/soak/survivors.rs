@@ -18,9 +18,24 @@ pub const SURVIVORS: &[Survivor] = &[
         reason: "the pause between relayed entries is longer by up to 127 steps at random, not 31",
     },
     Survivor {
+        mutant: "vm-core/src/machine/advertise.rs: replace ^ with | in hash",
+        count: 1,
+        reason: "robots need the same hash of an entry, no matter which",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/advertise.rs: replace | with ^ in Vm<P, C, SLOTS>::digest",
+        count: 1,
+        reason: "the bits have none in common",
+    },
+    Survivor {
         mutant: "vm-core/src/machine/messages.rs: replace + with * in Vm<P, C, SLOTS>::contain",
         count: 1,
         reason: "the next message sets the top of the stack; until then the last local is overwritten, which is read before",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/messages.rs: replace + with * in Vm<P, C, SLOTS>::next_message",
+        count: 2,
+        reason: "the last local, the digest of a conflict, is overwritten by a value that has been read, or where none is needed",
     },
     Survivor {
         mutant: "vm-core/src/machine/messages.rs: replace + with - in Vm<P, C, SLOTS>::contain",
@@ -28,9 +43,34 @@ pub const SURVIVORS: &[Survivor] = &[
         reason: "the next message sets the top of the stack; until then only locals are overwritten that are read before",
     },
     Survivor {
+        mutant: "vm-core/src/machine/neighbors.rs: replace < with <= in Vm<P, C, SLOTS>::find_neighbor",
+        count: 2,
+        reason: "of neighbors heard last in the same step another one gives way; no neighbor's last step is the present one",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/neighbors.rs: replace | with ^ in Vm<P, C, SLOTS>::hear",
+        count: 1,
+        reason: "the bits have none in common",
+    },
+    Survivor {
         mutant: "vm-core/src/machine/serial.rs: replace && with || in Vm<P, C, SLOTS>::sendable",
         count: 1,
         reason: "the digest of a plain value is 0 then: such values are ordered by their bits before their digests",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/serial.rs: replace * with + in Vm<P, C, SLOTS>::has_room_for",
+        count: 1,
+        reason: "less room is asked for, but still more than tables that fit a message take",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/serial.rs: replace + with * in Vm<P, C, SLOTS>::has_room_for",
+        count: 3,
+        reason: "another room is asked for, but still more than contents of a message take",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/serial.rs: replace + with - in Vm<P, C, SLOTS>::read",
+        count: 3,
+        reason: "the table is in the first slot: 0 is subtracted",
     },
     Survivor {
         mutant: "vm-core/src/machine/serial.rs: replace < with <= in Vm<P, C, SLOTS>::sendable",
@@ -61,6 +101,11 @@ pub const SURVIVORS: &[Survivor] = &[
         mutant: "vm-core/src/machine/stigmergy.rs: replace < with <= in Vm<P, C, SLOTS>::take_greater",
         count: 1,
         reason: "the interval is one step longer until the next advertisement, which limits it",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/swarms.rs: replace < with <= in Vm<P, C, SLOTS>::find_swarm",
+        count: 1,
+        reason: "every place beyond the last swarm means that there is none",
     },
     Survivor {
         mutant: "vm-core/src/stamp.rs: replace < with > in Stamp<P>::order",

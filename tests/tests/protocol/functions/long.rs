@@ -237,3 +237,29 @@ fn a_message_takes_the_memory_that_it_needs_or_none() {
         assert!(received > 0 && dropped > 0, "{value}: {received} received, {dropped} dropped");
     }
 }
+
+/// Each value of a message is reachable while the next ones are made.
+#[test]
+fn a_collection_at_every_allocation_does_not_change_a_message() {
+    let mut swarm: Swarm<Full> = Swarm::new(
+        2,
+        "text = \"\"
+         function init() {
+           v = stigmergy.create(1)
+           neighbors.listen(\"t\", function(t, v, r) {
+             log(size(v), \" \", v.a.b, v.a.c[0], v.a.c[1].d, \" \", v.e, \" \", v.f.g)
+           })
+         }
+         function step() {
+           var t = {.a = {.b = 1, .c = {.0 = 2, .1 = {.d = 3}}}, .e = string.concat(\"four \", \"five\"), .f = {.g = 6}}
+           if(id == 2) neighbors.broadcast(\"t\", t)
+           if(id == 2) v.put(1, t)
+           t = v.get(1)
+           if(not isnil(t)) log(size(t), \" \", t.a.b, t.a.c[0], t.a.c[1].d, \" \", t.e, \" \", t.f.g)
+         }",
+    );
+    swarm.robots.iter_mut().for_each(|robot| robot.vm.torture.collect_always = true);
+    swarm.steps(5);
+    let logs = swarm.logs().remove(0);
+    assert!(logs.len() >= 6 && logs.iter().all(|line| line == "3 123 four five 6"), "{logs:?}");
+}

@@ -68,6 +68,32 @@ fn a_handler_decides_a_conflict() {
     );
 }
 
+/// A conflict is two puts at one clock; a put over a known one is none.
+#[test]
+fn handlers_are_called_for_conflicts_only() {
+    last(
+        2,
+        40,
+        "t = 0
+         calls = 0
+         function init() {
+           v = stigmergy.create(1)
+           v.onconflict(function(key, local, remote) {
+             calls = calls + 1
+             if(local.data > remote.data) return local
+             return remote
+           })
+         }
+         function step() {
+           t = t + 1
+           if(t == id * 10) v.put(1, id)
+           if(t == 30) v.put(2, id)
+           log(v.get(1), \" \", calls)
+         }",
+        &["2 1", "2 1"],
+    );
+}
+
 #[test]
 fn a_handler_that_decides_nothing_is_counted() {
     let mut swarm: Swarm<Tiny> = Swarm::new(
