@@ -47,8 +47,8 @@ fn with_image(line: Line, image: &Path) -> Result<Line, Failure> {
         .env("BITTYBUZZ_BEHAVIOURS", &behaviours.display().to_string()))
 }
 
-/// `cargo test` with these arguments. Properties are tested with the same cases each time, so that a change fails for
-/// what it changed; `soak properties` tries others.
+/// `cargo test` with these arguments. Properties are tested with the same cases each time, so that a failure
+/// comes from the change under test; `soak properties` tries other cases.
 pub fn tests(arguments: &[&str]) -> Line {
     quick(&[&["test"], arguments].concat()).env("PROPTEST_RNG_SEED", "1")
 }

@@ -1,5 +1,5 @@
 //! Evidence that takes too long for every change. What was shown is kept under `target/soak`, so that a run which was
-//! stopped goes on where it was; it counts until the sources change that its part says it is made of.
+//! stopped goes on where it was; it counts until the sources change that it is about.
 
 mod convergence;
 mod day;
@@ -31,13 +31,13 @@ struct Part {
     items: fn() -> Vec<String>,
     /// Tries to show one of them.
     run: fn(&str) -> Result<Verdict, Failure>,
-    /// Starts of the paths of the files that the evidence counts for.
+    /// Path prefixes of the files that the evidence is about.
     made_of: &'static [&'static str],
 }
 
 /// Every file.
 const ALL: &[&str] = &[""];
-/// What `bbz sim` and its scenarios are made of.
+/// Path prefixes of the sources of `bbz sim` and its scenarios.
 const SIMULATION: &[&str] = &[
     "Cargo",
     "arena/",

@@ -10,9 +10,9 @@ use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 use std::thread;
 
-/// How many executions of a target are enough.
+/// The executions of a target that are enough.
 const ENOUGH: u64 = 10_000_000;
-/// The same of targets whose executions are whole runs of machines.
+/// The same for targets whose executions are whole runs of machines.
 const ENOUGH_RUNS: u64 = 1_000_000;
 /// Targets whose executions are whole runs of machines.
 const RUNS: [&str; 2] = ["social", "time"];

@@ -61,7 +61,7 @@ const GROUPS: [Group; 2] = [
 /// Shards that are tried at the same time, each in a copy of its own.
 const WORKERS: usize = 2;
 
-/// Starts of the paths of the files that mistakes are made in, and of what is built with them.
+/// Path prefixes of the sources of the machine and of its compiler.
 const MACHINE: &[&str] = &[
     "Cargo",
     "comms/src/lib.rs",
@@ -72,7 +72,7 @@ const MACHINE: &[&str] = &[
     "vm-core/src/",
 ];
 
-/// Starts of the paths of what the tests are built from, and of what is known about mistakes.
+/// Path prefixes of the sources of the tests, and of the list of explained mistakes.
 pub const MADE_OF: &[&str] = &[
     "Cargo",
     "comms/src/lib.rs",
@@ -91,7 +91,7 @@ pub const MADE_OF: &[&str] = &[
 
 /// Tests that are tried on a mistake.
 struct Tests {
-    /// What the tests and the machine in them are optimized for.
+    /// Optimization level of the tests and of the machine in them.
     optimization: u8,
     /// Arguments of the tests' programs.
     arguments: &'static [&'static str],
@@ -170,10 +170,10 @@ pub fn run(item: &str) -> Result<Verdict, Failure> {
     Ok(Verdict::Shown(format!("{}{} explained", found.collect::<String>(), all.missed.len())))
 }
 
-/// What became of mistakes.
+/// The results for some mistakes.
 #[derive(Default)]
 struct Outcome {
-    /// How many were found in each way.
+    /// The number of mistakes found in each way.
     found: BTreeMap<String, usize>,
     /// Descriptions of the others, without places.
     missed: Vec<String>,
@@ -283,7 +283,7 @@ impl Tests {
     }
 }
 
-/// A copy of the sources, in which a mistake is made, and what is built from it.
+/// A copy of the sources, for one mistake at a time, and its build.
 struct Copy {
     folder: PathBuf,
 }
