@@ -305,3 +305,19 @@ fn entries_give_way_to_messages_of_a_resting_robot() {
     assert!(sizes.iter().any(|size| size == "0"), "{sizes:?}");
     assert!(sizes.iter().any(|size| size != "0"), "{sizes:?}");
 }
+
+/// `step` may be any function, also after messages.
+#[test]
+fn a_step_of_the_machine_itself_follows_messages() {
+    let mut swarm: Swarm<Full> = Swarm::new(
+        2,
+        "function init() {
+           neighbors.listen(\"x\", function(topic, value, robot) { log(value) })
+           neighbors.broadcast(\"x\", 5)
+         }
+         step = log",
+    );
+    swarm.steps(4);
+    // The broadcasts of the first step arrive in the second.
+    assert_eq!(swarm.logs(), [["", "5", "", "", ""]; 2]);
+}

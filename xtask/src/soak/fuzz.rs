@@ -12,7 +12,7 @@ use std::thread;
 
 /// The executions of a target that are enough.
 const ENOUGH: u64 = 10_000_000;
-/// The same for targets whose executions are whole runs of machines.
+/// Executions that are enough for targets that run whole machines.
 const ENOUGH_RUNS: u64 = 1_000_000;
 /// Targets whose executions are whole runs of machines.
 const RUNS: [&str; 2] = ["social", "time"];

@@ -18,12 +18,27 @@ pub const SURVIVORS: &[Survivor] = &[
         reason: "the pause between relayed entries is longer by up to 127 steps at random, not 31",
     },
     Survivor {
+        mutant: "vm-core/src/machine/advertise.rs: replace >> with << in hash",
+        count: 1,
+        reason: "robots need the same hash of an entry, no matter which",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/advertise.rs: replace ^ with & in hash",
+        count: 1,
+        reason: "robots need the same hash of an entry, no matter which",
+    },
+    Survivor {
         mutant: "vm-core/src/machine/advertise.rs: replace ^ with | in hash",
         count: 1,
         reason: "robots need the same hash of an entry, no matter which",
     },
     Survivor {
         mutant: "vm-core/src/machine/advertise.rs: replace | with ^ in Vm<P, C, SLOTS>::digest",
+        count: 1,
+        reason: "the bits have none in common",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/advertise.rs: replace | with ^ in Vm<P, C, SLOTS>::keep_in_touch",
         count: 1,
         reason: "the bits have none in common",
     },

@@ -64,7 +64,14 @@ fn ignore_ends_listening() {
 
 #[test]
 fn a_robot_that_says_nothing_is_a_neighbour_by_its_beacons() {
-    last(3, 7, "function step() { log(neighbors.count()) }", &["2", "2", "2"]);
+    // Whatever else the script uses.
+    for unused in
+        ["", "swarm.create(1)", "stigmergy.create(1)", "swarm.create(stigmergy.create(1))"]
+    {
+        let script =
+            format!("function step() {{ log(neighbors.count()) }} function reset() {{ {unused} }}");
+        last(3, 7, &script, &["2"; 3]);
+    }
 }
 
 #[test]
