@@ -58,6 +58,11 @@ pub const SURVIVORS: &[Survivor] = &[
         reason: "the next message sets the top of the stack; until then only locals are overwritten that are read before",
     },
     Survivor {
+        mutant: "vm-core/src/machine/messages.rs: replace | with ^",
+        count: 2,
+        reason: "the bits have none in common",
+    },
+    Survivor {
         mutant: "vm-core/src/machine/neighbors.rs: replace < with <= in Vm<P, C, SLOTS>::find_neighbor",
         count: 2,
         reason: "of neighbors heard last in the same step another one gives way; no neighbor's last step is the present one",
@@ -86,6 +91,11 @@ pub const SURVIVORS: &[Survivor] = &[
         mutant: "vm-core/src/machine/serial.rs: replace + with - in Vm<P, C, SLOTS>::read",
         count: 3,
         reason: "the table is in the first slot: 0 is subtracted",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/serial.rs: replace < with <= in Vm<P, C, SLOTS>::has_room_for",
+        count: 1,
+        reason: "one collection more, where the room is just enough without",
     },
     Survivor {
         mutant: "vm-core/src/machine/serial.rs: replace < with <= in Vm<P, C, SLOTS>::sendable",
