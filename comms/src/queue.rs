@@ -42,7 +42,7 @@ impl<const BYTES: usize> Frame<BYTES> {
         self.length.into()
     }
 
-    /// The first bytes, which a Cortex-M0 compares at once; zeros are behind a shorter frame.
+    /// The first bytes, which a Cortex-M0 compares at once. Zeros follow a shorter frame.
     #[inline(always)]
     fn head(&self) -> [u8; HEAD] {
         self.bytes.first_chunk().copied().unwrap_or([0; HEAD])
