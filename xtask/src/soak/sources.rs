@@ -34,11 +34,18 @@ impl Sources {
         Sources { files: self.files.iter().filter(wanted).cloned().collect() }
     }
 
-    /// A number that changes with what programs are made of; words about them do not count.
+    /// A number that changes with what programs are made of, and with the lines at which it stands. Documents do not count,
+    /// nor does the text of comments.
     pub fn fingerprint(&self) -> Result<u64, Failure> {
         let mut hasher = DefaultHasher::new();
         for name in self.files.iter().filter(|name| !name.ends_with(".md")) {
-            (name, read(&root().join(name))?).hash(&mut hasher);
+            let bytes = read(&root().join(name))?;
+            match str::from_utf8(&bytes) {
+                Ok(text) if name.ends_with(".rs") => {
+                    (name, without_comments(text)).hash(&mut hasher)
+                }
+                _ => (name, bytes).hash(&mut hasher),
+            }
         }
         Ok(hasher.finish())
     }
@@ -54,6 +61,11 @@ impl Sources {
         }
         Ok(())
     }
+}
+
+/// The lines of a Rust file; those that are a comment are empty.
+fn without_comments(text: &str) -> Vec<&str> {
+    text.lines().map(|line| if line.trim_start().starts_with("//") { "" } else { line }).collect()
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, Failure> {
@@ -82,6 +94,13 @@ pub fn make_folder(path: &Path) -> Result<(), Failure> {
 mod tests {
     use super::*;
     use std::time::SystemTime;
+
+    #[test]
+    fn the_text_of_comments_does_not_count() {
+        let lines = without_comments("/// One.\nfn f() {\n    // Two.\n    g(); // Three.\n}\n");
+        assert_eq!(lines, ["", "fn f() {", "", "    g(); // Three.", "}"]);
+        assert_ne!(lines, without_comments("fn f() {\n    g(); // Three.\n}\n"));
+    }
 
     #[test]
     fn a_copy_is_mended_and_otherwise_left_alone() {
