@@ -4,7 +4,8 @@ use bittybuzz_testkit::{FORGER, Program, Received, SIZES, Swarm, TestRobot, frag
 use bittybuzz_vm_core::message::content::{Head, Item};
 use bittybuzz_vm_core::message::{Entry, Message};
 use bittybuzz_vm_core::number::{Full, Tiny};
-use bittybuzz_vm_core::{FaultCode, Sizes, Value};
+use bittybuzz_vm_core::opcode::CALL_BUILTIN;
+use bittybuzz_vm_core::{FaultCode, Sizes, Value, builtin};
 
 /// Counts broadcasts. Robot 2 sends one in each step.
 const LISTEN: &str = "n = 0
@@ -306,6 +307,39 @@ fn entries_give_way_to_messages_of_a_resting_robot() {
     assert!(sizes.iter().any(|size| size != "0"), "{sizes:?}");
 }
 
+/// Keys may be made at run time, and take memory, too. Entries that take none are kept.
+#[test]
+fn entries_with_keys_on_the_heap_give_way_to_messages() {
+    let mut sizes = Vec::new();
+    for globals in 0..20 {
+        let globals: String = (0..globals).map(|number| format!("g{number} = 0\n")).collect();
+        let script = format!(
+            "{globals} i = 0
+             function init() {{ s = stigmergy.create(1) log(s.size()) }}
+             function step() {{
+               s.put(1, 1)
+               while(i < 100) {{
+                 s.put(string.concat(\"a key of so many bytes that it takes some cells of memory \", string.tostring(i)), 1)
+                 i = i + 1
+               }}
+             }}"
+        );
+        let image = Program::new::<Full>(&script).leak();
+        let room = Sizes { neighbors: 2, entries: 20, ..SIZES };
+        let mut robot: TestRobot<Full, _, 240> = TestRobot::new(image, 3, room);
+        robot.begin().expect("nothing is put");
+        let fault = robot.step().expect_err("it puts too much").code;
+        assert!(matches!(fault, FaultCode::OutOfMemory | FaultCode::StackOverflow), "{fault:?}");
+        robot.rest();
+        (0..3).for_each(|_| robot.step().expect("there is room for messages"));
+        robot.start().expect("there is room for global code");
+        sizes.push(robot.host.logs().pop().expect("a size"));
+    }
+    assert!(sizes.iter().any(|size| size == "1"), "{sizes:?}");
+    assert!(sizes.iter().any(|size| size != "1"), "{sizes:?}");
+    assert!(sizes.iter().all(|size| size != "0"), "{sizes:?}");
+}
+
 /// `step` may be any function, also after messages.
 #[test]
 fn a_step_of_the_machine_itself_follows_messages() {
@@ -320,4 +354,124 @@ fn a_step_of_the_machine_itself_follows_messages() {
     swarm.steps(4);
     // The broadcasts of the first step arrive in the second.
     assert_eq!(swarm.logs(), [["", "5", "", "", ""]; 2]);
+}
+
+/// A neighbor whose store has no room sends beacons without a digest, which show nothing about its entries: all of them
+/// are advertised around it, and none where there is no such neighbor.
+#[test]
+fn entries_are_advertised_next_to_a_robot_without_a_digest() {
+    for is_met in [false, true] {
+        let (mut swarm, _) = with_keys(3, 5);
+        swarm.steps(300);
+        let robot = &mut swarm.robots[0];
+        robot.take_sent();
+        let script = robot.script();
+        for _ in 0..100 {
+            if is_met {
+                robot.receive(&Message::Beacon { robot: 2 });
+            }
+            (0..5).for_each(|_| robot.step().expect("the script goes on"));
+        }
+        let keys = robot.take_sent().into_iter().filter_map(|frame| {
+            let message = Message::<Tiny>::decode(&frame, script);
+            message.ok().and_then(|message| match message {
+                Message::Entry(entry) => entry.key.as_int(),
+                _ => None,
+            })
+        });
+        let mut keys: Vec<i32> = keys.collect();
+        keys.sort_unstable();
+        keys.dedup();
+        assert_eq!(keys, if is_met { vec![0, 1, 2] } else { vec![] });
+    }
+}
+
+/// A robot that hears many old values answers four at once, and then one in two steps.
+#[test]
+fn answers_are_few() {
+    let (mut swarm, _) = with_keys(4, 5);
+    let robot = &mut swarm.robots[0];
+    let mut sent = Vec::new();
+    for _ in 0..20 {
+        for key in 0..4 {
+            let (key, value) = (Value::int(key), Value::int(0));
+            robot.receive(&Message::Entry(Entry { stigmergy: 1, owner: 2, clock: 1, key, value }));
+        }
+        robot.step().expect("the script goes on");
+        sent.push(robot.take_sent().len());
+    }
+    // And the newest entry, with another one, each second step.
+    assert!(sent[0] >= 4, "{sent:?}");
+    assert!(sent.iter().sum::<usize>() <= 4 + 10 + 20, "{sent:?}");
+}
+
+/// A robot that comes late learns who is in which swarm.
+#[test]
+fn each_swarm_is_advertised() {
+    for joined in 0..3 {
+        let script = format!(
+            "function init() {{ s = {{}} var i = 0
+                while(i < 3) {{ s[i] = swarm.create(20 + i) i = i + 1 }}
+                s[{joined}].join() }}
+             function step() {{}}"
+        );
+        let mut swarm: Swarm<Tiny> = Swarm::new(1, &script);
+        swarm.steps(50);
+        let robot = &mut swarm.robots[0];
+        robot.take_sent();
+        (0..100).for_each(|_| robot.step().expect("the script goes on"));
+        let script = robot.script();
+        let mut told = [None; 3];
+        for frame in robot.take_sent() {
+            if let Ok(Message::Swarms { swarms, .. }) = Message::<Tiny>::decode(&frame, script) {
+                for (number, is_member) in swarms.iter() {
+                    told[usize::from(number) - 20] = Some(is_member);
+                }
+            }
+        }
+        let expected = [0, 1, 2].map(|number| Some(number == joined));
+        assert_eq!(told, expected);
+    }
+}
+
+/// The swarm of another robot that this robot has not created.
+#[test]
+fn an_unknown_swarm_is_nobody_s() {
+    let script = "function init() { s = {} var i = 0
+            while(i < 8) { s[i] = swarm.create(i) s[i].join() i = i + 1 } }
+        function step() { var i = 0
+            while(i < 8) { s[i].exec(function() { log(neighbors.kin().count()) }) i = i + 1 } }";
+    let mut swarm: Swarm<Tiny> = Swarm::new(1, script);
+    swarm.step();
+    let mut swarms = bittybuzz_vm_core::message::Swarms::default();
+    swarms.push(30, true);
+    swarm.robots[0].receive(&Message::Swarms { robot: 2, swarms });
+    swarm.step();
+    assert_eq!(swarm.logs()[0], vec!["0"; 16]);
+}
+
+/// A call whose missing argument the compiler cannot see.
+#[test]
+fn a_broadcast_of_nothing_is_a_fault() {
+    for call in ["tell()", "tell(\"x\")"] {
+        let script = format!("function step() {{ var tell = neighbors.broadcast {call} }}");
+        let mut swarm: Swarm<Tiny> = Swarm::new(1, &script);
+        let fault = swarm.robots[0].step().expect_err(call);
+        assert_eq!(fault.code, FaultCode::MissingArgument, "{call}");
+    }
+}
+
+/// Byte code that no compiler writes calls `count` of a snapshot with something else.
+#[test]
+fn functions_of_snapshots_need_one() {
+    for text in ["size({})", "size(5)"] {
+        let script = format!("function step() {{ log(neighbors.count()) log({text}) }}");
+        let mut image = Program::new::<Tiny>(&script).image;
+        let call = [CALL_BUILTIN, builtin::SIZE, 1];
+        let at = image.windows(3).position(|bytes| bytes == call).expect("a call of size");
+        image[at + 1] = builtin::SNAPSHOT_COUNT;
+        let mut robot: TestRobot<Tiny> = TestRobot::new(Vec::leak(image), 1, SIZES);
+        let fault = robot.step().expect_err("it is no snapshot");
+        assert_eq!(fault.code, FaultCode::WrongType, "{text}");
+    }
 }

@@ -43,14 +43,24 @@ pub const SURVIVORS: &[Survivor] = &[
         reason: "the bits have none in common",
     },
     Survivor {
+        mutant: "vm-core/src/machine/messages.rs: replace && with || in Vm<P, C, SLOTS>::handle",
+        count: 1,
+        reason: "the machine of these tests has every part",
+    },
+    Survivor {
         mutant: "vm-core/src/machine/messages.rs: replace + with * in Vm<P, C, SLOTS>::contain",
         count: 1,
         reason: "the next message sets the top of the stack; until then the last local is overwritten, which is read before",
     },
     Survivor {
-        mutant: "vm-core/src/machine/messages.rs: replace + with * in Vm<P, C, SLOTS>::next_message",
+        mutant: "vm-core/src/machine/messages.rs: replace + with * in Vm<P, C, SLOTS>::enter_messages",
         count: 2,
-        reason: "the last local, the digest of a conflict, is overwritten by a value that has been read, or where none is needed",
+        reason: "one slot less is asked for: record, locals and arguments of a listener take eleven of the thirteen",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/messages.rs: replace + with * in Vm<P, C, SLOTS>::next_message",
+        count: 3,
+        reason: "the last local, the digest of a conflict, is overwritten by a value that has been read, or where none is needed; or the value of `step` takes the place of a record that nobody reads again",
     },
     Survivor {
         mutant: "vm-core/src/machine/messages.rs: replace + with - in Vm<P, C, SLOTS>::contain",
@@ -58,9 +68,19 @@ pub const SURVIVORS: &[Survivor] = &[
         reason: "the next message sets the top of the stack; until then only locals are overwritten that are read before",
     },
     Survivor {
+        mutant: "vm-core/src/machine/messages.rs: replace + with - in Vm<P, C, SLOTS>::enter_messages",
+        count: 1,
+        reason: "two slots less are asked for: record, locals and arguments of a listener take eleven of the thirteen",
+    },
+    Survivor {
         mutant: "vm-core/src/machine/messages.rs: replace | with ^",
         count: 2,
         reason: "the bits have none in common",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/messages.rs: replace || with && in Vm<P, C, SLOTS>::talk",
+        count: 1,
+        reason: "a value that is missing has a wrong type, too, which is reported as missing",
     },
     Survivor {
         mutant: "vm-core/src/machine/neighbors.rs: replace < with <= in Vm<P, C, SLOTS>::find_neighbor",
@@ -79,8 +99,13 @@ pub const SURVIVORS: &[Survivor] = &[
     },
     Survivor {
         mutant: "vm-core/src/machine/serial.rs: replace * with + in Vm<P, C, SLOTS>::has_room_for",
+        count: 2,
+        reason: "less room is asked for, but still more than tables that fit a message take; a listener that finds too little for itself has a fault of its own",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/serial.rs: replace + with *",
         count: 1,
-        reason: "less room is asked for, but still more than tables that fit a message take",
+        reason: "a table within a table takes two more slots of the stack while it is written",
     },
     Survivor {
         mutant: "vm-core/src/machine/serial.rs: replace + with * in Vm<P, C, SLOTS>::has_room_for",
@@ -103,6 +128,11 @@ pub const SURVIVORS: &[Survivor] = &[
         reason: "the digest of a plain value is 0 then: such values are ordered by their bits before their digests",
     },
     Survivor {
+        mutant: "vm-core/src/machine/serial.rs: replace match guard P::FULL with true in Vm<P, C, SLOTS>::has_room_for",
+        count: 1,
+        reason: "a message of `tiny` has no text",
+    },
+    Survivor {
         mutant: "vm-core/src/machine/serial.rs: replace | with ^ in Vm<P, C, SLOTS>::assemble",
         count: 1,
         reason: "a bit and the bits below it have none in common",
@@ -113,7 +143,22 @@ pub const SURVIVORS: &[Survivor] = &[
         reason: "a value that is no table is copied, too, which gives an equal one",
     },
     Survivor {
+        mutant: "vm-core/src/machine/stigmergy.rs: replace + with - in Vm<P, C, SLOTS>::entry_message",
+        count: 1,
+        reason: "the key is in the first slot: 0 is subtracted",
+    },
+    Survivor {
         mutant: "vm-core/src/machine/stigmergy.rs: replace + with - in Vm<P, C, SLOTS>::find_entry",
+        count: 1,
+        reason: "the key is in the first slot: 0 is subtracted",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/stigmergy.rs: replace + with - in Vm<P, C, SLOTS>::forget_entries_on_heap",
+        count: 1,
+        reason: "the key is in the first slot: 0 is subtracted",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/stigmergy.rs: replace + with - in Vm<P, C, SLOTS>::new_entry",
         count: 1,
         reason: "the key is in the first slot: 0 is subtracted",
     },
@@ -126,6 +171,11 @@ pub const SURVIVORS: &[Survivor] = &[
         mutant: "vm-core/src/machine/stigmergy.rs: replace < with <= in Vm<P, C, SLOTS>::take_greater",
         count: 1,
         reason: "the interval is one step longer until the next advertisement, which limits it",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/stigmergy.rs: replace | with ^ in Vm<P, C, SLOTS>::set_stamp",
+        count: 2,
+        reason: "the bits have none in common",
     },
     Survivor {
         mutant: "vm-core/src/machine/swarms.rs: replace < with <= in Vm<P, C, SLOTS>::find_swarm",

@@ -1,7 +1,8 @@
 //! Values that need more than a frame.
 
 use super::{Full, Profile, Swarm, Tiny, last};
-use bittybuzz_testkit::{Program, SIZES, TestRobot};
+use bittybuzz_testkit::{Program, Received, SIZES, TestRobot};
+use bittybuzz_vm_core::{Entry, Outcome};
 
 #[test]
 fn a_table_is_broadcast_in_fragments() {
@@ -200,6 +201,9 @@ fn a_message_takes_the_memory_that_it_needs_or_none() {
         "{.a = {.b = 1, .c = {.d = 2, .e = 3}}, .f = 4}",
         "{.a = 1, .b = 2, .c = 3, .d = 4, .e = 5, .f = 6, .g = 7, .h = 8, .i = 9, .j = 10, .k = 11, .l = 12}",
         "string.concat(\"one two three four\", \"five six seven eight nine ten eleven twelve\")",
+        // Of 120 bytes.
+        "string.concat(\"one two three four five six seven eight nine ten eleven twelve\",
+            \" thirteen fourteen fifteen sixteen seventeen eighteen, ...\")",
     ];
     for value in values {
         // A robot fills its memory with as many elements as its id says.
@@ -236,6 +240,50 @@ fn a_message_takes_the_memory_that_it_needs_or_none() {
         }
         assert!(received > 0 && dropped > 0, "{value}: {received} received, {dropped} dropped");
     }
+}
+
+/// What a listener has thrown away makes room for the next message of the same step.
+#[test]
+fn garbage_makes_room_for_a_message() {
+    // What robots print that have filled their memory with 3, 4, ... elements: the number of messages received.
+    let received = |garbage: usize| -> Vec<String> {
+        let script = format!(
+            "fill = {{}}
+             n = 0
+             function init() {{
+               var i = 0
+               while(i < id) {{ fill[i] = 1 i = i + 1 }}
+               neighbors.listen(\"t\", function(t, v, r) {{
+                 n = n + v.a
+                 var left = {garbage}
+                 while(left > 0) {{ var thrown_away = {{.a = 1}} left = left - 1 }}
+               }})
+             }}
+             function step() {{
+               log(n)
+               var i = 0
+               if(id == 2) while(i < 8) {{ neighbors.broadcast(\"t\", {{.a = 1, .b = {{}}}}) i = i + 1 }}
+             }}"
+        );
+        let image = Program::new::<Tiny>(&script).leak();
+        let mut sender = TestRobot::<Tiny>::new(image, 2, SIZES);
+        sender.step().expect("it sends");
+        let frames = sender.take_sent();
+        let count = |fill| {
+            let mut robot = TestRobot::<Tiny>::new(image, fill, SIZES);
+            robot.begin().ok()?;
+            frames.iter().for_each(|frame| robot.host.link.push(Received::new(frame)));
+            // The test kit would collect after each message.
+            assert!(robot.vm.begin(Entry::Step));
+            while robot.vm.run(&mut robot.host, 1000) == Outcome::Pending {}
+            assert!(robot.host.contained.is_empty());
+            robot.host.last_log()
+        };
+        (3..).map_while(count).collect()
+    };
+    let counts = received(0);
+    assert!(["0", "8"].map(String::from).iter().all(|count| counts.contains(count)), "{counts:?}");
+    assert_eq!(received(3), counts);
 }
 
 /// Each value of a message is reachable while the next ones are made.
