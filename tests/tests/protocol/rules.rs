@@ -117,21 +117,30 @@ fn a_deletion_is_relayed_where_there_is_no_room() {
     }
 }
 
-/// No digest covers deletions, so a robot without room for one still compares its replica with others.
+/// A robot that could not keep an entry sends no digest. One without room for a deletion does: no digest covers those.
 #[test]
-fn a_deletion_without_room_leaves_the_digest() {
-    let (mut swarm, frame) = with_keys(4, 5);
-    swarm.inject(&frame, [0]);
-    let robot = &mut swarm.robots[0];
-    (0..40).for_each(|_| robot.step().expect("the script goes on"));
-    let (sent, script) = (robot.take_sent(), robot.script());
-    let is_digest = |frame: &Vec<u8>| match Message::<Tiny>::decode(frame, script) {
-        Ok(Message::Digest { .. }) => Some(true),
-        Ok(Message::Beacon { .. }) => Some(false),
-        _ => None,
-    };
-    let beacons: Vec<bool> = sent.iter().filter_map(is_digest).collect();
-    assert!(beacons.len() >= 3 && beacons.iter().all(|is_digest| *is_digest), "{beacons:?}");
+fn a_robot_without_room_for_an_entry_sends_no_digest() {
+    for (value, sends_digests) in [(Value::nil(), true), (Value::int(1), false)] {
+        // Robots whose script asks for neighbors send beacons also without a digest.
+        let script = "function init() { s = stigmergy.create(1) var i = 0 while(i < 4) { s.put(i, 1) i = i + 1 } }
+            function step() { log(neighbors.count()) }";
+        let mut swarm: Swarm<Tiny> = Swarm::new(1, script);
+        swarm.steps(100);
+        let entry = Entry { stigmergy: 1, owner: FORGER, clock: 5, key: Value::int(9), value };
+        let robot = &mut swarm.robots[0];
+        robot.take_sent();
+        robot.receive(&Message::Entry(entry));
+        (0..40).for_each(|_| robot.step().expect("the script goes on"));
+        let (sent, script) = (robot.take_sent(), robot.script());
+        let is_digest = |frame: &Vec<u8>| match Message::<Tiny>::decode(frame, script) {
+            Ok(Message::Digest { .. }) => Some(true),
+            Ok(Message::Beacon { .. }) => Some(false),
+            _ => None,
+        };
+        let beacons: Vec<bool> = sent.iter().filter_map(is_digest).collect();
+        assert!(beacons.len() >= 3, "{beacons:?}");
+        assert!(beacons.iter().all(|is_digest| *is_digest == sends_digests), "{beacons:?}");
+    }
 }
 
 /// Entries that find no room are relayed with a pause of 64 to 95 steps.
@@ -149,6 +158,23 @@ fn the_pause_between_relayed_entries_ends() {
         is_relayed
     };
     assert_eq!([10, 11, 12, 13, 14].map(&mut relays), [true, false, true, false, true]);
+}
+
+/// An entry that comes again and again is relayed once, as long as no other one is.
+#[test]
+fn an_entry_is_not_relayed_twice_in_a_row() {
+    let (mut swarm, _) = with_keys(4, 5);
+    let mut relays = |key: i32| {
+        let (key, value) = (Value::int(key), Value::int(1));
+        let entry = Entry { stigmergy: 1, owner: FORGER, clock: 5, key, value };
+        let frame = swarm.robots[0].frame(&Message::Entry(entry));
+        swarm.inject(&frame, [0]);
+        swarm.robots[0].step().expect("the script goes on");
+        let is_relayed = swarm.robots[0].take_sent().contains(&frame);
+        (0..100).for_each(|_| swarm.step());
+        is_relayed
+    };
+    assert_eq!([10, 10, 11, 10].map(&mut relays), [true, false, true, true]);
 }
 
 /// However much a script puts, a step sends four entries at most; the others follow.
@@ -405,6 +431,24 @@ fn answers_are_few() {
     assert!(sent.iter().sum::<usize>() <= 4 + 10 + 20, "{sent:?}");
 }
 
+/// Two robots may have the same old value.
+#[test]
+fn an_old_value_that_comes_twice_is_answered() {
+    let (mut swarm, _) = with_keys(1, 5);
+    let robot = &mut swarm.robots[0];
+    for _ in 0..2 {
+        let (key, value) = (Value::int(0), Value::int(0));
+        robot.receive(&Message::Entry(Entry { stigmergy: 1, owner: 2, clock: 0, key, value }));
+    }
+    robot.step().expect("the script goes on");
+    let script = robot.script();
+    let is_answer = |frame: &Vec<u8>| match Message::<Tiny>::decode(frame, script) {
+        Ok(Message::Entry(entry)) => entry.value.as_int() == Some(1),
+        _ => false,
+    };
+    assert_eq!(robot.take_sent().iter().filter(|frame| is_answer(frame)).count(), 1);
+}
+
 /// A robot that comes late learns who is in which swarm.
 #[test]
 fn each_swarm_is_advertised() {
@@ -461,17 +505,29 @@ fn a_broadcast_of_nothing_is_a_fault() {
     }
 }
 
-/// Byte code that no compiler writes calls `count` of a snapshot with something else.
+/// Byte code that no compiler writes calls functions of snapshots, swarms and stigmergies with something else.
 #[test]
-fn functions_of_snapshots_need_one() {
-    for text in ["size({})", "size(5)"] {
-        let script = format!("function step() {{ log(neighbors.count()) log({text}) }}");
-        let mut image = Program::new::<Tiny>(&script).image;
-        let call = [CALL_BUILTIN, builtin::SIZE, 1];
-        let at = image.windows(3).position(|bytes| bytes == call).expect("a call of size");
-        image[at + 1] = builtin::SNAPSHOT_COUNT;
-        let mut robot: TestRobot<Tiny> = TestRobot::new(Vec::leak(image), 1, SIZES);
-        let fault = robot.step().expect_err("it is no snapshot");
-        assert_eq!(fault.code, FaultCode::WrongType, "{text}");
+fn functions_of_objects_need_one() {
+    let arguments = ["{}", "5", "neighbors", "stigmergy.create(1)", "swarm.create(1)"];
+    let functions = [
+        (builtin::SNAPSHOT_COUNT, None),
+        (builtin::STIGMERGY_SIZE, Some("stigmergy.create(1)")),
+        (builtin::SWARM_IN, Some("swarm.create(1)")),
+    ];
+    for (function, object) in functions {
+        for argument in arguments {
+            let script = format!(
+                "function step() {{ neighbors.count() stigmergy.create(2) swarm.create(2) log(size({argument})) }}"
+            );
+            let mut image = Program::new::<Tiny>(&script).image;
+            let call = [CALL_BUILTIN, builtin::SIZE, 1];
+            let at = image.windows(3).position(|bytes| bytes == call).expect("a call of size");
+            image[at + 1] = function;
+            let mut robot: TestRobot<Tiny> = TestRobot::new(Vec::leak(image), 1, SIZES);
+            let result = robot.step().map_err(|fault| fault.code);
+            let expected =
+                if object == Some(argument) { Ok(()) } else { Err(FaultCode::WrongType) };
+            assert_eq!(result, expected, "function {function} of {argument}");
+        }
     }
 }

@@ -262,23 +262,24 @@ fn a_new_put_exceeds_a_deletion_that_others_still_remember() {
          function init() { s = stigmergy.create(1) if(id == 1) { s.put(1, 1) s.put(1, 2) s.put(1, 3) } }
          function step() {
            t = t + 1
-           if(id == 1) { if(t == 30) s.put(1, nil)  if(t == 700) s.put(1, 9) }
+           if(t == 30 and id == 1) s.put(1, nil)
+           if(t == 700 and id == 3) s.put(1, 9)
            log(s.get(1))
          }";
-    let mut swarm = kilobots(2, script);
+    let mut swarm = kilobots(3, script);
     // Robot 2 learns of the deletion 300 steps later, and remembers it for that much longer.
     let is_open = Rc::new(RefCell::new(true));
     let open = is_open.clone();
-    swarm.air.reaches = Box::new(move |_, _| *open.borrow());
+    swarm.air.reaches = Box::new(move |from, to| *open.borrow() || (from != 1 && to != 1));
     swarm.steps(25);
-    assert_eq!(swarm.last(), ["3", "3"]);
+    assert_eq!(swarm.last(), ["3"; 3]);
     *is_open.borrow_mut() = false;
     swarm.steps(300);
     *is_open.borrow_mut() = true;
     swarm.steps(60);
-    assert_eq!(swarm.last(), ["nil", "nil"]);
+    assert_eq!(swarm.last(), ["nil"; 3]);
     swarm.steps(400);
-    assert_eq!(swarm.last(), ["9", "9"]);
+    assert_eq!(swarm.last(), ["9"; 3]);
 }
 
 fn entry(owner: u16, clock: u32, value: i32) -> Message<'static, Tiny> {

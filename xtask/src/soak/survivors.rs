@@ -13,6 +13,16 @@ pub struct Survivor {
 /// All of them.
 pub const SURVIVORS: &[Survivor] = &[
     Survivor {
+        mutant: "vm-core/src/machine/advertise.rs: replace - with + in Vm<P, C, SLOTS>::relay",
+        count: 1,
+        reason: "the pause between relayed entries is longer by 0, 1, 32 or 33 steps at random",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/advertise.rs: replace - with / in Vm<P, C, SLOTS>::relay",
+        count: 1,
+        reason: "the pause between relayed entries is longer by 0 or 32 steps at random",
+    },
+    Survivor {
         mutant: "vm-core/src/machine/advertise.rs: replace / with * in Vm<P, C, SLOTS>::relay",
         count: 1,
         reason: "the pause between relayed entries is longer by up to 127 steps at random, not 31",
@@ -81,6 +91,16 @@ pub const SURVIVORS: &[Survivor] = &[
         mutant: "vm-core/src/machine/messages.rs: replace || with && in Vm<P, C, SLOTS>::talk",
         count: 1,
         reason: "a value that is missing has a wrong type, too, which is reported as missing",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/neighbors.rs: replace + with * in Vm<P, C, SLOTS>::age_neighbors",
+        count: 1,
+        reason: "nobody asks in which swarms a forgotten robot was",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/neighbors.rs: replace + with - in Vm<P, C, SLOTS>::age_neighbors",
+        count: 1,
+        reason: "nobody asks in which swarms a forgotten robot was",
     },
     Survivor {
         mutant: "vm-core/src/machine/neighbors.rs: replace < with <= in Vm<P, C, SLOTS>::find_neighbor",

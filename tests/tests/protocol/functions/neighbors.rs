@@ -2,6 +2,7 @@
 
 use super::{Swarm, Tiny, last};
 use bittybuzz_vm_core::message::Message;
+use bittybuzz_vm_core::{Sighting, Value};
 
 #[test]
 fn a_broadcast_reaches_the_listeners_of_all_others() {
@@ -166,6 +167,20 @@ fn a_neighbor_is_kept_for_as_many_steps_as_the_robot_says() {
             assert_eq!(known, usize::from(forget.min(126)), "{forget} steps, from step {before}");
         }
     }
+}
+
+/// A host without a link says itself who is near.
+#[test]
+fn a_robot_that_the_host_meets_is_a_neighbor() {
+    let mut swarm: Swarm<Tiny> = Swarm::new(
+        1,
+        "function step() { log(neighbors.count(), \" \", neighbors.get(7).distance) }",
+    );
+    let robot = &mut swarm.robots[0];
+    let place = Some([30.0, 0.0, 0.0].map(Value::float));
+    robot.vm.meet(7, &Sighting { robot: None, place }, 10);
+    robot.step().expect("no fault");
+    assert_eq!(robot.host.last_log(), Some("1 30.0".to_owned()));
 }
 
 #[test]
