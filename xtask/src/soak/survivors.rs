@@ -163,6 +163,16 @@ pub const SURVIVORS: &[Survivor] = &[
         reason: "a value that is no table is copied, too, which gives an equal one",
     },
     Survivor {
+        mutant: "vm-core/src/machine/stigmergy.rs: replace + with * in Vm<P, C, SLOTS>::new_entry",
+        count: 1,
+        reason: "a place without an entry is empty: its clock is nil already, and a slot beyond the memory is none",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/stigmergy.rs: replace + with - in Vm<P, C, SLOTS>::adopt",
+        count: 1,
+        reason: "the key is in the first slot: 0 is subtracted",
+    },
+    Survivor {
         mutant: "vm-core/src/machine/stigmergy.rs: replace + with - in Vm<P, C, SLOTS>::entry_message",
         count: 1,
         reason: "the key is in the first slot: 0 is subtracted",

@@ -40,11 +40,13 @@ fn at_equal_clocks_the_higher_robot_wins_and_the_other_is_told() {
         "lost = 0
          function init() {
            v = stigmergy.create(1)
-           v.onconflictlost(function(key, mine) { lost = mine.robot * 100 + mine.data * 10 + mine.timestamp })
-           v.put(\"k\", id)
+           v.onconflictlost(function(key, mine) {
+             lost = key * 1000 + mine.robot * 100 + mine.data * 10 + mine.timestamp
+           })
+           v.put(7, id)
          }
-         function step() { log(v.get(\"k\"), \" \", lost) }",
-        &["3 111", "3 221", "3 0"],
+         function step() { log(v.get(7), \" \", lost) }",
+        &["3 7111", "3 7221", "3 0"],
     );
 }
 
