@@ -222,6 +222,7 @@ proptest! {
         prop_assert_eq!(sealed(&TinyMessage::Digest { robot, digest: digest | 1 << 24 }), None);
         let mut swarms = Swarms::default();
         prop_assert!(ids.iter().all(|(id, joined)| swarms.push(*id, *joined)));
+        prop_assert!(swarms.iter().eq(ids.iter().copied()));
         let full = FullMessage::Swarms { robot, swarms };
         comes_back(&full);
         is_foreign(&full, bits);

@@ -147,6 +147,7 @@ fn read<P: Profile>(frame: &[u8]) -> String {
         Message::Digest { robot, digest } => format!("digest: robot {robot}, sum {digest}"),
         Message::Swarms { robot, swarms } => {
             let mut text = format!("swarms: robot {robot}");
+            assert_eq!(swarms.iter().count(), usize::from(swarms.count()));
             for (id, joined) in swarms.iter() {
                 write!(text, ", {}in {id}", if joined { "" } else { "not " }).unwrap();
             }

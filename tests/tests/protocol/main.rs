@@ -4,6 +4,7 @@
 mod classes;
 mod containment;
 mod endurance;
+mod frames;
 mod functions;
 mod rules;
 mod stigmergy;

@@ -1,19 +1,18 @@
 //! Rules of the protocol, each shown by few messages.
 
-use bittybuzz_testkit::{FORGER, Program, Received, SIZES, Swarm, TestRobot, fragments};
-use bittybuzz_vm_core::message::content::{Head, Item};
+use bittybuzz_testkit::{FORGER, Program, SIZES, Swarm, TestRobot};
 use bittybuzz_vm_core::message::{Entry, Message};
 use bittybuzz_vm_core::number::{Full, Tiny};
 use bittybuzz_vm_core::opcode::CALL_BUILTIN;
 use bittybuzz_vm_core::{FaultCode, Sizes, Value, builtin};
 
 /// Counts broadcasts. Robot 2 sends one in each step.
-const LISTEN: &str = "n = 0
+pub const LISTEN: &str = "n = 0
     function init() { neighbors.listen(\"x\", function(topic, value, robot) { n = n + 1 }) }
     function step() { log(n, \" \", neighbors.count())  if(id == 2) neighbors.broadcast(\"x\", 1) }";
 
 /// The frame of robot 2.
-fn broadcast() -> Vec<u8> {
+pub fn broadcast() -> Vec<u8> {
     let mut sender: Swarm<Tiny> = Swarm::new(2, LISTEN);
     sender.robots[1].step().expect("it sends");
     sender.robots[1].take_sent().remove(0)
@@ -29,49 +28,6 @@ fn a_step_handles_32_messages() {
     for expected in ["32 1", "64 1", "96 1", "100 1"] {
         swarm.step();
         assert_eq!(swarm.last(), [expected]);
-    }
-}
-
-#[test]
-fn messages_with_the_robots_own_id_are_counted_and_ignored() {
-    let frame = broadcast();
-    let mut swarm: Swarm<Tiny> = Swarm::new(2, LISTEN);
-    swarm.air.reaches = Box::new(|_, _| false);
-    swarm.step();
-    swarm.inject(&frame, [1]);
-    swarm.step();
-    assert_eq!(swarm.last()[1], "0 0");
-    assert_eq!(swarm.robots[1].counters().own_id, 1);
-}
-
-/// All four bytes of the script's hash count, also where two differ in the same bits.
-#[test]
-fn a_beacon_with_any_other_hash_is_foreign() {
-    for changed in 1..16 {
-        let mut swarm: Swarm<Tiny> = Swarm::new(1, LISTEN);
-        let mut frame = swarm.robots[0].frame(&Message::Beacon { robot: 2 });
-        // Type and robot come first.
-        (0..4).filter(|byte| changed >> byte & 1 != 0).for_each(|byte| frame[3 + byte] ^= 0x55);
-        swarm.inject(&frame, [0]);
-        swarm.step();
-        assert_eq!(swarm.robots[0].counters().foreign, 1, "{changed:04b}");
-    }
-}
-
-/// The robot that put an entry may be far away. The link of some robots names the sender of each frame.
-#[test]
-fn an_entry_makes_a_neighbor_of_its_sender_only() {
-    let script = "function init() { s = stigmergy.create(1) }
-        function step() { log(neighbors.count(), \" \", s.get(5)) }";
-    for (sender, expected) in [(None, "0 7"), (Some(3), "1 7"), (Some(1), "0 nil")] {
-        let mut swarm: Swarm<Tiny> = Swarm::new(1, script);
-        let (key, value) = (Value::int(5), Value::int(7));
-        let entry = Entry { stigmergy: 1, owner: FORGER, clock: 1, key, value };
-        let bytes = swarm.robots[0].frame(&Message::Entry(entry));
-        swarm.step();
-        swarm.robots[0].host.link.push(Received { sender, ..Received::new(&bytes) });
-        swarm.step();
-        assert_eq!(swarm.last(), [expected], "from {sender:?}");
     }
 }
 
@@ -228,35 +184,6 @@ fn sizes_are_clamped() {
         assert_eq!(fault.code, code);
         assert_eq!(robot.host.logs().last(), Some(&count.to_string()));
     }
-}
-
-/// A function that captures values is none without them.
-#[test]
-fn functions_with_captures_do_not_arrive() {
-    let script = "n = 0
-        function plain() { return 1 }
-        function make(x) { return function() { return x } }
-        function init() { neighbors.listen(\"x\", function(topic, value, robot) { n = n + 1 }) }
-        function step() { made = make(plain()) log(n) }";
-    let swarm: Swarm<Tiny> = Swarm::new(1, script);
-    let symbols = swarm.robots[0].host.symbols.clone().expect("the script has names");
-    let own = symbols.strings.iter().position(|name| name == "x").expect("a topic");
-    let topic = bittybuzz_vm_core::builtin::string::COUNT + own as u16;
-    let functions = swarm.robots[0].vm.header().expect("an image").functions();
-    let arrives = |number: u16| {
-        let mut swarm: Swarm<Tiny> = Swarm::new(1, script);
-        swarm.step();
-        let items = [Item::Plain(Value::string(topic)), Item::Function(number)];
-        let script = swarm.robots[0].script();
-        for frame in fragments::<Tiny>(script, FORGER, Head::Broadcast, &items) {
-            swarm.inject(&frame, [0]);
-        }
-        swarm.step();
-        swarm.last() == ["1"]
-    };
-    let arrived = (0..functions).filter(|number| arrives(*number)).count();
-    assert_eq!(arrived, usize::from(functions) - 1, "one of them captures a value");
-    assert!(!arrives(functions), "there is no such function");
 }
 
 /// A put in a handler of conflicts is later than the conflict, whatever it returns.
@@ -476,22 +403,6 @@ fn each_swarm_is_advertised() {
         let expected = [0, 1, 2].map(|number| Some(number == joined));
         assert_eq!(told, expected);
     }
-}
-
-/// The swarm of another robot that this robot has not created.
-#[test]
-fn an_unknown_swarm_is_nobody_s() {
-    let script = "function init() { s = {} var i = 0
-            while(i < 8) { s[i] = swarm.create(i) s[i].join() i = i + 1 } }
-        function step() { var i = 0
-            while(i < 8) { s[i].exec(function() { log(neighbors.kin().count()) }) i = i + 1 } }";
-    let mut swarm: Swarm<Tiny> = Swarm::new(1, script);
-    swarm.step();
-    let mut swarms = bittybuzz_vm_core::message::Swarms::default();
-    swarms.push(30, true);
-    swarm.robots[0].receive(&Message::Swarms { robot: 2, swarms });
-    swarm.step();
-    assert_eq!(swarm.logs()[0], vec!["0"; 16]);
 }
 
 /// A call whose missing argument the compiler cannot see.

@@ -213,6 +213,76 @@ pub const SURVIVORS: &[Survivor] = &[
         reason: "every place beyond the last swarm means that there is none",
     },
     Survivor {
+        mutant: "vm-core/src/machine/swarms.rs: replace | with ^ in Vm<P, C, SLOTS>::set_member",
+        count: 1,
+        reason: "the second change in a step leaves what the others know",
+    },
+    Survivor {
+        mutant: "vm-core/src/message/check.rs: replace << with >> in crc16",
+        count: 2,
+        reason: "only an AVR runs this: tests of its image exchange frames with other robots",
+    },
+    Survivor {
+        mutant: "vm-core/src/message/check.rs: replace >> with << in crc16",
+        count: 1,
+        reason: "only an AVR runs this: tests of its image exchange frames with other robots",
+    },
+    Survivor {
+        mutant: "vm-core/src/message/check.rs: replace ^ with & in crc16",
+        count: 3,
+        reason: "only an AVR runs this: tests of its image exchange frames with other robots",
+    },
+    Survivor {
+        mutant: "vm-core/src/message/check.rs: replace ^ with | in crc16",
+        count: 3,
+        reason: "only an AVR runs this: tests of its image exchange frames with other robots",
+    },
+    Survivor {
+        mutant: "vm-core/src/message/check.rs: replace ^= with &= in crc16",
+        count: 1,
+        reason: "only an AVR runs this: tests of its image exchange frames with other robots",
+    },
+    Survivor {
+        mutant: "vm-core/src/message/check.rs: replace ^= with |= in crc16",
+        count: 1,
+        reason: "only an AVR runs this: tests of its image exchange frames with other robots",
+    },
+    Survivor {
+        mutant: "vm-core/src/message/content.rs: replace match guard P::FULL with true in Reader<'a>::check",
+        count: 1,
+        reason: "a message of `tiny` has no text",
+    },
+    Survivor {
+        mutant: "vm-core/src/message/frame.rs: replace | with ^ in Frame<P>::digest",
+        count: 1,
+        reason: "the bits have none in common",
+    },
+    Survivor {
+        mutant: "vm-core/src/message/frame.rs: replace | with ^ in Frame<P>::translate",
+        count: 1,
+        reason: "the bits have none in common",
+    },
+    Survivor {
+        mutant: "vm-core/src/message/frame.rs: replace |= with ^= in Frame<P>::translate_words",
+        count: 1,
+        reason: "the first of two: nothing is foreign before it",
+    },
+    Survivor {
+        mutant: "vm-core/src/message/waiting.rs: replace | with ^ in clock",
+        count: 1,
+        reason: "the bits have none in common",
+    },
+    Survivor {
+        mutant: "vm-core/src/message/waiting.rs: replace | with ^ in replaces",
+        count: 2,
+        reason: "the bits have none in common",
+    },
+    Survivor {
+        mutant: "vm-core/src/stamp.rs: replace < with <= in Stamp<P>::order",
+        count: 4,
+        reason: "the two are not equal there",
+    },
+    Survivor {
         mutant: "vm-core/src/stamp.rs: replace < with > in Stamp<P>::order",
         count: 1,
         reason: "the types in the reverse order: robots need the same order, no matter which",

@@ -1,8 +1,9 @@
 //! `neighbors`: broadcasts, the table of neighbors, and its functions.
 
 use super::{Swarm, Tiny, last};
+use bittybuzz_testkit::{Program, SIZES, TestRobot};
 use bittybuzz_vm_core::message::Message;
-use bittybuzz_vm_core::{Sighting, Value};
+use bittybuzz_vm_core::{Sighting, Sizes, Value};
 
 #[test]
 fn a_broadcast_reaches_the_listeners_of_all_others() {
@@ -169,6 +170,24 @@ fn a_neighbor_is_kept_for_as_many_steps_as_the_robot_says() {
     }
 }
 
+/// A link that does not know bearings measures distances alone.
+#[test]
+fn neighbors_without_bearings_have_distances() {
+    let script = "function step() {
+        neighbors.broadcast(\"x\", 1)
+        if(neighbors.count() == 2) neighbors.foreach(function(id, data) {
+          log(id * 100 + data.distance)
+        })
+    }";
+    let image = Program::new::<Tiny>(script).leak();
+    let sizes = Sizes { bearings: false, ..SIZES };
+    let mut swarm = Swarm::of([1, 2, 3].map(|id| TestRobot::<Tiny>::new(image, id, sizes)).into());
+    swarm.steps(3);
+    let logs = swarm.logs();
+    assert_eq!(logs[0][..2], ["210.0", "320.0"]);
+    assert_eq!(logs[2][..2], ["120.0", "210.0"]);
+}
+
 /// A host without a link says itself who is near.
 #[test]
 fn a_robot_that_the_host_meets_is_a_neighbor() {
@@ -177,8 +196,7 @@ fn a_robot_that_the_host_meets_is_a_neighbor() {
         "function step() { log(neighbors.count(), \" \", neighbors.get(7).distance) }",
     );
     let robot = &mut swarm.robots[0];
-    let place = Some([30.0, 0.0, 0.0].map(Value::float));
-    robot.vm.meet(7, &Sighting { robot: None, place }, 10);
+    robot.vm.meet(7, &Sighting::at(Value::float(30.0)), 10);
     robot.step().expect("no fault");
     assert_eq!(robot.host.last_log(), Some("1 30.0".to_owned()));
 }
