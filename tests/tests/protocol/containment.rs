@@ -1,10 +1,10 @@
 //! A fault ends what caused it: a listener's or handler's call, or the run of the script, which starts again. The robot
 //! goes on with its neighbors in every case.
 
-use bittybuzz_testkit::{Swarm, in_both_profiles};
-use bittybuzz_vm_core::FaultCode;
-use bittybuzz_vm_core::message::Kind;
-use bittybuzz_vm_core::number::Profile;
+use bittybuzz_testkit::{Program, SIZES, Swarm, TestRobot, in_both_profiles};
+use bittybuzz_vm_core::message::{Kind, Message};
+use bittybuzz_vm_core::number::{Profile, Tiny};
+use bittybuzz_vm_core::{FaultCode, Image};
 use std::cell::Cell;
 use std::rc::Rc;
 
@@ -284,4 +284,39 @@ fn leaves<P: Profile>() {
     robot.start().expect("no fault");
     robot.step().expect("no fault");
     assert_eq!(robot.host.logs(), ["1", "0"]);
+}
+
+/// Entries and clocks of a script are nothing to the next one.
+#[test]
+fn another_script_begins_without_entries() {
+    let image = |script: &str| Program::new::<Tiny>(script).leak();
+    let before = "function init() {
+            s = stigmergy.create(1)
+            var i = 0
+            while(i < 9) { s.put(2, i) i = i + 1 }
+            t = stigmergy.create(2)
+            t.put(1, 1)
+        }
+        function step() {}";
+    let after = "function init() { s = stigmergy.create(0) s.put(4, 5) }
+        function step() { log(s.size()) }";
+    let mut robot: TestRobot<Tiny> = TestRobot::new(image(before), 1, SIZES);
+    (0..10).for_each(|_| robot.step().expect("no fault"));
+    robot.take_sent();
+    robot.vm.load(Image::new(image(after)), |_| true).expect("the image is sound");
+    robot.start().expect("no fault");
+    let mut sent = robot.take_sent();
+    for _ in 0..50 {
+        robot.step().expect("no fault");
+        sent.extend(robot.take_sent());
+    }
+    assert_eq!(robot.host.last_log(), Some("1".to_owned()));
+    let script = robot.script();
+    let entries = sent.iter().filter_map(|frame| match Message::<Tiny>::decode(frame, script) {
+        Ok(Message::Entry(entry)) => Some((entry.stigmergy, entry.key.as_int(), entry.clock)),
+        _ => None,
+    });
+    let entries: Vec<(u16, Option<i32>, u32)> = entries.collect();
+    assert!(!entries.is_empty());
+    assert!(entries.iter().all(|entry| *entry == (0, Some(4), 1)), "{entries:?}");
 }

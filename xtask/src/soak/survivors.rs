@@ -258,6 +258,11 @@ pub const SURVIVORS: &[Survivor] = &[
         reason: "the bits have none in common",
     },
     Survivor {
+        mutant: "vm-core/src/message/frame.rs: replace | with ^ in Frame<P>::put_fragment",
+        count: 2,
+        reason: "the bits have none in common",
+    },
+    Survivor {
         mutant: "vm-core/src/message/frame.rs: replace | with ^ in Frame<P>::translate",
         count: 1,
         reason: "the bits have none in common",
@@ -276,6 +281,11 @@ pub const SURVIVORS: &[Survivor] = &[
         mutant: "vm-core/src/message/waiting.rs: replace | with ^ in replaces",
         count: 2,
         reason: "the bits have none in common",
+    },
+    Survivor {
+        mutant: "vm-core/src/network.rs: replace << with >>",
+        count: 1,
+        reason: "a digest that is kept is computed anew, and is the same",
     },
     Survivor {
         mutant: "vm-core/src/stamp.rs: replace < with <= in Stamp<P>::order",
