@@ -253,8 +253,23 @@ pub const SURVIVORS: &[Survivor] = &[
         reason: "a message of `tiny` has no text",
     },
     Survivor {
+        mutant: "vm-core/src/message/content.rs: replace | with ^ in Reader<'a>::new",
+        count: 1,
+        reason: "the bits have none in common",
+    },
+    Survivor {
         mutant: "vm-core/src/message/frame.rs: replace | with ^ in Frame<P>::digest",
         count: 1,
+        reason: "the bits have none in common",
+    },
+    Survivor {
+        mutant: "vm-core/src/message/frame.rs: replace | with ^ in Frame<P>::put_broadcast",
+        count: 1,
+        reason: "the bits have none in common",
+    },
+    Survivor {
+        mutant: "vm-core/src/message/frame.rs: replace | with ^ in Frame<P>::put_entry",
+        count: 2,
         reason: "the bits have none in common",
     },
     Survivor {
@@ -263,14 +278,29 @@ pub const SURVIVORS: &[Survivor] = &[
         reason: "the bits have none in common",
     },
     Survivor {
+        mutant: "vm-core/src/message/frame.rs: replace | with ^ in Frame<P>::put_swarms",
+        count: 1,
+        reason: "the bits have none in common",
+    },
+    Survivor {
         mutant: "vm-core/src/message/frame.rs: replace | with ^ in Frame<P>::translate",
         count: 1,
+        reason: "the bits have none in common",
+    },
+    Survivor {
+        mutant: "vm-core/src/message/frame.rs: replace |= with ^= in Frame<P>::translate",
+        count: 2,
         reason: "the bits have none in common",
     },
     Survivor {
         mutant: "vm-core/src/message/frame.rs: replace |= with ^= in Frame<P>::translate_words",
         count: 1,
         reason: "the first of two: nothing is foreign before it",
+    },
+    Survivor {
+        mutant: "vm-core/src/message/mod.rs: replace |= with ^= in Swarms::push",
+        count: 1,
+        reason: "the bit was not set before",
     },
     Survivor {
         mutant: "vm-core/src/message/waiting.rs: replace | with ^ in clock",
