@@ -112,6 +112,19 @@ fn a_beacon_replaces_the_robot_s_one_of_before() {
     assert_eq!(frames, [digest(1, 7), digest(2, 6)]);
 }
 
+/// Two robots of different scripts may have one id.
+#[test]
+fn a_beacon_does_not_replace_one_of_another_script() {
+    for byte in 3..7 {
+        let mut other = beacon(1);
+        other[byte] ^= 1;
+        let mut inbox = Inbox::<Tiny, (), 10, 4>::new(());
+        inbox.push(&beacon(1), ());
+        inbox.push(&other, ());
+        assert_eq!(inbox.len(), 2, "byte {byte}");
+    }
+}
+
 /// The clock is a circle: after the greatest one comes 1.
 #[test]
 fn an_entry_replaces_one_from_before_the_end_of_the_circle() {

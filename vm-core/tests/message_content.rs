@@ -1,7 +1,7 @@
 //! Contents of messages in fragments: what is refused, and their check.
 
 use bittybuzz_vm_core::Value;
-use bittybuzz_vm_core::message::content::{Head, Item, Reader, Writer};
+use bittybuzz_vm_core::message::content::{Head, Item, Reader, Writer, digest};
 use bittybuzz_vm_core::message::{CLOCK_MAX, Ignored, Script, crc16};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 
@@ -49,6 +49,20 @@ fn a_table_is_its_pairs() {
     assert!(matches!(items.item::<Tiny>(), Item::Table(1)));
     assert!(matches!(items.item::<Tiny>(), Item::Plain(v) if v.as_int() == Some(0)));
     assert!(matches!(items.item::<Tiny>(), Item::Function(300)));
+}
+
+/// A digest is of key and value: robots that put the same at other times have the same one.
+#[test]
+fn a_digest_is_of_the_items() {
+    let of = |owner, clock| {
+        let head = Head::Entry { stigmergy: 700, owner, clock, digest: 0 };
+        content::<Tiny>(head)
+    };
+    let bytes = of(1, 1);
+    let items = [2, 0, 0xbf, 5, 1, 3, 0x85, 0x56, 5, 1, 1, 0, 0, 6, 44, 1];
+    assert!(bytes.ends_with(&items));
+    assert_eq!(digest(&bytes), items.iter().fold(0xffff, |check, byte| crc16(check, *byte)));
+    assert_eq!(digest(&bytes), digest(&of(2, CLOCK_MAX)));
 }
 
 fn checked(bytes: &[u8], script: Script) -> Result<(), Ignored> {
