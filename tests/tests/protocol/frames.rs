@@ -110,6 +110,23 @@ fn messages_with_another_hash_are_foreign() {
     check::<Full>();
 }
 
+/// A word of four bytes has room for greater numbers than a string may have.
+#[test]
+fn strings_with_high_bytes_are_foreign() {
+    let mut robot = Swarm::<Full>::new(1, LISTEN).robots.remove(0);
+    let message = Message::Broadcast { robot: 2, topic: 0, value: Value::string(1) };
+    let bytes = robot.frame(&message);
+    for (at, foreign) in [(None, 0), (Some(5), 1), (Some(6), 1), (Some(9), 1), (Some(10), 1)] {
+        let mut bytes = bytes.clone();
+        // Topic and value are at 3 and 7.
+        at.into_iter().for_each(|at: usize| bytes[at] ^= 1);
+        robot.host.link.push(Received::new(&bytes));
+        let before = robot.counters().foreign;
+        robot.step().expect("no fault");
+        assert_eq!(robot.counters().foreign - before, foreign, "{at:?}");
+    }
+}
+
 /// The robot that put an entry may be far away. The link of some robots names the sender of each frame.
 #[test]
 fn an_entry_makes_a_neighbor_of_its_sender_only() {
