@@ -99,6 +99,20 @@ fn a_robot_without_room_for_an_entry_sends_no_digest() {
     }
 }
 
+/// Beacons are for scripts that ask who is near, and for digests.
+#[test]
+fn a_robot_without_neighbors_and_digest_sends_no_beacons() {
+    let (mut swarm, _) = with_keys(4, 5);
+    let (key, value) = (Value::int(9), Value::int(1));
+    let robot = &mut swarm.robots[0];
+    robot.receive(&Message::Entry(Entry { stigmergy: 1, owner: FORGER, clock: 5, key, value }));
+    (0..40).for_each(|_| robot.step().expect("the script goes on"));
+    let (sent, script) = (robot.take_sent(), robot.script());
+    for frame in sent {
+        assert!(matches!(Message::<Tiny>::decode(&frame, script), Ok(Message::Entry(_))));
+    }
+}
+
 /// Entries that find no room are relayed with a pause of 64 to 95 steps.
 #[test]
 fn the_pause_between_relayed_entries_ends() {
