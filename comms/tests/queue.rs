@@ -25,7 +25,11 @@ fn digest(robot: u16, digest: u32) -> Vec<u8> {
 }
 
 fn broadcast(robot: u16, topic: u16, value: i32) -> Vec<u8> {
-    frame::<Tiny>(Message::Broadcast { robot, topic, value: Value::int(value) })
+    broadcast_of::<Tiny>(robot, topic, value)
+}
+
+fn broadcast_of<P: Profile>(robot: u16, topic: u16, value: i32) -> Vec<u8> {
+    frame::<P>(Message::Broadcast { robot, topic, value: Value::int(value) })
 }
 
 fn entry<P: Profile>(owner: u16, clock: u32, key: i32, value: i32) -> Vec<u8> {
@@ -125,6 +129,15 @@ fn a_beacon_does_not_replace_one_of_another_script() {
     }
 }
 
+/// The last byte of the hash is missing.
+#[test]
+fn a_beacon_does_not_replace_one_that_was_cut() {
+    let mut inbox = Inbox::<Tiny, (), 10, 4>::new(());
+    inbox.push(&beacon(1)[..6], ());
+    inbox.push(&beacon(1), ());
+    assert_eq!(inbox.len(), 2);
+}
+
 /// The clock is a circle: after the greatest one comes 1.
 #[test]
 fn an_entry_replaces_one_from_before_the_end_of_the_circle() {
@@ -196,20 +209,28 @@ fn an_entry_replaces_older_ones_of_its_key() {
     entries_replace_older_ones::<Full>();
 }
 
-#[test]
-fn a_broadcast_makes_those_of_earlier_steps_stale() {
-    let mut outbox = Outbox::<Tiny, 10, 8>::new();
+fn broadcasts_make_those_of_earlier_steps_stale<P: Profile>() {
+    // Values that differ in each byte.
+    let broadcast = |topic, value: i32| broadcast_of::<P>(1, topic, value * 0x0101_0101);
+    let mut outbox = Outbox::<P, 20, 8>::new();
     outbox.begin_step();
-    outbox.push(&broadcast(1, 1, 10));
-    outbox.push(&broadcast(1, 1, 11));
-    outbox.push(&broadcast(1, 2, 12));
+    outbox.push(&broadcast(1, 10));
+    outbox.push(&broadcast(1, 11));
+    outbox.push(&broadcast(2, 12));
     assert_eq!(outbox.len(), 3);
     outbox.begin_step();
-    outbox.push(&broadcast(1, 1, 13));
-    outbox.push(&broadcast(1, 1, 14));
+    outbox.push(&broadcast(1, 13));
+    outbox.push(&broadcast(1, 14));
+    let frames = std::iter::from_fn(|| outbox.pop().map(|frame| frame.to_vec()));
     let values = [(1, 13), (2, 12), (1, 14)];
-    assert_eq!(popped(&mut outbox), values.map(|(topic, value)| broadcast(1, topic, value)));
+    assert!(frames.eq(values.map(|(topic, value)| broadcast(topic, value))));
     assert_eq!(outbox.counters(), Counters::default());
+}
+
+#[test]
+fn a_broadcast_makes_those_of_earlier_steps_stale() {
+    broadcasts_make_those_of_earlier_steps_stale::<Tiny>();
+    broadcasts_make_those_of_earlier_steps_stale::<Full>();
 }
 
 #[test]
