@@ -73,6 +73,8 @@ pub struct ZooidBody {
     pub frame_loss: Option<f64>,
     /// Up to so many µs edges of the projector's light come too early or too late for its firmware.
     pub edge_jitter: Option<f64>,
+    /// Glitches per second at each photodiode of its firmware.
+    pub glitches: Option<f64>,
 }
 
 /// What differs from the model of the Crazyflies.
@@ -197,6 +199,7 @@ fn zooid(section: Section<'_>) -> ZooidBody {
         gain_error: section.number("gain_error", GAIN_ERROR),
         frame_loss: section.number("frame_loss", 0.0..=1.0),
         edge_jitter: section.number("edge_jitter", 0.0..=300.0),
+        glitches: section.number("glitches", 0.0..=10_000.0),
     }
 }
 

@@ -183,6 +183,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "gain_error" "0 to 1" "of the model" "standard deviation of each motor's gain, as a share of it",
             "frame_loss" "0 to 1" "0" "share of the projector's frames that its firmware does not see; a virtual machine is always told",
             "edge_jitter" "0 to 300" "0" "edges of the projector's light come to its firmware up to so many µs too early or too late",
+            "glitches" "0 to 10000" "0" "so many times a second each of its firmware's photodiodes sees the opposite for 1 to 50 µs",
         ],
     },
     SectionKeys {

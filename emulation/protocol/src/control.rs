@@ -48,6 +48,14 @@ pub enum Refusal {
         /// What it was.
         value: f64,
     },
+    /// No lamp is so bad.
+    #[error("glitches_per_s is between 0 and {most}, not {value}")]
+    Glitches {
+        /// The limit.
+        most: f64,
+        /// The number in the command.
+        value: f64,
+    },
     /// No oscillator is so wrong.
     #[error("error_ppm is between -{most} and {most}, not {value}")]
     ClockError {
@@ -131,13 +139,17 @@ impl Control for Zooid {
                 }));
             }
             Command::Remove => self.place(None),
-            Command::Light { lose, jitter_us, seed } => {
+            Command::Light { lose, jitter_us, glitches_per_s, seed } => {
                 let lose = probability(lose)?;
                 if !(0.0..=Light::MOST_JITTER_US).contains(&jitter_us) {
                     let most = Light::MOST_JITTER_US;
                     return Err(Refusal::Jitter { most, value: jitter_us });
                 }
-                self.set_light(Light { lose, jitter_us, seed });
+                if !(0.0..=Light::MOST_GLITCHES_PER_S).contains(&glitches_per_s) {
+                    let most = Light::MOST_GLITCHES_PER_S;
+                    return Err(Refusal::Glitches { most, value: glitches_per_s });
+                }
+                self.set_light(Light { lose, jitter_us, glitches_per_s, seed });
             }
             Command::Touch { keys } => self.press(keys),
             Command::Power { on } => self.set_power(on),
@@ -181,6 +193,14 @@ mod tests {
             (
                 r#"{"command":"light","lose":-0.1,"jitter_us":0,"seed":0}"#,
                 "between 0 and 1, not -0.1",
+            ),
+            (
+                r#"{"command":"light","lose":0,"jitter_us":0,"glitches_per_s":10000,"seed":0}"#,
+                "obeyed",
+            ),
+            (
+                r#"{"command":"light","lose":0,"jitter_us":0,"glitches_per_s":-1,"seed":0}"#,
+                "between 0 and 10000, not -1",
             ),
             (
                 r#"{"command":"light","lose":0,"jitter_us":301,"seed":0}"#,

@@ -164,6 +164,9 @@ pub enum Command {
         lose: f64,
         /// Edges come up to so many µs too early or too late.
         jitter_us: f64,
+        /// Glitches per second at each photodiode, 1 to 50 µs long.
+        #[serde(default)]
+        glitches_per_s: f64,
         /// Start of the pseudo-random sequence.
         seed: u64,
     },

@@ -214,7 +214,7 @@ impl Table {
 
     /// A robot's light is as bad as this.
     pub fn light(&mut self, robot: usize, lose: f64, jitter_us: f64, seed: u64) {
-        self.tell(robot, &Command::Light { lose, jitter_us, seed });
+        self.tell(robot, &Command::Light { lose, jitter_us, glitches_per_s: 0.0, seed });
     }
 
     /// Packets are lost with this probability from now on.

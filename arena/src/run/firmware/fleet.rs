@@ -101,9 +101,9 @@ impl<'p> Fleet<'p> {
                     Some(Command::Clock { error_ppm })
                 }
                 Body::Zooid => {
-                    let Light { lose, jitter_us } = flashed.light;
+                    let Light { lose, jitter_us, glitches_per_s } = flashed.light;
                     let seed = seed.wrapping_add(number as u64 + 1);
-                    Some(Command::Light { lose, jitter_us, seed })
+                    Some(Command::Light { lose, jitter_us, glitches_per_s, seed })
                 }
                 Body::Crazyflie => None,
             };

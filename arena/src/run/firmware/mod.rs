@@ -68,6 +68,8 @@ struct Light {
     lose: f64,
     /// Edges come up to so many µs too early or too late.
     jitter_us: f64,
+    /// Glitches per second at each photodiode.
+    glitches_per_s: f64,
 }
 
 impl Firmware {
@@ -121,6 +123,7 @@ impl Firmware {
             let light = Light {
                 lose: own.frame_loss.or(all.frame_loss).unwrap_or(0.0),
                 jitter_us: own.edge_jitter.or(all.edge_jitter).unwrap_or(0.0),
+                glitches_per_s: own.glitches.or(all.glitches).unwrap_or(0.0),
             };
             for within in 0..group.count as u16 {
                 let mut sections = vec![script.clone()];

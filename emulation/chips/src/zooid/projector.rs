@@ -76,6 +76,9 @@ pub struct Light {
     pub lose: f64,
     /// An edge comes up to so many µs too early or too late, all equally probable: 0 to [`Light::MOST_JITTER_US`].
     pub jitter_us: f64,
+    /// Glitches per second at each photodiode, as lamps and the resets of the projector's mirrors make them: for 1 to
+    /// [`Light::LONGEST_GLITCH_US`] it sees the opposite.
+    pub glitches_per_s: f64,
     /// Start of the pseudo-random sequence that decides: equal seeds, equal faults.
     pub seed: u64,
 }
@@ -83,6 +86,10 @@ pub struct Light {
 impl Light {
     /// Most of a pattern.
     pub const MOST_JITTER_US: f64 = 300.0;
+    /// A sixth of a pattern.
+    pub const LONGEST_GLITCH_US: f64 = 50.0;
+    /// Three in each pattern.
+    pub const MOST_GLITCHES_PER_S: f64 = 10_000.0;
 }
 
 /// The pattern of the code at `[x, y]` mm, the first shown in bit 0; dark where nothing is projected.
@@ -152,7 +159,7 @@ impl Diodes {
         self.edges.clear();
         self.next = 0;
         let pose = pose.filter(|_| !random.chance(self.light.lose));
-        let mut last = [begin; 2];
+        let (mut last, mut level) = ([begin; 2], self.levels);
         let (mut heading, mut arm) = (f64::NAN, [0.0; 2]);
         for number in 0..PATTERNS {
             let at = begin + Time::from_picos(PATTERN.picos() * u64::from(number));
@@ -176,7 +183,28 @@ impl Diodes {
                 }
             }
         }
+        self.add_glitches(begin, &mut random);
         self.edges.sort_by_key(|(at, _, _)| *at);
+        // Each edge is a change: in a white pattern a glitch is dark.
+        for (_, diode, is_lit) in &mut self.edges {
+            level[*diode] = !level[*diode];
+            *is_lit = level[*diode];
+        }
+    }
+
+    /// Two edges for each glitch of the frame that begins at `begin`.
+    fn add_glitches(&mut self, begin: Time, random: &mut Random) {
+        let mean = self.light.glitches_per_s * FRAME.picos() as f64 * 1e-12;
+        for diode in 0..2 {
+            let count = mean.floor() as u32 + u32::from(random.chance(mean.fract()));
+            for _ in 0..count {
+                let micros = 1.0 + random.unit() * (Light::LONGEST_GLITCH_US - 1.0);
+                let span = Time::from_picos((micros * 1e6) as u64);
+                let after = random.unit() * (FRAME - span).picos() as f64;
+                let at = begin + Time::from_picos(after as u64);
+                self.edges.extend([(at, diode, true), (at + span, diode, false)]);
+            }
+        }
     }
 }
 
@@ -269,6 +297,26 @@ mod tests {
                 assert_ne!(std::mem::replace(&mut levels[diode], level), level);
             }
         }
+    }
+
+    #[test]
+    fn glitches_are_as_many_and_as_short_as_asked() {
+        let mut diodes = Diodes::new();
+        diodes.set_light(Light { glitches_per_s: 200.0, seed: 5, ..Light::default() });
+        let (mut now, mut levels) = (Time::ZERO, [false; 2]);
+        let (mut last, mut short) = ([Time::ZERO; 2], 0);
+        while now < Time::from_millis(10_000) {
+            assert!(diodes.next_event() >= now);
+            now = diodes.next_event();
+            // No projector reaches it, so that all edges are those of glitches.
+            if let Some((diode, level)) = diodes.advance(now, None) {
+                assert_ne!(std::mem::replace(&mut levels[diode], level), level);
+                short += u32::from((now - last[diode]).nanos() <= 50_000);
+                last[diode] = now;
+            }
+        }
+        // 2,000 at each photodiode; of those in a frame two may be next to each other.
+        assert!((3_950..4_150).contains(&short), "{short}");
     }
 
     #[test]
