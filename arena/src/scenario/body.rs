@@ -2,6 +2,7 @@
 
 use std::ops::RangeInclusive;
 
+use bittybuzz_emulation::message::PowerDetector;
 use bittybuzz_robots::Robot;
 use bittybuzz_toml_reader::TomlError;
 
@@ -75,6 +76,8 @@ pub struct ZooidBody {
     pub edge_jitter: Option<f64>,
     /// Glitches per second at each photodiode of its firmware.
     pub glitches: Option<f64>,
+    /// Reading of the register RPD of its firmware's radio.
+    pub power_detector: Option<PowerDetector>,
 }
 
 /// What differs from the model of the Crazyflies.
@@ -121,6 +124,9 @@ const POSITIONINGS: [(&str, Positioning); 4] = [
     ("loco", Positioning::Loco),
     ("lighthouse", Positioning::Lighthouse),
 ];
+
+const POWER_DETECTORS: [(&str, PowerDetector); 2] =
+    [("latched", PowerDetector::Latched), ("live", PowerDetector::Live)];
 
 impl Body {
     /// What carries the frames of a robot with this body.
@@ -200,6 +206,7 @@ fn zooid(section: Section<'_>) -> ZooidBody {
         frame_loss: section.number("frame_loss", 0.0..=1.0),
         edge_jitter: section.number("edge_jitter", 0.0..=300.0),
         glitches: section.number("glitches", 0.0..=10_000.0),
+        power_detector: section.word("power_detector", &POWER_DETECTORS),
     }
 }
 

@@ -184,6 +184,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "frame_loss" "0 to 1" "0" "share of the projector's frames that its firmware does not see; a virtual machine is always told",
             "edge_jitter" "0 to 300" "0" "edges of the projector's light come to its firmware up to so many µs too early or too late",
             "glitches" "0 to 10000" "0" "so many times a second each of its firmware's photodiodes sees the opposite for 1 to 50 µs",
+            "power_detector" "word" "latched" "the register RPD of its firmware's radio: latched, a packet sets it until the radio stops to listen; live, it follows the signal",
         ],
     },
     SectionKeys {

@@ -44,7 +44,7 @@ pub use event::{Event, HardwareError, Led, ResetCause};
 pub use f051::{FlashChange, FlashContent, Transfer};
 pub use kilobot::{Amplitude, DIAMETER_MM, Edge, Kilobot, KilobotStatistics, Surroundings};
 pub use kilobot::{Light as Infrared, infrared_checksum};
-pub use nrf24::{MAX_PAYLOAD as RADIO_MAX, Packet, RadioStatistics, Transmission};
+pub use nrf24::{MAX_PAYLOAD as RADIO_MAX, Packet, PowerDetector, RadioStatistics, Transmission};
 pub use nrf51::{Battery, Frame, Link, MAX_PAYLOAD, P2P_MAX, P2pFrame, Pose};
 pub use random::Random;
 pub use stm32::{Lines, Width};

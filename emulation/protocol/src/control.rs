@@ -151,6 +151,7 @@ impl Control for Zooid {
                 }
                 self.set_light(Light { lose, jitter_us, glitches_per_s, seed });
             }
+            Command::PowerDetector { reading } => self.set_power_detector(reading.into()),
             Command::Touch { keys } => self.press(keys),
             Command::Power { on } => self.set_power(on),
             // The air sees to it.
@@ -210,6 +211,7 @@ mod tests {
                 r#"{"command":"light","lose":0,"jitter_us":-1,"seed":0}"#,
                 "between 0 and 300, not -1",
             ),
+            (r#"{"command":"power_detector","reading":"live"}"#, "obeyed"),
             (r#"{"command":"shutdown"}"#, "a Zooid has no such thing"),
             (r#"{"command":"send","type":1,"payload":""}"#, "a Zooid has no such thing"),
         ] {
@@ -218,6 +220,7 @@ mod tests {
         }
         for line in [
             r#"{"command":"touch","keys":1}"#,
+            r#"{"command":"power_detector","reading":"latched"}"#,
             r#"{"command":"power","on":false}"#,
             r#"{"command":"deaf","to":[]}"#,
         ] {

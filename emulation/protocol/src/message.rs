@@ -170,6 +170,11 @@ pub enum Command {
         /// Start of the pseudo-random sequence.
         seed: u64,
     },
+    /// A Zooid's radio detects power on its channel as one of two readings of its specification says.
+    PowerDetector {
+        /// The reading.
+        reading: PowerDetector,
+    },
     /// The light between Kilobots: how far it reaches, and how well it tells how far.
     Infrared {
         /// Between their centres, in mm.
@@ -231,6 +236,25 @@ pub enum Command {
     Statistics,
     /// End the program.
     Quit,
+}
+
+/// A reading of the nRF24L01+'s product specification, 6.4.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PowerDetector {
+    /// A packet sets the register RPD until CE goes low. A radio begins with this one.
+    Latched,
+    /// The register follows the signal on the channel.
+    Live,
+}
+
+impl From<PowerDetector> for chips::PowerDetector {
+    fn from(reading: PowerDetector) -> Self {
+        match reading {
+            PowerDetector::Latched => chips::PowerDetector::Latched,
+            PowerDetector::Live => chips::PowerDetector::Live,
+        }
+    }
 }
 
 /// One line from the emulator.

@@ -31,8 +31,8 @@ use std::time::Duration;
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, Loader};
 pub use bittybuzz_emulation::message::{
-    BoardStatistics, Command, CrazyflieStatistics, Event, RobotEvent, Statistics, TimedEvent,
-    ZooidStatistics,
+    BoardStatistics, Command, CrazyflieStatistics, Event, PowerDetector, RobotEvent, Statistics,
+    TimedEvent, ZooidStatistics,
 };
 use bittybuzz_emulation::{Emulator, Run};
 use bittybuzz_robots::Layout;

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use bittybuzz_chips::STEP_MM;
 use bittybuzz_emulation::Emulator;
-use bittybuzz_emulation::message::AirStatistics;
+use bittybuzz_emulation::message::{AirStatistics, PowerDetector};
 use bittybuzz_robots::Layout;
 use bittybuzz_tests::bbz;
 
@@ -215,6 +215,13 @@ impl Table {
     /// A robot's light is as bad as this.
     pub fn light(&mut self, robot: usize, lose: f64, jitter_us: f64, seed: u64) {
         self.tell(robot, &Command::Light { lose, jitter_us, glitches_per_s: 0.0, seed });
+    }
+
+    /// The radios of all robots detect power on the channel in this way.
+    pub fn power_detector(&mut self, reading: PowerDetector) {
+        for robot in 0..self.zooids.len() {
+            self.tell(robot, &Command::PowerDetector { reading });
+        }
     }
 
     /// Packets are lost with this probability from now on.

@@ -5,7 +5,7 @@
 use std::time::Duration;
 
 use bittybuzz_comms::trace::Unused;
-use bittybuzz_hil::{Command, Core, Event, Place, Table, resets};
+use bittybuzz_hil::{Command, Core, Event, Place, PowerDetector, Table, resets};
 use bittybuzz_vm_core::Counters;
 
 /// Logs its number with every step.
@@ -160,14 +160,61 @@ fn row(script: &str, robots: u16) -> Table {
     table
 }
 
+/// The readings of the radio's specification, between which no chip has decided yet.
+const READINGS: [PowerDetector; 2] = [PowerDetector::Latched, PowerDetector::Live];
+
 #[test]
 fn two_agree() {
-    let mut table = row(AGREE, 2);
-    table.run_ms(2000);
-    assert!(agreed(&table, 2), "{:?}", table.zooids()[0].told.log);
-    // Nobody acknowledges a broadcast.
-    let sent = table.zooids().iter().map(|zooid| radio_packets(zooid).count() as u64);
-    assert_eq!(sent.sum::<u64>(), table.board(0).radio_sent + table.board(1).radio_sent);
+    for reading in READINGS {
+        let mut table = row(AGREE, 2);
+        table.power_detector(reading);
+        table.run_ms(2000);
+        assert!(agreed(&table, 2), "{reading:?}: {:?}", table.zooids()[0].told.log);
+        // Nobody acknowledges a broadcast.
+        let sent = table.zooids().iter().map(|zooid| radio_packets(zooid).count() as u64);
+        assert_eq!(sent.sum::<u64>(), table.board(0).radio_sent + table.board(1).radio_sent);
+    }
+}
+
+/// Ten robots that broadcast in each step, in light and with equal clocks.
+#[test]
+fn each_of_ten_sends_ten_packets_a_second() {
+    for reading in READINGS {
+        let mut table = row(TALK, 10);
+        table.power_detector(reading);
+        table.run_ms(1000);
+        let packets = |table: &Table| -> Vec<usize> {
+            table.zooids().iter().map(|zooid| radio_packets(zooid).count()).collect()
+        };
+        let before = packets(&table);
+        table.run_ms(5000);
+        for (robot, (before, after)) in before.iter().zip(packets(&table)).enumerate() {
+            let sent = after - before;
+            // The pauses before the first and the last of these packets differ.
+            assert!((49..=51).contains(&sent), "{reading:?}: robot {robot} sent {sent} in 5 s");
+        }
+        let air = table.air();
+        assert!(air.collided * 20 < air.carried, "{reading:?}: {air:?}");
+    }
+}
+
+/// Somebody else sends without a pause: nobody hears the robot then, but its queue does not fill up.
+#[test]
+fn a_channel_that_is_never_free_silences_nobody() {
+    for reading in READINGS {
+        let mut table = row(TALK, 1);
+        table.power_detector(reading);
+        table.run_ms(1000);
+        let before = table.board(0).radio_sent;
+        let noise = [0x55; 32];
+        // 2 Mb/s: 0.168 ms each, and no gap of 40 us, which the detector would notice.
+        for number in 0..2000 * 1000 / 168 {
+            table.radio(Duration::from_micros(1_000_000 + 168 * number), &noise);
+        }
+        table.run_ms(2000);
+        let sent = table.board(0).radio_sent - before;
+        assert!((18..=22).contains(&sent), "{reading:?}: {sent} packets in 2 s");
+    }
 }
 
 /// The packets that a robot has sent: channel, length, time on the air.
@@ -182,19 +229,22 @@ fn radio_packets(
 
 #[test]
 fn ten_agree_though_packets_collide() {
-    let mut table = row(AGREE, 10);
-    table.run_ms(5000);
-    let air = table.air();
-    println!("{air:?}");
-    assert!(agreed(&table, 10), "{:?}", table.zooids()[0].told.log.last());
-    // They listen before they talk and wait for different times: few of the packets overlap.
-    assert!(air.collided * 5 < air.carried, "{air:?}");
-    for zooid in table.zooids() {
-        for (channel, length, on_air) in radio_packets(zooid) {
-            assert_eq!(channel, table_channel());
-            // 2 Mb/s: preamble, address of 5 and control field of 9 bits, payload, checksum of 2.
-            let bits = 8 * (1 + 5 + length + 2) + 9;
-            assert_eq!(on_air.as_nanos() as usize, bits * 500, "{length} bytes");
+    for reading in READINGS {
+        let mut table = row(AGREE, 10);
+        table.power_detector(reading);
+        table.run_ms(5000);
+        let air = table.air();
+        println!("{reading:?}: {air:?}");
+        assert!(agreed(&table, 10), "{reading:?}: {:?}", table.zooids()[0].told.log.last());
+        // They listen before they talk and wait for different times: few of the packets overlap.
+        assert!(air.collided * 5 < air.carried, "{reading:?}: {air:?}");
+        for zooid in table.zooids() {
+            for (channel, length, on_air) in radio_packets(zooid) {
+                assert_eq!(channel, table_channel());
+                // 2 Mb/s: preamble, address of 5 and control field of 9 bits, payload, checksum of 2.
+                let bits = 8 * (1 + 5 + length + 2) + 9;
+                assert_eq!(on_air.as_nanos() as usize, bits * 500, "{length} bytes");
+            }
         }
     }
 }
@@ -205,12 +255,15 @@ fn table_channel() -> u8 {
 
 #[test]
 fn ten_agree_though_half_of_the_packets_are_lost() {
-    let mut table = row(AGREE, 10);
-    table.lose(0.5, 42);
-    table.run_ms(30_000);
-    let air = table.air();
-    assert!(air.lost * 100 > air.carried * 40, "{air:?}");
-    assert!(agreed(&table, 10), "{:?}", table.zooids()[0].told.log.last());
+    for reading in READINGS {
+        let mut table = row(AGREE, 10);
+        table.power_detector(reading);
+        table.lose(0.5, 42);
+        table.run_ms(30_000);
+        let air = table.air();
+        assert!(air.lost * 100 > air.carried * 40, "{reading:?}: {air:?}");
+        assert!(agreed(&table, 10), "{reading:?}: {:?}", table.zooids()[0].told.log.last());
+    }
 }
 
 /// Shines, drives and logs; counts what it hears, and tells that in the last step only.
@@ -251,9 +304,16 @@ fn status(zooid: &bittybuzz_hil::table::Zooid, word: &str) -> u64 {
 /// and noise. Steps are as with a silent radio, and of each packet it is known what became of it.
 #[test]
 fn a_flooded_radio_changes_nothing_but_counts() {
+    for reading in READINGS {
+        flood(reading);
+    }
+}
+
+fn flood(reading: PowerDetector) {
     let (message, foreign) = (sent_by(BUSY), sent_by(TALK));
     let run = |flood: bool| {
         let mut table = row(BUSY, 1);
+        table.power_detector(reading);
         table.run_ms(1000);
         for number in (0..3000_u32).take_while(|_| flood) {
             let at = Duration::from_micros(1_000_000 + 1000 * u64::from(number));
@@ -375,8 +435,10 @@ function step() {
 
 #[test]
 fn neighbours_see_each_other_in_all_quadrants() {
-    for (x, y) in [(120.0, 160.0), (-120.0, 160.0), (-120.0, -160.0), (120.0, -160.0)] {
+    let quadrants = [(120.0, 160.0), (-120.0, 160.0), (-120.0, -160.0), (120.0, -160.0)];
+    for ((x, y), reading) in quadrants.into_iter().zip(READINGS.into_iter().cycle()) {
         let mut table = Table::new(LOOK, &[1, 2]);
+        table.power_detector(reading);
         let places = [Place::at(0.0, 0.0, 30.0), Place::at(x, y, -100.0)];
         for (robot, place) in places.into_iter().enumerate() {
             table.put(robot, place);

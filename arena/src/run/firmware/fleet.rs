@@ -94,20 +94,22 @@ impl<'p> Fleet<'p> {
                 let write = Command::Write { address: *address, bytes: bytes.clone() };
                 room.done_by(number, &write)?;
             }
-            let command = match body {
+            let commands = match body {
                 Body::Kilobot => {
                     let error = Stream::for_brain(seed, number as u16).normal().clamp(-3.0, 3.0);
                     let error_ppm = f64::from(1e6 * settings.infrared.clock_sigma * error);
-                    Some(Command::Clock { error_ppm })
+                    vec![Command::Clock { error_ppm }]
                 }
                 Body::Zooid => {
                     let Light { lose, jitter_us, glitches_per_s } = flashed.light;
                     let seed = seed.wrapping_add(number as u64 + 1);
-                    Some(Command::Light { lose, jitter_us, glitches_per_s, seed })
+                    let reading = flashed.power_detector;
+                    let light = Command::Light { lose, jitter_us, glitches_per_s, seed };
+                    vec![light, Command::PowerDetector { reading }]
                 }
-                Body::Crazyflie => None,
+                Body::Crazyflie => Vec::new(),
             };
-            if let Some(command) = command {
+            for command in commands {
                 room.done_by(number, &command)?;
             }
             let Some((id, own_id)) = join(flashed.number) else { continue };

@@ -14,6 +14,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use bittybuzz_compiler::refusal;
+use bittybuzz_emulation::message::PowerDetector;
 use bittybuzz_emulation::{ClientError, Image};
 use bittybuzz_kilobot::calibration;
 use bittybuzz_robots::{Layout, Robot};
@@ -59,6 +60,7 @@ struct Flashed {
     /// Addresses and bytes.
     sections: Vec<(u32, Vec<u8>)>,
     light: Light,
+    power_detector: PowerDetector,
 }
 
 /// How bad the projector's light is for a robot.
@@ -125,11 +127,14 @@ impl Firmware {
                 jitter_us: own.edge_jitter.or(all.edge_jitter).unwrap_or(0.0),
                 glitches_per_s: own.glitches.or(all.glitches).unwrap_or(0.0),
             };
+            let power_detector = own.power_detector.or(all.power_detector);
+            let power_detector = power_detector.unwrap_or(PowerDetector::Latched);
             for within in 0..group.count as u16 {
                 let mut sections = vec![script.clone()];
                 sections.extend(shared.clone());
                 sections.extend(id_section(group.body, &group.robot, group.first_id + within));
-                known.robots.push(Flashed { number: first + usize::from(within), sections, light });
+                let number = first + usize::from(within);
+                known.robots.push(Flashed { number, sections, light, power_detector });
             }
         }
         Ok(all)

@@ -47,6 +47,17 @@ enum Outgoing {
     },
 }
 
+/// The two readings of the specification's sentence "the RPD status is latched when a valid packet is received" (6.4). It does not
+/// say when the bit is released while CE stays high, so that firmware has to work with both.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PowerDetector {
+    /// A packet sets the bit until CE goes low.
+    #[default]
+    Latched,
+    /// The bit follows the signal on the channel as long as the radio receives.
+    Live,
+}
+
 /// What the radio counted since power-on.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RadioStatistics {
@@ -95,6 +106,9 @@ pub(crate) struct Nrf24 {
     arriving: Vec<(Transmission, bool)>,
     /// RPD, when the radio does not listen.
     power_detected: bool,
+    /// A valid packet was received since CE went high.
+    has_received: bool,
+    power_detector: PowerDetector,
     transmissions: Vec<Transmission>,
     /// When the last of them ends.
     transmissions_end: Time,
@@ -123,6 +137,8 @@ impl Nrf24 {
             carriers: Vec::new(),
             arriving: Vec::new(),
             power_detected: false,
+            has_received: false,
+            power_detector: PowerDetector::default(),
             transmissions: Vec::new(),
             transmissions_end: Time::ZERO,
             powered_at: Time::ZERO,
@@ -134,7 +150,13 @@ impl Nrf24 {
     pub fn restart(&mut self, now: Time) {
         let statistics = std::mem::take(&mut self.statistics);
         let carriers = std::mem::take(&mut self.carriers);
-        *self = Nrf24 { powered_at: now, carriers, statistics, ..Nrf24::new() };
+        let power_detector = self.power_detector;
+        *self = Nrf24 { powered_at: now, carriers, statistics, power_detector, ..Nrf24::new() };
+    }
+
+    /// From now on RPD is read this way.
+    pub fn set_power_detector(&mut self, power_detector: PowerDetector) {
+        self.power_detector = power_detector;
     }
 
     /// The level of its pin IRQ: low while an unmasked flag is raised.

@@ -5,7 +5,7 @@ use super::registers::{
     DYNPD, EN_AA, EN_RXADDR, FEATURE_EN_DPL, MAX_RT, PIPES, RF_CH, RX_DR, RX_PW_P0, SETUP_RETR,
     TX_DS,
 };
-use super::{FIFO, Nrf24, Outgoing, Packet, Transmission};
+use super::{FIFO, Nrf24, Outgoing, Packet, PowerDetector, Transmission};
 use crate::Time;
 
 /// Power-down to standby with a clock from outside (6.1.7, Tpd2stby).
@@ -51,14 +51,18 @@ impl Nrf24 {
                     self.statistics.short_pulses += 1;
                     self.state = State::Standby;
                 }
-                State::ReceiveSettling(_) | State::Receiving(_) => {
-                    self.power_detected = self.detects_power(now);
-                    self.state = State::Standby;
-                }
+                State::ReceiveSettling(_) | State::Receiving(_) => self.end_receiving(now),
                 _ => {}
             }
+            self.has_received = false;
         }
         self.proceed(now);
+    }
+
+    /// The register RPD keeps what it says now (6.4).
+    fn end_receiving(&mut self, now: Time) {
+        self.power_detected = self.detects_power(now);
+        self.state = State::Standby;
     }
 
     /// The frequency at XC1.
@@ -84,8 +88,8 @@ impl Nrf24 {
         } else if !self.is_receiver()
             && matches!(self.state, State::ReceiveSettling(_) | State::Receiving(_))
         {
-            self.power_detected = self.detects_power(now);
-            self.state = State::Standby;
+            self.end_receiving(now);
+            self.has_received = false;
         }
         self.proceed(now);
     }
@@ -249,9 +253,12 @@ impl Nrf24 {
         self.arriving.push((transmission, intact));
     }
 
-    /// RPD (6.4): live while it listens, else as it was at the end.
+    /// The register RPD (6.4): a snapshot while the radio receives, its last value afterwards.
     pub(super) fn detects_power(&self, now: Time) -> bool {
         let State::Receiving(since) = self.state else { return self.power_detected };
+        if self.has_received && self.power_detector == PowerDetector::Latched {
+            return true;
+        }
         let channel = self.registers.get(RF_CH);
         self.carriers.iter().any(|(on, begin, end)| {
             *on == channel && since.max(*begin) + DETECTION <= now && now < *end
@@ -285,6 +292,7 @@ impl Nrf24 {
         });
         let Some(pipe) = pipe.filter(|pipe| self.fits(*pipe, packet.payload.len())) else { return };
         self.power_detected = true;
+        self.has_received = true;
         let seen = Some((packet.id, packet.payload.clone()));
         let is_repeated = packet.format.enhanced && self.last[pipe] == seen;
         if !is_repeated {

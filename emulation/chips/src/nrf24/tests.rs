@@ -295,6 +295,36 @@ fn carrier_is_detected_while_it_lasts() {
     }
 }
 
+/// The bit after a packet, 1 ms later, after CE was low, and once the radio listens again.
+#[test]
+fn a_packet_latches_the_detector_until_ce_goes_low_or_not_at_all() {
+    for (reading, after) in [(PowerDetector::Latched, 1), (PowerDetector::Live, 0)] {
+        let (mut sender, now) = radio();
+        let now = start(&mut sender, false, now);
+        let (mut receiver, _) = radio();
+        receiver.set_power_detector(reading);
+        start(&mut receiver, true, POWER_ON);
+        receiver.enable(true, now);
+        command(&mut sender, &[0xa0, 1, 2, 3, 4, 5, 6, 7, 8], now);
+        sender.enable(true, now);
+        let sent = run(&mut sender, now + Time::from_millis(1));
+        let [Transmission { begin, end, .. }] = sent[..] else { panic!("{sent:?}") };
+        carry(sent, &mut receiver);
+        run(&mut receiver, begin + Time::from_micros(45));
+        assert_eq!(get(&mut receiver, 0x09, begin + Time::from_micros(45)), 1, "while it comes");
+        run(&mut receiver, end);
+        assert_eq!(receiver.statistics.received, 1);
+        let later = end + Time::from_millis(1);
+        assert_eq!(get(&mut receiver, 0x09, later), after, "{reading:?}");
+        receiver.enable(false, later);
+        assert_eq!(get(&mut receiver, 0x09, later), after, "{reading:?}: kept in standby");
+        receiver.enable(true, later);
+        let listening = later + Time::from_micros(130);
+        run(&mut receiver, listening);
+        assert_eq!(get(&mut receiver, 0x09, listening), 0, "{reading:?}: released");
+    }
+}
+
 #[test]
 fn who_does_not_listen_or_differs_hears_nothing() {
     let (mut sender, now) = radio();

@@ -12,7 +12,7 @@ use self::projector::Diodes;
 pub use self::projector::{Light, STEP_MM, TablePose};
 use crate::board::{Board, CoreKind, MemoryMap};
 use crate::f051::{Action, F051, FLASH_SIZE, Signal};
-use crate::nrf24::{Nrf24, RadioStatistics, SPI_LIMIT_HZ, Transmission};
+use crate::nrf24::{Nrf24, PowerDetector, RadioStatistics, SPI_LIMIT_HZ, Transmission};
 use crate::stm32::{Pin, Pwm};
 use crate::{
     Event, FlashChange, HardwareError, Heard, Led, Lines, ResetCause, Time, Transfer, Width,
@@ -226,6 +226,11 @@ impl Zooid {
     /// From now on the projector's light is as bad as this.
     pub fn set_light(&mut self, light: Light) {
         self.diodes.set_light(light);
+    }
+
+    /// From now on the radio's register RPD is read this way.
+    pub fn set_power_detector(&mut self, power_detector: PowerDetector) {
+        self.radio.set_power_detector(power_detector);
     }
 
     /// Fingers are on these electrodes from now on: bit 0 is KEY1.

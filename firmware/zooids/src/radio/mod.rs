@@ -42,6 +42,10 @@ fn count(_what: Count) {
 /// before it does.
 const FIRST: u32 = 3;
 
+/// Busy looks after which a frame is sent in spite of them, as many as IEEE 802.15.4 allows (macMaxCSMABackoffs): neither a
+/// jammed channel nor a detector that never clears may silence a robot.
+const BUSY_LOOKS: u8 = 4;
+
 /// What hears swarm messages.
 struct Ears {
     robot_id: u16,
@@ -88,6 +92,7 @@ pub async fn talk(mut radio: Nrf24, robot_id: u16, pulse: Pulse) -> ! {
     let mut payload = [0; PAYLOAD_MAX];
     // When to try to send.
     let mut turn: Option<Instant> = None;
+    let mut busy_looks = 0;
     pulse.beat();
     radio.start().await;
     loop {
@@ -115,9 +120,11 @@ pub async fn talk(mut radio: Nrf24, robot_id: u16, pulse: Pulse) -> ! {
                     continue;
                 }
                 turn = Some(now + pause(&mut rng));
-                if radio.is_busy() {
+                if busy_looks < BUSY_LOOKS && radio.is_busy().await {
+                    busy_looks += 1;
                     continue;
                 }
+                busy_looks = 0;
                 match fill(&mut payload, robot_id) {
                     Some(length) => {
                         if let Some(payload) = payload.get_mut(..length) {

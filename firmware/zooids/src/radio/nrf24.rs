@@ -71,6 +71,8 @@ const SETUP: [(u8, u8); 9] = [
 const POWER_ON: Duration = Duration::from_millis(100);
 /// From power-down to standby, with more than enough for the clock from outside (table 16).
 const START_UP: Duration = Duration::from_millis(5);
+/// From standby to a valid RPD: 130 µs to settle and 40 µs of signal (6.4), and a reserve for the clock.
+const DETECTION: Duration = Duration::from_micros(180);
 /// A payload is on the air after 130 µs and for 0.2 ms.
 const SENT: Duration = Duration::from_millis(2);
 
@@ -144,8 +146,14 @@ impl Nrf24 {
         Some(length.into())
     }
 
-    /// Whether somebody else sends on this channel: more than -64 dBm for 40 µs (6.4).
-    pub fn is_busy(&mut self) -> bool {
+    /// Returns true if somebody else sends on this channel: more than -64 dBm for 40 µs (6.4).
+    ///
+    /// A received packet latches that register, and the specification does not say for how long while CE stays high. So CE goes low
+    /// before each look.
+    pub async fn is_busy(&mut self) -> bool {
+        set_ce(false);
+        self.listen();
+        Timer::after(DETECTION).await;
         self.read(RPD) & 1 != 0
     }
 
