@@ -1,5 +1,6 @@
 //! Robots that run side by side and hear each other.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::Path;
 use std::time::Duration;
@@ -20,11 +21,13 @@ pub(crate) struct Fleet<'a, M> {
     machines: &'a mut [M],
     air: Air,
     loaded: Option<(Image, Option<Rtt>)>,
+    /// Numbers of the robots whose debug probe is unplugged.
+    unread: BTreeSet<usize>,
 }
 
 impl<'a, M> Fleet<'a, M> {
     pub fn new(machines: &'a mut [M]) -> Self {
-        Fleet { machines, air: Air::new(), loaded: None }
+        Fleet { machines, air: Air::new(), loaded: None, unread: BTreeSet::new() }
     }
 }
 
@@ -37,6 +40,7 @@ impl<M: Machine> Robots for Fleet<'_, M> {
         let image = Image::open(path)?;
         self.loaded = None;
         self.air = Air::new();
+        self.unread.clear();
         for machine in self.machines.iter_mut() {
             machine.load(&image)?;
         }
@@ -75,6 +79,16 @@ impl<M: Machine> Robots for Fleet<'_, M> {
             Command::Skip { symbol } => {
                 let (image, _) = self.loaded.as_ref().ok_or(CommandError::NotLoaded)?;
                 machine.skip(image.function(&symbol)?)?;
+            }
+            Command::Probe { attached: true } => {
+                self.unread.remove(&robot);
+            }
+            Command::Probe { attached: false } => {
+                let (_, rtt) = self.loaded.as_ref().ok_or(CommandError::NotLoaded)?;
+                if let Some(rtt) = rtt {
+                    rtt.block(machine)?;
+                }
+                self.unread.insert(robot);
             }
             Command::Power { on } => {
                 machine.board().obey(command)?;
@@ -117,7 +131,9 @@ impl<M: Machine> Robots for Fleet<'_, M> {
     ) -> Result<Vec<TimedEvent>, MachineError> {
         let Some(machine) = self.machines.get_mut(robot) else { return Ok(Vec::new()) };
         let mut events = machine.take_events();
-        if let Some((_, Some(rtt))) = &self.loaded {
+        if let Some((_, Some(rtt))) = &self.loaded
+            && !self.unread.contains(&robot)
+        {
             let bytes = rtt.poll(machine)?;
             if !bytes.is_empty() {
                 events.push(TimedEvent { at: now, event: Event::Rtt { bytes } });

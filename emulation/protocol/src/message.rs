@@ -227,6 +227,12 @@ pub enum Command {
         #[serde(with = "hex")]
         payload: Vec<u8>,
     },
+    /// A debug probe reads the log, as from the start; or its cable is pulled: the log's channel blocks, as probe-rs has set it,
+    /// and is not read.
+    Probe {
+        /// True if it is plugged in.
+        attached: bool,
+    },
     /// A function returns at once from now on.
     Skip {
         /// Its name: as in the symbol table, or a part of the path that only it has.

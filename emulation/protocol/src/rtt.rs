@@ -6,6 +6,9 @@ use crate::{Image, Machine, MachineError};
 const ID: &[u8; 16] = b"SEGGER RTT\0\0\0\0\0\0";
 /// Offset of the first up channel's descriptor: after the id and the numbers of up and down channels.
 const UP_CHANNEL: u32 = 24;
+/// Offset of the flags within the descriptor, and the mode in which a program waits until a full buffer is read.
+const FLAGS_OFFSET: u32 = 20;
+const BLOCK_IF_FULL: u32 = 2;
 /// Offset of RdOff within the descriptor: after name, buffer, size and WrOff.
 const READ_OFFSET: u32 = 16;
 /// A larger buffer than the chip has RAM is no buffer.
@@ -21,6 +24,17 @@ impl Rtt {
     /// The reader of `image`'s log; none if the image has no RTT.
     pub fn new(image: &Image) -> Option<Self> {
         image.symbol("_SEGGER_RTT").map(|control_block| Rtt { control_block })
+    }
+
+    /// Lets the firmware wait for a reader, as probe-rs does; nothing happens before the control block is set up.
+    pub fn block(&self, machine: &mut impl Machine) -> Result<(), MachineError> {
+        let mut id = [0; ID.len()];
+        machine.read_memory(self.control_block, &mut id)?;
+        if id == *ID {
+            let flags = self.control_block + UP_CHANNEL + FLAGS_OFFSET;
+            machine.write_memory(flags, &BLOCK_IF_FULL.to_le_bytes())?;
+        }
+        Ok(())
     }
 
     /// What was logged since the last call.

@@ -24,6 +24,7 @@ pub mod blink;
 pub mod call;
 pub mod id;
 pub mod liveness;
+pub mod losses;
 pub mod mail;
 pub mod pose;
 pub mod script;

@@ -140,7 +140,9 @@ impl Robot<Tiny> for Zooid {
 
     fn report(&mut self, _record: &[u8]) {
         #[cfg(feature = "defmt")]
-        defmt::println!("bbz {=[u8]}", _record);
+        if crate::log::has_room(_record.len()) {
+            defmt::println!("bbz {=[u8]}", _record);
+        }
     }
 
     fn renew(&mut self, counts: Counts) {

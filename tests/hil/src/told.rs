@@ -18,6 +18,8 @@ pub struct Told {
     pub firmware: Vec<String>,
     /// Messages that came to nothing, all of them since power-on.
     pub unused: Unused,
+    /// Messages that found no room in the robot's buffer.
+    pub lost: u64,
     /// Records other than start, log and these, as they were decoded.
     pub records: Vec<String>,
     reader: TraceReader<'static>,
@@ -38,7 +40,7 @@ impl Told {
 
     fn new(table: &'static Table) -> Self {
         let (log, firmware, records, unused) = (vec![], vec![], vec![], Unused::default());
-        Told { log, firmware, records, unused, reader: TraceReader::new(table) }
+        Told { log, firmware, records, unused, lost: 0, reader: TraceReader::new(table) }
     }
 
     /// The power was gone: what was not told whole never will be.
@@ -67,6 +69,7 @@ impl Told {
                 self.log.push((at, items.collect()));
             }
             Record::Unused(unused) => self.unused = unused,
+            Record::Lost(lost) => self.lost += u64::from(lost),
             Record::Fault { step, fault, .. } => {
                 self.records.push(format!("fault in {step}: {fault:?}"))
             }
