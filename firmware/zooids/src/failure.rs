@@ -1,6 +1,6 @@
 //! What happens when the firmware itself fails: the motors lose power first, then the robot notes what happened where a
 //! reset does not erase it, and restarts. After the restart it tells, and stands still: no script runs until the power is
-//! switched off and on.
+//! switched off and on. A robot whose battery is flat switches itself off in the same way.
 
 use core::arch::naked_asm;
 use core::panic::PanicInfo;
@@ -29,6 +29,8 @@ pub enum Failure {
     /// The processor refused an instruction or an access, or the stack is full. `pc` is the instruction, 0 if the stack could
     /// not hold it, and `lr` its caller.
     HardFault { pc: u32, lr: u32 },
+    /// The battery was flat: the robot has switched itself off.
+    FlatBattery,
     /// An exception or interrupt of this number, which nothing handles.
     Unhandled { number: u32 },
 }
@@ -52,8 +54,17 @@ pub fn take() -> Option<Failure> {
     Some(match cause {
         0 => Failure::Panic { lr },
         3 => Failure::HardFault { pc, lr },
+        FLAT_BATTERY => Failure::FlatBattery,
         number => Failure::Unhandled { number },
     })
+}
+
+/// A cause beside the numbers of exceptions.
+const FLAT_BATTERY: u32 = u32::MAX;
+
+/// Starts anew without a script, for a battery that must not be emptied further.
+pub fn switch_off() -> ! {
+    restart_after(FLAT_BATTERY, 0, 0)
 }
 
 fn restart_after(cause: u32, pc: u32, lr: u32) -> ! {

@@ -1,5 +1,6 @@
 //! The RGB LED. It is the script's, except while the firmware has something to show: a fault blinks red as often as its number
-//! until the script starts again, red all the time means that no script can run.
+//! until the script starts again, red all the time means that no script can run. A battery that will be empty soon shows by short
+//! flashes in the script's colour.
 
 use bittybuzz_runtime::blink::{self, PHASE};
 use bittybuzz_runtime::liveness::Pulse;
@@ -10,6 +11,8 @@ use embassy_stm32::pac::timer::vals::Ocm;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Instant, Timer};
+
+use crate::sensors::{self, Charge};
 
 /// 48 MHz / 24 = 2 MHz
 const PRESCALER: u16 = 24;
@@ -107,15 +110,32 @@ impl Led {
     }
 }
 
+/// Phases from one flash of a low battery to the next: 2 s. An empty one flashes four times as often.
+const FLASH_PHASES: u8 = 40;
+
+fn is_flash(phase: u8) -> bool {
+    match sensors::charge() {
+        Charge::LOW => phase == 0,
+        Charge::EMPTY => phase.is_multiple_of(FLASH_PHASES / 4),
+        _ => false,
+    }
+}
+
 /// The task of the LED.
 #[embassy_executor::task]
 pub async fn shine(channel: &'static LightChannel, mut led: Led, pulse: Pulse) -> ! {
     let mut light = Light::Script(0);
     let mut phase = 0;
+    let mut flash = 0;
     let mut next = Instant::now() + PHASE;
     loop {
         pulse.beat();
-        led.show(light.color(phase));
+        // Red, or dark where the script's colour has red in it.
+        let change = if is_flash(flash) { RED } else { 0 };
+        led.show(match light {
+            Light::Script(color) => color ^ change,
+            _ => light.color(phase),
+        });
         match select(channel.wait(), Timer::at(next)).await {
             Either::First(now) => {
                 light = now;
@@ -123,6 +143,7 @@ pub async fn shine(channel: &'static LightChannel, mut led: Led, pulse: Pulse) -
             }
             Either::Second(()) => {
                 phase += 1;
+                flash = (flash + 1) % FLASH_PHASES;
                 next += PHASE;
             }
         }

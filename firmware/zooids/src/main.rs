@@ -57,11 +57,13 @@ use embassy_time::Duration;
 use static_cell::{ConstStaticCell, StaticCell};
 
 use eyes::Eyes;
+use failure::Failure;
 use functions::{Zooid, is_function};
 use leds::{Led, Light, LightChannel};
 use log::{error, info, warning};
 use motors::{Drive, Motors};
 use radio::nrf24::Nrf24;
+use sensors::Charge;
 use settings::setting;
 
 /// Room for what the script prints in a slice; nobody reads it but defmt.
@@ -128,9 +130,17 @@ async fn main(spawner: Spawner) {
     let vm = VM.take();
     vm.equip(SIZES);
     let script = SCRIPT.init(Script::new(vm, robot_id, zooid, pulse(0), LOG.take()));
-    if let Some(_failure) = failure {
-        error!("restarted after {}: no script runs until power-on", _failure);
-        LIGHT.signal(Light::Stopped);
+    match failure {
+        None => {}
+        Some(Failure::FlatBattery) => {
+            sensors::set_charge(Charge::FLAT);
+            error!("the battery is flat: the robot does nothing until it is charged, or power-on");
+        }
+        Some(_failure) => {
+            error!("restarted after {}: no script runs until power-on", _failure);
+            sensors::set_charge(Charge::UNKNOWN);
+            LIGHT.signal(Light::Stopped);
+        }
     }
     start(spawner, run_script(script, failure.is_none()));
     start(spawner, leds::shine(&LIGHT, led, pulse(1)));

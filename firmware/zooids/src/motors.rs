@@ -19,7 +19,7 @@ use embassy_time::Instant;
 use crate::eyes::{self, Eyes};
 use crate::log::info;
 use crate::pins::MOTORS;
-use crate::sensors;
+use crate::sensors::{self, Charge};
 
 /// 48 MHz / 12 = 4 MHz, of which a period of 100 steps is 40 kHz.
 const PRESCALER: u16 = 12;
@@ -62,13 +62,13 @@ impl Motors {
         Motors { pilot, eyes, drive: None, inputs: [COAST; 2] }
     }
 
-    /// Does now what the set-point means now. A robot that does not see where it is stands, and one that is being charged has no
-    /// power on its motors.
+    /// Does now what the set-point means now. A robot that does not see where it is stands, and one that is being charged or
+    /// whose battery is empty has no power on its motors.
     fn update(&mut self) {
         let now = Instant::now().as_ticks() as u32;
         let inputs = match (self.drive, eyes::pose()) {
             (None, _) => [COAST; 2],
-            _ if sensors::is_charging() => [COAST; 2],
+            _ if sensors::is_charging() || sensors::charge() >= Charge::EMPTY => [COAST; 2],
             (Some(_), None) => [inputs(0); 2],
             (Some(Drive::Wheels(wheels)), Some(_)) => duties(wheels),
             (Some(Drive::Goal(goal)), Some(pose)) => {

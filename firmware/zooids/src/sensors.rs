@@ -1,14 +1,23 @@
 //! Battery, charger and touch: looked at from time to time.
+//!
+//! | battery below | for | what the robot does |
+//! |---|---|---|
+//! | 3.42 V | 5 s | warns by its LED (SwarmUI's limit: 530 of 1023 steps, sensors.c) |
+//! | 3.3 V | 5 s more | takes the motors' power: the regulator cannot hold its 3.3 V any more |
+//! | 3.0 V | 5 s more | stops script and radio: an empty lithium cell is damaged |
+//!
+//! A battery recovers when its load is gone, so that the way back leads over the charger, or power-on.
 
 use bittybuzz_runtime::liveness::{BEAT, Pulse};
+use cortex_m::peripheral::SCB;
 use embassy_stm32::pac;
 use embassy_stm32::pac::adc::vals::{Ckmode, Res, SampleTime};
 use embassy_time::Timer;
-use portable_atomic::{AtomicBool, AtomicU16, Ordering};
+use portable_atomic::{AtomicBool, AtomicU8, AtomicU16, Ordering};
 
-use crate::i2c;
 use crate::pins::{CHARGING as CHARGER, is_high};
 use crate::touch::Touch;
+use crate::{failure, i2c};
 
 static CHARGING: AtomicBool = AtomicBool::new(false);
 static TOUCHED: AtomicBool = AtomicBool::new(false);
@@ -27,6 +36,67 @@ pub fn is_touched() -> bool {
 /// The battery's voltage in mV.
 pub fn battery_mv() -> u16 {
     BATTERY_MV.load(Ordering::Relaxed)
+}
+
+/// mV below which each [`Charge`] begins.
+const LADDER_MV: [u16; 3] = [3420, 3300, 3000];
+
+/// Low looks in a row that lead a step down the ladder, one a second: motors that start make the voltage dip for less.
+const LOW_LOOKS: u8 = 5;
+
+/// Steps of the ladder that were taken.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd)]
+pub struct Charge(u8);
+
+impl Charge {
+    /// The battery will be empty soon.
+    pub const LOW: Charge = Charge(1);
+    /// The motors have no power.
+    pub const EMPTY: Charge = Charge(2);
+    /// The robot has switched itself off: it does nothing but look at the charger.
+    pub const FLAT: Charge = Charge(3);
+    /// Of a robot that runs no script until power-on, whatever its battery does: it must not restart for a charger.
+    pub const UNKNOWN: Charge = Charge(4);
+}
+
+static CHARGE: AtomicU8 = AtomicU8::new(0);
+
+/// The battery's charge.
+pub fn charge() -> Charge {
+    Charge(CHARGE.load(Ordering::Relaxed))
+}
+
+/// Returns true if the radio has no power.
+pub fn radio_rests() -> bool {
+    is_charging() || charge() == Charge::FLAT
+}
+
+/// Leaves the ladder, for [`Charge::FLAT`] or [`Charge::UNKNOWN`].
+pub fn set_charge(charge: Charge) {
+    CHARGE.store(charge.0, Ordering::Relaxed);
+}
+
+/// Takes a step down the ladder if the voltage was low long enough, or all steps up where the charger is.
+fn judge(low_looks: &mut u8) {
+    let Charge(charge) = charge();
+    if is_charging() {
+        match Charge(charge) {
+            // The script begins anew, as after power-on.
+            Charge::FLAT => SCB::sys_reset(),
+            Charge::UNKNOWN => {}
+            _ => CHARGE.store(0, Ordering::Relaxed),
+        }
+    } else if LADDER_MV.get(usize::from(charge)).is_some_and(|limit| battery_mv() < *limit) {
+        *low_looks += 1;
+        if *low_looks < LOW_LOOKS {
+            return;
+        }
+        if charge == Charge::EMPTY.0 {
+            failure::switch_off();
+        }
+        CHARGE.store(charge + 1, Ordering::Relaxed);
+    }
+    *low_looks = 0;
 }
 
 /// Beats between two looks at the battery: a second.
@@ -53,6 +123,7 @@ fn look_at_battery() {
 pub async fn sense(pulse: Pulse) -> ! {
     let mut touch = Touch::default();
     let mut beats = BATTERY_BEATS;
+    let mut low_looks = 0;
     loop {
         pulse.beat();
         look_at_charger();
@@ -62,6 +133,7 @@ pub async fn sense(pulse: Pulse) -> ! {
         beats -= 1;
         if beats == 0 {
             look_at_battery();
+            judge(&mut low_looks);
             beats = BATTERY_BEATS;
         }
         Timer::after(BEAT).await;
@@ -77,25 +149,45 @@ fn start_adc() {
     while adc.cr().read().adcal() {}
     adc.cfgr1().write(|w| w.set_res(Res::BITS12));
     adc.smpr().write(|w| w.set_smp(SampleTime::CYCLES239_5));
-    adc.chselr().write(|w| w.set_chsel_x(VBAT, true));
+    adc.chselr().write(|w| {
+        w.set_chsel_x(VREFINT, true);
+        w.set_chsel_x(VBAT, true);
+    });
     // Not within four cycles of the calibration's end: turned on again until it is (13.4.1).
     while !adc.isr().read().adrdy() {
         adc.cr().modify(|w| w.set_aden(true));
     }
 }
 
-/// The battery's channel.
+/// The channels of the internal reference and of the battery, which are converted in this order.
+const VREFINT: usize = 17;
 const VBAT: usize = 18;
+/// The reference's steps at a supply of 3.3 V, measured by the maker of the chip (DS8668, table 4).
+const VREFINT_CAL: *const u16 = 0x1fff_f7ba as _;
 
-/// In mV: half the battery's voltage (RM0091 13.9), of 3.3 V in 4095 steps. Takes 21 µs.
+/// The voltage in mV: half of it is converted (RM0091 13.9), in 4095 steps of the supply. The supply is 3.3 V, or the voltage of a
+/// battery that has less, which follows from the reference (13.8). Takes 42 µs.
 fn measure_battery() -> u16 {
     let adc = pac::ADC1;
-    // The divider takes current all the time.
-    adc.ccr().modify(|w| w.set_vbaten(true));
+    // Divider and reference take current all the time.
+    adc.ccr().modify(|w| {
+        w.set_vbaten(true);
+        w.set_vrefen(true);
+    });
     adc.cr().modify(|w| w.set_adstart(true));
-    while !adc.isr().read().eoc() {}
-    let steps = u32::from(adc.dr().read().data());
-    adc.ccr().modify(|w| w.set_vbaten(false));
+    let reference = converted();
+    let steps = converted();
+    adc.ccr().write(|_| {});
+    // SAFETY: a halfword that the maker of the chip has programmed.
+    let calibrated = u32::from(unsafe { VREFINT_CAL.read_volatile() });
+    // As many as at 3.3 V.
+    let steps = steps * calibrated / reference.max(1);
     // 6602 / 4096 = 2 * 3300 / 4095
     ((steps * 6602) >> 12) as u16
+}
+
+/// The next conversion's result.
+fn converted() -> u32 {
+    while !pac::ADC1.isr().read().eoc() {}
+    pac::ADC1.dr().read().data().into()
 }

@@ -33,8 +33,8 @@ const CCR_VBATEN: u32 = 1 << 24;
 const VREFINT: u8 = 17;
 const VBAT: u8 = 18;
 const CHANNELS: u8 = 19;
-/// The analog supply; the Zooid's regulator gives 3.3 V.
-const VDDA: f64 = 3.3;
+/// The analog supply behind the Zooid's regulator, unless the battery has less.
+const REGULATED_VOLTS: f64 = 3.3;
 /// Typical voltage of the internal reference (DS8668).
 const VREFINT_VOLTS: f64 = 1.23;
 /// Sampling times in halves of a cycle (13.12.6).
@@ -127,7 +127,8 @@ impl Adc {
             VREFINT if self.ccr & CCR_VREFEN != 0 => VREFINT_VOLTS,
             _ => 0.0,
         };
-        let code = (volts / VDDA * 4096.0).clamp(0.0, 4095.0) as u32;
+        let vdda = REGULATED_VOLTS.min(self.battery_volts);
+        let code = (volts / vdda * 4096.0).clamp(0.0, 4095.0) as u32;
         let resolution = self.cfgr1 >> 3 & 3;
         code >> (2 * resolution)
     }

@@ -97,9 +97,9 @@ pub async fn talk(mut radio: Nrf24, robot_id: u16, pulse: Pulse) -> ! {
     radio.start().await;
     loop {
         pulse.beat();
-        if sensors::is_charging() {
+        if sensors::radio_rests() {
             radio.sleep();
-            while sensors::is_charging() {
+            while sensors::radio_rests() {
                 pulse.beat();
                 Timer::after(BEAT).await;
             }
