@@ -12,6 +12,7 @@ use embassy_time::Instant;
 use crate::clock;
 use crate::leds::{Color, ScriptLeds, Status, StatusChannel};
 use crate::link::{self, swarm::MAIL};
+use crate::log;
 use crate::motors::{POWER_MAX, Powers};
 use crate::robot::{self, Numbers, function};
 use crate::section::Section;
@@ -167,14 +168,16 @@ impl Robot<Numbers> for Crazyflie {
     }
 
     fn report(&mut self, record: &[u8]) {
-        defmt::println!("bbz {=[u8]}", record);
+        if log::has_room(record.len()) {
+            defmt::println!("bbz {=[u8]}", record);
+        }
     }
 
     fn renew(&mut self, counts: Counts) {
         self.setpoint.renew();
         if counts.steps.wrapping_sub(self.told_at) >= STATUS_STEPS {
             self.told_at = counts.steps;
-            defmt::info!(
+            log::info!(
                 "{=u32} steps, {=u32} ticks missed, longest slice {=u32} us, link {}",
                 counts.steps,
                 counts.missed,

@@ -26,6 +26,7 @@ mod functions;
 mod id;
 mod leds;
 mod link;
+mod log;
 mod motors;
 mod section;
 
@@ -111,11 +112,11 @@ async fn main(spawner: Spawner) {
 
     let id = id::find();
     let robot_id = id.number();
-    defmt::info!("BittyBuzz on {=str}, not tried on hardware", robot::NAME);
-    defmt::info!("this firmware does not fly: motors get at most {=u8} of 255", motors::POWER_MAX);
+    log::info!("BittyBuzz on {=str}, not tried on hardware", robot::NAME);
+    log::info!("this firmware does not fly: motors get at most {=u8} of 255", motors::POWER_MAX);
     match id {
-        Id::Assigned(id) => defmt::info!("robot id {=u16}", id),
-        Id::OfChip(id) => defmt::warn!(
+        Id::Assigned(id) => log::info!("robot id {=u16}", id),
+        Id::OfChip(id) => log::warning!(
             "robot id {=u16}, from the chip's unique id: `bbz flash --id` assigns one",
             id
         ),
@@ -130,7 +131,7 @@ async fn main(spawner: Spawner) {
     vm.equip(SIZES);
     let script = SCRIPT.init(Script::new(vm, robot_id, crazyflie, pulse(0), LOG.take()));
     if let Some(failure) = failure {
-        defmt::error!("restarted after {}: no script runs until power-on", failure);
+        log::error!("restarted after {}: no script runs until power-on", failure);
         STATUS.signal(Status::Stopped);
     }
     // Each task is spawned once: there is a place for it.
@@ -150,7 +151,7 @@ async fn run_script(script: &'static mut ScriptTask, may_run: bool) -> ! {
         let period = Duration::from_hz(robot::TICK_HZ as u64);
         // The robot's id makes the random numbers of robots differ.
         let _ = script.run(image, is_function, 0, period).await;
-        defmt::info!("the script has stopped");
+        log::info!("the script has stopped");
     }
     script.rest().await
 }
@@ -168,7 +169,7 @@ async fn feed_watchdog(mut watchdog: IndependentWatchdog<'static, IWDG>) -> ! {
         if TASKS.all_live() {
             watchdog.pet();
         } else {
-            defmt::error!("no sign of life from task(s) {=u8:b}", TASKS.missing());
+            log::error!("no sign of life from task(s) {=u8:b}", TASKS.missing());
         }
     }
 }

@@ -4,6 +4,7 @@ use bittybuzz_comms::syslink::{Packet, Radio, Setup};
 use embassy_time::{Duration, Instant};
 
 use super::send::send;
+use crate::log;
 
 /// Between two attempts.
 const RETRY: Duration = Duration::from_millis(100);
@@ -29,7 +30,7 @@ impl Keeper {
     pub fn tend(&mut self) {
         let now = Instant::now();
         if self.setup.is_done() && now - self.heard > SILENCE {
-            defmt::warn!("the nRF51 is silent: setting the radio up again");
+            log::warning!("the nRF51 is silent: setting the radio up again");
             self.setup.restart();
         }
         if !self.setup.is_done() && now >= self.next {
@@ -44,7 +45,7 @@ impl Keeper {
         let was_done = self.setup.is_done();
         self.setup.hear(packet);
         if self.setup.is_done() && !was_done {
-            defmt::info!("radio ready");
+            log::info!("radio ready");
         }
     }
 }

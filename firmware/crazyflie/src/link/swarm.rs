@@ -10,9 +10,9 @@ use bittybuzz_vm_core::number::Rng;
 
 use super::send::send;
 use super::{POSE, STATE};
-use crate::id;
 use crate::robot::{FRAME_BYTES, IN_QUEUE, Numbers, OUT_QUEUE};
 use crate::section::Section;
+use crate::{id, log};
 
 /// Messages that wait for the script, and those that wait for the radio.
 pub static MAIL: Mail<Numbers, FRAME_BYTES, IN_QUEUE, OUT_QUEUE> = Mail::new();
@@ -39,7 +39,7 @@ impl Ears {
         };
         if robot == self.robot_id && !self.has_told {
             self.has_told = true;
-            defmt::warn!("another robot has id {=u16}, too: `bbz flash --id`", robot);
+            log::warning!("another robot has id {=u16}, too: `bbz flash --id`", robot);
         }
         let place = match (POSE.get(), position) {
             (Some(here), Some(there)) => Some(here.place_of::<Numbers, Section>(there.mm())),

@@ -1,0 +1,76 @@
+//! Messages to a debug probe.
+//!
+//! The buffer never waits for its reader (`disable-blocking-mode` of defmt-rtt): it would wait inside a critical section, and a
+//! robot whose cable is pulled would stand still until its watchdog restarts it. Instead defmt-rtt overwrites unread messages.
+//! So a message is only written if the buffer has room, and counted if not.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use bittybuzz_comms::trace;
+use bittybuzz_runtime::losses::Losses;
+
+/// The start of RTT's control block, which defmt-rtt calls `Header`, up to the offset from which the probe will read.
+#[repr(C)]
+struct ControlBlock {
+    id: [u8; 16],
+    channels: [u32; 2],
+    name: u32,
+    buffer: u32,
+    size: u32,
+    write: AtomicU32,
+    read: AtomicU32,
+}
+
+unsafe extern "C" {
+    static _SEGGER_RTT: ControlBlock;
+}
+
+static LOSSES: Losses = Losses::new();
+
+/// Most bytes of arguments in a message of the firmware.
+pub const TEXT: usize = 24;
+
+/// Returns true if there is room for a message with `bytes` bytes of arguments. If others had none before, their number is
+/// written first. Called by tasks only, never by an interrupt.
+pub fn has_room(bytes: usize) -> bool {
+    // SAFETY: defmt-rtt defines this static with this layout. The probe changes `read` alone, and it is atomic.
+    let (size, write, read) = unsafe {
+        let block = &_SEGGER_RTT;
+        (block.size, block.write.load(Ordering::Relaxed), block.read.load(Ordering::Relaxed))
+    };
+    match LOSSES.admit(bytes, size, write, read) {
+        None => return false,
+        Some(0) => {}
+        Some(lost) => defmt::println!("bbz {=[u8]}", trace::lost(lost).as_slice()),
+    }
+    true
+}
+
+/// Writes a message about what people may want to know.
+macro_rules! info {
+    ($($argument:tt)*) => {
+        if crate::log::has_room(crate::log::TEXT) {
+            defmt::info!($($argument)*);
+        }
+    };
+}
+
+/// Writes a message about what people should know.
+macro_rules! warning {
+    ($($argument:tt)*) => {
+        if crate::log::has_room(crate::log::TEXT) {
+            defmt::warn!($($argument)*);
+        }
+    };
+}
+
+/// Writes a message about what has failed.
+macro_rules! error {
+    ($($argument:tt)*) => {
+        if crate::log::has_room(crate::log::TEXT) {
+            defmt::error!($($argument)*);
+        }
+    };
+}
+
+pub(crate) use {error, info, warning};
