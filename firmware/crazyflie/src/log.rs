@@ -46,7 +46,7 @@ pub fn has_room(bytes: usize) -> bool {
     true
 }
 
-/// Writes a message about what people may want to know.
+/// Writes a message for information.
 macro_rules! info {
     ($($argument:tt)*) => {
         if crate::log::has_room(crate::log::TEXT) {
@@ -55,7 +55,7 @@ macro_rules! info {
     };
 }
 
-/// Writes a message about what people should know.
+/// Writes a warning.
 macro_rules! warning {
     ($($argument:tt)*) => {
         if crate::log::has_room(crate::log::TEXT) {
@@ -64,7 +64,7 @@ macro_rules! warning {
     };
 }
 
-/// Writes a message about what has failed.
+/// Writes a message about a failure.
 macro_rules! error {
     ($($argument:tt)*) => {
         if crate::log::has_room(crate::log::TEXT) {

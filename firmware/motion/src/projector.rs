@@ -113,7 +113,7 @@ impl Decoder {
     }
 
     /// The change at the last edge. Patterns are counted from the beginning of the frame, so that deviations of single edges do not
-    /// add up. What changes twice in a pattern does not change.
+    /// add up. Two changes in one pattern cancel each other.
     fn last_change(&self) -> u32 {
         FIRST.unbounded_shr(patterns(self.edge.wrapping_sub(self.start)))
     }

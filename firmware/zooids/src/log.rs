@@ -53,7 +53,7 @@ pub use room::has_room;
 #[cfg(feature = "defmt")]
 pub const TEXT: usize = 24;
 
-/// Writes a message about what people may want to know.
+/// Writes a message for information.
 macro_rules! info {
     ($($argument:tt)*) => {{
         #[cfg(feature = "defmt")]
@@ -63,7 +63,7 @@ macro_rules! info {
     }};
 }
 
-/// Writes a message about what people should know.
+/// Writes a warning.
 macro_rules! warning {
     ($($argument:tt)*) => {{
         #[cfg(feature = "defmt")]
@@ -73,7 +73,7 @@ macro_rules! warning {
     }};
 }
 
-/// Writes a message about what has failed.
+/// Writes a message about a failure.
 macro_rules! error {
     ($($argument:tt)*) => {{
         #[cfg(feature = "defmt")]

@@ -62,7 +62,7 @@ impl Motors {
         Motors { pilot, eyes, drive: None, inputs: [COAST; 2] }
     }
 
-    /// Does now what the set-point means now. A robot that does not see where it is stands, and one that is being charged or
+    /// Applies the set-point to the motors. A robot that does not see where it is stands, and one that is being charged or
     /// whose battery is empty has no power on its motors.
     fn update(&mut self) {
         let now = Instant::now().as_ticks() as u32;

@@ -1,6 +1,6 @@
 //! Battery, charger and touch: looked at from time to time.
 //!
-//! | battery below | for | what the robot does |
+//! | battery below | for | reaction |
 //! |---|---|---|
 //! | 3.42 V | 5 s | warns by its LED (SwarmUI's limit: 530 of 1023 steps, sensors.c) |
 //! | 3.3 V | 5 s more | takes the motors' power: the regulator cannot hold its 3.3 V any more |
@@ -55,7 +55,7 @@ impl Charge {
     pub const EMPTY: Charge = Charge(2);
     /// The robot has switched itself off: it does nothing but look at the charger.
     pub const FLAT: Charge = Charge(3);
-    /// Of a robot that runs no script until power-on, whatever its battery does: it must not restart for a charger.
+    /// The robot runs no script until power-on, whatever its battery does: it must not restart for a charger.
     pub const UNKNOWN: Charge = Charge(4);
 }
 

@@ -244,20 +244,15 @@ fn each_of_eight_swarms_has_its_own_members() {
     }
 }
 
-/// Tables of entries may take memory in which messages are handled while the script rests. Then they are forgotten: the
-/// neighbors send them again. Scripts with one global more each come to that somewhere.
-#[test]
-fn entries_give_way_to_messages_of_a_resting_robot() {
-    let mut sizes = Vec::new();
-    for globals in 0..20 {
+/// Runs scripts whose `step()` puts more than there is memory for, each with one global more, and lets them start again after
+/// a rest. Returns the sizes of their stigmergies then.
+fn sizes_after_a_rest(step: &str) -> Vec<String> {
+    let size = |globals: usize| {
         let globals: String = (0..globals).map(|number| format!("g{number} = 0\n")).collect();
         let script = format!(
             "{globals} i = 0
              function init() {{ s = stigmergy.create(1) log(s.size()) }}
-             function step() {{ while(i < 100) {{
-                 s.put(i, {{.a = i, .b = i, .c = i, .d = i}})
-                 i = i + 1
-             }} }}"
+             function step() {{ {step} }}"
         );
         let image = Program::new::<Full>(&script).leak();
         let room = Sizes { neighbors: 2, entries: 20, ..SIZES };
@@ -268,8 +263,18 @@ fn entries_give_way_to_messages_of_a_resting_robot() {
         robot.rest();
         (0..3).for_each(|_| robot.step().expect("there is room for messages"));
         robot.start().expect("there is room for global code");
-        sizes.push(robot.host.logs().pop().expect("a size"));
-    }
+        robot.host.logs().pop().expect("a size")
+    };
+    (0..20).map(size).collect()
+}
+
+/// Tables of entries may take memory in which messages are handled while the script rests. Then they are forgotten: the
+/// neighbors send them again.
+#[test]
+fn entries_give_way_to_messages_of_a_resting_robot() {
+    let sizes = sizes_after_a_rest(
+        "while(i < 100) { s.put(i, {.a = i, .b = i, .c = i, .d = i}) i = i + 1 }",
+    );
     assert!(sizes.iter().any(|size| size == "0"), "{sizes:?}");
     assert!(sizes.iter().any(|size| size != "0"), "{sizes:?}");
 }
@@ -277,31 +282,13 @@ fn entries_give_way_to_messages_of_a_resting_robot() {
 /// Keys may be made at run time, and take memory, too. Entries that take none are kept.
 #[test]
 fn entries_with_keys_on_the_heap_give_way_to_messages() {
-    let mut sizes = Vec::new();
-    for globals in 0..20 {
-        let globals: String = (0..globals).map(|number| format!("g{number} = 0\n")).collect();
-        let script = format!(
-            "{globals} i = 0
-             function init() {{ s = stigmergy.create(1) log(s.size()) }}
-             function step() {{
-               s.put(1, 1)
-               while(i < 100) {{
-                 s.put(string.concat(\"a key of so many bytes that it takes some cells of memory \", string.tostring(i)), 1)
-                 i = i + 1
-               }}
-             }}"
-        );
-        let image = Program::new::<Full>(&script).leak();
-        let room = Sizes { neighbors: 2, entries: 20, ..SIZES };
-        let mut robot: TestRobot<Full, _, 240> = TestRobot::new(image, 3, room);
-        robot.begin().expect("nothing is put");
-        let fault = robot.step().expect_err("it puts too much").code;
-        assert!(matches!(fault, FaultCode::OutOfMemory | FaultCode::StackOverflow), "{fault:?}");
-        robot.rest();
-        (0..3).for_each(|_| robot.step().expect("there is room for messages"));
-        robot.start().expect("there is room for global code");
-        sizes.push(robot.host.logs().pop().expect("a size"));
-    }
+    let sizes = sizes_after_a_rest(
+        "s.put(1, 1)
+         while(i < 100) {
+           s.put(string.concat(\"a key of such a length that it takes some cells of memory \", string.tostring(i)), 1)
+           i = i + 1
+         }",
+    );
     assert!(sizes.iter().any(|size| size == "1"), "{sizes:?}");
     assert!(sizes.iter().any(|size| size != "1"), "{sizes:?}");
     assert!(sizes.iter().all(|size| size != "0"), "{sizes:?}");

@@ -34,7 +34,7 @@ impl Sources {
         Sources { files: self.files.iter().filter(wanted).cloned().collect() }
     }
 
-    /// A number that changes with what programs are made of, and with the lines at which it stands. Documents do not count,
+    /// A number that changes with the code of programs, and with the lines at which it stands. Documents do not count,
     /// nor does the text of comments.
     pub fn fingerprint(&self) -> Result<u64, Failure> {
         let mut hasher = DefaultHasher::new();

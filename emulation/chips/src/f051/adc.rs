@@ -33,7 +33,7 @@ const CCR_VBATEN: u32 = 1 << 24;
 const VREFINT: u8 = 17;
 const VBAT: u8 = 18;
 const CHANNELS: u8 = 19;
-/// The analog supply behind the Zooid's regulator, unless the battery has less.
+/// The analog supply from the Zooid's regulator, unless the battery has less.
 const REGULATED_VOLTS: f64 = 3.3;
 /// Typical voltage of the internal reference (DS8668).
 const VREFINT_VOLTS: f64 = 1.23;

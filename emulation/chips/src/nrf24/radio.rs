@@ -59,7 +59,7 @@ impl Nrf24 {
         self.proceed(now);
     }
 
-    /// The register RPD keeps what it says now (6.4).
+    /// Ends reception. The register RPD keeps its present value (6.4).
     fn end_receiving(&mut self, now: Time) {
         self.power_detected = self.detects_power(now);
         self.state = State::Standby;

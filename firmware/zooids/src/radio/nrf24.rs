@@ -146,7 +146,7 @@ impl Nrf24 {
         Some(length.into())
     }
 
-    /// Returns true if somebody else sends on this channel: more than -64 dBm for 40 µs (6.4).
+    /// Returns true if another sender is on this channel: more than -64 dBm for 40 µs (6.4).
     ///
     /// A received packet latches that register, and the specification does not say for how long while CE stays high. So CE goes low
     /// before each look.
