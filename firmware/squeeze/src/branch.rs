@@ -4,6 +4,7 @@
 
 use std::collections::HashMap;
 
+use crate::fixed::Fixed;
 use crate::listing::{Function, Line, Listing};
 
 /// Bytes that a conditional branch reaches, counted from behind it (AVR instruction set manual, BRBS).
@@ -27,11 +28,13 @@ pub fn straighten(listing: &mut Listing) {
 /// `brne other`, and elsewhere stands `other: rjmp far`.
 pub fn chain(listing: &mut Listing) {
     let mut number = 0;
+    let mut fixed = Fixed::of(listing);
     // From the last function to the first, so that the lines of the others stay.
     for function in listing.functions().into_iter().rev() {
         let mut end = function.end;
         let mut from = function.start;
-        while let Some((branch, jump, other)) = chained(listing, from, function.start, end) {
+        while let Some((branch, jump, other)) = chained(listing, &fixed, from, function.start, end)
+        {
             let label = format!(".Lchain_{number}");
             number += 1;
             if let Line::Code(code) = &mut listing.lines[branch] {
@@ -40,6 +43,7 @@ pub fn chain(listing: &mut Listing) {
             }
             listing.remove(jump);
             listing.lines.insert(other, Line::Label(label));
+            fixed.insert(other);
             end += 1;
             // What comes before moves by one line at most.
             from = branch + 1;
@@ -51,6 +55,7 @@ pub fn chain(listing: &mut Listing) {
 /// The next branch over a jump from line `from` on that reaches another jump to the same place: the lines of all three.
 fn chained(
     listing: &Listing,
+    fixed: &Fixed,
     from: usize,
     start: usize,
     end: usize,
@@ -68,6 +73,7 @@ fn chained(
         let is_skipped = number > 0 && code[number - 1].2.skips();
         if *branch_at < from
             || is_skipped
+            || fixed.is_fixed(*branch_at)
             || jump.name != "rjmp"
             || opposite(&branch.name).is_none()
             || !leads_to(listing, jump_at + 1, end, &branch.operands)
@@ -77,7 +83,10 @@ fn chained(
         }
         let other = code.iter().find(|(line, other, code)| {
             let ahead = if other > place { jump.bytes() as isize } else { 0 };
-            line != jump_at && *code == *jump && REACH.contains(&(other - place - 2 - ahead))
+            line != jump_at
+                && !fixed.is_fixed(*line)
+                && *code == *jump
+                && REACH.contains(&(other - place - 2 - ahead))
         });
         if let Some((other, ..)) = other {
             return Some((*branch_at, *jump_at, *other));
@@ -103,11 +112,13 @@ fn straighten_function(listing: &mut Listing, function: &Function) -> bool {
     let mut changed = false;
     let mut at = 0_isize;
     let mut after_skip = false;
+    let mut by_hand = false;
     for number in function.start..function.end {
+        listing.lines[number].enters_assembly(&mut by_hand);
         let Some(branch) = listing.code(number).cloned() else { continue };
         at += branch.bytes() as isize;
         let skipped = std::mem::replace(&mut after_skip, branch.skips());
-        if skipped {
+        if skipped || by_hand {
             continue;
         }
         let Some(jump_at) = listing.next_code(number + 1, function.end) else { continue };

@@ -56,6 +56,11 @@ impl Set {
         self.0 & other.0 == 0
     }
 
+    /// Its registers, a bit for each.
+    pub const fn register_bits(self) -> u32 {
+        self.0 as u32
+    }
+
     /// The numbers of its registers.
     pub fn registers(self) -> impl Iterator<Item = u8> {
         (0..32).filter(move |number| self.0 & 1 << number != 0)
@@ -125,9 +130,9 @@ impl Effect {
             }
             "push" => acts(one()?, Set::EMPTY),
             "pop" => acts(Set::EMPTY, one()?),
-            "in" if second == "63" => acts(Set::FLAGS.or(Set::T), one()?),
+            "in" if number(second) == Some(0x3f) => acts(Set::FLAGS.or(Set::T), one()?),
             "in" | "lds" => acts(Set::EMPTY, one()?),
-            "out" if first == "63" => {
+            "out" if number(first) == Some(0x3f) => {
                 acts(register(second).map(Set::register)?, Set::FLAGS.or(Set::T))
             }
             "out" | "sts" => acts(register(second).map(Set::register)?, Set::EMPTY),
@@ -164,6 +169,14 @@ fn pointer(operand: &str) -> Option<(Set, Set)> {
     };
     let moves = operand.starts_with('-') || operand.ends_with('+');
     Some((pair, if moves { pair } else { Set::EMPTY }))
+}
+
+/// The value of a number, as the programmer may write it, too.
+pub fn number(operand: &str) -> Option<u16> {
+    match operand.strip_prefix("0x").or_else(|| operand.strip_prefix("0X")) {
+        Some(digits) => u16::from_str_radix(digits, 16).ok(),
+        None => operand.parse().ok(),
+    }
 }
 
 /// The number of a register.

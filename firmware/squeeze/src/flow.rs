@@ -11,15 +11,17 @@ use crate::listing::{Function, Line, Listing};
 /// What is read behind each line of a listing.
 pub struct Flow {
     after: Vec<Set>,
+    /// The registers by which each function and its callers exchange values.
+    contracts: HashMap<String, Known>,
 }
 
 /// What is known of a function.
 #[derive(Clone, Copy, Default)]
-struct Known {
+pub struct Known {
     /// What it reads of what it finds.
-    arguments: Set,
+    pub arguments: Set,
     /// What its callers read of what it leaves.
-    results: Set,
+    pub results: Set,
 }
 
 impl Flow {
@@ -33,7 +35,8 @@ impl Flow {
             let results = if is_outside { Set::RESULTS } else { Set::EMPTY };
             known.insert(&function.symbol, Known { arguments: Set::EMPTY, results });
         }
-        let mut flow = Flow { after: vec![Set::EMPTY; listing.lines.len()] };
+        let mut flow =
+            Flow { after: vec![Set::EMPTY; listing.lines.len()], contracts: HashMap::new() };
         let bodies: Vec<Body<'_>> =
             functions.iter().map(|function| Body::of(listing, function)).collect();
         loop {
@@ -43,6 +46,8 @@ impl Flow {
                 changed |= flow.pass(body, &mut known);
             }
             if !changed && before == flow.after {
+                flow.contracts =
+                    known.into_iter().map(|(symbol, known)| (symbol.to_owned(), known)).collect();
                 return flow;
             }
         }
@@ -51,6 +56,11 @@ impl Flow {
     /// What is read behind that line before it is written.
     pub fn after(&self, line: usize) -> Set {
         self.after[line]
+    }
+
+    /// What is known of each function, by its symbol.
+    pub fn into_contracts(self) -> HashMap<String, Known> {
+        self.contracts
     }
 
     /// Goes through a function backwards; whether something new was found about it or those that it calls.
@@ -169,7 +179,9 @@ impl<'a> Body<'a> {
         for (number, (line, code)) in lines.iter().enumerate() {
             let is_conditional = number > 0 && lines[number - 1].1.skips();
             let mut effect = Effect::of(code);
-            saves &= code.name == "push";
+            // Of the registers that are not saved in this way, one may be an argument that goes on to the stack.
+            saves &= code.name == "push"
+                && effect.is_some_and(|effect| effect.reads.is_apart(Set::CALL_USED));
             if saves {
                 // It saves what belongs to the caller, and does not look at it.
                 effect = effect.map(|effect| Effect { reads: Set::EMPTY, ..effect });
@@ -183,8 +195,8 @@ impl<'a> Body<'a> {
                 _ => {}
             }
             if code.name == "rjmp" || code.name.starts_with("br") {
-                match labels.get(code.operands.as_str()) {
-                    Some(target) => next.push(*target),
+                match target(&code.operands, &labels, number) {
+                    Some(target) => next.push(target),
                     None => end = End::Unknown,
                 }
             }
@@ -206,5 +218,15 @@ impl<'a> Body<'a> {
             steps.push(Step { line: *line, effect, next, end, called, is_conditional });
         }
         Body { symbol: &function.symbol, steps }
+    }
+}
+
+/// The number of the instruction to which the branch of that number leads.
+fn target(operand: &str, labels: &HashMap<&str, usize>, number: usize) -> Option<usize> {
+    match operand.split_once('+') {
+        None => labels.get(operand).copied(),
+        // LLVM's text for `rjmp .+0` in an asm! block, which takes two cycles and leads to the next instruction.
+        Some((label, "0+2")) if labels.get(label) == Some(&number) => Some(number + 1),
+        Some(_) => None,
     }
 }

@@ -55,11 +55,14 @@ fn arrange_function(body: &[Line]) -> Option<Vec<Line>> {
 fn chains(body: &[Line]) -> Option<Vec<Chain>> {
     let mut chains = vec![Chain::new()];
     let mut after_skip = false;
+    let mut by_hand = false;
     for line in body {
+        line.enters_assembly(&mut by_hand);
         chains.last_mut()?.push(line.clone());
         if let Line::Code(code) = line {
             let skipped = std::mem::replace(&mut after_skip, code.skips());
-            if code.ends_flow() && !skipped {
+            // What the programmer wrote stays together.
+            if code.ends_flow() && !skipped && !by_hand {
                 chains.push(Chain::new());
             }
         }

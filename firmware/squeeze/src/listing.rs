@@ -137,6 +137,11 @@ impl Listing {
         }
     }
 
+    /// The instruction before that line, from line `start` on.
+    pub fn code_before(&self, line: usize, start: usize) -> Option<&Instruction> {
+        (start..line).rev().find_map(|line| self.code(line))
+    }
+
     /// Whether a second branch follows the one behind that line.
     pub fn is_branch_behind_branch(&self, line: usize, end: usize) -> bool {
         self.next_code(line + 1, end)

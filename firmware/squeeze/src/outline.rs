@@ -3,6 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
 
+use crate::fixed::Fixed;
 use crate::listing::{Instruction, Line, Listing, is_mark};
 
 /// Instructions of the longest sequence that is looked for.
@@ -70,6 +71,7 @@ fn runs(
     on_stack: &HashSet<String>,
 ) -> Vec<Vec<usize>> {
     let mut runs = Vec::new();
+    let fixed = Fixed::of(listing);
     for function in listing.functions() {
         if is_hot(&function.symbol) {
             continue;
@@ -80,15 +82,14 @@ fn runs(
             let ends = match &listing.lines[line] {
                 Line::Code(code) => {
                     let skipped = std::mem::replace(&mut after_skip, code.skips());
-                    let moves = is_movable(code, on_stack) && !skipped;
+                    let moves = is_movable(code, on_stack) && !skipped && !fixed.is_fixed(line);
                     if moves {
                         run.push(line);
                     }
                     !moves
                 }
                 Line::Label(label) => !is_mark(label),
-                // What the programmer wrote stays together.
-                Line::Other(text) => text.contains("APP"),
+                Line::Other(_) => false,
             };
             if ends {
                 runs.push(std::mem::take(&mut run));

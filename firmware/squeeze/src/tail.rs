@@ -5,6 +5,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use crate::fixed::Fixed;
 use crate::listing::{Instruction, Line, Listing, is_mark};
 
 /// An end: its instructions, from the last to the first.
@@ -28,7 +29,7 @@ pub fn share(listing: &mut Listing) {
 
 fn share_once(listing: &mut Listing, number: &mut usize) -> bool {
     let mut changed = false;
-    let ends = ends(listing);
+    let ends = ends(listing, &Fixed::of(listing));
     let mut best: Vec<(usize, &End, &End, usize)> = Vec::new();
     for group in ends.values() {
         for (at, kept) in group.iter().enumerate() {
@@ -106,7 +107,7 @@ fn common(listing: &Listing, kept: &End, left: &End) -> usize {
 }
 
 /// Ends that do the same last, by what that is.
-fn ends(listing: &Listing) -> HashMap<(usize, String), Vec<End>> {
+fn ends(listing: &Listing, fixed: &Fixed) -> HashMap<(usize, String), Vec<End>> {
     let mut ends: HashMap<(usize, String), Vec<End>> = HashMap::new();
     for (number, function) in listing.functions().into_iter().enumerate() {
         for line in function.start..function.end {
@@ -120,7 +121,11 @@ fn ends(listing: &Listing) -> HashMap<(usize, String), Vec<End>> {
                 }
                 _ => continue,
             };
-            if let Some(end) = end(listing, function.start, line, falls, key.0 == usize::MAX) {
+            if fixed.is_fixed(line) {
+                continue;
+            }
+            let leaves = key.0 == usize::MAX;
+            if let Some(end) = end(listing, fixed, function.start, line, falls, leaves) {
                 ends.entry(key).or_default().push(end);
             }
         }
@@ -129,7 +134,14 @@ fn ends(listing: &Listing) -> HashMap<(usize, String), Vec<End>> {
 }
 
 /// The end of which that line is the last.
-fn end(listing: &Listing, start: usize, last: usize, falls: bool, leaves: bool) -> Option<End> {
+fn end(
+    listing: &Listing,
+    fixed: &Fixed,
+    start: usize,
+    last: usize,
+    falls: bool,
+    leaves: bool,
+) -> Option<End> {
     const LONGEST: usize = 40;
     let mut lines = vec![last];
     let mut whole = None;
@@ -140,7 +152,7 @@ fn end(listing: &Listing, start: usize, last: usize, falls: bool, leaves: bool) 
             }
             Line::Code(code) => {
                 let is_placed = leaves && code.operands.contains(".L");
-                if code.ends_flow() || is_placed {
+                if code.ends_flow() || is_placed || fixed.is_fixed(line) {
                     break;
                 }
                 if lines.len() == LONGEST {
@@ -150,8 +162,6 @@ fn end(listing: &Listing, start: usize, last: usize, falls: bool, leaves: bool) 
                 }
                 lines.push(line);
             }
-            // What the programmer wrote stays together.
-            Line::Other(text) if text.contains("APP") => break,
             _ => {}
         }
     }

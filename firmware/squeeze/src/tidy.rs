@@ -8,8 +8,11 @@ use crate::listing::{Function, Line, Listing, is_mark};
 pub fn remove_labels(listing: &mut Listing) {
     for function in listing.functions() {
         let used = used_labels(listing, &function);
+        let mut by_hand = false;
         for line in function.start..function.end {
-            let is_unused = matches!(&listing.lines[line],
+            listing.lines[line].enters_assembly(&mut by_hand);
+            let is_unused = !by_hand
+                && matches!(&listing.lines[line],
                 Line::Label(label) if !is_mark(label) && !used.contains(label));
             if is_unused {
                 listing.remove(line);
@@ -38,7 +41,10 @@ pub fn remove_comparisons(listing: &mut Listing) {
     for function in listing.functions() {
         // The instructions since the last label, the last of them last.
         let mut before: Vec<usize> = Vec::new();
+        let mut after_skip = false;
+        let mut by_hand = false;
         for line in function.start..function.end {
+            listing.lines[line].enters_assembly(&mut by_hand);
             let code = match &listing.lines[line] {
                 Line::Label(label) if !is_mark(label) => {
                     before.clear();
@@ -47,6 +53,12 @@ pub fn remove_comparisons(listing: &mut Listing) {
                 Line::Code(code) => code.clone(),
                 _ => continue,
             };
+            // Of flags that may not have been set nothing is known.
+            let skipped = std::mem::replace(&mut after_skip, code.skips());
+            if skipped || by_hand {
+                before.clear();
+                continue;
+            }
             let behind =
                 listing.next_code(line + 1, function.end).and_then(|next| listing.code(next));
             let is_known = match before.as_slice() {

@@ -50,7 +50,8 @@ fn remove_dead(listing: &mut Listing, function: &Function, flow: &Flow) -> bool 
 /// Reads registers that held a value first, and leaves out what is there already.
 fn reuse(listing: &mut Listing, function: &Function, flow: &Flow) -> bool {
     let mut changed = false;
-    let mut values = Values::unknown();
+    let has_zero = !is_interrupt(listing, function);
+    let mut values = Values::unknown(has_zero);
     let mut after_skip = false;
     // What compared before, and nothing behind it has changed the flags.
     let mut compared = false;
@@ -60,7 +61,7 @@ fn reuse(listing: &mut Listing, function: &Function, flow: &Flow) -> bool {
         let code = match &listing.lines[line] {
             Line::Label(label) => {
                 if !is_mark(label) {
-                    values = Values::unknown();
+                    values = Values::unknown(has_zero);
                     compared = false;
                 }
                 continue;
@@ -106,6 +107,12 @@ fn is_call(code: &Instruction) -> bool {
     matches!(code.name.as_str(), "call" | "rcall")
 }
 
+/// Whether the function handles an interrupt, which finds any value in r1.
+fn is_interrupt(listing: &Listing, function: &Function) -> bool {
+    let mut code = (function.start..function.end).filter_map(|line| listing.code(line));
+    code.any(|code| code.name == "reti")
+}
+
 /// What is known of the registers: those of one number hold the same. Numbers below 256 are constants.
 struct Values {
     of: [u32; 32],
@@ -116,10 +123,12 @@ struct Values {
 }
 
 impl Values {
-    /// Nothing but that r1 is zero.
-    fn unknown() -> Self {
+    /// Nothing but that r1 is zero, if it is.
+    fn unknown(has_zero: bool) -> Self {
         let mut of = std::array::from_fn(|number| 256 + number as u32);
-        of[1] = 0;
+        if has_zero {
+            of[1] = 0;
+        }
         Values { of, since: [0; 32], next: 256 + 32, texts: HashMap::new() }
     }
 

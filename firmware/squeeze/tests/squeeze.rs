@@ -1,6 +1,11 @@
 //! What becomes of assembly, and what is left alone.
 
-use bittybuzz_squeeze::squeeze;
+use bittybuzz_squeeze::squeeze as with_contracts;
+
+/// The text alone.
+fn squeeze(assembly: &str, is_hot: impl Fn(&str) -> bool) -> String {
+    with_contracts(assembly, is_hot).text
+}
 
 /// A function as LLVM writes it.
 fn function(symbol: &str, body: &str) -> String {
