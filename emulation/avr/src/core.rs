@@ -361,3 +361,6 @@ pub fn changed(flash: &[u8], change: &Change) -> (u16, [u8; PAGE as usize]) {
     }
     (*page, bytes)
 }
+
+#[cfg(test)]
+mod tests;
