@@ -10,6 +10,7 @@ mod properties;
 mod protocol;
 mod same;
 mod sources;
+mod squeeze;
 mod survivors;
 mod table;
 mod zooids;
@@ -84,6 +85,7 @@ const PARTS: &[Part] = &[
     },
     Part { name: "random", items: blocks, run: random, made_of: ALL },
     Part { name: "same", items: same::items, run: same::run, made_of: ALL },
+    Part { name: "squeeze", items: squeeze::items, run: squeeze::run, made_of: squeeze::MADE_OF },
     Part {
         name: "torture",
         items: || vec!["every allocation".to_owned()],
@@ -138,7 +140,7 @@ pub fn run(arguments: &[String]) -> Result<(), Failure> {
     if missing.is_empty() { Ok(()) } else { Err(Failure::Soak { left: missing }) }
 }
 
-/// A sample for CI: some of the mutants, a thousand steps of each of the Kilobots' examples, some seeds of the
+/// A sample for CI: some of the mutants, of those of squeeze as well, a thousand steps of each of the Kilobots' examples, some seeds of the
 /// convergence and some executions of each fuzz target. The tests pass without the mutants.
 pub fn sample() -> Result<(), Failure> {
     for name in table::SAMPLE {
@@ -146,6 +148,14 @@ pub fn sample() -> Result<(), Failure> {
             Verdict::Shown(how) => println!("{name}: {how}"),
             Verdict::Missing(why) => {
                 return Err(Failure::Soak { left: vec![format!("mutants {name} ({why})")] });
+            }
+        }
+    }
+    for name in squeeze::SAMPLE {
+        match squeeze::run(name)? {
+            Verdict::Shown(how) => println!("{name}: {how}"),
+            Verdict::Missing(why) => {
+                return Err(Failure::Soak { left: vec![format!("squeeze {name} ({why})")] });
             }
         }
     }
