@@ -1,13 +1,14 @@
 //! Code that keeps its time: no pass may put anything between its instructions.
 //!
-//! * Programmer's assembly, between `;APP` and `;NO_APP`: its author may count cycles.
+//! * Programmer's assembly, between `;APP` and `;NO_APP`: its author may count cycles. Blocks that only compute with registers and read
+//!   flash are code as any other: they have no effect outside of the registers, so their time does not matter.
 //! * Code that runs while interrupts are off, from `cli` to the restore of SREG: others wait meanwhile.
 //! * Two writes within four cycles to a register that the chip protects in this way, such as WDTCSR.
 
 use std::collections::{HashMap, HashSet};
 
-use crate::effect::number;
-use crate::listing::{Function, Instruction, Line, Listing};
+use crate::effect::{Effect, number};
+use crate::listing::{Function, Instruction, Line, Listing, is_mark};
 
 /// Addresses of EECR, MCUCR, SPMCSR, WDTCSR and CLKPR: after the first write the second has to come within four cycles (data sheet of
 /// the ATmega328P, 8.6.3, 13.4.1, 26.3.1, 10.9.2, 8.12.2).
@@ -50,9 +51,41 @@ impl Fixed {
         self.marks.insert(line, false);
     }
 
-    /// Whether nothing may come between that line and its neighbors.
+    /// Returns true if nothing may come between that line and its neighbors.
     pub fn is_fixed(&self, line: usize) -> bool {
         self.marks.get(line).copied().unwrap_or(false)
+    }
+}
+
+/// Makes blocks of the programmer's that touch nothing but registers and flash a part of the code around them.
+pub fn release_assembly(listing: &mut Listing) {
+    let mut block = None;
+    for line in 0..listing.lines.len() {
+        let mut by_hand = block.is_some();
+        listing.lines[line].enters_assembly(&mut by_hand);
+        match (block, by_hand) {
+            (None, true) => block = Some(line),
+            (Some(start), false) => {
+                if listing.lines[start + 1..line].iter().all(is_inward) {
+                    listing.remove(start);
+                    listing.remove(line);
+                }
+                block = None;
+            }
+            _ => {}
+        }
+    }
+    listing.compact();
+}
+
+/// Returns true if a line has no effect but on registers and flags. `lpm` reads flash, which nothing changes.
+fn is_inward(line: &Line) -> bool {
+    match line {
+        Line::Code(code) => {
+            code.name == "lpm" || Effect::of(code).is_some_and(|effect| !effect.acts)
+        }
+        Line::Label(label) => is_mark(label),
+        Line::Other(text) => text.trim_start().starts_with(".loc") || text.trim().is_empty(),
     }
 }
 
@@ -65,7 +98,7 @@ fn mark_by_hand(listing: &Listing, function: &Function, marks: &mut [bool]) {
     }
 }
 
-/// Marks what may run with interrupts off. Returns true if the function may return so.
+/// Marks instructions that may run with interrupts off. Returns true if the function may return so.
 fn mark_off(
     listing: &Listing,
     function: &Function,
@@ -121,7 +154,7 @@ fn mark_off(
     leaves
 }
 
-/// Whether an instruction turns interrupts on, or sets SREG as it was.
+/// Returns true for an instruction that turns interrupts on or sets SREG as it was.
 fn is_restore(code: &Instruction) -> bool {
     let sets_status = code.name == "out"
         && code.operands.split(',').next().and_then(|to| number(to.trim())) == Some(0x3f);

@@ -58,7 +58,7 @@ impl Flow {
         self.after[line]
     }
 
-    /// What is known of each function, by its symbol.
+    /// The registers by which each function and its callers exchange values, by its symbol.
     pub fn into_contracts(self) -> HashMap<String, Known> {
         self.contracts
     }

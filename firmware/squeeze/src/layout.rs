@@ -61,7 +61,7 @@ fn chains(body: &[Line]) -> Option<Vec<Chain>> {
         chains.last_mut()?.push(line.clone());
         if let Line::Code(code) = line {
             let skipped = std::mem::replace(&mut after_skip, code.skips());
-            // What the programmer wrote stays together.
+            // The programmer's assembly stays together.
             if code.ends_flow() && !skipped && !by_hand {
                 chains.push(Chain::new());
             }

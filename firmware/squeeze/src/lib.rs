@@ -9,8 +9,8 @@
 //! stops the build.
 //!
 //! # Principles
-//! 1. **Nothing is linked that was not compared.** What cannot be read, reached or compared is refused, with function, line and cure; it is
-//!    never guessed. `BBZ_SQUEEZE=off` in the environment of the build leaves all of this out.
+//! 1. **Only compared code is linked.** Code that cannot be read, reached or compared is refused, with function, line and cure; nothing is
+//!    guessed. `BBZ_SQUEEZE=off` in the environment of the build leaves all of this out.
 //! 2. **The hot paths keep their speed.** Sharing costs a call; functions that are named as hot keep their own code, and so do interrupts.
 //! 3. **What remains computes what was there**, in the same registers: an instruction becomes at most a copy or a constant of the same size.
 //! 4. **Time that counts stays.** `asm!` blocks, code that runs with interrupts off, and pairs of writes that the chip wants within four
@@ -57,7 +57,7 @@ pub use link::build_script;
 pub struct Squeezed {
     /// The assembly.
     pub text: String,
-    /// What functions and their callers rely on, by symbol: [`proof::prove`] shows it.
+    /// The agreements of functions with their callers, by symbol: [`proof::prove`] shows them.
     pub contracts: HashMap<String, Contract>,
 }
 
@@ -66,6 +66,7 @@ pub struct Squeezed {
 /// `is_hot` tells from its symbol whether a function keeps its entry, its exit and its sequences.
 pub fn squeeze(assembly: &str, is_hot: impl Fn(&str) -> bool) -> Squeezed {
     let mut listing = Listing::read(assembly);
+    fixed::release_assembly(&mut listing);
     branch::straighten(&mut listing);
     tidy::remove_labels(&mut listing);
     layout::arrange(&mut listing);

@@ -4,7 +4,7 @@
 //! squeezed program in place of the one that rustc made, and runs the linker. rustc has to write assembly (`--emit=asm`),
 //! and one module: `lto = true`, `codegen-units = 1`; anything else is an error.
 //!
-//! What was proved is written beside the squeezed assembly, to `.proof.txt`.
+//! The proof's report is written next to the squeezed assembly, to `.proof.txt`.
 
 use std::env;
 use std::ffi::{OsStr, OsString};
@@ -32,9 +32,9 @@ enum LinkError {
     Io(PathBuf, io::Error),
     /// The variable has another value than `off`.
     Switch(OsString),
-    /// There is no assembly beside an object of rustc's.
+    /// There is no assembly next to an object of rustc's.
     NoAssembly(PathBuf),
-    /// The assembly beside an object is that of another one.
+    /// The assembly next to an object is that of another one.
     OtherAssembly(PathBuf),
     /// rustc has made more than one object.
     Modules(PathBuf),
@@ -128,14 +128,14 @@ fn is_chip(argument: &OsStr) -> bool {
     argument.to_str().is_some_and(|text| text.starts_with("-mavr"))
 }
 
-/// The place of the assembly of an object that rustc has made: beside it, up to the first full stop of the same name.
+/// The place of the assembly of an object that rustc has made: next to it, up to the first full stop of the same name.
 fn assembly_of(object: &Path) -> Option<PathBuf> {
     let name = object.file_name()?.to_str()?;
     let crate_name = name.strip_suffix(".rcgu.o")?.split('.').next()?;
     Some(object.with_file_name(format!("{crate_name}.s")))
 }
 
-/// Whether assembly is that of an object: the module's name, which the assembly begins with, is part of the object's.
+/// Returns true if assembly is that of an object: the module's name, with which the assembly begins, is part of the object's.
 fn is_of(text: &str, object: &Path) -> bool {
     let module =
         text.lines().find_map(|line| line.trim().strip_prefix(".file\t\"")?.strip_suffix('"'));

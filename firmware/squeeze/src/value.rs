@@ -107,7 +107,7 @@ fn is_call(code: &Instruction) -> bool {
     matches!(code.name.as_str(), "call" | "rcall")
 }
 
-/// Whether the function handles an interrupt, which finds any value in r1.
+/// Returns true for the handler of an interrupt, which finds any value in r1.
 fn is_interrupt(listing: &Listing, function: &Function) -> bool {
     let mut code = (function.start..function.end).filter_map(|line| listing.code(line));
     code.any(|code| code.name == "reti")

@@ -1,4 +1,4 @@
-//! What is proved of squeezed assembly, and what is refused.
+//! Proofs and refusals of squeezed assembly.
 
 use bittybuzz_squeeze::proof::{Cause, Refusal, prove};
 use bittybuzz_squeeze::squeeze;
@@ -54,6 +54,22 @@ fn four_times(lines: &[&'static str]) -> Vec<&'static str> {
     }
     all.push("ret");
     all
+}
+
+#[test]
+fn functions_that_no_image_has_are_proved() {
+    proved(include_str!("functions.s"));
+}
+
+#[test]
+fn assembly_that_only_reads_flash_is_shared() {
+    // Its time has no effect.
+    let word = [";APP", "lpm r0, Z+", "lpm r31, Z", "mov r30, r0", ";NO_APP", "sts 300, r31"];
+    let result = proved(&function("f", &four_times(&[&["movw r30, r24"], &word[..]].concat())));
+    assert_eq!(count(&result, "lpm r31, Z"), 1, "{result:?}");
+    let pulse = [";APP", "lpm r0, Z+", "cbi 5, 1", ";NO_APP", "sts 300, r0"];
+    let result = proved(&function("f", &four_times(&[&["movw r30, r24"], &pulse[..]].concat())));
+    assert_eq!(count(&result, "lpm r0, Z+"), 4, "{result:?}");
 }
 
 #[test]
@@ -263,9 +279,56 @@ fn what_no_function_has_stays_word_for_word() {
 }
 
 #[test]
-fn code_that_nothing_reaches_is_refused() {
+fn a_condition_that_no_input_meets_is_steered() {
     // Zero is never one.
-    let text = function("f", &["clr r24", "cpi r24, 1", "brne .L1", "sts 300, r24", ".L1:", "ret"]);
-    let refusal = refused(&text, &text);
-    assert!(matches!(refusal, Refusal::Unreached { line: 7, .. }), "{refusal}");
+    let code = |address| {
+        let store = format!("sts {address}, r24");
+        function("f", &["clr r24", "cpi r24, 1", "brne .L1", &store, ".L1:", "ret"])
+    };
+    let report = prove(&code(300), &code(300), &squeeze(&code(300), |_| true).contracts).unwrap();
+    assert_eq!((report.outcomes, report.steered), (2, 1));
+    let refusal = refused(&code(300), &code(301));
+    assert!(matches!(refusal, Refusal::Difference(_)), "{refusal}");
+}
+
+#[test]
+fn a_branch_that_the_original_lacks_is_refused() {
+    let more = ["clr r24", "cpi r24, 1", "brne .L1", "sts 300, r24", ".L1:", "ret"];
+    let refusal = refused(&function("f", &["clr r24", "ret"]), &function("f", &more));
+    assert!(matches!(refusal, Refusal::Unreached { line: 7, is_squeezed: true, .. }), "{refusal}");
+}
+
+#[test]
+fn each_side_of_each_branch_is_compared() {
+    // Whatever the symbols are, which the inputs depend on: no input makes ten loads equal to ten constants by chance.
+    let numbers = 10..20;
+    let chain = |last: &str| {
+        let mut code: Vec<String> = Vec::new();
+        for number in numbers.clone() {
+            let load = format!("lds r24, {}", 300 + number);
+            code.extend([load, format!("cpi r24, {number}"), "brne .L1".to_owned()]);
+        }
+        code.extend([last, ".L1:", "ret"].map(str::to_owned));
+        code
+    };
+    for name in ["f", "g", "h", "i", "j", "k", "l", "m"] {
+        let text = |last| {
+            let code = chain(last);
+            function(name, &code.iter().map(String::as_str).collect::<Vec<_>>())
+        };
+        proved(&text("sts 299, r22"));
+        let refusal = refused(&text("sts 299, r22"), &text("sts 299, r23"));
+        assert!(matches!(refusal, Refusal::Difference(_)), "{refusal}");
+    }
+}
+
+#[test]
+fn a_saved_register_that_assembly_reads_is_an_argument() {
+    // A boot loader leaves the cause of the reset in r2. The inputs depend on the names.
+    for name in ["f", "g", "h", "i", "j", "k", "l", "m"] {
+        let read = [";APP", "mov r24, r2", ";NO_APP", "andi r24, 8", "call use", "ret"];
+        let inner = function(&format!("{name}_inner"), &read);
+        let call = format!("call {name}_inner");
+        proved(&[function(name, &[&call, "ret"]), inner].concat());
+    }
 }

@@ -1,7 +1,7 @@
 //! Makes a mistake in squeeze and sees the build of the Kilobot's image refuse the result.
 //!
 //! The image's assembly is taken from a build without a mistake; each mistake is made in a copy of the sources, which squeezes
-//! and compares that assembly.
+//! and compares that assembly. Functions of cases that this image does not have come first, so most mistakes show in a second.
 
 use super::Verdict;
 use super::mutants::mutate;
@@ -13,10 +13,12 @@ use crate::shell::{Line, root, target};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Path prefixes of the sources of what is compared.
+/// Path prefixes of the compared sources.
 pub const MADE_OF: &[&str] = &["firmware/squeeze/", "xtask/src/soak/squeeze.rs"];
 /// Squeeze as it is: it must not be refused, or everything would be.
 const UNCHANGED: &str = "unchanged";
+/// Functions that no image has.
+const FUNCTIONS: &str = "firmware/squeeze/tests/functions.s";
 /// A script that needs most parts of the machine.
 const SCRIPT: &str = "examples/swarm/barrier.bzz";
 
@@ -37,7 +39,9 @@ pub fn run(name: &str) -> Result<Verdict, Failure> {
         let file = copy.join(mutant.file);
         sources::write(&file, mutate(mutant, &sources::read_text(&file)?)?.as_bytes())?;
     }
-    let output = prove(&copy, &folder.join("target"), &assembly(&folder)?)?;
+    let mut files = vec![root().join(FUNCTIONS).display().to_string()];
+    files.extend(assembly(&folder)?);
+    let output = prove(&copy, &folder.join("target"), &files)?;
     let refused = output.lines().find(|line| line.starts_with("refused: "));
     Ok(match (mutant, refused) {
         (Some(_), Some(refusal)) => Verdict::Shown(refusal.to_owned()),
@@ -73,7 +77,7 @@ fn assembly(folder: &Path) -> Result<Vec<String>, Failure> {
     Ok(images)
 }
 
-/// What the example prints that squeezes and compares. A refusal is a result; squeeze that cannot be built is none.
+/// The output of the example that squeezes and compares. A refusal is a result; a squeeze that cannot be built is none.
 fn prove(copy: &Path, target: &Path, assembly: &[String]) -> Result<String, Failure> {
     let mut arguments =
         vec!["run", "--release", "-p", "bittybuzz-squeeze", "--example", "prove", "--"];
@@ -89,7 +93,7 @@ fn prove(copy: &Path, target: &Path, assembly: &[String]) -> Result<String, Fail
     Ok(text(&output.stdout))
 }
 
-/// Mistakes that change this image, and that have to be refused.
+/// Mistakes that change this image or those functions, and that have to be refused.
 const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "carry-of-cpc",
@@ -300,6 +304,83 @@ const MUTANTS: &[Mutant] = &[
         find: "*mark |= by_hand;",
         put: "*mark |= false;",
         breaks: "asm! blocks are shared",
+    },
+    Mutant {
+        name: "carry-of-adc",
+        file: "firmware/squeeze/src/effect.rs",
+        find: "effect(to.or(from).or(Set::C), to.or(Set::FLAGS))",
+        put: "effect(to.or(from), to.or(Set::FLAGS))",
+        breaks: "the carry before `adc` counts as unread",
+    },
+    Mutant {
+        name: "carry-of-sbci",
+        file: "firmware/squeeze/src/effect.rs",
+        find: "\"sbci\" => effect(one()?.or(with_carry),",
+        put: "\"sbci\" => effect(one()?,",
+        breaks: "the borrow before `sbci` counts as unread",
+    },
+    Mutant {
+        name: "flag-of-brcs",
+        file: "firmware/squeeze/src/effect.rs",
+        find: "\"brcs\" | \"brcc\" | \"brlo\" | \"brsh\" => acts(Set::C, Set::EMPTY),",
+        put: "\"brlo\" | \"brsh\" => acts(Set::C, Set::EMPTY),\n            \"brcs\" | \"brcc\" => acts(Set::Z, Set::EMPTY),",
+        breaks: "`brcs` reads another flag",
+    },
+    Mutant {
+        name: "half-of-movw",
+        file: "firmware/squeeze/src/effect.rs",
+        find: "\"movw\" => effect(Set::pair(register(second)?), Set::pair(register(first)?)),",
+        put: "\"movw\" => effect(Set::pair(register(second)?), Set::register(register(first)?)),",
+        breaks: "`movw` writes one register",
+    },
+    Mutant {
+        name: "and-as-or",
+        file: "firmware/squeeze/src/value.rs",
+        find: "\"andi\" if held < 256 => held & number()?,",
+        put: "\"andi\" if held < 256 => held | number()?,",
+        breaks: "a known value and a constant give another value",
+    },
+    Mutant {
+        name: "no-branch-between",
+        file: "firmware/squeeze/src/tidy.rs",
+        find: "\n                        && !listing.is_branch_behind_branch(line, function.end)",
+        put: "",
+        breaks: "a comparison goes of which a second branch reads another flag",
+    },
+    Mutant {
+        name: "skips-forgotten",
+        file: "firmware/squeeze/src/tidy.rs",
+        find: "if skipped || by_hand {",
+        put: "if by_hand {",
+        breaks: "what may have been skipped counts as done",
+    },
+    Mutant {
+        name: "pushed-arguments",
+        file: "firmware/squeeze/src/flow.rs",
+        find: "\n                && effect.is_some_and(|effect| effect.reads.is_apart(Set::CALL_USED));",
+        put: ";",
+        breaks: "the first instructions read no arguments",
+    },
+    Mutant {
+        name: "zero-in-handlers",
+        file: "firmware/squeeze/src/value.rs",
+        find: "let has_zero = !is_interrupt(listing, function);",
+        put: "let has_zero = true;",
+        breaks: "handlers of interrupts find zero in r1",
+    },
+    Mutant {
+        name: "timed-pairs",
+        file: "firmware/squeeze/src/fixed.rs",
+        find: "marks[*line..=*second].fill(true);",
+        put: "marks[*line..=*second].fill(false);",
+        breaks: "writes that belong together are drawn apart",
+    },
+    Mutant {
+        name: "assembly-released",
+        file: "firmware/squeeze/src/fixed.rs",
+        find: ".all(is_inward)",
+        put: ".any(is_inward)",
+        breaks: "asm! blocks that touch I/O registers are code as any other",
     },
 ];
 

@@ -13,7 +13,7 @@ use super::*;
 
 /// States in which each instruction is executed.
 const STATES: u64 = 60;
-/// Where pointers and the stack point to.
+/// The middle of the addresses to which pointers and the stack point.
 const MIDDLE: u16 = 0x400;
 
 /// The finalizer of SplitMix64 (Steele, Lea, Flood 2014).
@@ -168,7 +168,7 @@ fn simavr_and_the_proof_agree_on_every_instruction() {
             let mut registers: [u8; 32] = std::array::from_fn(|place| random(place as u64));
             if matches!(op, Op::Read(..) | Op::Write(..) | Op::ReadFlash(..)) {
                 for pair in [26, 28, 30] {
-                    registers[pair] = MIDDLE as u8 ^ registers[pair];
+                    registers[pair] ^= MIDDLE as u8;
                     registers[pair + 1] = (MIDDLE >> 8) as u8 | registers[pair + 1] & 1;
                 }
             }

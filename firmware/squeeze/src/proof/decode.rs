@@ -99,7 +99,7 @@ pub enum Target {
     Label(String),
     /// An address in flash.
     Address(u16),
-    /// A label and bytes behind it: LLVM writes so what was `.+2` in an asm! block.
+    /// A label and bytes after it: LLVM's form of `.+2` in an asm! block.
     Behind(String, u16),
 }
 

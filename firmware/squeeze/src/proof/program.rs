@@ -5,7 +5,7 @@ use std::fmt;
 
 use super::decode::{DecodeError, Op, Target, decode};
 
-/// Directives of which it is known that they are no code of a function.
+/// Directives that are no code of a function.
 const DIRECTIVES: &[&str] = &[
     ".2byte",
     ".4byte",
@@ -142,7 +142,7 @@ pub enum Place {
 /// An instruction at its place.
 #[derive(Clone, Debug)]
 pub struct Step {
-    /// What it does; `None` behind the last instruction of a function.
+    /// The instruction; `None` after the last one of a function.
     pub op: Option<Op>,
     /// The place where its branch, jump or call leads.
     pub place: Place,
@@ -159,9 +159,9 @@ pub struct Routine {
     pub symbol: String,
     /// Its first instruction.
     pub start: usize,
-    /// The number behind its last instruction, where the step is empty.
+    /// The number after its last instruction, where the step is empty.
     pub end: usize,
-    /// The texts of its asm! blocks, sorted.
+    /// The texts of its asm! blocks, sorted, but for those that only compute with registers and read flash: their time has no effect.
     pub by_hand: Vec<String>,
 }
 
@@ -193,8 +193,16 @@ struct Reader {
     /// The last symbol outside of functions.
     symbol: String,
     /// The asm! block that is read.
-    block: Option<String>,
+    block: Option<Block>,
     line: usize,
+}
+
+/// An asm! block.
+#[derive(Default)]
+struct Block {
+    text: String,
+    /// It does more than compute with registers and read flash.
+    is_seen: bool,
 }
 
 impl Program {
@@ -256,10 +264,12 @@ impl Reader {
     fn take(&mut self, line: &str) -> Result<(), ReadCause> {
         let trimmed = line.trim();
         match trimmed {
-            ";APP" | "; APP" if self.function.is_some() => self.block = Some(String::new()),
+            ";APP" | "; APP" if self.function.is_some() => self.block = Some(Block::default()),
             ";NO_APP" | "; NO_APP" => {
-                if let (Some(block), Some(routine)) = (self.block.take(), &mut self.function) {
-                    routine.by_hand.push(block);
+                if let (Some(block), Some(routine)) = (self.block.take(), &mut self.function)
+                    && block.is_seen
+                {
+                    routine.by_hand.push(block.text);
                 }
             }
             _ => {}
@@ -271,8 +281,9 @@ impl Reader {
         if let Some(block) = &mut self.block
             && !is_debug(code)
         {
-            *block += &with_single_spaces(code);
-            *block += "\n";
+            block.text += &with_single_spaces(code);
+            block.text += "\n";
+            block.is_seen |= code.ends_with(':') || code.starts_with('.');
         }
         if let Some(label) = code.strip_suffix(':')
             && !label.contains(char::is_whitespace)
@@ -292,6 +303,9 @@ impl Reader {
         }
         let (name, operands) = code.split_once(char::is_whitespace).unwrap_or((code, ""));
         let op = decode(name, operands).map_err(ReadCause::Decode)?;
+        if let Some(block) = &mut self.block {
+            block.is_seen |= !is_inward(&op);
+        }
         match &op {
             Op::ReadAt(_, 0x5d..=0x5f) | Op::WriteAt(0x5d..=0x5f, _) => {
                 return Err(ReadCause::StatusByAddress);
@@ -322,7 +336,7 @@ impl Reader {
         self.mentioned.extend(words.map(str::to_owned));
     }
 
-    /// Whether squeeze has written the section.
+    /// Returns true in a section that squeeze has written.
     fn is_own(&self) -> bool {
         OWN_SECTIONS.iter().any(|own| self.section.starts_with(own))
     }
@@ -453,7 +467,7 @@ impl Reader {
     }
 }
 
-/// The instruction so many bytes behind another.
+/// The instruction at a distance in bytes after another.
 fn behind(sizes: &[u16], from: usize, bytes: u16) -> Option<usize> {
     let mut left = bytes;
     let mut at = from;
@@ -464,7 +478,25 @@ fn behind(sizes: &[u16], from: usize, bytes: u16) -> Option<usize> {
     Some(at)
 }
 
-/// Whether a line only serves the debugger.
+/// Returns true for an instruction that touches only registers, flags of arithmetic and T, and reads flash.
+fn is_inward(op: &Op) -> bool {
+    matches!(
+        op,
+        Op::Pair(..)
+            | Op::Constant(..)
+            | Op::Single(..)
+            | Op::Multiply(..)
+            | Op::Word(..)
+            | Op::Copy(..)
+            | Op::CopyPair(..)
+            | Op::Load(..)
+            | Op::ReadFlash(..)
+            | Op::Store(..)
+            | Op::Restore(..)
+    )
+}
+
+/// Returns true for a line that only serves the debugger.
 fn is_debug(code: &str) -> bool {
     code.starts_with(".loc") || code.starts_with(".file") || code.starts_with(".Ltmp")
 }

@@ -5,8 +5,10 @@
 //! its results and with garbage in the other registers that it may use.
 
 use super::cpu::{Bus, Control, Cpu};
-use super::decode::{Op, Pair, flag};
+use super::decode::{Op, flag};
+use super::frame::Frame;
 use super::program::{Place, Program};
+use super::trail::{Hint, Trail};
 
 /// Registers that a function returns as it found them (AVR-GCC ABI, "Call-saved registers").
 pub const SAVED: u32 = 0x3003_fffc;
@@ -22,7 +24,7 @@ const STACK: std::ops::Range<u16> = 0x7c00..0x8000;
 /// The stack pointer at the beginning, at least.
 const STACK_START: u16 = 0x7e00;
 /// The place on the tape of SREG; those before are of the registers.
-const FLAGS_AT: usize = 32;
+pub const FLAGS_AT: usize = 32;
 
 /// Bytes that an execution reads, in the order in which it reads them: registers, flags, memory, results of calls.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -63,7 +65,7 @@ pub fn mix(value: u64) -> u64 {
     value ^ value >> 31
 }
 
-/// What is seen of an execution.
+/// A visible effect of an execution.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Event {
     /// A byte of memory or an I/O register is read.
@@ -97,14 +99,14 @@ pub enum Event {
 pub struct Snapshot {
     /// Registers and flags.
     pub cpu: Cpu,
-    /// What the function has on the stack below its frame.
+    /// The bytes that the function has on the stack below its frame.
     pub pushed: Vec<u8>,
 }
 
 /// An event, and when it happens.
 #[derive(Clone, Debug)]
 pub struct Timed {
-    /// What happens.
+    /// The event itself.
     pub event: Event,
     /// Cycles since the function was entered.
     pub cycle: u32,
@@ -114,22 +116,33 @@ pub struct Timed {
     pub step: usize,
 }
 
-/// The way of a function's text to its frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Frame {
-    /// Bytes of registers that it saves first.
-    pub saved: u16,
-    /// These registers.
-    pub registers: u32,
-    /// Bytes of its variables.
-    pub room: u16,
-    /// Y points to the variables.
-    pub has_pointer: bool,
-    /// The first instruction behind the beginning.
-    pub end: usize,
+/// Outcomes of conditional instructions that do not follow their conditions.
+#[derive(Clone, Copy)]
+pub enum Steer<'a> {
+    /// The first conditional instructions have these outcomes, each true if it branches or skips.
+    Outcomes(&'a [bool]),
+    /// Those marked of the first ones have the opposite outcome.
+    Opposite(&'a [bool]),
 }
 
-/// What an execution begins with.
+impl Steer<'_> {
+    /// Conditional instructions that are steered.
+    fn len(self) -> usize {
+        match self {
+            Steer::Outcomes(outcomes) | Steer::Opposite(outcomes) => outcomes.len(),
+        }
+    }
+
+    /// Returns true if the conditional instruction of that number has another outcome than its condition demands.
+    fn turns(self, number: usize, is_taken: bool) -> bool {
+        match self {
+            Steer::Outcomes(outcomes) => outcomes[number] != is_taken,
+            Steer::Opposite(marks) => marks[number],
+        }
+    }
+}
+
+/// The beginning of an execution.
 pub struct Start<'a> {
     /// The text.
     pub program: &'a Program,
@@ -137,10 +150,6 @@ pub struct Start<'a> {
     pub entry: usize,
     /// Its frame.
     pub frame: Frame,
-    /// The registers that it gets then.
-    pub free: u32,
-    /// Where it goes on when it has made its frame, with other registers, if not there.
-    pub enter: Option<usize>,
     /// Bytes by which the stack pointer is higher, so that the variables are at the same addresses.
     pub shift: u16,
     /// The registers that are the same in both texts, from the tape.
@@ -149,15 +158,15 @@ pub struct Start<'a> {
     pub is_interrupt: bool,
     /// Registers with results, from the callee's symbol.
     pub results: &'a dyn Fn(&Place) -> u32,
-    /// Makes what is not the same in both texts.
+    /// The seed of all values that differ between both texts.
     pub garbage: u64,
-    /// Instructions that are executed at most.
+    /// The most instructions after the last steered one.
     pub limit: u32,
 }
 
 /// An execution.
 pub struct Run {
-    /// What was seen, in order.
+    /// The events, in order.
     pub events: Vec<Timed>,
     /// The core at the beginning.
     pub before: Cpu,
@@ -165,8 +174,10 @@ pub struct Run {
     pub steps: u32,
     /// The execution was stopped at the limit.
     pub is_cut: bool,
-    /// The executed instructions, in order, each conditional one with its outcome.
+    /// The conditional instructions that were executed, in order.
     pub path: Vec<Passed>,
+    /// The steered ones, each with a mark if its condition demanded the other outcome.
+    pub turned: Vec<bool>,
 }
 
 /// A conditional instruction that was executed.
@@ -180,19 +191,6 @@ pub struct Passed {
     pub tag: u128,
     /// Comparisons before it.
     pub hints: Vec<Hint>,
-}
-
-/// A comparison: for each of both values its place on the tape, if it stands there, and the other value.
-pub type Hint = [Option<(usize, u8)>; 2];
-
-/// Where each value comes from: a bit for each of the first 128 places on the tape.
-#[derive(Clone)]
-pub struct Trail {
-    registers: [u128; 32],
-    flags: u128,
-    /// The T flag.
-    copied: u128,
-    hints: Vec<Hint>,
 }
 
 struct World<'a> {
@@ -243,12 +241,14 @@ impl Bus for World<'_> {
     }
 }
 
-fn bit(place: usize) -> u128 {
-    if place < 128 { 1 << place } else { 0 }
-}
-
 /// Executes a function. `reached` gets a mark for each instruction; where values come from is followed if `follows` is set.
-pub fn run(start: &Start<'_>, tape: &Tape, reached: &mut [bool], follows: bool) -> Run {
+pub fn run(
+    start: &Start<'_>,
+    tape: &Tape,
+    steer: Steer<'_>,
+    reached: &mut [bool],
+    follows: bool,
+) -> Run {
     let garbage = |number: u64| mix(start.garbage ^ number.wrapping_mul(0x1_0001)) as u8;
     let mut world = World {
         tape,
@@ -256,19 +256,11 @@ pub fn run(start: &Start<'_>, tape: &Tape, reached: &mut [bool], follows: bool) 
         stack: (0..u64::from(STACK.end - STACK.start)).map(|n| garbage(n + 0x1000)).collect(),
         events: Vec::new(),
     };
-    let mut trail = Trail {
-        registers: [0; 32],
-        flags: bit(FLAGS_AT),
-        copied: bit(FLAGS_AT),
-        hints: Vec::new(),
-    };
+    let mut trail = Trail::new(start.arguments);
     let mut registers = [0; 32];
     for (number, register) in registers.iter_mut().enumerate() {
         let is_same = start.arguments & 1 << number != 0;
         *register = if is_same { tape.at(number) } else { garbage(number as u64) };
-        if is_same {
-            trail.registers[number] = bit(number);
-        }
     }
     let mut flags = tape.at(FLAGS_AT);
     if start.is_interrupt {
@@ -283,24 +275,19 @@ pub fn run(start: &Start<'_>, tape: &Tape, reached: &mut [bool], follows: bool) 
     push_address(&mut cpu, &mut world, CALLER);
     let body = cpu.stack.wrapping_sub(start.frame.saved + start.frame.room);
     let mut at = start.entry;
-    let mut run = Run { events: Vec::new(), before, steps: 0, is_cut: false, path: Vec::new() };
+    let mut run = Run {
+        events: Vec::new(),
+        before,
+        steps: 0,
+        is_cut: false,
+        path: Vec::new(),
+        turned: Vec::new(),
+    };
     let mut calls = 0;
     let mut off_since = None;
-    let mut enter = start.enter;
+    let mut last_steered = 0;
     loop {
-        if at == start.frame.end
-            && let Some(entered) = enter.take()
-        {
-            at = entered;
-            for number in (0..32).filter(|number| start.free & 1 << number != 0) {
-                cpu.registers[number] = tape.at(number);
-                trail.registers[number] = bit(number);
-            }
-            cpu.flags = cpu.flags & 1 << flag::I | tape.at(FLAGS_AT) & !(1 << flag::I);
-            trail.flags = bit(FLAGS_AT);
-            trail.copied = bit(FLAGS_AT);
-        }
-        if run.steps >= start.limit {
+        if run.steps - last_steered >= start.limit {
             run.is_cut = true;
             return run;
         }
@@ -315,13 +302,21 @@ pub fn run(start: &Start<'_>, tape: &Tape, reached: &mut [bool], follows: bool) 
         let cursor = world.cursor;
         let old = if follows { Some(cpu.clone()) } else { None };
         let were_on = cpu.flags & 1 << flag::I != 0;
-        let control = cpu.execute(op, &mut world);
+        let mut control = cpu.execute(op, &mut world);
+        if is_conditional(op) && run.turned.len() < steer.len() {
+            let turns = steer.turns(run.turned.len(), control != Control::Next);
+            if turns {
+                control = opposite(op, control, &mut cpu);
+            }
+            run.turned.push(turns);
+            last_steered = run.steps;
+        }
         if let Some(old) = old {
             trail.follow(op, &old, tape, cursor);
             if is_conditional(op) {
                 let is_taken = control != Control::Next;
                 let tag = trail.condition(op);
-                let hints = std::mem::take(&mut trail.hints);
+                let hints = trail.take_hints();
                 run.path.push(Passed { step: at, is_taken, tag, hints });
             }
         }
@@ -366,12 +361,11 @@ pub fn run(start: &Start<'_>, tape: &Tape, reached: &mut [bool], follows: bool) 
                     let value = world.next();
                     let known = [value, garbage(calls << 8 | u64::from(number))];
                     cpu.registers[usize::from(number)] = known[usize::from(!is_same)];
-                    trail.registers[usize::from(number)] = if is_same { bit(place) } else { 0 };
+                    trail.set_register(number, is_same.then_some(place));
                 }
                 let place = world.cursor;
                 cpu.flags = cpu.flags & 0x80 | world.next() & 0x7f;
-                trail.flags = bit(place);
-                trail.copied = bit(place);
+                trail.set_flags(place);
                 at + 1
             }
             (Control::Return, _) => {
@@ -410,7 +404,7 @@ pub fn run(start: &Start<'_>, tape: &Tape, reached: &mut [bool], follows: bool) 
     }
 }
 
-/// Takes over what the last instruction did.
+/// Records the events of the last instruction.
 fn note(run: &mut Run, world: &mut World<'_>, cpu: &Cpu, step: usize, off_since: &mut Option<u32>) {
     for event in world.events.drain(..) {
         let gap = off_since.map(|since| cpu.cycles - since);
@@ -436,117 +430,17 @@ fn pop_address(cpu: &mut Cpu, world: &World<'_>) -> u16 {
     address
 }
 
-/// Whether an instruction has two outcomes.
+/// Returns true for an instruction with two outcomes.
 pub fn is_conditional(op: &Op) -> bool {
     matches!(op, Op::Branch(..) | Op::SkipBit(..) | Op::SkipIo(..) | Op::SkipEqual(..))
 }
 
-impl Trail {
-    /// Where the outcome of a conditional instruction comes from.
-    fn condition(&self, op: &Op) -> u128 {
-        match *op {
-            Op::Branch(flag::T, ..) => self.copied,
-            Op::SkipBit(register, ..) => self.registers[usize::from(register)],
-            Op::SkipEqual(one, other) => {
-                self.registers[usize::from(one)] | self.registers[usize::from(other)]
-            }
-            _ => self.flags,
-        }
+/// The other outcome of a conditional instruction, with its cycles.
+fn opposite(op: &Op, control: Control, cpu: &mut Cpu) -> Control {
+    if control != Control::Next {
+        cpu.cycles -= 1;
+        return Control::Next;
     }
-
-    /// Follows an instruction that is executed with that core, while the tape was at that place.
-    fn follow(&mut self, op: &Op, cpu: &Cpu, tape: &Tape, cursor: usize) {
-        let tags = self.registers;
-        let at = |register: u8| tags[usize::from(register)];
-        let takes_carry = |kind| matches!(kind, Pair::Adc | Pair::Sbc | Pair::Cpc);
-        match *op {
-            Op::Pair(kind, to, from) => {
-                if matches!(kind, Pair::Cp | Pair::Cpc | Pair::Sub | Pair::Sbc) {
-                    let value = |register: u8| cpu.registers[usize::from(register)];
-                    self.hint([
-                        place(tape, at(to), value(to), value(from)),
-                        place(tape, at(from), value(from), value(to)),
-                    ]);
-                }
-                let mut tag = self.registers[usize::from(to)] | self.registers[usize::from(from)];
-                if takes_carry(kind) {
-                    tag |= self.flags;
-                }
-                if to == from && matches!(kind, Pair::Eor | Pair::Sub) {
-                    tag = 0;
-                }
-                self.flags = tag;
-                if !matches!(kind, Pair::Cp | Pair::Cpc) {
-                    self.registers[usize::from(to)] = tag;
-                }
-            }
-            Op::Constant(kind, to, value) => {
-                if matches!(kind, Pair::Cp | Pair::Sub | Pair::Sbc) {
-                    self.hint([place(tape, at(to), cpu.registers[usize::from(to)], value), None]);
-                }
-                let carry = if takes_carry(kind) { self.flags } else { 0 };
-                let tag = self.registers[usize::from(to)] | carry;
-                self.flags = tag;
-                if kind != Pair::Cp {
-                    self.registers[usize::from(to)] = tag;
-                }
-            }
-            Op::Single(_, register) => {
-                // `ror` takes the carry.
-                self.registers[usize::from(register)] |= self.flags;
-                self.flags = self.registers[usize::from(register)];
-            }
-            Op::Multiply(_, one, other) => {
-                let tag = at(one) | at(other);
-                self.registers[0] = tag;
-                self.registers[1] = tag;
-                self.flags = tag;
-            }
-            Op::Word(pair, ..) => {
-                let pair = usize::from(pair);
-                let tag = self.registers[pair] | self.registers[pair + 1];
-                self.registers[pair + 1] = tag;
-                self.flags = tag;
-            }
-            Op::Copy(to, from) => self.registers[usize::from(to)] = at(from),
-            Op::CopyPair(to, from) => {
-                let tags = [at(from), at(from + 1)];
-                self.registers[usize::from(to)] = tags[0];
-                self.registers[usize::from(to + 1)] = tags[1];
-            }
-            Op::Load(to, _) => self.registers[usize::from(to)] = 0,
-            Op::Read(to, _) | Op::ReadAt(to, _) | Op::ReadFlash(to, _) => {
-                self.registers[usize::from(to)] = bit(cursor);
-            }
-            Op::In(to, from) => {
-                let tag = if from < 0x3d { bit(cursor) } else { self.flags };
-                self.registers[usize::from(to)] = tag;
-            }
-            Op::Out(0x3f, from) => {
-                self.flags = at(from);
-                self.copied = at(from);
-            }
-            Op::SkipIo(..) => self.flags |= bit(cursor),
-            Op::Store(register, _) => self.copied = at(register),
-            Op::Restore(register, _) => {
-                self.registers[usize::from(register)] |= self.copied;
-            }
-            Op::Pop(register) => self.registers[usize::from(register)] = 0,
-            _ => {}
-        }
-    }
-
-    /// Keeps the last comparisons.
-    fn hint(&mut self, hint: Hint) {
-        self.hints.push(hint);
-        if self.hints.len() > 4 {
-            self.hints.remove(0);
-        }
-    }
-}
-
-/// The place of a value on the tape, if it stands there, with what it is compared with.
-fn place(tape: &Tape, tag: u128, value: u8, other: u8) -> Option<(usize, u8)> {
-    let place = tag.trailing_zeros() as usize;
-    (tag.count_ones() == 1 && tape.at(place) == value).then_some((place, other))
+    cpu.cycles += 1;
+    if matches!(op, Op::Branch(..)) { Control::Branch } else { Control::Skip }
 }

@@ -1,11 +1,13 @@
 //! Inputs that lead through all branches of a function.
 //!
 //! Random inputs reach most places. For the others the bytes of the tape on which a branch depended are changed one by one, or set
-//! to what they were compared with (Aschermann et al., "REDQUEEN", NDSS 2019; Chen, Chen, "Angora", S&P 2018).
+//! to what they were compared with (Aschermann et al., "REDQUEEN", NDSS 2019; Chen, Chen, "Angora", S&P 2018). A branch whose
+//! condition no value meets is steered, so no outcome is missed by bad luck.
 
 use std::collections::{HashMap, HashSet};
 
-use super::run::{Hint, Passed, Run, Start, Tape, mix, run};
+use super::run::{Passed, Run, Start, Steer, Tape, mix, run};
+use super::trail::Hint;
 
 /// Random inputs that are tried first.
 const RANDOM: u64 = 48;
@@ -25,19 +27,39 @@ const PATIENCE: u32 = 2;
 /// An outcome of a conditional instruction.
 pub type Outcome = (usize, bool);
 
-/// Inputs, and what they do not reach.
-pub struct Found {
-    /// Some random inputs, and others of which each reaches an outcome that those before do not.
-    pub tapes: Vec<Tape>,
-    /// Outcomes that were reached.
-    pub seen: HashSet<Outcome>,
+/// An input of a function.
+#[derive(Clone)]
+pub struct Input {
+    /// The values that it reads.
+    pub tape: Tape,
+    /// The outcomes of its first conditional instructions, whatever the values are.
+    pub outcomes: Vec<bool>,
 }
 
-/// An input that reaches a branch.
+/// Inputs that reach all outcomes.
+pub struct Found {
+    /// Some random inputs, and others of which each reaches an outcome that those before do not.
+    pub inputs: Vec<Input>,
+    /// Outcomes that were reached.
+    pub outcomes: usize,
+    /// Those of them whose conditions were never met.
+    pub steered: usize,
+}
+
+/// An input that reaches a conditional instruction.
 struct Example {
     tape: Tape,
+    /// The outcomes before that instruction.
+    outcomes: Vec<bool>,
     tag: u128,
     hints: Vec<Hint>,
+}
+
+impl Example {
+    /// Other values on the same way.
+    fn with(&self, tape: Tape) -> Input {
+        Input { tape, outcomes: self.outcomes.clone() }
+    }
 }
 
 struct Search<'a> {
@@ -46,34 +68,27 @@ struct Search<'a> {
     seen: HashSet<Outcome>,
     /// For each outcome that was not seen, inputs that reach its instruction.
     open: HashMap<Outcome, Vec<Example>>,
-    tapes: Vec<Tape>,
+    inputs: Vec<Input>,
 }
 
-/// Looks for inputs of a function.
+/// Finds inputs of a function.
 pub fn search(start: &Start<'_>, seed: u64, reached: &mut [bool]) -> Found {
     let mut search =
-        Search { start, reached, seen: HashSet::new(), open: HashMap::new(), tapes: Vec::new() };
+        Search { start, reached, seen: HashSet::new(), open: HashMap::new(), inputs: Vec::new() };
     for number in 0..RANDOM {
         let seed = mix(seed ^ mix(number));
         let tape = if number % 4 == 0 { small(seed) } else { Tape { bytes: Vec::new(), seed } };
-        search.attempt(tape);
+        search.attempt(Input { tape, outcomes: Vec::new() });
     }
-    let mut idle = 0;
-    let mut round = 0;
-    while idle < PATIENCE && !search.open.is_empty() {
-        let before = search.seen.len();
-        let mut open: Vec<Outcome> = search.open.keys().copied().collect();
-        open.sort_unstable();
-        for outcome in open {
-            search.approach(outcome, round);
-        }
-        round += 1;
-        idle = if search.seen.len() == before { idle + 1 } else { 0 };
+    let mut steered = 0;
+    while !search.open.is_empty() {
+        search.approach_all();
+        steered += search.steer_all();
     }
-    Found { tapes: search.tapes, seen: search.seen }
+    Found { inputs: search.inputs, outcomes: search.seen.len(), steered }
 }
 
-/// An input with small numbers in all registers: loops end soon, and what comes then depends on a part of the tape that is followed.
+/// An input with small numbers in all registers: loops end soon, and later conditions depend on a part of the tape that is followed.
 fn small(seed: u64) -> Tape {
     let mut tape = Tape { bytes: Vec::new(), seed };
     (0..REGISTERS).for_each(|place| tape.put(place, tape.at(place) & 3));
@@ -82,13 +97,16 @@ fn small(seed: u64) -> Tape {
 
 impl Search<'_> {
     /// Executes with an input and keeps it if it is of use.
-    fn attempt(&mut self, tape: Tape) {
-        let Run { path, .. } = run(self.start, &tape, self.reached, true);
-        let mut is_new = self.tapes.len() < KEPT;
-        for Passed { step, is_taken, tag, hints } in path {
+    fn attempt(&mut self, input: Input) {
+        let steer = Steer::Outcomes(&input.outcomes);
+        let Run { path, .. } = run(self.start, &input.tape, steer, self.reached, true);
+        let outcomes: Vec<bool> = path.iter().map(|passed| passed.is_taken).collect();
+        // Conditional instructions up to the last one with a new outcome.
+        let mut known = 0;
+        for (number, Passed { step, is_taken, tag, hints }) in path.into_iter().enumerate() {
             let outcome = (step, is_taken);
             if self.seen.insert(outcome) {
-                is_new = true;
+                known = number + 1;
                 self.open.remove(&outcome);
             }
             let other = (step, !is_taken);
@@ -100,13 +118,51 @@ impl Search<'_> {
                     examples.remove(poor);
                 }
                 if examples.len() < EXAMPLES {
-                    examples.push(Example { tape: tape.clone(), tag, hints });
+                    let outcomes = outcomes[..number].to_vec();
+                    examples.push(Example { tape: input.tape.clone(), outcomes, tag, hints });
                 }
             }
         }
-        if is_new {
-            self.tapes.push(tape);
+        if known > 0 || self.inputs.len() < KEPT {
+            let outcomes = outcomes[..known].to_vec();
+            self.inputs.push(Input { tape: input.tape, outcomes });
         }
+    }
+
+    /// Looks for values that meet the conditions, on the way on which the conditional instructions were reached.
+    fn approach_all(&mut self) {
+        let mut idle = 0;
+        let mut round = 0;
+        while idle < PATIENCE && !self.open.is_empty() {
+            let before = self.seen.len();
+            for outcome in self.open_outcomes() {
+                self.approach(outcome, round);
+            }
+            round += 1;
+            idle = if self.seen.len() == before { idle + 1 } else { 0 };
+        }
+    }
+
+    fn open_outcomes(&self) -> Vec<Outcome> {
+        let mut open: Vec<Outcome> = self.open.keys().copied().collect();
+        open.sort_unstable();
+        open
+    }
+
+    /// Reaches all open outcomes against their conditions. Returns their number.
+    ///
+    /// An outcome is only open if its instruction was executed, and then this reaches it: so all are reached to which branches lead.
+    fn steer_all(&mut self) -> usize {
+        let mut steered = 0;
+        for outcome in self.open_outcomes() {
+            let Some(examples) = self.open.remove(&outcome) else { continue };
+            let shortest = examples.into_iter().min_by_key(|example| example.outcomes.len());
+            let Some(Example { tape, mut outcomes, .. }) = shortest else { continue };
+            outcomes.push(outcome.1);
+            self.attempt(Input { tape, outcomes });
+            steered += 1;
+        }
+        steered
     }
 
     /// Changes inputs that come near an outcome, until it is seen.
@@ -118,10 +174,11 @@ impl Search<'_> {
                 return;
             }
         }
-        // They depend on what is too far behind on the tape.
+        // They depend on a part of the tape that is not followed.
         if examples.iter().all(|example| example.tag == 0) {
             for number in 0..SMALL {
-                self.attempt(small(mix(number ^ round << 32 ^ (outcome.0 as u64) << 40)));
+                let tape = small(mix(number ^ round << 32 ^ (outcome.0 as u64) << 40));
+                self.attempt(examples[number as usize % examples.len()].with(tape));
             }
         }
         for example in examples.iter().filter(|_| round == 0) {
@@ -129,7 +186,7 @@ impl Search<'_> {
                 for value in 0..=255 {
                     let mut tape = example.tape.clone();
                     tape.put(place, value);
-                    self.attempt(tape);
+                    self.attempt(example.with(tape));
                     if self.seen.contains(&outcome) {
                         return;
                     }
@@ -152,7 +209,7 @@ impl Search<'_> {
                     tape.put(*place, value);
                 }
             }
-            self.attempt(tape);
+            self.attempt(examples[which].with(tape));
             if self.seen.contains(&outcome) {
                 return;
             }
@@ -160,7 +217,7 @@ impl Search<'_> {
         self.open.entry(outcome).or_insert(examples);
     }
 
-    /// Makes what was compared equal, one too low and one too high; then all bytes on which the outcome depends the same.
+    /// Makes compared values equal, one too low and one too high; then all bytes on which the outcome depends the same.
     fn equal(&mut self, example: &Example) {
         for (first, change) in (0..example.hints.len()).flat_map(|n| [(n, 0), (n, 1), (n, 0xff)]) {
             // If both values changed they would not be equal.
@@ -171,7 +228,7 @@ impl Search<'_> {
                         tape.put(place, value.wrapping_add(if number == 0 { change } else { 0 }));
                     }
                 }
-                self.attempt(tape);
+                self.attempt(example.with(tape));
             }
         }
         // Also small numbers of several bytes, for loops that count.
@@ -183,7 +240,7 @@ impl Search<'_> {
             for (number, place) in places.enumerate() {
                 tape.put(place, if number == 0 { first } else { others });
             }
-            self.attempt(tape);
+            self.attempt(example.with(tape));
         }
     }
 }

@@ -1,0 +1,155 @@
+//! The way of values from the tape: the bytes on which a condition depends, and the values that they were compared with.
+
+use super::cpu::Cpu;
+use super::decode::{Op, Pair, flag};
+use super::run::{FLAGS_AT, Tape};
+
+/// A comparison: for each of both values its place on the tape, if it stands there, and the other value.
+pub type Hint = [Option<(usize, u8)>; 2];
+
+/// Where each value comes from: a bit for each of the first 128 places on the tape.
+#[derive(Clone)]
+pub struct Trail {
+    registers: [u128; 32],
+    flags: u128,
+    /// The T flag.
+    copied: u128,
+    hints: Vec<Hint>,
+}
+
+fn bit(place: usize) -> u128 {
+    if place < 128 { 1 << place } else { 0 }
+}
+
+impl Trail {
+    /// These registers and the flags are from the tape.
+    pub fn new(registers: u32) -> Trail {
+        let of = |number: usize| if registers >> number & 1 != 0 { bit(number) } else { 0 };
+        let flags = bit(FLAGS_AT);
+        Trail { registers: std::array::from_fn(of), flags, copied: flags, hints: Vec::new() }
+    }
+
+    /// A register is from that place of the tape, or from nowhere.
+    pub fn set_register(&mut self, register: u8, place: Option<usize>) {
+        self.registers[usize::from(register)] = place.map_or(0, bit);
+    }
+
+    /// The flags are from that place of the tape.
+    pub fn set_flags(&mut self, place: usize) {
+        self.flags = bit(place);
+        self.copied = bit(place);
+    }
+
+    /// The last comparisons.
+    pub fn take_hints(&mut self) -> Vec<Hint> {
+        std::mem::take(&mut self.hints)
+    }
+
+    /// Where the outcome of a conditional instruction comes from.
+    pub fn condition(&self, op: &Op) -> u128 {
+        match *op {
+            Op::Branch(flag::T, ..) => self.copied,
+            Op::SkipBit(register, ..) => self.registers[usize::from(register)],
+            Op::SkipEqual(one, other) => {
+                self.registers[usize::from(one)] | self.registers[usize::from(other)]
+            }
+            _ => self.flags,
+        }
+    }
+
+    /// Follows an instruction that is executed with that core, while the tape was at that place.
+    pub fn follow(&mut self, op: &Op, cpu: &Cpu, tape: &Tape, cursor: usize) {
+        let tags = self.registers;
+        let at = |register: u8| tags[usize::from(register)];
+        let takes_carry = |kind| matches!(kind, Pair::Adc | Pair::Sbc | Pair::Cpc);
+        match *op {
+            Op::Pair(kind, to, from) => {
+                if matches!(kind, Pair::Cp | Pair::Cpc | Pair::Sub | Pair::Sbc) {
+                    let value = |register: u8| cpu.registers[usize::from(register)];
+                    self.hint([
+                        place(tape, at(to), value(to), value(from)),
+                        place(tape, at(from), value(from), value(to)),
+                    ]);
+                }
+                let mut tag = self.registers[usize::from(to)] | self.registers[usize::from(from)];
+                if takes_carry(kind) {
+                    tag |= self.flags;
+                }
+                if to == from && matches!(kind, Pair::Eor | Pair::Sub) {
+                    tag = 0;
+                }
+                self.flags = tag;
+                if !matches!(kind, Pair::Cp | Pair::Cpc) {
+                    self.registers[usize::from(to)] = tag;
+                }
+            }
+            Op::Constant(kind, to, value) => {
+                if matches!(kind, Pair::Cp | Pair::Sub | Pair::Sbc) {
+                    self.hint([place(tape, at(to), cpu.registers[usize::from(to)], value), None]);
+                }
+                let carry = if takes_carry(kind) { self.flags } else { 0 };
+                let tag = self.registers[usize::from(to)] | carry;
+                self.flags = tag;
+                if kind != Pair::Cp {
+                    self.registers[usize::from(to)] = tag;
+                }
+            }
+            Op::Single(_, register) => {
+                // `ror` takes the carry.
+                self.registers[usize::from(register)] |= self.flags;
+                self.flags = self.registers[usize::from(register)];
+            }
+            Op::Multiply(_, one, other) => {
+                let tag = at(one) | at(other);
+                self.registers[0] = tag;
+                self.registers[1] = tag;
+                self.flags = tag;
+            }
+            Op::Word(pair, ..) => {
+                let pair = usize::from(pair);
+                let tag = self.registers[pair] | self.registers[pair + 1];
+                self.registers[pair + 1] = tag;
+                self.flags = tag;
+            }
+            Op::Copy(to, from) => self.registers[usize::from(to)] = at(from),
+            Op::CopyPair(to, from) => {
+                let tags = [at(from), at(from + 1)];
+                self.registers[usize::from(to)] = tags[0];
+                self.registers[usize::from(to + 1)] = tags[1];
+            }
+            Op::Load(to, _) => self.registers[usize::from(to)] = 0,
+            Op::Read(to, _) | Op::ReadAt(to, _) | Op::ReadFlash(to, _) => {
+                self.registers[usize::from(to)] = bit(cursor);
+            }
+            Op::In(to, from) => {
+                let tag = if from < 0x3d { bit(cursor) } else { self.flags };
+                self.registers[usize::from(to)] = tag;
+            }
+            Op::Out(0x3f, from) => {
+                self.flags = at(from);
+                self.copied = at(from);
+            }
+            Op::SkipIo(..) => self.flags |= bit(cursor),
+            Op::Store(register, _) => self.copied = at(register),
+            Op::Restore(register, _) => {
+                self.registers[usize::from(register)] |= self.copied;
+            }
+            Op::Pop(register) => self.registers[usize::from(register)] = 0,
+            _ => {}
+        }
+    }
+
+    /// Keeps the last comparisons.
+    fn hint(&mut self, hint: Hint) {
+        self.hints.push(hint);
+        if self.hints.len() > 4 {
+            self.hints.remove(0);
+        }
+    }
+}
+
+/// The place of a value on the tape, if it stands there, with what it is compared with.
+fn place(tape: &Tape, tag: u128, value: u8, other: u8) -> Option<(usize, u8)> {
+    let place = tag.trailing_zeros() as usize;
+    (tag.count_ones() == 1 && tape.at(place) == value).then_some((place, other))
+}
