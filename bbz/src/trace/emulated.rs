@@ -182,6 +182,9 @@ impl Reader<'_> {
                     "the power was cut: the firmware has not acknowledged the request".to_owned(),
                 )]
             }
+            Event::Loader { name } => vec![Content::Failure(format!(
+                "the bootloader has started its loader `{name}` instead of the firmware"
+            ))],
             Event::HardwareError { text } => vec![Content::Failure(text)],
             Event::Lockup { pc } => vec![Content::Failure(format!(
                 "the core is locked up at {pc:#010x}: a fault came while it handled a fault"

@@ -26,6 +26,17 @@ pub struct MemoryMap {
     pub read_only: &'static [(u32, u32)],
 }
 
+/// The state in which a program finds its core after a reset.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Start {
+    /// Memory that changed since the reset: first addresses and new contents, to be written in this order.
+    pub memory: Vec<(u32, Vec<u8>)>,
+    /// Content of the register VTOR.
+    pub vector_table: u32,
+    /// True if the chip runs a loader, not the program, until the next reset.
+    pub is_in_loader: bool,
+}
+
 /// A robot without the core of its STM32.
 pub trait Board: Sized {
     /// The core it wants.
@@ -67,6 +78,17 @@ pub trait Board: Sized {
 
     /// Resets the STM32; the rest of the robot goes on.
     fn reset(&mut self, cause: ResetCause);
+
+    /// The power was turned on or a reset is over, and the program whose vectors stand at `vectors` is to start: does what
+    /// runs before it.
+    fn start(&mut self, _vectors: u32) -> Start {
+        Start::default()
+    }
+
+    /// Returns true if a debugger has control of the core (DHCSR.C_DEBUGEN).
+    fn is_debugged(&self) -> bool {
+        false
+    }
 
     /// Whether the watchdog runs: it will reset a chip that does nothing any more.
     fn watchdog_runs(&self) -> bool;

@@ -1,10 +1,13 @@
 //! The board of a Crazyflie 2: an STM32F405, an nRF51822, LEDs and motors.
 
-use crate::board::{Board, CoreKind, MemoryMap};
+use crate::board::{Board, CoreKind, MemoryMap, Start};
+use crate::bootloader::{self, FIRMWARE};
 use crate::f405::F405;
 use crate::nrf51::{BAUD, Nrf51, Output};
 use crate::stm32::{Pin, Pwm};
-use crate::{Battery, Event, Frame, Led, Lines, Link, P2pFrame, Pose, ResetCause, Time, Width};
+use crate::{
+    Battery, Event, Frame, Led, Lines, Link, P2pFrame, Pose, Random, ResetCause, Time, Width,
+};
 
 /// Port, pin, whether it shines when the pin is high.
 const LEDS: [(Led, usize, u8, bool); 5] = [
@@ -31,6 +34,10 @@ struct Motor {
     channel: u32,
 }
 
+/// First addresses of its memories (RM0090 2.3).
+const RAM: u32 = 0x2000_0000;
+const CCM: u32 = 0x1000_0000;
+
 /// Port and pin of the radio's flow control.
 const FLOW_CONTROL: (usize, u8) = (0, 4);
 
@@ -47,6 +54,40 @@ impl Default for Settings {
     fn default() -> Self {
         Settings { unique_id: *b"\x2a\x00\x1b\x00CF21-001", device_type: "0;CF21".into() }
     }
+}
+
+/// The properties of its STM32 that differ from chip to chip, or that the manual leaves open.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Chip {
+    /// Frequency of the oscillator LSI in Hz, which the watchdog counts: 17,000 to 47,000 (data sheet DS8626).
+    pub lsi_hz: u64,
+    /// False if the crystal never oscillates.
+    pub has_crystal: bool,
+    /// What a reset makes of the RAM, and a power-on of the backup registers.
+    pub memory: Memory,
+    /// A debugger has control of the core.
+    pub is_debugged: bool,
+}
+
+impl Default for Chip {
+    /// The data sheet's typical values.
+    fn default() -> Self {
+        Chip { lsi_hz: 32_000, has_crystal: true, memory: Memory::Kept, is_debugged: false }
+    }
+}
+
+/// The content of memory after an event that guarantees none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Memory {
+    /// What it was before.
+    Kept,
+    /// All zeros.
+    Zeroed,
+    /// Anything.
+    Noise {
+        /// Start of the pseudo-random sequence.
+        seed: u64,
+    },
 }
 
 /// What was counted since power-on.
@@ -90,6 +131,12 @@ pub struct Crazyflie {
     /// When something happens by itself.
     next: Option<Time>,
     f405: F405,
+    chip: Chip,
+    /// After the next reset.
+    next_chip: Chip,
+    /// Why the chip was reset last.
+    last_reset: ResetCause,
+    noise: Random,
     nrf51: Nrf51,
     leds: [bool; LEDS.len()],
     motors: [Pwm; MOTORS.len()],
@@ -101,10 +148,15 @@ pub struct Crazyflie {
 impl Crazyflie {
     /// A Crazyflie whose power was just turned on.
     pub fn new(settings: Settings) -> Self {
+        let chip = Chip::default();
         let mut board = Crazyflie {
             now: Time::ZERO,
             next: None,
-            f405: F405::new(settings.unique_id, &settings.device_type),
+            f405: F405::new(settings.unique_id, &settings.device_type, chip.lsi_hz),
+            chip,
+            next_chip: chip,
+            last_reset: ResetCause::PowerOn,
+            noise: Random::new(0),
             nrf51: Nrf51::new(),
             leds: [false; LEDS.len()],
             motors: [Pwm::LOW; MOTORS.len()],
@@ -234,6 +286,16 @@ impl Crazyflie {
         self.settle();
     }
 
+    /// From the next reset on the STM32 is like this.
+    pub fn set_chip(&mut self, chip: Chip) {
+        self.next_chip = chip;
+    }
+
+    /// The STM32 is reset for this reason, now.
+    pub fn request_reset(&mut self, cause: ResetCause) {
+        self.reset_request = Some(cause);
+    }
+
     /// The battery is in this state from now on.
     pub fn set_battery(&mut self, battery: Battery) {
         self.nrf51.set_battery(battery);
@@ -319,9 +381,52 @@ impl Board for Crazyflie {
     }
 
     fn reset(&mut self, cause: ResetCause) {
+        self.chip = self.next_chip;
+        self.last_reset = cause;
+        self.f405.set_oscillators(self.chip.lsi_hz, self.chip.has_crystal);
         self.f405.reset(cause);
+        if let Memory::Noise { seed } = self.chip.memory {
+            self.noise = Random::new(seed);
+        }
+        if cause == ResetCause::PowerOn {
+            match self.chip.memory {
+                Memory::Kept => {}
+                Memory::Zeroed => self.f405.fill_backup(|| 0),
+                Memory::Noise { .. } => self.f405.fill_backup(|| self.noise.bits() as u32),
+            }
+        }
         self.observe();
         self.settle();
+    }
+
+    /// A firmware in the bootloader's place starts at once.
+    fn start(&mut self, vectors: u32) -> Start {
+        let MemoryMap { ram, ccm, .. } = Self::MEMORY;
+        let mut memory = Vec::new();
+        // After a power-on the core's memory holds noise anyway.
+        if self.last_reset != ResetCause::PowerOn {
+            for (address, length) in [(RAM, ram), (CCM, ccm)] {
+                let content = match self.chip.memory {
+                    Memory::Kept => continue,
+                    Memory::Zeroed => vec![0; length as usize],
+                    Memory::Noise { .. } => (0..length).map(|_| self.noise.bits() as u8).collect(),
+                };
+                memory.push((address, content));
+            }
+        }
+        if vectors != FIRMWARE {
+            return Start { memory, ..Start::default() };
+        }
+        memory.extend(bootloader::overwritten(&mut self.noise));
+        bootloader::set_clocks(&mut self.f405);
+        let loader = bootloader::loader(self.nrf51.line_is_high(self.now), self.nrf51.is_full());
+        self.events.extend(loader.map(|loader| (self.now, Event::Loader(loader))));
+        self.after_access();
+        Start { memory, vector_table: FIRMWARE, is_in_loader: loader.is_some() }
+    }
+
+    fn is_debugged(&self) -> bool {
+        self.chip.is_debugged
     }
 
     fn watchdog_runs(&self) -> bool {

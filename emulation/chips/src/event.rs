@@ -77,8 +77,29 @@ pub enum Event {
         /// Whether the firmware acknowledged the request in time.
         acknowledged: bool,
     },
+    /// The bootloader starts a loader instead of the firmware, and the chip waits there for a person.
+    Loader(Loader),
     /// The firmware does what the chip does not allow.
     HardwareError(HardwareError),
+}
+
+/// A program that receives new firmware.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Loader {
+    /// The one in the chip's ROM, which receives over USB (ST AN2606).
+    Dfu,
+    /// Bitcraze's, which receives over the radio.
+    Crtp,
+}
+
+impl Loader {
+    /// Its name in messages.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Loader::Dfu => "dfu",
+            Loader::Crtp => "crtp",
+        }
+    }
 }
 
 /// The LEDs of a Crazyflie 2, and the colours of a Zooid's.
@@ -128,6 +149,8 @@ pub enum ResetCause {
     PowerOn,
     /// Power is cut: held in reset until it comes back.
     PowerOff,
+    /// The supply fell below the threshold of the brown-out detector, but not below that of power-on.
+    BrownOut,
     /// The reset pin was pulled.
     Pin,
     /// AIRCR.SYSRESETREQ.
@@ -142,6 +165,7 @@ impl ResetCause {
         match self {
             ResetCause::PowerOn => "power_on",
             ResetCause::PowerOff => "power_off",
+            ResetCause::BrownOut => "brown_out",
             ResetCause::Pin => "pin",
             ResetCause::Software => "software",
             ResetCause::IndependentWatchdog => "independent_watchdog",

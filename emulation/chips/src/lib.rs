@@ -21,6 +21,7 @@
 mod air;
 mod atmega328p;
 mod board;
+mod bootloader;
 mod clock;
 mod crazyflie;
 mod event;
@@ -37,10 +38,10 @@ mod zooid;
 
 pub use air::{Air, AirStatistics, Heard, LOOKAHEAD, Sender};
 pub use atmega328p::{Change, EEPROM_SIZE, PAGE, RAM, Sleep};
-pub use board::{Board, CoreKind, MemoryMap};
+pub use board::{Board, CoreKind, MemoryMap, Start};
 pub use clock::Clock;
-pub use crazyflie::{Crazyflie, Settings, Statistics};
-pub use event::{Event, HardwareError, Led, ResetCause};
+pub use crazyflie::{Chip, Crazyflie, Memory, Settings, Statistics};
+pub use event::{Event, HardwareError, Led, Loader, ResetCause};
 pub use f051::{FlashChange, FlashContent, Transfer};
 pub use kilobot::{Amplitude, DIAMETER_MM, Edge, Kilobot, KilobotStatistics, Surroundings};
 pub use kilobot::{Light as Infrared, infrared_checksum};

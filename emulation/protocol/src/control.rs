@@ -1,11 +1,11 @@
 //! Which commands a board obeys.
 
 use bittybuzz_chips::{
-    Battery, Board, Crazyflie, Frame, Light, Link, MAX_PAYLOAD, P2P_MAX, P2pFrame, Pose, TablePose,
-    Time, Zooid,
+    Battery, Board, Chip, Crazyflie, Frame, Light, Link, MAX_PAYLOAD, P2P_MAX, P2pFrame, Pose,
+    TablePose, Time, Zooid,
 };
 
-use crate::message::{BoardStatistics, Command};
+use crate::message::{self, BoardStatistics, Command};
 
 /// A board that is told what happens to its robot.
 pub trait Control: Board {
@@ -64,6 +64,9 @@ pub enum Refusal {
         /// What it was.
         value: f64,
     },
+    /// No oscillator of this chip is so slow or so fast.
+    #[error("lsi_hz is between 17000 and 47000, not {0}")]
+    Lsi(u64),
     /// No frame of a Kilobot has so many bytes.
     #[error(
         "a Kilobot's frame is 9 bytes of data and its type, and 2 of its checksum or none: 10 or 12, not {0}"
@@ -114,6 +117,24 @@ impl Control for Crazyflie {
                 self.set_battery(Battery { volts, charging, usb_powered });
             }
             Command::Shutdown => self.request_shutdown(),
+            Command::Chip { lsi_hz, crystal, memory, seed, debugger } => {
+                if !(17_000..=47_000).contains(&lsi_hz) {
+                    return Err(Refusal::Lsi(lsi_hz));
+                }
+                let memory = match memory {
+                    message::Memory::Kept => bittybuzz_chips::Memory::Kept,
+                    message::Memory::Zeroed => bittybuzz_chips::Memory::Zeroed,
+                    message::Memory::Noise => bittybuzz_chips::Memory::Noise { seed },
+                };
+                let (has_crystal, is_debugged) = (crystal, debugger);
+                self.set_chip(Chip { lsi_hz, has_crystal, memory, is_debugged });
+            }
+            Command::Reset { cause } => self.request_reset(match cause {
+                message::ResetCause::PowerOn => bittybuzz_chips::ResetCause::PowerOn,
+                message::ResetCause::BrownOut => bittybuzz_chips::ResetCause::BrownOut,
+                message::ResetCause::Pin => bittybuzz_chips::ResetCause::Pin,
+                message::ResetCause::Software => bittybuzz_chips::ResetCause::Software,
+            }),
             _ => return Err(Refusal::OtherRobot(Self::NAME)),
         }
         Ok(())
@@ -226,6 +247,18 @@ mod tests {
         ] {
             let refused = refusal::<Crazyflie>(line);
             assert!(refused.contains("a Crazyflie has no such thing"), "{refused}");
+        }
+        for (line, answer) in [
+            (r#"{"command":"chip"}"#, "obeyed"),
+            (
+                r#"{"command":"chip","lsi_hz":17000,"crystal":false,"memory":"noise","seed":3}"#,
+                "obeyed",
+            ),
+            (r#"{"command":"chip","lsi_hz":47001}"#, "between 17000 and 47000, not 47001"),
+            (r#"{"command":"reset","cause":"brown_out"}"#, "obeyed"),
+        ] {
+            let answered = refusal::<Crazyflie>(line);
+            assert!(answered.contains(answer), "{line}: {answered}");
         }
     }
 }

@@ -12,8 +12,8 @@ pub trait Machine {
     type Board: Control;
 
     /// Turns the power off, erases the flash, writes the image and turns the power on. The core starts with
-    /// the stack pointer and the address that stand at [`Image::vectors`], as Bitcraze's bootloader starts
-    /// it; the vector table's register, VTOR, keeps its reset value 0.
+    /// the stack pointer and the address that stand at [`Image::vectors`], after what the board runs before it:
+    /// `Board::start`.
     fn load(&mut self, image: &Image) -> Result<(), MachineError>;
 
     /// Runs until `until`, or until nothing can happen any more.

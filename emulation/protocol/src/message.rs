@@ -201,6 +201,29 @@ pub enum Command {
         /// Bit 0 is the first electrode.
         keys: u8,
     },
+    /// A Crazyflie's STM32 is like this from its next reset on.
+    Chip {
+        /// Frequency of the watchdog's oscillator.
+        #[serde(default = "lsi_hz")]
+        lsi_hz: u64,
+        /// False if the crystal never oscillates.
+        #[serde(default = "yes")]
+        crystal: bool,
+        /// What a reset makes of the RAM, and a power-on of the backup registers.
+        #[serde(default)]
+        memory: Memory,
+        /// Start of the pseudo-random sequence, if `memory` is noise.
+        #[serde(default)]
+        seed: u64,
+        /// True if a debugger has control of the core.
+        #[serde(default)]
+        debugger: bool,
+    },
+    /// A Crazyflie's STM32 is reset.
+    Reset {
+        /// Why.
+        cause: ResetCause,
+    },
     /// A Zooid is switched on or off. Its flash keeps what it has.
     Power {
         /// Whether it is switched on.
@@ -261,6 +284,41 @@ impl From<PowerDetector> for chips::PowerDetector {
             PowerDetector::Live => chips::PowerDetector::Live,
         }
     }
+}
+
+fn lsi_hz() -> u64 {
+    chips::Chip::default().lsi_hz
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// The content of memory after an event that guarantees none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Memory {
+    /// What it was before.
+    #[default]
+    Kept,
+    /// All zeros.
+    Zeroed,
+    /// Anything.
+    Noise,
+}
+
+/// A reset that comes from outside the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ResetCause {
+    /// Power was applied.
+    PowerOn,
+    /// The supply was too low for a moment.
+    BrownOut,
+    /// The reset pin was pulled.
+    Pin,
+    /// Somebody wrote to AIRCR: a debugger, or a program that has lost its way.
+    Software,
 }
 
 /// One line from the emulator.
@@ -396,6 +454,11 @@ pub enum Event {
         /// Whether the firmware had acknowledged.
         acknowledged: bool,
     },
+    /// The bootloader has started a loader instead of the firmware.
+    Loader {
+        /// `dfu` or `crtp`.
+        name: String,
+    },
     /// The firmware did what the chip does not allow.
     HardwareError {
         /// What, and what to do.
@@ -471,6 +534,7 @@ impl From<chips::Event> for Event {
             }
             chips::Event::Serial { bytes } => Event::Serial { bytes },
             chips::Event::PowerOff { acknowledged } => Event::PowerOff { acknowledged },
+            chips::Event::Loader(loader) => Event::Loader { name: loader.name().into() },
             chips::Event::HardwareError(error) => Event::HardwareError { text: error.to_string() },
         }
     }

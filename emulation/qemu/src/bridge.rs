@@ -49,7 +49,7 @@ impl<B: Control> Machine for Bridge<B> {
                 .ok_or(MachineError::NoMemory { address, length: bytes.len() })?;
             place.copy_from_slice(bytes);
         }
-        self.robot = Some(Robot::new(B::CORE, flash, image.vectors())?);
+        self.robot = Some(Robot::new(B::CORE, &mut self.board, flash, image.vectors())?);
         Ok(())
     }
 

@@ -213,8 +213,8 @@ impl Core {
         Ok(self.qemu.gdb.set_breakpoint(address)?)
     }
 
-    /// Resets the core; it will start at `pc` with the stack pointer `sp`.
-    pub fn reset(&mut self, sp: u32, pc: u32) -> Result<(), CoreError> {
+    /// Resets the core; it will start at `pc` with the stack pointer `sp` and this vector table.
+    pub fn reset(&mut self, sp: u32, pc: u32, vector_table: u32) -> Result<(), CoreError> {
         self.set_lines(0);
         self.qemu.qtest.flush()?;
         self.qemu.gdb.monitor("system_reset")?;
@@ -224,7 +224,7 @@ impl Core {
         self.next.r[usize::from(Registers::SP)] = self.layout.relocate(sp) & !3;
         self.next.r[usize::from(Registers::LR)] = u32::MAX;
         self.next.r[usize::from(Registers::PC)] = pc & !1;
-        self.set_vector_table(0)
+        self.set_vector_table(vector_table)
     }
 
     /// The vector table is at `table` from now on (B3.2.5).

@@ -41,6 +41,8 @@ enum State {
     Waiting,
     /// It is locked up (B1.5.15).
     LockedUp,
+    /// Another program than the robot's runs, until the next reset.
+    InLoader,
 }
 
 /// Why the emulation cannot go on.
@@ -65,7 +67,12 @@ pub enum RobotError {
 
 impl Robot {
     /// A robot with `flash`, just turned on. The bootloader starts what `vectors` says.
-    pub fn new(core: CoreKind, flash: Vec<u8>, vectors: u32) -> Result<Self, RobotError> {
+    pub fn new(
+        core: CoreKind,
+        board: &mut impl Board,
+        flash: Vec<u8>,
+        vectors: u32,
+    ) -> Result<Self, RobotError> {
         let machine = Machine::with(core);
         let sites = sites::find(memory::FLASH.start, &flash).collect();
         let skipped = HashSet::new();
@@ -82,7 +89,7 @@ impl Robot {
             events: Vec::new(),
             statistics: CoreStatistics::default(),
         };
-        robot.start()?;
+        robot.start(board)?;
         Ok(robot)
     }
 
@@ -90,6 +97,9 @@ impl Robot {
     pub fn run(&mut self, board: &mut impl Board, until: Duration) -> Result<Pause, RobotError> {
         let until = Time::from_nanos(u64::try_from(until.as_nanos()).unwrap_or(u64::MAX));
         while board.now() < until {
+            if let Some(cause) = board.take_reset_request() {
+                self.reset(board, cause)?;
+            }
             if !board.is_powered() {
                 return Ok(Pause::PowerOff);
             }
@@ -101,7 +111,7 @@ impl Robot {
                 State::Running => self.execute(board, until)?,
                 State::Waiting => self.wait(board, until)?,
                 State::LockedUp if board.next_event().is_none() => return Ok(Pause::Lockup),
-                State::LockedUp => {
+                State::LockedUp | State::InLoader => {
                     self.pass(board, next_event(board, until))?;
                 }
             }
@@ -155,14 +165,18 @@ impl Robot {
     }
 
     /// As the bootloader does.
-    fn start(&mut self) -> Result<(), RobotError> {
+    fn start(&mut self, board: &mut impl Board) -> Result<(), RobotError> {
+        let start = board.start(self.vectors);
+        for (address, bytes) in &start.memory {
+            self.write_memory(*address, bytes)?;
+        }
         let vectors = (self.vectors - memory::FLASH.start) as usize;
         let word = |at: usize| {
             let bytes = self.flash.get(at..at + 4).and_then(|bytes| bytes.try_into().ok());
             bytes.map_or(u32::MAX, u32::from_le_bytes)
         };
-        self.core.reset(word(vectors), word(vectors + 4))?;
-        self.state = State::Running;
+        self.core.reset(word(vectors), word(vectors + 4), start.vector_table)?;
+        self.state = if start.is_in_loader { State::InLoader } else { State::Running };
         self.event = false;
         Ok(())
     }
@@ -170,7 +184,7 @@ impl Robot {
     fn reset(&mut self, board: &mut impl Board, cause: ResetCause) -> Result<(), RobotError> {
         board.reset(cause);
         self.report(board, Event::Reset { cause: cause.name().into() });
-        self.start()
+        self.start(board)
     }
 
     fn report(&mut self, board: &impl Board, event: Event) {

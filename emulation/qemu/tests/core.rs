@@ -13,7 +13,7 @@ use bittybuzz_emulation::{ClientError, Emulator, Pause, Run};
 const PROGRAM: &str = env!("CARGO_BIN_EXE_bbz-emulate-qemu");
 /// As in image/firmware.rs.
 const CASE: u32 = 0x0802_0000;
-const RESULTS: u32 = 0x2000_0000;
+const RESULTS: u32 = 0x2000_5000;
 
 /// The firmware, built once.
 fn image() -> &'static Path {

@@ -194,8 +194,9 @@ impl<B: Board> Core<'_, B> {
         })
     }
 
-    /// The registers of the core, and the chip, after a reset. RAM stays, unless its power was gone.
-    pub fn reset(&mut self, cause: Option<ResetCause>, vectors: u32) -> Result<(), MachineError> {
+    /// The registers of the core, and the chip, after a reset. RAM stays, unless its power was gone or the board says
+    /// otherwise. Returns true if the program starts, false if the chip waits in a loader.
+    pub fn reset(&mut self, cause: Option<ResetCause>, vectors: u32) -> Result<bool, MachineError> {
         let system = self.system();
         if let Some(cause) = cause {
             system.board.reset(cause);
@@ -203,9 +204,14 @@ impl<B: Board> Core<'_, B> {
                 self.scramble()?;
             }
         }
+        let start = self.system().board.start(vectors);
+        for (address, bytes) in &start.memory {
+            self.write_bytes(*address, bytes)?;
+        }
         let system = self.system();
         system.nvic = Nvic::new(B::CORE);
         system.registers = Registers::new();
+        system.registers.vtor = start.vector_table;
         system.event = false;
         let (hz, cycles) = (system.board.core_clock_hz(), system.cycles);
         system.clock.set_hz(hz, cycles);
@@ -221,7 +227,8 @@ impl<B: Board> Core<'_, B> {
         self.set_register(Register::LR, 0xffff_ffff)?;
         // Memory is mapped there: Image::vectors is in flash.
         self.set_register(Register::MSP, self.read_word(vectors).unwrap_or(0) & !3)?;
-        self.set_register(Register::PC, self.read_word(vectors + 4).unwrap_or(0) | 1)
+        self.set_register(Register::PC, self.read_word(vectors + 4).unwrap_or(0) | 1)?;
+        Ok(!start.is_in_loader)
     }
 }
 

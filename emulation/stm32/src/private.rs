@@ -28,6 +28,7 @@ const BFAR: u32 = 0xe000_ed38;
 const CPACR: u32 = 0xe000_ed88;
 const MPU_TYPE: u32 = 0xe000_ed90;
 const MPU_CTRL: u32 = 0xe000_ed94;
+const DHCSR: u32 = 0xe000_edf0;
 const DEMCR: u32 = 0xe000_edfc;
 const STIR: u32 = 0xe000_ef00;
 const FPCCR: u32 = 0xe000_ef34;
@@ -158,6 +159,8 @@ impl<B: Board> System<B> {
             CPACR => registers.cpacr,
             // Eight regions.
             MPU_TYPE => 0x800,
+            // C_DEBUGEN.
+            DHCSR => u32::from(self.board.is_debugged()),
             DEMCR => registers.demcr,
             FPCCR => registers.fpccr,
             _ => 0,

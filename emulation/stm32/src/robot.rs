@@ -18,6 +18,14 @@ enum State {
     WaitingForEvent,
     WaitingForInterrupt,
     LockedUp,
+    /// Another program than the robot's runs, until the next reset.
+    InLoader,
+}
+
+impl State {
+    fn after_reset(program_starts: bool) -> Self {
+        if program_starts { State::Running } else { State::InLoader }
+    }
 }
 
 /// A robot with its core.
@@ -41,14 +49,14 @@ impl<B: Board> Robot<'_, B> {
     pub fn with_flash(vectors: u32, flash: &[u8]) -> Result<Self, MachineError> {
         let mut core = Core::new(0)?;
         core.write_bytes(vectors, flash)?;
-        core.reset(None, vectors)?;
-        Ok(Robot { number: 0, core, state: State::Running, vectors })
+        let state = State::after_reset(core.reset(None, vectors)?);
+        Ok(Robot { number: 0, core, state, vectors })
     }
 
     fn reset(&mut self, cause: ResetCause) -> Result<(), MachineError> {
         self.core.system().report(Event::Reset { cause: cause.name().into() });
-        self.state = State::Running;
-        self.core.reset(Some(cause), self.vectors)
+        self.state = State::after_reset(self.core.reset(Some(cause), self.vectors)?);
+        Ok(())
     }
 
     /// Takes an exception, or finds that the core locks up.
@@ -98,7 +106,7 @@ impl<B: Board> Robot<'_, B> {
 
     fn step(&mut self, until: Time) -> Result<(), MachineError> {
         match self.state {
-            State::LockedUp => self.sleep(until),
+            State::LockedUp | State::InLoader => self.sleep(until),
             State::WaitingForEvent | State::WaitingForInterrupt => {
                 if self.wakes()? {
                     self.state = State::Running;
@@ -146,8 +154,8 @@ impl<B: Control> Machine for Robot<'_, B> {
         for (address, bytes) in image.segments() {
             core.write_bytes(address, bytes)?;
         }
-        core.reset(None, image.vectors())?;
-        *self = Robot { number, core, state: State::Running, vectors: image.vectors() };
+        let state = State::after_reset(core.reset(None, image.vectors())?);
+        *self = Robot { number, core, state, vectors: image.vectors() };
         Ok(())
     }
 

@@ -4,8 +4,8 @@
 use embassy_stm32::Config;
 use embassy_stm32::pac;
 use embassy_stm32::rcc::{
-    AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv, PllSource,
-    Sysclk,
+    AHBPrescaler, APBPrescaler, Hse, HseMode, LsConfig, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv,
+    PllSource, Sysclk,
 };
 use embassy_stm32::time::mhz;
 
@@ -27,6 +27,9 @@ pub fn config() -> Config {
     rcc.ahb_pre = AHBPrescaler::DIV1;
     rcc.apb1_pre = APBPrescaler::DIV4;
     rcc.apb2_pre = APBPrescaler::DIV2;
+    // Nothing needs the real-time clock, and choosing a clock for it resets the backup domain, where failures are noted
+    // (failure.rs).
+    rcc.ls = LsConfig::off();
     config
 }
 

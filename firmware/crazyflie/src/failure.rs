@@ -1,33 +1,44 @@
 //! What happens when the firmware itself fails: the motors lose power first, then the robot notes what happened where a
-//! reset does not erase it, and restarts. After the restart it tells, and stays on the ground: no script runs until the
-//! power is switched off and on.
+//! reset does not erase it, and restarts. After the restart it reports the failure, and stays on the ground: no script runs
+//! until the power is switched off and on.
+//!
+//! # Where the note lies
+//! In the backup registers of the real-time clock. Every reset runs Bitcraze's bootloader first, which clears RAM from
+//! 0x20000014 to 0x20002878 and has its stack below 0x20005000; and no manual promises what RAM holds after a reset. No reset
+//! touches the backup registers but that of the backup domain (RM0090 26.3.13 and 6.1.3). They need PWR's clock and PWR_CR.DBP
+//! to be written (5.1.2), neither the clock nor the key of the real-time clock (26.3.5).
+//!
+//! # What a restart means
+//! | flags of RCC_CSR | note | |
+//! |---|---|---|
+//! | watchdog | any | failure |
+//! | software | good | failure, as noted |
+//! | software | none | failure, unless a debugger has control of the core: it resets the same way |
+//! | power-on | any | the note is cleared, the script runs |
+//! | brown-out alone | any | failure: what pulled the supply down would do so again |
+//! | pin alone | none | the script runs |
+//! | pin alone | good | failure, as noted: only power-on ends the lock |
+//! | none, or others | any | failure |
+//!
+//! A damaged note is a failure, too, except after power-on. So whatever cannot be explained keeps the motors off.
 
 use core::arch::naked_asm;
 use core::panic::PanicInfo;
-use core::sync::atomic::{AtomicU32, Ordering};
 
-use cortex_m::peripheral::SCB;
-use embassy_stm32::pac::RCC;
+use cortex_m::peripheral::{DCB, SCB};
+use embassy_stm32::pac::{PWR, RCC, RTC};
 
 use crate::motors;
 
-/// Marks a note as written by [`note`]: memory holds anything after power-on.
-const WRITTEN: u32 = 0xb177_fa11;
-
-const CAUSE: usize = 1;
-const PC: usize = 2;
-const LR: usize = 3;
-const STATUS: usize = 4;
-
-/// Survives a reset, but not a loss of power.
-#[unsafe(link_section = ".uninit.failure")]
-static NOTE: [AtomicU32; 5] = [const { AtomicU32::new(0) }; 5];
-
-/// Why the robot has restarted.
+/// The robot has restarted, and no script may run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
-    /// A task showed no sign of life and the watchdog ended the program.
+    /// A task showed no sign of life, or the crystal did not start, and the watchdog ended the program.
     Watchdog,
+    /// The supply fell so low that the chip reset itself.
+    BrownOut,
+    /// The reset has no known cause, or its note is damaged.
+    Unexplained,
     /// The program found a mistake of its own.
     Panic {
         /// The code that called the panic handler.
@@ -52,7 +63,9 @@ pub enum Failure {
 impl defmt::Format for Failure {
     fn format(&self, f: defmt::Formatter<'_>) {
         match self {
-            Failure::Watchdog => defmt::write!(f, "a task died (watchdog)"),
+            Failure::Watchdog => defmt::write!(f, "a watchdog reset: a task died, or the crystal"),
+            Failure::BrownOut => defmt::write!(f, "a brown-out: charge the battery"),
+            Failure::Unexplained => defmt::write!(f, "a reset that nothing explains"),
             Failure::Panic { lr } => defmt::write!(f, "a panic, called from {=u32:#x}", lr),
             Failure::HardFault { pc, lr, cfsr } => defmt::write!(
                 f,
@@ -68,30 +81,112 @@ impl defmt::Format for Failure {
     }
 }
 
-/// Why the last reset came, if it was not power-on or a person. Clears the chip's flags and the note.
+/// Causes in a note; smaller ones are exception numbers, which have nine bits, and 0 is a panic.
+const WATCHDOG: u32 = 0x200;
+const BROWN_OUT: u32 = 0x201;
+const UNEXPLAINED: u32 = 0x202;
+const HARD_FAULT: u32 = 3;
+
+/// A failure in the backup registers: a mark, cause, address, caller, status, and a checksum of these.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Note([u32; 6]);
+
+/// First word of a note.
+const WRITTEN: u32 = 0xb177_fa11;
+
+impl Note {
+    /// As the registers are when no failure was noted since power-on.
+    const BLANK: Note = Note([0; 6]);
+
+    fn new(cause: u32, pc: u32, lr: u32, status: u32) -> Self {
+        Note([WRITTEN, cause, pc, lr, status, Self::checksum(cause, pc, lr, status)])
+    }
+
+    fn checksum(cause: u32, pc: u32, lr: u32, status: u32) -> u32 {
+        !(cause ^ pc.rotate_left(8) ^ lr.rotate_left(16) ^ status.rotate_left(24))
+    }
+
+    fn of(failure: Failure) -> Self {
+        match failure {
+            Failure::Watchdog => Note::new(WATCHDOG, 0, 0, 0),
+            Failure::BrownOut => Note::new(BROWN_OUT, 0, 0, 0),
+            Failure::Unexplained => Note::new(UNEXPLAINED, 0, 0, 0),
+            Failure::Panic { lr } => Note::new(0, 0, lr, 0),
+            Failure::HardFault { pc, lr, cfsr } => Note::new(HARD_FAULT, pc, lr, cfsr),
+            Failure::Interrupt { number } => Note::new(number, 0, 0, 0),
+        }
+    }
+
+    /// The failure that is noted; none if there is no note.
+    fn failure(self) -> Option<Failure> {
+        if self == Note::BLANK {
+            return None;
+        }
+        let Note([written, cause, pc, lr, status, checksum]) = self;
+        if written != WRITTEN || checksum != Self::checksum(cause, pc, lr, status) {
+            return Some(Failure::Unexplained);
+        }
+        Some(match cause {
+            0 => Failure::Panic { lr },
+            HARD_FAULT => Failure::HardFault { pc, lr, cfsr: status },
+            WATCHDOG => Failure::Watchdog,
+            BROWN_OUT => Failure::BrownOut,
+            UNEXPLAINED => Failure::Unexplained,
+            number => Failure::Interrupt { number },
+        })
+    }
+
+    fn read() -> Self {
+        Note(core::array::from_fn(|at| RTC.bkpr(at).read().bkp()))
+    }
+
+    /// Writes it to the backup registers, also when nothing else is set up.
+    fn write(self) {
+        RCC.apb1enr().modify(|w| w.set_pwren(true));
+        // The clock reaches PWR two cycles later (RM0090 6.3.13): this read takes them.
+        let _ = RCC.apb1enr().read();
+        PWR.cr1().modify(|w| w.set_dbp(true));
+        for (at, word) in self.0.into_iter().enumerate() {
+            RTC.bkpr(at).write(|w| w.set_bkp(word));
+        }
+    }
+}
+
+/// The failure that keeps scripts from running, if there is one: of the reset before this start, or of an earlier one since
+/// power-on. Clears the chip's flags.
 pub fn take() -> Option<Failure> {
     let flags = RCC.csr().read();
     RCC.csr().modify(|w| w.set_rmvf(true));
-    let written = NOTE[0].swap(0, Ordering::Relaxed) == WRITTEN;
-    let word = |at: usize| NOTE[at].load(Ordering::Relaxed);
-    if flags.wdgrstf() {
-        return Some(Failure::Watchdog);
-    }
-    if !flags.sftrstf() || !written {
-        return None;
-    }
-    Some(match word(CAUSE) {
-        0 => Failure::Panic { lr: word(LR) },
-        3 => Failure::HardFault { pc: word(PC), lr: word(LR), cfsr: word(STATUS) },
-        number => Failure::Interrupt { number },
-    })
+    let noted = Note::read().failure();
+    let is_software = flags.sftrstf() && !flags.wwdgrstf() && !flags.lpwrrstf();
+    let failure = if flags.wdgrstf() {
+        Some(Failure::Watchdog)
+    } else if is_software {
+        noted.or((!is_debugged()).then_some(Failure::Unexplained))
+    } else if flags.wwdgrstf() || flags.lpwrrstf() {
+        Some(Failure::Unexplained)
+    } else if flags.porrstf() {
+        None
+    } else if flags.borrstf() {
+        Some(Failure::BrownOut)
+    } else if flags.padrstf() {
+        noted
+    } else {
+        Some(Failure::Unexplained)
+    };
+    failure.map_or(Note::BLANK, Note::of).write();
+    failure
+}
+
+/// Returns true if a debugger has control of the core (DHCSR.C_DEBUGEN, ARMv7-M C1.6.2).
+fn is_debugged() -> bool {
+    // SAFETY: reading DHCSR has no effect but to clear two flags that only debuggers look at.
+    unsafe { (*DCB::PTR).dhcsr.read() & 1 != 0 }
 }
 
 fn restart_after(cause: u32, pc: u32, lr: u32, status: u32) -> ! {
     motors::cut_power();
-    for (at, value) in [(CAUSE, cause), (PC, pc), (LR, lr), (STATUS, status), (0, WRITTEN)] {
-        NOTE[at].store(value, Ordering::Relaxed);
-    }
+    Note::new(cause, pc, lr, status).write();
     SCB::sys_reset()
 }
 
@@ -140,7 +235,7 @@ extern "C" fn hard_fault(frame: *const u32) -> ! {
             pc = frame.add(6).read_volatile();
         }
     }
-    restart_after(3, pc, lr, status)
+    restart_after(HARD_FAULT, pc, lr, status)
 }
 
 /// Where an exception frame of eight words can begin.

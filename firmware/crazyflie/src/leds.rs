@@ -8,6 +8,8 @@ use bittybuzz_runtime::script::Stopped;
 use embassy_futures::select::{Either, select};
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Level, Output, Speed};
+use embassy_stm32::pac;
+use embassy_stm32::pac::gpio::vals::Moder;
 use embassy_stm32::peripherals::{PC0, PC1, PC2, PC3, PD2};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
@@ -114,6 +116,13 @@ impl StatusLeds {
             Status::Stopped => (false, true),
         }
     }
+}
+
+/// Lights the red status LED, PC3, by its registers: clocks and drivers are not set up yet, and may never be.
+pub fn light_red() {
+    pac::RCC.ahb1enr().modify(|w| w.set_gpiocen(true));
+    pac::GPIOC.bsrr().write(|w| w.set_br(3, true));
+    pac::GPIOC.moder().modify(|w| w.set_moder(3, Moder::OUTPUT));
 }
 
 /// The task of the status LEDs.

@@ -29,6 +29,7 @@ mod link;
 mod log;
 mod motors;
 mod section;
+mod watchdog;
 
 mod robot {
     //! Generated from `robots/crazyflie.toml`.
@@ -46,9 +47,6 @@ use bittybuzz_vm_core::{Image, Sizes, Vm, features};
 use defmt_rtt as _;
 use embassy_executor::Spawner;
 use embassy_stm32::bind_interrupts;
-use embassy_stm32::pac;
-use embassy_stm32::peripherals::IWDG;
-use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_time::{Duration, Timer};
 use static_cell::{ConstStaticCell, StaticCell};
 
@@ -63,10 +61,6 @@ bind_interrupts!(struct Irqs {
     EXTI4 => Interrupts;
     USART1 => Interrupts;
 });
-
-/// Without food for so long the chip restarts. The watchdog's own clock is between 17 and 47 kHz (data sheet, table 43), so
-/// that it takes 170 to 470 ms; food comes every 100 ms.
-const WATCHDOG_US: u32 = 250_000;
 
 static TASKS: Liveness = Liveness::new(6);
 static SETPOINTS: setpoint::Channel<Powers> = setpoint::Channel::new();
@@ -96,14 +90,15 @@ const _: () = assert!(robot::MATHS == (features::<Numbers>() & Feature::Maths as
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
+    // Before all that waits: a crystal that never oscillates must not leave a robot that does nothing for ever.
+    watchdog::start();
     let failure = failure::take();
+    if failure.is_some() {
+        leds::light_red();
+    }
     let mut core = defmt::unwrap!(cortex_m::Peripherals::take());
     critical::set_priorities(&mut core.NVIC);
     let p = embassy_stm32::init(clock::config());
-    // A debugger may stop the core; time stops for the watchdog, too (RM0090 38.16.4).
-    pac::DBGMCU.apb1fzr().modify(|w| w.set_iwdg(true));
-    let mut watchdog = IndependentWatchdog::new(p.IWDG, WATCHDOG_US);
-    watchdog.unleash();
 
     let motors = Motors::new(p.TIM2, p.TIM4, p.PA1, p.PB11, p.PA15, p.PB9);
     let script_leds = ScriptLeds::new(p.PC0, p.PC1, p.PD2);
@@ -141,7 +136,7 @@ async fn main(spawner: Spawner) {
     spawner.spawn(defmt::unwrap!(link::send::send_frames(sender, pulse(3))));
     spawner.spawn(defmt::unwrap!(link::swarm::broadcast_messages(robot_id, pulse(5))));
     spawner.spawn(defmt::unwrap!(leds::show_status(&STATUS, status_leds, pulse(4))));
-    spawner.spawn(defmt::unwrap!(feed_watchdog(watchdog)));
+    spawner.spawn(defmt::unwrap!(feed_watchdog()));
 }
 
 #[embassy_executor::task]
@@ -162,12 +157,12 @@ async fn drive_motors(mut motors: Motors, pulse: Pulse) -> ! {
 }
 
 #[embassy_executor::task]
-async fn feed_watchdog(mut watchdog: IndependentWatchdog<'static, IWDG>) -> ! {
-    watchdog.pet();
+async fn feed_watchdog() -> ! {
+    watchdog::feed();
     loop {
         Timer::after(LOOK).await;
         if TASKS.all_live() {
-            watchdog.pet();
+            watchdog::feed();
         } else {
             log::error!("no sign of life from task(s) {=u8:b}", TASKS.missing());
         }

@@ -333,6 +333,26 @@ pub fn motors(events: &[TimedEvent]) -> [f64; 4] {
     duties
 }
 
+/// Returns true if the LED of this name is on after these events.
+pub fn is_lit(events: &[TimedEvent], led: &str) -> bool {
+    let state = |event: &TimedEvent| match &event.event {
+        Event::Led { name, on } if name == led => Some(*on),
+        _ => None,
+    };
+    events.iter().rev().find_map(state) == Some(true)
+}
+
+/// `movw` and `movt` of `value` to this register, 0 to 7 (ARMv7-M A7.7.76, A7.7.79).
+pub fn load_register(register: u16, value: u32) -> [u16; 4] {
+    let half = |opcode: u16, value: u32| {
+        let (imm4, i) = ((value >> 12) as u16, (value >> 11 & 1) as u16);
+        let (imm3, imm8) = ((value >> 8 & 7) as u16, (value & 0xff) as u16);
+        [opcode | i << 10 | imm4, imm3 << 12 | register << 8 | imm8]
+    };
+    let ([a, b], [c, d]) = (half(0xf240, value & 0xffff), half(0xf2c0, value >> 16));
+    [a, b, c, d]
+}
+
 /// The resets among events: time and cause.
 pub fn resets(events: &[TimedEvent]) -> Vec<(Duration, &str)> {
     let resets = events.iter().filter_map(|event| match &event.event {

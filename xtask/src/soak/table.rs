@@ -16,7 +16,8 @@ pub struct Mutant {
 
 const CLOCK: &str = "firmware/crazyflie/src/clock.rs";
 const LEDS: &str = "firmware/crazyflie/src/leds.rs";
-const MAIN: &str = "firmware/crazyflie/src/main.rs";
+const FAILURE: &str = "firmware/crazyflie/src/failure.rs";
+const WATCHDOG: &str = "firmware/crazyflie/src/watchdog.rs";
 const MOTORS: &str = "firmware/crazyflie/src/motors.rs";
 const UART: &str = "firmware/crazyflie/src/link/uart.rs";
 
@@ -122,17 +123,45 @@ pub const MUTANTS: &[Mutant] = &[
     },
     Mutant {
         name: "watchdog-not-started",
-        file: MAIN,
-        find: "watchdog.unleash();",
-        put: "watchdog.pet();",
+        file: WATCHDOG,
+        find: "pac::IWDG.kr().write(|w| w.set_key(Key::START));",
+        put: "pac::IWDG.kr().write(|w| w.set_key(Key::RESET));",
         breaks: "a dead task stays dead",
     },
     Mutant {
         name: "watchdog-time",
-        file: MAIN,
-        find: "const WATCHDOG_US: u32 = 250_000;",
-        put: "const WATCHDOG_US: u32 = 2_500_000;",
+        file: WATCHDOG,
+        find: "Pr::DIVIDE_BY4",
+        put: "Pr::DIVIDE_BY32",
         breaks: "a dead task is noticed after seconds",
+    },
+    Mutant {
+        name: "watchdog-too-soon",
+        file: WATCHDOG,
+        find: "w.set_rl(PERIODS - 1)",
+        put: "w.set_rl(PERIODS * 11 / 25 - 1)",
+        breaks: "chips whose LSI is fast restart without end",
+    },
+    Mutant {
+        name: "power-cut-at-the-wrong-pin",
+        file: MOTORS,
+        find: "low(pac::GPIOB, 9);",
+        put: "low(pac::GPIOB, 8);",
+        breaks: "motor 4 turns on after a failure",
+    },
+    Mutant {
+        name: "note-not-written",
+        file: FAILURE,
+        find: "PWR.cr1().modify(|w| w.set_dbp(true));",
+        put: "PWR.cr1().modify(|w| w.set_dbp(false));",
+        breaks: "a reset by pin ends the lock after a failure",
+    },
+    Mutant {
+        name: "unexplained-resets",
+        file: FAILURE,
+        find: "noted.or((!is_debugged()).then_some(Failure::Unexplained))",
+        put: "noted",
+        breaks: "after a software reset without a note the script runs",
     },
     Mutant {
         name: "set-point-hold",
@@ -140,13 +169,6 @@ pub const MUTANTS: &[Mutant] = &[
         find: "pub const HOLD: Duration = Duration::from_millis(500);",
         put: "pub const HOLD: Duration = Duration::from_millis(1000);",
         breaks: "the motors go on for a second after the script's last step",
-    },
-    Mutant {
-        name: "vector-table",
-        file: "firmware/crazyflie/Cargo.toml",
-        find: "features = [\"set-sp\", \"set-vtor\"]",
-        put: "features = [\"set-sp\"]",
-        breaks: "interrupts go to the bootloader",
     },
 ];
 

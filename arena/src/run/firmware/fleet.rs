@@ -438,6 +438,9 @@ impl Emulated<'_> {
                 self.reader = self.reader.take().map(Reader::anew);
             }
             Event::Reset { cause } => return Err(Failure::Reset { cause }),
+            Event::Loader { name } => {
+                return Err(Failure::Reset { cause: format!("loader {name}") });
+            }
             Event::HardwareError { text } => return Err(Failure::Hardware { text }),
             Event::Lockup { pc } => return Err(Failure::Lockup { pc }),
             Event::Syslink { .. }

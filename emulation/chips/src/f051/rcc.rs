@@ -100,7 +100,8 @@ impl Rcc {
         self.registers[CSR] = causes
             | match cause {
                 ResetCause::PowerOn => 1 << 27 | 1 << 26,
-                ResetCause::PowerOff => 0,
+                // The STM32F051 has no flag for it, and no brown-out detector: RM0091 7.4.10.
+                ResetCause::PowerOff | ResetCause::BrownOut => 0,
                 ResetCause::Pin => 1 << 26,
                 ResetCause::Software => 1 << 28 | 1 << 26,
                 ResetCause::IndependentWatchdog => 1 << 29 | 1 << 26,

@@ -7,7 +7,7 @@ mod usart;
 use std::collections::{BTreeMap, HashSet};
 
 use self::rcc::Rcc;
-use self::system::{Flash, Identity, Power};
+use self::system::{Backup, Flash, Identity, Power};
 pub(crate) use self::usart::{Sent, Usart};
 use crate::stm32::{Exti, Kind, Pin, Port, PortReset, Timer, Watchdog, Write};
 use crate::{HardwareError, Lines, ResetCause, Time, Width};
@@ -15,6 +15,7 @@ use crate::{HardwareError, Lines, ResetCause, Time, Width};
 /// First address of each timer, and its interrupt (RM0090 tables 1 and 62).
 const TIMERS: [(u32, u8); 4] =
     [(0x4000_0000, 28), (0x4000_0400, 29), (0x4000_0800, 30), (0x4000_0c00, 50)];
+const RTC: u32 = 0x4000_2800;
 const WATCHDOG: u32 = 0x4000_3000;
 const POWER: u32 = 0x4000_7000;
 const USART6: u32 = 0x4001_1400;
@@ -28,8 +29,6 @@ const FLASH: u32 = 0x4002_3c00;
 const DEBUG: u32 = 0xe004_2000;
 /// Numbers of the interrupts of EXTI lines 0 to 15 (RM0090 table 62).
 const EXTI_IRQ: [u8; 16] = [6, 7, 8, 9, 10, 23, 23, 23, 23, 23, 40, 40, 40, 40, 40, 40];
-/// Nominal frequency of the oscillator LSI; a real one is anywhere between 17 and 47 kHz.
-const LSI_HZ: u64 = 32_000;
 /// The pins of the debugger are the only ones that are not inputs (RM0090 8.4).
 const PORTS: [PortReset; 9] = {
     let mut ports = [PortReset { moder: 0, ospeedr: 0, pupdr: 0 }; 9];
@@ -44,6 +43,7 @@ pub(crate) struct F405 {
     now: Time,
     rcc: Rcc,
     power: Power,
+    backup: Backup,
     flash: Flash,
     pub ports: [Port; 9],
     exti: Exti,
@@ -51,6 +51,8 @@ pub(crate) struct F405 {
     /// TIM2 to TIM5.
     timers: [Timer; 4],
     watchdog: Watchdog,
+    /// Of the oscillator LSI, which the watchdog counts.
+    lsi_hz: u64,
     identity: Identity,
     /// What has no model: the value of every word that was written.
     storage: BTreeMap<u32, u32>,
@@ -63,20 +65,22 @@ pub(crate) struct F405 {
 }
 
 impl F405 {
-    pub fn new(unique_id: [u8; 12], device_type: &str) -> Self {
+    pub fn new(unique_id: [u8; 12], device_type: &str, lsi_hz: u64) -> Self {
         let rcc = Rcc::new();
         let clocks = rcc.clocks();
         F405 {
             now: Time::ZERO,
             rcc,
             power: Power::new(),
+            backup: Backup::new(),
             flash: Flash::new(),
             ports: PORTS.map(Port::new),
             exti: Exti::new(EXTI_IRQ),
             usart: Usart::new(clocks.pclk2),
             timers: [Kind::Wide, Kind::General, Kind::General, Kind::Wide]
                 .map(|kind| Timer::new(kind, clocks.timers1, Time::ZERO)),
-            watchdog: Watchdog::new(LSI_HZ),
+            watchdog: Watchdog::new(lsi_hz),
+            lsi_hz,
             identity: Identity::new(unique_id, device_type),
             storage: BTreeMap::new(),
             unknown: BTreeMap::new(),
@@ -85,6 +89,17 @@ impl F405 {
             reported: HashSet::new(),
             lines: Lines::default(),
         }
+    }
+
+    /// Changes what differs from chip to chip; to be followed by a reset.
+    pub fn set_oscillators(&mut self, lsi_hz: u64, has_crystal: bool) {
+        self.lsi_hz = lsi_hz;
+        self.rcc.set_crystal(has_crystal);
+    }
+
+    /// The backup registers hold something else after a power-on.
+    pub fn fill_backup(&mut self, content: impl FnMut() -> u32) {
+        self.backup.fill(content);
     }
 
     pub fn reset(&mut self, cause: ResetCause) {
@@ -97,7 +112,7 @@ impl F405 {
         self.exti = Exti::new(EXTI_IRQ);
         self.lines = Lines::default();
         self.usart.reset();
-        self.watchdog = Watchdog::new(LSI_HZ);
+        self.watchdog = Watchdog::new(self.lsi_hz);
         self.storage.clear();
         let clocks = self.rcc.clocks();
         for timer in &mut self.timers {
@@ -131,7 +146,7 @@ impl F405 {
     pub fn take_watchdog_expiry(&mut self) -> bool {
         let expired = self.watchdog.expires().is_some_and(|at| at <= self.now);
         if expired {
-            self.watchdog = Watchdog::new(LSI_HZ);
+            self.watchdog = Watchdog::new(self.lsi_hz);
         }
         expired
     }
@@ -244,6 +259,7 @@ impl F405 {
                 self.timers[((base >> 10) & 3) as usize].read(offset, self.now)
             }
             WATCHDOG => self.watchdog.read(offset),
+            RTC if self.backup.read(offset).is_some() => self.backup.read(offset).unwrap_or(0),
             POWER => self.power.read(offset),
             USART6 => self.usart.read(offset, self.now),
             SYSCFG if (0x08..0x18).contains(&offset) => {
@@ -287,6 +303,12 @@ impl F405 {
                     self.unknown.entry(base).or_insert(address);
                 }
             }
+            // Without DBP nothing is written, in reset everything stays 0.
+            RTC if self.backup.read(offset).is_some() => {
+                if self.power.is_backup_writable() && !self.rcc.is_backup_reset() {
+                    self.backup.write(offset, write);
+                }
+            }
             WATCHDOG => self.watchdog.write(offset, write, self.now),
             POWER => {
                 self.power.write(offset, write);
@@ -304,6 +326,9 @@ impl F405 {
             }
             RCC => {
                 let reset = self.rcc.write(offset, write);
+                if self.rcc.is_backup_reset() {
+                    self.backup = Backup::new();
+                }
                 self.clocks_changed();
                 if let Some((register, bits)) = reset {
                     self.reset_peripherals(register, bits);

@@ -58,20 +58,25 @@ pub(crate) struct Clocks {
 pub(crate) struct Rcc {
     registers: [u32; REGISTERS],
     source: Source,
+    /// False if the crystal never oscillates.
+    has_crystal: bool,
 }
 
 impl Rcc {
     pub fn new() -> Self {
-        let mut rcc = Rcc { registers: [0; REGISTERS], source: Source::Hsi };
+        let registers = [0; REGISTERS];
+        let mut rcc = Rcc { registers, source: Source::Hsi, has_crystal: true };
         rcc.reset(ResetCause::PowerOn);
         rcc
     }
 
     /// Everything to its reset value, but the backup domain, and the causes are collected until the firmware
-    /// clears them (6.3.21). Every cause inside the chip also pulls the reset pin (6.1.1).
+    /// clears them or the power comes anew (6.3.21). Every cause inside the chip also pulls the reset pin (6.1.1).
     pub fn reset(&mut self, cause: ResetCause) {
-        let backup = self.registers[BDCR];
-        let causes = self.registers[CSR] & 0xfe00_0000;
+        let (backup, causes) = match cause {
+            ResetCause::PowerOn => (0, 0),
+            _ => (self.registers[BDCR], self.registers[CSR] & 0xfe00_0000),
+        };
         self.registers = [0; REGISTERS];
         self.registers[CR] = 0x83;
         self.registers[PLLCFGR] = 0x2400_3010;
@@ -88,6 +93,7 @@ impl Rcc {
             | match cause {
                 ResetCause::PowerOn => 0x0e00_0000,
                 ResetCause::PowerOff => 0,
+                ResetCause::BrownOut => 1 << 26 | 1 << 25,
                 ResetCause::Pin => 1 << 26,
                 ResetCause::Software => 1 << 28 | 1 << 26,
                 ResetCause::IndependentWatchdog => 1 << 29 | 1 << 26,
@@ -102,7 +108,7 @@ impl Rcc {
             CR => {
                 // Oscillators are ready at once; a crystal whose driver is bypassed does not oscillate.
                 let mut ready = value & CR_ON;
-                if value & CR_HSEBYP != 0 {
+                if value & CR_HSEBYP != 0 || !self.has_crystal {
                     ready &= !CR_HSEON;
                 }
                 if self.pll_input_hz() == 0 {
@@ -155,10 +161,20 @@ impl Rcc {
         (AHB1RSTR..=AHB1RSTR + 5).contains(&register).then(|| (register - AHB1RSTR, new & !old))
     }
 
+    /// The crystal oscillates when it is turned on, or never does.
+    pub fn set_crystal(&mut self, works: bool) {
+        self.has_crystal = works;
+    }
+
+    /// Returns true while the firmware keeps the backup domain in reset (6.3.20).
+    pub fn is_backup_reset(&self) -> bool {
+        self.registers[BDCR] & BDCR_BDRST != 0
+    }
+
     fn pll_input_hz(&self) -> u64 {
         let source = if self.registers[PLLCFGR] & PLLCFGR_PLLSRC_HSE == 0 {
             if self.registers[CR] & CR_HSION != 0 { HSI_HZ } else { 0 }
-        } else if self.registers[CR] & (CR_HSEON | CR_HSEBYP) == CR_HSEON {
+        } else if self.registers[CR] & (CR_HSEON | CR_HSEBYP) == CR_HSEON && self.has_crystal {
             HSE_HZ
         } else {
             0
@@ -321,6 +337,28 @@ mod tests {
         let mut rcc = Rcc::new();
         rcc.write(0x00, word(0x83 | CR_HSEON | CR_HSEBYP));
         assert_eq!(rcc.read(0x00) & CR_HSEON << 1, 0);
+    }
+
+    #[test]
+    fn a_dead_crystal_is_never_ready_and_drives_no_pll() {
+        let mut rcc = Rcc::new();
+        rcc.set_crystal(false);
+        rcc.write(0x00, word(0x83 | CR_HSEON));
+        rcc.write(0x04, word(8 | 336 << 6 | PLLCFGR_PLLSRC_HSE | 7 << 24));
+        rcc.write(0x00, word(0x83 | CR_HSEON | CR_PLLON));
+        assert_eq!(rcc.read(0x00) & (CR_HSEON | CR_PLLON) << 1, 0);
+    }
+
+    #[test]
+    fn power_on_and_brown_out_are_told_apart() {
+        let mut rcc = Rcc::new();
+        rcc.write(0x74, word(CSR_RMVF));
+        rcc.reset(ResetCause::BrownOut);
+        // RM0090 6.3.21: BORRSTF bit 25, PINRSTF bit 26, PORRSTF bit 27.
+        assert_eq!(rcc.read(0x74), 1 << 25 | 1 << 26);
+        rcc.reset(ResetCause::Software);
+        rcc.reset(ResetCause::PowerOn);
+        assert_eq!(rcc.read(0x74), 0x0e00_0000, "power-on clears the other flags");
     }
 
     #[test]

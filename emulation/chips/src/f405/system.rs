@@ -6,6 +6,7 @@ use crate::stm32::Write;
 /// DBGMCU_IDCODE of the STM32F405, revision Y (38.6.1).
 pub(crate) const DEBUG_ID: u32 = 0x100f_6413;
 
+const PWR_CR_DBP: u32 = 1 << 8;
 const PWR_CR_VOS: u32 = 1 << 14;
 const PWR_CSR_VOSRDY: u32 = 1 << 14;
 
@@ -25,6 +26,11 @@ impl Power {
         self.cr & PWR_CR_VOS != 0
     }
 
+    /// Without this bit nothing writes to the backup domain (5.1.2).
+    pub fn is_backup_writable(&self) -> bool {
+        self.cr & PWR_CR_DBP != 0
+    }
+
     pub fn read(&self, offset: u32) -> u32 {
         match offset {
             0x00 => self.cr,
@@ -40,6 +46,46 @@ impl Power {
             0x04 => self.csr = write.merge(self.csr) & 0x300,
             _ => {}
         }
+    }
+}
+
+/// First of the backup registers of the real-time clock, and how many there are (26.6.20).
+const BACKUP: u32 = 0x50;
+const BACKUP_REGISTERS: usize = 20;
+
+/// The backup registers of the real-time clock, which no reset clears but that of the backup domain. They need neither the
+/// clock of the RTC nor its write key (26.3.5). The clock itself has no model.
+pub(crate) struct Backup {
+    registers: [u32; BACKUP_REGISTERS],
+}
+
+impl Backup {
+    pub fn new() -> Self {
+        Backup { registers: [0; BACKUP_REGISTERS] }
+    }
+
+    /// They hold something else now.
+    pub fn fill(&mut self, mut content: impl FnMut() -> u32) {
+        self.registers.fill_with(&mut content);
+    }
+
+    fn index(offset: u32) -> Option<usize> {
+        let index = offset.checked_sub(BACKUP)? as usize / 4;
+        (index < BACKUP_REGISTERS).then_some(index)
+    }
+
+    /// The register there; none if it is not one of them.
+    pub fn read(&self, offset: u32) -> Option<u32> {
+        Self::index(offset).map(|index| self.registers[index])
+    }
+
+    /// Writes the register there; returns false if it is not one of them.
+    pub fn write(&mut self, offset: u32, write: Write) -> bool {
+        let Some(index) = Self::index(offset) else {
+            return false;
+        };
+        self.registers[index] = write.merge(self.registers[index]);
+        true
     }
 }
 
@@ -137,6 +183,18 @@ mod tests {
                 assert_eq!(flash.error(hz), Some(error));
             }
         }
+    }
+
+    #[test]
+    fn there_are_twenty_backup_registers() {
+        let mut backup = Backup::new();
+        let word = |value| Write::new(0, Width::Word, value);
+        assert!(backup.write(0x50, word(7)) && backup.write(0x9c, word(9)));
+        assert!(!backup.write(0x4c, word(1)) && !backup.write(0xa0, word(1)));
+        assert_eq!(
+            [0x4c, 0x50, 0x9c, 0xa0].map(|offset| backup.read(offset)),
+            [None, Some(7), Some(9), None]
+        );
     }
 
     #[test]

@@ -150,6 +150,19 @@ impl Nrf51 {
         self.stalled || self.queue.len() >= QUEUE_FULL
     }
 
+    /// The level of its line to the STM32, bit by bit; high while it sends nothing (serial.rs: start bit, eight bits, the
+    /// least significant first, stop bit).
+    pub fn line_is_high(&self, now: Time) -> bool {
+        let Some((end, Some(byte))) = self.sending else {
+            return true;
+        };
+        match (Time::of_ticks(FRAME_BITS, BAUD) - (end - now)).ticks(BAUD) {
+            0 => false,
+            bit @ 1..=8 => byte >> (bit - 1) & 1 != 0,
+            _ => true,
+        }
+    }
+
     pub fn request_shutdown(&mut self, now: Time) {
         self.send(kind::SHUTDOWN_REQUEST, &[]);
         self.shutdown_at = Some(now + SHUTDOWN_AFTER);

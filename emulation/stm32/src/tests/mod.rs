@@ -121,9 +121,21 @@ fn a_fault_in_the_hard_fault_handler_locks_up() {
 
 #[test]
 fn an_exception_without_a_vector_table_locks_up() {
-    // VTOR is 0: the flash below the application is erased.
-    let mut robot = robot_at(APPLICATION, &programs::PRIORITIES);
+    // No bootloader starts it there and VTOR is 0: the flash below the program is erased.
+    let mut robot = robot_at(APPLICATION + 0x4000, &programs::PRIORITIES);
     assert_eq!(run(&mut robot, 100), Pause::Lockup);
+}
+
+#[test]
+fn the_bootloader_sets_the_vector_table_and_overwrites_memory() {
+    let mut robot = robot_at(APPLICATION, &programs::PRIORITIES);
+    // Its .bss, and the two ends of what it may use.
+    let cleared = bytes(&mut robot, 0x14, 0x2864);
+    assert!(cleared.iter().all(|&byte| byte == 0));
+    let kept = bytes(&mut robot, 0x5000, 0x100);
+    assert!(kept.iter().any(|&byte| byte != 0));
+    run(&mut robot, 100);
+    assert_eq!(bytes(&mut robot, 0, 5), [0xa, 1, 0xb, 2, 9]);
 }
 
 #[test]
