@@ -87,11 +87,11 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     let id = arguments.id.map(|id| assign(id, robot, &layout, &arguments.file)).transpose()?;
     let settings = set(&arguments.set, robot, &layout, &arguments.file)?;
     let assignments = [id, settings];
-    let mut calls = calls(chip, &layout, arguments.firmware.as_deref(), file.path());
-    for assignment in assignments.iter().flatten() {
-        // Before the script, with which the robot starts anew.
-        calls.insert(calls.len() - 1, assignment.call(chip));
-    }
+    let firmware = arguments.firmware.as_deref().map(|path| firmware_call(chip, path));
+    let assigned = assignments.iter().flatten().map(|assignment| assignment.call(chip));
+    // The script comes last: with it the robot starts anew.
+    let scripts = script_calls(chip, &layout, file.path());
+    let calls: Vec<ProbeRs> = firmware.into_iter().chain(assigned).chain(scripts).collect();
     if arguments.dry_run {
         let calls: String = calls.iter().map(|call| format!("{call}\n")).collect();
         return output::write(&calls).map(|()| Ending::Success);
@@ -162,15 +162,23 @@ fn check(path: &Path, program: &Program, robot: &Robot) -> Result<(), Problem> {
     Err(Problem::Misfit { path: path.to_owned(), message, help: misfit.help() })
 }
 
-/// What probe-rs has to do. The firmware's file holds a script too, so the other one is written after it.
-fn calls(chip: &str, layout: &Layout, firmware: Option<&Path>, script: &Path) -> Vec<ProbeRs> {
-    let download = || ProbeRs::new("download", chip).args(["--verify"]);
-    let firmware = firmware.map(|path| download().args(["--binary-format", "elf"]).arg(path));
-    let address = format!("{:#010x}", layout.script.address);
-    let script = download()
-        .args(["--reset", "--binary-format", "bin", "--base-address", &address])
-        .arg(script);
-    firmware.into_iter().chain([script]).collect()
+/// The call that writes the firmware. Its file holds a script too, so the other one is written after it.
+fn firmware_call(chip: &str, path: &Path) -> ProbeRs {
+    ProbeRs::new("download", chip).args(["--verify", "--binary-format", "elf"]).arg(path)
+}
+
+/// The calls that write the script, one after the other: while one erases its sector, another sector of a log holds a whole
+/// script. The last one starts the robot anew.
+fn script_calls(chip: &str, layout: &Layout, script: &Path) -> Vec<ProbeRs> {
+    let addresses = layout.script_addresses();
+    let last = addresses.last().copied();
+    let call = |address: u32| {
+        let call = ProbeRs::new("download", chip).args(["--verify"]);
+        let call = if Some(address) == last { call.args(["--reset"]) } else { call };
+        let address = format!("{address:#010x}");
+        call.args(["--binary-format", "bin", "--base-address", &address]).arg(script)
+    };
+    addresses.into_iter().map(call).collect()
 }
 
 /// What a robot is to keep in a region of its own.

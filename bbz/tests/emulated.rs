@@ -101,9 +101,12 @@ fn the_script_is_written_and_the_time_runs() {
     let commands = commands(&folder);
     assert_eq!(commands[0], json!({ "command": "load", "elf": "robot.elf" }));
     assert_eq!(
-        commands[1],
-        json!({ "command": "write", "address": 0x0802_0000, "bytes": section })
+        (&commands[1]["command"], &commands[1]["address"]),
+        (&json!("write"), &json!(0x080a_0000))
     );
+    // A place of the log of scripts, the image at its beginning.
+    let written = commands[1]["bytes"].as_str().unwrap();
+    assert!(written.starts_with(&section) && written.len() == 2 * 4096, "{written}");
     assert!(commands[2..].iter().all(|command| command["command"] == "run"));
     assert_eq!(commands.last().unwrap()["until_ns"], 50_000_000);
     // Without a script the firmware keeps its own.

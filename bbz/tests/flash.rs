@@ -21,7 +21,7 @@ fn firmware() -> Vec<u8> {
     elf::arm(&[
         Segment { at: 0x0800_4000, runs_at: 0x0800_4000, bytes: &[0; 64] },
         Segment { at: 0x0800_4040, runs_at: 0x2000_0000, bytes: &[1; 8] },
-        Segment { at: 0x0802_0000, runs_at: 0x0802_0000, bytes: &[2; 16] },
+        Segment { at: 0x080a_0000, runs_at: 0x080a_0000, bytes: &[2; 16] },
     ])
 }
 
@@ -33,22 +33,26 @@ fn only_the_script_is_written() {
     assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
     assert!(outcome.stdout.ends_with("is on the Crazyflie 2.1, which starts anew\n"));
     let calls = probe_rs::calls(&folder);
-    let [call] = &calls[..] else { panic!("{calls:?}") };
-    let (options, file) = call.rsplit_once(' ').unwrap();
-    assert_eq!(
-        options,
-        "download --non-interactive --chip STM32F405RG --verify --reset --binary-format bin \
-         --base-address 0x08020000"
-    );
+    // One sector after the other, so that one of them holds a script whenever the power goes.
+    let [first, second] = &calls[..] else { panic!("{calls:?}") };
+    let (options, file) = first.rsplit_once(' ').unwrap();
+    let download = "download --non-interactive --chip STM32F405RG --verify";
+    assert_eq!(options, format!("{download} --binary-format bin --base-address 0x080a0000"));
+    let second = second.rsplit_once(' ').unwrap();
+    let reset = format!("{download} --reset --binary-format bin --base-address 0x080c0000");
+    assert_eq!(second, (reset.as_str(), file));
     assert!(!std::path::Path::new(file).exists(), "left behind: {file}");
-    // Its length, then what `bbz build` makes.
+    // Its length, then what `bbz build` makes, at the end the mark.
     folder.bbz(&["build", "s.bzz", "--robot", "crazyflie"]);
     let image = folder.read("s.bbi");
     let length = u32::try_from(image.len()).unwrap().to_le_bytes();
-    assert_eq!(folder.read("written.bin"), [&length[..], &image].concat());
+    let written = folder.read("written.bin");
+    assert_eq!(written.len(), 4096);
+    assert!(written.starts_with(&[&length[..], &image].concat()));
+    assert_eq!(written[4088..4092], 1_u32.to_le_bytes());
     // An image is flashed as it is.
     assert_eq!(probe_rs::bbz(&folder, &["flash", "s.bbi", "--robot", "crazyflie"]).status, Some(0));
-    assert_eq!(folder.read("written.bin"), [&length[..], &image].concat());
+    assert_eq!(folder.read("written.bin"), written);
 }
 
 #[test]
@@ -59,12 +63,12 @@ fn firmware_comes_before_the_script() {
     let outcome = probe_rs::bbz(&folder, &[&FLASH[..], &["--firmware", "robot"]].concat());
     assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
     let calls = probe_rs::calls(&folder);
-    assert_eq!(calls.len(), 2);
+    assert_eq!(calls.len(), 3);
     assert_eq!(
         calls[0],
         "download --non-interactive --chip STM32F405RG --verify --binary-format elf robot"
     );
-    assert!(calls[1].contains("--reset --binary-format bin --base-address 0x08020000"));
+    assert!(calls[2].contains("--reset --binary-format bin --base-address 0x080c0000"));
 }
 
 /// Settings have a page of their own; what is not given is erased.
@@ -105,9 +109,9 @@ fn an_id_is_assigned() {
     let outcome = probe_rs::bbz(&folder, &[&FLASH[..], &["--id", "4660"]].concat());
     assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
     let calls = probe_rs::calls(&folder);
-    assert_eq!(calls.len(), 2);
-    assert!(calls[0].contains("--verify --binary-format bin --base-address 0x08040000"));
-    assert!(calls[1].contains("--reset --binary-format bin --base-address 0x08020000"));
+    assert_eq!(calls.len(), 3);
+    assert!(calls[0].contains("--verify --binary-format bin --base-address 0x080e0000"));
+    assert!(calls[2].contains("--reset --binary-format bin --base-address 0x080c0000"));
     // 4660 is 0x1234; behind it its complement.
     assert_eq!(folder.read("id.bin"), [0x34, 0x12, 0xcb, 0xed]);
     let shipped = include_str!("../../robots/crazyflie.toml");
@@ -127,9 +131,10 @@ fn a_dry_run_calls_nothing_and_says_what_it_would_call() {
     let outcome = probe_rs::bbz(&folder, &dry);
     assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
     let lines: Vec<&str> = outcome.stdout.lines().collect();
-    assert_eq!(lines.len(), 2);
+    assert_eq!(lines.len(), 3);
     assert!(lines[0].starts_with("probe-rs download --non-interactive --chip STM32F405RG "));
-    assert!(lines[0].ends_with(" 'my robot'") && lines[1].ends_with("-s-script.bin"), "{lines:?}");
+    assert!(lines[0].ends_with(" 'my robot'"), "{lines:?}");
+    assert!(lines[1..].iter().all(|line| line.ends_with("-s-script.bin")), "{lines:?}");
     assert_eq!(probe_rs::calls(&folder), [""; 0]);
     assert_eq!(folder.names(), ["my robot", "probe-rs", "s.bzz"]);
 }
@@ -163,14 +168,14 @@ fn a_script_needs_room() {
     let folder = Folder::with("flash_room", "s.bzz", SCRIPT);
     let shipped = include_str!("../../robots/crazyflie.toml");
     let small = shipped.replace(
-        "script = { address = 0x0802_0000, size = 0x2_0000 }",
-        "script = { address = 0x0802_0000, size = 0x200 }",
+        "script = { address = 0x080a_0000, size = 0x4_0000 }\nscript_log = true\n",
+        "script = { address = 0x080a_0000, size = 0x200 }\n",
     );
     assert_ne!(small, shipped);
     folder.write("small.toml", small);
     let fits = folder.bbz(&["flash", "s.bzz", "--robot", "small.toml", "--dry-run"]);
     assert_eq!(fits.status, Some(0), "{}", fits.stderr);
-    let many: String = (0..200).map(|n| format!("log(\"text number {n}\")\n")).collect();
+    let many: String = (0..100).map(|n| format!("log(\"text number {n}\")\n")).collect();
     folder.write("long.bzz", many);
     let flash = |file, robot| folder.bbz(&["flash", file, "--robot", robot, "--dry-run"]);
     flash("long.bzz", "small.toml").fails_with(2, &["E0607", "the Crazyflie 2.1 has room for 508"]);
@@ -221,7 +226,7 @@ fn other_firmware_is_not_written() {
     let at = |at| elf::arm(&[Segment { at, runs_at: at, bytes: &[0; 64] }]);
     let long = elf::arm(&[
         Segment { at: 0x0800_4000, runs_at: 0x0800_4000, bytes: &[0; 64] },
-        Segment { at: 0x0801_fff0, runs_at: 0x0801_fff0, bytes: &[0; 0x2_0011] },
+        Segment { at: 0x0809_fff0, runs_at: 0x0809_fff0, bytes: &[0; 0x2_0011] },
     ]);
     let mut host = firmware();
     host[18] = 3; // e_machine: EM_386
@@ -230,7 +235,7 @@ fn other_firmware_is_not_written() {
         ("damaged", damaged, "is no ELF file"),
         ("host", host, "is for another processor"),
         ("boot", at(0x0800_0000), "has 64 bytes for 0x08000000, which is no place for firmware"),
-        ("long", long, "has 131089 bytes for 0x0801fff0"),
+        ("long", long, "has 131089 bytes for 0x0809fff0"),
         ("ram", at(0x2000_0000), "has 64 bytes for 0x20000000"),
         ("late", at(0x0800_8000), "has nothing for 0x08004000"),
     ];

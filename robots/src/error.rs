@@ -28,6 +28,8 @@ pub enum Cause {
     TooManySlots { slots: u32, slot_bytes: u32, memory: u32, most: u32, least: u32 },
     /// An address at which no region can begin.
     Unaligned { address: u32, to: u32 },
+    /// A log of scripts that is not two sectors with whole places.
+    BadLog { size: u32, unit: u32 },
     /// Two regions of memory that share bytes.
     Overlap { key: &'static str, other: &'static str },
     /// A robot name that is no lower-case word.
@@ -123,6 +125,9 @@ impl fmt::Display for Cause {
             Cause::Unaligned { address, to } => {
                 write!(f, "a region cannot begin at {address:#010x}: no multiple of {to}")
             }
+            Cause::BadLog { size, unit } => {
+                write!(f, "a log of scripts cannot have {size} bytes: no multiple of {unit}")
+            }
             Cause::Overlap { key, other } => write!(f, "`{key}` and `{other}` overlap"),
             Cause::BadRobotName { name } => write!(f, "`{name}` cannot be the name of a robot"),
             Cause::NotOneLine { key } => write!(f, "`{key}` must be one line of text"),
@@ -163,6 +168,9 @@ impl toml_reader::Cause for Cause {
             Cause::Unaligned { .. } => Some(
                 "the chip wants its vector table there; a sector of flash begins so".to_owned(),
             ),
+            Cause::BadLog { .. } => {
+                Some("`script` is two sectors of flash of equal size with `script_log`".to_owned())
+            }
             Cause::BadRobotName { .. } => {
                 Some("lower-case letters, digits and `-`, a letter first".to_owned())
             }

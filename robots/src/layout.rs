@@ -2,11 +2,20 @@
 
 use std::fmt::Write;
 
+use bittybuzz_vm_core::message::crc16;
+
 /// Bytes of a robot's id, or of a setting, in flash.
 const NUMBER_BYTES: usize = 4;
 
 /// Bytes before the image in the script region: its length, a `u32`, least significant byte first.
 const SCRIPT_HEADER: u32 = 4;
+
+/// Bytes of a place of a log of scripts, and of the mark at its end (`bittybuzz_runtime::places`).
+pub(crate) const PLACE: u32 = 4096;
+const MARK: u32 = 8;
+
+/// Sequence number of a script that is written together with its copy: nothing older is left then.
+const SEQUENCE: u32 = 1;
 
 /// Regions of a chip's memory, none overlapping another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,6 +25,9 @@ pub struct Layout {
     /// Flash of the script, which no part of the firmware shares an erasable sector with: the length of the image (a
     /// `u32`, least significant byte first), then the image.
     pub script: Region,
+    /// True if the script region is a log: two sectors of equal size with places of 4 KiB, of which the newest whole one
+    /// counts, so that a loss of power while it is written leaves a script. See `bittybuzz_runtime::places`.
+    pub script_log: bool,
     /// RAM for variables.
     pub ram: Region,
     /// RAM for the stack alone, best with no memory below, so that a full stack is a fault and damages no variable. `None`
@@ -85,21 +97,50 @@ impl Layout {
 
     /// Bytes of the longest image that fits into the script region.
     pub const fn most_script(&self) -> u32 {
-        self.script.size - SCRIPT_HEADER
+        if self.script_log {
+            PLACE - SCRIPT_HEADER - MARK
+        } else {
+            self.script.size - SCRIPT_HEADER
+        }
     }
 
-    /// The bytes of the script region for an image; `None` if it does not fit.
+    /// The bytes of the script region for an image, or of a place in its log; `None` if it does not fit.
     pub fn script_section(&self, image: &[u8]) -> Option<Vec<u8>> {
         let length = u32::try_from(image.len()).ok()?;
         if length > self.most_script() {
             return None;
         }
-        Some([&length.to_le_bytes(), image].concat())
+        let mut section = [&length.to_le_bytes(), image].concat();
+        if self.script_log {
+            let mark = Self::script_mark(image);
+            section.resize((PLACE - MARK) as usize, u8::MAX);
+            section.extend(mark);
+        }
+        Some(section)
+    }
+
+    /// The end of a place: what makes the script in it a whole one. To be written last.
+    pub fn script_mark(image: &[u8]) -> [u8; MARK as usize] {
+        let length = (image.len() as u32).to_le_bytes();
+        let sequence = SEQUENCE.to_le_bytes();
+        let content = length.iter().chain(image).chain(&sequence);
+        let check = content.fold(0xffff, |check, byte| crc16(check, *byte));
+        let ([a, b, c, d], [e, f], [g, h]) =
+            (sequence, check.to_le_bytes(), (!check).to_le_bytes());
+        [a, b, c, d, e, f, g, h]
+    }
+
+    /// Where [`script_section`](Self::script_section) is written, in this order: with a log, at the beginning of each of its
+    /// sectors, so that one of them always holds a whole script.
+    pub fn script_addresses(&self) -> Vec<u32> {
+        let Region { address, size } = self.script;
+        if self.script_log { vec![address, address + size / 2] } else { vec![address] }
     }
 
     /// The `memory.x` that cortex-m-rt's linker script includes.
     ///
-    /// What is linked into the section `.script` goes to the script region.
+    /// What is linked into the section `.script` goes to the script region; with a log, `.script_mark` to the end of its first
+    /// place, and `.script_copy` and `.script_copy_mark` to the second sector.
     pub fn memory_x(&self) -> String {
         let mut out = String::new();
         // Writing to a String cannot fail.
@@ -118,6 +159,15 @@ impl Layout {
             writeln!(out, "_stack_end = ORIGIN(STACK);")?;
         }
         writeln!(out, "SECTIONS\n{{\n  .script : ALIGN(4) {{ KEEP(*(.script)); }} > SCRIPT")?;
+        if self.script_log {
+            let (mark, copy) = (PLACE - MARK, self.script.size / 2);
+            let sections =
+                [("script_mark", mark), ("script_copy", copy), ("script_copy_mark", copy + mark)];
+            for (name, offset) in sections {
+                let address = format!("ORIGIN(SCRIPT) + {offset:#x}");
+                writeln!(out, "  .{name} {address} : {{ KEEP(*(.{name})); }} > SCRIPT")?;
+            }
+        }
         writeln!(out, "}}\nINSERT AFTER .rodata;")
     }
 }
@@ -131,6 +181,7 @@ mod tests {
         Layout {
             application: region(0x0800_4000, 0x1_c000),
             script: region(0x0802_0000, 12),
+            script_log: false,
             ram: region(0x2000_0000, 0x2_0000),
             stack: Some(region(0x1000_0000, 0x1_0000)),
             id: Some(region(0x0804_0000, 0x2_0000)),
@@ -144,6 +195,32 @@ mod tests {
         assert_eq!(layout.script_section(&[7, 8]), Some(vec![2, 0, 0, 0, 7, 8]));
         assert_eq!(layout.script_section(&[1; 8]).map(|section| section.len()), Some(12));
         assert_eq!(layout.script_section(&[1; 9]), None);
+    }
+
+    #[test]
+    fn a_log_has_places_with_a_mark_and_a_copy() {
+        let script = Region { address: 0x080a_0000, size: 0x4_0000 };
+        let layout = Layout { script, script_log: true, ..layout() };
+        let section = layout.script_section(&[7, 8]).unwrap();
+        assert_eq!(section.len(), 4096);
+        assert_eq!(section[..8], [2, 0, 0, 0, 7, 8, 0xff, 0xff]);
+        assert_eq!(section[4084..4092], [0xff, 0xff, 0xff, 0xff, 1, 0, 0, 0]);
+        assert_eq!(section[4088..], Layout::script_mark(&[7, 8]));
+        // CRC-16/MCRF4XX, bit by bit: reflected polynomial 0x8408.
+        let check = [2, 0, 0, 0, 7, 8, 1, 0, 0, 0].iter().fold(0xffff_u16, |check, byte| {
+            (0..8)
+                .fold(check ^ byte, |check, _| check >> 1 ^ if check & 1 == 1 { 0x8408 } else { 0 })
+        });
+        assert_eq!(section[4092..], [&check.to_le_bytes()[..], &(!check).to_le_bytes()].concat());
+        assert_eq!(layout.script_addresses(), [0x080a_0000, 0x080c_0000]);
+        let text = layout.memory_x();
+        for line in [
+            "  .script_mark ORIGIN(SCRIPT) + 0xff8 : { KEEP(*(.script_mark)); } > SCRIPT\n",
+            "  .script_copy ORIGIN(SCRIPT) + 0x20000 : { KEEP(*(.script_copy)); } > SCRIPT\n",
+            "  .script_copy_mark ORIGIN(SCRIPT) + 0x20ff8 : { KEEP(*(.script_copy_mark)); } > SCRIPT\n",
+        ] {
+            assert!(text.contains(line), "{line}{text}");
+        }
     }
 
     #[test]

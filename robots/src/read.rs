@@ -10,7 +10,7 @@ use bittybuzz_vm_core::{Parts, Periods};
 
 use crate::error::{Cause, RobotErrors};
 use crate::generate::constant;
-use crate::layout::{Layout, Region};
+use crate::layout::{Layout, PLACE, Region};
 use crate::signature::{self, Parameter, Type};
 use crate::{Budget, Function, OnFault, Profile, Robot, SensorTable, Setting, VmSizes, name_hash};
 
@@ -67,7 +67,7 @@ fn keys(section: &'static str) -> Vec<&'static str> {
             "advertise_steps",
         ],
         BUDGET => &["flash_bytes", "ram_bytes"],
-        LAYOUT => &["application", "script", "ram", "stack", "id", "settings"],
+        LAYOUT => &["application", "script", "script_log", "ram", "stack", "id", "settings"],
         REGION => &["address", "size"],
         FUNCTION => &["name", "accepts", "returns", "waits", "help"],
         TABLE => &["name", "fields", "help"],
@@ -232,9 +232,16 @@ fn layout(section: &Section<'_>) -> Option<Layout> {
             section.get(key)?.fail(Cause::Overlap { key, other });
         }
     }
+    let script_log = section.boolean("script_log").unwrap_or(false);
+    if let (true, Some(Some(Region { size, .. }))) = (script_log, script)
+        && !size.is_multiple_of(2 * PLACE)
+    {
+        section.get("script_log")?.fail(Cause::BadLog { size, unit: 2 * PLACE });
+    }
     Some(Layout {
         application: application??,
         script: script??,
+        script_log,
         ram: ram??,
         stack: given(stack)?,
         id: given(id)?,

@@ -94,6 +94,7 @@ fn a_good_file_says_what_it_says() {
     let layout = Layout {
         application: Region { address: 0x0800_0000, size: 0xc000 },
         script: Region { address: 0x0800_c000, size: 0x4000 },
+        script_log: false,
         ram: Region { address: 0x2000_0000, size: 0x2000 },
         stack: Some(Region { address: 0x1000_0000, size: 0x200 }),
         id: None,
@@ -214,6 +215,11 @@ fn every_error_has_its_place() {
         ("0x1000_0000", "0x1_0000_0000", Expected("OutOfRange", 25, 21, "cannot be")),
         ("size = 0x200 }", "size = 0xf000_0000 }", Expected("OutOfRange", 25, 41, "to 4026531839")),
         ("0x0800_c000", "0x0800_c100", Expected("Unaligned", 23, 22, "no multiple of 512")),
+        (
+            "size = 0x4000 }",
+            "size = 0x5000 }\nscript_log = true",
+            Expected("BadLog", 24, 14, "20480 bytes: no multiple of 8192"),
+        ),
         ("0xc000", "0xc200", Expected("Overlap", 23, 10, "`script` and `application` overlap")),
         (
             "slots = 200",

@@ -3,7 +3,8 @@
 //!
 //! Everything goes to cargo's `OUT_DIR`:
 //! * `robot.rs`: constants, see [`bittybuzz_robots::generate_rust`], and the type `Numbers` of the profile (`BBZ_PROFILE`, else the robot's);
-//! * `script.bin`: the contents of the script section, length and image;
+//! * `script.bin`: the contents of the script section, length and image; with a log of scripts also `script_mark.bin`, the end of
+//!   its place;
 //! * `memory.x`: the linker's regions.
 //!
 //! Build scripts report errors by ending: what is wrong goes to standard error, which cargo shows.
@@ -17,7 +18,7 @@ use bittybuzz_compiler::fit;
 use bittybuzz_compiler::include::{DiskFiles, Loader};
 use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::render::{Color, Renderer};
-use bittybuzz_robots::{Profile, Robot, script_section};
+use bittybuzz_robots::{Layout, Profile, Robot, script_section};
 use bittybuzz_vm_core::{Part, Parts};
 
 /// The environment variable that names the script.
@@ -119,7 +120,13 @@ pub fn board(robot: &str, default_script: &str, start: Start) -> Result<(), Buil
     }
     let script = script_path(default_script);
     let image = compiled(&script, &robot)?;
-    let section = layout.script_section(&image).ok_or(BuildError::TooLong(script))?;
+    let mut section = layout.script_section(&image).ok_or(BuildError::TooLong(script))?;
+    if layout.script_log {
+        let mark = Layout::script_mark(&image);
+        // What is between image and mark stays erased and need not be flashed.
+        section.truncate(size_of::<u32>() + image.len());
+        write_out("script_mark.bin", &mark)?;
+    }
     let numbers = match robot.profile {
         Profile::Tiny => "Tiny",
         Profile::Full => "Full",

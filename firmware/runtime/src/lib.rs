@@ -26,6 +26,7 @@ pub mod id;
 pub mod liveness;
 pub mod losses;
 pub mod mail;
+pub mod places;
 pub mod pose;
 pub mod script;
 pub mod setpoint;

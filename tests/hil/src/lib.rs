@@ -109,7 +109,8 @@ pub fn crazyflie_tiny() -> PathBuf {
     path
 }
 
-fn layout() -> Layout {
+/// Where the Crazyflie has its firmware, script and id.
+pub fn layout() -> Layout {
     let robot = bittybuzz_robots::find("crazyflie").expect("a shipped robot");
     robot.layout.expect("it has a layout")
 }

@@ -197,8 +197,8 @@ fn an_image_for_another_robot_is_refused() {
     // The profile bit: tiny.
     image[1] ^= 0x80;
     let mut robot = bittybuzz_hil::Robot::crazyflie(Core::Unicorn, "function step() { }");
-    let section = [&(image.len() as u32).to_le_bytes()[..], &image].concat();
-    robot.write(0x0802_0000, &section);
+    let section = bittybuzz_hil::layout().script_section(&image).expect("a short script");
+    robot.write(SECTORS[0], &section);
     let events = robot.run_ms(1000);
     assert_eq!(bittybuzz_hil::motors(&events), [0.0; 4]);
     let lit = events.iter().any(|event| {
@@ -211,17 +211,20 @@ fn an_image_for_another_robot_is_refused() {
 #[test]
 fn a_section_without_a_script_is_safe() {
     let image = bittybuzz_hil::image("function step() { set_motor(0, 50) led(1) }");
-    let whole = [&(image.len() as u32).to_le_bytes()[..], &image].concat();
+    let whole = bittybuzz_hil::layout().script_section(&image).expect("a short script");
     let sections = [
-        ("erased", vec![0xff; 64]),
-        ("empty", vec![0; 64]),
-        ("longer than the section", [&0x0002_0000_u32.to_le_bytes()[..], &image].concat()),
-        ("cut off", [&10_u32.to_le_bytes()[..], &image].concat()),
+        ("erased", vec![0xff; 4096]),
+        ("empty", vec![0; 4096]),
+        ("longer than its place", [&0x0002_0000_u32.to_le_bytes()[..], &whole[4..]].concat()),
+        ("cut off", [&10_u32.to_le_bytes()[..], &whole[4..]].concat()),
+        ("without a mark", [&whole[..4088], &[0xff; 8]].concat()),
         ("noise", whole.iter().map(|byte| byte.wrapping_mul(167) ^ 0x5a).collect()),
     ];
     for (name, section) in sections {
         let mut robot = bittybuzz_hil::Robot::crazyflie(Core::Unicorn, "function step() { }");
-        robot.write(0x0802_0000, &section);
+        for sector in SECTORS {
+            robot.write(sector, &section);
+        }
         let events = robot.run_ms(1000);
         assert_eq!(bittybuzz_hil::motors(&events), [0.0; 4], "{name}");
         assert!(bittybuzz_hil::resets(&events).is_empty(), "{name}");
@@ -236,4 +239,45 @@ fn a_section_without_a_script_is_safe() {
         );
         assert!(robot.ping(1, 10).is_some(), "{name}");
     }
+}
+
+/// Beginnings of the two sectors of the log of scripts.
+const SECTORS: [u32; 2] = [0x080a_0000, 0x080c_0000];
+
+/// While `bbz flash` writes one sector, the other one has a whole script: the old one, until the mark of the new one is there.
+#[test]
+fn half_a_script_leaves_the_old_one() {
+    let section = |power: u8| {
+        let image = bittybuzz_hil::image(&format!("function step() {{ set_motor(0, {power}) }}"));
+        bittybuzz_hil::layout().script_section(&image).expect("a short script")
+    };
+    let (old, new) = (section(20), section(60));
+    for (written, power) in [(0, 20.0), (4, 20.0), (40, 20.0), (4092, 20.0), (4096, 60.0)] {
+        let mut robot = bittybuzz_hil::Robot::crazyflie(Core::Unicorn, "function step() { }");
+        robot.write(SECTORS[1], &old);
+        robot.write(SECTORS[0], &[&new[..written], &[0xff; 4096][written..]].concat());
+        robot.run_ms(500);
+        let duty = bittybuzz_hil::motors(&robot.events)[0];
+        assert!((duty - power / 256.0).abs() < 0.01, "{written} bytes: {duty}");
+    }
+}
+
+/// A script later in the log is newer if its number is greater.
+#[test]
+fn the_newest_script_of_the_log_runs() {
+    let image = bittybuzz_hil::image("function step() { set_motor(0, 60) }");
+    let mut place = bittybuzz_hil::layout().script_section(&image).expect("a short script");
+    place[4088] = 2;
+    let content = [&place[..4 + image.len()], &place[4088..4092]].concat();
+    let check =
+        content.iter().fold(0xffff, |check, byte| bittybuzz_vm_core::message::crc16(check, *byte));
+    place[4092..4094].copy_from_slice(&check.to_le_bytes());
+    place[4094..].copy_from_slice(&(!check).to_le_bytes());
+    let mut robot =
+        bittybuzz_hil::Robot::crazyflie(Core::Unicorn, "function step() { set_motor(0, 20) }");
+    // The last place of the first sector.
+    robot.write(SECTORS[1] - 4096, &place);
+    robot.run_ms(500);
+    let duty = bittybuzz_hil::motors(&robot.events)[0];
+    assert!((duty - 60.0 / 256.0).abs() < 0.01, "{duty}");
 }
