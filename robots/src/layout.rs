@@ -153,20 +153,25 @@ impl Layout {
         for (name, Region { address, size }) in self.regions() {
             writeln!(out, "  {name} : ORIGIN = {address:#010x}, LENGTH = {size:#x}")?;
         }
+        // With regions of their own, what lies between them is no part of the program: it stays erased.
+        let script = self.script.address;
+        let (mark, copy) = (PLACE - MARK, self.script.size / 2);
+        let parts =
+            [("SCRIPT_MARK", mark), ("SCRIPT_COPY", copy), ("SCRIPT_COPY_MARK", copy + mark)];
+        let parts = if self.script_log { &parts[..] } else { &[] };
+        for (name, offset) in parts {
+            let (address, size) = (script + offset, PLACE - offset % PLACE);
+            writeln!(out, "  {name} : ORIGIN = {address:#010x}, LENGTH = {size:#x}")?;
+        }
         writeln!(out, "}}")?;
         if self.stack.is_some() {
             writeln!(out, "_stack_start = ORIGIN(STACK) + LENGTH(STACK);")?;
             writeln!(out, "_stack_end = ORIGIN(STACK);")?;
         }
         writeln!(out, "SECTIONS\n{{\n  .script : ALIGN(4) {{ KEEP(*(.script)); }} > SCRIPT")?;
-        if self.script_log {
-            let (mark, copy) = (PLACE - MARK, self.script.size / 2);
-            let sections =
-                [("script_mark", mark), ("script_copy", copy), ("script_copy_mark", copy + mark)];
-            for (name, offset) in sections {
-                let address = format!("ORIGIN(SCRIPT) + {offset:#x}");
-                writeln!(out, "  .{name} {address} : {{ KEEP(*(.{name})); }} > SCRIPT")?;
-            }
+        for (region, _) in parts {
+            let name = region.to_lowercase();
+            writeln!(out, "  .{name} : {{ KEEP(*(.{name})); }} > {region}")?;
         }
         writeln!(out, "}}\nINSERT AFTER .rodata;")
     }
@@ -215,9 +220,12 @@ mod tests {
         assert_eq!(layout.script_addresses(), [0x080a_0000, 0x080c_0000]);
         let text = layout.memory_x();
         for line in [
-            "  .script_mark ORIGIN(SCRIPT) + 0xff8 : { KEEP(*(.script_mark)); } > SCRIPT\n",
-            "  .script_copy ORIGIN(SCRIPT) + 0x20000 : { KEEP(*(.script_copy)); } > SCRIPT\n",
-            "  .script_copy_mark ORIGIN(SCRIPT) + 0x20ff8 : { KEEP(*(.script_copy_mark)); } > SCRIPT\n",
+            "  SCRIPT_MARK : ORIGIN = 0x080a0ff8, LENGTH = 0x8\n",
+            "  SCRIPT_COPY : ORIGIN = 0x080c0000, LENGTH = 0x1000\n",
+            "  SCRIPT_COPY_MARK : ORIGIN = 0x080c0ff8, LENGTH = 0x8\n",
+            "  .script_mark : { KEEP(*(.script_mark)); } > SCRIPT_MARK\n",
+            "  .script_copy : { KEEP(*(.script_copy)); } > SCRIPT_COPY\n",
+            "  .script_copy_mark : { KEEP(*(.script_copy_mark)); } > SCRIPT_COPY_MARK\n",
         ] {
             assert!(text.contains(line), "{line}{text}");
         }
