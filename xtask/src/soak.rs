@@ -166,7 +166,8 @@ pub fn sample() -> Result<(), Failure> {
 
 fn noise() -> Result<Verdict, Failure> {
     let image = crate::board::CRAZYFLIE.build(None, false)?;
-    let chosen = ["--package", "bittybuzz-hil", "--test", "link", "--test", "swarm", "--"];
+    let tests = ["--test", "link", "--test", "swarm", "--test", "resets"];
+    let chosen = [&["--package", "bittybuzz-hil"][..], &tests, &["--"]].concat();
     checks::tests(&[&chosen[..], &["--ignored", "--nocapture"]].concat())
         .env("BITTYBUZZ_CRAZYFLIE", &image.display().to_string())
         .run()?;
