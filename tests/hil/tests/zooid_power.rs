@@ -5,7 +5,7 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use bittybuzz_hil::{Command, Core, Event, Place, Table, resets};
+use bittybuzz_hil::{Command, Core, Place, Table, is_lit, resets};
 
 /// Logs its number and how many robots it hears, shines and drives.
 const SCRIPT: &str = "\
@@ -29,13 +29,8 @@ fn expected(steps: usize) -> Vec<String> {
     (1..=steps).map(|n| format!("{n} 7")).collect()
 }
 
-fn is_on(table: &Table, colour: &str) -> bool {
-    let events = table.zooids()[0].events.iter().rev();
-    let mut states = events.filter_map(|event| match &event.event {
-        Event::Led { name, on } if name == colour => Some(*on),
-        _ => None,
-    });
-    states.next().unwrap()
+fn is_on(table: &Table, color: &str) -> bool {
+    is_lit(&table.zooids()[0].events, color)
 }
 
 #[test]
@@ -52,7 +47,7 @@ fn whoever_gets_power_again_begins_anew_with_what_is_in_its_flash() {
         assert!(sent >= 8, "{sent}");
         table.run_ms(2000);
         assert_eq!(table.zooids()[0].motors(), [0.0; 2], "{core:?}");
-        assert!(["red", "green", "blue"].iter().all(|colour| !is_on(&table, colour)));
+        assert!(["red", "green", "blue"].iter().all(|color| !is_on(&table, color)));
         assert_eq!(table.board(0).radio_sent, sent);
         assert_eq!(logged(&table, 0, 10), expected(0));
         table.tell(0, &Command::Power { on: true });
