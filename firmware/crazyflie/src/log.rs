@@ -4,22 +4,8 @@
 //! robot whose cable is pulled would stand still until its watchdog restarts it. Instead defmt-rtt overwrites unread messages.
 //! So a message is only written if the buffer has room, and counted if not.
 
-use core::sync::atomic::{AtomicU32, Ordering};
-
 use bittybuzz_comms::trace;
-use bittybuzz_runtime::losses::Losses;
-
-/// The start of RTT's control block, which defmt-rtt calls `Header`, up to the offset from which the probe will read.
-#[repr(C)]
-struct ControlBlock {
-    id: [u8; 16],
-    channels: [u32; 2],
-    name: u32,
-    buffer: u32,
-    size: u32,
-    write: AtomicU32,
-    read: AtomicU32,
-}
+use bittybuzz_runtime::losses::{ControlBlock, Losses};
 
 unsafe extern "C" {
     static _SEGGER_RTT: ControlBlock;
@@ -34,11 +20,8 @@ pub const TEXT: usize = 24;
 /// written first. Called by tasks only, never by an interrupt.
 pub fn has_room(bytes: usize) -> bool {
     // SAFETY: defmt-rtt defines this static with this layout. The probe changes `read` alone, and it is atomic.
-    let (size, write, read) = unsafe {
-        let block = &_SEGGER_RTT;
-        (block.size, block.write.load(Ordering::Relaxed), block.read.load(Ordering::Relaxed))
-    };
-    match LOSSES.admit(bytes, size, write, read) {
+    let block = unsafe { &_SEGGER_RTT };
+    match LOSSES.admit(bytes, block) {
         None => return false,
         Some(0) => {}
         Some(lost) => defmt::println!("bbz {=[u8]}", trace::lost(lost).as_slice()),

@@ -11,6 +11,20 @@ const fn size_of_message(arguments: usize) -> usize {
     24 + arguments + arguments / 4
 }
 
+/// The start of the control block of RTT, as the probe knows it and defmt-rtt defines it (`Header`), up to the offset from which
+/// the probe will read in its first channel.
+#[repr(C)]
+pub struct ControlBlock {
+    id: [u8; 16],
+    channels: [u32; 2],
+    name: u32,
+    buffer: u32,
+    size: u32,
+    write: AtomicU32,
+    /// The only field that the probe changes.
+    read: AtomicU32,
+}
+
 /// Number of messages that were lost and not reported yet. Only tasks of one executor share it.
 pub struct Losses(AtomicU32);
 
@@ -20,10 +34,15 @@ impl Losses {
         Losses(AtomicU32::new(0))
     }
 
-    /// Decides on a message with `arguments` bytes of arguments, for a ring buffer of `size` bytes whose offsets of the next byte to be
-    /// written and read are `write` and `read`. Returns the number of messages lost before, which has to be written first; or `None`
-    /// if there is no room for both, and this message is lost, too.
-    pub fn admit(&self, arguments: usize, size: u32, write: u32, read: u32) -> Option<u32> {
+    /// Decides on a message with `arguments` bytes of arguments. Returns the number of messages lost before, which has to be written
+    /// first; or `None` if there is no room for both, and this message is lost, too.
+    pub fn admit(&self, arguments: usize, block: &ControlBlock) -> Option<u32> {
+        let [write, read] = [&block.write, &block.read].map(|at| at.load(Ordering::Relaxed));
+        self.admit_to_ring(arguments, block.size, write, read)
+    }
+
+    /// Does the same for a ring buffer of `size` bytes whose offsets of the next byte to be written and read are `write` and `read`.
+    fn admit_to_ring(&self, arguments: usize, size: u32, write: u32, read: u32) -> Option<u32> {
         let lost = self.0.load(Ordering::Relaxed);
         let mut needed = size_of_message(arguments);
         if lost != 0 {
@@ -52,21 +71,21 @@ mod tests {
         let needed = size_of_message(10) as u32;
         for (write, read) in [(0, 0), (100, 100), (511, 511), (500, 20), (20, 500)] {
             let room = if read > write { read - write } else { read + 512 - write };
-            let is_admitted = Losses::new().admit(10, 512, write, read).is_some();
+            let is_admitted = Losses::new().admit_to_ring(10, 512, write, read).is_some();
             assert_eq!(is_admitted, needed < room, "{write} {read}");
         }
-        let admit = |room: u32| Losses::new().admit(10, 512, 512 - room, 0);
+        let admit = |room: u32| Losses::new().admit_to_ring(10, 512, 512 - room, 0);
         assert_eq!([admit(needed), admit(needed + 1)], [None, Some(0)]);
     }
 
     #[test]
     fn losses_are_reported_once_and_need_room_themselves() {
         let losses = Losses::new();
-        assert_eq!(losses.admit(4, 512, 0, 1), None);
-        assert_eq!(losses.admit(4, 512, 0, 1), None);
+        assert_eq!(losses.admit_to_ring(4, 512, 0, 1), None);
+        assert_eq!(losses.admit_to_ring(4, 512, 0, 1), None);
         let room = (size_of_message(4) + size_of_message(LOST)) as u32;
-        assert_eq!(losses.admit(4, 512, 0, room), None, "only the message itself fits");
-        assert_eq!(losses.admit(4, 512, 0, room + 1), Some(3));
-        assert_eq!(losses.admit(4, 512, 0, room + 1), Some(0));
+        assert_eq!(losses.admit_to_ring(4, 512, 0, room), None, "only the message itself fits");
+        assert_eq!(losses.admit_to_ring(4, 512, 0, room + 1), Some(3));
+        assert_eq!(losses.admit_to_ring(4, 512, 0, room + 1), Some(0));
     }
 }
