@@ -43,7 +43,7 @@ impl Bench {
             for sender in 0..2 {
                 for sent in self.radios[sender].take_transmissions() {
                     let receiver = &mut self.radios[1 - sender];
-                    receiver.sense(sent.packet.channel(), sent.begin, sent.end);
+                    receiver.sense(sent.packet.channel(), sent.begin, sent.end, Time::ZERO);
                     receiver.hear(sent, true);
                 }
             }

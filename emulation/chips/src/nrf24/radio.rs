@@ -242,9 +242,9 @@ impl Nrf24 {
         }
     }
 
-    /// Somebody else's signal is on the air. A packet that can be received comes by [`Self::hear`], too.
-    pub fn sense(&mut self, channel: u8, begin: Time, end: Time) {
-        self.carriers.retain(|(_, _, other)| *other >= begin);
+    /// Somebody else's signal is on the air, or will be. A packet that can be received comes by [`Self::hear`], too.
+    pub fn sense(&mut self, channel: u8, begin: Time, end: Time, now: Time) {
+        self.carriers.retain(|(_, _, other)| *other > now);
         self.carriers.push((channel, begin, end));
     }
 

@@ -47,7 +47,7 @@ fn run(radio: &mut Nrf24, until: Time) -> Vec<Transmission> {
 /// What `from` has announced arrives at `to`.
 fn carry(from: Vec<Transmission>, to: &mut Nrf24) {
     for transmission in from {
-        to.sense(transmission.packet.channel(), transmission.begin, transmission.end);
+        to.sense(transmission.packet.channel(), transmission.begin, transmission.end, Time::ZERO);
         to.hear(transmission, true);
     }
 }
@@ -288,9 +288,12 @@ fn carrier_is_detected_while_it_lasts() {
     radio.enable(true, now);
     let listening = now + Time::from_micros(130);
     radio.advance(listening);
-    radio.sense(2, listening, listening + Time::from_micros(100));
-    radio.sense(3, listening, listening + Time::from_millis(1));
-    for (micros, detected) in [(39, 0), (40, 1), (99, 1), (100, 0)] {
+    radio.sense(2, listening, listening + Time::from_micros(100), listening);
+    radio.sense(3, listening, listening + Time::from_millis(1), listening);
+    // Known in advance.
+    let later = listening + Time::from_micros(500);
+    radio.sense(2, later, later + Time::from_micros(100), listening);
+    for (micros, detected) in [(39, 0), (40, 1), (99, 1), (100, 0), (540, 1)] {
         assert_eq!(get(&mut radio, 0x09, listening + Time::from_micros(micros)), detected);
     }
 }

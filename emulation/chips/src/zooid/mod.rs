@@ -428,7 +428,7 @@ impl Board for Zooid {
 
     fn hear(&mut self, heard: Heard) {
         match heard {
-            Heard::Signal(channel, begin, end) => self.radio.sense(channel, begin, end),
+            Heard::Signal(channel, begin, end) => self.radio.sense(channel, begin, end, self.now),
             Heard::Packet(transmission, intact) => {
                 self.radio.hear(transmission, intact);
                 self.next = self.find_next();
