@@ -1,5 +1,7 @@
 //! Which commands a board obeys.
 
+use std::ops::RangeInclusive;
+
 use bittybuzz_chips::{
     Battery, Board, Chip, Crazyflie, Frame, Light, Link, MAX_PAYLOAD, P2P_MAX, P2pFrame, Pose,
     TablePose, Time, Zooid,
@@ -65,8 +67,13 @@ pub enum Refusal {
         value: f64,
     },
     /// No oscillator of this chip is so slow or so fast.
-    #[error("lsi_hz is between 17000 and 47000, not {0}")]
-    Lsi(u64),
+    #[error("lsi_hz is between {} and {}, not {hz}", .range.start(), .range.end())]
+    Lsi {
+        /// The range in the data sheet.
+        range: RangeInclusive<u64>,
+        /// The number in the command.
+        hz: u64,
+    },
     /// No frame of a Kilobot has so many bytes.
     #[error(
         "a Kilobot's frame is 9 bytes of data and its type, and 2 of its checksum or none: 10 or 12, not {0}"
@@ -85,6 +92,11 @@ pub fn probability(value: f64) -> Result<f64, Refusal> {
 /// `value`, if it is finite; `name` is the member of the command.
 pub fn finite(name: &'static str, value: f64) -> Result<f64, Refusal> {
     if value.is_finite() { Ok(value) } else { Err(Refusal::NotFinite { name, value }) }
+}
+
+/// `hz`, if an oscillator LSI can be so fast.
+fn lsi(range: RangeInclusive<u64>, hz: u64) -> Result<u64, Refusal> {
+    if range.contains(&hz) { Ok(hz) } else { Err(Refusal::Lsi { range, hz }) }
 }
 
 impl Control for Crazyflie {
@@ -118,9 +130,7 @@ impl Control for Crazyflie {
             }
             Command::Shutdown => self.request_shutdown(),
             Command::Chip { lsi_hz, crystal, memory, seed, debugger } => {
-                if !(17_000..=47_000).contains(&lsi_hz) {
-                    return Err(Refusal::Lsi(lsi_hz));
-                }
+                let lsi_hz = lsi(17_000..=47_000, lsi_hz)?;
                 let memory = match memory {
                     message::Memory::Kept => bittybuzz_chips::Memory::Kept,
                     message::Memory::Zeroed => bittybuzz_chips::Memory::Zeroed,
@@ -174,6 +184,16 @@ impl Control for Zooid {
             }
             Command::PowerDetector { reading } => self.set_power_detector(reading.into()),
             Command::Touch { keys } => self.press(keys),
+            // A power-on fills the RAM with noise, and a reset keeps it.
+            Command::Chip {
+                lsi_hz,
+                crystal,
+                memory: message::Memory::Kept,
+                debugger: false,
+                ..
+            } => {
+                self.set_oscillators(lsi(30_000..=50_000, lsi_hz)?, crystal);
+            }
             Command::Power { on } => self.set_power(on),
             // The air sees to it.
             Command::Deaf { .. } => {}
@@ -233,6 +253,9 @@ mod tests {
                 "between 0 and 300, not -1",
             ),
             (r#"{"command":"power_detector","reading":"live"}"#, "obeyed"),
+            (r#"{"command":"chip","lsi_hz":50000,"crystal":false}"#, "obeyed"),
+            (r#"{"command":"chip","lsi_hz":29999}"#, "between 30000 and 50000, not 29999"),
+            (r#"{"command":"chip","debugger":true}"#, "has no such thing"),
             (r#"{"command":"shutdown"}"#, "a Zooid has no such thing"),
             (r#"{"command":"send","type":1,"payload":""}"#, "a Zooid has no such thing"),
         ] {

@@ -201,7 +201,7 @@ pub enum Command {
         /// Bit 0 is the first electrode.
         keys: u8,
     },
-    /// A Crazyflie's STM32 is like this from its next reset on.
+    /// A Crazyflie's STM32 is like this from its next reset on. Of a Zooid only LSI and crystal can be chosen.
     Chip {
         /// Frequency of the watchdog's oscillator.
         #[serde(default = "lsi_hz")]

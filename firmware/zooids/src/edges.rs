@@ -10,6 +10,10 @@
 //!
 //! TIM3 is also the [clock](crate::time), which has no use for that channel: a capture is the low half of an
 //! [`Instant`](embassy_time::Instant) in µs. TIM17 is made to count the same.
+//!
+//! embassy-stm32 0.6.0 has no driver that captures both edges by DMA for a timer that has another use, too. Its `ExtiInput`
+//! clears an edge that came while no task waited, where the [`IRQ`] signal keeps it, and takes 0.7 kB and 2,000 cycles for eight
+//! messages more.
 
 use core::sync::atomic::AtomicU16;
 

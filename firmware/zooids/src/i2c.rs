@@ -1,4 +1,6 @@
-//! I2C2 as a master, at 400 kHz (RM0091 26.4). A transfer of four bytes takes 0.1 ms, for which it is waited: seldom enough.
+//! I2C2 as a master, at 400 kHz (RM0091 26.4). The core waits for a transfer of four bytes for 0.1 ms, which is seldom enough.
+//!
+//! `I2c` of embassy-stm32 0.6.0 waits as long, as it has to where no DMA channel is free for it, and takes 1.3 kB more.
 
 use embassy_stm32::pac::I2C2;
 use embassy_stm32::pac::i2c::regs::{Isr, Timingr};

@@ -1,12 +1,15 @@
 //! The RGB LED. It is the script's, except while the firmware has something to show: a fault blinks red as often as its number
 //! until the script starts again, red all the time means that no script can run. A battery that will be empty soon shows by short
 //! flashes in the script's colour.
+//!
+//! The timer is set up by its registers, for the reason that `motors.rs` gives.
 
 use bittybuzz_runtime::blink::{self, PHASE};
 use bittybuzz_runtime::liveness::Pulse;
 use bittybuzz_runtime::script::Stopped;
 use embassy_futures::select::{Either, select};
 use embassy_stm32::pac;
+use embassy_stm32::pac::gpio::vals::Moder;
 use embassy_stm32::pac::timer::vals::Ocm;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
@@ -25,6 +28,8 @@ const ON: u16 = PERIOD / 8;
 pub type Color = u8;
 /// Channel 3.
 pub const RED: Color = 1;
+/// The red LED's pin, of port A.
+const RED_PIN: usize = 10;
 /// Channel 4.
 pub const GREEN: Color = 2;
 /// Channel 2.
@@ -108,6 +113,13 @@ impl Led {
             pac::TIM1.ccr(channel).write(|w| w.set_ccr(compare));
         }
     }
+}
+
+/// Lets the red LED shine until the timer has it, for a robot that may get no further: its crystal may be dead. The pin is low
+/// as an output.
+pub fn light_red() {
+    pac::RCC.ahbenr().modify(|w| w.set_gpioaen(true));
+    pac::GPIOA.moder().modify(|w| w.set_moder(RED_PIN, Moder::OUTPUT));
 }
 
 /// Phases from one flash of a low battery to the next: 2 s. An empty one flashes four times as often.

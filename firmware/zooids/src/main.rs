@@ -52,7 +52,7 @@ use bittybuzz_vm_core::{Image, Sizes, Vm, features};
 #[cfg(feature = "defmt")]
 use defmt_rtt as _;
 use embassy_executor::{SpawnError, SpawnToken, Spawner};
-use embassy_stm32::pac;
+use embassy_stm32::gpio::{Input, Pull};
 use embassy_time::Duration;
 use static_cell::{ConstStaticCell, StaticCell};
 
@@ -65,6 +65,7 @@ use motors::{Drive, Motors};
 use radio::nrf24::Nrf24;
 use sensors::Charge;
 use settings::setting;
+use touch::Touch;
 
 /// Room for what the script prints in a slice; nobody reads it but defmt.
 const LOG_BYTES: usize = if cfg!(feature = "defmt") { 256 } else { 0 };
@@ -94,21 +95,23 @@ const _: () = assert!(robot::MATHS == (features::<Tiny>() & Feature::Maths as u8
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let failure = failure::take();
-    // A debugger may stop the core; time stops for the watchdog, too (RM0091 32.9.4).
-    pac::RCC.apb2enr().modify(|w| w.set_dbgmcuen(true));
-    pac::DBGMCU.apb1_fz().modify(|w| w.set_iwdg(true));
-    let _ = embassy_stm32::init(clock::config());
+    let watchdog = watchdog::start();
+    if failure.is_some() {
+        leds::light_red();
+    }
+    let chip = embassy_stm32::init(clock::config());
     time::start();
     pins::connect();
     clock::feed_radio();
-    watchdog::start();
 
     // At most 60: the robot file.
     let minimum = setting(robot::setting::MINIMUM_DUTY).map(|duty| duty as u8);
     let motors = Motors::new(Pilot::new(minimum), Eyes::open());
     let led = Led::new();
-    let radio = Nrf24::new();
-    sensors::begin();
+    let radio = Nrf24::new(chip.PA4, chip.PB0);
+    let charger = Input::new(chip.PB13, Pull::None);
+    let touch = Touch::new(chip.PB2);
+    sensors::begin(&charger);
     edges::watch();
 
     let id = settings::id();
@@ -146,8 +149,8 @@ async fn main(spawner: Spawner) {
     start(spawner, leds::shine(&LIGHT, led, pulse(1)));
     start(spawner, drive_motors(motors, pulse(2)));
     start(spawner, radio::talk(radio, robot_id, pulse(3)));
-    start(spawner, sensors::sense(pulse(4)));
-    start(spawner, watchdog::feed(&TASKS));
+    start(spawner, sensors::sense(charger, touch, pulse(4)));
+    start(spawner, watchdog::feed(watchdog, &TASKS));
 }
 
 /// Each task is started once: there is a place for it. If there were none, the watchdog would tell.

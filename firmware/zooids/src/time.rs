@@ -1,7 +1,8 @@
 //! The time that tasks wait by: TIM3 counts µs, and its channel 2 is the alarm (RM0091 18.3.8).
 //!
-//! embassy-stm32 has a driver, too. Whenever a task begins to wait, that looks at all that wait and sets the alarm anew, which was a third
-//! of what a robot executes that drives. Here all are looked at when the alarm comes, and it is set anew only to be earlier.
+//! embassy-stm32 0.6.0 has a driver, too, which takes 0.7 kB more. Whenever a task begins to wait, that driver looks at all tasks that
+//! wait and sets the alarm anew, which was a third of what a robot executes that drives. Here all are looked at when the alarm
+//! comes, and the alarm is set anew only to be earlier.
 
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicU32, Ordering};

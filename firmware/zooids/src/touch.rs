@@ -1,10 +1,11 @@
 //! The touch sensor AT42QT1070 on I2C2, three of whose electrodes are the robot's top. Registers: its data sheet, chapter 5;
 //! values: SwarmUI, qt1070.c.
 
-use embassy_stm32::pac;
+use embassy_stm32::Peri;
+use embassy_stm32::gpio::{Input, Pull};
+use embassy_stm32::peripherals::PB2;
 
 use crate::i2c;
-use crate::pins::{TOUCH_CHANGE, is_high};
 
 /// 7 bits.
 const ADDRESS: u8 = 0x1b;
@@ -31,12 +32,18 @@ const VALUES: [u8; 26] = [
 const _: () = assert!(SETUP as usize + VALUES.len() - 2 == CALIBRATE as usize);
 
 /// The sensor.
-#[derive(Default)]
 pub struct Touch {
+    /// Low when a touch has begun or ended.
+    change: Input<'static>,
     is_set_up: bool,
 }
 
 impl Touch {
+    /// The sensor, which is not set up yet.
+    pub fn new(change: Peri<'static, PB2>) -> Self {
+        Touch { change: Input::new(change, Pull::None), is_set_up: false }
+    }
+
     /// Whether there is a touch now, if that has changed. One that does not answer is asked again the next time.
     pub fn changed(&mut self) -> Option<bool> {
         if !self.is_set_up {
@@ -44,7 +51,7 @@ impl Touch {
             self.is_set_up = id == QT1070 && i2c::write(ADDRESS, &VALUES).is_ok();
             return None;
         }
-        if is_high(pac::GPIOB, TOUCH_CHANGE) {
+        if self.change.is_high() {
             return None;
         }
         // Both are read, else the line stays low.

@@ -383,7 +383,12 @@ pub fn compiled_for(robot: &str, script: &str) -> Compiled {
 
 /// Address of the function in the Crazyflie's image whose symbol contains all of these, without the Thumb bit.
 pub fn address_of(parts: &[&str]) -> u32 {
-    let bytes = std::fs::read(crazyflie()).expect("the image is there");
+    address_in(&crazyflie(), parts)
+}
+
+/// The same for another image.
+pub fn address_in(image: &Path, parts: &[&str]) -> u32 {
+    let bytes = std::fs::read(image).expect("the image is there");
     let file = object::File::parse(bytes.as_slice()).expect("an ELF file");
     let found: Vec<u64> = file
         .symbols()

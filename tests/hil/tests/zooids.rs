@@ -66,6 +66,9 @@ fn its_led_shows_the_scripts_colour() {
     let script = "function init() { n = 0 }\nfunction step() { n = n + 1  led(n % 8) }";
     let mut table = Table::new(script, &[7]);
     table.run_ms(1650);
+    // An eighth of its light, as SwarmUI has it.
+    let brightest = table.board(0).brightest;
+    assert!((0.1..=0.125).contains(&brightest), "{brightest}");
     // Red is bit 0, green bit 1, blue bit 2 of a number that grows ten times a second.
     for (colour, every) in [("red", 100), ("green", 200), ("blue", 400)] {
         let changes = led(&table, 0, colour);
@@ -416,9 +419,15 @@ fn while_it_is_charged_neither_motors_nor_radio_have_power() {
     table.tell(0, &Command::Battery { volts: 4.0, charging: true, usb_powered: true });
     table.run_ms(300);
     assert_eq!(table.zooids()[0].motors(), [0.0; 2]);
-    let sent = table.board(0).radio_sent;
+    let before = table.board(0);
+    let sent = before.radio_sent;
+    for number in 0..10 {
+        table.radio(table.now() + Duration::from_millis(50 * number + 1), &[0xb0, 9, 0, 8, 1]);
+    }
     table.run_ms(1000);
-    assert_eq!(table.board(0).radio_sent, sent);
+    let board = table.board(0);
+    assert_eq!((board.radio_sent, board.radio_received), (sent, before.radio_received));
+    assert_eq!(board.radio_unheard, before.radio_unheard + 10);
     table.tell(0, &Command::Battery { volts: 4.1, charging: false, usb_powered: false });
     table.run_ms(1500);
     assert!(table.board(0).radio_sent > sent + 5);

@@ -142,7 +142,7 @@ impl F051 {
             dma: Dma::default(),
             timers: TIMERS.map(|(_, kind, _)| Timer::new(kind, clocks.timers, Time::ZERO)),
             next_timer: None,
-            watchdog: Watchdog::new(rcc::LSI_HZ),
+            watchdog: Watchdog::new(rcc.lsi_hz),
             identity: Identity::new(unique_id),
             storage: BTreeMap::new(),
             unknown: BTreeMap::new(),
@@ -154,6 +154,12 @@ impl F051 {
             clocks,
             rcc,
         }
+    }
+
+    /// Sets the properties that differ from chip to chip. A reset must follow.
+    pub fn set_oscillators(&mut self, lsi_hz: u64, has_crystal: bool) {
+        self.rcc.lsi_hz = lsi_hz;
+        self.rcc.has_crystal = has_crystal;
     }
 
     pub fn reset(&mut self, cause: ResetCause) {
@@ -169,7 +175,7 @@ impl F051 {
         self.i2c = I2c::new(clocks.pclk);
         self.adc = Adc::new(clocks.pclk, clocks.hsi14, self.adc.battery_volts);
         self.dma = Dma::default();
-        self.watchdog = Watchdog::new(rcc::LSI_HZ);
+        self.watchdog = Watchdog::new(self.rcc.lsi_hz);
         self.storage.clear();
         self.flash_change = None;
         self.lines = Lines::default();
@@ -279,7 +285,7 @@ impl F051 {
     pub fn take_watchdog_expiry(&mut self) -> bool {
         let expired = self.watchdog.expires().is_some_and(|at| at <= self.now);
         if expired {
-            self.watchdog = Watchdog::new(rcc::LSI_HZ);
+            self.watchdog = Watchdog::new(self.rcc.lsi_hz);
         }
         expired
     }

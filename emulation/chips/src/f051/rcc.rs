@@ -38,6 +38,7 @@ const CR2_HSI14ON: u32 = 1 << 0;
 
 const HSI_HZ: u64 = 8_000_000;
 const HSI14_HZ: u64 = 14_000_000;
+/// The data sheet's typical frequency of LSI.
 pub(super) const LSI_HZ: u64 = 40_000;
 /// The crystal on the Zooid's board.
 const HSE_HZ: u64 = 16_000_000;
@@ -75,11 +76,16 @@ pub(crate) enum Bus {
 pub(crate) struct Rcc {
     registers: [u32; REGISTERS],
     source: Source,
+    /// Frequency of LSI, which differs from chip to chip.
+    pub lsi_hz: u64,
+    /// False if the crystal never oscillates.
+    pub has_crystal: bool,
 }
 
 impl Rcc {
     pub fn new() -> Self {
-        let mut rcc = Rcc { registers: [0; REGISTERS], source: Source::Hsi };
+        let registers = [0; REGISTERS];
+        let mut rcc = Rcc { registers, source: Source::Hsi, lsi_hz: LSI_HZ, has_crystal: true };
         rcc.reset(ResetCause::PowerOn);
         rcc
     }
@@ -116,7 +122,7 @@ impl Rcc {
             CR => {
                 // Oscillators are ready at once; a crystal whose driver is bypassed does not oscillate.
                 let mut ready = value & CR_ON;
-                if value & CR_HSEBYP != 0 {
+                if value & CR_HSEBYP != 0 || !self.has_crystal {
                     ready &= !CR_HSEON;
                 }
                 if self.pll_input_hz() == 0 {
@@ -188,7 +194,8 @@ impl Rcc {
     }
 
     fn hse_hz(&self) -> u64 {
-        if self.registers[CR] & (CR_HSEON | CR_HSEBYP) == CR_HSEON { HSE_HZ } else { 0 }
+        let is_on = self.registers[CR] & (CR_HSEON | CR_HSEBYP) == CR_HSEON;
+        if is_on && self.has_crystal { HSE_HZ } else { 0 }
     }
 
     fn hsi_hz(&self) -> u64 {
@@ -227,7 +234,7 @@ impl Rcc {
         let pclk = hclk >> apb;
         let hsi14 = if self.registers[CR2] & CR2_HSI14ON != 0 { HSI14_HZ } else { 0 };
         let pll = if self.registers[CR] & CR_PLLON != 0 { self.pll_hz() } else { 0 };
-        let lsi = if self.registers[CSR] & CSR_LSION != 0 { LSI_HZ } else { 0 };
+        let lsi = if self.registers[CSR] & CSR_LSION != 0 { self.lsi_hz } else { 0 };
         // 6.4.2: without PLLNODIV, which the STM32F051 does not have, half of the PLL.
         let mco = match cfgr >> 24 & 7 {
             1 => hsi14,

@@ -6,6 +6,8 @@ use crate::Time;
 
 /// A chip with registers.
 pub(super) trait Device {
+    /// Returns true if it answers to its address.
+    fn is_awake(&self, now: Time) -> bool;
     /// The next byte is read from or written to `register`.
     fn point(&mut self, register: u8);
     /// Writes a byte and goes on to the next register.
@@ -47,14 +49,18 @@ impl Devices {
     }
 
     /// Whether somebody answers to `address`.
-    pub fn start(&mut self, address: u8, read: bool) -> bool {
+    pub fn start(&mut self, address: u8, read: bool, now: Time) -> bool {
         self.selected = Some(address);
         let known = [Touch::ADDRESS, Motion::ADDRESS];
         if let Some(device) = known.iter().position(|known| *known == address) {
             self.addressed[device] += 1;
         }
         self.points = !read;
-        self.device().is_some()
+        let is_awake = self.device().is_some_and(|device| device.is_awake(now));
+        if !is_awake {
+            self.selected = None;
+        }
+        is_awake
     }
 
     /// Whether the byte is acknowledged.
@@ -86,16 +92,16 @@ mod tests {
     const NOW: Time = Time::from_millis(500);
 
     fn read(devices: &mut Devices, address: u8, register: u8, count: usize) -> Vec<u8> {
-        assert!(devices.start(address, false));
+        assert!(devices.start(address, false, NOW));
         assert!(devices.write(register, NOW));
-        assert!(devices.start(address, true));
+        assert!(devices.start(address, true, NOW));
         let bytes = (0..count).map(|_| devices.read(NOW)).collect();
         devices.stop();
         bytes
     }
 
     fn write(devices: &mut Devices, address: u8, bytes: &[u8]) {
-        assert!(devices.start(address, false));
+        assert!(devices.start(address, false, NOW));
         assert!(bytes.iter().all(|byte| devices.write(*byte, NOW)));
         devices.stop();
     }
@@ -105,7 +111,18 @@ mod tests {
         let mut devices = Devices::new();
         assert_eq!(read(&mut devices, Touch::ADDRESS, 0, 1), [0x2e]);
         assert_eq!(read(&mut devices, Motion::ADDRESS, 0x0f, 1), [0x69]);
-        assert!(!devices.start(0x42, true));
+        assert!(!devices.start(0x42, true, NOW));
+    }
+
+    #[test]
+    fn after_power_on_the_touch_controller_does_not_answer_for_a_while() {
+        let mut devices = Devices::new();
+        assert!(!devices.start(Touch::ADDRESS, false, Time::from_millis(124)));
+        assert!(!devices.write(2, NOW), "nobody was addressed");
+        assert!(devices.start(Touch::ADDRESS, false, Time::from_millis(125)));
+        write(&mut devices, Touch::ADDRESS, &[57, 1]);
+        assert!(!devices.start(Touch::ADDRESS, false, NOW));
+        assert!(devices.start(Motion::ADDRESS, false, NOW));
     }
 
     #[test]
@@ -128,7 +145,7 @@ mod tests {
         assert_eq!(read(&mut devices, Touch::ADDRESS, 32, 3), [25, 25, 20]);
         write(&mut devices, Touch::ADDRESS, &[56, 1]);
         assert_eq!(read(&mut devices, Touch::ADDRESS, 2, 1), [0x80]);
-        devices.start(Touch::ADDRESS, false);
+        devices.start(Touch::ADDRESS, false, NOW);
         devices.write(2, NOW);
         assert_eq!(devices.touch.read(NOW + CALIBRATED), 0);
     }

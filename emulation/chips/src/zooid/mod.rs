@@ -48,6 +48,8 @@ pub struct ZooidStatistics {
     pub touch_addressed: u64,
     /// How often the motion sensor was.
     pub motion_addressed: u64,
+    /// The longest share of the time for which a color of the LED has shone: 0 to 1.
+    pub brightest: f64,
     /// Frequencies of the core and of the peripherals' bus, as they are now.
     pub clocks_hz: [u64; 2],
     /// Accesses to peripherals whose clock is off.
@@ -68,6 +70,7 @@ pub struct Zooid {
     /// Where it is, and since when that is known.
     pose: Option<(Time, TablePose)>,
     leds: [bool; LEDS.len()],
+    brightest: f64,
     motors: [Pwm; MOTOR_INPUTS as usize],
     /// CSN is low, CE is high.
     selected: bool,
@@ -77,6 +80,8 @@ pub struct Zooid {
     change: bool,
     spi_was_too_fast: bool,
     reset_request: Option<ResetCause>,
+    /// From the next reset on: the frequency of LSI in Hz, and whether the crystal works.
+    oscillators: Option<(u64, bool)>,
     has_power: bool,
     transmissions: Vec<Transmission>,
     events: Vec<(Time, Event)>,
@@ -124,7 +129,7 @@ impl Zooid {
         let connected = I2C.iter().all(|pin| self.f051.ports[B].pin(*pin) == Pin::Alternate(1));
         match action {
             Action::Start { address, read } => {
-                let answers = self.devices.start(address, read) && connected;
+                let answers = self.devices.start(address, read, end) && connected;
                 self.f051.i2c_acknowledge(answers, end);
             }
             Action::Write(byte) => {
@@ -200,7 +205,9 @@ impl Zooid {
     /// Looks at LED and motors.
     fn observe(&mut self) {
         for (index, (led, pin, channel)) in LEDS.into_iter().enumerate() {
-            let on = self.signal(pin, 1, channel).is_some_and(|signal| signal.duty < 1.0);
+            let light = self.signal(pin, 1, channel).map_or(0.0, |signal| 1.0 - signal.duty);
+            self.brightest = self.brightest.max(light);
+            let on = light > 0.0;
             if on != std::mem::replace(&mut self.leds[index], on) {
                 self.events.push((self.now, Event::Led { led, on }));
             }
@@ -221,6 +228,11 @@ impl Zooid {
         self.pose = pose.map(|pose| (self.now, pose));
         // The sensor's z points up, the table's headings grow to the right.
         self.devices.motion.turn_degrees_s = pose.map_or(0.0, |pose| -pose.turn_degrees_s);
+    }
+
+    /// From its next reset on the STM32's watchdog counts an oscillator of this frequency, and its crystal works or never does.
+    pub fn set_oscillators(&mut self, lsi_hz: u64, has_crystal: bool) {
+        self.oscillators = Some((lsi_hz, has_crystal));
     }
 
     /// From now on the projector's light is as bad as this.
@@ -261,6 +273,7 @@ impl Zooid {
         ZooidStatistics {
             touch_addressed,
             motion_addressed,
+            brightest: self.brightest,
             radio: self.radio.statistics.clone(),
             clocks_hz: self.f051.clocks_hz(),
             accesses_without_clock: self.f051.accesses_without_clock,
@@ -295,6 +308,7 @@ impl Board for Zooid {
             diodes: Diodes::new(),
             pose: None,
             leds: [false; LEDS.len()],
+            brightest: 0.0,
             motors: [Pwm::LOW; MOTOR_INPUTS as usize],
             selected: false,
             enabled: false,
@@ -302,6 +316,7 @@ impl Board for Zooid {
             change: true,
             spi_was_too_fast: false,
             reset_request: None,
+            oscillators: None,
             has_power: true,
             transmissions: Vec::new(),
             events: Vec::new(),
@@ -378,6 +393,9 @@ impl Board for Zooid {
     }
 
     fn reset(&mut self, cause: ResetCause) {
+        if let Some((lsi_hz, has_crystal)) = self.oscillators.take() {
+            self.f051.set_oscillators(lsi_hz, has_crystal);
+        }
         self.f051.reset(cause);
         if matches!(cause, ResetCause::PowerOn | ResetCause::PowerOff) {
             self.radio.restart(self.now);

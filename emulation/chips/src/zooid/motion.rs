@@ -70,6 +70,10 @@ impl Motion {
 }
 
 impl Device for Motion {
+    fn is_awake(&self, _: Time) -> bool {
+        true
+    }
+
     fn point(&mut self, register: u8) {
         self.pointer = register & 0x7f;
     }

@@ -210,6 +210,8 @@ fn led_and_motors_follow_their_timers() {
 #[test]
 fn touch_controller_and_motion_sensor_hang_on_i2c2() {
     let mut board = board(0);
+    // Until the touch controller answers.
+    wait(&mut board, 125_000);
     write(&mut board, I2C2 + 0x10, 0x0090_1850);
     write(&mut board, I2C2, 1);
     for (address, register, identity) in [(0x1b, 0x00, 0x2e), (0x6a, 0x0f, 0x69)] {

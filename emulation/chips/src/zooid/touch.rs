@@ -14,10 +14,15 @@ const STATUS_CALIBRATE: u8 = 1 << 7;
 /// A choice: the data sheet gives no time for seven keys in the Zooid's settings.
 const CALIBRATION: Time = Time::from_millis(100);
 
+/// From power-on or a reset until it answers on the bus. A choice, as the data sheet gives none: longer than the robot takes to look.
+const START_UP: Time = Time::from_millis(125);
+
 pub(super) struct Touch {
     registers: [u8; REGISTERS],
     pointer: u8,
     calibrated: Time,
+    /// The time at which it begins to answer.
+    asleep_until: Time,
     /// The status has changed since it was read: CHANGE is low.
     changed: bool,
 }
@@ -33,13 +38,20 @@ impl Touch {
         // Negative thresholds and detection integrators as delivered.
         registers[32..39].fill(20);
         registers[46..53].fill(4);
-        Touch { registers, pointer: 0, calibrated: CALIBRATION, changed: false }
+        Touch {
+            registers,
+            pointer: 0,
+            calibrated: START_UP + CALIBRATION,
+            asleep_until: START_UP,
+            changed: false,
+        }
     }
 
     /// As after power-on; fingers stay where they are.
     pub fn restart(&mut self, now: Time) {
         let keys = self.registers[usize::from(KEY_STATUS)];
-        *self = Touch { calibrated: now + CALIBRATION, ..Touch::new() };
+        let asleep_until = now + START_UP;
+        *self = Touch { calibrated: asleep_until + CALIBRATION, asleep_until, ..Touch::new() };
         self.press(keys);
     }
 
@@ -61,6 +73,10 @@ impl Touch {
 }
 
 impl Device for Touch {
+    fn is_awake(&self, now: Time) -> bool {
+        now >= self.asleep_until
+    }
+
     fn point(&mut self, register: u8) {
         self.pointer = register;
     }
