@@ -157,6 +157,26 @@ fn a_ping_over_the_radio_comes_back() {
     }
 }
 
+/// Frames that arrive take little of the core: the reader is not woken for each byte.
+#[test]
+fn a_byte_takes_few_instructions() {
+    let mut robot = Robot::crazyflie(Core::Unicorn, IDLE);
+    robot.run_ms(200);
+    let mut instructions = |frames: &[Vec<u8>]| {
+        let before = robot.statistics().core.instructions;
+        for frame in frames {
+            robot.tell(&Command::Bytes { bytes: frame.clone() });
+            robot.run_ms(10);
+        }
+        robot.statistics().core.instructions - before
+    };
+    let idle = instructions(&vec![Vec::new(); 50]);
+    // Packets of other radios, which this robot has no use for.
+    let busy = instructions(&vec![frame(RADIO_RAW, &[0x55; 32]).repeat(5); 50]);
+    let per_byte = (busy - idle) / (50 * 5 * 38);
+    assert!(per_byte <= 300, "{per_byte} instructions a byte");
+}
+
 /// As the robot tells it at the start.
 fn robot_id() -> u16 {
     let script = ScriptFile::new("id", IDLE);
