@@ -12,7 +12,6 @@ mod same;
 mod sources;
 mod squeeze;
 mod survivors;
-mod table;
 mod zooids;
 
 pub use fuzz::lint as lint_fuzz_targets;
@@ -143,8 +142,8 @@ pub fn run(arguments: &[String]) -> Result<(), Failure> {
 /// A sample for CI: some of the mutants, of those of squeeze as well, a thousand steps of each of the Kilobots' examples, some seeds of the
 /// convergence and some executions of each fuzz target. The tests pass without the mutants.
 pub fn sample() -> Result<(), Failure> {
-    for name in table::SAMPLE {
-        match mutants::run(name)? {
+    for name in mutants::sample() {
+        match mutants::run(&name)? {
             Verdict::Shown(how) => println!("{name}: {how}"),
             Verdict::Missing(why) => {
                 return Err(Failure::Soak { left: vec![format!("mutants {name} ({why})")] });

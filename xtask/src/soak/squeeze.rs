@@ -4,9 +4,8 @@
 //! and compares that assembly. Functions of cases that this image does not have come first, so most mistakes show in a second.
 
 use super::Verdict;
-use super::mutants::mutate;
+use super::mutants::{Mutant, mutate};
 use super::sources::{self, Sources};
-use super::table::Mutant;
 use crate::board::KILOBOT;
 use crate::failure::Failure;
 use crate::shell::{Line, root, target};

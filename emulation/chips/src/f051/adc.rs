@@ -24,8 +24,8 @@ const CR_ADSTART: u32 = 1 << 2;
 const CR_ADSTP: u32 = 1 << 4;
 const CR_ADCAL: u32 = 1 << 31;
 const CFGR1_DMAEN: u32 = 1 << 0;
-/// External triggers, continuous and discontinuous mode, automatic power.
-const CFGR1_UNMODELLED: u32 = 3 << 10 | 1 << 13 | 1 << 15 | 1 << 16;
+/// Scans backwards, external triggers, continuous and discontinuous mode, automatic power.
+const CFGR1_UNMODELLED: u32 = 1 << 2 | 3 << 10 | 1 << 13 | 1 << 15 | 1 << 16;
 const CCR_VREFEN: u32 = 1 << 22;
 const CCR_VBATEN: u32 = 1 << 24;
 
@@ -238,6 +238,24 @@ mod tests {
         // SwarmUI calls less than 530 counts "low".
         assert_eq!(adc.read(DR), 530);
         assert_eq!(adc.read(ISR) & ISR_EOC, 0);
+    }
+
+    /// Channels are scanned upwards (13.4.3), and their full scale is the supply: no more than the battery has.
+    #[test]
+    fn a_low_battery_is_measured_after_the_reference() {
+        let mut adc = Adc::new(48_000_000, 14_000_000, 3.0);
+        write(&mut adc, CR, CR_ADEN);
+        write(&mut adc, CCR, CCR_VBATEN | CCR_VREFEN);
+        write(&mut adc, CHSELR, 1 << 17 | 1 << 18);
+        write(&mut adc, CR, CR_ADSTART);
+        let mut next = || {
+            let end = adc.next_event().unwrap();
+            adc.advance(end);
+            adc.read(DR)
+        };
+        // 1.23 V of 3.0 V, then half of 3.0 V.
+        assert_eq!([next(), next()], [1679, 2048]);
+        assert_eq!(adc.next_event(), None);
     }
 
     #[test]

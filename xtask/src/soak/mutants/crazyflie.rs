@@ -1,18 +1,6 @@
-//! Mistakes in the set-up of the hardware, each of which a test must find.
+//! Mistakes in the Crazyflie's drivers.
 
-/// One mistake.
-pub struct Mutant {
-    /// Its name on the command line and in the records.
-    pub name: &'static str,
-    /// Where, from the root.
-    pub file: &'static str,
-    /// The right text, which the file has once.
-    pub find: &'static str,
-    /// The wrong text.
-    pub put: &'static str,
-    /// What is wrong then.
-    pub breaks: &'static str,
-}
+use super::Mutant;
 
 const CLOCK: &str = "firmware/crazyflie/src/clock.rs";
 const LEDS: &str = "firmware/crazyflie/src/leds.rs";
@@ -21,7 +9,6 @@ const WATCHDOG: &str = "firmware/crazyflie/src/watchdog.rs";
 const MOTORS: &str = "firmware/crazyflie/src/motors.rs";
 const UART: &str = "firmware/crazyflie/src/link/uart.rs";
 
-/// All of them.
 pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "pll-multiplier",
@@ -171,30 +158,3 @@ pub const MUTANTS: &[Mutant] = &[
         breaks: "the motors go on for a second after the script's last step",
     },
 ];
-
-/// Those that CI tries: one each of clocks, pins and places.
-pub const SAMPLE: [&str; 3] = ["pll-multiplier", "baud-rate", "motors-exchanged"];
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::shell::root;
-    use crate::soak::mutants::mutate;
-    use std::collections::BTreeSet;
-
-    #[test]
-    fn every_mutant_can_be_made() {
-        for mutant in MUTANTS {
-            let text = std::fs::read_to_string(root().join(mutant.file)).unwrap();
-            let mutated = mutate(mutant, &text).unwrap_or_else(|failure| panic!("{failure}"));
-            assert_ne!(mutated, text, "{}", mutant.name);
-        }
-    }
-
-    #[test]
-    fn names_are_unique_and_the_sample_exists() {
-        let names: BTreeSet<&str> = MUTANTS.iter().map(|mutant| mutant.name).collect();
-        assert_eq!(names.len(), MUTANTS.len());
-        assert!(SAMPLE.iter().all(|name| names.contains(name)));
-    }
-}
