@@ -1,28 +1,44 @@
 //! Comparison of two executions, event by event.
+//!
+//! # Values that nobody has set
+//! LLVM leaves a register as it is where its value does not matter, for example the second half of a result that has only one, and
+//! squeeze may leave there something else. So a value that differs is allowed if it depends, in the original, on what was in r0, X or Z
+//! when the function began or a callee returned: by the ABI nothing is passed in these. That is seen by executing the original again
+//! with other values in these registers alone.
+
+use std::cell::OnceCell;
 
 use super::decode::flag;
 use super::program::Place;
 use super::refusal::Cause;
-use super::run::{Event, Run, SAVED, Snapshot, Timed};
+use super::run::{Event, Run, SAVED, Snapshot};
 use super::{Contract, Proof};
 
-impl Proof<'_> {
-    /// Compares two executions; the number of the event that differs, and how.
-    pub(super) fn compare(
-        &self,
-        one: &Run,
-        two: &Run,
-        contract: Contract,
-        is_interrupt: bool,
-    ) -> Result<(), (usize, Cause)> {
-        for (number, event) in one.events.iter().enumerate() {
-            let Some(other) = two.events.get(number) else {
+/// Two executions of a function with the same input.
+pub struct Comparison<'a> {
+    pub proof: &'a Proof<'a>,
+    pub original: &'a Run,
+    pub squeezed: &'a Run,
+    /// What the function and its callers rely on.
+    pub contract: Contract,
+    /// It handles an interrupt.
+    pub is_interrupt: bool,
+    /// Executes the original with other values in registers in which nothing is passed.
+    pub again: &'a dyn Fn() -> Vec<Run>,
+    /// The result of that, once it was needed.
+    pub others: OnceCell<Vec<Run>>,
+}
+
+impl Comparison<'_> {
+    /// Compares all; the number of the event that differs, and how.
+    pub fn check(&self) -> Result<(), (usize, Cause)> {
+        let (one, two) = (self.original, self.squeezed);
+        for number in 0..one.events.len() {
+            if number >= two.events.len() {
                 return Err((number, Cause::Hangs));
-            };
-            self.same_event(one, two, event, other, contract, is_interrupt)
-                .map_err(|cause| (number, cause))?;
-            timed(&one.events[..=number], &two.events[..=number])
-                .map_err(|cause| (number, cause))?;
+            }
+            self.same_event(number).map_err(|cause| (number, cause))?;
+            self.in_time(number).map_err(|cause| (number, cause))?;
         }
         if !one.is_cut && two.events.len() > one.events.len() {
             return Err((one.events.len(), Cause::Hangs));
@@ -30,37 +46,31 @@ impl Proof<'_> {
         Ok(())
     }
 
-    /// Registers that are no arguments of a callee while they hold their values from the beginning: saved ones if the callee is not
-    /// known, and in the handler of an interrupt all.
-    fn left(&self, callee: Option<&Place>, is_interrupt: bool) -> u32 {
-        let is_known =
-            matches!(callee, Some(Place::Symbol(symbol)) if self.contracts.contains_key(symbol));
-        match (is_interrupt, is_known) {
-            (true, _) => !(1 << 1),
-            (false, true) => 0,
-            (false, false) => SAVED,
-        }
+    /// Returns true if the value that `pick` finds in an event of the original depends on no register that was not set.
+    fn is_set(&self, number: usize, pick: &dyn Fn(&Event) -> Option<u8>) -> bool {
+        let value = |run: &Run| run.events.get(number).and_then(|event| pick(&event.event));
+        let others = self.others.get_or_init(self.again);
+        others.iter().all(|other| value(other) == value(self.original))
     }
 
-    fn same_event(
-        &self,
-        one: &Run,
-        two: &Run,
-        event: &Timed,
-        other: &Timed,
-        contract: Contract,
-        is_interrupt: bool,
-    ) -> Result<(), Cause> {
-        let differs =
-            || Cause::Event { original: describe(&event.event), squeezed: describe(&other.event) };
-        match (&event.event, &other.event) {
+    /// Returns true if a register has the same value in both, or one that was not set.
+    fn is_same(&self, number: usize, register: usize, first: &Snapshot, second: &Snapshot) -> bool {
+        let pick = |event: &Event| event.snapshot().map(|end| end.cpu.registers[register]);
+        first.cpu.registers[register] == second.cpu.registers[register]
+            || !self.is_set(number, &pick)
+    }
+
+    fn same_event(&self, number: usize) -> Result<(), Cause> {
+        let event = &self.original.events[number].event;
+        let other = &self.squeezed.events[number].event;
+        let differs = || Cause::Event { original: describe(event), squeezed: describe(other) };
+        match (event, other) {
             (Event::Call(to, first), Event::Call(other_to, second)) => {
                 if to != other_to {
                     return Err(differs());
                 }
-                let callee = self.contract(to.as_ref());
-                let left = self.left(to.as_ref(), is_interrupt);
-                same_arguments(one, first, second, callee.arguments, left)?;
+                let callee = self.proof.contract(to.as_ref());
+                self.same_arguments(number, to.as_ref(), first, second)?;
                 if to.is_none() && first.cpu.pair(30) != second.cpu.pair(30) {
                     return Err(Cause::Register { number: 30, what: "the callee's address" });
                 }
@@ -78,54 +88,67 @@ impl Proof<'_> {
                 if to != other_to {
                     return Err(differs());
                 }
-                let arguments = self.contract(Some(to)).arguments;
-                let left = self.left(Some(to), is_interrupt);
-                same_arguments(one, first, second, arguments, left)?;
-                self.same_saved(one, two, first, second)
+                self.same_arguments(number, Some(to), first, second)?;
+                self.same_saved(first, second)
             }
-            (Event::Return(first), Event::Return(second)) if !is_interrupt => {
-                for number in (0..32).filter(|number| contract.results >> number & 1 != 0) {
-                    let at = usize::from(number);
-                    if first.cpu.registers[at] != second.cpu.registers[at] {
-                        return Err(Cause::Register { number, what: "a result" });
+            (Event::Return(first), Event::Return(second)) if !self.is_interrupt => {
+                let is_result = |register: &u8| self.contract.results >> register & 1 != 0;
+                for register in (0..32).filter(is_result) {
+                    if !self.is_same(number, register.into(), first, second) {
+                        return Err(Cause::Register { number: register, what: "a result" });
                     }
                 }
-                self.same_saved(one, two, first, second)
+                self.same_saved(first, second)
             }
             (Event::ReturnFromInterrupt(first), Event::ReturnFromInterrupt(second)) => {
-                for number in 0..32 {
-                    let at = usize::from(number);
-                    let is_kept = |run: &Run, end: &Snapshot| {
-                        run.before.registers[at] == end.cpu.registers[at]
-                    };
-                    if is_kept(one, first) && !is_kept(two, second) {
-                        return Err(Cause::Register { number, what: "of the interrupted program" });
-                    }
-                }
-                let flags = |run: &Run, end: &Snapshot| (run.before.flags ^ end.cpu.flags) & 0x7f;
-                if flags(one, first) == 0 && flags(two, second) != 0 {
-                    return Err(Cause::Flags);
-                }
-                same_stack(one, two, first, second)
+                self.same_interrupted(first, second)
+            }
+            (Event::Store(to, value), Event::Store(other_to, other)) if to == other_to => {
+                let pick = |event: &Event| match event {
+                    Event::Store(_, value) => Some(*value),
+                    _ => None,
+                };
+                let is_same = value == other || !self.is_set(number, &pick);
+                if is_same { Ok(()) } else { Err(differs()) }
             }
             (event, other) if event == other => Ok(()),
             _ => Err(differs()),
         }
     }
 
-    /// Registers that a caller wants back, r1, and the stack pointer.
-    fn same_saved(
+    /// Compares the arguments of a call. Some registers are no arguments while they hold their values from the beginning: saved ones
+    /// if the callee is not known, and in the handler of an interrupt all.
+    fn same_arguments(
         &self,
-        one: &Run,
-        two: &Run,
+        number: usize,
+        callee: Option<&Place>,
         first: &Snapshot,
         second: &Snapshot,
     ) -> Result<(), Cause> {
+        let kept = match (self.is_interrupt, self.proof.is_known(callee)) {
+            (true, _) => !(1 << 1),
+            (false, true) => 0,
+            (false, false) => SAVED,
+        };
+        let arguments = self.proof.contract(callee).arguments | 1 << 1;
+        for register in (0..32_u8).filter(|register| arguments >> register & 1 != 0) {
+            let at = usize::from(register);
+            let before = self.original.before.registers[at];
+            let is_kept = kept >> register & 1 != 0 && before == first.cpu.registers[at];
+            if !is_kept && !self.is_same(number, at, first, second) {
+                return Err(Cause::Register { number: register, what: "an argument" });
+            }
+        }
+        Ok(())
+    }
+
+    /// Compares registers that a caller wants back, r1, and the stack pointer.
+    fn same_saved(&self, first: &Snapshot, second: &Snapshot) -> Result<(), Cause> {
         for number in (1..32_u8).filter(|number| *number == 1 || SAVED >> number & 1 != 0) {
             let at = usize::from(number);
-            let kept = one.before.registers[at] == first.cpu.registers[at];
+            let kept = self.original.before.registers[at] == first.cpu.registers[at];
             let is_same = if kept {
-                two.before.registers[at] == second.cpu.registers[at]
+                self.squeezed.before.registers[at] == second.cpu.registers[at]
             } else {
                 first.cpu.registers[at] == second.cpu.registers[at]
             };
@@ -136,64 +159,64 @@ impl Proof<'_> {
         if (first.cpu.flags ^ second.cpu.flags) & 1 << flag::I != 0 {
             return Err(Cause::Flags);
         }
-        same_stack(one, two, first, second)
+        self.same_stack(first, second)
     }
-}
 
-/// Compares the arguments of a call. Registers in `left` are no arguments while they hold their values from the beginning.
-fn same_arguments(
-    one: &Run,
-    first: &Snapshot,
-    second: &Snapshot,
-    arguments: u32,
-    left: u32,
-) -> Result<(), Cause> {
-    for number in (0..32_u8).filter(|number| arguments >> number & 1 != 0 || *number == 1) {
-        let at = usize::from(number);
-        let is_left =
-            left >> number & 1 != 0 && one.before.registers[at] == first.cpu.registers[at];
-        if !is_left && first.cpu.registers[at] != second.cpu.registers[at] {
-            return Err(Cause::Register { number, what: "an argument" });
+    /// Compares what the handler of an interrupt leaves to the interrupted program.
+    fn same_interrupted(&self, first: &Snapshot, second: &Snapshot) -> Result<(), Cause> {
+        for number in 0..32 {
+            let at = usize::from(number);
+            let is_kept =
+                |run: &Run, end: &Snapshot| run.before.registers[at] == end.cpu.registers[at];
+            if is_kept(self.original, first) && !is_kept(self.squeezed, second) {
+                return Err(Cause::Register { number, what: "of the interrupted program" });
+            }
         }
+        let flags = |run: &Run, end: &Snapshot| (run.before.flags ^ end.cpu.flags) & 0x7f;
+        if flags(self.original, first) == 0 && flags(self.squeezed, second) != 0 {
+            return Err(Cause::Flags);
+        }
+        self.same_stack(first, second)
     }
-    Ok(())
-}
 
-/// The stack has to be as far from its beginning as in the original.
-fn same_stack(one: &Run, two: &Run, first: &Snapshot, second: &Snapshot) -> Result<(), Cause> {
-    let distance = |run: &Run, end: &Snapshot| end.cpu.stack.wrapping_sub(run.before.stack);
-    if distance(one, first) == distance(two, second) { Ok(()) } else { Err(Cause::Stack) }
+    /// The stack has to be as far from its beginning as in the original.
+    fn same_stack(&self, first: &Snapshot, second: &Snapshot) -> Result<(), Cause> {
+        let distance = |run: &Run, end: &Snapshot| end.cpu.stack.wrapping_sub(run.before.stack);
+        let is_same = distance(self.original, first) == distance(self.squeezed, second);
+        if is_same { Ok(()) } else { Err(Cause::Stack) }
+    }
+
+    /// Returns an error if an event comes too late.
+    fn in_time(&self, number: usize) -> Result<(), Cause> {
+        let (one, two) = (&self.original.events[..=number], &self.squeezed.events[..=number]);
+        let (event, other) = (&one[number], &two[number]);
+        if let Some(original) = event.gap {
+            let squeezed = other.gap.unwrap_or(u32::MAX);
+            if squeezed > original {
+                return Err(Cause::Later { original, squeezed });
+            }
+        }
+        let Event::Store(address, _) = event.event else { return Ok(()) };
+        if !TIMED.contains(&address) {
+            return Ok(());
+        }
+        let before = one[..number]
+            .iter()
+            .rposition(|event| matches!(event.event, Event::Store(other, _) if other == address));
+        if let Some(before) = before {
+            let original = event.cycle - one[before].cycle;
+            let squeezed = other.cycle - two[before].cycle;
+            if original <= 4 && squeezed > 4 {
+                return Err(Cause::Later { original, squeezed });
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Data-space addresses of registers that want a second write within four cycles: EECR, MCUCR, SPMCSR, WDTCSR, CLKPR (data sheet
 /// of the ATmega328P, 8.6.3, 13.4.1, 26.3.1, 10.9.2, 8.12.2).
-pub const TIMED: [u16; 5] = [0x3f, 0x55, 0x57, 0x60, 0x61];
-
-/// Returns an error if the last event comes too late.
-fn timed(one: &[Timed], two: &[Timed]) -> Result<(), Cause> {
-    let (Some(event), Some(other)) = (one.last(), two.last()) else { return Ok(()) };
-    if let Some(original) = event.gap {
-        let squeezed = other.gap.unwrap_or(u32::MAX);
-        if squeezed > original {
-            return Err(Cause::Later { original, squeezed });
-        }
-    }
-    let Event::Store(address, _) = event.event else { return Ok(()) };
-    if !TIMED.contains(&address) {
-        return Ok(());
-    }
-    let before = one[..one.len() - 1]
-        .iter()
-        .rposition(|event| matches!(event.event, Event::Store(other, _) if other == address));
-    if let Some(before) = before {
-        let original = event.cycle - one[before].cycle;
-        let squeezed = other.cycle - two[before].cycle;
-        if original <= 4 && squeezed > 4 {
-            return Err(Cause::Later { original, squeezed });
-        }
-    }
-    Ok(())
-}
+const TIMED: [u16; 5] = [0x3f, 0x55, 0x57, 0x60, 0x61];
 
 fn describe(event: &Event) -> String {
     let place = |place: &Place| match place {

@@ -17,6 +17,9 @@ pub const ARGUMENTS: u32 = 0x03ff_ff00;
 /// Where results are: r18 to r25.
 pub const RESULTS: u32 = 0x03fc_0000;
 
+/// Registers in which the ABI passes nothing: r0, X, Z.
+const PASSES_NOTHING: u32 = 0xcc00_0001;
+
 /// A return address that is no instruction: the function returns to its caller.
 const CALLER: u16 = 0xffff;
 /// The addresses of the stack that is executed.
@@ -94,6 +97,19 @@ pub enum Event {
     Lost,
 }
 
+impl Event {
+    /// The core, if it is a call or the end.
+    pub fn snapshot(&self) -> Option<&Snapshot> {
+        match self {
+            Event::Call(_, end)
+            | Event::Leave(_, end)
+            | Event::Return(end)
+            | Event::ReturnFromInterrupt(end) => Some(end),
+            _ => None,
+        }
+    }
+}
+
 /// The core at a call, or at the end.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Snapshot {
@@ -160,6 +176,8 @@ pub struct Start<'a> {
     pub results: &'a dyn Fn(&Place) -> u32,
     /// The seed of all values that differ between both texts.
     pub garbage: u64,
+    /// Chooses other values for registers in which nothing is passed: 0 those of `garbage`, 1 all their bits inverted.
+    pub unset: u64,
     /// The most instructions after the last steered one.
     pub limit: u32,
 }
@@ -257,10 +275,20 @@ pub fn run(
         events: Vec::new(),
     };
     let mut trail = Trail::new(start.arguments);
+    // A register that nobody has set, at the beginning or after a call.
+    let unset = |call: u64, number: u64| {
+        let number_of_all = call << 8 | number;
+        let change = match start.unset {
+            0 => 0,
+            1 => 0xff,
+            unset => mix(unset ^ number_of_all) as u8,
+        };
+        garbage(number_of_all) ^ if PASSES_NOTHING >> number & 1 != 0 { change } else { 0 }
+    };
     let mut registers = [0; 32];
     for (number, register) in registers.iter_mut().enumerate() {
         let is_same = start.arguments & 1 << number != 0;
-        *register = if is_same { tape.at(number) } else { garbage(number as u64) };
+        *register = if is_same { tape.at(number) } else { unset(0, number as u64) };
     }
     let mut flags = tape.at(FLAGS_AT);
     if start.is_interrupt {
@@ -359,8 +387,8 @@ pub fn run(
                     let place = world.cursor;
                     // Both texts take as many bytes of the tape.
                     let value = world.next();
-                    let known = [value, garbage(calls << 8 | u64::from(number))];
-                    cpu.registers[usize::from(number)] = known[usize::from(!is_same)];
+                    cpu.registers[usize::from(number)] =
+                        if is_same { value } else { unset(calls, number.into()) };
                     trail.set_register(number, is_same.then_some(place));
                 }
                 let place = world.cursor;
