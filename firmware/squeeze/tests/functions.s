@@ -6,8 +6,8 @@
 	.type	carry_of_adc,@function
 carry_of_adc:
 .Lfunc_begin0:
-	mov	r18, r24
-	add	r18, r22
+	mov	r26, r24
+	add	r26, r22
 	adc	r25, r23
 	mov	r24, r25
 	ret
@@ -34,6 +34,7 @@ carry_of_sbci:
 flag_of_brcs:
 .Lfunc_begin2:
 	cp	r24, r22
+	inc	r20
 	brcs	.Lcarry
 	ldi	r24, 1
 	ret
@@ -234,35 +235,52 @@ pulses:
 .Lfunc_end10:
 	.size	pulses, .Lfunc_end10-pulses
 
+; An argument on the stack.
+	.section	.text.reads_stack,"ax",@progbits
+	.type	reads_stack,@function
+reads_stack:
+.Lfunc_begin11:
+	push	r28
+	push	r29
+	in	r28, 61
+	in	r29, 62
+	ldd	r24, Y+5
+	sts	300, r24
+	pop	r29
+	pop	r28
+	ret
+.Lfunc_end11:
+	.size	reads_stack, .Lfunc_end11-reads_stack
+
 ; The first instruction pushes an argument for another function.
 	.section	.text.pushed_argument,"ax",@progbits
 	.type	pushed_argument,@function
 pushed_argument:
-.Lfunc_begin11:
+.Lfunc_begin12:
 	push	r24
-	call	outside
+	call	reads_stack
 	pop	r0
 	ret
-.Lfunc_end11:
-	.size	pushed_argument, .Lfunc_end11-pushed_argument
+.Lfunc_end12:
+	.size	pushed_argument, .Lfunc_end12-pushed_argument
 
 	.section	.text.caller_of_pushed_argument,"ax",@progbits
 	.globl	caller_of_pushed_argument
 	.type	caller_of_pushed_argument,@function
 caller_of_pushed_argument:
-.Lfunc_begin12:
+.Lfunc_begin13:
 	ldi	r24, 5
 	call	pushed_argument
 	ret
-.Lfunc_end12:
-	.size	caller_of_pushed_argument, .Lfunc_end12-caller_of_pushed_argument
+.Lfunc_end13:
+	.size	caller_of_pushed_argument, .Lfunc_end13-caller_of_pushed_argument
 
 ; Assembly that only reads flash, four times: it is shared.
 	.section	.text.from_flash,"ax",@progbits
 	.globl	from_flash
 	.type	from_flash,@function
 from_flash:
-.Lfunc_begin13:
+.Lfunc_begin14:
 	movw	r30, r24
 	;APP
 	lpm	r0, Z+
@@ -296,15 +314,15 @@ from_flash:
 	sts	300, r30
 	sts	301, r31
 	ret
-.Lfunc_end13:
-	.size	from_flash, .Lfunc_end13-from_flash
+.Lfunc_end14:
+	.size	from_flash, .Lfunc_end14-from_flash
 
 ; The handler of an interrupt does not find zero in r1.
 	.section	.text.__vector_3,"ax",@progbits
 	.globl	__vector_3
 	.type	__vector_3,@function
 __vector_3:
-.Lfunc_begin14:
+.Lfunc_begin15:
 	push	r1
 	push	r24
 	ldi	r24, 0
@@ -312,20 +330,20 @@ __vector_3:
 	pop	r24
 	pop	r1
 	reti
-.Lfunc_end14:
-	.size	__vector_3, .Lfunc_end14-__vector_3
+.Lfunc_end15:
+	.size	__vector_3, .Lfunc_end15-__vector_3
 
 ; What a boot loader has left in r2.
 	.section	.text.boot_flags,"ax",@progbits
 	.globl	boot_flags
 	.type	boot_flags,@function
 boot_flags:
-.Lfunc_begin15:
+.Lfunc_begin16:
 	;APP
 	mov	r24, r2
 	;NO_APP
 	andi	r24, 8
 	call	outside
 	ret
-.Lfunc_end15:
-	.size	boot_flags, .Lfunc_end15-boot_flags
+.Lfunc_end16:
+	.size	boot_flags, .Lfunc_end16-boot_flags

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::decode::{Op, Pair, flag};
 use super::program::{Place, Program, Routine};
-use super::run::{Event, Run};
+use super::run::{Event, Run, SAVED};
 
 /// The part of the stack that a function takes when it begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -59,7 +59,12 @@ pub fn frame(program: &Program, routine: &Routine, is_interrupt: bool) -> Frame 
         let step = &program.steps[at];
         at += 1;
         match step.op {
-            Some(Op::Push(_)) if !has_pointer => saved += 1,
+            // What a caller wants back; another register may be an argument for a callee.
+            Some(Op::Push(register))
+                if !has_pointer && (is_interrupt || SAVED >> register & 1 != 0) =>
+            {
+                saved += 1;
+            }
             Some(Op::In(0, 0x3f) | Op::Pair(Pair::Eor, 1, 1)) if is_interrupt => {}
             // A shared routine takes its return address from the stack first.
             Some(Op::Pop(30 | 31)) if before_call.is_some() => {}
