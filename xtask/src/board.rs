@@ -254,7 +254,7 @@ impl Board {
     }
 
     /// The parts of the machine that a script uses. Of a script with errors none: the build tells them.
-    fn parts(&self, script: Option<&Path>) -> Result<Parts, Failure> {
+    pub fn parts(&self, script: Option<&Path>) -> Result<Parts, Failure> {
         let path = self.script(script);
         let text = fs::read_to_string(&path)
             .map_err(|reason| Failure::Read { path: path.clone(), reason })?;

@@ -11,6 +11,7 @@ mod protocol;
 mod same;
 mod sources;
 mod squeeze;
+mod squeezed;
 mod survivors;
 mod zooids;
 
@@ -85,6 +86,7 @@ const PARTS: &[Part] = &[
     Part { name: "random", items: blocks, run: random, made_of: ALL },
     Part { name: "same", items: same::items, run: same::run, made_of: ALL },
     Part { name: "squeeze", items: squeeze::items, run: squeeze::run, made_of: squeeze::MADE_OF },
+    Part { name: "squeezed", items: squeezed::items, run: squeezed::run, made_of: ALL },
     Part {
         name: "torture",
         items: || vec!["every allocation".to_owned()],
@@ -139,7 +141,7 @@ pub fn run(arguments: &[String]) -> Result<(), Failure> {
     if missing.is_empty() { Ok(()) } else { Err(Failure::Soak { left: missing }) }
 }
 
-/// A sample for CI: some of the mutants, of those of squeeze as well, a thousand steps of each of the Kilobots' examples, some seeds of the
+/// A sample for CI: some of the mutants, of those of squeeze as well, an example with squeeze and without, a thousand steps of each of the Kilobots' examples, some seeds of the
 /// convergence and some executions of each fuzz target. The tests pass without the mutants.
 pub fn sample() -> Result<(), Failure> {
     for name in mutants::sample() {
@@ -156,6 +158,12 @@ pub fn sample() -> Result<(), Failure> {
             Verdict::Missing(why) => {
                 return Err(Failure::Soak { left: vec![format!("squeeze {name} ({why})")] });
             }
+        }
+    }
+    match squeezed::run(squeezed::SAMPLE)? {
+        Verdict::Shown(how) => println!("squeezed {}: {how}", squeezed::SAMPLE),
+        Verdict::Missing(why) => {
+            return Err(Failure::Soak { left: vec![format!("squeezed ({why})")] });
         }
     }
     kilobots::sample()?;

@@ -10,6 +10,7 @@ use std::ffi::{c_char, c_int, c_void};
 use std::ptr;
 
 use bittybuzz_chips::{Change, Kilobot, PAGE, RAM};
+use clap::ValueEnum;
 
 #[allow(
     clippy::all,
@@ -26,8 +27,26 @@ mod ffi {
     include!(concat!(env!("OUT_DIR"), "/simavr.rs"));
 }
 
-/// Bytes of flash; the program counter has 14 bits, so what is beyond is the same again.
-pub const FLASH: usize = 0x8000;
+/// The chip, of which only the flash matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Chip {
+    /// The chip of Kilobots.
+    Atmega328p,
+    /// A chip for programs that are too large for a Kilobot. Registers and interrupts are taken to be those of the smaller chip.
+    Atmega1284p,
+}
+
+impl Chip {
+    /// Bytes of flash. Addresses beyond it reach the same flash again, because the program counter has as many bits as are needed. Of the
+    /// larger chip only the half is there to which `lpm` reaches.
+    pub const fn flash_size(self) -> usize {
+        match self {
+            Chip::Atmega328p => 0x8000,
+            Chip::Atmega1284p => REACH,
+        }
+    }
+}
+
 /// Bytes of data space: registers and RAM.
 pub const DATA: usize = 0x900;
 /// All that a 16-bit address reaches.
@@ -54,6 +73,7 @@ struct Shared {
     board: *mut Kilobot,
     change: Option<Change>,
     is_bad: bool,
+    chip: Chip,
 }
 
 /// A core, with its flash.
@@ -79,11 +99,12 @@ unsafe impl Send for Core {}
 
 impl Core {
     /// With erased flash.
-    pub fn new() -> Self {
+    pub fn new(chip: Chip) -> Self {
         static LOGGER: std::sync::Once = std::sync::Once::new();
         // SAFETY: the function is of the type that simavr calls.
         LOGGER.call_once(|| unsafe { ffi::avr_global_logger_set(Some(on_message)) });
-        let mut shared = Box::new(Shared { board: ptr::null_mut(), change: None, is_bad: false });
+        let board = ptr::null_mut();
+        let mut shared = Box::new(Shared { board, change: None, is_bad: false, chip });
         // SAFETY: both are plain C structures in which all zeros are null pointers, numbers and no callbacks.
         let (mut avr, mut module): (Box<ffi::avr_t>, Box<ffi::avr_io_t>) =
             unsafe { (Box::new(std::mem::zeroed()), Box::new(std::mem::zeroed())) };
@@ -149,15 +170,16 @@ impl Core {
     /// The flash as it is.
     pub fn flash(&self) -> &[u8] {
         // SAFETY: as above; only `write_flash` changes it, which needs this value for itself.
-        unsafe { std::slice::from_raw_parts(self.avr.flash, FLASH) }
+        unsafe { std::slice::from_raw_parts(self.avr.flash, self.shared.chip.flash_size()) }
     }
 
-    /// Changes the flash, of which the program counter sees two.
+    /// Changes the flash, in each place where the program counter sees it.
     pub fn write_flash(&mut self, at: usize, bytes: &[u8]) {
         // SAFETY: as above.
         let all = unsafe { std::slice::from_raw_parts_mut(self.avr.flash, REACH) };
-        let bytes = &bytes[..bytes.len().min(FLASH.saturating_sub(at))];
-        for start in [at, at + FLASH] {
+        let size = self.shared.chip.flash_size();
+        let bytes = &bytes[..bytes.len().min(size.saturating_sub(at))];
+        for start in (at..REACH).step_by(size) {
             all[start..start + bytes.len()].copy_from_slice(bytes);
         }
     }
@@ -206,7 +228,7 @@ impl Core {
         self.avr.run_cycle_count = cycles.max(1);
         // SAFETY: the structure is complete as far as the decoder uses it, and the board outlives the call.
         let pc = unsafe { ffi::avr_run_one(&raw mut *self.avr) };
-        self.avr.pc = pc % FLASH as u32;
+        self.avr.pc = pc % self.shared.chip.flash_size() as u32;
         self.shared.board = ptr::null_mut();
         self.avr.cycle += board.take_halt();
         let state = std::mem::replace(&mut self.avr.state, ffi::cpu_Running as c_int);
@@ -319,7 +341,8 @@ unsafe extern "C" fn on_instruction(
         SPM => {
             let z = u16::from_le_bytes([registers[Z], registers[Z + 1]]);
             let word = u16::from_le_bytes([registers[0], registers[1]]);
-            shared.change = board.store_program((avr.pc % FLASH as u32) as u16, z, word);
+            let pc = avr.pc % shared.chip.flash_size() as u32;
+            shared.change = board.store_program(pc as u16, z, word);
         }
         _ => return -1,
     }

@@ -14,7 +14,7 @@ use bittybuzz_kilobot::phase;
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
 
 use crate::air::Air;
-use crate::core::{DATA, FLASH};
+use crate::core::{Chip, DATA};
 use crate::robot::Robot;
 
 /// Robots run for so long before they hear of each other. Longer, and more is done twice when somebody begins to send; shorter,
@@ -29,6 +29,7 @@ const RETURN: [u8; 2] = [0x08, 0x95];
 
 /// The program's robots.
 pub struct Fleet {
+    chip: Chip,
     members: Vec<Member>,
     air: Air,
     image: Option<Image>,
@@ -58,9 +59,9 @@ struct Member {
 }
 
 impl Member {
-    fn new(number: usize) -> Self {
+    fn new(number: usize, chip: Chip) -> Self {
         Member {
-            robot: Robot::new(number as u16),
+            robot: Robot::new(number as u16, chip),
             seen: Vec::new(),
             edges: Vec::new(),
             is_sending: false,
@@ -87,8 +88,9 @@ impl Member {
 
 impl Fleet {
     /// So many robots, switched off.
-    pub fn new(count: usize) -> Self {
-        Fleet { members: (0..count).map(Member::new).collect(), air: Air::new(count), image: None }
+    pub fn new(count: usize, chip: Chip) -> Self {
+        let members = (0..count).map(|number| Member::new(number, chip)).collect();
+        Fleet { chip, members, air: Air::new(count), image: None }
     }
 
     /// Lets all robots run to `end`.
@@ -223,15 +225,16 @@ impl Robots for Fleet {
     }
 
     fn load(&mut self, path: &Path) -> Result<(), CommandError> {
-        let image = Image::open_avr(path)?;
+        let flash_size = self.chip.flash_size();
+        let image = Image::open_avr(path, flash_size)?;
         let count = self.members.len();
-        *self = Fleet::new(count);
+        *self = Fleet::new(count, self.chip);
         let data = RAM_BASE..RAM_BASE + DATA as u32;
         let phase = image.symbol(phase::SYMBOL).filter(|address| data.contains(address));
         for member in &mut self.members {
             member.robot.phase = phase.map(|address| (address - RAM_BASE) as u16);
             for (address, bytes) in image.segments() {
-                let is_memory = (address as usize) < FLASH
+                let is_memory = (address as usize) < flash_size
                     || (EEPROM_BASE..EEPROM_BASE + EEPROM_SIZE as u32).contains(&address);
                 // Fuses and lock bits are not what runs.
                 if is_memory {

@@ -47,18 +47,21 @@ struct Arguments {
     /// Which robot: there is only one that has this core
     #[arg(long, default_value = "kilobot", value_parser = ["kilobot"])]
     robot: String,
+    /// A larger chip runs programs for which a Kilobot has no room
+    #[arg(long, value_enum, default_value = "atmega328p")]
+    chip: core::Chip,
     /// So many threads; as many as the computer has if not given
     #[arg(long, default_value_t = 0)]
     threads: usize,
 }
 
 fn main() -> ExitCode {
-    let Arguments { count, threads, .. } = Arguments::parse();
+    let Arguments { count, chip, threads, .. } = Arguments::parse();
     if let Err(error) = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global() {
         eprintln!("error: {error}");
         return ExitCode::FAILURE;
     }
-    let mut fleet = fleet::Fleet::new(count.into());
+    let mut fleet = fleet::Fleet::new(count.into(), chip);
     let output = BufWriter::new(stdout().lock());
     match bittybuzz_emulation::serve_robots(&mut fleet, stdin().lock(), output) {
         // Whoever started this program is gone.

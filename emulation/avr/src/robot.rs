@@ -3,7 +3,7 @@
 use bittybuzz_chips::{Change, Edge, HardwareError, Infrared, Kilobot, PAGE, RAM, Time};
 use bittybuzz_kilobot::phase::Steps;
 
-use crate::core::{Core, State, Stop, changed};
+use crate::core::{Chip, Core, State, Stop, changed};
 
 /// A core that sleeps needs so many cycles more to enter an interrupt: 7.7.1 of the data sheet.
 const WAKE_UP: u64 = 4;
@@ -80,9 +80,9 @@ struct Before {
 
 impl Robot {
     /// With erased flash.
-    pub fn new(number: u16) -> Self {
+    pub fn new(number: u16, chip: Chip) -> Self {
         Robot {
-            core: Core::new(),
+            core: Core::new(chip),
             board: Kilobot::new(number),
             asleep: None,
             waiting: None,

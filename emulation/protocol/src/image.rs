@@ -13,7 +13,8 @@ const APPLICATION: u32 = 0x0800_4000;
 const FLASH_END: u32 = 0x0810_0000;
 /// What an AVR's tools add to addresses of RAM; EEPROM, fuses and lock bits come after it.
 const AVR_RAM: u32 = 0x80_0000;
-const AVR_FLASH_SIZE: usize = 0x8000;
+/// Bytes of flash of an ATmega328P.
+pub const AVR_FLASH_SIZE: usize = 0x8000;
 
 /// The content of a firmware's ELF file.
 #[derive(Clone, Debug)]
@@ -39,14 +40,14 @@ impl Image {
     }
 
     /// Reads the ELF or Intel hex file of an AVR at `path`.
-    pub fn open_avr(path: &Path) -> Result<Self, ImageError> {
+    pub fn open_avr(path: &Path, flash_size: usize) -> Result<Self, ImageError> {
         let bytes = std::fs::read(path)
             .map_err(|source| ImageError::Unreadable { path: path.into(), source })?;
-        Self::parse_avr(&bytes)
+        Self::parse_avr(&bytes, flash_size)
     }
 
     /// Reads the content of an AVR's file: ELF, or Intel hex, which has no symbols.
-    pub fn parse_avr(bytes: &[u8]) -> Result<Self, ImageError> {
+    pub fn parse_avr(bytes: &[u8], flash_size: usize) -> Result<Self, ImageError> {
         let image = if bytes.starts_with(b":") {
             let segments = hex(bytes)?;
             Image { segments, vectors: 0, symbols: Vec::new() }
@@ -59,12 +60,12 @@ impl Image {
             Image { segments: segments(&elf, bytes)?, vectors: 0, symbols: symbols(&elf) }
         };
         let is_flash =
-            |(address, bytes): &(u32, Vec<u8>)| *address as usize + bytes.len() <= AVR_FLASH_SIZE;
+            |(address, bytes): &(u32, Vec<u8>)| *address as usize + bytes.len() <= flash_size;
         match image.segments.iter().find(|(address, _)| *address < AVR_RAM) {
             None => Err(ImageError::NothingInAvrFlash),
             Some(_) => match image.segments.iter().find(|s| s.0 < AVR_RAM && !is_flash(s)) {
                 Some((address, bytes)) => {
-                    Err(ImageError::TooLong { end: *address as usize + bytes.len() })
+                    Err(ImageError::TooLong { end: *address as usize + bytes.len(), flash_size })
                 }
                 None => Ok(image),
             },
@@ -233,10 +234,12 @@ pub enum ImageError {
     #[error("the file has nothing for the flash, which begins at 0")]
     NothingInAvrFlash,
     /// More than the chip has.
-    #[error("the image ends at {end:#x}; the flash of an ATmega328P ends at 0x8000")]
+    #[error("the image ends at {end:#x}; the flash ends at {flash_size:#x}")]
     TooLong {
         /// Its end.
         end: usize,
+        /// Bytes of flash.
+        flash_size: usize,
     },
     /// Nothing would be flashed.
     #[error("the ELF file has nothing for the flash at 0x08000000: is its memory.x used?")]

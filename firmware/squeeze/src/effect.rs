@@ -23,7 +23,7 @@ impl Set {
     pub const FLAGS: Set = Set(7 << 32);
     /// What a function may leave changed: r0, r18 to r27, r30, r31, and flags (AVR-GCC ABI, "Call-used registers").
     pub const CALL_USED: Set = Set(0xf_cffc_0001);
-    /// Where results are: r18 to r25.
+    /// The registers of results: r18 to r25.
     pub const RESULTS: Set = Set(0x3fc_0000);
 
     /// A register.

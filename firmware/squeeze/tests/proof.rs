@@ -323,7 +323,7 @@ fn each_side_of_each_branch_is_compared() {
 }
 
 #[test]
-fn what_nobody_has_set_may_differ() {
+fn values_that_were_never_set_may_differ() {
     // r23 is a result in one case of two, and Z holds nothing when the function begins.
     let save = ["push r16", "push r17", "push r28", "push r29", "mov r16, r24"];
     let restore = ["pop r29", "pop r28", "pop r17", "pop r16", "ret"];

@@ -106,7 +106,12 @@ impl Kilobots {
 
     /// So many with this program, switched on.
     pub fn with_program(program: &Path, count: usize) -> Self {
-        let arguments = ["--count", &count.to_string(), "--threads", "1"];
+        Self::on_chip("atmega328p", program, count)
+    }
+
+    /// So many with this program, switched on, with another chip of the emulator's.
+    pub fn on_chip(chip: &str, program: &Path, count: usize) -> Self {
+        let arguments = ["--count", &count.to_string(), "--threads", "1", "--chip", chip];
         let mut emulator =
             Emulator::spawn_with(Core::Avr.program(), &arguments).expect("it starts");
         emulator.load(program).expect("it loads");

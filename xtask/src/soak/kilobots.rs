@@ -42,7 +42,7 @@ pub fn items() -> Vec<String> {
 }
 
 /// The examples whose header names Kilobots.
-fn examples() -> Vec<String> {
+pub fn examples() -> Vec<String> {
     let mut examples: Vec<String> = FOLDERS.iter().flat_map(|folder| of_kilobots(folder)).collect();
     examples.sort();
     examples
@@ -59,7 +59,7 @@ fn of_kilobots(folder: &str) -> Vec<String> {
 }
 
 /// Whether a script completes a step in each tick: it has one, and never waits in it.
-fn keeps_pace(text: &str) -> bool {
+pub fn keeps_pace(text: &str) -> bool {
     let code: Vec<&str> = text.lines().filter_map(|line| line.split('#').next()).collect();
     let calls = |name: &str| code.iter().any(|line| line.contains(name));
     calls("function step(") && !calls("delay(")

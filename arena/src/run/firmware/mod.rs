@@ -15,7 +15,7 @@ use std::time::Duration;
 
 use bittybuzz_compiler::refusal;
 use bittybuzz_emulation::message::PowerDetector;
-use bittybuzz_emulation::{ClientError, Image};
+use bittybuzz_emulation::{AVR_FLASH_SIZE, ClientError, Image};
 use bittybuzz_kilobot::calibration;
 use bittybuzz_robots::{Layout, Robot};
 use bittybuzz_toml_reader::{Place, file};
@@ -162,7 +162,7 @@ fn ear(scenario: &Scenario, body: Body) -> Result<Option<Ear>, ScenarioError> {
         return Ok(None);
     };
     let Some(path) = &bridge.image else { return Ok(None) };
-    let program = Image::open_avr(path).map_err(|error| {
+    let program = Image::open_avr(path, AVR_FLASH_SIZE).map_err(|error| {
         let cause =
             Cause::NoFirmware { path: path.display().to_string(), reason: error.to_string() };
         ScenarioError { cause, place: Some(Box::new(bridge.place.clone())) }

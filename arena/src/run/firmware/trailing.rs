@@ -4,7 +4,7 @@ use std::path::Path;
 
 use bittybuzz_compiler::fit::{self, Misfit};
 use bittybuzz_compiler::refusal;
-use bittybuzz_emulation::Image;
+use bittybuzz_emulation::{AVR_FLASH_SIZE, Image};
 use bittybuzz_robots::{NoSection, Robot, find_script_section, script_section};
 use bittybuzz_vm_core::image::VERSION;
 
@@ -16,7 +16,8 @@ const FLASH_END: u32 = 0x8000;
 /// What the script `image` is in the flash of a robot with the program in `path`: address and bytes.
 pub fn section(path: &Path, image: &[u8], robot: &Robot) -> Result<(u32, Vec<u8>), Cause> {
     let unusable = |reason: String| Cause::NoFirmware { path: path.display().to_string(), reason };
-    let program = Image::open_avr(path).map_err(|error| unusable(error.to_string()))?;
+    let program =
+        Image::open_avr(path, AVR_FLASH_SIZE).map_err(|error| unusable(error.to_string()))?;
     let program = flash(&program);
     let (at, parts) = find_script_section(&program).map_err(|error| {
         unusable(match error {

@@ -145,8 +145,8 @@ fn assemble(texts: &[String]) -> Vec<u8> {
 fn simavr_and_the_proof_agree_on_every_instruction() {
     let texts = texts();
     let code = assemble(&texts);
-    assert!(code.len() <= FLASH);
-    let mut core = Core::new();
+    assert!(code.len() <= Chip::Atmega328p.flash_size());
+    let mut core = Core::new(Chip::Atmega328p);
     core.write_flash(0, &code);
     let flash = core.flash().to_vec();
     let ram: Vec<u8> = (0..DATA as u64).map(|place| mix(place) as u8).collect();
@@ -201,5 +201,19 @@ fn simavr_and_the_proof_agree_on_every_instruction() {
                 "{context}"
             );
         }
+    }
+}
+
+#[test]
+fn a_larger_chip_has_flash_where_the_smaller_one_repeats_its_own() {
+    // jmp 0x9000
+    const JUMP: [u8; 4] = [0x0c, 0x94, 0x00, 0x48];
+    for (chip, pc) in [(Chip::Atmega328p, 0x1000), (Chip::Atmega1284p, 0x9000)] {
+        let mut core = Core::new(chip);
+        core.write_flash(0, &JUMP);
+        core.run(&mut Kilobot::new(1), 1);
+        assert_eq!(core.pc(), pc, "{chip:?}");
+        core.write_flash(usize::from(pc), &JUMP);
+        assert_eq!(core.flash()[usize::from(pc)..][..4], JUMP);
     }
 }

@@ -1,9 +1,9 @@
 //! Comparison of two executions, event by event.
 //!
-//! # Values that nobody has set
+//! # Values that were never set
 //! LLVM leaves a register as it is where its value does not matter, for example the second half of a result that has only one, and
-//! squeeze may leave there something else. So a value that differs is allowed if it depends, in the original, on what was in r0, X or Z
-//! when the function began or a callee returned: by the ABI nothing is passed in these. That is seen by executing the original again
+//! squeeze may leave there something else. So a value may differ if it depends, in the original, on the contents of r0, X or Z
+//! at the function's begin or at a callee's return: by the ABI nothing is passed in these. That is seen by executing the original again
 //! with other values in these registers alone.
 
 use std::cell::OnceCell;
@@ -19,7 +19,7 @@ pub struct Comparison<'a> {
     pub proof: &'a Proof<'a>,
     pub original: &'a Run,
     pub squeezed: &'a Run,
-    /// What the function and its callers rely on.
+    /// The agreements of the function with its callers.
     pub contract: Contract,
     /// It handles an interrupt.
     pub is_interrupt: bool,
@@ -162,7 +162,7 @@ impl Comparison<'_> {
         self.same_stack(first, second)
     }
 
-    /// Compares what the handler of an interrupt leaves to the interrupted program.
+    /// Compares registers, flags and stack of the interrupted program.
     fn same_interrupted(&self, first: &Snapshot, second: &Snapshot) -> Result<(), Cause> {
         for number in 0..32 {
             let at = usize::from(number);

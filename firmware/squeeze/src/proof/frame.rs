@@ -59,7 +59,7 @@ pub fn frame(program: &Program, routine: &Routine, is_interrupt: bool) -> Frame 
         let step = &program.steps[at];
         at += 1;
         match step.op {
-            // What a caller wants back; another register may be an argument for a callee.
+            // Only saved registers: another one may be an argument for a callee.
             Some(Op::Push(register))
                 if !has_pointer && (is_interrupt || SAVED >> register & 1 != 0) =>
             {

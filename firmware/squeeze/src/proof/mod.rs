@@ -47,7 +47,7 @@ use search::{Input, search};
 const LIMIT: u32 = 1500;
 /// Executions of each function that follow the search, for each input that the search has found.
 const AGAIN: u64 = 4;
-/// Executions of the original that show whether a value depends on registers that nobody has set. With the inverse bits first: fewer
+/// Executions of the original that show whether a value depends on registers that were never set. With the inverse bits first: fewer
 /// than one in 30,000 of such values is the same in all.
 const OTHERS: u64 = 16;
 

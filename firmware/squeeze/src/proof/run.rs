@@ -12,9 +12,9 @@ use super::trail::{Hint, Trail};
 
 /// Registers that a function returns as it found them (AVR-GCC ABI, "Call-saved registers").
 pub const SAVED: u32 = 0x3003_fffc;
-/// Where arguments are: r8 to r25.
+/// The registers of arguments: r8 to r25.
 pub const ARGUMENTS: u32 = 0x03ff_ff00;
-/// Where results are: r18 to r25.
+/// The registers of results: r18 to r25.
 pub const RESULTS: u32 = 0x03fc_0000;
 
 /// Registers in which the ABI passes nothing: r0, X, Z.
@@ -275,7 +275,7 @@ pub fn run(
         events: Vec::new(),
     };
     let mut trail = Trail::new(start.arguments);
-    // A register that nobody has set, at the beginning or after a call.
+    // A register that was never set, at the beginning or after a call.
     let unset = |call: u64, number: u64| {
         let number_of_all = call << 8 | number;
         let change = match start.unset {
@@ -443,7 +443,7 @@ fn note(run: &mut Run, world: &mut World<'_>, cpu: &Cpu, step: usize, off_since:
     }
 }
 
-/// As calls do: the low byte first.
+/// The low byte first, as calls do.
 fn push_address(cpu: &mut Cpu, world: &mut World<'_>, address: u16) {
     for byte in address.to_le_bytes() {
         world.push(cpu.stack, byte);
