@@ -134,6 +134,8 @@ pub struct Crazyflie {
     chip: Chip,
     /// After the next reset.
     next_chip: Chip,
+    /// One-time programmable bytes after the next reset, if others than before.
+    next_otp: Option<Vec<u8>>,
     /// Why the chip was reset last.
     last_reset: ResetCause,
     noise: Random,
@@ -155,6 +157,7 @@ impl Crazyflie {
             f405: F405::new(settings.unique_id, &settings.device_type, chip.lsi_hz),
             chip,
             next_chip: chip,
+            next_otp: None,
             last_reset: ResetCause::PowerOn,
             noise: Random::new(0),
             nrf51: Nrf51::new(),
@@ -291,6 +294,11 @@ impl Crazyflie {
         self.next_chip = chip;
     }
 
+    /// From the next reset on the one-time programmable memory, of [`OTP`](crate::OTP) bytes, holds these and is erased after them.
+    pub fn set_otp(&mut self, content: Vec<u8>) {
+        self.next_otp = Some(content);
+    }
+
     /// The STM32 is reset for this reason, now.
     pub fn request_reset(&mut self, cause: ResetCause) {
         self.reset_request = Some(cause);
@@ -383,6 +391,9 @@ impl Board for Crazyflie {
     fn reset(&mut self, cause: ResetCause) {
         self.chip = self.next_chip;
         self.last_reset = cause;
+        if let Some(otp) = self.next_otp.take() {
+            self.f405.set_otp(&otp);
+        }
         self.f405.set_oscillators(self.chip.lsi_hz, self.chip.has_crystal);
         self.f405.reset(cause);
         if let Memory::Noise { seed } = self.chip.memory {

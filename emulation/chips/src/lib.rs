@@ -43,6 +43,7 @@ pub use clock::Clock;
 pub use crazyflie::{Chip, Crazyflie, Memory, Settings, Statistics};
 pub use event::{Event, HardwareError, Led, Loader, ResetCause};
 pub use f051::{FlashChange, FlashContent, Transfer};
+pub use f405::OTP;
 pub use kilobot::{Amplitude, DIAMETER_MM, Edge, Kilobot, KilobotStatistics, Surroundings};
 pub use kilobot::{Light as Infrared, infrared_checksum};
 pub use nrf24::{MAX_PAYLOAD as RADIO_MAX, Packet, PowerDetector, RadioStatistics, Transmission};

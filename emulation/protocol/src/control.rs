@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use bittybuzz_chips::{
-    Battery, Board, Chip, Crazyflie, Frame, Light, Link, MAX_PAYLOAD, P2P_MAX, P2pFrame, Pose,
+    Battery, Board, Chip, Crazyflie, Frame, Light, Link, MAX_PAYLOAD, OTP, P2P_MAX, P2pFrame, Pose,
     TablePose, Time, Zooid,
 };
 
@@ -74,6 +74,9 @@ pub enum Refusal {
         /// The number in the command.
         hz: u64,
     },
+    /// The chip has fewer.
+    #[error("a Crazyflie has {OTP} one-time programmable bytes, not {0}")]
+    Otp(usize),
     /// No frame of a Kilobot has so many bytes.
     #[error(
         "a Kilobot's frame is 9 bytes of data and its type, and 2 of its checksum or none: 10 or 12, not {0}"
@@ -139,6 +142,8 @@ impl Control for Crazyflie {
                 let (has_crystal, is_debugged) = (crystal, debugger);
                 self.set_chip(Chip { lsi_hz, has_crystal, memory, is_debugged });
             }
+            Command::Otp { bytes } if bytes.len() > OTP => return Err(Refusal::Otp(bytes.len())),
+            Command::Otp { bytes } => self.set_otp(bytes),
             Command::Reset { cause } => self.request_reset(match cause {
                 message::ResetCause::PowerOn => bittybuzz_chips::ResetCause::PowerOn,
                 message::ResetCause::BrownOut => bittybuzz_chips::ResetCause::BrownOut,
@@ -279,6 +284,8 @@ mod tests {
             ),
             (r#"{"command":"chip","lsi_hz":47001}"#, "between 17000 and 47000, not 47001"),
             (r#"{"command":"reset","cause":"brown_out"}"#, "obeyed"),
+            (r#"{"command":"otp","bytes":"303b43463231"}"#, "obeyed"),
+            (&format!(r#"{{"command":"otp","bytes":"{}"}}"#, "00".repeat(513)), "has 512"),
         ] {
             let answered = refusal::<Crazyflie>(line);
             assert!(answered.contains(answer), "{line}: {answered}");

@@ -219,6 +219,12 @@ pub enum Command {
         #[serde(default)]
         debugger: bool,
     },
+    /// From its next reset on a Crazyflie's one-time programmable memory holds these bytes, and is erased after them.
+    Otp {
+        /// The bytes, in hexadecimal.
+        #[serde(with = "hex")]
+        bytes: Vec<u8>,
+    },
     /// A Crazyflie's STM32 is reset.
     Reset {
         /// Why.

@@ -68,14 +68,19 @@ impl<B: Board> Core<'_, B> {
         let mut core = Core { uc };
         let erased = vec![0xff; B::MEMORY.flash as usize];
         core.write_bytes(FLASH, &erased)?;
-        for (base, size) in B::MEMORY.read_only {
-            let board = &mut core.system().board;
-            let words = (0..*size / 4).map(|word| board.read(base + 4 * word, Width::Word));
-            let bytes: Vec<u8> = words.flat_map(u32::to_le_bytes).collect();
-            core.uc.mem_write(u64::from(*base), &bytes).map_err(failed)?;
-        }
         core.scramble()?;
         Ok(core)
+    }
+
+    /// Copies the read-only memory from the board, which changes it at resets only.
+    fn copy_read_only(&mut self) -> Result<(), MachineError> {
+        for (base, size) in B::MEMORY.read_only {
+            let board = &mut self.system().board;
+            let words = (0..*size / 4).map(|word| board.read(base + 4 * word, Width::Word));
+            let bytes: Vec<u8> = words.flat_map(u32::to_le_bytes).collect();
+            self.uc.mem_write(u64::from(*base), &bytes).map_err(failed)?;
+        }
+        Ok(())
     }
 
     /// What static RAM holds when its power comes is not zero; here it is always the same.
@@ -204,6 +209,7 @@ impl<B: Board> Core<'_, B> {
                 self.scramble()?;
             }
         }
+        self.copy_read_only()?;
         let start = self.system().board.start(vectors);
         for (address, bytes) in &start.memory {
             self.write_bytes(*address, bytes)?;

@@ -19,6 +19,7 @@
 #![no_std]
 #![no_main]
 
+mod board;
 mod clock;
 mod critical;
 mod failure;
@@ -39,7 +40,7 @@ mod robot {
 
 use bittybuzz_comms::syslink::SWARM_MESSAGE_MAX;
 use bittybuzz_runtime::id::Id;
-use bittybuzz_runtime::liveness::{LOOK, Liveness, Pulse};
+use bittybuzz_runtime::liveness::{BEAT, LOOK, Liveness, Pulse};
 use bittybuzz_runtime::script::Script;
 use bittybuzz_runtime::setpoint::{self, Writer};
 use bittybuzz_vm_core::builtin::Feature;
@@ -100,7 +101,9 @@ async fn main(spawner: Spawner) {
     critical::set_priorities(&mut core.NVIC);
     let p = embassy_stm32::init(clock::config());
 
-    let motors = Motors::new(p.TIM2, p.TIM4, p.PA1, p.PB11, p.PA15, p.PB9);
+    let board = board::check();
+    let motors = || Motors::new(p.TIM2, p.TIM4, p.PA1, p.PB11, p.PA15, p.PB9);
+    let motors = board.is_ok().then(motors);
     let script_leds = ScriptLeds::new(p.PC0, p.PC1, p.PD2);
     let status_leds = StatusLeds::new(p.PC2, p.PC3);
     let (receiver, sender) = link::uart::open(p.USART6, p.PC6, p.PC7, p.PA4, Irqs);
@@ -129,8 +132,13 @@ async fn main(spawner: Spawner) {
         log::error!("restarted after {}: no script runs until power-on", failure);
         STATUS.signal(Status::Stopped);
     }
+    if let Err(other) = board {
+        log::error!("this is {}: its motors differ, none turns and no script runs", other);
+        STATUS.signal(Status::Stopped);
+    }
+    let may_run = failure.is_none() && board.is_ok();
     // Each task is spawned once: there is a place for it.
-    spawner.spawn(defmt::unwrap!(run_script(script, failure.is_none())));
+    spawner.spawn(defmt::unwrap!(run_script(script, may_run)));
     spawner.spawn(defmt::unwrap!(drive_motors(motors, pulse(1))));
     spawner.spawn(defmt::unwrap!(link::receive::receive_frames(receiver, robot_id, pulse(2))));
     spawner.spawn(defmt::unwrap!(link::send::send_frames(sender, pulse(3))));
@@ -152,8 +160,14 @@ async fn run_script(script: &'static mut ScriptTask, may_run: bool) -> ! {
 }
 
 #[embassy_executor::task]
-async fn drive_motors(mut motors: Motors, pulse: Pulse) -> ! {
-    setpoint::drive(&SETPOINTS, &mut motors, pulse).await
+async fn drive_motors(motors: Option<Motors>, pulse: Pulse) -> ! {
+    match motors {
+        Some(mut motors) => setpoint::drive(&SETPOINTS, &mut motors, pulse).await,
+        None => loop {
+            pulse.beat();
+            Timer::after(BEAT).await;
+        },
+    }
 }
 
 #[embassy_executor::task]

@@ -56,8 +56,10 @@ impl Swarm {
     /// Runs for so many ms.
     pub fn run_ms(&mut self, ms: u64) {
         let end = self.now_us + 1000 * ms;
+        // A robot alone has nothing to wait for.
+        let longest = if self.members.len() == 1 { POSE_PERIOD_US } else { TURN_US };
         while self.now_us < end {
-            let turn = TURN_US.min(end - self.now_us);
+            let turn = longest.min(end - self.now_us);
             if self.now_us.is_multiple_of(POSE_PERIOD_US) {
                 self.tell_poses();
             }

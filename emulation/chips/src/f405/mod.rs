@@ -7,6 +7,7 @@ mod usart;
 use std::collections::{BTreeMap, HashSet};
 
 use self::rcc::Rcc;
+pub use self::system::OTP;
 use self::system::{Backup, Flash, Identity, Power};
 pub(crate) use self::usart::{Sent, Usart};
 use crate::stm32::{Exti, Kind, Pin, Port, PortReset, Timer, Watchdog, Write};
@@ -95,6 +96,11 @@ impl F405 {
     pub fn set_oscillators(&mut self, lsi_hz: u64, has_crystal: bool) {
         self.lsi_hz = lsi_hz;
         self.rcc.set_crystal(has_crystal);
+    }
+
+    /// Programs the one-time programmable bytes anew.
+    pub fn set_otp(&mut self, content: &[u8]) {
+        self.identity.set_otp(content);
     }
 
     /// The backup registers hold something else after a power-on.

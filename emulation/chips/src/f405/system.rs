@@ -123,6 +123,8 @@ const AREA_END: u32 = 0x1fff_8000;
 /// One-time programmable bytes (3.8); Bitcraze keeps the device type in the first slot of 32.
 const DEVICE_TYPE: usize = 0x800;
 const DEVICE_TYPE_SLOT: usize = 32;
+/// Bytes of all 16 slots.
+pub const OTP: usize = 16 * DEVICE_TYPE_SLOT;
 const UNIQUE_ID: usize = 0xa10;
 const FLASH_KBYTES: usize = 0xa22;
 
@@ -143,6 +145,15 @@ impl Identity {
         bytes[UNIQUE_ID..UNIQUE_ID + 12].copy_from_slice(&unique_id);
         bytes[FLASH_KBYTES..FLASH_KBYTES + 2].copy_from_slice(&1024_u16.to_le_bytes());
         Identity { bytes }
+    }
+
+    /// Programs the one-time programmable bytes anew, from the first on; the rest is erased.
+    pub fn set_otp(&mut self, content: &[u8]) {
+        let otp = &mut self.bytes[DEVICE_TYPE..DEVICE_TYPE + OTP];
+        otp.fill(0xff);
+        for (to, from) in otp.iter_mut().zip(content) {
+            *to = *from;
+        }
     }
 
     /// The word at `address`, if it is in this area.
@@ -205,5 +216,17 @@ mod tests {
         assert_eq!(identity.read(0x1fff_7800), Some(u32::from_le_bytes(*b"0;CF")));
         assert_eq!(identity.read(0x1fff_7a20).map(|word| word >> 16), Some(1024));
         assert_eq!(identity.read(0x4000_0000), None);
+    }
+
+    #[test]
+    fn one_time_programmable_bytes_are_erased_where_nothing_is_programmed() {
+        let mut identity = Identity::new(*b"0123456789ab", "0;CF21");
+        identity.set_otp(b"\0\0\0\0buzz");
+        let words = [0x1fff_7800, 0x1fff_7804, 0x1fff_7808, 0x1fff_79fc];
+        let word = |bytes: [u8; 4]| Some(u32::from_le_bytes(bytes));
+        let expected = [word([0; 4]), word(*b"buzz"), word([0xff; 4]), word([0xff; 4])];
+        assert_eq!(words.map(|address| identity.read(address)), expected);
+        identity.set_otp(&[1; OTP + 100]);
+        assert_eq!(identity.read(0x1fff_7a10), word(*b"0123"), "no further than their end");
     }
 }
