@@ -43,6 +43,7 @@ fn what_makes_no_sense_is_refused() {
         (0x0a, 1),
         (0x0a, 63),
         (0x0b, 1),
+        (0x11, 1),
         (0x13, 8),
         (0x15, 1),
     ] {
@@ -70,6 +71,10 @@ fn what_the_robot_sends() {
     assert_eq!(
         written(Packet::ShutdownAck),
         Ok(vec![0xbc, 0xcf, kind::PM_SHUTDOWN_ACK, 0, 0x16, 0x2c])
+    );
+    assert_eq!(
+        written(Packet::SwitchOff),
+        Ok(vec![0xbc, 0xcf, kind::PM_ONOFF_SWITCHOFF, 0, 0x11, 0x22])
     );
     assert!(written(Packet::P2pSend { port: 0, data: &[0; 64] }).is_err(), "longer than a frame");
 }

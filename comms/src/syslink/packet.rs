@@ -20,6 +20,8 @@ pub mod kind {
     pub const RADIO_P2P_BROADCAST: u8 = 0x0a;
     /// The STM32 is ready to receive, echoed.
     pub const RADIO_READY: u8 = 0x0b;
+    /// Asks for all power to be cut.
+    pub const PM_ONOFF_SWITCHOFF: u8 = 0x11;
     /// State of the battery.
     pub const PM_BATTERY_STATE: u8 = 0x13;
     /// Asks for battery and signal strength every 10 ms.
@@ -94,6 +96,8 @@ pub enum Packet<'a> {
         /// At most [`P2P_MAX`] bytes.
         data: &'a [u8],
     },
+    /// All power is to be cut, at once.
+    SwitchOff,
     /// State of the battery.
     Battery(Battery),
     /// Asks for battery and signal strength every 10 ms.
@@ -138,6 +142,7 @@ impl<'a> Packet<'a> {
             (kind::RADIO_P2P_BROADCAST, [port, rssi, data @ ..]) if data.len() <= P2P_MAX => {
                 Ok(Packet::P2pReceived { port: port & 0x0f, rssi: -i16::from(*rssi), data })
             }
+            (kind::PM_ONOFF_SWITCHOFF, []) => Ok(Packet::SwitchOff),
             // Charger current and, on newer boards, temperature follow; nobody needs them here.
             (kind::PM_BATTERY_STATE, [flags, v0, v1, v2, v3, rest @ ..])
                 if matches!(rest.len(), 4 | 8) =>
@@ -160,6 +165,7 @@ impl<'a> Packet<'a> {
                 | kind::RADIO_RSSI..=kind::RADIO_ADDRESS
                 | kind::RADIO_POWER
                 | kind::RADIO_P2P_BROADCAST..=kind::RADIO_READY
+                | kind::PM_ONOFF_SWITCHOFF
                 | kind::PM_BATTERY_STATE..=kind::PM_LED_OFF,
                 _,
             ) => Err(PacketError::Length(kind)),
@@ -214,6 +220,7 @@ impl<'a> Packet<'a> {
                 put(data);
                 kind::RADIO_P2P_BROADCAST
             }
+            Packet::SwitchOff => kind::PM_ONOFF_SWITCHOFF,
             Packet::Battery(battery) => {
                 put(&[u8::from(battery.charging) | u8::from(battery.usb_powered) << 1]);
                 put(&battery.volts.to_le_bytes());

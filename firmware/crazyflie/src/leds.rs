@@ -1,6 +1,7 @@
 //! The LEDs. The left ones (red, green, blue) are the script's, the right ones the firmware's:
-//! green blinks shortly every two seconds while all is well; red blinks the number of a fault until the script starts again,
-//! or shines when the script cannot run or the robot has stopped itself.
+//! green blinks shortly every two seconds while all is well, and red does so, too, while the battery is low, four times as often while it
+//! is empty; red blinks the number of a fault until the script starts again, or shines when the script cannot run or the robot
+//! has stopped itself.
 
 use bittybuzz_runtime::blink::{self, PHASE};
 use bittybuzz_runtime::liveness::Pulse;
@@ -14,6 +15,8 @@ use embassy_stm32::peripherals::{PC0, PC1, PC2, PC3, PD2};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Instant, Timer};
+
+use crate::battery;
 
 /// A light of the script.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,7 +114,8 @@ impl StatusLeds {
     /// Which of them (green, red) are lit in phase `phase`, in units of [`PHASE`].
     fn pattern(status: Status, phase: u32) -> (bool, bool) {
         match status {
-            Status::Well => (phase.is_multiple_of(40), false),
+            // Not together with green.
+            Status::Well => (phase.is_multiple_of(40), battery::charge().is_flash(phase + 5)),
             Status::Fault(cause) => (false, blink::is_lit(cause, phase)),
             Status::Stopped => (false, true),
         }

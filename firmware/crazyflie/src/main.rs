@@ -10,6 +10,7 @@
 //! | [`link::receive`] | frames of the nRF51: radio, battery, shutdown |
 //! | [`link::send`] | frames to the nRF51 |
 //! | [`link::swarm`] | swarm messages to all other robots |
+//! | [`battery::watch_battery`] | warns of, stops at and switches off for an empty battery |
 //! | [`leds::show_status`] | the two LEDs of the firmware |
 //! | [`feed_watchdog`] | feeds the watchdog while all others live |
 //!
@@ -19,6 +20,7 @@
 #![no_std]
 #![no_main]
 
+mod battery;
 mod board;
 mod clock;
 mod critical;
@@ -63,7 +65,7 @@ bind_interrupts!(struct Irqs {
     USART1 => Interrupts;
 });
 
-static TASKS: Liveness = Liveness::new(6);
+static TASKS: Liveness = Liveness::new(7);
 static SETPOINTS: setpoint::Channel<Powers> = setpoint::Channel::new();
 static STATUS: StatusChannel = StatusChannel::new();
 
@@ -143,6 +145,7 @@ async fn main(spawner: Spawner) {
     spawner.spawn(defmt::unwrap!(link::receive::receive_frames(receiver, robot_id, pulse(2))));
     spawner.spawn(defmt::unwrap!(link::send::send_frames(sender, pulse(3))));
     spawner.spawn(defmt::unwrap!(link::swarm::broadcast_messages(robot_id, pulse(5))));
+    spawner.spawn(defmt::unwrap!(battery::watch_battery(pulse(6))));
     spawner.spawn(defmt::unwrap!(leds::show_status(&STATUS, status_leds, pulse(4))));
     spawner.spawn(defmt::unwrap!(feed_watchdog()));
 }

@@ -9,6 +9,7 @@
 //!
 //! Both timers run on 84 MHz; 256 of its cycles are a period (crazyflie-firmware, motors.h and motors_def.c).
 
+use bittybuzz_runtime::battery::Charge;
 use bittybuzz_runtime::setpoint;
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::OutputType;
@@ -18,6 +19,8 @@ use embassy_stm32::pac::gpio::vals::Moder;
 use embassy_stm32::peripherals::{PA1, PA15, PB9, PB11, TIM2, TIM4};
 use embassy_stm32::time::hz;
 use embassy_stm32::timer::simple_pwm::{PwmPin, SimplePwm};
+
+use crate::battery;
 
 /// 84 MHz / 256.
 const FREQUENCY_HZ: u32 = 328_125;
@@ -77,7 +80,10 @@ impl Motors {
 impl setpoint::Motors for Motors {
     type Setpoint = Powers;
 
-    fn apply(&mut self, [m1, m2, m3, m4]: Powers) {
+    /// The script's task does this with each completed step, too, so that an empty battery stops the motors then.
+    fn apply(&mut self, powers: Powers) {
+        let is_empty = battery::charge() >= Charge::Empty;
+        let [m1, m2, m3, m4] = if is_empty { [0; 4] } else { powers };
         self.tim2.ch2().set_duty_cycle(m1.into());
         self.tim2.ch4().set_duty_cycle(m2.into());
         self.tim2.ch1().set_duty_cycle(m3.into());

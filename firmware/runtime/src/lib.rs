@@ -20,6 +20,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod battery;
 pub mod blink;
 pub mod call;
 pub mod id;

@@ -15,7 +15,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Instant, Timer};
 
-use crate::sensors::{self, Charge};
+use crate::sensors;
 
 /// 48 MHz / 24 = 2 MHz
 const PRESCALER: u16 = 24;
@@ -122,28 +122,17 @@ pub fn light_red() {
     pac::GPIOA.moder().modify(|w| w.set_moder(RED_PIN, Moder::OUTPUT));
 }
 
-/// Phases from one flash of a low battery to the next: 2 s. An empty one flashes four times as often.
-const FLASH_PHASES: u8 = 40;
-
-fn is_flash(phase: u8) -> bool {
-    match sensors::charge() {
-        Charge::LOW => phase == 0,
-        Charge::EMPTY => phase.is_multiple_of(FLASH_PHASES / 4),
-        _ => false,
-    }
-}
-
 /// The task of the LED.
 #[embassy_executor::task]
 pub async fn shine(channel: &'static LightChannel, mut led: Led, pulse: Pulse) -> ! {
     let mut light = Light::Script(0);
     let mut phase = 0;
-    let mut flash = 0;
+    let mut flash: u32 = 0;
     let mut next = Instant::now() + PHASE;
     loop {
         pulse.beat();
         // Red, or dark where the script's colour has red in it.
-        let change = if is_flash(flash) { RED } else { 0 };
+        let change = if sensors::charge().is_flash(flash) { RED } else { 0 };
         led.show(match light {
             Light::Script(color) => color ^ change,
             _ => light.color(phase),
@@ -155,7 +144,7 @@ pub async fn shine(channel: &'static LightChannel, mut led: Led, pulse: Pulse) -
             }
             Either::Second(()) => {
                 phase += 1;
-                flash = (flash + 1) % FLASH_PHASES;
+                flash = flash.wrapping_add(1);
                 next += PHASE;
             }
         }

@@ -42,6 +42,7 @@ mod robot {
 
 use bittybuzz_comms::nrf24::MESSAGE_MAX;
 use bittybuzz_motion::drive::Pilot;
+use bittybuzz_runtime::battery::Charge;
 use bittybuzz_runtime::id::Id;
 use bittybuzz_runtime::liveness::{Liveness, Pulse};
 use bittybuzz_runtime::script::Script;
@@ -63,7 +64,6 @@ use leds::{Led, Light, LightChannel};
 use log::{error, info, warning};
 use motors::{Drive, Motors};
 use radio::nrf24::Nrf24;
-use sensors::Charge;
 use settings::setting;
 use touch::Touch;
 
@@ -133,15 +133,16 @@ async fn main(spawner: Spawner) {
     let vm = VM.take();
     vm.equip(SIZES);
     let script = SCRIPT.init(Script::new(vm, robot_id, zooid, pulse(0), LOG.take()));
+    // Else it must not restart for a charger.
+    let watches_battery = matches!(failure, None | Some(Failure::FlatBattery));
     match failure {
         None => {}
         Some(Failure::FlatBattery) => {
-            sensors::set_charge(Charge::FLAT);
+            sensors::set_charge(Charge::Flat);
             error!("the battery is flat: the robot does nothing until it is charged, or power-on");
         }
         Some(_failure) => {
             error!("restarted after {}: no script runs until power-on", _failure);
-            sensors::set_charge(Charge::UNKNOWN);
             LIGHT.signal(Light::Stopped);
         }
     }
@@ -149,7 +150,7 @@ async fn main(spawner: Spawner) {
     start(spawner, leds::shine(&LIGHT, led, pulse(1)));
     start(spawner, drive_motors(motors, pulse(2)));
     start(spawner, radio::talk(radio, robot_id, pulse(3)));
-    start(spawner, sensors::sense(charger, touch, pulse(4)));
+    start(spawner, sensors::sense(charger, touch, watches_battery, pulse(4)));
     start(spawner, watchdog::feed(watchdog, &TASKS));
 }
 

@@ -13,6 +13,7 @@
 
 use bittybuzz_motion::bridge::{COAST, Inputs, PERIOD, inputs};
 use bittybuzz_motion::drive::{Goal, Pilot, Wheels};
+use bittybuzz_runtime::battery::Charge;
 use bittybuzz_runtime::setpoint;
 use embassy_stm32::pac;
 use embassy_stm32::pac::gpio::vals::Moder;
@@ -22,7 +23,7 @@ use embassy_time::Instant;
 use crate::eyes::{self, Eyes};
 use crate::log::info;
 use crate::pins::MOTORS;
-use crate::sensors::{self, Charge};
+use crate::sensors;
 
 /// 48 MHz / 12 = 4 MHz, of which a period of 100 steps is 40 kHz.
 const PRESCALER: u16 = 12;
@@ -71,7 +72,7 @@ impl Motors {
         let now = Instant::now().as_ticks() as u32;
         let inputs = match (self.drive, eyes::pose()) {
             (None, _) => [COAST; 2],
-            _ if sensors::is_charging() || sensors::charge() >= Charge::EMPTY => [COAST; 2],
+            _ if sensors::is_charging() || sensors::charge() >= Charge::Empty => [COAST; 2],
             (Some(_), None) => [inputs(0); 2],
             (Some(Drive::Wheels(wheels)), Some(_)) => duties(wheels),
             (Some(Drive::Goal(goal)), Some(pose)) => {

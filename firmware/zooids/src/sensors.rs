@@ -11,6 +11,7 @@
 //! The converter is read by its registers. `Adc` of embassy-stm32 0.6.0 takes 2.2 kB more, half of it a division of 64 bits, and
 //! an interrupt for each conversion of 21 µs.
 
+use bittybuzz_runtime::battery::{Charge, Ladder};
 use bittybuzz_runtime::liveness::{BEAT, Pulse};
 use cortex_m::peripheral::SCB;
 use embassy_stm32::gpio::Input;
@@ -41,65 +42,35 @@ pub fn battery_mv() -> u16 {
     BATTERY_MV.load(Ordering::Relaxed)
 }
 
-/// mV below which each [`Charge`] begins.
+/// mV below which each charge begins.
 const LADDER_MV: [u16; 3] = [3420, 3300, 3000];
 
-/// Low looks in a row that lead a step down the ladder, one a second: motors that start make the voltage dip for less.
-const LOW_LOOKS: u8 = 5;
+static CHARGE: AtomicU8 = AtomicU8::new(Charge::Enough as u8);
 
-/// Steps of the ladder that were taken.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd)]
-pub struct Charge(u8);
-
-impl Charge {
-    /// The battery will be empty soon.
-    pub const LOW: Charge = Charge(1);
-    /// The motors have no power.
-    pub const EMPTY: Charge = Charge(2);
-    /// The robot has switched itself off: it does nothing but look at the charger.
-    pub const FLAT: Charge = Charge(3);
-    /// The robot runs no script until power-on, whatever its battery does: it must not restart for a charger.
-    pub const UNKNOWN: Charge = Charge(4);
-}
-
-static CHARGE: AtomicU8 = AtomicU8::new(0);
-
-/// The battery's charge.
+/// The battery's charge. A robot with [`Charge::Flat`] has switched itself off: it does nothing but look at the charger.
 pub fn charge() -> Charge {
-    Charge(CHARGE.load(Ordering::Relaxed))
+    Charge::of_number(CHARGE.load(Ordering::Relaxed))
 }
 
 /// Returns true if the radio has no power.
 pub fn radio_rests() -> bool {
-    is_charging() || charge() == Charge::FLAT
+    is_charging() || charge() == Charge::Flat
 }
 
-/// Leaves the ladder, for [`Charge::FLAT`] or [`Charge::UNKNOWN`].
+/// Sets the charge with which the robot starts.
 pub fn set_charge(charge: Charge) {
-    CHARGE.store(charge.0, Ordering::Relaxed);
+    CHARGE.store(charge as u8, Ordering::Relaxed);
 }
 
-/// Takes a step down the ladder if the voltage was low long enough, or all steps up where the charger is.
-fn judge(low_looks: &mut u8) {
-    let Charge(charge) = charge();
-    if is_charging() {
-        match Charge(charge) {
-            // The script begins anew, as after power-on.
-            Charge::FLAT => SCB::sys_reset(),
-            Charge::UNKNOWN => {}
-            _ => CHARGE.store(0, Ordering::Relaxed),
-        }
-    } else if LADDER_MV.get(usize::from(charge)).is_some_and(|limit| battery_mv() < *limit) {
-        *low_looks += 1;
-        if *low_looks < LOW_LOOKS {
-            return;
-        }
-        if charge == Charge::EMPTY.0 {
-            failure::switch_off();
-        }
-        CHARGE.store(charge + 1, Ordering::Relaxed);
+/// Acts upon the charge that the ladder has now.
+fn judge(ladder: &mut Ladder) {
+    let now = ladder.look(battery_mv(), is_charging());
+    match (charge(), now) {
+        // The script begins anew, as after power-on.
+        (Charge::Flat, Charge::Enough) => SCB::sys_reset(),
+        (Charge::Empty, Charge::Flat) => failure::switch_off(),
+        _ => set_charge(now),
     }
-    *low_looks = 0;
 }
 
 /// Beats between two looks at the battery: a second.
@@ -123,9 +94,14 @@ fn look_at_battery() {
 
 /// The task.
 #[embassy_executor::task]
-pub async fn sense(charger: Input<'static>, mut touch: Touch, pulse: Pulse) -> ! {
+pub async fn sense(
+    charger: Input<'static>,
+    mut touch: Touch,
+    watches_battery: bool,
+    pulse: Pulse,
+) -> ! {
     let mut beats = BATTERY_BEATS;
-    let mut low_looks = 0;
+    let mut ladder = watches_battery.then(|| Ladder::new(LADDER_MV, charge()));
     loop {
         pulse.beat();
         look_at_charger(&charger);
@@ -135,7 +111,9 @@ pub async fn sense(charger: Input<'static>, mut touch: Touch, pulse: Pulse) -> !
         beats -= 1;
         if beats == 0 {
             look_at_battery();
-            judge(&mut low_looks);
+            if let Some(ladder) = &mut ladder {
+                judge(ladder);
+            }
             beats = BATTERY_BEATS;
         }
         Timer::after(BEAT).await;

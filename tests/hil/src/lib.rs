@@ -343,6 +343,22 @@ pub fn is_lit(events: &[TimedEvent], led: &str) -> bool {
     events.iter().rev().find_map(state) == Some(true)
 }
 
+/// Times at which the LED of this name went on since a time, and for how long.
+pub fn flashes(events: &[TimedEvent], led: &str, since: Duration) -> Vec<(Duration, Duration)> {
+    let mut flashes = Vec::new();
+    let mut begun = None;
+    for event in events.iter().filter(|event| event.at >= since) {
+        match &event.event {
+            Event::Led { name, on: true } if name == led => begun = Some(event.at),
+            Event::Led { name, on: false } if name == led => {
+                flashes.extend(begun.take().map(|at| (at, event.at - at)));
+            }
+            _ => {}
+        }
+    }
+    flashes
+}
+
 /// `movw` and `movt` of `value` to this register, 0 to 7 (ARMv7-M A7.7.76, A7.7.79).
 pub fn load_register(register: u16, value: u32) -> [u16; 4] {
     let half = |opcode: u16, value: u32| {

@@ -17,12 +17,13 @@ function step() {
 ";
 
 /// The tasks: those that the watchdog looks after, and its own.
-const TASKS: [&str; 7] = [
+const TASKS: [&str; 8] = [
     "run_script",
     "drive_motors",
     "receive_frames",
     "send_frames",
     "broadcast_messages",
+    "watch_battery",
     "show_status",
     "feed_watchdog",
 ];

@@ -4,7 +4,7 @@
 
 use std::time::Duration;
 
-use bittybuzz_hil::{Command, Event, Place, Table, resets};
+use bittybuzz_hil::{Command, Place, Table, resets};
 
 const SCRIPT: &str = "\
 function step() {
@@ -19,21 +19,8 @@ fn battery(table: &mut Table, volts: f32, charging: bool) {
     table.tell(0, &Command::Battery { volts, charging, usb_powered: charging });
 }
 
-/// Times at which a colour of the LED went on, and for how long, from a time on.
-fn flashes(table: &Table, colour: &str, since: Duration) -> Vec<(Duration, Duration)> {
-    let mut flashes = Vec::new();
-    let mut begun = None;
-    for event in &table.zooids()[0].events {
-        match &event.event {
-            Event::Led { name, on } if name == colour && event.at >= since => match (on, begun) {
-                (true, _) => begun = Some(event.at),
-                (false, Some(at)) => flashes.push((at, event.at - at)),
-                (false, None) => {}
-            },
-            _ => {}
-        }
-    }
-    flashes
+fn flashes(table: &Table, color: &str, since: Duration) -> Vec<(Duration, Duration)> {
+    bittybuzz_hil::flashes(&table.zooids()[0].events, color, since)
 }
 
 /// Lets ten seconds pass: packets sent, steps logged, and flashes of red, each 50 ms long and so far apart.

@@ -10,7 +10,7 @@ mod setup;
 pub mod swarm;
 pub mod uart;
 
-use core::sync::atomic::{AtomicI16, AtomicU16, AtomicU32, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicI16, AtomicU16, AtomicU32, Ordering};
 
 use bittybuzz_runtime::pose::LatestPose;
 
@@ -18,6 +18,8 @@ use bittybuzz_runtime::pose::LatestPose;
 pub struct State {
     /// mV; 0 until the nRF51 has told it.
     battery_mv: AtomicU16,
+    /// There is power on USB.
+    usb_powered: AtomicBool,
     /// Strength of the last radio packet in dBm; 0 until one was heard.
     rssi: AtomicI16,
     /// Frames with a right checksum.
@@ -38,6 +40,7 @@ pub static POSE: LatestPose = LatestPose::new();
 /// There is one link.
 pub static STATE: State = State {
     battery_mv: AtomicU16::new(0),
+    usb_powered: AtomicBool::new(false),
     rssi: AtomicI16::new(0),
     received: AtomicU32::new(0),
     rejected: AtomicU32::new(0),
@@ -64,6 +67,11 @@ impl State {
     /// The battery's voltage in mV, once it is known.
     pub fn battery_mv(&self) -> Option<u16> {
         Some(self.battery_mv.load(Ordering::Relaxed)).filter(|mv| *mv > 0)
+    }
+
+    /// Returns true if USB powers the robot, so that its battery is charged or full.
+    pub fn is_usb_powered(&self) -> bool {
+        self.usb_powered.load(Ordering::Relaxed)
     }
 
     /// Everything that is counted, since the start.

@@ -68,6 +68,7 @@ fn act(packet: &Packet<'_>, robot_id: u16, ears: &mut Ears) {
             // Checked to be at most 6 V.
             let mv = (battery.volts * 1000.0) as u16;
             STATE.battery_mv.store(mv, Ordering::Relaxed);
+            STATE.usb_powered.store(battery.usb_powered, Ordering::Relaxed);
         }
         Packet::ShutdownRequest => {
             motors::cut_power();

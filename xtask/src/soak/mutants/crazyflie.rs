@@ -7,6 +7,8 @@ const LEDS: &str = "firmware/crazyflie/src/leds.rs";
 const FAILURE: &str = "firmware/crazyflie/src/failure.rs";
 const WATCHDOG: &str = "firmware/crazyflie/src/watchdog.rs";
 const MOTORS: &str = "firmware/crazyflie/src/motors.rs";
+const BATTERY: &str = "firmware/crazyflie/src/battery.rs";
+const BOARD: &str = "firmware/crazyflie/src/board.rs";
 const UART: &str = "firmware/crazyflie/src/link/uart.rs";
 
 pub const MUTANTS: &[Mutant] = &[
@@ -135,6 +137,34 @@ pub const MUTANTS: &[Mutant] = &[
         find: "low(pac::GPIOB, 9);",
         put: "low(pac::GPIOB, 8);",
         breaks: "motor 4 turns on after a failure",
+    },
+    Mutant {
+        name: "other-board-driven",
+        file: BOARD,
+        find: "b\"CF20\" | b\"CF21\" => Ok(()),",
+        put: "b\"CF20\" | b\"CF21\" | b\"C21B\" => Ok(()),",
+        breaks: "a Brushless gets brushed motors' signals",
+    },
+    Mutant {
+        name: "empty-battery-drives",
+        file: MOTORS,
+        find: ">= Charge::Empty",
+        put: "> Charge::Empty",
+        breaks: "the motors go on with an empty battery",
+    },
+    Mutant {
+        name: "charger-not-seen",
+        file: BATTERY,
+        find: "link::STATE.is_usb_powered()",
+        put: "false",
+        breaks: "a robot that is charged switches itself off",
+    },
+    Mutant {
+        name: "switch-off-asked-once",
+        file: BATTERY,
+        find: "if now == Charge::Flat {",
+        put: "if now == Charge::Flat && charge() != now {",
+        breaks: "a lost frame leaves the robot on",
     },
     Mutant {
         name: "note-not-written",

@@ -54,7 +54,9 @@ const SUBJECTS: &[Subject] = &[
         tests: Tests::OfImage {
             board: &CRAZYFLIE,
             variable: "BITTYBUZZ_CRAZYFLIE",
-            programs: &["link", "failures", "resets", "script", "cable", "replay", "slices"],
+            programs: &[
+                "link", "failures", "resets", "battery", "script", "cable", "replay", "slices",
+            ],
         },
         // One each of clocks, pins and places.
         sample: &["pll-multiplier", "baud-rate", "motors-exchanged"],

@@ -1,0 +1,141 @@
+//! A ladder that a robot goes down as its battery runs down: it warns, takes the motors' power, and switches off.
+//!
+//! A voltage counts only after several looks in a row, because motors that start pull it down for a moment. A battery recovers
+//! when its load is gone, so a step down is final until the charger comes, or power-on.
+
+/// Looks in a row below a limit that lead one step down; robots look once a second.
+const LOW_LOOKS: u8 = 5;
+
+/// Phases from one flash of a low battery to the next, in units of [`PHASE`](crate::blink::PHASE): 2 s. An empty one flashes four
+/// times as often.
+const FLASH_PHASES: u32 = 40;
+
+/// The charge of a battery, by the steps of the ladder that were taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
+#[repr(u8)]
+pub enum Charge {
+    /// Enough for everything.
+    Enough,
+    /// The battery will be empty soon: the robot warns.
+    Low,
+    /// The motors have no power.
+    Empty,
+    /// The robot switches itself off: less would damage the battery.
+    Flat,
+}
+
+impl Charge {
+    /// The charge of this number, as `charge as u8` gives it; greater ones are [`Charge::Flat`].
+    pub const fn of_number(number: u8) -> Self {
+        match number {
+            0 => Charge::Enough,
+            1 => Charge::Low,
+            2 => Charge::Empty,
+            _ => Charge::Flat,
+        }
+    }
+
+    /// Returns true if the LED that warns is lit in this phase, in units of [`PHASE`](crate::blink::PHASE).
+    pub const fn is_flash(self, phase: u32) -> bool {
+        match self {
+            Charge::Low => phase.is_multiple_of(FLASH_PHASES),
+            Charge::Empty => phase.is_multiple_of(FLASH_PHASES / 4),
+            Charge::Enough | Charge::Flat => false,
+        }
+    }
+}
+
+/// A robot's way down, and up again.
+pub struct Ladder {
+    limits_mv: [u16; 3],
+    charge: Charge,
+    low_looks: u8,
+}
+
+impl Ladder {
+    /// Starts at `charge`. Below the limits, in mV, are [`Charge::Low`], [`Charge::Empty`] and [`Charge::Flat`].
+    pub const fn new(limits_mv: [u16; 3], charge: Charge) -> Self {
+        Ladder { limits_mv, charge, low_looks: 0 }
+    }
+
+    /// Takes a step down if the voltage was low long enough, or all steps up where the charger is.
+    pub fn look(&mut self, battery_mv: u16, is_charging: bool) -> Charge {
+        let step = self.charge as u8;
+        let is_low = self.limits_mv.get(usize::from(step)).is_some_and(|limit| battery_mv < *limit);
+        if is_charging {
+            self.charge = Charge::Enough;
+        }
+        if is_charging || !is_low {
+            self.low_looks = 0;
+            return self.charge;
+        }
+        self.low_looks += 1;
+        if self.low_looks == LOW_LOOKS {
+            self.charge = Charge::of_number(step + 1);
+            self.low_looks = 0;
+        }
+        self.charge
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Charge, Ladder};
+
+    const LIMITS_MV: [u16; 3] = [3200, 3100, 3000];
+
+    fn looks(ladder: &mut Ladder, times: usize, battery_mv: u16) -> Charge {
+        let mut charge = ladder.charge;
+        for _ in 0..times {
+            charge = ladder.look(battery_mv, false);
+        }
+        charge
+    }
+
+    #[test]
+    fn each_step_takes_five_low_looks_in_a_row() {
+        let mut ladder = Ladder::new(LIMITS_MV, Charge::Enough);
+        assert_eq!(looks(&mut ladder, 4, 3199), Charge::Enough);
+        assert_eq!(
+            looks(&mut ladder, 1, 3200),
+            Charge::Enough,
+            "not below the limit: from the start"
+        );
+        assert_eq!(looks(&mut ladder, 4, 3199), Charge::Enough);
+        assert_eq!(looks(&mut ladder, 1, 3199), Charge::Low);
+        assert_eq!(looks(&mut ladder, 100, 3100), Charge::Low);
+        // Whatever the voltage, one step after the other.
+        assert_eq!(looks(&mut ladder, 5, 0), Charge::Empty);
+        assert_eq!(looks(&mut ladder, 4, 0), Charge::Empty);
+        assert_eq!(looks(&mut ladder, 1, 0), Charge::Flat);
+        assert_eq!(looks(&mut ladder, 1000, 0), Charge::Flat);
+    }
+
+    #[test]
+    fn only_the_charger_leads_up() {
+        for charge in [Charge::Low, Charge::Empty, Charge::Flat] {
+            let mut ladder = Ladder::new(LIMITS_MV, charge);
+            assert_eq!(looks(&mut ladder, 100, 4200), charge);
+            assert_eq!(ladder.look(2500, true), Charge::Enough);
+        }
+        // Low looks from before the charger do not count.
+        let mut ladder = Ladder::new(LIMITS_MV, Charge::Enough);
+        looks(&mut ladder, 4, 3000);
+        ladder.look(3000, true);
+        assert_eq!(looks(&mut ladder, 4, 3000), Charge::Enough);
+    }
+
+    #[test]
+    fn a_low_battery_flashes_every_two_seconds_and_an_empty_one_four_times_as_often() {
+        let flashes = |charge: Charge| (0..400).filter(|phase| charge.is_flash(*phase)).count();
+        let all = [Charge::Enough, Charge::Low, Charge::Empty, Charge::Flat];
+        assert_eq!(all.map(flashes), [0, 10, 40, 0]);
+    }
+
+    #[test]
+    fn numbers_are_those_of_the_charges() {
+        for charge in [Charge::Enough, Charge::Low, Charge::Empty, Charge::Flat] {
+            assert_eq!(Charge::of_number(charge as u8), charge);
+        }
+    }
+}
