@@ -1,14 +1,18 @@
-//! Swarm messages in P2P frames: who sends, where that robot is, and the message.
+//! Swarm messages in P2P frames: who sends, where that robot is, and the message. And pings, by which people try the radio
+//! between two robots.
 //!
 //! ```text
 //! 0xb0 | robot (u16)                              | message     the position is unknown
 //! 0xb1 | robot (u16) | x, y, z (i16, mm each)     | message
+//! 0xb2 | robot (u16) | anything                                 a ping for this robot
+//! 0xb3 | robot (u16) | the same                                 the answer of this robot
 //! ```
 //! Numbers have their least significant byte first. The radio has a checksum of its own.
 
 use super::packet::P2P_MAX;
 
-/// The P2P port of swarm messages. Not 0, which Bitcraze's examples use.
+/// The P2P port of swarm messages and pings. Not 0, which Bitcraze's examples use, and not 15, which its token ring uses
+/// (crazyflie-firmware, token_ring.h).
 pub const SWARM_PORT: u8 = 11;
 
 /// Most bytes of a message.
@@ -16,6 +20,8 @@ pub const SWARM_MESSAGE_MAX: usize = P2P_MAX - HEADER_MAX;
 
 const HERE_UNKNOWN: u8 = 0xb0;
 const HERE: u8 = 0xb1;
+const PING: u8 = 0xb2;
+const ANSWER: u8 = 0xb3;
 /// Tag, robot, position.
 const HEADER_MAX: usize = 1 + 2 + 3 * 2;
 
@@ -69,20 +75,56 @@ impl<'a> SwarmFrame<'a> {
         if !(1..=SWARM_MESSAGE_MAX).contains(&self.message.len()) {
             return None;
         }
-        let mut rest = buffer.iter_mut();
-        let mut length = 0;
-        let mut put = |bytes: &[u8]| {
-            rest.by_ref().zip(bytes).for_each(|(slot, byte)| *slot = *byte);
-            length += bytes.len();
-        };
-        put(&[if self.position.is_some() { HERE } else { HERE_UNKNOWN }]);
-        put(&self.robot.to_le_bytes());
+        let tag = if self.position.is_some() { HERE } else { HERE_UNKNOWN };
+        let mut position = [0; 3 * 2];
+        let mut position_bytes = &[][..];
         if let Some(Position(coordinates)) = self.position {
-            coordinates.iter().for_each(|mm| put(&mm.to_le_bytes()));
+            let bytes = coordinates.into_iter().flat_map(i16::to_le_bytes);
+            position.iter_mut().zip(bytes).for_each(|(slot, byte)| *slot = byte);
+            position_bytes = &position;
         }
-        put(self.message);
-        buffer.get(..length)
+        concat(buffer, [&[tag], &self.robot.to_le_bytes(), position_bytes, self.message])
     }
+}
+
+/// A ping, or the answer to one. The two differ, so that an answer is never answered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Ping<'a> {
+    /// The robot that is to answer, or does.
+    pub robot: u16,
+    /// True for the answer.
+    pub is_answer: bool,
+    /// At most [`PING_MAX`] bytes, which the answer repeats.
+    pub data: &'a [u8],
+}
+
+/// Most bytes of a ping's data.
+pub const PING_MAX: usize = P2P_MAX - 3;
+
+impl<'a> Ping<'a> {
+    /// From the data of a P2P frame; `None` if it is something else.
+    pub fn parse(data: &'a [u8]) -> Option<Self> {
+        let [tag @ (PING | ANSWER), r0, r1, data @ ..] = data else { return None };
+        let (robot, is_answer) = (u16::from_le_bytes([*r0, *r1]), *tag == ANSWER);
+        (data.len() <= PING_MAX).then_some(Ping { robot, is_answer, data })
+    }
+
+    /// Writes the data of a P2P frame; `None` if there is too much of it.
+    pub fn write<'b>(&self, buffer: &'b mut [u8; P2P_MAX]) -> Option<&'b [u8]> {
+        let tag = if self.is_answer { ANSWER } else { PING };
+        concat(buffer, [&[tag], &self.robot.to_le_bytes(), self.data, &[]])
+    }
+}
+
+/// The parts, one after the other; `None` where they do not fit.
+fn concat<'b>(buffer: &'b mut [u8; P2P_MAX], parts: [&[u8]; 4]) -> Option<&'b [u8]> {
+    let mut rest = buffer.iter_mut();
+    let mut length = 0;
+    for part in parts {
+        rest.by_ref().zip(part).for_each(|(slot, byte)| *slot = *byte);
+        length += part.len();
+    }
+    buffer.get(..length)
 }
 
 #[cfg(test)]
@@ -133,6 +175,27 @@ mod tests {
             SwarmFrame::parse(&[&[tag], &whole[1..]].concat()).is_some() == known
         }));
         assert_eq!(SwarmFrame::parse(&[&[0xb0, 7, 0][..], &[1; 52]].concat()), None);
+    }
+
+    /// By the table above.
+    #[test]
+    fn a_ping_and_its_answer() {
+        let ping = |is_answer, data| Ping { robot: 0x1234, is_answer, data };
+        for (ping, bytes) in [
+            (ping(false, &b"hi"[..]), &[0xb2, 0x34, 0x12, b'h', b'i'][..]),
+            (ping(true, b"hi"), &[0xb3, 0x34, 0x12, b'h', b'i']),
+            (ping(true, b""), &[0xb3, 0x34, 0x12]),
+        ] {
+            assert_eq!(ping.write(&mut [0; P2P_MAX]), Some(bytes));
+            assert_eq!(Ping::parse(bytes), Some(ping));
+            assert_eq!(SwarmFrame::parse(bytes), None);
+        }
+        assert_eq!(Ping::parse(&[0xb2, 7]), None);
+        assert_eq!(Ping::parse(&[0xb1, 7, 0, 1]), None);
+        assert_eq!(Ping::parse(&[0xb2; P2P_MAX + 1]), None);
+        let most = ping(false, &[1; PING_MAX]);
+        assert_eq!(most.write(&mut [0; P2P_MAX]).map(<[u8]>::len), Some(P2P_MAX));
+        assert_eq!(ping(false, &[1; PING_MAX + 1]).write(&mut [0; P2P_MAX]), None);
     }
 
     #[test]

@@ -1,6 +1,7 @@
-//! Bringing the radio up: what the nRF51 has to be told, and whether it has heard.
+//! The radio's set-up: packets that the nRF51 has to be sent, and echoes of those that it has understood.
 
-use super::packet::{DataRate, Packet};
+use super::p2p::{Ping, SWARM_PORT};
+use super::packet::{DataRate, P2P_MAX, Packet};
 
 /// How the radio works. All robots of a swarm use the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,39 +22,91 @@ impl Radio {
         Radio { channel: 80, data_rate: DataRate::Megabits2, address: [0xe7; 5], power: 0 };
 }
 
-/// Steps that the nRF51 echoes.
-const ECHOED: usize = 5;
+/// Steps that every nRF51 echoes.
+const ECHOED: usize = 4;
 
-/// Which steps are done. The nRF51 echoes what it has understood; what it has not echoed is sent again.
+/// Attempts after which an nRF51 that has echoed all else counts as one that does not know RADIO_READY: firmware from before
+/// 2025-10-09 ignores it, and its radio receives from the start. A line that loses every third frame loses ten requests or
+/// their echoes once in a thousand set-ups, and then the radio also receives: 3 s after its start it does so unasked.
+const READY_TRIES: u8 = 10;
+
+/// The state of the radio's set-up. The nRF51 echoes each step that it has understood; the others are sent again.
 #[derive(Debug, Clone)]
 pub struct Setup {
     radio: Radio,
+    hello: [u8; 3],
     echoed: [bool; ECHOED],
+    ready: Ready,
+}
+
+/// The state of the last step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Ready {
+    /// Not echoed by an nRF51 that was asked so often since it echoed all else.
+    Asked(u8),
+    /// Echoed.
+    Known,
+    /// Asked often enough.
+    Unknown,
 }
 
 impl Setup {
     /// Nothing is done yet.
-    pub fn new(radio: Radio) -> Self {
-        Setup { radio, echoed: [false; ECHOED] }
+    pub fn new(radio: Radio, robot: u16) -> Self {
+        let hello = Ping { robot, is_answer: true, data: &[] };
+        let mut room = [0; P2P_MAX];
+        let hello = hello.write(&mut room).and_then(|bytes| bytes.first_chunk().copied());
+        let hello = hello.unwrap_or_default();
+        Setup { radio, hello, echoed: [false; ECHOED], ready: Ready::Asked(0) }
     }
 
-    /// The nRF51 has to be told everything again.
+    /// The nRF51 has to be asked for everything again.
     pub fn restart(&mut self) {
         self.echoed = [false; ECHOED];
+        self.ready = Ready::Asked(0);
     }
 
-    /// Whether the radio works as wanted.
-    pub fn is_done(&self) -> bool {
+    /// Returns true if the nRF51 has echoed something.
+    pub fn has_begun(&self) -> bool {
+        self.echoed.contains(&true) || self.ready == Ready::Known
+    }
+
+    /// Returns true if the radio sends as wanted, and the nRF51 reads at full speed: Bluetooth is off.
+    pub fn can_send(&self) -> bool {
         self.echoed.iter().all(|echoed| *echoed)
     }
 
-    /// What has to be sent, in this order. The request for battery and signal strength has no echo; it goes with every
-    /// attempt.
-    pub fn missing(&self) -> impl Iterator<Item = Packet<'static>> {
-        let steps = self.steps();
-        let missing = steps.into_iter().zip(self.echoed).filter(|(_, echoed)| !echoed);
-        let updates = if self.is_done() { None } else { Some(Packet::BatteryAutoupdate) };
-        updates.into_iter().chain(missing.map(|(step, _)| step))
+    /// Returns true if the radio also receives.
+    pub fn is_done(&self) -> bool {
+        self.can_send() && !matches!(self.ready, Ready::Asked(_))
+    }
+
+    /// Returns true for an nRF51 that does not know RADIO_READY.
+    pub fn is_old(&self) -> bool {
+        self.ready == Ready::Unknown
+    }
+
+    /// The packets to be sent now, in this order; none once it is done. The request for battery and signal strength has no
+    /// echo; it goes with every attempt.
+    ///
+    /// The first is a P2P frame, with which the nRF51 turns Bluetooth off. Meanwhile it reads nothing, for a time that no
+    /// document states: nothing else may be sent until it has echoed the frames that follow. All of an attempt is shorter than
+    /// its queue.
+    pub fn attempt(&mut self) -> impl Iterator<Item = Packet<'_>> {
+        let can_send = self.can_send();
+        if can_send && let Ready::Asked(times) = self.ready {
+            self.ready = if times < READY_TRIES { Ready::Asked(times + 1) } else { Ready::Unknown };
+        }
+        let begins = !self.is_done();
+        let asks = matches!(self.ready, Ready::Asked(_));
+        let hello = Packet::P2pSend { port: SWARM_PORT, data: &self.hello };
+        let missing = self.steps().into_iter().zip(self.echoed);
+        (begins && !can_send)
+            .then_some(hello)
+            .into_iter()
+            .chain(begins.then_some(Packet::BatteryAutoupdate))
+            .chain(missing.filter(|(_, echoed)| !echoed).map(|(step, _)| step))
+            .chain(asks.then_some(Packet::Ready))
     }
 
     /// Takes note of a packet that may be an echo.
@@ -63,16 +116,17 @@ impl Setup {
                 *echoed = true;
             }
         }
+        if *packet == Packet::Ready {
+            self.ready = Ready::Known;
+        }
     }
 
-    /// Ready comes last: from then on the radio receives.
     fn steps(&self) -> [Packet<'static>; ECHOED] {
         [
             Packet::Channel(self.radio.channel),
             Packet::DataRate(self.radio.data_rate),
             Packet::Address(self.radio.address),
             Packet::Power(self.radio.power),
-            Packet::Ready,
         ]
     }
 }
@@ -82,39 +136,76 @@ mod tests {
     extern crate std;
 
     use super::*;
+    use crate::syslink::MTU;
     use std::vec::Vec;
 
-    fn sent(setup: &Setup) -> Vec<Packet<'static>> {
-        setup.missing().collect()
+    const HELLO: Packet<'static> = Packet::P2pSend { port: 11, data: &[0xb3, 0x34, 0x12] };
+    const STEPS: [Packet<'static>; 4] = [
+        Packet::Channel(80),
+        Packet::DataRate(DataRate::Megabits2),
+        Packet::Address([0xe7; 5]),
+        Packet::Power(0),
+    ];
+
+    fn setup() -> Setup {
+        Setup::new(Radio::DEFAULT, 0x1234)
+    }
+
+    fn sent(setup: &mut Setup) -> Vec<Packet<'_>> {
+        setup.attempt().collect()
     }
 
     #[test]
     fn everything_is_sent_until_it_is_echoed() {
-        let mut setup = Setup::new(Radio::DEFAULT);
-        assert_eq!(
-            sent(&setup),
-            [
-                Packet::BatteryAutoupdate,
-                Packet::Channel(80),
-                Packet::DataRate(DataRate::Megabits2),
-                Packet::Address([0xe7; 5]),
-                Packet::Power(0),
-                Packet::Ready,
-            ]
-        );
+        let mut setup = setup();
+        let all = [&[HELLO, Packet::BatteryAutoupdate], &STEPS[..], &[Packet::Ready]].concat();
+        assert_eq!(sent(&mut setup), all);
+        assert!(!setup.has_begun());
         setup.hear(&Packet::DataRate(DataRate::Megabits2));
         setup.hear(&Packet::Ready);
         setup.hear(&Packet::Power(0));
         // An echo of something else: the request was damaged, or an old one.
         setup.hear(&Packet::Channel(81));
-        assert_eq!(
-            sent(&setup),
-            [Packet::BatteryAutoupdate, Packet::Channel(80), Packet::Address([0xe7; 5])]
-        );
+        assert!(setup.has_begun() && !setup.can_send());
+        let missing =
+            [HELLO, Packet::BatteryAutoupdate, Packet::Channel(80), Packet::Address([0xe7; 5])];
+        assert_eq!(sent(&mut setup), missing);
         setup.hear(&Packet::Channel(80));
         setup.hear(&Packet::Address([0xe7; 5]));
-        assert!(setup.is_done() && sent(&setup).is_empty());
+        assert!(setup.can_send() && setup.is_done() && !setup.is_old());
+        assert_eq!(sent(&mut setup), []);
         setup.restart();
-        assert_eq!(sent(&setup).len(), 6);
+        assert_eq!(sent(&mut setup), all);
+    }
+
+    /// It echoes all but RADIO_READY.
+    #[test]
+    fn an_old_nrf51_is_asked_ten_times() {
+        let mut setup = setup();
+        // Attempts without any echo do not count.
+        (0..20).for_each(|_| assert_eq!(sent(&mut setup).len(), 7));
+        STEPS.iter().for_each(|step| setup.hear(step));
+        for _ in 0..10 {
+            assert!(setup.can_send() && !setup.is_done());
+            assert_eq!(sent(&mut setup), [Packet::BatteryAutoupdate, Packet::Ready]);
+        }
+        assert!(!setup.is_done());
+        assert_eq!(sent(&mut setup), []);
+        assert!(setup.is_done() && setup.is_old());
+        // It had only been lost.
+        setup.hear(&Packet::Ready);
+        assert!(!setup.is_old());
+        setup.restart();
+        assert!(!setup.is_done());
+    }
+
+    /// The nRF51's queue holds 127 bytes.
+    #[test]
+    fn an_attempt_fits_the_queue() {
+        let mut room = [0; MTU];
+        let mut setup = setup();
+        let length = |packet: Packet<'_>| packet.frame(&mut room).unwrap().bytes().as_slice().len();
+        let bytes: usize = setup.attempt().map(length).sum();
+        assert_eq!(bytes, 10 + 6 + 7 + 7 + 11 + 7 + 6);
     }
 }

@@ -6,7 +6,8 @@ use crate::f405::F405;
 use crate::nrf51::{BAUD, Nrf51, Output};
 use crate::stm32::{Pin, Pwm};
 use crate::{
-    Battery, Event, Frame, Led, Lines, Link, P2pFrame, Pose, Random, ResetCause, Time, Width,
+    Battery, Event, Frame, Led, Lines, Link, Nrf51Settings, P2pFrame, Pose, Random, ResetCause,
+    Time, Width,
 };
 
 /// Port, pin, whether it shines when the pin is high.
@@ -105,14 +106,18 @@ pub struct Statistics {
     pub peer_framing_errors: u64,
     /// Frames that the radio's processor dropped for their checksum.
     pub peer_bad_checksums: u64,
-    /// Bytes that the radio's processor lost because its queue was full: the firmware ignored flow control.
+    /// Bytes that the radio's processor lost because its queue was full, of which the line for flow control tells nothing.
     pub peer_dropped: u64,
+    /// Bytes that its UART lost: the firmware ignored flow control.
+    pub peer_overruns: u64,
     /// Frames that were to be sent to the firmware while the radio's processor is still silent.
     pub peer_unsent: u64,
     /// P2P frames that came while the radio was transmitting.
     pub radio_unheard: u64,
     /// P2P frames for which the radio's processor had no room: they came faster than the line takes them.
     pub radio_overflown: u64,
+    /// Own P2P frames that the next one, or a change of the radio's settings, cut off on the air.
+    pub radio_cut: u64,
     /// Bytes that the line lost on request, in both directions.
     pub link_lost: u64,
     /// Bytes that the line changed on request, in both directions.
@@ -180,7 +185,7 @@ impl Crazyflie {
             }
         }
         let (port, pin) = FLOW_CONTROL;
-        self.f405.drive(port, pin, self.nrf51.is_full());
+        self.f405.drive(port, pin, self.nrf51.is_full(self.now));
         let was_powered = !self.power_is_off;
         self.power_is_off = !self.nrf51.is_powered();
         self.events.extend(self.nrf51.take_events());
@@ -192,7 +197,7 @@ impl Crazyflie {
     }
 
     fn find_next_event(&self) -> Option<Time> {
-        let events = self.f405.next_event().into_iter().chain(self.nrf51.next_event());
+        let events = self.f405.next_event().into_iter().chain(self.nrf51.next_event(self.now));
         // What waits for a clock that stands still never comes.
         events.min().filter(|at| *at < Time::NEVER)
     }
@@ -241,9 +246,11 @@ impl Crazyflie {
             peer_framing_errors: peer.framing_errors,
             peer_bad_checksums: peer.bad_sums.iter().sum(),
             peer_dropped: peer.dropped,
+            peer_overruns: peer.overruns,
             peer_unsent: peer.not_sent,
-            radio_unheard: peer.unheard(),
-            radio_overflown: peer.overflown(),
+            radio_unheard: peer.radio().unheard,
+            radio_overflown: peer.radio().overflown,
+            radio_cut: peer.radio().cut,
             link_lost: peer.lost(),
             link_corrupted: peer.corrupted(),
             clocks_hz: self.f405.clocks_hz(),
@@ -283,9 +290,20 @@ impl Crazyflie {
         self.nrf51.set_link(link);
     }
 
-    /// The radio's processor stops to read its queue and says so (`true`), or goes on (`false`).
+    /// The radio's processor stops its UART's receiver, which says so (`true`), or goes on (`false`).
     pub fn set_flow_control(&mut self, full: bool) {
-        self.nrf51.set_stalled(full, self.now);
+        self.nrf51.set_stopped(full, self.now);
+        self.settle();
+    }
+
+    /// The radio's processor is like this from now on.
+    pub fn set_nrf51(&mut self, settings: Nrf51Settings) {
+        self.nrf51.set(settings);
+    }
+
+    /// The radio's processor restarts, while the STM32 goes on.
+    pub fn restart_nrf51(&mut self) {
+        self.nrf51.restart(self.now);
         self.settle();
     }
 
@@ -310,7 +328,7 @@ impl Crazyflie {
     }
 
     /// The button was pressed: the radio's processor asks the firmware to shut down and cuts the power when
-    /// that has acknowledged, after 100 ms at the latest.
+    /// that has acknowledged, after a second at the latest.
     pub fn request_shutdown(&mut self) {
         self.nrf51.request_shutdown(self.now);
         self.settle();
@@ -430,7 +448,8 @@ impl Board for Crazyflie {
         }
         memory.extend(bootloader::overwritten(&mut self.noise));
         bootloader::set_clocks(&mut self.f405);
-        let loader = bootloader::loader(self.nrf51.line_is_high(self.now), self.nrf51.is_full());
+        let loader =
+            bootloader::loader(self.nrf51.line_is_high(self.now), self.nrf51.is_full(self.now));
         self.events.extend(loader.map(|loader| (self.now, Event::Loader(loader))));
         self.after_access();
         Start { memory, vector_table: FIRMWARE, is_in_loader: loader.is_some() }

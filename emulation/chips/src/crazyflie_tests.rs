@@ -263,7 +263,9 @@ fn cutting_the_power_turns_everything_off() {
     talk(&mut board, &[0xbc, 0xcf, 0x0b, 0x00, 0x0b, 0x16], Time::from_millis(1));
     events(&mut board);
     board.request_shutdown();
-    board.advance(Time::from_millis(102));
+    board.advance(Time::from_millis(1_000));
+    assert!(board.is_powered());
+    board.advance(Time::from_millis(1_002));
     assert!(!board.is_powered());
     let off = Event::Led { led: Led::BlueLeft, on: false };
     assert_eq!(events(&mut board), [Event::PowerOff { acknowledged: false }, off]);

@@ -47,7 +47,7 @@ pub use f405::OTP;
 pub use kilobot::{Amplitude, DIAMETER_MM, Edge, Kilobot, KilobotStatistics, Surroundings};
 pub use kilobot::{Light as Infrared, infrared_checksum};
 pub use nrf24::{MAX_PAYLOAD as RADIO_MAX, Packet, PowerDetector, RadioStatistics, Transmission};
-pub use nrf51::{Battery, Frame, Link, MAX_PAYLOAD, P2P_MAX, P2pFrame, Pose};
+pub use nrf51::{Battery, Frame, Link, MAX_PAYLOAD, Nrf51Settings, P2P_MAX, P2pFrame, Pose};
 pub use random::Random;
 pub use stm32::{Lines, Width};
 pub use time::Time;

@@ -3,8 +3,8 @@
 use std::ops::RangeInclusive;
 
 use bittybuzz_chips::{
-    Battery, Board, Chip, Crazyflie, Frame, Light, Link, MAX_PAYLOAD, OTP, P2P_MAX, P2pFrame, Pose,
-    TablePose, Time, Zooid,
+    Battery, Board, Chip, Crazyflie, Frame, Light, Link, MAX_PAYLOAD, Nrf51Settings, OTP, P2P_MAX,
+    P2pFrame, Pose, TablePose, Time, Zooid,
 };
 
 use crate::message::{self, BoardStatistics, Command};
@@ -77,6 +77,17 @@ pub enum Refusal {
     /// The chip has fewer.
     #[error("a Crazyflie has {OTP} one-time programmable bytes, not {0}")]
     Otp(usize),
+    /// The STM32 could not obey flow control.
+    #[error("rts_bytes is between 1 and {most}, not {value}")]
+    RtsBytes {
+        /// The limit.
+        most: u8,
+        /// The number in the command.
+        value: u8,
+    },
+    /// Longer than any test waits.
+    #[error("ble_shutdown_us is at most 1000000, not {0}")]
+    BleShutdown(u64),
     /// No frame of a Kilobot has so many bytes.
     #[error(
         "a Kilobot's frame is 9 bytes of data and its type, and 2 of its checksum or none: 10 or 12, not {0}"
@@ -127,6 +138,19 @@ impl Control for Crazyflie {
                 let (lose, corrupt) = (probability(lose)?, probability(corrupt)?);
                 self.set_link(Link { lose, corrupt, seed });
             }
+            Command::RadioProcessor { ready, rts_bytes, ble_shutdown_us, ble_masks } => {
+                let most = Nrf51Settings::MOST_RTS_BYTES;
+                if !(1..=most).contains(&rts_bytes) {
+                    return Err(Refusal::RtsBytes { most, value: rts_bytes });
+                }
+                if ble_shutdown_us > 1_000_000 {
+                    return Err(Refusal::BleShutdown(ble_shutdown_us));
+                }
+                let ble_shutdown = Time::from_micros(ble_shutdown_us);
+                let knows_ready = ready;
+                self.set_nrf51(Nrf51Settings { knows_ready, rts_bytes, ble_shutdown, ble_masks });
+            }
+            Command::RadioRestart => self.restart_nrf51(),
             Command::FlowControl { full } => self.set_flow_control(full),
             Command::Battery { volts, charging, usb_powered } => {
                 self.set_battery(Battery { volts, charging, usb_powered });
@@ -286,6 +310,17 @@ mod tests {
             (r#"{"command":"reset","cause":"brown_out"}"#, "obeyed"),
             (r#"{"command":"otp","bytes":"303b43463231"}"#, "obeyed"),
             (&format!(r#"{{"command":"otp","bytes":"{}"}}"#, "00".repeat(513)), "has 512"),
+            (r#"{"command":"radio_processor"}"#, "obeyed"),
+            (
+                r#"{"command":"radio_processor","ready":false,"rts_bytes":4,"ble_shutdown_us":0,"ble_masks":true}"#,
+                "obeyed",
+            ),
+            (r#"{"command":"radio_processor","rts_bytes":5}"#, "between 1 and 4, not 5"),
+            (
+                r#"{"command":"radio_processor","ble_shutdown_us":1000001}"#,
+                "at most 1000000, not 1000001",
+            ),
+            (r#"{"command":"radio_restart"}"#, "obeyed"),
         ] {
             let answered = refusal::<Crazyflie>(line);
             assert!(answered.contains(answer), "{line}: {answered}");

@@ -122,7 +122,24 @@ pub enum Command {
         /// Start of the pseudo-random sequence.
         seed: u64,
     },
-    /// The radio's processor stops to take bytes, or goes on.
+    /// The radio's processor has this firmware, and is like this, from now on.
+    RadioProcessor {
+        /// False for firmware from before October 2025, which ignores RADIO_READY.
+        #[serde(default = "yes")]
+        ready: bool,
+        /// Bytes in its UART's FIFO from which on it says that no more should come.
+        #[serde(default = "rts_bytes")]
+        rts_bytes: u8,
+        /// Duration of Bluetooth's shutdown before the first packet that the radio sends or receives.
+        #[serde(default = "ble_shutdown_us")]
+        ble_shutdown_us: u64,
+        /// True if no interrupt is served during that shutdown.
+        #[serde(default)]
+        ble_masks: bool,
+    },
+    /// The radio's processor restarts, while the STM32 goes on.
+    RadioRestart,
+    /// The radio's processor stops its UART's receiver, which says so, or goes on.
     FlowControl {
         /// Whether it stops.
         full: bool,
@@ -294,6 +311,14 @@ impl From<PowerDetector> for chips::PowerDetector {
 
 fn lsi_hz() -> u64 {
     chips::Chip::default().lsi_hz
+}
+
+fn rts_bytes() -> u8 {
+    chips::Nrf51Settings::default().rts_bytes
+}
+
+fn ble_shutdown_us() -> u64 {
+    chips::Nrf51Settings::default().ble_shutdown.nanos() / 1000
 }
 
 fn yes() -> bool {

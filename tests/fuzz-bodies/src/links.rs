@@ -4,7 +4,7 @@
 use bittybuzz_comms::infrared::{self, FaultReport};
 use bittybuzz_comms::nrf24::{self, Payload};
 use bittybuzz_comms::syslink::{
-    Crtp, Frame, MTU, P2P_MAX, Packet, Parser, Position, SWARM_PORT, SwarmFrame, kind,
+    Crtp, Frame, MTU, P2P_MAX, Packet, Parser, Ping, Position, SWARM_PORT, SwarmFrame, kind,
 };
 use bittybuzz_kilobot::life::Life;
 use bittybuzz_kilobot::receiver::{BIT, DEADLINE, Pulse, Receiver};
@@ -66,6 +66,7 @@ fn serial(choices: &mut Choices<'_>) -> Vec<u8> {
         }
         (kind::RADIO_ADDRESS, _) => (&[], 5),
         (kind::RADIO_P2P_BROADCAST, 1..4) => (&[SWARM_PORT, 40, 0xb0], choices.below(60)),
+        (kind::RADIO_P2P_BROADCAST, 4) => (&[SWARM_PORT, 40, 0xb2], choices.below(60)),
         (kind::RADIO_P2P_BROADCAST, _) => (&[SWARM_PORT, 40, 0xb1], choices.below(60)),
         (kind::RADIO_RAW, 1) => (&[0xf0], choices.below(30)),
         // A pose.
@@ -100,9 +101,17 @@ fn check_frame(frame: Frame<'_>) -> bool {
     assert!(packet.frame(&mut room).is_ok(), "{packet:?} cannot be sent");
     match packet {
         Packet::Raw(data) => Crtp::parse(data).is_some(),
-        Packet::P2pReceived { data, .. } => check_swarm_frame(data),
+        Packet::P2pReceived { data, .. } => check_swarm_frame(data) || check_ping(data),
         _ => true,
     }
+}
+
+fn check_ping(data: &[u8]) -> bool {
+    let Some(read) = Ping::parse(data) else { return false };
+    assert_eq!(read.write(&mut [0; P2P_MAX]), Some(data));
+    let answer = Ping { is_answer: true, ..read };
+    assert!(read.is_answer || answer.write(&mut [0; P2P_MAX]) != Some(data));
+    true
 }
 
 fn check_swarm_frame(data: &[u8]) -> bool {

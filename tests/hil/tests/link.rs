@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may")]
 
+use bittybuzz_comms::syslink::SWARM_PORT;
 use bittybuzz_hil::{
     Command, Core, ECHO_HEADER, Event, RADIO_RAW, Robot, ScriptFile, frames, motors, resets, text,
     trace,
@@ -37,8 +38,8 @@ fn kinds(robot: &Robot) -> Vec<u8> {
 fn the_radio_is_set_up_once(core: Core) {
     let mut robot = Robot::crazyflie(core, IDLE);
     robot.run_ms(500);
-    // Battery and signal strength, channel, data rate, address, power, ready.
-    assert_eq!(kinds(&robot), [0x14, 0x01, 0x02, 0x05, 0x07, 0x0b]);
+    // A P2P frame that turns Bluetooth off; battery and signal strength, channel, data rate, address, power, ready.
+    assert_eq!(kinds(&robot), [0x0a, 0x14, 0x01, 0x02, 0x05, 0x07, 0x0b]);
     let payload = |kind| {
         let payloads = frames(&robot.events, kind).map(|(_, payload)| payload.to_vec());
         payloads.collect::<Vec<_>>()
@@ -139,19 +140,22 @@ fn a_ping_over_the_radio_comes_back() {
     let mut robot = Robot::crazyflie(Core::Unicorn, IDLE);
     robot.run_ms(100);
     let id = robot_id();
-    let ping = [&[15, 60][..], &id.to_le_bytes(), b"are you there?"].concat();
-    robot.send(P2P, &ping);
+    let text = b"are you there?";
+    robot.send(P2P, &[&[SWARM_PORT, 60, 0xb2][..], &id.to_le_bytes(), text].concat());
     let events = robot.run_ms(5);
     let (_, answer) = frames(&events, P2P).next().expect("an answer");
-    assert_eq!(answer, [&[15][..], &ping[2..]].concat());
-    // To somebody else, on another port, or without an id: no answer.
+    assert_eq!(answer, [&[SWARM_PORT, 0xb3][..], &id.to_le_bytes(), text].concat());
+    // To somebody else, on another port, an answer, or without an id: no answer.
     for other in [
-        [&[15, 60][..], &(id ^ 1).to_le_bytes()].concat(),
-        [&[3, 60][..], &id.to_le_bytes()].concat(),
-        vec![15, 60],
-        vec![15],
+        [&[SWARM_PORT, 60, 0xb2][..], &(id ^ 1).to_le_bytes()].concat(),
+        [&[15, 60, 0xb2][..], &id.to_le_bytes()].concat(),
+        [&[SWARM_PORT, 60, 0xb3][..], &id.to_le_bytes()].concat(),
+        vec![SWARM_PORT, 60, 0xb2],
+        vec![SWARM_PORT],
         vec![],
     ] {
+        // Later than its next answer.
+        robot.run_ms(100);
         robot.send(P2P, &other);
         assert_eq!(frames(&robot.run_ms(5), P2P).count(), 0, "{other:?}");
     }

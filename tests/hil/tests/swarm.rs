@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may")]
 
+use bittybuzz_comms::syslink::SwarmFrame;
 use bittybuzz_hil::{Command, Core, Event, Member, RADIO_RAW, Robot, Swarm, resets};
 
 /// The ground station's pose is the script's `pos`, until it is a second old.
@@ -132,13 +133,15 @@ function step() {
 }
 ";
 
-/// The P2P frames, ports and contents, that a robot with this script sends in two seconds.
+/// The P2P frames with messages, ports and contents, that a robot with this script sends in two seconds.
 fn all_sent_by(script: &str, id: u16) -> Vec<(u8, Vec<u8>)> {
     let mut swarm = Swarm::crazyflies(script, &[id]);
     swarm.run_ms(2000);
     let events = swarm.members()[0].robot.events.iter();
     let sent = events.filter_map(|event| match &event.event {
-        Event::P2p { port, payload, .. } => Some((*port, payload.clone())),
+        Event::P2p { port, payload, .. } => {
+            SwarmFrame::parse(payload).map(|_| (*port, payload.clone()))
+        }
         _ => None,
     });
     sent.collect()

@@ -50,9 +50,11 @@ impl P2pAir {
         self.random = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
     }
 
-    /// Robot number `sender` has begun to transmit a frame `at` a time, as its emulator tells.
+    /// Robot number `sender` began to transmit a frame `at` a time. Its radio has one buffer: its frame before is cut off if that
+    /// is still on the air.
     pub fn send(&mut self, sender: usize, at: Duration, air: Duration, port: u8, payload: Vec<u8>) {
         let (begin, end) = (at + RAMP, at + air);
+        self.frames.retain(|frame| frame.sender != sender || frame.end <= at || frame.has_arrived);
         self.frames.push(OnAir { sender, begin, end, port, payload, has_arrived: false });
     }
 
@@ -149,6 +151,18 @@ mod tests {
         send(&mut air, 1, 330);
         let heard = air.carry(us(780), 3, |_, _| true);
         assert_eq!(receivers(&heard), [1, 2, 0, 2]);
+    }
+
+    #[test]
+    fn a_frame_is_cut_off_by_the_next_of_its_sender() {
+        let mut air = P2pAir::default();
+        send(&mut air, 0, 20);
+        send(&mut air, 0, 340);
+        let heard = air.carry(us(700), 2, |_, _| true);
+        let [(1, Command::P2p { at, .. })] = &heard[..] else { panic!("{heard:?}") };
+        assert_eq!(*at, us(670));
+        send(&mut air, 0, 670);
+        assert_eq!(air.carry(us(1000), 2, |_, _| true).len(), 1, "the one before had ended");
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The nRF51's radio, as far as P2P frames go. It is deaf while it transmits, listens to nobody before it transmits, and
-//! keeps a few received packets until its processor has passed them on (crazyflie2-nrf-firmware, src/esb.c).
+//! keeps a few received packets until its processor has passed them on (crazyflie2-nrf-firmware, src/esb.c). It transmits at once,
+//! from its only buffer: what is still on the air is cut off, also by a change of the radio's settings.
 //!
 //! Who is in range, and which frames destroy each other on the air, is the business of whoever connects the radios.
 
@@ -14,8 +15,19 @@ const RAMP: Time = Time::from_micros(130);
 /// before the port, checksum.
 const OVERHEAD: u64 = 1 + 5 + 1 + 1 + 2;
 const HEADER_BITS: u64 = 1;
-/// Received packets that can wait for the processor.
-const QUEUE: usize = 8;
+/// Received packets that can wait for the processor: one of its 8 places stays empty.
+const QUEUE: usize = 7;
+
+/// Counters of frames that were lost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct RadioCounts {
+    /// Frames that came while the radio was transmitting.
+    pub unheard: u64,
+    /// Frames for which there was no room in the queue.
+    pub overflown: u64,
+    /// Own frames that were cut off on the air.
+    pub cut: u64,
+}
 
 /// What the firmware has set, and what is on the air.
 pub(super) struct Radio {
@@ -29,10 +41,7 @@ pub(super) struct Radio {
     /// Frames whose last bit is still to come, and when it comes; in this order.
     arriving: VecDeque<(Time, Frame)>,
     received: VecDeque<Frame>,
-    /// Frames that came while the radio was transmitting.
-    pub unheard: u64,
-    /// Frames for which there was no room in the queue.
-    pub overflown: u64,
+    pub counted: RadioCounts,
 }
 
 impl Radio {
@@ -45,21 +54,24 @@ impl Radio {
             deaf: (Time::ZERO, Time::ZERO),
             arriving: VecDeque::new(),
             received: VecDeque::new(),
-            unheard: 0,
-            overflown: 0,
+            counted: RadioCounts::default(),
         }
     }
 
     /// Begins to transmit a frame of so many bytes, its port among them, and says how long that takes.
     pub fn transmit(&mut self, bytes: usize, now: Time) -> Time {
+        self.reset(now);
         let air = RAMP + self.on_air(bytes);
         self.deaf = (now, now + air);
         air
     }
 
-    /// Until then it transmits.
-    pub fn busy_until(&self) -> Time {
-        self.deaf.1
+    /// Cuts off the frame that is on the air, if one is.
+    pub fn reset(&mut self, now: Time) {
+        if now < self.deaf.1 {
+            self.counted.cut += 1;
+            self.deaf.1 = now;
+        }
     }
 
     /// How long a frame of so many bytes, its port among them, is on the air.
@@ -89,9 +101,9 @@ impl Radio {
             if !listens {
                 ignored += 1;
             } else if begin < self.deaf.1 && self.deaf.0 < end {
-                self.unheard += 1;
+                self.counted.unheard += 1;
             } else if self.received.len() == QUEUE {
-                self.overflown += 1;
+                self.counted.overflown += 1;
             } else {
                 self.received.push_back(frame);
             }
@@ -138,7 +150,11 @@ mod tests {
             let air = radio.transmit(11, sent);
             assert_eq!(air.nanos(), 214_500);
             assert_eq!(radio.hear(true, Time::from_millis(2)), 0);
-            assert_eq!((radio.take().is_some(), radio.unheard == 0), (heard, heard), "{end_us}");
+            assert_eq!(
+                (radio.take().is_some(), radio.counted.unheard == 0),
+                (heard, heard),
+                "{end_us}"
+            );
         }
         // It began after the transmission had ended.
         let mut radio = Radio::new();
@@ -149,12 +165,15 @@ mod tests {
     }
 
     #[test]
-    fn the_queue_holds_eight() {
+    fn the_queue_holds_seven() {
         let mut radio = Radio::new();
         (0..10).for_each(|n| radio.expect(frame(2 + n), Time::from_micros(100 * n as u64)));
         assert_eq!(radio.next_arrival(), Some(Time::ZERO));
         radio.hear(true, Time::from_micros(850));
-        assert_eq!((radio.next_arrival(), radio.overflown), (Some(Time::from_micros(900)), 1));
+        assert_eq!(
+            (radio.next_arrival(), radio.counted.overflown),
+            (Some(Time::from_micros(900)), 2)
+        );
         assert_eq!(radio.take().map(|frame| frame.payload().len()), Some(2), "the oldest first");
         assert_eq!(radio.hear(false, Time::from_millis(1)), 1);
         assert_eq!(radio.next_arrival(), None);

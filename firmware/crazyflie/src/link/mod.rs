@@ -30,8 +30,12 @@ pub struct State {
     heard: AtomicU32,
     /// Of these, the ones on the port of swarm messages that are none.
     unknown: AtomicU32,
+    /// P2P frames of robots with this one's id.
+    same_id: AtomicU32,
     /// Frames that could not be sent in time.
     dropped: AtomicU32,
+    /// Frames to other robots may be sent.
+    can_send: AtomicBool,
 }
 
 /// Where a positioning system sees the robot, which the ground station tells.
@@ -46,7 +50,9 @@ pub static STATE: State = State {
     rejected: AtomicU32::new(0),
     heard: AtomicU32::new(0),
     unknown: AtomicU32::new(0),
+    same_id: AtomicU32::new(0),
     dropped: AtomicU32::new(0),
+    can_send: AtomicBool::new(false),
 };
 
 /// What is told of the link from time to time: signal strength in dBm, what [`State`] counts, and swarm messages that were
@@ -59,6 +65,7 @@ pub struct Counts {
     overrun: u32,
     heard: u32,
     unknown: u32,
+    same_id: u32,
     doubles: u16,
     dropped: u32,
 }
@@ -74,6 +81,15 @@ impl State {
         self.usb_powered.load(Ordering::Relaxed)
     }
 
+    /// Returns true if frames to other robots may be sent.
+    fn can_send(&self) -> bool {
+        self.can_send.load(Ordering::Relaxed)
+    }
+
+    fn set_can_send(&self, can_send: bool) {
+        self.can_send.store(can_send, Ordering::Relaxed);
+    }
+
     /// Everything that is counted, since the start.
     pub fn counts(&self) -> Counts {
         Counts {
@@ -83,6 +99,7 @@ impl State {
             overrun: uart::overruns(),
             heard: self.heard.load(Ordering::Relaxed),
             unknown: self.unknown.load(Ordering::Relaxed),
+            same_id: self.same_id.load(Ordering::Relaxed),
             doubles: swarm::MAIL.unread().duplicates,
             dropped: self.dropped.load(Ordering::Relaxed),
         }

@@ -14,15 +14,11 @@ use super::uart::Receiver;
 use super::{POSE, STATE};
 use crate::motors;
 
-/// P2P port of pings: a frame there that begins with this robot's id, low byte first, is sent back as it is. So people
-/// can try the radio between two robots.
-const PING_PORT: u8 = 15;
-
 /// The task.
 #[embassy_executor::task]
 pub async fn receive_frames(mut uart: Receiver, robot_id: u16, pulse: Pulse) -> ! {
     let mut parser = Parser::new();
-    let mut keeper = Keeper::new();
+    let mut keeper = Keeper::new(robot_id);
     let mut ears = Ears::new(robot_id);
     let mut buffer = [0; 64];
     loop {
@@ -35,7 +31,7 @@ pub async fn receive_frames(mut uart: Receiver, robot_id: u16, pulse: Pulse) -> 
                 // What this firmware does not know is none of its business.
                 if let Ok(packet) = Packet::received(frame) {
                     keeper.hear(&packet);
-                    act(&packet, robot_id, &mut ears);
+                    act(&packet, &mut ears);
                 }
             });
         }
@@ -43,7 +39,7 @@ pub async fn receive_frames(mut uart: Receiver, robot_id: u16, pulse: Pulse) -> 
     }
 }
 
-fn act(packet: &Packet<'_>, robot_id: u16, ears: &mut Ears) {
+fn act(packet: &Packet<'_>, ears: &mut Ears) {
     match packet {
         Packet::Raw(data) => match Crtp::parse(data) {
             Some(Crtp::Echo) => send(packet),
@@ -56,12 +52,8 @@ fn act(packet: &Packet<'_>, robot_id: u16, ears: &mut Ears) {
         Packet::P2pReceived { port, rssi, data } => {
             STATE.rssi.store(*rssi, Ordering::Relaxed);
             STATE.heard.fetch_add(1, Ordering::Relaxed);
-            match *port {
-                PING_PORT if data.starts_with(&robot_id.to_le_bytes()) => {
-                    send(&Packet::P2pSend { port: *port, data });
-                }
-                SWARM_PORT => ears.hear(data),
-                _ => {}
+            if *port == SWARM_PORT {
+                ears.hear(data);
             }
         }
         Packet::Battery(battery) => {

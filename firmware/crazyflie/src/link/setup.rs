@@ -1,47 +1,67 @@
-//! Keeps the radio set up: tells the nRF51 what it has not echoed, and everything again when it has fallen silent.
+//! Keeps the radio set up: sends the nRF51 what it has not echoed, and everything again when its reports end.
 
 use bittybuzz_comms::syslink::{Packet, Radio, Setup};
 use embassy_time::{Duration, Instant};
 
+use super::STATE;
 use super::send::send;
 use crate::log;
 
 /// Between two attempts.
 const RETRY: Duration = Duration::from_millis(100);
 
-/// Battery messages come every 10 ms: after so long without a frame the nRF51 has restarted, or the link is broken.
-const SILENCE: Duration = Duration::from_millis(1000);
+/// Reports come every 10 ms. After this time without one nothing is sent to other robots: the nRF51 may have restarted, and would
+/// lose frames that come before Bluetooth is off.
+const DOUBT: Duration = Duration::from_millis(50);
+
+/// After this time without a report the nRF51 has restarted, or the link is broken. Its first report comes a second after its
+/// start. Other frames prove nothing: the radio may receive again before it is set up.
+const SILENCE: Duration = Duration::from_millis(2000);
 
 /// The radio's set-up as a matter of time.
 pub struct Keeper {
     setup: Setup,
     next: Instant,
-    heard: Instant,
+    /// The last report, or the start of the set-up.
+    reported: Instant,
+    has_reported: bool,
 }
 
 impl Keeper {
     /// Nothing is set up; begins at once.
-    pub fn new() -> Self {
+    pub fn new(robot_id: u16) -> Self {
         let now = Instant::now();
-        Keeper { setup: Setup::new(Radio::DEFAULT), next: now, heard: now }
+        let setup = Setup::new(Radio::DEFAULT, robot_id);
+        Keeper { setup, next: now, reported: now, has_reported: false }
     }
 
     /// Does what is due.
     pub fn tend(&mut self) {
         let now = Instant::now();
-        if self.setup.is_done() && now - self.heard > SILENCE {
-            log::warning!("the nRF51 is silent: setting the radio up again");
+        let silence = now - self.reported;
+        if silence > SILENCE {
+            if self.setup.has_begun() {
+                log::warning!("the nRF51 is silent: setting the radio up again");
+            }
             self.setup.restart();
+            (self.reported, self.has_reported) = (now, false);
         }
         if !self.setup.is_done() && now >= self.next {
             self.next = now + RETRY;
-            self.setup.missing().for_each(|packet| send(&packet));
+            self.setup.attempt().for_each(|packet| send(&packet));
+            if self.setup.is_old() {
+                log::info!("radio ready; the nRF51's firmware is from before October 2025");
+            }
         }
+        let in_doubt = self.has_reported && silence > DOUBT;
+        STATE.set_can_send(self.setup.can_send() && !in_doubt);
     }
 
     /// Takes note of a packet.
     pub fn hear(&mut self, packet: &Packet<'_>) {
-        self.heard = Instant::now();
+        if matches!(packet, Packet::Battery(_)) {
+            (self.reported, self.has_reported) = (Instant::now(), true);
+        }
         let was_done = self.setup.is_done();
         self.setup.hear(packet);
         if self.setup.is_done() && !was_done {

@@ -2,11 +2,12 @@
 
 use core::sync::atomic::Ordering;
 
-use bittybuzz_comms::syslink::{P2P_MAX, Packet, Position, SWARM_PORT, SwarmFrame};
-use bittybuzz_runtime::liveness::Pulse;
+use bittybuzz_comms::syslink::{P2P_MAX, Packet, Ping, Position, SWARM_PORT, SwarmFrame};
+use bittybuzz_runtime::liveness::{BEAT, Pulse};
 use bittybuzz_runtime::mail::Mail;
 use bittybuzz_vm_core::Sighting;
 use bittybuzz_vm_core::number::Rng;
+use embassy_time::{Duration, Instant, Timer};
 
 use super::send::send;
 use super::{POSE, STATE};
@@ -17,35 +18,67 @@ use crate::{id, log};
 /// Messages that wait for the script, and those that wait for the radio.
 pub static MAIL: Mail<Numbers, FRAME_BYTES, IN_QUEUE, OUT_QUEUE> = Mail::new();
 
-/// What hears swarm messages.
+/// Between two answers to pings. Whoever sends more of them must not keep the radio busy.
+const ANSWER_PERIOD: Duration = Duration::from_millis(100);
+
+/// Receives swarm messages and pings.
 pub struct Ears {
     robot_id: u16,
-    /// Whether it was told that another robot has this one's id.
+    /// The log says that another robot has this one's id.
     has_told: bool,
+    /// The next ping may be answered then.
+    next_answer: Instant,
 }
 
 impl Ears {
     /// Of the robot with this id.
     pub fn new(robot_id: u16) -> Self {
-        Ears { robot_id, has_told: false }
+        Ears { robot_id, has_told: false, next_answer: Instant::MIN }
     }
 
     /// The data of a P2P frame on the port of swarm messages. Where its sender is seen now is found out now: at the next
     /// step both robots may be elsewhere.
     pub fn hear(&mut self, data: &[u8]) {
         let Some(SwarmFrame { robot, position, message }) = SwarmFrame::parse(data) else {
-            STATE.unknown.fetch_add(1, Ordering::Relaxed);
+            match Ping::parse(data) {
+                Some(ping) if ping.is_answer => self.compare_id(ping.robot),
+                Some(ping) => self.answer(ping),
+                None => {
+                    STATE.unknown.fetch_add(1, Ordering::Relaxed);
+                }
+            }
             return;
         };
-        if robot == self.robot_id && !self.has_told {
-            self.has_told = true;
-            log::warning!("another robot has id {=u16}, too: `bbz flash --id`", robot);
-        }
+        self.compare_id(robot);
         let place = match (POSE.get(), position) {
             (Some(here), Some(there)) => Some(here.place_of::<Numbers, Section>(there.mm())),
             _ => None,
         };
         MAIL.hear(message, Sighting { robot: Some(robot), place });
+    }
+
+    /// Notes the id of a robot that sends.
+    fn compare_id(&mut self, robot: u16) {
+        if robot != self.robot_id {
+            return;
+        }
+        STATE.same_id.fetch_add(1, Ordering::Relaxed);
+        if !self.has_told {
+            self.has_told = true;
+            log::warning!("another robot has id {=u16}, too: `bbz flash --id`", robot);
+        }
+    }
+
+    fn answer(&mut self, ping: Ping<'_>) {
+        let now = Instant::now();
+        if ping.robot != self.robot_id || now < self.next_answer {
+            return;
+        }
+        self.next_answer = now + ANSWER_PERIOD;
+        let answer = Ping { is_answer: true, ..ping };
+        if let Some(data) = answer.write(&mut [0; P2P_MAX]) {
+            send(&Packet::P2pSend { port: SWARM_PORT, data });
+        }
     }
 }
 
@@ -54,7 +87,15 @@ impl Ears {
 pub async fn broadcast_messages(robot_id: u16, pulse: Pulse) -> ! {
     // Also robots that have the same id by mistake send at different times, and so hear of it.
     let rng = Rng::new(id::chip(), robot_id);
+    while !STATE.can_send() {
+        pulse.beat();
+        Timer::after(BEAT).await;
+    }
     MAIL.drain(rng, pulse, |message| {
+        if !STATE.can_send() {
+            STATE.dropped.fetch_add(1, Ordering::Relaxed);
+            return;
+        }
         let position = POSE.get().and_then(|here| Position::from_mm(here.position_mm));
         let frame = SwarmFrame { robot: robot_id, position, message };
         if let Some(data) = frame.write(&mut [0; P2P_MAX]) {

@@ -21,6 +21,7 @@ use core::future::poll_fn;
 use core::sync::atomic::{AtomicU32, Ordering};
 use core::task::Poll;
 
+use bittybuzz_comms::syslink::FRAME_MAX;
 use cortex_m::peripheral::NVIC;
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{AfType, Flex, Input, OutputType, Pull, Speed};
@@ -51,8 +52,8 @@ const RX_RING: usize = 513;
 /// Bytes of a burst that do not wait for its end: the reader is woken when the line is idle or after so many. To wake it for each byte
 /// takes 1,100 instructions a byte.
 const RX_BURST: usize = 64;
-/// Bytes that can wait to be sent, and one.
-const TX_RING: usize = 129;
+/// Bytes that can wait to be sent, and one: a frame.
+const TX_RING: usize = FRAME_MAX + 1;
 
 static RX_WAKER: AtomicWaker = AtomicWaker::new();
 static TX_WAKER: AtomicWaker = AtomicWaker::new();
@@ -110,13 +111,13 @@ impl Ends {
             }
         }
         if status.txe() && usart.cr1().read().txeie() {
-            // The writer sleeps only when the ring is full.
-            let asleep = self.to_send.len() == TX_RING - 1;
+            // The writer sleeps until the ring is empty.
+            let is_last = self.to_send.len() == 1;
             match if may_send() { self.to_send.dequeue() } else { None } {
                 Some(byte) => usart.dr().write(|w| w.set_dr(byte.into())),
                 None => usart.cr1().modify(|w| w.set_txeie(false)),
             }
-            if asleep {
+            if is_last {
                 NVIC::pend(WAKING);
             }
         }
@@ -236,17 +237,20 @@ impl Receiver {
 }
 
 impl Sender {
-    /// Puts at least one byte into the ring, once there is room; returns how many.
-    pub async fn write(&mut self, bytes: &[u8]) -> usize {
+    /// Puts a frame into the ring, which must be empty: see [`flush`](Self::flush).
+    pub fn write(&mut self, frame: &[u8]) {
+        for byte in frame {
+            // A frame fits.
+            let _ = self.ring.enqueue(*byte);
+        }
+        go_on();
+    }
+
+    /// Waits until the last two bytes are on their way at the latest.
+    pub async fn flush(&mut self) {
         poll_fn(|context| {
             TX_WAKER.register(context.waker());
-            let taken = bytes.iter().take_while(|byte| self.ring.enqueue(**byte).is_ok()).count();
-            if taken > 0 {
-                go_on();
-                Poll::Ready(taken)
-            } else {
-                Poll::Pending
-            }
+            if self.ring.is_empty() { Poll::Ready(()) } else { Poll::Pending }
         })
         .await
     }
