@@ -29,11 +29,6 @@ fn all_tests(image: &Path, arguments: &[&str]) -> Result<Line, Failure> {
     with_image(tests(&[&all[..], &but, &["--"], arguments].concat()), image)
 }
 
-/// The tests of a Crazyflie's image; the arguments choose among them.
-pub fn hardware_in_the_loop(image: &Path, arguments: &[&str]) -> Result<Line, Failure> {
-    with_image(tests(&[&["--package", "bittybuzz-hil", "--"], arguments].concat()), image)
-}
-
 /// The other robots' images are always those of the sources.
 fn with_image(line: Line, image: &Path) -> Result<Line, Failure> {
     let behaviours = KILOBOT.build_behaviours(false)?;
