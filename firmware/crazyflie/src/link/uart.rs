@@ -101,10 +101,8 @@ impl Ends {
             if status.ore() {
                 OVERRUNS.fetch_add(1, Ordering::Relaxed);
             }
-            if status.rxne() && !status.fe() {
-                if self.received.enqueue(byte).is_err() {
-                    OVERRUNS.fetch_add(1, Ordering::Relaxed);
-                }
+            if status.rxne() && !status.fe() && self.received.enqueue(byte).is_err() {
+                OVERRUNS.fetch_add(1, Ordering::Relaxed);
             }
             if status.idle() || self.received.len() == RX_BURST {
                 NVIC::pend(WAKING);
