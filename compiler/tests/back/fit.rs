@@ -153,9 +153,9 @@ fn an_image_must_fit_the_flash() {
     assert_eq!(codes("a = 1", small.clone()), [""; 0]);
     assert_eq!(codes("a = 1 b = 2 c = a + b log(a, b, c)", small), ["E0607"]);
     // Where the script has flash of its own, that counts.
-    let mut crazyflie = bittybuzz_robots::find("crazyflie").unwrap();
-    crazyflie.layout.as_mut().unwrap().script.size = 30;
-    let errors = diagnostics("a = 1 b = 2 c = a + b log(a, b, c)", crazyflie);
+    let mut zooids = bittybuzz_robots::find("zooids").unwrap();
+    zooids.layout.as_mut().unwrap().script.size = 30;
+    let errors = diagnostics("a = 1 b = 2 c = a + b log(a, b, c)", zooids);
     let [error] = errors.as_slice() else { panic!("{errors:?}") };
     assert_eq!(error.code.text(), "E0607");
     assert!(error.message.ends_with("has room for 26"), "{error:?}");
