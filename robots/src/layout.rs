@@ -130,7 +130,7 @@ impl Layout {
         [a, b, c, d, e, f, g, h]
     }
 
-    /// Where [`script_section`](Self::script_section) is written, in this order: with a log, at the beginning of each of its
+    /// The addresses of [`script_section`](Self::script_section), in the order of writing: with a log, the beginning of each of its
     /// sectors, so that one of them always holds a whole script.
     pub fn script_addresses(&self) -> Vec<u32> {
         let Region { address, size } = self.script;
@@ -139,7 +139,7 @@ impl Layout {
 
     /// The `memory.x` that cortex-m-rt's linker script includes.
     ///
-    /// What is linked into the section `.script` goes to the script region; with a log, `.script_mark` to the end of its first
+    /// The section `.script` goes to the script region; with a log, `.script_mark` to the end of its first
     /// place, and `.script_copy` and `.script_copy_mark` to the second sector.
     pub fn memory_x(&self) -> String {
         let mut out = String::new();

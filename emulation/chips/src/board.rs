@@ -79,8 +79,7 @@ pub trait Board: Sized {
     /// Resets the STM32; the rest of the robot goes on.
     fn reset(&mut self, cause: ResetCause);
 
-    /// The power was turned on or a reset is over, and the program whose vectors stand at `vectors` is to start: does what
-    /// runs before it.
+    /// Does the work of a bootloader, after power-on or a reset and before the program with its vectors at `vectors` starts.
     fn start(&mut self, _vectors: u32) -> Start {
         Start::default()
     }

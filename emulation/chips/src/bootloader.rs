@@ -8,7 +8,7 @@
 use crate::f405::F405;
 use crate::{Loader, Random, Width};
 
-/// First address of the flash sector behind it, where the firmware begins.
+/// First address of the flash sector after the bootloader, where the firmware begins.
 pub(crate) const FIRMWARE: u32 = 0x0800_4000;
 
 /// `.data`, `.bss`, and the end of both in its ELF file; from there up to its first stack pointer anything may have been on

@@ -64,7 +64,7 @@ pub struct Chip {
     pub lsi_hz: u64,
     /// False if the crystal never oscillates.
     pub has_crystal: bool,
-    /// What a reset makes of the RAM, and a power-on of the backup registers.
+    /// The content of the RAM after a reset, and of the backup registers after a power-on.
     pub memory: Memory,
     /// A debugger has control of the core.
     pub is_debugged: bool,
@@ -80,7 +80,7 @@ impl Default for Chip {
 /// The content of memory after an event that guarantees none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Memory {
-    /// What it was before.
+    /// Unchanged.
     Kept,
     /// All zeros.
     Zeroed,
@@ -106,7 +106,7 @@ pub struct Statistics {
     pub peer_framing_errors: u64,
     /// Frames that the radio's processor dropped for their checksum.
     pub peer_bad_checksums: u64,
-    /// Bytes that the radio's processor lost because its queue was full, of which the line for flow control tells nothing.
+    /// Bytes that the radio's processor lost because its queue was full, which the line for flow control does not show.
     pub peer_dropped: u64,
     /// Bytes that its UART lost: the firmware ignored flow control.
     pub peer_overruns: u64,
@@ -141,7 +141,7 @@ pub struct Crazyflie {
     next_chip: Chip,
     /// One-time programmable bytes after the next reset, if others than before.
     next_otp: Option<Vec<u8>>,
-    /// Why the chip was reset last.
+    /// The cause of the last reset.
     last_reset: ResetCause,
     noise: Random,
     nrf51: Nrf51,

@@ -226,7 +226,7 @@ pub enum Command {
         /// False if the crystal never oscillates.
         #[serde(default = "yes")]
         crystal: bool,
-        /// What a reset makes of the RAM, and a power-on of the backup registers.
+        /// The content of the RAM after a reset, and of the backup registers after a power-on.
         #[serde(default)]
         memory: Memory,
         /// Start of the pseudo-random sequence, if `memory` is noise.
@@ -244,7 +244,7 @@ pub enum Command {
     },
     /// A Crazyflie's STM32 is reset.
     Reset {
-        /// Why.
+        /// The cause that the chip notes.
         cause: ResetCause,
     },
     /// A Zooid is switched on or off. Its flash keeps what it has.
@@ -329,7 +329,7 @@ fn yes() -> bool {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Memory {
-    /// What it was before.
+    /// Unchanged.
     #[default]
     Kept,
     /// All zeros.

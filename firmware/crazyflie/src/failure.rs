@@ -95,7 +95,7 @@ struct Note([u32; 6]);
 const WRITTEN: u32 = 0xb177_fa11;
 
 impl Note {
-    /// As the registers are when no failure was noted since power-on.
+    /// The content of the registers when no failure was noted since power-on.
     const BLANK: Note = Note([0; 6]);
 
     fn new(cause: u32, pc: u32, lr: u32, status: u32) -> Self {

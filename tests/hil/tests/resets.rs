@@ -74,7 +74,7 @@ fn assert_runs(robot: &mut Robot) {
 /// The kinds of failure: code that fails, and why the chip restarts then.
 fn failures() -> Vec<(&'static str, Vec<u16>, &'static str)> {
     let panic = [&load_register(0, address_of(&["rust_begin_unwind"]) | 1)[..], &[0x4700]].concat();
-    // NVIC_ISPR0 and NVIC_ISER0: interrupt 6, EXTI0, which nobody handles. `str r1, [r0]`, `bx lr`
+    // NVIC_ISPR0 and NVIC_ISER0: interrupt 6, EXTI0, which has no handler. `str r1, [r0]`, `bx lr`
     let set = |address| [&load_register(0, address)[..], &[0x6001]].concat();
     let stray =
         [&load_register(1, 1 << 6)[..], &set(0xe000_e200), &set(0xe000_e100), &[0x4770]].concat();

@@ -134,7 +134,7 @@ const MUTANTS: &[Mutant] = &[
         file: "firmware/squeeze/src/effect.rs",
         find: "acts(reads, writes.or(one()?))",
         put: "effect(reads, writes.or(one()?))",
-        breaks: "loads that nobody needs go",
+        breaks: "loads are taken to be unneeded",
     },
     Mutant {
         name: "arguments",
@@ -148,7 +148,7 @@ const MUTANTS: &[Mutant] = &[
         file: "firmware/squeeze/src/flow.rs",
         find: "let read = callee.results.or(after.and(Set::RESULTS));",
         put: "let read = callee.results;",
-        breaks: "nobody reads results",
+        breaks: "results are taken to be unread",
     },
     Mutant {
         name: "branch-targets",

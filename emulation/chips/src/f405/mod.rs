@@ -52,7 +52,7 @@ pub(crate) struct F405 {
     /// TIM2 to TIM5.
     timers: [Timer; 4],
     watchdog: Watchdog,
-    /// Of the oscillator LSI, which the watchdog counts.
+    /// Frequency of the oscillator LSI, which the watchdog counts.
     lsi_hz: u64,
     identity: Identity,
     /// What has no model: the value of every word that was written.
@@ -92,7 +92,7 @@ impl F405 {
         }
     }
 
-    /// Changes what differs from chip to chip; to be followed by a reset.
+    /// Sets the properties that differ from chip to chip. A reset must follow.
     pub fn set_oscillators(&mut self, lsi_hz: u64, has_crystal: bool) {
         self.lsi_hz = lsi_hz;
         self.rcc.set_crystal(has_crystal);

@@ -1,7 +1,7 @@
 //! Behaviour of the nRF51's firmware (crazyflie2-nrf-firmware: src/main.c, src/uart.c, src/esb.c, src/shutdown.c).
 //!
 //! One loop does everything in turn: it passes on a packet of the radio, reads one frame of the STM32, sends its reports. It
-//! sends a frame byte by byte and waits for each, and meanwhile reads nothing. What the STM32 sends gets into the UART's FIFO, from
+//! sends a frame byte by byte and waits for each, and meanwhile reads nothing. The STM32's bytes get into the UART's FIFO, from
 //! where an interrupt moves it to a queue. RTS, which is PA4 of the STM32, follows the FIFO, not the queue: bytes that find the
 //! queue full are lost without a sign.
 

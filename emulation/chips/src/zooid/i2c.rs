@@ -118,7 +118,7 @@ mod tests {
     fn after_power_on_the_touch_controller_does_not_answer_for_a_while() {
         let mut devices = Devices::new();
         assert!(!devices.start(Touch::ADDRESS, false, Time::from_millis(124)));
-        assert!(!devices.write(2, NOW), "nobody was addressed");
+        assert!(!devices.write(2, NOW), "no device was addressed");
         assert!(devices.start(Touch::ADDRESS, false, Time::from_millis(125)));
         write(&mut devices, Touch::ADDRESS, &[57, 1]);
         assert!(!devices.start(Touch::ADDRESS, false, NOW));

@@ -28,7 +28,7 @@ pub trait Bus {
     fn special(&mut self, name: &'static str);
 }
 
-/// Where control goes after an instruction.
+/// The place to which control goes after an instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Control {
     /// To the next instruction.

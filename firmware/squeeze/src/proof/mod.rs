@@ -1,4 +1,4 @@
-//! The proof that squeezed assembly does what the original does: translation validation.
+//! The proof that squeezed assembly does the same as the original: translation validation.
 //!
 //! Each function of both texts is executed with the same inputs, from its beginning to its end, by an AVR core of our own, until every
 //! outcome of every branch and skip was seen. Loads, stores, accesses of I/O registers and calls have to come in the

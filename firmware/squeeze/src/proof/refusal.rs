@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::program::ReadError;
 
-/// A reason to refuse what squeeze has made.
+/// A reason to refuse a squeezed text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Refusal {
     /// The original cannot be read.
@@ -64,7 +64,7 @@ pub enum Cause {
     },
     /// A register has another value.
     Register {
-        /// Its number.
+        /// The number of the register.
         number: u8,
         /// Its use.
         what: &'static str,
@@ -100,7 +100,7 @@ impl fmt::Display for Cause {
             Cause::Pushed => write!(f, "other bytes are on the stack"),
             Cause::Later { original, squeezed } => write!(
                 f,
-                "it comes {squeezed} cycles after what was before, in the original {original}"
+                "it comes {squeezed} cycles after the access before it, in the original {original}"
             ),
             Cause::Hangs => write!(f, "the squeezed text goes on without doing anything"),
         }

@@ -7,7 +7,7 @@ use super::run::{FLAGS_AT, Tape};
 /// A comparison: for each of both values its place on the tape, if it stands there, and the other value.
 pub type Hint = [Option<(usize, u8)>; 2];
 
-/// Where each value comes from: a bit for each of the first 128 places on the tape.
+/// The origin of each value: a bit for each of the first 128 places on the tape.
 #[derive(Clone)]
 pub struct Trail {
     registers: [u128; 32],
@@ -45,7 +45,7 @@ impl Trail {
         std::mem::take(&mut self.hints)
     }
 
-    /// Where the outcome of a conditional instruction comes from.
+    /// The origin of the outcome of a conditional instruction.
     pub fn condition(&self, op: &Op) -> u128 {
         match *op {
             Op::Branch(flag::T, ..) => self.copied,

@@ -50,7 +50,7 @@ pub const MUTANTS: &[Mutant] = &[
         file: EDGES,
         find: "left.dier().modify(|w| w.set_ccde(3, true));",
         put: "left.dier().modify(|w| w.set_ccde(2, true));",
-        breaks: "what the left photodiode sees is not written down",
+        breaks: "edges of the left photodiode are not written down",
     },
     Mutant {
         name: "capture-ring",
@@ -134,7 +134,7 @@ pub const MUTANTS: &[Mutant] = &[
         file: TOUCH,
         find: "const ADDRESS: u8 = 0x1b;",
         put: "const ADDRESS: u8 = 0x1c;",
-        breaks: "nobody answers for the touch sensor",
+        breaks: "the touch sensor is not found",
     },
     Mutant {
         name: "i2c-reset",
@@ -197,7 +197,7 @@ pub const MUTANTS: &[Mutant] = &[
         file: NRF24,
         find: "        self.write(RX_ADDR_P0, &ADDRESS);\n",
         put: "",
-        breaks: "the radio receives what is sent to the address of its delivery",
+        breaks: "the radio receives packets to the address that it was delivered with",
     },
     Mutant {
         name: "busy-looks",
