@@ -24,6 +24,8 @@ const SAMPLE: [&str; 2] = ["-runs=10000", "-seed=1"];
 const SCHEDULE: &str = "-entropic=0";
 /// Where the crate of the targets lies, and the inputs that they start from.
 const FOLDER: &str = "fuzz";
+/// Where the modules lie that say what targets do.
+const BODIES: &str = "tests/fuzz-bodies/src/";
 
 /// The target whose inputs are images.
 const IMAGE: &str = "image";
@@ -31,12 +33,14 @@ const IMAGE: &str = "image";
 /// A fuzz target. What it does stands in `tests/fuzz-bodies/src/lib.rs`.
 struct Target {
     name: &'static str,
+    /// The modules of `tests/fuzz-bodies` that it consists of, besides `COMMON`.
+    bodies: &'static [&'static str],
     /// Starts of the paths of the files that it exercises.
     exercises: &'static [&'static str],
 }
 
-/// What the targets are, whatever they exercise.
-const BODIES: &[&str] = &["fuzz/Cargo", "fuzz/fuzz_targets/", "tests/fuzz-bodies/src/"];
+/// The modules of `tests/fuzz-bodies` that every target has.
+const COMMON: [&str; 2] = ["lib", "choices"];
 const MACHINE: &[&str] = &["vm-core/src/"];
 /// The compiler, and of the machine what it uses and what judges its images: not what runs them.
 const COMPILER: &[&str] = &[
@@ -59,25 +63,43 @@ const SYSLINK: &[&str] = &["comms/src/syslink/"];
 const PAYLOADS: &[&str] = &["comms/src/nrf24.rs"];
 const LIGHT: &[&str] = &["comms/src/infrared.rs", "firmware/kilobot/src/"];
 
+#[rustfmt::skip]
 const TARGETS: &[Target] = &[
-    Target { name: IMAGE, exercises: MACHINE },
-    Target { name: "image_mutated", exercises: MACHINE },
-    Target { name: "program", exercises: MACHINE },
-    Target { name: "script", exercises: COMPILER },
-    Target { name: "script_mutated", exercises: COMPILER },
-    Target { name: "bo", exercises: COMPILER },
-    Target { name: "bo_mutated", exercises: COMPILER },
-    Target { name: "message", exercises: MESSAGES },
-    Target { name: "recording", exercises: RECORDINGS },
-    Target { name: "scenario", exercises: SCENARIOS },
-    Target { name: "robot_file", exercises: ROBOT_FILES },
-    Target { name: "symbols", exercises: COMPILER },
-    Target { name: "syslink", exercises: SYSLINK },
-    Target { name: "nrf24", exercises: PAYLOADS },
-    Target { name: "ir", exercises: LIGHT },
-    Target { name: "social", exercises: MESSAGES },
-    Target { name: "time", exercises: MACHINE },
+    Target { name: IMAGE, bodies: &["machine", "seeds"], exercises: MACHINE },
+    Target { name: "image_mutated", bodies: &["machine", "mutation", "seeds"], exercises: MACHINE },
+    Target { name: "program", bodies: &["machine", "program", "program/kind", "program/writer"], exercises: MACHINE },
+    Target { name: "script", bodies: &["machine"], exercises: COMPILER },
+    Target { name: "script_mutated", bodies: &["machine", "seeds", "words"], exercises: COMPILER },
+    Target { name: "bo", bodies: &["machine"], exercises: COMPILER },
+    Target { name: "bo_mutated", bodies: &["bo_mutation", "machine", "seeds"], exercises: COMPILER },
+    Target { name: "message", bodies: &["messages"], exercises: MESSAGES },
+    Target { name: "recording", bodies: &["files", "words"], exercises: RECORDINGS },
+    Target { name: "scenario", bodies: &["files", "words"], exercises: SCENARIOS },
+    Target { name: "robot_file", bodies: &["files", "words"], exercises: ROBOT_FILES },
+    Target { name: "symbols", bodies: &["files", "seeds", "words"], exercises: COMPILER },
+    Target { name: "syslink", bodies: &["links"], exercises: SYSLINK },
+    Target { name: "nrf24", bodies: &["links"], exercises: PAYLOADS },
+    Target { name: "ir", bodies: &["links"], exercises: LIGHT },
+    Target { name: "social", bodies: &["messages", "mutation", "social"], exercises: MESSAGES },
+    Target { name: "time", bodies: &["time"], exercises: MACHINE },
 ];
+
+impl Target {
+    /// Starts of the paths of all files that a count of executions is about.
+    fn made_of(&self) -> Vec<String> {
+        let bodies = COMMON.iter().chain(self.bodies);
+        let bodies = bodies.map(|module| format!("{BODIES}{module}.rs"));
+        let exercises = self.exercises.iter().map(|start| (*start).to_owned());
+        let program = format!("{FOLDER}/fuzz_targets/{}.rs", self.name);
+        bodies.chain(exercises).chain([program, format!("{FOLDER}/Cargo")]).collect()
+    }
+
+    fn fingerprint(&self, sources: &Sources) -> Result<u64, Failure> {
+        let made_of = self.made_of();
+        let starts: Vec<&str> = made_of.iter().map(String::as_str).collect();
+        sources.under(&starts).fingerprint()
+    }
+}
 
 /// Names of all targets.
 pub fn items() -> Vec<String> {
@@ -90,8 +112,7 @@ pub fn run(name: &str) -> Result<Verdict, Failure> {
         return Ok(Verdict::Missing("there is no such target".to_owned()));
     };
     let enough = if RUNS.contains(&name) { ENOUGH_RUNS } else { ENOUGH };
-    let exercised = [BODIES, fuzzed.exercises].concat();
-    let mut count = Count::open(name, Sources::list()?.under(&exercised).fingerprint()?)?;
+    let mut count = Count::open(name, fuzzed.fingerprint(&Sources::list()?)?)?;
     if count.executions < enough {
         let program = build(&["--bin", name])?.join(name);
         while count.executions < enough {
@@ -319,8 +340,21 @@ mod tests {
     fn what_is_exercised_exists() {
         let files = Sources::list().unwrap();
         let nothing = files.under(&[]).fingerprint().unwrap();
-        for start in BODIES.iter().chain(TARGETS.iter().flat_map(|target| target.exercises)) {
-            assert_ne!(files.under(&[*start]).fingerprint().unwrap(), nothing, "{start}");
+        for start in TARGETS.iter().flat_map(Target::made_of) {
+            assert_ne!(files.under(&[&start]).fingerprint().unwrap(), nothing, "{start}");
+        }
+    }
+
+    /// A module that no target names could change what they do, and their executions would still count.
+    #[test]
+    fn every_module_belongs_to_a_target() {
+        let named: Vec<String> = TARGETS.iter().flat_map(Target::made_of).collect();
+        for folder in ["", "program/"] {
+            let folder = format!("{BODIES}{folder}");
+            for file in fs::read_dir(root().join(&folder)).unwrap() {
+                let file = format!("{folder}{}", file.unwrap().file_name().display());
+                assert!(named.contains(&file) || !file.ends_with(".rs"), "{file}");
+            }
         }
     }
 }
