@@ -8,7 +8,7 @@ use std::io;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use bittybuzz_kilobot::calibration::{EEPROM, ID};
+use bittybuzz_kilobot::calibration::{DUTIES, EEPROM, ERASED_DUTY, ERASED_ID, ID};
 use bittybuzz_robots::{Robot, find_script_section};
 
 use crate::hex;
@@ -51,6 +51,22 @@ impl Programmer {
     }
 }
 
+/// Warns if a robot with this EEPROM refuses to run scripts.
+fn warn_of_erased(cells: &[u8], title: &str) {
+    let are_erased = |address: u16, count: usize| {
+        let mut there = cells.iter().skip(address.into()).take(count);
+        there.all(|byte| *byte == ERASED_DUTY)
+    };
+    let missing = match (are_erased(ID, 2), DUTIES.iter().any(|address| are_erased(*address, 1))) {
+        (false, false) => return,
+        (true, false) => "id",
+        (false, true) => "motor duties",
+        (true, true) => "id and motor duties",
+    };
+    let text = format!("the {title} has no {missing}: it shows magenta and runs no script");
+    report::warning(&text, Some("--id N gives it an id, calibration by KiloGUI an id and duties"));
+}
+
 /// Whether the robot's chip is written so.
 pub fn reaches(robot: &Robot) -> bool {
     robot.layout.is_none() && robot.chip.as_deref() == Some("ATmega328P")
@@ -83,6 +99,9 @@ impl Task<'_> {
 
     /// Writes it; in a dry run only checks what can be, and prints the calls.
     pub fn execute(&self, dry_run: bool) -> Result<(), Problem> {
+        if self.id == Some(ERASED_ID) {
+            return Err(Problem::ErasedId(self.robot.title.clone()));
+        }
         let program = self.firmware.map(|path| self.program(path)).transpose()?;
         let file = |content| Scratch::new(self.script.0, content);
         let [lock, flash, eeprom] = ["lock.bin", "flash.bin", "eeprom.bin"].map(file);
@@ -117,6 +136,7 @@ impl Task<'_> {
             let at = usize::from(ID);
             cells.splice(at..at + 2, id.to_le_bytes());
         }
+        warn_of_erased(&cells, &self.robot.title);
         new_flash.write(&whole)?;
         new_eeprom.write(&cells)?;
         write.run().map_err(|error| {

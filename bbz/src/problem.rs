@@ -9,6 +9,7 @@ use bittybuzz_compiler::bo::error::BoError;
 use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::symbols::SymbolsError;
 use bittybuzz_emulation::ClientError;
+use bittybuzz_kilobot::calibration::ERASED_ID;
 use bittybuzz_robots::{Profile, RobotErrors};
 use bittybuzz_toml_reader::file::ReadError;
 use bittybuzz_vm_core::ImageError;
@@ -175,6 +176,8 @@ pub enum Problem {
     Avrdude(ExitStatus),
     /// The flash of a robot, by its title, cannot be read.
     Locked(String),
+    /// The id that erased memory holds was to be given to a robot, by its title.
+    ErasedId(String),
     /// A robot was perhaps erased, but not written.
     Unfinished {
         /// Why.
@@ -291,6 +294,9 @@ impl Problem {
                 "its boot loader would be lost: KiloGUI sends the file that `bbz build --firmware` makes"
                     .to_owned(),
             ),
+            Problem::ErasedId(_) => {
+                Some("it is that of a robot without an id: choose one from 0 to 65534".to_owned())
+            }
             Problem::Unfinished { restore, .. } => {
                 Some(format!("what was on the robot is kept; this writes it: {restore}"))
             }
@@ -401,6 +407,7 @@ impl fmt::Display for Problem {
             Problem::Locked(robot) => {
                 write!(f, "the lock bits of the {robot} do not let its flash be read")
             }
+            Problem::ErasedId(robot) => write!(f, "the {robot} cannot have the id {ERASED_ID}"),
             Problem::Unfinished { error, .. } => {
                 write!(f, "{error}, and the robot may be without a program now")
             }

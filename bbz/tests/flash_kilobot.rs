@@ -43,7 +43,9 @@ fn used() -> Chip {
     let program = program(3);
     chip.flash[..program.len()].copy_from_slice(&program);
     chip.flash[BOOT..BOOT + 1000].fill(0x42);
-    chip.eeprom[0x05] = 70;
+    for (at, duty) in [(0x05, 70), (0x09, 71), (0x0c, 65), (0x14, 66)] {
+        chip.eeprom[at] = duty;
+    }
     chip.eeprom[0xb0..0xb2].copy_from_slice(&[9, 0]);
     chip.eeprom[0x3ff] = 7;
     chip
@@ -120,6 +122,34 @@ fn a_robot_without_program_or_boot_loader() {
     assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
     assert!(outcome.stderr.contains("warning: the Kilobot has no boot loader"));
     check(&folder, &programmer.chip.lock().unwrap().flash, 5);
+}
+
+/// The image runs no script on such a robot.
+#[test]
+fn an_erased_id_or_duty_is_reported() {
+    let folder = Folder::with("avrdude_uncalibrated", "s.bzz", SCRIPT);
+    let erased: [(&[usize], &[&str], &str); 4] = [
+        (&[0xb0, 0xb1], &[], "no id: it shows magenta"),
+        (&[0x0c], &[], "no motor duties: it shows magenta"),
+        (&[0xb0, 0xb1, 0x14], &[], "no id and motor duties: it shows magenta"),
+        (&[0xb0, 0xb1], &["--id", "255"], ""),
+    ];
+    for (addresses, options, message) in erased {
+        let mut chip = used();
+        for at in addresses {
+            chip.eeprom[*at] = 0xff;
+        }
+        let outcome = flash(&folder, &Programmer::with(chip), options);
+        assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+        assert!(outcome.stderr.contains(message), "{}", outcome.stderr);
+        assert_ne!(outcome.stderr.contains("magenta"), message.is_empty(), "{}", outcome.stderr);
+    }
+    let programmer = Programmer::with(used());
+    let outcome = flash(&folder, &programmer, &["--id", "65535"]);
+    assert_eq!(outcome.status, Some(3));
+    let message = "error: the Kilobot cannot have the id 65535\n";
+    assert!(outcome.stderr.starts_with(message), "{}", outcome.stderr);
+    assert_eq!(programmer.chip.lock().unwrap().eeprom, used().eeprom);
 }
 
 #[test]

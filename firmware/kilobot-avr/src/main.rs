@@ -42,7 +42,7 @@ use bittybuzz_comms::infrared::{self, FaultReport};
 use bittybuzz_kilobot::calibration::{self, DUTIES, ID, TRANSMITTERS};
 use bittybuzz_kilobot::controller;
 use bittybuzz_kilobot::distance::distance;
-use bittybuzz_kilobot::life::{Act, Life, State};
+use bittybuzz_kilobot::life::{Act, State};
 use bittybuzz_kilobot::light::{Blinker, Color, of_battery};
 use bittybuzz_kilobot::sender::Sender;
 use bittybuzz_vm_core::{Sizes, Vm};
@@ -148,8 +148,14 @@ impl Body {
         let id = u16::from_le_bytes([eeprom::read(chip, ID), eeprom::read(chip, ID + 1)]);
         self.transmitters = calibration::transmitters(eeprom::read(chip, TRANSMITTERS));
         let [left, right, straight_left, straight_right] = DUTIES;
-        let duties = [duty(left), duty(right), duty(straight_left), duty(straight_right)];
-        self.robot.life = Life::new(id, duties);
+        let life = &mut self.robot.life;
+        life.id = id;
+        life.duties = [
+            eeprom::read(chip, left),
+            eeprom::read(chip, right),
+            eeprom::read(chip, straight_left),
+            eeprom::read(chip, straight_right),
+        ];
         // Robots that are switched on together send one after the other.
         self.sender = Sender::start(0, id as u8);
     }
@@ -176,7 +182,8 @@ impl Body {
     /// Takes the message that has come in.
     #[inline(never)] // Else each turn would make room for the message: 300 cycles.
     fn hear(&mut self) {
-        let Some(heard) = hear::take() else { return };
+        // Moved out of the option it would be copied once more, in 20 bytes of flash.
+        let Some(heard) = &hear::take() else { return };
         let Some((kind, data)) = infrared::opened(&heard.message) else { return };
         let robot = &mut self.robot;
         if kind < controller::FIRST {
@@ -239,6 +246,7 @@ impl Body {
         let flash = self.blinker.flash(now);
         match robot.life.state {
             State::Waiting if flash => Color::GREEN,
+            State::Uncalibrated => Color::MAGENTA,
             State::Battery if !hear::is_busy() => {
                 of_battery(adc::read(&registers(), adc::Sensor::Battery))
             }
@@ -303,10 +311,4 @@ impl Body {
             robot.outbox.push(&infrared::frame(*kind, data));
         }
     }
-}
-
-/// The duty that is stored there.
-#[inline(never)]
-fn duty(address: u16) -> u8 {
-    calibration::duty(eeprom::read(&registers(), address))
 }

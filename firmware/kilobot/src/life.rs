@@ -1,5 +1,6 @@
 //! What the robot does, as the overhead controller has it.
 
+use crate::calibration::{ERASED_DUTY, ERASED_ID};
 use crate::controller::*;
 
 /// What the robot does.
@@ -15,6 +16,8 @@ pub enum State {
     Charging,
     /// Runs the script.
     Running,
+    /// Should run the script, but has no id or motor duties of its own: shows magenta.
+    Uncalibrated,
     /// Shows its calibration.
     Moving,
 }
@@ -72,7 +75,17 @@ impl Life {
             CALIBRATE => return self.calibrate(data),
             _ => return Act::None,
         };
+        if self.state == State::Running && !self.is_calibrated() {
+            self.state = State::Uncalibrated;
+        }
         Act::None
+    }
+
+    /// Robots that share the erased id would be one to all others, and erased duties are full power.
+    #[expect(clippy::manual_contains, reason = "`contains` takes 130 bytes of flash more")]
+    #[inline(never)]
+    fn is_calibrated(&self) -> bool {
+        self.id != ERASED_ID && !self.duties.iter().any(|duty| *duty == ERASED_DUTY)
     }
 
     fn calibrate(&mut self, data: &[u8; DATA]) -> Act {

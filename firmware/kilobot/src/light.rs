@@ -20,6 +20,8 @@ impl Color {
     pub const BLUE: Color = Color::of(0, 0, 3);
     /// Bright red and green.
     pub const YELLOW: Color = Color::of(3, 3, 0);
+    /// Bright red and blue.
+    pub const MAGENTA: Color = Color::of(3, 0, 3);
     /// All.
     pub const WHITE: Color = Color::of(3, 3, 3);
     /// Dim red.

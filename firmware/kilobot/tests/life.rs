@@ -47,6 +47,36 @@ fn calibration_is_tried_and_stored() {
     assert_eq!((life.state, life.id, life.duties), (State::Waiting, 0x1234, [81, 82, 83, 84]));
 }
 
+/// Chips come with an EEPROM of 0xff, and a programmer erases it.
+#[test]
+fn a_robot_with_erased_id_or_duties_does_not_run() {
+    const RUN: u8 = 0x88;
+    const CALIBRATE: u8 = 0x8a;
+    let mut erased = [DUTIES; 4];
+    for (index, duties) in erased.iter_mut().enumerate() {
+        duties[index] = 0xff;
+    }
+    let robots = [(0xffff, DUTIES)].into_iter().chain(erased.map(|duties| (1, duties)));
+    for (id, duties) in robots {
+        let mut life = Life::new(id, duties);
+        let _ = life.obey(RUN, &[0; 9]);
+        assert_eq!(life.state, State::Uncalibrated, "{id:#x}, {duties:?}");
+        // What the controller sets counts at once, stored or not.
+        let _ = life.obey(CALIBRATE, &[1, 2, 0, 0, 0, 0, 0, 0, 0]);
+        let _ = life.obey(CALIBRATE, &[2, 0, 0, 65, 0, 0, 0, 0, 0]);
+        let _ = life.obey(CALIBRATE, &[3, 0, 0, 0, 65, 0, 0, 0, 0]);
+        let _ = life.obey(CALIBRATE, &[4, 0, 0, 0, 0, 65, 65, 0, 0]);
+        let _ = life.obey(RUN, &[0; 9]);
+        assert_eq!(life.state, State::Running, "{id:#x}, {duties:?}");
+    }
+    // Values next to the erased ones are as good as any.
+    for id in [0, 0x00ff, 0xff00, 0xfffe] {
+        let mut life = Life::new(id, [0xfe; 4]);
+        let _ = life.obey(RUN, &[0; 9]);
+        assert_eq!(life.state, State::Running, "{id:#x}");
+    }
+}
+
 #[test]
 fn the_id_is_shown_bit_by_bit() {
     let mut life = Life::new(0b1010_0000_0000_0001, DUTIES);

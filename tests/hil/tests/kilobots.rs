@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_compiler::symbols::Symbols;
-use bittybuzz_hil::kilobots::kind;
+use bittybuzz_hil::kilobots::{behaviour, kind};
 use bittybuzz_hil::{Command, Kilobots};
 use bittybuzz_vm_core::FaultCode;
 
@@ -286,5 +286,34 @@ fn messages_are_heard_while_the_script_computes() {
             robots.run_ms(15);
             assert_eq!(robots.color(0), DARK, "round {round}, {error_ppm} ppm");
         }
+    }
+}
+
+/// Robots that share the erased id would be one robot to all others, and erased duties are full power. Such a robot shows magenta
+/// and sends nothing until the controller has calibrated it.
+#[test]
+fn a_robot_with_erased_id_or_duties_does_not_join() {
+    const MAGENTA: [u8; 3] = [3, 0, 3];
+    let script = "function step() { led(2)  forward()  neighbors.broadcast(\"n\", 1) }";
+    for (address, length) in [(0xb0, 2), (0x05, 1), (0x09, 1), (0x0c, 1), (0x14, 1)] {
+        let mut robots = Kilobots::in_image(script, &behaviour("broadcast"), 2);
+        let bytes = vec![0xff; length];
+        robots.tell(1, &Command::Write { address: 0x81_0000 + address, bytes });
+        robots.start();
+        robots.run_ms(3000);
+        assert_eq!((robots.color(0), robots.color(1)), (GREEN, MAGENTA), "{address:#x}");
+        assert_eq!(robots.motors(1), [0, 0], "{address:#x}");
+        assert_eq!((robots.sent(0).is_empty(), robots.sent(1)), (false, [].into()), "{address:#x}");
+        robots.command(kind::CALIB, [1, 9, 0, 0, 0, 0, 0, 0, 0]);
+        robots.command(kind::CALIB, [2, 0, 0, 61, 0, 0, 0, 0, 0]);
+        robots.command(kind::CALIB, [3, 0, 0, 0, 62, 0, 0, 0, 0]);
+        robots.command(kind::CALIB, [4, 0, 0, 0, 0, 63, 64, 0, 0]);
+        robots.command(kind::CALIB, [0; 9]);
+        robots.run_ms(100);
+        robots.start();
+        robots.run_ms(3000);
+        assert_eq!(robots.color(1), GREEN, "{address:#x}");
+        assert_eq!(robots.motors(1), [63, 64], "{address:#x}");
+        assert!(!robots.sent(1).is_empty(), "{address:#x}");
     }
 }
