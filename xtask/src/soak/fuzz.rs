@@ -117,7 +117,7 @@ pub fn run(name: &str) -> Result<Verdict, Failure> {
         let program = build(&["--bin", name])?.join(name);
         while count.executions < enough {
             println!("{name}: {} of {enough} executions left", enough - count.executions);
-            match chunk(name, &program)? {
+            match chunk(name, &program, enough - count.executions)? {
                 Chunk::Executed(executions) => count.add(executions)?,
                 Chunk::Panicked(input) => {
                     return Ok(Verdict::Missing(format!("a panic: {input}")));
@@ -189,17 +189,18 @@ enum Chunk {
     Panicked(String),
 }
 
-/// Runs a target for a while on every processor; what one of them finds the others take over.
-fn chunk(name: &str, program: &Path) -> Result<Chunk, Failure> {
+/// Runs a target for a while on every processor, at most as often as is left; what one of them finds the others take over.
+fn chunk(name: &str, program: &Path, left: u64) -> Result<Chunk, Failure> {
     let folder = target()?.join("soak/fuzz");
     let found = folder.join("corpus").join(name);
     sources::make_folder(&found)?;
     let panics = artifacts(&folder, name);
     let known = known(&folder, name)?;
     let (found, known) = (found.display().to_string(), known.display().to_string());
-    let arguments = [CHUNK, SCHEDULE, &panics, &found, &known];
-    let one = || Line::named(name, program, &arguments).output_if(|_| true);
     let workers = thread::available_parallelism().map_or(1, usize::from);
+    let share = format!("-runs={}", left.div_ceil(workers as u64));
+    let arguments = [CHUNK, &share, SCHEDULE, &panics, &found, &known];
+    let one = || Line::named(name, program, &arguments).output_if(|_| true);
     let outputs = thread::scope(|scope| {
         let workers: Vec<_> = (0..workers).map(|_| scope.spawn(one)).collect();
         workers
