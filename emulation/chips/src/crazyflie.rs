@@ -459,6 +459,10 @@ impl Board for Crazyflie {
         self.chip.is_debugged
     }
 
+    fn set_halted(&mut self, halted: bool) {
+        self.f405.set_halted(halted);
+    }
+
     fn watchdog_runs(&self) -> bool {
         self.f405.watchdog_runs()
     }

@@ -28,6 +28,8 @@ pub struct Robot<B> {
     pub(crate) core: Core,
     pub(crate) bus: Bus<B>,
     state: State,
+    /// By a debugger.
+    halted: bool,
     events: Vec<TimedEvent>,
     systick_told: bool,
 }
@@ -40,6 +42,7 @@ impl<B: Board> Robot<B> {
             core: Core::new(0, 0),
             bus: Bus::new(number),
             state: State::Running,
+            halted: false,
             events: Vec::new(),
             systick_told: false,
         };
@@ -104,6 +107,7 @@ impl<B: Board> Robot<B> {
 
     fn step(&mut self, until: Time) {
         match self.state {
+            _ if self.halted => self.sleep(until),
             State::LockedUp => self.sleep(until),
             State::WaitingForEvent | State::WaitingForInterrupt => {
                 if self.wakes() {
@@ -182,6 +186,13 @@ impl<B: Control> Machine for Robot<B> {
         }
     }
 
+    fn halt(&mut self, halted: bool) -> Result<(), MachineError> {
+        self.halted = halted;
+        self.bus.catch_up();
+        self.bus.board.set_halted(halted);
+        Ok(())
+    }
+
     fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Result<(), MachineError> {
         let no_memory = MachineError::NoMemory { address, length: bytes.len() };
         self.bus.write_memory(address, bytes).ok_or(no_memory)
@@ -220,6 +231,7 @@ impl<B: Control> Machine for Robot<B> {
     fn quiet_until(&mut self) -> Duration {
         let bus = &self.bus;
         let sleeps = matches!(self.state, State::WaitingForEvent | State::WaitingForInterrupt)
+            || self.halted
             || bus.clock.hz() == 0;
         if !sleeps || bus.event || bus.nvic.any_pending() || bus.board.wants_memory() {
             return Duration::ZERO;

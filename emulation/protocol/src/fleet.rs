@@ -80,6 +80,7 @@ impl<M: Machine> Robots for Fleet<'_, M> {
                 let (image, _) = self.loaded.as_ref().ok_or(CommandError::NotLoaded)?;
                 machine.skip(image.function(&symbol)?)?;
             }
+            Command::Halt { halted } => machine.halt(halted)?,
             Command::Probe { attached: true } => {
                 self.unread.remove(&robot);
             }

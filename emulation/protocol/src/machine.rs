@@ -31,6 +31,15 @@ pub trait Machine {
         self.write_memory(address, &[0x70, 0x47])
     }
 
+    /// A debugger halts the core, which sleeps until it is let go on. Peripherals go on, but for those that the program has
+    /// told to stop as well.
+    ///
+    /// # Errors
+    /// [`MachineError::NoHalt`] by default.
+    fn halt(&mut self, _halted: bool) -> Result<(), MachineError> {
+        Err(MachineError::NoHalt)
+    }
+
     /// What happened since the last call, on the board and in the core, in order.
     fn take_events(&mut self) -> Vec<TimedEvent>;
 
@@ -65,6 +74,11 @@ pub enum MachineError {
         /// Number of bytes.
         length: usize,
     },
+    /// The core cannot be halted.
+    #[error(
+        "this emulator cannot halt its core: a Crazyflie's on Unicorn and a Zooid's own Cortex-M0 can"
+    )]
+    NoHalt,
     /// The emulation itself failed.
     #[error("the emulation failed: {0}")]
     Emulation(String),

@@ -279,6 +279,11 @@ pub enum Command {
         /// True if it is plugged in.
         attached: bool,
     },
+    /// A debugger halts the core, or lets it go on.
+    Halt {
+        /// True if it halts.
+        halted: bool,
+    },
     /// A function returns at once from now on.
     Skip {
         /// Its name: as in the symbol table, or a part of the path that only it has.

@@ -34,6 +34,8 @@ pub struct Robot<'a, B: Board + 'static> {
     number: usize,
     core: Core<'a, B>,
     state: State,
+    /// By a debugger.
+    halted: bool,
     vectors: u32,
 }
 
@@ -41,7 +43,7 @@ impl<B: Board> Robot<'_, B> {
     /// Number `number` of several, which has no image yet.
     pub fn new(number: usize) -> Result<Self, MachineError> {
         let core = Core::new(number)?;
-        Ok(Robot { number, core, state: State::Running, vectors: FLASH })
+        Ok(Robot { number, core, state: State::Running, halted: false, vectors: FLASH })
     }
 
     /// One that starts `flash`, which begins with its vectors, at address `vectors`.
@@ -50,7 +52,7 @@ impl<B: Board> Robot<'_, B> {
         let mut core = Core::new(0)?;
         core.write_bytes(vectors, flash)?;
         let state = State::after_reset(core.reset(None, vectors)?);
-        Ok(Robot { number: 0, core, state, vectors })
+        Ok(Robot { number: 0, core, state, halted: false, vectors })
     }
 
     fn reset(&mut self, cause: ResetCause) -> Result<(), MachineError> {
@@ -106,6 +108,7 @@ impl<B: Board> Robot<'_, B> {
 
     fn step(&mut self, until: Time) -> Result<(), MachineError> {
         match self.state {
+            _ if self.halted => self.sleep(until),
             State::LockedUp | State::InLoader => self.sleep(until),
             State::WaitingForEvent | State::WaitingForInterrupt => {
                 if self.wakes()? {
@@ -155,7 +158,7 @@ impl<B: Control> Machine for Robot<'_, B> {
             core.write_bytes(address, bytes)?;
         }
         let state = State::after_reset(core.reset(None, image.vectors())?);
-        *self = Robot { number, core, state, vectors: image.vectors() };
+        *self = Robot { number, core, state, halted: false, vectors: image.vectors() };
         Ok(())
     }
 
@@ -183,6 +186,14 @@ impl<B: Control> Machine for Robot<'_, B> {
             }
             self.step(until)?;
         }
+    }
+
+    fn halt(&mut self, halted: bool) -> Result<(), MachineError> {
+        self.halted = halted;
+        let system = self.core.system();
+        system.catch_up();
+        system.board.set_halted(halted);
+        Ok(())
     }
 
     fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Result<(), MachineError> {

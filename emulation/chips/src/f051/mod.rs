@@ -21,6 +21,7 @@ use self::i2c::I2c;
 use self::identity::Identity;
 use self::rcc::{Clocks, Rcc};
 use self::spi::Spi;
+use crate::stm32::watchdog::{APB1_FREEZE, FREEZE_WATCHDOG};
 use crate::stm32::{Exti, Kind, Pin, Port, PortReset, Timer, Watchdog, Write};
 use crate::{HardwareError, Lines, ResetCause, Time, Width};
 
@@ -288,6 +289,16 @@ impl F051 {
             self.watchdog = Watchdog::new(self.rcc.lsi_hz);
         }
         expired
+    }
+
+    /// A debugger halts the core, or lets it go on. Of what DBGMCU can stop only the watchdog is modelled.
+    pub fn set_halted(&mut self, halted: bool) {
+        let freeze = self.storage.get(&(DBGMCU + APB1_FREEZE)).copied().unwrap_or(0);
+        if !halted {
+            self.watchdog.go_on(self.now);
+        } else if freeze & FREEZE_WATCHDOG != 0 {
+            self.watchdog.stop(self.now);
+        }
     }
 
     pub fn watchdog_runs(&self) -> bool {

@@ -10,6 +10,7 @@ use self::rcc::Rcc;
 pub use self::system::OTP;
 use self::system::{Backup, Flash, Identity, Power};
 pub(crate) use self::usart::{Sent, Usart};
+use crate::stm32::watchdog::{APB1_FREEZE, FREEZE_WATCHDOG};
 use crate::stm32::{Exti, Kind, Pin, Port, PortReset, Timer, Watchdog, Write};
 use crate::{HardwareError, Lines, ResetCause, Time, Width};
 
@@ -155,6 +156,16 @@ impl F405 {
             self.watchdog = Watchdog::new(self.lsi_hz);
         }
         expired
+    }
+
+    /// A debugger halts the core, or lets it go on. Of what DBGMCU can stop only the watchdog is modelled.
+    pub fn set_halted(&mut self, halted: bool) {
+        let freeze = self.storage.get(&(DEBUG + APB1_FREEZE)).copied().unwrap_or(0);
+        if !halted {
+            self.watchdog.go_on(self.now);
+        } else if freeze & FREEZE_WATCHDOG != 0 {
+            self.watchdog.stop(self.now);
+        }
     }
 
     pub fn watchdog_runs(&self) -> bool {

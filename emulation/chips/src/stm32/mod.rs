@@ -4,7 +4,7 @@ mod bus;
 mod exti;
 mod gpio;
 mod timer;
-mod watchdog;
+pub(crate) mod watchdog;
 
 pub(crate) use self::bus::Write;
 pub use self::bus::{Lines, Width};

@@ -3,23 +3,43 @@
 use super::bus::Write;
 use crate::Time;
 
+/// Offset of DBGMCU_APB1_FZ in DBGMCU, and its bit that stops the watchdog while the core is halted (RM0090 38.16.4, RM0091 32.9.4).
+pub(crate) const APB1_FREEZE: u32 = 0x08;
+pub(crate) const FREEZE_WATCHDOG: u32 = 1 << 12;
+
 pub(crate) struct Watchdog {
     lsi_hz: u64,
     prescaler: u32,
     reload: u32,
     unlocked: bool,
     expires: Option<Time>,
+    /// What is left of its time while it stands still.
+    left: Option<Time>,
 }
 
 impl Watchdog {
     /// One that counts the periods of an oscillator of `lsi_hz`.
     pub fn new(lsi_hz: u64) -> Self {
-        Watchdog { lsi_hz, prescaler: 0, reload: 0xfff, unlocked: false, expires: None }
+        Watchdog { lsi_hz, prescaler: 0, reload: 0xfff, unlocked: false, expires: None, left: None }
     }
 
     /// When it will reset the chip.
     pub fn expires(&self) -> Option<Time> {
         self.expires
+    }
+
+    /// Stands still: DBGMCU stops it while the core is halted.
+    pub fn stop(&mut self, now: Time) {
+        if let Some(expires) = self.expires.take() {
+            self.left = Some(expires.max(now) - now);
+        }
+    }
+
+    /// Goes on where it was stopped.
+    pub fn go_on(&mut self, now: Time) {
+        if let Some(left) = self.left.take() {
+            self.expires = Some(now + left);
+        }
     }
 
     /// From a full counter to the reset: RLR + 1 periods of LSI / (4 * 2^PR), at most / 256.
@@ -76,6 +96,19 @@ mod tests {
             write(&mut watchdog, 0x00, 0xcccc, Time::ZERO);
             assert_eq!(watchdog.expires(), Some(Time::from_millis(millis)));
         }
+    }
+
+    #[test]
+    fn it_stands_still_while_it_is_stopped() {
+        let mut watchdog = Watchdog::new(32_000);
+        watchdog.stop(Time::ZERO);
+        watchdog.go_on(Time::from_millis(1));
+        assert_eq!(watchdog.expires(), None, "it was never started");
+        write(&mut watchdog, 0x00, 0xcccc, Time::from_millis(10));
+        watchdog.stop(Time::from_millis(100));
+        assert_eq!(watchdog.expires(), None);
+        watchdog.go_on(Time::from_millis(5000));
+        assert_eq!(watchdog.expires(), Some(Time::from_millis(5000 + 10 + 512 - 100)));
     }
 
     #[test]

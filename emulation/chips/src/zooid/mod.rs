@@ -407,6 +407,10 @@ impl Board for Zooid {
         self.next = self.find_next();
     }
 
+    fn set_halted(&mut self, halted: bool) {
+        self.f051.set_halted(halted);
+    }
+
     fn watchdog_runs(&self) -> bool {
         self.f051.watchdog_runs()
     }

@@ -132,6 +132,20 @@ pub const MUTANTS: &[Mutant] = &[
         breaks: "chips whose LSI is fast restart without end",
     },
     Mutant {
+        name: "watchdog-while-halted",
+        file: WATCHDOG,
+        find: "    pac::DBGMCU.apb1fzr().modify(|w| w.set_iwdg(true));\n",
+        put: "",
+        breaks: "a robot whose core a debugger halts is reset and locked",
+    },
+    Mutant {
+        name: "log-without-room",
+        file: "firmware/crazyflie/src/log.rs",
+        find: "None => return false,",
+        put: "None => {}",
+        breaks: "messages that no probe has read are overwritten, and not counted",
+    },
+    Mutant {
         name: "power-cut-at-the-wrong-pin",
         file: MOTORS,
         find: "low(pac::GPIOB, 9);",

@@ -55,7 +55,8 @@ const SUBJECTS: &[Subject] = &[
             board: &CRAZYFLIE,
             variable: "BITTYBUZZ_CRAZYFLIE",
             programs: &[
-                "link", "failures", "resets", "battery", "script", "cable", "replay", "slices",
+                "link", "failures", "resets", "battery", "script", "cable", "debugger", "replay",
+                "slices",
             ],
         },
         // One each of clocks, pins and places.
@@ -68,6 +69,7 @@ const SUBJECTS: &[Subject] = &[
             board: &ZOOIDS,
             variable: "BITTYBUZZ_ZOOIDS",
             programs: &[
+                "debugger",
                 "zooid_failures",
                 "zooid_battery",
                 "zooid_settings",

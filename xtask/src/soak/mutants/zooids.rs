@@ -67,6 +67,13 @@ pub const MUTANTS: &[Mutant] = &[
         breaks: "the right photodiode's times are 4 % too short",
     },
     Mutant {
+        name: "watchdog-while-halted",
+        file: "firmware/zooids/src/watchdog.rs",
+        find: "    pac::DBGMCU.apb1_fz().modify(|w| w.set_iwdg(true));\n",
+        put: "",
+        breaks: "a robot whose core a debugger halts is reset and locked",
+    },
+    Mutant {
         name: "power-cut",
         file: MOTORS,
         find: "pac::GPIOA.moder().modify(|w| MOTORS.for_each(|pin| w.set_moder(pin, Moder::OUTPUT)));",
