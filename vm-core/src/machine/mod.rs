@@ -512,6 +512,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     fn collect(&mut self) {
         let (mut pc, mut fp) = (usize::from(self.pc), usize::from(self.fp));
         let mut slot = usize::from(self.sp);
+        // News is sent after the outermost frame was left: below what is on the stack then there is no record.
+        if self.state == State::Idle {
+            fp = slot;
+        }
         let mut reserved = slot;
         let mut entry = self.entries_at();
         for _ in 0..self.sizes().entries {
