@@ -10,6 +10,7 @@ use bittybuzz_hil::{Command, Event, Member, Swarm, TimedEvent, frames, resets};
 
 const CHANNEL: u8 = 0x01;
 const READY: u8 = 0x0b;
+const P2P: u8 = 0x0a;
 
 const IDLE: &str = "function step() { }";
 
@@ -91,6 +92,10 @@ fn an_nrf51_that_restarts_is_set_up_again() {
         // Not before it is sure that reports have ended, and soon after.
         let after = channel[1] - Duration::from_millis(3000);
         assert!((1500..3000).contains(&after.as_millis()), "{after:?}");
+        // Until then it gets no messages but those that waited while it started: Bluetooth is on again.
+        let (started, asked) = (Duration::from_millis(3200), channel[1] - Duration::from_millis(5));
+        let early = sent(member, P2P).into_iter().filter(|at| (started..asked).contains(at));
+        assert_eq!(early.count(), 0);
         let end = member.robot.now() - Duration::from_secs(1);
         let talks = member.robot.events.iter().filter(|event| event.at > end);
         assert!(talks.filter(|event| matches!(event.event, Event::P2p { .. })).count() > 20);

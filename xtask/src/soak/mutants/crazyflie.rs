@@ -9,7 +9,12 @@ const WATCHDOG: &str = "firmware/crazyflie/src/watchdog.rs";
 const MOTORS: &str = "firmware/crazyflie/src/motors.rs";
 const BATTERY: &str = "firmware/crazyflie/src/battery.rs";
 const BOARD: &str = "firmware/crazyflie/src/board.rs";
+const MAIN: &str = "firmware/crazyflie/src/main.rs";
 const UART: &str = "firmware/crazyflie/src/link/uart.rs";
+const SEND: &str = "firmware/crazyflie/src/link/send.rs";
+const KEEPER: &str = "firmware/crazyflie/src/link/setup.rs";
+const SWARM: &str = "firmware/crazyflie/src/link/swarm.rs";
+const SETUP: &str = "comms/src/syslink/setup.rs";
 
 pub const MUTANTS: &[Mutant] = &[
     Mutant {
@@ -193,6 +198,125 @@ pub const MUTANTS: &[Mutant] = &[
         find: "noted.or((!is_debugged()).then_some(Failure::Unexplained))",
         put: "noted",
         breaks: "after a software reset without a note the script runs",
+    },
+    Mutant {
+        name: "frames-too-fast",
+        file: SEND,
+        find: "from_micros(1_200)",
+        put: "from_micros(120)",
+        breaks: "frames come faster than the nRF51 reads them, and its queue drops bytes",
+    },
+    Mutant {
+        name: "swarm-frames-too-fast",
+        file: SEND,
+        find: "if is_p2p { TURN + AIR } else { TURN }",
+        put: "if is_p2p { AIR } else { TURN }",
+        breaks: "a frame to other robots is cut off on the air by the next one",
+    },
+    Mutant {
+        name: "full-queue-blocks",
+        file: SEND,
+        find: "Ok(frame) => OUT.try_send(frame.bytes()).is_ok(),",
+        put: "Ok(frame) => {\n            while OUT.try_send(frame.bytes()).is_err() {}\n            true\n        }",
+        breaks: "the robot waits for an nRF51 that takes nothing, until its watchdog resets it",
+    },
+    Mutant {
+        name: "blocked-line-is-waited-for",
+        file: SEND,
+        find: "if with_timeout(BEAT, uart.flush()).await.is_err() {\n            continue;\n        }",
+        put: "uart.flush().await;",
+        breaks: "an nRF51 that takes nothing looks like a dead task, and the watchdog resets the robot",
+    },
+    Mutant {
+        name: "flow-control-ignored",
+        file: UART,
+        find: "pac::GPIOA.idr().read().idr(4) == Idr::LOW",
+        put: "pac::GPIOA.idr().read().idr(4) == Idr::LOW || true",
+        breaks: "bytes are sent while the nRF51 has no room",
+    },
+    Mutant {
+        name: "ready-asked-without-end",
+        file: SETUP,
+        find: "const READY_TRIES: u8 = 10;",
+        put: "const READY_TRIES: u8 = 250;",
+        breaks: "with the nRF51's firmware from before October 2025 the set-up does not end",
+    },
+    Mutant {
+        name: "setup-without-hello",
+        file: SETUP,
+        find: "(begins && !can_send)",
+        put: "false",
+        breaks: "Bluetooth stays on until the first message, and the frames after that one are lost",
+    },
+    Mutant {
+        name: "setup-retried-too-soon",
+        file: KEEPER,
+        find: "const RETRY: Duration = Duration::from_millis(100);",
+        put: "const RETRY: Duration = Duration::from_millis(10);",
+        breaks: "the nRF51's queue overflows while Bluetooth shuts down",
+    },
+    Mutant {
+        name: "silence-unnoticed",
+        file: KEEPER,
+        find: "const SILENCE: Duration = Duration::from_millis(2000);",
+        put: "const SILENCE: Duration = Duration::from_secs(2000);",
+        breaks: "an nRF51 that has restarted is never set up again",
+    },
+    Mutant {
+        name: "any-frame-is-a-report",
+        file: KEEPER,
+        find: "if matches!(packet, Packet::Battery(_)) {",
+        put: "if !matches!(packet, Packet::Ready) {",
+        breaks: "an nRF51 that has restarted is not set up again while it hears other robots",
+    },
+    Mutant {
+        name: "restart-set-up-in-part",
+        file: KEEPER,
+        find: "            self.setup.restart();\n",
+        put: "",
+        breaks: "an nRF51 that has restarted counts as set up",
+    },
+    Mutant {
+        name: "sends-in-doubt",
+        file: KEEPER,
+        find: "const DOUBT: Duration = Duration::from_millis(50);",
+        put: "const DOUBT: Duration = Duration::from_millis(50_000);",
+        breaks: "messages go to an nRF51 that has restarted, and Bluetooth's shutdown loses them",
+    },
+    Mutant {
+        name: "ping-storm",
+        file: SWARM,
+        find: "Ping { is_answer: true, ..ping }",
+        put: "Ping { is_answer: false, ..ping }",
+        breaks: "two robots of one id answer each other without end",
+    },
+    Mutant {
+        name: "every-ping-answered",
+        file: SWARM,
+        find: "ping.robot != self.robot_id || now < self.next_answer",
+        put: "ping.robot != self.robot_id",
+        breaks: "whoever sends many pings keeps the radio busy",
+    },
+    Mutant {
+        name: "own-id-unnoticed",
+        file: SWARM,
+        find: "Some(ping) if ping.is_answer => self.compare_id(ping.robot),",
+        put: "Some(ping) if ping.is_answer => {}",
+        breaks: "robots of one id whose scripts send nothing do not notice each other",
+    },
+    Mutant {
+        name: "first-device-type-only",
+        file: BOARD,
+        find: "let slot = slots.iter().find(|slot| slot.first() != Some(&0));",
+        put: "let slot = slots.first();",
+        breaks: "a device type that was replaced in the one-time memory is not found",
+    },
+    Mutant {
+        name: "script-on-another-board",
+        file: MAIN,
+        find: "let may_run = failure.is_none() && board.is_ok();",
+        put: "let may_run = failure.is_none();",
+        breaks: "the script runs on a board with other motors",
     },
     Mutant {
         name: "set-point-hold",

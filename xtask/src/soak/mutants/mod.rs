@@ -56,7 +56,7 @@ const SUBJECTS: &[Subject] = &[
             variable: "BITTYBUZZ_CRAZYFLIE",
             programs: &[
                 "link", "failures", "resets", "battery", "script", "cable", "debugger", "replay",
-                "slices",
+                "slices", "nrf51", "board",
             ],
         },
         // One each of clocks, pins and places.
