@@ -7,6 +7,7 @@
 #![allow(unsafe_code, reason = "C is called")]
 
 use std::ffi::{c_char, c_int, c_void};
+use std::ops::Range;
 use std::ptr;
 
 use bittybuzz_chips::{Change, Kilobot, PAGE, RAM};
@@ -47,6 +48,8 @@ impl Chip {
     }
 }
 
+/// The core's general registers in the data space.
+pub const REGISTERS: Range<usize> = 0..0x20;
 /// Bytes of data space: registers and RAM.
 pub const DATA: usize = 0x900;
 /// All that a 16-bit address reaches.

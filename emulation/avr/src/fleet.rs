@@ -3,9 +3,10 @@
 use std::path::Path;
 use std::time::Duration;
 
-use bittybuzz_chips::{Amplitude, EEPROM_SIZE, Edge, Infrared, Surroundings, Time};
+use bittybuzz_chips::{Amplitude, EEPROM_SIZE, Edge, Infrared, ResetCause, Surroundings, Time};
 use bittybuzz_emulation::message::{
-    AirStatistics, BoardStatistics, Command, CoreStatistics, Event, Reply, Statistics, TimedEvent,
+    self, AirStatistics, BoardStatistics, Command, CoreStatistics, Event, Reply, Statistics,
+    TimedEvent,
 };
 use bittybuzz_emulation::{
     CommandError, Image, LONGEST_READ, MachineError, Pause, Refusal, Robots, finite, probability,
@@ -295,8 +296,20 @@ impl Robots for Fleet {
                 self.darken(time(now));
                 let member = self.member(robot)?;
                 member.is_off = !on;
-                member.robot.switch(time(now));
+                let cause = if on { ResetCause::PowerOn } else { ResetCause::PowerOff };
+                member.robot.switch(time(now), cause);
                 member.note();
+            }
+            Command::Chip { memory, seed, debugger: false, crystal: true, .. } => {
+                self.member(robot)?.robot.memory = bittybuzz_emulation::memory(memory, seed);
+            }
+            Command::Reset { cause: message::ResetCause::BrownOut } => {
+                self.darken(time(now));
+                let member = self.member(robot)?;
+                member.robot.switch(time(now), ResetCause::BrownOut);
+                member.note();
+                let cause = ResetCause::BrownOut.name().into();
+                member.events.push(TimedEvent { at: now, event: Event::Reset { cause } });
             }
             Command::Deaf { to } => {
                 let robots = self.members.len();

@@ -1,9 +1,11 @@
 //! One Kilobot: core and board.
 
-use bittybuzz_chips::{Change, Edge, HardwareError, Infrared, Kilobot, PAGE, RAM, Time};
+use bittybuzz_chips::{
+    Change, Edge, HardwareError, Infrared, Kilobot, Memory, PAGE, RAM, ResetCause, Time,
+};
 use bittybuzz_kilobot::phase::Steps;
 
-use crate::core::{Chip, Core, State, Stop, changed};
+use crate::core::{Chip, Core, DATA, REGISTERS, State, Stop, changed};
 
 /// A core that sleeps needs so many cycles more to enter an interrupt: 7.7.1 of the data sheet.
 const WAKE_UP: u64 = 4;
@@ -17,6 +19,8 @@ pub struct Robot {
     /// Since this cycle an interrupt waits.
     waiting: Option<u64>,
     pub counted: Counted,
+    /// What the chip's memory holds after its supply has fallen.
+    pub memory: Memory,
     /// Where in the data space its image keeps what the script is doing.
     pub phase: Option<u16>,
     /// Where time would be turned back to.
@@ -87,6 +91,7 @@ impl Robot {
             asleep: None,
             waiting: None,
             counted: Counted::default(),
+            memory: Memory::Kept,
             phase: None,
             before: Box::default(),
             undo: Vec::new(),
@@ -207,23 +212,30 @@ impl Robot {
 
     fn reset(&mut self) {
         self.counted.resets += 1;
-        self.begin(true);
+        self.begin(ResetCause::IndependentWatchdog);
     }
 
-    /// The power is switched, at `now`: pins let go, and what ran begins anew.
-    pub fn switch(&mut self, now: Time) {
+    /// The power is switched, or falls for a moment, at `now`: pins let go, and what ran begins anew.
+    pub fn switch(&mut self, now: Time, cause: ResetCause) {
         let cycle = self.board.cycle(now);
         self.core.wait_until(cycle);
         self.board.advance(self.core.cycle());
-        self.begin(false);
+        self.begin(cause);
+        // The core's registers are no less undefined than the RAM (7.4, 8.3).
+        for part in [REGISTERS, RAM.into()..DATA] {
+            let content = self.memory.content(part.len() as u32, &mut self.memory.noise());
+            if let Some(content) = content {
+                self.core.data()[part].copy_from_slice(&content);
+            }
+        }
         self.board.take_edges();
     }
 
-    fn begin(&mut self, by_watchdog: bool) {
+    fn begin(&mut self, cause: ResetCause) {
         self.asleep = None;
         self.waiting = None;
         self.is_dead = false;
-        self.board.reset(by_watchdog);
+        self.board.reset(cause, self.memory);
         self.core.reset();
     }
 }

@@ -6,8 +6,8 @@ use crate::f405::F405;
 use crate::nrf51::{BAUD, Nrf51, Output};
 use crate::stm32::{Pin, Pwm};
 use crate::{
-    Battery, Event, Frame, Led, Lines, Link, Nrf51Settings, P2pFrame, Pose, Random, ResetCause,
-    Time, Width,
+    Battery, Event, Frame, Led, Lines, Link, Memory, Nrf51Settings, P2pFrame, Pose, Random,
+    ResetCause, Time, Width,
 };
 
 /// Port, pin, whether it shines when the pin is high.
@@ -57,10 +57,10 @@ impl Default for Settings {
     }
 }
 
-/// The properties of its STM32 that differ from chip to chip, or that the manual leaves open.
+/// The properties of a robot's STM32 that differ from chip to chip, or that the manual leaves open.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Chip {
-    /// Frequency of the oscillator LSI in Hz, which the watchdog counts: 17,000 to 47,000 (data sheet DS8626).
+    /// Frequency of the oscillator LSI in Hz, which the watchdog counts: 17,000 to 47,000 for an STM32F405 (data sheet DS8626).
     pub lsi_hz: u64,
     /// False if the crystal never oscillates.
     pub has_crystal: bool,
@@ -75,20 +75,6 @@ impl Default for Chip {
     fn default() -> Self {
         Chip { lsi_hz: 32_000, has_crystal: true, memory: Memory::Kept, is_debugged: false }
     }
-}
-
-/// The content of memory after an event that guarantees none.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Memory {
-    /// Unchanged.
-    Kept,
-    /// All zeros.
-    Zeroed,
-    /// Anything.
-    Noise {
-        /// Start of the pseudo-random sequence.
-        seed: u64,
-    },
 }
 
 /// What was counted since power-on.
@@ -435,12 +421,8 @@ impl Board for Crazyflie {
         // After a power-on the core's memory holds noise anyway.
         if self.last_reset != ResetCause::PowerOn {
             for (address, length) in [(RAM, ram), (CCM, ccm)] {
-                let content = match self.chip.memory {
-                    Memory::Kept => continue,
-                    Memory::Zeroed => vec![0; length as usize],
-                    Memory::Noise { .. } => (0..length).map(|_| self.noise.bits() as u8).collect(),
-                };
-                memory.push((address, content));
+                let content = self.chip.memory.content(length, &mut self.noise);
+                memory.extend(content.map(|content| (address, content)));
             }
         }
         if vectors != FIRMWARE {

@@ -77,6 +77,9 @@ impl<B: Board> Robot<B> {
         if cause == ResetCause::PowerOn {
             self.bus.ram = noise(B::MEMORY.ram);
         }
+        for (address, bytes) in self.bus.board.start(FLASH).memory {
+            self.bus.write_memory(address, &bytes);
+        }
         let hz = self.bus.board.core_clock_hz();
         self.bus.clock.set_hz(hz, self.bus.cycles);
         self.start();

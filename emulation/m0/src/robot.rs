@@ -70,6 +70,11 @@ impl<B: Board> Robot<B> {
         if cause == ResetCause::PowerOn {
             self.bus.ram = noise(B::MEMORY.ram);
         }
+        for (address, bytes) in self.bus.board.start(self.vectors).memory {
+            if let Some(memory) = self.bus.memory(address, bytes.len()) {
+                memory.copy_from_slice(&bytes);
+            }
+        }
         let hz = self.bus.board.core_clock_hz();
         self.bus.clock.set_hz(hz, self.bus.cycles);
         self.start();

@@ -3,8 +3,8 @@
 use std::ops::RangeInclusive;
 
 use bittybuzz_chips::{
-    Battery, Board, Chip, Crazyflie, Frame, Light, Link, MAX_PAYLOAD, Nrf51Settings, OTP, P2P_MAX,
-    P2pFrame, Pose, TablePose, Time, Zooid,
+    Battery, Board, Chip, Crazyflie, Frame, Light, Link, MAX_PAYLOAD, Memory, Nrf51Settings, OTP,
+    P2P_MAX, P2pFrame, Pose, ResetCause, TablePose, Time, Zooid,
 };
 
 use crate::message::{self, BoardStatistics, Command};
@@ -108,6 +108,15 @@ pub fn finite(name: &'static str, value: f64) -> Result<f64, Refusal> {
     if value.is_finite() { Ok(value) } else { Err(Refusal::NotFinite { name, value }) }
 }
 
+/// The content of memory as the chips know it.
+pub fn memory(memory: message::Memory, seed: u64) -> Memory {
+    match memory {
+        message::Memory::Kept => Memory::Kept,
+        message::Memory::Zeroed => Memory::Zeroed,
+        message::Memory::Noise => Memory::Noise { seed },
+    }
+}
+
 /// `hz`, if an oscillator LSI can be so fast.
 fn lsi(range: RangeInclusive<u64>, hz: u64) -> Result<u64, Refusal> {
     if range.contains(&hz) { Ok(hz) } else { Err(Refusal::Lsi { range, hz }) }
@@ -158,21 +167,17 @@ impl Control for Crazyflie {
             Command::Shutdown => self.request_shutdown(),
             Command::Chip { lsi_hz, crystal, memory, seed, debugger } => {
                 let lsi_hz = lsi(17_000..=47_000, lsi_hz)?;
-                let memory = match memory {
-                    message::Memory::Kept => bittybuzz_chips::Memory::Kept,
-                    message::Memory::Zeroed => bittybuzz_chips::Memory::Zeroed,
-                    message::Memory::Noise => bittybuzz_chips::Memory::Noise { seed },
-                };
+                let memory = self::memory(memory, seed);
                 let (has_crystal, is_debugged) = (crystal, debugger);
                 self.set_chip(Chip { lsi_hz, has_crystal, memory, is_debugged });
             }
             Command::Otp { bytes } if bytes.len() > OTP => return Err(Refusal::Otp(bytes.len())),
             Command::Otp { bytes } => self.set_otp(bytes),
             Command::Reset { cause } => self.request_reset(match cause {
-                message::ResetCause::PowerOn => bittybuzz_chips::ResetCause::PowerOn,
-                message::ResetCause::BrownOut => bittybuzz_chips::ResetCause::BrownOut,
-                message::ResetCause::Pin => bittybuzz_chips::ResetCause::Pin,
-                message::ResetCause::Software => bittybuzz_chips::ResetCause::Software,
+                message::ResetCause::PowerOn => ResetCause::PowerOn,
+                message::ResetCause::BrownOut => ResetCause::BrownOut,
+                message::ResetCause::Pin => ResetCause::Pin,
+                message::ResetCause::Software => ResetCause::Software,
             }),
             _ => return Err(Refusal::OtherRobot(Self::NAME)),
         }
@@ -213,15 +218,13 @@ impl Control for Zooid {
             }
             Command::PowerDetector { reading } => self.set_power_detector(reading.into()),
             Command::Touch { keys } => self.press(keys),
-            // A power-on fills the RAM with noise, and a reset keeps it.
-            Command::Chip {
-                lsi_hz,
-                crystal,
-                memory: message::Memory::Kept,
-                debugger: false,
-                ..
-            } => {
-                self.set_oscillators(lsi(30_000..=50_000, lsi_hz)?, crystal);
+            Command::Chip { lsi_hz, crystal, memory, seed, debugger: false } => {
+                let (lsi_hz, memory) = (lsi(30_000..=50_000, lsi_hz)?, self::memory(memory, seed));
+                self.set_chip(Chip { lsi_hz, has_crystal: crystal, memory, is_debugged: false });
+            }
+            // Power-on is the command `power`.
+            Command::Reset { cause: message::ResetCause::BrownOut } => {
+                self.request_reset(ResetCause::BrownOut);
             }
             Command::Power { on } => self.set_power(on),
             // The air sees to it.
@@ -284,7 +287,10 @@ mod tests {
             (r#"{"command":"power_detector","reading":"live"}"#, "obeyed"),
             (r#"{"command":"chip","lsi_hz":50000,"crystal":false}"#, "obeyed"),
             (r#"{"command":"chip","lsi_hz":29999}"#, "between 30000 and 50000, not 29999"),
+            (r#"{"command":"chip","lsi_hz":40000,"memory":"noise","seed":3}"#, "obeyed"),
             (r#"{"command":"chip","debugger":true}"#, "has no such thing"),
+            (r#"{"command":"reset","cause":"brown_out"}"#, "obeyed"),
+            (r#"{"command":"reset","cause":"pin"}"#, "a Zooid has no such thing"),
             (r#"{"command":"shutdown"}"#, "a Zooid has no such thing"),
             (r#"{"command":"send","type":1,"payload":""}"#, "a Zooid has no such thing"),
         ] {

@@ -261,3 +261,24 @@ impl Atmega328p {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ResetCause;
+    use crate::atmega328p::EEPROM_SIZE;
+
+    /// 11.9.1
+    #[test]
+    fn causes_of_resets_are_collected_until_power_on() {
+        let mut chip = Atmega328p::new(0x9c, 0x9d, [0xff; EEPROM_SIZE]);
+        assert_eq!(chip.read(at::MCUSR), 1 << 0);
+        chip.write(at::MCUSR, 0);
+        chip.reset(0x9d, ResetCause::BrownOut);
+        assert_eq!(chip.read(at::MCUSR), 1 << 2);
+        chip.reset(0x9d, ResetCause::IndependentWatchdog);
+        assert_eq!(chip.read(at::MCUSR), 1 << 2 | 1 << 3);
+        chip.reset(0x9d, ResetCause::PowerOn);
+        assert_eq!(chip.read(at::MCUSR), 1 << 0);
+    }
+}

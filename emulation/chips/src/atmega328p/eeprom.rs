@@ -38,6 +38,14 @@ impl Eeprom {
         (self.control, self.unlocked_until) = (0, 0);
     }
 
+    /// The supply is too low for the write that is under way, if one is: its cell holds `value` then, the others what they hold (8.4.2,
+    /// "Preventing EEPROM Corruption").
+    pub fn cut(&mut self, value: u8) {
+        if self.done.take().is_some() {
+            self.cells[usize::from(self.address)] = value;
+        }
+    }
+
     pub fn next_event(&self) -> Option<u64> {
         self.done
     }
@@ -69,7 +77,11 @@ impl Eeprom {
         self.address.to_le_bytes()
     }
 
+    /// EEAR is written, which is not possible while a cell is (8.6.3).
     pub fn set_address(&mut self, byte: usize, value: u8) {
+        if self.done.is_some() {
+            return;
+        }
         let mut bytes = self.address();
         bytes[byte] = value;
         self.address = u16::from_le_bytes(bytes) % SIZE as u16;
@@ -140,6 +152,23 @@ mod tests {
         assert_eq!(eeprom.control() & EEPE, 0);
         assert_eq!(eeprom.set_control(EERE, 30_000, false), 4);
         assert_eq!(eeprom.data(), 0x5a);
+    }
+
+    #[test]
+    fn a_cut_write_leaves_its_cell_undefined_and_no_other() {
+        let mut eeprom = eeprom();
+        eeprom.set_control(EEMPE, 10, false);
+        eeprom.set_control(EEMPE | EEPE, 12, false);
+        eeprom.set_address(0, 0xb1);
+        assert_eq!(eeprom.set_control(EERE, 20, false), 0, "nor is anything read meanwhile");
+        eeprom.advance(12 + 26_367);
+        eeprom.cut(0x77);
+        assert_eq!(
+            (eeprom.cells[0xb0], eeprom.cells[0xb1], eeprom.next_event()),
+            (0x77, 0xff, None)
+        );
+        eeprom.cut(0x78);
+        assert_eq!(eeprom.cells[0xb0], 0x77, "nothing is under way");
     }
 
     #[test]

@@ -25,6 +25,7 @@ use self::self_programming::SelfProgramming;
 use self::timer::{CANCEL_NOISE, CAPTURE, COMPARE_A, COMPARE_B, Kind, OVERFLOW, RISING, Timer};
 use self::usart::Usart;
 use self::watchdog::Watchdog;
+use crate::ResetCause;
 
 /// The first address of RAM.
 pub const RAM: u16 = 0x100;
@@ -38,6 +39,7 @@ const ACIC: u8 = 1 << 2;
 
 /// MCUSR.
 pub const POWER_ON_RESET: u8 = 1 << 0;
+pub const BROWN_OUT_RESET: u8 = 1 << 2;
 pub const WATCHDOG_RESET: u8 = 1 << 3;
 
 /// MCUCR.
@@ -160,8 +162,9 @@ impl Atmega328p {
         }
     }
 
-    /// The watchdog has run out, or the power comes back: everything but the EEPROM begins anew.
-    pub fn reset(&mut self, factory: u8, by_watchdog: bool) {
+    /// Everything but the EEPROM begins anew. MCUSR collects the causes, and only power-on clears them (11.9.1). Brown-out
+    /// detection, which a fuse turns on, is on.
+    pub fn reset(&mut self, factory: u8, cause: ResetCause) {
         let mut fresh = Atmega328p::new(factory, factory, self.eeprom.cells);
         fresh.eeprom = self.eeprom.clone();
         fresh.eeprom.reset();
@@ -171,12 +174,15 @@ impl Atmega328p {
         (fresh.now, fresh.stopped) = (self.now, self.stopped);
         fresh.unknown = self.unknown;
         fresh.comparator_input = self.comparator_input;
-        if by_watchdog {
-            fresh.mcusr = self.mcusr | WATCHDOG_RESET;
-        }
+        fresh.mcusr = match cause {
+            ResetCause::IndependentWatchdog => self.mcusr | WATCHDOG_RESET,
+            ResetCause::BrownOut => self.mcusr | BROWN_OUT_RESET,
+            _ => POWER_ON_RESET,
+        };
         for (fresh, port) in fresh.ports.iter_mut().zip(self.ports) {
             *fresh = Port { direction: 0, port: 0, ..port };
         }
+        let by_watchdog = cause == ResetCause::IndependentWatchdog;
         fresh.watchdog.reset(by_watchdog, self.clock.time(self.now));
         let io = fresh.io(fresh.now);
         for timer in &mut fresh.timers {

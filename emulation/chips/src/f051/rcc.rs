@@ -95,7 +95,7 @@ impl Rcc {
     pub fn reset(&mut self, cause: ResetCause) {
         let backup = self.registers[BDCR];
         let causes = match cause {
-            ResetCause::PowerOn => 0,
+            ResetCause::PowerOn | ResetCause::BrownOut => 0,
             _ => self.registers[CSR] & CSR_CAUSES,
         };
         self.registers = [0; REGISTERS];
@@ -105,9 +105,9 @@ impl Rcc {
         self.registers[CR2] = 0x80;
         self.registers[CSR] = causes
             | match cause {
-                ResetCause::PowerOn => 1 << 27 | 1 << 26,
-                // The STM32F051 has no flag for it, and no brown-out detector: RM0091 7.4.10.
-                ResetCause::PowerOff | ResetCause::BrownOut => 0,
+                // No brown-out detector: the one of power-down resets the chip, and PORRSTF is its flag, too (6.4.10).
+                ResetCause::PowerOn | ResetCause::BrownOut => 1 << 27 | 1 << 26,
+                ResetCause::PowerOff => 0,
                 ResetCause::Pin => 1 << 26,
                 ResetCause::Software => 1 << 28 | 1 << 26,
                 ResetCause::IndependentWatchdog => 1 << 29 | 1 << 26,
@@ -376,6 +376,15 @@ mod tests {
         rcc.reset(ResetCause::IndependentWatchdog);
         rcc.reset(ResetCause::Software);
         assert_eq!(rcc.read(0x24), 1 << 26 | 1 << 28 | 1 << 29);
+    }
+
+    #[test]
+    fn a_brown_out_looks_like_power_on() {
+        let mut rcc = Rcc::new();
+        rcc.write(0x24, word(CSR_RMVF));
+        rcc.reset(ResetCause::Software);
+        rcc.reset(ResetCause::BrownOut);
+        assert_eq!(rcc.read(0x24), Rcc::new().read(0x24));
     }
 
     #[test]

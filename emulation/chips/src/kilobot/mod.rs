@@ -14,7 +14,7 @@ use crate::atmega328p::{
     Atmega328p, B, BOOT_SECTION, C, Change, D, EEPROM_SIZE, Mistake, Sample, Sent, Signal, Sleep,
 };
 use crate::random::Random;
-use crate::{Event, HardwareError, Time};
+use crate::{Event, HardwareError, Memory, ResetCause, Time};
 
 /// OSCCAL at which an oscillator runs right, and as a reset leaves it: one step beside. A choice.
 const BEST_OSCCAL: u8 = 0x9c;
@@ -421,9 +421,18 @@ impl Kilobot {
         self.chip.is_expired()
     }
 
-    /// The watchdog resets the chip, or its power comes back.
-    pub fn reset(&mut self, by_watchdog: bool) {
-        self.chip.reset(FACTORY_OSCCAL, by_watchdog);
+    /// The chip is reset. If its supply fell at that, memory is then as `memory` says: a byte that was being written to the EEPROM is
+    /// complete with [`Memory::Kept`], with [`Memory::Zeroed`] it is erased, as each is first (table 8-1), and with
+    /// [`Memory::Noise`] it holds anything.
+    pub fn reset(&mut self, cause: ResetCause, memory: Memory) {
+        if cause != ResetCause::IndependentWatchdog {
+            match memory {
+                Memory::Kept => {}
+                Memory::Zeroed => self.chip.eeprom.cut(0xff),
+                Memory::Noise { .. } => self.chip.eeprom.cut(memory.noise().bits() as u8),
+            }
+        }
+        self.chip.reset(FACTORY_OSCCAL, cause);
         self.settle();
         self.plan_light();
     }

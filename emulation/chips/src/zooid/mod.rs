@@ -10,12 +10,13 @@ mod touch;
 use self::i2c::Devices;
 use self::projector::Diodes;
 pub use self::projector::{Light, STEP_MM, TablePose};
-use crate::board::{Board, CoreKind, MemoryMap};
+use crate::board::{Board, CoreKind, MemoryMap, Start};
 use crate::f051::{Action, F051, FLASH_SIZE, Signal};
 use crate::nrf24::{Nrf24, PowerDetector, RadioStatistics, SPI_LIMIT_HZ, Transmission};
 use crate::stm32::{Pin, Pwm};
 use crate::{
-    Event, FlashChange, HardwareError, Heard, Led, Lines, ResetCause, Time, Transfer, Width,
+    Chip, Event, FlashChange, HardwareError, Heard, Led, Lines, Memory, ResetCause, Time, Transfer,
+    Width,
 };
 
 const A: usize = 0;
@@ -29,6 +30,8 @@ const SPI: [u8; 3] = [5, 6, 7];
 const PHOTODIODES: [(usize, u8); 2] = [(B, 9), (B, 1)];
 const TOUCH_CHANGE: (usize, u8) = (B, 2);
 const MOTION_INT1: (usize, u8) = (B, 12);
+/// First address of the RAM (RM0091 2.2.2).
+const RAM: u32 = 0x2000_0000;
 /// Low while charging.
 const CHARGING: (usize, u8) = (B, 13);
 /// SCL and SDA, alternate function 1.
@@ -80,8 +83,11 @@ pub struct Zooid {
     change: bool,
     spi_was_too_fast: bool,
     reset_request: Option<ResetCause>,
-    /// From the next reset on: the frequency of LSI in Hz, and whether the crystal works.
-    oscillators: Option<(u64, bool)>,
+    /// From the next reset on.
+    next_chip: Option<Chip>,
+    /// The content of the RAM after a brown-out.
+    memory: Memory,
+    last_reset: ResetCause,
     has_power: bool,
     transmissions: Vec<Transmission>,
     events: Vec<(Time, Event)>,
@@ -230,9 +236,15 @@ impl Zooid {
         self.devices.motion.turn_degrees_s = pose.map_or(0.0, |pose| -pose.turn_degrees_s);
     }
 
-    /// From its next reset on the STM32's watchdog counts an oscillator of this frequency, and its crystal works or never does.
-    pub fn set_oscillators(&mut self, lsi_hz: u64, has_crystal: bool) {
-        self.oscillators = Some((lsi_hz, has_crystal));
+    /// From the next reset on the STM32 is like this, but for the debugger. A brown-out that leaves its memory as it is was too short
+    /// for radio and sensors to notice it; no data sheet says below which voltage they restart.
+    pub fn set_chip(&mut self, chip: Chip) {
+        self.next_chip = Some(chip);
+    }
+
+    /// The STM32 is reset for this reason, now.
+    pub fn request_reset(&mut self, cause: ResetCause) {
+        self.reset_request = Some(cause);
     }
 
     /// From now on the projector's light is as bad as this.
@@ -316,7 +328,9 @@ impl Board for Zooid {
             change: true,
             spi_was_too_fast: false,
             reset_request: None,
-            oscillators: None,
+            next_chip: None,
+            memory: Memory::Kept,
+            last_reset: ResetCause::PowerOn,
             has_power: true,
             transmissions: Vec::new(),
             events: Vec::new(),
@@ -393,11 +407,18 @@ impl Board for Zooid {
     }
 
     fn reset(&mut self, cause: ResetCause) {
-        if let Some((lsi_hz, has_crystal)) = self.oscillators.take() {
-            self.f051.set_oscillators(lsi_hz, has_crystal);
+        if let Some(chip) = self.next_chip.take() {
+            self.f051.set_oscillators(chip.lsi_hz, chip.has_crystal);
+            self.memory = chip.memory;
         }
+        self.last_reset = cause;
         self.f051.reset(cause);
-        if matches!(cause, ResetCause::PowerOn | ResetCause::PowerOff) {
+        let has_noticed = match cause {
+            ResetCause::PowerOn | ResetCause::PowerOff => true,
+            ResetCause::BrownOut => self.memory != Memory::Kept,
+            ResetCause::Pin | ResetCause::Software | ResetCause::IndependentWatchdog => false,
+        };
+        if has_noticed {
             self.radio.restart(self.now);
             self.devices.restart(self.now);
             self.settle_touch();
@@ -409,6 +430,13 @@ impl Board for Zooid {
 
     fn set_halted(&mut self, halted: bool) {
         self.f051.set_halted(halted);
+    }
+
+    fn start(&mut self, _vectors: u32) -> Start {
+        let is_brown_out = self.last_reset == ResetCause::BrownOut;
+        let content = self.memory.content(Self::MEMORY.ram, &mut self.memory.noise());
+        let content = content.filter(|_| is_brown_out).map(|content| (RAM, content));
+        Start { memory: content.into_iter().collect(), ..Start::default() }
     }
 
     fn watchdog_runs(&self) -> bool {

@@ -1,5 +1,7 @@
 //! The board, by the registers that a firmware writes.
 
+use std::collections::HashSet;
+
 use super::*;
 use crate::air::{Air, LOOKAHEAD, Sender};
 
@@ -21,6 +23,24 @@ fn write(board: &mut Zooid, address: u32, value: u32) {
 
 fn read(board: &mut Zooid, address: u32) -> u32 {
     board.read(address, Width::Word)
+}
+
+/// The supply falls for a moment.
+#[test]
+fn only_a_brown_out_changes_memory() {
+    let noise = Memory::Noise { seed: 7 };
+    for (memory, values) in [(Memory::Kept, None), (Memory::Zeroed, Some(1)), (noise, Some(256))] {
+        let mut board = Zooid::power_on(0);
+        board.set_chip(Chip { lsi_hz: 40_000, memory, ..Chip::default() });
+        board.reset(ResetCause::BrownOut);
+        let content = board.start(0x0800_0000).memory;
+        let found = content.first().map(|(address, bytes)| {
+            (*address, bytes.len(), bytes.iter().collect::<HashSet<_>>().len())
+        });
+        assert_eq!(found, values.map(|values| (0x2000_0000, 8192, values)), "{memory:?}");
+        board.reset(ResetCause::Software);
+        assert_eq!(board.start(0x0800_0000).memory, []);
+    }
 }
 
 fn events(board: &mut Zooid) -> Vec<Event> {
