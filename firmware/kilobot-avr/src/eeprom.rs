@@ -6,9 +6,12 @@ use avr_device::interrupt;
 
 use crate::chip::Chip;
 
-/// The byte there.
+/// The byte there. A write that a reset has interrupted goes on, and nothing can be read meanwhile (8.4.2, 8.6.3).
 #[inline(never)]
 pub fn read(chip: &Chip, address: u16) -> u8 {
+    // -14 bytes against the methods of the register.
+    // SAFETY: waits for EEPE in EECR.
+    unsafe { asm!("0:", "sbic 0x1f, 1", "rjmp 0b", options(nostack, preserves_flags)) };
     // SAFETY: every address of ten bits may be read.
     unsafe { chip.EEPROM.eear().write(|w| w.bits(address)) };
     chip.EEPROM.eecr().write(|w| w.eere().set_bit());
