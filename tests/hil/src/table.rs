@@ -133,7 +133,9 @@ impl Zooid {
                     Event::Motor { number, duty, .. } => {
                         self.inputs[usize::from(*number) - 1] = *duty;
                     }
-                    Event::Reset { cause } if cause == "power_on" => self.told.begin_anew(),
+                    Event::Reset { cause } if cause == "power_on" || cause == "brown_out" => {
+                        self.told.begin_anew();
+                    }
                     _ => {}
                 }
                 self.events.push(event);

@@ -7,8 +7,8 @@ use std::time::Duration;
 use bittybuzz_comms::trace::{Item, Record, Unused};
 use bittybuzz_trace_reader::{Content, Table, TraceReader};
 
-use crate::crazyflie;
 use crate::table::zooids;
+use crate::{Event, TimedEvent, crazyflie};
 
 /// What a robot told.
 pub struct Told {
@@ -30,6 +30,20 @@ impl Told {
     pub(crate) fn of_crazyflie() -> Self {
         static TABLE: OnceLock<Table> = OnceLock::new();
         Self::new(TABLE.get_or_init(|| messages(&crazyflie())))
+    }
+
+    /// All that a Crazyflie told in these events.
+    pub fn of_events(events: &[TimedEvent]) -> Self {
+        let mut told = Told::of_crazyflie();
+        for event in events {
+            match &event.event {
+                Event::Rtt { bytes } => told.read(bytes),
+                // What was under way never comes.
+                Event::Reset { .. } => told.begin_anew(),
+                _ => {}
+            }
+        }
+        told
     }
 
     /// Nothing yet, of a Zooid.

@@ -7,8 +7,9 @@ use std::time::Duration;
 
 use bittybuzz_chips::Random;
 use bittybuzz_emulation::message::{Memory, ResetCause};
+use bittybuzz_hil::safety::{assert_locked, assert_motors_off, assert_runs, is_in_loader, reset};
 use bittybuzz_hil::{
-    Command, Core, Event, Robot, TimedEvent, address_of, is_lit, load_register, motors, resets,
+    Command, Core, Event, Robot, address_of, is_lit, load_register, motors, resets,
 };
 
 /// All motors turn, and every LED of the script changes.
@@ -24,51 +25,6 @@ function step() {
 /// The chip of the data sheet's typical values.
 fn chip() -> Command {
     Command::Chip { lsi_hz: 32_000, crystal: true, memory: Memory::Kept, seed: 0, debugger: false }
-}
-
-/// Resets the robot, and returns when.
-fn reset(robot: &mut Robot, cause: ResetCause) -> Duration {
-    let at = robot.now();
-    robot.tell(&Command::Reset { cause });
-    robot.run_us(1);
-    at
-}
-
-/// The events since `from`.
-fn since(robot: &Robot, from: Duration) -> &[TimedEvent] {
-    let first = robot.events.partition_point(|event| event.at < from);
-    &robot.events[first..]
-}
-
-/// No motor has turned since the reset at `reset`.
-fn assert_motors_off(robot: &Robot, reset: Duration) {
-    for event in since(robot, reset) {
-        if let Event::Motor { duty, .. } = event.event {
-            assert_eq!(duty, 0.0, "after the reset at {reset:?}: {event:?}");
-        }
-    }
-    assert_eq!(motors(&robot.events), [0.0; 4]);
-}
-
-/// The firmware runs, but no script: red, and a radio that answers.
-fn assert_locked(robot: &mut Robot, reset: Duration) {
-    robot.run_ms(700);
-    assert_motors_off(robot, reset);
-    let after = since(robot, reset);
-    assert!(is_lit(after, "red_right"), "{after:?}");
-    for led in ["red_left", "green_left", "blue_left"] {
-        assert!(!is_lit(after, led), "{led}: the script runs");
-    }
-    assert!(robot.ping(1, 10).is_some(), "the radio is dead");
-}
-
-/// The script runs: within a second of now all motors turn.
-fn assert_runs(robot: &mut Robot) {
-    let now = robot.now();
-    robot.run_ms(1000);
-    let duties = motors(&robot.events);
-    assert!(duties.iter().all(|duty| *duty > 0.05), "{duties:?}");
-    assert!(!is_lit(since(robot, now), "red_right"));
 }
 
 /// The kinds of failure: code that fails, and why the chip restarts then.
@@ -141,8 +97,7 @@ fn fails_safely(number: u64) -> bool {
             assert!(on.is_some() && off > on, "{what}: motor {motor} on {on:?}, off {off:?}");
         }
     }
-    let in_loader = |event: &TimedEvent| matches!(event.event, Event::Loader { .. });
-    if since(&robot, at).iter().any(in_loader) {
+    if is_in_loader(&robot, at) {
         robot.run_ms(700);
         assert_motors_off(&robot, at);
         return true;
@@ -152,7 +107,7 @@ fn fails_safely(number: u64) -> bool {
     assert_locked(&mut robot, at);
     // Not even the reset button of a debug probe ends the lock, but power-on does.
     let at = reset(&mut robot, ResetCause::Pin);
-    if !since(&robot, at).iter().any(in_loader) {
+    if !is_in_loader(&robot, at) {
         assert_locked(&mut robot, at);
     }
     false
