@@ -7,7 +7,7 @@ use bittybuzz_vm_core::message::crc16;
 /// Bytes of a robot's id, or of a setting, in flash.
 const NUMBER_BYTES: usize = 4;
 
-/// Bytes before the image in the script region: its length, a `u32`, least significant byte first.
+/// Bytes before the image in the script region: its length as a `u32`, or its length and a checksum (`bittybuzz_runtime::section`).
 const SCRIPT_HEADER: u32 = 4;
 
 /// Bytes of a place of a log of scripts, and of the mark at its end (`bittybuzz_runtime::places`).
@@ -22,8 +22,8 @@ const SEQUENCE: u32 = 1;
 pub struct Layout {
     /// Flash of the firmware, from its vector table on.
     pub application: Region,
-    /// Flash of the script, which no part of the firmware shares an erasable sector with: the length of the image (a
-    /// `u32`, least significant byte first), then the image.
+    /// Flash of the script, which no part of the firmware shares an erasable sector with: a header, then the image. The
+    /// header is the length of the image (a `u16`, least significant byte first) and a checksum; see `bittybuzz_runtime::section`.
     pub script: Region,
     /// True if the script region is a log: two sectors of equal size with places of 4 KiB, of which the newest whole one
     /// counts, so that a loss of power while it is written leaves a script. See `bittybuzz_runtime::places`.
@@ -100,7 +100,8 @@ impl Layout {
         if self.script_log {
             PLACE - SCRIPT_HEADER - MARK
         } else {
-            self.script.size - SCRIPT_HEADER
+            let room = self.script.size - SCRIPT_HEADER;
+            if room < u16::MAX as u32 { room } else { u16::MAX as u32 }
         }
     }
 
@@ -110,7 +111,15 @@ impl Layout {
         if length > self.most_script() {
             return None;
         }
-        let mut section = [&length.to_le_bytes(), image].concat();
+        let header = if self.script_log {
+            length.to_le_bytes()
+        } else {
+            let [low, high] = u16::try_from(length).ok()?.to_le_bytes();
+            let check = image.iter().fold(0xffff, |check, byte| crc16(check, *byte));
+            let [first, second] = check.to_le_bytes();
+            [low, high, first, second]
+        };
+        let mut section = [&header, image].concat();
         if self.script_log {
             let mark = Self::script_mark(image);
             section.resize((PLACE - MARK) as usize, u8::MAX);
@@ -194,10 +203,20 @@ mod tests {
         }
     }
 
+    /// CRC-16/MCRF4XX, bit by bit: reflected polynomial 0x8408.
+    fn reference_crc(bytes: &[u8]) -> u16 {
+        bytes.iter().fold(0xffff, |check, byte| {
+            (0..8).fold(check ^ u16::from(*byte), |check, _| {
+                check >> 1 ^ if check & 1 == 1 { 0x8408 } else { 0 }
+            })
+        })
+    }
+
     #[test]
-    fn the_script_section_is_length_and_image() {
+    fn the_script_section_is_length_checksum_and_image() {
         let layout = layout();
-        assert_eq!(layout.script_section(&[7, 8]), Some(vec![2, 0, 0, 0, 7, 8]));
+        let [low, high] = reference_crc(&[7, 8]).to_le_bytes();
+        assert_eq!(layout.script_section(&[7, 8]), Some(vec![2, 0, low, high, 7, 8]));
         assert_eq!(layout.script_section(&[1; 8]).map(|section| section.len()), Some(12));
         assert_eq!(layout.script_section(&[1; 9]), None);
     }
@@ -211,11 +230,7 @@ mod tests {
         assert_eq!(section[..8], [2, 0, 0, 0, 7, 8, 0xff, 0xff]);
         assert_eq!(section[4084..4092], [0xff, 0xff, 0xff, 0xff, 1, 0, 0, 0]);
         assert_eq!(section[4088..], Layout::script_mark(&[7, 8]));
-        // CRC-16/MCRF4XX, bit by bit: reflected polynomial 0x8408.
-        let check = [2, 0, 0, 0, 7, 8, 1, 0, 0, 0].iter().fold(0xffff_u16, |check, byte| {
-            (0..8)
-                .fold(check ^ byte, |check, _| check >> 1 ^ if check & 1 == 1 { 0x8408 } else { 0 })
-        });
+        let check = reference_crc(&[2, 0, 0, 0, 7, 8, 1, 0, 0, 0]);
         assert_eq!(section[4092..], [&check.to_le_bytes()[..], &(!check).to_le_bytes()].concat());
         assert_eq!(layout.script_addresses(), [0x080a_0000, 0x080c_0000]);
         let text = layout.memory_x();

@@ -30,4 +30,5 @@ pub mod mail;
 pub mod places;
 pub mod pose;
 pub mod script;
+pub mod section;
 pub mod setpoint;

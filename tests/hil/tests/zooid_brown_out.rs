@@ -12,16 +12,19 @@ use bittybuzz_hil::table::layout;
 use bittybuzz_hil::{Command, Event, Place, Table, TimedEvent, image_for, is_lit, resets};
 use bittybuzz_robots::Layout;
 
-/// The script that the robot has; the one that is written over it differs in the number that it logs first.
+/// The script that the robot has; the one that is written over it differs in the number that it logs first. That is the end of the
+/// image: with another value in its last bytes it is a script, too.
 const OLD: &str = "\
 function init() { n = 0 }
 function step() {
   n = n + 1
-  log(1, n)
+  log(number(), n)
   neighbors.broadcast(\"x\", n)
   set_motor(40, 40)
 }
+function number() { return 300 }
 ";
+const NUMBERS: [&str; 2] = ["300", "1300"];
 
 const OLD_ID: u16 = 0x0107;
 const NEW_ID: u16 = 0x3258;
@@ -147,8 +150,9 @@ fn survives(number: u64) {
         }
         Doing::TakingAScript => {
             run_us(&mut table, 500_000);
-            let new = OLD.replace("log(1", "log(2");
+            let new = OLD.replace(NUMBERS[0], NUMBERS[1]);
             let section = layout().script_section(&image_for("zooids", &new)).unwrap();
+            assert!(section.len().is_multiple_of(HALFWORD), "the number is in the last one");
             cut_short(&mut table, layout().script.address, &section, &mut random);
         }
         Doing::TakingAnId => {
@@ -191,7 +195,8 @@ fn survives(number: u64) {
     }
     // From its beginning, and always the same one.
     let script = steps.first().map(|values| values[0].clone()).expect("the script runs");
-    assert!(script == "1" || script == "2" && doing == Doing::TakingAScript, "{steps:?}");
+    let known = script == NUMBERS[0] || script == NUMBERS[1] && doing == Doing::TakingAScript;
+    assert!(known, "no script runs in parts: {steps:?}");
     for (number, values) in (1..).zip(&steps) {
         assert_eq!(**values, [script.clone(), number.to_string()]);
     }
@@ -207,6 +212,27 @@ fn survives(number: u64) {
     assert!(table.board(0).radio_sent >= sent + 4);
     // While it sends itself it receives nothing.
     assert!(table.board(0).radio_received >= received + 6);
+}
+
+/// All of a script is written but one bit of its last halfword: it is refused, whether it would be another script or none.
+#[test]
+fn a_script_without_its_last_bit_does_not_run() {
+    let whole = layout().script_section(&image_for("zooids", OLD)).unwrap();
+    let last = whole.len() - HALFWORD;
+    for bit in 0..8 * HALFWORD {
+        let mut section = whole.clone();
+        section[last + bit / 8] |= 1 << (bit % 8);
+        let is_whole = section == whole;
+        let mut table = Table::new(OLD, &[OLD_ID]);
+        table.put(0, Place::at(0.0, 0.0, 0.0));
+        table.write(0, layout().script.address, &section);
+        table.tell(0, &Command::Reset { cause: ResetCause::BrownOut });
+        table.run_ms(500);
+        let zooid = &table.zooids()[0];
+        assert_eq!(zooid.told.log.is_empty(), !is_whole, "bit {bit}: {:?}", zooid.told.log);
+        assert_eq!(is_lit(&zooid.events, "red"), !is_whole);
+        assert_eq!(zooid.motors() == [0.0; 2], !is_whole);
+    }
 }
 
 #[test]

@@ -1,0 +1,62 @@
+//! The script's section of flash on robots that have no log of scripts: a header and the image.
+//!
+//! | bytes | |
+//! |---|---|
+//! | 0 and 1 | length of the image, least significant byte first |
+//! | 2 and 3 | CRC-16/MCRF4XX of the image |
+//! | from 4 on | the image |
+//!
+//! A loss of power while the section is written leaves a part of a script, whose last word may hold anything: often that is a
+//! script, too, but another one. The checksum finds that, but for one case in 65,536. `bittybuzz_robots::Layout` writes sections.
+
+use bittybuzz_vm_core::message::crc16;
+
+/// Bytes before the image.
+pub const HEADER: usize = 4;
+
+/// The length of the image that follows this header; none if it was not written whole.
+pub fn length(header: [u8; HEADER], bytes: &[u8]) -> Option<usize> {
+    let [low, high, check @ ..] = header;
+    let length = usize::from(u16::from_le_bytes([low, high]));
+    let found = bytes.get(..length)?.iter().fold(0xffff, |found, byte| crc16(found, *byte));
+    (found == u16::from_le_bytes(check)).then_some(length)
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use std::vec::Vec;
+
+    use super::*;
+
+    fn section(image: &[u8]) -> Vec<u8> {
+        let robot = bittybuzz_robots::find("zooids").expect("a shipped robot");
+        robot.layout.expect("it has a layout").script_section(image).expect("it fits")
+    }
+
+    fn length_in(section: &[u8]) -> Option<usize> {
+        let (header, bytes) = section.split_first_chunk()?;
+        length(*header, bytes)
+    }
+
+    #[test]
+    fn a_whole_section_is_accepted_whatever_follows() {
+        assert_eq!(length_in(&[&section(b"a script")[..], &[0xff; 100]].concat()), Some(8));
+        assert_eq!(length_in(&section(b"a script")[..11]), None, "longer than there is room");
+    }
+
+    #[test]
+    fn erased_cleared_or_damaged_sections_hold_no_script() {
+        assert_eq!(length_in(&[0xff; 3072]), None);
+        assert_eq!(length_in(&[0; 3072]), None);
+        let whole = section(b"a script");
+        for at in 0..whole.len() {
+            for bit in 0..8 {
+                let mut damaged = whole.clone();
+                damaged[at] ^= 1 << bit;
+                assert_eq!(length_in(&damaged), None, "bit {bit} of byte {at}");
+            }
+        }
+    }
+}
