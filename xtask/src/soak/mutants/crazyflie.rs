@@ -10,6 +10,7 @@ const MOTORS: &str = "firmware/crazyflie/src/motors.rs";
 const BATTERY: &str = "firmware/crazyflie/src/battery.rs";
 const BOARD: &str = "firmware/crazyflie/src/board.rs";
 const MAIN: &str = "firmware/crazyflie/src/main.rs";
+const PLACES: &str = "firmware/runtime/src/places.rs";
 const UART: &str = "firmware/crazyflie/src/link/uart.rs";
 const SEND: &str = "firmware/crazyflie/src/link/send.rs";
 const KEEPER: &str = "firmware/crazyflie/src/link/setup.rs";
@@ -317,6 +318,27 @@ pub const MUTANTS: &[Mutant] = &[
         find: "let may_run = failure.is_none() && board.is_ok();",
         put: "let may_run = failure.is_none();",
         breaks: "the script runs on a board with other motors",
+    },
+    Mutant {
+        name: "brown-out-forgiven",
+        file: FAILURE,
+        find: "        Some(Failure::BrownOut)\n    } else if flags.padrstf() {",
+        put: "        None\n    } else if flags.padrstf() {",
+        breaks: "a robot whose motors pull the supply down starts them again and again",
+    },
+    Mutant {
+        name: "brown-out-unexplained",
+        file: FAILURE,
+        find: "    } else if flags.borrstf() {\n        Some(Failure::BrownOut)\n",
+        put: "",
+        breaks: "a brown-out is shown as a reset that nothing explains",
+    },
+    Mutant {
+        name: "half-a-script-runs",
+        file: PLACES,
+        find: "is_whole.then_some(stored)",
+        put: "(is_whole || stored.length < MOST).then_some(stored)",
+        breaks: "a script that was written in part runs",
     },
     Mutant {
         name: "set-point-hold",

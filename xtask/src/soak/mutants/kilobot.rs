@@ -139,4 +139,18 @@ pub const MUTANTS: &[Mutant] = &[
         put: "        is_sent\n",
         breaks: "the robot takes its own light for a message",
     },
+    Mutant {
+        name: "eeprom-read-while-written",
+        file: EEPROM,
+        find: "\"sbic 0x1f, 1\"",
+        put: "\"sbic 0x1f, 7\"",
+        breaks: "after a brown-out while it saves the robot has another oscillator's correction or id",
+    },
+    Mutant {
+        name: "brown-out-taken-for-watchdog",
+        file: POWER,
+        find: "const BY_WATCHDOG: u8 = 1 << 3;",
+        put: "const BY_WATCHDOG: u8 = 1 << 3 | 1 << 2;",
+        breaks: "after a brown-out the script does not run until the controller resets the robot",
+    },
 ];

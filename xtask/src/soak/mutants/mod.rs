@@ -55,8 +55,18 @@ const SUBJECTS: &[Subject] = &[
             board: &CRAZYFLIE,
             variable: "BITTYBUZZ_CRAZYFLIE",
             programs: &[
-                "link", "failures", "resets", "battery", "script", "cable", "debugger", "replay",
-                "slices", "nrf51", "board",
+                "link",
+                "failures",
+                "resets",
+                "battery",
+                "script",
+                "cable",
+                "debugger",
+                "replay",
+                "slices",
+                "nrf51",
+                "board",
+                "brown_out",
             ],
         },
         // One each of clocks, pins and places.
@@ -71,6 +81,7 @@ const SUBJECTS: &[Subject] = &[
             programs: &[
                 "debugger",
                 "zooid_failures",
+                "zooid_brown_out",
                 "zooid_battery",
                 "zooid_settings",
                 "zooid_costs",
@@ -86,7 +97,7 @@ const SUBJECTS: &[Subject] = &[
         tests: Tests::OfImage {
             board: &KILOBOT,
             variable: "BITTYBUZZ_KILOBOT",
-            programs: &["kilobots", "kilobot_faults", "kilobot_load"],
+            programs: &["kilobots", "kilobot_brown_out", "kilobot_faults", "kilobot_load"],
         },
         sample: &["motors-exchanged"],
     },

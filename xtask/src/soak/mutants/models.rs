@@ -10,6 +10,7 @@ const EXTI: &str = "emulation/chips/src/stm32/exti.rs";
 const GPIO: &str = "emulation/chips/src/stm32/gpio.rs";
 const INFRARED: &str = "emulation/chips/src/kilobot/infrared.rs";
 const RADIO: &str = "emulation/chips/src/nrf24/radio.rs";
+const RCC_F0: &str = "emulation/chips/src/f051/rcc.rs";
 const TIMER: &str = "emulation/chips/src/stm32/timer.rs";
 const USART: &str = "emulation/chips/src/f405/usart.rs";
 const WATCHDOG: &str = "emulation/chips/src/stm32/watchdog.rs";
@@ -141,5 +142,19 @@ pub const MUTANTS: &[Mutant] = &[
         find: "            self.control &= !WDIE;\n",
         put: "",
         breaks: "the AVR's watchdog never goes from interrupt to reset",
+    },
+    Mutant {
+        name: "causes-survive-a-brown-out",
+        file: RCC_F0,
+        find: "ResetCause::PowerOn | ResetCause::BrownOut => 0,",
+        put: "ResetCause::PowerOn => 0,",
+        breaks: "a Zooid whose supply falls after a failure does not start like one that is switched on",
+    },
+    Mutant {
+        name: "eeprom-never-damaged",
+        file: EEPROM,
+        find: "            self.cells[usize::from(self.address)] = value;\n",
+        put: "",
+        breaks: "a byte is whole whenever the supply falls while it is written",
     },
 ];

@@ -5,12 +5,14 @@ use super::Mutant;
 const CLOCK: &str = "firmware/zooids/src/clock.rs";
 const EDGES: &str = "firmware/zooids/src/edges.rs";
 const FAILURE: &str = "firmware/zooids/src/failure.rs";
+const ID: &str = "firmware/runtime/src/id.rs";
 const I2C: &str = "firmware/zooids/src/i2c.rs";
 const LEDS: &str = "firmware/zooids/src/leds.rs";
 const MOTORS: &str = "firmware/zooids/src/motors.rs";
 const NRF24: &str = "firmware/zooids/src/radio/nrf24.rs";
 const PINS: &str = "firmware/zooids/src/pins.rs";
 const RADIO: &str = "firmware/zooids/src/radio/mod.rs";
+const SECTION: &str = "firmware/runtime/src/section.rs";
 const SENSORS: &str = "firmware/zooids/src/sensors.rs";
 const TIME: &str = "firmware/zooids/src/time.rs";
 const TOUCH: &str = "firmware/zooids/src/touch.rs";
@@ -247,5 +249,26 @@ pub const MUTANTS: &[Mutant] = &[
         find: "    watchdog.unleash();\n",
         put: "",
         breaks: "a dead task stays dead",
+    },
+    Mutant {
+        name: "half-a-script-runs",
+        file: SECTION,
+        find: "(found == u16::from_le_bytes(check)).then_some(length)",
+        put: "(found == u16::from_le_bytes(check) || length < bytes.len()).then_some(length)",
+        breaks: "a script that was written in part runs",
+    },
+    Mutant {
+        name: "id-unchecked",
+        file: ID,
+        find: "if number == !complement { Some(number) } else { None }",
+        put: "if number == !complement || complement != 0xffff { Some(number) } else { None }",
+        breaks: "a robot uses an id that was written in part",
+    },
+    Mutant {
+        name: "old-flags-kept",
+        file: NRF24,
+        find: "        self.write(STATUS, &[RX_DR | TX_DS]);\n",
+        put: "",
+        breaks: "a radio that had received when its processor restarted never interrupts again",
     },
 ];
