@@ -39,6 +39,7 @@ pub fn start(chip: &Chip) {
 }
 
 /// Forgets what came while nobody listened: the robot's own light, when it was sending.
+#[inline(never)] // -58 bytes
 pub fn resume(chip: &Chip) {
     // SAFETY: as above.
     unsafe {
@@ -48,9 +49,11 @@ pub fn resume(chip: &Chip) {
     }
 }
 
-/// Whether light is seen at this moment.
-pub fn sees_light(chip: &Chip) -> bool {
-    chip.AC.acsr().read().aco().bit_is_set()
+/// Returns true if light has come since [`resume`], while interrupts were off.
+///
+/// The flag keeps it: a pulse lasts 9 cycles, and may be over between two looks at the comparator's output.
+pub fn has_seen_light(chip: &Chip) -> bool {
+    chip.AC.acsr().read().aci().bit_is_set()
 }
 
 /// Whether a message comes in.

@@ -128,8 +128,8 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "collisions",
         file: SPEAK,
-        find: "        if hear::sees_light(chip) {\n            return false;\n",
-        put: "        if hear::sees_light(chip) {\n            break;\n",
+        find: "    if hear::has_seen_light(chip) {\n        return false;\n    }\n",
+        put: "",
         breaks: "two robots that begin at once both go on",
     },
     Mutant {
