@@ -70,7 +70,7 @@ pub const BOARDS: [&Board; 3] = [&CRAZYFLIE, &ZOOIDS, &KILOBOT];
 const NAMES: &str = "`crazyflie`, `zooids` or `kilobot`";
 
 /// Behaviours of which each has an image of its own, from the root.
-const BEHAVIOURS: &str = "examples/kilobot";
+pub const BEHAVIOURS: &str = "examples/kilobot";
 
 /// The script of a board if none is named, in its folder.
 const OWN_SCRIPT: &str = "hello.bzz";

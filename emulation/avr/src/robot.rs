@@ -19,7 +19,7 @@ pub struct Robot {
     /// Since this cycle an interrupt waits.
     waiting: Option<u64>,
     pub counted: Counted,
-    /// What the chip's memory holds after its supply has fallen.
+    /// Content of the chip's memory after its supply has fallen.
     pub memory: Memory,
     /// Where in the data space its image keeps what the script is doing.
     pub phase: Option<u16>,
@@ -215,7 +215,7 @@ impl Robot {
         self.begin(ResetCause::IndependentWatchdog);
     }
 
-    /// The power is switched, or falls for a moment, at `now`: pins let go, and what ran begins anew.
+    /// The power is switched, or falls for a moment, at `now`: pins let go, and the program restarts.
     pub fn switch(&mut self, now: Time, cause: ResetCause) {
         let cycle = self.board.cycle(now);
         self.core.wait_until(cycle);

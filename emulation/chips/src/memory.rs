@@ -27,7 +27,7 @@ impl Memory {
         }
     }
 
-    /// The content of so many bytes; none if they are unchanged.
+    /// New content for this number of bytes; none if they are unchanged.
     pub fn content(self, bytes: u32, noise: &mut Random) -> Option<Vec<u8>> {
         match self {
             Memory::Kept => None,

@@ -14,7 +14,7 @@ use crate::robot::{SCRIPT_ADDRESS, SCRIPT_SIZE};
 static BUILT_IN: [u8; include_bytes!(concat!(env!("OUT_DIR"), "/script.bin")).len()] =
     *include_bytes!(concat!(env!("OUT_DIR"), "/script.bin"));
 
-/// Where the image lies, after its header.
+/// The room of the image, after its header.
 pub type Section = Area<'static, { SCRIPT_SIZE - HEADER }>;
 
 /// The image that is in flash now. Empty, and so no image, if the section holds none.

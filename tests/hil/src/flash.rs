@@ -15,7 +15,7 @@ pub enum Reading {
     Anything,
 }
 
-/// The writing of new content over old: sectors of so many bytes are erased, units of so many bytes programmed.
+/// The writing of new content over old: whole sectors are erased, then units are programmed.
 pub struct Writing<'a> {
     /// Content before, in whole sectors.
     pub old: &'a [u8],

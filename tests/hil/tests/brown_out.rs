@@ -35,7 +35,7 @@ const NEW_ID: u16 = 0x3258;
 const SECTOR: usize = 128 * 1024;
 const WORD: usize = 4;
 
-/// What the robot does when its supply falls.
+/// The activity of the robot when its supply falls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Doing {
     Starting,

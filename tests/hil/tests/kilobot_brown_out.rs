@@ -45,10 +45,10 @@ const EEPROM_BYTES: u32 = 1024;
 const NEW_ID: u16 = 0x3258;
 const NEW_DUTIES: [u8; 4] = [81, 82, 83, 84];
 
-/// A frame takes so long: 12 bytes, their start bits, and the first bit, of 269 cycles at 8 MHz each (kilolib, message_send.S).
+/// Duration of a frame: 12 bytes, their start bits, and the first bit, of 269 cycles at 8 MHz each (kilolib, message_send.S).
 const FRAME: Duration = Duration::from_micros(4_400);
 
-/// What the robot does when its supply falls.
+/// The activity of the robot when its supply falls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Doing {
     Starting,

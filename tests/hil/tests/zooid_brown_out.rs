@@ -38,7 +38,7 @@ const FIRST_STEP: Duration = Duration::from_millis(100);
 /// The inputs of a bridge change one after the other.
 const BETWEEN_INPUTS: Duration = Duration::from_micros(50);
 
-/// What the robot does when its supply falls.
+/// The activity of the robot when its supply falls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Doing {
     Starting,

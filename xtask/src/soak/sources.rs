@@ -68,7 +68,8 @@ fn without_comments(text: &str) -> Vec<&str> {
     text.lines().map(|line| if line.trim_start().starts_with("//") { "" } else { line }).collect()
 }
 
-fn read(path: &Path) -> Result<Vec<u8>, Failure> {
+/// The bytes of a file.
+pub fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     fs::read(path).map_err(|reason| Failure::Read { path: path.into(), reason })
 }
 

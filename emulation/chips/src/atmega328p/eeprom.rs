@@ -38,8 +38,8 @@ impl Eeprom {
         (self.control, self.unlocked_until) = (0, 0);
     }
 
-    /// The supply is too low for the write that is under way, if one is: its cell holds `value` then, the others what they hold (8.4.2,
-    /// "Preventing EEPROM Corruption").
+    /// Ends the write that is under way, if there is one, because the supply is too low for it: its cell holds `value` then, and all
+    /// others are unchanged (8.4.2, "Preventing EEPROM Corruption").
     pub fn cut(&mut self, value: u8) {
         if self.done.take().is_some() {
             self.cells[usize::from(self.address)] = value;

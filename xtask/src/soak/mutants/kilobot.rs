@@ -28,6 +28,20 @@ pub const MUTANTS: &[Mutant] = &[
         breaks: "the loudness is measured before the light comes",
     },
     Mutant {
+        name: "quiet-gain",
+        file: HEAR,
+        find: "adc::listen_quiet(&chip);",
+        put: "adc::listen_loud(&chip);",
+        breaks: "the second pulse is measured with the high gain, too, so near robots seem to be far away",
+    },
+    Mutant {
+        name: "loudness-after-sensor",
+        file: ADC,
+        find: "        listen_loud(chip);\n        reading\n",
+        put: "        reading\n",
+        breaks: "the loudness of the message after a sensor was read is the sensor's reading",
+    },
+    Mutant {
         name: "clock-rate",
         file: CLOCK,
         find: "w.cs0().prescale_1024()",
@@ -49,11 +63,11 @@ pub const MUTANTS: &[Mutant] = &[
         breaks: "nothing is written to the EEPROM",
     },
     Mutant {
-        name: "capture-edge",
+        name: "capture-source",
         file: HEAR,
         find: "const CAPTURE: u8 = 0b0000_0111;",
-        put: "const CAPTURE: u8 = 0b0000_0110;",
-        breaks: "the end of a pulse of light is taken for its begin",
+        put: "const CAPTURE: u8 = 0b0000_0011;",
+        breaks: "the timer captures the pulses of the robot's own pin instead of those of its receiver",
     },
     Mutant {
         name: "deadline",
@@ -84,11 +98,18 @@ pub const MUTANTS: &[Mutant] = &[
         breaks: "each motor gets the other's power",
     },
     Mutant {
-        name: "motor-stays-connected",
+        name: "right-motor-pin",
         file: MOTORS,
         find: "chip.PORTD.ddrd().modify(|r, w| w.bits(with(r.bits(), RIGHT, right != 0)));",
-        put: "chip.PORTD.ddrd().modify(|r, w| w.bits(with(r.bits(), RIGHT, true)));",
-        breaks: "the right motor gets short pulses while it should stand",
+        put: "chip.PORTD.ddrd().modify(|r, w| w.bits(with(r.bits(), RIGHT, left != 0)));",
+        breaks: "the right motor stands whenever the left one does",
+    },
+    Mutant {
+        name: "motor-frequency",
+        file: MOTORS,
+        find: "chip.TC2.tccr2b().write(|w| w.bits(0b0000_0010));",
+        put: "chip.TC2.tccr2b().write(|w| w.bits(0b0000_0011));",
+        breaks: "the motors' pulses are four times as long as those of kilolib",
     },
     Mutant {
         name: "watchdog-time",
@@ -96,6 +117,20 @@ pub const MUTANTS: &[Mutant] = &[
         find: "const RESET_2S: u8 = 0b0000_1111;",
         put: "const RESET_2S: u8 = 0b0010_1001;",
         breaks: "a robot that is stuck stays so for 8 s",
+    },
+    Mutant {
+        name: "stuck-cause",
+        file: POWER,
+        find: "const BY_WATCHDOG: u8 = 1 << 3;",
+        put: "const BY_WATCHDOG: u8 = 1 << 2;",
+        breaks: "after a reset by the watchdog the script runs as if nothing had happened",
+    },
+    Mutant {
+        name: "cause-kept",
+        file: POWER,
+        find: "    \"out 0x34, r1\",\n",
+        put: "",
+        breaks: "after a reset by the watchdog no script runs until power-on, whatever the controller says",
     },
     Mutant {
         name: "oscillator",
@@ -117,6 +152,13 @@ pub const MUTANTS: &[Mutant] = &[
         find: "asm!(\"jmp 0x7000\", options(noreturn))",
         put: "asm!(\"jmp 0x7800\", options(noreturn))",
         breaks: "the bootloader is not found",
+    },
+    Mutant {
+        name: "boot-watchdog",
+        file: POWER,
+        find: "    watch(chip, OFF);\n",
+        put: "",
+        breaks: "the watchdog ends the bootloader after two seconds",
     },
     Mutant {
         name: "bit-pitch",

@@ -10,7 +10,7 @@ mod zooids;
 
 use super::Verdict;
 use super::sources::{self, Sources};
-use crate::board::{Board, CRAZYFLIE, KILOBOT, ZOOIDS};
+use crate::board::{BEHAVIOURS, Board, CRAZYFLIE, KILOBOT, ZOOIDS};
 use crate::checks;
 use crate::failure::Failure;
 use crate::shell::{Line, target};
@@ -42,7 +42,13 @@ struct Subject {
 /// The tests that must find mistakes.
 enum Tests {
     /// The image of a board, under the name of this variable, is run by these programs of `tests/hil`.
-    OfImage { board: &'static Board, variable: &'static str, programs: &'static [&'static str] },
+    OfImage {
+        board: &'static Board,
+        variable: &'static str,
+        /// Behaviours of `examples/kilobot` whose images it replaces; it is built with the parts of the machine that the first uses.
+        behaviours: &'static [&'static str],
+        programs: &'static [&'static str],
+    },
     /// The tests of the package with the mistake.
     OfPackage(&'static str),
 }
@@ -54,19 +60,20 @@ const SUBJECTS: &[Subject] = &[
         tests: Tests::OfImage {
             board: &CRAZYFLIE,
             variable: "BITTYBUZZ_CRAZYFLIE",
+            behaviours: &[],
             programs: &[
                 "link",
+                "nrf51",
+                "board",
                 "failures",
                 "resets",
+                "brown_out",
                 "battery",
                 "script",
                 "cable",
                 "debugger",
                 "replay",
                 "slices",
-                "nrf51",
-                "board",
-                "brown_out",
             ],
         },
         // One each of clocks, pins and places.
@@ -78,6 +85,7 @@ const SUBJECTS: &[Subject] = &[
         tests: Tests::OfImage {
             board: &ZOOIDS,
             variable: "BITTYBUZZ_ZOOIDS",
+            behaviours: &[],
             programs: &[
                 "debugger",
                 "zooid_failures",
@@ -97,7 +105,16 @@ const SUBJECTS: &[Subject] = &[
         tests: Tests::OfImage {
             board: &KILOBOT,
             variable: "BITTYBUZZ_KILOBOT",
-            programs: &["kilobots", "kilobot_brown_out", "kilobot_faults", "kilobot_load"],
+            // The first uses messages and distances, the other one messages.
+            behaviours: &["gradient", "broadcast"],
+            programs: &[
+                "kilobots",
+                "kilobot_board",
+                "kilobot_light",
+                "kilobot_faults",
+                "kilobot_brown_out",
+                "kilobot_load",
+            ],
         },
         sample: &["motors-exchanged"],
     },
@@ -171,13 +188,20 @@ impl Tests {
     /// Returns the output of the tests. Cargo stops after the first program of tests with a failure.
     fn run(&self, copy: &Path, folder: &Path) -> Result<String, Failure> {
         let line = match self {
-            Tests::OfImage { board, variable, programs } => {
-                let image = build(board, copy, &folder.join(board.robot))?;
+            Tests::OfImage { board, variable, behaviours, programs } => {
+                let target = folder.join(board.robot);
+                let image = build(board, copy, &target, behaviours.first())?;
                 let programs = programs.iter().flat_map(|program| ["--test", program]);
                 let chosen: Vec<&str> =
                     ["--package", "bittybuzz-hil"].into_iter().chain(programs).collect();
+                let images = target.join("behaviours");
+                let bytes = sources::read(&image)?;
+                for name in *behaviours {
+                    sources::write(&images.join(name).with_extension("elf"), &bytes)?;
+                }
                 checks::tests(&[&chosen[..], &["--"], &checks::SKIP_SLOW].concat())
                     .env(variable, &image.display().to_string())
+                    .env("BITTYBUZZ_BEHAVIOURS", &images.display().to_string())
             }
             Tests::OfPackage(package) => checks::tests(&["--package", package])
                 .env("CARGO_TARGET_DIR", &folder.join("models").display().to_string())
@@ -192,11 +216,19 @@ impl Tests {
     }
 }
 
-fn build(board: &Board, copy: &Path, target: &Path) -> Result<PathBuf, Failure> {
-    Line::new("cargo", &["build", "--release"])
-        .env("CARGO_TARGET_DIR", &target.display().to_string())
-        .in_workspace(&copy.join(board.folder).display().to_string())
-        .run()?;
+fn build(
+    board: &Board,
+    copy: &Path,
+    target: &Path,
+    behaviour: Option<&&str>,
+) -> Result<PathBuf, Failure> {
+    let mut line = Line::new("cargo", &["build", "--release"])
+        .env("CARGO_TARGET_DIR", &target.display().to_string());
+    if let Some(name) = behaviour {
+        let script = copy.join(BEHAVIOURS).join(name).with_extension("bzz");
+        line = line.env("BBZ_SCRIPT", &script.display().to_string());
+    }
+    line.in_workspace(&copy.join(board.folder).display().to_string()).run()?;
     Ok(board.image_in(target))
 }
 

@@ -264,11 +264,4 @@ pub const MUTANTS: &[Mutant] = &[
         put: "if number == !complement || complement != 0xffff { Some(number) } else { None }",
         breaks: "a robot uses an id that was written in part",
     },
-    Mutant {
-        name: "old-flags-kept",
-        file: NRF24,
-        find: "        self.write(STATUS, &[RX_DR | TX_DS]);\n",
-        put: "",
-        breaks: "a radio that had received when its processor restarted never interrupts again",
-    },
 ];
