@@ -1,8 +1,8 @@
 //! A script on this computer, and beside it on an emulated robot that boots its real firmware.
 
-use crate::board::CRAZYFLIE;
-use crate::failure::Failure;
-use crate::shell::{Line, cargo, target};
+use anyhow::{Result, bail};
+use bittybuzz_builds::board::CRAZYFLIE;
+use bittybuzz_builds::shell::{Line, cargo, target};
 use bittybuzz_robots::Robot;
 use std::path::Path;
 
@@ -22,7 +22,7 @@ struct Told {
 }
 
 /// Builds the firmware, boots it, and fails if it logs something else than this computer.
-pub fn run(bbz: &Path) -> Result<(), Failure> {
+pub fn run(bbz: &Path) -> Result<()> {
     println!("\n== {SCRIPT} on the firmware of the Crazyflie, in emulation");
     let image = CRAZYFLIE.build(None, false)?.display().to_string();
     // Optimised: it plays a processor of 168 MHz.
@@ -34,10 +34,9 @@ pub fn run(bbz: &Path) -> Result<(), Failure> {
     let there = [&there[..], &robot, &["--emulate", "--emulator", emulator.as_str()]].concat();
     let output = |arguments: &[&str]| {
         let output = Line::named("bbz", bbz, arguments).output(0)?;
-        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+        anyhow::Ok(String::from_utf8_lossy(&output.stdout).into_owned())
     };
-    let robot = bittybuzz_robots::find(CRAZYFLIE.robot)
-        .map_err(|error| Failure::Robot(error.to_string()))?;
+    let robot = bittybuzz_robots::find(CRAZYFLIE.robot)?;
     let here = told_here(&robot, &output(&here)?);
     let shown = told_there(&output(&[&there[..], &["--outputs"]].concat())?);
     let logged = output(&[&there[..], &["--plain"]].concat())?;
@@ -45,7 +44,7 @@ pub fn run(bbz: &Path) -> Result<(), Failure> {
     let expected: Vec<&str> = logs(&here).collect();
     let logged: Vec<&str> = logged.lines().collect();
     if logged.is_empty() || logged != expected {
-        return Err(Failure::LogsDiffer { script: SCRIPT.to_owned() });
+        bail!("the emulated robot logs something else than `bbz run {SCRIPT}`");
     }
     println!("The {} log lines are the same. Not tried on hardware.", logged.len());
     Ok(())

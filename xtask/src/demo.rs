@@ -1,30 +1,35 @@
-//! Shows what the project does: runs the examples, lets the tool explain errors, boots a robot's firmware, then that of a whole swarm.
+//! Shows what the project does: runs a script, lets the tool explain errors, and simulates a swarm; if asked, also boots the
+//! firmware of a robot, then that of a whole swarm.
 
 use crate::beside;
-use crate::checks::quick;
-use crate::failure::Failure;
-use crate::setup;
-use crate::shell::{Line, root, target};
 use crate::unlike;
-use std::fs;
-use std::path::{Path, PathBuf};
+use anyhow::{Result, ensure};
+use bittybuzz_builds::setup;
+use bittybuzz_builds::shell::{Line, cargo, root, target};
+use fs_err as fs;
+use std::path::Path;
 
+/// Uses the clock and the LED.
+const SCRIPT: &str = "examples/blink.bzz";
 /// Enough steps to see a behaviour start.
 const STEPS: &str = "12";
+/// Something that only a swarm can do.
+const SWARM: &str = "examples/swarm/gradient.toml";
+/// Where its pictures go, from the root.
+const PICTURES: &str = "target/demo";
 
 /// Exit status of `bbz` for a script that does not compile.
 const COMPILE_ERROR: i32 = 2;
 
-/// The whole demonstration.
-pub fn run() -> Result<(), Failure> {
-    setup::run()?;
-    // The one that the tests use.
-    quick(&["build", "--package", "bbz"]).run()?;
-    let bbz = target()?.join("debug").join(format!("bbz{}", std::env::consts::EXE_SUFFIX));
-    for script in scripts(root(), "examples")? {
-        heading(&script)?;
-        Line::named("bbz", &bbz, &["run", &script, "--steps", STEPS]).run()?;
+/// The demonstration, up to the emulated robots if they are asked for.
+pub fn run(robots: bool) -> Result<()> {
+    if robots {
+        setup::run()?;
     }
+    cargo(&["build", "--package", "bbz"])?;
+    let bbz = target()?.join("debug").join(format!("bbz{}", std::env::consts::EXE_SUFFIX));
+    heading(SCRIPT)?;
+    Line::named("bbz", &bbz, &["run", SCRIPT, "--steps", STEPS]).run()?;
     for script in scripts(root(), "examples/errors")? {
         heading(&script)?;
         let output = Line::named("bbz", &bbz, &["check", &script]).output(COMPILE_ERROR)?;
@@ -35,32 +40,49 @@ pub fn run() -> Result<(), Failure> {
             Line::named("bbz", &bbz, &["explain", code]).run()?;
         }
     }
+    println!(
+        "\n== {SWARM}: thirty Kilobots count their hops to a source, which is then carried away"
+    );
+    Line::named("bbz", &bbz, &["sim", SWARM, "--headless", "--svg", PICTURES]).run()?;
+    println!("\nPictures of the swarm, for a browser:");
+    for picture in pictures(&root().join(PICTURES))? {
+        println!("  {PICTURES}/{picture}");
+    }
+    if !robots {
+        println!("The same with the firmware of robots, in emulation: cargo xtask demo --robots");
+        return Ok(());
+    }
     beside::run(&bbz)?;
     unlike::run(&bbz)
 }
 
+/// The names of the files in a folder, in alphabetical order.
+fn pictures(folder: &Path) -> Result<Vec<String>> {
+    let names = fs::read_dir(folder)?.map(|entry| Ok(entry?.file_name().display().to_string()));
+    let mut names = names.collect::<Result<Vec<_>>>()?;
+    names.sort();
+    Ok(names)
+}
+
 /// The scripts of a folder in alphabetical order, each with its path from the root.
-fn scripts(root: &Path, folder: &str) -> Result<Vec<String>, Failure> {
+fn scripts(root: &Path, folder: &str) -> Result<Vec<String>> {
     let path = root.join(folder);
-    let failed = |reason| Failure::Read { path: path.clone(), reason };
     let mut scripts = Vec::new();
-    for entry in fs::read_dir(&path).map_err(failed)? {
-        let name = entry.map_err(failed)?.file_name().to_string_lossy().into_owned();
+    for entry in fs::read_dir(&path)? {
+        let name = entry?.file_name().to_string_lossy().into_owned();
         if name.ends_with(".bzz") {
             scripts.push(format!("{folder}/{name}"));
         }
     }
     scripts.sort();
-    match scripts.is_empty() {
-        true => Err(Failure::Empty { folder: PathBuf::from(folder) }),
-        false => Ok(scripts),
-    }
+    ensure!(!scripts.is_empty(), "no scripts in {folder}");
+    Ok(scripts)
 }
 
 /// Prints a script's path and what its first line says about it.
-fn heading(script: &str) -> Result<(), Failure> {
+fn heading(script: &str) -> Result<()> {
     let path = root().join(Path::new(script));
-    let text = fs::read_to_string(&path).map_err(|reason| Failure::Read { path, reason })?;
+    let text = fs::read_to_string(&path)?;
     println!("\n== {script}{}", subject(&text));
     Ok(())
 }
@@ -105,8 +127,8 @@ mod tests {
             fs::write(path, "").unwrap();
         }
         assert_eq!(scripts(&root, "some").unwrap(), ["some/a.bzz", "some/b.bzz"]);
-        assert!(matches!(scripts(&root, "none"), Err(Failure::Empty { .. })));
-        assert!(matches!(scripts(&root, "no/such"), Err(Failure::Read { .. })));
+        assert_eq!(scripts(&root, "none").unwrap_err().to_string(), "no scripts in none");
+        assert!(scripts(&root, "no/such").is_err());
         fs::remove_dir_all(root).unwrap();
     }
 }

@@ -10,11 +10,11 @@
 //! | `vm_full_flash` | everything in the profile `full` |
 //! | `vm_ram` | the robot's sizes and profile |
 
-use crate::board::{Board, CRAZYFLIE, KILOBOT, ZOOIDS};
-use crate::elf;
-use crate::failure::Failure;
-use crate::probe::{ATMEGA328P, CORTEX_M0, CORTEX_M4F, Extent, Probe};
-use bittybuzz_robots::{Profile, Robot};
+use anyhow::{Result, bail, ensure};
+use bittybuzz_builds::board::{Board, CRAZYFLIE, KILOBOT, ZOOIDS};
+use bittybuzz_builds::elf;
+use bittybuzz_builds::probe::{ATMEGA328P, CORTEX_M0, CORTEX_M4F, Extent, Probe};
+use bittybuzz_robots::Profile;
 use serde_json::{Map, Value};
 
 /// A robot, and what of it can be measured.
@@ -36,13 +36,8 @@ struct Sizes {
     values: Vec<(&'static str, u64)>,
 }
 
-/// `sizes [--json]`
-pub fn run(arguments: &[String]) -> Result<(), Failure> {
-    let json = match arguments {
-        [] => false,
-        [option] if option == "--json" => true,
-        _ => return Err(Failure::Usage("`sizes` takes no argument but `--json`".to_owned())),
-    };
+/// Prints all sizes, and fails if one is over its budget.
+pub fn run(json: bool) -> Result<()> {
     let sizes = measure(json)?;
     match json {
         true => println!("{}", to_json(&sizes)),
@@ -52,21 +47,24 @@ pub fn run(arguments: &[String]) -> Result<(), Failure> {
 }
 
 /// Measures everything. Standard output is for the result alone if it is JSON.
-fn measure(quiet: bool) -> Result<Vec<Sizes>, Failure> {
+fn measure(quiet: bool) -> Result<Vec<Sizes>> {
     ROBOTS.iter().map(|measured| measured.sizes(quiet)).collect()
 }
 
 impl Measured {
-    fn sizes(&self, quiet: bool) -> Result<Sizes, Failure> {
+    fn sizes(&self, quiet: bool) -> Result<Sizes> {
         let image = elf::footprint(&self.firmware.build_measured(quiet)?)?;
         let mut values = vec![("flash", image.flash), ("ram", image.ram)];
-        let robot = find(self.probe.robot)?;
+        let robot = bittybuzz_robots::find(self.probe.robot)?;
         let probed = |extent| elf::footprint(&self.probe.build(extent, quiet)?);
         let empty = probed(Extent::Empty)?;
         for extent in self.probe.extents() {
             let size = probed(*extent)?;
             if size.initial > empty.initial {
-                return Err(Failure::NotZero { robot: self.probe.robot });
+                bail!(
+                    "{}: the machine is not all zeros before an image is loaded",
+                    self.probe.robot
+                );
             }
             let name = match extent {
                 Extent::Full => "vm_full_flash",
@@ -83,15 +81,11 @@ impl Measured {
     }
 }
 
-pub fn find(robot: &str) -> Result<Robot, Failure> {
-    bittybuzz_robots::find(robot).map_err(|error| Failure::Robot(error.to_string()))
-}
-
 /// Fails if an image or the machine needs more than its robot file allows.
-fn check(sizes: &[Sizes]) -> Result<(), Failure> {
+fn check(sizes: &[Sizes]) -> Result<()> {
     let mut excesses = Vec::new();
     for Sizes { robot, values } in sizes {
-        let file = find(robot)?;
+        let file = bittybuzz_robots::find(robot)?;
         let machine = file.vm.memory - file.queue_memory();
         let budget = file
             .budget
@@ -104,7 +98,8 @@ fn check(sizes: &[Sizes]) -> Result<(), Failure> {
             }
         }
     }
-    if excesses.is_empty() { Ok(()) } else { Err(Failure::OverBudget(excesses)) }
+    ensure!(excesses.is_empty(), "over what the robot file allows: {}", excesses.join(", "));
+    Ok(())
 }
 
 fn to_json(sizes: &[Sizes]) -> Value {
@@ -143,10 +138,5 @@ mod tests {
     #[test]
     fn json_has_an_object_per_robot() {
         assert_eq!(to_json(&crazyflie(7, 8)).to_string(), r#"{"crazyflie":{"flash":7,"ram":8}}"#);
-    }
-
-    #[test]
-    fn a_misspelt_option_is_told() {
-        assert!(matches!(run(&["--jason".to_owned()]), Err(Failure::Usage(_))));
     }
 }

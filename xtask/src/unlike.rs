@@ -1,8 +1,8 @@
 //! One swarm of three kinds of robots, each with its own image in its own emulator.
 
-use crate::board::{CRAZYFLIE, KILOBOT, ZOOIDS};
-use crate::failure::Failure;
-use crate::shell::{Line, cargo, root, target};
+use anyhow::Result;
+use bittybuzz_builds::board::{CRAZYFLIE, KILOBOT, ZOOIDS};
+use bittybuzz_builds::shell::{Line, cargo, root, target};
 use std::env;
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ const EMULATORS: [&str; 3] =
     ["bittybuzz-emulate-avr", "bittybuzz-emulate-m0", "bittybuzz-emulate-stm32"];
 
 /// Builds images and emulators, and runs the scenario, which fails if the robots do not agree.
-pub fn run(bbz: &Path) -> Result<(), Failure> {
+pub fn run(bbz: &Path) -> Result<()> {
     println!("\n== {SCENARIO}: Kilobots, Zooids and Crazyflies agree, each with its own image");
     KILOBOT.build(Some(&root().join(SCRIPT)), false)?;
     ZOOIDS.build(None, false)?;

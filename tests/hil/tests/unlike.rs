@@ -74,7 +74,7 @@ fn zooids_and_crazyflies_agree_over_a_bridge() {
     assert_eq!(bridged, [77 % 8; 5]);
 }
 
-/// Three kinds, whoever of them writes: three Kilobots, two Zooids and a Crazyflie. `cargo xtask demo` shows more of them.
+/// Three kinds, whoever of them writes: three Kilobots, two Zooids and a Crazyflie. `cargo xtask demo --robots` shows more of them.
 #[test]
 fn kilobots_zooids_and_crazyflies_share_a_number() {
     let text = std::fs::read_to_string(bbz::root().join("examples/kilobot/stigmergy.bzz")).unwrap();

@@ -1,0 +1,78 @@
+//! The scripts, their results, and what they cost the reference: bench/reference.toml.
+
+use crate::error::BenchError;
+use crate::target::Target;
+use anyhow::Result;
+use bittybuzz_builds::shell::root;
+use bittybuzz_robots::Profile;
+use fs_err as fs;
+use serde::Deserialize;
+
+const FILE: &str = "bench/reference.toml";
+
+/// All of the file.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Catalogue {
+    #[serde(rename = "script")]
+    pub scripts: Vec<Script>,
+}
+
+/// A script.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Script {
+    pub name: String,
+    /// The global `r` after the third step: an integer or a float.
+    pub result: serde_json::Number,
+    /// It runs in the profile `full` only.
+    #[serde(default)]
+    full: bool,
+    host: Option<u64>,
+    avr: Option<u64>,
+    thumbv6m: Option<u64>,
+    thumbv7em: Option<u64>,
+}
+
+impl Catalogue {
+    pub fn load() -> Result<Catalogue> {
+        let path = root().join(FILE);
+        let text = fs::read_to_string(&path)?;
+        toml::from_str(&text).map_err(|error| {
+            BenchError::Table { path: FILE.into(), reason: error.to_string() }.into()
+        })
+    }
+}
+
+impl Script {
+    /// Whether it has to do with a profile of numbers at all.
+    pub fn is_for(&self, target: Target) -> bool {
+        !self.full || target.profile() == Profile::Full
+    }
+
+    /// What it costs the reference. That has no profiles.
+    pub fn reference(&self, target: Target) -> Option<u64> {
+        match target {
+            Target::Host => self.host,
+            Target::Avr => self.avr,
+            Target::Thumbv6m | Target::Thumbv6mFull => self.thumbv6m,
+            Target::Thumbv7em | Target::Thumbv7emFull => self.thumbv7em,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_script_is_there() {
+        let catalogue = Catalogue::load().unwrap();
+        for script in &catalogue.scripts {
+            let path = format!("bench/scripts/{}.bzz", script.name);
+            assert!(root().join(&path).is_file(), "{path}");
+        }
+        let folder = fs::read_dir(root().join("bench/scripts")).unwrap();
+        assert_eq!(folder.count(), catalogue.scripts.len());
+    }
+}

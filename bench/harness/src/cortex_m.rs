@@ -1,0 +1,63 @@
+//! QEMU: counts the instructions that a Cortex-M executes, and stops it at each mark.
+
+use crate::error::BenchError;
+use crate::images::Compiled;
+use crate::marks::{Event, Told};
+use crate::program::address;
+use anyhow::Result;
+use bittybuzz_bench::Mark;
+use bittybuzz_emulate_qemu::qemu::{Qemu, QemuError};
+use bittybuzz_emulate_qemu::registers::Registers;
+use std::ffi::OsStr;
+use std::path::Path;
+
+pub const RUNNER: &str = "qemu-system-arm";
+
+/// A machine with a Cortex-M0.
+pub const M0: &str = "microbit";
+/// A machine with a Cortex-M4F.
+pub const M4F: &str = "mps2-an386";
+
+/// The function that a program calls to mark a place.
+const MARK: &str = "bench_mark";
+/// How often the patience of the debugger's client, some seconds, may end between two marks.
+const TRIES: u32 = 24;
+
+/// Runs a program.
+pub fn run(machine: &str, program: &Path, script: &Compiled) -> Result<Told> {
+    let mark = address(program, MARK)?;
+    let events = watch(machine, program, mark).map_err(BenchError::Qemu)?;
+    let told = events.and_then(|events| Told::from_events(&events));
+    told.ok_or_else(|| BenchError::Silent { name: script.name.clone() }.into())
+}
+
+/// The marks up to the last; `None` if one does not come.
+fn watch(machine: &str, program: &Path, at: u32) -> Result<Option<Vec<Event>>, QemuError> {
+    let mut qemu = Qemu::start(machine, &[OsStr::new("-kernel"), program.as_os_str()])?;
+    qemu.gdb.set_breakpoint(at)?;
+    let (mut registers, _) = qemu.registers_and_count()?;
+    let mut next = registers.clone();
+    let mut events = Vec::new();
+    loop {
+        qemu.gdb.resume(&registers, &next)?;
+        let mut stop = None;
+        for _ in 0..TRIES {
+            stop = qemu.gdb.wait()?;
+            if stop.is_some() {
+                break;
+            }
+        }
+        if stop.is_none() {
+            return Ok(None);
+        }
+        let (seen, executed) = qemu.registers_and_count()?;
+        let Some(mark) = Mark::numbered(seen.r[0]) else { return Ok(None) };
+        events.push(Event { at: executed, mark, value: seen.r[1] });
+        if !matches!(mark, Mark::Begin | Mark::End) {
+            return Ok(Some(events));
+        }
+        next = seen.clone();
+        next.r[usize::from(Registers::PC)] = seen.r[usize::from(Registers::LR)] & !1;
+        registers = seen;
+    }
+}

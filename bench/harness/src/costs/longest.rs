@@ -1,0 +1,178 @@
+//! The longest that instructions take on a robot: scripts in which a statement works on as much as the robot's memory holds.
+//!
+//! The benchmark machine has the memory of a Kilobot and steps that repeat. So a statement is counted on two tables that fit
+//! three times, one for each step, and what it takes on a table that fills a robot's heap follows from the two counts: the time of
+//! an instruction grows in proportion to what it works on, which the test `instruction_time` shows.
+
+use crate::target::Target;
+use bittybuzz_robots::Profile;
+
+/// Cells of the tables on which statements are counted.
+pub const FEW_CELLS: u64 = 3;
+pub const MORE_CELLS: u64 = 7;
+
+/// A robot of which the longest instructions are published.
+pub struct Robot {
+    pub name: &'static str,
+    pub target: Target,
+}
+
+/// One for each chip.
+pub const ROBOTS: [Robot; 3] = [
+    Robot { name: "kilobot", target: Target::Avr },
+    Robot { name: "zooids", target: Target::Thumbv6m },
+    Robot { name: "crazyflie", target: Target::Thumbv7emFull },
+];
+
+/// A statement that is counted.
+pub struct Statement {
+    /// The instruction that takes the time, and what it works on.
+    pub name: &'static str,
+    /// Code that makes a table `t`, with `N` for a number of elements.
+    table: &'static str,
+    /// Elements per cell of that table; 0 if the statement does not depend on a table.
+    pub per_cell: u64,
+    /// Code of `init()`.
+    init: &'static str,
+    /// A statement of `step()` in both scripts.
+    always: &'static str,
+    /// Instructions of that length in the statement.
+    pub times: u64,
+    with: &'static str,
+    /// A statement with the same operands, but without the instruction.
+    without: &'static str,
+}
+
+/// Elements under keys that are no array's.
+const PAIRS: &str = "for(i = 1, i <= N, i = i + 1) t[0 - i] = 1";
+/// An array of which only the first and the last element are left.
+const GAP: &str = "for(i = 0, i < N, i = i + 1) t[i] = 1
+    for(i = 1, i < N - 1, i = i + 1) t[i] = nil";
+const ARRAY: &str = "for(i = 0, i < N, i = i + 1) t[i] = 1";
+
+const fn on_pairs(name: &'static str, with: &'static str, without: &'static str) -> Statement {
+    Statement { name, table: PAIRS, per_cell: 3, init: "", always: "", times: 1, with, without }
+}
+
+const fn on_array(
+    name: &'static str,
+    table: &'static str,
+    with: &'static str,
+    without: &'static str,
+) -> Statement {
+    Statement { name, table, per_cell: 6, init: "", always: "", times: 1, with, without }
+}
+
+const fn alone(
+    name: &'static str,
+    init: &'static str,
+    with: &'static str,
+    without: &'static str,
+) -> Statement {
+    Statement { name, table: "", per_cell: 0, init, always: "", times: 1, with, without }
+}
+
+/// A statement that is counted where it stands twice: the step that sends something ends with work that does not depend
+/// on how often.
+const fn repeated(name: &'static str, init: &'static str, statement: &'static str) -> Statement {
+    Statement {
+        name,
+        table: "",
+        per_cell: 0,
+        init,
+        always: statement,
+        times: 1,
+        with: statement,
+        without: "",
+    }
+}
+
+/// The largest array that eight fragments hold with the head of an entry of a stigmergy.
+const LONG: &str = "v = stigmergy.create(1) m = {} for(i = 0, i < M, i = i + 1) m[i] = i";
+
+/// A table with that number of pairs.
+const LONG_PAIRS: &str =
+    "v = stigmergy.create(1) m = {} for(i = 1, i <= M, i = i + 1) m[0 - i] = i";
+
+/// All neighbors of the benchmark, each of which takes an instruction.
+const KIN: Statement = Statement {
+    times: bittybuzz_bench::NEIGHBORS as u64,
+    ..alone("CALL_BUILTIN, `neighbors.kin`, each neighbor", "", "neighbors.kin()", "")
+};
+
+/// The largest and the smallest number.
+const FAR_APART: &str = "v = 1.7 while(v * 2.0 != v) { w = v v = v * 2.0 }
+    v = w w = 1.3 while(w * 0.5 != 0) w = w * 0.5";
+
+pub const STATEMENTS: [Statement; 32] = [
+    on_pairs("INDEX_GET, last of all pairs", "x = t[0 - N]", "x = 0 - N"),
+    on_pairs("INDEX_SET, last of all pairs", "t[0 - N] = 1", "x = 0 - N"),
+    on_pairs("INDEX_SET, new pair", "t[1000] = 1", "x = 1000"),
+    on_array("INDEX_GET, last element of an array", ARRAY, "x = t[N - 1]", "x = N - 1"),
+    on_array("INDEX_SET, new element of an array", ARRAY, "t[N] = 1", "x = N"),
+    on_array("INDEX_SET, removes the last element", GAP, "t[N - 1] = nil", "x = N - 1"),
+    on_pairs("CALL_BUILTIN, `size` of pairs", "x = size(t)", "x = t"),
+    on_array("CALL_BUILTIN, `size` of an array", ARRAY, "x = size(t)", "x = t"),
+    on_array("CALL_BUILTIN, an element of `foreach`", GAP, "foreach(t, f)", "foreach(o, f)"),
+    alone("POW, floats", "v = 1.37 w = 7.77", "x = v ^ w", "x = v x = w"),
+    alone("MOD, floats", FAR_APART, "x = v % w", "x = v x = w"),
+    alone("CALL_BUILTIN, `math.sqrt`", "v = 1.37", "x = math.sqrt(v)", "x = v"),
+    alone("CALL_BUILTIN, `math.exp`", "v = 1.37", "x = math.exp(v)", "x = v"),
+    alone("CALL_BUILTIN, `math.log`", "v = 1.37", "x = math.log(v)", "x = v"),
+    alone("CALL_BUILTIN, `math.log2`", "v = 1.37", "x = math.log2(v)", "x = v"),
+    alone("CALL_BUILTIN, `math.log10`", "v = 1.37", "x = math.log10(v)", "x = v"),
+    alone("CALL_BUILTIN, `math.sin`", "v = 99.37", "x = math.sin(v)", "x = v"),
+    alone("CALL_BUILTIN, `math.cos`", "v = 99.37", "x = math.cos(v)", "x = v"),
+    alone("CALL_BUILTIN, `math.tan`", "v = 99.37", "x = math.tan(v)", "x = v"),
+    alone("CALL_BUILTIN, `math.asin`", "v = 0.87", "x = math.asin(v)", "x = v"),
+    alone("CALL_BUILTIN, `math.acos`", "v = 0.87", "x = math.acos(v)", "x = v"),
+    alone("CALL_BUILTIN, `math.atan`", "v = 0.87", "x = math.atan(v, 1.3)", "x = v"),
+    alone("CALL_BUILTIN, `math.rng.uniform`", "v = 0.8", "x = math.rng.uniform(v)", "x = v"),
+    alone(
+        "CALL_BUILTIN, `math.rng.exponential`",
+        "v = 0.8",
+        "x = math.rng.exponential(v)",
+        "x = v",
+    ),
+    alone("CALL_BUILTIN, `neighbors.get`", "v = 9", "x = neighbors.get(v)", "x = v"),
+    alone("CALL_BUILTIN, `neighbors.count`", "", "x = neighbors.count()", "x = 0"),
+    KIN,
+    repeated(
+        "CALL_BUILTIN, `neighbors.broadcast` of a number",
+        "",
+        "neighbors.broadcast(\"x\", 5)",
+    ),
+    repeated(
+        "CALL_BUILTIN, `neighbors.broadcast` of an array of numbers",
+        LONG,
+        "neighbors.broadcast(\"x\", m)",
+    ),
+    repeated("CALL_METHOD, `put` of a number", LONG, "v.put(3, k)"),
+    repeated("CALL_METHOD, `put` of an array of numbers", LONG, "v.put(3, m)"),
+    repeated("CALL_METHOD, `put` of pairs of numbers", LONG_PAIRS, "v.put(3, m)"),
+];
+
+impl Statement {
+    /// The script whose step has the statement, or the one without the instruction.
+    pub fn script(&self, profile: Profile, cells: u64, has_instruction: bool) -> String {
+        let count = self.per_cell * cells;
+        let statement = if has_instruction { self.with } else { self.without };
+        let Statement { table, init, always, .. } = self;
+        format!(
+            "r = 7 k = 0 x = 0 i = 0 m = nil v = nil w = nil t = nil
+             function f(key, value) {{ }}
+             o = {{}} o[0] = 1
+             function make() {{ t = {{}} {table} return t }}
+             l = {{}} l[0] = make() l[1] = make() l[2] = make()
+             function init() {{ {init} }}
+             function step() {{
+               t = l[k]
+               k = k + 1
+               {always}
+               {statement}
+             }}"
+        )
+        .replace('N', &count.to_string())
+        .replace('M', if profile == Profile::Full { "30" } else { "5" })
+    }
+}

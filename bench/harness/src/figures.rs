@@ -1,0 +1,100 @@
+//! What scripts cost: measured, or committed in bench/baseline.json, in the same form.
+
+use crate::error::BenchError;
+use crate::target::Target;
+use anyhow::Result;
+use bittybuzz_builds::shell::root;
+use fs_err as fs;
+use serde::{Deserialize, Serialize};
+use serde_json::Number;
+use std::collections::BTreeMap;
+
+const FILE: &str = "bench/baseline.json";
+
+/// How much more than before something may cost, in percent.
+const TOLERANCE: u64 = 2;
+
+/// What a script costs on a target.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Figure {
+    /// Cycles or instructions of a step.
+    pub count: u64,
+    /// The global `r`.
+    pub result: Number,
+}
+
+/// By script.
+pub type Scripts = BTreeMap<String, Figure>;
+/// By target.
+pub type Counts = BTreeMap<String, Scripts>;
+
+/// The committed ones.
+pub fn load() -> Result<Counts> {
+    let path = root().join(FILE);
+    let bytes = fs::read(&path)?;
+    serde_json::from_slice(&bytes)
+        .map_err(|error| BenchError::Table { path: FILE.into(), reason: error.to_string() }.into())
+}
+
+/// Writes the committed ones anew.
+pub fn save(counts: Counts) -> Result<()> {
+    let path = root().join(FILE);
+    let text = format!("{}\n", to_json(&counts));
+    Ok(fs::write(&path, text)?)
+}
+
+pub fn to_json(counts: &Counts) -> String {
+    // One script per line: a difference shows which one.
+    let scripts = |scripts: &Scripts| {
+        let lines = scripts.iter().map(|(name, Figure { count, result })| {
+            format!("    {name:?}: {{ \"count\": {count}, \"result\": {result} }}")
+        });
+        lines.collect::<Vec<_>>().join(",\n")
+    };
+    let targets = counts
+        .iter()
+        .map(|(target, counts)| format!("  {target:?}: {{\n{}\n  }}", scripts(counts)));
+    format!("{{\n{}\n}}", targets.collect::<Vec<_>>().join(",\n"))
+}
+
+/// Whether that is more than it may be.
+pub fn is_more(now: u64, before: u64) -> bool {
+    now * 100 > before * (100 + TOLERANCE)
+}
+
+/// What costs more than it may.
+pub fn grown(target: Target, now: &Scripts, before: Option<&Scripts>) -> Vec<String> {
+    let rows = now.iter().filter_map(|(name, figure)| {
+        let (now, before) = (figure.count, before?.get(name)?.count);
+        is_more(now, before).then(|| format!("{name} on {} {before} -> {now}", target.name()))
+    });
+    rows.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scripts(rows: &[(&str, u64)]) -> Scripts {
+        let figure = |count| Figure { count, result: 1.into() };
+        rows.iter().map(|(name, count)| ((*name).to_owned(), figure(*count))).collect()
+    }
+
+    #[test]
+    fn two_percent_are_allowed() {
+        let before = scripts(&[("a", 1000), ("b", 1000), ("c", 1000)]);
+        let now = scripts(&[("a", 1020), ("b", 1021), ("c", 500), ("new", 7)]);
+        let grown = grown(Target::Avr, &now, Some(&before));
+        assert_eq!(grown, ["b on avr 1000 -> 1021"]);
+    }
+
+    #[test]
+    fn json_reads_back() {
+        let mut counts = Counts::from([("avr".to_owned(), scripts(&[("a", 1), ("b", 2)]))]);
+        let float = Figure { count: 3, result: Number::from_f64(2.0).unwrap() };
+        counts.insert("host".to_owned(), Scripts::from([("float".to_owned(), float)]));
+        let text = to_json(&counts);
+        assert!(text.contains(r#""a": { "count": 1, "result": 1 },"#), "{text}");
+        assert_eq!(serde_json::from_str::<Counts>(&text).unwrap(), counts);
+    }
+}

@@ -1,0 +1,69 @@
+//! The scripts' images.
+
+use crate::error::BenchError;
+use anyhow::Result;
+use bittybuzz_bench::{ROOM, header};
+use bittybuzz_builds::shell::root;
+use bittybuzz_compiler::compile::{Options, compile};
+use bittybuzz_compiler::include::{DiskFiles, Loader};
+use bittybuzz_compiler::render::{Color, Renderer};
+use bittybuzz_robots::Profile;
+use fs_err as fs;
+use std::path::{Path, PathBuf};
+
+/// The robot that scripts are compiled for.
+const ROBOT: &str = "bench";
+/// The global with the result.
+const RESULT: &str = "r";
+
+/// A compiled script.
+pub struct Compiled {
+    pub name: String,
+    pub image: Vec<u8>,
+    /// Number of the global with the result.
+    global: u16,
+}
+
+impl Compiled {
+    /// An image that is no script's.
+    pub fn new(name: &str, image: Vec<u8>, global: u16) -> Compiled {
+        Compiled { name: name.to_owned(), image, global }
+    }
+
+    /// Compiles a script of bench/scripts.
+    pub fn script(name: &str, profile: Profile) -> Result<Compiled> {
+        let path = PathBuf::from(format!("bench/scripts/{name}.bzz"));
+        let text = fs::read_to_string(root().join(&path))?;
+        Compiled::text(name, &path, text, profile)
+    }
+
+    /// Compiles the text of a script, which messages name by this path.
+    pub fn text(name: &str, path: &Path, text: String, profile: Profile) -> Result<Compiled> {
+        let robot = bittybuzz_robots::find(ROBOT)?.clone();
+        let options = Options {
+            profile: Some(profile),
+            robot: Some(robot),
+            robots: bittybuzz_robots::all_shipped().to_vec(),
+        };
+        let loader = Loader { folders: vec![root().join("lib")], ..Loader::new(&DiskFiles) };
+        let compiled = compile(path, text, &loader, &options);
+        let (Some(image), Some(symbols)) = (compiled.image, compiled.symbols) else {
+            let renderer = Renderer::new(&compiled.sources);
+            let messages = compiled.diagnostics.iter();
+            let messages = messages.map(|message| renderer.text(message, Color::Never)).collect();
+            return Err(BenchError::Script { path: path.to_owned(), messages }.into());
+        };
+        let global = symbols.globals.iter().position(|global| global == RESULT).unwrap_or(0);
+        Ok(Compiled { name: name.to_owned(), image, global: global as u16 })
+    }
+
+    /// What a program has inside instead of zeros.
+    pub fn block(&self) -> Result<Vec<u8>, BenchError> {
+        let length = u16::try_from(self.image.len()).unwrap_or(u16::MAX);
+        let block = [&header(self.global, length), self.image.as_slice()].concat();
+        if block.len() > ROOM {
+            return Err(BenchError::TooLong { name: self.name.clone() });
+        }
+        Ok(block)
+    }
+}

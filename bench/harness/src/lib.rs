@@ -1,0 +1,165 @@
+//! What a step of each benchmark script costs on each target, beside the C BittyBuzz and beside what it cost before.
+//!
+//! The rules of counting stand in bench/README.md. Nothing here depends on the time of day or the load of the computer:
+//! every number is counted by an emulator.
+
+mod avr;
+mod catalogue;
+mod cortex_m;
+mod costs;
+mod error;
+mod figures;
+mod host;
+mod images;
+mod marks;
+mod program;
+mod report;
+mod target;
+
+use anyhow::{Result, ensure};
+use catalogue::Catalogue;
+use error::BenchError;
+use figures::{Counts, Figure};
+use images::Compiled;
+use program::Program;
+use target::Target;
+
+/// The programs' own workspaces.
+pub const WORKSPACES: [&str; 3] = ["bench/host", "bench/avr", "bench/cortex-m"];
+
+/// Calls of `fib` in a step of the script fib10.
+const FIB_CALLS: u64 = 177;
+/// The rows that are computed from scripts.
+const FIB: &str = "fib";
+const COLLECTION: &str = "collection";
+const NO_COLLECTION: &str = "no_collection";
+const VERIFICATION: &str = "verification";
+
+/// Options of `bench`.
+#[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true)]
+pub struct Arguments {
+    #[command(subcommand)]
+    costs: Option<Subject>,
+    /// Prints an object for each target
+    #[arg(long)]
+    json: bool,
+    /// Makes the counts the baseline
+    #[arg(long)]
+    update: bool,
+    /// Only this one
+    target: Option<Target>,
+}
+
+/// A subject other than the scripts.
+#[derive(Debug, clap::Subcommand)]
+enum Subject {
+    /// Counts each instruction instead of scripts
+    Costs {
+        /// Makes the counts the baseline
+        #[arg(long)]
+        update: bool,
+        /// Only this chip
+        target: Option<Target>,
+    },
+}
+
+/// Measures, and prints the counts beside the baseline and the C BittyBuzz.
+pub fn run(wanted: &Arguments) -> Result<()> {
+    if let Some(Subject::Costs { update, target }) = wanted.costs {
+        ensure!(
+            target != Some(Target::Host),
+            "`bench costs` counts on chips, not on this computer"
+        );
+        let targets = target.map_or(costs::TARGETS.to_vec(), |target| vec![target]);
+        return costs::run(&targets, update);
+    }
+    let targets = wanted.target.map_or(Target::ALL.to_vec(), |target| vec![target]);
+    let catalogue = Catalogue::load()?;
+    let before = figures::load()?;
+    let mut all = Counts::new();
+    for target in targets {
+        let counts = measure(target, &catalogue)?;
+        if !wanted.json {
+            println!("{}", report::table(target, &catalogue, &counts, before.get(target.name())));
+        }
+        all.insert(target.name().to_owned(), counts);
+    }
+    if wanted.json {
+        println!("{}", figures::to_json(&all));
+    }
+    if wanted.update {
+        figures::save(before.into_iter().chain(all).collect())?;
+    }
+    Ok(())
+}
+
+/// Measures everything; fails if anything costs more than the committed baseline allows.
+pub fn check() -> Result<()> {
+    let catalogue = Catalogue::load()?;
+    let before = figures::load()?;
+    let mut grown = Vec::new();
+    for target in Target::ALL {
+        let counts = measure(target, &catalogue)?;
+        let before = before.get(target.name());
+        println!("{}", report::table(target, &catalogue, &counts, before));
+        grown.extend(figures::grown(target, &counts, before));
+    }
+    // Of each instruction on one chip: it takes seconds there, minutes on all.
+    grown.extend(costs::check(Target::Avr)?);
+    if grown.is_empty() { Ok(()) } else { Err(BenchError::Grown(grown).into()) }
+}
+
+/// Every script that the target's machine can run.
+fn measure(target: Target, catalogue: &Catalogue) -> Result<figures::Scripts> {
+    eprintln!("bench: {}", target.name());
+    let program = Program::build(target)?;
+    let mut counts = figures::Scripts::new();
+    let mut verification = None;
+    for script in catalogue.scripts.iter().filter(|script| script.is_for(target)) {
+        let compiled = Compiled::script(&script.name, target.profile())?;
+        let told = program.run(&compiled)?;
+        let result = told.result(target, script)?;
+        if script.name == VERIFICATION {
+            // The last partial byte of a count means nothing.
+            verification = Some(told.load() * 1024 / compiled.image.len() as u64);
+        }
+        counts.insert(script.name.clone(), Figure { count: told.step(), result });
+    }
+    derive(&mut counts, verification);
+    Ok(counts)
+}
+
+/// Adds the rows that are computed from scripts.
+fn derive(counts: &mut figures::Scripts, verification: Option<u64>) {
+    if let Some(fib10) = counts.get("fib10") {
+        let fib = Figure { count: fib10.count / FIB_CALLS, ..fib10.clone() };
+        counts.insert(FIB.to_owned(), fib);
+    }
+    if let (Some(without), Some(with)) = (counts.remove(NO_COLLECTION), counts.get_mut(COLLECTION))
+    {
+        with.count = with.count.saturating_sub(without.count);
+    }
+    if let (Some(count), Some(row)) = (verification, counts.get_mut(VERIFICATION)) {
+        row.count = count;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_computed_from_scripts() {
+        let figure = |count| Figure { count, result: 1.into() };
+        let rows = [("fib10", 1770), (COLLECTION, 900), (NO_COLLECTION, 200), (VERIFICATION, 1)];
+        let rows = rows.map(|(name, count)| (name.to_owned(), figure(count)));
+        let mut counts = figures::Scripts::from(rows);
+        derive(&mut counts, Some(77));
+        let count = |name| counts.get(name).map(|figure: &Figure| figure.count);
+        assert_eq!(count(FIB), Some(10));
+        assert_eq!(count(COLLECTION), Some(700));
+        assert_eq!(count(VERIFICATION), Some(77));
+        assert_eq!(count(NO_COLLECTION), None);
+    }
+}

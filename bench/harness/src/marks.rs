@@ -1,0 +1,119 @@
+//! What a program says while it runs, and what that means.
+
+use crate::catalogue::Script;
+use crate::error::BenchError;
+use crate::target::Target;
+use bittybuzz_bench::Mark;
+use serde_json::Number;
+
+/// A mark with its value, and how many cycles or instructions came before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Event {
+    pub at: u64,
+    pub mark: Mark,
+    pub value: u32,
+}
+
+/// What a program has told when it is over.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Told {
+    /// In the order of `bittybuzz_bench::run`: nothing, loading, two steps; fewer if it failed.
+    pub counts: Vec<u64>,
+    /// The last mark, and its value.
+    pub mark: Mark,
+    pub value: u32,
+}
+
+impl Told {
+    /// From the marks of a run; `None` if they do not belong together.
+    pub fn from_events(events: &[Event]) -> Option<Told> {
+        let (last, pairs) = events.split_last()?;
+        let counts = pairs.chunks(2).map(|pair| match pair {
+            [begin, end] if (begin.mark, end.mark) == (Mark::Begin, Mark::End) => {
+                end.at.checked_sub(begin.at)
+            }
+            _ => None,
+        });
+        Some(Told { counts: counts.collect::<Option<_>>()?, mark: last.mark, value: last.value })
+    }
+
+    /// What loading the image takes.
+    pub fn load(&self) -> u64 {
+        self.count(1)
+    }
+
+    /// The cost of each of the two steps.
+    pub fn steps(&self) -> [u64; 2] {
+        [self.count(2), self.count(3)]
+    }
+
+    /// What a step takes.
+    pub fn step(&self) -> u64 {
+        let [second, third] = self.steps();
+        (second + third) / 2
+    }
+
+    /// Whether both steps take the same, but for the instruction that QEMU may be off by.
+    pub fn is_steady(&self) -> bool {
+        self.count(2).abs_diff(self.count(3)) <= 1
+    }
+
+    /// Without what marking takes.
+    fn count(&self, index: usize) -> u64 {
+        let count = |index| self.counts.get(index).copied().unwrap_or(0);
+        u64::saturating_sub(count(index), count(0))
+    }
+
+    /// The result, if it is right.
+    pub fn result(&self, target: Target, script: &Script) -> Result<Number, BenchError> {
+        let (target_name, name) = (target.name(), script.name.clone());
+        let result = match self.mark {
+            Mark::Integer => Some(Number::from(self.value as i32)),
+            Mark::Float => Number::from_f64(f64::from(f32::from_bits(self.value))),
+            _ => None,
+        };
+        match result {
+            Some(result) if result == script.result => Ok(result),
+            Some(result) => Err(BenchError::WrongResult {
+                target: target_name,
+                name,
+                result: result.to_string(),
+                expected: script.result.to_string(),
+            }),
+            None => {
+                let (mark, value) = (self.mark, self.value);
+                Err(BenchError::NoResult { target: target_name, name, mark, value })
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn event(at: u64, mark: Mark) -> Event {
+        Event { at, mark, value: 7 }
+    }
+
+    #[test]
+    fn marks_are_taken_off_and_steps_averaged() {
+        let times = [(10, 14), (20, 124), (200, 304), (400, 506)];
+        let mut events: Vec<Event> = times
+            .iter()
+            .flat_map(|(begin, end)| [event(*begin, Mark::Begin), event(*end, Mark::End)])
+            .collect();
+        events.push(event(600, Mark::Integer));
+        let told = Told::from_events(&events).unwrap();
+        assert_eq!((told.load(), told.step()), (100, 101));
+        assert_eq!((told.mark, told.value), (Mark::Integer, 7));
+    }
+
+    #[test]
+    fn marks_must_belong_together() {
+        assert_eq!(Told::from_events(&[]), None);
+        assert_eq!(Told::from_events(&[event(1, Mark::Begin), event(2, Mark::Fault)]), None);
+        let wrong = [event(1, Mark::End), event(2, Mark::Begin), event(3, Mark::Integer)];
+        assert_eq!(Told::from_events(&wrong), None);
+    }
+}

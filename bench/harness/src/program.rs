@@ -1,0 +1,171 @@
+//! The programs that run scripts: linked once, and given each script's image.
+
+use crate::error::BenchError;
+use crate::images::Compiled;
+use crate::marks::Told;
+use crate::target::Target;
+use crate::{avr, cortex_m, host};
+use anyhow::Result;
+use bittybuzz_bench::{ROOM, SYMBOL};
+use bittybuzz_builds::board::target_of;
+use bittybuzz_builds::shell::{Line, is_installed, target};
+use fs_err as fs;
+use object::{Object, ObjectSection, ObjectSymbol};
+use std::path::{Path, PathBuf};
+
+/// How the program of a target is built.
+struct Recipe {
+    /// Its workspace.
+    folder: &'static str,
+    /// What cargo is told beside `build --release`.
+    arguments: &'static [&'static str],
+    /// Where it is in the target folder.
+    program: &'static str,
+    /// What runs it.
+    runner: &'static str,
+}
+
+fn recipe(target: Target) -> Recipe {
+    const V6M: &str = "thumbv6m-none-eabi/release/bench-cortex-m";
+    const V7EM: &str = "thumbv7em-none-eabihf/release/bench-cortex-m";
+    let cortex_m = |arguments, program| Recipe {
+        folder: "bench/cortex-m",
+        arguments,
+        program,
+        runner: cortex_m::RUNNER,
+    };
+    match target {
+        Target::Host => Recipe {
+            folder: "bench/host",
+            arguments: &[],
+            program: "release/bench-host",
+            runner: host::RUNNER,
+        },
+        Target::Avr => Recipe {
+            folder: "bench/avr",
+            arguments: &[],
+            program: "avr-none/release/bench-avr.elf",
+            runner: avr::RUNNER,
+        },
+        Target::Thumbv6m => cortex_m(&["--target", "thumbv6m-none-eabi"], V6M),
+        Target::Thumbv7em => cortex_m(&["--target", "thumbv7em-none-eabihf"], V7EM),
+        Target::Thumbv6mFull => {
+            cortex_m(&["--target", "thumbv6m-none-eabi", "--features", "full"], V6M)
+        }
+        Target::Thumbv7emFull => {
+            cortex_m(&["--target", "thumbv7em-none-eabihf", "--features", "full"], V7EM)
+        }
+    }
+}
+
+/// A linked program.
+pub struct Program {
+    target: Target,
+    path: PathBuf,
+    bytes: Vec<u8>,
+    /// For what is made on the way.
+    folder: PathBuf,
+}
+
+impl Program {
+    /// Builds the program of a target.
+    pub fn build(target: Target) -> Result<Program> {
+        let Recipe { folder, arguments, program, runner } = recipe(target);
+        if !is_installed(runner) {
+            return Err(BenchError::Missing { program: runner }.into());
+        }
+        let arguments = [&["build", "--release"], arguments].concat();
+        let line = Line::new("cargo", &arguments).in_workspace(folder).unannounced();
+        // The AVR has no standard library ready; cargo builds one, which it does not promise to go on doing.
+        let is_unstable = target == Target::Avr;
+        if is_unstable { line.env("RUSTC_BOOTSTRAP", "1") } else { line }.run()?;
+        let path = target_of(folder).join(program);
+        let bytes = fs::read(&path)?;
+        let folder = self::target()?.join("bench");
+        fs::create_dir_all(&folder)?;
+        Ok(Program { target, path, bytes, folder })
+    }
+
+    /// Runs a script.
+    pub fn run(&self, script: &Compiled) -> Result<Told> {
+        let block = script.block()?;
+        if self.target == Target::Host {
+            let file = self.write("script", &block)?;
+            return host::run(&self.path, &file, &self.folder);
+        }
+        let file = self.write("program", &self.with(&block)?)?;
+        match self.target {
+            Target::Avr => avr::run(&file, &self.folder),
+            Target::Thumbv6m | Target::Thumbv6mFull => cortex_m::run(cortex_m::M0, &file, script),
+            _ => cortex_m::run(cortex_m::M4F, &file, script),
+        }
+    }
+
+    /// The program with a script inside.
+    fn with(&self, block: &[u8]) -> Result<Vec<u8>, BenchError> {
+        let no_symbol = || BenchError::NoSymbol { program: self.path.clone(), symbol: SYMBOL };
+        let at = file_offset(&self.bytes, SYMBOL).ok_or_else(no_symbol)?;
+        let mut bytes = self.bytes.clone();
+        let room = bytes.get_mut(at..at + ROOM).ok_or_else(no_symbol)?;
+        room[..block.len()].copy_from_slice(block);
+        Ok(bytes)
+    }
+
+    fn write(&self, name: &str, bytes: &[u8]) -> Result<PathBuf> {
+        let path = self.folder.join(name);
+        fs::write(&path, bytes)?;
+        Ok(path)
+    }
+}
+
+/// Where a symbol's bytes are in an ELF file.
+fn file_offset(elf: &[u8], symbol: &str) -> Option<usize> {
+    let file = object::File::parse(elf).ok()?;
+    let symbol = file.symbols().find(|known| known.name() == Ok(symbol))?;
+    let section = file.section_by_index(symbol.section_index()?).ok()?;
+    let (start, _) = section.file_range()?;
+    usize::try_from(start + symbol.address().checked_sub(section.address())?).ok()
+}
+
+/// The address of a function of an ELF file, without the bit that says Thumb.
+pub fn address(path: &Path, symbol: &'static str) -> Result<u32> {
+    let bytes = fs::read(path)?;
+    let file = object::File::parse(bytes.as_slice());
+    let address = file.ok().and_then(|file| {
+        let symbol = file.symbols().find(|known| known.name() == Ok(symbol))?;
+        u32::try_from(symbol.address() & !1).ok()
+    });
+    address.ok_or_else(|| BenchError::NoSymbol { program: path.into(), symbol }.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use object::write::{self, Symbol, SymbolSection};
+    use object::{
+        Architecture, BinaryFormat, Endianness, SectionKind, SymbolFlags, SymbolKind, SymbolScope,
+    };
+
+    #[test]
+    fn a_symbol_is_found_in_the_file() {
+        let mut elf = write::Object::new(BinaryFormat::Elf, Architecture::Arm, Endianness::Little);
+        let section = elf.add_section(Vec::new(), b".rodata".to_vec(), SectionKind::ReadOnlyData);
+        elf.append_section_data(section, b"before", 1);
+        let value = elf.append_section_data(section, b"script", 1);
+        elf.add_symbol(Symbol {
+            name: SYMBOL.into(),
+            value,
+            size: 6,
+            kind: SymbolKind::Data,
+            scope: SymbolScope::Linkage,
+            weak: false,
+            section: SymbolSection::Section(section),
+            flags: SymbolFlags::None,
+        });
+        let elf = elf.write().unwrap();
+        let at = file_offset(&elf, SYMBOL).unwrap();
+        assert_eq!(&elf[at..at + 6], b"script");
+        assert_eq!(file_offset(&elf, "another"), None);
+        assert_eq!(file_offset(b"no ELF file", SYMBOL), None);
+    }
+}

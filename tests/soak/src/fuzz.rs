@@ -1,0 +1,358 @@
+//! Runs the fuzz targets. Executions are added up over all runs and kept beside the corpora that they found, until something
+//! changes that the target exercises.
+
+use crate::Verdict;
+use crate::sources::{self, Sources};
+use anyhow::{Result, bail};
+use bittybuzz_builds::shell::{Line, target};
+use fs_err as fs;
+use std::panic::resume_unwind;
+use std::path::{Path, PathBuf};
+use std::thread;
+
+/// The executions of a target that are enough.
+const ENOUGH: u64 = 10_000_000;
+/// Executions that are enough for targets that run whole machines.
+const ENOUGH_RUNS: u64 = 1_000_000;
+/// Targets whose executions are whole runs of machines.
+const RUNS: [&str; 2] = ["social", "time"];
+/// Seconds after which executions are written down; a run that is stopped loses at most those.
+const CHUNK: &str = "-max_total_time=300";
+/// Executions of each target in CI, and the seed that decides them.
+const SAMPLE: [&str; 2] = ["-runs=10000", "-seed=1"];
+/// libFuzzer's weights of inputs take half of the time of targets that are as fast as these.
+const SCHEDULE: &str = "-entropic=0";
+/// Where the crate of the targets lies, and the inputs that they start from.
+const FOLDER: &str = "fuzz";
+/// Where the modules lie that say what targets do.
+const BODIES: &str = "tests/fuzz-bodies/src/";
+
+/// The target whose inputs are images.
+const IMAGE: &str = "image";
+
+/// A fuzz target. What it does stands in `tests/fuzz-bodies/src/lib.rs`.
+struct Target {
+    name: &'static str,
+    /// The modules of `tests/fuzz-bodies` that it consists of, besides `COMMON`.
+    bodies: &'static [&'static str],
+    /// Starts of the paths of the files that it exercises.
+    exercises: &'static [&'static str],
+}
+
+/// The modules of `tests/fuzz-bodies` that every target has.
+const COMMON: [&str; 2] = ["lib", "choices"];
+const MACHINE: &[&str] = &["vm-core/src/"];
+/// The compiler, and of the machine what it uses and what judges its images: not what runs them.
+const COMPILER: &[&str] = &[
+    "compiler/src/",
+    "robots/",
+    "vm-core/src/builtin.rs",
+    "vm-core/src/image.rs",
+    "vm-core/src/link.rs",
+    "vm-core/src/number/",
+    "vm-core/src/opcode.rs",
+    "vm-core/src/rom.rs",
+    "vm-core/src/verify.rs",
+];
+
+const MESSAGES: &[&str] = &["vm-core/src/", "comms/src/queue.rs"];
+const RECORDINGS: &[&str] = &["arena/src/output/"];
+const SCENARIOS: &[&str] = &["arena/src/scenario/", "robots/", "tests/scenarios/"];
+const ROBOT_FILES: &[&str] = &["robots/"];
+const SYSLINK: &[&str] = &["comms/src/syslink/"];
+const PAYLOADS: &[&str] = &["comms/src/nrf24.rs"];
+const LIGHT: &[&str] = &["comms/src/infrared.rs", "firmware/kilobot/src/"];
+
+#[rustfmt::skip]
+const TARGETS: &[Target] = &[
+    Target { name: IMAGE, bodies: &["machine", "seeds"], exercises: MACHINE },
+    Target { name: "image_mutated", bodies: &["machine", "mutation", "seeds"], exercises: MACHINE },
+    Target { name: "program", bodies: &["machine", "program", "program/kind", "program/writer"], exercises: MACHINE },
+    Target { name: "script", bodies: &["machine"], exercises: COMPILER },
+    Target { name: "script_mutated", bodies: &["machine", "seeds", "words"], exercises: COMPILER },
+    Target { name: "bo", bodies: &["machine"], exercises: COMPILER },
+    Target { name: "bo_mutated", bodies: &["bo_mutation", "machine", "seeds"], exercises: COMPILER },
+    Target { name: "message", bodies: &["messages"], exercises: MESSAGES },
+    Target { name: "recording", bodies: &["files", "words"], exercises: RECORDINGS },
+    Target { name: "scenario", bodies: &["files", "words"], exercises: SCENARIOS },
+    Target { name: "robot_file", bodies: &["files", "words"], exercises: ROBOT_FILES },
+    Target { name: "symbols", bodies: &["files", "seeds", "words"], exercises: COMPILER },
+    Target { name: "syslink", bodies: &["links"], exercises: SYSLINK },
+    Target { name: "nrf24", bodies: &["links"], exercises: PAYLOADS },
+    Target { name: "ir", bodies: &["links"], exercises: LIGHT },
+    Target { name: "social", bodies: &["messages", "mutation", "social"], exercises: MESSAGES },
+    Target { name: "time", bodies: &["time"], exercises: MACHINE },
+];
+
+impl Target {
+    /// Starts of the paths of all files that a count of executions is about.
+    fn made_of(&self) -> Vec<String> {
+        let bodies = COMMON.iter().chain(self.bodies);
+        let bodies = bodies.map(|module| format!("{BODIES}{module}.rs"));
+        let exercises = self.exercises.iter().map(|start| (*start).to_owned());
+        let program = format!("{FOLDER}/fuzz_targets/{}.rs", self.name);
+        bodies.chain(exercises).chain([program, format!("{FOLDER}/Cargo")]).collect()
+    }
+
+    fn fingerprint(&self, sources: &Sources) -> Result<u64> {
+        let made_of = self.made_of();
+        let starts: Vec<&str> = made_of.iter().map(String::as_str).collect();
+        sources.under(&starts).fingerprint()
+    }
+}
+
+/// Names of all targets.
+pub fn items() -> Vec<String> {
+    TARGETS.iter().map(|target| target.name.to_owned()).collect()
+}
+
+/// Runs a target until it has enough executions.
+pub fn run(name: &str) -> Result<Verdict> {
+    let Some(fuzzed) = TARGETS.iter().find(|target| target.name == name) else {
+        return Ok(Verdict::Missing("there is no such target".to_owned()));
+    };
+    let enough = if RUNS.contains(&name) { ENOUGH_RUNS } else { ENOUGH };
+    let mut count = Count::open(name, fuzzed.fingerprint(&Sources::list()?)?)?;
+    if count.executions < enough {
+        let program = build(&["--bin", name])?.join(name);
+        while count.executions < enough {
+            println!("{name}: {} of {enough} executions left", enough - count.executions);
+            match chunk(name, &program, enough - count.executions)? {
+                Chunk::Executed(executions) => count.add(executions)?,
+                Chunk::Panicked(input) => {
+                    return Ok(Verdict::Missing(format!("a panic: {input}")));
+                }
+            }
+        }
+    }
+    Ok(Verdict::Shown(format!("{} executions without a panic", count.executions)))
+}
+
+/// Builds every target, and runs a sample of each from the committed inputs, for CI.
+pub fn sample() -> Result<()> {
+    let programs = build(&["--bins"])?;
+    let folder = target()?.join("soak/fuzz");
+    // Empty, so that the inputs found by an earlier sample do not change this one.
+    let found = folder.join("sample");
+    for Target { name, .. } in TARGETS {
+        if found.exists() {
+            fs::remove_dir_all(&found)?;
+        }
+        fs::create_dir_all(&found)?;
+        let panics = artifacts(&folder, name);
+        let known = known(&folder, name)?.display().to_string();
+        let found = found.display().to_string();
+        let arguments = [&SAMPLE[..], &[SCHEDULE, &panics, &found, &known]].concat();
+        let output = Line::named(name, &programs.join(name), &arguments).output_if(|_| true)?;
+        let report = String::from_utf8_lossy(&output.stderr);
+        if !output.status.success() {
+            bail!("not shown: fuzz {name} ({})", panicked(&report));
+        }
+    }
+    Ok(())
+}
+
+/// Format and lints of the targets; clippy gets these arguments.
+pub fn lint(deny: &[&str]) -> Result<()> {
+    let folder = target_folder()?;
+    cargo(&["fmt", "--check"], &folder).run()?;
+    cargo(&[&["clippy", "--release", "--bins"], deny].concat(), &folder).run()
+}
+
+/// The folder of build outputs, which lints and all targets share.
+fn target_folder() -> Result<PathBuf> {
+    Ok(target()?.join("soak/fuzz/target"))
+}
+
+/// Cargo in the workspace of the targets.
+fn cargo(arguments: &[&str], target: &Path) -> Line {
+    let target = target.display().to_string();
+    Line::new("cargo", arguments).env("CARGO_TARGET_DIR", &target).in_workspace(FOLDER)
+}
+
+/// Builds targets and returns the folder of their programs. The workspace's own configuration says how they are
+/// instrumented.
+fn build(targets: &[&str]) -> Result<PathBuf> {
+    let folder = target_folder()?;
+    cargo(&[&["build", "--release"], targets].concat(), &folder).run()?;
+    let output = Line::new("rustc", &["--print", "host-tuple"]).unannounced().output(0)?;
+    let host = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+    Ok(folder.join(host).join("release"))
+}
+
+enum Chunk {
+    Executed(u64),
+    /// The message, and where the input is.
+    Panicked(String),
+}
+
+/// Runs a target for a while on every processor, at most as often as is left; what one of them finds the others take over.
+fn chunk(name: &str, program: &Path, left: u64) -> Result<Chunk> {
+    let folder = target()?.join("soak/fuzz");
+    let found = folder.join("corpus").join(name);
+    fs::create_dir_all(&found)?;
+    let panics = artifacts(&folder, name);
+    let known = known(&folder, name)?;
+    let (found, known) = (found.display().to_string(), known.display().to_string());
+    let workers = thread::available_parallelism().map_or(1, usize::from);
+    let share = format!("-runs={}", left.div_ceil(workers as u64));
+    let arguments = [CHUNK, &share, SCHEDULE, &panics, &found, &known];
+    let one = || Line::named(name, program, &arguments).output_if(|_| true);
+    let outputs = thread::scope(|scope| {
+        let workers: Vec<_> = (0..workers).map(|_| scope.spawn(one)).collect();
+        workers
+            .into_iter()
+            .map(|worker| worker.join().unwrap_or_else(|panic| resume_unwind(panic)))
+            .collect::<Vec<_>>()
+    });
+    let mut all = 0;
+    for output in outputs {
+        let output = output?;
+        // It reports on standard error.
+        let report = String::from_utf8_lossy(&output.stderr);
+        match executions(&report) {
+            Some(executions) if output.status.success() => all += executions,
+            _ => return Ok(Chunk::Panicked(panicked(&report))),
+        }
+    }
+    Ok(Chunk::Executed(all))
+}
+
+/// The option that says where an input is kept that makes a target panic.
+fn artifacts(folder: &Path, name: &str) -> String {
+    format!("-artifact_prefix={}/panic-{name}-", folder.display())
+}
+
+/// The inputs that a target starts from.
+fn known(folder: &Path, name: &str) -> Result<PathBuf> {
+    if name == IMAGE { known_images(folder) } else { Ok(known_inputs(name)) }
+}
+
+/// The committed inputs of a target.
+fn known_inputs(name: &str) -> PathBuf {
+    Path::new(FOLDER).join("corpus").join(name)
+}
+
+/// Images change with the instruction set: they are made, not kept.
+fn known_images(folder: &Path) -> Result<PathBuf> {
+    let known = folder.join("images");
+    fs::create_dir_all(&known)?;
+    let example =
+        ["run", "-q", "-p", "bittybuzz-fuzz-bodies", "--features", "torture", "--example"];
+    let path = known.display().to_string();
+    let arguments = [&example[..], &["images", &path]].concat();
+    Line::new("cargo", &arguments).run()?;
+    Ok(known)
+}
+
+/// The number in `Done 170989 runs in 61 second(s)`.
+fn executions(report: &str) -> Option<u64> {
+    report.lines().find_map(|line| line.strip_prefix("Done ")?.split(' ').next()?.parse().ok())
+}
+
+/// The message, and the file that holds the input.
+fn panicked(report: &str) -> String {
+    let mut lines = report.lines();
+    let message = lines.by_ref().skip_while(|line| !line.contains("panicked at")).take(2);
+    let message: Vec<&str> = message.collect();
+    let file = report.lines().find_map(|line| line.split_once("Test unit written to "));
+    format!("{}; {}", message.join(" "), file.map_or("no input was kept", |(_, file)| file))
+}
+
+/// Executions of a target so far.
+struct Count {
+    path: PathBuf,
+    fingerprint: u64,
+    executions: u64,
+}
+
+impl Count {
+    fn open(name: &str, fingerprint: u64) -> Result<Count> {
+        let path = target()?.join("soak/fuzz/executions").join(name);
+        let executions = match path.exists() {
+            true => parse(&fs::read_to_string(&path)?, fingerprint),
+            false => 0,
+        };
+        Ok(Count { path, fingerprint, executions })
+    }
+
+    fn add(&mut self, executions: u64) -> Result<()> {
+        self.executions += executions;
+        let text = format!("{:016x}\t{}\n", self.fingerprint, self.executions);
+        sources::write(&self.path, text.as_bytes())
+    }
+}
+
+/// None if they are about other sources.
+fn parse(text: &str, fingerprint: u64) -> u64 {
+    let same = text.trim_end().split_once('\t');
+    let same = same.filter(|(of, _)| *of == format!("{fingerprint:016x}"));
+    same.and_then(|(_, executions)| executions.parse().ok()).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bittybuzz_builds::shell::root;
+
+    const REPORT: &str = "#20000\tDONE   cov: 990 ft: 2826\nDone 20000 runs in 3 second(s)\n";
+
+    #[test]
+    fn executions_are_read_from_the_report() {
+        assert_eq!(executions(REPORT), Some(20000));
+        assert_eq!(executions("#20000\tDONE   cov: 990"), None);
+    }
+
+    #[test]
+    fn a_panic_is_told_with_its_input() {
+        let report = "INFO: x\n\nthread '<unnamed>' (1) panicked at a.rs:1:2:\nno such thing\nstack\n\
+                      artifact_prefix='x'; Test unit written to f/panic-1\n";
+        assert_eq!(
+            panicked(report),
+            "thread '<unnamed>' (1) panicked at a.rs:1:2: no such thing; f/panic-1"
+        );
+    }
+
+    #[test]
+    fn executions_count_for_the_same_sources_only() {
+        assert_eq!(parse("0000000000000007\t123\n", 7), 123);
+        assert_eq!(parse("0000000000000007\t123\n", 8), 0);
+        assert_eq!(parse("", 7), 0);
+    }
+
+    #[test]
+    fn every_target_has_a_program_inputs_and_a_body() {
+        let mut programs: Vec<String> = fs::read_dir(root().join(FOLDER).join("fuzz_targets"))
+            .unwrap()
+            .map(|file| file.unwrap().path().file_stem().unwrap().to_string_lossy().into_owned())
+            .collect();
+        let mut items = items();
+        programs.sort();
+        items.sort();
+        assert_eq!(programs, items);
+        let kept = items.iter().filter(|name| *name != IMAGE);
+        assert!(kept.into_iter().all(|name| root().join(known_inputs(name)).is_dir()));
+    }
+
+    #[test]
+    fn what_is_exercised_exists() {
+        let files = Sources::list().unwrap();
+        let nothing = files.under(&[]).fingerprint().unwrap();
+        for start in TARGETS.iter().flat_map(Target::made_of) {
+            assert_ne!(files.under(&[&start]).fingerprint().unwrap(), nothing, "{start}");
+        }
+    }
+
+    /// A module that no target names could change what they do, and their executions would still count.
+    #[test]
+    fn every_module_belongs_to_a_target() {
+        let named: Vec<String> = TARGETS.iter().flat_map(Target::made_of).collect();
+        for folder in ["", "program/"] {
+            let folder = format!("{BODIES}{folder}");
+            for file in fs::read_dir(root().join(&folder)).unwrap() {
+                let file = format!("{folder}{}", file.unwrap().file_name().display());
+                assert!(named.contains(&file) || !file.ends_with(".rs"), "{file}");
+            }
+        }
+    }
+}

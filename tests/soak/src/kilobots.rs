@@ -1,0 +1,182 @@
+//! Kilobots on their firmware: every example that is for them, 100,000 ticks; none may tell of a fault, and each has to complete as many steps. And what
+//! the longer of their own examples come to, beside virtual machines.
+
+use crate::Verdict;
+use crate::sources::write;
+use anyhow::{Result, bail, ensure};
+use bittybuzz_builds::board::KILOBOT;
+use bittybuzz_builds::cargo_test::cargo_test;
+use bittybuzz_builds::shell::{Line, cargo, root, target};
+use fs_err as fs;
+use std::path::{Path, PathBuf};
+
+/// Where examples are; those of other folders are for other robots.
+const FOLDERS: [&str; 3] = ["examples", "examples/kilobot", "examples/swarm"];
+
+/// Robots that hear each other.
+const ROBOTS: u32 = 3;
+
+/// Ten ticks each.
+const SECONDS: u32 = 10_000;
+const SECONDS_OF_SAMPLE: u32 = 100;
+const TICKS_PER_SECOND: u32 = 10;
+
+/// Percent of its ticks that a robot has to use. Its oscillator is up to 1.5 % slow.
+const LEAST: u32 = 98;
+
+/// Of three robots one stands still after a while, and says nothing of it.
+const STANDSTILL: &str = "\
+n = 0
+function step() {
+  n = n + 1
+  while(id == 1 and n > 30) {}
+}
+";
+const SECONDS_OF_STANDSTILL: u32 = 20;
+
+/// The item that compares images with virtual machines.
+const MEDIANS: &str = "medians";
+
+pub fn items() -> Vec<String> {
+    examples().into_iter().chain([MEDIANS.to_owned()]).collect()
+}
+
+/// The examples whose header names Kilobots.
+pub fn examples() -> Vec<String> {
+    let mut examples: Vec<String> = FOLDERS.iter().flat_map(|folder| of_kilobots(folder)).collect();
+    examples.sort();
+    examples
+}
+
+fn of_kilobots(folder: &str) -> Vec<String> {
+    let entries = fs::read_dir(root().join(folder)).into_iter().flatten().flatten();
+    let scripts = entries.map(|entry| entry.path()).filter(|path| {
+        path.extension().is_some_and(|extension| extension == "bzz")
+            && fs::read_to_string(path).is_ok_and(|text| is_for_kilobots(&text))
+    });
+    let name = |path: PathBuf| Some(format!("{folder}/{}", path.file_name()?.to_str()?));
+    scripts.filter_map(name).collect()
+}
+
+/// Whether a script completes a step in each tick: it has one, and never waits in it.
+pub fn keeps_pace(text: &str) -> bool {
+    let code: Vec<&str> = text.lines().filter_map(|line| line.split('#').next()).collect();
+    let calls = |name: &str| code.iter().any(|line| line.contains(name));
+    calls("function step(") && !calls("delay(")
+}
+
+/// What its header says.
+fn is_for_kilobots(text: &str) -> bool {
+    let header = text.lines().take_while(|line| line.starts_with('#'));
+    header
+        .filter_map(|line| line.strip_prefix("# Robots: "))
+        .any(|robots| robots.split(',').any(|robot| robot.trim() == "kilobot"))
+}
+
+pub fn run(item: &str) -> Result<Verdict> {
+    if item == MEDIANS { medians() } else { play(item, SECONDS) }
+}
+
+fn medians() -> Result<Verdict> {
+    let behaviours = KILOBOT.build_behaviours(true)?;
+    let chosen = ["--package", "bittybuzz-hil", "--test", "behaviours", "--"];
+    let line = cargo_test(&[&chosen[..], &["--ignored", "--nocapture"]].concat());
+    let line = line.env("BITTYBUZZ_BEHAVIOURS", &behaviours.display().to_string());
+    let output = line.output_if(|output| output.status.code().is_some())?;
+    let told = String::from_utf8_lossy(&output.stdout);
+    // What the tests print of themselves.
+    let how: Vec<&str> = told.lines().filter(|line| line.contains("virtual machines")).collect();
+    Ok(if output.status.success() {
+        Verdict::Shown(how.join("; "))
+    } else {
+        Verdict::Missing(told.into_owned())
+    })
+}
+
+/// A thousand ticks of each, for CI; and a script that stands still is found.
+pub fn sample() -> Result<()> {
+    let script = target()?.join("soak/standstill.bzz");
+    write(&script, STANDSTILL.as_bytes())?;
+    let found = match play(&script.display().to_string(), SECONDS_OF_STANDSTILL)? {
+        Verdict::Missing(why) => why.contains("all: steps above") && why.contains("robot 1 had 3"),
+        Verdict::Shown(_) => false,
+    };
+    ensure!(found, "not shown: kilobots: a script that stands still");
+    for item in examples() {
+        match play(&item, SECONDS_OF_SAMPLE)? {
+            Verdict::Shown(how) => println!("kilobots {item}: {how}"),
+            Verdict::Missing(why) => {
+                bail!("not shown: kilobots {item} ({why})");
+            }
+        }
+    }
+    Ok(())
+}
+
+fn play(script: &str, seconds: u32) -> Result<Verdict> {
+    let image = KILOBOT.build(Some(&root().join(script)), true)?;
+    let programs = ["--package", "bbz", "--package", "bittybuzz-emulate-avr"];
+    cargo(&[&["build", "--release", "--quiet"], &programs[..]].concat())?;
+    let scenario =
+        target()?.join("soak/kilobots").join(script.replace('/', "-")).with_extension("toml");
+    let paced = keeps_pace(&fs::read_to_string(root().join(script))?);
+    write(&scenario, text(script, &image, seconds, paced).as_bytes())?;
+    let arguments = ["sim", &scenario.display().to_string(), "--headless"];
+    // Its status is 1 if a script has stopped; what it prints tells why.
+    // So few robots are slower on two threads, which wait for each other 2,000 times a second.
+    let output = Line::named("bbz", &target()?.join("release/bbz"), &arguments)
+        .env("RAYON_NUM_THREADS", "1")
+        .output_if(|output| output.status.code().is_some())?;
+    let told = String::from_utf8_lossy(&output.stdout);
+    Ok(if output.status.success() {
+        let steps = told.lines().find(|line| line.starts_with("steps")).unwrap_or_default();
+        Verdict::Shown(format!("{ROBOTS} robots, {seconds} s without a fault; {steps}"))
+    } else {
+        Verdict::Missing(format!("{told}{}", String::from_utf8_lossy(&output.stderr)))
+    })
+}
+
+fn text(script: &str, image: &Path, seconds: u32, paced: bool) -> String {
+    let least = seconds * TICKS_PER_SECOND * LEAST / 100;
+    let steps = format!("\n[[expect]]\nat = {seconds}\nvalue = \"steps\"\nabove = {least}\n");
+    format!(
+        "[world]\nsize = [1000, 1000]\nduration = {seconds}\n\n\
+         [[robots]]\nrobot = \"kilobot\"\nscript = '{}'\nbackend = \"firmware\"\nfirmware = '{}'\n\
+         count = {ROBOTS}\nplacement = \"grid\"\nspacing = 60\n\n\
+         [output]\nplot = [\"steps\"]\n\n\
+         [[expect]]\nat = {seconds}\nvalue = \"running\"\nequals = 1\n{}",
+        root().join(script).display(),
+        image.display(),
+        if paced { &steps } else { "" }
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scripts_without_steps_or_with_pauses_have_a_pace_of_their_own() {
+        assert!(keeps_pace(STANDSTILL));
+        assert!(keeps_pace("# No delay() here.\nfunction step() { led(1) }\n"));
+        assert!(!keeps_pace("function step() {\n  led(1) delay(500)\n}\n"));
+        assert!(!keeps_pace("# function step() {}\nlog(1)\n"));
+        let read = |item: &String| fs::read_to_string(root().join(item)).unwrap();
+        let others = examples().into_iter().filter(|item| !keeps_pace(&read(item)));
+        assert_eq!(others.collect::<Vec<_>>(), ["examples/dice.bzz"]);
+    }
+
+    #[test]
+    fn examples_say_whom_they_are_for() {
+        assert!(is_for_kilobots("# Blinks.\n#\n# Robots: kilobot, zooids\nx = 1\n"));
+        assert!(!is_for_kilobots("# Flies.\n#\n# Robots: crazyflie\n"));
+        assert!(!is_for_kilobots("# Blinks.\nx = 1\n# Robots: kilobot\n"));
+        let items = examples();
+        for item in
+            ["examples/blink.bzz", "examples/kilobot/stigmergy.bzz", "examples/swarm/consensus.bzz"]
+        {
+            assert!(items.iter().any(|known| known == item), "{items:?}");
+        }
+        assert!(!items.iter().any(|known| known == "examples/swarm/flocking.bzz"), "{items:?}");
+    }
+}

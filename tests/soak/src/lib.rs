@@ -1,0 +1,272 @@
+//! Evidence that takes too long for every change. What was shown is kept under `target/soak`, so that a run which was
+//! stopped goes on where it was; it counts until the sources change that it is about.
+
+mod convergence;
+mod day;
+mod fuzz;
+mod kilobots;
+mod mutants;
+mod properties;
+mod protocol;
+mod same;
+mod sources;
+mod squeeze;
+mod squeezed;
+mod survivors;
+mod zooids;
+
+pub use fuzz::lint as lint_fuzz_targets;
+
+use anyhow::{Result, bail, ensure};
+use bittybuzz_builds::cargo_test::cargo_test;
+use bittybuzz_builds::shell::target;
+use fs_err as fs;
+use sources::Sources;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// A kind of evidence.
+struct Part {
+    name: &'static str,
+    /// What is to be shown.
+    items: fn() -> Vec<String>,
+    /// Tries to show one of them.
+    run: fn(&str) -> Result<Verdict>,
+    /// Path prefixes of the files that the evidence is about.
+    made_of: &'static [&'static str],
+}
+
+/// Every file.
+const ALL: &[&str] = &[""];
+/// Path prefixes of the sources of `bbz sim` and its scenarios.
+const SIMULATION: &[&str] = &[
+    "Cargo",
+    "arena/",
+    "bbz/src/",
+    "comms/src/",
+    "compiler/src/",
+    "robots/",
+    "tests/scenarios/",
+    "vm-core/src/",
+    "tests/soak/src/convergence.rs",
+    "tests/soak/src/day.rs",
+];
+
+/// Whether something was shown, and how.
+enum Verdict {
+    Shown(String),
+    Missing(String),
+}
+
+const PARTS: &[Part] = &[
+    Part {
+        name: "convergence",
+        items: convergence::items,
+        run: convergence::run,
+        made_of: SIMULATION,
+    },
+    Part { name: "day", items: day::items, run: day::run, made_of: SIMULATION },
+    // Each target counts its executions itself, until the files change that it exercises.
+    Part { name: "fuzz", items: fuzz::items, run: fuzz::run, made_of: ALL },
+    Part { name: "kilobots", items: kilobots::items, run: kilobots::run, made_of: ALL },
+    Part { name: "mutants", items: mutants::items, run: mutants::run, made_of: ALL },
+    Part {
+        name: "noise",
+        items: || vec!["a million bytes".to_owned()],
+        run: |_| noise(),
+        made_of: ALL,
+    },
+    Part { name: "properties", items: properties::items, run: properties::run, made_of: ALL },
+    Part {
+        name: "protocol",
+        items: protocol::items,
+        run: protocol::run,
+        made_of: protocol::MADE_OF,
+    },
+    Part { name: "random", items: blocks, run: random, made_of: ALL },
+    Part { name: "same", items: same::items, run: same::run, made_of: ALL },
+    Part { name: "squeeze", items: squeeze::items, run: squeeze::run, made_of: squeeze::MADE_OF },
+    Part { name: "squeezed", items: squeezed::items, run: squeezed::run, made_of: ALL },
+    Part {
+        name: "torture",
+        items: || vec!["every allocation".to_owned()],
+        run: |_| torture(),
+        made_of: ALL,
+    },
+    Part { name: "zooids", items: zooids::items, run: zooids::run, made_of: ALL },
+];
+
+/// Seeds of random programs; CI has those from 0, and docs/testing.md tells of others.
+const SEEDS: std::ops::Range<u64> = 10_000..20_000;
+/// Seeds that one run tries.
+const BLOCK: u64 = 500;
+
+/// Names of all parts.
+pub fn names() -> Vec<&'static str> {
+    PARTS.iter().map(|part| part.name).collect()
+}
+
+/// Shows what is left of a part, or of all.
+pub fn run(part: Option<&str>) -> Result<()> {
+    let parts = PARTS.iter().filter(|known| part.is_none_or(|name| name == known.name));
+    let sources = Sources::list()?;
+    let mut records = Vec::new();
+    for part in parts {
+        let record = Record::open(part.name, sources.under(part.made_of).fingerprint()?)?;
+        println!("{}: {} left", part.name, record.left(part).len());
+        records.push((part, record));
+    }
+    let mut missing = Vec::new();
+    for (part, record) in &mut records {
+        let left = record.left(part);
+        for (number, item) in left.iter().enumerate() {
+            let start = Instant::now();
+            match (part.run)(item)? {
+                Verdict::Shown(how) => {
+                    println!("{} {item}: {how} ({} s)", part.name, start.elapsed().as_secs());
+                    record.keep(item, &how)?;
+                }
+                Verdict::Missing(why) => {
+                    println!("{} {item}: NOT SHOWN: {why}", part.name);
+                    missing.push(format!("{} {item} ({why})", part.name));
+                }
+            }
+            println!("{}: {} left", part.name, left.len() - number - 1);
+        }
+        record.report(part);
+    }
+    ensure!(missing.is_empty(), "not shown: {}", missing.join(", "));
+    Ok(())
+}
+
+/// A sample for CI: some of the mutants, of those of squeeze as well, an example with squeeze and without, a thousand steps of each of the Kilobots' examples, some seeds of the
+/// convergence and some executions of each fuzz target. The tests pass without the mutants.
+pub fn sample() -> Result<()> {
+    for name in mutants::sample() {
+        match mutants::run(&name)? {
+            Verdict::Shown(how) => println!("{name}: {how}"),
+            Verdict::Missing(why) => {
+                bail!("not shown: mutants {name} ({why})");
+            }
+        }
+    }
+    for name in squeeze::SAMPLE {
+        match squeeze::run(name)? {
+            Verdict::Shown(how) => println!("{name}: {how}"),
+            Verdict::Missing(why) => {
+                bail!("not shown: squeeze {name} ({why})");
+            }
+        }
+    }
+    match squeezed::run(squeezed::SAMPLE)? {
+        Verdict::Shown(how) => println!("squeezed {}: {how}", squeezed::SAMPLE),
+        Verdict::Missing(why) => {
+            bail!("not shown: squeezed ({why})");
+        }
+    }
+    kilobots::sample()?;
+    convergence::sample()?;
+    fuzz::sample()
+}
+
+fn noise() -> Result<Verdict> {
+    let image = bittybuzz_builds::board::CRAZYFLIE.build(None, false)?;
+    let tests = ["--test", "link", "--test", "swarm", "--test", "resets"];
+    let chosen = [&["--package", "bittybuzz-hil"][..], &tests, &["--"]].concat();
+    cargo_test(&[&chosen[..], &["--ignored", "--nocapture"]].concat())
+        .env("BITTYBUZZ_CRAZYFLIE", &image.display().to_string())
+        .run()?;
+    Ok(Verdict::Shown("no harm".to_owned()))
+}
+
+fn blocks() -> Vec<String> {
+    let starts = SEEDS.step_by(BLOCK as usize);
+    starts.map(|start| format!("{start}..{}", start + BLOCK)).collect()
+}
+
+fn random(seeds: &str) -> Result<Verdict> {
+    let arguments = ["--package", "bittybuzz-tests", "--test", "random_programs"];
+    cargo_test(&arguments).env("BITTYBUZZ_SEEDS", seeds).run()?;
+    Ok(Verdict::Shown("all the same".to_owned()))
+}
+
+/// All scripts, with each of their allocations made to fail.
+fn torture() -> Result<Verdict> {
+    let arguments = ["--package", "bittybuzz-tests", "--test", "torture"];
+    cargo_test(&arguments).env("BITTYBUZZ_TORTURE", "all").run()?;
+    Ok(Verdict::Shown("all the same, or a clean fault".to_owned()))
+}
+
+/// What was shown of a part.
+struct Record {
+    path: PathBuf,
+    fingerprint: u64,
+    /// Item, and how it was shown.
+    shown: BTreeMap<String, String>,
+}
+
+impl Record {
+    /// What was kept about these sources.
+    fn open(part: &str, fingerprint: u64) -> Result<Record> {
+        let path = target()?.join("soak").join(part).join("shown");
+        let shown = match path.exists() {
+            true => parse(&fs::read_to_string(&path)?, fingerprint),
+            false => BTreeMap::new(),
+        };
+        Ok(Record { path, fingerprint, shown })
+    }
+
+    fn left(&self, part: &Part) -> Vec<String> {
+        (part.items)().into_iter().filter(|item| !self.shown.contains_key(item)).collect()
+    }
+
+    fn keep(&mut self, item: &str, how: &str) -> Result<()> {
+        self.shown.insert(item.to_owned(), how.to_owned());
+        sources::write(&self.path, text(&self.shown, self.fingerprint).as_bytes())
+    }
+
+    fn report(&self, part: &Part) {
+        println!("\n{}: shown with the sources of today:", part.name);
+        for item in (part.items)() {
+            println!("  {item:<24}{}", self.shown.get(&item).map_or("-", String::as_str));
+        }
+    }
+}
+
+/// A line with the fingerprint, then one per item.
+fn text(shown: &BTreeMap<String, String>, fingerprint: u64) -> String {
+    let lines = shown.iter().map(|(item, how)| format!("{item}\t{how}\n"));
+    format!("{fingerprint:016x}\n{}", lines.collect::<String>())
+}
+
+/// Nothing if it is about other sources.
+fn parse(text: &str, fingerprint: u64) -> BTreeMap<String, String> {
+    let mut lines = text.lines();
+    if lines.next() != Some(&format!("{fingerprint:016x}")) {
+        return BTreeMap::new();
+    }
+    let items = lines.filter_map(|line| line.split_once('\t'));
+    items.map(|(item, how)| (item.to_owned(), how.to_owned())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_record_counts_for_the_same_sources_only() {
+        let shown = BTreeMap::from([("baud-rate".to_owned(), "found by a, b".to_owned())]);
+        let text = text(&shown, 7);
+        assert_eq!(parse(&text, 7), shown);
+        assert!(parse(&text, 8).is_empty());
+        assert!(parse("", 7).is_empty());
+    }
+
+    #[test]
+    fn blocks_are_the_seeds_without_a_gap() {
+        let blocks = blocks();
+        assert_eq!(blocks[..2], ["10000..10500", "10500..11000"]);
+        assert_eq!(blocks.last().map(String::as_str), Some("19500..20000"));
+    }
+}

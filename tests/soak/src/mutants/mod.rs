@@ -1,0 +1,285 @@
+//! Builds firmware or a model with a mistake in it, and sees a test fail.
+//!
+//! The mistakes are made in a copy of the sources. All are built one after the other in the same target folders, so that their
+//! dependencies are compiled once. Robots' images are run by the tests of `tests/hil`, models by their own.
+
+mod crazyflie;
+mod kilobot;
+mod models;
+mod zooids;
+
+use crate::Verdict;
+use crate::sources::{self, Sources};
+use anyhow::{Result, bail};
+use bittybuzz_builds::board::{BEHAVIOURS, Board, CRAZYFLIE, KILOBOT, ZOOIDS};
+use bittybuzz_builds::cargo_test::{SKIP_SLOW, cargo_test};
+use bittybuzz_builds::shell::{Line, target};
+use fs_err as fs;
+use std::path::{Path, PathBuf};
+
+/// One mistake.
+pub struct Mutant {
+    /// Its name on the command line and in the records.
+    pub name: &'static str,
+    /// Its file, as a path from the root.
+    pub file: &'static str,
+    /// The right text, which the file has once.
+    pub find: &'static str,
+    /// The wrong text.
+    pub put: &'static str,
+    /// The mistake, as somebody would notice it.
+    pub breaks: &'static str,
+}
+
+/// Mistakes that the same tests must find.
+struct Subject {
+    name: &'static str,
+    mutants: &'static [Mutant],
+    tests: Tests,
+    /// Those that CI tries.
+    sample: &'static [&'static str],
+}
+
+/// The tests that must find mistakes.
+enum Tests {
+    /// The image of a board, under the name of this variable, is run by these programs of `tests/hil`.
+    OfImage {
+        board: &'static Board,
+        variable: &'static str,
+        /// Behaviours of `examples/kilobot` whose images it replaces; it is built with the parts of the machine that the first uses.
+        behaviours: &'static [&'static str],
+        programs: &'static [&'static str],
+    },
+    /// The tests of the package with the mistake.
+    OfPackage(&'static str),
+}
+
+const SUBJECTS: &[Subject] = &[
+    Subject {
+        name: "crazyflie",
+        mutants: crazyflie::MUTANTS,
+        tests: Tests::OfImage {
+            board: &CRAZYFLIE,
+            variable: "BITTYBUZZ_CRAZYFLIE",
+            behaviours: &[],
+            programs: &[
+                "link",
+                "nrf51",
+                "board",
+                "failures",
+                "resets",
+                "brown_out",
+                "battery",
+                "script",
+                "cable",
+                "debugger",
+                "replay",
+                "slices",
+            ],
+        },
+        // One each of clocks, pins and places.
+        sample: &["pll-multiplier", "baud-rate", "motors-exchanged"],
+    },
+    Subject {
+        name: "zooids",
+        mutants: zooids::MUTANTS,
+        tests: Tests::OfImage {
+            board: &ZOOIDS,
+            variable: "BITTYBUZZ_ZOOIDS",
+            behaviours: &[],
+            programs: &[
+                "debugger",
+                "zooid_failures",
+                "zooid_brown_out",
+                "zooid_battery",
+                "zooid_settings",
+                "zooid_costs",
+                "zooid_power",
+                "zooids",
+            ],
+        },
+        sample: &["battery-empty", "power-cut"],
+    },
+    Subject {
+        name: "kilobot",
+        mutants: kilobot::MUTANTS,
+        tests: Tests::OfImage {
+            board: &KILOBOT,
+            variable: "BITTYBUZZ_KILOBOT",
+            // The first uses messages and distances, the other one messages.
+            behaviours: &["gradient", "broadcast"],
+            programs: &[
+                "kilobots",
+                "kilobot_board",
+                "kilobot_light",
+                "kilobot_faults",
+                "kilobot_brown_out",
+                "kilobot_load",
+            ],
+        },
+        sample: &["motors-exchanged"],
+    },
+    Subject {
+        name: "models",
+        mutants: models::MUTANTS,
+        tests: Tests::OfPackage("bittybuzz-chips"),
+        sample: &["edges-exchanged", "eeprom-unlocked", "detector-always-live"],
+    },
+];
+
+/// Nothing is changed: the tests must pass then, or they would find anything.
+const UNCHANGED: &str = "unchanged";
+
+/// Subjects and mistakes, in the order in which they are tried.
+pub fn items() -> Vec<String> {
+    let of_subject = |subject: &Subject| {
+        let names = [UNCHANGED].into_iter().chain(subject.mutants.iter().map(|mutant| mutant.name));
+        names.map(|name| format!("{} {name}", subject.name)).collect::<Vec<_>>()
+    };
+    SUBJECTS.iter().flat_map(of_subject).collect()
+}
+
+/// Those that CI tries.
+pub fn sample() -> Vec<String> {
+    let of_subject = |subject: &Subject| {
+        subject.sample.iter().map(|name| format!("{} {name}", subject.name)).collect::<Vec<_>>()
+    };
+    SUBJECTS.iter().flat_map(of_subject).collect()
+}
+
+/// Tries one.
+pub fn run(item: &str) -> Result<Verdict> {
+    let chosen = item.split_once(' ').and_then(|(subject, name)| {
+        let subject = SUBJECTS.iter().find(|known| known.name == subject)?;
+        Some((subject, subject.mutants.iter().find(|mutant| mutant.name == name)))
+    });
+    let Some((subject, mutant)) = chosen else {
+        return Ok(Verdict::Missing("there is no such mistake".to_owned()));
+    };
+    println!("\n== {item}: {}", mutant.map_or("nothing", |mutant| mutant.breaks));
+    let folder = target()?.join("soak/mutants");
+    let copy = folder.join("sources");
+    Sources::list()?.copy_to(&copy)?;
+    if let Some(mutant) = mutant {
+        let file = copy.join(mutant.file);
+        sources::write(&file, mutate(mutant, &fs::read_to_string(&file)?)?.as_bytes())?;
+    }
+    let output = subject.tests.run(&copy, &folder)?;
+    let failed = failures(&output);
+    match (mutant, failed.is_empty()) {
+        (Some(_), true) => Ok(Verdict::Missing("no test finds it".to_owned())),
+        (Some(_), false) => Ok(Verdict::Shown(format!("found by {}", failed.join(", ")))),
+        (None, true) => Ok(Verdict::Shown("all tests pass".to_owned())),
+        (None, false) => {
+            print!("{output}");
+            bail!("without any mutation these tests fail: {}", failed.join(", "))
+        }
+    }
+}
+
+/// The text with the mistake.
+pub fn mutate(mutant: &Mutant, text: &str) -> Result<String> {
+    match text.matches(mutant.find).count() {
+        1 => Ok(text.replacen(mutant.find, mutant.put, 1)),
+        count => bail!(
+            "mutant {}: its text is in {} {count} times, not once; bring its table in tests/soak up to date",
+            mutant.name,
+            mutant.file
+        ),
+    }
+}
+
+impl Tests {
+    /// Returns the output of the tests. Cargo stops after the first program of tests with a failure.
+    fn run(&self, copy: &Path, folder: &Path) -> Result<String> {
+        let line = match self {
+            Tests::OfImage { board, variable, behaviours, programs } => {
+                let target = folder.join(board.robot);
+                let image = build(board, copy, &target, behaviours.first())?;
+                let programs = programs.iter().flat_map(|program| ["--test", program]);
+                let chosen: Vec<&str> =
+                    ["--package", "bittybuzz-hil"].into_iter().chain(programs).collect();
+                let images = target.join("behaviours");
+                let bytes = fs::read(&image)?;
+                for name in *behaviours {
+                    sources::write(&images.join(name).with_extension("elf"), &bytes)?;
+                }
+                cargo_test(&[&chosen[..], &["--"], &SKIP_SLOW].concat())
+                    .env(variable, &image.display().to_string())
+                    .env("BITTYBUZZ_BEHAVIOURS", &images.display().to_string())
+            }
+            Tests::OfPackage(package) => cargo_test(&["--package", package])
+                .env("CARGO_TARGET_DIR", &folder.join("models").display().to_string())
+                .in_workspace(&copy.display().to_string()),
+        };
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        // A test that fails is a result. Tests that cannot be built are none.
+        let output = line.output_if(|output| {
+            output.status.success() || !failures(&text(&output.stdout)).is_empty()
+        })?;
+        Ok(text(&output.stdout))
+    }
+}
+
+fn build(board: &Board, copy: &Path, target: &Path, behaviour: Option<&&str>) -> Result<PathBuf> {
+    let mut line = Line::new("cargo", &["build", "--release"])
+        .env("CARGO_TARGET_DIR", &target.display().to_string());
+    if let Some(name) = behaviour {
+        let script = copy.join(BEHAVIOURS).join(name).with_extension("bzz");
+        line = line.env("BBZ_SCRIPT", &script.display().to_string());
+    }
+    line.in_workspace(&copy.join(board.folder).display().to_string()).run()?;
+    Ok(board.image_in(target))
+}
+
+/// The names in the lines `test NAME ... FAILED`.
+fn failures(output: &str) -> Vec<String> {
+    let names = output.lines().filter_map(|line| {
+        line.strip_prefix("test ").and_then(|rest| rest.strip_suffix(" ... FAILED"))
+    });
+    names.map(str::to_owned).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bittybuzz_builds::shell::root;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_mutant_can_be_made() {
+        for mutant in SUBJECTS.iter().flat_map(|subject| subject.mutants) {
+            let text = std::fs::read_to_string(root().join(mutant.file)).unwrap();
+            let mutated = mutate(mutant, &text).unwrap_or_else(|failure| panic!("{failure}"));
+            assert_ne!(mutated, text, "{}", mutant.name);
+        }
+    }
+
+    #[test]
+    fn names_are_unique_and_the_sample_exists() {
+        let all = items();
+        let names: BTreeSet<&String> = all.iter().collect();
+        assert_eq!(names.len(), all.len());
+        assert!(sample().iter().all(|name| names.contains(name)));
+    }
+
+    const MUTANT: Mutant =
+        Mutant { name: "m", file: "f", find: "DIV2", put: "DIV4", breaks: "nothing" };
+
+    #[test]
+    fn the_text_must_be_there_once() {
+        assert_eq!(mutate(&MUTANT, "a DIV2 b").unwrap(), "a DIV4 b");
+        for (text, times) in [("a DIV3 b", 0), ("DIV2 DIV2", 2)] {
+            let failure = mutate(&MUTANT, text).unwrap_err();
+            let count = format!("is in f {times} times");
+            assert!(failure.to_string().contains(&count), "{failure}");
+        }
+    }
+
+    #[test]
+    fn failed_tests_are_named() {
+        let output = "test a ... ok\ntest b_on_unicorn ... FAILED\ntest result: FAILED. 1 passed";
+        assert_eq!(failures(output), ["b_on_unicorn"]);
+        assert!(failures("error: could not compile").is_empty());
+    }
+}

@@ -1,0 +1,282 @@
+//! Firmware images: the workspace of each board, and how it is built.
+
+use crate::elf;
+use crate::shell::{Line, root};
+use anyhow::{Context, Error, Result, anyhow};
+use bittybuzz_compiler::compile::{Options, compile};
+use bittybuzz_compiler::fit;
+use bittybuzz_compiler::include::{DiskFiles, Loader};
+use bittybuzz_robots::Robot;
+use bittybuzz_vm_core::{Part, Parts};
+use fs_err as fs;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+/// A robot's firmware.
+pub struct Board {
+    /// Its robot's name.
+    pub robot: &'static str,
+    /// Its workspace, from the root.
+    pub folder: &'static str,
+    target: &'static str,
+    program: &'static str,
+    /// Leaves out what only a debug probe reads.
+    untold: &'static [&'static str],
+    /// The script with which it is measured, from the root; its own if there is none.
+    measured: Option<&'static str>,
+    /// Its flash holds not much more of the machine than those parts that the script uses: `BBZ_PARTS` of its build script.
+    is_tight: bool,
+}
+
+/// The Crazyflie's.
+pub const CRAZYFLIE: Board = Board {
+    robot: "crazyflie",
+    folder: "firmware/crazyflie",
+    target: "thumbv7em-none-eabihf",
+    program: "bittybuzz-crazyflie",
+    untold: &[],
+    measured: None,
+    is_tight: false,
+};
+
+/// The Zooid's.
+pub const ZOOIDS: Board = Board {
+    robot: "zooids",
+    folder: "firmware/zooids",
+    target: "thumbv6m-none-eabi",
+    program: "bittybuzz-zooids",
+    // It would take a sixth of the RAM.
+    untold: &["--no-default-features"],
+    // The longest of all examples.
+    measured: Some("examples/swarm/herding.bzz"),
+    is_tight: false,
+};
+
+/// The Kilobot's.
+pub const KILOBOT: Board = Board {
+    robot: "kilobot",
+    folder: "firmware/kilobot-avr",
+    target: "avr-none",
+    program: "bittybuzz-kilobot-avr.elf",
+    untold: &[],
+    measured: None,
+    is_tight: true,
+};
+
+/// All of them.
+pub const BOARDS: [&Board; 3] = [&CRAZYFLIE, &ZOOIDS, &KILOBOT];
+
+/// The name by which `build` knows them.
+const BEHAVIOURS_BOARD: &str = "behaviours";
+
+/// Behaviours of which each has an image of its own, from the root.
+pub const BEHAVIOURS: &str = "examples/kilobot";
+
+/// The script of a board if none is named, in its folder.
+const OWN_SCRIPT: &str = "hello.bzz";
+
+/// Options of `build`.
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// Which firmware; `behaviours` is an image for each of examples/kilobot
+    #[arg(value_parser = ["crazyflie", "zooids", "kilobot", BEHAVIOURS_BOARD])]
+    board: String,
+    /// The script in it; its own `hello.bzz` if none is given
+    #[arg(long, value_name = "FILE")]
+    script: Option<PathBuf>,
+    /// Numbers as small as those of the smallest robots, for a swarm that has some; else the robot's own
+    #[arg(long, value_parser = ["tiny"])]
+    profile: Option<String>,
+}
+
+/// Builds an image, or those of the behaviours.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    if arguments.board == BEHAVIOURS_BOARD {
+        println!("{}", KILOBOT.build_behaviours(false)?.display());
+        return Ok(());
+    }
+    let board = BOARDS.into_iter().find(|board| board.robot == arguments.board);
+    let board = board.with_context(|| format!("there is no board `{}`", arguments.board))?;
+    // Relative to where the user is; the build runs elsewhere.
+    let script = arguments.script.as_ref().map(std::path::absolute).transpose()?;
+    let image = match arguments.profile {
+        Some(_) => board.build_tiny(script.as_deref())?,
+        None => board.build(script.as_deref(), false)?,
+    };
+    let footprint = elf::footprint(&image)?;
+    println!("{}", image.display());
+    println!("{} bytes of flash, {} bytes of static RAM", footprint.flash, footprint.ram);
+    if board.is_tight { board.write_hex(script.as_deref(), &image) } else { Ok(()) }
+}
+
+impl Board {
+    /// Builds the image with this script, or the board's own; returns where it is.
+    pub fn build(&self, script: Option<&Path>, quiet: bool) -> Result<PathBuf> {
+        self.build_with(&[], script, quiet)
+    }
+
+    /// Builds the image with numbers as small as those of the smallest robots, beside the other one.
+    pub fn build_tiny(&self, script: Option<&Path>) -> Result<PathBuf> {
+        let target = target_of(self.folder).join("tiny");
+        let folder = target.display().to_string();
+        let mut line = Line::new("cargo", &["build", "--release", "--target-dir", &folder]);
+        if let Some(script) = script {
+            line = line.env("BBZ_SCRIPT", &script.display().to_string());
+        }
+        line.env("BBZ_PROFILE", "tiny").in_workspace(self.folder).run()?;
+        Ok(self.image_in(&target))
+    }
+
+    /// Builds an image for each of the behaviours that are tested on images of their own, with what it uses; returns the folder
+    /// where they are, named as their scripts.
+    pub fn build_behaviours(&self, quiet: bool) -> Result<PathBuf> {
+        let folder = target_of(self.folder).join("behaviours");
+        fs::create_dir_all(&folder)?;
+        let scripts = root().join(BEHAVIOURS);
+        for entry in fs::read_dir(&scripts)? {
+            let script = entry?.path();
+            let (Some(name), true) =
+                (script.file_stem(), script.extension() == Some("bzz".as_ref()))
+            else {
+                continue;
+            };
+            let image = self.build_parts(Some("used"), &[], Some(&script), quiet)?;
+            let excess = self.excess(&image)?;
+            if excess != 0 {
+                return Err(too_large(&script, excess, &[]));
+            }
+            let copy = folder.join(name).with_extension("elf");
+            fs::copy(&image, &copy)?;
+        }
+        Ok(folder)
+    }
+
+    /// The image that is measured: without what only a debug probe reads.
+    pub fn build_measured(&self, quiet: bool) -> Result<PathBuf> {
+        let script = self.measured.map(|script| root().join(script));
+        self.build_with(self.untold, script.as_deref(), quiet)
+    }
+
+    fn build_with(
+        &self,
+        arguments: &[&str],
+        script: Option<&Path>,
+        quiet: bool,
+    ) -> Result<PathBuf> {
+        let image = self.build_parts(None, arguments, script, quiet)?;
+        if !self.is_tight || self.excess(&image)? == 0 {
+            return Ok(image);
+        }
+        // The whole language is for scripts that leave room for it.
+        let image = self.build_parts(Some("used"), arguments, script, quiet)?;
+        let excess = self.excess(&image)?;
+        if excess == 0 {
+            return Ok(image);
+        }
+        let whole = elf::footprint(&image)?.flash;
+        let mut costs = Vec::new();
+        for part in self.parts(script)?.iter() {
+            let image = self.build_parts(Some(part.name()), arguments, script, true)?;
+            let bytes = whole.saturating_sub(elf::footprint(&image)?.flash);
+            costs.push((bytes, part));
+        }
+        costs.sort_by_key(|(bytes, _)| std::cmp::Reverse(*bytes));
+        Err(too_large(&self.script(script), excess, &costs))
+    }
+
+    /// Builds with these parts of the machine, as `BBZ_PARTS` says.
+    fn build_parts(
+        &self,
+        parts: Option<&str>,
+        arguments: &[&str],
+        script: Option<&Path>,
+        quiet: bool,
+    ) -> Result<PathBuf> {
+        let mut line = Line::new("cargo", &[&["build", "--release"], arguments].concat());
+        if let Some(script) = script {
+            line = line.env("BBZ_SCRIPT", &script.display().to_string());
+        }
+        if let Some(parts) = parts {
+            line = line.env("BBZ_PARTS", parts);
+        }
+        let line = line.in_workspace(self.folder);
+        if quiet { line.unannounced() } else { line }.run()?;
+        Ok(self.image_in(&target_of(self.folder)))
+    }
+
+    /// How many bytes of flash an image needs that the robot does not have.
+    fn excess(&self, image: &Path) -> Result<u64> {
+        let most = self.shipped()?.budget.map_or(u64::MAX, |budget| budget.flash_bytes.into());
+        Ok(elf::footprint(image)?.flash.saturating_sub(most))
+    }
+
+    fn shipped(&self) -> Result<Robot> {
+        Ok(bittybuzz_robots::find(self.robot)?)
+    }
+
+    /// The script, or the board's own.
+    fn script(&self, script: Option<&Path>) -> PathBuf {
+        script.map_or_else(|| root().join(self.folder).join(OWN_SCRIPT), Path::to_owned)
+    }
+
+    /// The parts of the machine that a script uses. Of a script with errors none: the build tells them.
+    pub fn parts(&self, script: Option<&Path>) -> Result<Parts> {
+        let path = self.script(script);
+        let text = fs::read_to_string(&path)?;
+        let loader = Loader { folders: vec![root().join("lib")], ..Loader::new(&DiskFiles) };
+        let options = Options {
+            profile: None,
+            robot: Some(self.shipped()?),
+            robots: bittybuzz_robots::all_shipped(),
+        };
+        let image = compile(&path, text, &loader, &options).image.unwrap_or_default();
+        Ok(fit::parts(&image))
+    }
+
+    /// Writes the file that is sent to robots beside the image.
+    fn write_hex(&self, script: Option<&Path>, image: &Path) -> Result<()> {
+        let (script, output) = (self.script(script), image.with_extension(""));
+        let [script, image, output] =
+            [&script, image, &output].map(|path| path.display().to_string());
+        let run = ["run", "--quiet", "--package", "bbz", "--", "build", &script];
+        let build = ["--robot", self.robot, "--firmware", &image, "-o", &output];
+        Line::new("cargo", &[&run[..], &build].concat()).run()
+    }
+
+    /// The image of a build with this target folder.
+    pub fn image_in(&self, target: &Path) -> PathBuf {
+        target.join(self.target).join("release").join(self.program)
+    }
+}
+
+/// Where cargo puts what it builds for a workspace of its own.
+pub fn target_of(folder: &str) -> PathBuf {
+    let chosen = std::env::var_os("CARGO_TARGET_DIR");
+    root().join(folder).join(chosen.as_deref().unwrap_or(OsStr::new("target")))
+}
+
+/// The script needs more of the machine than the flash of its robot holds. The costs are of the parts that could be left out, in
+/// bytes.
+fn too_large(script: &Path, excess: u64, costs: &[(u64, Part)]) -> Error {
+    let mut text = format!(
+        "{} needs {excess} bytes of flash more than there are; so much is saved by a script that does without",
+        script.display()
+    );
+    for (bytes, part) in costs {
+        text += &format!("\n{bytes:7} bytes: {}", part.what());
+    }
+    anyhow!(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_those_that_a_script_uses() {
+        let parts = |script: &str| KILOBOT.parts(Some(&root().join(script))).unwrap();
+        assert_eq!(parts("examples/blink.bzz"), Parts::NONE);
+        assert_eq!(parts("examples/swarm/gradient.bzz"), Parts::of(&[Part::Messages]));
+        assert!(KILOBOT.parts(Some(Path::new("nowhere.bzz"))).is_err());
+    }
+}

@@ -1,0 +1,86 @@
+//! The probes: programs for a robot's core that do nothing but load and run an image. They are linked to be measured, and
+//! to show that no panic is left in the machine: their panic handler does not exist.
+
+use crate::board::target_of;
+use crate::shell::Line;
+use anyhow::Result;
+use std::path::PathBuf;
+
+/// A core's probe.
+pub struct Probe {
+    /// The robot with this core, whose sizes its machine has.
+    pub robot: &'static str,
+    /// Its workspace.
+    pub folder: &'static str,
+    target: &'static str,
+    program: &'static str,
+    has_full: bool,
+    /// Cargo builds the core library for it, which it does not promise to go on doing.
+    is_unstable: bool,
+}
+
+/// What a probe has of the machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    /// Nothing: what the linker adds to any program.
+    Empty,
+    /// What cannot be left out.
+    Least,
+    /// All of the profile `tiny`. Strings made at run time are for `full` only.
+    Tiny,
+    /// All of the profile `full`.
+    Full,
+}
+
+/// The Kilobot's core.
+pub const ATMEGA328P: Probe = Probe {
+    robot: "kilobot",
+    folder: "firmware/probe-avr",
+    target: "avr-none",
+    program: "probe-avr.elf",
+    has_full: false,
+    is_unstable: true,
+};
+
+/// The Zooid's core.
+pub const CORTEX_M0: Probe = Probe {
+    robot: "zooids",
+    folder: "firmware/probe-cortex-m",
+    target: "thumbv6m-none-eabi",
+    program: "probe-cortex-m",
+    has_full: true,
+    is_unstable: false,
+};
+
+/// The Crazyflie's core.
+pub const CORTEX_M4F: Probe =
+    Probe { robot: "crazyflie", target: "thumbv7em-none-eabihf", ..CORTEX_M0 };
+
+/// All of them.
+pub const PROBES: [&Probe; 3] = [&ATMEGA328P, &CORTEX_M0, &CORTEX_M4F];
+
+impl Probe {
+    /// What there is of the machine on this core.
+    pub fn extents(&self) -> &'static [Extent] {
+        use Extent::{Full, Least, Tiny};
+        if self.has_full { &[Least, Tiny, Full] } else { &[Least, Tiny] }
+    }
+
+    /// Links it; returns the ELF file.
+    pub fn build(&self, extent: Extent, quiet: bool) -> Result<PathBuf> {
+        let robot = bittybuzz_robots::find(self.robot)?;
+        let slots = robot.vm.slots as usize + robot.sizes().slots();
+        let features = match extent {
+            Extent::Empty => "empty",
+            Extent::Least => "",
+            Extent::Tiny => "maths,swarm",
+            Extent::Full => "maths,strings,full,swarm",
+        };
+        let arguments = ["build", "--release", "--target", self.target, "--features", features];
+        let line = Line::new("cargo", &arguments).env("PROBE_SLOTS", &slots.to_string());
+        let line = if self.is_unstable { line.env("RUSTC_BOOTSTRAP", "1") } else { line };
+        let line = line.in_workspace(self.folder);
+        if quiet { line.unannounced() } else { line }.run()?;
+        Ok(target_of(self.folder).join(self.target).join("release").join(self.program))
+    }
+}

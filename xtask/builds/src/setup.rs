@@ -1,0 +1,163 @@
+//! Installs what the other commands need, by the ordinary clients.
+
+use crate::board::KILOBOT;
+use crate::shell::{Line, is_installed};
+use anyhow::{Result, bail};
+use fs_err as fs;
+use std::path::{Path, PathBuf};
+
+/// How to tell whether a package is there.
+#[derive(Clone, Copy)]
+enum Sign {
+    /// A program in the search path.
+    Program(&'static str),
+    /// libclang, where the crate `bindgen` looks for it.
+    Libclang,
+    /// The C library of the AVR, where its linker looks for it.
+    AvrLibc,
+    /// A header of a library, where Debian puts them.
+    Header(&'static str),
+}
+
+/// Debian packages that tasks need.
+const PACKAGES: &[(Sign, &str)] = &[
+    (Sign::Program("cc"), "gcc"),
+    // For libFuzzer.
+    (Sign::Program("c++"), "g++"),
+    (Sign::Program("git"), "git"),
+    // For Unicorn, the processor of the emulated robots.
+    (Sign::Program("cmake"), "cmake"),
+    (Sign::Program("make"), "make"),
+    (Sign::Libclang, "libclang-dev"),
+    // The other processors.
+    (Sign::Program("qemu-system-arm"), "qemu-system-arm"),
+    (Sign::Program("qemu-system-avr"), "qemu-system-misc"),
+    // The AVR's linker and C library, its emulator, and what counts this computer's instructions.
+    (Sign::Program("avr-gcc"), "gcc-avr"),
+    (Sign::AvrLibc, "avr-libc"),
+    (Sign::Program("simavr"), "simavr"),
+    (Sign::Header("simavr/sim_avr.h"), "libsimavr-dev"),
+    // What writes programs to AVRs.
+    (Sign::Program("avrdude"), "avrdude"),
+    (Sign::Program("valgrind"), "valgrind"),
+];
+
+/// Folders whose `rust-toolchain.toml` names a toolchain with more than the root's: components, targets of chips.
+const TOOLCHAINS: [&str; 2] = ["firmware", KILOBOT.folder];
+
+/// Rust's part and the system's part, both listed before they are installed.
+pub fn run() -> Result<()> {
+    let missing = missing_packages();
+    println!(
+        "Needed: the toolchains of rust-toolchain.toml in {}; they take 1 GB.",
+        TOOLCHAINS.join(" and ")
+    );
+    match missing.as_slice() {
+        [] => println!("All Debian packages are there."),
+        missing => println!("Needed and missing: the Debian packages {}.", missing.join(", ")),
+    }
+    rust()?;
+    install(&missing)
+}
+
+/// The toolchains, components and targets of each `rust-toolchain.toml`; needs no network if they are there.
+pub fn rust() -> Result<()> {
+    for folder in TOOLCHAINS {
+        Line::new("rustup", &["toolchain", "install"]).in_workspace(folder).run()?;
+    }
+    Ok(())
+}
+
+fn missing_packages() -> Vec<&'static str> {
+    missing(|sign| match sign {
+        Sign::Program(program) => is_installed(program),
+        Sign::Libclang => has_libclang(),
+        Sign::AvrLibc => Path::new("/usr/lib/avr/lib/libc.a").is_file(),
+        Sign::Header(header) => Path::new("/usr/include").join(header).is_file(),
+    })
+}
+
+fn install(missing: &[&str]) -> Result<()> {
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let install = [&["install", "--yes", "--no-install-recommends"], missing].concat();
+    if !is_root()? {
+        bail!("packages are missing; please run: sudo apt-get {}", install.join(" "));
+    }
+    Line::new("apt-get", &["update"]).run()?;
+    Line::new("apt-get", &install).env("DEBIAN_FRONTEND", "noninteractive").run()
+}
+
+fn missing(is_there: impl Fn(Sign) -> bool) -> Vec<&'static str> {
+    let absent = PACKAGES.iter().filter(|(sign, _)| !is_there(*sign));
+    absent.map(|(_, package)| *package).collect()
+}
+
+/// The most usual of the places that the crate `clang-sys` searches for bindgen.
+fn has_libclang() -> bool {
+    if std::env::var_os("LIBCLANG_PATH").is_some() {
+        return true;
+    }
+    let libraries = ["/usr/lib", "/usr/lib64", "/usr/local/lib"].map(PathBuf::from);
+    // /usr/lib/llvm-14/lib, /usr/lib/x86_64-linux-gnu
+    let below = children(Path::new("/usr/lib")).flat_map(|folder| [folder.join("lib"), folder]);
+    libraries.into_iter().chain(below).any(|folder| {
+        children(&folder)
+            .any(|file| file.file_name().is_some_and(|n| is_libclang(&n.to_string_lossy())))
+    })
+}
+
+/// Of a folder; none if it cannot be read.
+fn children(folder: &Path) -> impl Iterator<Item = PathBuf> + use<> {
+    fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path())
+}
+
+/// `libclang.so`, `libclang-14.so`, `libclang-14.so.1`, but not `libclang-cpp.so`.
+fn is_libclang(file: &str) -> bool {
+    let Some((name, _)) = file.split_once(".so") else { return false };
+    match name.strip_prefix("libclang") {
+        Some("") => true,
+        Some(version) => version.strip_prefix('-').is_some_and(|number| {
+            !number.is_empty() && number.chars().all(|c| c.is_ascii_digit() || c == '.')
+        }),
+        None => false,
+    }
+}
+
+fn is_root() -> Result<bool> {
+    Ok(Line::new("id", &["-u"]).output(0)?.stdout.trim_ascii() == b"0")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shell::root;
+
+    #[test]
+    fn only_what_is_missing_is_installed() {
+        assert!(missing(|_| true).is_empty());
+        assert_eq!(missing(|sign| !matches!(sign, Sign::Program("cc"))), ["gcc"]);
+        assert_eq!(missing(|sign| !matches!(sign, Sign::Libclang)), ["libclang-dev"]);
+    }
+
+    #[test]
+    fn toolchains_of_the_host_and_of_chips_are_the_same() {
+        let channel = |folder: &str| {
+            let file = root().join(folder).join("rust-toolchain.toml");
+            let text = fs::read_to_string(file).unwrap();
+            text.lines().find(|line| line.starts_with("channel")).unwrap().to_owned()
+        };
+        assert_eq!(channel(""), channel("firmware"));
+    }
+
+    #[test]
+    fn libclang_is_known_by_its_file_names() {
+        for file in ["libclang.so", "libclang.so.1", "libclang-14.so.1", "libclang-14.0.6.so"] {
+            assert!(is_libclang(file), "{file}");
+        }
+        for file in ["libclang-cpp.so.14", "libclangAST.a", "libclang.a", "libc.so.6"] {
+            assert!(!is_libclang(file), "{file}");
+        }
+    }
+}

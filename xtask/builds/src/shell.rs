@@ -1,0 +1,150 @@
+//! Running programs so that the reader can follow, and repeat by hand what failed.
+
+use anyhow::{Context, Error, Result, anyhow};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Output};
+
+/// The root of the repository, in which every program runs.
+pub fn root() -> &'static Path {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR"));
+    own.ancestors().nth(2).unwrap_or(own)
+}
+
+/// A program with its arguments.
+pub struct Line {
+    /// The command as a user would type it.
+    text: String,
+    /// Whether that is printed.
+    announced: bool,
+    command: Command,
+}
+
+impl Line {
+    /// A program of the search path.
+    pub fn new(program: &str, arguments: &[&str]) -> Line {
+        Line::named(program, Path::new(program), arguments)
+    }
+
+    /// A program that lies somewhere else, printed by its name.
+    pub fn named(name: &str, program: &Path, arguments: &[&str]) -> Line {
+        let text = [&[name], arguments].concat().join(" ");
+        let mut command = Command::new(program);
+        command.args(arguments).current_dir(root());
+        Line { text, announced: true, command }
+    }
+
+    /// Sets an environment variable.
+    pub fn env(mut self, name: &str, value: &str) -> Line {
+        self.text = format!("{name}={value} {}", self.text);
+        self.command.env(name, value);
+        self
+    }
+
+    /// Runs in a folder that is a workspace of its own: its toolchain and flags must hold there, not those of the
+    /// cargo that runs this program. A relative path is one from the root.
+    pub fn in_workspace(mut self, folder: &str) -> Line {
+        self.text = format!("cd {folder} && {}", self.text);
+        self.command.current_dir(root().join(folder));
+        ["RUSTUP_TOOLCHAIN", "RUSTFLAGS", "CARGO", "CARGO_ENCODED_RUSTFLAGS"]
+            .iter()
+            .fold(self, |line, name| line.without_env(name))
+    }
+
+    /// Clears an environment variable.
+    pub fn without_env(mut self, name: &str) -> Line {
+        self.command.env_remove(name);
+        self
+    }
+
+    /// Leaves standard output to the result of the task.
+    pub fn unannounced(mut self) -> Line {
+        self.announced = false;
+        self
+    }
+
+    /// Runs it, showing its output; fails unless it succeeds.
+    pub fn run(mut self) -> Result<()> {
+        self.announce();
+        let status = self.command.status().map_err(|reason| self.not_started(reason))?;
+        match status.success() {
+            true => Ok(()),
+            false => Err(unexpected(&self.text, status)),
+        }
+    }
+
+    /// Runs it and keeps its output; fails unless it ends with this status.
+    pub fn output(self, expected: i32) -> Result<Output> {
+        self.output_if(|output| output.status.code() == Some(expected))
+    }
+
+    /// Runs it and keeps its output; fails unless that is as expected.
+    pub fn output_if(mut self, expected: impl Fn(&Output) -> bool) -> Result<Output> {
+        self.announce();
+        let output = self.command.output().map_err(|reason| self.not_started(reason))?;
+        if expected(&output) {
+            return Ok(output);
+        }
+        // The reader needs to see why.
+        eprint!("{}", String::from_utf8_lossy(&output.stderr));
+        Err(unexpected(&self.text, output.status))
+    }
+
+    fn announce(&self) {
+        if self.announced {
+            println!("$ {}", self.text);
+        }
+    }
+
+    fn not_started(&self, reason: io::Error) -> Error {
+        anyhow!("cannot start `{}`: {reason}", self.command.get_program().display())
+    }
+}
+
+fn unexpected(command: &str, status: ExitStatus) -> Error {
+    anyhow!("`{command}` ended with {status}")
+}
+
+/// Runs cargo in the root workspace.
+pub fn cargo(arguments: &[&str]) -> Result<()> {
+    Line::new("cargo", arguments).run()
+}
+
+/// Where cargo puts what it builds for the root workspace: the folder in which this program lies.
+pub fn target() -> Result<PathBuf> {
+    let own = std::env::current_exe().context("cannot find the program that runs")?;
+    // TARGET/PROFILE/xtask
+    Ok(own.ancestors().nth(2).unwrap_or(root()).to_owned())
+}
+
+/// Whether a program is in the search path.
+pub fn is_installed(program: &str) -> bool {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&path).any(|folder| folder.join(program).is_file())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_failing_program_is_named_with_its_arguments() {
+        let failure = Line::new("false", &["one", "two"]).run().unwrap_err();
+        assert_eq!(failure.to_string(), "`false one two` ended with exit status: 1");
+        let failure = Line::new("no-such-program", &[]).run().unwrap_err();
+        assert!(failure.to_string().starts_with("cannot start `no-such-program`: "));
+    }
+
+    #[test]
+    fn a_status_can_be_expected() {
+        assert!(Line::new("false", &[]).output(1).is_ok());
+        assert!(Line::new("true", &[]).output(1).is_err());
+        let output = Line::new("sh", &["-c", "echo $X"]).env("X", "y").output(0).unwrap();
+        assert_eq!(output.stdout, b"y\n");
+    }
+
+    #[test]
+    fn programs_are_found() {
+        assert!(is_installed("sh") && !is_installed("no-such-program"));
+    }
+}
