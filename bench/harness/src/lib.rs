@@ -24,8 +24,7 @@ use images::Compiled;
 use program::Program;
 use target::Target;
 
-/// The programs' own workspaces.
-pub const WORKSPACES: [&str; 3] = ["bench/host", "bench/avr", "bench/cortex-m"];
+pub use program::HOST;
 
 /// Calls of `fib` in a step of the script fib10.
 const FIB_CALLS: u64 = 177;

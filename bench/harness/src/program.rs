@@ -8,54 +8,44 @@ use crate::{avr, cortex_m, host};
 use anyhow::Result;
 use bittybuzz_bench::{ROOM, SYMBOL};
 use bittybuzz_builds::board::target_of;
+use bittybuzz_builds::chip::{self, AVR_NONE};
 use bittybuzz_builds::shell::{Line, is_installed, target};
 use fs_err as fs;
 use object::{Object, ObjectSection, ObjectSymbol};
 use std::path::{Path, PathBuf};
 
-/// How the program of a target is built.
-struct Recipe {
-    /// Its workspace.
-    folder: &'static str,
-    /// What cargo is told beside `build --release`.
-    arguments: &'static [&'static str],
-    /// Where it is in the target folder.
-    program: &'static str,
-    /// What runs it.
-    runner: &'static str,
+/// The workspace of the program for this computer.
+pub const HOST: &str = "bench/host";
+
+/// The program of a chip; `None` for this computer.
+fn of_chip(target: Target) -> Option<chip::Program> {
+    const V6M: &str = "thumbv6m-none-eabi";
+    const V7EM: &str = "thumbv7em-none-eabihf";
+    let cortex_m =
+        |target, features| Some(chip::Program { package: "bench-cortex-m", target, features });
+    match target {
+        Target::Host => None,
+        Target::Avr => Some(chip::Program { package: "bench-avr", target: AVR_NONE, features: "" }),
+        Target::Thumbv6m => cortex_m(V6M, ""),
+        Target::Thumbv7em => cortex_m(V7EM, ""),
+        Target::Thumbv6mFull => cortex_m(V6M, "full"),
+        Target::Thumbv7emFull => cortex_m(V7EM, "full"),
+    }
 }
 
-fn recipe(target: Target) -> Recipe {
-    const V6M: &str = "thumbv6m-none-eabi/release/bench-cortex-m";
-    const V7EM: &str = "thumbv7em-none-eabihf/release/bench-cortex-m";
-    let cortex_m = |arguments, program| Recipe {
-        folder: "bench/cortex-m",
-        arguments,
-        program,
-        runner: cortex_m::RUNNER,
-    };
+/// What runs the program of a target.
+fn runner(target: Target) -> &'static str {
     match target {
-        Target::Host => Recipe {
-            folder: "bench/host",
-            arguments: &[],
-            program: "release/bench-host",
-            runner: host::RUNNER,
-        },
-        Target::Avr => Recipe {
-            folder: "bench/avr",
-            arguments: &[],
-            program: "avr-none/release/bench-avr.elf",
-            runner: avr::RUNNER,
-        },
-        Target::Thumbv6m => cortex_m(&["--target", "thumbv6m-none-eabi"], V6M),
-        Target::Thumbv7em => cortex_m(&["--target", "thumbv7em-none-eabihf"], V7EM),
-        Target::Thumbv6mFull => {
-            cortex_m(&["--target", "thumbv6m-none-eabi", "--features", "full"], V6M)
-        }
-        Target::Thumbv7emFull => {
-            cortex_m(&["--target", "thumbv7em-none-eabihf", "--features", "full"], V7EM)
-        }
+        Target::Host => host::RUNNER,
+        Target::Avr => avr::RUNNER,
+        _ => cortex_m::RUNNER,
     }
+}
+
+/// Builds the program for this computer.
+fn build_for_host() -> Result<PathBuf> {
+    Line::new("cargo", &["build", "--release"]).in_workspace(HOST).unannounced().run()?;
+    Ok(target_of(HOST).join("release/bench-host"))
 }
 
 /// A linked program.
@@ -70,16 +60,14 @@ pub struct Program {
 impl Program {
     /// Builds the program of a target.
     pub fn build(target: Target) -> Result<Program> {
-        let Recipe { folder, arguments, program, runner } = recipe(target);
-        if !is_installed(runner) {
-            return Err(BenchError::Missing { program: runner }.into());
+        let program = runner(target);
+        if !is_installed(program) {
+            return Err(BenchError::Missing { program }.into());
         }
-        let arguments = [&["build", "--release"], arguments].concat();
-        let line = Line::new("cargo", &arguments).in_workspace(folder).unannounced();
-        // The AVR has no standard library ready; cargo builds one, which it does not promise to go on doing.
-        let is_unstable = target == Target::Avr;
-        if is_unstable { line.env("RUSTC_BOOTSTRAP", "1") } else { line }.run()?;
-        let path = target_of(folder).join(program);
+        let path = match of_chip(target) {
+            Some(program) => program.build(&[], true)?,
+            None => build_for_host()?,
+        };
         let bytes = fs::read(&path)?;
         let folder = self::target()?.join("bench");
         fs::create_dir_all(&folder)?;

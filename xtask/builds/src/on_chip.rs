@@ -1,44 +1,34 @@
-//! Images do on chips what they do on the host: builds the chips' programs of tests/on-chip, and has the test there feed
+//! Images do on chips what they do on the host: builds the chips' programs of targets, and has the test there feed
 //! them.
 
-use crate::board::target_of;
 use crate::cargo_test::cargo_test;
-use crate::shell::Line;
+use crate::chip::{AVR_NONE, Program};
 use anyhow::Result;
-use std::path::PathBuf;
-
-/// The chips' programs' own workspaces.
-pub const WORKSPACES: [&str; 2] = [AVR, CORTEX_M];
-
-const AVR: &str = "tests/on-chip/avr";
-const CORTEX_M: &str = "tests/on-chip/cortex-m";
 
 /// A chip with a profile, and what plays it; the test knows it by the name.
 pub struct Target {
     /// Its name.
     pub name: &'static str,
-    /// Workspace of its program.
-    folder: &'static str,
-    triple: &'static str,
-    full: bool,
+    program: Program,
 }
 
 const fn avr(name: &'static str) -> Target {
-    Target { name, folder: AVR, triple: "avr-none", full: false }
+    let program = Program { package: "on-chip-avr", target: AVR_NONE, features: "" };
+    Target { name, program }
 }
 
-const fn cortex_m(name: &'static str, triple: &'static str, full: bool) -> Target {
-    Target { name, folder: CORTEX_M, triple, full }
+const fn cortex_m(name: &'static str, target: &'static str, features: &'static str) -> Target {
+    Target { name, program: Program { package: "on-chip-cortex-m", target, features } }
 }
 
 /// All of them.
 pub const TARGETS: [Target; 6] = [
     avr("avr"),
     avr("avr-qemu"),
-    cortex_m("thumbv6m", "thumbv6m-none-eabi", false),
-    cortex_m("thumbv7em", "thumbv7em-none-eabihf", false),
-    cortex_m("thumbv6m-full", "thumbv6m-none-eabi", true),
-    cortex_m("thumbv7em-full", "thumbv7em-none-eabihf", true),
+    cortex_m("thumbv6m", "thumbv6m-none-eabi", ""),
+    cortex_m("thumbv7em", "thumbv7em-none-eabihf", ""),
+    cortex_m("thumbv6m-full", "thumbv6m-none-eabi", "full"),
+    cortex_m("thumbv7em-full", "thumbv7em-none-eabihf", "full"),
 ];
 
 /// Generated programs of every merge.
@@ -57,7 +47,7 @@ pub fn sample() -> Result<()> {
 impl Target {
     /// Compares it with the host: the generated programs of these seeds, or the conformance scripts. What was run.
     pub fn compare(&self, seeds: Option<&str>) -> Result<String> {
-        let program = self.build()?;
+        let program = self.program.build(&[], true)?;
         let arguments = ["--package", "bittybuzz-on-chip", "--test", "same"];
         let all = [&arguments[..], &["--", "--ignored", "--nocapture"]].concat();
         let test = cargo_test(&all)
@@ -71,16 +61,5 @@ impl Target {
         let output = String::from_utf8_lossy(&output.stdout).into_owned();
         let summary = output.lines().find_map(|line| line.strip_prefix("compared: "));
         Ok(summary.unwrap_or("all the same").to_owned())
-    }
-
-    fn build(&self) -> Result<PathBuf> {
-        let features = if self.full { "full" } else { "" };
-        let arguments = ["build", "--release", "--target", self.triple, "--features", features];
-        let line = Line::new("cargo", &arguments).in_workspace(self.folder).unannounced();
-        // The AVR has no standard library ready; cargo builds one, which it does not promise to go on doing.
-        let is_avr = self.folder == AVR;
-        if is_avr { line.env("RUSTC_BOOTSTRAP", "1") } else { line }.run()?;
-        let file = if is_avr { "on-chip-avr.elf" } else { "on-chip-cortex-m" };
-        Ok(target_of(self.folder).join(self.triple).join("release").join(file))
     }
 }

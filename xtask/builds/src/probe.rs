@@ -1,8 +1,7 @@
 //! The probes: programs for a robot's core that do nothing but load and run an image. They are linked to be measured, and
 //! to show that no panic is left in the machine: their panic handler does not exist.
 
-use crate::board::target_of;
-use crate::shell::Line;
+use crate::chip::{AVR_NONE, Program};
 use anyhow::Result;
 use std::path::PathBuf;
 
@@ -10,13 +9,9 @@ use std::path::PathBuf;
 pub struct Probe {
     /// The robot with this core, whose sizes its machine has.
     pub robot: &'static str,
-    /// Its workspace.
-    pub folder: &'static str,
     target: &'static str,
-    program: &'static str,
+    package: &'static str,
     has_full: bool,
-    /// Cargo builds the core library for it, which it does not promise to go on doing.
-    is_unstable: bool,
 }
 
 /// What a probe has of the machine.
@@ -33,23 +28,15 @@ pub enum Extent {
 }
 
 /// The Kilobot's core.
-pub const ATMEGA328P: Probe = Probe {
-    robot: "kilobot",
-    folder: "firmware/probe-avr",
-    target: "avr-none",
-    program: "probe-avr.elf",
-    has_full: false,
-    is_unstable: true,
-};
+pub const ATMEGA328P: Probe =
+    Probe { robot: "kilobot", target: AVR_NONE, package: "probe-avr", has_full: false };
 
 /// The Zooid's core.
 pub const CORTEX_M0: Probe = Probe {
     robot: "zooids",
-    folder: "firmware/probe-cortex-m",
     target: "thumbv6m-none-eabi",
-    program: "probe-cortex-m",
+    package: "probe-cortex-m",
     has_full: true,
-    is_unstable: false,
 };
 
 /// The Crazyflie's core.
@@ -76,11 +63,7 @@ impl Probe {
             Extent::Tiny => "maths,swarm",
             Extent::Full => "maths,strings,full,swarm",
         };
-        let arguments = ["build", "--release", "--target", self.target, "--features", features];
-        let line = Line::new("cargo", &arguments).env("PROBE_SLOTS", &slots.to_string());
-        let line = if self.is_unstable { line.env("RUSTC_BOOTSTRAP", "1") } else { line };
-        let line = line.in_workspace(self.folder);
-        if quiet { line.unannounced() } else { line }.run()?;
-        Ok(target_of(self.folder).join(self.target).join("release").join(self.program))
+        let program = Program { package: self.package, target: self.target, features };
+        program.build(&[("PROBE_SLOTS", &slots.to_string())], quiet)
     }
 }

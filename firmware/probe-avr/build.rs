@@ -1,5 +1,0 @@
-//! See `bittybuzz_squeeze`.
-
-fn main() {
-    bittybuzz_squeeze::build_script(bittybuzz_squeeze::PATHS);
-}
