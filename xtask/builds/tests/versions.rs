@@ -1,0 +1,77 @@
+//! Each dependency has one version: members of the root workspace inherit it, and the other workspaces, which cannot, name the same.
+
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+use bittybuzz_builds::shell::root;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use toml::{Table, Value};
+
+const SECTIONS: [&str; 3] = ["dependencies", "dev-dependencies", "build-dependencies"];
+
+#[test]
+fn members_of_the_root_name_no_versions() {
+    let root = manifest(root());
+    for member in members(&root) {
+        for (name, version) in versions(&manifest(&member)) {
+            panic!("{}: {name} = {version:?} belongs into the root's Cargo.toml", member.display());
+        }
+    }
+}
+
+#[test]
+fn other_workspaces_name_the_same_versions() {
+    let own = manifest(root());
+    let mut known: BTreeMap<String, String> = own["workspace"]["dependencies"]
+        .as_table()
+        .unwrap()
+        .iter()
+        .filter_map(|(name, value)| Some((name.clone(), version(value)?)))
+        .collect();
+    let mut compared = 0;
+    for folder in own["workspace"]["exclude"].as_array().unwrap() {
+        let folder = root().join(folder.as_str().unwrap());
+        let table = manifest(&folder);
+        let shared = table.get("workspace").and_then(|workspace| workspace.get("dependencies"));
+        let shared = shared.and_then(Value::as_table).into_iter().flatten();
+        let shared = shared.filter_map(|(name, value)| Some((name.clone(), version(value)?)));
+        for (name, version) in versions(&table).into_iter().chain(shared) {
+            let first = known.entry(name.clone()).or_insert_with(|| version.clone());
+            assert_eq!(*first, version, "{}: {name}", folder.display());
+            compared += 1;
+        }
+    }
+    assert!(compared > 20, "{compared} dependencies were compared");
+}
+
+fn manifest(folder: &Path) -> Table {
+    let path = folder.join("Cargo.toml");
+    fs::read_to_string(path).unwrap().parse().unwrap()
+}
+
+fn members(root_manifest: &Table) -> Vec<PathBuf> {
+    let members = root_manifest["workspace"]["members"].as_array().unwrap();
+    members.iter().map(|member| root().join(member.as_str().unwrap())).collect()
+}
+
+/// The dependencies of a manifest that name a version, also those of one platform.
+fn versions(manifest: &Table) -> Vec<(String, String)> {
+    let platforms = manifest.get("target").and_then(Value::as_table).into_iter().flatten();
+    let platforms = platforms.filter_map(|(_, platform)| platform.as_table());
+    let mut versions = Vec::new();
+    for table in [manifest].into_iter().chain(platforms) {
+        for section in SECTIONS {
+            let dependencies = table.get(section).and_then(Value::as_table).into_iter().flatten();
+            let named =
+                dependencies.filter_map(|(name, value)| Some((name.clone(), version(value)?)));
+            versions.extend(named);
+        }
+    }
+    versions
+}
+
+fn version(dependency: &Value) -> Option<String> {
+    let version = dependency.as_str().or_else(|| dependency.get("version")?.as_str());
+    version.map(str::to_owned)
+}
