@@ -12,10 +12,10 @@
 //! All of them go through the built command line tool ([`bbz`]), as a user does. A test never stops at the
 //! first bad script: all failures are reported together.
 //!
-//! Others run compiler and virtual machine in this process ([`compiler`], [`machine`]), because they need to reach
+//! Others run compiler and virtual machine in this process (`compiler`, `machine`), because they need to reach
 //! into the machine or run it a million times:
 //!
-//! * `random_programs`: programs that [`generator`] makes up, run in every way there is ([`torture`]);
+//! * `random_programs`: programs that [`generator`] makes up, run in every way there is (`torture`);
 //! * `torture`: all scripts, in those same ways;
 //! * `swarm`: several robots that run a script together (`bittybuzz_testkit::Swarm`);
 //! * `memory`: structures and garbage that fill the memory.

@@ -1,6 +1,6 @@
 //! The image of a script, read in place: see `docs/image-format.md`.
 //!
-//! [`Image`] is an allegation: bytes that say they are an image. [`Image::verify`](crate::verify) makes it a
+//! [`Image`] is an allegation: bytes that say they are an image. [`Vm::load`](crate::Vm::load) makes it a
 //! [`Verified`] one, which alone can be run.
 
 use crate::builtin;

@@ -14,7 +14,7 @@
 //!
 //! # Stack effects
 //! `a b -- c` means: b is on top and popped first. `locals` are addressed from the frame's record: parameter i
-//! of n at offset `i - n`, the slots above the record at 1, 2, ... (see [`crate::frame`]).
+//! of n at offset `i - n`, the slots above the record at 1, 2, ... (see `frame.rs`).
 
 /// What follows opcode and operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -10,7 +10,7 @@
 //! CRC of 16 bits, no signature: bytes from strangers, by radio say, are for [`Vm::load`](crate::Vm::load) alone.
 //!
 //! # Layout
-//! The image, the numbers of its header as 16-bit words (see [`Header`](crate::image::Header)), and the CRC over what the robot
+//! The image, the numbers of its header as 16-bit words (see [`Header`]), and the CRC over what the robot
 //! [offers](robot), its slots, and all bytes before.
 
 use crate::bytecode::ByteCode;

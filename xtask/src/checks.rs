@@ -9,7 +9,9 @@ use bittybuzz_builds::probe::PROBES;
 use bittybuzz_builds::shell::{Line, cargo};
 use bittybuzz_builds::{chip, on_chip, setup};
 use bittybuzz_soak as soak;
+use clap::ValueEnum;
 use std::path::Path;
+use std::time::Instant;
 
 /// How long `test` takes the first time.
 const MINUTES: u32 = 20;
@@ -52,29 +54,106 @@ fn with_image(line: Line, image: &Path) -> Result<Line> {
 const EMULATORS: [&str; 3] =
     ["bittybuzz-emulate-avr", "bittybuzz-emulate-stm32", "bittybuzz-emulate-qemu"];
 
-/// Everything that must pass before a change is merged.
-pub fn ci() -> Result<()> {
+/// A part of what must pass before a change is merged, in the order of a whole run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Step {
+    /// Lock files, format and lints of every workspace
+    Lint,
+    /// Documentation of every crate, in which no link leads nowhere
+    Doc,
+    /// Flash and RAM of each image against its budget; nothing in the virtual machine panics
+    Sizes,
+    /// Cycles and instructions of the benchmark scripts against the baseline
+    Bench,
+    /// The same programs on every emulated chip as on this computer
+    OnChip,
+    /// The emulators' own tests, optimised as they are used
+    Emulators,
+    /// All other tests, with the images of all robots
+    Tests,
+    /// Chips and layouts of the robot files against probe-rs' own database
+    ProbeRs,
+    /// Samples of the long tests
+    Soak,
+}
+
+/// Everything that must pass before a change is merged, or one step of it.
+pub fn ci(step: Option<Step>) -> Result<()> {
     setup::run()?;
-    lint()?;
-    no_panic()?;
-    sizes::run(false)?;
-    bench::check()?;
-    on_chip::sample()?;
-    // The processor is compiled once, for lints, these and all that follow.
-    let emulators = EMULATORS.map(|package| ["--package", package]).concat();
-    cargo(&[&["test", "--release"], &emulators[..]].concat())?;
-    let image = CRAZYFLIE.build(None, false)?;
-    all_tests(&image, &[])?.run()?;
-    cargo_test(&["--package", "bittybuzz-probe-rs-test"]).run()?;
-    soak::sample()
+    match step {
+        Some(step) => step.run(),
+        None => Step::value_variants().iter().try_for_each(|step| step.run()),
+    }
+}
+
+impl Step {
+    fn run(self) -> Result<()> {
+        let start = Instant::now();
+        match self {
+            Step::Lint => lint()?,
+            Step::Doc => document()?,
+            Step::Sizes => {
+                no_panic()?;
+                sizes::run(false)?;
+            }
+            Step::Bench => bench::check()?,
+            Step::OnChip => on_chip::sample()?,
+            Step::Emulators => {
+                // The processor is compiled once, for lints, these and all that follow.
+                let emulators = EMULATORS.map(|package| ["--package", package]).concat();
+                cargo(&[&["test", "--release"], &emulators[..]].concat())?;
+            }
+            Step::Tests => {
+                let image = CRAZYFLIE.build(None, false)?;
+                all_tests(&image, &[])?.run()?;
+            }
+            Step::ProbeRs => cargo_test(&["--package", "bittybuzz-probe-rs-test"]).run()?,
+            Step::Soak => soak::sample()?,
+        }
+        println!("ci {self:?}: passed after {} s", start.elapsed().as_secs());
+        Ok(())
+    }
+}
+
+/// All workspaces, from the root.
+fn workspaces() -> impl Iterator<Item = &'static str> {
+    let boards = BOARDS.map(|board| board.folder);
+    ["", soak::FUZZ, bench::HOST].into_iter().chain(chip::WORKSPACES).chain(boards)
+}
+
+/// Fails if a dependency is not as the lock files have it.
+fn locks() -> Result<()> {
+    for folder in workspaces() {
+        let arguments = ["metadata", "--locked", "--format-version", "1"];
+        Line::new("cargo", &arguments).in_workspace(folder).output(0)?;
+    }
+    Ok(())
+}
+
+/// Documentation of all crates, also of what is private in firmware, which nobody else uses.
+fn document() -> Result<()> {
+    const MACHINE: &str = "bittybuzz-vm-core";
+    let strict = |line: Line| line.env("RUSTDOCFLAGS", "-D warnings");
+    let all = ["doc", "--workspace", "--no-deps", "--exclude", MACHINE];
+    strict(Line::new("cargo", &all)).run()?;
+    // Its tables describe instructions by brackets, which are no links.
+    Line::new("cargo", &["doc", "--package", MACHINE, "--no-deps"])
+        .env("RUSTDOCFLAGS", "-D warnings -A rustdoc::broken-intra-doc-links")
+        .run()?;
+    for board in BOARDS {
+        let arguments = ["doc", "--release", "--no-deps", "--document-private-items"];
+        strict(Line::new("cargo", &arguments)).in_workspace(board.folder).run()?;
+    }
+    Ok(())
 }
 
 /// Format and lints of every workspace.
 fn lint() -> Result<()> {
+    locks()?;
     const DENY: [&str; 3] = ["--", "-D", "warnings"];
     cargo(&["fmt", "--all", "--check"])?;
     for folder in [bench::HOST].into_iter().chain(chip::WORKSPACES) {
-        Line::new("cargo", &["fmt", "--check"]).in_workspace(folder).run()?;
+        Line::new("cargo", &["fmt", "--all", "--check"]).in_workspace(folder).run()?;
     }
     soak::lint_fuzz_targets(&DENY)?;
     cargo(&[&["clippy", "--workspace", "--all-targets", "--release"], &DENY[..]].concat())?;
@@ -101,4 +180,23 @@ fn no_panic() -> Result<()> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bittybuzz_builds::shell::root;
+    use std::fs;
+
+    #[test]
+    fn the_workflow_has_a_job_for_each_step() {
+        let text = fs::read_to_string(root().join(".github/workflows/ci.yml")).unwrap();
+        let (_, list) = text.split_once("\n        step:\n").unwrap();
+        let listed = list.lines().map_while(|line| line.trim_start().strip_prefix("- "));
+        let names: Vec<String> = Step::value_variants()
+            .iter()
+            .map(|step| step.to_possible_value().unwrap().get_name().to_owned())
+            .collect();
+        assert_eq!(listed.collect::<Vec<_>>(), names);
+    }
 }

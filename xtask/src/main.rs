@@ -54,7 +54,10 @@ enum Task {
         part: Option<String>,
     },
     /// All that must pass before a merge: also lints, sizes, QEMU, guides, probe-rs' chips, some mutants
-    Ci,
+    Ci {
+        /// Only this one of the steps, which otherwise follow each other in this order
+        step: Option<checks::Step>,
+    },
 }
 
 fn main() -> ExitCode {
@@ -66,7 +69,7 @@ fn main() -> ExitCode {
         Task::Sizes { json } => ("sizes", sizes::run(json)),
         Task::Bench(arguments) => ("bench", bench::run(&arguments)),
         Task::Soak { part } => ("soak", soak::run(part.as_deref())),
-        Task::Ci => ("ci", checks::ci()),
+        Task::Ci { step } => ("ci", checks::ci(step)),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -100,6 +103,8 @@ mod tests {
             "bench costs --update avr",
             "soak",
             "soak noise",
+            "ci",
+            "ci on-chip",
         ] {
             let words = ["xtask"].into_iter().chain(line.split(' '));
             assert!(CommandLine::try_parse_from(words).is_ok(), "{line}");

@@ -54,7 +54,7 @@ pub trait Robot<P: Profile> {
     /// Every fault stops the script for good.
     const ON_FAULT_STOPS: bool = false;
 
-    /// Calls a robot function, as [`Host::call`] says.
+    /// Calls a robot function, as [`Host::call`](bittybuzz_vm_core::Host::call) says.
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
@@ -63,7 +63,7 @@ pub trait Robot<P: Profile> {
         console: &mut Console<'_>,
     ) -> Result<Reply<P>, RobotFault>;
 
-    /// The position, as [`Host::position`] says.
+    /// The position, as [`Host::position`](bittybuzz_vm_core::Host::position) says.
     fn position(&mut self, axis: Axis) -> Option<f32>;
 
     /// Returns the time in µs, modulo 65536. Asked after each long instruction: a robot that can read a timer says so.
@@ -71,12 +71,12 @@ pub trait Robot<P: Profile> {
         Instant::now().as_micros() as u16
     }
 
-    /// How often the robot is heard without the script's doing, as [`Host::periods`] says.
+    /// How often the robot is heard without the script's doing, as [`Host::periods`](bittybuzz_vm_core::Host::periods) says.
     fn periods(&self) -> Periods {
         Periods::DEFAULT
     }
 
-    /// The oldest frame that waits, as [`Host::receive`] says.
+    /// The oldest frame that waits, as [`Host::receive`](bittybuzz_vm_core::Host::receive) says.
     fn receive(&mut self, _frame: &mut [u8], _sighting: &mut Sighting<P>) -> Option<usize> {
         None
     }
@@ -84,7 +84,7 @@ pub trait Robot<P: Profile> {
     /// A step begins: what it sends may replace what the one before has sent and nobody has heard yet.
     fn begin_step(&mut self) {}
 
-    /// Sends a frame to whoever hears it, as [`Host::send`] says: queues it.
+    /// Sends a frame to whoever hears it, as [`Host::send`](bittybuzz_vm_core::Host::send) says: queues it.
     fn send(&mut self, _frame: &[u8]) {}
 
     /// Frames for which its queues had no room since the start: heard, and to be sent.

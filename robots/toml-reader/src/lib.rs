@@ -13,7 +13,7 @@
 //! A format has an enum of its own mistakes, which implements [`Cause`] and takes over those of this crate
 //! ([`TomlError`]). [`read`] parses the text and calls the format's reading function with the root [`Section`].
 //!
-//! [`file`] reads the files themselves, and all others that commands are given: none without a limit.
+//! [`mod@file`] reads the files themselves, and all others that commands are given: none without a limit.
 //!
 //! # What it will not do
 //! It knows no format, and it does not deserialize into types: each section has a reading function, with its checks.

@@ -23,7 +23,7 @@ const SAMPLE: [&str; 2] = ["-runs=10000", "-seed=1"];
 /// libFuzzer's weights of inputs take half of the time of targets that are as fast as these.
 const SCHEDULE: &str = "-entropic=0";
 /// Where the crate of the targets lies, and the inputs that they start from.
-const FOLDER: &str = "fuzz";
+pub const FOLDER: &str = "fuzz";
 /// Where the modules lie that say what targets do.
 const BODIES: &str = "tests/fuzz-bodies/src/";
 

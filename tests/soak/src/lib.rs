@@ -15,7 +15,7 @@ mod squeezed;
 mod survivors;
 mod zooids;
 
-pub use fuzz::lint as lint_fuzz_targets;
+pub use fuzz::{FOLDER as FUZZ, lint as lint_fuzz_targets};
 
 use anyhow::{Result, bail, ensure};
 use bittybuzz_builds::cargo_test::cargo_test;
