@@ -32,6 +32,7 @@ mod probe_rs;
 mod problem;
 mod program;
 mod report;
+mod robots;
 mod run;
 mod scratch;
 mod selection;
@@ -52,6 +53,7 @@ Examples:
   bbz sim swarm.toml                     simulate the robots of a scenario
   bbz flash hello.bzz --robot crazyflie  write it to the robot
   bbz trace robot.elf --robot crazyflie --script hello.bzz    what a robot tells
+  bbz robots kilobot                     list what a script can call on a robot
   bbz explain E0201                      explain a message
 
 Exit status: 0, or 1 run-time error, 2 compile error, 3 wrong command line or file.";
@@ -79,6 +81,8 @@ enum Command {
     Trace(trace::Arguments),
     /// Show the instructions that a script compiles to
     Disasm(disasm::Arguments),
+    /// List the robots, or what a script can call on one
+    Robots(robots::Arguments),
     /// Explain the code of a message
     Explain(explain::Arguments),
 }
@@ -117,6 +121,7 @@ fn main() -> ExitCode {
         Command::Flash(arguments) => flash::execute(arguments),
         Command::Trace(arguments) => trace::execute(arguments),
         Command::Disasm(arguments) => disasm::execute(arguments),
+        Command::Robots(arguments) => robots::execute(arguments),
         Command::Explain(arguments) => explain::execute(arguments),
     };
     let ending = ending.unwrap_or_else(|problem| {

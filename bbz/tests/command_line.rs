@@ -268,3 +268,29 @@ fn likely_names_are_searched_for_the_first_unknown_ones() {
     assert!(helps[..100].iter().all(|help| *help == "did you mean `length`?"), "{helps:?}");
     assert!(helps[100..].iter().all(|help| help.is_null()), "{helps:?}");
 }
+
+#[test]
+fn robots_are_listed_with_what_scripts_can_call() {
+    let folder = Folder::new("robots");
+    let list = folder.bbz(&["robots"]).stdout;
+    for name in ["kilobot", "zooids", "crazyflie"] {
+        assert!(list.lines().any(|line| line.starts_with(name)), "{list}");
+    }
+    let kilobot = folder.bbz(&["robots", "kilobot"]).stdout;
+    for line in [
+        "Kilobot (`--robot kilobot`): ATmega328P",
+        "  azimuth and elevation of neighbors are nil",
+        "led(color: int)",
+        "led(red: int, green: int, blue: int)",
+        "    duty of each vibration motor, 0 to 255; a motor that starts is spun up for 15 ms first",
+        "battery(): int",
+    ] {
+        assert!(kilobot.lines().any(|found| found == line), "{line} is not in:\n{kilobot}");
+    }
+    let zooids = folder.bbz(&["robots", "zooids"]).stdout;
+    assert!(zooids.contains("\npos = { "), "{zooids}");
+    assert!(zooids.contains("\nbbz flash --set range_mm="), "{zooids}");
+    let unknown = folder.bbz(&["robots", "kilobots"]);
+    assert_eq!(unknown.status, Some(3));
+    assert!(unknown.stderr.contains("no robot is named `kilobots`"), "{}", unknown.stderr);
+}

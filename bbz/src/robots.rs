@@ -1,0 +1,100 @@
+//! `bbz robots`: the robots that `--robot` knows, or everything that a script has to know of one.
+
+use bittybuzz_robots::{self as robots, Budget, Function, OnFault, Robot, Setting};
+use clap::Args;
+
+use crate::Ending;
+use crate::output;
+use crate::problem::Problem;
+
+const EXAMPLES: &str = "\
+Examples:
+  bbz robots                  a list of all robots
+  bbz robots kilobot          functions, tables and limits of one
+  bbz robots my-robot.toml    the same of a robot file of your own";
+
+/// Arguments of `bbz robots`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Robot: its name or the path of a robot file (*.toml); without, all are listed
+    #[arg(value_name = "NAME|PATH.toml")]
+    robot: Option<String>,
+}
+
+/// Carries out the command.
+pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+    let text = match &arguments.robot {
+        Some(robot) => describe(&robots::find(robot).map_err(Problem::Robot)?),
+        None => list(&robots::all_shipped()),
+    };
+    output::write(&text).map(|()| Ending::Success)
+}
+
+/// A line for each robot.
+fn list(robots: &[Robot]) -> String {
+    let mut text =
+        format!("{:<12}{:<18}{:<9}{:<15}functions\n", "name", "robot", "profile", "chip");
+    for robot in robots {
+        let names: Vec<&str> = robot.functions.iter().map(|function| &*function.name).collect();
+        let chip = robot.chip.as_deref().unwrap_or("-");
+        let (name, title, profile) = (&robot.name, &robot.title, robot.profile.name());
+        let line = format!("{name:<12}{title:<18}{profile:<9}{chip:<15}{}", names.join(", "));
+        text += &(line + "\n");
+    }
+    text
+}
+
+/// Functions, tables, settings and limits.
+fn describe(robot: &Robot) -> String {
+    let chip = robot.chip.as_deref().unwrap_or("never flashed");
+    let mut lines = vec![format!("{} (`--robot {}`): {chip}", robot.title, robot.name)];
+    lines.extend(limits(robot).map(|limit| format!("  {limit}")));
+    for function in &robot.functions {
+        lines.push(String::new());
+        lines.extend(forms(function));
+        let waits = if function.waits { "; the script waits until that is done" } else { "" };
+        lines.push(format!("    {}{waits}", function.help));
+    }
+    for table in &robot.tables {
+        let fields: Vec<String> = table.fields.iter().map(ToString::to_string).collect();
+        lines.push(format!("\n{} = {{ {} }}", table.name, fields.join(", ")));
+        lines.push(format!("    {}", table.help));
+    }
+    for Setting { name, least, most, help } in &robot.settings {
+        lines.push(format!("\nbbz flash --set {name}={least} to {name}={most}\n    {help}"));
+    }
+    lines.join("\n") + "\n"
+}
+
+fn limits(robot: &Robot) -> impl Iterator<Item = String> {
+    let (profile, hz, vm) = (robot.profile.name(), robot.tick_hz, &robot.vm);
+    let after_fault = match robot.on_fault {
+        OnFault::Restart => "starts again after a pause",
+        OnFault::Stop => "stops until power-on",
+    };
+    let firmware = robot.budget.as_ref().map(|budget| {
+        let Budget { flash_bytes, ram_bytes } = budget;
+        format!("firmware and script: at most {flash_bytes} bytes of flash, {ram_bytes} of RAM")
+    });
+    let bearings = (!vm.bearings).then(|| "azimuth and elevation of neighbors are nil".to_owned());
+    let all = [
+        format!("profile {profile}, {hz} steps per second; after a fault the script {after_fault}"),
+        format!("{} bytes of memory; {} slots for globals, tables and calls", vm.memory, vm.slots),
+        format!(
+            "at most {} neighbors, {} entries of stigmergies, {} swarms",
+            vm.neighbors, vm.stigmergy_entries, vm.swarms
+        ),
+        format!("{} messages can wait to be read, {} to be sent", vm.in_queue, vm.out_queue),
+    ];
+    all.into_iter().chain(bearings).chain(firmware)
+}
+
+/// The ways to call a function.
+fn forms(function: &Function) -> impl Iterator<Item = String> {
+    function.accepts.iter().map(|list| {
+        let list: Vec<String> = list.iter().map(ToString::to_string).collect();
+        let returns = function.returns.map_or(String::new(), |kind| format!(": {kind}"));
+        format!("{}({}){returns}", function.name, list.join(", "))
+    })
+}
