@@ -81,7 +81,7 @@ enum Command {
     Trace(trace::Arguments),
     /// Show the instructions that a script compiles to
     Disasm(disasm::Arguments),
-    /// List the robots, or what a script can call on one
+    /// List the robots, or the functions and limits of one
     Robots(robots::Arguments),
     /// Explain the code of a message
     Explain(explain::Arguments),

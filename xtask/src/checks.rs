@@ -13,7 +13,7 @@ use clap::ValueEnum;
 use std::path::Path;
 use std::time::Instant;
 
-/// How long `test` takes the first time.
+/// Minutes that `test` takes the first time.
 const MINUTES: u32 = 20;
 
 /// Random programs of every change.
@@ -65,7 +65,7 @@ pub enum Step {
     Sizes,
     /// Cycles and instructions of the benchmark scripts against the baseline
     Bench,
-    /// The same programs on every emulated chip as on this computer
+    /// Programs with equal results on every emulated chip and on this computer
     OnChip,
     /// The emulators' own tests, optimised as they are used
     Emulators,
@@ -130,7 +130,7 @@ fn locks() -> Result<()> {
     Ok(())
 }
 
-/// Documentation of all crates, also of what is private in firmware, which nobody else uses.
+/// Builds the documentation of all crates, with private items in firmware, which has no others.
 fn document() -> Result<()> {
     const MACHINE: &str = "bittybuzz-vm-core";
     let strict = |line: Line| line.env("RUSTDOCFLAGS", "-D warnings");

@@ -15,7 +15,7 @@ const SCRIPT: &str = "examples/blink.bzz";
 const STEPS: &str = "12";
 /// Something that only a swarm can do.
 const SWARM: &str = "examples/swarm/gradient.toml";
-/// Where its pictures go, from the root.
+/// The folder of its pictures, from the root.
 const PICTURES: &str = "target/demo";
 
 /// Exit status of `bbz` for a script that does not compile.

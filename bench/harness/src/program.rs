@@ -33,7 +33,7 @@ fn of_chip(target: Target) -> Option<chip::Program> {
     }
 }
 
-/// What runs the program of a target.
+/// The emulator, or Callgrind, that runs the program of a target.
 fn runner(target: Target) -> &'static str {
     match target {
         Target::Host => host::RUNNER,

@@ -89,7 +89,7 @@ pub trait Board: Sized {
         false
     }
 
-    /// A debugger halts the core, or lets it go on: what DBGMCU stops then stands still.
+    /// A debugger halts the core, or lets it go on: peripherals that DBGMCU stops then stand still.
     fn set_halted(&mut self, _halted: bool) {}
 
     /// Whether the watchdog runs: it will reset a chip that does nothing any more.

@@ -31,8 +31,8 @@ pub trait Machine {
         self.write_memory(address, &[0x70, 0x47])
     }
 
-    /// A debugger halts the core, which sleeps until it is let go on. Peripherals go on, but for those that the program has
-    /// told to stop as well.
+    /// A debugger halts the core, which sleeps until it is let go on. Peripherals go on, but for those that the program
+    /// has set to stop as well.
     ///
     /// # Errors
     /// [`MachineError::NoHalt`] by default.

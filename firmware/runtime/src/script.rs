@@ -71,7 +71,7 @@ pub trait Robot<P: Profile> {
         Instant::now().as_micros() as u16
     }
 
-    /// How often the robot is heard without the script's doing, as [`Host::periods`](bittybuzz_vm_core::Host::periods) says.
+    /// Periods of beacons and advertisements, as [`Host::periods`](bittybuzz_vm_core::Host::periods) says.
     fn periods(&self) -> Periods {
         Periods::DEFAULT
     }
@@ -84,7 +84,7 @@ pub trait Robot<P: Profile> {
     /// A step begins: what it sends may replace what the one before has sent and nobody has heard yet.
     fn begin_step(&mut self) {}
 
-    /// Sends a frame to whoever hears it, as [`Host::send`](bittybuzz_vm_core::Host::send) says: queues it.
+    /// Sends a frame to all robots in range, as [`Host::send`](bittybuzz_vm_core::Host::send) says: queues it.
     fn send(&mut self, _frame: &[u8]) {}
 
     /// Frames for which its queues had no room since the start: heard, and to be sent.

@@ -512,7 +512,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     fn collect(&mut self) {
         let (mut pc, mut fp) = (usize::from(self.pc), usize::from(self.fp));
         let mut slot = usize::from(self.sp);
-        // News is sent after the outermost frame was left: below what is on the stack then there is no record.
+        // Changed entries are sent after the outermost frame was left: then no value on the stack is a record.
         if self.state == State::Idle {
             fp = slot;
         }

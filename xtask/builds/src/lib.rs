@@ -1,6 +1,6 @@
-//! Programs that chores run, and images that they build: what `xtask`, the benchmarks and the long tests share.
+//! Runs programs and builds images, for `xtask`, the benchmarks and the long tests.
 //!
-//! Each program is printed as a user would type it, so that what failed can be repeated by hand. Errors are `anyhow`'s: their only
+//! Each program is printed as a user would type it, so that a failure can be repeated by hand. Errors are `anyhow`'s: their only
 //! reader is a person.
 
 pub mod board;

@@ -1,5 +1,4 @@
-//! Images do on chips what they do on the host: builds the chips' programs of targets, and has the test there feed
-//! them.
+//! Builds the programs of `targets` that run images on chips, and has `tests/on-chip` compare their output with the host's.
 
 use crate::cargo_test::cargo_test;
 use crate::chip::{AVR_NONE, Program};
@@ -7,7 +6,7 @@ use anyhow::Result;
 
 /// A chip with a profile, and what plays it; the test knows it by the name.
 pub struct Target {
-    /// Its name.
+    /// The name by which the test knows it.
     pub name: &'static str,
     program: Program,
 }

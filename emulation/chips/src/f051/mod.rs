@@ -291,7 +291,7 @@ impl F051 {
         expired
     }
 
-    /// A debugger halts the core, or lets it go on. Of what DBGMCU can stop only the watchdog is modelled.
+    /// A debugger halts the core, or lets it go on. DBGMCU can stop several peripherals; only the watchdog is modelled.
     pub fn set_halted(&mut self, halted: bool) {
         let freeze = self.storage.get(&(DBGMCU + APB1_FREEZE)).copied().unwrap_or(0);
         if !halted {

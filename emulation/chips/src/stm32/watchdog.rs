@@ -13,7 +13,7 @@ pub(crate) struct Watchdog {
     reload: u32,
     unlocked: bool,
     expires: Option<Time>,
-    /// What is left of its time while it stands still.
+    /// The rest of its time while it stands still.
     left: Option<Time>,
 }
 
