@@ -14,6 +14,7 @@ use bittybuzz_hil::flash::{Reading, Writing};
 use bittybuzz_hil::safety::{
     assert_locked, assert_motors_off, assert_runs, is_in_loader, reset, since,
 };
+use bittybuzz_hil::supply::Doing;
 use bittybuzz_hil::{
     Command, Core, ECHO_HEADER, RADIO_RAW, Robot, Told, image, layout, motors, resets,
 };
@@ -34,28 +35,6 @@ const NEW_ID: u16 = 0x3258;
 /// Bytes of a sector of scripts or of the id, and of what is programmed at once at 2.7 to 3.6 V (RM0090 3.3 and 3.6.2).
 const SECTOR: usize = 128 * 1024;
 const WORD: usize = 4;
-
-/// The activity of the robot when its supply falls.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Doing {
-    Starting,
-    WaitingForTheCrystal,
-    RunningTheScript,
-    Sending,
-    Receiving,
-    TakingAScript,
-    TakingAnId,
-}
-
-const ALL: [Doing; 7] = [
-    Doing::Starting,
-    Doing::WaitingForTheCrystal,
-    Doing::RunningTheScript,
-    Doing::Sending,
-    Doing::Receiving,
-    Doing::TakingAScript,
-    Doing::TakingAnId,
-];
 
 fn chip(memory: Memory, seed: u64, crystal: bool) -> Command {
     Command::Chip { lsi_hz: 32_000, crystal, memory, seed, debugger: false }
@@ -83,7 +62,7 @@ fn cut_short(robot: &mut Robot, address: u32, new: &[u8], random: &mut Random) {
 /// Lets the supply fall at a random moment and looks at the robot. Returns true if the bootloader found the line of the radio's
 /// processor low and chose another program, which is safe and mute.
 fn survives(number: u64) -> bool {
-    let doing = ALL[(number % 7) as usize];
+    let doing = Doing::of(number);
     let memory = [Memory::Kept, Memory::Zeroed, Memory::Noise][(number / 7 % 3) as usize];
     let mut random = Random::of(2027, number);
     let seed = random.bits();

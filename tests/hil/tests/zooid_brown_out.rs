@@ -8,6 +8,7 @@ use std::time::Duration;
 use bittybuzz_chips::Random;
 use bittybuzz_emulation::message::{Memory, ResetCause};
 use bittybuzz_hil::flash::{Reading, Writing};
+use bittybuzz_hil::supply::Doing;
 use bittybuzz_hil::table::layout;
 use bittybuzz_hil::{Command, Event, Place, Table, TimedEvent, image_for, is_lit, resets};
 use bittybuzz_robots::Layout;
@@ -37,28 +38,6 @@ const HALFWORD: usize = 2;
 const FIRST_STEP: Duration = Duration::from_millis(100);
 /// The inputs of a bridge change one after the other.
 const BETWEEN_INPUTS: Duration = Duration::from_micros(50);
-
-/// The activity of the robot when its supply falls.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Doing {
-    Starting,
-    WaitingForTheCrystal,
-    RunningTheScript,
-    Sending,
-    Receiving,
-    TakingAScript,
-    TakingAnId,
-}
-
-const ALL: [Doing; 7] = [
-    Doing::Starting,
-    Doing::WaitingForTheCrystal,
-    Doing::RunningTheScript,
-    Doing::Sending,
-    Doing::Receiving,
-    Doing::TakingAScript,
-    Doing::TakingAnId,
-];
 
 fn chip(memory: Memory, seed: u64, crystal: bool) -> Command {
     Command::Chip { lsi_hz: 40_000, crystal, memory, seed, debugger: false }
@@ -111,7 +90,7 @@ fn cut_short(table: &mut Table, address: u32, new: &[u8], random: &mut Random) {
 
 /// Lets the supply fall at a random moment and looks at the robot.
 fn survives(number: u64) {
-    let doing = ALL[(number % 7) as usize];
+    let doing = Doing::of(number);
     let memory = [Memory::Kept, Memory::Zeroed, Memory::Noise][(number / 7 % 3) as usize];
     let mut random = Random::of(2028, number);
     let seed = random.bits();
