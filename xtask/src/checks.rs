@@ -54,7 +54,7 @@ fn with_image(line: Line, image: &Path) -> Result<Line> {
 const EMULATORS: [&str; 3] =
     ["bittybuzz-emulate-avr", "bittybuzz-emulate-stm32", "bittybuzz-emulate-qemu"];
 
-/// A part of what must pass before a change is merged, in the order of a whole run.
+/// A part of the checks that a change must pass before it is merged, in the order of a whole run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Step {
     /// Lock files, format and lints of every workspace

@@ -1,4 +1,4 @@
-//! Shows what the project does: runs a script, lets the tool explain errors, and simulates a swarm; if asked, also boots the
+//! Shows the project at work: runs a script, lets the tool explain errors, and simulates a swarm; if asked, also boots the
 //! firmware of a robot, then that of a whole swarm.
 
 use crate::beside;

@@ -35,7 +35,7 @@ enum Task {
     },
     /// The tests of every change: on this computer, and the robots' firmware in emulation
     Test,
-    /// Install what the other commands need
+    /// Install the programs that the other commands need
     Setup,
     /// Build a robot's firmware with a script in it
     Build(board::Arguments),

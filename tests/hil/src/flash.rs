@@ -1,7 +1,7 @@
 //! Flash whose writing a loss of power has cut short.
 //!
 //! A debug probe erases all sectors that it needs, and then programs them from the first address on. If the chip is reset while it
-//! erases or programs, the content is not guaranteed (RM0090 3.6, RM0091 3.2.2). No manual says what it may be, so there are two
+//! erases or programs, the content is not guaranteed (RM0090 3.6, RM0091 3.2.2). No manual limits it, so there are two
 //! readings: [`Reading::Partial`] and [`Reading::Anything`].
 
 use bittybuzz_chips::Random;

@@ -38,7 +38,7 @@ impl Told {
         for event in events {
             match &event.event {
                 Event::Rtt { bytes } => told.read(bytes),
-                // What was under way never comes.
+                // A record that was under way never comes.
                 Event::Reset { .. } => told.begin_anew(),
                 _ => {}
             }

@@ -107,7 +107,7 @@ pub fn names() -> Vec<&'static str> {
     PARTS.iter().map(|part| part.name).collect()
 }
 
-/// Shows what is left of a part, or of all.
+/// Shows the rest of a part, or of all.
 pub fn run(part: Option<&str>) -> Result<()> {
     let parts = PARTS.iter().filter(|known| part.is_none_or(|name| name == known.name));
     let sources = Sources::list()?;

@@ -4,7 +4,7 @@
 //! is made, not because it looks at a clock:
 //! * loops count a variable that nothing else assigns, recursion counts down a parameter;
 //! * functions have levels, and code of a level calls only functions and function values of lower ones;
-//! * what code may cost is added up while it is written (`Effort`), and what would cost too much is not written.
+//! * the greatest cost of code is added up while it is written (`Effort`), and code that would cost too much is not written.
 //!
 //! Expressions have kinds, so that most programs run to their end; some take the risk of a run-time error.
 

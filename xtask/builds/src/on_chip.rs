@@ -4,7 +4,7 @@ use crate::cargo_test::cargo_test;
 use crate::chip::{AVR_NONE, Program};
 use anyhow::Result;
 
-/// A chip with a profile, and what plays it; the test knows it by the name.
+/// A chip with a profile, and the emulator that plays it; the test knows it by the name.
 pub struct Target {
     /// The name by which the test knows it.
     pub name: &'static str,
@@ -44,7 +44,7 @@ pub fn sample() -> Result<()> {
 }
 
 impl Target {
-    /// Compares it with the host: the generated programs of these seeds, or the conformance scripts. What was run.
+    /// Compares it with the host: the generated programs of these seeds, or the conformance scripts. Returns a summary of the run.
     pub fn compare(&self, seeds: Option<&str>) -> Result<String> {
         let program = self.program.build(&[], true)?;
         let arguments = ["--package", "bittybuzz-on-chip", "--test", "same"];
