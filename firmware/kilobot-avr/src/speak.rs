@@ -36,7 +36,7 @@ pub fn speak(chip: &Chip, transmitters: u8, message: &[u8; MESSAGE]) -> bool {
     })
 }
 
-// Inlined, it leaves no register for the saved SREG, and the proof of firmware/squeeze refuses flags on the stack.
+// Inlined, it leaves no register for the saved SREG, and the proof of tools/squeeze refuses flags on the stack.
 #[inline(never)]
 fn pulses(chip: &Chip, transmitters: u8, message: &[u8; MESSAGE]) -> bool {
     let mut at = chip.TC1.tcnt1().read().bits().wrapping_add(50);
