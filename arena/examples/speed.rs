@@ -1,6 +1,6 @@
 //! How fast the engine is: Kilobots that wander and send two frames per second, with contacts and collisions of frames.
 //!
-//! `cargo run --release -p bittybuzz-arena --example speed [THREADS [ROBOTS NEIGHBOURS]]` prints, for each number of robots
+//! `cargo run --locked --release -p bittybuzz-arena --example speed [THREADS [ROBOTS NEIGHBOURS]]` prints, for each number of robots
 //! and of neighbours in range, robot-seconds per second and memory per robot: what the process grew by, brains and, in
 //! small worlds, the stacks of the threads included.
 

@@ -1,4 +1,4 @@
-//! Prints the random program of a seed: `cargo run -p bittybuzz-tests --example generate 19 tiny`, with `hidden` behind
+//! Prints the random program of a seed: `cargo run --locked -p bittybuzz-tests --example generate 19 tiny`, with `hidden` behind
 //! it the one that reads its literals from variables.
 
 use bittybuzz_tests::generator::{Options, program};

@@ -1,6 +1,6 @@
 //! Checks the 16-bit float for every operand, against the exact model of the tests.
 //!
-//! `cargo run --release -p bittybuzz-vm-core --example f16_exhaustive -- [FIRST] [COUNT]` checks
+//! `cargo run --locked --release -p bittybuzz-vm-core --example f16_exhaustive -- [FIRST] [COUNT]` checks
 //! sum, difference, product, quotient and order of the left operands FIRST.. (0..65536, default all)
 //! with all 65,536 right operands. The conversion of every binary32 number is checked once, when FIRST
 //! is 0. The exit status is 1 if a result is wrong.

@@ -6,7 +6,7 @@ use bittybuzz_bench_harness as bench;
 use bittybuzz_builds::board::{BOARDS, CRAZYFLIE, KILOBOT, ZOOIDS};
 use bittybuzz_builds::cargo_test::{SKIP_SLOW, cargo_test};
 use bittybuzz_builds::probe::PROBES;
-use bittybuzz_builds::shell::{Line, cargo};
+use bittybuzz_builds::shell::{Line, cargo, keep_lock_files};
 use bittybuzz_builds::{chip, on_chip, setup};
 use bittybuzz_soak as soak;
 use clap::ValueEnum;
@@ -79,6 +79,7 @@ pub enum Step {
 
 /// Everything that must pass before a change is merged, or one step of it.
 pub fn ci(step: Option<Step>) -> Result<()> {
+    keep_lock_files();
     setup::run()?;
     match step {
         Some(step) => step.run(),
@@ -135,14 +136,14 @@ fn document() -> Result<()> {
     const MACHINE: &str = "bittybuzz-vm-core";
     let strict = |line: Line| line.env("RUSTDOCFLAGS", "-D warnings");
     let all = ["doc", "--workspace", "--no-deps", "--exclude", MACHINE];
-    strict(Line::new("cargo", &all)).run()?;
+    strict(Line::cargo(&all)).run()?;
     // Its tables describe instructions by brackets, which are no links.
-    Line::new("cargo", &["doc", "--package", MACHINE, "--no-deps"])
+    Line::cargo(&["doc", "--package", MACHINE, "--no-deps"])
         .env("RUSTDOCFLAGS", "-D warnings -A rustdoc::broken-intra-doc-links")
         .run()?;
     for board in BOARDS {
         let arguments = ["doc", "--release", "--no-deps", "--document-private-items"];
-        strict(Line::new("cargo", &arguments)).in_workspace(board.folder).run()?;
+        strict(Line::cargo(&arguments)).in_workspace(board.folder).run()?;
     }
     Ok(())
 }
@@ -153,7 +154,7 @@ fn lint() -> Result<()> {
     const DENY: [&str; 3] = ["--", "-D", "warnings"];
     cargo(&["fmt", "--all", "--check"])?;
     for folder in [bench::HOST].into_iter().chain(chip::WORKSPACES) {
-        Line::new("cargo", &["fmt", "--all", "--check"]).in_workspace(folder).run()?;
+        Line::cargo(&["fmt", "--all", "--check"]).in_workspace(folder).run()?;
     }
     soak::lint_fuzz_targets(&DENY)?;
     cargo(&[&["clippy", "--workspace", "--all-targets", "--release"], &DENY[..]].concat())?;
@@ -163,8 +164,7 @@ fn lint() -> Result<()> {
         cargo(&[&leave_out[..], &["--features", features], &DENY].concat())?;
     }
     for board in BOARDS {
-        let firmware =
-            |arguments: &[&str]| Line::new("cargo", arguments).in_workspace(board.folder).run();
+        let firmware = |arguments: &[&str]| Line::cargo(arguments).in_workspace(board.folder).run();
         firmware(&["fmt", "--check"])?;
         firmware(&[&["clippy", "--release"], &DENY[..]].concat())?;
     }

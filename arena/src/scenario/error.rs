@@ -221,7 +221,7 @@ impl toml_reader::Cause for Cause {
                     .to_owned(),
             ),
             Cause::NoEmulatorProgram { .. } => Some(
-                "`cargo build --release -p bittybuzz-emulate-m0` builds one, `bittybuzz-emulate-avr` that of Kilobots; it is looked for \
+                "`cargo build --locked --release -p bittybuzz-emulate-m0` builds one, `bittybuzz-emulate-avr` that of Kilobots; it is looked for \
                  beside bbz and in PATH"
                     .to_owned(),
             ),

@@ -32,7 +32,7 @@ Examples:
                                          an emulated robot with that script, until Ctrl-C
   bbz trace firmware.elf --robot crazyflie --script blink.bzz --emulate --seconds 10 --outputs
                                          ten simulated seconds at full speed, with LEDs and motors
-  cargo run --release | bbz trace - --script blink.sym
+  cargo run --locked --release | bbz trace - --script blink.sym
                                          what another program has read from the robot
   stty -F /dev/ttyUSB0 38400 raw; bbz trace - --robot kilobot --script blink.bzz < /dev/ttyUSB0
                                          Kilobots that stop, heard by one that listens (firmware/kilobot-avr)

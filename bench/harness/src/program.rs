@@ -44,7 +44,7 @@ fn runner(target: Target) -> &'static str {
 
 /// Builds the program for this computer.
 fn build_for_host() -> Result<PathBuf> {
-    Line::new("cargo", &["build", "--release"]).in_workspace(HOST).unannounced().run()?;
+    Line::cargo(&["build", "--release"]).in_workspace(HOST).unannounced().run()?;
     Ok(target_of(HOST).join("release/bench-host"))
 }
 

@@ -2,7 +2,7 @@
 //!
 //! ```sh
 //! cargo xtask build zooids
-//! cargo run --release -p bittybuzz-emulate-m0 --example speed -- \
+//! cargo run --locked --release -p bittybuzz-emulate-m0 --example speed -- \
 //!     firmware/zooids/target/thumbv6m-none-eabi/release/bittybuzz-zooids
 //! ```
 //!

@@ -229,7 +229,7 @@ impl Drop for Emulator {
 pub enum ClientError {
     /// The program does not start.
     #[error(
-        "cannot start {program}: {source}; build it with `cargo build --release -p {}`",
+        "cannot start {program}: {source}; build it with `cargo build --locked --release -p {}`",
         package(program)
     )]
     NoProgram {

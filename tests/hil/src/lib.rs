@@ -97,7 +97,10 @@ pub fn crazyflie() -> PathBuf {
     }
     let path = bbz::root()
         .join("firmware/crazyflie/target/thumbv7em-none-eabihf/release/bittybuzz-crazyflie");
-    assert!(path.exists(), "no firmware: run `cargo build --release` in firmware/crazyflie first");
+    assert!(
+        path.exists(),
+        "no firmware: run `cargo build --locked --release` in firmware/crazyflie first"
+    );
     path
 }
 

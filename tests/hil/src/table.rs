@@ -36,7 +36,10 @@ pub fn zooids() -> PathBuf {
     }
     let path =
         bbz::root().join("firmware/zooids/target/thumbv6m-none-eabi/release/bittybuzz-zooids");
-    assert!(path.exists(), "no firmware: run `cargo build --release` in firmware/zooids first");
+    assert!(
+        path.exists(),
+        "no firmware: run `cargo build --locked --release` in firmware/zooids first"
+    );
     path
 }
 

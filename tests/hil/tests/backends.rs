@@ -520,7 +520,7 @@ fn an_emulator_that_is_not_there_is_told_with_how_to_get_it() {
         &[],
     );
     assert_eq!(outcome.status, Some(2), "{outcome:?}");
-    for part in ["no-such-emulator", "cargo build --release -p bittybuzz-emulate-m0"] {
+    for part in ["no-such-emulator", "cargo build --locked --release -p bittybuzz-emulate-m0"] {
         assert!(outcome.stderr.contains(part), "{outcome:?}");
     }
 }

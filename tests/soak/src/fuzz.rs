@@ -167,7 +167,7 @@ fn target_folder() -> Result<PathBuf> {
 /// Cargo in the workspace of the targets.
 fn cargo(arguments: &[&str], target: &Path) -> Line {
     let target = target.display().to_string();
-    Line::new("cargo", arguments).env("CARGO_TARGET_DIR", &target).in_workspace(FOLDER)
+    Line::cargo(arguments).env("CARGO_TARGET_DIR", &target).in_workspace(FOLDER)
 }
 
 /// Builds targets and returns the folder of their programs. The workspace's own configuration says how they are
@@ -241,7 +241,7 @@ fn known_images(folder: &Path) -> Result<PathBuf> {
         ["run", "-q", "-p", "bittybuzz-fuzz-bodies", "--features", "torture", "--example"];
     let path = known.display().to_string();
     let arguments = [&example[..], &["images", &path]].concat();
-    Line::new("cargo", &arguments).run()?;
+    Line::cargo(&arguments).run()?;
     Ok(known)
 }
 

@@ -23,6 +23,6 @@ pub fn run(item: &str) -> Result<Verdict> {
         return Ok(Verdict::Missing("no such package".to_owned()));
     };
     let cases = cases.to_string();
-    Line::new("cargo", &["test", "--package", package]).env("PROPTEST_CASES", &cases).run()?;
+    Line::cargo(&["test", "--package", package]).env("PROPTEST_CASES", &cases).run()?;
     Ok(Verdict::Shown(format!("{cases} cases of each property")))
 }

@@ -205,7 +205,7 @@ impl Group {
         all.extend(arguments.iter().map(String::as_str));
         all.push("--");
         all.extend(tests.arguments);
-        Line::new("cargo", &all)
+        Line::cargo(&all)
     }
 
     /// Tries the mistakes of a shard that were not found before: the quick tests on all of them, then the long ones on

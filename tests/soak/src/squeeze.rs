@@ -55,7 +55,7 @@ fn assembly(folder: &Path) -> Result<Vec<String>> {
     let target = folder.join("images");
     let made = target.join("avr-none/release/deps");
     if !made.is_dir() {
-        Line::new("cargo", &["build", "--release"])
+        Line::cargo(&["build", "--release"])
             .env("BBZ_SCRIPT", &root().join(SCRIPT).display().to_string())
             .env("BBZ_PARTS", "used")
             .env("CARGO_TARGET_DIR", &target.display().to_string())
@@ -81,7 +81,7 @@ fn prove(copy: &Path, target: &Path, assembly: &[String]) -> Result<String> {
         vec!["run", "--release", "-p", "bittybuzz-squeeze", "--example", "prove", "--"];
     arguments.extend(assembly.iter().map(String::as_str));
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    let output = Line::new("cargo", &arguments)
+    let output = Line::cargo(&arguments)
         .env("CARGO_TARGET_DIR", &target.display().to_string())
         .in_workspace(&copy.display().to_string())
         .output_if(|output| {

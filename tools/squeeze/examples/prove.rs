@@ -1,4 +1,4 @@
-//! Squeezes assembly files and proves the result: `cargo run --release --example prove -- FILE...`
+//! Squeezes assembly files and proves the result: `cargo run --locked --release --example prove -- FILE...`
 
 use std::process::ExitCode;
 

@@ -119,7 +119,7 @@ impl Board {
     pub fn build_tiny(&self, script: Option<&Path>) -> Result<PathBuf> {
         let target = target_of(self.folder).join("tiny");
         let folder = target.display().to_string();
-        let mut line = Line::new("cargo", &["build", "--release", "--target-dir", &folder]);
+        let mut line = Line::cargo(&["build", "--release", "--target-dir", &folder]);
         if let Some(script) = script {
             line = line.env("BBZ_SCRIPT", &script.display().to_string());
         }
@@ -192,7 +192,7 @@ impl Board {
         script: Option<&Path>,
         quiet: bool,
     ) -> Result<PathBuf> {
-        let mut line = Line::new("cargo", &[&["build", "--release"], arguments].concat());
+        let mut line = Line::cargo(&[&["build", "--release"], arguments].concat());
         if let Some(script) = script {
             line = line.env("BBZ_SCRIPT", &script.display().to_string());
         }
@@ -240,7 +240,7 @@ impl Board {
             [&script, image, &output].map(|path| path.display().to_string());
         let run = ["run", "--quiet", "--package", "bbz", "--", "build", &script];
         let build = ["--robot", self.robot, "--firmware", &image, "-o", &output];
-        Line::new("cargo", &[&run[..], &build].concat()).run()
+        Line::cargo(&[&run[..], &build].concat()).run()
     }
 
     /// The image of a build with this target folder.

@@ -8,5 +8,5 @@ pub const SKIP_SLOW: [&str; 4] = ["--skip", "qemu", "--skip", "a_new_robot"];
 /// `cargo test` with these arguments. Properties are tested with the same cases each time, so that a failure
 /// comes from the change under test; `cargo xtask soak properties` tries other cases.
 pub fn cargo_test(arguments: &[&str]) -> Line {
-    Line::new("cargo", &[&["test"], arguments].concat()).env("PROPTEST_RNG_SEED", "1")
+    Line::cargo(&[&["test"], arguments].concat()).env("PROPTEST_RNG_SEED", "1")
 }

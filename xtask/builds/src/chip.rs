@@ -33,7 +33,7 @@ impl Program {
         let folder = if is_avr { AVR } else { CORTEX_M };
         let arguments = ["build", "--release", "--package", package, "--target", target];
         let arguments = [&arguments[..], &["--features", features]].concat();
-        let line = Line::new("cargo", &arguments);
+        let line = Line::cargo(&arguments);
         // The AVR has no standard library ready; cargo builds one, which it does not promise to go on doing.
         let line = if is_avr { line.env("RUSTC_BOOTSTRAP", "1") } else { line };
         let line = environment.iter().fold(line, |line, (name, value)| line.env(name, value));

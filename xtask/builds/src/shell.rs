@@ -4,6 +4,7 @@ use anyhow::{Context, Error, Result, anyhow};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Output};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The root of the repository, in which every program runs.
 pub fn root() -> &'static Path {
@@ -20,7 +21,24 @@ pub struct Line {
     command: Command,
 }
 
+/// Set by [`keep_lock_files`].
+static KEEPS_LOCK_FILES: AtomicBool = AtomicBool::new(false);
+
+/// Commands of cargo that write a lock file which does not fit the manifests.
+const RESOLVING: [&str; 6] = ["build", "clippy", "doc", "metadata", "run", "test"];
+
+/// Makes cargo fail where it would write a lock file. Checks before a merge call this: a lock file that does not fit
+/// its manifests is a mistake of the change. All other chores serve those who are changing the manifests.
+pub fn keep_lock_files() {
+    KEEPS_LOCK_FILES.store(true, Ordering::Relaxed);
+}
+
 impl Line {
+    /// Cargo, which fails rather than write a lock file once [`keep_lock_files`] was called.
+    pub fn cargo(arguments: &[&str]) -> Line {
+        Line::new("cargo", &locked(arguments, KEEPS_LOCK_FILES.load(Ordering::Relaxed)))
+    }
+
     /// A program of the search path.
     pub fn new(program: &str, arguments: &[&str]) -> Line {
         Line::named(program, Path::new(program), arguments)
@@ -101,13 +119,22 @@ impl Line {
     }
 }
 
+/// Cargo's arguments, with `--locked` if lock files are kept and the command may write one.
+fn locked<'a>(arguments: &[&'a str], keeps_lock_files: bool) -> Vec<&'a str> {
+    let mut all = arguments.to_vec();
+    if keeps_lock_files && all.first().is_some_and(|command| RESOLVING.contains(command)) {
+        all.insert(1, "--locked");
+    }
+    all
+}
+
 fn unexpected(command: &str, status: ExitStatus) -> Error {
     anyhow!("`{command}` ended with {status}")
 }
 
 /// Runs cargo in the root workspace.
 pub fn cargo(arguments: &[&str]) -> Result<()> {
-    Line::new("cargo", arguments).run()
+    Line::cargo(arguments).run()
 }
 
 /// Where cargo puts what it builds for the root workspace: the folder in which this program lies.
@@ -141,6 +168,13 @@ mod tests {
         assert!(Line::new("true", &[]).output(1).is_err());
         let output = Line::new("sh", &["-c", "echo $X"]).env("X", "y").output(0).unwrap();
         assert_eq!(output.stdout, b"y\n");
+    }
+
+    #[test]
+    fn lock_files_are_kept_where_a_command_would_write_one() {
+        assert_eq!(locked(&["test", "--", "x"], true), ["test", "--locked", "--", "x"]);
+        assert_eq!(locked(&["fmt", "--check"], true), ["fmt", "--check"]);
+        assert_eq!(locked(&["build"], false), ["build"]);
     }
 
     #[test]

@@ -34,7 +34,7 @@ fn row(rooms: &[Vec<String>], folder: &str) -> usize {
 /// The packages of a workspace.
 fn packages(workspace: &str) -> Vec<Value> {
     let arguments = ["metadata", "--no-deps", "--format-version", "1"];
-    let output = Line::new("cargo", &arguments).in_workspace(workspace).output(0).unwrap();
+    let output = Line::cargo(&arguments).in_workspace(workspace).output(0).unwrap();
     let metadata: Value = serde_json::from_slice(&output.stdout).unwrap();
     metadata["packages"].as_array().unwrap().clone()
 }

@@ -222,8 +222,8 @@ impl Tests {
 }
 
 fn build(board: &Board, copy: &Path, target: &Path, behaviour: Option<&&str>) -> Result<PathBuf> {
-    let mut line = Line::new("cargo", &["build", "--release"])
-        .env("CARGO_TARGET_DIR", &target.display().to_string());
+    let mut line =
+        Line::cargo(&["build", "--release"]).env("CARGO_TARGET_DIR", &target.display().to_string());
     if let Some(name) = behaviour {
         let script = copy.join(BEHAVIOURS).join(name).with_extension("bzz");
         line = line.env("BBZ_SCRIPT", &script.display().to_string());
