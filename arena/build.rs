@@ -7,7 +7,7 @@ use std::{env, fs, io};
 fn main() -> io::Result<()> {
     println!("cargo::rerun-if-changed=build.rs");
     let mut text = String::new();
-    for robot in bittybuzz_robots::all_shipped() {
+    for robot in bittybuzz_robot_files::all_shipped() {
         let vm = &robot.vm;
         for (name, value) in [
             ("SLOTS", vm.slots as usize + robot.sizes().slots()),

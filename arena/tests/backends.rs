@@ -16,7 +16,7 @@ static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
     for name in ["zooids.elf", "other.elf"] {
         fs::write(folder.join(name), "no firmware").unwrap();
     }
-    let crazyflie = include_str!("../../robots/crazyflie.toml");
+    let crazyflie = include_str!("../../robots/crazyflie/robot.toml");
     let lines = crazyflie.lines().filter(|line| !line.starts_with("id = "));
     fs::write(folder.join("nameless.toml"), lines.collect::<Vec<_>>().join("\n")).unwrap();
     folder

@@ -215,7 +215,7 @@ fn frames_are_as_long_as_the_robots_have_them() {
     let links =
         [("kilobot", Medium::Infrared), ("zooids", Medium::Nrf24), ("crazyflie", Medium::P2p)];
     for (name, medium) in links {
-        let robot = bittybuzz_robots::find(name).unwrap();
+        let robot = bittybuzz_robot_files::find(name).unwrap();
         assert_eq!(medium.frame_bytes(), 1 + robot.message_bytes as usize, "{name}");
     }
 }

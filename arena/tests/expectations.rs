@@ -197,7 +197,7 @@ fn names_that_no_script_has_are_told_with_their_place() {
 
 #[test]
 fn a_robot_that_the_simulator_cannot_be_is_refused() {
-    let kilobot = bittybuzz_robots::shipped()[0].1;
+    let kilobot = bittybuzz_robot_files::shipped()[0].text;
     let large = kilobot.replace("memory = 1676", "memory = 8000");
     let slots = kilobot.lines().find(|line| line.starts_with("slots")).unwrap_or_default();
     let large = large.replace(slots, "slots = 1000");

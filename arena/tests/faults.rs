@@ -139,7 +139,7 @@ fn on_fault_stops_a_group_for_good() {
 
 #[test]
 fn a_robot_file_says_what_a_fault_does() {
-    let file = include_str!("../../robots/kilobot.toml");
+    let file = include_str!("../../robots/kilobot/robot.toml");
     let file = file.replacen("[vm]", "on_fault = \"stop\"\n[vm]", 1);
     let folder = folder("on_fault_file", &[("s.bzz", EVERY_THIRD), ("mine.toml", &file)]);
     let text = row("mine.toml", 1, 10, "body = \"kilobot\"\n");

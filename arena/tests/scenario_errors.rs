@@ -14,7 +14,7 @@ static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
     fs::create_dir_all(folder.join("sub")).unwrap();
     fs::write(folder.join("walk.bzz"), "function step() {}\n").unwrap();
     fs::write(folder.join("broken.toml"), "name = \"mine\"\nnmae = 3\n").unwrap();
-    let kilobot = bittybuzz_robots::shipped()[0].1;
+    let kilobot = bittybuzz_robot_files::shipped()[0].text;
     fs::write(folder.join("mine.toml"), kilobot.replace("\"kilobot\"", "\"mine\"")).unwrap();
     folder
 });

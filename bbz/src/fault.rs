@@ -4,7 +4,7 @@
 //! symbols tell the place: together they make a sentence about the script.
 
 use annotate_snippets::Level;
-use bittybuzz_robots::{Profile, Robot};
+use bittybuzz_robot_spec::{Profile, Robot};
 use bittybuzz_vm_core::builtin::{self, Library};
 use bittybuzz_vm_core::{Fault, FaultCode, Refusal, Type, opcode};
 
@@ -86,7 +86,7 @@ pub fn accepted(fault: &Fault, program: &Program, robot: Option<&Robot>) -> Opti
         _ => return None,
     }
     let name = import(instruction::ending_at(&program.image, fault.position)?, program)?;
-    Some(bittybuzz_robots::accepted_lists(&[robot?.function(name)?]))
+    Some(bittybuzz_robot_spec::accepted_lists(&[robot?.function(name)?]))
 }
 
 struct What<'a> {

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
-use bittybuzz_robots::{Layout, Region};
+use bittybuzz_robot_spec::{Layout, Region};
 use bittybuzz_toml_reader::file;
 use object::Endianness;
 use object::elf::{EM_ARM, FileHeader32, PT_LOAD};

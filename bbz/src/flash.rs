@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use bittybuzz_compiler::fit;
-use bittybuzz_robots::{Layout, Robot, Setting};
+use bittybuzz_robot_spec::{Layout, Robot, Setting};
 use bittybuzz_vm_core::ImageError;
 use clap::Args;
 

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use bittybuzz_compiler::fit::{self, Misfit};
 use bittybuzz_compiler::symbols::Symbols;
-use bittybuzz_robots::{NoSection, Robot, find_script_section, script_section};
+use bittybuzz_robot_spec::{NoSection, Robot, find_script_section, script_section};
 use bittybuzz_toml_reader::file;
 use bittybuzz_vm_core::Part;
 use bittybuzz_vm_core::image::VERSION;

@@ -6,7 +6,7 @@
 
 use std::time::{Duration, Instant};
 
-use bittybuzz_robots::{Function, Robot, accepted_lists, accepting, idle_result};
+use bittybuzz_robot_spec::{Function, Robot, accepted_lists, accepting, idle_result};
 use bittybuzz_vm_core::number::{Profile, format_float, format_int};
 use bittybuzz_vm_core::{
     Arguments, Axis, ByteCode, Calls, Fault, Host, Item, Reply, RobotFault, Text,

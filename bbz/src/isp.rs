@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use bittybuzz_kilobot::calibration::{DUTIES, EEPROM, ERASED_DUTY, ERASED_ID, ID};
-use bittybuzz_robots::{Robot, find_script_section};
+use bittybuzz_robot_spec::{Robot, find_script_section};
 
 use crate::hex;
 use crate::output;

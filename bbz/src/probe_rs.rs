@@ -8,7 +8,7 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use bittybuzz_robots::{Layout, Robot};
+use bittybuzz_robot_spec::{Layout, Robot};
 
 use crate::problem::Problem;
 use crate::shell;

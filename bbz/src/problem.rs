@@ -10,7 +10,7 @@ use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::symbols::SymbolsError;
 use bittybuzz_emulation::ClientError;
 use bittybuzz_kilobot::calibration::ERASED_ID;
-use bittybuzz_robots::{Profile, RobotErrors};
+use bittybuzz_robot_spec::{Profile, RobotErrors};
 use bittybuzz_toml_reader::file::ReadError;
 use bittybuzz_vm_core::ImageError;
 

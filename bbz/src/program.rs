@@ -12,7 +12,7 @@ use bittybuzz_compiler::include::{DiskFiles, Loader, MAX_SOURCE_BYTES};
 use bittybuzz_compiler::parser;
 use bittybuzz_compiler::source::SourceMap;
 use bittybuzz_compiler::symbols::Symbols;
-use bittybuzz_robots::Profile;
+use bittybuzz_robot_spec::Profile;
 use bittybuzz_toml_reader::file::{self, ReadError};
 use bittybuzz_vm_core::{Image, builtin};
 

@@ -7,7 +7,7 @@ use annotate_snippets::{AnnotationKind, Group, Level, Renderer as Style, Snippet
 use bittybuzz_compiler::diagnostic::{Diagnostic, Severity};
 use bittybuzz_compiler::render::{Color, Renderer};
 use bittybuzz_compiler::source::SourceMap;
-use bittybuzz_robots::RobotErrors;
+use bittybuzz_robot_spec::RobotErrors;
 use bittybuzz_toml_reader::Place;
 
 use crate::problem::Problem;

@@ -1,6 +1,7 @@
 //! `bbz robots`: the robots that `--robot` knows, or everything that a script has to know of one.
 
-use bittybuzz_robots::{self as robots, Budget, Function, OnFault, Robot, Setting};
+use bittybuzz_robot_files::{all_shipped, find};
+use bittybuzz_robot_spec::{Budget, Function, OnFault, Robot, Setting};
 use clap::Args;
 
 use crate::Ending;
@@ -25,8 +26,8 @@ pub struct Arguments {
 /// Carries out the command.
 pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     let text = match &arguments.robot {
-        Some(robot) => describe(&robots::find(robot).map_err(Problem::Robot)?),
-        None => list(&robots::all_shipped()),
+        Some(robot) => describe(&find(robot).map_err(Problem::Robot)?),
+        None => list(&all_shipped()),
     };
     output::write(&text).map(|()| Ending::Success)
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use annotate_snippets::{Group, Level};
-use bittybuzz_robots::{Profile, Robot};
+use bittybuzz_robot_spec::{Profile, Robot};
 use bittybuzz_vm_core::Sizes;
 use bittybuzz_vm_core::number::{Full, Tiny};
 use clap::Args;

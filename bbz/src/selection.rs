@@ -1,6 +1,7 @@
 //! The robots and the profile that the command line selects.
 
-use bittybuzz_robots::{self as robots, Profile, Robot};
+use bittybuzz_robot_files::{all_shipped, find};
+use bittybuzz_robot_spec::{Profile, Robot};
 use clap::{Args, ValueEnum};
 
 use crate::problem::Problem;
@@ -43,12 +44,12 @@ impl SelectionArguments {
 impl Selection {
     /// The robot of that name or path.
     pub fn new(robot: Option<&str>, profile: Option<ProfileName>) -> Result<Self, Problem> {
-        let robot = robot.map(robots::find).transpose().map_err(Problem::Robot)?;
+        let robot = robot.map(find).transpose().map_err(Problem::Robot)?;
         let profile = profile.map(|name| match name {
             ProfileName::Tiny => Profile::Tiny,
             ProfileName::Full => Profile::Full,
         });
-        Ok(Selection { robot, known: robots::all_shipped(), profile })
+        Ok(Selection { robot, known: all_shipped(), profile })
     }
 
     /// The profile to compile for.

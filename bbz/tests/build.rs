@@ -192,7 +192,7 @@ fn program(parts: Parts) -> String {
 
 /// The same with this script of its own.
 fn program_with(parts: Parts, own: &[u8]) -> String {
-    let section = bittybuzz_robots::script_section(parts, own).expect("it is short");
+    let section = bittybuzz_robot_spec::script_section(parts, own).expect("it is short");
     let bytes: Vec<u8> = (0..100).chain(section).collect();
     let lines = bytes.chunks(32).enumerate().map(|(line, bytes)| {
         let offset = (line * 32) as u16;
@@ -223,7 +223,7 @@ fn a_script_is_put_into_firmware() {
     }
     let image = folder.read("out.bbi");
     assert_eq!(bytes[..100], (0..100).collect::<Vec<u8>>());
-    assert_eq!(bittybuzz_robots::find_script_section(&bytes), Ok((100, Parts::NONE)));
+    assert_eq!(bittybuzz_robot_spec::find_script_section(&bytes), Ok((100, Parts::NONE)));
     assert_eq!(bytes[108..108 + image.len()], image);
     // It can be exchanged again.
     folder.write("s.bzz", "function step() { led(2) }");

@@ -19,7 +19,8 @@ const SCENARIO: &str = "[world]\nsize = [500, 500]\nduration = 2\n\
 /// A folder with a scenario, its robot file, its script and what that includes.
 fn folder(test: &str) -> Folder {
     let folder = Folder::with(test, "s.bzz", SCRIPT);
-    let kilobot = include_str!("../../robots/kilobot.toml").replace("\"kilobot\"", "\"mine\"");
+    let kilobot =
+        include_str!("../../robots/kilobot/robot.toml").replace("\"kilobot\"", "\"mine\"");
     folder.write("mine.toml", kilobot);
     folder.write("more.txt", "n = 0\n");
     folder.write("s.toml", SCENARIO);

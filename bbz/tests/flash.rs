@@ -114,7 +114,7 @@ fn an_id_is_assigned() {
     assert!(calls[2].contains("--reset --binary-format bin --base-address 0x080c0000"));
     // 4660 is 0x1234; behind it its complement.
     assert_eq!(folder.read("id.bin"), [0x34, 0x12, 0xcb, 0xed]);
-    let shipped = include_str!("../../robots/crazyflie.toml");
+    let shipped = include_str!("../../robots/crazyflie/robot.toml");
     let without = shipped.replace("id = { address", "# {");
     folder.write("without.toml", without);
     let flash = |robot, id| folder.bbz(&["flash", "s.bzz", "--robot", robot, "--id", id]);
@@ -155,7 +155,7 @@ fn what_the_robot_would_refuse_is_not_written() {
         .fails_with(3, &["calls a function that the robot does not have"]);
     folder.write("cut.bbi", "bbi");
     flash(&["cut.bbi", "--robot", "crazyflie"]).fails_with(3, &["`cut.bbi` is not an image"]);
-    let other = include_str!("../../robots/kilobot.toml").replace("ATmega328P", "ATmega1280");
+    let other = include_str!("../../robots/kilobot/robot.toml").replace("ATmega328P", "ATmega1280");
     folder.write("other.toml", other);
     flash(&["s.bzz", "--robot", "other.toml"]).fails_with(3, &["Kilobot cannot be", "yet"]);
     flash(&["s.bzz"]).fails_with(3, &["--robot"]);
@@ -166,7 +166,7 @@ fn what_the_robot_would_refuse_is_not_written() {
 #[test]
 fn a_script_needs_room() {
     let folder = Folder::with("flash_room", "s.bzz", SCRIPT);
-    let shipped = include_str!("../../robots/crazyflie.toml");
+    let shipped = include_str!("../../robots/crazyflie/robot.toml");
     let small = shipped.replace(
         "script = { address = 0x080a_0000, size = 0x4_0000 }\nscript_log = true\n",
         "script = { address = 0x080a_0000, size = 0x200 }\n",
@@ -188,7 +188,7 @@ fn a_script_needs_room() {
 #[test]
 fn an_image_needs_memory() {
     let folder = Folder::new("flash_memory");
-    let shipped = include_str!("../../robots/crazyflie.toml");
+    let shipped = include_str!("../../robots/crazyflie/robot.toml");
     let small = shipped.replace("slots = 471", "slots = 40");
     assert_ne!(small, shipped);
     folder.write("small.toml", small);

@@ -7,7 +7,7 @@ mod support;
 #[path = "support/stk500.rs"]
 mod stk500;
 
-use bittybuzz_robots::{find_script_section, script_section};
+use bittybuzz_robot_spec::{find_script_section, script_section};
 use bittybuzz_vm_core::Parts;
 use stk500::{Chip, Programmer};
 use support::{Folder, Outcome};

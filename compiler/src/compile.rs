@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use bittybuzz_robots::Robot;
+use bittybuzz_robot_spec::Robot;
 use bittybuzz_vm_core::message;
 
 use crate::check::{self, robots::Robots};

@@ -5,7 +5,7 @@ mod stack;
 
 use std::fmt;
 
-use bittybuzz_robots::{Profile, Robot};
+use bittybuzz_robot_spec::{Profile, Robot};
 use bittybuzz_vm_core::builtin::{self, Feature};
 use bittybuzz_vm_core::image::{BESIDE_GLOBALS, Header};
 use bittybuzz_vm_core::number::{self, Full, Tiny};

@@ -7,7 +7,7 @@ fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     let mut text = String::new();
     for name in ["kilobot", "zooids", "crazyflie"] {
-        let robot = bittybuzz_robots::find(name).unwrap_or_else(|error| panic!("{error}"));
+        let robot = bittybuzz_robot_files::find(name).unwrap_or_else(|error| panic!("{error}"));
         let (constant, slots) = (name.to_uppercase(), robot.vm.slots);
         let _ = writeln!(text, "/// Slots of {name}.\npub const {constant}: usize = {slots};");
     }

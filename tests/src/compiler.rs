@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use bittybuzz_compiler::codegen::constant::Profile;
 use bittybuzz_compiler::compile::{self, Compiled, Options};
 use bittybuzz_compiler::include::{DiskFiles, Loader, MemoryFiles};
-use bittybuzz_robots::Robot;
+use bittybuzz_robot_spec::Robot;
 
 use crate::{bbz, files};
 
@@ -29,7 +29,7 @@ fn compile_with(path: &Path, script: String, full: bool, loader: &Loader<'_>) ->
     let options = Options {
         profile: Some(if full { Profile::Full } else { Profile::Tiny }),
         robot: None,
-        robots: ROBOTS.get_or_init(bittybuzz_robots::all_shipped).clone(),
+        robots: ROBOTS.get_or_init(bittybuzz_robot_files::all_shipped).clone(),
     };
     compile::compile(path, script, loader, &options)
 }

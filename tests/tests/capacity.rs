@@ -7,7 +7,7 @@
 use std::fmt::Write;
 
 use bittybuzz_compiler::include::MemoryFiles;
-use bittybuzz_robots::Profile as Numbers;
+use bittybuzz_robot_spec::Profile as Numbers;
 use bittybuzz_tests::compiler;
 use bittybuzz_tests::machine::{self, End, Settings};
 use bittybuzz_vm_core::message::{FRAGMENT_HEAD, FRAGMENTS_MAX};
@@ -93,7 +93,7 @@ fn most<P: Profile>(script: fn(usize) -> String, slots: usize) -> usize {
 #[test]
 fn twice_the_reference_in_the_same_memory() {
     for reference in REFERENCES {
-        let robot = bittybuzz_robots::find(reference.robot).expect("it ships");
+        let robot = bittybuzz_robot_files::find(reference.robot).expect("it ships");
         // The reference sends no values that need fragments, so it has no room to put them together.
         let fragments = u32::from(FRAGMENTS_MAX) * (robot.frame_bytes() - FRAGMENT_HEAD as u32);
         // Nor does it keep where the sender of a waiting message was seen; a Kilobot sees nobody.

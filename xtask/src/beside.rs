@@ -3,7 +3,7 @@
 use anyhow::{Result, bail};
 use bittybuzz_builds::board::CRAZYFLIE;
 use bittybuzz_builds::shell::{Line, cargo, target};
-use bittybuzz_robots::Robot;
+use bittybuzz_robot_spec::Robot;
 use std::path::Path;
 
 /// Logs, and uses LEDs.
@@ -36,7 +36,7 @@ pub fn run(bbz: &Path) -> Result<()> {
         let output = Line::named("bbz", bbz, arguments).output(0)?;
         anyhow::Ok(String::from_utf8_lossy(&output.stdout).into_owned())
     };
-    let robot = bittybuzz_robots::find(CRAZYFLIE.robot)?;
+    let robot = bittybuzz_robot_files::find(CRAZYFLIE.robot)?;
     let here = told_here(&robot, &output(&here)?);
     let shown = told_there(&output(&[&there[..], &["--outputs"]].concat())?);
     let logged = output(&[&there[..], &["--plain"]].concat())?;
@@ -108,14 +108,14 @@ mod tests {
 
     #[test]
     fn calls_of_robot_functions_are_no_log_lines() {
-        let robot = bittybuzz_robots::find("crazyflie").unwrap();
+        let robot = bittybuzz_robot_files::find("crazyflie").unwrap();
         let told = told_here(&robot, "led(1)\n1: checked\nlamp(1)\n");
         assert_eq!(logs(&told).collect::<Vec<_>>(), ["1: checked", "lamp(1)"]);
     }
 
     #[test]
     fn log_lines_stand_in_one_row() {
-        let robot = bittybuzz_robots::find("crazyflie").unwrap();
+        let robot = bittybuzz_robot_files::find("crazyflie").unwrap();
         let table = beside(&told_here(&robot, "led(1)\n1: checked\nled(2)\n"), &told_there(TRACE));
         let rows: Vec<&str> = table.lines().skip(2).collect();
         assert_eq!(
@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn a_log_line_that_is_missing_leaves_its_place_empty() {
-        let robot = bittybuzz_robots::find("crazyflie").unwrap();
+        let robot = bittybuzz_robot_files::find("crazyflie").unwrap();
         let table = beside(&told_here(&robot, "a\nb\n"), &told_there("0.1 step 0 a\n"));
         assert_eq!(
             table.lines().skip(2).collect::<Vec<_>>(),

@@ -14,7 +14,7 @@ use anyhow::{Result, bail, ensure};
 use bittybuzz_builds::board::{Board, CRAZYFLIE, KILOBOT, ZOOIDS};
 use bittybuzz_builds::elf;
 use bittybuzz_builds::probe::{ATMEGA328P, CORTEX_M0, CORTEX_M4F, Extent, Probe};
-use bittybuzz_robots::Profile;
+use bittybuzz_robot_spec::Profile;
 use serde_json::{Map, Value};
 
 /// A robot, and what of it can be measured.
@@ -55,7 +55,7 @@ impl Measured {
     fn sizes(&self, quiet: bool) -> Result<Sizes> {
         let image = elf::footprint(&self.firmware.build_measured(quiet)?)?;
         let mut values = vec![("flash", image.flash), ("ram", image.ram)];
-        let robot = bittybuzz_robots::find(self.probe.robot)?;
+        let robot = bittybuzz_robot_files::find(self.probe.robot)?;
         let probed = |extent| elf::footprint(&self.probe.build(extent, quiet)?);
         let empty = probed(Extent::Empty)?;
         for extent in self.probe.extents() {
@@ -85,7 +85,7 @@ impl Measured {
 fn check(sizes: &[Sizes]) -> Result<()> {
     let mut excesses = Vec::new();
     for Sizes { robot, values } in sizes {
-        let file = bittybuzz_robots::find(robot)?;
+        let file = bittybuzz_robot_files::find(robot)?;
         let machine = file.vm.memory - file.queue_memory();
         let budget = file
             .budget

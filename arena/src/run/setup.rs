@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use bittybuzz_robots::{Function, OnFault, Profile, Robot as RobotFile};
+use bittybuzz_robot_spec::{Function, OnFault, Profile, Robot as RobotFile};
 use bittybuzz_vm_core::{ImageError, Periods, Sizes};
 
 use crate::scenario::{Action, Backend, Body, Cause, Scenario, ScenarioError};

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use bittybuzz_robots::{Profile, Robot};
+use bittybuzz_robot_spec::{Profile, Robot};
 use bittybuzz_toml_reader::{Place, file};
 
 use super::body::Body;

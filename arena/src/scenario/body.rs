@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use bittybuzz_emulation::message::PowerDetector;
-use bittybuzz_robots::Robot;
+use bittybuzz_robot_spec::Robot;
 use bittybuzz_toml_reader::TomlError;
 
 use super::keys;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use bittybuzz_robots::RobotError;
+use bittybuzz_robot_spec::RobotError;
 use bittybuzz_toml_reader::{self as toml_reader, FileError, TomlError, one_of};
 
 /// A mistake in a scenario: a sentence (`Display`), perhaps a place, and perhaps a cure ([`FileError::help`]).

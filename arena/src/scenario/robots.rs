@@ -4,7 +4,8 @@ use std::ffi::OsStr;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-use bittybuzz_robots::{self as robots, OnFault, Profile, Robot};
+use bittybuzz_robot_files::find;
+use bittybuzz_robot_spec::{OnFault, Profile, Robot};
 use bittybuzz_toml_reader::{Place, TomlError};
 use toml::de::DeValue;
 
@@ -203,8 +204,8 @@ fn robot_file(entry: &Entry<'_>, folder: &Path) -> Option<PathBuf> {
 fn robot(entry: &Entry<'_>, file: Option<&Path>) -> Option<Robot> {
     let name = entry.string()?;
     let found = match file {
-        Some(file) => robots::find(&file.to_string_lossy()),
-        None => robots::find(name),
+        Some(file) => find(&file.to_string_lossy()),
+        None => find(name),
     };
     match found {
         Ok(robot) => Some(robot),

@@ -31,7 +31,7 @@ pub fn read(folder: &Path, text: &str) -> (Scenario, Vec<Program>) {
         .map(|group| {
             let options = Options {
                 robot: Some(group.robot.clone()),
-                robots: bittybuzz_robots::all_shipped(),
+                robots: bittybuzz_robot_files::all_shipped(),
                 profile: None,
             };
             let text = fs::read_to_string(&group.script).unwrap();

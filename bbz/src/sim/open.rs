@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use bittybuzz_arena::run;
 use bittybuzz_arena::scenario::{Body, Scenario, ScenarioError};
 use bittybuzz_compiler::refusal;
-use bittybuzz_robots as robots;
+use bittybuzz_robot_files::all_shipped;
 use bittybuzz_toml_reader::file;
 
 use crate::emulator;
@@ -43,7 +43,7 @@ pub fn open(arguments: &Arguments, set: &[String]) -> Result<Option<Opened>, Pro
         }
     };
     let mut programs: Vec<Option<Program>> = Vec::new();
-    let known = robots::all_shipped();
+    let known = all_shipped();
     for (number, group) in scenario.groups.iter().enumerate() {
         let same = scenario
             .groups

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_emulation::message::Event;
 use bittybuzz_emulation::{Emulator, Pause};
-use bittybuzz_robots::Robot;
+use bittybuzz_robot_spec::Robot;
 use bittybuzz_toml_reader::file;
 use bittybuzz_trace_reader::{Table, TraceMessage, TraceReader};
 
@@ -46,7 +46,7 @@ impl Emulation<'_> {
     /// Runs it, and prints what it tells.
     pub fn run(&self, teller: &mut Teller<'_>, interrupt: &mut Interrupt) -> Result<(), Problem> {
         // A robot of one's own runs on the board that has its chip. Emulators play a Crazyflie unless they are told otherwise.
-        let mut boards = bittybuzz_robots::all_shipped().into_iter();
+        let mut boards = bittybuzz_robot_files::all_shipped().into_iter();
         let board = boards.find(|board| board.chip == self.robot.chip);
         let board = board.as_ref().map(|board| board.name.as_str());
         let is_kilobot = board == Some("kilobot");

@@ -4,7 +4,7 @@ use annotate_snippets::{Group, Level as Severity};
 use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_comms::trace::{Item, Items, Record, RecordError, Unused};
 use bittybuzz_compiler::refusal;
-use bittybuzz_robots::Robot;
+use bittybuzz_robot_spec::Robot;
 use bittybuzz_vm_core::image::VERSION;
 use bittybuzz_vm_core::{Fault, ImageError};
 use serde_json::{Value, json};

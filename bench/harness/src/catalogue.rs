@@ -4,7 +4,7 @@ use crate::error::BenchError;
 use crate::target::Target;
 use anyhow::Result;
 use bittybuzz_builds::shell::root;
-use bittybuzz_robots::Profile;
+use bittybuzz_robot_spec::Profile;
 use fs_err as fs;
 use serde::Deserialize;
 

@@ -84,7 +84,7 @@ fn measure(target: Target) -> Result<Costs> {
 /// Counts the longest time of instructions on a robot.
 fn measure_longest(robot: &Robot) -> Result<Costs> {
     eprintln!("costs: {}", robot.name);
-    let spec = bittybuzz_robots::find(robot.name)?;
+    let spec = bittybuzz_robot_files::find(robot.name)?;
     let mut runner = Runner::new(robot.target)?;
     let mut costs = Costs::new();
     for statement in &longest::STATEMENTS {

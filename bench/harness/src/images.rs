@@ -7,7 +7,7 @@ use bittybuzz_builds::shell::root;
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, Loader};
 use bittybuzz_compiler::render::{Color, Renderer};
-use bittybuzz_robots::Profile;
+use bittybuzz_robot_spec::Profile;
 use fs_err as fs;
 use std::path::{Path, PathBuf};
 
@@ -39,11 +39,11 @@ impl Compiled {
 
     /// Compiles the text of a script, which messages name by this path.
     pub fn text(name: &str, path: &Path, text: String, profile: Profile) -> Result<Compiled> {
-        let robot = bittybuzz_robots::find(ROBOT)?.clone();
+        let robot = bittybuzz_robot_files::find(ROBOT)?.clone();
         let options = Options {
             profile: Some(profile),
             robot: Some(robot),
-            robots: bittybuzz_robots::all_shipped().to_vec(),
+            robots: bittybuzz_robot_files::all_shipped().to_vec(),
         };
         let loader = Loader { folders: vec![root().join("lib")], ..Loader::new(&DiskFiles) };
         let compiled = compile(path, text, &loader, &options);

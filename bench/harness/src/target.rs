@@ -1,6 +1,6 @@
 //! What is measured: a machine for a core.
 
-use bittybuzz_robots::Profile;
+use bittybuzz_robot_spec::Profile;
 
 /// A machine for a core.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]

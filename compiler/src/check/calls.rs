@@ -1,6 +1,6 @@
 //! Checks calls: whether the callee exists here, and whether it takes these arguments.
 
-use bittybuzz_robots::{Function, Parameter, Type};
+use bittybuzz_robot_spec::{Function, Parameter, Type};
 use bittybuzz_vm_core::builtin::{self, Library};
 
 use crate::check::names::{Meaning, Member};

@@ -1,6 +1,6 @@
 //! What the robots offer to the script: those of one robot, or of every known robot when none is named.
 
-use bittybuzz_robots::{Function, Robot};
+use bittybuzz_robot_spec::{Function, Robot};
 use bittybuzz_vm_core::builtin::{self, Library};
 
 /// The robots that a script is compiled for.

@@ -6,7 +6,7 @@ use bittybuzz_vm_core::number::{self, Full, Profile as _, Tiny};
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::tree::{Expr, ExprKind};
 
-pub use bittybuzz_robots::Profile;
+pub use bittybuzz_robot_spec::Profile;
 
 /// A number that is known when the script is compiled.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,7 +3,7 @@
 use bittybuzz_compiler::compile::Options;
 use bittybuzz_compiler::diagnostic::Diagnostic;
 use bittybuzz_compiler::fit::{Misfit, misfits, sealed};
-use bittybuzz_robots::Robot;
+use bittybuzz_robot_spec::Robot;
 use bittybuzz_testkit::Recorder;
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::seal::{self, Sealed};
@@ -153,7 +153,7 @@ fn an_image_must_fit_the_flash() {
     assert_eq!(codes("a = 1", small.clone()), [""; 0]);
     assert_eq!(codes("a = 1 b = 2 c = a + b log(a, b, c)", small), ["E0607"]);
     // Where the script has flash of its own, that counts.
-    let mut zooids = bittybuzz_robots::find("zooids").unwrap();
+    let mut zooids = bittybuzz_robot_files::find("zooids").unwrap();
     zooids.layout.as_mut().unwrap().script.size = 30;
     let errors = diagnostics("a = 1 b = 2 c = a + b log(a, b, c)", zooids);
     let [error] = errors.as_slice() else { panic!("{errors:?}") };
@@ -181,7 +181,7 @@ fn a_robot_must_have_what_a_script_needs() {
 /// What the tool seals for a robot file, a machine of that robot's sizes opens, and no other.
 #[test]
 fn a_sealed_image_is_for_its_robot() {
-    let kilobot = bittybuzz_robots::find("kilobot").unwrap();
+    let kilobot = bittybuzz_robot_files::find("kilobot").unwrap();
     let script = "function step() { forward() neighbors.broadcast(1, 2) }";
     let image = build_with(script, &Options { robot: Some(kilobot.clone()), ..Options::default() })
         .image
@@ -200,8 +200,8 @@ fn a_sealed_image_is_for_its_robot() {
     assert_eq!(smaller.load_sealed(Sealed::new(&bytes), robot), Err(ImageError::Seal));
 
     // Both robots can run it, with other functions and memory.
-    let of_a_zooid = sealed(&image, &bittybuzz_robots::find("zooids").unwrap()).unwrap();
+    let of_a_zooid = sealed(&image, &bittybuzz_robot_files::find("zooids").unwrap()).unwrap();
     assert_eq!(vm.load_sealed(Sealed::new(&of_a_zooid), robot), Err(ImageError::Seal));
-    let crazyflie = bittybuzz_robots::find("crazyflie").unwrap();
+    let crazyflie = bittybuzz_robot_files::find("crazyflie").unwrap();
     assert_eq!(sealed(&image, &crazyflie), Err(ImageError::Profile));
 }

@@ -1,6 +1,6 @@
 //! What is computed when a script is compiled equals, bit for bit, what the machine would have computed.
 
-use bittybuzz_robots::Profile;
+use bittybuzz_robot_spec::Profile;
 use proptest::prelude::*;
 
 use crate::machine::{FULL, TINY, at_least, image, listing, run};

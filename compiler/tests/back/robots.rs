@@ -1,7 +1,7 @@
 //! Robot functions: linked by name, checked against the robot's file, and left out where a robot lacks them.
 
 use bittybuzz_compiler::compile::{Compiled, Options};
-use bittybuzz_robots::all_shipped;
+use bittybuzz_robot_files::all_shipped;
 use bittybuzz_vm_core::image::Image;
 use bittybuzz_vm_core::link::name_hash;
 

@@ -1,7 +1,7 @@
 //! Locals, parameters and captured values.
 
 use bittybuzz_compiler::bo::{Warning, error::Cause, import as import_file};
-use bittybuzz_robots::Profile;
+use bittybuzz_robot_spec::Profile;
 
 use crate::assembler::assemble;
 use crate::interpreter;

@@ -5,7 +5,7 @@ use std::path::Path;
 use bittybuzz_compiler::bo::debug::{DebugError, DebugInfo, DebugPlace};
 use bittybuzz_compiler::bo::read::Bo;
 use bittybuzz_compiler::bo::{Imported, Warning, import};
-use bittybuzz_robots::Profile;
+use bittybuzz_robot_spec::Profile;
 
 use crate::machine::recorder;
 use crate::vectors::{self, Vector};

@@ -9,7 +9,7 @@ use bittybuzz_compiler::bo::{disassemble, import};
 use bittybuzz_compiler::compile::compile_parsed;
 use bittybuzz_compiler::include::{DiskFiles, Loader};
 use bittybuzz_compiler::parser::{Parsed, parse_file};
-use bittybuzz_robots::Profile;
+use bittybuzz_robot_spec::Profile;
 use bittybuzz_vm_core::ImageError;
 
 use crate::interpreter::{self, Stop};

@@ -7,7 +7,7 @@ use bittybuzz_compiler::compile::{Compiled, Options};
 use bittybuzz_compiler::include::{Loader, MemoryFiles};
 use bittybuzz_compiler::parser::{Parsed, parse};
 use bittybuzz_compiler::symbols::Symbols;
-use bittybuzz_robots::{Profile as ProfileName, Robot};
+use bittybuzz_robot_spec::{Profile as ProfileName, Robot};
 use bittybuzz_testkit::{Program, Recorder};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{Entry, FaultCode, Image, ImageError, Outcome, Value, Vm};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use bittybuzz_compiler::bo::error::{BoError, Cause};
 use bittybuzz_compiler::bo::import;
-use bittybuzz_robots::Profile;
+use bittybuzz_robot_spec::Profile;
 
 use crate::assembler::assemble;
 use crate::machine::recorder;

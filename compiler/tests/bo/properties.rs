@@ -6,7 +6,7 @@ use bittybuzz_compiler::bo::import;
 use bittybuzz_compiler::bo::instruction::{Form, TABLE};
 use bittybuzz_compiler::bo::read::Bo;
 use bittybuzz_compiler::codes::Code;
-use bittybuzz_robots::Profile;
+use bittybuzz_robot_spec::Profile;
 use bittybuzz_vm_core::{FaultCode, ImageError};
 use proptest::collection::vec;
 use proptest::prelude::*;

@@ -88,7 +88,7 @@ fn codes_of(example: &str) -> Vec<Code> {
         .with("huge.bzz", vec![b'\n'; MAX_SOURCE_BYTES + 1])
         .with_unreadable("unreadable.bzz");
     let main = Path::new("scripts/main.bzz");
-    let robots = bittybuzz_robots::all_shipped();
+    let robots = bittybuzz_robot_files::all_shipped();
     let robot = robots.iter().find(|known| known.name == robot.trim()).cloned();
     let options = Options { robot, robots, profile: None };
     let compiled = compile(main, text.to_owned(), &Loader::new(&files), &options);

@@ -2,7 +2,7 @@
 //! numbers and memory layout. So each of these facts is written once.
 //!
 //! Everything goes to cargo's `OUT_DIR`:
-//! * `robot.rs`: constants, see [`bittybuzz_robots::generate_rust`], and the type `Numbers` of the profile (`BBZ_PROFILE`, else the robot's);
+//! * `robot.rs`: constants, see [`bittybuzz_robot_spec::generate_rust`], and the type `Numbers` of the profile (`BBZ_PROFILE`, else the robot's);
 //! * `script.bin`: the contents of the script section, length and image; with a log of scripts also `script_mark.bin`, the end of
 //!   its place;
 //! * `memory.x`: the linker's regions.
@@ -18,7 +18,7 @@ use bittybuzz_compiler::fit;
 use bittybuzz_compiler::include::{DiskFiles, Loader};
 use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::render::{Color, Renderer};
-use bittybuzz_robots::{Layout, Profile, Robot, script_section};
+use bittybuzz_robot_spec::{Layout, Profile, Robot, script_section};
 use bittybuzz_vm_core::{Part, Parts};
 
 /// The environment variable that names the script.
@@ -134,7 +134,7 @@ pub fn board(robot: &str, default_script: &str, start: Start) -> Result<(), Buil
     let numbers = format!(
         "/// Numbers of scripts.\npub type Numbers = bittybuzz_vm_core::number::{numbers};\n"
     );
-    write_out("robot.rs", (bittybuzz_robots::generate_rust(&robot) + &numbers).as_bytes())?;
+    write_out("robot.rs", (bittybuzz_robot_spec::generate_rust(&robot) + &numbers).as_bytes())?;
     write_out("script.bin", &section)?;
     write_out("memory.x", layout.memory_x().as_bytes())?;
     println!("cargo:rustc-link-search={}", out().display());
@@ -152,7 +152,7 @@ fn rerun(robot: &str) {
 }
 
 fn find(robot: &str) -> Result<Robot, BuildError> {
-    bittybuzz_robots::find(robot).map_err(|error| BuildError::Robot(error.to_string()))
+    bittybuzz_robot_files::find(robot).map_err(|error| BuildError::Robot(error.to_string()))
 }
 
 /// Does all of it for a chip whose script lies right behind the program, without a place of its own: there is no `memory.x`,
@@ -187,7 +187,7 @@ pub fn behind_program(robot: &str, default_script: &str) -> Result<(), BuildErro
          /// The parts of the machine, as bits.\npub const PARTS: u16 = {:#06x};\n",
         parts.bits()
     );
-    let constants = bittybuzz_robots::generate_rust(&robot) + &constants;
+    let constants = bittybuzz_robot_spec::generate_rust(&robot) + &constants;
     write_out("robot.rs", constants.as_bytes())?;
     write_out("script.bin", &section)
 }
@@ -225,7 +225,7 @@ fn compiled(script: &Path, robot: &Robot) -> Result<Vec<u8>, BuildError> {
     let options = Options {
         profile: None,
         robot: Some(robot.clone()),
-        robots: bittybuzz_robots::all_shipped(),
+        robots: bittybuzz_robot_files::all_shipped(),
     };
     let compiled = compile(script, text, &loader, &options);
     let image = image(&compiled).ok_or_else(|| BuildError::Errors(script.to_owned()))?;

@@ -1,4 +1,4 @@
-//! The robot functions that scripts call: one entry in `robots/crazyflie.toml` and one arm here.
+//! The robot functions that scripts call: one entry in `robots/crazyflie/robot.toml` and one arm here.
 
 use bittybuzz_runtime::call::{expect_count, integer, nothing};
 use bittybuzz_runtime::script::{Console, Counts, Robot, Stopped};
@@ -143,7 +143,7 @@ impl Robot<Numbers> for Crazyflie {
     }
 
     fn periods(&self) -> Periods {
-        // Each fits a byte: robots/src/read.rs.
+        // Each fits a byte: robots/spec/src/read.rs.
         Periods {
             beacon: robot::BEACON_STEPS as u8,
             forget: robot::FORGET_STEPS as u8,

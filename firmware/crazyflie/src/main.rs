@@ -35,7 +35,7 @@ mod section;
 mod watchdog;
 
 mod robot {
-    //! Generated from `robots/crazyflie.toml`.
+    //! Generated from `robots/crazyflie/robot.toml`.
     #![allow(dead_code, reason = "the robot file tells more than this firmware uses")]
     include!(concat!(env!("OUT_DIR"), "/robot.rs"));
 }

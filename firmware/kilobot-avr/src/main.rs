@@ -30,7 +30,7 @@ mod section;
 mod speak;
 
 mod toml {
-    //! Generated from `robots/kilobot.toml`.
+    //! Generated from `robots/kilobot/robot.toml`.
     #![allow(dead_code, reason = "the robot file tells more than this firmware uses")]
     include!(concat!(env!("OUT_DIR"), "/robot.rs"));
 }

@@ -1,4 +1,4 @@
-//! What the script reaches of the robot: its functions, one entry in `robots/kilobot.toml` and one arm here, and its messages.
+//! What the script reaches of the robot: its functions, one entry in `robots/kilobot/robot.toml` and one arm here, and its messages.
 
 use bittybuzz_comms::infrared::{CONTAINED, FaultReport, MESSAGE};
 use bittybuzz_comms::queue::{Inbox, Outbox};
@@ -138,7 +138,7 @@ impl Host<Tiny> for Robot {
     }
 
     fn periods(&self) -> Periods {
-        // Each fits a byte: robots/src/read.rs.
+        // Each fits a byte: robots/spec/src/read.rs.
         Periods {
             beacon: toml::BEACON_STEPS as u8,
             forget: toml::FORGET_STEPS as u8,

@@ -8,7 +8,7 @@ use bittybuzz_vm_core::{ByteCode, Parts, Sizes};
 
 use crate::toml::{self, SCRIPT_HEADER};
 
-/// `robots/src/trailing.rs`
+/// `robots/spec/src/trailing.rs`
 const BYTES: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/script.bin"));
 
 // The linker puts `.fini0` behind everything else of the program. The start-up code's `exit`, to which nothing ever comes, would

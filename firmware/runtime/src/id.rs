@@ -26,7 +26,7 @@ impl Id {
     }
 }
 
-/// The number of which this is the flash: the number and its complement, as `bittybuzz_robots::Layout::id_section` says. `None` if
+/// The number of which this is the flash: the number and its complement, as `bittybuzz_robot_spec::Layout::id_section` says. `None` if
 /// none was written since it was erased.
 pub const fn written([number, complement]: [u16; 2]) -> Option<u16> {
     if number == !complement { Some(number) } else { None }

@@ -11,7 +11,7 @@
 //! | 4092 to 4095 | CRC-16/MCRF4XX of length, image and sequence number, and its complement |
 //!
 //! The last eight bytes are the mark. They are written last; the check also finds a place whose writer had another order, or
-//! whose bytes are damaged. `bittybuzz_robots::Layout` writes places, this module reads them.
+//! whose bytes are damaged. `bittybuzz_robot_spec::Layout` writes places, this module reads them.
 
 use bittybuzz_vm_core::message::crc16;
 
@@ -73,7 +73,7 @@ mod tests {
     use std::vec;
     use std::vec::Vec;
 
-    use bittybuzz_robots::Layout;
+    use bittybuzz_robot_spec::Layout;
 
     use super::*;
 
@@ -81,7 +81,7 @@ mod tests {
     type Flash = [[u8; PLACE]; 2];
 
     fn layout() -> Layout {
-        let robot = bittybuzz_robots::find("crazyflie").expect("a shipped robot");
+        let robot = bittybuzz_robot_files::find("crazyflie").expect("a shipped robot");
         robot.layout.expect("it has a layout")
     }
 

@@ -7,7 +7,7 @@
 //! | from 4 on | the image |
 //!
 //! A loss of power while the section is written leaves a part of a script, whose last word may hold anything: often that is a
-//! script, too, but another one. The checksum finds that, but for one case in 65,536. `bittybuzz_robots::Layout` writes sections.
+//! script, too, but another one. The checksum finds that, but for one case in 65,536. `bittybuzz_robot_spec::Layout` writes sections.
 
 use bittybuzz_vm_core::message::crc16;
 
@@ -31,7 +31,7 @@ mod tests {
     use super::*;
 
     fn section(image: &[u8]) -> Vec<u8> {
-        let robot = bittybuzz_robots::find("zooids").expect("a shipped robot");
+        let robot = bittybuzz_robot_files::find("zooids").expect("a shipped robot");
         robot.layout.expect("it has a layout").script_section(image).expect("it fits")
     }
 

@@ -1,4 +1,4 @@
-//! The robot functions that scripts call: one entry in `robots/zooids.toml` and one arm here.
+//! The robot functions that scripts call: one entry in `robots/zooids/robot.toml` and one arm here.
 
 use core::ops::RangeInclusive;
 
@@ -114,7 +114,7 @@ impl Robot<Tiny> for Zooid {
     }
 
     fn periods(&self) -> Periods {
-        // Each fits a byte: robots/src/read.rs.
+        // Each fits a byte: robots/spec/src/read.rs.
         Periods {
             beacon: robot::BEACON_STEPS as u8,
             forget: robot::FORGET_STEPS as u8,

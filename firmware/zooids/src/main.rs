@@ -35,7 +35,7 @@ mod touch;
 mod watchdog;
 
 mod robot {
-    //! Generated from `robots/zooids.toml`.
+    //! Generated from `robots/zooids/robot.toml`.
     #![allow(dead_code, reason = "the robot file tells more than this firmware uses")]
     include!(concat!(env!("OUT_DIR"), "/robot.rs"));
 }

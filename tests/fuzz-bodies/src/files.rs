@@ -7,7 +7,8 @@ use bittybuzz_arena::output::recording::{Header, Reader, Sample, Writer};
 use bittybuzz_arena::scenario::Scenario;
 use bittybuzz_compiler::disasm::disassemble;
 use bittybuzz_compiler::symbols::Symbols;
-use bittybuzz_robots::{Robot, shipped};
+use bittybuzz_robot_files::shipped;
+use bittybuzz_robot_spec::Robot;
 
 use crate::choices::Choices;
 use crate::{seeds, words};
@@ -59,7 +60,7 @@ pub fn scenario(data: &[u8]) -> bool {
 
 /// Reads a robot file, and prints its mistakes. Returns true if it has none.
 pub fn robot_file(data: &[u8]) -> bool {
-    let known: Vec<&str> = shipped().iter().map(|(_, text)| *text).collect();
+    let known: Vec<&str> = shipped().iter().map(|file| file.text).collect();
     let Some(text) = text(data, &known) else { return false };
     match Robot::parse(&text, "fuzz.toml") {
         Ok(robot) => {

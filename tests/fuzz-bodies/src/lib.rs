@@ -50,7 +50,7 @@ use bittybuzz_compiler::disasm::disassemble;
 use bittybuzz_compiler::include::{Loader, MemoryFiles};
 use bittybuzz_compiler::render::{Color, Renderer};
 use bittybuzz_compiler::symbols::Symbols;
-use bittybuzz_robots::Profile;
+use bittybuzz_robot_spec::Profile;
 use bittybuzz_vm_core::ImageError;
 use choices::Choices;
 pub use files::{recording, robot_file, scenario, symbols};
@@ -165,7 +165,7 @@ fn options(profile: Profile) -> &'static Options {
         [Profile::Tiny, Profile::Full].map(|profile| Options {
             profile: Some(profile),
             robot: None,
-            robots: bittybuzz_robots::all_shipped(),
+            robots: bittybuzz_robot_files::all_shipped(),
         })
     });
     if profile == Profile::Tiny { tiny } else { full }

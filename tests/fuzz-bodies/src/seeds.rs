@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use bittybuzz_robots::Profile;
+use bittybuzz_robot_spec::Profile;
 use bittybuzz_tests::generator::{Options, program};
 
 use crate::bo_mutation::Program;

@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use std::fmt::Write;
 use std::hint::black_box;
 
-use bittybuzz_robots::Profile as ProfileName;
+use bittybuzz_robot_spec::Profile as ProfileName;
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{
     Arguments, Axis, ByteCode, CountedCode, Entry, Host, Image, Outcome, Reply, RobotFault,

@@ -39,7 +39,7 @@ pub use bittybuzz_emulation::message::{
     TimedEvent, ZooidStatistics,
 };
 use bittybuzz_emulation::{Emulator, Run};
-use bittybuzz_robots::Layout;
+use bittybuzz_robot_spec::Layout;
 use bittybuzz_tests::bbz;
 
 use object::{Object, ObjectSymbol};
@@ -118,7 +118,7 @@ pub fn crazyflie_tiny() -> PathBuf {
 
 /// Where the Crazyflie has its firmware, script and id.
 pub fn layout() -> Layout {
-    let robot = bittybuzz_robots::find("crazyflie").expect("a shipped robot");
+    let robot = bittybuzz_robot_files::find("crazyflie").expect("a shipped robot");
     robot.layout.expect("it has a layout")
 }
 
@@ -399,7 +399,7 @@ pub fn image_for(robot: &str, script: &str) -> Vec<u8> {
 
 /// A script, compiled for a robot.
 pub fn compiled_for(robot: &str, script: &str) -> Compiled {
-    let robot = bittybuzz_robots::find(robot).expect("a shipped robot");
+    let robot = bittybuzz_robot_files::find(robot).expect("a shipped robot");
     let options = Options { profile: None, robots: vec![robot.clone()], robot: Some(robot) };
     compile(Path::new("test.bzz"), script.to_owned(), &Loader::new(&DiskFiles), &options)
 }

@@ -9,7 +9,7 @@ use std::time::Duration;
 use bittybuzz_chips::STEP_MM;
 use bittybuzz_emulation::Emulator;
 use bittybuzz_emulation::message::{AirStatistics, PowerDetector};
-use bittybuzz_robots::Layout;
+use bittybuzz_robot_spec::Layout;
 use bittybuzz_tests::bbz;
 
 use crate::told::Told;
@@ -45,7 +45,7 @@ pub fn zooids() -> PathBuf {
 
 /// The memory of a Zooid.
 pub fn layout() -> Layout {
-    let robot = bittybuzz_robots::find("zooids").expect("a shipped robot");
+    let robot = bittybuzz_robot_files::find("zooids").expect("a shipped robot");
     robot.layout.expect("it has a layout")
 }
 

@@ -9,7 +9,7 @@ use bittybuzz_arena::scenario::{Backend, Body, Placement, Scenario};
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, Loader};
 use bittybuzz_hil::{Core, ScriptFile, table};
-use bittybuzz_robots::Robot;
+use bittybuzz_robot_spec::Robot;
 use bittybuzz_tests::bbz;
 
 /// Where a robot is in the end, and which colour it shows.
@@ -79,7 +79,7 @@ fn logged(simulation: &mut Simulation<'_>) -> Vec<(usize, Vec<f64>)> {
 fn program(script: &Path, robot: &Robot) -> Program {
     let options = Options {
         robot: Some(robot.clone()),
-        robots: bittybuzz_robots::all_shipped(),
+        robots: bittybuzz_robot_files::all_shipped(),
         profile: None,
     };
     let text = std::fs::read_to_string(script).unwrap();

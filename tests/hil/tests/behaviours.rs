@@ -13,7 +13,7 @@ use bittybuzz_compiler::include::{DiskFiles, Loader};
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_hil::kilobots::behaviour;
 use bittybuzz_hil::{Command, Core, Kilobots};
-use bittybuzz_robots::Robot;
+use bittybuzz_robot_spec::Robot;
 use bittybuzz_tests::bbz;
 use bittybuzz_vm_core::Value;
 use bittybuzz_vm_core::builtin::string;
@@ -35,7 +35,7 @@ fn file(name: &str, extension: &str) -> PathBuf {
 fn compiled(script: &Path, robot: &Robot) -> Compiled {
     let options = Options {
         robot: Some(robot.clone()),
-        robots: bittybuzz_robots::all_shipped(),
+        robots: bittybuzz_robot_files::all_shipped(),
         profile: None,
     };
     let text = std::fs::read_to_string(script).unwrap();

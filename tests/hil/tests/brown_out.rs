@@ -18,7 +18,7 @@ use bittybuzz_hil::supply::Doing;
 use bittybuzz_hil::{
     Command, Core, ECHO_HEADER, RADIO_RAW, Robot, Told, image, layout, motors, resets,
 };
-use bittybuzz_robots::Layout;
+use bittybuzz_robot_spec::Layout;
 
 /// The script that the robot has; the one that is written over it differs in the number that it logs.
 const OLD: &str = "\

@@ -168,7 +168,7 @@ const QUEUE: usize = 15;
 
 /// The machine hears the same in each tick.
 fn in_process(id: u16, heard: &[Vec<Vec<u8>>], image: &[u8]) -> (Vec<Known>, Winners) {
-    let zooid = bittybuzz_robots::find("zooids").unwrap();
+    let zooid = bittybuzz_robot_files::find("zooids").unwrap();
     assert_eq!([zooid.vm.in_queue, zooid.vm.out_queue], [QUEUE as u32; 2]);
     let mut vm: Box<Vm<Tiny, &[u8], SLOTS>> = Box::new(Vm::new());
     vm.equip(zooid.sizes());

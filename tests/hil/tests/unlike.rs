@@ -31,7 +31,7 @@ fn programs(scenario: &Scenario) -> Vec<Program> {
     let compiled = |group: &bittybuzz_arena::scenario::Group| {
         let text = std::fs::read_to_string(&group.script).unwrap();
         let loader = Loader { folders: vec![bbz::root().join("lib")], ..Loader::new(&DiskFiles) };
-        let robots = bittybuzz_robots::all_shipped();
+        let robots = bittybuzz_robot_files::all_shipped();
         let options = Options { profile: None, robot: Some(group.robot.clone()), robots };
         let compiled = compile(&group.script, text, &loader, &options);
         Program { image: compiled.image.unwrap(), symbols: compiled.symbols }

@@ -11,7 +11,7 @@ use bittybuzz_hil::flash::{Reading, Writing};
 use bittybuzz_hil::supply::Doing;
 use bittybuzz_hil::table::layout;
 use bittybuzz_hil::{Command, Event, Place, Table, TimedEvent, image_for, is_lit, resets};
-use bittybuzz_robots::Layout;
+use bittybuzz_robot_spec::Layout;
 
 /// The script that the robot has; the one that is written over it differs in the number that it logs first. That is the end of the
 /// image: with another value in its last bytes it is a script, too.

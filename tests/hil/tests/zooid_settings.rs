@@ -3,11 +3,11 @@
 #![allow(clippy::unwrap_used, reason = "a test may")]
 
 use bittybuzz_hil::{Event, Place, Table};
-use bittybuzz_robots::Layout;
+use bittybuzz_robot_spec::Layout;
 
 /// Writes settings as `bbz flash --set` does.
 fn set(table: &mut Table, robot: usize, values: &[(&str, u16)]) {
-    let zooid = bittybuzz_robots::find("zooids").unwrap();
+    let zooid = bittybuzz_robot_files::find("zooids").unwrap();
     let mut section = vec![None; zooid.settings.len()];
     for (name, value) in values {
         let place = zooid.settings.iter().position(|setting| setting.name == *name).unwrap();

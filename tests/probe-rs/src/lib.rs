@@ -7,7 +7,8 @@
 mod tests {
     use std::ops::Range;
 
-    use bittybuzz_robots::{Layout, Region, Robot, all_shipped};
+    use bittybuzz_robot_files::all_shipped;
+    use bittybuzz_robot_spec::{Layout, Region, Robot};
     use probe_rs::config::{MemoryRegion, Registry};
     use probe_rs::{CoreType, Target};
 

@@ -7,7 +7,7 @@ use bittybuzz_compiler::codegen::constant::Profile as ProfileName;
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
 use bittybuzz_compiler::include::{Loader, MemoryFiles};
 use bittybuzz_compiler::symbols::Symbols;
-use bittybuzz_robots::Robot;
+use bittybuzz_robot_spec::Robot;
 use bittybuzz_vm_core::number::Profile;
 
 /// A compiled script.
@@ -40,7 +40,7 @@ impl Program {
     pub fn options(profile: ProfileName) -> Options {
         // Read once: tests compile thousands of scripts.
         static ROBOTS: OnceLock<Vec<Robot>> = OnceLock::new();
-        let robots = ROBOTS.get_or_init(bittybuzz_robots::all_shipped).clone();
+        let robots = ROBOTS.get_or_init(bittybuzz_robot_files::all_shipped).clone();
         Options { profile: Some(profile), robot: None, robots }
     }
 

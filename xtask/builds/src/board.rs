@@ -6,7 +6,7 @@ use anyhow::{Context, Error, Result, anyhow};
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::fit;
 use bittybuzz_compiler::include::{DiskFiles, Loader};
-use bittybuzz_robots::Robot;
+use bittybuzz_robot_spec::Robot;
 use bittybuzz_vm_core::{Part, Parts};
 use fs_err as fs;
 use std::ffi::OsStr;
@@ -211,7 +211,7 @@ impl Board {
     }
 
     fn shipped(&self) -> Result<Robot> {
-        Ok(bittybuzz_robots::find(self.robot)?)
+        Ok(bittybuzz_robot_files::find(self.robot)?)
     }
 
     /// The script, or the board's own.
@@ -227,7 +227,7 @@ impl Board {
         let options = Options {
             profile: None,
             robot: Some(self.shipped()?),
-            robots: bittybuzz_robots::all_shipped(),
+            robots: bittybuzz_robot_files::all_shipped(),
         };
         let image = compile(&path, text, &loader, &options).image.unwrap_or_default();
         Ok(fit::parts(&image))

@@ -55,7 +55,7 @@ impl Probe {
 
     /// Links it; returns the ELF file.
     pub fn build(&self, extent: Extent, quiet: bool) -> Result<PathBuf> {
-        let robot = bittybuzz_robots::find(self.robot)?;
+        let robot = bittybuzz_robot_files::find(self.robot)?;
         let slots = robot.vm.slots as usize + robot.sizes().slots();
         let features = match extent {
             Extent::Empty => "empty",

@@ -17,7 +17,7 @@ use bittybuzz_compiler::refusal;
 use bittybuzz_emulation::message::PowerDetector;
 use bittybuzz_emulation::{AVR_FLASH_SIZE, ClientError, Image};
 use bittybuzz_kilobot::calibration;
-use bittybuzz_robots::{Layout, Robot};
+use bittybuzz_robot_spec::{Layout, Robot};
 use bittybuzz_toml_reader::{Place, file};
 use bittybuzz_trace_reader::Table;
 use bittybuzz_vm_core::ImageError;

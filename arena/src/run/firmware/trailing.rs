@@ -5,7 +5,7 @@ use std::path::Path;
 use bittybuzz_compiler::fit::{self, Misfit};
 use bittybuzz_compiler::refusal;
 use bittybuzz_emulation::{AVR_FLASH_SIZE, Image};
-use bittybuzz_robots::{NoSection, Robot, find_script_section, script_section};
+use bittybuzz_robot_spec::{NoSection, Robot, find_script_section, script_section};
 use bittybuzz_vm_core::image::VERSION;
 
 use crate::scenario::Cause;

@@ -8,7 +8,7 @@ use super::call::{Done, Numbers};
 use super::log::Piece;
 use super::platform::Deck;
 
-/// mm/s of take-off, landing and flights to a place, as robots/crazyflie.toml says.
+/// mm/s of take-off, landing and flights to a place, as robots/crazyflie/robot.toml says.
 const SPEED: f32 = 500.0;
 /// mm/s of `forward`.
 const CRUISE: f32 = 200.0;

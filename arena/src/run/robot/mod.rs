@@ -11,7 +11,7 @@ mod zooid;
 
 use bittybuzz_comms::queue::{Inbox, Outbox};
 use bittybuzz_comms::trace::Unused;
-use bittybuzz_robots::{OnFault, Profile as NumberProfile};
+use bittybuzz_robot_spec::{OnFault, Profile as NumberProfile};
 use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{Counters, Entry, Fault, FaultCode, Image, ImageError, Outcome, Vm};

@@ -1,7 +1,7 @@
 //! The machine's view of the robot: frames, position, time, calls.
 
 use bittybuzz_comms::queue::{Inbox, Outbox};
-use bittybuzz_robots::OnFault;
+use bittybuzz_robot_spec::OnFault;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
     Arguments, Axis, ByteCode, Calls, Fault, Host, Item, Periods, Reply, RobotFault, Sighting,

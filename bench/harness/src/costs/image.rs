@@ -5,7 +5,7 @@ use crate::images::Compiled;
 use bittybuzz_compiler::codegen::asm::{FunctionBuilder, FunctionCode, Shape};
 use bittybuzz_compiler::image::{EntryPoint, Parts};
 use bittybuzz_compiler::source::Span;
-use bittybuzz_robots::{Profile, name_hash};
+use bittybuzz_robot_spec::{Profile, name_hash};
 use bittybuzz_vm_core::builtin::{Feature, string};
 use bittybuzz_vm_core::opcode as op;
 

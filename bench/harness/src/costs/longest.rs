@@ -5,7 +5,7 @@
 //! an instruction grows in proportion to what it works on, which the test `instruction_time` shows.
 
 use crate::target::Target;
-use bittybuzz_robots::Profile;
+use bittybuzz_robot_spec::Profile;
 
 /// Cells of the tables on which statements are counted.
 pub const FEW_CELLS: u64 = 3;

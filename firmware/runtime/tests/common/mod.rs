@@ -173,9 +173,9 @@ pub fn image(source: &str) -> Vec<u8> {
         [budget]\nflash_bytes = 65536\nram_bytes = 8000\n\
         [[function]]\nname = \"motor\"\naccepts = [\"power: int\"]\nhelp = \"turn\"\n\
         [[function]]\nname = \"work\"\naccepts = [\"us: int\"]\nhelp = \"takes time\"\n";
-    let robot = bittybuzz_robots::Robot::parse(robot, "fake.toml").expect("robot");
+    let robot = bittybuzz_robot_spec::Robot::parse(robot, "fake.toml").expect("robot");
     let options = Options {
-        profile: Some(bittybuzz_robots::Profile::Full),
+        profile: Some(bittybuzz_robot_spec::Profile::Full),
         robot: Some(robot.clone()),
         robots: vec![robot],
     };

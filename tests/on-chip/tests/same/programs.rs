@@ -44,7 +44,7 @@ pub fn conformance(full: bool) -> Vec<(String, Option<Program>)> {
     let options = Options {
         profile: Some(if full { Profile::Full } else { Profile::Tiny }),
         robot: None,
-        robots: bittybuzz_robots::all_shipped(),
+        robots: bittybuzz_robot_files::all_shipped(),
     };
     let loader = Loader { folders: vec![bbz::root().join("lib")], ..Loader::new(&DiskFiles) };
     let paths = files::with_extension(CONFORMANCE, "bzz");

@@ -52,7 +52,7 @@ fn swarms_with_full_stores_are_quiet_and_see_each_other() {
 #[test]
 fn fifty_crazyflies_with_twenty_keys_send_beacons_only() {
     const SLOTS: usize = 2000;
-    let sizes = bittybuzz_robots::find("crazyflie").expect("it ships").sizes();
+    let sizes = bittybuzz_robot_files::find("crazyflie").expect("it ships").sizes();
     let image = Program::new::<Full>(
         "function init() { s = stigmergy.create(1) if(id <= 20) s.put(id, id) }
          function step() { log(s.size() * 100 + neighbors.count()) }",

@@ -1,6 +1,7 @@
 //! The generated source is compiled and run: its numbers must be those of the robot file.
 
-use bittybuzz_robots::{Layout, OnFault, Robot, all_shipped, generate_rust, name_hash};
+use bittybuzz_robot_files::all_shipped;
+use bittybuzz_robot_spec::{Layout, OnFault, Robot, generate_rust, name_hash};
 use std::fs;
 use std::io;
 use std::path::Path;

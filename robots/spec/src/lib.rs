@@ -1,4 +1,4 @@
-//! The robots that run BittyBuzz, as data: one TOML file per robot beside this crate, read and checked here.
+//! The robot file: its format, reader and checks, and the constants that build scripts generate from it.
 //!
 //! A robot file says which chip a robot has, which number profile it runs, how large its virtual machine is, and
 //! which functions its scripts may call. Compiler, command line tool, build scripts and documentation all take
@@ -8,12 +8,13 @@
 //! * A fact about a robot stands in its TOML file, never in code.
 //! * A file is refused rather than guessed at: unknown keys, missing keys and absurd sizes are errors that name
 //!   line and column and say what to do.
-//! * The robots that ship have no privilege: `--robot my-robot.toml` can do what they can.
+//! * This crate names no robot: `bittybuzz-robot-files` lists those that ship, and `--robot my-robot.toml` can do what
+//!   they can.
 //! * Functions are linked by name ([`name_hash`]), so a robot can gain functions without breaking old images.
 //!
 //! # To add a robot
 //! Copy the file of the robot that is most like it. Scripts can be checked, run and simulated for it at once with
-//! `--robot PATH.toml`. To ship it, add it to [`shipped`]. Its firmware calls [`generate_rust`] in its build
+//! `--robot PATH.toml`. To ship it, add it to `robots/files`. Its firmware calls [`generate_rust`] in its build
 //! script and has one Rust function for each `[[function]]` entry. `docs/new-robot.md` leads through all of it.
 //!
 //! | Key | Meaning |
@@ -227,6 +228,15 @@ impl Robot {
         read::robot(text, path)
     }
 
+    /// Reads the robot file at a path.
+    pub fn read(path: &Path) -> Result<Robot, RobotErrors> {
+        let name = path.to_string_lossy();
+        match file::read_text(path, file::MOST_TEXT) {
+            Ok(text) => Robot::parse(&text, &name),
+            Err(error) => Err(RobotErrors::unreadable(&name, &error)),
+        }
+    }
+
     /// The function of that name.
     pub fn function(&self, name: &str) -> Option<&Function> {
         self.functions.iter().find(|function| function.name == name)
@@ -235,43 +245,6 @@ impl Robot {
     /// The table of that name.
     pub fn table(&self, name: &str) -> Option<&SensorTable> {
         self.tables.iter().find(|table| table.name == name)
-    }
-}
-
-/// The robots that ship: name and text of the robot file.
-pub const fn shipped() -> &'static [(&'static str, &'static str)] {
-    &[
-        ("kilobot", include_str!("../kilobot.toml")),
-        ("zooids", include_str!("../zooids.toml")),
-        ("crazyflie", include_str!("../crazyflie.toml")),
-        ("bench", include_str!("../bench.toml")),
-    ]
-}
-
-/// The robots that ship, read.
-pub fn all_shipped() -> Vec<Robot> {
-    shipped().iter().map(|(name, text)| read_shipped(name, text)).collect()
-}
-
-fn read_shipped(name: &str, text: &str) -> Robot {
-    match Robot::parse(text, &format!("robots/{name}.toml")) {
-        Ok(robot) => robot,
-        // A fault of this crate, which its tests find; no input leads here.
-        Err(error) => panic!("a shipped robot does not parse: {error}"),
-    }
-}
-
-/// The robot that `--robot` names: one that ships, or a robot file of the user (a path that ends in `.toml`).
-pub fn find(name_or_path: &str) -> Result<Robot, RobotErrors> {
-    if Path::new(name_or_path).extension().is_some_and(|extension| extension == "toml") {
-        return match file::read_text(Path::new(name_or_path), file::MOST_TEXT) {
-            Ok(text) => Robot::parse(&text, name_or_path),
-            Err(error) => Err(RobotErrors::unreadable(name_or_path, &error)),
-        };
-    }
-    match shipped().iter().find(|(name, _)| *name == name_or_path) {
-        Some((name, text)) => Ok(read_shipped(name, text)),
-        None => Err(RobotErrors::unknown_robot(name_or_path)),
     }
 }
 

@@ -18,8 +18,8 @@ pub struct RobotErrors(pub Vec<RobotError>);
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the fields are what the messages below print")]
 pub enum Cause {
-    /// `--robot` names no robot that ships.
-    UnknownRobot { name: String },
+    /// `--robot` names no robot that ships; `known` are those that do.
+    UnknownRobot { name: String, known: Vec<String> },
     /// The file cannot be read.
     Unreadable { path: String, reason: String },
     /// A mistake that any TOML file can have.
@@ -63,8 +63,10 @@ pub enum Cause {
 }
 
 impl RobotErrors {
-    pub(crate) fn unknown_robot(name: &str) -> RobotErrors {
-        let cause = Cause::UnknownRobot { name: name.to_owned() };
+    /// The error for a name that is none of the `known` robots.
+    pub fn unknown_robot<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> RobotErrors {
+        let known = known.into_iter().map(str::to_owned).collect();
+        let cause = Cause::UnknownRobot { name: name.to_owned(), known };
         RobotErrors(vec![RobotError { cause, place: None }])
     }
 
@@ -115,7 +117,7 @@ impl From<TomlError> for Cause {
 impl fmt::Display for Cause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Cause::UnknownRobot { name } => write!(f, "no robot is named `{name}`"),
+            Cause::UnknownRobot { name, .. } => write!(f, "no robot is named `{name}`"),
             Cause::Unreadable { path, reason } => write!(f, "cannot read `{path}`: {reason}"),
             Cause::Toml(error) => error.fmt(f),
             Cause::TooManySlots { slots, slot_bytes, memory, .. } => write!(
@@ -156,9 +158,8 @@ impl fmt::Display for Cause {
 impl toml_reader::Cause for Cause {
     fn help(&self) -> Option<String> {
         match self {
-            Cause::UnknownRobot { name } => {
-                let known: Vec<&str> = crate::shipped().iter().map(|(name, _)| *name).collect();
-                let hint = one_of(name, &known);
+            Cause::UnknownRobot { name, known } => {
+                let hint = one_of(name, known);
                 Some(format!("{hint} (a file of your own: a path that ends in .toml)"))
             }
             Cause::Toml(error) => error.help(),
