@@ -60,6 +60,40 @@ pub enum Cause {
     UnknownType { name: String },
     /// A table without fields.
     NoFields,
+    /// A key that only another drive or another kind of sensor has.
+    KeyOfAnother { key: &'static str, word: &'static str, known: Vec<&'static str> },
+    /// No beam or too many.
+    NumberOfBeams { count: usize, most: u32 },
+    /// A second link.
+    SecondLink { line: usize },
+    /// Something for the simulator in the file of a robot that has no body there.
+    NoBody { key: &'static str },
+    /// A function that does nothing in the simulator.
+    NoEffect { name: String },
+    /// A function that returns something and reads nothing.
+    ReturnsNothingRead { name: String },
+    /// A function that reads something and returns nothing.
+    ReadsWithoutResult { name: String },
+    /// A table `sets` without a quantity.
+    SetsNothing,
+    /// A list of arguments with which a call changes nothing.
+    ListSetsNothing { list: String },
+    /// A quantity that the drive does not have.
+    NotOfDrive { key: &'static str, drive: &'static str, known: Vec<&'static str> },
+    /// A value of a quantity that is neither a number nor a parameter.
+    BadAmount { text: String },
+    /// A parameter that the function does not have.
+    UnknownParameter { name: String, known: Vec<String> },
+    /// A parameter that may be something else than a number.
+    NoNumber { parameter: String },
+    /// A unit that the quantity does not have.
+    UnknownUnit { unit: String, key: &'static str, known: Vec<&'static str> },
+    /// A sensor that the file does not have.
+    UnknownSensor { name: String, known: Vec<String> },
+    /// A value that the sensor does not have, or none where it has several.
+    UnknownSensorValue { sensor: String, value: Option<String>, known: Vec<String> },
+    /// A function that reads one of several beams, and does not say which.
+    WhichBeam { sensor: String, count: usize, most: usize },
 }
 
 impl RobotErrors {
@@ -151,6 +185,47 @@ impl fmt::Display for Cause {
             }
             Cause::UnknownType { name } => write!(f, "there is no type `{name}`"),
             Cause::NoFields => write!(f, "the table has no fields"),
+            Cause::KeyOfAnother { key, word, .. } => write!(f, "\"{word}\" has no `{key}`"),
+            Cause::NumberOfBeams { count, .. } => write!(f, "a sensor cannot have {count} beams"),
+            Cause::SecondLink { .. } => write!(f, "a robot has one link"),
+            Cause::NoBody { key } => write!(f, "`{key}` has no meaning without a [body]"),
+            Cause::NoEffect { name } => write!(f, "`{name}` has no effect in the simulator"),
+            Cause::ReturnsNothingRead { name } => {
+                write!(f, "`{name}` returns a value, but reads no sensor")
+            }
+            Cause::ReadsWithoutResult { name } => {
+                write!(f, "`{name}` reads a sensor, but returns no number")
+            }
+            Cause::SetsNothing => write!(f, "`sets` names no quantity"),
+            Cause::ListSetsNothing { list } => {
+                write!(f, "a call with the arguments ({list}) sets nothing")
+            }
+            Cause::NotOfDrive { key, drive, .. } => {
+                write!(f, "a body with the drive \"{drive}\" has no `{key}`")
+            }
+            Cause::BadAmount { text } => {
+                write!(f, "`{text}` is neither a number nor the name of a parameter")
+            }
+            Cause::UnknownParameter { name, .. } => {
+                write!(f, "the function has no parameter `{name}`")
+            }
+            Cause::NoNumber { parameter } => {
+                write!(f, "the parameter `{parameter}` is not always one number")
+            }
+            Cause::UnknownUnit { unit, key, .. } => write!(f, "`{key}` has no unit `{unit}`"),
+            Cause::UnknownSensor { name, .. } => write!(f, "there is no sensor `{name}`"),
+            Cause::UnknownSensorValue { sensor, value: Some(value), .. } => {
+                write!(f, "the sensor `{sensor}` has no value `{value}`")
+            }
+            Cause::UnknownSensorValue { sensor, value: None, .. } => {
+                write!(f, "the sensor `{sensor}` has several values")
+            }
+            Cause::WhichBeam { sensor, count, .. } => {
+                write!(
+                    f,
+                    "the sensor `{sensor}` has {count} beams, and the call does not choose one"
+                )
+            }
         }
     }
 }
@@ -190,6 +265,56 @@ impl toml_reader::Cause for Cause {
             }
             Cause::UnknownType { name } => Some(one_of(name, &Type::ALL.map(Type::name))),
             Cause::NoFields => Some("write them as in \"x: number, y: number\"".to_owned()),
+            Cause::KeyOfAnother { known, .. } => Some(format!("it has {}", known.join(", "))),
+            Cause::NumberOfBeams { most, .. } => Some(format!("from 1 to {most} beams")),
+            Cause::SecondLink { line } => Some(format!("the other one is in line {line}")),
+            Cause::NoBody { .. } => Some(
+                "add a [body] with `drive`, `radius_mm` and `speed_mm_s`, or remove the key"
+                    .to_owned(),
+            ),
+            Cause::NoEffect { .. } => Some(
+                "add `sets = { QUANTITY = \"PARAMETER\" }`, `reads = \"SENSOR\"`, or `logs = true`"
+                    .to_owned(),
+            ),
+            Cause::ReturnsNothingRead { .. } => Some(
+                "add `reads = \"SENSOR\"`, or remove `returns`; with `logs = true` it returns 0"
+                    .to_owned(),
+            ),
+            Cause::ReadsWithoutResult { .. } => Some("add `returns = \"int\"`".to_owned()),
+            Cause::SetsNothing => Some(
+                "write a quantity and its value, as in `sets = { forward = \"speed\" }`".to_owned(),
+            ),
+            Cause::ListSetsNothing { .. } => Some(
+                "remove the list from `accepts`, or set a quantity from its parameters".to_owned(),
+            ),
+            Cause::NotOfDrive { known, .. } => Some(format!("one of {}", known.join(", "))),
+            Cause::BadAmount { .. } => {
+                Some("write 80, \"speed\", \"-rate rad/s\", \"50 %\" or \"duty of 255\"".to_owned())
+            }
+            Cause::UnknownParameter { known, .. } if known.is_empty() => {
+                Some("it takes no argument: write a number".to_owned())
+            }
+            Cause::UnknownParameter { name, known } => Some(one_of(name, known)),
+            Cause::NoNumber { .. } => Some("its type must be int or number".to_owned()),
+            Cause::UnknownUnit { known, .. } if known.is_empty() => {
+                Some("write the value alone".to_owned())
+            }
+            Cause::UnknownUnit { unit, known, .. } => Some(one_of(unit, known)),
+            Cause::UnknownSensor { known, .. } if known.is_empty() => {
+                Some("the file has no [[sensor]]".to_owned())
+            }
+            Cause::UnknownSensor { name, known } => Some(one_of(name, known)),
+            Cause::UnknownSensorValue { sensor, known, .. } if known.is_empty() => {
+                Some(format!("it has one value: write \"{sensor}\""))
+            }
+            Cause::UnknownSensorValue { sensor, known, .. } => {
+                let known: Vec<String> =
+                    known.iter().map(|value| format!("\"{sensor}.{value}\"")).collect();
+                Some(format!("one of {}", known.join(", ")))
+            }
+            Cause::WhichBeam { sensor, most, .. } => Some(format!(
+                "write `accepts = [\"beam: int\"]`, or name a beam from \"{sensor}.0\" to \"{sensor}.{most}\""
+            )),
             Cause::Unreadable { .. }
             | Cause::Overlap { .. }
             | Cause::NotOneLine { .. }

@@ -32,17 +32,37 @@
 //! | `[[function]]` | a function that scripts may call, see [`Function`] |
 //! | `[[table]]` | a table that the robot keeps up to date, such as `pos`, see [`SensorTable`] |
 //! | `[[setting]]` | a number that people write to one robot's flash, see [`Setting`] |
+//! | `[body]` | the body that the simulator moves, see [`Body`]; left out for a robot with code of its own for it |
+//! | `[[sensor]]` | a sensor of that body, see [`Sensor`] |
+//!
+//! A file without `chip` describes a robot that exists in the simulator only. It may leave out `title` (then it is
+//! `name`), `profile` (`"full"`), `tick_hz` (10), `message_bytes` (the least of the profile) and `[vm]`.
+//!
+//! # A robot for the simulator
+//! A file with a `[body]` gives each function an effect:
+//!
+//! | Key of `[[function]]` | Meaning |
+//! |---|---|
+//! | `sets` | quantities of the actuators, and their values: `{ forward = "speed cm/s", turn = 0 }`; see [`Quantity`] |
+//! | `reads` | the value that it returns: a sensor, or one of several values as in `"ring.0"`; see [`SensorValue`] |
+//! | `logs` | true: the call is written to the log of the run |
+//!
+//! A value of `sets` is a number, the name of a parameter, or either of them in a unit: `"speed m/s"`, `"-rate rad/s"`,
+//! `"50 %"` or `"duty of 255"`, where 255 means the largest value that the body has.
 //!
 //! # What it will not do
-//! It knows no pins, clocks or drivers: those are the firmware's. It does not say how a function is carried out,
-//! only how it is called. It is a host crate; nothing of it runs on a robot.
+//! It knows no pins, clocks or drivers: those are the firmware's. Of a robot's firmware it does not say how a function is
+//! carried out, only how it is called. It is a host crate; nothing of it runs on a robot.
 
+mod body;
 mod call;
+mod effect;
 mod error;
 mod generate;
 mod layout;
 mod memory;
 mod read;
+mod sensor;
 mod signature;
 mod trailing;
 
@@ -51,15 +71,18 @@ use std::path::Path;
 use bittybuzz_toml_reader::file;
 use bittybuzz_vm_core::Parts;
 pub use bittybuzz_vm_core::link::name_hash;
+pub use body::{Body, Drive};
 pub use call::{accepted_lists, accepting, idle_result};
+pub use effect::{Amount, Assignment, Effect, Quantity};
 pub use error::{Cause, RobotError, RobotErrors};
 pub use generate::generate_rust;
 pub use layout::{Layout, Region};
+pub use sensor::{Reading, Sensor, SensorKind, SensorValue};
 pub use signature::{Parameter, Type};
 pub use trailing::{NoSection, SCRIPT_MARK, find_script_section, script_section};
 
 /// What a robot file says.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Robot {
     /// The word by which the command line knows it, such as `kilobot`.
     pub name: String,
@@ -89,6 +112,10 @@ pub struct Robot {
     pub tables: Vec<SensorTable>,
     /// What can be set on each robot, in the order of the file.
     pub settings: Vec<Setting>,
+    /// The body that the simulator moves; `None` if the simulator has no robot of this kind, or code of its own for it.
+    pub body: Option<Body>,
+    /// What that body measures, in the order of the file.
+    pub sensors: Vec<Sensor>,
 }
 
 /// A number profile of the virtual machine.
@@ -171,7 +198,7 @@ pub struct Budget {
 }
 
 /// A function that scripts may call on a robot.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Function {
     /// Its name in scripts.
     pub name: String,
@@ -183,6 +210,8 @@ pub struct Function {
     pub waits: bool,
     /// What it does, with units, in one line.
     pub help: String,
+    /// What it does in the simulator: `Some` where the robot has a [`Body`].
+    pub effect: Option<Effect>,
 }
 
 impl Function {

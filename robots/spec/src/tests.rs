@@ -1,5 +1,7 @@
 //! Every cause of an error, with its line and column.
 
+mod simulated;
+
 use super::*;
 use std::collections::HashMap;
 
@@ -298,7 +300,7 @@ fn a_key_unlike_any_other_does_not_stand_for_a_missing_one() {
     let errors = errors_of(&GOOD.replacen("title", "colour", 1));
     let places = errors.0.iter().map(|error| (error.place.clone().unwrap().line, error.help()));
     let help = "one of name, title, chip, profile, tick_hz, message_bytes, on_fault, vm, budget, \
-                layout, function, table, setting";
+                layout, function, table, setting, body, sensor";
     assert_eq!(places.collect::<Vec<_>>(), [(1, None), (2, Some(help.to_owned()))], "{errors}");
 }
 

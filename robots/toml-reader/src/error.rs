@@ -133,6 +133,10 @@ pub(crate) fn likely<'a, T: AsRef<str>>(name: &str, known: &'a [T]) -> Option<&'
     let most = length.max(3) / 3;
     let distance = |known: &str| {
         let word = known.split(['.', '(']).next().unwrap_or_default();
+        // A key without its unit, such as `radius` for `radius_mm`.
+        if !name.is_empty() && word.strip_prefix(name).is_some_and(|rest| rest.starts_with('_')) {
+            return Some(1);
+        }
         // Each character that one word has more than the other is a step: no need to compare the rest.
         let is_near = word.chars().count().abs_diff(length) <= most;
         is_near.then(|| strsim::damerau_levenshtein(name, word)).filter(|steps| *steps <= most)

@@ -120,6 +120,8 @@ fn a_place_in_a_long_line_shows_a_part_of_it() {
 fn likely_names_are_near() {
     assert_eq!(one_of("spede", &["size", "speed"]), "did you mean `speed`?");
     assert_eq!(one_of("color", &["size", "speed"]), "one of size, speed");
+    assert_eq!(one_of("size", &["seize", "size_mm"]), "did you mean `seize`?");
+    assert_eq!(one_of("range", &["orange_juice", "range_mm"]), "did you mean `range_mm`?");
     assert_eq!(one_of("distnce", &["distance(X, Y)"]), "did you mean `distance(X, Y)`?");
     let many: Vec<String> = (0..30).map(|number| format!("{number}")).collect();
     assert!(one_of("color", &many).ends_with("22, 23 and 6 more"));

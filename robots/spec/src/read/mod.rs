@@ -1,5 +1,8 @@
 //! Reads a robot file and checks everything that it says. All its mistakes are found in one pass.
 
+mod body;
+mod effect;
+
 use std::collections::{HashMap, HashSet};
 use std::ops::RangeInclusive;
 
@@ -13,6 +16,8 @@ use crate::generate::constant;
 use crate::layout::{Layout, PLACE, Region};
 use crate::signature::{self, Parameter, Type};
 use crate::{Budget, Function, OnFault, Profile, Robot, SensorTable, Setting, VmSizes, name_hash};
+use body::{BODY, SENSOR, SensorNames};
+use effect::SETS;
 
 /// Words that a script cannot use as a name. `include` is one before a string only, but would confuse.
 const KEYWORDS: &[&str] = &[
@@ -37,6 +42,9 @@ const SETTING: &str = "this [[setting]]";
 /// The keys of each section.
 fn keys(section: &'static str) -> Vec<&'static str> {
     let keys: &[&str] = match section {
+        BODY => return body::body_keys(),
+        SENSOR => return body::sensor_keys(),
+        SETS => return effect::sets_keys(),
         ROOT => &[
             "name",
             "title",
@@ -51,6 +59,8 @@ fn keys(section: &'static str) -> Vec<&'static str> {
             "function",
             "table",
             "setting",
+            "body",
+            "sensor",
         ],
         VM => &[
             "memory",
@@ -69,7 +79,7 @@ fn keys(section: &'static str) -> Vec<&'static str> {
         BUDGET => &["flash_bytes", "ram_bytes"],
         LAYOUT => &["application", "script", "script_log", "ram", "stack", "id", "settings"],
         REGION => &["address", "size"],
-        FUNCTION => &["name", "accepts", "returns", "waits", "help"],
+        FUNCTION => &["name", "accepts", "returns", "waits", "help", "sets", "reads", "logs"],
         TABLE => &["name", "fields", "help"],
         SETTING => &["name", "least", "most", "help"],
         _ => &[],
@@ -85,15 +95,33 @@ pub fn robot(text: &str, path: &str) -> Result<Robot, RobotErrors> {
 
 fn root(root: &Section<'_>) -> Option<Robot> {
     let name = robot_name(root);
-    let title = line(root, "title");
     let chip = root.get("chip").map(|entry| one_line(&entry));
-    let profile = root.required("profile").and_then(|entry| entry.word(&PROFILES));
-    let tick_hz = integer(root, "tick_hz", 1..=100);
+    // A robot without a chip is a description: its memory costs nothing, so there are sensible defaults.
+    let may_lack = |key| chip.is_none() && root.get(key).is_none();
+    let title = if may_lack("title") { name.clone() } else { line(root, "title") };
+    let profile = match may_lack("profile") {
+        true => Some(Profile::Full),
+        false => root.required("profile").and_then(|entry| entry.word(&PROFILES)),
+    };
+    let tick_hz = match may_lack("tick_hz") {
+        true => Some(DEFAULT_TICK_HZ),
+        false => integer(root, "tick_hz", 1..=100),
+    };
     let least_bytes = message_bytes(profile.unwrap_or(Profile::Tiny));
-    let message_bytes = integer(root, "message_bytes", least_bytes..=255);
+    let message_bytes = match may_lack("message_bytes") {
+        true => Some(least_bytes),
+        false => integer(root, "message_bytes", least_bytes..=255),
+    };
     let on_fault = root.get("on_fault").map(|entry| entry.word(&OnFault::WORDS));
-    let vm_section = required_section(root, "vm", VM);
-    let vm = vm_section.as_ref().and_then(vm_sizes);
+    let has_default_sizes = may_lack("vm");
+    let vm_section = match has_default_sizes {
+        true => None,
+        false => required_section(root, "vm", VM),
+    };
+    let vm = match &vm_section {
+        None => has_default_sizes.then_some(DEFAULT_SIZES),
+        Some(section) => vm_sizes(section),
+    };
     let budget = root.section("budget", BUDGET).map(|section| budget(&section));
     let layout_section = root.section("layout", LAYOUT);
     let layout = layout_section.as_ref().map(layout);
@@ -101,8 +129,27 @@ fn root(root: &Section<'_>) -> Option<Robot> {
     let mut names = Names::default();
     let tables = root.sections("table", TABLE);
     let tables: Vec<_> = tables.iter().map(|section| sensor_table(section, &mut names)).collect();
+    let body_section = root.section("body", BODY);
+    let drive = body_section.as_ref().map(body::drive);
+    let mut sensor_names = SensorNames::default();
+    let sensors = root.sections("sensor", SENSOR);
+    if let (None, Some(sensor)) = (&drive, sensors.first()) {
+        sensor.fail(Cause::NoBody { key: "sensor" });
+    }
+    let sensors: Vec<_> =
+        sensors.iter().map(|section| body::sensor(section, &mut sensor_names)).collect();
     let functions = root.sections("function", FUNCTION);
-    let functions: Vec<_> = functions.iter().map(|section| function(section, &mut names)).collect();
+    let function = |section| {
+        let mut function = function(section, &mut names)?;
+        match drive {
+            Some(drive) => {
+                function.effect = Some(effect::effect(section, &function, drive, &sensors)?);
+            }
+            None => effect::refuse(section),
+        }
+        Some(function)
+    };
+    let functions: Vec<_> = functions.iter().map(function).collect();
     let settings = root.sections("setting", SETTING);
     let settings: Vec<_> = settings.iter().map(|section| setting(section, &mut names)).collect();
     if let Some(layout) = &layout_section
@@ -111,7 +158,8 @@ fn root(root: &Section<'_>) -> Option<Robot> {
         layout.required("settings");
     }
 
-    let robot = Robot {
+    let body = body_section.map(|section| body::body(&section, drive.flatten()));
+    let mut robot = Robot {
         name: name?,
         title: title?,
         chip: given(chip)?,
@@ -126,7 +174,12 @@ fn root(root: &Section<'_>) -> Option<Robot> {
         functions: functions.into_iter().collect::<Option<_>>()?,
         tables: tables.into_iter().collect::<Option<_>>()?,
         settings: settings.into_iter().collect::<Option<_>>()?,
+        body: given(body)?,
+        sensors: sensors.into_iter().collect::<Option<_>>()?,
     };
+    if has_default_sizes {
+        robot.vm.memory = robot.least_memory();
+    }
     let (slots, most) = (robot.vm.slots, robot.most_slots());
     if slots > most {
         let (slot_bytes, memory, least) =
@@ -146,6 +199,24 @@ fn given<T>(value: Option<Option<T>>) -> Option<Option<T>> {
         right => Some(right.flatten()),
     }
 }
+
+const DEFAULT_TICK_HZ: u32 = 10;
+
+/// Sizes of the machine of a robot without a chip and without `[vm]`. Its memory is what they need.
+const DEFAULT_SIZES: VmSizes = VmSizes {
+    memory: 0,
+    slots: 400,
+    neighbors: 15,
+    bearings: true,
+    in_queue: 10,
+    out_queue: 10,
+    stigmergy_entries: 32,
+    swarms: 8,
+    maths: true,
+    beacon_steps: Periods::DEFAULT.beacon as u32,
+    forget_steps: Periods::DEFAULT.forget as u32,
+    advertise_steps: Periods::DEFAULT.advertise as u32,
+};
 
 const PROFILES: [(&str, Profile); 2] =
     [(Profile::Tiny.name(), Profile::Tiny), (Profile::Full.name(), Profile::Full)];
@@ -276,7 +347,14 @@ fn function(section: &Section<'_>, names: &mut Names) -> Option<Function> {
     });
     let waits = section.boolean("waits").unwrap_or(false);
     let help = line(section, "help");
-    Some(Function { name: name?, accepts: accepts?, returns: given(returns)?, waits, help: help? })
+    Some(Function {
+        name: name?,
+        accepts: accepts?,
+        returns: given(returns)?,
+        waits,
+        help: help?,
+        effect: None,
+    })
 }
 
 fn sensor_table(section: &Section<'_>, names: &mut Names) -> Option<SensorTable> {

@@ -1,0 +1,184 @@
+//! The effect of a robot function in the simulator: which actuators it sets, which sensor it reads.
+
+use crate::Parameter;
+use crate::sensor::Reading;
+
+/// An effect of a function. All of it happens in each call, in the order of the fields. Where `reads` is `None`, a function
+/// that returns something returns 0.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Effect {
+    /// The quantities that it sets, none twice.
+    pub sets: Vec<Assignment>,
+    /// True if the call is written to the log of the run: its arguments, separated by nothing, as `log` writes them.
+    pub logs: bool,
+    /// The value that it returns.
+    pub reads: Option<Reading>,
+}
+
+/// A quantity and the value that a call gives to it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Assignment {
+    /// The quantity.
+    pub quantity: Quantity,
+    /// Its value.
+    pub amount: Amount,
+}
+
+/// A value of a quantity, in the quantity's unit.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Amount {
+    /// The same in every call.
+    Constant(f64),
+    /// An argument, times a factor. A call whose argument list does not have this parameter leaves the quantity alone.
+    Parameter {
+        /// The parameter's name.
+        name: String,
+        /// The unit of the argument in the unit of the quantity.
+        factor: f64,
+    },
+}
+
+/// A quantity of an actuator. It keeps its value until a call sets it again; at the start all are 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Quantity {
+    /// Speed of the left wheel over the ground, in mm/s.
+    LeftWheel,
+    /// Speed of the right wheel over the ground, in mm/s.
+    RightWheel,
+    /// Speed ahead, in mm/s. With two wheels it changes both, and keeps `Turn`.
+    Forward,
+    /// Turning rate in degrees per second, anticlockwise. With two wheels it changes both, and keeps `Forward`.
+    Turn,
+    /// Duty of the left vibration motor, 0 to 1.
+    LeftMotor,
+    /// Duty of the right vibration motor, 0 to 1.
+    RightMotor,
+    /// Speed to the left, in mm/s.
+    Leftward,
+    /// Speed upward, in mm/s. It ends the last `Height`.
+    Upward,
+    /// Height over the ground to go to and to keep, in mm. It ends the last `Upward`.
+    Height,
+    /// Color of the LED: the sum of 1 red, 2 green, 4 blue. Higher bits are ignored.
+    Color,
+    /// Brightness of the red LED, 0 to 1.
+    Red,
+    /// Brightness of the green LED, 0 to 1.
+    Green,
+    /// Brightness of the blue LED, 0 to 1.
+    Blue,
+}
+
+/// A dimension, which determines the units that a quantity can have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Dimension {
+    Speed,
+    TurningRate,
+    Length,
+    Share,
+    Color,
+}
+
+impl Quantity {
+    /// Every quantity.
+    pub const ALL: [Quantity; 13] = [
+        Quantity::LeftWheel,
+        Quantity::RightWheel,
+        Quantity::Forward,
+        Quantity::Turn,
+        Quantity::LeftMotor,
+        Quantity::RightMotor,
+        Quantity::Leftward,
+        Quantity::Upward,
+        Quantity::Height,
+        Quantity::Color,
+        Quantity::Red,
+        Quantity::Green,
+        Quantity::Blue,
+    ];
+
+    /// The quantities that every body has.
+    pub const OF_EVERY_BODY: [Quantity; 4] =
+        [Quantity::Color, Quantity::Red, Quantity::Green, Quantity::Blue];
+
+    /// The key of robot files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Quantity::LeftWheel => "left_wheel",
+            Quantity::RightWheel => "right_wheel",
+            Quantity::Forward => "forward",
+            Quantity::Turn => "turn",
+            Quantity::LeftMotor => "left_motor",
+            Quantity::RightMotor => "right_motor",
+            Quantity::Leftward => "leftward",
+            Quantity::Upward => "upward",
+            Quantity::Height => "height",
+            Quantity::Color => "color",
+            Quantity::Red => "red",
+            Quantity::Green => "green",
+            Quantity::Blue => "blue",
+        }
+    }
+
+    pub(crate) const fn dimension(self) -> Dimension {
+        match self {
+            Quantity::LeftWheel
+            | Quantity::RightWheel
+            | Quantity::Forward
+            | Quantity::Leftward
+            | Quantity::Upward => Dimension::Speed,
+            Quantity::Turn => Dimension::TurningRate,
+            Quantity::Height => Dimension::Length,
+            Quantity::LeftMotor
+            | Quantity::RightMotor
+            | Quantity::Red
+            | Quantity::Green
+            | Quantity::Blue => Dimension::Share,
+            Quantity::Color => Dimension::Color,
+        }
+    }
+
+    /// The unit of its values.
+    pub const fn unit(self) -> &'static str {
+        match self.dimension() {
+            Dimension::Speed => "mm/s",
+            Dimension::TurningRate => "deg/s",
+            Dimension::Length => "mm",
+            Dimension::Share => "0 to 1",
+            Dimension::Color => "0 to 7",
+        }
+    }
+}
+
+impl Dimension {
+    /// The units that can be written after a value, and what they are in the unit of the quantity.
+    pub(crate) const fn units(self) -> &'static [(&'static str, f64)] {
+        match self {
+            Dimension::Speed => &[("mm/s", 1.0), ("cm/s", 10.0), ("m/s", 1000.0)],
+            Dimension::TurningRate => &[("deg/s", 1.0), ("rad/s", 180.0 / std::f64::consts::PI)],
+            Dimension::Length => &[("mm", 1.0), ("cm", 10.0), ("m", 1000.0)],
+            Dimension::Share | Dimension::Color => &[],
+        }
+    }
+}
+
+impl Effect {
+    /// The quantities that a call sets, with their values before any limit: `list` is the argument list that accepts the
+    /// call, `arguments` are its arguments.
+    pub fn values<'a>(
+        &'a self,
+        list: &'a [Parameter],
+        arguments: &'a [f64],
+    ) -> impl Iterator<Item = (Quantity, f64)> + 'a {
+        self.sets.iter().filter_map(move |Assignment { quantity, amount }| {
+            let value = match amount {
+                Amount::Constant(value) => *value,
+                Amount::Parameter { name, factor } => {
+                    let place = list.iter().position(|parameter| parameter.name == *name)?;
+                    arguments.get(place)? * factor
+                }
+            };
+            Some((*quantity, value))
+        })
+    }
+}

@@ -1,0 +1,250 @@
+//! Reads `[body]` and `[[sensor]]`.
+
+use std::collections::HashMap;
+use std::ops::RangeInclusive;
+
+use bittybuzz_toml_reader::TomlError;
+
+use super::{Entry, Section, given, one_line};
+use crate::body::{Body, Drive};
+use crate::error::Cause;
+use crate::sensor::{Sensor, SensorKind};
+use crate::signature;
+
+pub const BODY: &str = "[body]";
+pub const SENSOR: &str = "this [[sensor]]";
+
+/// The keys of `[body]` whatever the drive is.
+const COMMON_BODY_KEYS: [&str; 5] = ["drive", "radius_mm", "height_mm", "gain_error", "noise"];
+
+/// The drives, and the keys that each has besides.
+const DRIVES: [(&str, &[&str]); 4] = [
+    ("differential", &["wheel_distance_mm", "speed_mm_s"]),
+    ("unicycle", &["speed_mm_s", "turn_deg_s"]),
+    ("slip-stick", &["speed_mm_s", "turn_deg_s"]),
+    ("quadrotor", &["speed_mm_s", "climb_mm_s", "turn_deg_s", "lag_s"]),
+];
+
+/// The keys of `[[sensor]]` whatever its kind is.
+const COMMON_SENSOR_KEYS: [&str; 4] = ["name", "kind", "noise", "rate_hz"];
+
+/// The kinds of sensors, and the keys that each has besides.
+const SENSOR_KINDS: [(&str, &[&str]); 5] = [
+    ("proximity", &["range_mm", "nothing", "direction_deg", "directions_deg", "count"]),
+    ("light", &["direction_deg"]),
+    ("ground", &[]),
+    ("range-and-bearing", &["range_mm", "bearing_noise_deg"]),
+    ("battery", &["full_mv", "empty_mv", "minutes"]),
+];
+
+const SIZE: RangeInclusive<f64> = 1.0..=10_000.0;
+const SPEED: RangeInclusive<f64> = 0.0..=100_000.0;
+const TURN: RangeInclusive<f64> = 0.0..=5000.0;
+const SHARE: RangeInclusive<f64> = 0.0..=1.0;
+const DIRECTION: RangeInclusive<f64> = -360.0..=360.0;
+const RANGE: RangeInclusive<f64> = 1.0..=100_000.0;
+const NOISE: RangeInclusive<f64> = 0.0..=100_000.0;
+const VOLTAGE: RangeInclusive<f64> = 0.0..=32_767.0;
+/// A value of a sensor must fit the integers of the tiny profile.
+const VALUE: RangeInclusive<f64> = -32_768.0..=32_767.0;
+const MOST_BEAMS: u32 = 360;
+
+/// The keys of a section that depend on a word in it, once each.
+fn all_keys(
+    common: &[&'static str],
+    words: &[(&'static str, &'static [&'static str])],
+) -> Vec<&'static str> {
+    let mut keys = common.to_vec();
+    for key in words.iter().flat_map(|(_, keys)| *keys) {
+        if !keys.contains(key) {
+            keys.push(key);
+        }
+    }
+    keys
+}
+
+pub fn body_keys() -> Vec<&'static str> {
+    all_keys(&COMMON_BODY_KEYS, &DRIVES)
+}
+
+pub fn sensor_keys() -> Vec<&'static str> {
+    all_keys(&COMMON_SENSOR_KEYS, &SENSOR_KINDS)
+}
+
+/// Reads the word that determines which other keys a section has, and notes those that it does not have with this word.
+fn determining_word(
+    section: &Section<'_>,
+    key: &'static str,
+    common: &[&'static str],
+    words: &[(&'static str, &'static [&'static str])],
+) -> Option<&'static str> {
+    let choices: Vec<_> = words.iter().map(|(word, keys)| (*word, (*word, *keys))).collect();
+    let (word, own) = section.required(key)?.word(&choices)?;
+    for other in all_keys(&[], words) {
+        if own.contains(&other) || common.contains(&other) {
+            continue;
+        }
+        if let Some(entry) = section.get(other) {
+            let known = [common, own].concat();
+            entry.fail(Cause::KeyOfAnother { key: other, word, known });
+        }
+    }
+    Some(word)
+}
+
+fn number(section: &Section<'_>, key: &'static str, range: RangeInclusive<f64>) -> Option<f64> {
+    section.required(key)?.number(range)
+}
+
+/// Reads a number that may be left out; `None` only for a mistake.
+fn number_or(
+    section: &Section<'_>,
+    key: &str,
+    range: RangeInclusive<f64>,
+    usual: f64,
+) -> Option<f64> {
+    section.get(key).map_or(Some(usual), |entry| entry.number(range))
+}
+
+pub fn drive(section: &Section<'_>) -> Option<Drive> {
+    let word = determining_word(section, "drive", &COMMON_BODY_KEYS, &DRIVES)?;
+    drive_of(section, word)
+}
+
+/// Reads a body whose drive is read already.
+pub fn body(section: &Section<'_>, drive: Option<Drive>) -> Option<Body> {
+    let radius_mm = number(section, "radius_mm", SIZE);
+    let height_mm = number_or(section, "height_mm", SIZE, 2.0 * radius_mm.unwrap_or(1.0));
+    let gain_error = number_or(section, "gain_error", SHARE, 0.0);
+    let noise = number_or(section, "noise", SHARE, 0.0);
+    Some(Body {
+        drive: drive?,
+        radius_mm: radius_mm?,
+        height_mm: height_mm?,
+        gain_error: gain_error?,
+        noise: noise?,
+    })
+}
+
+fn drive_of(section: &Section<'_>, word: &str) -> Option<Drive> {
+    let speed_mm_s = number(section, "speed_mm_s", SPEED);
+    if word == "differential" {
+        let wheel_distance_mm = number(section, "wheel_distance_mm", SIZE);
+        return Some(Drive::Differential {
+            wheel_distance_mm: wheel_distance_mm?,
+            speed_mm_s: speed_mm_s?,
+        });
+    }
+    let turn_deg_s = number(section, "turn_deg_s", TURN);
+    if word == "quadrotor" {
+        let climb_mm_s = number(section, "climb_mm_s", SPEED);
+        let lag_s = number_or(section, "lag_s", 0.0..=10.0, 0.2);
+        return Some(Drive::Quadrotor {
+            speed_mm_s: speed_mm_s?,
+            climb_mm_s: climb_mm_s?,
+            turn_deg_s: turn_deg_s?,
+            lag_s: lag_s?,
+        });
+    }
+    let (speed_mm_s, turn_deg_s) = (speed_mm_s?, turn_deg_s?);
+    Some(match word {
+        "unicycle" => Drive::Unicycle { speed_mm_s, turn_deg_s },
+        _ => Drive::SlipStick { speed_mm_s, turn_deg_s },
+    })
+}
+
+/// The sensors that the file has defined up to here.
+#[derive(Default)]
+pub struct SensorNames {
+    /// The line of each name.
+    lines: HashMap<String, usize>,
+    /// The line of the link.
+    link: Option<usize>,
+}
+
+pub fn sensor(section: &Section<'_>, names: &mut SensorNames) -> Option<Sensor> {
+    let name = section.required("name").and_then(|entry| sensor_name(&entry, names));
+    let kind = determining_word(section, "kind", &COMMON_SENSOR_KEYS, &SENSOR_KINDS);
+    if kind == Some("range-and-bearing") {
+        let line = section.place().line;
+        match names.link {
+            Some(line) => section.get("kind")?.fail(Cause::SecondLink { line }),
+            None => names.link = Some(line),
+        }
+    }
+    let kind = kind.and_then(|word| sensor_kind(section, word));
+    let noise = number_or(section, "noise", NOISE, 0.0);
+    let rate_hz = section.get("rate_hz").map(|entry| entry.number(0.01..=1000.0));
+    Some(Sensor { name: name?, kind: kind?, noise: noise?, rate_hz: given(rate_hz)? })
+}
+
+fn sensor_name(entry: &Entry<'_>, names: &mut SensorNames) -> Option<String> {
+    let name = one_line(entry)?;
+    if !signature::is_identifier(&name) {
+        entry.fail(Cause::BadIdentifier { name });
+        return None;
+    }
+    if let Some(line) = names.lines.get(&name) {
+        entry.fail(Cause::DuplicateName { name, line: *line });
+        return None;
+    }
+    names.lines.insert(name.clone(), entry.place().line);
+    Some(name)
+}
+
+fn sensor_kind(section: &Section<'_>, word: &str) -> Option<SensorKind> {
+    match word {
+        "proximity" => {
+            let directions_deg = beams(section);
+            let range_mm = number(section, "range_mm", RANGE);
+            let nothing = number_or(section, "nothing", VALUE, range_mm.unwrap_or(0.0));
+            Some(SensorKind::Proximity {
+                directions_deg: directions_deg?,
+                range_mm: range_mm?,
+                nothing: nothing?,
+            })
+        }
+        "light" => {
+            let direction = section.get("direction_deg").map(|entry| entry.number(DIRECTION));
+            Some(SensorKind::Light { direction_deg: given(direction)? })
+        }
+        "range-and-bearing" => {
+            let range_mm = number(section, "range_mm", RANGE);
+            let bearing_noise_deg = number_or(section, "bearing_noise_deg", 0.0..=180.0, 0.0);
+            Some(SensorKind::RangeAndBearing {
+                range_mm: range_mm?,
+                bearing_noise_deg: bearing_noise_deg?,
+            })
+        }
+        "battery" => {
+            let full_mv = number(section, "full_mv", VOLTAGE);
+            let empty_mv = number(section, "empty_mv", 0.0..=full_mv.unwrap_or(*VOLTAGE.end()));
+            let minutes = number(section, "minutes", 0.01..=100_000.0);
+            Some(SensorKind::Battery { full_mv: full_mv?, empty_mv: empty_mv?, minutes: minutes? })
+        }
+        _ => Some(SensorKind::Ground),
+    }
+}
+
+/// Reads where the beams of a proximity sensor look: a list, or a first direction and a number of beams evenly around.
+fn beams(section: &Section<'_>) -> Option<Vec<f64>> {
+    let Some(list) = section.get("directions_deg") else {
+        let first = number_or(section, "direction_deg", DIRECTION, 0.0);
+        let count = section.get("count").map_or(Some(1), |entry| entry.integer(1..=MOST_BEAMS));
+        let (first, count) = (first?, count?);
+        let step = 360.0 / f64::from(count);
+        return Some((0..count).map(|beam| first + f64::from(beam) * step).collect());
+    };
+    for key in ["direction_deg", "count"] {
+        if let Some(entry) = section.get(key) {
+            entry.fail(TomlError::Both { key, other: "directions_deg" });
+        }
+    }
+    let items = list.list()?;
+    if items.is_empty() || items.len() > MOST_BEAMS as usize {
+        list.fail(Cause::NumberOfBeams { count: items.len(), most: MOST_BEAMS });
+        return None;
+    }
+    let directions: Vec<_> = items.iter().map(|item| item.number(DIRECTION)).collect();
+    directions.into_iter().collect()
+}

@@ -1,0 +1,103 @@
+//! The sensors of a robot that the simulator moves, as `[[sensor]]` of its file describes them.
+
+/// A sensor of a body. Functions with the key `reads` return its values.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sensor {
+    /// The name by which functions refer to it.
+    pub name: String,
+    /// What it measures.
+    pub kind: SensorKind,
+    /// Standard deviation of a value, in the unit of the value; 0 if left out. Of a [`SensorKind::RangeAndBearing`] it is
+    /// that of the distance.
+    pub noise: f64,
+    /// New values per second; `None`, if left out: one in every tick of the world.
+    pub rate_hz: Option<f64>,
+}
+
+/// The quantity that a sensor measures. Directions are in degrees from where the robot looks, anticlockwise.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SensorKind {
+    /// Distances in mm from the rim of the robot to the next obstacle, wall or robot, along beams.
+    Proximity {
+        /// Direction of each beam; at least one.
+        directions_deg: Vec<f64>,
+        /// The largest distance that is measured, in mm.
+        range_mm: f64,
+        /// The value where nothing is in range; `range_mm` if left out.
+        nothing: f64,
+    },
+    /// Brightness of lamps and ambient light, 0 (dark) to 1023.
+    Light {
+        /// The direction in which it looks; `None`, if left out: it sees all directions alike.
+        direction_deg: Option<f64>,
+    },
+    /// Brightness of the ground below the middle of the robot, 0 (black) to 1023 (white).
+    Ground,
+    /// The link over which robots exchange messages, and with it distance and direction of the neighbors. A robot
+    /// without such a sensor neither sends nor receives a message. A robot has at most one.
+    RangeAndBearing {
+        /// The largest distance between the middles of two robots that exchange messages, in mm.
+        range_mm: f64,
+        /// Standard deviation of a direction, in degrees; 0 if left out.
+        bearing_noise_deg: f64,
+    },
+    /// Voltage of the battery in mV, which falls evenly from full to empty.
+    Battery {
+        /// At the start, in mV.
+        full_mv: f64,
+        /// At the end, in mV.
+        empty_mv: f64,
+        /// Minutes from full to empty. The robot stops when it is empty.
+        minutes: f64,
+    },
+}
+
+/// A value of a sensor that a function returns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SensorValue {
+    /// The only value of light, ground and battery.
+    Only,
+    /// The distance along a beam of a proximity sensor, by its number from 0.
+    Beam(usize),
+    /// The distance along the beam whose number, from 0, is the only argument of the function. Another number is out of
+    /// range.
+    BeamOfArgument,
+    /// Distance in mm to the nearest robot in range; the range if there is none.
+    NearestDistance,
+    /// Direction of the nearest robot in range, in degrees in (-180, 180]; 0 if there is none.
+    NearestBearing,
+    /// The number of robots in range.
+    Count,
+}
+
+/// A sensor, and the value of it that a function returns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Reading {
+    /// The place of the sensor in [`Robot::sensors`](crate::Robot::sensors).
+    pub sensor: usize,
+    /// Which of its values.
+    pub value: SensorValue,
+}
+
+impl SensorKind {
+    /// The word of robot files.
+    pub const fn name(&self) -> &'static str {
+        match self {
+            SensorKind::Proximity { .. } => "proximity",
+            SensorKind::Light { .. } => "light",
+            SensorKind::Ground => "ground",
+            SensorKind::RangeAndBearing { .. } => "range-and-bearing",
+            SensorKind::Battery { .. } => "battery",
+        }
+    }
+
+    /// The unit of its values.
+    pub const fn unit(&self) -> &'static str {
+        match self {
+            SensorKind::Proximity { .. } => "mm",
+            SensorKind::Light { .. } | SensorKind::Ground => "0 to 1023",
+            SensorKind::RangeAndBearing { .. } => "mm and degrees",
+            SensorKind::Battery { .. } => "mV",
+        }
+    }
+}

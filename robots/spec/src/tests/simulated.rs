@@ -1,0 +1,354 @@
+//! Bodies, sensors and effects of functions: their meaning, and every error with its place.
+
+use super::{Expected, error_of, errors_of};
+use crate::*;
+
+/// A robot from nothing but a description, which each case below spoils in one place.
+const RIGHT: &str = r#"name = "rover"
+
+[body]
+drive = "differential"
+radius_mm = 40
+wheel_distance_mm = 60
+speed_mm_s = 150
+noise = 0.05
+
+[[sensor]]
+name = "ring"
+kind = "proximity"
+count = 8
+range_mm = 300
+noise = 5
+
+[[sensor]]
+name = "radio"
+kind = "range-and-bearing"
+range_mm = 2000
+
+[[sensor]]
+name = "cell"
+kind = "battery"
+full_mv = 4200
+empty_mv = 3300
+minutes = 30
+
+[[function]]
+name = "wheels"
+accepts = ["left: number, right: number"]
+sets = { left_wheel = "left cm/s", right_wheel = "right of 255" }
+help = "speeds of the wheels"
+
+[[function]]
+name = "stop"
+accepts = [""]
+sets = { forward = 0, turn = 0 }
+help = "stand still"
+
+[[function]]
+name = "led"
+accepts = ["color: int", "red: int, green: int"]
+sets = { color = "color", red = "red %", green = "-green %" }
+help = "show a color"
+
+[[function]]
+name = "distance"
+accepts = ["beam: int"]
+returns = "int"
+reads = "ring"
+help = "distance along a beam"
+
+[[function]]
+name = "ahead"
+accepts = [""]
+returns = "number"
+reads = "ring.0"
+help = "distance ahead"
+
+[[function]]
+name = "nearest"
+accepts = [""]
+returns = "int"
+reads = "radio.bearing"
+help = "direction of the nearest robot"
+
+[[function]]
+name = "volts"
+accepts = [""]
+returns = "int"
+reads = "cell"
+help = "voltage"
+
+[[function]]
+name = "print"
+accepts = ["value: any"]
+logs = true
+help = "write value to the log"
+"#;
+
+fn right() -> Robot {
+    Robot::parse(RIGHT, "rover.toml").unwrap()
+}
+
+#[test]
+fn a_description_needs_no_sizes() {
+    let robot = right();
+    assert_eq!((robot.title.as_str(), robot.profile), ("rover", Profile::Full));
+    assert_eq!((robot.tick_hz, robot.message_bytes), (10, 48));
+    assert_eq!(robot.vm.memory, robot.least_memory());
+    assert!(robot.vm.slots >= 400 && robot.vm.neighbors > 0);
+    // A robot with a chip must say what is there.
+    let errors = errors_of(&RIGHT.replacen("\n\n", "\nchip = \"STM32F051C8\"\n\n", 1));
+    let missing: Vec<String> = errors.0.iter().map(ToString::to_string).collect();
+    let keys = ["title", "profile", "tick_hz", "message_bytes", "vm"];
+    assert_eq!(missing, keys.map(|key| format!("the file has no `{key}`")));
+}
+
+#[test]
+fn a_body_and_its_sensors_are_read() {
+    let robot = right();
+    let body = robot.body.unwrap();
+    let drive = Drive::Differential { wheel_distance_mm: 60.0, speed_mm_s: 150.0 };
+    assert_eq!((body.drive, body.radius_mm, body.height_mm), (drive, 40.0, 80.0));
+    assert_eq!((body.gain_error, body.noise), (0.0, 0.05));
+    let most_turn = drive.most(Quantity::Turn).unwrap();
+    assert!((most_turn - 286.478_9).abs() < 0.001, "{most_turn}");
+    let [ring, radio, cell] = robot.sensors.as_slice() else { panic!("{:?}", robot.sensors) };
+    let directions_deg = vec![0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0];
+    let kind = SensorKind::Proximity { directions_deg, range_mm: 300.0, nothing: 300.0 };
+    assert_eq!((&ring.kind, ring.noise, ring.rate_hz), (&kind, 5.0, None));
+    let link = SensorKind::RangeAndBearing { range_mm: 2000.0, bearing_noise_deg: 0.0 };
+    assert_eq!(radio.kind, link);
+    let battery = SensorKind::Battery { full_mv: 4200.0, empty_mv: 3300.0, minutes: 30.0 };
+    assert_eq!(cell.kind, battery);
+}
+
+#[test]
+fn drives_and_their_quantities() {
+    for (keys, drive, quantities) in [
+        (
+            "drive = \"unicycle\"\nturn_deg_s = 90",
+            Drive::Unicycle { speed_mm_s: 150.0, turn_deg_s: 90.0 },
+            "forward turn",
+        ),
+        (
+            "drive = \"slip-stick\"\nturn_deg_s = 45",
+            Drive::SlipStick { speed_mm_s: 150.0, turn_deg_s: 45.0 },
+            "left_motor right_motor",
+        ),
+        (
+            "drive = \"quadrotor\"\nturn_deg_s = 90\nclimb_mm_s = 500",
+            Drive::Quadrotor { speed_mm_s: 150.0, climb_mm_s: 500.0, turn_deg_s: 90.0, lag_s: 0.2 },
+            "forward leftward upward turn height",
+        ),
+    ] {
+        let (head, _) = RIGHT.split_once("\n[[function]]").unwrap();
+        let head = head.replacen("drive = \"differential\"", keys, 1);
+        let text = head.replacen("wheel_distance_mm = 60\n", "", 1);
+        let robot = Robot::parse(&text, "rover.toml").unwrap();
+        let name = drive.name();
+        assert_eq!(robot.body.unwrap().drive, drive, "{name}");
+        let names: Vec<&str> = drive.quantities().iter().map(|quantity| quantity.name()).collect();
+        assert_eq!(names.join(" "), quantities, "{name}");
+        for quantity in drive.quantities() {
+            let is_limited = *quantity != Quantity::Height;
+            assert_eq!(drive.most(*quantity).is_some(), is_limited, "{name} {quantity:?}");
+        }
+    }
+}
+
+#[test]
+fn calls_set_quantities() {
+    let robot = right();
+    let values = |name: &str, list: usize, arguments: &[f64]| -> Vec<(Quantity, f64)> {
+        let function = robot.function(name).unwrap();
+        let effect = function.effect.as_ref().unwrap();
+        effect.values(&function.accepts[list], arguments).collect()
+    };
+    let wheels = [(Quantity::LeftWheel, 70.0), (Quantity::RightWheel, 75.0)];
+    assert_eq!(values("wheels", 0, &[7.0, 127.5]), wheels);
+    assert_eq!(values("stop", 0, &[]), [(Quantity::Forward, 0.0), (Quantity::Turn, 0.0)]);
+    assert_eq!(values("led", 0, &[5.0]), [(Quantity::Color, 5.0)]);
+    assert_eq!(values("led", 1, &[50.0, 10.0]), [(Quantity::Red, 0.5), (Quantity::Green, -0.1)]);
+    assert_eq!(values("print", 0, &[1.0]), []);
+}
+
+#[test]
+fn functions_read_sensors() {
+    let robot = right();
+    let reading = |name: &str| {
+        let effect = robot.function(name).unwrap().effect.as_ref().unwrap();
+        effect.reads.map(|reading| (robot.sensors[reading.sensor].name.as_str(), reading.value))
+    };
+    assert_eq!(reading("distance"), Some(("ring", SensorValue::BeamOfArgument)));
+    assert_eq!(reading("ahead"), Some(("ring", SensorValue::Beam(0))));
+    assert_eq!(reading("nearest"), Some(("radio", SensorValue::NearestBearing)));
+    assert_eq!(reading("volts"), Some(("cell", SensorValue::Only)));
+    assert_eq!(reading("print"), None);
+    assert!(robot.function("print").unwrap().effect.as_ref().unwrap().logs);
+}
+
+#[test]
+fn every_error_has_its_place() {
+    // What is replaced (its first occurrence), by what, and the error.
+    let cases = [
+        ("\"differential\"", "\"diferential\"", Expected("UnknownWord", 4, 9, "did you mean")),
+        ("radius_mm", "radius", Expected("UnknownKey", 5, 1, "did you mean `radius_mm`?")),
+        ("radius_mm = 40\n", "", Expected("MissingKey", 3, 1, "[body] has no `radius_mm`")),
+        ("drive = \"differential\"\n", "", Expected("MissingKey", 3, 1, "[body] has no `drive`")),
+        ("speed_mm_s = 150\n", "", Expected("MissingKey", 3, 1, "has no `speed_mm_s`")),
+        ("radius_mm = 40", "radius_mm = 0", Expected("OutOfRange", 5, 13, "from 1 to 10000")),
+        ("speed_mm_s = 150", "speed_mm_s = -1", Expected("OutOfRange", 7, 14, "from 0")),
+        ("noise = 0.05", "noise = 5", Expected("OutOfRange", 8, 9, "from 0 to 1")),
+        (
+            "noise = 0.05",
+            "lag_s = 1",
+            Expected("KeyOfAnother", 8, 9, "it has drive, radius_mm, height_mm"),
+        ),
+        ("\"proximity\"", "\"proximty\"", Expected("UnknownWord", 12, 8, "did you mean")),
+        ("\"proximity\"", "\"sonar\"", Expected("UnknownWord", 12, 8, "one of proximity, light")),
+        ("count = 8", "count = 0", Expected("OutOfRange", 13, 9, "from 1 to 360")),
+        ("count = 8", "directions_deg = []", Expected("NumberOfBeams", 13, 18, "1 to 360 beams")),
+        (
+            "count = 8",
+            "count = 2\ndirections_deg = [0, 90]",
+            Expected("Both", 13, 9, "`count` and `directions_deg` cannot stand together"),
+        ),
+        ("count = 8", "directions_deg = [999]", Expected("OutOfRange", 13, 19, "360")),
+        ("range_mm = 300\n", "", Expected("MissingKey", 10, 1, "[[sensor]] has no `range_mm`")),
+        (
+            "noise = 5",
+            "minutes = 5",
+            Expected("KeyOfAnother", 15, 11, "\"proximity\" has no `minutes`"),
+        ),
+        ("noise = 5", "noise = -5", Expected("OutOfRange", 15, 9, "cannot be -5")),
+        ("noise = 5", "rate_hz = 0", Expected("OutOfRange", 15, 11, "from 0.01")),
+        ("noise = 5", "nothing = 40000", Expected("OutOfRange", 15, 11, "to 32767")),
+        ("\"ring\"", "\"the ring\"", Expected("BadIdentifier", 11, 8, "cannot be a name")),
+        ("\"cell\"", "\"ring\"", Expected("DuplicateName", 23, 8, "first defined in line 11")),
+        (
+            "name = \"cell\"",
+            "name = \"spare\"\nkind = \"range-and-bearing\"\nrange_mm = 9\n[[sensor]]\nname = \"cell\"",
+            Expected("SecondLink", 24, 8, "the other one is in line 17"),
+        ),
+        ("empty_mv = 3300", "empty_mv = 4300", Expected("OutOfRange", 26, 12, "from 0 to 4200")),
+        (
+            "sets = { forward = 0, turn = 0 }\n",
+            "",
+            Expected("NoEffect", 35, 1, "`stop` has no effect in the simulator"),
+        ),
+        ("{ forward = 0, turn = 0 }", "{}", Expected("SetsNothing", 38, 8, "names no quantity")),
+        ("{ forward = 0, turn = 0 }", "1", Expected("WrongType", 38, 8, "must be a table")),
+        ("forward = 0", "foward = 0", Expected("UnknownKey", 38, 10, "did you mean `forward`?")),
+        ("forward = 0", "forward = []", Expected("WrongType", 38, 20, "must be a number")),
+        (
+            "forward = 0",
+            "height = 0",
+            Expected("NotOfDrive", 38, 19, "one of left_wheel, right_wheel, forward, turn, color"),
+        ),
+        ("forward = 0", "forward = \"*\"", Expected("UnknownUnit", 38, 20, "has no unit `*`")),
+        ("forward = 0", "forward = \"8up\"", Expected("BadAmount", 38, 20, "write 80, \"speed\"")),
+        (
+            "forward = 0",
+            "forward = \"speed\"",
+            Expected("UnknownParameter", 38, 20, "it takes no argument: write a number"),
+        ),
+        ("\"left cm/s\"", "\"lef cm/s\"", Expected("UnknownParameter", 32, 23, "mean `left`?")),
+        ("\"left cm/s\"", "\"left km/s\"", Expected("UnknownUnit", 32, 23, "did you mean")),
+        ("\"left cm/s\"", "\"left of 0\"", Expected("UnknownUnit", 32, 23, "one of mm/s, cm/s")),
+        ("\"color\"", "\"color %\"", Expected("UnknownUnit", 44, 18, "write the value alone")),
+        ("left: number", "left: any", Expected("NoNumber", 32, 23, "must be int or number")),
+        (
+            "green: int\"",
+            "gren: int\"",
+            Expected("UnknownParameter", 44, 50, "did you mean `gren`?"),
+        ),
+        (
+            "accepts = [\"left: number, right: number\"]",
+            "accepts = [\"left: number, right: number\", \"\"]",
+            Expected("ListSetsNothing", 32, 8, "a call with the arguments () sets nothing"),
+        ),
+        (
+            "reads = \"ring\"\n",
+            "",
+            Expected("NoEffect", 47, 1, "add `sets = { QUANTITY = \"PARAMETER\" }`"),
+        ),
+        (
+            "sets = { forward = 0, turn = 0 }",
+            "sets = { forward = 0 }\nreturns = \"int\"",
+            Expected("ReturnsNothingRead", 39, 11, "or remove `returns`"),
+        ),
+        ("returns = \"int\"\n", "", Expected("ReadsWithoutResult", 50, 9, "add `returns")),
+        ("\"int\"\nreads", "\"string\"\nreads", Expected("ReadsWithoutResult", 51, 9, "no number")),
+        ("reads = \"ring\"", "reads = \"rng\"", Expected("UnknownSensor", 51, 9, "mean `ring`?")),
+        ("reads = \"ring\"", "reads = 3", Expected("WrongType", 51, 9, "must be a string")),
+        ("\"ring.0\"", "\"ring.8\"", Expected("UnknownSensorValue", 58, 9, "\"ring.7\"")),
+        ("\"radio.bearing\"", "\"radio\"", Expected("UnknownSensorValue", 65, 9, "several values")),
+        (
+            "\"radio.bearing\"",
+            "\"radio.angle\"",
+            Expected("UnknownSensorValue", 65, 9, "one of \"radio.distance\", \"radio.bearing\""),
+        ),
+        ("\"cell\"\nhelp", "\"cell.x\"\nhelp", Expected("UnknownSensorValue", 72, 9, "\"cell\"")),
+        (
+            "\"beam: int\"",
+            "\"\"",
+            Expected("WhichBeam", 51, 9, "a beam from \"ring.0\" to \"ring.7\""),
+        ),
+        ("logs = true", "logs = 1", Expected("WrongType", 78, 8, "must be true or false")),
+        (
+            "logs = true",
+            "logs = false\nreturns = \"int\"",
+            Expected("ReturnsNothingRead", 79, 11, ""),
+        ),
+    ];
+    for (from, to, Expected(cause, line, column, part)) in cases {
+        assert!(RIGHT.contains(from), "{from}");
+        let error = error_of(&RIGHT.replacen(from, to, 1));
+        let kind = format!("{:?}", error.cause);
+        let kind = kind.strip_prefix("Toml(").unwrap_or(&kind);
+        let message = RobotErrors(vec![error.clone()]).to_string();
+        assert!(kind.starts_with(cause), "{to}: {kind}\n{message}");
+        assert!(message.starts_with(&format!("toy.toml:{line}:{column}: ")), "{to}:\n{message}");
+        assert!(message.contains(part), "{to}: wanted {part}\n{message}");
+    }
+}
+
+#[test]
+fn keys_for_the_simulator_need_a_body() {
+    let (head, rest) = RIGHT.split_once("[body]").unwrap();
+    let (_, sensors) = rest.split_once("[[sensor]]").unwrap();
+    let errors = errors_of(&format!("{head}[[sensor]]{sensors}"));
+    let is_cause = |error: &RobotError| matches!(error.cause, Cause::NoBody { .. });
+    assert!(errors.0.iter().all(is_cause), "{errors}");
+    // The first sensor and every function.
+    assert_eq!(errors.0.len(), 9, "{errors}");
+    assert!(errors.to_string().contains("`sensor` has no meaning without a [body]"));
+}
+
+#[test]
+fn all_mistakes_are_reported_in_one_pass() {
+    let mut text = RIGHT.to_owned();
+    for (from, to) in [
+        ("wheel_distance_mm = 60", "wheel_distance_mm = true"),
+        ("count = 8", "count = \"8\""),
+        ("returns = \"int\"\nreads = \"cell\"", "returns = \"int\"\nreads = \"cel\""),
+        ("full_mv", "ful_mv"),
+        ("logs = true", "log = true"),
+    ] {
+        assert!(text.contains(from));
+        text = text.replacen(from, to, 1);
+    }
+    let errors = errors_of(&text);
+    let lines: Vec<usize> =
+        errors.0.iter().filter_map(|error| Some(error.place.as_ref()?.line)).collect();
+    assert_eq!(lines, [6, 13, 25, 75, 78], "{errors}");
+}
+
+#[test]
+fn every_prefix_of_a_file_is_read_without_panic() {
+    for end in 0..RIGHT.trim_end().len() {
+        if let Err(error) = Robot::parse(&RIGHT[..end], "rover.toml") {
+            assert!(error.to_string().starts_with("rover.toml:"), "{error}");
+        }
+    }
+}
