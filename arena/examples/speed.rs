@@ -4,11 +4,11 @@
 //! and of neighbours in range, robot-seconds per second and memory per robot: what the process grew by, brains and, in
 //! small worlds, the stacks of the threads included.
 
+use std::sync::Arc;
 use std::time::Instant;
 
-use bittybuzz_arena::engine::{
-    Actuators, Area, Brain, Io, Pose, RobotKind, Settings, Stream, World,
-};
+use bittybuzz_arena::engine::{Area, Brain, Io, Media, Pose, Settings, Stream, World};
+use bittybuzz_arena::robots::kilobot::{KilobotModel, KilobotMotors};
 
 /// Walks straight and in curves, counts what it hears, sends all the time.
 struct Wanderer {
@@ -26,7 +26,7 @@ impl Brain for Wanderer {
             }
         }
         if io.now % 20 == u64::from(io.id.0 % 20)
-            && let Actuators::Kilobot(motors) = &mut io.actuators
+            && let Some(motors) = io.controls::<KilobotMotors>()
         {
             (motors.left, motors.right) = match self.stream.below(4) {
                 0 => (70, 0),
@@ -48,10 +48,12 @@ impl Brain for Wanderer {
 
 fn world(robots: usize, neighbours: f32, threads: usize) -> World<Wanderer> {
     let mut settings = Settings { seed: 1, threads, ..Settings::default() };
-    let reach = settings.infrared.link.range.unwrap_or(0.0) + 2.0 * settings.kilobot.radius;
+    let (model, media) = (KilobotModel::STANDARD, Media::STANDARD);
+    let reach = media.infrared.link.range.unwrap_or(0.0) + 2.0 * model.radius;
     let area = robots as f32 * core::f32::consts::PI * reach * reach / neighbours;
     settings.area = Area { width: area.sqrt(), height: area.sqrt() };
     let mut world = World::new(settings).expect("settings");
+    let herd = world.add_herd(Arc::new(model), media).expect("numbers");
     // A loose lattice: in a random heap the beginning would be nothing but contacts.
     let columns = (robots as f32).sqrt().ceil();
     let pitch = area.sqrt() / columns;
@@ -66,7 +68,7 @@ fn world(robots: usize, neighbours: f32, threads: usize) -> World<Wanderer> {
             stream.unit() * core::f32::consts::TAU,
         );
         let brain = Wanderer { stream, heard: 0, nearest: f32::MAX };
-        world.add(RobotKind::Kilobot, pose, brain).expect("robot");
+        world.add(herd, pose, brain).expect("robot");
     }
     world
 }

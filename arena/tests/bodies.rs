@@ -4,11 +4,12 @@
 
 mod common;
 
+use bittybuzz_arena::robots::crazyflie::{Positioning, Velocity};
+use bittybuzz_arena::robots::kilobot::Preset;
+use common::robots::{RobotKind, Settings, World};
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-use bittybuzz_arena::engine::{
-    Area, Pose, Positioning, RobotId, RobotKind, Settings, Velocity, World, wrap,
-};
+use bittybuzz_arena::engine::{Area, Pose, RobotId, wrap};
 use common::*;
 
 /// Where a leg of a standard Kilobot stands: 25 mm between the pins, the middle 9.2 mm before them (ARGoS' plugin).
@@ -109,9 +110,9 @@ fn gains_differ_by_10_percent() {
 #[test]
 fn presets_have_the_numbers_of_other_simulators() {
     let mut presets = [exact(); 3];
-    presets[0].kilombo();
-    presets[1].argos();
-    presets[2].kilosim();
+    presets[0].preset(Preset::Kilombo);
+    presets[1].preset(Preset::Argos);
+    presets[2].preset(Preset::Kilosim);
     let numbers = [
         (7.0, 13.0_f32.to_radians(), 75, 75),
         (60.0 * 48.0 / 255.0, 60.0 * 77.0 / 255.0 / 25.0, 48, 77),

@@ -4,7 +4,8 @@
 
 mod common;
 
-use bittybuzz_arena::engine::{Area, Obstacle, Pose, RobotId, RobotKind, Settings, Stream, World};
+use bittybuzz_arena::engine::{Area, Obstacle, Pose, RobotId, Stream};
+use common::robots::{RobotKind, Settings, World};
 use common::*;
 
 /// mm of overlap that is no contact.

@@ -4,9 +4,8 @@
 
 mod common;
 
-use bittybuzz_arena::engine::{
-    Infrared, Loss, Medium, Pose, RobotId, RobotKind, RobotState, Settings, World,
-};
+use bittybuzz_arena::engine::{Infrared, Loss, Medium, Pose, RobotId, RobotState};
+use common::robots::{RobotKind, Settings, World};
 use common::*;
 
 /// Azimuth and elevation as the receiver sees them, in all quadrants.
@@ -61,7 +60,7 @@ fn a_robot_on_the_left_has_a_positive_azimuth() {
 #[test]
 fn without_a_position_a_sender_has_no_place() {
     let mut settings = exact();
-    settings.crazyflie.positioning = bittybuzz_arena::engine::Positioning::None;
+    settings.crazyflie.positioning = bittybuzz_arena::robots::crazyflie::Positioning::None;
     let mut world = World::new(settings).unwrap();
     crazyflie(&mut world, 0.0, 0.0, Probe::talking());
     let id = crazyflie(&mut world, 500.0, 0.0, Probe::default());
@@ -304,7 +303,8 @@ fn silence_may_last() {
 fn impossible_settings_are_named() {
     let mut settings = exact();
     settings.infrared = Infrared { clock_sigma: f32::NAN, ..Infrared::STANDARD };
-    assert_eq!(settings.check().unwrap_err().field, "infrared.clock_sigma");
+    let refused = World::<Probe>::new(settings).unwrap_err();
+    assert_eq!(refused.field, "infrared.clock_sigma");
     let mut settings = exact();
     settings.p2p.link.loss.far = 1.5;
     let refused = World::<Probe>::new(settings).unwrap_err();

@@ -4,11 +4,12 @@
 
 mod common;
 
-use bittybuzz_arena::engine::{Actuators, Drive, Wheels};
-use bittybuzz_arena::engine::{
-    Area, Brain, Flight, Io, Light, Obstacle, Pose, Positioning, RobotId, RobotKind, Settings,
-    Stream, Variant, Velocity, World,
-};
+use bittybuzz_arena::engine::{Area, Brain, Io, Light, Obstacle, Pose, RobotId, Stream};
+use bittybuzz_arena::robots::crazyflie::{Flight, Positioning, Velocity};
+use bittybuzz_arena::robots::kilobot::KilobotMotors;
+use bittybuzz_arena::robots::zooid::Drive;
+use bittybuzz_motion::drive::Wheels;
+use common::robots::{RobotKind, Settings, Variant, World};
 use common::*;
 
 /// What it does depends on everything it was ever told.
@@ -41,21 +42,18 @@ impl Brain for Wanderer {
         let word = self.memory.to_le_bytes();
         self.unsent = 3;
         *io.led = word[3] & 7;
-        match &mut io.actuators {
-            Actuators::Kilobot(motors) => {
-                (motors.left, motors.right) = (word[4] / 2, self.stream.below(128) as u8);
-            }
-            Actuators::Zooid(drive) => {
-                let [left, right] = [word[4], word[5]].map(|byte| byte as i8 / 2);
-                **drive = Drive::Wheels(Wheels { left, right });
-            }
-            Actuators::Crazyflie(flight) => {
-                let part = |byte: u8| f32::from(byte) * 4.0 - 510.0;
-                let up = if io.now < 5 { 500.0 } else { 0.0 };
-                let turn = f32::from(word[6]) / 128.0 - 1.0;
-                let velocity = Velocity { forward: part(word[4]), left: part(word[5]), up, turn };
-                **flight = Flight::Velocity(velocity);
-            }
+        let now = io.now;
+        if let Some(motors) = io.controls::<KilobotMotors>() {
+            (motors.left, motors.right) = (word[4] / 2, self.stream.below(128) as u8);
+        } else if let Some(drive) = io.controls::<Drive>() {
+            let [left, right] = [word[4], word[5]].map(|byte| byte as i8 / 2);
+            *drive = Drive::Wheels(Wheels { left, right });
+        } else if let Some(flight) = io.controls::<Flight>() {
+            let part = |byte: u8| f32::from(byte) * 4.0 - 510.0;
+            let up = if now < 5 { 500.0 } else { 0.0 };
+            let turn = f32::from(word[6]) / 128.0 - 1.0;
+            let velocity = Velocity { forward: part(word[4]), left: part(word[5]), up, turn };
+            *flight = Flight::Velocity(velocity);
         }
     }
 

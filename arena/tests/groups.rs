@@ -5,8 +5,11 @@
 mod common;
 mod script;
 
-use bittybuzz_arena::engine::{AddError, Link, Loss, Medium, RobotKind, Settings, World};
+use core::ops::DerefMut;
+
+use bittybuzz_arena::engine::{AddError, Link, Loss, Medium};
 use bittybuzz_arena::engine::{Pose, RobotId};
+use common::robots::{RobotKind, Settings, World};
 use common::{Probe, close, exact, links, probe, run};
 use script::{folder, run_with};
 
@@ -68,13 +71,9 @@ fn a_variant_that_reaches_further_is_heard_and_sensed_further_away() {
     let b = world.add_as(strong, RobotKind::Kilobot, far, Probe::talking()).unwrap();
     run(&mut world, 200);
     assert!(probe(&world, a).heard_from(b) > 30 && probe(&world, b).heard.is_empty());
-    let other = World::<Probe>::new(settings).unwrap().add_as(
-        strong,
-        RobotKind::Zooid,
-        far,
-        Probe::default(),
-    );
-    assert_eq!(other.unwrap_err(), AddError::UnknownVariant);
+    let last = world.herds.last().unwrap()[2];
+    let other = World::<Probe>::new(settings).unwrap().deref_mut().add(last, far, Probe::default());
+    assert_eq!(other.unwrap_err(), AddError::UnknownHerd);
     settings.infrared.link.loss.near = -1.0;
     assert_eq!(world.add_variant(settings).unwrap_err().field, "infrared.link.loss.near");
 }

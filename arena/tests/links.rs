@@ -4,9 +4,8 @@
 
 mod common;
 
-use bittybuzz_arena::engine::{
-    Area, Loss, Medium, Pose, RobotId, RobotKind, Settings, Stream, World,
-};
+use bittybuzz_arena::engine::{Area, Loss, Medium, Pose, RobotId, Stream};
+use common::robots::{RobotKind, Settings, World};
 use common::*;
 
 #[test]

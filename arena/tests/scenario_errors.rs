@@ -414,5 +414,5 @@ fn set_takes_the_place_of_the_file() {
     assert_eq!(scenario.groups[0].count, 7);
     assert_eq!(scenario.media.ir.loss.map(|loss| loss.far), Some(0.25));
     assert_eq!(scenario.world.seed, 9);
-    assert_eq!(scenario.bodies.kilobot.preset, bittybuzz_arena::scenario::Preset::Kilombo);
+    assert_eq!(scenario.bodies.kilobot.preset, bittybuzz_arena::robots::kilobot::Preset::Kilombo);
 }

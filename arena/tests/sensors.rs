@@ -4,11 +4,10 @@
 
 mod common;
 
+use common::robots::{RobotKind, Settings, World};
 use std::f32::consts::FRAC_PI_2;
 
-use bittybuzz_arena::engine::{
-    Area, Light, Obstacle, Pose, RobotId, RobotKind, Settings, Stream, World,
-};
+use bittybuzz_arena::engine::{Area, Light, Obstacle, Pose, RobotId, Stream};
 use common::*;
 
 /// ARGoS' law: 1024 exp(-2 d) (1 - angle / pi), here with its intensity as a parameter.

@@ -5,9 +5,13 @@
 mod common;
 
 use bittybuzz_arena::engine::{
-    Actuators, Area, Brain, Drive, Flight, Io, Light, Loss, Medium, Obstacle, Pose, Positioning,
-    RobotId, RobotKind, Settings, Stream, Velocity, Wheels, World,
+    Area, Brain, Io, Light, Loss, Medium, Obstacle, Pose, RobotId, Stream,
 };
+use bittybuzz_arena::robots::crazyflie::{Flight, Positioning, Velocity};
+use bittybuzz_arena::robots::kilobot::KilobotMotors;
+use bittybuzz_arena::robots::zooid::Drive;
+use bittybuzz_motion::drive::Wheels;
+use common::robots::{RobotKind, Settings, World};
 
 /// Pushes every button at random, and every number a float can be.
 struct Mad(Stream);
@@ -29,25 +33,21 @@ impl Brain for Mad {
         assert!(longest.unwrap_or(0) <= 49);
         assert!(io.sensors.light() <= 1023);
         *io.led = stream.below(256) as u8;
-        match &mut io.actuators {
-            Actuators::Kilobot(motors) => {
-                (motors.left, motors.right) = (stream.below(256) as u8, stream.below(256) as u8);
-            }
-            Actuators::Zooid(drive) => {
-                let [left, right] = [(); 2].map(|()| stream.below(256) as i8);
-                **drive = Drive::Wheels(Wheels { left, right });
-            }
-            Actuators::Crazyflie(flight) => {
-                **flight = match stream.below(4) {
-                    0 => Flight::Off,
-                    _ => Flight::Velocity(Velocity {
-                        forward: number(stream),
-                        left: number(stream),
-                        up: number(stream),
-                        turn: number(stream),
-                    }),
-                };
-            }
+        if let Some(motors) = io.controls::<KilobotMotors>() {
+            (motors.left, motors.right) = (stream.below(256) as u8, stream.below(256) as u8);
+        } else if let Some(drive) = io.controls::<Drive>() {
+            let [left, right] = [(); 2].map(|()| stream.below(256) as i8);
+            *drive = Drive::Wheels(Wheels { left, right });
+        } else if let Some(flight) = io.controls::<Flight>() {
+            *flight = match stream.below(4) {
+                0 => Flight::Off,
+                _ => Flight::Velocity(Velocity {
+                    forward: number(stream),
+                    left: number(stream),
+                    up: number(stream),
+                    turn: number(stream),
+                }),
+            };
         }
     }
 

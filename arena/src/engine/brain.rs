@@ -1,7 +1,9 @@
 //! What an engine asks of a robot's brain, and what it gives to it.
 
+use core::any::Any;
+
 use super::TICK_US;
-use super::body::Actuators;
+use super::body::Block;
 use super::geometry::Pose;
 use super::light::{self, Light};
 use super::link::{Heard, Late, Transmission};
@@ -54,10 +56,16 @@ pub struct Io<'a> {
     pub inbox: Inbox<'a>,
     /// Light and position.
     pub sensors: Sensors<'a>,
-    /// Motors keep what they were last told.
-    pub actuators: Actuators<'a>,
     /// Colour of the LED: the sum of 1 red, 2 green, 4 blue.
     pub led: &'a mut u8,
+    pub(crate) body: Controls<'a>,
+}
+
+/// The body of a robot, as its brain reaches it.
+#[derive(Debug)]
+pub(crate) struct Controls<'a> {
+    pub(crate) block: &'a mut (dyn Block + 'static),
+    pub(crate) index: usize,
 }
 
 impl Io<'_> {
@@ -65,6 +73,16 @@ impl Io<'_> {
     #[must_use]
     pub fn milliseconds(&self) -> u64 {
         self.now * u64::from(TICK_US / 1000)
+    }
+
+    /// Returns the commands of the robot's motors, if its body has commands of that type. Motors keep the last one.
+    pub fn controls<T: Any>(&mut self) -> Option<&mut T> {
+        self.body.block.controls(self.body.index).downcast_mut()
+    }
+
+    /// Switches the motors off.
+    pub fn halt(&mut self) {
+        self.body.block.halt(self.body.index);
     }
 }
 

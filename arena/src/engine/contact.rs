@@ -7,12 +7,12 @@
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
+use super::body::Shape;
 use super::geometry::{Area, Pose};
 use super::grid::Cells;
 use super::obstacle::{Obstacles, SLOP};
 use super::ranger::Ray;
-use super::robot::{RobotId, RobotKind};
-use super::settings::Settings;
+use super::robot::RobotId;
 use super::statistics::Statistics;
 
 /// Repetitions in one substep.
@@ -38,28 +38,24 @@ struct Disc {
     x: f32,
     y: f32,
     z: f32,
+    radius: f32,
     cell: u32,
     id: u16,
-    kind: RobotKind,
+    herd: u16,
     /// [`ROBOT`], [`WALL`].
     touches: u8,
     /// Whether the last round moved it.
     moved: bool,
 }
 
-/// Radii and heights of all kinds.
-#[derive(Clone, Copy, Debug)]
-struct Shapes {
-    /// Distance at which two kinds touch.
-    reach: [[f32; 3]; 3],
-    radius: [f32; 3],
-}
-
 /// All discs, sorted by cells.
 #[derive(Debug)]
 pub(crate) struct Crowd {
     cells: Cells,
-    shapes: Shapes,
+    /// The shape of each herd.
+    shapes: Vec<Shape>,
+    /// The herd of each robot.
+    herds: Vec<u16>,
     /// Of each cell, where its discs begin; two more at the end.
     starts: Vec<u32>,
     discs: Vec<Disc>,
@@ -73,13 +69,11 @@ pub(crate) struct Crowd {
 }
 
 impl Crowd {
-    pub(crate) fn new(area: Area, settings: &Settings) -> Self {
-        let radius = [RobotKind::Kilobot, RobotKind::Zooid, RobotKind::Crazyflie]
-            .map(|kind| kind.radius(settings));
-        let shapes = Shapes { reach: radius.map(|a| radius.map(|b| a + b)), radius };
+    pub(crate) fn new(area: Area) -> Self {
         let mut crowd = Crowd {
             cells: Cells::new(area, f32::INFINITY, 1),
-            shapes,
+            shapes: Vec::new(),
+            herds: Vec::new(),
             starts: Vec::new(),
             discs: Vec::new(),
             next: Vec::new(),
@@ -88,35 +82,46 @@ impl Crowd {
             touches: Vec::new(),
             touched: Vec::new(),
         };
-        crowd.resize(area, &[]);
+        crowd.resize(area);
         crowd
     }
 
-    /// Cells for the largest of the kinds that are there, and for so many robots: every tick clears them all.
-    pub(crate) fn resize(&mut self, area: Area, kinds: &[RobotKind]) {
-        let widest =
-            kinds.iter().map(|&kind| self.shapes.radius[kind as usize]).fold(1.0, f32::max);
-        self.cells = Cells::new(area, 2.0 * widest + MARGIN, CELLS.max(8 * kinds.len()));
+    /// Makes cells for the largest robot that is there, and for the number of robots: every tick clears them all.
+    fn resize(&mut self, area: Area) {
+        let radii = self.herds.iter().map(|herd| self.shapes[usize::from(*herd)].radius);
+        let widest = radii.fold(1.0, f32::max);
+        self.cells = Cells::new(area, 2.0 * widest + MARGIN, CELLS.max(8 * self.herds.len()));
         self.starts = vec![0; self.cells.count() + 2];
         self.awake = vec![false; self.cells.count()];
         self.woken.clear();
     }
 
-    /// One more robot.
-    pub(crate) fn add(&mut self) {
+    /// Adds the next herd.
+    pub(crate) fn add_herd(&mut self, shape: Shape) {
+        self.shapes.push(shape);
+    }
+
+    /// Adds a robot of a herd.
+    pub(crate) fn add(&mut self, herd: u16, area: Area) {
+        let shape = self.shapes[usize::from(herd)];
+        let is_new = !self.herds.iter().any(|known| self.shapes[usize::from(*known)] == shape);
+        let has_doubled = self.herds.len().is_power_of_two();
+        self.herds.push(herd);
         self.touches.push(0);
         self.touched.push(0);
+        if is_new || has_doubled {
+            self.resize(area);
+        }
     }
 
     /// Pushes everything apart, once per substep.
     pub(crate) fn settle(
         &mut self,
         poses: &mut [Pose],
-        kinds: &[RobotKind],
         obstacles: &Obstacles,
         pool: Option<&ThreadPool>,
     ) {
-        self.place(poses, kinds);
+        self.place(poses);
         for round in 0..ROUNDS {
             self.round(round, obstacles, pool);
             if round == 0 {
@@ -144,12 +149,11 @@ impl Crowd {
             for row in self.cells.around(self.cells.of(x, y)) {
                 let range = self.starts[row.start] as usize..self.starts[row.end] as usize;
                 for disc in self.discs.get(range).unwrap_or_default() {
-                    let is_level = disc.z <= height && height < disc.z + disc.kind.height();
+                    let is_level = disc.z <= height && height < disc.z + self.height(disc);
                     if disc.id == robot.0 || !is_level {
                         continue;
                     }
-                    let radius = self.shapes.radius[disc.kind as usize];
-                    if let Some(distance) = ray.to_disc(disc.x, disc.y, radius) {
+                    if let Some(distance) = ray.to_disc(disc.x, disc.y, disc.radius) {
                         nearest = nearest.min(distance);
                     }
                 }
@@ -157,6 +161,10 @@ impl Crowd {
             walked += self.cells.side();
         }
         nearest
+    }
+
+    fn height(&self, disc: &Disc) -> f32 {
+        self.shapes[usize::from(disc.herd)].height
     }
 
     /// Counts the contacts of a tick.
@@ -170,20 +178,21 @@ impl Crowd {
     }
 
     /// Sorts the discs by cells; within a cell by id.
-    fn place(&mut self, poses: &[Pose], kinds: &[RobotKind]) {
+    fn place(&mut self, poses: &[Pose]) {
         self.starts.fill(0);
         let unsorted = &mut self.next;
         unsorted.clear();
-        unsorted.extend(poses.iter().zip(kinds).enumerate().map(|(id, (pose, &kind))| {
+        unsorted.extend(poses.iter().zip(&self.herds).enumerate().map(|(id, (pose, &herd))| {
             let cell = self.cells.of(pose.x, pose.y);
             self.starts[cell + 2] += 1;
             Disc {
                 x: pose.x,
                 y: pose.y,
                 z: pose.z,
+                radius: self.shapes[usize::from(herd)].radius,
                 cell: cell as u32,
                 id: id as u16,
-                kind,
+                herd,
                 touches: 0,
                 moved: false,
             }
@@ -242,7 +251,7 @@ impl Crowd {
 /// What a disc sees in a round.
 struct Look<'a> {
     cells: &'a Cells,
-    shapes: &'a Shapes,
+    shapes: &'a [Shape],
     starts: &'a [u32],
     discs: &'a [Disc],
     awake: &'a [bool],
@@ -260,14 +269,13 @@ impl Look<'_> {
             return disc;
         }
         let (mut push_x, mut push_y) = (0.0, 0.0);
-        let reach = &self.shapes.reach[disc.kind as usize];
         for row in self.cells.around(disc.cell as usize) {
             let range = self.starts[row.start] as usize..self.starts[row.end] as usize;
             for (other_index, other) in range.clone().zip(&self.discs[range]) {
                 let (dx, dy) = (disc.x - other.x, disc.y - other.y);
                 let squared = dx * dx + dy * dy;
-                let reach = reach[other.kind as usize] - SLOP;
-                if squared >= reach * reach || other_index == index || !level(&disc, other) {
+                let reach = disc.radius + other.radius - SLOP;
+                if squared >= reach * reach || other_index == index || !self.level(&disc, other) {
                     continue;
                 }
                 disc.touches |= ROBOT;
@@ -285,19 +293,19 @@ impl Look<'_> {
         let (old_x, old_y) = (disc.x, disc.y);
         disc.x += push_x;
         disc.y += push_y;
-        let radius = self.shapes.radius[disc.kind as usize];
-        if let Some((x, y)) = self.obstacles.push_out(disc.x, disc.y, radius) {
+        if let Some((x, y)) = self.obstacles.push_out(disc.x, disc.y, disc.radius) {
             (disc.x, disc.y) = (x, y);
             disc.touches |= WALL;
         }
         disc.moved = disc.x != old_x || disc.y != old_y;
         disc
     }
-}
 
-/// Whether two bodies are at heights at which they meet.
-fn level(a: &Disc, b: &Disc) -> bool {
-    a.z < b.z + b.kind.height() && b.z < a.z + a.kind.height()
+    /// Returns true if two bodies are at heights at which they meet.
+    fn level(&self, a: &Disc, b: &Disc) -> bool {
+        let height = |disc: &Disc| self.shapes[usize::from(disc.herd)].height;
+        a.z < b.z + height(b) && b.z < a.z + height(a)
+    }
 }
 
 /// The way apart for discs at the very same place: another one for each pair.

@@ -28,8 +28,8 @@ pub enum AddError {
     TooMany,
     /// The place is not inside of the world, or no number.
     Outside,
-    /// The variant is one of another world.
-    UnknownVariant,
+    /// The herd is one of another world.
+    UnknownHerd,
 }
 
 impl fmt::Display for AddError {
@@ -37,7 +37,7 @@ impl fmt::Display for AddError {
         f.write_str(match self {
             AddError::TooMany => "a world has at most 65,536 robots",
             AddError::Outside => "the place is outside of the world",
-            AddError::UnknownVariant => "the variant is one of another world",
+            AddError::UnknownHerd => "the herd is one of another world",
         })
     }
 }

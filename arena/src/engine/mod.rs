@@ -21,19 +21,21 @@
 //! * A Crazyflie's estimate begins at its true place, in the frame of the world, also with a Flow deck.
 //!
 //! ```
-//! use bittybuzz_arena::engine::{Actuators, Brain, Io, Pose, RobotKind, Settings, World};
+//! use bittybuzz_arena::engine::{Brain, Io, Media, Pose, Settings, World};
+//! use bittybuzz_arena::robots::kilobot::{KilobotModel, KilobotMotors};
 //!
 //! struct Forward;
 //! impl Brain for Forward {
 //!     fn tick(&mut self, io: &mut Io<'_>) {
-//!         if let Actuators::Kilobot(motors) = &mut io.actuators {
+//!         if let Some(motors) = io.controls::<KilobotMotors>() {
 //!             (motors.left, motors.right) = (70, 70);
 //!         }
 //!     }
 //! }
 //!
 //! let mut world = World::new(Settings::default())?;
-//! let id = world.add(RobotKind::Kilobot, Pose::default(), Forward)?;
+//! let herd = world.add_herd(std::sync::Arc::new(KilobotModel::STANDARD), Media::STANDARD)?;
+//! let id = world.add(herd, Pose::default(), Forward)?;
 //! for _ in 0..10 {
 //!     world.tick();
 //! }
@@ -48,6 +50,7 @@ mod contact;
 mod error;
 mod geometry;
 mod grid;
+mod herd;
 mod light;
 mod link;
 mod obstacle;
@@ -58,26 +61,21 @@ mod settings;
 mod statistics;
 mod step;
 mod stream;
-mod variant;
 mod world;
 
-pub use bittybuzz_motion::drive::{Goal, Wheels};
-pub use body::{
-    Actuators, CrazyflieModel, Drive, Flight, KilobotModel, KilobotMotors, Positioning, Velocity,
-    ZooidModel, for_firmware,
-};
+pub use body::{BLOCK, Block, Bodies, Body, BodyModel, Moment, Shape};
 pub use brain::{Brain, Frame, Inbox, Io, Sensors, Sighting};
 pub use error::{AddError, SettingsError, UnknownRobot};
 pub use geometry::{Area, Pose, wrap};
+pub use herd::HerdId;
 pub use light::{Light, LightId};
-pub use link::{Infrared, Link, Loss, Medium, Nrf24, P2p};
+pub use link::{Infrared, Link, Loss, Media, Medium, Nrf24, P2p};
 pub use obstacle::Obstacle;
 pub use ranger::Side;
-pub use robot::{RobotId, RobotKind, RobotState, View};
-pub use settings::Settings;
+pub use robot::{RobotId, RobotState, View};
+pub use settings::{Settings, above_0, first_wrong, not_below_0, within};
 pub use statistics::{LinkStatistics, Statistics};
 pub use stream::Stream;
-pub use variant::Variant;
 pub use world::World;
 
 /// Length of a tick in microseconds: the period of the robots' scripts.

@@ -127,7 +127,8 @@ fn away(
 #[derive(Debug)]
 pub(crate) struct Obstacles {
     area: Area,
-    /// mm by which obstacles are larger in the index: the greatest radius of a body and its way between two queries.
+    /// mm by which obstacles are larger in the index: the greatest radius of a body and its way between two queries, at
+    /// least [`MARGIN`].
     margin: f32,
     all: Vec<Obstacle>,
     cells: Cells,
@@ -141,11 +142,24 @@ const CELL: f32 = 100.0;
 /// Most cells: they cost memory only.
 const CELLS: usize = 20_000;
 
+/// mm: room for most robots, so that their obstacles are entered once.
+const MARGIN: f32 = 61.0;
+
 impl Obstacles {
-    pub(crate) fn new(area: Area, margin: f32) -> Self {
+    pub(crate) fn new(area: Area) -> Self {
         let cells = Cells::new(area, CELL, CELLS);
         let members = vec![Vec::new(); cells.count()];
-        Obstacles { area, margin, all: Vec::new(), cells, members }
+        Obstacles { area, margin: MARGIN, all: Vec::new(), cells, members }
+    }
+
+    /// Prepares for bodies of that radius in mm.
+    pub(crate) fn admit(&mut self, radius: f32) {
+        if radius + 1.0 > self.margin {
+            self.margin = radius + 1.0;
+            self.members.iter_mut().for_each(Vec::clear);
+            let all = core::mem::take(&mut self.all);
+            all.into_iter().for_each(|obstacle| self.add(obstacle));
+        }
     }
 
     pub(crate) fn add(&mut self, obstacle: Obstacle) {

@@ -2,6 +2,7 @@
 
 use super::brain::Brain;
 use super::error::UnknownRobot;
+use super::herd::Cohort;
 use super::light;
 use super::robot::RobotId;
 use super::world::World;
@@ -13,9 +14,9 @@ impl<B: Brain> World<B> {
         self.substeps
     }
 
-    /// Turns the wheels of a Zooid, or shakes a Kilobot, left and right, with these duties in percent for a time in seconds;
-    /// nobody is pushed yet. Returns how fast a Zooid is then, mm/s ahead and radians per second anticlockwise, also after no
-    /// time, and zeros of a Kilobot; nothing of a robot that flies.
+    /// Lets the wheels or vibration motors of a robot run, left and right, with these duties in percent for a time in seconds;
+    /// no robot is pushed yet. Returns the robot's speed then, mm/s ahead and radians per second anticlockwise, also after no
+    /// time; zeros of a body that stops at once; nothing of a body without such motors.
     pub fn roll(
         &mut self,
         id: RobotId,
@@ -23,9 +24,8 @@ impl<B: Brain> World<B> {
         seconds: f32,
     ) -> Result<Option<[f32; 2]>, UnknownRobot> {
         let index = self.index(id)?;
-        let robot = &mut self.robots[index];
-        let models = &self.numbers[usize::from(robot.variant.0)].models;
-        Ok(robot.body.roll(duties, &mut self.poses[index], models, seconds))
+        let Cohort { first, block, .. } = &mut self.cohorts[self.robots[index].cohort as usize];
+        Ok(block.roll(index - *first, duties, &mut self.poses[index], seconds))
     }
 
     /// What the light sensor of a robot reads, 0 to 1023.

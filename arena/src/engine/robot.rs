@@ -1,36 +1,12 @@
 //! One robot: who it is and what others may see of it.
 
-use super::body::Body;
 use super::geometry::Pose;
-use super::link::{Medium, Radio};
-use super::variant::Variant;
+use super::herd::HerdId;
+use super::link::Radio;
 
 /// Number of a robot: its place in the order of joining, and its id in frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct RobotId(pub u16);
-
-/// What a robot is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum RobotKind {
-    /// Vibration motors, infrared.
-    Kilobot,
-    /// Wheels, nRF24 radio, projector.
-    Zooid,
-    /// Flies; nRF51 radio.
-    Crazyflie,
-}
-
-impl RobotKind {
-    /// By what it talks.
-    #[must_use]
-    pub fn medium(self) -> Medium {
-        match self {
-            RobotKind::Kilobot => Medium::Infrared,
-            RobotKind::Zooid => Medium::Nrf24,
-            RobotKind::Crazyflie => Medium::P2p,
-        }
-    }
-}
 
 /// Whether a robot works.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -46,8 +22,8 @@ pub enum RobotState {
 /// What can be seen of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// What it is.
-    pub kind: RobotKind,
+    /// The herd to which it belongs.
+    pub herd: HerdId,
     /// Whether it works.
     pub state: RobotState,
     /// Where it is.
@@ -56,15 +32,18 @@ pub struct View {
     pub estimate: Option<Pose>,
     /// mm
     pub radius: f32,
+    /// mm
+    pub height: f32,
     /// Colour: the sum of 1 red, 2 green, 4 blue.
     pub led: u8,
 }
 
-/// A robot, but for its brain and where it is.
+/// A robot, but for its brain, its body and its place.
 #[derive(Clone, Debug)]
 pub(crate) struct Robot {
-    pub(crate) variant: Variant,
-    pub(crate) body: Body,
+    pub(crate) herd: HerdId,
+    /// The number of its cohort.
+    pub(crate) cohort: u32,
     pub(crate) radio: Radio,
     pub(crate) state: RobotState,
     pub(crate) led: u8,

@@ -5,23 +5,20 @@ use core::convert::Infallible;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
-use super::TICK;
-use super::TICK_US;
-use super::brain::{Brain, Inbox, Io, Sensors};
+use super::body::Moment;
+use super::brain::{Brain, Controls, Inbox, Io, Sensors};
 use super::geometry::Pose;
+use super::herd::{Cohort, Herd};
 use super::light::Light;
-use super::link::{Attempt, Ether, Heard, Listener, Medium, Moment, Near};
+use super::link::{Attempt, Ether, Heard, Listener, Medium, Near, Window};
 use super::ranger::Sight;
-use super::robot::{Robot, RobotId, RobotKind, RobotState};
+use super::robot::{Robot, RobotId, RobotState};
 use super::statistics::LinkStatistics;
 use super::stream::{Purpose, Stream};
-use super::variant::Numbers;
 use super::world::World;
+use super::{TICK, TICK_US};
 
-/// Robots that one thread takes at a time. Small enough that a few slow brains do not hold up the others.
-const CHUNK: usize = 256;
-
-/// What one chunk needs and finds out in a tick; kept for its memory.
+/// Results of one cohort in a tick; kept for its memory.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
     near: Vec<Near>,
@@ -36,18 +33,26 @@ struct Surroundings<'a> {
     sight: Sight<'a>,
     lights: &'a [Light],
     ambient: f32,
-    numbers: &'a [Numbers],
+    herds: &'a [Herd],
     seed: u64,
     now: u64,
 }
 
-/// Robots of a chunk.
-struct Chunk<'a, B> {
-    first: usize,
+/// A cohort with everything of its robots.
+struct Part<'a, B> {
+    cohort: &'a mut Cohort,
+    scratch: &'a mut Scratch,
     robots: &'a mut [Robot],
     brains: &'a mut [B],
     poses: &'a mut [Pose],
-    scratch: &'a mut Scratch,
+    estimates: &'a mut [Option<Pose>],
+}
+
+/// Cuts the first `count` elements off.
+fn cut<'a, T>(rest: &mut &'a mut [T], count: usize) -> &'a mut [T] {
+    let (first, others) = core::mem::take(rest).split_at_mut(count);
+    *rest = others;
+    first
 }
 
 impl<B: Brain> World<B> {
@@ -67,10 +72,7 @@ impl<B: Brain> World<B> {
         self.settle();
         for _ in 1..self.substeps {
             before(self)?;
-            let numbers = &self.numbers;
-            each(self.pool.as_ref(), &mut self.robots, &mut self.poses, |_, robot, pose| {
-                robot.body.advance(pose, &numbers[usize::from(robot.variant.0)].models);
-            });
+            self.each(|part| part.cohort.block.step(part.poses));
             self.settle();
         }
         self.crowd.count(&mut self.statistics);
@@ -82,48 +84,37 @@ impl<B: Brain> World<B> {
 
     /// Every robot hears, decides, and makes its first substep.
     fn think(&mut self) {
-        self.scratch.resize_with(self.robots.len().div_ceil(CHUNK), Scratch::default);
-        let surroundings = Surroundings {
-            ether: [0, 1, 2].map(|medium| Ether {
-                air: &self.air[medium],
-                topology: &self.topology,
-                calibration: &self.calibration,
-            }),
-            sight: Sight {
-                area: self.settings.area,
-                obstacles: &self.obstacles,
-                crowd: &self.crowd,
-            },
-            lights: &self.lights,
-            ambient: self.settings.ambient_light,
-            numbers: &self.numbers,
-            seed: self.settings.seed,
-            now: self.now,
+        let World {
+            settings,
+            now,
+            brains,
+            robots,
+            poses,
+            estimates,
+            herds,
+            cohorts,
+            obstacles,
+            lights,
+            crowd,
+            air,
+            topology,
+            calibration,
+            scratch,
+            pool,
+            ..
+        } = self;
+        let around = Surroundings {
+            ether: [0, 1, 2].map(|medium| Ether { air: &air[medium], topology, calibration }),
+            sight: Sight { area: settings.area, obstacles, crowd },
+            lights,
+            ambient: settings.ambient_light,
+            herds,
+            seed: settings.seed,
+            now: *now,
         };
-        match &self.pool {
-            Some(pool) if self.robots.len() > CHUNK => pool.install(|| {
-                let robots = self.robots.par_chunks_mut(CHUNK);
-                let parts = robots.zip(self.brains.par_chunks_mut(CHUNK));
-                let parts = parts.zip(self.poses.par_chunks_mut(CHUNK));
-                parts.zip(&mut self.scratch).enumerate().for_each(
-                    |(number, (((robots, brains), poses), scratch))| {
-                        let first = number * CHUNK;
-                        Chunk { first, robots, brains, poses, scratch }.think(&surroundings);
-                    },
-                );
-            }),
-            _ => {
-                let robots = self.robots.chunks_mut(CHUNK);
-                let parts = robots.zip(self.brains.chunks_mut(CHUNK));
-                let parts = parts.zip(self.poses.chunks_mut(CHUNK));
-                for (number, (((robots, brains), poses), scratch)) in
-                    parts.zip(&mut self.scratch).enumerate()
-                {
-                    let first = number * CHUNK;
-                    Chunk { first, robots, brains, poses, scratch }.think(&surroundings);
-                }
-            }
-        }
+        each(pool.as_ref(), parts(cohorts, scratch, robots, brains, poses, estimates), |part| {
+            part.think(&around)
+        });
         for scratch in &mut self.scratch {
             for (schedule, planned) in self.schedules.iter_mut().zip(&mut scratch.planned) {
                 schedule.planned.append(planned);
@@ -135,26 +126,40 @@ impl<B: Brain> World<B> {
     }
 
     fn settle(&mut self) {
-        self.crowd.settle(&mut self.poses, &self.kinds, &self.obstacles, self.pool.as_ref());
+        self.crowd.settle(&mut self.poses, &self.obstacles, self.pool.as_ref());
     }
 
     /// Robots with a positioning system learn where they are.
     fn sense(&mut self) {
-        if self.kinds.iter().all(|&kind| kind == RobotKind::Kilobot) {
+        if !self.herds.iter().any(|herd| herd.has_positioning) {
             return;
         }
-        let (seed, now, numbers) = (self.settings.seed, self.now, &self.numbers);
-        each(self.pool.as_ref(), &mut self.robots, &mut self.poses, |id, robot, pose| {
-            let models = &numbers[usize::from(robot.variant.0)].models;
-            robot.body.sense(pose, models, TICK, || Stream::new(seed, Purpose::Estimate, id, now));
-        });
+        let (seed, now) = (self.settings.seed, self.now);
+        let has_positioning: Vec<bool> =
+            self.herds.iter().map(|herd| herd.has_positioning).collect();
+        self.each(
+            |Part { cohort: Cohort { herd, first, block, .. }, poses, estimates, .. }| {
+                if has_positioning[usize::from(herd.0)] {
+                    let moment = Moment { seconds: TICK, seed, now, first: RobotId(*first as u16) };
+                    block.sense(0, poses, estimates, &moment);
+                }
+            },
+        );
+    }
+
+    /// Does the same with every cohort.
+    fn each(&mut self, work: impl Fn(Part<'_, B>) + Send + Sync) {
+        let World { pool, scratch, robots, brains, poses, estimates, cohorts, .. } = self;
+        each(pool.as_ref(), parts(cohorts, scratch, robots, brains, poses, estimates), work);
     }
 
     /// The links send.
     fn transmit(&mut self) {
-        let moment = Moment {
+        let window = Window {
             topology: &self.topology,
-            numbers: &self.numbers,
+            herds: &self.herds,
+            poses: &self.poses,
+            estimates: &self.estimates,
             seed: self.settings.seed,
             now: self.now,
         };
@@ -164,104 +169,127 @@ impl<B: Brain> World<B> {
             air.turn();
             let count = &mut self.statistics.links[index];
             let (robots, brains) = (&mut self.robots, &mut self.brains);
-            self.schedules[index].run(&moment, robots, brains, &self.poses, air, count);
+            self.schedules[index].run(&window, robots, brains, air, count);
         }
     }
 }
 
-/// Does the same with every robot.
-fn each(
+/// Divides robots into cohorts.
+fn parts<'a, B>(
+    cohorts: &'a mut [Cohort],
+    scratch: &'a mut [Scratch],
+    mut robots: &'a mut [Robot],
+    mut brains: &'a mut [B],
+    mut poses: &'a mut [Pose],
+    mut estimates: &'a mut [Option<Pose>],
+) -> impl Iterator<Item = Part<'a, B>> {
+    cohorts.iter_mut().zip(scratch).map(move |(cohort, scratch)| {
+        let count = cohort.count;
+        Part {
+            cohort,
+            scratch,
+            robots: cut(&mut robots, count),
+            brains: cut(&mut brains, count),
+            poses: cut(&mut poses, count),
+            estimates: cut(&mut estimates, count),
+        }
+    })
+}
+
+/// Does the same with every part, by several threads if there are any.
+fn each<'a, B: Brain + 'a>(
     pool: Option<&ThreadPool>,
-    robots: &mut [Robot],
-    poses: &mut [Pose],
-    work: impl Fn(u16, &mut Robot, &mut Pose) + Send + Sync,
+    parts: impl Iterator<Item = Part<'a, B>>,
+    work: impl Fn(Part<'_, B>) + Send + Sync,
 ) {
     match pool {
-        Some(pool) if robots.len() > CHUNK => pool.install(|| {
-            let all = robots.par_iter_mut().zip(poses).enumerate().with_min_len(CHUNK);
-            all.for_each(|(id, (robot, pose))| work(id as u16, robot, pose));
-        }),
-        _ => {
-            for (id, (robot, pose)) in robots.iter_mut().zip(poses).enumerate() {
-                work(id as u16, robot, pose);
-            }
+        None => parts.for_each(work),
+        Some(pool) => {
+            let parts: Vec<Part<'_, B>> = parts.collect();
+            pool.install(|| parts.into_par_iter().for_each(work));
         }
     }
 }
 
-impl<B: Brain> Chunk<'_, B> {
+impl<B: Brain> Part<'_, B> {
     fn think(self, around: &Surroundings<'_>) {
-        let Chunk { first, robots, brains, poses, scratch } = self;
-        for (offset, (robot, brain)) in robots.iter_mut().zip(brains).enumerate() {
-            let id = RobotId((first + offset) as u16);
-            let pose = &mut poses[offset];
-            let medium = robot.body.kind().medium();
-            robot.radio.turn(medium);
+        let Part { cohort, scratch, robots, brains, poses, estimates } = self;
+        let herd = &around.herds[usize::from(cohort.herd.0)];
+        let senses = poses.iter().zip(estimates);
+        let robots = robots.iter_mut().zip(brains).zip(senses).enumerate();
+        for (index, ((robot, brain), (pose, estimate))) in robots {
+            robot.radio.turn(herd.medium);
             if robot.state == RobotState::Running {
-                think(id, robot, brain, pose, medium, scratch, around);
+                let id = RobotId((cohort.first + index) as u16);
+                let body = Controls { block: &mut *cohort.block, index };
+                let of = Thinker { id, robot, herd, body, pose, estimate: estimate.as_ref() };
+                of.think(brain, scratch, around);
             }
-            robot.body.advance(pose, &around.numbers[usize::from(robot.variant.0)].models);
         }
+        cohort.block.step(poses);
     }
 }
 
-/// One robot hears and decides; its link plans when to send.
-fn think(
+/// A robot that hears and decides.
+struct Thinker<'a> {
     id: RobotId,
-    robot: &mut Robot,
-    brain: &mut impl Brain,
-    pose: &Pose,
-    medium: Medium,
-    scratch: &mut Scratch,
-    around: &Surroundings<'_>,
-) {
-    let now = around.now;
-    let ether = &around.ether[medium as usize];
-    let late = robot.radio.late.take_if(|late| late.due <= now);
-    let pacing = &around.numbers[usize::from(robot.variant.0)].pacing;
-    let mut listener = Listener {
-        id,
-        pose,
-        estimate: robot.body.estimate(),
-        distance_sigma: pacing.infrared.distance_sigma,
-        late: &mut robot.radio.late,
-        now,
-    };
-    ether.hear(
-        &mut listener,
-        || Stream::new(around.seed, Purpose::Hear, id.0, now),
-        &mut scratch.near,
-        &mut scratch.heard,
-        &mut scratch.links[medium as usize],
-    );
-    let estimate = robot.body.estimate().copied();
-    brain.tick(&mut Io {
-        id,
-        now,
-        inbox: Inbox {
-            heard: &scratch.heard,
-            air: ether.air.transmissions(),
-            late: late.as_deref(),
-        },
-        sensors: Sensors {
+    robot: &'a mut Robot,
+    herd: &'a Herd,
+    body: Controls<'a>,
+    pose: &'a Pose,
+    estimate: Option<&'a Pose>,
+}
+
+impl Thinker<'_> {
+    /// It hears and decides; its link plans when to send.
+    fn think(self, brain: &mut impl Brain, scratch: &mut Scratch, around: &Surroundings<'_>) {
+        let Thinker { id, robot, herd: Herd { medium, media, .. }, body, pose, estimate } = self;
+        let now = around.now;
+        let ether = &around.ether[*medium as usize];
+        let late = robot.radio.late.take_if(|late| late.due <= now);
+        let mut listener = Listener {
             id,
-            sight: around.sight,
             pose,
-            estimate: estimate.as_ref(),
-            ambient: around.ambient,
-            lights: around.lights,
-        },
-        actuators: robot.body.actuators(),
-        led: &mut robot.led,
-    });
-    if !robot.radio.waits {
-        if !brain.has_frame() {
-            return;
+            estimate,
+            distance_sigma: media.infrared.distance_sigma,
+            late: &mut robot.radio.late,
+            now,
+        };
+        ether.hear(
+            &mut listener,
+            || Stream::new(around.seed, Purpose::Hear, id.0, now),
+            &mut scratch.near,
+            &mut scratch.heard,
+            &mut scratch.links[*medium as usize],
+        );
+        brain.tick(&mut Io {
+            id,
+            now,
+            inbox: Inbox {
+                heard: &scratch.heard,
+                air: ether.air.transmissions(),
+                late: late.as_deref(),
+            },
+            sensors: Sensors {
+                id,
+                sight: around.sight,
+                pose,
+                estimate,
+                ambient: around.ambient,
+                lights: around.lights,
+            },
+            led: &mut robot.led,
+            body,
+        });
+        if !robot.radio.waits {
+            if !brain.has_frame() {
+                return;
+            }
+            let mut stream = Stream::new(around.seed, Purpose::Send, id.0, now);
+            robot.radio.plan(*medium, media, &mut stream);
         }
-        let mut stream = Stream::new(around.seed, Purpose::Send, id.0, now);
-        robot.radio.plan(medium, pacing, &mut stream);
-    }
-    if robot.radio.attempt < TICK_US as i32 {
-        scratch.planned[medium as usize].push(Attempt { at: robot.radio.attempt, robot: id });
+        if robot.radio.attempt < TICK_US as i32 {
+            scratch.planned[*medium as usize].push(Attempt { at: robot.radio.attempt, robot: id });
+        }
     }
 }

@@ -61,7 +61,7 @@ impl Stream {
     }
 
     /// A factor around 1 that never leaves three deviations, nor becomes negative.
-    pub(crate) fn gain(&mut self, sigma: f32) -> f32 {
+    pub fn gain(&mut self, sigma: f32) -> f32 {
         (1.0 + sigma * self.normal().clamp(-3.0, 3.0)).max(0.0)
     }
 }

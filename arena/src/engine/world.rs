@@ -1,23 +1,25 @@
 //! The world: robots, obstacles, lamps, and what one may do to them.
 
 use core::hash::{Hash, Hasher};
+use std::sync::Arc;
 
 use rayon::ThreadPool;
 
-use super::body::Body;
+use super::TICK;
+use super::body::{BLOCK, BodyModel, Moment, Shape, substeps};
 use super::brain::Brain;
 use super::contact::Crowd;
 use super::error::{AddError, SettingsError, UnknownRobot};
 use super::geometry::Pose;
+use super::herd::{Cohort, Herd, HerdId};
 use super::light::{Light, LightId};
-use super::link::{Air, Calibration, Loss, Medium, Radio, Schedule, Topology};
+use super::link::{Air, Calibration, Loss, Media, Medium, Radio, Schedule, Topology};
 use super::obstacle::{Obstacle, Obstacles};
-use super::robot::{Robot, RobotId, RobotKind, RobotState, View};
+use super::robot::{Robot, RobotId, RobotState, View};
 use super::settings::Settings;
 use super::statistics::Statistics;
 use super::step::Scratch;
 use super::stream::{Purpose, Stream};
-use super::variant::{Numbers, Variant};
 
 /// Robots with brains of type `B`, and everything around them.
 #[derive(Debug)]
@@ -27,13 +29,15 @@ pub struct World<B> {
     pub(crate) brains: Vec<B>,
     pub(crate) robots: Vec<Robot>,
     pub(crate) poses: Vec<Pose>,
-    pub(crate) kinds: Vec<RobotKind>,
+    /// The places at which robots believe to be.
+    pub(crate) estimates: Vec<Option<Pose>>,
+    pub(crate) herds: Vec<Herd>,
+    /// All robots in the order of their ids.
+    pub(crate) cohorts: Vec<Cohort>,
     pub(crate) obstacles: Obstacles,
     pub(crate) lights: Vec<Light>,
     pub(crate) crowd: Crowd,
     pub(crate) substeps: u32,
-    /// Of each variant.
-    pub(crate) numbers: Vec<Numbers>,
     pub(crate) air: [Air; Medium::COUNT],
     pub(crate) schedules: [Schedule; Medium::COUNT],
     pub(crate) topology: Topology,
@@ -48,31 +52,27 @@ impl<B: Brain> World<B> {
     /// An empty world.
     pub fn new(settings: Settings) -> Result<Self, SettingsError> {
         settings.check()?;
-        let Settings { area, kilobot, zooid, crazyflie, infrared, nrf24, p2p, .. } = settings;
-        let pool = if settings.threads == 1 {
+        let Settings { area, threads, .. } = settings;
+        let pool = if threads == 1 {
             None
         } else {
             // A machine that gives no threads still simulates.
-            rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build().ok()
+            rayon::ThreadPoolBuilder::new().num_threads(threads).build().ok()
         };
-        let widest = kilobot.radius.max(zooid.radius).max(crazyflie.radius);
         Ok(World {
             settings,
             now: 0,
             brains: Vec::new(),
             robots: Vec::new(),
             poses: Vec::new(),
-            kinds: Vec::new(),
-            obstacles: Obstacles::new(area, widest + 1.0),
+            estimates: Vec::new(),
+            herds: Vec::new(),
+            cohorts: Vec::new(),
+            obstacles: Obstacles::new(area),
             lights: Vec::new(),
-            crowd: Crowd::new(area, &settings),
+            crowd: Crowd::new(area),
             substeps: 1,
-            numbers: vec![Numbers::new(settings, 1)],
-            air: [
-                Air::new(Medium::Infrared, infrared.link, 2.0 * kilobot.radius, area),
-                Air::new(Medium::Nrf24, nrf24.link, 0.0, area),
-                Air::new(Medium::P2p, p2p.link, 0.0, area),
-            ],
+            air: Medium::ALL.map(|medium| Air::new(medium, area)),
             schedules: Default::default(),
             topology: Topology::default(),
             calibration: Calibration::new(),
@@ -82,66 +82,62 @@ impl<B: Brain> World<B> {
         })
     }
 
-    /// Adds numbers that hold for some robots: how they move, and what becomes of the frames that they send. Seed, area,
-    /// light and the sizes of bodies are the world's.
-    pub fn add_variant(&mut self, settings: Settings) -> Result<Variant, SettingsError> {
-        settings.check()?;
-        let too_many = SettingsError { field: "variant", must: "one of at most 65536" };
-        let number = u16::try_from(self.numbers.len()).map_err(|_| too_many)?;
-        let mut settings = settings;
-        settings.kilobot.radius = self.settings.kilobot.radius;
-        settings.zooid.radius = self.settings.zooid.radius;
-        settings.crazyflie.radius = self.settings.crazyflie.radius;
-        let Settings { infrared, nrf24, p2p, .. } = settings;
-        for (air, link) in self.air.iter_mut().zip([infrared.link, nrf24.link, p2p.link]) {
-            air.add_link(link, self.settings.area);
-        }
-        self.numbers.push(Numbers::new(settings, self.substeps));
-        Ok(Variant(number))
+    /// Adds a herd without robots: a model of their bodies, and the numbers of the medium that carries their frames.
+    pub fn add_herd(
+        &mut self,
+        model: Arc<dyn BodyModel>,
+        media: Media,
+    ) -> Result<HerdId, SettingsError> {
+        model.check()?;
+        media.check()?;
+        let too_many = SettingsError { field: "herd", must: "one of at most 65536" };
+        let number = u16::try_from(self.herds.len()).map_err(|_| too_many)?;
+        let (shape, medium) = (model.shape(), model.medium());
+        // Infrared reaches from rim to rim, radio from middle to middle.
+        let bodies = if medium == Medium::Infrared { 2.0 * shape.radius } else { 0.0 };
+        let air = &mut self.air[medium as usize];
+        let link = air.add_link(*media.link(medium), bodies, self.settings.area);
+        self.obstacles.admit(shape.radius);
+        self.crowd.add_herd(shape);
+        let has_positioning = model.has_positioning();
+        self.herds.push(Herd { model, shape, medium, media, link, has_positioning });
+        Ok(HerdId(number))
     }
 
     /// Puts a robot into the world, also while it runs. Ids count up from 0.
-    pub fn add(&mut self, kind: RobotKind, pose: Pose, brain: B) -> Result<RobotId, AddError> {
-        self.add_as(Variant::STANDARD, kind, pose, brain)
-    }
-
-    /// Puts a robot of a variant of this world into it.
-    pub fn add_as(
-        &mut self,
-        variant: Variant,
-        kind: RobotKind,
-        pose: Pose,
-        brain: B,
-    ) -> Result<RobotId, AddError> {
+    pub fn add(&mut self, herd: HerdId, pose: Pose, brain: B) -> Result<RobotId, AddError> {
         let id = u16::try_from(self.brains.len()).map_err(|_| AddError::TooMany)?;
         if !pose.is_finite() || !self.settings.area.contains(pose.x, pose.y) {
             return Err(AddError::Outside);
         }
-        let Some(Numbers { settings, pacing, .. }) = self.numbers.get(usize::from(variant.0))
-        else {
-            return Err(AddError::UnknownVariant);
+        let Some(Herd { model, medium, media, .. }) = self.herds.get(usize::from(herd.0)) else {
+            return Err(AddError::UnknownHerd);
         };
-        let mut build = Stream::new(self.settings.seed, Purpose::Build, id, 0);
-        let body = Body::new(kind, &pose, settings, &mut build);
-        let radio = Radio::new(kind.medium(), pacing, &mut build);
-        let substeps = kind.substeps(settings);
-        let is_new = !self.kinds.contains(&kind);
-        let has_doubled = self.brains.len().is_power_of_two();
-        self.brains.push(brain);
-        self.robots.push(Robot { variant, body, radio, state: RobotState::Running, led: 0 });
-        self.poses.push(pose);
-        self.kinds.push(kind);
-        self.crowd.add();
-        if is_new || has_doubled {
-            self.crowd.resize(self.settings.area, &self.kinds);
+        let (index, substeps) = (usize::from(id), substeps(&**model));
+        let is_open = |last: &Cohort| last.herd == herd && last.count < BLOCK;
+        if !self.cohorts.last().is_some_and(is_open) {
+            let block = model.block(TICK / self.substeps as f32);
+            self.cohorts.push(Cohort { herd, first: index, count: 0, block });
+            self.scratch.push(Scratch::default());
         }
+        let cohort = (self.cohorts.len() - 1) as u32;
+        let mut build = Stream::new(self.settings.seed, Purpose::Build, id, 0);
+        let Cohort { block, count, .. } = &mut self.cohorts[cohort as usize];
+        block.add(&pose, &mut build);
+        *count += 1;
+        let radio = Radio::new(*medium, media, &mut build);
+        self.brains.push(brain);
+        self.robots.push(Robot { herd, cohort, radio, state: RobotState::Running, led: 0 });
+        self.poses.push(pose);
+        self.estimates.push(None);
+        self.crowd.add(herd.0, self.settings.area);
         if substeps > self.substeps {
             self.substeps = substeps;
-            for numbers in &mut self.numbers {
-                *numbers = Numbers::new(numbers.settings, substeps);
+            for cohort in &mut self.cohorts {
+                cohort.block.set_substep(TICK / substeps as f32);
             }
         }
-        self.place(usize::from(id), pose);
+        self.place(index, pose);
         Ok(RobotId(id))
     }
 
@@ -235,8 +231,10 @@ impl<B: Brain> World<B> {
         let robot = &mut self.robots[index];
         robot.state = RobotState::Running;
         robot.led = 0;
-        robot.body.restart();
         robot.radio.silence();
+        let Cohort { first, block, .. } = &mut self.cohorts[robot.cohort as usize];
+        block.restart(index - *first);
+        self.estimates[index] = None;
         self.place(index, self.poses[index]);
         Ok(core::mem::replace(&mut self.brains[index], brain))
     }
@@ -277,16 +275,10 @@ impl<B: Brain> World<B> {
     #[must_use]
     pub fn robot(&self, id: RobotId) -> Option<View> {
         let index = self.index(id).ok()?;
-        let Robot { body, state, led, .. } = &self.robots[index];
-        let kind = self.kinds[index];
-        Some(View {
-            kind,
-            state: *state,
-            pose: self.poses[index],
-            estimate: body.estimate().copied(),
-            radius: kind.radius(&self.settings),
-            led: *led,
-        })
+        let Robot { herd, state, led, .. } = self.robots[index];
+        let Shape { radius, height } = self.herds[usize::from(herd.0)].shape;
+        let (pose, estimate) = (self.poses[index], self.estimates[index]);
+        Some(View { herd, state, pose, estimate, radius, height, led })
     }
 
     /// All robots in the order of their ids.
@@ -309,8 +301,8 @@ impl<B: Brain> World<B> {
     #[must_use]
     pub fn reach(&self, id: RobotId) -> f64 {
         let Ok(index) = self.index(id) else { return 0.0 };
-        let medium = self.kinds[index].medium();
-        f64::from(self.air[medium as usize].reach(self.robots[index].variant))
+        let Herd { medium, link, .. } = self.herd_of(index);
+        f64::from(self.air[*medium as usize].reach(*link))
     }
 
     /// Whether frames of one robot get to another: they have one medium, are near enough, and nothing cuts them off.
@@ -320,7 +312,7 @@ impl<B: Brain> World<B> {
         let (here, there) = (self.poses[listener], self.poses[sender]);
         let [dx, dy, dz] = [here.x - there.x, here.y - there.y, here.z - there.z].map(f64::from);
         let reach = self.reach(of);
-        self.kinds[listener].medium() == self.kinds[sender].medium()
+        self.herd_of(listener).medium == self.herd_of(sender).medium
             && dx * dx + dy * dy + dz * dz <= reach * reach
             && self.topology.connects(by, of)
     }
@@ -337,7 +329,13 @@ impl<B: Brain> World<B> {
         &self.statistics
     }
 
-    /// The numbers that the world began with; light and loss may have been changed since.
+    /// The numbers of a herd's media that it began with; loss may have been changed since.
+    #[must_use]
+    pub fn media(&self, herd: HerdId) -> &Media {
+        &self.herds[usize::from(herd.0)].media
+    }
+
+    /// The numbers that the world began with; light may have been changed since.
     #[must_use]
     pub fn settings(&self) -> &Settings {
         &self.settings
@@ -349,9 +347,9 @@ impl<B: Brain> World<B> {
         let mut digest = Fnv(0xcbf2_9ce4_8422_2325);
         self.now.hash(&mut digest);
         self.statistics.hash(&mut digest);
-        let all = self.poses.iter().zip(&self.robots);
-        for (pose, Robot { body, radio, state, led, .. }) in all {
-            for pose in [Some(pose), body.estimate()].into_iter().flatten() {
+        let all = self.poses.iter().zip(&self.estimates).zip(&self.robots);
+        for ((pose, estimate), Robot { radio, state, led, .. }) in all {
+            for pose in [Some(pose), estimate.as_ref()].into_iter().flatten() {
                 for part in [pose.x, pose.y, pose.z, pose.heading] {
                     part.to_bits().hash(&mut digest);
                 }
@@ -371,8 +369,9 @@ impl<B: Brain> World<B> {
         let robot = &mut self.robots[index];
         if robot.state != RobotState::Failed {
             robot.state = state;
-            robot.body.halt();
             robot.radio.silence();
+            let Cohort { first, block, .. } = &mut self.cohorts[robot.cohort as usize];
+            block.halt(index - *first);
             if state == RobotState::Failed {
                 robot.led = 0;
             }
@@ -381,18 +380,23 @@ impl<B: Brain> World<B> {
     }
 
     fn place(&mut self, index: usize, pose: Pose) {
-        let radius = self.kinds[index].radius(&self.settings);
+        let Herd { shape: Shape { radius, .. }, has_positioning, .. } = *self.herd_of(index);
         let mut pose = Pose { z: pose.z.max(0.0), heading: super::wrap(pose.heading), ..pose };
         if let Some((x, y)) = self.obstacles.push_out(pose.x, pose.y, radius) {
             (pose.x, pose.y) = (x, y);
         }
         self.poses[index] = pose;
-        let (seed, now) = (self.settings.seed, self.now);
-        let robot = &mut self.robots[index];
-        let models = &self.numbers[usize::from(robot.variant.0)].models;
-        robot
-            .body
-            .sense(&pose, models, 0.0, || Stream::new(seed, Purpose::Estimate, index as u16, now));
+        if has_positioning {
+            let (seed, now) = (self.settings.seed, self.now);
+            let Cohort { first, block, .. } = &mut self.cohorts[self.robots[index].cohort as usize];
+            let moment = Moment { seconds: 0.0, seed, now, first: RobotId(*first as u16) };
+            let estimates = &mut self.estimates[index..=index];
+            block.sense(index - *first, &[pose], estimates, &moment);
+        }
+    }
+
+    fn herd_of(&self, index: usize) -> &Herd {
+        &self.herds[usize::from(self.robots[index].herd.0)]
     }
 }
 

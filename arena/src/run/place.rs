@@ -1,9 +1,9 @@
 //! Where the robots of a run start.
 
-use crate::engine::{self, Pose, Stream};
+use crate::engine::{Pose, Stream};
 use crate::scenario::{Cause, Group, Heading, Obstacle, Placement, Scenario, ScenarioError};
 
-use super::settings::radius;
+use super::settings::Numbers;
 
 /// Places that are tried for one robot before the world counts as full.
 const TRIES: usize = 2000;
@@ -12,17 +12,21 @@ const TRIES: usize = 2000;
 const PLACEMENT: u64 = 0x706c_6163_656d_656e;
 
 /// The poses of all robots, in the order of the scenario.
-pub fn poses(scenario: &Scenario, settings: &engine::Settings) -> Result<Vec<Pose>, ScenarioError> {
-    let mut taken = Taken::new(scenario, settings);
+pub fn poses(
+    scenario: &Scenario,
+    numbers: &Numbers,
+    seed: u64,
+) -> Result<Vec<Pose>, ScenarioError> {
+    let mut taken = Taken::new(scenario, numbers);
     // Whoever has a place of its own keeps it; chance looks for the rest.
     for group in &scenario.groups {
         for point in group.placement.points(group.count) {
-            taken.add(point, radius(settings, group.body));
+            taken.add(point, numbers.radius(group.body));
         }
     }
     let mut poses = Vec::new();
     for (number, group) in scenario.groups.iter().enumerate() {
-        let mut chance = Stream::for_brain(settings.seed ^ PLACEMENT, number as u16);
+        let mut chance = Stream::for_brain(seed ^ PLACEMENT, number as u16);
         let points: Vec<[f64; 2]> = match group.placement {
             Placement::Random { at, area } => taken.scatter(group, at, area, &mut chance)?,
             _ => group.placement.points(group.count).collect(),
@@ -41,7 +45,7 @@ pub fn poses(scenario: &Scenario, settings: &engine::Settings) -> Result<Vec<Pos
 /// Bodies that have a place, in a grid, so that only near ones are looked at.
 struct Taken<'a> {
     scenario: &'a Scenario,
-    settings: &'a engine::Settings,
+    numbers: &'a Numbers,
     /// Side of a cell in mm; no body reaches beyond a neighbouring one.
     cell: f64,
     columns: usize,
@@ -50,15 +54,15 @@ struct Taken<'a> {
 }
 
 impl<'a> Taken<'a> {
-    fn new(scenario: &'a Scenario, settings: &'a engine::Settings) -> Self {
-        let radii = scenario.groups.iter().map(|group| radius(settings, group.body));
+    fn new(scenario: &'a Scenario, numbers: &'a Numbers) -> Self {
+        let radii = scenario.groups.iter().map(|group| numbers.radius(group.body));
         let [width, height] = scenario.world.size;
         // Not more cells than a million, however large the world.
         let cell = (2.0 * radii.fold(1.0, f64::max)).max(width.max(height) / 1000.0);
         let columns = (width / cell) as usize + 1;
         let rows = (height / cell) as usize + 1;
         let cells = vec![Vec::new(); columns * rows];
-        Taken { scenario, settings, cell, columns, rows, cells }
+        Taken { scenario, numbers, cell, columns, rows, cells }
     }
 
     fn cell_of(&self, point: [f64; 2]) -> (usize, usize) {
@@ -93,7 +97,7 @@ impl<'a> Taken<'a> {
         area: [f64; 2],
         chance: &mut Stream,
     ) -> Result<Vec<[f64; 2]>, ScenarioError> {
-        let radius = radius(self.settings, group.body);
+        let radius = self.numbers.radius(group.body);
         let side = |axis: usize| {
             let half = (self.scenario.world.size[axis] / 2.0 - radius).max(0.0);
             let low = (at[axis] - area[axis] / 2.0).clamp(-half, half);

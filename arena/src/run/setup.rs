@@ -13,7 +13,7 @@ use super::firmware::Firmware;
 use super::program::Program;
 use super::quantity::Probe;
 use super::robot::{CRAZYFLIE_SLOTS, Duties, KILOBOT_SLOTS, Robot, ZOOIDS_SLOTS};
-use super::settings;
+use super::settings::Numbers;
 
 /// Why a scenario cannot be run with these programs.
 #[derive(Debug)]
@@ -160,9 +160,8 @@ impl<'p> Setup<'p> {
 
     /// What the groups of a run share.
     pub fn casts(&self) -> Vec<Cast<'_>> {
-        let settings = settings::settings(self.scenario, 0, 1);
-        let duties =
-            Duties { straight: settings.kilobot.straight_duty, turn: settings.kilobot.turn_duty };
+        let model = Numbers::new(self.scenario).kilobot;
+        let duties = Duties { straight: model.straight_duty, turn: model.turn_duty };
         let groups = self.scenario.groups.iter().zip(self.programs);
         groups
             .map(|(group, program)| {

@@ -1,6 +1,6 @@
 //! One run of a scenario with one seed.
 
-use crate::engine::{Variant, View, World};
+use crate::engine::{HerdId, View, World};
 use crate::scenario::{
     Action, Backend, Body, Cause, Quantity, Reduction, ScenarioError, Swarm, settings_error,
 };
@@ -12,7 +12,7 @@ use super::place::poses;
 use super::quantity::{Probe, Reading};
 use super::robot::{FaultCounts, LogLine, Robot};
 use super::settings::{
-    engine_light, engine_loss, engine_medium, engine_obstacle, kind, of_group, settings,
+    Numbers, engine_light, engine_loss, engine_medium, engine_obstacle, settings,
 };
 use super::setup::{Cast, Setup, group_of};
 use super::summary::{FaultOf, Summary, Unusable};
@@ -24,7 +24,7 @@ pub struct Simulation<'p> {
     setup: &'p Setup<'p>,
     casts: &'p [Cast<'p>],
     /// Of each group.
-    variants: Vec<Variant>,
+    herds: Vec<HerdId>,
     world: World<Robot<'p>>,
     /// Of the robots that run their firmware.
     fleets: Option<Fleets<'p>>,
@@ -51,14 +51,15 @@ impl<'p> Simulation<'p> {
     ) -> Result<Self, ScenarioError> {
         let scenario = setup.scenario;
         let settings = settings(scenario, seed, threads);
-        let poses = poses(scenario, &settings)?;
+        let numbers = Numbers::new(scenario);
+        let poses = poses(scenario, &numbers, settings.seed)?;
         let mut world = World::new(settings).map_err(settings_error)?;
-        let variants = scenario.groups.iter().map(|group| match of_group(settings, group) {
-            Some(settings) => world.add_variant(settings),
-            None => Ok(Variant::STANDARD),
+        let herds = scenario.groups.iter().map(|group| {
+            let numbers = numbers.of_group(group);
+            world.add_herd(numbers.model(group.body), numbers.media)
         });
-        let variants: Result<Vec<Variant>, _> = variants.collect();
-        let variants = variants.map_err(settings_error)?;
+        let herds: Result<Vec<HerdId>, _> = herds.collect();
+        let herds = herds.map_err(settings_error)?;
         for obstacle in &scenario.world.obstacles {
             world.add_obstacle(engine_obstacle(*obstacle));
         }
@@ -67,7 +68,7 @@ impl<'p> Simulation<'p> {
         let mut simulation = Simulation {
             setup,
             casts,
-            variants,
+            herds,
             world,
             fleets: None,
             happenings: Happenings::new(poses, lights),
@@ -108,8 +109,9 @@ impl<'p> Simulation<'p> {
             if let Some((_, id)) = in_the_dark {
                 return Err(firmware.failed(Cause::InTheDark { id }));
             }
-            let (emulator, settings) = (setup.emulator(firmware.body()), world.settings());
-            let fleet = Fleet::new(emulator, firmware, join, settings, self.seed.into());
+            let (emulator, numbers) =
+                (setup.emulator(firmware.body()), Numbers::new(setup.scenario));
+            let fleet = Fleet::new(emulator, firmware, join, &numbers, self.seed.into());
             fleets.push(fleet.map_err(|error| firmware.failed(unusable(error)))?);
         }
         let bridge = setup.scenario.bridge.as_ref().map(|bridge| Bridge::new(bridge.id));
@@ -298,8 +300,8 @@ impl<'p> Simulation<'p> {
         let Ok(mut robot) = robot else { return };
         let Some(id) = there else {
             let pose = self.happenings.start_of(number);
-            let variant = self.variants.get(group).copied().unwrap_or_default();
-            if let Ok(id) = self.world.add_as(variant, kind(of.body), pose, robot) {
+            let Some(herd) = self.herds.get(group).copied() else { return };
+            if let Ok(id) = self.world.add(herd, pose, robot) {
                 self.happenings.joined(number, id);
             }
             return;

@@ -97,12 +97,12 @@ fn contacts(members: &[Member]) -> usize {
     let mut count = 0;
     for (index, one) in members.iter().enumerate() {
         let radius = f64::from(one.view.radius) + GAP;
-        let height = f64::from(one.view.kind.height());
+        let height = f64::from(one.view.height);
         let beside = members[index + 1..].iter();
         let beside = beside.take_while(|other| other.at[0] - one.at[0] <= radius + widest);
         count += beside
             .filter(|other| {
-                let is_level = one.at[2] < other.at[2] + f64::from(other.view.kind.height())
+                let is_level = one.at[2] < other.at[2] + f64::from(other.view.height)
                     && other.at[2] < one.at[2] + height;
                 let flat = libm::hypot(one.at[0] - other.at[0], one.at[1] - other.at[1]);
                 is_level && flat <= radius + f64::from(other.view.radius)

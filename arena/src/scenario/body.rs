@@ -6,6 +6,8 @@ use bittybuzz_emulation::message::PowerDetector;
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_toml_reader::TomlError;
 
+use crate::robots::kilobot::Preset;
+
 use super::keys;
 use super::medium::Medium;
 use super::read::Section;
@@ -19,20 +21,6 @@ pub enum Body {
     Zooid,
     /// Four propellers.
     Crazyflie,
-}
-
-/// Where the numbers of the Kilobots' model come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Preset {
-    /// Papers and documentation of the robot.
-    #[default]
-    Standard,
-    /// The simulator Kilombo.
-    Kilombo,
-    /// The Kilobot plugin of ARGoS.
-    Argos,
-    /// The simulator Kilosim.
-    Kilosim,
 }
 
 /// What differs from the models, for each kind of robot.

@@ -24,7 +24,7 @@ use std::path::Path;
 use bittybuzz_toml_reader::{self as toml_reader, Override, Source, file};
 
 pub use backend::Backend;
-pub use body::{Bodies, Body, CrazyflieBody, KilobotBody, Positioning, Preset, ZooidBody};
+pub use body::{Bodies, Body, CrazyflieBody, KilobotBody, Positioning, ZooidBody};
 pub use bridge::Bridge;
 pub(crate) use error::settings_error;
 pub use error::{Cause, ScenarioError};

@@ -3,10 +3,14 @@
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
-use bittybuzz_arena::engine::{
-    Actuators, Area, Brain, Drive, Flight, Io, Link, Loss, Pose, Positioning, RobotId, RobotKind,
-    Settings, Side, Sighting, Velocity, Wheels, World,
-};
+pub mod robots;
+
+use bittybuzz_arena::engine::{Area, Brain, Io, Link, Loss, Pose, RobotId, Side, Sighting};
+use bittybuzz_arena::robots::crazyflie::{Flight, Positioning, Velocity};
+use bittybuzz_arena::robots::kilobot::KilobotMotors;
+use bittybuzz_arena::robots::zooid::Drive;
+use bittybuzz_motion::drive::Wheels;
+use robots::{RobotKind, Settings, World};
 
 /// A frame as it was heard.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,17 +94,15 @@ impl Brain for Probe {
         }));
         self.id = io.id.0;
         if self.talks {
-            self.waiting = if matches!(io.actuators, Actuators::Kilobot(_)) { 1 } else { 3 };
+            self.waiting = if io.controls::<KilobotMotors>().is_some() { 1 } else { 3 };
         }
         let (left, right) = self.motors;
-        match &mut io.actuators {
-            Actuators::Kilobot(motors) => (motors.left, motors.right) = (left as u8, right as u8),
-            Actuators::Zooid(drive) => {
-                **drive = Drive::Wheels(Wheels { left: left as i8, right: right as i8 });
-            }
-            Actuators::Crazyflie(flight) => {
-                **flight = self.fly.map_or(Flight::Off, Flight::Velocity)
-            }
+        if let Some(motors) = io.controls::<KilobotMotors>() {
+            (motors.left, motors.right) = (left as u8, right as u8);
+        } else if let Some(drive) = io.controls::<Drive>() {
+            *drive = Drive::Wheels(Wheels { left: left as i8, right: right as i8 });
+        } else if let Some(flight) = io.controls::<Flight>() {
+            *flight = self.fly.map_or(Flight::Off, Flight::Velocity);
         }
         *io.led = (self.heard.len() % 8) as u8;
     }

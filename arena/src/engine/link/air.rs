@@ -7,7 +7,6 @@ use crate::engine::TICK_US;
 use crate::engine::geometry::{Area, Pose};
 use crate::engine::grid::Cells;
 use crate::engine::robot::RobotId;
-use crate::engine::variant::Variant;
 
 /// Most cells of a medium: they are never cleared, so they cost memory only.
 const CELLS: usize = 100_000;
@@ -24,7 +23,7 @@ struct Beam {
     start: i32,
     from: RobotId,
     /// Of the sender.
-    variant: Variant,
+    link: u16,
     /// The one before in the same cell.
     earlier: u32,
 }
@@ -33,18 +32,24 @@ struct Beam {
 #[derive(Debug)]
 pub(crate) struct Air {
     pub(crate) medium: Medium,
-    /// Of each variant of senders.
-    links: Vec<Link>,
-    /// Of each, the distance between middles at which a frame is just heard, mm.
-    reaches: Vec<f32>,
-    /// What of that distance the two bodies take, mm.
-    pub(crate) bodies: f32,
+    /// The link of each herd on this medium.
+    links: Vec<Reach>,
     /// As large as the longest reach.
     cells: Cells,
     /// Of each cell, the latest transmission.
     latest: Vec<u32>,
     beams: Vec<Beam>,
     transmissions: Vec<Transmission>,
+}
+
+/// A link, and how far its frames reach.
+#[derive(Clone, Copy, Debug)]
+struct Reach {
+    link: Link,
+    /// Part of a distance between middles that the bodies of two robots of the herd take, mm.
+    bodies: f32,
+    /// Distance between middles at which a frame is just heard, mm.
+    most: f32,
 }
 
 /// A transmission within reach.
@@ -54,60 +59,60 @@ pub(crate) struct Near {
     pub(crate) index: u32,
     pub(crate) distance: f32,
     pub(crate) from: RobotId,
-    pub(crate) variant: Variant,
+    pub(crate) link: u16,
 }
 
 impl Air {
-    /// `bodies` mm of a distance between two middles are not counted by the link's range.
-    pub(crate) fn new(medium: Medium, link: Link, bodies: f32, area: Area) -> Self {
+    pub(crate) fn new(medium: Medium, area: Area) -> Self {
         let cells = Cells::new(area, f32::INFINITY, 1);
-        let mut air = Air {
+        Air {
             medium,
             links: Vec::new(),
-            reaches: Vec::new(),
-            bodies,
             cells,
-            latest: Vec::new(),
+            latest: vec![END; cells.count()],
             beams: Vec::new(),
             transmissions: Vec::new(),
-        };
-        air.add_link(link, area);
-        air
+        }
     }
 
-    /// The link of one more variant of senders.
-    pub(crate) fn add_link(&mut self, link: Link, area: Area) {
-        let reach = link.range.map_or(f32::INFINITY, |range| range + self.bodies);
-        self.links.push(link);
-        self.reaches.push(reach);
-        let widest = self.reaches.iter().copied().fold(0.0, f32::max);
+    /// Adds the link of a herd and returns its number. `bodies` mm of a distance between two middles are not counted by the
+    /// link's range.
+    pub(crate) fn add_link(&mut self, link: Link, bodies: f32, area: Area) -> u16 {
+        let most = link.range.map_or(f32::INFINITY, |range| range + bodies);
+        self.links.push(Reach { link, bodies, most });
+        let widest = self.links.iter().map(|reach| reach.most).fold(0.0, f32::max);
         self.cells = Cells::new(area, widest, CELLS);
         self.latest = vec![END; self.cells.count()];
         self.beams.clear();
         for index in 0..self.transmissions.len() {
             self.enter(index);
         }
+        (self.links.len() - 1) as u16
     }
 
-    /// How it is with the frames of that variant.
-    pub(crate) fn link(&self, variant: Variant) -> &Link {
-        &self.links[usize::from(variant.0)]
+    pub(crate) fn link(&self, link: u16) -> &Link {
+        &self.links[usize::from(link)].link
+    }
+
+    /// Returns the part of a distance that two bodies take, in mm.
+    pub(crate) fn bodies(&self, link: u16) -> f32 {
+        self.links[usize::from(link)].bodies
     }
 
     /// All links lose that share of frames.
     pub(crate) fn set_loss(&mut self, loss: Loss) {
-        for link in &mut self.links {
-            link.loss = loss;
+        for reach in &mut self.links {
+            reach.link.loss = loss;
         }
     }
 
-    /// Distance between middles at which a frame of that variant is just heard, mm.
-    pub(crate) fn reach(&self, variant: Variant) -> f32 {
-        self.reaches[usize::from(variant.0)]
+    /// Returns the distance between middles at which a frame is just heard, in mm.
+    pub(crate) fn reach(&self, link: u16) -> f32 {
+        self.links[usize::from(link)].most
     }
 
     fn reaches(&self, beam: &Beam, squared: f32) -> bool {
-        let reach = self.reach(beam.variant);
+        let reach = self.reach(beam.link);
         squared <= reach * reach
     }
 
@@ -138,9 +143,9 @@ impl Air {
     }
 
     fn enter(&mut self, index: usize) {
-        let Transmission { x, y, z, start, from, variant, .. } = self.transmissions[index];
+        let Transmission { x, y, z, start, from, link, .. } = self.transmissions[index];
         let latest = &mut self.latest[self.cells.of(x, y)];
-        self.beams.push(Beam { x, y, z, start, from, variant, earlier: *latest });
+        self.beams.push(Beam { x, y, z, start, from, link, earlier: *latest });
         *latest = index as u32;
     }
 
@@ -196,7 +201,7 @@ impl Air {
                             index: next,
                             distance: squared.sqrt(),
                             from: beam.from,
-                            variant: beam.variant,
+                            link: beam.link,
                         });
                     }
                     next = beam.earlier;

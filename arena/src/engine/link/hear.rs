@@ -81,7 +81,7 @@ impl Ether<'_> {
         heard: &mut Vec<Heard>,
         count: &mut LinkStatistics,
     ) {
-        let link = self.air.link(near.variant);
+        let link = self.air.link(near.link);
         let frame = Heard { transmission: near.index, sighting };
         if stream.chance(link.duplicate) {
             count.duplicated += 1;
@@ -101,15 +101,15 @@ impl Ether<'_> {
 
     /// Probability that a frame is lost on its way.
     fn loss(&self, frame: &Near) -> f32 {
-        let Link { range, loss, .. } = self.air.link(frame.variant);
+        let Link { range, loss, .. } = self.air.link(frame.link);
         let Some(range) = range else { return loss.near };
-        let part = ((frame.distance - self.air.bodies) / range).clamp(0.0, 1.0);
+        let part = ((frame.distance - self.air.bodies(frame.link)) / range).clamp(0.0, 1.0);
         loss.near + (loss.far - loss.near) * part * part
     }
 
     fn sighting(&self, listener: &Listener<'_>, frame: &Near, stream: &mut Stream) -> Sighting {
         if self.air.medium == Medium::Infrared {
-            let mut gap = frame.distance - self.air.bodies;
+            let mut gap = frame.distance - self.air.bodies(frame.link);
             if listener.distance_sigma > 0.0 {
                 gap += listener.distance_sigma * stream.normal();
             }

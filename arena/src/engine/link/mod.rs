@@ -8,12 +8,15 @@ mod radio;
 mod schedule;
 mod topology;
 
+use super::error::SettingsError;
+use super::settings::{first_wrong, not_below_0, within};
+
 pub(crate) use air::{Air, Near};
 pub(crate) use calibration::Calibration;
 pub(crate) use hear::{Ether, Listener};
 pub(crate) use packet::{Heard, Late, Transmission};
-pub(crate) use radio::{Pacing, Radio};
-pub(crate) use schedule::{Attempt, Moment, Schedule};
+pub(crate) use radio::Radio;
+pub(crate) use schedule::{Attempt, Schedule, Window};
 pub(crate) use topology::Topology;
 
 /// What carries frames. Between unlike media nothing passes.
@@ -161,4 +164,89 @@ impl P2p {
         },
         pause_us: [2_000, 18_000],
     };
+}
+
+/// The numbers of every medium, as a herd has them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Media {
+    /// Infrared light.
+    pub infrared: Infrared,
+    /// nRF24 radio.
+    pub nrf24: Nrf24,
+    /// Peer-to-peer broadcast.
+    pub p2p: P2p,
+}
+
+/// Names of a link's fields, per medium.
+const LINKS: [[&str; 5]; Medium::COUNT] = [
+    [
+        "infrared.link.range",
+        "infrared.link.loss.near",
+        "infrared.link.loss.far",
+        "infrared.link.duplicate",
+        "infrared.link.reorder",
+    ],
+    [
+        "nrf24.link.range",
+        "nrf24.link.loss.near",
+        "nrf24.link.loss.far",
+        "nrf24.link.duplicate",
+        "nrf24.link.reorder",
+    ],
+    [
+        "p2p.link.range",
+        "p2p.link.loss.near",
+        "p2p.link.loss.far",
+        "p2p.link.duplicate",
+        "p2p.link.reorder",
+    ],
+];
+
+impl Media {
+    /// The numbers of the real links.
+    pub const STANDARD: Self =
+        Media { infrared: Infrared::STANDARD, nrf24: Nrf24::STANDARD, p2p: P2p::STANDARD };
+
+    /// Returns the numbers that every medium has, of one of them.
+    #[must_use]
+    pub fn link(&self, medium: Medium) -> &Link {
+        match medium {
+            Medium::Infrared => &self.infrared.link,
+            Medium::Nrf24 => &self.nrf24.link,
+            Medium::P2p => &self.p2p.link,
+        }
+    }
+
+    /// Returns the numbers that every medium has, of one of them, to be changed.
+    pub fn link_mut(&mut self, medium: Medium) -> &mut Link {
+        match medium {
+            Medium::Infrared => &mut self.infrared.link,
+            Medium::Nrf24 => &mut self.nrf24.link,
+            Medium::P2p => &mut self.p2p.link,
+        }
+    }
+
+    /// Refuses numbers that no link can have.
+    pub fn check(&self) -> Result<(), SettingsError> {
+        let Media { infrared, nrf24, p2p } = self;
+        let [least, most] = p2p.pause_us;
+        first_wrong(&[
+            ("infrared.clock_sigma", within(infrared.clock_sigma, 0.0, 0.1), "0 to 0.1"),
+            ("infrared.distance_sigma", not_below_0(infrared.distance_sigma), "0 or more"),
+            ("nrf24.backoff_us", (1..=100_000).contains(&nrf24.backoff_us), "1 to 100000"),
+            ("p2p.pause_us", least <= most && most <= 100_000, "0 to 100000, the less first"),
+        ])?;
+        Medium::ALL.into_iter().try_for_each(|medium| {
+            let Link { range, loss, duplicate, reorder } = self.link(medium);
+            let [of_range, names @ ..] = LINKS[medium as usize];
+            let is_distance = range.is_none_or(|range| within(range, 0.0, 1e6));
+            first_wrong(&[(of_range, is_distance, "a distance from 0 to 1e6")])?;
+            let shares = [loss.near, loss.far, *duplicate, *reorder];
+            let checks = names.into_iter().zip(shares);
+            let must = "a probability from 0 to 1";
+            checks
+                .into_iter()
+                .try_for_each(|(name, share)| first_wrong(&[(name, within(share, 0.0, 1.0), must)]))
+        })
+    }
 }

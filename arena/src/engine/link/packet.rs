@@ -3,7 +3,6 @@
 use super::Medium;
 use crate::engine::brain::Sighting;
 use crate::engine::robot::RobotId;
-use crate::engine::variant::Variant;
 
 /// Longest frame of all media.
 const CAPACITY: usize = 49;
@@ -49,7 +48,7 @@ pub(crate) struct Transmission {
     pub(crate) start: i32,
     pub(crate) from: RobotId,
     /// Of the sender.
-    pub(crate) variant: Variant,
+    pub(crate) link: u16,
     pub(crate) x: f32,
     pub(crate) y: f32,
     pub(crate) z: f32,

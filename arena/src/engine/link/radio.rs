@@ -1,7 +1,7 @@
 //! When a robot sends: its link's own clock, pacing and back-off.
 
 use super::packet::Late;
-use super::{Infrared, Medium, Nrf24, P2p};
+use super::{Media, Medium};
 use crate::engine::TICK_US;
 use crate::engine::stream::Stream;
 
@@ -23,14 +23,6 @@ const fn blind_us(medium: Medium) -> i32 {
     }
 }
 
-/// Pacing of all links.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Pacing {
-    pub(crate) infrared: Infrared,
-    pub(crate) nrf24: Nrf24,
-    pub(crate) p2p: P2p,
-}
-
 /// A robot's link. Times are microseconds after the tick's beginning.
 #[derive(Clone, Debug)]
 pub(crate) struct Radio {
@@ -50,7 +42,7 @@ pub(crate) struct Radio {
 }
 
 impl Radio {
-    pub(crate) fn new(medium: Medium, pacing: &Pacing, build: &mut Stream) -> Self {
+    pub(crate) fn new(medium: Medium, pacing: &Media, build: &mut Stream) -> Self {
         let period = match medium {
             Medium::Infrared => (TIMER_US as f32 * build.gain(pacing.infrared.clock_sigma)) as u32,
             Medium::Nrf24 | Medium::P2p => 0,
@@ -89,7 +81,7 @@ impl Radio {
     }
 
     /// The brain has a frame, and had none: when will the link first try to send it?
-    pub(crate) fn plan(&mut self, medium: Medium, pacing: &Pacing, stream: &mut Stream) {
+    pub(crate) fn plan(&mut self, medium: Medium, pacing: &Media, stream: &mut Stream) {
         let from = self.ready.max(self.script);
         self.waits = true;
         self.attempt = match medium {
@@ -115,7 +107,7 @@ impl Radio {
         &mut self,
         medium: Medium,
         frames: usize,
-        pacing: &Pacing,
+        pacing: &Media,
         stream: &mut Stream,
     ) {
         self.attempt = match medium {
@@ -130,7 +122,7 @@ impl Radio {
     }
 
     /// A frame began at `self.attempt`: when may the next, if there is one?
-    pub(crate) fn sent(&mut self, medium: Medium, pacing: &Pacing, stream: &mut Stream) {
+    pub(crate) fn sent(&mut self, medium: Medium, pacing: &Media, stream: &mut Stream) {
         let end = self.attempt + medium.air_time_us() as i32;
         self.attempt = match medium {
             Medium::Infrared => {
@@ -157,20 +149,20 @@ impl Radio {
 }
 
 /// Of a Crazyflie before a frame, µs.
-fn pause(pacing: &Pacing, stream: &mut Stream) -> i32 {
+fn pause(pacing: &Media, stream: &mut Stream) -> i32 {
     let [least, most] = pacing.p2p.pause_us;
     (least + stream.below((most - least).max(1))) as i32
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Infrared, Nrf24, P2p};
+    use super::super::Infrared;
     use super::*;
     use crate::engine::stream::Purpose;
 
-    fn pacing() -> Pacing {
+    fn pacing() -> Media {
         let infrared = Infrared { clock_sigma: 0.0, ..Infrared::STANDARD };
-        Pacing { infrared, nrf24: Nrf24::STANDARD, p2p: P2p::STANDARD }
+        Media { infrared, ..Media::STANDARD }
     }
 
     /// kilolib's default: 16 interrupts of 32.768 ms between two frames.

@@ -12,10 +12,10 @@ use super::topology::Topology;
 use crate::engine::TICK_US;
 use crate::engine::brain::Brain;
 use crate::engine::geometry::Pose;
+use crate::engine::herd::Herd;
 use crate::engine::robot::{Robot, RobotId};
 use crate::engine::statistics::LinkStatistics;
 use crate::engine::stream::{Purpose, Stream};
-use crate::engine::variant::Numbers;
 
 /// A robot that will try to send.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -33,9 +33,11 @@ pub(crate) struct Schedule {
 
 /// What holds for a whole tick.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Moment<'a> {
+pub(crate) struct Window<'a> {
     pub(crate) topology: &'a Topology,
-    pub(crate) numbers: &'a [Numbers],
+    pub(crate) herds: &'a [Herd],
+    pub(crate) poses: &'a [Pose],
+    pub(crate) estimates: &'a [Option<Pose>],
     pub(crate) seed: u64,
     pub(crate) now: u64,
 }
@@ -44,10 +46,9 @@ impl Schedule {
     /// Carries out the planned attempts, and those that follow from them.
     pub(crate) fn run<B: Brain>(
         &mut self,
-        moment: &Moment<'_>,
+        window: &Window<'_>,
         robots: &mut [Robot],
         brains: &mut [B],
-        poses: &[Pose],
         air: &mut Air,
         count: &mut LinkStatistics,
     ) {
@@ -67,8 +68,7 @@ impl Schedule {
             let (Some(robot), Some(brain)) = (robots.get_mut(index), brains.get_mut(index)) else {
                 continue;
             };
-            if let Some(next) = carry_out(attempt, moment, robot, brain, &poses[index], air, count)
-            {
+            if let Some(next) = carry_out(attempt, window, robot, brain, air, count) {
                 self.again.push(Reverse(next));
             }
         }
@@ -78,19 +78,19 @@ impl Schedule {
 /// Sends or backs off; the robot's next attempt, if it is in this tick.
 fn carry_out(
     Attempt { at, robot }: Attempt,
-    moment: &Moment<'_>,
-    Robot { variant, radio, body, .. }: &mut Robot,
+    window: &Window<'_>,
+    Robot { herd, radio, .. }: &mut Robot,
     brain: &mut impl Brain,
-    pose: &Pose,
     air: &mut Air,
     count: &mut LinkStatistics,
 ) -> Option<Attempt> {
     let medium = air.medium;
-    let pacing = &moment.numbers[usize::from(variant.0)].pacing;
-    let moment_us = moment.now * u64::from(TICK_US) + at.max(0) as u64;
-    let mut stream = Stream::new(moment.seed, Purpose::BackOff, robot.0, moment_us);
+    let Herd { media: pacing, link, .. } = &window.herds[usize::from(herd.0)];
+    let pose = &window.poses[usize::from(robot.0)];
+    let moment_us = window.now * u64::from(TICK_US) + at.max(0) as u64;
+    let mut stream = Stream::new(window.seed, Purpose::BackOff, robot.0, moment_us);
     let busy = Radio::senses(medium, at)
-        .map_or(0, |since| air.sensed(robot, pose, at, since, moment.topology));
+        .map_or(0, |since| air.sensed(robot, pose, at, since, window.topology));
     if busy > 0 {
         count.postponed += 1;
         radio.back_off(medium, busy, pacing, &mut stream);
@@ -99,10 +99,11 @@ fn carry_out(
         radio.waits = packet.is_some() && brain.has_frame();
         let packet = packet?;
         count.sent += 1;
-        let claim = body.estimate().map(|pose| [pose.x, pose.y, pose.z]);
+        let estimate = &window.estimates[usize::from(robot.0)];
+        let claim = estimate.as_ref().map(|pose| [pose.x, pose.y, pose.z]);
         let Pose { x, y, z, .. } = *pose;
-        let variant = *variant;
-        air.send(Transmission { start: at, from: robot, variant, x, y, z, claim, packet });
+        let link = *link;
+        air.send(Transmission { start: at, from: robot, link, x, y, z, claim, packet });
         radio.sent(medium, pacing, &mut stream);
         if !radio.waits {
             return None;

@@ -10,12 +10,11 @@ use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_emulation::ClientError;
 use bittybuzz_emulation::message::{BoardStatistics, Command, Event, TimedEvent};
 
-use crate::engine::{
-    LinkStatistics, Loss, Medium, Pose, RobotId, RobotState, Settings, Stream, World,
-};
+use crate::engine::{LinkStatistics, Loss, Medium, Pose, RobotId, RobotState, Stream, World};
 use crate::scenario::Body;
 
 use super::super::robot::{LogLine, Robot};
+use super::super::settings::Numbers;
 use super::bridge::Bridge;
 use super::room::Room;
 use super::table::Motion;
@@ -77,7 +76,7 @@ impl<'p> Fleet<'p> {
         program: &Path,
         firmware: &'p Firmware,
         join: impl Fn(usize) -> Option<(RobotId, u16)>,
-        settings: &Settings,
+        numbers: &Numbers,
         seed: u64,
     ) -> Result<Self, ClientError> {
         let body = firmware.body;
@@ -97,7 +96,7 @@ impl<'p> Fleet<'p> {
             let commands = match body {
                 Body::Kilobot => {
                     let error = Stream::for_brain(seed, number as u16).normal().clamp(-3.0, 3.0);
-                    let error_ppm = f64::from(1e6 * settings.infrared.clock_sigma * error);
+                    let error_ppm = f64::from(1e6 * numbers.media.infrared.clock_sigma * error);
                     vec![Command::Clock { error_ppm }]
                 }
                 Body::Zooid => {
@@ -137,17 +136,17 @@ impl<'p> Fleet<'p> {
             room.done_by(robots.len(), &there.command())?;
         }
         if body == Body::Kilobot {
-            let reach = |range| f64::from(range) + 2.0 * f64::from(settings.kilobot.radius);
-            let range_mm = settings.infrared.link.range.map_or(EVERYWHERE_MM, reach);
-            let noise_mm = settings.infrared.distance_sigma.into();
+            let reach = |range| f64::from(range) + 2.0 * f64::from(numbers.kilobot.radius);
+            let range_mm = numbers.media.infrared.link.range.map_or(EVERYWHERE_MM, reach);
+            let noise_mm = numbers.media.infrared.distance_sigma.into();
             room.done(&Command::Infrared { range_mm, noise_mm, seed })?;
         }
         let now = Duration::ZERO;
         let mut fleet = Fleet { body, room, robots, now, seed, losses: 0 };
         fleet.lose(match body {
-            Body::Kilobot => settings.infrared.link.loss,
-            Body::Zooid => settings.nrf24.link.loss,
-            Body::Crazyflie => settings.p2p.link.loss,
+            Body::Kilobot => numbers.media.infrared.link.loss,
+            Body::Zooid => numbers.media.nrf24.link.loss,
+            Body::Crazyflie => numbers.media.p2p.link.loss,
         })?;
         fleet.let_run()?;
         Ok(fleet)

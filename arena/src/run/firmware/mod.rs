@@ -25,7 +25,7 @@ use bittybuzz_vm_core::ImageError;
 use crate::scenario::{Backend, Body, Cause, Scenario, ScenarioError};
 
 use super::program::Program;
-use super::settings;
+use super::settings::Numbers;
 pub use bridge::Bridge;
 pub use fleet::Fleet;
 pub use fleets::Fleets;
@@ -194,7 +194,7 @@ fn id_section(body: Body, robot: &Robot, id: u16) -> Option<(u32, Vec<u8>)> {
 
 /// The duties that calibration has found for all Kilobots of a scenario: addresses and bytes.
 fn duties(scenario: &Scenario) -> Vec<(u32, Vec<u8>)> {
-    let model = settings::settings(scenario, 0, 1).kilobot;
+    let model = Numbers::new(scenario).kilobot;
     let duties = [model.turn_duty, model.turn_duty, model.straight_duty, model.straight_duty];
     let cells = calibration::DUTIES.into_iter().zip(duties);
     cells.map(|(cell, duty)| (EEPROM + u32::from(cell), vec![duty])).collect()

@@ -5,7 +5,9 @@ use bittybuzz_vm_core::link::name_hash;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{Arguments, ByteCode, Item, Refusal, Reply, RobotFault, Value};
 
-use crate::engine::Actuators;
+use crate::robots::kilobot::KilobotMotors;
+use crate::robots::zooid::Drive;
+use crate::scenario::Body;
 
 use super::platform::Deck;
 use super::{crazyflie, kilobot, zooid};
@@ -89,15 +91,19 @@ pub fn call<P: Profile, C: ByteCode, const SLOTS: usize>(
             deck.write(time, arguments);
             Done::Nil
         }
-        _ => match deck.io.actuators {
-            Actuators::Kilobot(ref mut motors) => {
-                kilobot::call(motors, cast.duties, hash, &numbers)
+        _ => match cast.body {
+            Body::Kilobot => match deck.io.controls::<KilobotMotors>() {
+                Some(motors) => kilobot::call(motors, cast.duties, hash, &numbers),
+                None => Done::Unknown,
+            },
+            Body::Zooid => {
+                let (here, battery) = (deck.io.sensors.estimate(), deck.state.battery);
+                match deck.io.controls::<Drive>() {
+                    Some(drive) => zooid::call(drive, here, battery, hash, &numbers),
+                    None => Done::Unknown,
+                }
             }
-            Actuators::Zooid(ref mut drive) => {
-                let battery = deck.state.battery;
-                zooid::call(drive, deck.io.sensors.estimate(), battery, hash, &numbers)
-            }
-            Actuators::Crazyflie(_) => crazyflie::call(deck, hash, &numbers, again),
+            Body::Crazyflie => crazyflie::call(deck, hash, &numbers, again),
         },
     };
     Ok(match done {

@@ -2,7 +2,8 @@
 
 use bittybuzz_vm_core::link::name_hash;
 
-use crate::engine::{Flight, Pose, Side, Velocity, wrap};
+use crate::engine::{Pose, Side, wrap};
+use crate::robots::crazyflie::{Flight, Velocity};
 
 use super::call::{Done, Numbers};
 use super::log::Piece;

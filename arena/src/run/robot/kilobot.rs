@@ -2,7 +2,7 @@
 
 use bittybuzz_vm_core::link::name_hash;
 
-use crate::engine::KilobotMotors;
+use crate::robots::kilobot::KilobotMotors;
 
 use super::call::{Done, Numbers};
 

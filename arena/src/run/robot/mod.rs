@@ -16,7 +16,8 @@ use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{Counters, Entry, Fault, FaultCode, Image, ImageError, Outcome, Vm};
 
-use crate::engine::{Actuators, Brain, Drive, Io, KilobotMotors, Sighting, Stream};
+use crate::engine::{Brain, Io, Sighting, Stream};
+use crate::robots::crazyflie::Flight;
 use crate::scenario::Body;
 
 use super::setup::Cast;
@@ -392,9 +393,11 @@ impl Brain for Robot<'_> {
             Machine::TinyCrazyflie(of) => of.tick(&mut self.state, io, BUDGET),
             Machine::Elsewhere(_) => {}
         }
-        let now = io.milliseconds();
-        if let Actuators::Crazyflie(flight) = &mut io.actuators {
-            **flight = self.state.pilot.fly(io.sensors.estimate(), now);
+        let (now, here) = (io.milliseconds(), io.sensors.estimate());
+        if self.state.cast.body == Body::Crazyflie
+            && let Some(flight) = io.controls::<Flight>()
+        {
+            *flight = self.state.pilot.fly(here, now);
         }
     }
 
@@ -507,21 +510,15 @@ impl<P: Profile, const SLOTS: usize, const FRAME: usize, const IN: usize, const 
                         state.is_running = false;
                         vm.restart();
                     }
-                    halt(io, &mut state.pilot);
+                    match state.cast.body {
+                        Body::Kilobot | Body::Zooid => io.halt(),
+                        Body::Crazyflie => {
+                            state.pilot.give_up(io.sensors.estimate(), io.milliseconds());
+                        }
+                    }
                     return;
                 }
             }
-        }
-    }
-}
-
-/// Stops a robot whose script has stopped: its motors lose power. A Crazyflie lands.
-fn halt(io: &mut Io<'_>, pilot: &mut Pilot) {
-    match &mut io.actuators {
-        Actuators::Kilobot(motors) => **motors = KilobotMotors::default(),
-        Actuators::Zooid(drive) => **drive = Drive::default(),
-        Actuators::Crazyflie(_) => {
-            pilot.give_up(io.sensors.estimate(), io.milliseconds());
         }
     }
 }

@@ -2,9 +2,11 @@
 
 use bittybuzz_vm_core::link::name_hash;
 
+use bittybuzz_motion::drive::{Goal, Wheels};
 use bittybuzz_motion::units;
 
-use crate::engine::{Drive, Goal, Pose, Wheels, for_firmware};
+use crate::engine::Pose;
+use crate::robots::zooid::{Drive, for_firmware};
 
 use super::call::{Done, Numbers};
 

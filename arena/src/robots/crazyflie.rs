@@ -1,7 +1,9 @@
 //! Crazyflie: follows a velocity, and believes to be where its positioning system says.
 
-use crate::engine::geometry::{Pose, wrap};
-use crate::engine::stream::Stream;
+use crate::engine::{
+    Block, Bodies, Body, BodyModel, Medium, Pose, SettingsError, Shape, Stream, above_0,
+    first_wrong, not_below_0, within, wrap,
+};
 
 /// What the flight controller is told.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -83,6 +85,46 @@ impl CrazyflieModel {
     };
 }
 
+impl BodyModel for CrazyflieModel {
+    /// The height is that of the collision cylinder of gym-pybullet-drones.
+    fn shape(&self) -> Shape {
+        Shape { radius: self.radius, height: 25.0 }
+    }
+
+    fn top_speed(&self) -> f32 {
+        self.speed
+    }
+
+    fn medium(&self) -> Medium {
+        Medium::P2p
+    }
+
+    fn has_positioning(&self) -> bool {
+        self.positioning != Positioning::None
+    }
+
+    fn check(&self) -> Result<(), SettingsError> {
+        let is_possible = match self.positioning {
+            Positioning::None => true,
+            Positioning::Flow { walk, yaw_walk } => not_below_0(walk) && not_below_0(yaw_walk),
+            Positioning::Absolute { sigma, yaw_sigma } => {
+                not_below_0(sigma) && not_below_0(yaw_sigma)
+            }
+        };
+        first_wrong(&[
+            ("crazyflie.radius", within(self.radius, 1.0, 1e4), "1 to 10000"),
+            ("crazyflie.lag", not_below_0(self.lag), "0 or more"),
+            ("crazyflie.speed", within(self.speed, 0.0, 1e5), "0 to 100000"),
+            ("crazyflie.acceleration", above_0(self.acceleration), "a number greater than 0"),
+            ("crazyflie.positioning", is_possible, "without negative numbers"),
+        ])
+    }
+
+    fn block(&self, substep: f32) -> Box<dyn Block> {
+        Box::new(Bodies::<Crazyflie>::new(*self, substep))
+    }
+}
+
 /// mm/s²
 const GRAVITY: f32 = 9810.0;
 
@@ -90,29 +132,46 @@ const GRAVITY: f32 = 9810.0;
 const TURN: f32 = core::f32::consts::TAU;
 
 /// A Crazyflie's body.
-#[derive(Clone, Debug)]
-pub(crate) struct Crazyflie {
-    pub(crate) flight: Flight,
+#[derive(Clone, Debug, Default)]
+struct Crazyflie {
+    flight: Flight,
     /// mm/s along x, y, z of the world.
     velocity: [f32; 3],
     rate: f32,
-    /// What the estimate is off: x, y, z, heading.
+    /// Error of the estimate: x, y, z, heading.
     error: [f32; 4],
-    pub(crate) estimate: Option<Pose>,
 }
 
-impl Crazyflie {
-    pub(crate) fn new() -> Self {
-        Crazyflie {
-            flight: Flight::Off,
-            velocity: [0.0; 3],
-            rate: 0.0,
-            error: [0.0; 4],
-            estimate: None,
-        }
+/// The model, and the length of a substep in seconds.
+type CrazyflieStep = (CrazyflieModel, f32);
+
+impl Body for Crazyflie {
+    type Numbers = CrazyflieModel;
+    type Step = CrazyflieStep;
+    type Controls = Flight;
+
+    fn new(_: &CrazyflieModel, _: &Pose, _: &mut Stream) -> Self {
+        Crazyflie::default()
     }
 
-    pub(crate) fn advance(&mut self, pose: &mut Pose, model: &CrazyflieModel, seconds: f32) {
+    fn prepare(model: &CrazyflieModel, seconds: f32) -> CrazyflieStep {
+        (*model, seconds)
+    }
+
+    fn controls(&mut self) -> &mut Flight {
+        &mut self.flight
+    }
+
+    fn halt(&mut self) {
+        self.flight = Flight::Off;
+    }
+
+    fn restart(&mut self) {
+        *self = Crazyflie::default();
+    }
+
+    fn step(&mut self, pose: &mut Pose, (model, seconds): &CrazyflieStep) {
+        let seconds = *seconds;
         match self.flight {
             Flight::Off if pose.z <= 0.0 => {
                 self.rest();
@@ -138,6 +197,42 @@ impl Crazyflie {
         }
     }
 
+    fn sense(
+        &mut self,
+        pose: &Pose,
+        model: &CrazyflieModel,
+        seconds: f32,
+        stream: impl FnOnce() -> Stream,
+    ) -> Option<Pose> {
+        let mut stream = stream();
+        match model.positioning {
+            Positioning::None => {
+                return None;
+            }
+            Positioning::Flow { walk, yaw_walk } => {
+                // The deck measures the height; what drifts is the place.
+                if pose.z > 0.0 {
+                    let root = seconds.sqrt();
+                    self.error[0] += walk * root * stream.normal();
+                    self.error[1] += walk * root * stream.normal();
+                    self.error[3] += yaw_walk * root * stream.normal();
+                }
+            }
+            Positioning::Absolute { sigma, yaw_sigma } => {
+                let scale = [sigma, sigma, sigma, yaw_sigma];
+                self.error = scale.map(|scale| scale * stream.normal());
+            }
+        }
+        Some(Pose {
+            x: pose.x + self.error[0],
+            y: pose.y + self.error[1],
+            z: pose.z + self.error[2],
+            heading: wrap(pose.heading + self.error[3]),
+        })
+    }
+}
+
+impl Crazyflie {
     fn rest(&mut self) {
         self.velocity = [0.0; 3];
         self.rate = 0.0;
@@ -163,41 +258,6 @@ impl Crazyflie {
         if wanted.turn.is_finite() {
             self.rate += (wanted.turn.clamp(-TURN, TURN) - self.rate) * part;
         }
-    }
-
-    /// The position that the robot believes in, after `seconds` more.
-    pub(crate) fn sense(
-        &mut self,
-        pose: &Pose,
-        model: &CrazyflieModel,
-        seconds: f32,
-        stream: &mut Stream,
-    ) {
-        match model.positioning {
-            Positioning::None => {
-                self.estimate = None;
-                return;
-            }
-            Positioning::Flow { walk, yaw_walk } => {
-                // The deck measures the height; what drifts is the place.
-                if pose.z > 0.0 {
-                    let root = seconds.sqrt();
-                    self.error[0] += walk * root * stream.normal();
-                    self.error[1] += walk * root * stream.normal();
-                    self.error[3] += yaw_walk * root * stream.normal();
-                }
-            }
-            Positioning::Absolute { sigma, yaw_sigma } => {
-                let scale = [sigma, sigma, sigma, yaw_sigma];
-                self.error = scale.map(|scale| scale * stream.normal());
-            }
-        }
-        self.estimate = Some(Pose {
-            x: pose.x + self.error[0],
-            y: pose.y + self.error[1],
-            z: pose.z + self.error[2],
-            heading: wrap(pose.heading + self.error[3]),
-        });
     }
 }
 

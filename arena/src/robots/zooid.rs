@@ -3,8 +3,10 @@
 use bittybuzz_motion::drive::{Goal, Pilot, Wheels};
 use bittybuzz_motion::{Angle, units};
 
-use crate::engine::geometry::{Pose, wrap};
-use crate::engine::stream::Stream;
+use crate::engine::{
+    Block, Bodies, Body, BodyModel, Medium, Pose, SettingsError, Shape, Stream, above_0,
+    first_wrong, within, wrap,
+};
 
 /// What its firmware is told to do with its wheels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,6 +64,40 @@ impl ZooidModel {
     };
 }
 
+impl BodyModel for ZooidModel {
+    /// The height is the makers' figure.
+    fn shape(&self) -> Shape {
+        Shape { radius: self.radius, height: 21.0 }
+    }
+
+    fn top_speed(&self) -> f32 {
+        self.speed
+    }
+
+    fn medium(&self) -> Medium {
+        Medium::Nrf24
+    }
+
+    fn has_positioning(&self) -> bool {
+        true
+    }
+
+    fn check(&self) -> Result<(), SettingsError> {
+        first_wrong(&[
+            ("zooid.radius", within(self.radius, 1.0, 1e4), "1 to 10000"),
+            ("zooid.track", above_0(self.track), "a number greater than 0"),
+            ("zooid.speed", within(self.speed, 0.0, 1e4), "0 to 10000"),
+            ("zooid.full_duty", self.full_duty > self.dead_duty, "above dead_duty"),
+            ("zooid.gain_sigma", within(self.gain_sigma, 0.0, 1.0), "0 to 1"),
+            ("zooid.unit", above_0(self.unit), "a number greater than 0"),
+        ])
+    }
+
+    fn block(&self, substep: f32) -> Box<dyn Block> {
+        Box::new(Bodies::<Zooid>::new(*self, substep))
+    }
+}
+
 /// From the middle to each photodiode, mm (layout of the board, version 1.3).
 const DIODE: f32 = 9.8;
 
@@ -70,8 +106,8 @@ const FRAME: f32 = 0.013_653;
 
 /// A Zooid's body.
 #[derive(Clone, Debug)]
-pub(crate) struct Zooid {
-    pub(crate) drive: Drive,
+struct Zooid {
+    drive: Drive,
     pilot: Pilot,
     /// Where the pilot drives to.
     goal: Option<Goal>,
@@ -80,11 +116,17 @@ pub(crate) struct Zooid {
     /// mm/s and radians per second of the last substep.
     speed: f32,
     rate: f32,
-    pub(crate) estimate: Pose,
 }
 
-impl Zooid {
-    pub(crate) fn new(model: &ZooidModel, pose: &Pose, build: &mut Stream) -> Self {
+/// The model, and the length of a substep in seconds.
+type ZooidStep = (ZooidModel, f32);
+
+impl Body for Zooid {
+    type Numbers = ZooidModel;
+    type Step = ZooidStep;
+    type Controls = Drive;
+
+    fn new(model: &ZooidModel, _: &Pose, build: &mut Stream) -> Self {
         Zooid {
             drive: Drive::default(),
             pilot: Pilot::new(Some(model.dead_duty)),
@@ -93,17 +135,64 @@ impl Zooid {
             gain_right: build.gain(model.gain_sigma),
             speed: 0.0,
             rate: 0.0,
-            estimate: *pose,
         }
     }
 
-    pub(crate) fn advance(&mut self, pose: &mut Pose, model: &ZooidModel, seconds: f32) {
-        let Wheels { left, right } = self.steer(pose);
-        self.roll([left, right].map(f32::from), pose, model, seconds);
+    fn prepare(model: &ZooidModel, seconds: f32) -> ZooidStep {
+        (*model, seconds)
     }
 
+    fn controls(&mut self) -> &mut Drive {
+        &mut self.drive
+    }
+
+    fn halt(&mut self) {
+        self.drive = Drive::default();
+    }
+
+    fn step(&mut self, pose: &mut Pose, (model, seconds): &ZooidStep) {
+        let Wheels { left, right } = self.steer(pose);
+        self.turn_wheels([left, right].map(f32::from), pose, model, *seconds);
+    }
+
+    fn roll(
+        &mut self,
+        duties: [f32; 2],
+        pose: &mut Pose,
+        (model, _): &ZooidStep,
+        seconds: f32,
+    ) -> Option<[f32; 2]> {
+        self.turn_wheels(duties, pose, model, seconds);
+        Some([self.speed, self.rate])
+    }
+
+    /// The position that the robot decodes: its two photodiodes are each in a stripe of the projector's code.
+    fn sense(
+        &mut self,
+        pose: &Pose,
+        model: &ZooidModel,
+        _: f32,
+        _: impl FnOnce() -> Stream,
+    ) -> Option<Pose> {
+        let heading = pose.heading - self.rate * FRAME;
+        let (sin, cos) = libm::sincosf(heading);
+        let (x, y) = (pose.x - self.speed * FRAME * cos, pose.y - self.speed * FRAME * sin);
+        // The line between the diodes is square to the heading.
+        let stripe = |value: f32| libm::floorf(value / model.unit + 0.5) * model.unit;
+        let (left_x, left_y) = (stripe(x - DIODE * sin), stripe(y + DIODE * cos));
+        let (right_x, right_y) = (stripe(x + DIODE * sin), stripe(y - DIODE * cos));
+        Some(Pose {
+            x: (left_x + right_x) / 2.0,
+            y: (left_y + right_y) / 2.0,
+            z: 0.0,
+            heading: libm::atan2f(right_x - left_x, left_y - right_y),
+        })
+    }
+}
+
+impl Zooid {
     /// Its wheels turn for a time; duties in percent.
-    pub(crate) fn roll(
+    fn turn_wheels(
         &mut self,
         [left, right]: [f32; 2],
         pose: &mut Pose,
@@ -127,11 +216,6 @@ impl Zooid {
         pose.heading = wrap(pose.heading + 2.0 * half);
     }
 
-    /// mm/s ahead and radians per second, anticlockwise, when its wheels last turned.
-    pub(crate) fn velocity(&self) -> [f32; 2] {
-        [self.speed, self.rate]
-    }
-
     /// The firmware steers 73 times a second by where it reckons to be now, which is off by half a mm: as good as the truth.
     fn steer(&mut self, pose: &Pose) -> Wheels {
         match self.drive {
@@ -147,23 +231,6 @@ impl Zooid {
                 self.pilot.steer(goal, &for_firmware(pose), 0)
             }
         }
-    }
-
-    /// The position that the robot decodes: its two photodiodes are each in a stripe of the projector's code.
-    pub(crate) fn sense(&mut self, pose: &Pose, model: &ZooidModel) {
-        let heading = pose.heading - self.rate * FRAME;
-        let (sin, cos) = libm::sincosf(heading);
-        let (x, y) = (pose.x - self.speed * FRAME * cos, pose.y - self.speed * FRAME * sin);
-        // The line between the diodes is square to the heading.
-        let stripe = |value: f32| libm::floorf(value / model.unit + 0.5) * model.unit;
-        let (left_x, left_y) = (stripe(x - DIODE * sin), stripe(y + DIODE * cos));
-        let (right_x, right_y) = (stripe(x + DIODE * sin), stripe(y - DIODE * cos));
-        self.estimate = Pose {
-            x: (left_x + right_x) / 2.0,
-            y: (left_y + right_y) / 2.0,
-            z: 0.0,
-            heading: libm::atan2f(right_x - left_x, left_y - right_y),
-        };
     }
 }
 

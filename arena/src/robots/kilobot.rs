@@ -4,8 +4,10 @@
 //! Nagpal: Kilobot, ICRA 2012). What both motors give in common drives the robot straight, what one gives more turns it,
 //! so unlike motors make it go in a curve, as real ones do.
 
-use crate::engine::geometry::{Pose, wrap};
-use crate::engine::stream::Stream;
+use crate::engine::{
+    Block, Bodies, Body, BodyModel, Infrared, Link, Loss, Medium, Pose, SettingsError, Shape,
+    Stream, first_wrong, not_below_0, within, wrap,
+};
 
 /// Duties of the motors, 0 to 255. The left one turns anticlockwise, the right one clockwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -81,9 +83,93 @@ impl KilobotModel {
     pub const KILOSIM: Self = KilobotModel { speed: 24.0, turn_rate: 0.5, ..Self::STANDARD };
 }
 
+impl BodyModel for KilobotModel {
+    /// The height is that of pins and board, as the makers have it.
+    fn shape(&self) -> Shape {
+        Shape { radius: self.radius, height: 34.4 }
+    }
+
+    fn top_speed(&self) -> f32 {
+        let most = f32::from(u8::MAX - self.dead_duty);
+        let ahead = self.speed * most / f32::from(self.straight_duty - self.dead_duty);
+        let turn = self.turn_rate * most / f32::from(self.turn_duty - self.dead_duty);
+        ahead.max(turn * self.leg_distance)
+    }
+
+    fn medium(&self) -> Medium {
+        Medium::Infrared
+    }
+
+    fn has_positioning(&self) -> bool {
+        false
+    }
+
+    fn check(&self) -> Result<(), SettingsError> {
+        first_wrong(&[
+            ("kilobot.radius", within(self.radius, 1.0, 1e4), "1 to 10000"),
+            ("kilobot.leg_angle", self.leg_angle.is_finite(), "a number"),
+            ("kilobot.leg_distance", not_below_0(self.leg_distance), "0 or more"),
+            ("kilobot.speed", within(self.speed, 0.0, 1e4), "0 to 10000"),
+            ("kilobot.turn_rate", within(self.turn_rate, 0.0, 100.0), "0 to 100"),
+            ("kilobot.straight_duty", self.straight_duty > self.dead_duty, "above dead_duty"),
+            ("kilobot.turn_duty", self.turn_duty > self.dead_duty, "above dead_duty"),
+            ("kilobot.gain_sigma", within(self.gain_sigma, 0.0, 1.0), "0 to 1"),
+        ])
+    }
+
+    fn block(&self, substep: f32) -> Box<dyn Block> {
+        Box::new(Bodies::<Kilobot>::new(*self, substep))
+    }
+}
+
+/// Whose numbers hold for Kilobots.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Preset {
+    /// Papers and documentation of the robot.
+    #[default]
+    Standard,
+    /// The simulator Kilombo: 70 mm between middles, no loss, exact distances.
+    Kilombo,
+    /// The Kilobot plugin of ARGoS: 100 mm between middles, a frame every 100 ms.
+    Argos,
+    /// The simulator Kilosim: 96 mm between middles.
+    Kilosim,
+}
+
+impl Preset {
+    /// Returns the numbers of the body.
+    #[must_use]
+    pub fn model(self) -> KilobotModel {
+        match self {
+            Preset::Standard => KilobotModel::STANDARD,
+            Preset::Kilombo => KilobotModel::KILOMBO,
+            Preset::Argos => KilobotModel::ARGOS,
+            Preset::Kilosim => KilobotModel::KILOSIM,
+        }
+    }
+
+    /// Returns the numbers of the infrared link.
+    #[must_use]
+    pub fn infrared(self) -> Infrared {
+        let ideal = |range: f32| {
+            let link =
+                Link { range: Some(range), loss: Loss::even(0.0), ..Infrared::STANDARD.link };
+            Infrared { link, distance_sigma: 0.0, ..Infrared::STANDARD }
+        };
+        match self {
+            Preset::Standard => Infrared::STANDARD,
+            Preset::Kilombo => ideal(70.0 - 2.0 * 17.0),
+            Preset::Argos => Infrared { tx_period: 767, ..ideal(100.0 - 2.0 * 16.5) },
+            Preset::Kilosim => ideal(96.0 - 2.0 * 16.5),
+        }
+    }
+}
+
 /// What a model means for one substep.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct KilobotStep {
+struct KilobotStep {
+    /// Seconds.
+    length: f32,
     dead: u8,
     /// mm per duty of both motors.
     ahead: f32,
@@ -93,22 +179,10 @@ pub(crate) struct KilobotStep {
     leg: (f32, f32),
 }
 
-impl KilobotStep {
-    pub(crate) fn new(model: &KilobotModel, seconds: f32) -> Self {
-        let (sin, cos) = libm::sincosf(model.leg_angle);
-        KilobotStep {
-            dead: model.dead_duty,
-            ahead: model.speed * seconds / f32::from(model.straight_duty - model.dead_duty),
-            turn: model.turn_rate * seconds / f32::from(model.turn_duty - model.dead_duty),
-            leg: (model.leg_distance * cos, model.leg_distance * sin),
-        }
-    }
-}
-
 /// A Kilobot's body.
 #[derive(Clone, Debug)]
-pub(crate) struct Kilobot {
-    pub(crate) motors: KilobotMotors,
+struct Kilobot {
+    motors: KilobotMotors,
     gain_left: f32,
     gain_right: f32,
     /// Heading for which sine and cosine were computed.
@@ -117,8 +191,12 @@ pub(crate) struct Kilobot {
     cos: f32,
 }
 
-impl Kilobot {
-    pub(crate) fn new(model: &KilobotModel, build: &mut Stream) -> Self {
+impl Body for Kilobot {
+    type Numbers = KilobotModel;
+    type Step = KilobotStep;
+    type Controls = KilobotMotors;
+
+    fn new(model: &KilobotModel, _: &Pose, build: &mut Stream) -> Self {
         Kilobot {
             motors: KilobotMotors::default(),
             gain_left: build.gain(model.gain_sigma),
@@ -129,7 +207,26 @@ impl Kilobot {
         }
     }
 
-    pub(crate) fn advance(&mut self, pose: &mut Pose, step: &KilobotStep) {
+    fn prepare(model: &KilobotModel, seconds: f32) -> KilobotStep {
+        let (sin, cos) = libm::sincosf(model.leg_angle);
+        KilobotStep {
+            length: seconds,
+            dead: model.dead_duty,
+            ahead: model.speed * seconds / f32::from(model.straight_duty - model.dead_duty),
+            turn: model.turn_rate * seconds / f32::from(model.turn_duty - model.dead_duty),
+            leg: (model.leg_distance * cos, model.leg_distance * sin),
+        }
+    }
+
+    fn controls(&mut self) -> &mut KilobotMotors {
+        &mut self.motors
+    }
+
+    fn halt(&mut self) {
+        self.motors = KilobotMotors::default();
+    }
+
+    fn step(&mut self, pose: &mut Pose, step: &KilobotStep) {
         if self.motors == KilobotMotors::default() {
             return;
         }
@@ -154,21 +251,25 @@ impl Kilobot {
         }
     }
 
-    /// Its motors run for so many substeps, with these duties in percent.
-    pub(crate) fn run(
+    fn roll(
         &mut self,
         [left, right]: [f32; 2],
         pose: &mut Pose,
         step: &KilobotStep,
-        substeps: f32,
-    ) {
+        seconds: f32,
+    ) -> Option<[f32; 2]> {
+        let substeps = seconds / step.length;
         let duty = |percent: f32| (percent * f32::from(u8::MAX) / 100.0).round() as u8;
         self.motors = KilobotMotors { left: duty(left), right: duty(right) };
         let (ahead, turn) = (step.ahead * substeps, step.turn * substeps);
-        self.advance(pose, &KilobotStep { ahead, turn, ..*step });
+        self.step(pose, &KilobotStep { ahead, turn, ..*step });
         self.motors = KilobotMotors::default();
+        // It stops within a mm: nothing reckons with its speed.
+        Some([0.0; 2])
     }
+}
 
+impl Kilobot {
     fn look(&mut self, heading: f32) {
         self.heading = heading;
         (self.sin, self.cos) = libm::sincosf(heading);

@@ -1,0 +1,5 @@
+//! The robots that ship: their bodies.
+
+pub mod crazyflie;
+pub mod kilobot;
+pub mod zooid;
