@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeSet, VecDeque};
 
-use bittybuzz_chips::{Amplitude, DIAMETER_MM, Edge, Infrared, Random, Time};
+use bittybuzz_chips::{Random, Time};
+use bittybuzz_kilobot_board::{Amplitude, DIAMETER_MM, Edge, Light};
 
 /// Centre to centre: Rubenstein, Ahler, Nagpal, ICRA 2012.
 const RANGE_MM: f64 = 100.0;
@@ -152,7 +153,7 @@ impl Air {
     }
 
     /// What one robot sees in this window.
-    pub fn lights_for(&self, robot: usize) -> Vec<Infrared> {
+    pub fn lights_for(&self, robot: usize) -> Vec<Light> {
         let mut lights = Vec::new();
         if !self.is_busy() {
             return lights;
@@ -160,7 +161,7 @@ impl Air {
         for (from, distance) in self.visible(robot) {
             for edge in &self.edges[from] {
                 if !self.is_lost(robot, from, edge.burst) {
-                    lights.push(Infrared {
+                    lights.push(Light {
                         at: edge.at,
                         on: edge.on,
                         from: from as u16,
@@ -225,7 +226,7 @@ pub fn frame(payload: &[u8]) -> Option<[u8; 12]> {
     match payload.len() {
         10 => {
             frame[..10].copy_from_slice(payload);
-            let checksum = bittybuzz_chips::infrared_checksum(&frame);
+            let checksum = bittybuzz_kilobot_board::infrared_checksum(&frame);
             frame[10..].copy_from_slice(&checksum);
         }
         12 => frame.copy_from_slice(payload),

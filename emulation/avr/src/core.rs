@@ -10,7 +10,8 @@ use std::ffi::{c_char, c_int, c_void};
 use std::ops::Range;
 use std::ptr;
 
-use bittybuzz_chips::{Change, Kilobot, PAGE, RAM};
+use bittybuzz_chips::atmega328p::{Change, PAGE, RAM};
+use bittybuzz_kilobot_board::Kilobot;
 use clap::ValueEnum;
 
 #[allow(

@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::time::Duration;
 
-use bittybuzz_chips::{Amplitude, EEPROM_SIZE, Edge, Infrared, ResetCause, Surroundings, Time};
+use bittybuzz_chips::atmega328p::EEPROM_SIZE;
+use bittybuzz_chips::{ResetCause, Time};
 use bittybuzz_emulation::message::{
     self, AirStatistics, BoardStatistics, Command, CoreStatistics, Event, Reply, Statistics,
     TimedEvent,
@@ -12,6 +13,7 @@ use bittybuzz_emulation::{
     CommandError, Image, LONGEST_READ, MachineError, Pause, Refusal, Robots, finite, probability,
 };
 use bittybuzz_kilobot::phase;
+use bittybuzz_kilobot_board::{Amplitude, Edge, Light, Surroundings};
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
 
 use crate::air::Air;
@@ -40,7 +42,7 @@ pub struct Fleet {
 struct Member {
     robot: Robot,
     /// The light that it saw.
-    seen: Vec<Infrared>,
+    seen: Vec<Light>,
     /// What its own LED did.
     edges: Vec<Edge>,
     /// It was sending at the end of the last window.
@@ -140,7 +142,7 @@ impl Fleet {
             .collect();
         for from in lit {
             let amplitude = Amplitude::default();
-            let out = Infrared { at: now, on: false, from: from as u16, amplitude };
+            let out = Light { at: now, on: false, from: from as u16, amplitude };
             for (_, member) in self.members.iter_mut().enumerate().filter(|(n, _)| *n != from) {
                 member.robot.board.will_see([out]);
             }

@@ -1,9 +1,9 @@
 //! One Kilobot: core and board.
 
-use bittybuzz_chips::{
-    Change, Edge, HardwareError, Infrared, Kilobot, Memory, PAGE, RAM, ResetCause, Time,
-};
+use bittybuzz_chips::atmega328p::{Change, PAGE, RAM};
+use bittybuzz_chips::{HardwareError, Memory, ResetCause, Time};
 use bittybuzz_kilobot::phase::Steps;
+use bittybuzz_kilobot_board::{Edge, Kilobot, Light};
 
 use crate::core::{Chip, Core, DATA, REGISTERS, State, Stop, changed};
 
@@ -128,7 +128,7 @@ impl Robot {
     }
 
     /// Runs until `end`, while neighbours' light changes as `lights` tells. What its own LED did.
-    pub fn run(&mut self, end: Time, lights: &[Infrared]) -> Vec<Edge> {
+    pub fn run(&mut self, end: Time, lights: &[Light]) -> Vec<Edge> {
         self.board.will_see(lights.iter().copied());
         let mut until = self.board.cycle(end);
         while self.core.cycle() < until {

@@ -1,8 +1,8 @@
-//! The chips around the core and the boards around the chips.
+//! The chips around a core: peripherals of microcontrollers, and the other chips that boards connect to them.
 //!
-//! An emulator executes instructions and hands every access to a peripheral to a board of this crate; the
-//! board owns time, interrupt lines and the rest of the robot. So one model serves every core: Unicorn,
-//! QEMU, or whatever runs a robot's image next.
+//! An emulator executes instructions and hands every access to a peripheral to a [`Board`]; the board owns time, interrupt
+//! lines and the rest of the robot, and is built from these chips in the robot's own folder (robots/*/board). So one model
+//! serves every core: Unicorn, QEMU, or any other that runs a robot's image.
 //!
 //! # Principles
 //! 1. **The registers decide.** Clocks, baud rates, timer rates and the watchdog follow what the firmware
@@ -19,38 +19,30 @@
 //! The models are written from the manuals; they were not compared with hardware.
 
 mod air;
-mod atmega328p;
+pub mod atmega328p;
 mod board;
-mod bootloader;
+mod chip;
 mod clock;
-mod crazyflie;
 mod event;
-mod f051;
-mod f405;
-mod kilobot;
+pub mod f051;
+pub mod f405;
 mod memory;
-mod nrf24;
-mod nrf51;
+pub mod nrf24;
+pub mod nrf51;
 mod random;
 mod serial;
-mod stm32;
+pub mod stm32;
 mod time;
-mod zooid;
 
 pub use air::{Air, AirStatistics, Heard, LOOKAHEAD, Sender};
-pub use atmega328p::{Change, EEPROM_SIZE, PAGE, RAM, Sleep};
 pub use board::{Board, CoreKind, MemoryMap, Start};
+pub use chip::Chip;
 pub use clock::Clock;
-pub use crazyflie::{Chip, Crazyflie, Settings, Statistics};
 pub use event::{Event, HardwareError, Led, Loader, ResetCause};
 pub use f051::{FlashChange, FlashContent, Transfer};
-pub use f405::OTP;
-pub use kilobot::{Amplitude, DIAMETER_MM, Edge, Kilobot, KilobotStatistics, Surroundings};
-pub use kilobot::{Light as Infrared, infrared_checksum};
 pub use memory::Memory;
 pub use nrf24::{MAX_PAYLOAD as RADIO_MAX, Packet, PowerDetector, RadioStatistics, Transmission};
 pub use nrf51::{Battery, Frame, Link, MAX_PAYLOAD, Nrf51Settings, P2P_MAX, P2pFrame, Pose};
 pub use random::Random;
 pub use stm32::{Lines, Width};
 pub use time::Time;
-pub use zooid::{Light, STEP_MM, TablePose, Zooid, ZooidStatistics};

@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
-use bittybuzz_chips::{Board, Width, Zooid};
+use bittybuzz_chips::{Board, Width};
 use bittybuzz_emulation::message::Event;
 use bittybuzz_emulation::{Machine, Pause};
+use bittybuzz_zooids_board::Zooid;
 use rp2040_emu::CortexM0Plus;
 
 use crate::Robot;

@@ -14,8 +14,8 @@ use std::fmt::Write;
 use std::path::Path;
 use std::{env, fs, io};
 
-use bittybuzz_chips::Zooid;
 use bittybuzz_cortex_m0::Robot;
+use bittybuzz_zooids_board::Zooid;
 
 const ROBOTS: usize = 10;
 const SECONDS: u64 = 60;

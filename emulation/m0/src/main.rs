@@ -21,8 +21,8 @@ mod robot;
 use std::io::{BufWriter, ErrorKind, stdin, stdout};
 use std::process::ExitCode;
 
-use bittybuzz_chips::Zooid;
 use bittybuzz_emulation::Machine;
+use bittybuzz_zooids_board::Zooid;
 use clap::{Parser, ValueEnum};
 
 /// Runs the firmware image of a Zooid; reads commands from standard input and writes replies and events to standard

@@ -27,7 +27,7 @@ mod rtt;
 mod server;
 
 pub use client::{ClientError, Emulator, Run};
-pub use control::{Control, Refusal, finite, memory, probability};
+pub use control::{Control, Refusal, finite, lsi, memory, probability};
 pub use image::{AVR_FLASH_SIZE, Image, ImageError};
 pub use machine::{Machine, MachineError, Pause};
 pub use server::{CommandError, LONGEST_READ, Robots, serve, serve_robots};

@@ -7,7 +7,8 @@ mod elf;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use bittybuzz_chips::{Board, Crazyflie, Settings, Time};
+use bittybuzz_chips::{Board, Time};
+use bittybuzz_crazyflie_board::{Crazyflie, Settings};
 use bittybuzz_emulation::message::{
     self, CoreStatistics, Event, Output, Reply, RobotEvent, TimedEvent,
 };

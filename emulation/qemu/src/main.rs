@@ -33,9 +33,10 @@ mod thumb;
 use std::io::{stdin, stdout};
 use std::process::ExitCode;
 
-use bittybuzz_chips::{Crazyflie, Zooid};
+use bittybuzz_crazyflie_board::Crazyflie;
 use bittybuzz_emulate_qemu::{gdb, qemu, qtest, registers};
 use bittybuzz_emulation::Control;
+use bittybuzz_zooids_board::Zooid;
 use clap::{Parser, ValueEnum};
 
 /// Emulates a robot with stock QEMU; reads commands from standard input and writes replies and events to

@@ -32,8 +32,9 @@ mod tests;
 
 use std::process::ExitCode;
 
-use bittybuzz_chips::{Crazyflie, Zooid};
+use bittybuzz_crazyflie_board::Crazyflie;
 use bittybuzz_emulation::Control;
+use bittybuzz_zooids_board::Zooid;
 use clap::{Parser, ValueEnum};
 
 /// Runs the firmware image of a robot, as it is flashed; reads commands from standard input and writes replies and

@@ -6,11 +6,11 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use bittybuzz_chips::STEP_MM;
 use bittybuzz_emulation::Emulator;
 use bittybuzz_emulation::message::{AirStatistics, PowerDetector};
 use bittybuzz_robot_spec::Layout;
 use bittybuzz_tests::bbz;
+use bittybuzz_zooids_board::STEP_MM;
 
 use crate::told::Told;
 use crate::{

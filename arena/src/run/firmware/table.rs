@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
-use bittybuzz_chips::STEP_MM;
 use bittybuzz_emulation::message::Command;
+use bittybuzz_zooids_board::STEP_MM;
 
 use crate::engine::{Pose, wrap};
 
-/// Columns and rows that are projected, in steps of the code (emulation/chips).
+/// Columns and rows that are projected, in steps of the code (robots/zooids/board).
 const PICTURE: [[f64; 2]; 2] = [[56.0, 967.0], [227.0, 796.0]];
 
 /// mm from where the code is 0 to the picture's middle, which is that of the world.

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use bittybuzz_chips::Amplitude;
 use bittybuzz_emulation::message::{Command, Event};
+use bittybuzz_kilobot_board::Amplitude;
 
 use crate::robots::{RAM, Robots, assemble};
 

@@ -59,18 +59,19 @@ impl RcClock {
         self.set_period();
     }
 
-    pub fn osccal(&self) -> u8 {
+    pub(crate) fn osccal(&self) -> u8 {
         self.osccal
     }
 
-    pub fn set_osccal(&mut self, cycle: u64, osccal: u8) {
+    pub(crate) fn set_osccal(&mut self, cycle: u64, osccal: u8) {
         self.change(cycle, |clock| clock.osccal = osccal);
     }
 
-    pub fn set_divider(&mut self, cycle: u64, divider: u8) {
+    pub(crate) fn set_divider(&mut self, cycle: u64, divider: u8) {
         self.change(cycle, |clock| clock.divider = divider.min(8));
     }
 
+    /// Sets how many millionths too fast the oscillator runs, from `cycle` on.
     pub fn set_error(&mut self, cycle: u64, error_ppm: f64) {
         self.change(cycle, |clock| clock.error_ppm = error_ppm);
     }

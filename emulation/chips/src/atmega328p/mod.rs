@@ -39,8 +39,8 @@ const ACIC: u8 = 1 << 2;
 
 /// MCUSR.
 pub const POWER_ON_RESET: u8 = 1 << 0;
-pub const BROWN_OUT_RESET: u8 = 1 << 2;
-pub const WATCHDOG_RESET: u8 = 1 << 3;
+pub(crate) const BROWN_OUT_RESET: u8 = 1 << 2;
+pub(crate) const WATCHDOG_RESET: u8 = 1 << 3;
 
 /// MCUCR.
 const IVSEL: u8 = 1 << 1;
@@ -52,7 +52,9 @@ const UNLOCKED: u64 = 4;
 
 /// The ports' letters, as indices.
 pub const B: usize = 0;
+/// Index of port C.
 pub const C: usize = 1;
+/// Index of port D.
 pub const D: usize = 2;
 
 /// Three registers of a port.
@@ -96,8 +98,11 @@ pub enum Sleep {
 /// The chip without its core.
 #[derive(Clone, Debug)]
 pub struct Atmega328p {
+    /// The oscillator, from cycles to time.
     pub clock: RcClock,
+    /// Ports B, C and D.
     pub ports: [Port; 3],
+    /// The EEPROM and its interface.
     pub eeprom: Eeprom,
     timers: [Timer; 3],
     adc: Adc,

@@ -12,6 +12,7 @@ const TXEN: u8 = 1 << 3;
 /// A byte on the line, sent by the registers' settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sent {
+    /// The eight data bits.
     pub byte: u8,
     /// Cycles per bit.
     pub bit: u32,

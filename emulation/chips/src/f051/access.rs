@@ -19,6 +19,7 @@ impl F051 {
         clocked
     }
 
+    /// Reads a register, at an address that is aligned to `width`.
     pub fn read(&mut self, address: u32, width: Width) -> u32 {
         let word = address & !3;
         let value = if let Some(value) = self.identity.read(word) {
@@ -79,6 +80,7 @@ impl F051 {
         }
     }
 
+    /// Writes a register, at an address that is aligned to `width`.
     pub fn write(&mut self, address: u32, width: Width, value: u32) {
         let word = address & !3;
         let base = word & !(BLOCK - 1);

@@ -40,9 +40,14 @@ const BYTE_BITS: u64 = 9;
 
 /// What the master does on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Action {
+pub enum Action {
     /// It has sent a start condition and an address: to be acknowledged.
-    Start { address: u8, read: bool },
+    Start {
+        /// Seven bits.
+        address: u8,
+        /// True to read.
+        read: bool,
+    },
     /// It has sent a byte: to be acknowledged.
     Write(u8),
     /// It wants a byte.

@@ -16,7 +16,7 @@ use self::dma::Dma;
 pub use self::dma::Transfer;
 use self::flash::Flash;
 pub use self::flash::{FlashChange, FlashContent};
-pub(crate) use self::i2c::Action;
+pub use self::i2c::Action;
 use self::i2c::I2c;
 use self::identity::Identity;
 use self::rcc::{Clocks, Rcc};
@@ -89,23 +89,26 @@ const PORTS: [PortReset; 6] = {
 /// Peripherals begin at multiples of this.
 const BLOCK: u32 = 0x400;
 
-pub(crate) const FLASH_SIZE: u32 = flash::SIZE;
+/// Bytes of flash.
+pub const FLASH_SIZE: u32 = flash::SIZE;
 
 /// What the chip does at its pins and waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Signal {
+pub enum Signal {
     /// SPI1 has sent this byte; [`F051::spi_received`] gives the one that came.
     Spi(Time, u8),
     /// I2C2 has done this; [`F051::i2c_acknowledge`] or [`F051::i2c_received`] answers.
     I2c(Time, Action),
 }
 
-pub(crate) struct F051 {
+/// The chip without its core and its memory.
+pub struct F051 {
     now: Time,
     rcc: Rcc,
     /// What it makes, asked for much more often than it changes.
     clocks: Clocks,
     flash: Flash,
+    /// Ports A to F; there is no port E.
     pub ports: [Port; 6],
     exti: Exti,
     spi: Spi,
@@ -121,6 +124,7 @@ pub(crate) struct F051 {
     storage: BTreeMap<u32, u32>,
     /// First address used of each block without a model, and of what a model does not know.
     pub unknown: BTreeMap<u32, u32>,
+    /// Accesses to peripherals whose clock is off.
     pub accesses_without_clock: u64,
     flash_change: Option<FlashChange>,
     errors: Vec<HardwareError>,
@@ -129,6 +133,7 @@ pub(crate) struct F051 {
 }
 
 impl F051 {
+    /// A chip whose power was just turned on.
     pub fn new(unique_id: [u8; 12], battery_volts: f64) -> Self {
         let rcc = Rcc::new();
         let clocks = rcc.clocks();
@@ -163,6 +168,7 @@ impl F051 {
         self.rcc.has_crystal = has_crystal;
     }
 
+    /// Resets the chip; its pins are driven as before.
     pub fn reset(&mut self, cause: ResetCause) {
         self.rcc.reset(cause);
         self.flash = Flash::new();
@@ -231,11 +237,13 @@ impl F051 {
         self.update_lines();
     }
 
+    /// I2C2's acknowledge bit ends at `end`.
     pub fn i2c_acknowledge(&mut self, acknowledged: bool, end: Time) {
         self.i2c.acknowledge(acknowledged, end);
         self.update_lines();
     }
 
+    /// I2C2 receives a byte, whose last bit ends at `end`.
     pub fn i2c_received(&mut self, byte: u8, end: Time) {
         self.i2c.receive(byte, end);
         self.update_lines();
@@ -301,10 +309,12 @@ impl F051 {
         }
     }
 
+    /// Returns true once the firmware has started the watchdog.
     pub fn watchdog_runs(&self) -> bool {
         self.watchdog.expires().is_some()
     }
 
+    /// The levels of the interrupt lines.
     pub fn lines(&self) -> Lines {
         self.lines
     }
@@ -314,6 +324,7 @@ impl F051 {
         [self.clocks.hclk, self.clocks.pclk]
     }
 
+    /// Frequency of the core, as the RCC registers say.
     pub fn core_clock_hz(&self) -> u64 {
         self.clocks.hclk
     }
@@ -333,6 +344,7 @@ impl F051 {
         &self.timers[number - 1]
     }
 
+    /// Returns true if [`take_errors`](Self::take_errors) has something.
     pub fn has_errors(&self) -> bool {
         !self.errors.is_empty()
     }
@@ -349,10 +361,12 @@ impl F051 {
         }
     }
 
+    /// Mistakes of the firmware since the last call.
     pub fn take_errors(&mut self) -> Vec<HardwareError> {
         std::mem::take(&mut self.errors)
     }
 
+    /// The change of the flash that the firmware has started.
     pub fn take_flash_change(&mut self) -> Option<FlashChange> {
         self.flash_change.take()
     }
@@ -362,6 +376,7 @@ impl F051 {
         self.now = now;
     }
 
+    /// Sets the supply before the regulator, which the converter measures.
     pub fn set_battery_volts(&mut self, volts: f64) {
         self.adc.battery_volts = volts;
     }

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, HashSet};
 use self::rcc::Rcc;
 pub use self::system::OTP;
 use self::system::{Backup, Flash, Identity, Power};
-pub(crate) use self::usart::{Sent, Usart};
+pub use self::usart::{Sent, Usart};
 use crate::stm32::watchdog::{APB1_FREEZE, FREEZE_WATCHDOG};
 use crate::stm32::{Exti, Kind, Pin, Port, PortReset, Timer, Watchdog, Write};
 use crate::{HardwareError, Lines, ResetCause, Time, Width};
@@ -41,14 +41,17 @@ const PORTS: [PortReset; 9] = {
 /// Peripherals begin at multiples of this.
 const BLOCK: u32 = 0x400;
 
-pub(crate) struct F405 {
+/// The chip without its core and its memory.
+pub struct F405 {
     now: Time,
     rcc: Rcc,
     power: Power,
     backup: Backup,
     flash: Flash,
+    /// Ports A to I.
     pub ports: [Port; 9],
     exti: Exti,
+    /// USART6, to the radio's processor.
     pub usart: Usart,
     /// TIM2 to TIM5.
     timers: [Timer; 4],
@@ -60,6 +63,7 @@ pub(crate) struct F405 {
     storage: BTreeMap<u32, u32>,
     /// First address used of each block without a model, and of what a model does not know.
     pub unknown: BTreeMap<u32, u32>,
+    /// Accesses to peripherals whose clock is off.
     pub accesses_without_clock: u64,
     errors: Vec<HardwareError>,
     reported: HashSet<HardwareError>,
@@ -67,6 +71,7 @@ pub(crate) struct F405 {
 }
 
 impl F405 {
+    /// A chip whose power was just turned on.
     pub fn new(unique_id: [u8; 12], device_type: &str, lsi_hz: u64) -> Self {
         let rcc = Rcc::new();
         let clocks = rcc.clocks();
@@ -109,6 +114,7 @@ impl F405 {
         self.backup.fill(content);
     }
 
+    /// Resets the chip; its pins are driven as before.
     pub fn reset(&mut self, cause: ResetCause) {
         self.rcc.reset(cause);
         self.power = Power::new();
@@ -144,6 +150,7 @@ impl F405 {
         sent.filter(|_| self.ports[2].pin(6) == Pin::Alternate(8))
     }
 
+    /// The time of the next event that comes by itself.
     pub fn next_event(&self) -> Option<Time> {
         let timers = self.timers.iter().filter_map(Timer::next_event);
         timers.chain(self.usart.next_event()).chain(self.watchdog.expires()).min()
@@ -168,10 +175,12 @@ impl F405 {
         }
     }
 
+    /// Returns true once the firmware has started the watchdog.
     pub fn watchdog_runs(&self) -> bool {
         self.watchdog.expires().is_some()
     }
 
+    /// The levels of the interrupt lines.
     pub fn lines(&self) -> Lines {
         self.lines
     }
@@ -182,6 +191,7 @@ impl F405 {
         [clocks.hclk, clocks.pclk1, clocks.pclk2]
     }
 
+    /// Frequency of the core, as the RCC registers say.
     pub fn core_clock_hz(&self) -> u64 {
         self.rcc.clocks().hclk
     }
@@ -191,6 +201,7 @@ impl F405 {
         &self.timers[number - 2]
     }
 
+    /// Mistakes of the firmware since the last call.
     pub fn take_errors(&mut self) -> Vec<HardwareError> {
         std::mem::take(&mut self.errors)
     }
@@ -258,6 +269,7 @@ impl F405 {
         clocked
     }
 
+    /// Reads a register, at an address that is aligned to `width`.
     pub fn read(&mut self, address: u32, width: Width) -> u32 {
         let word = address & !3;
         let value = if let Some(value) = self.identity.read(word) {
@@ -303,6 +315,7 @@ impl F405 {
         }
     }
 
+    /// Writes a register, at an address that is aligned to `width`.
     pub fn write(&mut self, address: u32, width: Width, value: u32) {
         let word = address & !3;
         let base = word & !(BLOCK - 1);

@@ -38,12 +38,15 @@ const CR3_DMAR: u32 = 1 << 6;
 
 /// A byte as the transmitter put it on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Sent {
+pub struct Sent {
+    /// The eight data bits.
     pub byte: u8,
+    /// The rate at which they were sent.
     pub baud: u64,
 }
 
-pub(crate) struct Usart {
+/// A USART of the STM32F405, as far as it is asynchronous.
+pub struct Usart {
     hz: u64,
     sr: u32,
     /// Of the flags that reading clears, those that the last read of SR has shown.
@@ -60,13 +63,16 @@ pub(crate) struct Usart {
     idle_at: Option<Time>,
     /// When RXNE was set.
     received_at: Time,
+    /// Longest time from a byte's arrival to its being read.
     pub longest_unread: Time,
+    /// Bytes lost because the one before had not been read.
     pub overruns: u64,
+    /// Bytes with a wrong stop bit.
     pub framing_errors: u64,
 }
 
 impl Usart {
-    pub fn new(hz: u64) -> Self {
+    pub(crate) fn new(hz: u64) -> Self {
         Usart {
             hz,
             sr: SR_TXE | SR_TC,
@@ -88,7 +94,7 @@ impl Usart {
     }
 
     /// The registers to their reset values; what was counted stays.
-    pub fn reset(&mut self) {
+    pub(crate) fn reset(&mut self) {
         *self = Usart {
             longest_unread: self.longest_unread,
             overruns: self.overruns,
@@ -97,14 +103,14 @@ impl Usart {
         };
     }
 
-    pub fn set_clock(&mut self, hz: u64) {
+    pub(crate) fn set_clock(&mut self, hz: u64) {
         self.hz = hz;
     }
 
     /// Bits per second: f / (8 * (2 - OVER8) * USARTDIV), 30.3.4. With 16 samples a bit, BRR is f / baud;
     /// with 8, its lowest three bits are eighths. A frame other than 8N1 is none that the peer understands:
     /// no baud rate at all.
-    pub fn baud(&self) -> u64 {
+    pub(crate) fn baud(&self) -> u64 {
         let divider = if self.cr1 & CR1_OVER8 == 0 {
             self.brr & 0xffff
         } else {
@@ -121,12 +127,12 @@ impl Usart {
     }
 
     /// A byte begins to arrive: the line is not idle.
-    pub fn begin(&mut self) {
+    pub(crate) fn begin(&mut self) {
         self.idle_at = None;
     }
 
     /// A byte has arrived.
-    pub fn receive(&mut self, byte: u8, peer_baud: u64, now: Time) {
+    pub(crate) fn receive(&mut self, byte: u8, peer_baud: u64, now: Time) {
         if !self.receives() {
             return;
         }
@@ -148,7 +154,7 @@ impl Usart {
     }
 
     /// Lets time pass until `now`, at which at most one byte has left.
-    pub fn advance(&mut self, now: Time) -> Option<Sent> {
+    pub(crate) fn advance(&mut self, now: Time) -> Option<Sent> {
         if self.idle_at.is_some_and(|at| at <= now) {
             self.idle_at = None;
             self.sr |= SR_IDLE;
@@ -171,19 +177,19 @@ impl Usart {
         self.sr |= SR_TXE;
     }
 
-    pub fn next_event(&self) -> Option<Time> {
+    pub(crate) fn next_event(&self) -> Option<Time> {
         let shifted = self.shifting.map(|(end, _)| end);
         self.idle_at.into_iter().chain(shifted).min()
     }
 
-    pub fn interrupt(&self) -> bool {
+    pub(crate) fn interrupt(&self) -> bool {
         let overrun = self.sr & SR_ORE != 0 && self.cr1 & CR1_RXNEIE != 0;
         let error =
             self.sr & (SR_FE | SR_ORE) != 0 && self.cr3 & CR3_EIE != 0 && self.cr3 & CR3_DMAR != 0;
         self.sr & self.cr1 & CR1_INTERRUPTS != 0 || overrun || error
     }
 
-    pub fn read(&mut self, offset: u32, now: Time) -> u32 {
+    pub(crate) fn read(&mut self, offset: u32, now: Time) -> u32 {
         match offset {
             SR => {
                 self.shown = self.sr & SR_BY_READING;
@@ -206,7 +212,7 @@ impl Usart {
         }
     }
 
-    pub fn write(&mut self, offset: u32, write: Write, now: Time) {
+    pub(crate) fn write(&mut self, offset: u32, write: Write, now: Time) {
         match offset {
             SR => self.sr &= !(write.zeros() & SR_BY_WRITING),
             DR => {

@@ -26,9 +26,9 @@ use crate::Time;
 /// Payloads that each FIFO holds.
 const FIFO: usize = 3;
 /// The specification's limit for SCK.
-pub(crate) const SPI_LIMIT_HZ: u64 = 10_000_000;
+pub const SPI_LIMIT_HZ: u64 = 10_000_000;
 /// What must stand at XC1.
-pub(crate) const CLOCK_HZ: u64 = 16_000_000;
+pub const CLOCK_HZ: u64 = 16_000_000;
 /// From power-on until SPI works (6.1.7, Tpor: 100 ms for the supply, the reset included).
 const POWER_ON: Time = Time::from_millis(100);
 
@@ -79,7 +79,8 @@ pub struct RadioStatistics {
     pub short_pulses: u64,
 }
 
-pub(crate) struct Nrf24 {
+/// The radio by its pins: SPI, CE and IRQ.
+pub struct Nrf24 {
     registers: Registers,
     /// RX_DR, TX_DS and MAX_RT.
     raised: u8,
@@ -114,7 +115,14 @@ pub(crate) struct Nrf24 {
     transmissions_end: Time,
     /// When its power came.
     powered_at: Time,
+    /// Counters since power-on.
     pub statistics: RadioStatistics,
+}
+
+impl Default for Nrf24 {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl Nrf24 {

@@ -113,6 +113,7 @@ impl Nrf24 {
         }
     }
 
+    /// The time of the next event that comes by itself.
     pub fn next_event(&self) -> Option<Time> {
         let state = match self.state {
             State::Starting(at)

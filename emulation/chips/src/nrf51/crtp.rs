@@ -21,7 +21,7 @@ pub struct Pose {
 
 impl Pose {
     /// The packet that a ground station sends.
-    pub(crate) fn frame(&self) -> Frame {
+    pub fn frame(&self) -> Frame {
         let half = f64::from(self.yaw_degrees).to_radians() / 2.0;
         let quaternion = [0.0, 0.0, half.sin() as f32, half.cos() as f32];
         let mut payload = vec![GENERIC_LOCALIZATION, EXTERNAL_POSE];

@@ -13,8 +13,9 @@ mod syslink;
 pub use crtp::Pose;
 pub use link::Link;
 pub use p2p::{P2P_MAX, P2pFrame};
-pub use peer::Nrf51Settings;
-pub(crate) use peer::{BAUD, Nrf51, Output};
+
+pub use peer::{BAUD, Nrf51, Nrf51Settings, Output};
+pub use radio::RadioCounts;
 pub use syslink::{Frame, MAX_PAYLOAD};
 
 /// What the power management measures.

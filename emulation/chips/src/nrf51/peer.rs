@@ -15,7 +15,7 @@ use crate::serial::{self, FRAME_BITS};
 use crate::{Event, Led, Time};
 
 /// Rate of the serial link.
-pub(crate) const BAUD: u64 = 1_000_000;
+pub const BAUD: u64 = 1_000_000;
 /// Bytes in the UART's FIFO (nRF51 reference manual, 29.4).
 const FIFO: usize = 6;
 /// Bytes in the queue behind it: one of its 128 places stays empty.
@@ -87,7 +87,7 @@ mod kind {
 
 /// What the nRF51 does at its end of the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Output {
+pub enum Output {
     /// It begins to send a byte.
     Begin,
     /// A byte has arrived at the other end.
@@ -105,18 +105,25 @@ enum Stage {
     Report,
 }
 
-pub(crate) struct Nrf51 {
+/// The processor at its end of the line.
+pub struct Nrf51 {
     settings: Nrf51Settings,
     battery: Battery,
     line: Line,
     powered: bool,
     state: State,
     events: Vec<(Time, Event)>,
+    /// Bytes received from the STM32.
     pub received: u64,
+    /// Of these, the ones with a wrong stop bit.
     pub framing_errors: u64,
+    /// Frames dropped for their first checksum byte, and for their second.
     pub bad_sums: [u64; 2],
+    /// Bytes that the UART lost: the firmware ignored flow control.
     pub overruns: u64,
+    /// Bytes lost because the queue of frames was full.
     pub dropped: u64,
+    /// Frames for the STM32 while the processor is still silent.
     pub not_sent: u64,
 }
 
@@ -186,6 +193,12 @@ impl State {
     }
 }
 
+impl Default for Nrf51 {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Nrf51 {
     /// An nRF51 that has started and given the STM32 its power.
     pub fn new() -> Self {
@@ -205,6 +218,7 @@ impl Nrf51 {
         }
     }
 
+    /// Sets what differs from one firmware of this processor to the next.
     pub fn set(&mut self, settings: Nrf51Settings) {
         self.settings = settings;
     }
@@ -216,14 +230,17 @@ impl Nrf51 {
         self.state.radio.counted = counted;
     }
 
+    /// Returns true while the STM32 has power.
     pub fn is_powered(&self) -> bool {
         self.powered
     }
 
+    /// Bytes that the line lost on request, in both directions.
     pub fn lost(&self) -> u64 {
         self.line.lost
     }
 
+    /// Bytes that the line changed on request, in both directions.
     pub fn corrupted(&self) -> u64 {
         self.line.corrupted
     }
@@ -233,14 +250,17 @@ impl Nrf51 {
         self.state.radio.counted
     }
 
+    /// Events since the last call, in order.
     pub fn take_events(&mut self) -> Vec<(Time, Event)> {
         std::mem::take(&mut self.events)
     }
 
+    /// The line loses and corrupts bytes from now on.
     pub fn set_link(&mut self, link: Link) {
         self.line.set(link);
     }
 
+    /// The battery is in this state from now on.
     pub fn set_battery(&mut self, battery: Battery) {
         self.battery = battery;
     }
@@ -273,6 +293,7 @@ impl Nrf51 {
         }
     }
 
+    /// The button was pressed.
     pub fn request_shutdown(&mut self, now: Time) {
         self.send(kind::SHUTDOWN_REQUEST, &[]);
         self.state.shutdown_at = Some(now + SHUTDOWN_AFTER);

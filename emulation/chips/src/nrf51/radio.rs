@@ -20,7 +20,7 @@ const QUEUE: usize = 7;
 
 /// Counters of frames that were lost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct RadioCounts {
+pub struct RadioCounts {
     /// Frames that came while the radio was transmitting.
     pub unheard: u64,
     /// Frames for which there was no room in the queue.

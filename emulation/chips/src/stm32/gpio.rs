@@ -25,7 +25,7 @@ pub(crate) struct PortReset {
 
 /// What a pin does to the world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Pin {
+pub enum Pin {
     /// Nothing: input, analog, or an open drain that is off.
     Floating,
     /// Holds a level.
@@ -34,7 +34,8 @@ pub(crate) enum Pin {
     Alternate(u8),
 }
 
-pub(crate) struct Port {
+/// A port of 16 pins.
+pub struct Port {
     after_reset: PortReset,
     moder: u32,
     otyper: u32,
@@ -49,7 +50,7 @@ pub(crate) struct Port {
 }
 
 impl Port {
-    pub fn new(after_reset: PortReset) -> Self {
+    pub(crate) fn new(after_reset: PortReset) -> Self {
         let PortReset { moder, ospeedr, pupdr } = after_reset;
         Port {
             after_reset,
@@ -66,16 +67,17 @@ impl Port {
     }
 
     /// The registers to their reset values; what the board drives stays.
-    pub fn reset(&mut self) {
+    pub(crate) fn reset(&mut self) {
         *self = Port { driven: self.driven, levels: self.levels, ..Port::new(self.after_reset) };
     }
 
     /// The board drives `pin`.
-    pub fn drive(&mut self, pin: u8, high: bool) {
+    pub(crate) fn drive(&mut self, pin: u8, high: bool) {
         self.driven |= 1 << pin;
         self.levels = self.levels & !(1 << pin) | u16::from(high) << pin;
     }
 
+    /// The output of a pin.
     pub fn pin(&self, pin: u8) -> Pin {
         match self.moder >> (2 * pin) & 3 {
             1 => {
@@ -89,7 +91,7 @@ impl Port {
     }
 
     /// The level at `pin`, as IDR and EXTI see it.
-    pub fn level(&self, pin: u8) -> bool {
+    pub(crate) fn level(&self, pin: u8) -> bool {
         match self.pin(pin) {
             Pin::Level(high) => high,
             _ if self.driven >> pin & 1 != 0 => self.levels >> pin & 1 != 0,
@@ -98,7 +100,7 @@ impl Port {
         }
     }
 
-    pub fn read(&self, offset: u32) -> u32 {
+    pub(crate) fn read(&self, offset: u32) -> u32 {
         match offset {
             MODER => self.moder,
             OTYPER => self.otyper,
@@ -116,7 +118,7 @@ impl Port {
         }
     }
 
-    pub fn write(&mut self, offset: u32, write: Write) {
+    pub(crate) fn write(&mut self, offset: u32, write: Write) {
         match offset {
             MODER => self.moder = write.merge(self.moder),
             OTYPER => self.otyper = write.merge(self.otyper) & 0xffff,

@@ -82,7 +82,7 @@ impl Kind {
 
 /// The signal of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Pwm {
+pub struct Pwm {
     /// Part of the time that it is high.
     pub duty: f64,
     /// Periods per second; 0 for a constant level.
@@ -90,11 +90,14 @@ pub(crate) struct Pwm {
 }
 
 impl Pwm {
+    /// Never on.
     pub const LOW: Pwm = Pwm { duty: 0.0, frequency_hz: 0.0 };
+    /// Always on.
     pub const HIGH: Pwm = Pwm { duty: 1.0, frequency_hz: 0.0 };
 }
 
-pub(crate) struct Timer {
+/// A timer with its channels.
+pub struct Timer {
     /// The registers that are only remembered, and those that are not but CNT, by offset / 4.
     registers: [u32; REGISTERS],
     kind: Kind,
@@ -114,7 +117,7 @@ pub(crate) struct Timer {
 }
 
 impl Timer {
-    pub fn new(kind: Kind, hz: u64, now: Time) -> Self {
+    pub(crate) fn new(kind: Kind, hz: u64, now: Time) -> Self {
         let mut registers = [0; REGISTERS];
         registers[ARR as usize / 4] = kind.limit();
         Timer {
@@ -131,11 +134,11 @@ impl Timer {
     }
 
     /// Whether reading a register never clears a flag.
-    pub const fn is_only_looked_at(offset: u32) -> bool {
+    pub(crate) const fn is_only_looked_at(offset: u32) -> bool {
         offset < CCR1
     }
 
-    pub fn kind(&self) -> Kind {
+    pub(crate) fn kind(&self) -> Kind {
         self.kind
     }
 
@@ -202,7 +205,7 @@ impl Timer {
     }
 
     /// Raises the flags of everything until `now`.
-    pub fn advance(&mut self, now: Time) {
+    pub(crate) fn advance(&mut self, now: Time) {
         let count = self.count_at(now);
         if count == self.seen || count < self.calm {
             return;
@@ -232,7 +235,7 @@ impl Timer {
     }
 
     /// When an enabled interrupt will be raised that is not yet.
-    pub fn next_event(&self) -> Option<Time> {
+    pub(crate) fn next_event(&self) -> Option<Time> {
         self.next
     }
 
@@ -250,7 +253,7 @@ impl Timer {
 
     /// The pin of channel `channel` goes high or low. A second capture before the first is read is told by a flag of its own
     /// (18.3.5).
-    pub fn capture(&mut self, channel: u32, high: bool, now: Time) {
+    pub(crate) fn capture(&mut self, channel: u32, high: bool, now: Time) {
         let edges = self.register(CCER) >> (4 * channel);
         let is_captured = match edges & CCER_EDGES {
             0 => high,
@@ -267,35 +270,35 @@ impl Timer {
     }
 
     /// Whether a capture raises an interrupt.
-    pub fn hears_captures(&self) -> bool {
+    pub(crate) fn hears_captures(&self) -> bool {
         self.register(DIER) & self.captures() != 0
     }
 
     /// Whether channel `channel` asks for a DMA transfer: of what it has captured.
-    pub fn dma_request(&self, channel: u32) -> bool {
+    pub(crate) fn dma_request(&self, channel: u32) -> bool {
         let flag = 2 << channel;
         self.register(SR) & self.register(DIER) >> 8 & flag != 0 && self.captures() & flag != 0
     }
 
-    pub fn interrupt(&self) -> bool {
+    pub(crate) fn interrupt(&self) -> bool {
         self.register(SR) & self.register(DIER) & INTERRUPTS != 0
     }
 
     /// Of TIM1, whose interrupts have lines of their own: update, and compare.
-    pub fn separate_interrupts(&self) -> [bool; 2] {
+    pub(crate) fn separate_interrupts(&self) -> [bool; 2] {
         let raised = self.register(SR) & self.register(DIER) & INTERRUPTS;
         [raised & UIF != 0, raised & !UIF != 0]
     }
 
     /// The clock of the timer changes.
-    pub fn set_clock(&mut self, hz: u64, now: Time) {
+    pub(crate) fn set_clock(&mut self, hz: u64, now: Time) {
         self.advance(now);
         self.restart(self.count_at(now) % self.period(), now);
         self.hz = hz;
         self.next = self.find_next_event();
     }
 
-    pub fn read(&mut self, offset: u32, now: Time) -> u32 {
+    pub(crate) fn read(&mut self, offset: u32, now: Time) -> u32 {
         self.advance(now);
         match offset {
             CNT => (self.count_at(now) % self.period()) as u32,
@@ -311,7 +314,7 @@ impl Timer {
     }
 
     /// Writes a register; false if it turns on what has no model.
-    pub fn write(&mut self, offset: u32, write: Write, now: Time) -> bool {
+    pub(crate) fn write(&mut self, offset: u32, write: Write, now: Time) -> bool {
         self.advance(now);
         self.calm = 0;
         let modelled = self.set(offset, write, now);

@@ -62,10 +62,10 @@ pub enum BoardStatistics {
     Kilobot(KilobotStatistics),
 }
 
-/// What a Kilobot's board counts; the meaning of each stands in [`bittybuzz_chips::KilobotStatistics`].
+/// What a Kilobot's board counts; `KilobotStatistics` of robots/kilobot/board documents each.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs, reason = "bittybuzz_chips::KilobotStatistics says it")]
+#[allow(missing_docs, reason = "robots/kilobot/board documents them")]
 pub struct KilobotStatistics {
     pub infrared_sent: u64,
     pub infrared_aborted: u64,
@@ -76,24 +76,10 @@ pub struct KilobotStatistics {
     pub unknown: Vec<u32>,
 }
 
-impl From<chips::KilobotStatistics> for KilobotStatistics {
-    fn from(s: chips::KilobotStatistics) -> Self {
-        KilobotStatistics {
-            infrared_sent: s.sent,
-            infrared_aborted: s.aborted,
-            infrared_arrived: s.arrived,
-            infrared_damaged: s.damaged,
-            infrared_collided: s.collided,
-            pulses_unheard: s.unheard,
-            unknown: s.unknown,
-        }
-    }
-}
-
-/// What a Zooid's board counts; the meaning of each stands in [`bittybuzz_chips::ZooidStatistics`].
+/// What a Zooid's board counts; `ZooidStatistics` of robots/zooids/board documents each.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs, reason = "bittybuzz_chips::ZooidStatistics says it")]
+#[allow(missing_docs, reason = "robots/zooids/board documents them")]
 pub struct ZooidStatistics {
     pub radio_sent: u64,
     pub radio_received: u64,
@@ -111,31 +97,10 @@ pub struct ZooidStatistics {
     pub unknown: Vec<u32>,
 }
 
-impl From<chips::ZooidStatistics> for ZooidStatistics {
-    fn from(s: chips::ZooidStatistics) -> Self {
-        ZooidStatistics {
-            radio_sent: s.radio.sent,
-            radio_received: s.radio.received,
-            radio_damaged: s.radio.damaged,
-            radio_unheard: s.radio.unheard,
-            radio_overflown: s.radio.overflown,
-            radio_too_early: s.radio.too_early,
-            radio_written_while_active: s.radio.written_while_active,
-            radio_short_pulses: s.radio.short_pulses,
-            touch_addressed: s.touch_addressed,
-            motion_addressed: s.motion_addressed,
-            brightest: s.brightest,
-            clocks_hz: s.clocks_hz,
-            accesses_without_clock: s.accesses_without_clock,
-            unknown: s.unknown,
-        }
-    }
-}
-
-/// What a Crazyflie's board counts; the meaning of each stands in [`bittybuzz_chips::Statistics`].
+/// What a Crazyflie's board counts; `Statistics` of robots/crazyflie/board documents each.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs, reason = "bittybuzz_chips::Statistics says it")]
+#[allow(missing_docs, reason = "robots/crazyflie/board documents them")]
 pub struct CrazyflieStatistics {
     #[serde(rename = "receive_latency_ns", with = "nanoseconds")]
     pub receive_latency: Duration,
@@ -155,28 +120,4 @@ pub struct CrazyflieStatistics {
     pub clocks_hz: [u64; 3],
     pub accesses_without_clock: u64,
     pub unknown: Vec<u32>,
-}
-
-impl From<chips::Statistics> for CrazyflieStatistics {
-    fn from(s: chips::Statistics) -> Self {
-        CrazyflieStatistics {
-            receive_latency: Duration::from_nanos(s.receive_latency.nanos()),
-            overruns: s.overruns,
-            framing_errors: s.framing_errors,
-            peer_received: s.peer_received,
-            peer_framing_errors: s.peer_framing_errors,
-            peer_bad_checksums: s.peer_bad_checksums,
-            peer_dropped: s.peer_dropped,
-            peer_overruns: s.peer_overruns,
-            peer_unsent: s.peer_unsent,
-            radio_unheard: s.radio_unheard,
-            radio_overflown: s.radio_overflown,
-            radio_cut: s.radio_cut,
-            link_lost: s.link_lost,
-            link_corrupted: s.link_corrupted,
-            clocks_hz: s.clocks_hz,
-            accesses_without_clock: s.accesses_without_clock,
-            unknown: s.unknown,
-        }
-    }
 }

@@ -11,7 +11,7 @@ use bittybuzz_emulation::{Machine, Pause};
 use self::programs::{CODE, Program};
 use crate::core::{FLASH, SRAM};
 
-type Robot<'a> = crate::robot::Robot<'a, bittybuzz_chips::Crazyflie>;
+type Robot<'a> = crate::robot::Robot<'a, bittybuzz_crazyflie_board::Crazyflie>;
 
 const STACK: u32 = SRAM + 0x1_0000;
 const APPLICATION: u32 = FLASH + 0x4000;

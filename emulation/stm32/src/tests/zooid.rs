@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use bittybuzz_chips::Zooid;
 use bittybuzz_emulation::Machine;
+use bittybuzz_zooids_board::Zooid;
 
 use crate::core::{FLASH, SRAM};
 use crate::robot::Robot;

@@ -50,8 +50,8 @@ enum Tests {
         behaviours: &'static [&'static str],
         programs: &'static [&'static str],
     },
-    /// The tests of the package with the mistake.
-    OfPackage(&'static str),
+    /// The tests of the packages that the mistakes are in, and of those built from them.
+    OfPackages(&'static [&'static str]),
 }
 
 const SUBJECTS: &[Subject] = &[
@@ -122,7 +122,12 @@ const SUBJECTS: &[Subject] = &[
     Subject {
         name: "models",
         mutants: models::MUTANTS,
-        tests: Tests::OfPackage("bittybuzz-chips"),
+        tests: Tests::OfPackages(&[
+            "bittybuzz-chips",
+            "bittybuzz-crazyflie-board",
+            "bittybuzz-kilobot-board",
+            "bittybuzz-zooids-board",
+        ]),
         sample: &["edges-exchanged", "eeprom-unlocked", "detector-always-live"],
     },
 ];
@@ -208,9 +213,12 @@ impl Tests {
                     .env(variable, &image.display().to_string())
                     .env("BITTYBUZZ_BEHAVIOURS", &images.display().to_string())
             }
-            Tests::OfPackage(package) => cargo_test(&["--package", package])
-                .env("CARGO_TARGET_DIR", &folder.join("models").display().to_string())
-                .in_workspace(&copy.display().to_string()),
+            Tests::OfPackages(packages) => {
+                let packages = packages.iter().flat_map(|package| ["--package", package]);
+                cargo_test(&packages.collect::<Vec<_>>())
+                    .env("CARGO_TARGET_DIR", &folder.join("models").display().to_string())
+                    .in_workspace(&copy.display().to_string())
+            }
         };
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
         // A test that fails is a result. Tests that cannot be built are none.

@@ -5,8 +5,8 @@
 //! two pins that the radio's processor drives and decides who runs, resets the two ports and sets VTOR. It needs about 3 ms on
 //! the chip, most of them for the crystal; here it takes no time.
 
-use crate::f405::F405;
-use crate::{Loader, Random, Width};
+use bittybuzz_chips::f405::F405;
+use bittybuzz_chips::{Loader, Random, Width};
 
 /// First address of the flash sector after the bootloader, where the firmware begins.
 pub(crate) const FIRMWARE: u32 = 0x0800_4000;

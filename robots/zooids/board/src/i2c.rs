@@ -1,8 +1,9 @@
 //! The bus of touch controller and motion sensor: both have registers, and a pointer that the first byte of a write sets.
 
+use bittybuzz_chips::Time;
+
 use super::motion::Motion;
 use super::touch::Touch;
-use crate::Time;
 
 /// A chip with registers.
 pub(super) trait Device {

@@ -2,8 +2,9 @@
 
 use std::collections::HashSet;
 
+use bittybuzz_chips::{Air, LOOKAHEAD, Sender};
+
 use super::*;
-use crate::air::{Air, LOOKAHEAD, Sender};
 
 const RCC: u32 = 0x4002_1000;
 const FLASH_ACR: u32 = 0x4002_2000;

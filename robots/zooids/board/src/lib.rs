@@ -1,5 +1,6 @@
 //! The board of a Zooid (PCB version 1.3): an STM32F051, an nRF24L01+, photodiodes, touch, motion sensor, LED, motors.
 
+mod control;
 mod i2c;
 mod motion;
 mod projector;
@@ -7,17 +8,17 @@ mod projector;
 mod tests;
 mod touch;
 
+use bittybuzz_chips::f051::{Action, F051, FLASH_SIZE, Signal};
+use bittybuzz_chips::nrf24::{Nrf24, PowerDetector, RadioStatistics, SPI_LIMIT_HZ, Transmission};
+use bittybuzz_chips::stm32::{Pin, Pwm};
+use bittybuzz_chips::{
+    Board, Chip, CoreKind, Event, FlashChange, HardwareError, Heard, Led, Lines, Memory, MemoryMap,
+    ResetCause, Start, Time, Transfer, Width,
+};
+
 use self::i2c::Devices;
 use self::projector::Diodes;
 pub use self::projector::{Light, STEP_MM, TablePose};
-use crate::board::{Board, CoreKind, MemoryMap, Start};
-use crate::f051::{Action, F051, FLASH_SIZE, Signal};
-use crate::nrf24::{Nrf24, PowerDetector, RadioStatistics, SPI_LIMIT_HZ, Transmission};
-use crate::stm32::{Pin, Pwm};
-use crate::{
-    Chip, Event, FlashChange, HardwareError, Heard, Led, Lines, Memory, ResetCause, Time, Transfer,
-    Width,
-};
 
 const A: usize = 0;
 const B: usize = 1;

@@ -3,8 +3,7 @@
 //! A frame is 41 patterns of 333 µs: black, ten bits of x, ten of y, the most significant first, and twenty times white
 //! (TI DLP LightCrafter 4500 as SwarmUI sets it up; the values were decoded from its bitmaps).
 
-use crate::Time;
-use crate::random::Random;
+use bittybuzz_chips::{Random, Time};
 
 /// Patterns of a frame, and how long each is shown.
 pub(super) const PATTERNS: u32 = 41;

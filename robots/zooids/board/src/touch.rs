@@ -1,7 +1,8 @@
 //! AT42QT1070 touch controller on I2C (data sheet; SwarmUI's qt1070.c).
 
+use bittybuzz_chips::Time;
+
 use super::i2c::Device;
-use crate::Time;
 
 const CHIP_ID: u8 = 0;
 const DETECTION_STATUS: u8 = 2;

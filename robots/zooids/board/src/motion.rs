@@ -1,8 +1,9 @@
 //! LSM6DS3 accelerometer and gyroscope on I2C (data sheet DocID026899): identity, output rates, and what a robot that
 //! drives on a level table measures. No taps, no tilt, no FIFO, no noise.
 
+use bittybuzz_chips::Time;
+
 use super::i2c::Device;
-use crate::Time;
 
 const WHO_AM_I: u8 = 0x0f;
 const CTRL1_XL: u8 = 0x10;

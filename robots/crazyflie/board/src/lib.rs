@@ -1,14 +1,19 @@
 //! The board of a Crazyflie 2: an STM32F405, an nRF51822, LEDs and motors.
 
-use crate::board::{Board, CoreKind, MemoryMap, Start};
-use crate::bootloader::{self, FIRMWARE};
-use crate::f405::F405;
-use crate::nrf51::{BAUD, Nrf51, Output};
-use crate::stm32::{Pin, Pwm};
-use crate::{
-    Battery, Event, Frame, Led, Lines, Link, Memory, Nrf51Settings, P2pFrame, Pose, Random,
-    ResetCause, Time, Width,
+mod bootloader;
+mod control;
+#[cfg(test)]
+mod tests;
+
+use bittybuzz_chips::f405::F405;
+use bittybuzz_chips::nrf51::{BAUD, Nrf51, Output};
+use bittybuzz_chips::stm32::{Pin, Pwm};
+use bittybuzz_chips::{
+    Battery, Board, Chip, CoreKind, Event, Frame, Led, Lines, Link, Memory, MemoryMap,
+    Nrf51Settings, P2pFrame, Pose, Random, ResetCause, Start, Time, Width,
 };
+
+use crate::bootloader::FIRMWARE;
 
 /// Port, pin, whether it shines when the pin is high.
 const LEDS: [(Led, usize, u8, bool); 5] = [
@@ -54,26 +59,6 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Settings { unique_id: *b"\x2a\x00\x1b\x00CF21-001", device_type: "0;CF21".into() }
-    }
-}
-
-/// The properties of a robot's STM32 that differ from chip to chip, or that the manual leaves open.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Chip {
-    /// Frequency of the oscillator LSI in Hz, which the watchdog counts: 17,000 to 47,000 for an STM32F405 (data sheet DS8626).
-    pub lsi_hz: u64,
-    /// False if the crystal never oscillates.
-    pub has_crystal: bool,
-    /// The content of the RAM after a reset, and of the backup registers after a power-on.
-    pub memory: Memory,
-    /// A debugger has control of the core.
-    pub is_debugged: bool,
-}
-
-impl Default for Chip {
-    /// The data sheet's typical values.
-    fn default() -> Self {
-        Chip { lsi_hz: 32_000, has_crystal: true, memory: Memory::Kept, is_debugged: false }
     }
 }
 
@@ -298,7 +283,8 @@ impl Crazyflie {
         self.next_chip = chip;
     }
 
-    /// From the next reset on the one-time programmable memory, of [`OTP`](crate::OTP) bytes, holds these and is erased after them.
+    /// From the next reset on the one-time programmable memory, of [`OTP`](bittybuzz_chips::f405::OTP) bytes, holds these
+    /// and is erased after them.
     pub fn set_otp(&mut self, content: Vec<u8>) {
         self.next_otp = Some(content);
     }
@@ -457,7 +443,3 @@ impl Board for Crazyflie {
         std::mem::take(&mut self.events)
     }
 }
-
-#[cfg(test)]
-#[path = "crazyflie_tests.rs"]
-mod tests;

@@ -1,7 +1,8 @@
 //! The board, by the registers that a firmware writes.
 
+use bittybuzz_chips::HardwareError;
+
 use super::*;
-use crate::HardwareError;
 
 const RCC: u32 = 0x4002_3800;
 const FLASH_ACR: u32 = 0x4002_3c00;
@@ -140,19 +141,23 @@ fn a_wrong_baud_rate_or_pin_is_not_understood() {
     for divider in [80, 88] {
         let mut board = board();
         start_usart(&mut board, divider);
-        assert_eq!(talk(&mut board, &channel, Time::from_millis(10)), []);
+        assert_eq!(talk(&mut board, &channel, Time::from_millis(10)), [0_u8; 0]);
     }
     for (register, value) in [(GPIOC, 2 << 14), (GPIOC + 0x20, 7 << 24 | 8 << 28)] {
         let mut board = board();
         start_usart(&mut board, 84);
         write(&mut board, register, value);
-        assert_eq!(talk(&mut board, &channel, Time::from_millis(10)), []);
+        assert_eq!(talk(&mut board, &channel, Time::from_millis(10)), [0_u8; 0]);
         assert_eq!(board.statistics().peer_received, 0);
     }
     let mut board = board();
     start_usart(&mut board, 84);
     write(&mut board, GPIOC + 0x20, 8 << 24);
-    assert_eq!(talk(&mut board, &channel, Time::from_millis(10)), [], "PC7 is not connected");
+    assert_eq!(
+        talk(&mut board, &channel, Time::from_millis(10)),
+        [0_u8; 0],
+        "PC7 is not connected"
+    );
     assert_eq!(board.statistics().peer_received, 7);
 }
 

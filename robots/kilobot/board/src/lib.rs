@@ -8,13 +8,14 @@ mod infrared;
 
 use std::collections::VecDeque;
 
-pub use self::infrared::{Amplitude, DIAMETER_MM, infrared_checksum};
-use self::infrared::{Decoder, Heard, is_intact, tables};
-use crate::atmega328p::{
+use bittybuzz_chips::atmega328p::{
     Atmega328p, B, BOOT_SECTION, C, Change, D, EEPROM_SIZE, Mistake, Sample, Sent, Signal, Sleep,
 };
-use crate::random::Random;
-use crate::{Event, HardwareError, Memory, ResetCause, Time};
+use bittybuzz_chips::{Event, HardwareError, Memory, Random, ResetCause, Time};
+use bittybuzz_emulation::message;
+
+pub use self::infrared::{Amplitude, DIAMETER_MM, infrared_checksum};
+use self::infrared::{Decoder, Heard, is_intact, tables};
 
 /// OSCCAL at which an oscillator runs right, and as a reset leaves it: one step beside. A choice.
 const BEST_OSCCAL: u8 = 0x9c;
@@ -599,5 +600,19 @@ fn thermometer(celsius: f64) -> f64 {
         at_middle - (middle - celsius) * (at_middle - at_cold) / (middle - cold)
     } else {
         at_middle + (celsius - middle) * (at_hot - at_middle) / (hot - middle)
+    }
+}
+
+impl From<KilobotStatistics> for message::KilobotStatistics {
+    fn from(s: KilobotStatistics) -> Self {
+        message::KilobotStatistics {
+            infrared_sent: s.sent,
+            infrared_aborted: s.aborted,
+            infrared_arrived: s.arrived,
+            infrared_damaged: s.damaged,
+            infrared_collided: s.collided,
+            pulses_unheard: s.unheard,
+            unknown: s.unknown,
+        }
     }
 }

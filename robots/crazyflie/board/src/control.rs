@@ -1,0 +1,156 @@
+//! Commands that a Crazyflie obeys, and its counters in messages.
+
+use std::time::Duration;
+
+use bittybuzz_chips::f405::OTP;
+use bittybuzz_chips::{
+    Battery, Chip, Frame, Link, Nrf51Settings, P2pFrame, Pose, ResetCause, Time,
+};
+use bittybuzz_emulation::message::{self, BoardStatistics, Command, CrazyflieStatistics};
+use bittybuzz_emulation::{Control, Refusal, lsi, probability};
+
+use crate::{Crazyflie, Statistics};
+
+impl Control for Crazyflie {
+    const NAME: &'static str = "Crazyflie";
+
+    fn obey(&mut self, command: Command) -> Result<(), Refusal> {
+        match command {
+            Command::Send { kind, payload } => {
+                let length = payload.len();
+                let frame = Frame::new(kind, payload).ok_or(Refusal::FrameTooLong(length))?;
+                self.send(&frame);
+            }
+            Command::P2p { at, port, rssi, payload } => {
+                let length = payload.len();
+                let frame = P2pFrame::new(port, rssi, payload);
+                let frame = frame.ok_or(Refusal::P2pTooLong(length))?;
+                let end = Time::from_nanos(u64::try_from(at.as_nanos()).unwrap_or(u64::MAX));
+                Crazyflie::hear(self, &frame, end);
+            }
+            Command::Pose { x_mm, y_mm, z_mm, yaw_degrees } => {
+                self.tell_pose(Pose { position_mm: [x_mm, y_mm, z_mm], yaw_degrees });
+            }
+            Command::Bytes { bytes } => self.send_bytes(&bytes),
+            Command::Link { lose, corrupt, seed } => {
+                let (lose, corrupt) = (probability(lose)?, probability(corrupt)?);
+                self.set_link(Link { lose, corrupt, seed });
+            }
+            Command::RadioProcessor { ready, rts_bytes, ble_shutdown_us, ble_masks } => {
+                let most = Nrf51Settings::MOST_RTS_BYTES;
+                if !(1..=most).contains(&rts_bytes) {
+                    return Err(Refusal::RtsBytes { most, value: rts_bytes });
+                }
+                if ble_shutdown_us > 1_000_000 {
+                    return Err(Refusal::BleShutdown(ble_shutdown_us));
+                }
+                let ble_shutdown = Time::from_micros(ble_shutdown_us);
+                let knows_ready = ready;
+                self.set_nrf51(Nrf51Settings { knows_ready, rts_bytes, ble_shutdown, ble_masks });
+            }
+            Command::RadioRestart => self.restart_nrf51(),
+            Command::FlowControl { full } => self.set_flow_control(full),
+            Command::Battery { volts, charging, usb_powered } => {
+                self.set_battery(Battery { volts, charging, usb_powered });
+            }
+            Command::Shutdown => self.request_shutdown(),
+            Command::Chip { lsi_hz, crystal, memory, seed, debugger } => {
+                let lsi_hz = lsi(17_000..=47_000, lsi_hz)?;
+                let memory = bittybuzz_emulation::memory(memory, seed);
+                let (has_crystal, is_debugged) = (crystal, debugger);
+                self.set_chip(Chip { lsi_hz, has_crystal, memory, is_debugged });
+            }
+            Command::Otp { bytes } if bytes.len() > OTP => return Err(Refusal::Otp(bytes.len())),
+            Command::Otp { bytes } => self.set_otp(bytes),
+            Command::Reset { cause } => self.request_reset(match cause {
+                message::ResetCause::PowerOn => ResetCause::PowerOn,
+                message::ResetCause::BrownOut => ResetCause::BrownOut,
+                message::ResetCause::Pin => ResetCause::Pin,
+                message::ResetCause::Software => ResetCause::Software,
+            }),
+            _ => return Err(Refusal::OtherRobot(Self::NAME)),
+        }
+        Ok(())
+    }
+
+    fn counted(&self) -> BoardStatistics {
+        BoardStatistics::Crazyflie(self.statistics().into())
+    }
+}
+
+impl From<Statistics> for CrazyflieStatistics {
+    fn from(s: Statistics) -> Self {
+        CrazyflieStatistics {
+            receive_latency: Duration::from_nanos(s.receive_latency.nanos()),
+            overruns: s.overruns,
+            framing_errors: s.framing_errors,
+            peer_received: s.peer_received,
+            peer_framing_errors: s.peer_framing_errors,
+            peer_bad_checksums: s.peer_bad_checksums,
+            peer_dropped: s.peer_dropped,
+            peer_overruns: s.peer_overruns,
+            peer_unsent: s.peer_unsent,
+            radio_unheard: s.radio_unheard,
+            radio_overflown: s.radio_overflown,
+            radio_cut: s.radio_cut,
+            link_lost: s.link_lost,
+            link_corrupted: s.link_corrupted,
+            clocks_hz: s.clocks_hz,
+            accesses_without_clock: s.accesses_without_clock,
+            unknown: s.unknown,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bittybuzz_chips::Board;
+
+    use super::*;
+
+    fn refusal(line: &str) -> String {
+        let command = message::parse(line.as_bytes()).expect("a command");
+        match Crazyflie::power_on(0).obey(command) {
+            Ok(()) => "obeyed".into(),
+            Err(refusal) => refusal.to_string(),
+        }
+    }
+
+    #[test]
+    fn a_crazyflie_obeys_what_it_has_and_refuses_the_rest() {
+        for line in [
+            r#"{"command":"touch","keys":1}"#,
+            r#"{"command":"power_detector","reading":"latched"}"#,
+            r#"{"command":"power","on":false}"#,
+            r#"{"command":"deaf","to":[]}"#,
+        ] {
+            let refused = refusal(line);
+            assert!(refused.contains("a Crazyflie has no such thing"), "{refused}");
+        }
+        for (line, answer) in [
+            (r#"{"command":"chip"}"#, "obeyed"),
+            (
+                r#"{"command":"chip","lsi_hz":17000,"crystal":false,"memory":"noise","seed":3}"#,
+                "obeyed",
+            ),
+            (r#"{"command":"chip","lsi_hz":47001}"#, "between 17000 and 47000, not 47001"),
+            (r#"{"command":"reset","cause":"brown_out"}"#, "obeyed"),
+            (r#"{"command":"otp","bytes":"303b43463231"}"#, "obeyed"),
+            (&format!(r#"{{"command":"otp","bytes":"{}"}}"#, "00".repeat(513)), "has 512"),
+            (r#"{"command":"radio_processor"}"#, "obeyed"),
+            (
+                r#"{"command":"radio_processor","ready":false,"rts_bytes":4,"ble_shutdown_us":0,"ble_masks":true}"#,
+                "obeyed",
+            ),
+            (r#"{"command":"radio_processor","rts_bytes":5}"#, "between 1 and 4, not 5"),
+            (
+                r#"{"command":"radio_processor","ble_shutdown_us":1000001}"#,
+                "at most 1000000, not 1000001",
+            ),
+            (r#"{"command":"radio_restart"}"#, "obeyed"),
+        ] {
+            let answered = refusal(line);
+            assert!(answered.contains(answer), "{line}: {answered}");
+        }
+    }
+}
