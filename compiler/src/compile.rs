@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use bittybuzz_robot_spec::Robot;
+use bittybuzz_vm_core::hash::fnv_1a_from;
 use bittybuzz_vm_core::message;
 
 use crate::check::{self, robots::Robots};
@@ -85,11 +86,9 @@ pub fn compile_parsed(parsed: Parsed, options: &Options) -> Compiled {
     Compiled { image, symbols, diagnostics, sources }
 }
 
-/// Names a script, its profile and the version of the messages: two more steps of the FNV-1a hash of the tokens.
+/// Names a script, its profile and the version of the messages: two more bytes of the FNV-1a hash of the tokens.
 pub fn script_hash(token_hash: u32, profile: Profile) -> u32 {
-    [u8::from(profile == Profile::Full), message::VERSION]
-        .iter()
-        .fold(token_hash, |hash, byte| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193))
+    fnv_1a_from(token_hash, &[u8::from(profile == Profile::Full), message::VERSION])
 }
 
 fn write(generated: &Generated) -> Result<Image, Diagnostic> {

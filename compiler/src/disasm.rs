@@ -6,10 +6,10 @@ use std::fmt::Write as _;
 
 use bittybuzz_vm_core::builtin::{self, Feature, Library};
 use bittybuzz_vm_core::class;
+use bittybuzz_vm_core::hash::name_hash;
 use bittybuzz_vm_core::image::{
     ALL_CLASSES, CAPTURES, EntryPoint, Header, Image, PARAMETERS, USES_SELF,
 };
-use bittybuzz_vm_core::link::name_hash;
 use bittybuzz_vm_core::number::{Full, Profile as _, Tiny};
 use bittybuzz_vm_core::opcode::{self, DROP_RESULT, Decoded, Operand, Trailer};
 

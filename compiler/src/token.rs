@@ -1,5 +1,7 @@
 //! Tokens: what the lexer makes of the text and the parser reads.
 
+use bittybuzz_vm_core::hash::{fnv_1a, fnv_1a_from};
+
 use crate::source::Span;
 
 /// What stands between a token and the one before it, apart from blanks and comments.
@@ -172,65 +174,38 @@ impl TokenKind {
 ///
 /// The one separator that changes what a script means, a `;` after `return`, is part of it.
 pub fn hash_tokens(tokens: &[Token]) -> u32 {
-    let mut hash = Fnv1a::default();
+    let mut hash = fnv_1a(&[]);
     let mut after_return = false;
     for token in tokens {
         if after_return && token.separation == Separation::Semicolon {
-            hash.add(b";");
+            hash = fnv_1a_from(hash, b";");
         }
         after_return = token.kind == TokenKind::Fixed(Fixed::Return);
-        match &token.kind {
-            TokenKind::Name(name) => hash.add_tagged(1, name.as_bytes()),
-            TokenKind::Int(value) => hash.add_tagged(2, &value.to_le_bytes()),
-            TokenKind::Float(value) => hash.add_tagged(3, &value.to_bits().to_le_bytes()),
-            TokenKind::Str(text) => hash.add_tagged(4, text.as_bytes()),
-            TokenKind::Fixed(fixed) => hash.add_tagged(5, fixed.text().as_bytes()),
+        hash = match &token.kind {
+            TokenKind::Name(name) => tagged(hash, 1, name.as_bytes()),
+            TokenKind::Int(value) => tagged(hash, 2, &value.to_le_bytes()),
+            TokenKind::Float(value) => tagged(hash, 3, &value.to_bits().to_le_bytes()),
+            TokenKind::Str(text) => tagged(hash, 4, text.as_bytes()),
+            TokenKind::Fixed(fixed) => tagged(hash, 5, fixed.text().as_bytes()),
             TokenKind::Include(_)
             | TokenKind::FileStart
             | TokenKind::FileEnd
-            | TokenKind::Error => {}
-        }
+            | TokenKind::Error => hash,
+        };
     }
-    hash.0
+    hash
 }
 
-/// The 32-bit FNV-1a hash.
-struct Fnv1a(u32);
-
-impl Default for Fnv1a {
-    fn default() -> Self {
-        Fnv1a(0x811c_9dc5)
-    }
-}
-
-impl Fnv1a {
-    fn add(&mut self, bytes: &[u8]) {
-        for byte in bytes {
-            self.0 = (self.0 ^ u32::from(*byte)).wrapping_mul(0x0100_0193);
-        }
-    }
-
-    /// The length keeps neighbouring values apart: `"ab" "c"` is not `"a" "bc"`.
-    fn add_tagged(&mut self, tag: u8, bytes: &[u8]) {
-        self.add(&[tag]);
-        self.add(&(bytes.len() as u32).to_le_bytes());
-        self.add(bytes);
-    }
+/// Continues a hash with a value. The length keeps neighbouring values apart: `"ab" "c"` is not `"a" "bc"`.
+fn tagged(hash: u32, tag: u8, bytes: &[u8]) -> u32 {
+    let hash = fnv_1a_from(hash, &[tag]);
+    let hash = fnv_1a_from(hash, &(bytes.len() as u32).to_le_bytes());
+    fnv_1a_from(hash, bytes)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn fnv1a_gives_the_published_test_vectors() {
-        for (text, expected) in [("", 0x811c_9dc5), ("a", 0xe40c_292c), ("foobar", 0xbf9c_f968_u32)]
-        {
-            let mut hash = Fnv1a::default();
-            hash.add(text.as_bytes());
-            assert_eq!(hash.0, expected, "{text:?}");
-        }
-    }
 
     #[test]
     fn keywords_are_those_of_the_language() {

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use bittybuzz_testkit::{Answer, Argument, Call, Event, Recorder};
-use bittybuzz_vm_core::link::name_hash;
+use bittybuzz_vm_core::hash::name_hash;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
     ByteCode, Entry, Fault, Image, ImageError, Outcome, Refusal, RobotFault, Torture, Type, Vm,

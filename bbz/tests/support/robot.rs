@@ -29,7 +29,7 @@ impl<P: Profile> Host<P> for Robot {
         arguments: Arguments<'_, P, C, N>,
         _again: bool,
     ) -> Result<Reply<P>, RobotFault> {
-        let is_led = function == bittybuzz_vm_core::link::name_hash("led");
+        let is_led = function == bittybuzz_vm_core::hash::name_hash("led");
         if is_led && !(1..=2).contains(&arguments.count()) {
             return Err(RobotFault::Refused(Refusal::ArgumentCount));
         }

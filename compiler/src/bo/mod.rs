@@ -38,6 +38,8 @@ mod structure;
 use std::fmt;
 use std::path::Path;
 
+use bittybuzz_vm_core::hash::fnv_1a;
+
 use crate::codes::Code;
 use crate::compile::{Compiled, Options, compile_parsed};
 use crate::parser::Parsed;
@@ -103,7 +105,7 @@ pub fn import(
             script: recovered.script,
             sources,
             diagnostics: Vec::new(),
-            token_hash: fnv1a(bytes),
+            token_hash: fnv_1a(bytes),
             strings: recovered.strings,
         },
         options,
@@ -169,9 +171,4 @@ impl ScriptPlaces<'_> {
             }
         }
     }
-}
-
-/// The 32-bit FNV-1a hash.
-fn fnv1a(bytes: &[u8]) -> u32 {
-    bytes.iter().fold(0x811c_9dc5, |hash, byte| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193))
 }

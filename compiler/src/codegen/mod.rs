@@ -19,8 +19,8 @@ mod own_strings;
 use std::collections::{BTreeMap, BTreeSet};
 
 use bittybuzz_vm_core::builtin::{self, Feature, Library};
+use bittybuzz_vm_core::hash::name_hash;
 use bittybuzz_vm_core::image::EntryPoint;
-use bittybuzz_vm_core::link::name_hash;
 
 use crate::check::names::{Meaning, Meanings};
 use crate::check::tree::{FunctionId, NameId, Program};

@@ -34,7 +34,7 @@ fn a_whole_image_by_hand() {
     let script = "t = { .a = 1 }\nfunction step() { led(t.b) }\nf = step";
     let (bytes, symbols) = image(script, TINY);
     let hash = symbols.script_hash.to_le_bytes();
-    let led = bittybuzz_vm_core::link::name_hash("led").to_le_bytes();
+    let led = bittybuzz_vm_core::hash::name_hash("led").to_le_bytes();
     let expected = [
         &[0xb5, 0x02, 0x00][..],
         &hash,

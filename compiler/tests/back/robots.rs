@@ -2,8 +2,8 @@
 
 use bittybuzz_compiler::compile::{Compiled, Options};
 use bittybuzz_robot_files::all_shipped;
+use bittybuzz_vm_core::hash::name_hash;
 use bittybuzz_vm_core::image::Image;
-use bittybuzz_vm_core::link::name_hash;
 
 use crate::machine::{FULL, TINY, build_for, build_with, image, listing, output, run};
 

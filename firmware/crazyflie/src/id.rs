@@ -2,7 +2,8 @@
 
 use core::hint::black_box;
 
-use bittybuzz_runtime::id::{self, Id};
+use bittybuzz_runtime::id::Id;
+use bittybuzz_vm_core::hash::fnv_1a;
 use embassy_stm32::uid;
 
 use crate::robot::ID_ADDRESS;
@@ -15,5 +16,5 @@ pub fn find() -> Id {
 
 /// A hash of the chip's unique id.
 pub fn chip() -> u32 {
-    id::hash(&uid::uid())
+    fnv_1a(&uid::uid())
 }

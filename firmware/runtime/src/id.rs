@@ -10,7 +10,7 @@ pub enum Id {
 }
 
 impl Id {
-    /// Of a robot with this in the flash of its id, and a chip of this hash.
+    /// Returns the id of a robot with these words in the flash of its id, on a chip whose unique id has this hash.
     pub const fn new(in_flash: [u16; 2], chip: u32) -> Self {
         match written(in_flash) {
             Some(id) => Id::Assigned(id),
@@ -32,23 +32,9 @@ pub const fn written([number, complement]: [u16; 2]) -> Option<u16> {
     if number == !complement { Some(number) } else { None }
 }
 
-/// A hash of a chip's unique id: 32-bit FNV-1a.
-pub fn hash(unique_id: &[u8]) -> u32 {
-    let of_byte = |hash: u32, byte: &u8| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193);
-    unique_id.iter().fold(0x811c_9dc5, of_byte)
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{Id, hash, written};
-
-    /// Vectors of the hash's authors.
-    #[test]
-    fn fnv_1a() {
-        assert_eq!(hash(b""), 0x811c_9dc5);
-        assert_eq!(hash(b"a"), 0xe40c_292c);
-        assert_eq!(hash(b"foobar"), 0xbf9c_f968);
-    }
+    use super::{Id, written};
 
     #[test]
     fn erased_flash_holds_no_number() {

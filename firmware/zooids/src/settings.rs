@@ -2,7 +2,8 @@
 
 use core::hint::black_box;
 
-use bittybuzz_runtime::id::{Id, hash, written};
+use bittybuzz_runtime::id::{Id, written};
+use bittybuzz_vm_core::hash::fnv_1a;
 use embassy_stm32::uid;
 
 use crate::robot::{ID_ADDRESS, SETTINGS_ADDRESS};
@@ -14,7 +15,7 @@ pub fn id() -> Id {
 
 /// A hash of the chip's unique id.
 pub fn chip() -> u32 {
-    hash(&uid::uid())
+    fnv_1a(&uid::uid())
 }
 
 /// The setting with this place in its region, if it has a value.

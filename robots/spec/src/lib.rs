@@ -70,7 +70,7 @@ use std::path::Path;
 
 use bittybuzz_toml_reader::file;
 use bittybuzz_vm_core::Parts;
-pub use bittybuzz_vm_core::link::name_hash;
+pub use bittybuzz_vm_core::hash::name_hash;
 pub use body::{Body, Drive};
 pub use call::{accepted_lists, accepting, idle_result};
 pub use effect::{Amount, Assignment, Effect, Quantity};

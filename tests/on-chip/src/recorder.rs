@@ -3,7 +3,7 @@
 //! It runs on microcontrollers without an allocator, so it keeps a checksum and not, like `bittybuzz-testkit`, the
 //! values.
 
-use bittybuzz_vm_core::link::name_hash;
+use bittybuzz_vm_core::hash::name_hash;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
     Arguments, Axis, ByteCode, Host, Item, Refusal, Reply, RobotFault, Text, Value,

@@ -48,7 +48,7 @@ const COMPILER: &[&str] = &[
     "robots/",
     "vm-core/src/builtin.rs",
     "vm-core/src/image.rs",
-    "vm-core/src/link.rs",
+    "vm-core/src/hash.rs",
     "vm-core/src/number/",
     "vm-core/src/opcode.rs",
     "vm-core/src/rom.rs",

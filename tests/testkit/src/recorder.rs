@@ -4,7 +4,7 @@ use std::fmt;
 use std::rc::Rc;
 
 use bittybuzz_compiler::symbols::Symbols;
-use bittybuzz_vm_core::link::name_hash;
+use bittybuzz_vm_core::hash::name_hash;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
     Arguments, Axis, ByteCode, Calls, Fault, Host, Item, Periods, Reply, RobotFault, Sighting,

@@ -14,6 +14,7 @@ use super::Vm;
 use super::swarms::NEWS;
 use crate::builtin::Feature;
 use crate::bytecode::ByteCode;
+use crate::hash::fnv_1a;
 use crate::host::Host;
 use crate::message::frame::Frame;
 use crate::message::{Entry, Swarms};
@@ -298,8 +299,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 fn hash<P: Profile>(entry: &Entry<P>, digest: u16) -> u32 {
     let mut frame = Frame::EMPTY;
     let _ = frame.put_entry(entry, digest);
-    let add = |hash: u32, byte: &u8| (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193);
-    let hash = frame.bytes_mut().iter().fold(0x811c_9dc5_u32, add);
+    let hash = fnv_1a(frame.bytes_mut());
     // Products carry upwards only: the lower bits alone would mix badly.
     hash ^ hash >> 15
 }

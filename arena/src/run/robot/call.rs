@@ -1,7 +1,7 @@
 //! Robot functions: arguments are checked as on the robot, then the body carries them out.
 
 use bittybuzz_robot_spec::{accepted_lists, accepting, idle_result};
-use bittybuzz_vm_core::link::name_hash;
+use bittybuzz_vm_core::hash::name_hash;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{Arguments, ByteCode, Item, Refusal, Reply, RobotFault, Value};
 

@@ -1,6 +1,6 @@
 //! Functions of the Crazyflie, and the pilot that carries them out between two calls.
 
-use bittybuzz_vm_core::link::name_hash;
+use bittybuzz_vm_core::hash::name_hash;
 
 use crate::engine::{Pose, Side, wrap};
 use crate::robots::crazyflie::{Flight, Velocity};

@@ -1,6 +1,6 @@
 //! Functions of the Kilobot.
 
-use bittybuzz_vm_core::link::name_hash;
+use bittybuzz_vm_core::hash::name_hash;
 
 use crate::robots::kilobot::KilobotMotors;
 

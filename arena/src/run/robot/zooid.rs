@@ -1,6 +1,6 @@
 //! Functions of the Zooid.
 
-use bittybuzz_vm_core::link::name_hash;
+use bittybuzz_vm_core::hash::name_hash;
 
 use bittybuzz_motion::drive::{Goal, Wheels};
 use bittybuzz_motion::units;

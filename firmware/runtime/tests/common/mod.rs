@@ -15,7 +15,7 @@ use bittybuzz_compiler::include::{DiskFiles, Loader};
 use bittybuzz_runtime::liveness::Liveness;
 use bittybuzz_runtime::script::{Console, Counts, Robot, Script, Stopped};
 use bittybuzz_runtime::setpoint::{Channel, Motors, Writer};
-use bittybuzz_vm_core::link::name_hash;
+use bittybuzz_vm_core::hash::name_hash;
 use bittybuzz_vm_core::number::Full;
 use bittybuzz_vm_core::{Arguments, Axis, ByteCode, Reply, RobotFault, Sighting, Sizes, Value};
 use embassy_time::{Duration, Instant, MockDriver};
