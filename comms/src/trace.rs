@@ -199,10 +199,8 @@ pub fn log<P: Profile, C: ByteCode, const SLOTS: usize>(
             Argument::Function => put(&mut record, &[FUNCTION]),
             Argument::String(text) => match text.number() {
                 Some(number) => put_item(&mut record, STRING, &number.to_le_bytes()),
-                // There are none.
-                #[cfg(not(feature = "strings"))]
-                None => put(&mut record, &[REST]),
-                #[cfg(feature = "strings")]
+                // The tiny profile has none.
+                None if !P::FULL => put(&mut record, &[REST]),
                 None => {
                     let length = text.bytes().count();
                     let kept = length.min(room - 2);

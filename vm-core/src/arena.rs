@@ -191,7 +191,6 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// Puts a number up to 254 in place of a slot's tag. A function on its own for the same reason as [`Value::marked`].
-    #[cfg(feature = "swarm")]
     #[inline(never)]
     pub(crate) fn set_tag(&mut self, at: usize, number: u8) {
         self.slots.set_tag(at, Tag::of(number));

@@ -2,7 +2,7 @@
 
 use crate::network::Sizes;
 use crate::number::Profile;
-use crate::part::Parts;
+use crate::part::{Part, Parts};
 
 /// Read-only bytes: an image in memory or in flash.
 ///
@@ -35,7 +35,8 @@ pub trait ByteCode: Copy {
     /// Byte `at` of the machine's own tables, [`Profile::ROM`].
     #[inline(always)]
     fn rom<P: Profile>(at: usize) -> u8 {
-        match P::ROM.get(at) {
+        let tables = if Self::PARTS.has(Part::Maths) { P::ROM } else { P::ROM_WITHOUT_MATHS };
+        match tables.get(at) {
             Some(byte) => *byte,
             None => 0,
         }

@@ -116,7 +116,6 @@ pub enum Item<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
 
 /// A string, as a robot function sees it.
 pub struct Text<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
-    #[cfg_attr(not(feature = "strings"), allow(dead_code, reason = "only text needs it"))]
     script: View<'a, P, C, SLOTS>,
     value: Value<P>,
 }
@@ -157,7 +156,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Text<'_, P, C, SLOTS> {
     }
 
     /// Its bytes; none for a constant whose text is not in the image.
-    #[cfg(feature = "strings")]
     pub fn bytes(&self) -> impl Iterator<Item = u8> {
         self.script.text_bytes(self.value)
     }

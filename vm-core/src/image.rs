@@ -5,10 +5,8 @@
 
 use crate::builtin;
 use crate::bytecode::ByteCode;
-#[cfg(feature = "swarm")]
 use crate::number::Profile;
 use crate::opcode::Operand;
-#[cfg(feature = "swarm")]
 use crate::value::{Tag, Value};
 
 /// First byte of every image.
@@ -497,7 +495,6 @@ impl<'a, C: ByteCode> Verified<'a, C> {
     }
 
     /// The classes of value that the script may send on a topic or under a key.
-    #[cfg(feature = "swarm")]
     #[inline(always)]
     pub(crate) fn classes<P: Profile>(self, name: Value<P>) -> u8 {
         // Numbers, and strings made at run time, have the first row in common.

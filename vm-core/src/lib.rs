@@ -9,15 +9,14 @@
 //! 4. **The same result everywhere**, from an 8-bit AVR to the host, bit for bit.
 //! 5. **Every fact once**: instructions in [`opcode`], built-ins in [`builtin`].
 //!
-//! # Features
-//! | feature | default | cost if on |
-//! |---|---|---|
-//! | `maths` | on | floating-point functions of `math`, `gaussian`, `exponential`: 3.5 kB of flash on the AVR, 2.2 on a Cortex-M |
-//! | `strings` | on | text: strings made at run time, library `string` (useful in the full profile only) |
-//! | `swarm` | on | `neighbors`, `swarm`, `stigmergy` and their messages: 17 kB of flash on the AVR, 13 on a Cortex-M |
-//! | `torture` | off | for tests: makes allocations fail and collections frequent on request |
+//! # Parts
+//! Every part of the machine is compiled and tested everywhere. Firmware for a small flash leaves out the parts that its scripts
+//! do not use by a constant of the image's type, [`ByteCode::PARTS`]; [`Part`] lists them. The functions of `math` take 3.5 kB of
+//! flash on the AVR and 2.2 on a Cortex-M; all that has to do with other robots takes 17 kB and 13. Strings made at run
+//! time belong to the full profile.
 //!
-//! Beside these features, firmware for a small flash leaves out the parts that its scripts do not use: [`Part`].
+//! There is one cargo feature, `torture`, which is off by default: for tests it makes allocations fail and collections
+//! frequent on request.
 //!
 //! # What it will not do
 //! Compile, print, keep text in the tiny profile, or know a robot: that is the [`Host`]'s.

@@ -27,7 +27,6 @@ impl Sizes {
     pub const NONE: Sizes = Sizes { neighbors: 0, bearings: false, entries: 0, swarms: 0 };
 
     /// Within what a byte can count.
-    #[cfg(feature = "swarm")]
     pub(crate) fn clamped(self) -> Sizes {
         Sizes { entries: self.entries.min(100), swarms: self.swarms.min(8), ..self }
     }
@@ -108,11 +107,9 @@ pub struct Counters {
 }
 
 /// Bit of [`Protocol::digest`] that is set until an entry changes. The sum itself has 24 bits.
-#[cfg(feature = "swarm")]
 pub(crate) const DIGEST_KNOWN: u32 = 1 << 31;
 
 /// Which counter.
-#[cfg(feature = "swarm")]
 #[derive(Clone, Copy)]
 pub(crate) enum Count {
     Foreign,
@@ -125,7 +122,6 @@ pub(crate) enum Count {
 }
 
 /// The state of a conflict that the script's handler is to decide.
-#[cfg(feature = "swarm")]
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]
 pub(crate) enum Conflict {
@@ -138,7 +134,6 @@ pub(crate) enum Conflict {
 }
 
 /// When what is to be sent, and the message of which some fragments are here.
-#[cfg(feature = "swarm")]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Protocol<P: Profile> {
     pub(crate) sizes: Sizes,
@@ -197,7 +192,6 @@ pub(crate) struct Protocol<P: Profile> {
 }
 
 /// Counts steps down to zero.
-#[cfg(feature = "swarm")]
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]
 pub(crate) enum Timer {
@@ -212,7 +206,6 @@ pub(crate) enum Timer {
 }
 
 /// A message of which some fragments are here.
-#[cfg(feature = "swarm")]
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Assembly<P: Profile> {
     pub(crate) robot: u16,
@@ -228,7 +221,6 @@ pub(crate) struct Assembly<P: Profile> {
     pub(crate) content: P::Content,
 }
 
-#[cfg(feature = "swarm")]
 impl<P: Profile> Protocol<P> {
     /// All zeros.
     pub(crate) const EMPTY: Self = Protocol {

@@ -1,8 +1,10 @@
 //! Parts that a machine may be built without, where flash is scarce.
 //!
 //! The firmware's [`ByteCode`](crate::ByteCode) says which parts its machine has ([`ByteCode::PARTS`](crate::ByteCode::PARTS)).
-//! It is a constant, so that a question for a part costs nothing and what is behind it is left out with it; everywhere else all parts
-//! are there. Scripts that use what is not there are refused where the image is sealed, see [`crate::seal`].
+//! It is a constant, so that a question for a part costs nothing and what depends on the part is left out with it; everywhere
+//! else all parts are there, also where a script is exchanged without its firmware. Scripts that use a missing part are
+//! refused where the image is sealed, see [`crate::seal`]; the verifier refuses those that declare a
+//! [feature](crate::builtin::Feature) of which all parts are missing.
 
 use crate::builtin::{self, Feature, Info, Kind, Library};
 use crate::image::{CAPTURES, USES_SELF};
@@ -57,7 +59,7 @@ impl Parts {
     pub const NONE: Parts = Parts(0);
     /// All.
     pub const ALL: Parts = Parts((1 << Part::ALL.len()) - 1);
-    /// What the language itself is made of: scripts of a robot alone need no others but `maths`.
+    /// The parts of the language itself: scripts of a robot alone need no others but `maths`.
     pub const LANGUAGE: Parts =
         Parts::of(&[Part::Floats, Part::Iteration, Part::Libraries, Part::Closures]);
 

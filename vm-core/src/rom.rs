@@ -5,7 +5,6 @@
 
 use crate::builtin::{self, Kind};
 use crate::bytecode::ByteCode;
-#[cfg(feature = "maths")]
 use crate::number::tables;
 use crate::number::{Full, Profile, Tiny};
 use crate::opcode::{self, Trailer};
@@ -20,17 +19,16 @@ const BUILTINS_AT: usize = 2 * (0x80 - FIRST as usize);
 pub(crate) const MATHS_AT: usize = BUILTINS_AT + builtin::TABLE.len();
 
 /// The tables, with the constants of the tiny profile.
-pub const TINY: [u8; MATHS_AT + TINY_MATHS.len()] = bytes(&TINY_MATHS, Tiny::WORD_BYTES);
+pub const TINY: [u8; MATHS_AT + tables::TINY.len()] = bytes(&tables::TINY, Tiny::WORD_BYTES);
+
+/// The tables of a machine of the tiny profile without [`Part::Maths`](crate::Part::Maths).
+pub const TINY_WITHOUT_MATHS: [u8; MATHS_AT] = bytes(&[], Tiny::WORD_BYTES);
 
 /// The tables, with the constants of the full profile.
-pub const FULL: [u8; MATHS_AT + FULL_MATHS.len()] = bytes(&FULL_MATHS, Full::WORD_BYTES);
+pub const FULL: [u8; MATHS_AT + tables::FULL.len()] = bytes(&tables::FULL, Full::WORD_BYTES);
 
-#[cfg(feature = "maths")]
-use tables::{FULL as FULL_MATHS, TINY as TINY_MATHS};
-#[cfg(not(feature = "maths"))]
-const TINY_MATHS: [u8; 0] = [];
-#[cfg(not(feature = "maths"))]
-const FULL_MATHS: [u8; 0] = [];
+/// The tables of a machine of the full profile without [`Part::Maths`](crate::Part::Maths).
+pub const FULL_WITHOUT_MATHS: [u8; MATHS_AT] = bytes(&[], Full::WORD_BYTES);
 
 // Of an opcode, the first byte is the number of its operand with these bits, 0 for a byte that is no opcode.
 const KNOWN: u8 = 1 << 7;

@@ -157,7 +157,6 @@ impl<P: Profile> Value<P> {
 
     /// A slot with a number up to 254, known at run time only, in place of a tag. A function on its own, because the AVR's
     /// compiler would join what leads to the number with the search of [`Tag::of`], and then not see through it.
-    #[cfg(feature = "swarm")]
     #[inline(never)]
     pub(crate) fn marked(number: u8, raw: P::Raw) -> Self {
         Self::new(Tag::of(number), raw)
@@ -320,7 +319,6 @@ impl<P: Profile> Value<P> {
     }
 
     /// The bit of its class in the image's class table, of a value that can be sent.
-    #[cfg(feature = "swarm")]
     #[inline(always)]
     pub(crate) fn class_bit(self) -> u8 {
         class_bit(self.tag().byte())

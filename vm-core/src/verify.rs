@@ -16,35 +16,38 @@ use crate::image::{
 use crate::network::Sizes;
 use crate::number::Profile;
 use crate::opcode::{self, DROP_RESULT, Operand};
+use crate::part::{Part, Parts};
 use crate::rom::{Effect, Needs};
 use crate::value::{Tag, Value};
 
-/// The bits of [`Feature`] that the machine of this build offers in a profile: strings made at run time need `full`;
-/// neighbours, swarms and stigmergy memory for them.
+/// The bits of [`Feature`] that a machine with all [parts](Part) offers in a profile: strings made at run time need
+/// `full`; neighbours, swarms and stigmergy memory for them.
 pub const fn features<P: Profile>() -> u8 {
-    Feature::Numbers as u8
-        | (if cfg!(feature = "maths") { Feature::Maths as u8 } else { 0 })
-        | (if cfg!(feature = "strings") && P::FULL { Feature::Strings as u8 } else { 0 })
-        | (if cfg!(feature = "swarm") {
-            Feature::Neighbors as u8
-                | Feature::Swarm as u8
-                | Feature::Stigmergy as u8
-                | Feature::LongMessages as u8
-        } else {
-            0
-        })
+    features_of::<P>(Parts::ALL)
 }
 
-const fn without(count: u8, feature: Feature) -> u8 {
-    if count == 0 { feature as u8 } else { 0 }
+/// The bits of [`Feature`] that a machine with these parts offers in a profile.
+pub(crate) const fn features_of<P: Profile>(parts: Parts) -> u8 {
+    let speaks = parts.has(Part::Neighbors) || parts.has(Part::Messages);
+    Feature::Numbers as u8
+        | when(P::FULL, Feature::Strings)
+        | when(parts.has(Part::Maths), Feature::Maths)
+        | when(speaks, Feature::Neighbors)
+        | when(parts.has(Part::Swarms), Feature::Swarm)
+        | when(parts.has(Part::Stigmergy), Feature::Stigmergy)
+        | when(parts.has(Part::LongMessages), Feature::LongMessages)
+}
+
+const fn when(is_there: bool, feature: Feature) -> u8 {
+    if is_there { feature as u8 } else { 0 }
 }
 
 /// Of these, those for which a machine of these sizes has room.
 pub(crate) const fn within(features: u8, sizes: Sizes) -> u8 {
     features
-        & !(without(sizes.neighbors, Feature::Neighbors)
-            | without(sizes.swarms, Feature::Swarm)
-            | without(sizes.entries, Feature::Stigmergy))
+        & !(when(sizes.neighbors == 0, Feature::Neighbors)
+            | when(sizes.swarms == 0, Feature::Swarm)
+            | when(sizes.entries == 0, Feature::Stigmergy))
 }
 
 // Operands as the table of effects has them. Not the enum, because to get there from a number takes a comparison for each.
@@ -295,7 +298,7 @@ impl<C: ByteCode> Verified<'_, C> {
             if !effect.is_known(opcode) || at > end {
                 return Err(ImageError::Instruction(here));
             }
-            if opcode == opcode::POW && features::<P>() & Feature::Maths as u8 == 0 {
+            if opcode == opcode::POW && !C::PARTS.has(Part::Maths) {
                 return Err(ImageError::Features(Feature::Maths as u16));
             }
             leaves = effect.leaves();

@@ -1,6 +1,5 @@
 //! The tiny profile's float against an exact integer model.
 
-#[cfg(feature = "maths")]
 #[path = "number/binary32.rs"]
 mod binary32;
 #[path = "number/float16_model.rs"]
@@ -8,7 +7,6 @@ mod model;
 #[path = "number/random.rs"]
 mod random;
 
-#[cfg(feature = "maths")]
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::number::{F16, Float, Rounding, operation};
 use random::Random;
@@ -238,7 +236,6 @@ fn truncation_saturates() {
 }
 
 /// The 16-bit float nearest to a binary64.
-#[cfg(feature = "maths")]
 fn nearest(value: f64) -> u16 {
     let sign = u16::from(value.is_sign_negative()) << 15;
     if value.is_nan() {
@@ -255,7 +252,6 @@ fn nearest(value: f64) -> u16 {
 }
 
 /// How far a float is from `exact`, in units in the last place of the float nearest to `exact`.
-#[cfg(feature = "maths")]
 fn error(result: u16, exact: f64) -> f64 {
     let nearest = F16(nearest(exact)).to_f32();
     let result = F16(result).to_f32();
@@ -276,7 +272,6 @@ fn error(result: u16, exact: f64) -> f64 {
 }
 
 /// The functions of every 16-bit float: how far from the exact results they may be.
-#[cfg(feature = "maths")]
 #[test]
 fn functions_of_every_number_are_as_documented() {
     use binary32::maths::{Function, of};
@@ -326,7 +321,6 @@ fn functions_of_every_number_are_as_documented() {
 }
 
 /// Powers whose results are from 2^-30 to 2^32, and those of any two numbers.
-#[cfg(feature = "maths")]
 #[test]
 fn powers() {
     use binary32::maths::{Function, of};

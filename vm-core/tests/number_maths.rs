@@ -1,5 +1,4 @@
 //! The functions of `math` against binary64.
-#![cfg(feature = "maths")]
 
 #[path = "number/binary32.rs"]
 mod binary32;

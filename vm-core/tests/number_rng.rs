@@ -10,9 +10,7 @@ use bittybuzz_vm_core::number::{Full, Profile, Rng, Tiny};
 trait Distributions {
     fn uniform<P: Profile>(&mut self, a: f32, b: f32) -> f32;
     fn between(&mut self, a: i32, b: i32) -> i32;
-    #[cfg(feature = "maths")]
     fn normal(&mut self, deviation: f32, mean: f32) -> f32;
-    #[cfg(feature = "maths")]
     fn decay(&mut self, mean: f32) -> f32;
 }
 
@@ -27,14 +25,12 @@ impl Distributions for Rng {
         self.uniform_int::<Full>(a as u32, b as u32) as i32
     }
 
-    #[cfg(feature = "maths")]
     fn normal(&mut self, deviation: f32, mean: f32) -> f32 {
         let mut number = unpack_in::<Full>(deviation);
         self.gaussian::<_, &[u8]>(&mut number, &unpack_in(mean));
         number.to_f32()
     }
 
-    #[cfg(feature = "maths")]
     fn decay(&mut self, mean: f32) -> f32 {
         let mut number = unpack_in::<Full>(mean);
         self.exponential::<_, &[u8]>(&mut number);
@@ -222,7 +218,6 @@ fn floats_stay_in_their_range_and_are_even() {
 }
 
 /// Mean, deviation, and the part of `samples` above `threshold`.
-#[cfg(feature = "maths")]
 fn moments(samples: &[f64], threshold: f64) -> (f64, f64, f64) {
     let count = samples.len() as f64;
     let mean = samples.iter().sum::<f64>() / count;
@@ -231,7 +226,6 @@ fn moments(samples: &[f64], threshold: f64) -> (f64, f64, f64) {
     (mean, variance.sqrt(), above / count)
 }
 
-#[cfg(feature = "maths")]
 #[test]
 fn normal_distribution() {
     let mut rng = Rng::new(8, 9);
@@ -246,7 +240,6 @@ fn normal_distribution() {
     assert_eq!(rng.normal(0.0, 3.5), 3.5);
 }
 
-#[cfg(feature = "maths")]
 #[test]
 fn exponential_distribution() {
     let mut rng = Rng::new(10, 11);
@@ -259,7 +252,6 @@ fn exponential_distribution() {
     assert!((above - 0.3679).abs() < 0.005, "{above}");
 }
 
-#[cfg(feature = "maths")]
 #[test]
 fn transformations_are_the_documented_ones() {
     let (mut rng, mut model) = (Rng::new(12, 13), Model::new(12, 13));

@@ -158,11 +158,6 @@ fn lint() -> Result<()> {
     }
     soak::lint_fuzz_targets(&DENY)?;
     cargo(&[&["clippy", "--workspace", "--all-targets", "--release"], &DENY[..]].concat())?;
-    // A robot may leave out parts of the machine.
-    for features in ["", "maths"] {
-        let leave_out = ["clippy", "--package", "bittybuzz-vm-core", "--no-default-features"];
-        cargo(&[&leave_out[..], &["--features", features], &DENY].concat())?;
-    }
     for board in BOARDS {
         let firmware = |arguments: &[&str]| Line::cargo(arguments).in_workspace(board.folder).run();
         firmware(&["fmt", "--check"])?;

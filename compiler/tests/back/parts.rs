@@ -6,8 +6,9 @@ use std::path::Path;
 use bittybuzz_compiler::compile::Options;
 use bittybuzz_compiler::fit::{self, Misfit};
 use bittybuzz_testkit::{Event, Swarm, TestRobot};
+use bittybuzz_vm_core::builtin::Feature;
 use bittybuzz_vm_core::number::Tiny;
-use bittybuzz_vm_core::{ByteCode, Part, Parts, Sizes};
+use bittybuzz_vm_core::{ByteCode, Image, ImageError, Part, Parts, Sizes, Vm};
 
 use crate::machine::{TINY, build_with, image, robot};
 
@@ -124,6 +125,34 @@ impl<const PARTS: u16> ByteCode for Few<'_, PARTS> {
 
 const SIZES: Sizes = Sizes { neighbors: 15, bearings: false, entries: 4, swarms: 8 };
 const SLOTS: usize = 339 + SIZES.slots();
+
+/// The verifier does not know parts, but the features that an image declares: a feature is missing with all its parts.
+#[test]
+fn a_machine_refuses_features_without_a_part_of_theirs() {
+    fn load<const PARTS: u16>(script: &str) -> Result<(), ImageError> {
+        let image = image(script, TINY).0;
+        let mut vm: Vm<Tiny, Few<'_, PARTS>, SLOTS> = Vm::new();
+        vm.load(Image::new(Few(&image)), |_| false)
+    }
+    const LANGUAGE: u16 = Parts::LANGUAGE.bits();
+    const MESSAGES: u16 = Parts::LANGUAGE.and(Parts::of(&[Part::Messages])).bits();
+    const ALL: u16 = Parts::ALL.bits();
+    let refused = |feature: Feature| Err(ImageError::Features((feature as u8).into()));
+    for (script, feature) in [
+        ("x = math.sin(1)", Feature::Maths),
+        ("x = 2 function step() { x = x ^ x }", Feature::Maths),
+        ("x = neighbors.count()", Feature::Neighbors),
+        ("neighbors.ignore(\"a\")", Feature::Neighbors),
+        ("s = swarm.create(1)", Feature::Swarm),
+        ("v = stigmergy.create(1)", Feature::Stigmergy),
+    ] {
+        assert_eq!(load::<LANGUAGE>(script), refused(feature), "{script}");
+        assert_eq!(load::<ALL>(script), Ok(()), "{script}");
+    }
+    assert_eq!(load::<MESSAGES>("neighbors.ignore(\"a\")"), Ok(()));
+    assert_eq!(load::<MESSAGES>("s = swarm.create(1)"), refused(Feature::Swarm));
+    assert_eq!(load::<LANGUAGE>("x = map({.a = 1}, function(k, v) { return v / 2.0 })"), Ok(()));
+}
 
 /// Three robots in a row; the one in the middle hears both. Their calls in 150 steps.
 fn play<C: ByteCode>(script: C) -> Vec<Vec<Event>> {

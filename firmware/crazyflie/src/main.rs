@@ -45,8 +45,7 @@ use bittybuzz_runtime::id::Id;
 use bittybuzz_runtime::liveness::{BEAT, LOOK, Liveness, Pulse};
 use bittybuzz_runtime::script::Script;
 use bittybuzz_runtime::setpoint::{self, Writer};
-use bittybuzz_vm_core::builtin::Feature;
-use bittybuzz_vm_core::{Image, Sizes, Vm, features};
+use bittybuzz_vm_core::{ByteCode, Image, Part, Sizes, Vm};
 use defmt_rtt as _;
 use embassy_executor::Spawner;
 use embassy_stm32::bind_interrupts;
@@ -89,7 +88,7 @@ const _: () = assert!(size_of_val(&link::swarm::MAIL) <= robot::QUEUE_MEMORY);
 /// With its sender and position a message fits a frame of the radio.
 const _: () = assert!(robot::FRAME_BYTES <= SWARM_MESSAGE_MAX);
 /// It has what scripts are built for.
-const _: () = assert!(robot::MATHS == (features::<Numbers>() & Feature::Maths as u8 != 0));
+const _: () = assert!(robot::MATHS == section::Section::PARTS.has(Part::Maths));
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {

@@ -50,6 +50,6 @@ impl ByteCode for Section {
     }
 
     fn rom<P: Profile>(at: usize) -> u8 {
-        progmem::rom(at)
+        progmem::rom(Self::PARTS, at)
     }
 }

@@ -8,15 +8,22 @@
 
 use core::arch::asm;
 
-use bittybuzz_vm_core::rom;
+use bittybuzz_vm_core::{Part, Parts, rom};
 
 #[unsafe(link_section = ".progmem.data")]
 static ROM: [u8; rom::TINY.len()] = rom::TINY;
 
-/// Byte `at` of the machine's tables.
+#[unsafe(link_section = ".progmem.data")]
+static ROM_WITHOUT_MATHS: [u8; rom::TINY_WITHOUT_MATHS.len()] = rom::TINY_WITHOUT_MATHS;
+
+/// Byte `at` of the tables of a machine with these parts, a constant. The linker drops the tables that no machine uses.
 #[inline(always)]
-pub fn rom(at: usize) -> u8 {
-    byte((&raw const ROM as usize).wrapping_add(at))
+pub fn rom(parts: Parts, at: usize) -> u8 {
+    let tables = match parts.has(Part::Maths) {
+        true => &raw const ROM as usize,
+        false => &raw const ROM_WITHOUT_MATHS as usize,
+    };
+    byte(tables.wrapping_add(at))
 }
 
 /// A byte.

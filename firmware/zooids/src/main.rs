@@ -47,9 +47,8 @@ use bittybuzz_runtime::id::Id;
 use bittybuzz_runtime::liveness::{Liveness, Pulse};
 use bittybuzz_runtime::script::Script;
 use bittybuzz_runtime::setpoint::{self, Writer};
-use bittybuzz_vm_core::builtin::Feature;
 use bittybuzz_vm_core::number::Tiny;
-use bittybuzz_vm_core::{Image, Sizes, Vm, features};
+use bittybuzz_vm_core::{ByteCode, Image, Part, Sizes, Vm};
 #[cfg(feature = "defmt")]
 use defmt_rtt as _;
 use embassy_executor::{SpawnError, SpawnToken, Spawner};
@@ -90,7 +89,7 @@ const _: () = assert!(size_of::<Machine>() <= robot::MEMORY - robot::QUEUE_MEMOR
 /// With its sender and position a message fits a payload of the radio.
 const _: () = assert!(robot::FRAME_BYTES <= MESSAGE_MAX);
 /// It has what scripts are built for.
-const _: () = assert!(robot::MATHS == (features::<Tiny>() & Feature::Maths as u8 != 0));
+const _: () = assert!(robot::MATHS == section::Section::PARTS.has(Part::Maths));
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {

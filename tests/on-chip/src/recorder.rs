@@ -62,14 +62,12 @@ impl Recorder {
     }
 
     /// The number of a constant; another text's length, after its bytes.
-    #[allow(unused_mut, reason = "only text needs it")]
     fn text<P: Profile, C: ByteCode, const SLOTS: usize>(
         &mut self,
         text: &Text<'_, P, C, SLOTS>,
     ) -> u32 {
         let mut length = 0;
-        #[cfg(feature = "strings")]
-        if text.number().is_none() {
+        if P::FULL && text.number().is_none() {
             for byte in text.bytes() {
                 self.trace.add(u32::from(byte));
                 length += 1;

@@ -18,13 +18,10 @@
 mod closure;
 mod collect;
 mod table;
-#[cfg(feature = "strings")]
 mod text;
 
 pub(crate) use table::ITERATION;
-#[cfg(feature = "swarm")]
 pub(crate) use table::{VISIT, Visit};
-#[cfg(feature = "strings")]
 pub(crate) use text::{TextBuilder, TextCursor};
 
 use crate::value::Tag;

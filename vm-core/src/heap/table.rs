@@ -35,7 +35,6 @@ const BEHIND_GAP: u8 = 2;
 
 /// A visit to the entries of a table: first the array, then the pairs. Who puts them into another table in this order gives it
 /// the same order of iteration.
-#[cfg(feature = "swarm")]
 pub(crate) struct Visit {
     /// The slot of the next element or pair.
     slot: usize,
@@ -48,10 +47,8 @@ pub(crate) struct Visit {
 }
 
 /// Numbers that a visit consists of.
-#[cfg(feature = "swarm")]
 pub(crate) const VISIT: usize = 4;
 
-#[cfg(feature = "swarm")]
 impl Visit {
     /// To nothing.
     pub(crate) const NONE: Self = Visit { slot: 0, end: 0, pairs: 0, index: 0 };
@@ -90,7 +87,6 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// A new table with the values of three slots, from `first` on, under constant strings.
-    #[cfg(feature = "swarm")]
     #[inline(never)]
     pub(crate) fn new_record(&mut self, keys: [u16; 3], first: usize) -> Result<Value<P>, NoCell> {
         let table = self.new_table()?;
@@ -109,7 +105,6 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
 
     /// Copies a table, with its keys and values in the same order. Tables among the values are shared with the copy. The table
     /// has to be reachable from the stack.
-    #[cfg(feature = "swarm")]
     #[inline(never)]
     pub(crate) fn copy_table(&mut self, table: usize) -> Result<Value<P>, NoCell> {
         let copy = self.new_table()?;
@@ -123,7 +118,6 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// Copies a chain of cells, and appends it to the cell `last`.
-    #[cfg(feature = "swarm")]
     fn copy_cells(&mut self, mut cell: usize, mut last: usize) -> Result<(), NoCell> {
         while cell != 0 {
             let to = self.take_cell()?.get();
@@ -137,7 +131,6 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// Begins to visit the entries of a table as they are stored.
-    #[cfg(feature = "swarm")]
     pub(crate) fn visit(&self, table: usize) -> Visit {
         let mut visit = Visit { pairs: table, ..Visit::NONE };
         visit.enter(self.link(table + CHAIN), 1);
@@ -145,7 +138,6 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// The next key and value of a table that does not change meanwhile.
-    #[cfg(feature = "swarm")]
     #[inline(never)]
     pub(crate) fn next_stored(&self, visit: &mut Visit) -> Option<[Value<P>; 2]> {
         loop {
@@ -430,12 +422,6 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             cell = self.link(cell);
         }
         count
-    }
-
-    #[cfg(not(feature = "strings"))]
-    #[inline(always)]
-    pub(crate) fn same_text(&self, _: Value<P>, _: Value<P>) -> bool {
-        false
     }
 }
 

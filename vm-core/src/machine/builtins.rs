@@ -5,7 +5,6 @@ use crate::builtin::{self, string};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::{Arguments, Host};
-#[cfg(feature = "maths")]
 use crate::number::maths;
 use crate::number::{Profile, Rng, Rounding};
 use crate::opcode::order;
@@ -50,18 +49,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             | builtin::TO_FLOAT
             | builtin::ABS..=builtin::ROUND
             | builtin::SQRT..=builtin::EXPONENTIAL => self.compute(number, a, b),
-            #[cfg(feature = "swarm")]
             builtin::NEIGHBORS_GET..=builtin::NEIGHBORS_IGNORE
             | builtin::SNAPSHOT_GET..=builtin::SNAPSHOT_REDUCE
                 if Self::has(Part::Neighbors) || Self::has(Part::Messages) =>
             {
                 self.neighbor_builtin(host, number, count, a)
             }
-            #[cfg(feature = "swarm")]
             builtin::SWARM_CREATE..=builtin::SWARM_OTHERS if Self::has(Part::Swarms) => {
                 self.swarm_builtin(number, count, a)
             }
-            #[cfg(feature = "swarm")]
             builtin::STIGMERGY_CREATE..=builtin::STIGMERGY_ONCONFLICTLOST
                 if Self::has(Part::Stigmergy) =>
             {
@@ -90,8 +86,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 let take_other = a.is_nil() || !b.is_nil() && self.order(a, b)? == other;
                 Ok(if take_other { b } else { a })
             }
-            #[cfg(feature = "strings")]
-            builtin::LENGTH..=builtin::STRING_TO_FLOAT => {
+            builtin::LENGTH..=builtin::STRING_TO_FLOAT if P::FULL => {
                 if a.is(Tag::LIBRARY) {
                     return Ok(Value::unset());
                 }
@@ -154,11 +149,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             builtin::UNIFORM => self.rng.uniform_float(&mut x, &y),
             builtin::ABS => x.abs(),
             builtin::TO_FLOAT => {}
-            #[cfg(feature = "maths")]
             builtin::GAUSSIAN if Self::has(Part::Maths) => self.rng.gaussian::<P, C>(&mut x, &y),
-            #[cfg(feature = "maths")]
             builtin::EXPONENTIAL if Self::has(Part::Maths) => self.rng.exponential::<P, C>(&mut x),
-            #[cfg(feature = "maths")]
             // Numbered alike.
             builtin::SQRT..=builtin::ATAN if Self::has(Part::Maths) => {
                 maths::function::<P, C>(number - builtin::SQRT, &mut x, &y);

@@ -48,8 +48,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if let (Some(a), Some(b)) = (a.as_string(), b.as_string()) {
             return Ok(self.order_of_constants(a, b));
         }
-        #[cfg(feature = "strings")]
-        if self.is_text(a) && self.is_text(b) {
+        if P::FULL && self.is_text(a) && self.is_text(b) {
             return Ok(bit_of(Some(self.order_of_texts(a, b))));
         }
         Err(self.fail_on(FaultCode::Unordered, a, b))

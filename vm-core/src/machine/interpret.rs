@@ -13,7 +13,7 @@ use crate::bytecode::ByteCode;
 use crate::fault::Stopped;
 use crate::host::Host;
 use crate::image::USES_SELF;
-use crate::number::Profile;
+use crate::number::{Profile, TextWork};
 use crate::opcode::{self, WIDE, order};
 use crate::value::{Tag, Value};
 
@@ -103,7 +103,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             ($result:expr) => {
                 match $result {
                     Ok(value) => value,
-                    #[cfg(feature = "swarm")]
                     Err(Stopped) if Self::SOCIAL && self.contain(host) => continue,
                     Err(Stopped) => return Err(Stopped),
                 }
@@ -128,7 +127,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 if is_over!() {
                     return Ok(Flow::Continue);
                 }
-                #[cfg(feature = "swarm")]
                 if Self::SOCIAL && pc == Native::MESSAGES.position() {
                     contained!(self.next_message(host));
                     continue;
@@ -514,15 +512,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// What is left of a budget after the work on text.
-    #[cfg(feature = "strings")]
     fn less_work(&mut self, budget: usize) -> usize {
-        budget.saturating_sub(usize::from(core::mem::take(&mut self.work)))
-    }
-
-    #[cfg(not(feature = "strings"))]
-    #[inline(always)]
-    fn less_work(&mut self, budget: usize) -> usize {
-        budget
+        budget.saturating_sub(usize::from(self.work.take()))
     }
 }
 

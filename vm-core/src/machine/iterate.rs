@@ -3,11 +3,9 @@
 //!
 //! What is iterated is the first argument: a table, a snapshot of neighbours, a stigmergy, or `neighbors` itself.
 
-#[cfg(feature = "swarm")]
 use super::swarms::{object, object_number};
 use super::{Flow, Native, Vm};
 use crate::builtin;
-#[cfg(feature = "swarm")]
 use crate::builtin::Library;
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
@@ -62,21 +60,16 @@ fn task(number: u8) -> u8 {
 }
 
 /// Whether it is a function of `neighbors`, which is what it iterates.
-#[cfg(feature = "swarm")]
 fn is_of_neighbors(number: u8) -> bool {
     (builtin::NEIGHBORS_FOREACH..=builtin::NEIGHBORS_NONKIN).contains(&number)
 }
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    #[cfg(feature = "swarm")]
     const ITERATES_NEIGHBORS: bool = Self::has(Part::Neighbors) && Self::has(Part::Iteration);
 
     /// Begins a built-in of kind `Calls`, whose `count` arguments are on top.
     #[inline(never)]
-    pub(super) fn begin_native(&mut self, number: u8, count: u8) -> Result<(), Stopped> {
-        #[cfg(feature = "swarm")]
-        let mut count = count;
-        #[cfg(feature = "swarm")]
+    pub(super) fn begin_native(&mut self, number: u8, mut count: u8) -> Result<(), Stopped> {
         if Self::ITERATES_NEIGHBORS && is_of_neighbors(number) {
             self.insert(count, object(Library::Neighbors, 0))?;
             count = count.wrapping_add(1);
@@ -102,8 +95,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             if !self.is_table(argument)? {
                 return self.begin_copy(number, wanted, false);
             }
-        } else {
-            #[cfg(feature = "swarm")]
+        } else if Self::SOCIAL {
             self.need_source(number, argument)?;
         }
         self.enter_native(Native(number))?;
@@ -121,7 +113,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// What a function of a swarm, a snapshot or a stigmergy works on has to be one.
-    #[cfg(feature = "swarm")]
     fn need_source(&mut self, number: u8, source: Value<P>) -> Result<(), Stopped> {
         match number {
             builtin::SWARM_EXEC if Self::has(Part::Swarms) => self.need_swarm(source).map(|_| ()),
@@ -166,7 +157,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let function = self.arena.get(first + 1);
         // Nothing is there before the first entry.
         let returned = usize::from(self.sp) > callback;
-        #[cfg(feature = "swarm")]
         if Self::has(Part::Swarms) && number == builtin::SWARM_EXEC {
             if returned {
                 self.leave_frame(parameters, self.top(1));
@@ -227,7 +217,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let count = usize::from(self.sp).wrapping_sub(callback) as u8;
             self.call_back(host, function, count)?;
         } else if number != builtin::CLONE {
-            #[cfg(feature = "swarm")]
             if Self::has(Part::Neighbors) && Self::has(Part::Swarms) && !self.is_chosen(number) {
                 self.sp = callback as u16;
             }
@@ -241,7 +230,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Puts key and value of the next element, and of a stigmergy the robot too, on the stack, which ends at `callback`.
     /// False if there is none.
     fn next_element(&mut self, source: Value<P>, callback: usize) -> Result<bool, Stopped> {
-        #[cfg(feature = "swarm")]
         if (Self::has(Part::Neighbors) || Self::has(Part::Stigmergy)) && source.is(Tag::LIBRARY) {
             return if Self::ITERATES_NEIGHBORS && source.index() as u8 == Library::Neighbors as u8 {
                 Ok(self.next_neighbor(callback - 2)? != 0)

@@ -165,7 +165,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let binds = match function.tag() {
             Tag::FUNCTION => self.head(number) & USES_SELF != 0,
             // Once read from its object it stays bound to it.
-            Tag::BUILTIN if cfg!(feature = "swarm") => {
+            Tag::BUILTIN if Self::SOCIAL => {
                 value.is(Tag::BUILTIN) && Needs::of::<P, C>(number as u8).is_method()
             }
             _ => false,
@@ -253,13 +253,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// The value of a library's member.
     fn member<H: Host<P>>(&self, host: &mut H, library: Value<P>, member: u8) -> Value<P> {
-        #[cfg(not(feature = "swarm"))]
-        let _ = library;
         let axis = match member {
             builtin::PI => return Value::float(core::f32::consts::PI),
             builtin::RNG => return Value::indexed(Tag::LIBRARY, Library::Rng as u16),
-            #[cfg(feature = "swarm")]
-            builtin::SWARM_OBJECT_ID | builtin::STIGMERGY_OBJECT_ID => {
+            builtin::SWARM_OBJECT_ID | builtin::STIGMERGY_OBJECT_ID if Self::SHARES => {
                 return self.object_id(library, member);
             }
             builtin::POSITION_X => Axis::X,

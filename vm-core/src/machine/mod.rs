@@ -11,30 +11,22 @@
 //! position" is one of the [`Native`] codes, at which the interpreter lets the built-in go on. So nothing recurses on the
 //! stack of the processor, and a run can stop between any two instructions.
 
-#[cfg(feature = "swarm")]
 mod advertise;
 #[cfg(feature = "torture")]
 mod audit;
 mod builtins;
 mod call;
 mod compare;
-#[cfg(feature = "swarm")]
 mod inspect;
 mod interpret;
 mod iterate;
 mod library;
-#[cfg(feature = "swarm")]
 mod messages;
-#[cfg(feature = "swarm")]
 mod neighbors;
-#[cfg(feature = "swarm")]
 mod serial;
 mod slow;
-#[cfg(feature = "swarm")]
 mod stigmergy;
-#[cfg(feature = "swarm")]
 mod swarms;
-#[cfg(feature = "strings")]
 mod text;
 
 use crate::arena::Arena;
@@ -42,10 +34,8 @@ use crate::bytecode::ByteCode;
 use crate::fault::{Fault, FaultCode, Stopped};
 use crate::host::Host;
 use crate::image::{Entry, EntryPoint, Header, Image, ImageError, Verified};
-#[cfg(feature = "swarm")]
-use crate::network::Protocol;
-use crate::network::{ENTRY, Sizes};
-use crate::number::{Profile, Rng};
+use crate::network::{ENTRY, Protocol, Sizes};
+use crate::number::{Profile, Rng, TextWork};
 use crate::part::Part;
 use crate::seal::{self, Sealed};
 use crate::value::{Tag, Type, Value};
@@ -70,7 +60,6 @@ impl Native {
     const START: Native = Native(0x7d);
     const ROBOT: Native = Native(0x7e);
     /// Messages are handled before `step()`.
-    #[cfg(feature = "swarm")]
     const MESSAGES: Native = Native(0x7c);
     /// A library is copied to a table, see [`Vm::begin_copy`].
     const COPY: Native = Native(0x7b);
@@ -86,7 +75,6 @@ impl Native {
 #[derive(Clone, Copy)]
 pub(crate) struct View<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
     pub(crate) arena: &'a Arena<P, SLOTS>,
-    #[cfg_attr(not(feature = "strings"), allow(dead_code, reason = "only text needs it"))]
     program: Option<Verified<'a, C>>,
 }
 
@@ -132,8 +120,7 @@ pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
     rng: Rng,
     state: State,
     /// Instructions that text took the time of, and that are still to be taken from the budget.
-    #[cfg(feature = "strings")]
-    work: u16,
+    work: P::TextWork,
     /// What tests do to allocations.
     #[cfg(feature = "torture")]
     pub torture: crate::torture::Torture,
@@ -144,9 +131,7 @@ pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
     /// The first slot of what is known of other robots: neighbours, entries, stigmergies, swarms.
     others: u16,
     /// The script has to do with other robots.
-    #[cfg(feature = "swarm")]
     is_social: bool,
-    #[cfg(feature = "swarm")]
     protocol: Protocol<P>,
     // Last, so that the AVR reaches the other fields with short instructions.
     arena: Arena<P, SLOTS>,
@@ -160,9 +145,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             code: None,
             header: Header::EMPTY,
             others: 0,
-            #[cfg(feature = "swarm")]
             is_social: false,
-            #[cfg(feature = "swarm")]
             protocol: Protocol::EMPTY,
             pc: 0,
             fp: 0,
@@ -170,15 +153,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             robot_id: 0,
             rng: Rng::ZERO,
             state: State::Empty,
-            #[cfg(feature = "strings")]
-            work: 0,
+            work: P::TextWork::NONE,
             #[cfg(feature = "torture")]
             torture: crate::torture::Torture::NONE,
         }
     }
 
     /// Says how much it remembers of other robots; before an image is loaded. Takes [`Sizes::slots`] of its slots.
-    #[cfg(feature = "swarm")]
     pub fn equip(&mut self, sizes: Sizes) {
         self.code = None;
         self.state = State::Empty;
@@ -195,23 +176,19 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     const BINDS: bool = Self::has(Part::Closures) || Self::has(Part::Libraries);
 
     /// Whether it has what needs messages.
-    #[cfg(feature = "swarm")]
     const SOCIAL: bool = Self::SHARES || Self::has(Part::Neighbors) || Self::has(Part::Messages);
 
     /// Whether it has what robots share.
-    #[cfg(feature = "swarm")]
     const SHARES: bool = Self::has(Part::Stigmergy) || Self::has(Part::Swarms);
 
     /// How much it remembers of other robots.
     #[inline(always)]
     fn sizes(&self) -> &Sizes {
-        if let Some(sizes) = &C::SIZES {
-            return sizes;
+        match &C::SIZES {
+            Some(sizes) => sizes,
+            None if Self::SOCIAL => &self.protocol.sizes,
+            None => &Sizes::NONE,
         }
-        #[cfg(feature = "swarm")]
-        return &self.protocol.sizes;
-        #[cfg(not(feature = "swarm"))]
-        &Sizes::NONE
     }
 
     /// The first slot of what is known of other robots, behind those of the script.
@@ -259,7 +236,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         slots: usize,
         is_robot_function: impl Fn(u16) -> bool,
     ) -> Result<(), ImageError> {
-        let offered = verify::within(verify::features::<P>(), *self.sizes());
+        let offered = verify::within(verify::features_of::<P>(C::PARTS), *self.sizes());
         self.take(image.code, slots, |header, arena| {
             header.read(&image.code)?;
             Verified { code: image.code, header }.verify(arena, offered, is_robot_function)
@@ -289,17 +266,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.code = None;
         self.state = State::Empty;
         // A script that stopped may have left some.
-        #[cfg(feature = "strings")]
-        {
-            self.work = 0;
-        }
+        self.work = P::TextWork::NONE;
         let others = self.sizes().slots();
         let slots = slots.min(SLOTS.saturating_sub(others));
         self.arena.reset(slots);
         // In its place from the start: a copy of the header would cost the AVR more than the verifier's tables.
         let checked = check(&mut self.header, &mut self.arena);
-        #[cfg(feature = "swarm")]
-        {
+        if Self::SOCIAL {
             self.is_social = self.header.features() & messages::SOCIAL != 0;
             self.protocol.forget();
         }
@@ -332,8 +305,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub fn identify(&mut self, robot_id: u16, seed: u32) {
         self.robot_id = robot_id;
         self.rng = Rng::new(seed, robot_id);
-        #[cfg(feature = "swarm")]
-        {
+        if Self::SOCIAL {
             self.protocol.jitter = robot_id;
             // Robots that are switched on together send their first beacons one after the other.
             self.protocol.silent = robot_id as u8 & 7;
@@ -348,11 +320,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return false;
         }
         let point = program.header.entry(entry);
-        #[cfg(feature = "swarm")]
-        if entry == Entry::Global {
+        if Self::SOCIAL && entry == Entry::Global {
             self.protocol.is_resting = false;
         }
-        #[cfg(feature = "swarm")]
         if entry == Entry::Step && self.is_social && Self::SOCIAL {
             let is_there = self.protocol.is_resting || !self.entry_value(point).is_nil();
             if is_there {
@@ -420,7 +390,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         match flow {
             Ok(Flow::Done) => {
                 self.finish();
-                #[cfg(feature = "swarm")]
                 if Self::SHARES && self.protocol.has_news {
                     self.send_news(host);
                 }
@@ -446,11 +415,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.fp = base as u16;
         self.sp = base as u16;
         self.state = State::Resting;
-        #[cfg(feature = "strings")]
-        {
-            self.work = 0;
-        }
-        #[cfg(feature = "swarm")]
+        self.work = P::TextWork::NONE;
         if Self::SOCIAL {
             if self.is_social {
                 self.state = State::Idle;
@@ -463,7 +428,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         self.collect();
         // Cells do not move. One of an entry may lie where messages are handled. Without that part there is none.
-        #[cfg(feature = "swarm")]
         if Self::has(Part::LongMessages) && usize::from(self.arena.bottom) < base + 1 + NATIVE_ROOM
         {
             self.forget_entries_on_heap();

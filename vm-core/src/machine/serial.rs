@@ -196,16 +196,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             Tag::NIL | Tag::INT | Tag::FLOAT | Tag::STRING => Item::Plain(value),
             Tag::FUNCTION => Item::Function(value.index() as u16),
             Tag::TABLE | Tag::SNAPSHOT => Item::Table(0),
-            #[cfg(feature = "strings")]
-            Tag::TEXT => match u8::try_from(self.view().text_length(value)) {
+            Tag::TEXT if P::FULL => match u8::try_from(self.view().text_length(value)) {
                 Ok(length) => Item::Text(length),
                 Err(_) => return Err(self.fail(FaultCode::TooLong)),
             },
             _ => return Err(self.fail_on(FaultCode::NotSendable, value, value)),
         };
         writer.item(item);
-        #[cfg(feature = "strings")]
-        if value.is(Tag::TEXT) {
+        if P::FULL && value.is(Tag::TEXT) {
             self.view().text_bytes(value).for_each(|byte| writer.byte(byte));
         }
         Ok(())
@@ -350,9 +348,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     self.sp = at as u16;
                     table
                 }
-                #[cfg(feature = "strings")]
-                Item::Text(length) => self.read_text(reader, length)?,
-                #[cfg(not(feature = "strings"))]
+                Item::Text(length) if P::FULL => self.read_text(reader, length)?,
                 Item::Text(_) => Value::nil(),
             };
             // To its table, which may be complete with it.

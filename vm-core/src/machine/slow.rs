@@ -6,7 +6,6 @@ use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
 use crate::image::{CAPTURES, PARAMETERS, USES_SELF};
 use crate::number::Profile;
-#[cfg(feature = "maths")]
 use crate::number::maths::{self, Function};
 use crate::opcode::{self, DROP_RESULT, Operand};
 use crate::part::Part;
@@ -217,7 +216,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             // Numbered alike.
             opcode::ADD..=opcode::DIV => x.operate(op - opcode::ADD, &y),
             opcode::MOD => return Ok(Value::new(Tag::FLOAT, x.modulo(&y))),
-            #[cfg(feature = "maths")]
             opcode::POW if Self::has(Part::Maths) => {
                 maths::function::<P, C>(Function::Power as u8, &mut x, &y)
             }

@@ -8,7 +8,7 @@ use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::heap::{TextBuilder, TextCursor};
 use crate::message::content::Reader;
-use crate::number::{self, Number, Profile};
+use crate::number::{self, Number, Profile, TextWork};
 use crate::value::{Tag, Value};
 
 /// Where in a string the next byte is.
@@ -203,7 +203,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// script full of text does not take longer than another.
     fn charge(&mut self, bytes: usize) {
         let instructions = u16::try_from(2 * bytes).unwrap_or(u16::MAX);
-        self.work = self.work.saturating_add(instructions);
+        self.work.add(instructions);
     }
 
     /// Takes the finished text off the stack. One that equals a constant is that constant.

@@ -134,13 +134,11 @@ impl<'a> Writer<'a> {
     }
 
     /// Bytes written so far, the check included.
-    #[cfg(feature = "swarm")]
     pub(crate) fn length(&self) -> usize {
         self.length
     }
 
     /// Puts another byte in the place of one that was written.
-    #[cfg(feature = "swarm")]
     pub(crate) fn set(&mut self, at: usize, byte: u8) {
         if let Some(place) = self.room.get_mut(at) {
             *place = byte;

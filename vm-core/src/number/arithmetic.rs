@@ -22,7 +22,6 @@ pub mod operation {
     /// The remainder of the magnitudes, exact, with the sign of the first.
     pub const REMAINDER: u8 = 4;
     /// The square root of the first.
-    #[cfg(feature = "maths")]
     pub const ROOT: u8 = 5;
 }
 

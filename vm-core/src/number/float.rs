@@ -211,7 +211,6 @@ impl<P: Profile> Float<P> {
 }
 
 /// For the functions of [`super::maths`].
-#[cfg(feature = "maths")]
 impl<P: Profile> Float<P> {
     /// Sets it to 1.
     #[inline(never)]

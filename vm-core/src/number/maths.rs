@@ -15,22 +15,16 @@
 //! Powers with integer exponents that are floats are exact. In the tiny profile one result in a hundred is not the nearest
 //! float but its neighbour; of powers, one in forty.
 
-#[cfg(feature = "maths")]
 use super::calculator::calculate;
-#[cfg(feature = "maths")]
 use super::float::Float;
-#[cfg(feature = "maths")]
 use super::profile::Profile;
-#[cfg(feature = "maths")]
 use super::tables::start;
-#[cfg(feature = "maths")]
 use crate::bytecode::ByteCode;
 
 /// `math.pi`
 pub const PI: f32 = core::f32::consts::PI;
 
 /// The functions, in the order of the built-ins.
-#[cfg(feature = "maths")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Function {
@@ -64,7 +58,6 @@ pub enum Function {
 }
 
 /// Sets `x` to a function, by its number in [`Function`], of `x` and, if it has two arguments, `y`.
-#[cfg(feature = "maths")]
 pub fn function<P: Profile, C: ByteCode>(function: u8, x: &mut Float<P>, y: &Float<P>) {
     if function == Function::Power as u8 || !x.is_nan() {
         calculate::<P, C>(start::<P, C>(function), x, y);

@@ -7,9 +7,7 @@
 
 mod arithmetic;
 mod binary32;
-#[cfg(feature = "maths")]
 mod calculator;
-#[cfg(feature = "maths")]
 mod exponential;
 mod float;
 mod float16;
@@ -18,9 +16,7 @@ pub mod maths;
 mod mixed;
 mod profile;
 mod rng;
-#[cfg(feature = "maths")]
 pub(crate) mod tables;
-#[cfg(feature = "maths")]
 mod trigonometry;
 mod word;
 
@@ -29,6 +25,6 @@ pub use float::{Float, Rounding};
 pub use float16::F16;
 pub use format::{format_float, format_int, parse_float, parse_int};
 pub use mixed::Number;
-pub use profile::{Full, Profile, Tiny};
+pub use profile::{Full, Profile, TextWork, Tiny};
 pub use rng::Rng;
 pub(crate) use word::Word;

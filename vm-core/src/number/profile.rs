@@ -7,7 +7,6 @@ use core::fmt::Debug;
 
 use super::float::Float;
 use super::float16::F16;
-#[cfg(feature = "maths")]
 use super::tables::Polynomials;
 use super::word::Word;
 use crate::message;
@@ -51,10 +50,13 @@ pub trait Profile: sealed::Sealed + Stored + Copy + Default + Debug + 'static {
     type Frame: Buffer;
     /// See [`Profile::Frame`].
     type Content: Buffer;
+    /// The time that text has taken: nothing in the tiny profile, which has no text.
+    type TextWork: TextWork;
     /// The machine's own tables.
     const ROM: &'static [u8];
+    /// The tables of a machine without [`Part::Maths`](crate::Part::Maths).
+    const ROM_WITHOUT_MATHS: &'static [u8];
     /// Where among them the coefficients of polynomials are.
-    #[cfg(feature = "maths")]
     const POLYNOMIALS: Polynomials;
 
     /// A payload from 16 bits (an index, an id); the rest is zero.
@@ -105,6 +107,44 @@ pub trait Profile: sealed::Sealed + Stored + Copy + Default + Debug + 'static {
 
     /// Whether `a < b` as integers.
     fn int_less(a: Self::Raw, b: Self::Raw) -> bool;
+}
+
+/// Instructions whose time text has taken, until they are taken from the budget.
+pub trait TextWork: Copy + Debug {
+    /// No instructions.
+    const NONE: Self;
+
+    /// Adds instructions.
+    fn add(&mut self, instructions: u16);
+
+    /// Returns the instructions, which are none from then on.
+    fn take(&mut self) -> u16;
+}
+
+impl TextWork for () {
+    const NONE: Self = ();
+
+    #[inline(always)]
+    fn add(&mut self, _: u16) {}
+
+    #[inline(always)]
+    fn take(&mut self) -> u16 {
+        0
+    }
+}
+
+impl TextWork for u16 {
+    const NONE: Self = 0;
+
+    #[inline(always)]
+    fn add(&mut self, instructions: u16) {
+        *self = self.saturating_add(instructions);
+    }
+
+    #[inline(always)]
+    fn take(&mut self) -> u16 {
+        core::mem::take(self)
+    }
 }
 
 /// 16-bit integers and the 16-bit floats of [`F16`].
@@ -234,12 +274,13 @@ impl Profile for Tiny {
     const NAN: u16 = F16::NAN.0;
     type Frame = [u8; message::TINY_FRAME];
     type Content = [u8; content_bytes(message::TINY_FRAME)];
+    type TextWork = ();
 
     const NAME: &'static str = "tiny";
     const ID: u8 = 0;
     const FULL: bool = false;
     const ROM: &'static [u8] = &rom::TINY;
-    #[cfg(feature = "maths")]
+    const ROM_WITHOUT_MATHS: &'static [u8] = &rom::TINY_WITHOUT_MATHS;
     const POLYNOMIALS: Polynomials = Polynomials::TINY;
 
     integer_operations!(u16, i16);
@@ -271,12 +312,13 @@ impl Profile for Full {
     const NAN: u32 = 0x7FC0_0000;
     type Frame = [u8; message::FULL_FRAME];
     type Content = [u8; content_bytes(message::FULL_FRAME)];
+    type TextWork = u16;
 
     const NAME: &'static str = "full";
     const ID: u8 = 1;
     const FULL: bool = true;
     const ROM: &'static [u8] = &rom::FULL;
-    #[cfg(feature = "maths")]
+    const ROM_WITHOUT_MATHS: &'static [u8] = &rom::FULL_WITHOUT_MATHS;
     const POLYNOMIALS: Polynomials = Polynomials::FULL;
 
     integer_operations!(u32, i32);

@@ -23,16 +23,12 @@
 
 use core::cmp::Ordering;
 
-#[cfg(feature = "maths")]
 use super::calculator::calculate;
 use super::float::Float;
 use super::profile::Profile;
-#[cfg(feature = "maths")]
 use super::tables::program;
 use super::word::Word;
-#[cfg(feature = "maths")]
 use super::word::multiply_halves;
-#[cfg(feature = "maths")]
 use crate::bytecode::ByteCode;
 
 /// 2^32 divided by the golden ratio: any constant with irregular bits would do.
@@ -113,7 +109,6 @@ impl Rng {
     /// The polar method of Marsaglia, on points whose coordinates are 16-bit integers: no result
     /// is farther from the mean than 6.5 standard deviations. It tries 1.3 points on average, and
     /// always ends, since the generator comes to every number.
-    #[cfg(feature = "maths")]
     pub fn gaussian<P: Profile, C: ByteCode>(&mut self, deviation: &mut Float<P>, mean: &Float<P>) {
         let radius: u32 = 1 << 30;
         loop {
@@ -133,7 +128,6 @@ impl Rng {
     }
 
     /// Sets `mean` to an exponentially distributed float.
-    #[cfg(feature = "maths")]
     pub fn exponential<P: Profile, C: ByteCode>(&mut self, mean: &mut Float<P>) {
         // 0 has no logarithm.
         let mut number = Float::from_fraction((self.next_u32() >> 8).max(1), 8);
@@ -142,7 +136,6 @@ impl Rng {
     }
 }
 
-#[cfg(feature = "maths")]
 fn square(number: i16) -> u32 {
     let magnitude = number.unsigned_abs();
     multiply_halves(magnitude, magnitude)

@@ -58,12 +58,10 @@ pub fn float_modulo<P: Profile>(a: f32, b: f32) -> f32 {
     P::float_to_f32(unpack_in::<P>(a).modulo(&unpack_in(b)))
 }
 
-#[cfg(feature = "maths")]
 pub fn power(x: f32, y: f32) -> f32 {
     maths::of::<bittybuzz_vm_core::number::Full>(maths::Function::Power, x, y)
 }
 
-#[cfg(feature = "maths")]
 pub mod maths {
     pub use bittybuzz_vm_core::number::maths::Function;
     use bittybuzz_vm_core::number::maths::function;

@@ -3,6 +3,7 @@
 
 use crate::chip::{AVR_NONE, Program};
 use anyhow::Result;
+use bittybuzz_vm_core::Parts;
 use std::path::PathBuf;
 
 /// A core's probe.
@@ -19,7 +20,7 @@ pub struct Probe {
 pub enum Extent {
     /// Nothing: what the linker adds to any program.
     Empty,
-    /// What cannot be left out.
+    /// The [language](Parts::LANGUAGE), which needs nothing of `math`'s functions and of other robots.
     Least,
     /// All of the profile `tiny`. Strings made at run time are for `full` only.
     Tiny,
@@ -57,13 +58,15 @@ impl Probe {
     pub fn build(&self, extent: Extent, quiet: bool) -> Result<PathBuf> {
         let robot = bittybuzz_robot_files::find(self.robot)?;
         let slots = robot.vm.slots as usize + robot.sizes().slots();
-        let features = match extent {
-            Extent::Empty => "empty",
-            Extent::Least => "",
-            Extent::Tiny => "maths,swarm",
-            Extent::Full => "maths,strings,full,swarm",
+        let (features, parts) = match extent {
+            Extent::Empty => ("empty", Parts::ALL),
+            Extent::Least => ("", Parts::LANGUAGE),
+            Extent::Tiny => ("", Parts::ALL),
+            Extent::Full => ("full", Parts::ALL),
         };
         let program = Program { package: self.package, target: self.target, features };
-        program.build(&[("PROBE_SLOTS", &slots.to_string())], quiet)
+        let variables =
+            [("PROBE_SLOTS", slots.to_string()), ("PROBE_PARTS", parts.bits().to_string())];
+        program.build(&variables.each_ref().map(|(name, value)| (*name, &**value)), quiet)
     }
 }

@@ -39,7 +39,7 @@ impl ByteCode for Flash {
     }
 
     fn rom<P: Profile>(at: usize) -> u8 {
-        progmem::rom(at)
+        progmem::rom(Self::PARTS, at)
     }
 
     #[inline(always)]

@@ -10,7 +10,7 @@ use core::ptr::write_volatile;
 use bittybuzz_on_chip::{Batch, run_batch, slots};
 use bittybuzz_progmem as progmem;
 use bittybuzz_vm_core::number::{Profile, Tiny};
-use bittybuzz_vm_core::{ByteCode, Vm};
+use bittybuzz_vm_core::{ByteCode, Part, Parts, Vm};
 
 // avr-libc's float and memory functions are smaller and faster than those of compiler_builtins.
 #[link(name = "m", kind = "static", modifiers = "-bundle")]
@@ -36,21 +36,24 @@ static BATCH: [u8; ROOM] = [0; ROOM];
 struct Flash;
 
 impl Batch for Flash {
-    type Code = Part;
+    type Code = Slice;
 
-    fn part(&self, at: usize, length: usize) -> Part {
-        Part { address: (&raw const BATCH as usize).wrapping_add(at), length }
+    fn part(&self, at: usize, length: usize) -> Slice {
+        Slice { address: (&raw const BATCH as usize).wrapping_add(at), length }
     }
 }
 
 /// Some of it.
 #[derive(Clone, Copy)]
-struct Part {
+struct Slice {
     address: usize,
     length: usize,
 }
 
-impl ByteCode for Part {
+impl ByteCode for Slice {
+    // No image of a batch has to do with other robots, and the rest of the machine leaves no room for images.
+    const PARTS: Parts = Parts::LANGUAGE.and(Parts::of(&[Part::Maths]));
+
     fn len(&self) -> usize {
         self.length
     }
@@ -66,7 +69,7 @@ impl ByteCode for Part {
     }
 
     fn rom<P: Profile>(at: usize) -> u8 {
-        progmem::rom(at)
+        progmem::rom(Self::PARTS, at)
     }
 }
 
@@ -88,7 +91,7 @@ fn send(byte: u8) {
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
-    static mut MACHINE: Vm<Tiny, Part, { slots::KILOBOT }> = Vm::new();
+    static mut MACHINE: Vm<Tiny, Slice, { slots::KILOBOT }> = Vm::new();
     // SAFETY: nothing else uses the register.
     unsafe { write_volatile(UCSR0B, TRANSMITTER) };
     let place = &raw mut MACHINE;

@@ -12,7 +12,8 @@ use bittybuzz_progmem as progmem;
 use bittybuzz_vm_core::number::{Profile, Tiny};
 use bittybuzz_vm_core::seal::{self, Sealed};
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Host, Parts, Reply, RobotFault, Sighting, Sizes, Value, Vm,
+    Arguments, Axis, ByteCode, Entry, Host, Part, Parts, Reply, RobotFault, Sighting, Sizes, Value,
+    Vm,
 };
 
 // avr-libc's float and memory functions are smaller and faster than those of compiler_builtins.
@@ -31,6 +32,15 @@ const SLOTS: usize = match option_env!("PROBE_SLOTS") {
     },
 };
 
+/// The parts of the machine that is measured, as bits; all if nothing is said.
+const PARTS: Parts = match option_env!("PROBE_PARTS") {
+    None => Parts::ALL,
+    Some(bits) => match u16::from_str_radix(bits, 10) {
+        Ok(bits) => Parts::from_bits(bits),
+        Err(_) => panic!("PROBE_PARTS is no number"),
+    },
+};
+
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
     unsafe extern "C" {
@@ -42,7 +52,7 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
 
 /// What it offers to scripts.
 const ROBOT: u16 =
-    seal::robot::<Tiny>(bittybuzz_vm_core::features::<Tiny>(), Sizes::NONE, Parts::ALL, &[1]);
+    seal::robot::<Tiny>(bittybuzz_vm_core::features::<Tiny>(), Sizes::NONE, PARTS, &[1]);
 
 struct Probe;
 
@@ -86,6 +96,7 @@ static IMAGE: [u8; 64] = [0; 64];
 struct Flash;
 
 impl ByteCode for Flash {
+    const PARTS: Parts = PARTS;
     const ONLY: Option<Self> = Some(Flash);
 
     fn len(&self) -> usize {
@@ -103,7 +114,7 @@ impl ByteCode for Flash {
     }
 
     fn rom<P: Profile>(at: usize) -> u8 {
-        progmem::rom(at)
+        progmem::rom(Self::PARTS, at)
     }
 }
 
@@ -114,8 +125,9 @@ extern "C" fn main() -> ! {
         let place = &raw mut VM;
         // SAFETY: the only reference to it; main runs once.
         let vm = unsafe { &mut *place };
-        #[cfg(feature = "swarm")]
-        vm.equip(core::hint::black_box(Sizes::NONE));
+        if PARTS.has(Part::Neighbors) {
+            vm.equip(core::hint::black_box(Sizes::NONE));
+        }
         if vm.load_sealed(Sealed::new(Flash), ROBOT).is_ok() {
             for entry in [Entry::Global, Entry::Init, Entry::Step, Entry::Reset, Entry::Destroy] {
                 if vm.begin(entry) {

@@ -10,7 +10,8 @@ use bittybuzz_vm_core::number::Full as Numbers;
 #[cfg(not(feature = "full"))]
 use bittybuzz_vm_core::number::Tiny as Numbers;
 use bittybuzz_vm_core::{
-    Arguments, Axis, ByteCode, Entry, Host, Image, Reply, RobotFault, Sighting, Value, Vm,
+    Arguments, Axis, ByteCode, Entry, Host, Image, Part, Parts, Reply, RobotFault, Sighting, Sizes,
+    Value, Vm,
 };
 
 /// As many as the robot has whose machine is measured.
@@ -19,6 +20,15 @@ const SLOTS: usize = match option_env!("PROBE_SLOTS") {
     Some(slots) => match usize::from_str_radix(slots, 10) {
         Ok(slots) => slots,
         Err(_) => panic!("PROBE_SLOTS is no number"),
+    },
+};
+
+/// The parts of the machine that is measured, as bits; all if nothing is said.
+const PARTS: Parts = match option_env!("PROBE_PARTS") {
+    None => Parts::ALL,
+    Some(bits) => match u16::from_str_radix(bits, 10) {
+        Ok(bits) => Parts::from_bits(bits),
+        Err(_) => panic!("PROBE_PARTS is no number"),
     },
 };
 
@@ -65,6 +75,29 @@ impl Host<Numbers> for Probe {
     }
 }
 
+/// An image for a machine with these parts.
+#[derive(Clone, Copy)]
+struct Code(&'static [u8]);
+
+impl ByteCode for Code {
+    const PARTS: Parts = PARTS;
+
+    #[inline(always)]
+    fn len(&self) -> usize {
+        ByteCode::len(&self.0)
+    }
+
+    #[inline(always)]
+    fn byte(&self, at: usize) -> u8 {
+        self.0.byte(at)
+    }
+
+    #[inline(always)]
+    fn word(&self, at: usize) -> u16 {
+        self.0.word(at)
+    }
+}
+
 /// Not constant, so that the compiler cannot foresee the script.
 #[used]
 static IMAGE: [u8; 64] = [0; 64];
@@ -72,11 +105,12 @@ static IMAGE: [u8; 64] = [0; 64];
 #[cortex_m_rt::entry]
 fn main() -> ! {
     // The entry macro makes it a reference: main runs once.
-    static mut VM: Vm<Numbers, &'static [u8], SLOTS> = Vm::new();
+    static mut VM: Vm<Numbers, Code, SLOTS> = Vm::new();
     if cfg!(not(feature = "empty")) {
-        #[cfg(feature = "swarm")]
-        VM.equip(core::hint::black_box(bittybuzz_vm_core::Sizes::NONE));
-        let image: &'static [u8] = core::hint::black_box(&IMAGE);
+        if PARTS.has(Part::Neighbors) {
+            VM.equip(core::hint::black_box(Sizes::NONE));
+        }
+        let image = Code(core::hint::black_box(&IMAGE));
         if VM.load(Image::new(image), |hash| hash == 1).is_ok() {
             for entry in [Entry::Global, Entry::Init, Entry::Step, Entry::Reset, Entry::Destroy] {
                 if VM.begin(entry) {
