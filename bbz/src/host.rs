@@ -113,7 +113,7 @@ impl<P: Profile> Host<P> for HostRobot<'_> {
     ) -> Result<Reply<P>, RobotFault> {
         let candidates: Vec<&Function> =
             self.functions.iter().filter(|known| known.hash() == function).copied().collect();
-        let accepted = accepting(&candidates, &arguments)
+        let (accepted, _) = accepting(&candidates, &arguments)
             .inspect_err(|_| self.refusal = Some(accepted_lists(&candidates)))?;
         let line = self.call_text(&accepted.name, &arguments);
         self.output.line(&line);

@@ -38,6 +38,7 @@ mod scratch;
 mod selection;
 mod shell;
 mod sim;
+mod stubs;
 mod trace;
 mod whole_file;
 
@@ -83,6 +84,8 @@ enum Command {
     Disasm(disasm::Arguments),
     /// List the robots, or the functions and limits of one
     Robots(robots::Arguments),
+    /// Write a robot file for the robot functions that a script calls
+    Stubs(stubs::Arguments),
     /// Explain the code of a message
     Explain(explain::Arguments),
 }
@@ -122,6 +125,7 @@ fn main() -> ExitCode {
         Command::Trace(arguments) => trace::execute(arguments),
         Command::Disasm(arguments) => disasm::execute(arguments),
         Command::Robots(arguments) => robots::execute(arguments),
+        Command::Stubs(arguments) => stubs::execute(arguments),
         Command::Explain(arguments) => explain::execute(arguments),
     };
     let ending = ending.unwrap_or_else(|problem| {

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use bittybuzz_compiler::bo;
 use bittybuzz_compiler::compile::{self, Compiled, Options};
 use bittybuzz_compiler::include::{DiskFiles, Loader, MAX_SOURCE_BYTES};
-use bittybuzz_compiler::parser;
+use bittybuzz_compiler::parser::{self, Parsed};
 use bittybuzz_compiler::source::SourceMap;
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_robot_spec::Profile;
@@ -206,13 +206,14 @@ pub fn compiled(
         robots: selection.known.clone(),
     };
     match kind {
-        Kind::Script => script(path, include, &options),
+        Kind::Script => Ok(compile::compile_parsed(parsed(path, include), &options)),
         Kind::Object => object(path, &options),
         Kind::Image => Err(Problem::NotAScript(path.to_owned())),
     }
 }
 
-fn script(path: &Path, include: &[PathBuf], options: &Options) -> Result<Compiled, Problem> {
+/// Parses a script and what it includes.
+pub fn parsed(path: &Path, include: &[PathBuf]) -> Parsed {
     let environment = env::var_os(INCLUDE_PATH).unwrap_or_default();
     let is_named = |folder: &PathBuf| !folder.as_os_str().is_empty();
     let loader = Loader {
@@ -221,7 +222,7 @@ fn script(path: &Path, include: &[PathBuf], options: &Options) -> Result<Compile
         library: library::FILES,
         ..Loader::new(&DiskFiles)
     };
-    Ok(compile::compile_parsed(parser::parse_file(path, &loader), options))
+    parser::parse_file(path, &loader)
 }
 
 /// Compiles an object file; the `.bdb` file beside it tells places in the script.

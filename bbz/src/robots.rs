@@ -1,7 +1,9 @@
-//! `bbz robots`: the robots that `--robot` knows, or everything that a script has to know of one.
+//! `bbz robots`: the robots that `--robot` knows, or everything that a script has to know of one, and its part in `bbz sim`.
 
 use bittybuzz_robot_files::{all_shipped, find};
-use bittybuzz_robot_spec::{Budget, Function, OnFault, Robot, Setting};
+use bittybuzz_robot_spec::{
+    Body, Budget, Effect, Function, OnFault, Robot, Sensor, SensorKind, Setting,
+};
 use clap::Args;
 
 use crate::Ending;
@@ -51,11 +53,16 @@ fn describe(robot: &Robot) -> String {
     let chip = robot.chip.as_deref().unwrap_or("never flashed");
     let mut lines = vec![format!("{} (`--robot {}`): {chip}", robot.title, robot.name)];
     lines.extend(limits(robot).map(|limit| format!("  {limit}")));
+    lines.extend(robot.body.as_ref().map(|body| format!("  {}", body_text(body))));
+    lines.extend(robot.sensors.iter().map(|sensor| format!("  {}", sensor_text(sensor))));
     for function in &robot.functions {
         lines.push(String::new());
         lines.extend(forms(function));
         let waits = if function.waits { "; the script waits until that is done" } else { "" };
         lines.push(format!("    {}{waits}", function.help));
+        if let Some(effect) = &function.effect {
+            lines.push(format!("    in bbz sim: {}", effect_text(effect, &robot.sensors)));
+        }
     }
     for table in &robot.tables {
         let fields: Vec<String> = table.fields.iter().map(ToString::to_string).collect();
@@ -89,6 +96,56 @@ fn limits(robot: &Robot) -> impl Iterator<Item = String> {
         format!("{} messages can wait to be read, {} to be sent", vm.in_queue, vm.out_queue),
     ];
     all.into_iter().chain(bearings).chain(firmware)
+}
+
+/// `body in bbz sim: differential, radius 40 mm, height 80 mm; at most 150 mm/s forward, 286 deg/s turn`
+fn body_text(body: &Body) -> String {
+    let Body { drive, radius_mm, height_mm, .. } = body;
+    let most = drive.quantities().iter().filter_map(|quantity| {
+        let most = drive.most(*quantity)?;
+        Some(format!("{} {most:.0} {}", quantity.name(), quantity.unit()))
+    });
+    format!(
+        "body in bbz sim: {}, radius {radius_mm} mm, height {height_mm} mm; at most {}",
+        drive.name(),
+        most.collect::<Vec<_>>().join(", ")
+    )
+}
+
+/// `sensor ring: proximity, 8 beams up to 300 mm`
+fn sensor_text(sensor: &Sensor) -> String {
+    let kind = sensor.kind.name();
+    let limits = match &sensor.kind {
+        SensorKind::Proximity { directions_deg, range_mm, .. } => match directions_deg.len() {
+            1 => format!(", up to {range_mm} mm"),
+            beams => format!(", {beams} beams up to {range_mm} mm"),
+        },
+        SensorKind::RangeAndBearing { range_mm, .. } => format!(", up to {range_mm} mm"),
+        SensorKind::Battery { full_mv, empty_mv, minutes } => {
+            format!(", {full_mv} to {empty_mv} mV in {minutes} minutes")
+        }
+        SensorKind::Light { .. } | SensorKind::Ground => ", 0 to 1023".to_owned(),
+    };
+    format!("sensor {}: {kind}{limits}", sensor.name)
+}
+
+/// `sets forward = 0 mm/s; reads ring.0 (mm)`
+fn effect_text(effect: &Effect, sensors: &[Sensor]) -> String {
+    let mut parts = Vec::new();
+    if !effect.sets.is_empty() {
+        let sets: Vec<String> = effect.sets.iter().map(ToString::to_string).collect();
+        parts.push(format!("sets {}", sets.join(", ")));
+    }
+    if effect.logs {
+        parts.push("logs its arguments".to_owned());
+    }
+    if let Some(reading) = effect.reads
+        && let Some(sensor) = sensors.get(reading.sensor)
+    {
+        let (value, unit) = (reading.value.suffix(), reading.value.unit(&sensor.kind));
+        parts.push(format!("reads {}{value} ({unit})", sensor.name));
+    }
+    parts.join("; ")
 }
 
 /// The ways to call a function.

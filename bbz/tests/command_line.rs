@@ -269,6 +269,41 @@ fn likely_names_are_searched_for_the_first_unknown_ones() {
     assert!(helps[100..].iter().all(|help| help.is_null()), "{helps:?}");
 }
 
+/// A robot that the simulator moves by its file.
+const ROVER: &str = r#"name = "rover"
+
+[body]
+drive = "unicycle"
+radius_mm = 40
+speed_mm_s = 100
+turn_deg_s = 90
+
+[[sensor]]
+name = "eyes"
+kind = "proximity"
+count = 4
+range_mm = 300
+
+[[function]]
+name = "go"
+accepts = ["speed: number"]
+sets = { forward = "speed cm/s", turn = 0 }
+help = "go ahead"
+
+[[function]]
+name = "behind"
+accepts = [""]
+returns = "int"
+reads = "eyes.2"
+help = "distance to what is in the back"
+
+[[function]]
+name = "say"
+accepts = ["values: any..."]
+logs = true
+help = "write the values to the log"
+"#;
+
 #[test]
 fn robots_are_listed_with_what_scripts_can_call() {
     let folder = Folder::new("robots");
@@ -290,6 +325,20 @@ fn robots_are_listed_with_what_scripts_can_call() {
     let zooids = folder.bbz(&["robots", "zooids"]).stdout;
     assert!(zooids.contains("\npos = { "), "{zooids}");
     assert!(zooids.contains("\nbbz flash --set range_mm="), "{zooids}");
+    assert!(!zooids.contains("in bbz sim"), "{zooids}");
+    folder.write("rover.toml", ROVER);
+    let rover = folder.bbz(&["robots", "rover.toml"]).stdout;
+    for line in [
+        "  body in bbz sim: unicycle, radius 40 mm, height 80 mm; at most forward 100 mm/s, turn 90 deg/s",
+        "  sensor eyes: proximity, 4 beams up to 300 mm",
+        "go(speed: number)",
+        "    in bbz sim: sets forward = 10 * speed mm/s, turn = 0 deg/s",
+        "    in bbz sim: reads eyes.2 (mm)",
+        "say(values: any...)",
+        "    in bbz sim: logs its arguments",
+    ] {
+        assert!(rover.lines().any(|found| found == line), "{line} is not in:\n{rover}");
+    }
     let unknown = folder.bbz(&["robots", "kilobots"]);
     assert_eq!(unknown.status, Some(3));
     assert!(unknown.stderr.contains("no robot is named `kilobots`"), "{}", unknown.stderr);

@@ -1,6 +1,6 @@
 //! Checks calls: whether the callee exists here, and whether it takes these arguments.
 
-use bittybuzz_robot_spec::{Function, Parameter, Type};
+use bittybuzz_robot_spec::{Function, Parameter, Type, parameter_at, takes_count};
 use bittybuzz_vm_core::builtin::{self, Library};
 
 use crate::check::names::{Meaning, Member};
@@ -183,7 +183,7 @@ impl Checker<'_> {
         let of_count: Vec<&Vec<Parameter>> = functions
             .iter()
             .flat_map(|function| &function.accepts)
-            .filter(|list| list.len() == args.len())
+            .filter(|list| takes_count(list, args.len()))
             .collect();
         if of_count.is_empty() {
             self.report(
@@ -201,16 +201,19 @@ impl Checker<'_> {
             return;
         }
         let kinds: Vec<Option<Kind>> = args.iter().map(|arg| kind_of(arg, self.meanings)).collect();
-        let takes = |list: &&Vec<Parameter>| {
-            list.iter().zip(&kinds).all(|(parameter, kind)| accepts(parameter.kind, *kind))
+        let first_wrong = |list: &[Parameter]| {
+            let is_wrong = |(index, (_, kind)): &(usize, (&Expr, &Option<Kind>))| {
+                parameter_at(list, *index).is_some_and(|known| !accepts(known.kind, **kind))
+            };
+            args.iter().zip(&kinds).enumerate().find(is_wrong)
         };
-        if of_count.iter().any(takes) {
+        if of_count.iter().any(|list| first_wrong(list).is_none()) {
             return;
         }
-        // Of the lists of this length the first explains: that there are several is rare.
+        // Of the lists that take this number of arguments the first explains: that there are several is rare.
         let wrong = of_count.first().and_then(|list| {
-            let mut pairs = list.iter().zip(args.iter().zip(&kinds));
-            pairs.find(|(parameter, (_, kind))| !accepts(parameter.kind, **kind))
+            let (index, found) = first_wrong(list)?;
+            Some((parameter_at(list, index)?, found))
         });
         if let Some((parameter, (arg, Some(kind)))) = wrong {
             self.report(

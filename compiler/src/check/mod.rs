@@ -1,6 +1,7 @@
 //! Checks a script as a whole: what its names mean, and what can be seen to go wrong before it runs.
 
 mod calls;
+pub mod missing;
 pub mod names;
 pub mod resolve;
 pub mod robots;

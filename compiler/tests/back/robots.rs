@@ -2,6 +2,7 @@
 
 use bittybuzz_compiler::compile::{Compiled, Options};
 use bittybuzz_robot_files::all_shipped;
+use bittybuzz_robot_spec::Robot;
 use bittybuzz_vm_core::hash::name_hash;
 use bittybuzz_vm_core::image::Image;
 
@@ -144,4 +145,56 @@ fn tables_of_the_robot() {
     assert_eq!(codes(&guarded), [""; 0]);
     let (image, symbols) = (guarded.image.unwrap(), guarded.symbols.unwrap());
     assert!(!listing(&image, &symbols).contains("LIBRARY"));
+}
+
+/// A robot with functions that take any number of arguments.
+const VARIADIC: &str = r#"
+name = "talker"
+
+[[function]]
+name = "say"
+accepts = ["values: any..."]
+help = "say the values"
+
+[[function]]
+name = "play"
+accepts = ["instrument: string, notes: int..."]
+returns = "int"
+help = "play the notes"
+"#;
+
+fn build_for_talker(script: &str) -> Compiled {
+    let talker = Robot::parse(VARIADIC, "talker.toml").expect("it is right");
+    build_with(script, &Options { robot: Some(talker), ..Options::default() })
+}
+
+#[test]
+fn a_repeated_parameter_takes_any_number_of_arguments() {
+    let many = format!("say({})", ["1"; 127].join(", "));
+    let right = ["say()", "say(1)", "say(1, \"a\", {}, nil)", "play(\"drum\")", &many];
+    for script in right {
+        let compiled = build_for_talker(script);
+        assert_eq!(codes(&compiled), [""; 0], "{script}");
+        assert!(compiled.image.is_some(), "{script}");
+    }
+    let right = "x = play(\"horn\", 1, 2, 3, 4, 5, 6, 7, 8, 9) log(x)";
+    assert_eq!(build_for_talker(right).symbols.unwrap().imports, ["play"]);
+    let too_many = format!("say({})", ["1"; 128].join(", "));
+    assert!(build_for_talker(&too_many).image.is_none());
+}
+
+#[test]
+fn arguments_for_a_repeated_parameter_have_its_type() {
+    assert_eq!(codes(&build_for_talker("play()")), ["E0404"]);
+    for wrong in ["play(1)", "play(\"drum\", \"a\")", "play(\"drum\", 1, 2, 3, nil, 5)"] {
+        let compiled = build_for_talker(wrong);
+        assert_eq!(codes(&compiled), ["E0405"], "{wrong}");
+        let help = compiled.diagnostics[0].help.clone().unwrap();
+        let form = "write `play(instrument: string, notes: int...)`: play the notes";
+        assert_eq!(help, form, "{wrong}");
+    }
+    let compiled = build_for_talker("play(\"drum\", 1, 2, \"three\")");
+    let message = &compiled.diagnostics[0].message;
+    assert_eq!(message, "`notes` of `play` is an integer, not a string");
+    assert_eq!(compiled.sources.text(compiled.diagnostics[0].span), "\"three\"");
 }

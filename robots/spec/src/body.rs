@@ -8,7 +8,7 @@ use crate::effect::Quantity;
 /// A body: a disc over the ground with a drive. `[body]` of the robot file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Body {
-    /// What moves it, and how fast.
+    /// The drive and its limits.
     pub drive: Drive,
     /// Radius of the disc, in mm.
     pub radius_mm: f64,

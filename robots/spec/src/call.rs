@@ -3,18 +3,19 @@
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{Arguments, ByteCode, Item, Refusal, RobotFault, Value};
 
-use crate::{Function, Parameter, Type};
+use crate::{Function, Parameter, Type, parameter_at, takes_count};
 
-/// The first of `candidates`, functions of one name, that takes these arguments; else the fault that a robot would report.
+/// The first of `candidates`, functions of one name, that takes these arguments, and the list that does; else the fault that
+/// a robot would report.
 pub fn accepting<'a, P: Profile, C: ByteCode, const SLOTS: usize>(
     candidates: &[&'a Function],
     arguments: &Arguments<'_, P, C, SLOTS>,
-) -> Result<&'a Function, RobotFault> {
+) -> Result<(&'a Function, &'a [Parameter]), RobotFault> {
     let mut wrong = None;
     for function in candidates {
         for list in &function.accepts {
             match mismatch(list, arguments) {
-                Mismatch::None => return Ok(function),
+                Mismatch::None => return Ok((function, list)),
                 // Of several lists the one counts that was met furthest.
                 Mismatch::Argument(index) => wrong = wrong.max(Some(index)),
                 Mismatch::Count => {}
@@ -56,7 +57,7 @@ fn mismatch<P: Profile, C: ByteCode, const SLOTS: usize>(
     list: &[Parameter],
     arguments: &Arguments<'_, P, C, SLOTS>,
 ) -> Mismatch {
-    if list.len() != arguments.count() {
+    if !takes_count(list, arguments.count()) {
         return Mismatch::Count;
     }
     let fits = |index: usize, kind| {
@@ -70,8 +71,10 @@ fn mismatch<P: Profile, C: ByteCode, const SLOTS: usize>(
                 | (Type::Function, Item::Function)
         )
     };
-    let wrong = list.iter().enumerate().find(|(index, parameter)| !fits(*index, parameter.kind));
-    wrong.map_or(Mismatch::None, |(index, _)| Mismatch::Argument(index))
+    let is_wrong = |index: &usize| {
+        parameter_at(list, *index).is_some_and(|parameter| !fits(*index, parameter.kind))
+    };
+    (0..arguments.count()).find(is_wrong).map_or(Mismatch::None, Mismatch::Argument)
 }
 
 /// `(x: number, y: number)`

@@ -1,5 +1,9 @@
 //! The effect of a robot function in the simulator: which actuators it sets, which sensor it reads.
 
+use std::fmt;
+
+use bittybuzz_toml_reader::number_text;
+
 use crate::Parameter;
 use crate::sensor::Reading;
 
@@ -151,13 +155,29 @@ impl Quantity {
 }
 
 impl Dimension {
-    /// The units that can be written after a value, and what they are in the unit of the quantity.
+    /// The units that can be written after a value, and their factors to the unit of the quantity.
     pub(crate) const fn units(self) -> &'static [(&'static str, f64)] {
         match self {
             Dimension::Speed => &[("mm/s", 1.0), ("cm/s", 10.0), ("m/s", 1000.0)],
             Dimension::TurningRate => &[("deg/s", 1.0), ("rad/s", 180.0 / std::f64::consts::PI)],
             Dimension::Length => &[("mm", 1.0), ("cm", 10.0), ("m", 1000.0)],
             Dimension::Share | Dimension::Color => &[],
+        }
+    }
+}
+
+/// `left_wheel = 10 * left mm/s`
+impl fmt::Display for Assignment {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} = ", self.quantity.name())?;
+        match &self.amount {
+            Amount::Constant(value) => write!(f, "{}", number_text(*value))?,
+            Amount::Parameter { name, factor: 1.0 } => write!(f, "{name}")?,
+            Amount::Parameter { name, factor } => write!(f, "{} * {name}", number_text(*factor))?,
+        }
+        match self.quantity.dimension() {
+            Dimension::Share | Dimension::Color => Ok(()),
+            _ => write!(f, " {}", self.quantity.unit()),
         }
     }
 }

@@ -54,7 +54,11 @@ pub enum Cause {
     BadParameter { text: String },
     /// Two parameters or fields of one name.
     RepeatedParameter { name: String },
-    /// More arguments than a call can pass.
+    /// A parameter after one that stands for any number of arguments.
+    AfterRepeated { parameter: String },
+    /// A field that stands for any number of fields.
+    RepeatedField { field: String },
+    /// More parameters than a function can have.
     TooManyParameters,
     /// A type that does not exist.
     UnknownType { name: String },
@@ -180,6 +184,15 @@ impl fmt::Display for Cause {
             Cause::RepeatedList => write!(f, "the same types of arguments are listed twice"),
             Cause::BadParameter { text } => write!(f, "`{text}` is not a parameter"),
             Cause::RepeatedParameter { name } => write!(f, "`{name}` stands twice in the list"),
+            Cause::AfterRepeated { parameter } => {
+                write!(f, "no parameter can follow `{parameter}`, which takes all other arguments")
+            }
+            Cause::RepeatedField { field } => {
+                write!(
+                    f,
+                    "`{field}` is no field: only the last parameter of a function takes `...`"
+                )
+            }
             Cause::TooManyParameters => {
                 write!(f, "a list cannot have more than {MAX_PARAMETERS} entries")
             }
@@ -263,6 +276,8 @@ impl toml_reader::Cause for Cause {
             Cause::BadParameter { .. } => {
                 Some("write `name: type`, separated by commas, as in \"x: int, y: int\"".to_owned())
             }
+            Cause::AfterRepeated { .. } => Some("write it last".to_owned()),
+            Cause::RepeatedField { .. } => Some("remove the `...`".to_owned()),
             Cause::UnknownType { name } => Some(one_of(name, &Type::ALL.map(Type::name))),
             Cause::NoFields => Some("write them as in \"x: number, y: number\"".to_owned()),
             Cause::KeyOfAnother { known, .. } => Some(format!("it has {}", known.join(", "))),
@@ -295,7 +310,9 @@ impl toml_reader::Cause for Cause {
                 Some("it takes no argument: write a number".to_owned())
             }
             Cause::UnknownParameter { name, known } => Some(one_of(name, known)),
-            Cause::NoNumber { .. } => Some("its type must be int or number".to_owned()),
+            Cause::NoNumber { .. } => {
+                Some("its type must be int or number, without `...`".to_owned())
+            }
             Cause::UnknownUnit { known, .. } if known.is_empty() => {
                 Some("write the value alone".to_owned())
             }

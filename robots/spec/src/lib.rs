@@ -77,8 +77,9 @@ pub use effect::{Amount, Assignment, Effect, Quantity};
 pub use error::{Cause, RobotError, RobotErrors};
 pub use generate::generate_rust;
 pub use layout::{Layout, Region};
+pub use read::is_robot_name;
 pub use sensor::{Reading, Sensor, SensorKind, SensorValue};
-pub use signature::{Parameter, Type};
+pub use signature::{MAX_PARAMETERS, Parameter, Type, parameter_at, takes_count};
 pub use trailing::{NoSection, SCRIPT_MARK, find_script_section, script_section};
 
 /// What a robot file says.
@@ -114,7 +115,7 @@ pub struct Robot {
     pub settings: Vec<Setting>,
     /// The body that the simulator moves; `None` if the simulator has no robot of this kind, or code of its own for it.
     pub body: Option<Body>,
-    /// What that body measures, in the order of the file.
+    /// The sensors of that body, in the order of the file.
     pub sensors: Vec<Sensor>,
 }
 
@@ -210,7 +211,7 @@ pub struct Function {
     pub waits: bool,
     /// What it does, with units, in one line.
     pub help: String,
-    /// What it does in the simulator: `Some` where the robot has a [`Body`].
+    /// The effect in the simulator: `Some` where the robot has a [`Body`].
     pub effect: Option<Effect>,
 }
 
@@ -222,7 +223,7 @@ impl Function {
 
     /// Whether one of the accepted lists has that many arguments.
     pub fn accepts_count(&self, count: usize) -> bool {
-        self.accepts.iter().any(|list| list.len() == count)
+        self.accepts.iter().any(|list| takes_count(list, count))
     }
 }
 

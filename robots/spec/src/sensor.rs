@@ -5,7 +5,7 @@
 pub struct Sensor {
     /// The name by which functions refer to it.
     pub name: String,
-    /// What it measures.
+    /// The kind of sensor and its limits.
     pub kind: SensorKind,
     /// Standard deviation of a value, in the unit of the value; 0 if left out. Of a [`SensorKind::RangeAndBearing`] it is
     /// that of the distance.
@@ -79,6 +79,30 @@ pub struct Reading {
     pub value: SensorValue,
 }
 
+impl SensorValue {
+    /// The text after the sensor's name in robot files: empty, or a point and the value.
+    pub fn suffix(self) -> String {
+        match self {
+            SensorValue::Only | SensorValue::BeamOfArgument => String::new(),
+            SensorValue::Beam(beam) => format!(".{beam}"),
+            SensorValue::NearestDistance => ".distance".to_owned(),
+            SensorValue::NearestBearing => ".bearing".to_owned(),
+            SensorValue::Count => ".count".to_owned(),
+        }
+    }
+
+    /// Its unit, of a sensor of that kind.
+    pub const fn unit(self, kind: &SensorKind) -> &'static str {
+        match (self, kind) {
+            (SensorValue::NearestBearing, _) => "degrees",
+            (SensorValue::Count, _) => "robots",
+            (_, SensorKind::Light { .. } | SensorKind::Ground) => "0 to 1023",
+            (_, SensorKind::Battery { .. }) => "mV",
+            _ => "mm",
+        }
+    }
+}
+
 impl SensorKind {
     /// The word of robot files.
     pub const fn name(&self) -> &'static str {
@@ -88,16 +112,6 @@ impl SensorKind {
             SensorKind::Ground => "ground",
             SensorKind::RangeAndBearing { .. } => "range-and-bearing",
             SensorKind::Battery { .. } => "battery",
-        }
-    }
-
-    /// The unit of its values.
-    pub const fn unit(&self) -> &'static str {
-        match self {
-            SensorKind::Proximity { .. } => "mm",
-            SensorKind::Light { .. } | SensorKind::Ground => "0 to 1023",
-            SensorKind::RangeAndBearing { .. } => "mm and degrees",
-            SensorKind::Battery { .. } => "mV",
         }
     }
 }

@@ -1,10 +1,11 @@
-//! The compact notation for parameters and fields: `"x: number, y: number"`.
+//! The compact notation for parameters and fields: `"x: number, y: number"`, and `"values: any..."` for any number of
+//! arguments.
 
 use crate::error::Cause;
 use std::fmt;
 use std::ops::Range;
 
-/// The most arguments that a call of a robot function can pass.
+/// The most parameters of a robot function.
 pub const MAX_PARAMETERS: usize = 7;
 
 /// What a parameter accepts, what a function returns or what a field holds.
@@ -62,12 +63,31 @@ pub struct Parameter {
     pub name: String,
     /// What it accepts or holds.
     pub kind: Type,
+    /// True for a last parameter that stands for any number of arguments, also for none: `values: any...`.
+    pub is_repeated: bool,
 }
 
 impl fmt::Display for Parameter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.name, self.kind)
+        let dots = if self.is_repeated { REPEATED } else { "" };
+        write!(f, "{}: {}{dots}", self.name, self.kind)
     }
+}
+
+/// The mark after the type of a repeated parameter.
+const REPEATED: &str = "...";
+
+/// Returns true if a call with that many arguments passes all parameters of the list, and no more.
+pub fn takes_count(list: &[Parameter], count: usize) -> bool {
+    match list.split_last() {
+        Some((last, others)) if last.is_repeated => others.len() <= count,
+        _ => list.len() == count,
+    }
+}
+
+/// Returns the parameter of an argument, counted from 0.
+pub fn parameter_at(list: &[Parameter], argument: usize) -> Option<&Parameter> {
+    list.get(argument).or_else(|| list.last().filter(|last| last.is_repeated))
 }
 
 /// What is wrong in a list, and where in it (bytes).
@@ -99,8 +119,15 @@ pub fn parse_list(text: &str) -> Result<Vec<Parameter>, ListError> {
         if list.len() == MAX_PARAMETERS {
             return fail(Cause::TooManyParameters);
         }
+        if let Some(previous) = list.last().filter(|previous| previous.is_repeated) {
+            return fail(Cause::AfterRepeated { parameter: previous.to_string() });
+        }
+        let (kind, is_repeated) = match kind.strip_suffix(REPEATED) {
+            Some(kind) => (kind.trim_end(), true),
+            None => (kind, false),
+        };
         let kind = Type::from_name(kind).map_err(|cause| (span_of(kind), cause))?;
-        list.push(Parameter { name: name.to_owned(), kind });
+        list.push(Parameter { name: name.to_owned(), kind, is_repeated });
     }
     Ok(list)
 }
@@ -133,6 +160,21 @@ mod tests {
     }
 
     #[test]
+    fn a_repeated_parameter_stands_for_any_number_of_arguments() {
+        let list = parse_list("name: string, values: int ...").unwrap();
+        let shown: Vec<String> = list.iter().map(Parameter::to_string).collect();
+        assert_eq!(shown, ["name: string", "values: int..."]);
+        let counts: Vec<usize> = (0..5).filter(|count| takes_count(&list, *count)).collect();
+        assert_eq!(counts, [1, 2, 3, 4]);
+        let kinds = [0, 1, 2, 100].map(|argument| parameter_at(&list, argument).unwrap().kind);
+        assert_eq!(kinds, [Type::String, Type::Int, Type::Int, Type::Int]);
+        let fixed = parse_list("name: string").unwrap();
+        assert!(takes_count(&fixed, 1) && !takes_count(&fixed, 2));
+        assert_eq!((parameter_at(&fixed, 1), parameter_at(&[], 0)), (None, None));
+        assert!(takes_count(&[], 0) && !takes_count(&[], 1));
+    }
+
+    #[test]
     fn faults_and_their_place() {
         let cases = [
             ("color", 0..5, "BadParameter"),
@@ -146,6 +188,12 @@ mod tests {
             ("x: int, x: int", 8..14, "RepeatedParameter"),
             ("a:int,b:int,c:int,d:int,e:int,f:int,g:int, h:int", 43..48, "TooManyParameters"),
             ("\u{e9}: int", 0..7, "BadParameter"),
+            ("...", 0..3, "BadParameter"),
+            ("x...: int", 0..9, "BadParameter"),
+            ("x: ...", 3..3, "UnknownType"),
+            ("x: itn...", 3..6, "UnknownType"),
+            ("x: int..., y: int", 11..17, "AfterRepeated"),
+            ("x: int..., y: int...", 11..20, "AfterRepeated"),
         ];
         for (text, place, cause) in cases {
             let (span, found) = parse_list(text).unwrap_err();

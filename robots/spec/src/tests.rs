@@ -106,7 +106,10 @@ fn a_good_file_says_what_it_says() {
     assert_eq!((led.returns, led.waits), (None, false));
     assert_eq!(led.accepts.len(), 2);
     assert!(led.accepts_count(1) && led.accepts_count(2) && !led.accepts_count(0));
-    assert_eq!(led.accepts[1][1], Parameter { name: "on".to_owned(), kind: Type::Int });
+    assert_eq!(
+        led.accepts[1][1],
+        Parameter { name: "on".to_owned(), kind: Type::Int, is_repeated: false }
+    );
     let goto = toy.function("goto").unwrap();
     assert_eq!((goto.returns, goto.waits), (Some(Type::Int), true));
     assert_eq!(goto.accepts[0][0].kind, Type::Number);
@@ -265,6 +268,16 @@ fn every_error_has_its_place() {
         ("returns = \"int\"", "returns = \"itn\"", Expected("UnknownType", 40, 11, "mean `int`?")),
         ("\"x: number, y: number\"\n", "\"\"\n", Expected("NoFields", 29, 10, "no fields")),
         ("\"x: number, y: number\"\n", "\"x\"\n", Expected("BadParameter", 29, 11, "`x`")),
+        (
+            "y: number\"]",
+            "y: number..., z: int\"]",
+            Expected("AfterRepeated", 39, 38, "write it last"),
+        ),
+        (
+            "y: number\"\n",
+            "y: number...\"\n",
+            Expected("RepeatedField", 29, 10, "`y: number...` is no field"),
+        ),
         (
             "x: number, y: number\"]",
             "a: int, b: int, c: int, d: int, e: int, f: int, g: int, h: int\"]",

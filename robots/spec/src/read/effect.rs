@@ -131,7 +131,9 @@ fn amount(
         entry.fail(Cause::UnknownParameter { name: name.to_owned(), known });
         return None;
     };
-    let is_number = |parameter: &&Parameter| matches!(parameter.kind, Type::Int | Type::Number);
+    let is_number = |parameter: &&Parameter| {
+        matches!(parameter.kind, Type::Int | Type::Number) && !parameter.is_repeated
+    };
     if let Some(other) = [first].into_iter().chain(same_name).find(|known| !is_number(known)) {
         entry.fail(Cause::NoNumber { parameter: other.to_string() });
         return None;

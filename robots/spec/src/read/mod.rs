@@ -368,6 +368,10 @@ fn sensor_table(section: &Section<'_>, names: &mut Names) -> Option<SensorTable>
             entry.fail(Cause::NoFields);
             return None;
         }
+        if let Some(field) = fields.last().filter(|field| field.is_repeated) {
+            entry.fail(Cause::RepeatedField { field: field.to_string() });
+            return None;
+        }
         Some(fields)
     });
     let help = line(section, "help");
@@ -385,7 +389,8 @@ fn setting(section: &Section<'_>, names: &mut Names) -> Option<Setting> {
     Some(Setting { name: name?, least: least? as u16, most: most? as u16, help: help? })
 }
 
-fn is_robot_name(name: &str) -> bool {
+/// Returns true for a lower-case word that the command line takes as the name of a robot.
+pub fn is_robot_name(name: &str) -> bool {
     name.starts_with(|first: char| first.is_ascii_lowercase())
         && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-')
 }
@@ -440,7 +445,8 @@ fn argument_lists(entry: &Entry<'_>) -> Option<Vec<Vec<Parameter>>> {
     let mut kinds = HashSet::new();
     let lists = items.iter().map(|item| {
         let list = parameters(item)?;
-        if !kinds.insert(list.iter().map(|parameter| parameter.kind).collect::<Vec<_>>()) {
+        let types = list.iter().map(|parameter| (parameter.kind, parameter.is_repeated));
+        if !kinds.insert(types.collect::<Vec<_>>()) {
             item.fail(Cause::RepeatedList);
             return None;
         }

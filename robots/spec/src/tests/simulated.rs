@@ -170,6 +170,14 @@ fn calls_set_quantities() {
     assert_eq!(values("led", 0, &[5.0]), [(Quantity::Color, 5.0)]);
     assert_eq!(values("led", 1, &[50.0, 10.0]), [(Quantity::Red, 0.5), (Quantity::Green, -0.1)]);
     assert_eq!(values("print", 0, &[1.0]), []);
+    let shown = |name: &str| -> Vec<String> {
+        let effect = robot.function(name).unwrap().effect.as_ref().unwrap();
+        effect.sets.iter().map(ToString::to_string).collect()
+    };
+    let right = format!("right_wheel = {} * right mm/s", 150.0 / 255.0);
+    assert_eq!(shown("wheels"), ["left_wheel = 10 * left mm/s", &right]);
+    assert_eq!(shown("stop"), ["forward = 0 mm/s", "turn = 0 deg/s"]);
+    assert_eq!(shown("led"), ["color = color", "red = 0.01 * red", "green = -0.01 * green"]);
 }
 
 #[test]
@@ -256,6 +264,11 @@ fn every_error_has_its_place() {
         ("\"left cm/s\"", "\"left km/s\"", Expected("UnknownUnit", 32, 23, "did you mean")),
         ("\"left cm/s\"", "\"left of 0\"", Expected("UnknownUnit", 32, 23, "one of mm/s, cm/s")),
         ("\"color\"", "\"color %\"", Expected("UnknownUnit", 44, 18, "write the value alone")),
+        (
+            "right: number",
+            "right: number...",
+            Expected("NoNumber", 32, 50, "`right: number...` is"),
+        ),
         ("left: number", "left: any", Expected("NoNumber", 32, 23, "must be int or number")),
         (
             "green: int\"",

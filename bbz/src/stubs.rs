@@ -1,0 +1,155 @@
+//! `bbz stubs`: a robot file for the robot functions that a script calls, to start from.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use bittybuzz_compiler::check::missing::{Missing, MissingFunction, missing};
+use bittybuzz_compiler::source::SourceMap;
+use bittybuzz_robot_spec::{MAX_PARAMETERS, Robot, is_robot_name};
+use clap::Args;
+
+use crate::Ending;
+use crate::output;
+use crate::problem::Problem;
+use crate::program::{self, Kind};
+use crate::report;
+use crate::whole_file::{self, Inputs};
+
+const EXAMPLES: &str = "\
+Examples:
+  bbz stubs patrol.bzz                   prints a robot file with the functions that patrol.bzz calls
+  bbz stubs patrol.bzz -o rover.toml     writes it; then `bbz check patrol.bzz --robot rover.toml`
+
+docs/own-robot.md leads from there to a robot that moves in `bbz sim`.
+
+Exit status: 0, or 2 syntax error, 3 wrong command line or file.";
+
+/// A body on two wheels, and a link.
+const BODY: &str = "\
+# The body that `bbz sim` moves: a disc on two wheels.
+[body]
+drive = \"differential\"
+radius_mm = 50
+wheel_distance_mm = 80
+speed_mm_s = 200
+
+# The link over which robots exchange messages.
+[[sensor]]
+name = \"radio\"
+kind = \"range-and-bearing\"
+range_mm = 1000
+";
+
+const POSITION: &str = "
+[[table]]
+name = \"pos\"
+fields = \"x: number, y: number, z: number, orientation: number\"
+help = \"x, y and z in mm, orientation in degrees\"
+";
+
+/// Arguments of `bbz stubs`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Script (.bzz)
+    file: PathBuf,
+    /// Write the robot file to OUT [default: standard output]
+    #[arg(short, long, value_name = "OUT.toml")]
+    output: Option<PathBuf>,
+    /// Folder to search for included files; may be given several times
+    #[arg(short = 'I', value_name = "DIR")]
+    include: Vec<PathBuf>,
+}
+
+/// Carries out the command.
+pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+    let path = arguments.file.as_path();
+    if Kind::of(path)? != Kind::Script {
+        return Err(Problem::NotAScript(path.to_owned()));
+    }
+    let parsed = program::parsed(path, &arguments.include);
+    if parsed.has_errors() {
+        report::diagnostics(&parsed.sources, &parsed.diagnostics);
+        return Ok(Ending::CompileError);
+    }
+    let output = arguments.output.as_deref();
+    let text = robot_file(path, output, &missing(&parsed.script), &parsed.sources);
+    // Two names of a script can be too much alike for one robot.
+    let written = output.map_or_else(|| "the robot file".into(), Path::to_string_lossy);
+    Robot::parse(&text, &written).map_err(Problem::Robot)?;
+    match output {
+        None => output::write(&text)?,
+        Some(output) => {
+            let mut inputs = Inputs::default();
+            program::add_inputs(path, Some(&parsed.sources), &mut inputs);
+            inputs.refuse(output)?;
+            whole_file::write(output, text.as_bytes())?;
+        }
+    }
+    Ok(Ending::Success)
+}
+
+fn robot_file(
+    script: &Path,
+    output: Option<&Path>,
+    missing: &Missing,
+    sources: &SourceMap,
+) -> String {
+    let mut text = format!(
+        "# The robot of {}. Each function is only logged: give it an effect with `sets` or `reads`.\n\n",
+        one_line(script)
+    );
+    // Writing to a String cannot fail.
+    let _ = write!(text, "name = \"{}\"\n\n{BODY}", robot_name(output.unwrap_or(script)));
+    if missing.has_position {
+        text += POSITION;
+    }
+    for function in &missing.functions {
+        text += &function_section(function, sources);
+    }
+    text
+}
+
+fn function_section(function: &MissingFunction, sources: &SourceMap) -> String {
+    let path = one_line(sources.path(function.first_call.file));
+    let place = sources.line_column(function.first_call);
+    let accepts: Vec<String> =
+        function.counts.iter().map(|count| format!("\"{}\"", parameters(*count))).collect();
+    let mut counts: Vec<String> = function.counts.iter().map(usize::to_string).collect();
+    if let Some(last) = counts.pop() {
+        let before = if counts.is_empty() { "" } else { " or " };
+        counts = vec![format!("{}{before}{last}", counts.join(", "))];
+    }
+    let noun = if function.counts.iter().eq([&1]) { "argument" } else { "arguments" };
+    let returns = if function.is_result_used { "returns = \"int\"\n" } else { "" };
+    format!(
+        "\n# First called in {path}:{}:{}.\n[[function]]\nname = \"{}\"\naccepts = [{}]\n{returns}\
+         logs = true\nhelp = \"called with {} {noun}\"\n",
+        place.line,
+        place.column,
+        function.name,
+        accepts.join(", "),
+        counts.concat(),
+    )
+}
+
+/// Parameters for that number of arguments. Their types are not known.
+fn parameters(count: usize) -> String {
+    if count > MAX_PARAMETERS {
+        return "values: any...".to_owned();
+    }
+    let parameters: Vec<String> = (1..=count).map(|number| format!("a{number}: any")).collect();
+    parameters.join(", ")
+}
+
+/// The name of the file as the name of a robot.
+fn robot_name(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let name = stem.to_lowercase().replace(|c: char| !c.is_ascii_alphanumeric(), "-");
+    if is_robot_name(&name) { name } else { format!("robot-{name}") }
+}
+
+/// A path for a comment of one line.
+fn one_line(path: &Path) -> String {
+    path.display().to_string().replace(char::is_control, "?")
+}

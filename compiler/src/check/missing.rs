@@ -1,0 +1,103 @@
+//! The robot that a script needs: the functions that it calls and neither defines nor finds in the language.
+
+use std::collections::{BTreeSet, HashMap, HashSet};
+
+use super::names::{Meaning, Meanings};
+use super::resolve;
+use super::robots::Robots;
+use super::tree::{ExprKind, NameId, Program, Stmt, StmtKind, each_expr};
+use crate::ast::Script;
+use crate::codegen::constant::Profile;
+use crate::source::Span;
+
+/// The part of a script that only a robot can supply.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Missing {
+    /// Functions, in the order in which their names first appear.
+    pub functions: Vec<MissingFunction>,
+    /// True if the script uses the table `pos`.
+    pub has_position: bool,
+}
+
+/// A function that a script calls and that only a robot can have.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MissingFunction {
+    /// Its name.
+    pub name: String,
+    /// The numbers of arguments that calls pass.
+    pub counts: BTreeSet<usize>,
+    /// True if the script uses the result of a call.
+    pub is_result_used: bool,
+    /// The first call in the source.
+    pub first_call: Span,
+}
+
+/// Returns what a script calls that no robot is known to have.
+pub fn missing(script: &Script) -> Missing {
+    let (program, _) = resolve::resolve(script);
+    let robots = Robots { target: None, known: &[] };
+    let meanings = Meanings::new(&program, robots, Profile::Full);
+    let calls = calls(&program);
+    let is_missing = |name: NameId| meanings.of(name) == Meaning::Nil;
+    let names = program.names.iter().enumerate().map(|(number, name)| (NameId(number), name));
+    let mut missing = Missing::default();
+    for (id, name) in names.filter(|(id, _)| is_missing(*id)) {
+        if name.text == "pos" {
+            missing.has_position = true;
+        }
+        let Some(calls) = calls.get(&id) else { continue };
+        let Some(first_call) = calls.iter().map(|call| call.span).min() else { continue };
+        missing.functions.push(MissingFunction {
+            name: name.text.clone(),
+            counts: calls.iter().map(|call| call.count).collect(),
+            is_result_used: calls.iter().any(|call| call.is_result_used),
+            first_call,
+        });
+    }
+    missing
+}
+
+/// A direct call of a name that is no local.
+struct Call {
+    count: usize,
+    is_result_used: bool,
+    span: Span,
+}
+
+fn calls(program: &Program) -> HashMap<NameId, Vec<Call>> {
+    let mut calls: HashMap<NameId, Vec<Call>> = HashMap::new();
+    for function in &program.functions {
+        let mut statements = HashSet::new();
+        add_statements(&function.body, &mut statements);
+        each_expr(&function.body, &mut |expr| {
+            let ExprKind::Call { callee, args } = &expr.kind else { return };
+            let ExprKind::Name(name) = callee.kind else { return };
+            calls.entry(name).or_default().push(Call {
+                count: args.len(),
+                is_result_used: !statements.contains(&expr.span),
+                span: expr.span,
+            });
+        });
+    }
+    calls
+}
+
+/// Adds the calls that are statements, whose result nothing uses.
+fn add_statements(stmts: &[Stmt], calls: &mut HashSet<Span>) {
+    for stmt in stmts {
+        match &stmt.kind {
+            StmtKind::Call(call) => {
+                calls.insert(call.span);
+            }
+            StmtKind::If { then, otherwise, .. } => {
+                add_statements(&then.stmts, calls);
+                add_statements(&otherwise.stmts, calls);
+            }
+            StmtKind::While { body, update, .. } => {
+                add_statements(&body.stmts, calls);
+                add_statements(update.as_deref().map_or(&[], std::slice::from_ref), calls);
+            }
+            StmtKind::Var { .. } | StmtKind::Assign { .. } | StmtKind::Return(_) => {}
+        }
+    }
+}
