@@ -103,7 +103,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             ($result:expr) => {
                 match $result {
                     Ok(value) => value,
-                    Err(Stopped) if Self::SOCIAL && self.contain(host) => continue,
+                    Err(Stopped) if Self::HAS_NETWORK && self.contain(host) => continue,
                     Err(Stopped) => return Err(Stopped),
                 }
             };
@@ -127,7 +127,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 if is_over!() {
                     return Ok(Flow::Continue);
                 }
-                if Self::SOCIAL && pc == Native::MESSAGES.position() {
+                if Self::HAS_NETWORK && pc == Native::MESSAGES.position() {
                     contained!(self.next_message(host));
                     continue;
                 }

@@ -3,7 +3,7 @@
 //!
 //! What is iterated is the first argument: a table, a snapshot of neighbours, a stigmergy, or `neighbors` itself.
 
-use super::swarms::{object, object_number};
+use super::network::is_of_neighbors;
 use super::{Flow, Native, Vm};
 use crate::builtin;
 use crate::builtin::Library;
@@ -59,19 +59,12 @@ fn task(number: u8) -> u8 {
     }
 }
 
-/// Whether it is a function of `neighbors`, which is what it iterates.
-fn is_of_neighbors(number: u8) -> bool {
-    (builtin::NEIGHBORS_FOREACH..=builtin::NEIGHBORS_NONKIN).contains(&number)
-}
-
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    const ITERATES_NEIGHBORS: bool = Self::has(Part::Neighbors) && Self::has(Part::Iteration);
-
     /// Begins a built-in of kind `Calls`, whose `count` arguments are on top.
     #[inline(never)]
     pub(super) fn begin_native(&mut self, number: u8, mut count: u8) -> Result<(), Stopped> {
         if Self::ITERATES_NEIGHBORS && is_of_neighbors(number) {
-            self.insert(count, object(Library::Neighbors, 0))?;
+            self.insert(count, Value::indexed(Tag::LIBRARY, Library::Neighbors as u16))?;
             count = count.wrapping_add(1);
         }
         let task = task(number);
@@ -95,7 +88,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             if !self.is_table(argument)? {
                 return self.begin_copy(number, wanted, false);
             }
-        } else if Self::SOCIAL {
+        } else if Self::HAS_NETWORK {
             self.need_source(number, argument)?;
         }
         self.enter_native(Native(number))?;
@@ -110,18 +103,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         };
         self.set_local(RESULT, result);
         Ok(())
-    }
-
-    /// What a function of a swarm, a snapshot or a stigmergy works on has to be one.
-    fn need_source(&mut self, number: u8, source: Value<P>) -> Result<(), Stopped> {
-        match number {
-            builtin::SWARM_EXEC if Self::has(Part::Swarms) => self.need_swarm(source).map(|_| ()),
-            builtin::STIGMERGY_FOREACH..=builtin::STIGMERGY_REDUCE => {
-                self.need_stigmergy(source).map(|_| ())
-            }
-            _ if is_of_neighbors(number) || source.is(Tag::SNAPSHOT) => Ok(()),
-            _ => Err(self.wrong_type(source, source)),
-        }
     }
 
     /// Goes on in the built-in at the stored position.
@@ -160,7 +141,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if Self::has(Part::Swarms) && number == builtin::SWARM_EXEC {
             if returned {
                 self.leave_frame(parameters, self.top(1));
-            } else if self.is_member(object_number(source)) {
+            } else if self.is_in_swarm(source) {
                 self.call_back(host, function, 0)?;
             } else {
                 self.leave_frame(parameters, Value::nil());
@@ -231,11 +212,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// False if there is none.
     fn next_element(&mut self, source: Value<P>, callback: usize) -> Result<bool, Stopped> {
         if (Self::has(Part::Neighbors) || Self::has(Part::Stigmergy)) && source.is(Tag::LIBRARY) {
-            return if Self::ITERATES_NEIGHBORS && source.index() as u8 == Library::Neighbors as u8 {
-                Ok(self.next_neighbor(callback - 2)? != 0)
-            } else {
-                self.next_entry(object_number(source), callback - 2)
-            };
+            return self.next_known(source, callback - 2);
         }
         self.sp = callback as u16 + 2;
         Ok(self.arena.table_next(source.index(), callback - 2))

@@ -165,7 +165,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let binds = match function.tag() {
             Tag::FUNCTION => self.head(number) & USES_SELF != 0,
             // Once read from its object it stays bound to it.
-            Tag::BUILTIN if Self::SOCIAL => {
+            Tag::BUILTIN if Self::HAS_NETWORK => {
                 value.is(Tag::BUILTIN) && Needs::of::<P, C>(number as u8).is_method()
             }
             _ => false,
@@ -256,7 +256,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let axis = match member {
             builtin::PI => return Value::float(core::f32::consts::PI),
             builtin::RNG => return Value::indexed(Tag::LIBRARY, Library::Rng as u16),
-            builtin::SWARM_OBJECT_ID | builtin::STIGMERGY_OBJECT_ID if Self::SHARES => {
+            builtin::SWARM_OBJECT_ID | builtin::STIGMERGY_OBJECT_ID if Self::HAS_SHARED_STATE => {
                 return self.object_id(library, member);
             }
             builtin::POSITION_X => Axis::X,

@@ -11,22 +11,16 @@
 //! position" is one of the [`Native`] codes, at which the interpreter lets the built-in go on. So nothing recurses on the
 //! stack of the processor, and a run can stop between any two instructions.
 
-mod advertise;
 #[cfg(feature = "torture")]
 mod audit;
 mod builtins;
 mod call;
 mod compare;
-mod inspect;
 mod interpret;
 mod iterate;
 mod library;
-mod messages;
-mod neighbors;
-mod serial;
+mod network;
 mod slow;
-mod stigmergy;
-mod swarms;
 mod text;
 
 use crate::arena::Arena;
@@ -34,12 +28,12 @@ use crate::bytecode::ByteCode;
 use crate::fault::{Fault, FaultCode, Stopped};
 use crate::host::Host;
 use crate::image::{Entry, EntryPoint, Header, Image, ImageError, Verified};
-use crate::network::{ENTRY, Protocol, Sizes};
 use crate::number::{Profile, Rng, TextWork};
 use crate::part::Part;
 use crate::seal::{self, Sealed};
 use crate::value::{Tag, Type, Value};
 use crate::verify;
+use network::Protocol;
 
 /// The slot of the machine's own global: changes that the script made to libraries, see [`library`].
 const OVERLAYS: usize = 0;
@@ -128,10 +122,10 @@ pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
     code: Option<C>,
     /// Its header.
     header: Header,
-    /// The first slot of what is known of other robots: neighbours, entries, stigmergies, swarms.
-    others: u16,
+    /// The first slot of the network: neighbours, entries, stigmergies, swarms.
+    network_base: u16,
     /// The script has to do with other robots.
-    is_social: bool,
+    uses_network: bool,
     protocol: Protocol<P>,
     // Last, so that the AVR reaches the other fields with short instructions.
     arena: Arena<P, SLOTS>,
@@ -144,8 +138,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             arena: Arena::new(),
             code: None,
             header: Header::EMPTY,
-            others: 0,
-            is_social: false,
+            network_base: 0,
+            uses_network: false,
             protocol: Protocol::EMPTY,
             pc: 0,
             fp: 0,
@@ -159,13 +153,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Says how much it remembers of other robots; before an image is loaded. Takes [`Sizes::slots`] of its slots.
-    pub fn equip(&mut self, sizes: Sizes) {
-        self.code = None;
-        self.state = State::Empty;
-        self.protocol.sizes = sizes.clamped();
-    }
-
     /// Whether the machine has that part: a constant.
     #[inline(always)]
     const fn has(part: Part) -> bool {
@@ -174,38 +161,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Whether functions may be bound to the table or object that they are read from.
     const BINDS: bool = Self::has(Part::Closures) || Self::has(Part::Libraries);
-
-    /// Whether it has what needs messages.
-    const SOCIAL: bool = Self::SHARES || Self::has(Part::Neighbors) || Self::has(Part::Messages);
-
-    /// Whether it has what robots share.
-    const SHARES: bool = Self::has(Part::Stigmergy) || Self::has(Part::Swarms);
-
-    /// How much it remembers of other robots.
-    #[inline(always)]
-    fn sizes(&self) -> &Sizes {
-        match &C::SIZES {
-            Some(sizes) => sizes,
-            None if Self::SOCIAL => &self.protocol.sizes,
-            None => &Sizes::NONE,
-        }
-    }
-
-    /// The first slot of what is known of other robots, behind those of the script.
-    #[inline(always)]
-    fn others(&self) -> usize {
-        match C::SIZES {
-            Some(sizes) => SLOTS.saturating_sub(sizes.slots()),
-            None => usize::from(self.others),
-        }
-    }
-
-    /// The first slot of the entries, behind the neighbours.
-    #[inline(always)]
-    fn entries_at(&self) -> usize {
-        let sizes = self.sizes();
-        self.others() + usize::from(sizes.neighbors) * sizes.neighbor()
-    }
 
     /// The program. Where there is only one it is there before it is loaded; but then the machine does not run.
     #[inline(always)]
@@ -272,14 +227,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.reset(slots);
         // In its place from the start: a copy of the header would cost the AVR more than the verifier's tables.
         let checked = check(&mut self.header, &mut self.arena);
-        if Self::SOCIAL {
-            self.is_social = self.header.features() & messages::SOCIAL != 0;
-            self.protocol.forget();
-        }
+        self.reset_network();
         let base = GLOBALS + usize::from(self.header.globals());
         // Above the memory of the script.
-        self.others = slots as u16;
-        let at = self.others();
+        self.network_base = slots as u16;
+        let at = self.network_base();
         self.arena.fill(at, at + others);
         self.arena.reset(slots);
         checked?;
@@ -305,11 +257,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub fn identify(&mut self, robot_id: u16, seed: u32) {
         self.robot_id = robot_id;
         self.rng = Rng::new(seed, robot_id);
-        if Self::SOCIAL {
-            self.protocol.jitter = robot_id;
-            // Robots that are switched on together send their first beacons one after the other.
-            self.protocol.silent = robot_id as u8 & 7;
-        }
+        self.identify_network(robot_id);
     }
 
     /// Starts an entry; [`Vm::run`] then runs it. False if the script does not have it, or cannot run now.
@@ -320,10 +268,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return false;
         }
         let point = program.header.entry(entry);
-        if Self::SOCIAL && entry == Entry::Global {
-            self.protocol.is_resting = false;
+        if entry == Entry::Global {
+            self.end_rest();
         }
-        if entry == Entry::Step && self.is_social && Self::SOCIAL {
+        if entry == Entry::Step && Self::HAS_NETWORK && self.uses_network {
             let is_there = self.protocol.is_resting || !self.entry_value(point).is_nil();
             if is_there {
                 self.begin_messages();
@@ -390,9 +338,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         match flow {
             Ok(Flow::Done) => {
                 self.finish();
-                if Self::SHARES && self.protocol.has_news {
-                    self.send_news(host);
-                }
+                self.send_changes(host);
                 Outcome::Done
             }
             Ok(Flow::Waiting) => Outcome::Waiting,
@@ -416,16 +362,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.sp = base as u16;
         self.state = State::Resting;
         self.work = P::TextWork::NONE;
-        if Self::SOCIAL {
-            if self.is_social {
-                self.state = State::Idle;
-            }
-            self.protocol.rest();
-            if Self::SHARES {
-                self.keep_stigmergies();
-                self.leave_swarms();
-            }
-        }
+        self.rest_network();
         self.collect();
         // Cells do not move. One of an entry may lie where messages are handled. Without that part there is none.
         if Self::has(Part::LongMessages) && usize::from(self.arena.bottom) < base + 1 + NATIVE_ROOM
@@ -481,13 +418,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             fp = slot;
         }
         let mut reserved = slot;
-        let mut entry = self.entries_at();
-        for _ in 0..self.sizes().entries {
-            // Key and value.
-            self.arena.mark(self.arena.get(entry));
-            self.arena.mark(self.arena.get(entry + 1));
-            entry += ENTRY;
-        }
+        self.mark_entries();
         while slot > OVERLAYS {
             slot -= 1;
             let value = self.arena.get(slot);

@@ -2,16 +2,17 @@
 
 use core::cmp::Ordering;
 
-use super::Vm;
 use super::advertise::FORGOTTEN;
 use super::messages::LOST;
+use super::protocol::{Count, Timer};
 use super::swarms::{NEWS, object, object_number};
 use crate::builtin::{self, Library, string};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
+use crate::machine::Vm;
 use crate::message::Entry;
-use crate::network::{Count, ENTRY, Timer};
+use crate::network::ENTRY;
 use crate::number::Profile;
 use crate::part::Part;
 use crate::stamp::{Stamp, is_earlier, next};
@@ -106,7 +107,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Forgets entries with keys or values on the heap, to make room. The neighbors send them again, since the digests differ.
-    pub(super) fn forget_entries_on_heap(&mut self) {
+    pub(in crate::machine) fn forget_entries_on_heap(&mut self) {
         for place in 0..self.sizes().entries {
             let at = self.entry_slot(place);
             if self.arena.get(at + KEY).is_heap() || self.arena.get(at + VALUE).is_heap() {
@@ -173,7 +174,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Number of a swarm or stigmergy.
-    pub(super) fn object_id(&self, value: Value<P>, member: u8) -> Value<P> {
+    pub(in crate::machine) fn object_id(&self, value: Value<P>, member: u8) -> Value<P> {
         let place = object_number(value);
         self.number_at(match member {
             builtin::SWARM_OBJECT_ID => self.swarm_slot(place),
@@ -246,7 +247,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Functions of `stigmergy` and of stigmergies that have their result at once; `a` is the first argument.
     #[inline(never)]
-    pub(super) fn stigmergy_builtin<H: Host<P>>(
+    pub(in crate::machine) fn stigmergy_builtin<H: Host<P>>(
         &mut self,
         host: &mut H,
         number: u8,

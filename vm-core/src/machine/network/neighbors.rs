@@ -1,10 +1,10 @@
 //! `neighbors`: robots that were heard, and snapshots of what is kept for each.
 
-use super::Vm;
 use crate::builtin::{self, string};
 use crate::bytecode::ByteCode;
 use crate::fault::Stopped;
 use crate::host::Host;
+use crate::machine::Vm;
 use crate::network::Sighting;
 use crate::number::Profile;
 use crate::part::Part;
@@ -31,7 +31,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The slots of neighbours: the first, and the first behind them.
     #[inline(always)]
     fn neighbor_slots(&self) -> (usize, usize) {
-        (self.others(), self.entries_at())
+        (self.network_base(), self.entries_at())
     }
 
     /// The step at which it is forgotten; 0: there is none.
@@ -58,7 +58,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if self.sizes().bearings {
             slots *= 2;
         }
-        self.others() + slots
+        self.network_base() + slots
     }
 
     /// Whether that robot is the neighbour at that place.
@@ -249,7 +249,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Functions of `neighbors` and of snapshots that have their result at once; `a` is the first argument.
     #[inline(never)]
-    pub(super) fn neighbor_builtin<H: Host<P>>(
+    pub(in crate::machine) fn neighbor_builtin<H: Host<P>>(
         &mut self,
         host: &mut H,
         number: u8,
@@ -289,7 +289,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Returns true if `kin` or `nonkin`, given by its number, includes the neighbor whose id and data are on top of the
     /// stack. The swarm is that of the running `exec`; outside of it all neighbors are kin.
     #[inline(never)]
-    pub(super) fn is_chosen(&self, number: u8) -> bool {
+    pub(in crate::machine) fn is_chosen(&self, number: u8) -> bool {
         let at = self.neighbor_from(self.top(2).index() as u16);
         let is_kin = self.current_swarm(0).is_none_or(|swarm| self.is_kin(at, swarm));
         is_kin == (number == builtin::NEIGHBORS_KIN)

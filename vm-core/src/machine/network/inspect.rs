@@ -1,7 +1,7 @@
 //! What a host may see of the robot's knowledge, for tests and simulations.
 
-use super::Vm;
 use crate::bytecode::ByteCode;
+use crate::machine::Vm;
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 

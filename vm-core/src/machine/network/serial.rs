@@ -2,17 +2,18 @@
 //!
 //! Tables in tables are walked with what is under way on the machine's stack, so that nothing recurses.
 
-use super::Vm;
+use super::protocol::{Count, Timer};
 use crate::arena::CELL;
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::heap::{VISIT, Visit};
 use crate::host::Host;
 use crate::image::CAPTURES;
+use crate::machine::Vm;
 use crate::message::content::{self, Head, Item, Reader, Writer};
 use crate::message::frame::Frame;
 use crate::message::{self, FRAGMENT_HEAD, FRAGMENTS_MAX, Fragment, STIGMERGIES};
-use crate::network::{Buffer, Count, Timer};
+use crate::network::Buffer;
 use crate::number::Profile;
 use crate::part::Part;
 use crate::value::{Tag, Value};
@@ -308,7 +309,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Whether a content is right, and its values find room without harm to the script.
     #[inline(never)]
     fn has_room_for(&mut self, reader: &Reader<'_>) -> bool {
-        let mut slots = 2 * super::NATIVE_ROOM;
+        let mut slots = 2 * crate::machine::NATIVE_ROOM;
         let mut is_known = true;
         let checked = reader.check::<P>(|item| match item {
             // The head has two pairs, each other cell at least one.

@@ -10,15 +10,15 @@
 //! that find no room are relayed at a low rate, too, and they set no timer: however many there are, they cost each robot at
 //! most one frame in [`RELAY_PAUSE`] steps.
 
-use super::Vm;
+use super::protocol::{Count, DIGEST_KNOWN, Timer};
 use super::swarms::NEWS;
 use crate::builtin::Feature;
 use crate::bytecode::ByteCode;
 use crate::hash::fnv_1a;
 use crate::host::Host;
+use crate::machine::Vm;
 use crate::message::frame::Frame;
 use crate::message::{Entry, Swarms};
-use crate::network::{Count, DIGEST_KNOWN, Timer};
 use crate::number::Profile;
 use crate::part::Part;
 use crate::value::Value;
@@ -151,7 +151,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             // Robots that were switched on together do not go on together.
             self.protocol.silent = self.random() & 1;
         }
-        if Self::SHARES && advertises {
+        if Self::HAS_SHARED_STATE && advertises {
             self.advertise(host);
         }
     }

@@ -3,16 +3,17 @@
 //! A step begins with a frame of its own, in which [`Vm::next_message`] takes one message after the other from the host;
 //! listeners and handlers of conflicts are called from there. When none is left, `step()` takes the frame's place.
 
-use super::{GLOBALS, Native, State, Vm};
+use super::protocol::{Conflict, Count};
 use crate::builtin::{self, Feature, string};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
 use crate::image::{Entry as EntryOf, FORM_CLASSES};
+use crate::machine::{GLOBALS, Native, State, Vm};
 use crate::message::content::Head;
 use crate::message::frame::Frame;
 use crate::message::{Entry, FRAGMENT_HEAD, Ignored, Kind, Script};
-use crate::network::{Conflict, Count, Counters, Sighting};
+use crate::network::{Counters, Sighting};
 use crate::number::Profile;
 use crate::part::Part;
 use crate::stamp::Stamp;
@@ -38,8 +39,8 @@ const LOCALS: usize = 7;
 /// Most messages that a step takes, so that a flood cannot hold it up for ever.
 const MOST: u8 = 32;
 
-/// The parts that need messages.
-pub(super) const SOCIAL: u8 =
+/// The features of images that use the network.
+pub(super) const NETWORK_FEATURES: u8 =
     Feature::Neighbors as u8 | Feature::Swarm as u8 | Feature::Stigmergy as u8;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
@@ -52,15 +53,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Begins a step: messages first. A fault is reported by the next run.
     #[inline(never)]
-    pub(super) fn begin_messages(&mut self) {
+    pub(in crate::machine) fn begin_messages(&mut self) {
         self.state = State::Running;
         let _ = self.enter_messages();
     }
 
     fn enter_messages(&mut self) -> Result<(), Stopped> {
         let base = usize::from(self.sp);
-        self.ensure(base + 1 + super::NATIVE_ROOM)?;
-        self.arena.set(base, super::record(0, Native::EXIT.position()));
+        self.ensure(base + 1 + crate::machine::NATIVE_ROOM)?;
+        self.arena.set(base, crate::machine::record(0, Native::EXIT.position()));
         self.sp = (base + 1 + LOCALS) as u16;
         self.arena.fill(base + 1, self.sp.into());
         self.protocol.messages_left = MOST;
@@ -75,7 +76,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Handles the next message, or begins `step()` if there is none.
     #[inline(never)]
-    pub(super) fn next_message<H: Host<P>>(&mut self, host: &mut H) -> Result<(), Stopped> {
+    pub(in crate::machine) fn next_message<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+    ) -> Result<(), Stopped> {
         let base = self.fp;
         self.protocol.in_message = true;
         if Self::has(Part::Conflicts) && self.protocol.conflict != Conflict::None {
@@ -112,7 +116,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Ends a fault where it arose while a message was handled, so that the script goes on with the next message.
     /// Returns false if it is not such a fault, or stops the script nevertheless.
     #[inline(never)]
-    pub(super) fn contain<H: Host<P>>(&mut self, host: &mut H) -> bool {
+    pub(in crate::machine) fn contain<H: Host<P>>(&mut self, host: &mut H) -> bool {
         let State::Faulted(fault) = &self.state else { return false };
         if !self.protocol.in_message
             || fault.code == FaultCode::AssertFailed

@@ -1,9 +1,9 @@
 //! `swarm`: groups that robots join and leave.
 
-use super::{Native, Vm};
 use crate::builtin::{self, Library};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
+use crate::machine::{Native, Vm};
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
@@ -111,7 +111,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Functions of `swarm` and of swarms that have their result at once; `a` is the first argument.
     #[inline(never)]
-    pub(super) fn swarm_builtin(
+    pub(in crate::machine) fn swarm_builtin(
         &mut self,
         number: u8,
         count: u8,

@@ -1,0 +1,184 @@
+//! The network: neighbours, swarms, stigmergies, and the messages that carry them.
+//!
+//! # Seam
+//! Interpreter and network are parts of one machine. The network uses the machine's memory, frames and faults. The
+//! interpreter reaches the network through these functions alone, to which `pub(in crate::machine)` and the functions of this
+//! file open the folder; everything else in it is `pub(super)`.
+//!
+//! | Moment | Functions |
+//! |---|---|
+//! | An image is loaded | [`Vm::reset_network`] |
+//! | The robot gets its id | [`Vm::identify_network`] |
+//! | A step begins | [`Vm::begin_messages`], then [`Vm::next_message`] for each message |
+//! | A fault while a message is handled | [`Vm::contain`] |
+//! | An entry point ends | [`Vm::send_changes`] |
+//! | The script restarts after a fault | [`Vm::rest_network`], [`Vm::forget_entries_on_heap`], later [`Vm::end_rest`] |
+//! | The collector marks | [`Vm::mark_entries`] |
+//! | A built-in is called | [`Vm::neighbor_builtin`], [`Vm::swarm_builtin`], [`Vm::stigmergy_builtin`], [`Vm::object_id`] |
+//! | A built-in iterates | [`Vm::need_source`], [`Vm::next_known`], [`Vm::is_chosen`], [`Vm::is_in_swarm`] |
+//!
+//! # Memory
+//! Neighbours, entries, stigmergies and swarms are slots of the arena from [`Vm::network_base`] on, above those of the script, in
+//! this order. [`Sizes`] says how many; it is set before an image is loaded.
+
+mod advertise;
+mod inspect;
+mod messages;
+mod neighbors;
+mod protocol;
+mod serial;
+mod stigmergy;
+mod swarms;
+
+use super::{State, Vm};
+use crate::builtin::{self, Library};
+use crate::bytecode::ByteCode;
+use crate::fault::Stopped;
+use crate::host::Host;
+use crate::network::{ENTRY, Sizes};
+use crate::number::Profile;
+use crate::part::Part;
+use crate::value::{Tag, Value};
+pub(super) use protocol::Protocol;
+use swarms::object_number;
+
+/// Returns true for a function of `neighbors`, which is what it iterates.
+pub(super) fn is_of_neighbors(number: u8) -> bool {
+    (builtin::NEIGHBORS_FOREACH..=builtin::NEIGHBORS_NONKIN).contains(&number)
+}
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
+    /// The machine has a part that needs messages.
+    pub(super) const HAS_NETWORK: bool =
+        Self::HAS_SHARED_STATE || Self::has(Part::Neighbors) || Self::has(Part::Messages);
+
+    /// The machine has a part whose state robots share.
+    pub(super) const HAS_SHARED_STATE: bool = Self::has(Part::Stigmergy) || Self::has(Part::Swarms);
+
+    /// The script can iterate over its neighbours.
+    pub(super) const ITERATES_NEIGHBORS: bool =
+        Self::has(Part::Neighbors) && Self::has(Part::Iteration);
+
+    /// Says how much it remembers of other robots; before an image is loaded. Takes [`Sizes::slots`] of its slots.
+    pub fn equip(&mut self, sizes: Sizes) {
+        self.code = None;
+        self.state = State::Empty;
+        self.protocol.sizes = sizes.clamped();
+    }
+
+    /// The number of robots, entries and swarms that the machine remembers.
+    #[inline(always)]
+    pub(super) fn sizes(&self) -> &Sizes {
+        match &C::SIZES {
+            Some(sizes) => sizes,
+            None if Self::HAS_NETWORK => &self.protocol.sizes,
+            None => &Sizes::NONE,
+        }
+    }
+
+    /// The first slot of the network, after those of the script.
+    #[inline(always)]
+    pub(super) fn network_base(&self) -> usize {
+        match C::SIZES {
+            Some(sizes) => SLOTS.saturating_sub(sizes.slots()),
+            None => usize::from(self.network_base),
+        }
+    }
+
+    /// The first slot of the entries, after the neighbours.
+    #[inline(always)]
+    pub(super) fn entries_at(&self) -> usize {
+        let sizes = self.sizes();
+        self.network_base() + usize::from(sizes.neighbors) * sizes.neighbor()
+    }
+
+    /// Forgets everything that belongs to another image; the slots of the network are emptied with all others.
+    #[inline(always)]
+    pub(super) fn reset_network(&mut self) {
+        if Self::HAS_NETWORK {
+            self.uses_network = self.header.features() & messages::NETWORK_FEATURES != 0;
+            self.protocol.forget();
+        }
+    }
+
+    /// Draws the times of sending from the robot's id.
+    #[inline(always)]
+    pub(super) fn identify_network(&mut self, robot_id: u16) {
+        if Self::HAS_NETWORK {
+            self.protocol.jitter = robot_id;
+            // Robots that are switched on together send their first beacons one after the other.
+            self.protocol.silent = robot_id as u8 & 7;
+        }
+    }
+
+    /// Sends the entries and swarms that have changed, when an entry point has ended.
+    #[inline(always)]
+    pub(super) fn send_changes<H: Host<P>>(&mut self, host: &mut H) {
+        if Self::HAS_SHARED_STATE && self.protocol.has_news {
+            self.send_news(host);
+        }
+    }
+
+    /// Keeps the robot's place in the network while its script rests after a fault, but leaves all swarms.
+    #[inline(always)]
+    pub(super) fn rest_network(&mut self) {
+        if Self::HAS_NETWORK {
+            if self.uses_network {
+                self.state = State::Idle;
+            }
+            self.protocol.rest();
+            if Self::HAS_SHARED_STATE {
+                self.keep_stigmergies();
+                self.leave_swarms();
+            }
+        }
+    }
+
+    /// Lets steps run the script again.
+    #[inline(always)]
+    pub(super) fn end_rest(&mut self) {
+        if Self::HAS_NETWORK {
+            self.protocol.is_resting = false;
+        }
+    }
+
+    /// Marks the keys and values of all entries for the collector.
+    #[inline(always)]
+    pub(super) fn mark_entries(&mut self) {
+        let mut entry = self.entries_at();
+        for _ in 0..self.sizes().entries {
+            // Key and value.
+            self.arena.mark(self.arena.get(entry));
+            self.arena.mark(self.arena.get(entry + 1));
+            entry += ENTRY;
+        }
+    }
+
+    /// Refuses a source that is no swarm, snapshot or stigmergy, as that function needs it.
+    pub(super) fn need_source(&mut self, number: u8, source: Value<P>) -> Result<(), Stopped> {
+        match number {
+            builtin::SWARM_EXEC if Self::has(Part::Swarms) => self.need_swarm(source).map(|_| ()),
+            builtin::STIGMERGY_FOREACH..=builtin::STIGMERGY_REDUCE => {
+                self.need_stigmergy(source).map(|_| ())
+            }
+            _ if is_of_neighbors(number) || source.is(Tag::SNAPSHOT) => Ok(()),
+            _ => Err(self.wrong_type(source, source)),
+        }
+    }
+
+    /// Pushes the next neighbour, or the next entry of a stigmergy, where slot `at` counts; false if there is none.
+    #[inline(always)]
+    pub(super) fn next_known(&mut self, source: Value<P>, at: usize) -> Result<bool, Stopped> {
+        if Self::ITERATES_NEIGHBORS && source.index() as u8 == Library::Neighbors as u8 {
+            Ok(self.next_neighbor(at)? != 0)
+        } else {
+            self.next_entry(object_number(source), at)
+        }
+    }
+
+    /// Returns true if the robot is in that swarm.
+    #[inline(always)]
+    pub(super) fn is_in_swarm(&self, swarm: Value<P>) -> bool {
+        self.is_member(object_number(swarm))
+    }
+}
