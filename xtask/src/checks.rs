@@ -51,8 +51,14 @@ fn with_image(line: Line, image: &Path) -> Result<Line> {
         .env("BITTYBUZZ_BEHAVIOURS", &behaviours.display().to_string()))
 }
 
-const EMULATORS: [&str; 3] =
-    ["bittybuzz-emulate-avr", "bittybuzz-emulate-stm32", "bittybuzz-emulate-qemu"];
+const EMULATORS: [&str; 6] = [
+    "bittybuzz-emulate-avr",
+    "bittybuzz-emulate-qemu",
+    "bittybuzz-emulate-stm32",
+    "bittybuzz-qemu",
+    "bittybuzz-simavr",
+    "bittybuzz-unicorn",
+];
 
 /// A part of the checks that a change must pass before it is merged, in the order of a whole run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]

@@ -6,8 +6,8 @@ use crate::marks::{Event, Told};
 use crate::program::address;
 use anyhow::Result;
 use bittybuzz_bench::Mark;
-use bittybuzz_emulate_qemu::qemu::{Qemu, QemuError};
-use bittybuzz_emulate_qemu::registers::Registers;
+use bittybuzz_qemu::qemu::{Qemu, QemuError};
+use bittybuzz_qemu::registers::Registers;
 use std::ffi::OsStr;
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! Why benchmarks cannot be counted, or fail.
 
 use bittybuzz_bench::Mark;
-use bittybuzz_emulate_qemu::qemu::QemuError;
+use bittybuzz_qemu::qemu::QemuError;
 use std::fmt;
 use std::path::PathBuf;
 

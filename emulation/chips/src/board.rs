@@ -26,6 +26,20 @@ pub struct MemoryMap {
     pub read_only: &'static [(u32, u32)],
 }
 
+/// First addresses of RAM and of core-coupled memory.
+const RAM: u32 = 0x2000_0000;
+const CCM: u32 = 0x1000_0000;
+
+impl MemoryMap {
+    /// Returns true if `length` bytes from `address` on are RAM.
+    pub fn is_ram(&self, address: u32, length: usize) -> bool {
+        let is_in = |start: u32, size: u32| {
+            address.checked_sub(start).is_some_and(|at| at as usize + length <= size as usize)
+        };
+        is_in(RAM, self.ram) || is_in(CCM, self.ccm)
+    }
+}
+
 /// The state in which a program finds its core after a reset.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Start {

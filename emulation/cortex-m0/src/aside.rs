@@ -5,9 +5,9 @@ use bittybuzz_chips::{Board, Width};
 use crate::bus::Bus;
 use crate::decode::{Kind, Op};
 use crate::exception::Lockup;
-use crate::registers::{Core, PC};
+use crate::registers::{PC, Processor};
 
-impl Core {
+impl Processor {
     /// Does what `op` does, an instruction at `at`. The PC is behind it, and the cycles are counted.
     #[inline(never)]
     pub fn aside<B: Board>(&mut self, bus: &mut Bus<B>, op: Op, at: u32) -> Result<(), Lockup> {

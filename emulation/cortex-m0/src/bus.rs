@@ -1,6 +1,6 @@
 //! What the core sees: flash, RAM, its own registers, and the board.
 
-use bittybuzz_chips::{Board, Clock, FlashChange, FlashContent, Time, Transfer, Width};
+use bittybuzz_chips::{Board, Clock, FlashChange, FlashContent, Time, Width};
 
 use crate::code::Code;
 use crate::decode::{Kind, Op, decode};
@@ -260,22 +260,6 @@ impl<B: Board> Bus<B> {
         }
         let end = self.now() + change.takes;
         self.clock.skip_to(end, self.cycles);
-    }
-
-    /// Moves a data item for the DMA controller. Where there is no memory it reads 0 and loses what it writes.
-    pub fn transfer(&mut self, transfer: Transfer) {
-        let (from, width) = transfer.from;
-        let value = match self.memory(from, width.bytes() as usize) {
-            Some(bytes) => bytes.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte)),
-            None => self.board.read(from, width),
-        };
-        let (to, width) = transfer.to;
-        let at = to.wrapping_sub(RAM) as usize;
-        let length = width.bytes() as usize;
-        match self.ram.get_mut(at..).and_then(|ram| ram.get_mut(..length)) {
-            Some(bytes) => bytes.copy_from_slice(&value.to_le_bytes()[..length]),
-            None => self.board.write(to, width, value),
-        }
     }
 
     fn read_private(&self, address: u32) -> u32 {

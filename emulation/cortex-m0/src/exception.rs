@@ -4,7 +4,7 @@ use bittybuzz_chips::Board;
 
 use crate::bus::Bus;
 use crate::nvic::{HARD_FAULT, SV_CALL};
-use crate::registers::{Core, LR, PC, SP};
+use crate::registers::{LR, PC, Processor, SP};
 
 /// Cycles from an interrupt to its handler (DDI 0432, 3.9), and back again: that is not published and taken to be what a
 /// Cortex-M4 needs.
@@ -21,7 +21,7 @@ const STACKED: [usize; 6] = [0, 1, 2, 3, 12, LR];
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lockup;
 
-impl Core {
+impl Processor {
     /// Takes `exception`, to go on at `return_to`: stacks what the procedure call standard does not save, and goes to the
     /// handler.
     pub fn enter<B: Board>(

@@ -7,7 +7,7 @@ use crate::code::{Alone, Code, Cost, Lines};
 use crate::decode::Kind;
 use crate::exception::Lockup;
 use crate::ram;
-use crate::registers::{Core, LR, PC, PRIMASK, Register, SP};
+use crate::registers::{LR, PC, PRIMASK, Processor, Register, SP};
 
 /// The sign.
 const N: u32 = 1 << 31;
@@ -30,7 +30,7 @@ enum Exit {
     Stop(Stop),
 }
 
-impl Core {
+impl Processor {
     #[inline]
     pub fn get(&self, register: Register) -> u32 {
         self.r[register as usize]

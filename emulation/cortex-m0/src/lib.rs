@@ -1,4 +1,4 @@
-//! A Cortex-M0 for the boards of `bittybuzz-chips`: [`Robot`] runs a firmware image as it is flashed.
+//! A Cortex-M0 for the boards of `bittybuzz-chips`: [`CortexM0`] runs a firmware image as it is flashed.
 //!
 //! The core's instructions, exceptions and interrupt controller are written from the ARMv6-M Architecture Reference Manual
 //! (DDI 0419), the cycles from the Cortex-M0 Technical Reference Manual (DDI 0432). A library without foreign code: a swarm of
@@ -11,7 +11,7 @@
 //! 3. **Faults are the firmware's**: what is undefined, not aligned or nowhere is a HardFault, and one within that a lockup.
 //!
 //! # What it will not do
-//! SysTick (its registers read 0, and a write is told as a hardware error once), a debugger's halt, and code in RAM that is fast.
+//! SysTick (its registers read 0, and a write is reported as a hardware error once), and code in RAM that is fast.
 //! Not compared with hardware, but with two other cores.
 
 mod aside;
@@ -24,8 +24,8 @@ mod multiple;
 mod nvic;
 mod ram;
 mod registers;
-mod robot;
 #[cfg(test)]
 mod tests;
+mod turns;
 
-pub use robot::Robot;
+pub use turns::CortexM0;

@@ -5,13 +5,13 @@ use bittybuzz_chips::Board;
 use crate::bus::Bus;
 use crate::decode::Op;
 use crate::ram;
-use crate::registers::{Core, LR, Register, SP};
+use crate::registers::{LR, Processor, Register, SP};
 
 /// Of an instruction that pushes: LR.
 const LINK: u32 = 1 << 8;
 
 /// Where all of the words are in RAM; else nothing happens.
-impl Core {
+impl Processor {
     pub fn push_to_ram(&mut self, memory: &mut [u8], op: &Op) -> Option<()> {
         let start = self.r[SP].wrapping_sub(4 * op.more_cycles());
         let words = ram::words_mut(memory, start, op.more_cycles() as usize)?;
@@ -81,7 +81,7 @@ impl Core {
     }
 }
 
-impl Core {
+impl Processor {
     /// Those of R0 to R7 whose bits are set, and LR for bit 8.
     pub fn push<B: Board>(&mut self, bus: &mut Bus<B>, list: u32) -> Option<()> {
         let start = self.r[SP].wrapping_sub(4 * list.count_ones());

@@ -51,7 +51,7 @@ impl Register {
 }
 
 /// The core's registers.
-pub struct Core {
+pub struct Processor {
     /// R13 is the stack pointer in use, R15 the address of the next instruction.
     pub r: [u32; 16],
     /// Whose sign is N and which is 0 if Z; no value has both.
@@ -67,12 +67,12 @@ pub struct Core {
     pub exceptions: u64,
 }
 
-impl Core {
+impl Processor {
     /// As after a reset, with this stack pointer and first instruction.
     pub fn new(stack: u32, first: u32) -> Self {
         let mut r = [0; 16];
         (r[SP], r[LR], r[PC]) = (stack & !3, 0xffff_ffff, first & !1);
-        Core {
+        Processor {
             r,
             nz: 1,
             c: false,

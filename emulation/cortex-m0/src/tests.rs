@@ -4,16 +4,16 @@ use std::time::Duration;
 
 use bittybuzz_chips::{Board, Width};
 use bittybuzz_emulation::message::Event;
-use bittybuzz_emulation::{Machine, Pause};
+use bittybuzz_emulation::{EmulatedRobot, Image, Pause};
 use bittybuzz_zooids_board::Zooid;
 use rp2040_emu::CortexM0Plus;
 
-use crate::Robot;
+use crate::CortexM0;
 use crate::bus::{Bus, FLASH, RAM};
 use crate::exception::Lockup;
 use crate::execute::Stop;
 use crate::nvic::Nvic;
-use crate::registers::{Core, PC, SP};
+use crate::registers::{PC, Processor, SP};
 
 /// Xorshift.
 struct Random(u32);
@@ -65,7 +65,7 @@ fn plain_instructions_do_what_another_core_does() {
     for first in (0..=0xffff).filter(|first| is_plain(*first)) {
         bus.write_memory(FLASH + 0x100, &first.to_le_bytes()).unwrap();
         for _ in 0..6 {
-            let mut core = Core::new(RAM + 0x1000, FLASH + 0x100);
+            let mut core = Processor::new(RAM + 0x1000, FLASH + 0x100);
             for register in 0..15 {
                 core.r[register] = if register == SP { RAM + 0x1000 } else { random.word() };
                 other.set_reg(register, core.r[register]);
@@ -110,7 +110,12 @@ fn instruction(random: &mut Random) -> u16 {
 }
 
 /// Runs for `cycles`, up to each deadline that `step` gives.
-fn run_for(core: &mut Core, bus: &mut Bus<Zooid>, cycles: u64, step: u64) -> Result<Stop, Lockup> {
+fn run_for(
+    core: &mut Processor,
+    bus: &mut Bus<Zooid>,
+    cycles: u64,
+    step: u64,
+) -> Result<Stop, Lockup> {
     let end = bus.cycles + cycles;
     while bus.cycles < end {
         bus.deadline = end.min(bus.cycles + step);
@@ -150,7 +155,7 @@ fn straight_lines_do_what_their_instructions_do_one_by_one() {
             let bus = &mut buses[way];
             bus.write_memory(PROGRAM, &code).unwrap();
             bus.nvic = Nvic::new();
-            let mut core = Core::new(RAM + 0x1000, PROGRAM);
+            let mut core = Processor::new(RAM + 0x1000, PROGRAM);
             core.r[..15].copy_from_slice(&registers);
             let stop = run_for(&mut core, bus, 150, [150, 1][way]);
             let (timer, flags) = (bus.board.read(0x4000_0024, Width::Word), core.xpsr(bus));
@@ -163,12 +168,14 @@ fn straight_lines_do_what_their_instructions_do_one_by_one() {
     assert!(executed > 40_000, "{executed}");
 }
 
+type Robot = EmulatedRobot<CortexM0<Zooid>>;
+
 /// Where programs begin.
 const CODE: usize = 0xc0;
 const STACK: u32 = RAM + 0x1000;
 
 /// A robot about to run `code`; exceptions and where their handlers are, counted from the code.
-fn robot(vectors: &[(usize, u32)], code: &[u16]) -> Robot<Zooid> {
+fn robot(vectors: &[(usize, u32)], code: &[u16]) -> Robot {
     let mut table = vec![0_u8; CODE];
     table[..4].copy_from_slice(&STACK.to_le_bytes());
     for (exception, handler) in vectors {
@@ -176,17 +183,14 @@ fn robot(vectors: &[(usize, u32)], code: &[u16]) -> Robot<Zooid> {
         table[4 * exception..4 * exception + 4].copy_from_slice(&address.to_le_bytes());
     }
     table.extend(code.iter().flat_map(|half| half.to_le_bytes()));
-    let mut robot = Robot::new(0);
-    robot.write_memory(FLASH, &table).unwrap();
-    robot.start();
-    robot
+    Robot::load(0, &Image::of_flash(FLASH, table)).unwrap()
 }
 
-fn run(robot: &mut Robot<Zooid>, micros: u64) -> Pause {
+fn run(robot: &mut Robot, micros: u64) -> Pause {
     robot.run(Duration::from_micros(micros)).unwrap()
 }
 
-fn words(robot: &mut Robot<Zooid>, count: usize) -> Vec<u32> {
+fn words(robot: &mut Robot, count: usize) -> Vec<u32> {
     let mut bytes = vec![0; 4 * count];
     robot.read_memory(RAM, &mut bytes).unwrap();
     bytes.chunks_exact(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect()
@@ -260,8 +264,8 @@ fn several_registers_go_to_memory_and_come_back() {
     let stacked: Vec<_> =
         stacked.chunks_exact(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect();
     assert_eq!(stacked, [0x11, 0x22, FLASH + CODE as u32 + 13]);
-    assert_eq!(robot.core.r[SP], STACK);
-    assert_eq!(robot.core.r[7], RAM + 24);
+    assert_eq!(robot.core().processor.r[SP], STACK);
+    assert_eq!(robot.core().processor.r[7], RAM + 24);
 }
 
 #[test]
@@ -316,7 +320,7 @@ fn more_urgent_interrupts_nest_and_equal_ones_wait() {
     robot.read_memory(RAM, &mut bytes).unwrap();
     assert_eq!(bytes, [10, 1, 11, 2]);
     assert_eq!(robot.statistics().exceptions, 3);
-    assert_eq!(robot.core.r[SP], STACK);
+    assert_eq!(robot.core().processor.r[SP], STACK);
 }
 
 #[test]

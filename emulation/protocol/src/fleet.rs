@@ -11,29 +11,32 @@ use crate::control::{Refusal, probability};
 use crate::message::{Command, Event, Reply, Statistics, TimedEvent};
 use crate::rtt::Rtt;
 use crate::server::{CommandError, LONGEST_READ, Robots};
-use crate::{Control, Image, Machine, MachineError, Pause};
+use crate::{Control, Core, EmulatedRobot, Image, MachineError, Pause};
 
 /// One-time programmable area, system memory and unique id, which the board answers for; reading it has no effect.
 const IDENTITY: Range<u32> = 0x1fff_7000..0x2000_0000;
 
 /// The program's robots, and the air between them.
-pub(crate) struct Fleet<'a, M> {
-    machines: &'a mut [M],
+pub(crate) struct Fleet<C> {
+    count: usize,
+    /// None before an image is loaded.
+    members: Vec<EmulatedRobot<C>>,
     air: Air,
     loaded: Option<(Image, Option<Rtt>)>,
     /// Numbers of the robots whose debug probe is unplugged.
     unread: BTreeSet<usize>,
 }
 
-impl<'a, M> Fleet<'a, M> {
-    pub fn new(machines: &'a mut [M]) -> Self {
-        Fleet { machines, air: Air::new(), loaded: None, unread: BTreeSet::new() }
+impl<C> Fleet<C> {
+    pub fn new(count: usize) -> Self {
+        let (members, unread) = (Vec::new(), BTreeSet::new());
+        Fleet { count, members, air: Air::new(), loaded: None, unread }
     }
 }
 
-impl<M: Machine> Robots for Fleet<'_, M> {
+impl<C: Core> Robots for Fleet<C> {
     fn count(&self) -> usize {
-        self.machines.len()
+        self.count
     }
 
     fn load(&mut self, path: &Path) -> Result<(), CommandError> {
@@ -41,8 +44,9 @@ impl<M: Machine> Robots for Fleet<'_, M> {
         self.loaded = None;
         self.air = Air::new();
         self.unread.clear();
-        for machine in self.machines.iter_mut() {
-            machine.load(&image)?;
+        self.members.clear();
+        for number in 0..self.count {
+            self.members.push(EmulatedRobot::load(number, &image)?);
         }
         let rtt = Rtt::new(&image);
         self.loaded = Some((image, rtt));
@@ -55,11 +59,10 @@ impl<M: Machine> Robots for Fleet<'_, M> {
         command: Command,
         now: Duration,
     ) -> Result<Reply, CommandError> {
-        let robots = self.machines.len();
-        let machine =
-            self.machines.get_mut(robot).ok_or(CommandError::NoRobot { robot, robots })?;
+        let robots = self.members.len();
+        let member = self.members.get_mut(robot).ok_or(CommandError::NoRobot { robot, robots })?;
         match command {
-            Command::Write { address, bytes } => machine.write_memory(address, &bytes)?,
+            Command::Write { address, bytes } => member.write_memory(address, &bytes)?,
             Command::Read { address, length } => {
                 if length > LONGEST_READ {
                     return Err(CommandError::ReadTooLong(length));
@@ -67,32 +70,32 @@ impl<M: Machine> Robots for Fleet<'_, M> {
                 let mut bytes = vec![0; length as usize];
                 let end = address.saturating_add(length);
                 if IDENTITY.contains(&address) && end <= IDENTITY.end {
-                    let board = machine.board();
+                    let board = member.board();
                     for (address, byte) in (address..end).zip(&mut bytes) {
                         *byte = board.read(address, Width::Byte) as u8;
                     }
                 } else {
-                    machine.read_memory(address, &mut bytes)?;
+                    member.read_memory(address, &mut bytes)?;
                 }
                 return Ok(Reply::Bytes { bytes });
             }
             Command::Skip { symbol } => {
                 let (image, _) = self.loaded.as_ref().ok_or(CommandError::NotLoaded)?;
-                machine.skip(image.function(&symbol)?)?;
+                member.skip(image.function(&symbol)?)?;
             }
-            Command::Halt { halted } => machine.halt(halted)?,
+            Command::Halt { halted } => member.halt(halted),
             Command::Probe { attached: true } => {
                 self.unread.remove(&robot);
             }
             Command::Probe { attached: false } => {
                 let (_, rtt) = self.loaded.as_ref().ok_or(CommandError::NotLoaded)?;
                 if let Some(rtt) = rtt {
-                    rtt.block(machine)?;
+                    rtt.block(member)?;
                 }
                 self.unread.insert(robot);
             }
             Command::Power { on } => {
-                machine.board().obey(command)?;
+                member.board().obey(command)?;
                 self.air.set_power(robot, on);
             }
             Command::Deaf { ref to } => {
@@ -100,7 +103,7 @@ impl<M: Machine> Robots for Fleet<'_, M> {
                     return Err(CommandError::NoRobot { robot: *stranger, robots });
                 }
                 let from = to.clone();
-                machine.board().obey(command)?;
+                member.board().obey(command)?;
                 self.air.cut_off(robot, from);
             }
             Command::Air { lose, seed } => self.air.lose(probability(lose)?, seed),
@@ -109,18 +112,18 @@ impl<M: Machine> Robots for Fleet<'_, M> {
                     return Err(CommandError::PacketTooLong(payload.len()));
                 }
                 let begin = time(at.max(now));
-                let packet = machine.board().packet_of(&payload, begin);
-                let packet = packet.ok_or(Refusal::OtherRobot(M::Board::NAME))?;
+                let packet = member.board().packet_of(&payload, begin);
+                let packet = packet.ok_or(Refusal::OtherRobot(C::Board::NAME))?;
                 self.air.add(Sender::Stranger, packet);
             }
             Command::Statistics => {
                 return Ok(Reply::Statistics(Box::new(Statistics {
-                    core: machine.statistics(),
-                    board: machine.board().counted(),
+                    core: member.statistics(),
+                    board: member.board().counted(),
                     air: self.air.statistics.into(),
                 })));
             }
-            command => machine.board().obey(command)?,
+            command => member.board().obey(command)?,
         }
         Ok(Reply::Ok)
     }
@@ -130,12 +133,12 @@ impl<M: Machine> Robots for Fleet<'_, M> {
         robot: usize,
         now: Duration,
     ) -> Result<Vec<TimedEvent>, MachineError> {
-        let Some(machine) = self.machines.get_mut(robot) else { return Ok(Vec::new()) };
-        let mut events = machine.take_events();
+        let Some(member) = self.members.get_mut(robot) else { return Ok(Vec::new()) };
+        let mut events = member.take_events();
         if let Some((_, Some(rtt))) = &self.loaded
             && !self.unread.contains(&robot)
         {
-            let bytes = rtt.poll(machine)?;
+            let bytes = rtt.poll(member)?;
             if !bytes.is_empty() {
                 events.push(TimedEvent { at: now, event: Event::Rtt { bytes } });
             }
@@ -147,31 +150,31 @@ impl<M: Machine> Robots for Fleet<'_, M> {
     /// one to hear of another's packet too late: a robot that sleeps can announce none before it wakes, so turns end that
     /// much later, and who sleeps through a turn is left alone.
     fn run(&mut self, from: Duration, until: Duration) -> Result<Pause, MachineError> {
-        let robots = self.machines.len();
+        let robots = self.members.len();
         let mut now = from;
         while now < until {
             let mut quiet = until;
             if robots > 1 {
-                for machine in self.machines.iter_mut() {
-                    quiet = quiet.min(machine.quiet_until());
+                for member in &mut self.members {
+                    quiet = quiet.min(member.quiet_until());
                 }
             }
             let turn = (quiet.max(now) + duration(LOOKAHEAD)).min(until);
-            let machines = &mut *self.machines;
-            self.air.carry(time(turn), robots, |robot, heard| machines[robot].board().hear(heard));
+            let members = &mut *self.members;
+            self.air.carry(time(turn), robots, |robot, heard| members[robot].board().hear(heard));
             let mut reason = None;
-            for (number, machine) in self.machines.iter_mut().enumerate() {
+            for (number, member) in self.members.iter_mut().enumerate() {
                 // At the end everybody stands at the same time.
-                if turn < until && machine.quiet_until() > turn {
+                if turn < until && member.quiet_until() > turn {
                     continue;
                 }
-                let pause = machine.run(turn)?;
+                let pause = member.run(turn)?;
                 reason = Some(if reason.is_none_or(|other| other == pause) {
                     pause
                 } else {
                     Pause::Time
                 });
-                for transmission in machine.board().take_transmissions() {
+                for transmission in member.board().take_transmissions() {
                     self.air.add(Sender::Robot(number), transmission);
                 }
             }

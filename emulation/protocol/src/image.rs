@@ -94,6 +94,11 @@ impl Image {
         Ok(Image { segments, vectors, symbols })
     }
 
+    /// An image without symbols: these bytes of flash, which begin with the vectors.
+    pub fn of_flash(vectors: u32, bytes: Vec<u8>) -> Self {
+        Image { segments: vec![(vectors, bytes)], vectors, symbols: Vec::new() }
+    }
+
     /// What is to be written where: physical addresses and bytes.
     pub fn segments(&self) -> impl Iterator<Item = (u32, &[u8])> {
         self.segments.iter().map(|(address, bytes)| (*address, bytes.as_slice()))

@@ -5,7 +5,7 @@
 //! object per line (docs/emulation.md). This crate has both ends:
 //!
 //! * [`Emulator`] starts such a program and talks to it;
-//! * [`serve`] is the loop of such a program; what it drives are [`Machine`]s, one for each robot, or other [`Robots`];
+//! * [`serve`] is the loop of such a program; it drives [`EmulatedRobot`]s, each around a [`Core`], or other [`Robots`];
 //! * [`message`] is what they say, [`Image`] the ELF file that they load.
 //!
 //! # Principles
@@ -19,15 +19,20 @@
 
 mod client;
 mod control;
+mod core;
+mod error;
 mod fleet;
 mod image;
-mod machine;
 pub mod message;
+mod robot;
 mod rtt;
 mod server;
 
 pub use client::{ClientError, Emulator, Run};
 pub use control::{Control, Refusal, finite, lsi, memory, probability};
+pub use core::{Core, CoreState};
+pub use error::MachineError;
 pub use image::{AVR_FLASH_SIZE, Image, ImageError};
-pub use machine::{Machine, MachineError, Pause};
+pub use message::PauseReason as Pause;
+pub use robot::EmulatedRobot;
 pub use server::{CommandError, LONGEST_READ, Robots, serve, serve_robots};

@@ -1,6 +1,6 @@
 //! The reader of the log: up channel 0 of SEGGER's Real Time Transfer.
 
-use crate::{Image, Machine, MachineError};
+use crate::{Core, EmulatedRobot, Image, MachineError};
 
 /// The control block begins with this, zero padded to 16 bytes, once the firmware has set it up.
 const ID: &[u8; 16] = b"SEGGER RTT\0\0\0\0\0\0";
@@ -27,20 +27,20 @@ impl Rtt {
     }
 
     /// Lets the firmware wait for a reader, as probe-rs does; nothing happens before the control block is set up.
-    pub fn block(&self, machine: &mut impl Machine) -> Result<(), MachineError> {
+    pub fn block<C: Core>(&self, robot: &mut EmulatedRobot<C>) -> Result<(), MachineError> {
         let mut id = [0; ID.len()];
-        machine.read_memory(self.control_block, &mut id)?;
+        robot.read_memory(self.control_block, &mut id)?;
         if id == *ID {
             let flags = self.control_block + UP_CHANNEL + FLAGS_OFFSET;
-            machine.write_memory(flags, &BLOCK_IF_FULL.to_le_bytes())?;
+            robot.write_memory(flags, &BLOCK_IF_FULL.to_le_bytes())?;
         }
         Ok(())
     }
 
     /// What was logged since the last call.
-    pub fn poll(&self, machine: &mut impl Machine) -> Result<Vec<u8>, MachineError> {
+    pub fn poll<C: Core>(&self, robot: &mut EmulatedRobot<C>) -> Result<Vec<u8>, MachineError> {
         let mut block = [0; UP_CHANNEL as usize + 24];
-        machine.read_memory(self.control_block, &mut block)?;
+        robot.read_memory(self.control_block, &mut block)?;
         let (id, rest) = block.split_at(ID.len());
         if id != ID {
             return Ok(Vec::new());
@@ -56,10 +56,10 @@ impl Rtt {
         for (from, to) in parts {
             let start = bytes.len();
             bytes.resize(start + (to - from) as usize, 0);
-            machine.read_memory(buffer.wrapping_add(from), &mut bytes[start..])?;
+            robot.read_memory(buffer.wrapping_add(from), &mut bytes[start..])?;
         }
         let read_offset = self.control_block + UP_CHANNEL + READ_OFFSET;
-        machine.write_memory(read_offset, &write.to_le_bytes())?;
+        robot.write_memory(read_offset, &write.to_le_bytes())?;
         Ok(bytes)
     }
 }

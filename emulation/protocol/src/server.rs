@@ -9,7 +9,7 @@ use bittybuzz_chips::RADIO_MAX;
 use crate::control::Refusal;
 use crate::fleet::Fleet;
 use crate::message::{Command, Output, Reply, RobotEvent, TimedEvent, parse_command};
-use crate::{ImageError, Machine, MachineError, Pause};
+use crate::{Core, ImageError, MachineError, Pause};
 
 /// How often events are asked for, in the robots' time.
 const POLL: Duration = Duration::from_millis(1);
@@ -76,13 +76,9 @@ pub enum CommandError {
     Machine(#[from] MachineError),
 }
 
-/// Drives `machines`, a robot each, which hear each other's radio; see [`serve_robots`].
-pub fn serve<M: Machine>(
-    machines: &mut [M],
-    input: impl BufRead,
-    output: impl Write,
-) -> io::Result<()> {
-    serve_robots(&mut Fleet::new(machines), input, output)
+/// Drives `count` robots with this core, which hear each other's radio; see [`serve_robots`].
+pub fn serve<C: Core>(count: usize, input: impl BufRead, output: impl Write) -> io::Result<()> {
+    serve_robots(&mut Fleet::<C>::new(count), input, output)
 }
 
 /// Drives robots. Reads commands from `input`, one JSON object per line, and writes events and replies to `output`, until

@@ -1,4 +1,4 @@
-//! The server loop, on a machine that does nothing but log.
+//! The server loop, with a core that does nothing but log.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -7,12 +7,12 @@ mod elf;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use bittybuzz_chips::{Board, Time};
+use bittybuzz_chips::{Board, ResetCause, Time};
 use bittybuzz_crazyflie_board::{Crazyflie, Settings};
 use bittybuzz_emulation::message::{
     self, CoreStatistics, Event, Output, Reply, RobotEvent, TimedEvent,
 };
-use bittybuzz_emulation::{Image, Machine, MachineError, Pause, serve};
+use bittybuzz_emulation::{Core, CoreState, Image, MachineError, Pause, serve};
 
 use self::elf::{Elf, FUNCTION};
 
@@ -22,9 +22,10 @@ const CONTROL_BLOCK: u32 = RAM + 0x100;
 const RING: u32 = RAM + 0x200;
 const RING_SIZE: u32 = 16;
 
-/// Logs five bytes per millisecond, as much as fits.
+/// Logs five bytes in each turn; the server gives it a millisecond each.
 struct Logger {
     board: Crazyflie,
+    now: Time,
     ram: Vec<u8>,
     logged: u8,
 }
@@ -33,7 +34,8 @@ impl Logger {
     fn new() -> Self {
         let mut ram = vec![0; 0x1000];
         ram[0x100..0x10a].copy_from_slice(b"SEGGER RTT");
-        let mut logger = Logger { board: Crazyflie::new(Settings::default()), ram, logged: 0 };
+        let board = Crazyflie::new(Settings::default());
+        let mut logger = Logger { board, now: Time::ZERO, ram, logged: 0 };
         // One up channel: name, buffer, size.
         logger.set(CONTROL_BLOCK + 16, 1);
         logger.set(CONTROL_BLOCK + 28, RING);
@@ -62,16 +64,47 @@ impl Logger {
     }
 }
 
-impl Machine for Logger {
+impl Core for Logger {
     type Board = Crazyflie;
 
-    fn load(&mut self, _: &Image) -> Result<(), MachineError> {
-        *self = Logger::new();
-        Ok(())
+    fn load(_: usize, _: &Image) -> Result<Self, MachineError> {
+        Ok(Logger::new())
     }
 
-    fn run(&mut self, until: Duration) -> Result<Pause, MachineError> {
-        self.board.advance(Time::from_nanos(until.as_nanos() as u64));
+    fn reset(&mut self, _: Option<ResetCause>, _: u32) -> Result<CoreState, MachineError> {
+        Ok(CoreState::Running)
+    }
+
+    fn board(&self) -> &Crazyflie {
+        &self.board
+    }
+
+    fn board_mut(&mut self) -> &mut Crazyflie {
+        &mut self.board
+    }
+
+    fn now(&self) -> Time {
+        self.now
+    }
+
+    fn clock_hz(&self) -> u64 {
+        self.board.core_clock_hz()
+    }
+
+    fn catch_up(&mut self) {
+        self.board.advance(self.now);
+    }
+
+    fn take_reset_request(&mut self) -> Option<ResetCause> {
+        None
+    }
+
+    /// Ends a turn in which the board does something by itself without a byte.
+    fn execute(&mut self, until: Time) -> Result<CoreState, MachineError> {
+        self.now = until;
+        if !until.nanos().is_multiple_of(1_000_000) {
+            return Ok(CoreState::Running);
+        }
         for _ in 0..5 {
             let (write, read) = (self.word(CONTROL_BLOCK + 36), self.word(CONTROL_BLOCK + 40));
             assert_ne!((write + 1) % RING_SIZE, read, "the log was not read in time");
@@ -79,7 +112,20 @@ impl Machine for Logger {
             self.logged = self.logged.wrapping_add(1);
             self.set(CONTROL_BLOCK + 36, (write + 1) % RING_SIZE);
         }
-        Ok(if self.board.is_powered() { Pause::Time } else { Pause::PowerOff })
+        Ok(CoreState::Running)
+    }
+
+    fn wakes(&mut self, _: CoreState) -> Result<bool, MachineError> {
+        Ok(true)
+    }
+
+    fn may_wake(&self) -> bool {
+        true
+    }
+
+    fn sleep(&mut self, until: Time) -> Result<(), MachineError> {
+        self.now = until;
+        Ok(())
     }
 
     fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Result<(), MachineError> {
@@ -99,23 +145,15 @@ impl Machine for Logger {
         Ok(())
     }
 
-    fn take_events(&mut self) -> Vec<TimedEvent> {
-        Vec::new()
-    }
-
     fn statistics(&self) -> CoreStatistics {
         CoreStatistics { instructions: u64::from(self.logged), ..CoreStatistics::default() }
-    }
-
-    fn board(&mut self) -> &mut Crazyflie {
-        &mut self.board
     }
 }
 
 /// What the server answers to `lines`.
 fn answers(lines: &[&str]) -> Vec<Output> {
     let mut output = Vec::new();
-    serve(&mut [Logger::new()], lines.join("\n").as_bytes(), &mut output).unwrap();
+    serve::<Logger>(1, lines.join("\n").as_bytes(), &mut output).unwrap();
     let output = String::from_utf8(output).unwrap();
     output.lines().map(|line| message::parse(line.as_bytes()).unwrap()).collect()
 }

@@ -2,7 +2,7 @@
 
 use bittybuzz_chips::{Board, Width};
 
-use crate::core::{Core, CoreError, VTOR};
+use crate::core::{CoreError, Processor, VTOR};
 use crate::memory::{CCM, FLASH, Layout, SRAM};
 use crate::thumb::{self, DecodeError};
 
@@ -66,7 +66,7 @@ impl Region {
 }
 
 /// Stops `core` before accesses that are not QEMU's to do.
-pub fn trap(core: &mut Core) -> Result<(), CoreError> {
+pub fn trap(core: &mut Processor) -> Result<(), CoreError> {
     for region in [PERIPHERALS, SYSTEM_MEMORY, SYSTICK] {
         core.trap_accesses(region.start, region.length)?;
     }
@@ -78,7 +78,7 @@ pub fn trap(core: &mut Core) -> Result<(), CoreError> {
 
 /// Does the load or store before which `core` stopped, an instruction in `flash` or in RAM.
 pub fn perform(
-    core: &mut Core,
+    core: &mut Processor,
     board: &mut impl Board,
     flash: &[u8],
 ) -> Result<Outcome, AccessError> {
@@ -111,7 +111,7 @@ pub fn perform(
 }
 
 /// The half-word at `pc` and the one behind it; the last of a memory has none behind it.
-fn instruction(core: &mut Core, flash: &[u8], pc: u32) -> Result<[u16; 2], CoreError> {
+fn instruction(core: &mut Processor, flash: &[u8], pc: u32) -> Result<[u16; 2], CoreError> {
     let mut code = [0; 4];
     match flash.get(pc.wrapping_sub(FLASH.start) as usize..) {
         Some(rest) => code.iter_mut().zip(rest).for_each(|(to, from)| *to = *from),
@@ -132,7 +132,7 @@ fn is_memory(address: u32) -> bool {
 
 /// One element of an access.
 struct Bus<'a, B> {
-    core: &'a mut Core,
+    core: &'a mut Processor,
     board: &'a mut B,
     pc: u32,
     address: u32,

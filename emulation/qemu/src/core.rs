@@ -97,7 +97,7 @@ pub enum Cause {
 }
 
 /// The core.
-pub struct Core {
+pub struct Processor {
     machine: Machine,
     qemu: Qemu,
     /// Path of the core with its interrupt controller in QEMU's object model.
@@ -158,13 +158,13 @@ impl From<QtestError> for CoreError {
     }
 }
 
-impl Core {
+impl Processor {
     /// A core with `flash` as content of the flash, not yet started.
     pub fn new(machine: Machine, flash: &[u8]) -> Result<Self, CoreError> {
         let mut qemu = Qemu::start(machine.name, &[])?;
         let chip = qemu.find(machine.chip)?.ok_or(CoreError::NoChip(machine.name))?;
         let has_ccm = !machine.has_ccm() || qemu.gdb.read_memory(memory::CCM.start, &mut [0])?;
-        let mut core = Core {
+        let mut core = Processor {
             machine,
             qemu,
             path: format!("{chip}/armv7m"),

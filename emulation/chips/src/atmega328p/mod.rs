@@ -5,6 +5,7 @@
 
 mod access;
 mod adc;
+mod board;
 mod clock;
 mod eeprom;
 mod self_programming;
@@ -13,6 +14,7 @@ mod usart;
 mod watchdog;
 
 pub use adc::Sample;
+pub use board::AvrBoard;
 pub use clock::RcClock;
 pub use eeprom::SIZE as EEPROM_SIZE;
 pub use self_programming::{BOOT_SECTION, Change, Mistake, PAGE};

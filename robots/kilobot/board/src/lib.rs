@@ -9,7 +9,8 @@ mod infrared;
 use std::collections::VecDeque;
 
 use bittybuzz_chips::atmega328p::{
-    Atmega328p, B, BOOT_SECTION, C, Change, D, EEPROM_SIZE, Mistake, Sample, Sent, Signal, Sleep,
+    Atmega328p, AvrBoard, B, BOOT_SECTION, C, Change, D, EEPROM_SIZE, Mistake, Sample, Sent,
+    Signal, Sleep,
 };
 use bittybuzz_chips::{Event, HardwareError, Memory, Random, ResetCause, Time};
 use bittybuzz_emulation::message;
@@ -261,22 +262,6 @@ impl Kilobot {
         std::mem::take(&mut self.edges)
     }
 
-    /// Lets time pass until `cycle`.
-    pub fn advance(&mut self, cycle: u64) {
-        while self.next_light <= cycle {
-            let at = self.next_light;
-            self.advance_chip(at);
-            while let Some(light) = self.coming.front().copied()
-                && self.chip.clock.cycle(light.at) <= at
-            {
-                self.coming.pop_front();
-                self.see(light, at);
-            }
-            self.plan_light();
-        }
-        self.advance_chip(cycle);
-    }
-
     fn advance_chip(&mut self, cycle: u64) {
         while let Some(signal) = self.chip.advance(cycle) {
             match signal {
@@ -438,62 +423,9 @@ impl Kilobot {
         self.plan_light();
     }
 
-    /// `wdr`
-    pub fn restart_watchdog(&mut self) {
-        self.chip.restart_watchdog();
-    }
-
     /// Returns how often the chip has executed `wdr` since its last reset.
     pub fn watchdog_restarts(&self) -> u64 {
         self.chip.watchdog_restarts()
-    }
-
-    /// `spm` at address `pc` with Z and R1:R0: what happens to the flash.
-    pub fn store_program(&mut self, pc: u16, z: u16, word: u16) -> Option<Change> {
-        match self.chip.store_program(pc, z, word) {
-            Ok(change) => change,
-            Err(Mistake::Outside) => {
-                self.fail(HardwareError::StoreOutside { pc });
-                None
-            }
-            Err(Mistake::Locked) => {
-                self.fail(HardwareError::StoreLocked { pc });
-                None
-            }
-        }
-    }
-
-    /// For how many cycles the core does nothing more.
-    pub fn take_halt(&mut self) -> u64 {
-        self.chip.take_halt()
-    }
-
-    /// The core reads a register.
-    pub fn read(&mut self, address: u16, cycle: u64) -> u8 {
-        self.advance(cycle);
-        self.chip.read(address)
-    }
-
-    /// The core writes a register; whether anything may have changed but pins.
-    pub fn write(&mut self, address: u16, value: u8, cycle: u64) -> bool {
-        self.advance(cycle);
-        self.chip.write(address, value);
-        // Ports and timer 2 show.
-        match address {
-            0x23..=0x2b => {
-                self.settle();
-                false
-            }
-            0xb0 | 0xb1 | 0xb3 | 0xb4 => {
-                self.observe_motors();
-                true
-            }
-            0x61 | 0x66 => {
-                self.plan_light();
-                true
-            }
-            _ => true,
-        }
     }
 
     /// What the pins do.
@@ -590,6 +522,71 @@ impl Kilobot {
     /// Counters since power-on.
     pub fn statistics(&self) -> KilobotStatistics {
         KilobotStatistics { unknown: self.chip.take_unknown(), ..self.statistics.clone() }
+    }
+}
+
+impl AvrBoard for Kilobot {
+    fn advance(&mut self, cycle: u64) {
+        while self.next_light <= cycle {
+            let at = self.next_light;
+            self.advance_chip(at);
+            while let Some(light) = self.coming.front().copied()
+                && self.chip.clock.cycle(light.at) <= at
+            {
+                self.coming.pop_front();
+                self.see(light, at);
+            }
+            self.plan_light();
+        }
+        self.advance_chip(cycle);
+    }
+
+    fn read(&mut self, address: u16, cycle: u64) -> u8 {
+        self.advance(cycle);
+        self.chip.read(address)
+    }
+
+    fn write(&mut self, address: u16, value: u8, cycle: u64) -> bool {
+        self.advance(cycle);
+        self.chip.write(address, value);
+        // Ports and timer 2 show.
+        match address {
+            0x23..=0x2b => {
+                self.settle();
+                false
+            }
+            0xb0 | 0xb1 | 0xb3 | 0xb4 => {
+                self.observe_motors();
+                true
+            }
+            0x61 | 0x66 => {
+                self.plan_light();
+                true
+            }
+            _ => true,
+        }
+    }
+
+    fn restart_watchdog(&mut self) {
+        self.chip.restart_watchdog();
+    }
+
+    fn store_program(&mut self, pc: u16, z: u16, word: u16) -> Option<Change> {
+        match self.chip.store_program(pc, z, word) {
+            Ok(change) => change,
+            Err(Mistake::Outside) => {
+                self.fail(HardwareError::StoreOutside { pc });
+                None
+            }
+            Err(Mistake::Locked) => {
+                self.fail(HardwareError::StoreLocked { pc });
+                None
+            }
+        }
+    }
+
+    fn take_halt(&mut self) -> u64 {
+        self.chip.take_halt()
     }
 }
 

@@ -1,0 +1,377 @@
+//! All robots of the program, and the light between them; see the crate's documentation for how time is cut.
+
+use std::path::Path;
+use std::time::Duration;
+
+use bittybuzz_chips::atmega328p::EEPROM_SIZE;
+use bittybuzz_chips::{ResetCause, Time};
+use bittybuzz_emulation::message::{
+    self, AirStatistics, BoardStatistics, Command, CoreStatistics, Event, Reply, Statistics,
+    TimedEvent,
+};
+use bittybuzz_emulation::{
+    CommandError, Image, LONGEST_READ, MachineError, Pause, Refusal, Robots, finite, probability,
+};
+use bittybuzz_kilobot::phase;
+use bittybuzz_kilobot_board::{Amplitude, Edge, Light, Surroundings};
+use bittybuzz_simavr::{Chip, DATA};
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
+
+use crate::air::Air;
+use crate::robot::Robot;
+
+/// Robots run for so long before they hear of each other. Longer, and more is done twice when somebody begins to send; shorter,
+/// and threads wait for each other more often.
+const WINDOW: Time = Time::from_micros(500);
+
+/// Where the memories are in what an AVR's tools call addresses.
+const RAM_BASE: u32 = 0x80_0000;
+const EEPROM_BASE: u32 = 0x81_0000;
+/// `ret`
+const RETURN: [u8; 2] = [0x08, 0x95];
+
+/// The program's robots.
+pub struct Fleet {
+    chip: Chip,
+    members: Vec<Member>,
+    air: Air,
+    image: Option<Image>,
+}
+
+/// A robot, and what it did in this window as far as it is known.
+struct Member {
+    robot: Robot,
+    /// The light that it saw.
+    seen: Vec<Light>,
+    /// What its own LED did.
+    edges: Vec<Edge>,
+    /// It was sending at the end of the last window.
+    is_sending: bool,
+    /// Its state at the beginning was kept.
+    is_saved: bool,
+    /// It has no power.
+    is_off: bool,
+    /// It must run, once more or for the first time.
+    must_run: bool,
+    /// Resets and steps that were told.
+    resets: u64,
+    steps: u64,
+    is_dead: bool,
+    /// Events from before the power was turned on are none.
+    events: Vec<TimedEvent>,
+}
+
+impl Member {
+    fn new(number: usize, chip: Chip) -> Self {
+        Member {
+            robot: Robot::new(number as u16, chip),
+            seen: Vec::new(),
+            edges: Vec::new(),
+            is_sending: false,
+            is_saved: false,
+            is_off: false,
+            must_run: false,
+            resets: 0,
+            steps: 0,
+            is_dead: false,
+            events: Vec::new(),
+        }
+    }
+
+    fn run(&mut self, end: Time) {
+        if std::mem::replace(&mut self.is_saved, true) {
+            self.robot.restore();
+        } else {
+            self.robot.save();
+        }
+        self.edges = self.robot.run(end, &self.seen);
+        self.must_run = false;
+    }
+}
+
+impl Fleet {
+    /// So many robots, switched off.
+    pub fn new(count: usize, chip: Chip) -> Self {
+        let members = (0..count).map(|number| Member::new(number, chip)).collect();
+        Fleet { chip, members, air: Air::new(count), image: None }
+    }
+
+    /// Lets all robots run to `end`.
+    fn window(&mut self, end: Time) {
+        let Fleet { members, air, .. } = self;
+        air.begin(end);
+        for (number, member) in members.iter_mut().enumerate() {
+            (member.is_saved, member.edges) = (false, Vec::new());
+            member.seen = air.lights_for(number);
+            // Who sleeps and sees nothing does nothing; it catches up when it is woken.
+            let is_awake = !member.seen.is_empty() || !member.robot.is_quiet(end);
+            member.must_run = !member.is_off && is_awake;
+        }
+        // Who is sending now is not disturbed by others: their pulses are known before anybody listens.
+        run(members, end, |member| member.must_run && member.is_sending);
+        air.learn(members.iter().map(|member| member.edges.as_slice()));
+        for (number, member) in members.iter_mut().enumerate() {
+            if member.must_run && air.is_busy() {
+                member.seen = air.lights_for(number);
+            }
+        }
+        run(members, end, |member| member.must_run);
+        // Whoever has begun to send, or did anything but what was assumed, is told to those who have not seen it; until all
+        // have seen what was there. Each round is right for longer than the one before.
+        while air.learn(members.iter().map(|member| member.edges.as_slice())) {
+            for (number, member) in members.iter_mut().enumerate() {
+                let lights = air.lights_for(number);
+                if lights != member.seen && !member.is_off {
+                    member.seen = lights;
+                    member.must_run = true;
+                }
+            }
+            run(members, end, |member| member.must_run);
+        }
+        air.end();
+        for member in members {
+            member.is_sending = !member.edges.is_empty();
+            member.note();
+        }
+    }
+
+    /// Lights that are on would stay so for whoever does not see them go out any more.
+    fn darken(&mut self, now: Time) {
+        let lit: Vec<usize> = (0..self.members.len())
+            .filter(|number| self.members[*number].robot.board.is_lit())
+            .collect();
+        for from in lit {
+            let amplitude = Amplitude::default();
+            let out = Light { at: now, on: false, from: from as u16, amplitude };
+            for (_, member) in self.members.iter_mut().enumerate().filter(|(n, _)| *n != from) {
+                member.robot.board.will_see([out]);
+            }
+        }
+    }
+
+    fn member(&mut self, robot: usize) -> Result<&mut Member, CommandError> {
+        let robots = self.members.len();
+        self.members.get_mut(robot).ok_or(CommandError::NoRobot { robot, robots })
+    }
+}
+
+/// Lets the chosen ones run, on as many threads as there are.
+fn run(members: &mut [Member], end: Time, chosen: impl Fn(&Member) -> bool + Sync) {
+    let count = members.iter().filter(|member| chosen(member)).count();
+    // To wake a single thread for each window takes as long as the window.
+    if count > 1 && rayon::current_num_threads() > 1 {
+        let all = members.par_iter_mut().with_max_len(1);
+        all.filter(|member| chosen(member)).for_each(|member| member.run(end));
+    } else {
+        members.iter_mut().filter(|member| chosen(member)).for_each(|member| member.run(end));
+    }
+}
+
+impl Member {
+    /// Collects what has happened in a window that is settled.
+    fn note(&mut self) {
+        let events = self.robot.board.take_events().into_iter();
+        self.events.extend(events.map(|(at, event)| TimedEvent {
+            at: Duration::from_nanos(at.nanos()),
+            event: event.into(),
+        }));
+        let counted = self.robot.counted;
+        let at = Duration::from_nanos(self.robot.board.time(self.robot.core.cycle()).nanos());
+        if std::mem::replace(&mut self.resets, counted.resets) != counted.resets {
+            self.events.push(TimedEvent { at, event: Event::Reset { cause: "watchdog".into() } });
+        }
+        let steps = counted.steps.completed();
+        for _ in std::mem::replace(&mut self.steps, steps)..steps {
+            self.events.push(TimedEvent { at, event: Event::Step });
+        }
+        let is_dead = self.robot.is_dead;
+        if is_dead && !std::mem::replace(&mut self.is_dead, is_dead) {
+            let pc = self.robot.core.pc().into();
+            self.events.push(TimedEvent { at, event: Event::Lockup { pc } });
+        }
+    }
+
+    /// The bytes from `address` on, so many that are there.
+    fn memory(&mut self, address: u32, length: usize) -> Result<Vec<u8>, MachineError> {
+        let robot = &mut self.robot;
+        let part = |memory: &[u8], base: u32| {
+            let start = (address - base) as usize;
+            Some(memory.get(start..start.checked_add(length)?)?.to_vec())
+        };
+        let bytes = match address {
+            0..RAM_BASE => part(robot.core.flash(), 0),
+            RAM_BASE..EEPROM_BASE => part(robot.core.data(), RAM_BASE),
+            _ => part(robot.board.eeprom(), EEPROM_BASE),
+        };
+        bytes.ok_or(MachineError::NoMemory { address, length })
+    }
+
+    fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Result<(), MachineError> {
+        self.memory(address, bytes.len())?;
+        let robot = &mut self.robot;
+        let (start, end) = (address as usize & 0xffff, (address as usize & 0xffff) + bytes.len());
+        match address {
+            0..RAM_BASE => robot.core.write_flash(start, bytes),
+            RAM_BASE..EEPROM_BASE => robot.core.data()[start..end].copy_from_slice(bytes),
+            _ => {
+                robot.board.eeprom()[start..end].copy_from_slice(bytes);
+                robot.board.wire();
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Robots for Fleet {
+    fn count(&self) -> usize {
+        self.members.len()
+    }
+
+    fn load(&mut self, path: &Path) -> Result<(), CommandError> {
+        let flash_size = self.chip.flash_size();
+        let image = Image::open_avr(path, flash_size)?;
+        let count = self.members.len();
+        *self = Fleet::new(count, self.chip);
+        let data = RAM_BASE..RAM_BASE + DATA as u32;
+        let phase = image.symbol(phase::SYMBOL).filter(|address| data.contains(address));
+        for member in &mut self.members {
+            member.robot.phase = phase.map(|address| (address - RAM_BASE) as u16);
+            for (address, bytes) in image.segments() {
+                let is_memory = (address as usize) < flash_size
+                    || (EEPROM_BASE..EEPROM_BASE + EEPROM_SIZE as u32).contains(&address);
+                // Fuses and lock bits are not what runs.
+                if is_memory {
+                    member.write_memory(address, bytes)?;
+                }
+            }
+        }
+        self.image = Some(image);
+        Ok(())
+    }
+
+    fn run(&mut self, from: Duration, until: Duration) -> Result<Pause, MachineError> {
+        let (mut now, until) = (time(from), time(until));
+        while now < until {
+            now = (now + WINDOW).min(until);
+            self.window(now);
+        }
+        Ok(Pause::Time)
+    }
+
+    fn take_events(&mut self, robot: usize, _: Duration) -> Result<Vec<TimedEvent>, MachineError> {
+        Ok(self.members.get_mut(robot).map_or(Vec::new(), |m| std::mem::take(&mut m.events)))
+    }
+
+    fn execute(
+        &mut self,
+        robot: usize,
+        command: Command,
+        now: Duration,
+    ) -> Result<Reply, CommandError> {
+        let board = &mut self.member(robot)?.robot.board;
+        match command {
+            Command::Write { address, bytes } => {
+                self.member(robot)?.write_memory(address, &bytes)?;
+            }
+            Command::Read { address, length } => {
+                if length > LONGEST_READ {
+                    return Err(CommandError::ReadTooLong(length));
+                }
+                let bytes = self.member(robot)?.memory(address, length as usize)?;
+                return Ok(Reply::Bytes { bytes });
+            }
+            Command::Skip { symbol } => {
+                let image = self.image.as_ref().ok_or(CommandError::NotLoaded)?;
+                let address = image.function(&symbol)?;
+                self.member(robot)?.write_memory(address, &RETURN)?;
+            }
+            Command::Place { x_mm, y_mm, .. } => {
+                let place = [finite("x_mm", x_mm)?, finite("y_mm", y_mm)?];
+                self.darken(time(now));
+                self.air.place(robot, Some(place));
+            }
+            Command::Remove => {
+                self.darken(time(now));
+                self.air.place(robot, None);
+            }
+            Command::Power { on } => {
+                self.darken(time(now));
+                let member = self.member(robot)?;
+                member.is_off = !on;
+                let cause = if on { ResetCause::PowerOn } else { ResetCause::PowerOff };
+                member.robot.switch(time(now), cause);
+                member.note();
+            }
+            Command::Chip { memory, seed, debugger: false, crystal: true, .. } => {
+                self.member(robot)?.robot.memory = bittybuzz_emulation::memory(memory, seed);
+            }
+            Command::Reset { cause: message::ResetCause::BrownOut } => {
+                self.darken(time(now));
+                let member = self.member(robot)?;
+                member.robot.switch(time(now), ResetCause::BrownOut);
+                member.note();
+                let cause = ResetCause::BrownOut.name().into();
+                member.events.push(TimedEvent { at: now, event: Event::Reset { cause } });
+            }
+            Command::Deaf { to } => {
+                let robots = self.members.len();
+                if let Some(stranger) = to.iter().copied().find(|number| *number >= robots) {
+                    return Err(CommandError::NoRobot { robot: stranger, robots });
+                }
+                self.darken(time(now));
+                self.air.cut_off(robot, to);
+            }
+            Command::Battery { volts, charging, .. } => {
+                board.set_battery(volts.into(), charging);
+            }
+            Command::Clock { error_ppm } => board.set_clock_error(clock_error(error_ppm)?),
+            Command::Surroundings { light, celsius } => {
+                let celsius = finite("celsius", celsius)?;
+                board.set_surroundings(Surroundings { light, celsius });
+            }
+            Command::Air { lose, seed } => self.air.lose(probability(lose)?, seed),
+            Command::Infrared { range_mm, noise_mm, seed } => {
+                let (range, noise) = (finite("range_mm", range_mm)?, finite("noise_mm", noise_mm)?);
+                self.air.set_light(range, noise, seed);
+                for (number, member) in self.members.iter_mut().enumerate() {
+                    member.robot.board.set_seed(seed.wrapping_add(number as u64 + 1));
+                }
+            }
+            Command::Radio { at, payload } => {
+                let frame = crate::air::frame(&payload).ok_or(Refusal::Infrared(payload.len()))?;
+                self.air.announce(time(at.max(now)), frame);
+            }
+            Command::Statistics => {
+                let collided = |member: &Member| member.robot.board.statistics().collided;
+                let collided = self.members.iter().map(collided).sum();
+                let (carried, lost) = self.air.counted();
+                let robot = &mut self.member(robot)?.robot;
+                let counted = robot.counted;
+                robot.counted.turns.longest = 0;
+                return Ok(Reply::Statistics(Box::new(Statistics {
+                    core: CoreStatistics {
+                        instructions: 0,
+                        cycles: robot.core.cycle() - counted.slept,
+                        exceptions: counted.interrupts,
+                        longest_masked: Duration::from_nanos(counted.waited.nanos()),
+                        longest_turn: counted.turns.longest,
+                    },
+                    board: BoardStatistics::Kilobot(robot.board.statistics().into()),
+                    air: AirStatistics { carried, collided, lost },
+                })));
+            }
+            _ => return Err(Refusal::OtherRobot("Kilobot").into()),
+        }
+        Ok(Reply::Ok)
+    }
+}
+
+/// No oscillator of the chip is farther off, even uncalibrated: 10 % (table 29-10 of the data sheet).
+fn clock_error(ppm: f64) -> Result<f64, Refusal> {
+    const MOST: f64 = 100_000.0;
+    if ppm.abs() <= MOST { Ok(ppm) } else { Err(Refusal::ClockError { most: MOST, value: ppm }) }
+}
+
+fn time(duration: Duration) -> Time {
+    Time::from_nanos(u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX))
+}

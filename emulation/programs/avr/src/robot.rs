@@ -1,0 +1,240 @@
+//! One Kilobot: core and board.
+
+use bittybuzz_chips::atmega328p::{AvrBoard, Change, PAGE, RAM};
+use bittybuzz_chips::{HardwareError, Memory, ResetCause, Time};
+use bittybuzz_kilobot::phase::Steps;
+use bittybuzz_kilobot_board::{Edge, Kilobot, Light};
+use bittybuzz_simavr::{Chip, Core, DATA, REGISTERS, State, Stop, changed};
+
+/// A core that sleeps needs so many cycles more to enter an interrupt: 7.7.1 of the data sheet.
+const WAKE_UP: u64 = 4;
+
+/// A Kilobot that runs.
+pub struct Robot {
+    pub core: Core<Kilobot>,
+    pub board: Kilobot,
+    /// Since this cycle the core sleeps.
+    asleep: Option<u64>,
+    /// Since this cycle an interrupt waits.
+    waiting: Option<u64>,
+    pub counted: Counted,
+    /// Content of the chip's memory after its supply has fallen.
+    pub memory: Memory,
+    /// Where in the data space its image keeps what the script is doing.
+    pub phase: Option<u16>,
+    /// Where time would be turned back to.
+    before: Box<Before>,
+    /// Pages as they were, in the order of their changes.
+    undo: Vec<(u16, [u8; PAGE as usize])>,
+    pub is_dead: bool,
+}
+
+/// What is counted since power-on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Counted {
+    /// Cycles in which the core slept.
+    pub slept: u64,
+    /// Interrupts served.
+    pub interrupts: u64,
+    /// Longest that an interrupt had to wait.
+    pub waited: Time,
+    /// Resets by the watchdog.
+    pub resets: u64,
+    /// Steps of the script.
+    pub steps: Steps,
+    /// Turns of the image's loop.
+    pub turns: Turns,
+}
+
+/// Turns of the image's loop, each of which begins with `wdr`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Turns {
+    /// Executions of `wdr`.
+    begun: u64,
+    /// Cycles without sleep when the last one began.
+    begin: u64,
+    /// Cycles of the longest one since the last request for the statistics, without sleep.
+    pub longest: u64,
+}
+
+impl Turns {
+    /// Takes notice of the chip after these cycles without sleep, as often as it executes `wdr`.
+    fn look(&mut self, begun: u64, awake: u64) {
+        if self.begun == begun {
+            return;
+        }
+        // The first `wdr` is that of the start.
+        if self.begun > 1 && begun > self.begun {
+            self.longest = self.longest.max(awake - self.begin);
+        }
+        (self.begun, self.begin) = (begun, awake);
+    }
+}
+
+#[derive(Default)]
+struct Before {
+    core: State,
+    board: Option<Kilobot>,
+    asleep: Option<u64>,
+    waiting: Option<u64>,
+    counted: Counted,
+    is_dead: bool,
+}
+
+impl Robot {
+    /// With erased flash.
+    pub fn new(number: u16, chip: Chip) -> Self {
+        Robot {
+            core: Core::new(chip),
+            board: Kilobot::new(number),
+            asleep: None,
+            waiting: None,
+            counted: Counted::default(),
+            memory: Memory::Kept,
+            phase: None,
+            before: Box::default(),
+            undo: Vec::new(),
+            is_dead: false,
+        }
+    }
+
+    /// Whether nothing happens until `time` as long as it sees no light.
+    pub fn is_quiet(&mut self, time: Time) -> bool {
+        self.asleep.is_some() && self.board.next_event() >= self.board.cycle(time)
+    }
+
+    /// Keeps what it is now.
+    pub fn save(&mut self) {
+        self.undo.clear();
+        let before = &mut *self.before;
+        self.core.save(&mut before.core);
+        before.board = Some(self.board.clone());
+        (before.asleep, before.waiting) = (self.asleep, self.waiting);
+        (before.counted, before.is_dead) = (self.counted, self.is_dead);
+    }
+
+    /// Goes back to what was kept.
+    pub fn restore(&mut self) {
+        while let Some((page, bytes)) = self.undo.pop() {
+            self.core.write_flash(page.into(), &bytes);
+        }
+        let before = &*self.before;
+        let Some(board) = &before.board else { return };
+        self.board = board.clone();
+        self.core.restore(&before.core);
+        (self.asleep, self.waiting) = (before.asleep, before.waiting);
+        (self.counted, self.is_dead) = (before.counted, before.is_dead);
+    }
+
+    /// Runs until `end`, while neighbours' light changes as `lights` tells. What its own LED did.
+    pub fn run(&mut self, end: Time, lights: &[Light]) -> Vec<Edge> {
+        self.board.will_see(lights.iter().copied());
+        let mut until = self.board.cycle(end);
+        while self.core.cycle() < until {
+            self.step(until);
+            // The oscillator may run at another rate now.
+            until = self.board.cycle(end);
+        }
+        self.board.advance(self.core.cycle());
+        self.board.take_edges()
+    }
+
+    fn step(&mut self, until: u64) {
+        let now = self.core.cycle();
+        self.board.advance(now);
+        if self.board.is_expired() {
+            self.reset();
+            return;
+        }
+        let interrupt = self.board.interrupt();
+        let is_served = self.core.interrupts_are_on() && !self.core.is_delayed();
+        if let Some(since) = self.asleep {
+            if interrupt.is_none() || !is_served {
+                self.is_dead |= !self.core.interrupts_are_on();
+                let next = self.board.next_event().min(until).max(now + 1);
+                self.counted.slept += next - now;
+                self.core.wait_until(next);
+                return;
+            }
+            self.asleep = None;
+            self.board.wake(now - since);
+            self.core.wait_until(now + WAKE_UP);
+        }
+        if let Some(vector) = interrupt {
+            let since = *self.waiting.get_or_insert(now);
+            if is_served {
+                let waited = self.board.time(now) - self.board.time(since);
+                self.counted.waited = self.counted.waited.max(waited);
+                self.waiting = None;
+                self.counted.interrupts += 1;
+                let address = self.board.acknowledge(vector);
+                self.core.enter(address);
+                return;
+            }
+        } else {
+            self.waiting = None;
+        }
+        let next = self.board.next_event().min(until);
+        let cycles = if self.core.is_delayed() { 1 } else { next.saturating_sub(now) };
+        let pc = self.core.pc();
+        match self.core.run(&mut self.board, cycles) {
+            Stop::Due => {}
+            Stop::Sleep => {
+                self.board.advance(self.core.cycle());
+                if self.board.sleep().is_some() {
+                    self.asleep = Some(self.core.cycle());
+                }
+            }
+            Stop::Store(change) => self.store(&change),
+            Stop::Bad => self.board.fail(HardwareError::BadInstruction { after: pc }),
+        }
+        // The core stops here at each `wdr`, of which the image's loop has one in each turn; no two phases begin in one.
+        let awake = self.core.cycle() - self.counted.slept;
+        self.counted.turns.look(self.board.watchdog_restarts(), awake);
+        if let Some(phase) = self.phase {
+            self.counted.steps.look(self.core.data()[usize::from(phase)]);
+        }
+        let pointer = self.core.stack_pointer();
+        if pointer < RAM - 1 {
+            self.board.fail(HardwareError::Stack { pointer });
+        }
+    }
+
+    fn store(&mut self, change: &Change) {
+        let (page, bytes) = changed(self.core.flash(), change);
+        let start = usize::from(page);
+        let mut old = [0; PAGE as usize];
+        old.copy_from_slice(&self.core.flash()[start..start + usize::from(PAGE)]);
+        self.undo.push((page, old));
+        self.core.write_flash(start, &bytes);
+    }
+
+    fn reset(&mut self) {
+        self.counted.resets += 1;
+        self.begin(ResetCause::IndependentWatchdog);
+    }
+
+    /// The power is switched, or falls for a moment, at `now`: pins let go, and the program restarts.
+    pub fn switch(&mut self, now: Time, cause: ResetCause) {
+        let cycle = self.board.cycle(now);
+        self.core.wait_until(cycle);
+        self.board.advance(self.core.cycle());
+        self.begin(cause);
+        // The core's registers are no less undefined than the RAM (7.4, 8.3).
+        for part in [REGISTERS, RAM.into()..DATA] {
+            let content = self.memory.content(part.len() as u32, &mut self.memory.noise());
+            if let Some(content) = content {
+                self.core.data()[part].copy_from_slice(&content);
+            }
+        }
+        self.board.take_edges();
+    }
+
+    fn begin(&mut self, cause: ResetCause) {
+        self.asleep = None;
+        self.waiting = None;
+        self.is_dead = false;
+        self.board.reset(cause, self.memory);
+        self.core.reset();
+    }
+}

@@ -1,0 +1,60 @@
+//! How much faster than real time ten Zooids are emulated, in the dark and under the projector.
+//!
+//! ```sh
+//! cargo xtask build zooids
+//! cargo run --locked --release -p bittybuzz-emulate-m0 --example speed -- \
+//!     firmware/zooids/target/thumbv6m-none-eabi/release/bittybuzz-zooids
+//! ```
+//!
+//! Simulated seconds per second of processor time (Linux), which other programs disturb less than a clock on the wall. Under `valgrind
+//! --tool=callgrind` it counts instructions of the host.
+
+use std::error::Error;
+use std::fmt::Write;
+use std::path::Path;
+use std::{env, fs, io};
+
+use bittybuzz_cortex_m0::CortexM0;
+use bittybuzz_zooids_board::Zooid;
+
+const ROBOTS: usize = 10;
+const SECONDS: u64 = 60;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let elf = env::args_os().nth(1).ok_or("which image? the path of its ELF file")?;
+    for (name, is_tracked) in [("in the dark", false), ("tracked", true)] {
+        let commands = commands(Path::new(&elf), is_tracked)?;
+        let mut replies = Vec::new();
+        let before = processor_seconds()?;
+        bittybuzz_emulation::serve::<CortexM0<Zooid>>(ROBOTS, commands.as_bytes(), &mut replies)?;
+        let took = processor_seconds()? - before;
+        let replies = String::from_utf8_lossy(&replies);
+        if let Some(error) = replies.lines().find(|line| line.contains(r#""reply":"error""#)) {
+            return Err(error.into());
+        }
+        println!("{ROBOTS} Zooids {name}: {:.1} times real time", SECONDS as f64 / took);
+    }
+    Ok(())
+}
+
+/// As docs/emulation.md has them.
+fn commands(elf: &Path, is_tracked: bool) -> Result<String, Box<dyn Error>> {
+    let elf = elf.to_str().ok_or("the path is no text")?.replace('\\', "\\\\").replace('"', "\\\"");
+    let mut commands = format!("{{\"command\":\"load\",\"elf\":\"{elf}\"}}\n");
+    for robot in (0..ROBOTS).filter(|_| is_tracked) {
+        let (x, heading) = (300 + 40 * robot, 10 * robot);
+        writeln!(
+            commands,
+            r#"{{"robot":{robot},"command":"place","x_mm":{x},"y_mm":400,"heading_degrees":{heading}}}"#
+        )?;
+    }
+    writeln!(commands, r#"{{"command":"run","until_ns":{}}}"#, SECONDS * 1_000_000_000)?;
+    Ok(commands)
+}
+
+/// What this program has had of a processor.
+fn processor_seconds() -> io::Result<f64> {
+    let times = fs::read_to_string("/proc/self/schedstat")?;
+    let nanos = times.split_whitespace().next().and_then(|nanos| nanos.parse::<f64>().ok());
+    nanos.map(|nanos| nanos * 1e-9).ok_or_else(|| io::Error::other("no time in schedstat"))
+}

@@ -1,0 +1,376 @@
+//! Core and board together: which of them waits for the other.
+
+use std::collections::{HashMap, HashSet};
+use std::time::Duration;
+
+use bittybuzz_chips::{Board, FlashChange, ResetCause, Time};
+use bittybuzz_emulation::message::{CoreStatistics, Event, TimedEvent};
+use bittybuzz_emulation::{Control, Core, CoreState, Image, MachineError};
+
+use crate::access::{self, AccessError, Outcome};
+use crate::core::{Cause, CoreError, Machine, Processor};
+use crate::memory::{self, Layout};
+use crate::registers::Registers;
+use crate::sites::{self, Action, Site};
+
+/// A core in QEMU with its board.
+pub struct QemuCore<B> {
+    board: B,
+    core: Processor,
+    machine: Machine,
+    flash: Vec<u8>,
+    sites: HashMap<u32, Site>,
+    skipped: HashSet<u32>,
+    /// The event register (B1.5.18).
+    event: bool,
+    /// The chip or the program asks for a reset.
+    reset_request: Option<ResetCause>,
+    systick_reported: bool,
+    events: Vec<TimedEvent>,
+    statistics: CoreStatistics,
+}
+
+/// The hardware error of a firmware that uses SysTick.
+const SYSTICK_USED: &str = "SysTick does not work in this emulator, QEMU's is used to stop the core: \
+     use a timer of the chip, or bbz-emulate-stm32";
+
+/// A reason why the emulation cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum RobotError {
+    /// The core failed.
+    #[error(transparent)]
+    Core(#[from] CoreError),
+    /// QEMU ended by itself.
+    #[error("qemu-system-arm ended: {0}")]
+    Ended(String),
+    /// The core needs an access that the bridge cannot do.
+    #[error(transparent)]
+    Access(#[from] AccessError),
+    /// Memory that the DMA controller reaches failed.
+    #[error(transparent)]
+    Data(MachineError),
+    /// The core stopped where nothing stops it.
+    #[error("QEMU stopped at {pc:#010x} for no reason")]
+    Unexpected {
+        /// Address of the instruction.
+        pc: u32,
+    },
+}
+
+impl From<RobotError> for MachineError {
+    fn from(error: RobotError) -> Self {
+        MachineError::Emulation(error.to_string())
+    }
+}
+
+impl<B: Control> Core for QemuCore<B> {
+    type Board = B;
+
+    fn load(number: usize, image: &Image) -> Result<Self, MachineError> {
+        let mut flash = vec![0xff; memory::FLASH.len()];
+        for (address, bytes) in image.segments() {
+            let place = address
+                .checked_sub(memory::FLASH.start)
+                .and_then(|start| flash.get_mut(start as usize..)?.get_mut(..bytes.len()))
+                .ok_or(MachineError::NoMemory { address, length: bytes.len() })?;
+            place.copy_from_slice(bytes);
+        }
+        let machine = Machine::with(B::CORE);
+        let sites = sites::find(memory::FLASH.start, &flash).collect();
+        let skipped = HashSet::new();
+        Ok(QemuCore {
+            board: B::power_on(number),
+            core: start_core(machine, &flash, &sites, &skipped)?,
+            machine,
+            flash,
+            sites,
+            skipped,
+            event: false,
+            reset_request: None,
+            systick_reported: false,
+            events: Vec::new(),
+            statistics: CoreStatistics::default(),
+        })
+    }
+
+    fn reset(
+        &mut self,
+        cause: Option<ResetCause>,
+        vectors: u32,
+    ) -> Result<CoreState, MachineError> {
+        if let Some(cause) = cause {
+            self.board.reset(cause);
+        }
+        let start = self.board.start(vectors);
+        for (address, bytes) in &start.memory {
+            self.write(*address, bytes)?;
+        }
+        let vectors = (vectors - memory::FLASH.start) as usize;
+        let word = |at: usize| {
+            let bytes = self.flash.get(at..at + 4).and_then(|bytes| bytes.try_into().ok());
+            bytes.map_or(u32::MAX, u32::from_le_bytes)
+        };
+        let (stack, first) = (word(vectors), word(vectors + 4));
+        self.core.reset(stack, first, start.vector_table).map_err(RobotError::from)?;
+        self.event = false;
+        Ok(CoreState::after_reset(start.is_in_loader))
+    }
+
+    fn board(&self) -> &B {
+        &self.board
+    }
+
+    fn board_mut(&mut self) -> &mut B {
+        &mut self.board
+    }
+
+    /// The board's time: an instruction takes one clock of the core.
+    fn now(&self) -> Time {
+        self.board.now()
+    }
+
+    fn clock_hz(&self) -> u64 {
+        self.board.core_clock_hz()
+    }
+
+    /// Time passes on the board together with the core.
+    fn catch_up(&mut self) {}
+
+    fn take_reset_request(&mut self) -> Option<ResetCause> {
+        self.reset_request.take().or_else(|| self.board.take_reset_request())
+    }
+
+    fn execute(&mut self, until: Time) -> Result<CoreState, MachineError> {
+        Ok(self.run(until)?)
+    }
+
+    fn wakes(&mut self, _: CoreState) -> Result<bool, MachineError> {
+        if !self.connect() {
+            return Ok(false);
+        }
+        Ok(self.core.is_exception_pending().map_err(RobotError::from)?)
+    }
+
+    fn may_wake(&self) -> bool {
+        self.event
+    }
+
+    fn sleep(&mut self, until: Time) -> Result<(), MachineError> {
+        self.pass(later(until, &self.board))?;
+        Ok(())
+    }
+
+    fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Result<(), MachineError> {
+        match self.write(address, bytes)? {
+            true => Ok(()),
+            false => Err(MachineError::NoMemory { address, length: bytes.len() }),
+        }
+    }
+
+    fn read_memory(&mut self, address: u32, bytes: &mut [u8]) -> Result<(), MachineError> {
+        match self.read(address, bytes)? {
+            true => Ok(()),
+            false => Err(MachineError::NoMemory { address, length: bytes.len() }),
+        }
+    }
+
+    fn skip(&mut self, address: u32) -> Result<(), MachineError> {
+        if self.skipped.insert(address) && !self.sites.contains_key(&address) {
+            self.core.trap_instruction(address).map_err(RobotError::from)?;
+        }
+        Ok(())
+    }
+
+    /// QEMU's flash is not programmed by the firmware, so it is not erased either.
+    fn change_flash(&mut self, _: FlashChange) -> Result<(), MachineError> {
+        Ok(())
+    }
+
+    fn take_events(&mut self) -> Vec<TimedEvent> {
+        std::mem::take(&mut self.events)
+    }
+
+    fn statistics(&self) -> CoreStatistics {
+        // An instruction is a cycle.
+        CoreStatistics { cycles: self.statistics.instructions, ..self.statistics.clone() }
+    }
+}
+
+impl<B: Control> QemuCore<B> {
+    /// Reads memory as a debugger does; `false` if there is none.
+    fn read(&mut self, address: u32, bytes: &mut [u8]) -> Result<bool, RobotError> {
+        match self.core.layout().locate(address, bytes.len()) {
+            Some(place) => Ok(self.core.read_memory(place, bytes)?),
+            None => Ok(false),
+        }
+    }
+
+    /// Writes memory as a debugger does; `false` if there is none.
+    fn write(&mut self, address: u32, bytes: &[u8]) -> Result<bool, RobotError> {
+        let Some(place) = self.core.layout().locate(address, bytes.len()) else {
+            return Ok(false);
+        };
+        if memory::FLASH.contains(&address) {
+            let start = (address - memory::FLASH.start) as usize;
+            self.flash[start..start + bytes.len()].copy_from_slice(bytes);
+        }
+        Ok(self.core.write_memory(place, bytes)?)
+    }
+
+    fn report(&mut self, event: Event) {
+        let at = Duration::from_nanos(self.board.now().nanos());
+        self.events.push(TimedEvent { at, event });
+    }
+
+    /// Lets time pass on the board. Returns true if the chip asked for a reset meanwhile; then it is not later than that.
+    fn pass(&mut self, to: Time) -> Result<bool, RobotError> {
+        while self.board.now() < to {
+            let next = self.board.next_event().map_or(to, |next| next.min(to));
+            self.board.advance(later(next, &self.board));
+            self.move_data().map_err(RobotError::Data)?;
+            self.reset_request = self.reset_request.or(self.board.take_reset_request());
+            if self.reset_request.is_some() {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Lets an executed instruction's time pass that QEMU did not count.
+    fn count(&mut self) -> Result<bool, RobotError> {
+        self.statistics.instructions += 1;
+        self.pass(self.board.now() + Time::of_ticks(1, self.board.core_clock_hz()))
+    }
+
+    /// Shows the core the board's interrupt lines. Returns whether one rose: then an exception will be taken,
+    /// which sets the event register (B1.5.18), unless it is masked; that WFE may end early is allowed.
+    fn connect(&mut self) -> bool {
+        let rose = self.core.set_lines(self.board.interrupts().bits());
+        self.event |= rose;
+        rose
+    }
+
+    /// The core runs until the next event of the board, or until it needs the bridge.
+    fn run(&mut self, until: Time) -> Result<CoreState, RobotError> {
+        self.connect();
+        let clock = self.board.core_clock_hz();
+        let span = later(until, &self.board) - self.board.now();
+        let stopped = match self.core.run(span.ticks(clock).max(1)) {
+            Err(error) if error.is_end() => return self.ended(),
+            stopped => stopped?,
+        };
+        let started = self.board.now();
+        if self.pass(started + Time::of_ticks(stopped.instructions, clock))? {
+            // Instructions after the reset, which only QEMU executed, never happened.
+            self.statistics.instructions += (self.board.now() - started).ticks(clock);
+            return Ok(CoreState::Running);
+        }
+        self.statistics.instructions += stopped.instructions;
+        match stopped.cause {
+            Cause::Time => Ok(CoreState::Running),
+            Cause::Access => self.access(),
+            Cause::Breakpoint => self.breakpoint(),
+        }
+    }
+
+    /// The core is about to access something trapped.
+    fn access(&mut self) -> Result<CoreState, RobotError> {
+        let outcome = access::perform(&mut self.core, &mut self.board, &self.flash)?;
+        self.move_data().map_err(RobotError::Data)?;
+        self.connect();
+        match outcome {
+            Outcome::Done => {
+                self.count()?;
+            }
+            Outcome::SystemReset => self.reset_request = Some(ResetCause::Software),
+            Outcome::SysTick if self.systick_reported => {}
+            Outcome::SysTick => {
+                self.systick_reported = true;
+                self.report(Event::HardwareError { text: SYSTICK_USED.into() });
+            }
+        }
+        Ok(CoreState::Running)
+    }
+
+    /// QEMU ends when the core locks up.
+    fn ended(&mut self) -> Result<CoreState, RobotError> {
+        let fresh = start_core(self.machine, &self.flash, &self.sites, &self.skipped)?;
+        let words = std::mem::replace(&mut self.core, fresh).last_words();
+        if !words.contains("Lockup") {
+            return Err(RobotError::Ended(words));
+        }
+        let pc = words.split_once("R15=").and_then(|(_, rest)| rest.get(..8));
+        let pc = pc.and_then(|digits| u32::from_str_radix(digits, 16).ok()).unwrap_or_default();
+        Ok(CoreState::LockedUp { pc })
+    }
+
+    fn breakpoint(&mut self) -> Result<CoreState, RobotError> {
+        let pc = self.core.next.pc();
+        if self.skipped.contains(&pc) {
+            self.core.return_at_once();
+            return Ok(CoreState::Running);
+        }
+        let site = *self.sites.get(&pc).ok_or(RobotError::Unexpected { pc })?;
+        if self.count()? {
+            return Ok(CoreState::Running);
+        }
+        let rose = self.connect();
+        let layout = self.core.layout();
+        let next = &mut self.core.next;
+        match site.action {
+            Action::SendEvent => {
+                next.skip_instruction(site.length);
+                self.event = true;
+            }
+            Action::WaitForEvent => {
+                next.skip_instruction(site.length);
+                if !std::mem::take(&mut self.event) && !self.core.is_exception_pending()? {
+                    return Ok(CoreState::WaitingForEvent);
+                }
+            }
+            Action::WaitForInterrupt => {
+                next.skip_instruction(site.length);
+                if !self.core.is_exception_pending()? {
+                    return Ok(CoreState::WaitingForInterrupt);
+                }
+            }
+            // An interrupt that just rose is taken before the branch, or not at all.
+            Action::Stay if rose => {}
+            Action::Stay => return Ok(CoreState::WaitingForInterrupt),
+            Action::SetStackPointer { register } => {
+                let value = layout.relocate(next.r[usize::from(register)]);
+                next.r[usize::from(Registers::SP)] = value & !3;
+                next.skip_instruction(site.length);
+            }
+        }
+        Ok(CoreState::Running)
+    }
+}
+
+/// A core that stops where the bridge is needed.
+fn start_core(
+    machine: Machine,
+    flash: &[u8],
+    sites: &HashMap<u32, Site>,
+    skipped: &HashSet<u32>,
+) -> Result<Processor, RobotError> {
+    let mut core = Processor::new(machine, flash)?;
+    access::trap(&mut core)?;
+    let layout = core.layout();
+    let needed = |site: &Site| {
+        layout != Layout::Chip || !matches!(site.action, Action::SetStackPointer { .. })
+    };
+    let sites = sites.iter().filter(|(_, site)| needed(site)).map(|(address, _)| address);
+    let mut addresses: Vec<u32> = sites.chain(skipped).copied().collect();
+    addresses.sort_unstable();
+    addresses.dedup();
+    for address in addresses {
+        core.trap_instruction(address)?;
+    }
+    Ok(core)
+}
+
+/// `time`, but always later than now on the board.
+fn later(time: Time, board: &impl Board) -> Time {
+    time.max(board.now() + Time::from_picos(1))
+}

@@ -1,0 +1,258 @@
+//! What the core sees: flash, RAM, its own registers, and the board.
+
+use bittybuzz_chips::{Board, Clock, FlashChange, FlashContent, Width};
+use rp2040_emu::bus::ppb::Ppb;
+use rp2040_emu::core::{CoreBus, Nvic};
+
+use crate::private::Private;
+
+pub const FLASH: u32 = 0x0800_0000;
+pub const RAM: u32 = 0x2000_0000;
+const PRIVATE: u32 = 0xe000_0000;
+
+/// Memory and board.
+pub struct ChipBus<B> {
+    pub board: B,
+    pub flash: Vec<u8>,
+    pub ram: Vec<u8>,
+    pub private: Private,
+    pub clock: Clock,
+    /// Of the core, without those it slept: at the beginning of the instruction that runs.
+    pub cycles: u64,
+    /// The exception that runs.
+    pub active: u32,
+    /// Levels of the interrupt lines.
+    lines: u32,
+    /// The board was touched: what was known of its future no longer holds.
+    pub touched: bool,
+    /// The event register, and whether the core waits.
+    pub event: bool,
+    pub waits: bool,
+    fault: Option<u32>,
+}
+
+/// What static RAM holds when its power comes is not zero; here it is always the same.
+pub fn noise(bytes: u32) -> Vec<u8> {
+    let mut state = 1_u32;
+    let next = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 24) as u8
+    };
+    std::iter::repeat_with(next).take(bytes as usize).collect()
+}
+
+impl<B: Board> ChipBus<B> {
+    /// Robot `number` of several, just turned on. Its flash is erased and its RAM is not.
+    pub fn new(number: usize) -> Self {
+        let board = B::power_on(number);
+        let clock = Clock::new(board.core_clock_hz());
+        ChipBus {
+            board,
+            flash: vec![0xff; B::MEMORY.flash as usize],
+            ram: noise(B::MEMORY.ram),
+            private: Private::new(),
+            clock,
+            cycles: 0,
+            active: 0,
+            lines: 0,
+            touched: true,
+            event: false,
+            waits: false,
+            fault: None,
+        }
+    }
+
+    /// Brings the board to the core's time and its interrupts to the core: a line that rises, or is high while its handler
+    /// does not run, asks for it.
+    pub fn catch_up(&mut self) {
+        self.board.advance(self.clock.time(self.cycles));
+        self.look();
+    }
+
+    fn look(&mut self) {
+        let lines = self.board.interrupts().bits() as u32;
+        let running = (self.private.ppb.active >> 16) as u32;
+        self.private.nvic.pending |= lines & !self.lines | lines & !running;
+        self.lines = lines;
+    }
+
+    /// Whether an interrupt is pending that is enabled.
+    pub fn any_pending(&self) -> bool {
+        self.private.nvic.pending & self.private.nvic.enabled != 0
+            || self.private.ppb.icsr & (1 << 28 | 1 << 26) != 0
+    }
+
+    /// The memory with `length` bytes at `address`, if all of them are in one.
+    pub fn memory(&mut self, address: u32, length: usize) -> Option<&mut [u8]> {
+        let at = |start: u32| address.wrapping_sub(start) as usize;
+        if at(RAM) < self.ram.len() {
+            return self.ram.get_mut(at(RAM)..at(RAM) + length);
+        }
+        // The flash is also seen at 0.
+        let at = if at(FLASH) < self.flash.len() { at(FLASH) } else { at(0) };
+        if at < self.flash.len() { self.flash.get_mut(at..at + length) } else { None }
+    }
+
+    fn is_peripheral(address: u32) -> bool {
+        is_in(B::MEMORY.peripherals, address)
+    }
+
+    fn read(&mut self, address: u32, width: Width) -> u32 {
+        if let Some(bytes) = self.memory(address, width.bytes() as usize) {
+            return bytes.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte));
+        }
+        if address >= PRIVATE {
+            self.touched = true;
+            return self.private.read(address & !3, self.active) >> ((address & 3) * 8);
+        }
+        if !Self::is_peripheral(address) && !is_in(B::MEMORY.read_only, address) {
+            self.fault = Some(address);
+            return 0;
+        }
+        self.catch_up();
+        let value = self.board.read(address, width);
+        self.after_access();
+        value
+    }
+
+    fn write(&mut self, address: u32, width: Width, value: u32) {
+        let at = address.wrapping_sub(RAM) as usize;
+        if let Some(bytes) =
+            self.ram.get_mut(at..).and_then(|ram| ram.get_mut(..width.bytes() as usize))
+        {
+            bytes.copy_from_slice(&value.to_le_bytes()[..width.bytes() as usize]);
+        } else if address >= PRIVATE {
+            self.touched = true;
+            let mask = match width {
+                Width::Byte => 0xff,
+                Width::Half => 0xffff,
+                Width::Word => 0xffff_ffff,
+            };
+            let shift = (address & 3) * 8;
+            self.private.write(address & !3, value << shift, mask << shift);
+            self.look();
+        } else if Self::is_peripheral(address) {
+            self.catch_up();
+            self.board.write(address, width, value);
+            self.after_access();
+        } else if width == Width::Half && (address.wrapping_sub(FLASH) as usize) < self.flash.len()
+        {
+            self.program(address, value as u16);
+        } else {
+            self.fault = Some(address);
+        }
+    }
+
+    /// Clocks may have changed, and interrupts may be pending.
+    fn after_access(&mut self) {
+        self.touched = true;
+        self.clock.set_hz(self.board.core_clock_hz(), self.cycles);
+        self.look();
+    }
+
+    /// The flash interface decides what becomes of a halfword that is written to the flash.
+    fn program(&mut self, address: u32, new: u16) {
+        self.catch_up();
+        let at = (address - FLASH) as usize;
+        let old = u16::from_le_bytes([self.flash[at], self.flash[at + 1]]);
+        if let Some(change) = self.board.program(address, old, new) {
+            self.change_flash(change);
+        }
+        self.touched = true;
+    }
+
+    /// The flash changes, and the core waits.
+    pub fn change_flash(&mut self, change: FlashChange) {
+        let (value, length) = match change.content {
+            FlashContent::Erased(bytes) => (vec![0xff; bytes as usize], bytes as usize),
+            FlashContent::Halfword(value) => (value.to_le_bytes().to_vec(), 2),
+        };
+        if let Some(bytes) = self.memory(change.address, length) {
+            bytes.copy_from_slice(&value);
+        }
+        let end = self.clock.time(self.cycles) + change.takes;
+        self.clock.skip_to(end, self.cycles);
+    }
+}
+
+/// Whether an address is in one of these: first addresses and sizes.
+fn is_in(regions: &[(u32, u32)], address: u32) -> bool {
+    regions.iter().any(|(base, size)| address.wrapping_sub(*base) < *size)
+}
+
+/// One core, number 0.
+impl<B: Board> CoreBus for ChipBus<B> {
+    fn read8(&mut self, address: u32) -> u8 {
+        self.read(address, Width::Byte) as u8
+    }
+
+    fn read16(&mut self, address: u32) -> u16 {
+        self.read(address, Width::Half) as u16
+    }
+
+    fn read32(&mut self, address: u32) -> u32 {
+        self.read(address, Width::Word)
+    }
+
+    fn write8(&mut self, address: u32, value: u8) {
+        self.write(address, Width::Byte, value.into());
+    }
+
+    fn write16(&mut self, address: u32, value: u16) {
+        self.write(address, Width::Half, value.into());
+    }
+
+    fn write32(&mut self, address: u32, value: u32) {
+        self.write(address, Width::Word, value);
+    }
+
+    fn set_active_pc(&mut self, _pc: u32) {}
+
+    fn bus_fault(&self) -> bool {
+        self.fault.is_some()
+    }
+
+    fn bus_fault_addr(&self) -> u32 {
+        self.fault.unwrap_or(0)
+    }
+
+    fn clear_bus_fault(&mut self) {
+        self.fault = None;
+    }
+
+    fn ppb(&self, _core: usize) -> &Ppb {
+        &self.private.ppb
+    }
+
+    fn ppb_mut(&mut self, _core: usize) -> &mut Ppb {
+        &mut self.private.ppb
+    }
+
+    fn nvic(&self, _core: usize) -> &Nvic {
+        &self.private.nvic
+    }
+
+    fn nvic_mut(&mut self, _core: usize) -> &mut Nvic {
+        &mut self.private.nvic
+    }
+
+    fn active_core(&self) -> usize {
+        0
+    }
+
+    fn event_flag(&self, _core: usize) -> bool {
+        self.event
+    }
+
+    fn consume_event_flag(&mut self, _core: usize) -> bool {
+        std::mem::take(&mut self.event)
+    }
+
+    fn set_wfe_waiting(&mut self, _core: usize, waits: bool) {
+        self.waits = waits;
+    }
+
+    fn signal_sev(&mut self) {
+        self.event = true;
+    }
+}

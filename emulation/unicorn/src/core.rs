@@ -1,0 +1,370 @@
+//! The core: Unicorn, the memory it sees, and what it is stopped by.
+
+use bittybuzz_chips::{Board, CoreKind, MemoryMap, Time, Width};
+use bittybuzz_emulation::MachineError;
+use unicorn_engine::{
+    Arch, HookType, MemType, Mode, Prot, RegisterARM as Register, TlbEntry, TlbType, Unicorn,
+    uc_error,
+};
+
+use crate::blocks::Block;
+use crate::memory::is_within;
+use crate::nvic::Masks;
+use crate::system::System;
+
+pub const FLASH: u32 = 0x0800_0000;
+/// The flash is also seen from address 0 when the chip boots from it (RM0090 2.4).
+pub const FLASH_ALIAS: u32 = 0;
+pub const SRAM: u32 = 0x2000_0000;
+/// Core-coupled memory, of which code cannot run.
+pub const CCM: u32 = 0x1000_0000;
+/// First address and size of the private bus.
+const PRIVATE: (u32, u64) = (0xe000_0000, 0x10_0000);
+/// The Thumb bit of xPSR.
+pub const XPSR_T: u32 = 1 << 24;
+/// An address at which nothing ever runs; Unicorn wants one to stop at.
+const NOWHERE: u64 = 0x0fff_fffe;
+
+/// Why Unicorn has stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// The deadline is reached.
+    Deadline,
+    WaitForEvent,
+    WaitForInterrupt,
+    /// An exception return; the value that was branched to.
+    Return(u32),
+    SupervisorCall,
+    Breakpoint,
+    Undefined,
+    InvalidState,
+    NoCoprocessor,
+    Unaligned,
+    /// A bad fetch, or a bad access.
+    BadFetch,
+    BadAccess,
+    /// A halfword is written to the flash.
+    FlashWrite,
+}
+
+/// A Cortex-M4F or Cortex-M0, whichever the board wants.
+pub struct UnicornCore<'a, B: Board + 'static> {
+    pub(crate) uc: Unicorn<'a, System<B>>,
+}
+
+/// An error of Unicorn that no firmware causes.
+pub fn failed(error: uc_error) -> MachineError {
+    MachineError::Emulation(format!("Unicorn: {error:?}"))
+}
+
+impl<B: Board> UnicornCore<'_, B> {
+    /// The core of robot `number` of several, whose flash is erased and whose RAM is not.
+    pub(crate) fn new(number: usize) -> Result<Self, MachineError> {
+        let mode = Mode::THUMB | Mode::MCLASS;
+        let mut uc =
+            Unicorn::new_with_data(Arch::ARM, mode, System::<B>::new(number)).map_err(failed)?;
+        map(&mut uc).and_then(|()| hook(&mut uc)).map_err(failed)?;
+        let mut core = UnicornCore { uc };
+        let erased = vec![0xff; B::MEMORY.flash as usize];
+        core.write_bytes(FLASH, &erased)?;
+        core.scramble()?;
+        Ok(core)
+    }
+
+    /// Copies the read-only memory from the board, which changes it at resets only.
+    pub(crate) fn copy_read_only(&mut self) -> Result<(), MachineError> {
+        for (base, size) in B::MEMORY.read_only {
+            let board = &mut self.system().board;
+            let words = (0..*size / 4).map(|word| board.read(base + 4 * word, Width::Word));
+            let bytes: Vec<u8> = words.flat_map(u32::to_le_bytes).collect();
+            self.uc.mem_write(u64::from(*base), &bytes).map_err(failed)?;
+        }
+        Ok(())
+    }
+
+    /// What static RAM holds when its power comes is not zero; here it is always the same.
+    pub(crate) fn scramble(&mut self) -> Result<(), MachineError> {
+        let mut state = 1_u32;
+        for (start, size) in [(SRAM, B::MEMORY.ram), (CCM, B::MEMORY.ccm)] {
+            if size == 0 {
+                continue;
+            }
+            let noise: Vec<u8> = (0..size)
+                .map(|_| {
+                    state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                    (state >> 24) as u8
+                })
+                .collect();
+            self.write_bytes(start, &noise)?;
+        }
+        Ok(())
+    }
+
+    pub(crate) fn system(&mut self) -> &mut System<B> {
+        self.uc.get_data_mut()
+    }
+
+    pub(crate) fn register(&self, register: Register) -> Result<u32, MachineError> {
+        self.uc.reg_read(register).map(|value| value as u32).map_err(failed)
+    }
+
+    pub(crate) fn set_register(
+        &mut self,
+        register: Register,
+        value: u32,
+    ) -> Result<(), MachineError> {
+        self.uc.reg_write(register, u64::from(value)).map_err(failed)
+    }
+
+    pub(crate) fn masks(&self) -> Result<Masks, MachineError> {
+        read_masks(&self.uc).map_err(failed)
+    }
+
+    /// Writes memory; the flash is written through both of its addresses.
+    pub(crate) fn write_bytes(&mut self, address: u32, bytes: &[u8]) -> Result<(), MachineError> {
+        Self::check_memory(address, bytes.len())?;
+        let flash = (FLASH..FLASH + B::MEMORY.flash).contains(&address);
+        self.uc.mem_write(u64::from(address), bytes).map_err(failed)?;
+        if flash {
+            let alias = address - FLASH + FLASH_ALIAS;
+            self.uc.mem_write(u64::from(alias), bytes).map_err(failed)?;
+            self.uc.ctl_flush_tb().map_err(failed)?;
+            self.system().blocks.clear();
+        }
+        Ok(())
+    }
+
+    pub(crate) fn read_bytes(&self, address: u32, bytes: &mut [u8]) -> Result<(), MachineError> {
+        Self::check_memory(address, bytes.len())?;
+        self.uc.mem_read(u64::from(address), bytes).map_err(failed)
+    }
+
+    /// Reads a word as the core would when it takes an exception; none where nothing is.
+    pub(crate) fn read_word(&self, address: u32) -> Option<u32> {
+        if !is_within(address, 4, FLASH_ALIAS, B::MEMORY.flash) {
+            Self::check_memory(address, 4).ok()?;
+        }
+        let mut bytes = [0; 4];
+        self.uc.mem_read(u64::from(address), &mut bytes).ok()?;
+        Some(u32::from_le_bytes(bytes))
+    }
+
+    /// Executes from where the core stands until something happens, `deadline` at the latest.
+    pub(crate) fn emulate(&mut self, deadline: Time) -> Result<Stop, MachineError> {
+        self.system().begin(deadline);
+        let pc = self.register(Register::PC)?;
+        let result = self.uc.emu_start(u64::from(pc | 1), NOWHERE, 0, 0);
+        let system = self.uc.get_data();
+        if let Some(interrupt) = system.interrupt {
+            return self.interrupted(interrupt);
+        }
+        match result {
+            Ok(()) if system.undefined => Ok(Stop::Undefined),
+            Ok(()) if system.stopped => Ok(Stop::Deadline),
+            Ok(()) => Ok(Stop::WaitForInterrupt),
+            // WFE comes as an invalid instruction, too, but only when it is done; so does any instruction
+            // without the Thumb bit.
+            Err(uc_error::INSN_INVALID) => {
+                let done = self.register(Register::PC)? == system.block_end;
+                Ok(if done && system.block.waits_for_event {
+                    Stop::WaitForEvent
+                } else if self.register(Register::XPSR)? & XPSR_T == 0 {
+                    Stop::InvalidState
+                } else {
+                    Stop::Undefined
+                })
+            }
+            Err(uc_error::FETCH_UNMAPPED | uc_error::FETCH_PROT) => Ok(Stop::BadFetch),
+            Err(uc_error::WRITE_PROT) if self.is_flash_write() => Ok(Stop::FlashWrite),
+            Err(
+                uc_error::READ_UNMAPPED
+                | uc_error::READ_PROT
+                | uc_error::WRITE_UNMAPPED
+                | uc_error::WRITE_PROT,
+            ) => Ok(Stop::BadAccess),
+            Err(uc_error::READ_UNALIGNED | uc_error::WRITE_UNALIGNED) => Ok(Stop::Unaligned),
+            Err(error) => Err(failed(error)),
+        }
+    }
+
+    fn interrupted(&self, interrupt: u32) -> Result<Stop, MachineError> {
+        // Numbers of QEMU's target/arm/cpu.h.
+        Ok(match interrupt {
+            2 => Stop::SupervisorCall,
+            3 => Stop::BadFetch,
+            4 => Stop::BadAccess,
+            7 => Stop::Breakpoint,
+            // Bit 0 of what was branched to has become the Thumb bit, which is always set in these values.
+            8 => Stop::Return(self.register(Register::PC)? | 1),
+            17 => Stop::NoCoprocessor,
+            22 => Stop::Unaligned,
+            _ => Stop::Undefined,
+        })
+    }
+
+    /// The core's registers after a reset, for the program whose vectors are at `vectors`.
+    pub(crate) fn reset_registers(&mut self, vectors: u32) -> Result<(), MachineError> {
+        self.set_register(Register::CONTROL, 0)?;
+        self.set_register(Register::XPSR_NZCVQG, XPSR_T)?;
+        for register in [Register::PRIMASK, Register::BASEPRI, Register::FAULTMASK] {
+            self.set_register(register, 0)?;
+        }
+        self.set_register(Register::LR, 0xffff_ffff)?;
+        // Memory is mapped there: Image::vectors is in flash.
+        self.set_register(Register::MSP, self.read_word(vectors).unwrap_or(0) & !3)?;
+        self.set_register(Register::PC, self.read_word(vectors + 4).unwrap_or(0) | 1)
+    }
+}
+
+fn read_masks<B: Board>(uc: &Unicorn<'_, System<B>>) -> Result<Masks, uc_error> {
+    Ok(Masks {
+        primask: uc.reg_read(Register::PRIMASK)? != 0,
+        faultmask: uc.reg_read(Register::FAULTMASK)? != 0,
+        basepri: uc.reg_read(Register::BASEPRI)? as u8,
+    })
+}
+
+fn map<B: Board>(uc: &mut Unicorn<'_, System<B>>) -> Result<(), uc_error> {
+    for start in [FLASH, FLASH_ALIAS] {
+        uc.mem_map(u64::from(start), u64::from(B::MEMORY.flash), Prot::READ | Prot::EXEC)?;
+    }
+    uc.mem_map(u64::from(SRAM), u64::from(B::MEMORY.ram), Prot::ALL)?;
+    if B::MEMORY.ccm > 0 {
+        uc.mem_map(u64::from(CCM), u64::from(B::MEMORY.ccm), Prot::READ | Prot::WRITE)?;
+    }
+    for (base, size) in B::MEMORY.peripherals.iter().copied() {
+        uc.mmio_map(
+            u64::from(base),
+            u64::from(size),
+            Some(move |uc: &mut Unicorn<'_, System<B>>, offset: u64, size: usize| {
+                let width = Width::from_bytes(size).unwrap_or(Width::Word);
+                u64::from(uc.get_data_mut().read(base + offset as u32, width))
+            }),
+            Some(move |uc: &mut Unicorn<'_, System<B>>, offset: u64, size: usize, value: u64| {
+                let width = Width::from_bytes(size).unwrap_or(Width::Word);
+                uc.get_data_mut().write(base + offset as u32, width, value as u32);
+            }),
+        )?;
+    }
+    for (base, size) in B::MEMORY.read_only {
+        uc.mem_map(u64::from(*base), u64::from(*size), Prot::READ)?;
+    }
+    let (base, size) = PRIVATE;
+    uc.mmio_map(
+        u64::from(base),
+        size,
+        Some(move |uc: &mut Unicorn<'_, System<B>>, offset: u64, size: usize| {
+            let width = Width::from_bytes(size).unwrap_or(Width::Word);
+            u64::from(uc.get_data_mut().read_private(base + offset as u32, width))
+        }),
+        Some(move |uc: &mut Unicorn<'_, System<B>>, offset: u64, size: usize, value: u64| {
+            let width = Width::from_bytes(size).unwrap_or(Width::Word);
+            let system = uc.get_data_mut();
+            system.write_private(base + offset as u32, width, value as u32);
+            system.after_access();
+        }),
+    )
+}
+
+fn hook<B: Board>(uc: &mut Unicorn<'_, System<B>>) -> Result<(), uc_error> {
+    uc.add_block_hook(1, 0, |uc, address, size| begin_block(uc, address as u32, size))?;
+    uc.add_intr_hook(|uc, interrupt| {
+        uc.get_data_mut().interrupt = Some(interrupt);
+        let _ = uc.emu_stop();
+    })?;
+    // Unicorn's own table of pages says that data may be executed everywhere, and then checks every write.
+    uc.ctl_set_tlb_type(TlbType::VIRTUAL)?;
+    uc.add_tlb_hook(1, 0, enter_page)?;
+    for (first, last) in not_ram(&B::MEMORY) {
+        uc.add_mem_hook(
+            HookType::MEM_INVALID,
+            first,
+            last,
+            |uc, _: MemType, address, size, value| {
+                let system = uc.get_data_mut();
+                system.failed_address = address as u32;
+                system.failed_write = (size, value as u32);
+                false
+            },
+        )?;
+    }
+    Ok(())
+}
+
+/// First and last addresses of what is not RAM. An access that fails there is noticed; a hook that also covered
+/// RAM would make every access to it slow.
+fn not_ram(memory: &MemoryMap) -> Vec<(u64, u64)> {
+    let mut ranges = Vec::new();
+    let mut start = 0;
+    for (first, size) in [(CCM, memory.ccm), (SRAM, memory.ram)] {
+        if size > 0 {
+            ranges.push((start, u64::from(first) - 1));
+            start = u64::from(first) + u64::from(size);
+        }
+    }
+    ranges.push((start, 0xffff_ffff));
+    ranges
+}
+
+/// An access to a page that Unicorn does not remember: what is not allowed there is found when it happens.
+fn enter_page<B: Board>(
+    uc: &mut Unicorn<'_, System<B>>,
+    address: u64,
+    kind: MemType,
+) -> Option<TlbEntry> {
+    if kind == MemType::FETCH {
+        return Some(TlbEntry { paddr: address, perms: Prot::ALL });
+    }
+    // Before it asks, Unicorn sets the if-then state to that of the instruction, as if it were to leave the
+    // block. The block goes on and takes the state for cleared; what follows it would be skipped.
+    uc.reg_write(Register::EPSR, u64::from(XPSR_T)).ok()?;
+    Some(TlbEntry { paddr: address, perms: Prot::READ | Prot::WRITE })
+}
+
+/// Counts the block that is about to run, or stops before it.
+fn begin_block<B: Board>(uc: &mut Unicorn<'_, System<B>>, address: u32, size: u32) {
+    if std::mem::take(&mut uc.get_data_mut().masks_touched)
+        && let Ok(masks) = read_masks(uc)
+    {
+        let system = uc.get_data_mut();
+        system.observe_masks(masks);
+        if system.nvic.any_pending() && system.nvic.next(masks).is_some() {
+            system.deadline = 0;
+        }
+    }
+    let system = uc.get_data_mut();
+    if system.cycles >= system.deadline {
+        system.stopped = true;
+        // Its only error is that nothing runs.
+        let _ = uc.emu_stop();
+        return;
+    }
+    let block = match system.blocks.get(address, size) {
+        Some(block) => block,
+        None => {
+            let mut code = vec![0; size as usize];
+            let block = match uc.mem_read(u64::from(address), &mut code) {
+                Ok(()) => Block::parse(&code),
+                Err(_) => Block::default(),
+            };
+            let system = uc.get_data_mut();
+            // Code in RAM may change without notice.
+            if !(SRAM..SRAM + B::MEMORY.ram).contains(&address) {
+                system.blocks.insert(address, size, block);
+            }
+            block
+        }
+    };
+    let system = uc.get_data_mut();
+    if block.beyond_armv6m && B::CORE == CoreKind::CortexM0 {
+        system.undefined = true;
+        let _ = uc.emu_stop();
+        return;
+    }
+    system.instructions += u64::from(block.instructions);
+    system.cycles += u64::from(block.instructions);
+    system.event |= block.sends_event;
+    system.masks_touched = block.masks;
+    system.block = block;
+    system.block_end = address + size;
+}

@@ -1,0 +1,230 @@
+//! The core against the ARMv7-M Architecture Reference Manual, with programs that try one thing each.
+
+mod programs;
+mod zooid;
+
+use std::time::Duration;
+
+use bittybuzz_crazyflie_board::Crazyflie;
+use bittybuzz_emulation::message::Event;
+use bittybuzz_emulation::{EmulatedRobot, Image, Pause};
+
+use self::programs::{CODE, Program};
+use crate::UnicornCore;
+use crate::core::{FLASH, SRAM};
+
+type Robot = EmulatedRobot<UnicornCore<'static, Crazyflie>>;
+
+const STACK: u32 = SRAM + 0x1_0000;
+const APPLICATION: u32 = FLASH + 0x4000;
+
+/// A robot about to run `program`, whose vectors stand at `vectors`.
+fn robot_at(vectors: u32, program: &Program) -> Robot {
+    let mut table = vec![0_u8; CODE as usize];
+    table[..4].copy_from_slice(&STACK.to_le_bytes());
+    for (exception, handler) in program.vectors {
+        let at = 4 * *exception as usize;
+        table[at..at + 4].copy_from_slice(&((vectors + CODE + handler) | 1).to_le_bytes());
+    }
+    table.extend(program.code.iter().flat_map(|half| half.to_le_bytes()));
+    Robot::load(0, &Image::of_flash(vectors, table)).unwrap()
+}
+
+fn robot(program: &Program) -> Robot {
+    robot_at(FLASH, program)
+}
+
+fn run(robot: &mut Robot, micros: u64) -> Pause {
+    robot.run(Duration::from_micros(micros)).unwrap()
+}
+
+fn bytes(robot: &mut Robot, offset: u32, length: usize) -> Vec<u8> {
+    let mut bytes = vec![0; length];
+    robot.read_memory(SRAM + offset, &mut bytes).unwrap();
+    bytes
+}
+
+fn words(robot: &mut Robot, offset: u32, count: usize) -> Vec<u32> {
+    bytes(robot, offset, 4 * count)
+        .chunks_exact(4)
+        .map(|word| u32::from_le_bytes(word.try_into().unwrap()))
+        .collect()
+}
+
+#[test]
+fn an_interrupt_preserves_registers_flags_and_floats() {
+    let mut robot = robot(&programs::FLOAT);
+    assert_eq!(run(&mut robot, 100), Pause::Time);
+    let floats = [1.0_f32, 2.0, 3.0, 4.0].map(f32::to_bits);
+    assert_eq!(words(&mut robot, 0, 4), floats);
+    assert_eq!(words(&mut robot, 16, 4), [0x11, 0x22, 0x33, 0xcc]);
+    assert_eq!(words(&mut robot, 32, 1), [0x6000_0000], "Z and C of the comparison");
+    assert_eq!(words(&mut robot, 0x100, 1), [0xffff_ffe9], "thread, main stack, extended frame");
+}
+
+#[test]
+fn more_urgent_interrupts_nest_and_equal_ones_wait() {
+    let mut robot = robot(&programs::PRIORITIES);
+    run(&mut robot, 100);
+    assert_eq!(bytes(&mut robot, 0, 5), [0xa, 1, 0xb, 2, 9]);
+    assert_eq!(robot.statistics().exceptions, 3);
+}
+
+#[test]
+fn primask_and_basepri_hold_interrupts_back() {
+    let mut robot = robot(&programs::MASKS);
+    run(&mut robot, 100);
+    assert_eq!(bytes(&mut robot, 0, 8), [9, 1, 9, 9, 1, 9, 1, 9]);
+    // At 16 MHz; the longer of the two is from MSR to MSR: STR, BL, MOVS, STRB, ADDS, BX, MOVS, MSR.
+    assert_eq!(robot.statistics().longest_masked, Duration::from_nanos(8 * 1000 / 16));
+}
+
+#[test]
+fn a_bad_access_is_a_hard_fault() {
+    let mut robot = robot(&programs::BAD_ACCESS);
+    assert_eq!(run(&mut robot, 100), Pause::Time);
+    let load = FLASH + CODE + 4;
+    // CFSR: PRECISERR and BFARVALID; HFSR: FORCED.
+    assert_eq!(words(&mut robot, 0, 5), [load, 0x8200, 0x4000_0000, 0x6000_0010, 3]);
+}
+
+#[test]
+fn a_bad_store_stops_at_its_instruction() {
+    let mut robot = robot(&programs::BAD_STORES);
+    assert_eq!(run(&mut robot, 100), Pause::Time);
+    let first = words(&mut robot, 4, 1)[0];
+    // Address, return address, and how many of the other instructions were executed.
+    let logged = words(&mut robot, 0, 9);
+    assert_eq!(logged[..3], [0x0800_0123, first, 0]);
+    assert_eq!(logged[3..6], [0x7000_0008, first + 4, 1]);
+    assert_eq!(logged[6..], [0x5007_0004, first + 8, 2]);
+    assert_eq!(words(&mut robot, 36, 1), [3]);
+}
+
+#[test]
+fn a_bad_jump_is_a_fault_of_its_kind() {
+    let mut robot = robot(&programs::BAD_JUMPS);
+    assert_eq!(run(&mut robot, 100), Pause::Time);
+    let logged = words(&mut robot, 0, 6);
+    // CFSR: IBUSERR, IACCVIOL, INVSTATE.
+    assert_eq!(logged, [0x3000_0000, 1 << 8, 0x4002_0000, 1 << 0, 0x0800_0400, 1 << 17]);
+}
+
+#[test]
+fn a_fault_in_the_hard_fault_handler_locks_up() {
+    let mut robot = robot(&programs::LOCKUP);
+    assert_eq!(run(&mut robot, 100), Pause::Lockup);
+    assert_eq!(words(&mut robot, 0, 1), [FLASH + CODE]);
+    let events = robot.take_events();
+    // UDF, then MOV.W, LDR and STR of the handler.
+    let lockup = Event::Lockup { pc: FLASH + CODE + 2 + 4 + 2 + 2 };
+    assert!(matches!(&events[..], [event] if event.event == lockup), "{events:?}");
+}
+
+#[test]
+fn an_exception_without_a_vector_table_locks_up() {
+    // No bootloader starts it there and VTOR is 0: the flash below the program is erased.
+    let mut robot = robot_at(APPLICATION + 0x4000, &programs::PRIORITIES);
+    assert_eq!(run(&mut robot, 100), Pause::Lockup);
+}
+
+#[test]
+fn the_bootloader_sets_the_vector_table_and_overwrites_memory() {
+    let mut robot = robot_at(APPLICATION, &programs::PRIORITIES);
+    // Its .bss, and the two ends of what it may use.
+    let cleared = bytes(&mut robot, 0x14, 0x2864);
+    assert!(cleared.iter().all(|&byte| byte == 0));
+    let kept = bytes(&mut robot, 0x5000, 0x100);
+    assert!(kept.iter().any(|&byte| byte != 0));
+    run(&mut robot, 100);
+    assert_eq!(bytes(&mut robot, 0, 5), [0xa, 1, 0xb, 2, 9]);
+}
+
+#[test]
+fn a_stack_that_overflows_memory_is_a_hard_fault() {
+    let mut robot = robot(&programs::OVERFLOW);
+    assert_eq!(run(&mut robot, 100), Pause::Time);
+    assert_eq!(words(&mut robot, 0, 1), [0x1000], "CFSR: STKERR");
+}
+
+#[test]
+fn a_full_stack_is_a_hard_fault_that_may_take_another_stack() {
+    let mut robot = robot(&programs::PUSH_OVERFLOW);
+    assert_eq!(run(&mut robot, 100), Pause::Time);
+    // CFSR: BFARVALID and PRECISERR of PUSH, STKERR of the frame.
+    assert_eq!(words(&mut robot, 0, 1), [0x9200]);
+}
+
+#[test]
+fn waiting_for_events_and_interrupts() {
+    let mut robot = robot(&programs::EVENTS);
+    // A tick is 1600 cycles of 16 MHz: 100 µs. The first WFE finds the event of SEV, the third that of the
+    // first tick's exception; WFI under PRIMASK wakes without a handler.
+    run(&mut robot, 99);
+    assert_eq!(bytes(&mut robot, 0, 1), [0]);
+    run(&mut robot, 150);
+    assert_eq!(bytes(&mut robot, 0, 3), [0, 1, 1]);
+    run(&mut robot, 350);
+    assert_eq!(bytes(&mut robot, 0, 6), [0, 1, 1, 2, 2, 3]);
+    run(&mut robot, 1_000_000);
+    // 10 000 ticks of three instructions: the handler's two, B, and WFI.
+    let instructions = robot.statistics().instructions;
+    assert!((40_000..40_050).contains(&instructions), "{instructions}");
+}
+
+#[test]
+fn thread_mode_has_a_stack_of_its_own() {
+    let mut robot = robot(&programs::STACKS);
+    run(&mut robot, 100);
+    // The thread's stack pointer was 0x20000ffc: aligned to eight bytes, less a frame of eight words.
+    assert_eq!(words(&mut robot, 0, 3), [0x2000_0fd8, STACK, 0xffff_fffd]);
+    assert_eq!(words(&mut robot, 12, 3), [14, 0x5b, 0x2000_0ffc]);
+}
+
+#[test]
+fn a_reset_starts_anew_and_keeps_ram() {
+    let mut robot = robot(&programs::RESET);
+    run(&mut robot, 100);
+    assert_eq!(words(&mut robot, 0, 1), [2]);
+    let events = robot.take_events();
+    let software = Event::Reset { cause: "software".into() };
+    assert!(matches!(&events[..], [event] if event.event == software), "{events:?}");
+}
+
+#[test]
+fn the_watchdog_ends_a_lockup() {
+    let mut robot = robot(&programs::WATCHDOG);
+    assert_eq!(run(&mut robot, 3_000), Pause::Time);
+    assert_eq!(run(&mut robot, 5_000), Pause::Time);
+    // RCC_CSR: pin and independent watchdog, and what power-on left.
+    assert_eq!(words(&mut robot, 0, 1), [0x2e00_0000]);
+    let reset = Event::Reset { cause: "independent_watchdog".into() };
+    let events = robot.take_events();
+    let event = events.iter().find(|event| event.event == reset).unwrap();
+    // (RLR + 1) * 4 / 32 kHz after a start of some instructions.
+    assert_eq!(event.at.as_micros() / 100, 40);
+}
+
+#[test]
+fn the_first_access_to_a_page_leaves_no_trace() {
+    let mut robot = robot(&programs::IF_THEN);
+    run(&mut robot, 1_000);
+    assert_eq!(words(&mut robot, 0, 1), [8]);
+}
+
+#[test]
+fn an_instruction_is_a_cycle() {
+    let mut robot = robot(&programs::LOOP);
+    run(&mut robot, 1_000);
+    assert_eq!(robot.statistics().instructions, 1 + 4 * 1000 + 1);
+}
+
+#[test]
+fn the_same_run_twice_is_the_same() {
+    let outcome = || {
+        let mut robot = robot(&programs::EVENTS);
+        run(&mut robot, 12_345);
+        (bytes(&mut robot, 0, 0x1_0000), robot.statistics())
+    };
+    assert_eq!(outcome(), outcome());
+}
