@@ -1,23 +1,44 @@
-//! The sizes of the robots' machines and queues as constants, from their files.
+//! The machines of the robots that ship: types exactly as large as their files say.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
 use std::{env, fs, io};
 
+use bittybuzz_robot_spec::Profile;
+
 fn main() -> io::Result<()> {
     println!("cargo::rerun-if-changed=build.rs");
-    let mut text = String::new();
+    let mut sizes = BTreeSet::new();
     for robot in bittybuzz_robot_files::all_shipped() {
         let vm = &robot.vm;
-        for (name, value) in [
-            ("SLOTS", vm.slots as usize + robot.sizes().slots()),
-            ("IN_QUEUE", vm.in_queue as usize),
-            ("OUT_QUEUE", vm.out_queue as usize),
-        ] {
-            let robot = robot.name.to_uppercase();
-            let _ = writeln!(text, "pub const {robot}_{name}: usize = {value};");
+        let slots = vm.slots as usize + robot.sizes().slots();
+        let mut profiles = vec!["Tiny"];
+        // A robot with room for long frames can also run the small profile.
+        if robot.profile == Profile::Full {
+            profiles.push("Full");
+        }
+        for profile in profiles {
+            sizes.insert((slots, profile, vm.in_queue, vm.out_queue));
         }
     }
+    let smallest = sizes.iter().next().map_or(0, |(slots, ..)| *slots);
+    let mut text = format!(
+        "/// Slots of the smallest machine of a robot that ships.\n\
+         #[cfg(test)]\nconst SMALLEST_SLOTS: usize = {smallest};\n\n\
+         /// Loads the machine of a robot that ships, if one has exactly these sizes: slots, and lengths of the queues.\n\
+         fn load_shipped<'p>(\n    context: &'p GroupContext<'p>,\n    sizes: [usize; 3],\n    id: u16,\n    seed: u32,\n\
+         ) -> Option<Loaded<'p>> {{\n    Some(match (context.profile, sizes) {{\n"
+    );
+    for (slots, profile, inbox, outbox) in sizes {
+        let frame = format!("{}_FRAME", profile.to_uppercase());
+        let _ = writeln!(
+            text,
+            "        (NumberProfile::{profile}, [{slots}, {inbox}, {outbox}]) => \
+             load_exact::<{profile}, {{ {frame} }}, {slots}, {inbox}, {outbox}>(context, id, seed),"
+        );
+    }
+    text += "        _ => return None,\n    })\n}\n";
     let out = env::var_os("OUT_DIR").ok_or_else(|| io::Error::other("cargo sets OUT_DIR"))?;
-    fs::write(Path::new(&out).join("sizes.rs"), text)
+    fs::write(Path::new(&out).join("machines.rs"), text)
 }

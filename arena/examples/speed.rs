@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use bittybuzz_arena::engine::{Area, Brain, Io, Media, Pose, Settings, Stream, World};
-use bittybuzz_arena::robots::kilobot::{KilobotModel, KilobotMotors};
+use bittybuzz_kilobot_model::{KilobotModel, KilobotMotors};
 
 /// Walks straight and in curves, counts what it hears, sends all the time.
 struct Wanderer {

@@ -18,7 +18,7 @@
 //! # Parts
 //! * [`engine`]: bodies, contacts, links, light.
 //! * [`output`]: recordings, pictures, tables.
-//! * [`robots`]: models of the robots that ship.
+//! * [`robot`]: the interface to models of robots, and robots with their scripts.
 //! * [`run`]: scripts in the robots of a scenario, its events and expectations.
 //! * [`scenario`]: files that say what is in a world, what happens in it, and what must come of it.
 
@@ -26,6 +26,6 @@
 
 pub mod engine;
 pub mod output;
-pub mod robots;
+pub mod robot;
 pub mod run;
 pub mod scenario;

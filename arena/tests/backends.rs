@@ -43,7 +43,7 @@ const NAMELESS: &str = "[[robots]]\nrobot = \"nameless.toml\"\nscript = \"s.bzz\
 const CRAZYFLIES: &str = "[[robots]]\nrobot = \"crazyflie\"\nscript = \"s.bzz\"\ncount = 2\nbackend = \"firmware\"\nfirmware = \"other.elf\"\n";
 
 fn parse(text: &str) -> Result<Scenario, Vec<ScenarioError>> {
-    Scenario::parse(text, "s.toml", &FOLDER, &[])
+    Scenario::parse(text, "s.toml", &FOLDER, &[], &bittybuzz_robot_models::all())
 }
 
 /// `8:1: message | help`
@@ -76,7 +76,8 @@ fn a_group_runs_in_a_virtual_machine_or_on_its_firmware() {
     // One file for both: what the firmware is may be said, too.
     let set = ["robots.0.backend=vm".to_owned()];
     let text = [WORLD, EMULATED].concat();
-    let scenario = Scenario::parse(&text, "s.toml", &FOLDER, &set).unwrap();
+    let scenario =
+        Scenario::parse(&text, "s.toml", &FOLDER, &set, &bittybuzz_robot_models::all()).unwrap();
     assert_eq!(scenario.groups[0].backend, Backend::Vm);
     let scenario = parse(&[WORLD, SIMULATED].concat()).unwrap();
     assert_eq!(scenario.groups[0].backend, Backend::Vm);
@@ -132,17 +133,19 @@ fn missing_firmware_is_told_with_how_to_build_it() {
     assert_error(
         &[WORLD, &EMULATED.replace("zooids.elf", "none.elf")],
         "13:12",
-        &["`none.elf`: there is no such file", "cargo xtask build zooids"],
+        &["`none.elf`: there is no such file", "cargo xtask build"],
     );
     let folder = EMULATED.replace("zooids.elf", ".");
     assert_error(&[WORLD, &folder], "13:12", &["it is a folder"]);
     // Nothing is above the root; the script is not there either.
     let text = [WORLD, &EMULATED.replace("firmware = \"zooids.elf\"\n", "")].concat();
-    let errors = Scenario::parse(&text, "s.toml", Path::new("/"), &[]).unwrap_err();
+    let errors =
+        Scenario::parse(&text, "s.toml", Path::new("/"), &[], &bittybuzz_robot_models::all())
+            .unwrap_err();
     let told: Vec<String> = errors.iter().map(told).collect();
     assert!(
         told.iter().any(|error| error.starts_with("12:11: cannot use firmware `firmware/zooids/")
-            && error.contains("cargo xtask build zooids")),
+            && error.contains("cargo xtask build")),
         "{told:#?}"
     );
 }

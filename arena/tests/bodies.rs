@@ -4,8 +4,8 @@
 
 mod common;
 
-use bittybuzz_arena::robots::crazyflie::{Positioning, Velocity};
-use bittybuzz_arena::robots::kilobot::Preset;
+use bittybuzz_crazyflie_model::{Positioning, Velocity};
+use bittybuzz_kilobot_model::Preset;
 use common::robots::{RobotKind, Settings, World};
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 

@@ -60,7 +60,7 @@ fn a_robot_on_the_left_has_a_positive_azimuth() {
 #[test]
 fn without_a_position_a_sender_has_no_place() {
     let mut settings = exact();
-    settings.crazyflie.positioning = bittybuzz_arena::robots::crazyflie::Positioning::None;
+    settings.crazyflie.positioning = bittybuzz_crazyflie_model::Positioning::None;
     let mut world = World::new(settings).unwrap();
     crazyflie(&mut world, 0.0, 0.0, Probe::talking());
     let id = crazyflie(&mut world, 500.0, 0.0, Probe::default());

@@ -5,10 +5,10 @@
 mod common;
 
 use bittybuzz_arena::engine::{Area, Brain, Io, Light, Obstacle, Pose, RobotId, Stream};
-use bittybuzz_arena::robots::crazyflie::{Flight, Positioning, Velocity};
-use bittybuzz_arena::robots::kilobot::KilobotMotors;
-use bittybuzz_arena::robots::zooid::Drive;
+use bittybuzz_crazyflie_model::{Flight, Positioning, Velocity};
+use bittybuzz_kilobot_model::KilobotMotors;
 use bittybuzz_motion::drive::Wheels;
+use bittybuzz_zooids_model::Drive;
 use common::robots::{RobotKind, Settings, Variant, World};
 use common::*;
 

@@ -175,7 +175,13 @@ fn events_happen_in_the_order_of_time_and_then_of_the_file() {
                   [[event]]\nat = 2\nmove = 1\nto = [0, -300]\n";
     let trace = trace(&here("order"), events);
     assert_eq!(trace.places[at(2.1)], [0.0, -300.0]);
-    let parsed = Scenario::parse(&scenario(events), "t", &here("order"), &[]);
+    let parsed = Scenario::parse(
+        &scenario(events),
+        "t",
+        &here("order"),
+        &[],
+        &bittybuzz_robot_models::all(),
+    );
     let parsed = parsed.unwrap_or_else(|errors| panic!("{errors:?}"));
     assert!(parsed.events.windows(2).all(|pair| pair[0].at <= pair[1].at));
 }

@@ -198,9 +198,9 @@ fn names_that_no_script_has_are_told_with_their_place() {
 #[test]
 fn a_robot_that_the_simulator_cannot_be_is_refused() {
     let kilobot = bittybuzz_robot_files::shipped()[0].text;
-    let large = kilobot.replace("memory = 1676", "memory = 8000");
+    let large = kilobot.replace("memory = 1676", "memory = 200000");
     let slots = kilobot.lines().find(|line| line.starts_with("slots")).unwrap_or_default();
-    let large = large.replace(slots, "slots = 1000");
+    let large = large.replace(slots, "slots = 20000");
     let folder = folder("misfit", &[("s.bzz", SCRIPT), ("large.toml", &large)]);
     let text = WORLD.replace("\"kilobot\"", "\"large.toml\"\nbody = \"kilobot\"");
     let errors = setup_errors(&folder, &text);

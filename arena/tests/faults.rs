@@ -3,7 +3,8 @@
 mod script;
 
 use bittybuzz_arena::output::metrics;
-use bittybuzz_arena::run::{Consequence, FaultCounts, Simulation, Summary};
+use bittybuzz_arena::robot::{Consequence, FaultCounts};
+use bittybuzz_arena::run::{Simulation, Summary};
 use bittybuzz_vm_core::FaultCode;
 use script::{folder, read, run, run_with};
 

@@ -5,6 +5,8 @@
 mod common;
 mod script;
 
+use bittybuzz_arena::scenario::Group;
+use bittybuzz_crazyflie_model::CrazyflieModel;
 use core::ops::DerefMut;
 
 use bittybuzz_arena::engine::{AddError, Link, Loss, Medium};
@@ -128,12 +130,22 @@ fn parameters_of_groups_can_be_set() {
                 [[robots]]\nrobot = \"crazyflie\"\nscript = \"walk.bzz\"\nmodel = {}\n";
     let set = |set: &[&str]| {
         let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
-        bittybuzz_arena::scenario::Scenario::parse(text, "s.toml", &folder, &set)
+        bittybuzz_arena::scenario::Scenario::parse(
+            text,
+            "s.toml",
+            &folder,
+            &set,
+            &bittybuzz_robot_models::all(),
+        )
     };
     let scenario = set(&["robots.0.model.lag=0.5", "robots.0.link.loss=0.25"]).unwrap();
     let group = &scenario.groups[0];
-    assert_eq!(group.model.crazyflie.lag, Some(0.5));
+    let model = |group: &Group| {
+        let model: &dyn std::any::Any = &*group.model;
+        *model.downcast_ref::<CrazyflieModel>().unwrap()
+    };
+    assert_eq!(model(group).lag, 0.5);
     assert_eq!(group.link.loss.map(|loss| (loss.near, loss.far)), Some((0.25, 0.25)));
-    assert_eq!(set(&[]).unwrap().groups[0].model, bittybuzz_arena::scenario::Bodies::default());
+    assert_eq!(model(&set(&[]).unwrap().groups[0]), CrazyflieModel::STANDARD);
     assert!(set(&["robots.0.link.rate=3"]).is_err(), "only infrared has a rate");
 }

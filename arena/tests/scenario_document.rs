@@ -4,9 +4,21 @@ use std::fmt::Write;
 use std::path::Path;
 
 use bittybuzz_arena::scenario::Scenario;
-use bittybuzz_arena::scenario::keys::{SECTIONS, SectionKeys};
+use bittybuzz_arena::scenario::keys::{BODY, Key, SECTIONS, SectionKeys};
 
 const DOCUMENT: &str = include_str!("../../docs/scenario.md");
+
+/// The sections of every scenario, and those of the robots that ship.
+fn sections() -> Vec<SectionKeys> {
+    let models = bittybuzz_robot_models::all();
+    let keys = models.iter().map(|model| {
+        let (name, help) = (model.name(), model.keys().robots);
+        Key { name, takes: "table", default: "", help }
+    });
+    let body = SectionKeys { name: BODY, keys: keys.collect::<Vec<_>>().leak() };
+    let of_models = models.iter().map(|model| model.keys().body);
+    SECTIONS.iter().copied().chain([body]).chain(of_models).collect()
+}
 
 /// The table of a section, as the document has it.
 fn table(section: &SectionKeys) -> String {
@@ -20,7 +32,7 @@ fn table(section: &SectionKeys) -> String {
 
 #[test]
 fn the_tables_of_keys_are_those_of_the_code() {
-    for section in SECTIONS {
+    for section in &sections() {
         assert!(
             DOCUMENT.contains(&table(section)),
             "docs/scenario.md needs this table for {}:\n{}",
@@ -31,7 +43,7 @@ fn the_tables_of_keys_are_those_of_the_code() {
     // Other tables have fewer columns.
     let is_key = |line: &&str| line.starts_with("| `") && line.matches(" | ").count() == 3;
     let rows = DOCUMENT.lines().filter(is_key).count();
-    let mut keys: usize = SECTIONS.iter().map(|section| section.keys.len()).sum();
+    let mut keys: usize = sections().iter().map(|section| section.keys.len()).sum();
     // The radios share a table.
     keys -=
         SECTIONS.iter().find(|section| section.name == "[medium.p2p]").map_or(0, |s| s.keys.len());
@@ -51,7 +63,7 @@ fn the_worked_example_is_a_scenario() {
     let text = &DOCUMENT[start..];
     let text = &text[..text.find("```").unwrap_or(0)];
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
-    let read = Scenario::parse(text, "example", &examples, &[]);
+    let read = Scenario::parse(text, "example", &examples, &[], &bittybuzz_robot_models::all());
     let scenario = read.unwrap_or_else(|errors| panic!("{errors:#?}"));
     assert_eq!(scenario.groups.len(), 2);
     assert!(!scenario.events.is_empty() && !scenario.expects.is_empty());

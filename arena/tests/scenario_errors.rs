@@ -13,7 +13,8 @@ static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("scenario_errors");
     fs::create_dir_all(folder.join("sub")).unwrap();
     fs::write(folder.join("walk.bzz"), "function step() {}\n").unwrap();
-    fs::write(folder.join("broken.toml"), "name = \"mine\"\nnmae = 3\n").unwrap();
+    fs::write(folder.join("broken.toml"), "name = \"mine\"\nnmae = 3\nprofile = \"big\"\n")
+        .unwrap();
     let kilobot = bittybuzz_robot_files::shipped()[0].text;
     fs::write(folder.join("mine.toml"), kilobot.replace("\"kilobot\"", "\"mine\"")).unwrap();
     folder
@@ -21,7 +22,9 @@ static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
 
 fn errors(text: &str, set: &[&str]) -> Vec<ScenarioError> {
     let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
-    Scenario::parse(text, "s.toml", &FOLDER, &set).err().unwrap_or_default()
+    Scenario::parse(text, "s.toml", &FOLDER, &set, &bittybuzz_robot_models::all())
+        .err()
+        .unwrap_or_default()
 }
 
 /// `s.toml:3:1: message | help`
@@ -354,7 +357,7 @@ fn all_mistakes_of_a_robot_file_have_their_own_places() {
     let text = format!("{GROUP}[[robots]]\nrobot = \"broken.toml\"\nscript = \"walk.bzz\"\n");
     let found = errors(&text, &[]);
     let found: Vec<String> = found.iter().map(told).collect();
-    // Besides the unknown key, needed ones are missing.
+    // Besides the unknown key, the profile is wrong.
     assert!(
         found.len() > 1 && found.iter().all(|told| told.contains("broken.toml:")),
         "{found:#?}"
@@ -410,9 +413,12 @@ fn set_takes_the_place_of_the_file() {
     let set =
         ["robots.0.count=7", "medium.ir.loss=0.25", "world.seed=9", "body.kilobot.preset=kilombo"];
     let set = set.map(str::to_owned);
-    let scenario = Scenario::parse(BASE, "s.toml", &FOLDER, &set).unwrap();
+    let scenario =
+        Scenario::parse(BASE, "s.toml", &FOLDER, &set, &bittybuzz_robot_models::all()).unwrap();
     assert_eq!(scenario.groups[0].count, 7);
     assert_eq!(scenario.media.ir.loss.map(|loss| loss.far), Some(0.25));
     assert_eq!(scenario.world.seed, 9);
-    assert_eq!(scenario.bodies.kilobot.preset, bittybuzz_arena::robots::kilobot::Preset::Kilombo);
+    let model: &dyn std::any::Any = &*scenario.groups[0].model;
+    let model: &bittybuzz_kilobot_model::KilobotModel = model.downcast_ref().unwrap();
+    assert_eq!(model.preset, bittybuzz_kilobot_model::Preset::Kilombo);
 }

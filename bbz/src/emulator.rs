@@ -5,8 +5,6 @@ use std::path::{Path, PathBuf};
 
 /// Plays every robot on an STM32.
 pub const STM32: &str = "bbz-emulate-stm32";
-/// Plays Kilobots.
-pub const AVR: &str = "bbz-emulate-avr";
 
 /// Where the program is: beside this one, or wherever PATH finds it, unless it is named by a path. Without a name it is the
 /// `usual` one.

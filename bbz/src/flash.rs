@@ -31,7 +31,7 @@ The script has a part of the flash of its own, where firmware looks for it that 
 does the writing (environment variable PROBE_RS_PROBE chooses among several probes); the robot starts anew
 afterwards. Not tried on hardware.
 
-A Kilobot's program is written as a whole, by avrdude and a programmer on its header: without --firmware the script is
+An AVR robot's program is written as a whole, by avrdude and a programmer on its header: without --firmware the script is
 exchanged in the program that the robot has. Boot loader and EEPROM are read before, and written again. Without a
 programmer KiloGUI sends what `bbz build --firmware` makes.
 

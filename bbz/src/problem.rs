@@ -250,7 +250,7 @@ impl Problem {
             Problem::Object { .. } => Some("compile its script instead".to_owned()),
             Problem::Symbols { .. } => Some("`bbz build` writes it anew".to_owned()),
             Problem::Setting(_) => Some("write it as `--set medium.ir.loss=0.1`".to_owned()),
-            Problem::NoRobot => Some("name it, as in --robot crazyflie".to_owned()),
+            Problem::NoRobot => Some("name it, as in --robot NAME; `bbz robots` lists them".to_owned()),
             Problem::NotYet(_) => {
                 Some("its robot file has no [layout]: where firmware and script lie".to_owned())
             }

@@ -393,7 +393,7 @@ fn wrong_command_lines_say_what_to_do() {
     folder.write("bad.sym", "{}");
     let cases: [(&[&str], &[&str]); 9] = [
         (&["trace"], &["FIRMWARE"]),
-        (&["trace", "robot.elf"], &["the robot is not named", "--robot crazyflie"]),
+        (&["trace", "robot.elf"], &["the robot is not named", "--robot NAME"]),
         (&["trace", "robot.elf", "--robot", "kilobot"], &["Kilobot cannot be", "yet"]),
         (&["trace", "none.elf", "--robot", "crazyflie"], &["there is no file `none.elf`"]),
         (&["trace", "-", "--emulate"], &["no firmware to emulate", "(ELF)"]),

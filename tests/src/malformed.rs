@@ -100,7 +100,7 @@ pub fn load(path: &str) -> Vec<Case> {
 }
 
 fn cases(path: &str, text: &str) -> Result<Vec<Case>, Vec<FileError<Cause>>> {
-    toml_reader::read(&Source::new(path, text), &[], (ROOT, keys), |root| {
+    toml_reader::read(&Source::new(path, text), &[], (ROOT, &keys), |root| {
         root.required("case")?;
         let cases: Vec<Option<Case>> = root.sections("case", CASE).iter().map(case).collect();
         cases.into_iter().collect()

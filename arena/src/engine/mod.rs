@@ -22,7 +22,7 @@
 //!
 //! ```
 //! use bittybuzz_arena::engine::{Brain, Io, Media, Pose, Settings, World};
-//! use bittybuzz_arena::robots::kilobot::{KilobotModel, KilobotMotors};
+//! use bittybuzz_kilobot_model::{KilobotModel, KilobotMotors};
 //!
 //! struct Forward;
 //! impl Brain for Forward {

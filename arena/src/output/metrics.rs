@@ -1,6 +1,7 @@
 //! The columns of a table of runs.
 
-use crate::run::{FaultCounts, Summary, TICKS_PER_SECOND, Unusable, Verdict};
+use crate::robot::FaultCounts;
+use crate::run::{Summary, TICKS_PER_SECOND, Unusable, Verdict};
 use crate::scenario::{Quantity, Scenario};
 
 /// The names of the metrics of a scenario's runs.

@@ -38,8 +38,8 @@ pub fn batch(
                 .into_par_iter()
                 .map(|run| {
                     let seed = first_seed.wrapping_add(run);
-                    let casts = setup.casts();
-                    let simulation = Simulation::new(setup, &casts, seed, 1);
+                    let contexts = setup.contexts();
+                    let simulation = Simulation::new(setup, &contexts, seed, 1);
                     let mut simulation = simulation.map_err(BatchError::Scenario)?;
                     while !simulation.is_over() {
                         let tick = simulation.tick();

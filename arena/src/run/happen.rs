@@ -3,9 +3,9 @@
 use crate::engine::{LightId, Pose, RobotId, World};
 use crate::scenario::{Action, Event, Light, Scenario, Selection, Target};
 
-use super::robot::Robot;
 use super::settings::{engine_light, engine_loss, engine_medium};
 use super::tick_at;
+use crate::robot::SimRobot;
 
 /// Which events were, and what they have left behind.
 pub struct Happenings {
@@ -52,7 +52,7 @@ impl Happenings {
     }
 
     /// Makes it happen; the robots whose scripts are to begin.
-    pub fn act(&mut self, event: &Event, world: &mut World<Robot<'_>>) -> Vec<usize> {
+    pub fn act(&mut self, event: &Event, world: &mut World<SimRobot<'_>>) -> Vec<usize> {
         match &event.action {
             Action::Fail(robots) => self.each(robots, |id| world.fail(id)),
             Action::Stop(robots) => self.each(robots, |id| world.stop(id)),
@@ -65,7 +65,7 @@ impl Happenings {
             }
             Action::Move { robots, to, heading } => self.displace(robots, *to, *heading, world),
             Action::Battery { robots, millivolts } => self.each(robots, |id| {
-                world.brain_mut(id).map(|robot| robot.has_battery(*millivolts)).ok_or(())
+                world.brain_mut(id).map(|robot| robot.set_battery(*millivolts)).ok_or(())
             }),
             Action::Light(lights) => self.relight(lights, world),
             Action::Loss(medium, loss) => {
@@ -83,7 +83,7 @@ impl Happenings {
     }
 
     /// Puts everybody into its part, those who have just joined too.
-    pub fn settle(&self, world: &mut World<Robot<'_>>) {
+    pub fn settle(&self, world: &mut World<SimRobot<'_>>) {
         let Some(parts) = &self.parts else { return };
         let mut by_id = vec![0; world.len()];
         for (id, part) in self.ids.iter().zip(parts) {
@@ -130,7 +130,7 @@ impl Happenings {
         robots: &Selection,
         to: Target,
         heading: Option<f64>,
-        world: &mut World<Robot<'_>>,
+        world: &mut World<SimRobot<'_>>,
     ) {
         let pose = |number: usize| match self.id(number).and_then(|id| world.robot(id)) {
             Some(view) => view.pose,
@@ -166,7 +166,7 @@ impl Happenings {
         }
     }
 
-    fn relight(&mut self, lights: &[Light], world: &mut World<Robot<'_>>) {
+    fn relight(&mut self, lights: &[Light], world: &mut World<SimRobot<'_>>) {
         for (index, light) in lights.iter().enumerate() {
             match self.lights.get(index) {
                 Some(id) => world.set_light(*id, engine_light(*light)),

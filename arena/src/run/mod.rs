@@ -6,11 +6,11 @@
 mod batch;
 mod expectation;
 mod firmware;
+mod group;
 mod happen;
 mod place;
 mod program;
 mod quantity;
-mod robot;
 mod settings;
 mod setup;
 mod simulation;
@@ -22,8 +22,7 @@ pub use expectation::{Convergence, Verdict};
 pub use firmware::{Failure, FirmwareError, P2pAir, TURN};
 pub use program::Program;
 pub use quantity::Reading;
-pub use robot::{Consequence, FaultCounts, FaultRecord, LogLine, Piece};
-pub use setup::{Cast, Setup, SetupError, emulated, emulator};
+pub use setup::{Setup, SetupError, emulated};
 pub use simulation::Simulation;
 pub use summary::{FaultOf, Summary, Unusable};
 

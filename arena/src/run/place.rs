@@ -3,7 +3,7 @@
 use crate::engine::{Pose, Stream};
 use crate::scenario::{Cause, Group, Heading, Obstacle, Placement, Scenario, ScenarioError};
 
-use super::settings::Numbers;
+use super::settings::radius;
 
 /// Places that are tried for one robot before the world counts as full.
 const TRIES: usize = 2000;
@@ -12,16 +12,12 @@ const TRIES: usize = 2000;
 const PLACEMENT: u64 = 0x706c_6163_656d_656e;
 
 /// The poses of all robots, in the order of the scenario.
-pub fn poses(
-    scenario: &Scenario,
-    numbers: &Numbers,
-    seed: u64,
-) -> Result<Vec<Pose>, ScenarioError> {
-    let mut taken = Taken::new(scenario, numbers);
+pub fn poses(scenario: &Scenario, seed: u64) -> Result<Vec<Pose>, ScenarioError> {
+    let mut taken = Taken::new(scenario);
     // Whoever has a place of its own keeps it; chance looks for the rest.
     for group in &scenario.groups {
         for point in group.placement.points(group.count) {
-            taken.add(point, numbers.radius(group.body));
+            taken.add(point, radius(group));
         }
     }
     let mut poses = Vec::new();
@@ -45,7 +41,6 @@ pub fn poses(
 /// Bodies that have a place, in a grid, so that only near ones are looked at.
 struct Taken<'a> {
     scenario: &'a Scenario,
-    numbers: &'a Numbers,
     /// Side of a cell in mm; no body reaches beyond a neighbouring one.
     cell: f64,
     columns: usize,
@@ -54,15 +49,15 @@ struct Taken<'a> {
 }
 
 impl<'a> Taken<'a> {
-    fn new(scenario: &'a Scenario, numbers: &'a Numbers) -> Self {
-        let radii = scenario.groups.iter().map(|group| numbers.radius(group.body));
+    fn new(scenario: &'a Scenario) -> Self {
+        let radii = scenario.groups.iter().map(radius);
         let [width, height] = scenario.world.size;
         // Not more cells than a million, however large the world.
         let cell = (2.0 * radii.fold(1.0, f64::max)).max(width.max(height) / 1000.0);
         let columns = (width / cell) as usize + 1;
         let rows = (height / cell) as usize + 1;
         let cells = vec![Vec::new(); columns * rows];
-        Taken { scenario, numbers, cell, columns, rows, cells }
+        Taken { scenario, cell, columns, rows, cells }
     }
 
     fn cell_of(&self, point: [f64; 2]) -> (usize, usize) {
@@ -97,7 +92,7 @@ impl<'a> Taken<'a> {
         area: [f64; 2],
         chance: &mut Stream,
     ) -> Result<Vec<[f64; 2]>, ScenarioError> {
-        let radius = self.numbers.radius(group.body);
+        let radius = radius(group);
         let side = |axis: usize| {
             let half = (self.scenario.world.size[axis] / 2.0 - radius).max(0.0);
             let low = (at[axis] - area[axis] / 2.0).clamp(-half, half);

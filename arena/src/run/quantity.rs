@@ -5,9 +5,9 @@ use bittybuzz_vm_core::builtin;
 use crate::engine::{RobotState, View};
 use crate::scenario::{Cause, Key, Quantity, Scenario, Selection, Swarm};
 
+use super::group::group_of;
 use super::program::Program;
-use super::robot::{Content, Robot};
-use super::setup::group_of;
+use crate::robot::{Content, SimRobot};
 
 /// What a quantity of a robot is at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,7 +80,7 @@ impl Probe {
         &self,
         group: usize,
         program: &'p Program,
-        robot: Option<(&Robot<'_>, View)>,
+        robot: Option<(&SimRobot<'_>, View)>,
     ) -> Reading<'p> {
         let Some((robot, view)) = robot else { return Reading::Nil };
         match self {
@@ -137,7 +137,7 @@ fn reading(content: Content, program: &Program) -> Reading<'_> {
     }
 }
 
-fn body<'p>(quantity: &Quantity, robot: &Robot<'_>, view: &View) -> Reading<'p> {
+fn body<'p>(quantity: &Quantity, robot: &SimRobot<'_>, view: &View) -> Reading<'p> {
     let pose = view.pose;
     let (x, y) = (f64::from(pose.x), f64::from(pose.y));
     Reading::Number(match quantity {

@@ -1,19 +1,20 @@
 //! A scenario and its programs, checked against each other: what every run of them shares.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
 
-use bittybuzz_robot_spec::{Function, OnFault, Profile, Robot as RobotFile};
-use bittybuzz_vm_core::{ImageError, Periods, Sizes};
+use bittybuzz_robot_spec::Profile;
+use bittybuzz_vm_core::ImageError;
+use bittybuzz_vm_core::message::FULL_FRAME;
 
-use crate::scenario::{Action, Backend, Body, Cause, Scenario, ScenarioError};
+use crate::robot::{GroupContext, MOST_QUEUED, MOST_SLOTS, RobotModel, SimRobot, common_effect};
+use crate::scenario::{Backend, Cause, Group, Scenario, ScenarioError};
 
 use super::expectation::Bound;
 use super::firmware::Firmware;
+use super::group::{group_of, id, joining_order};
 use super::program::Program;
 use super::quantity::Probe;
-use super::robot::{CRAZYFLIE_SLOTS, Duties, KILOBOT_SLOTS, Robot, ZOOIDS_SLOTS};
-use super::settings::Numbers;
 
 /// Why a scenario cannot be run with these programs.
 #[derive(Debug)]
@@ -36,7 +37,7 @@ pub struct Setup<'p> {
     /// The program of each group.
     pub programs: &'p [Program],
     /// The programs that emulate robots of a kind, where they are not the usual ones.
-    emulators: Vec<(Body, PathBuf)>,
+    emulators: Vec<(String, PathBuf)>,
     /// What is flashed to emulated robots, for each kind.
     pub(super) firmware: Vec<Firmware>,
     /// The id that scripts see, by the order in which robots come into the world.
@@ -45,65 +46,13 @@ pub struct Setup<'p> {
     plots: Vec<Probe>,
 }
 
-/// What the robots of a group share in a run.
-pub struct Cast<'p> {
-    pub(super) body: Body,
-    pub(super) profile: Profile,
-    pub(super) image: &'p [u8],
-    pub(super) slots: usize,
-    pub(super) sizes: Sizes,
-    pub(super) duties: Duties,
-    pub(super) ids: &'p [u16],
-    pub(super) periods: Periods,
-    pub(super) on_fault: OnFault,
-    functions: Vec<(u16, &'p Function)>,
-    /// A robot has logged something.
-    news: AtomicBool,
-}
-
-impl<'p> Cast<'p> {
-    /// The function of that name hash.
-    pub fn function(&self, hash: u16) -> Option<&'p Function> {
-        let found = self.functions.binary_search_by_key(&hash, |(hash, _)| *hash).ok()?;
-        self.functions.get(found).map(|(_, function)| *function)
-    }
-
-    /// Whether robots have a function of that name hash.
-    pub fn has_function(&self, hash: u16) -> bool {
-        self.function(hash).is_some()
-    }
-
-    /// Tells the run that there is something to be looked at.
-    pub fn note(&self) {
-        self.news.store(true, Ordering::Relaxed);
-    }
-
-    /// Whether there is, since the last question.
-    pub fn take_news(&self) -> bool {
-        self.news.swap(false, Ordering::Relaxed)
-    }
-}
-
 impl<'p> Setup<'p> {
     /// Checks `programs`, one for each group, against the scenario.
     pub fn new(scenario: &'p Scenario, programs: &'p [Program]) -> Result<Self, SetupError> {
         let mut errors = Vec::new();
         for group in &scenario.groups {
-            let robot = &group.robot;
-            let (profile, slots) = machine(group.body, robot.profile);
-            let total = |robot: &RobotFile| robot.vm.slots as usize + robot.sizes().slots();
-            let misfit = match robot {
-                _ if robot.profile != profile => {
-                    Some(format!("profile {}, not {}", profile.name(), robot.profile.name()))
-                }
-                _ if total(robot) > slots => Some(format!(
-                    "at most {slots} slots for the script and what it knows of others, not {}",
-                    total(robot)
-                )),
-                _ => None,
-            };
-            if let Some(needs) = misfit {
-                let cause = Cause::Misfit { robot: robot.name.clone(), needs };
+            if let Some(needs) = misfit(group) {
+                let cause = Cause::Misfit { robot: group.robot.name.clone(), needs };
                 let place = Some(Box::new(group.place.clone()));
                 errors.push(ScenarioError { cause, place });
             }
@@ -139,52 +88,36 @@ impl<'p> Setup<'p> {
         let ids = joining_order(scenario).into_iter().map(|number| id(scenario, number)).collect();
         let setup =
             Setup { scenario, programs, emulators: Vec::new(), firmware, ids, expects, plots };
-        for (group, cast) in setup.casts().iter().enumerate() {
-            Robot::new(cast, 0, 0).map_err(|cause| SetupError::Refused { group, cause })?;
+        for (number, (group, context)) in scenario.groups.iter().zip(&setup.contexts()).enumerate()
+        {
+            let robot = SimRobot::new(&*group.model, context, 0, 0);
+            robot.map_err(|cause| SetupError::Refused { group: number, cause })?;
         }
         Ok(setup)
     }
 
-    /// Names the program that emulates robots of a kind: a path, or a name that PATH knows. It is that of [`emulator`] otherwise.
+    /// Names the program that emulates robots of a model: a path, or a name that PATH knows. Otherwise it is the model's.
     #[must_use]
-    pub fn emulated_by(mut self, body: Body, emulator: PathBuf) -> Self {
-        self.emulators.push((body, emulator));
+    pub fn emulated_by(mut self, model: &str, emulator: PathBuf) -> Self {
+        self.emulators.push((model.to_owned(), emulator));
         self
     }
 
     /// The program that emulates robots of a kind.
-    pub(super) fn emulator(&self, body: Body) -> &Path {
-        let mut named = self.emulators.iter().filter(|(of, _)| *of == body);
-        named.next_back().map_or(Path::new(emulator(body)), |(_, path)| path)
+    pub(super) fn emulator(&self, model: &dyn RobotModel) -> &Path {
+        let mut named = self.emulators.iter().filter(|(of, _)| of == model.name());
+        let usual = model.emulation().map_or("", |emulation| emulation.program());
+        named.next_back().map_or(Path::new(usual), |(_, path)| path)
     }
 
-    /// What the groups of a run share.
-    pub fn casts(&self) -> Vec<Cast<'_>> {
-        let model = Numbers::new(self.scenario).kilobot;
-        let duties = Duties { straight: model.straight_duty, turn: model.turn_duty };
+    /// Returns what the robots of each group share in a run.
+    pub fn contexts(&self) -> Vec<GroupContext<'_>> {
         let groups = self.scenario.groups.iter().zip(self.programs);
         groups
-            .map(|(group, program)| {
-                let mut functions: Vec<_> =
-                    group.robot.functions.iter().map(|known| (known.hash(), known)).collect();
-                functions.sort_by_key(|(hash, _)| *hash);
-                Cast {
-                    body: group.body,
-                    profile: group.robot.profile,
-                    image: &program.image,
-                    slots: group.robot.vm.slots as usize,
-                    sizes: group.robot.sizes(),
-                    duties,
-                    ids: &self.ids,
-                    periods: Periods {
-                        beacon: steps(group.robot.vm.beacon_steps),
-                        forget: steps(group.robot.vm.forget_steps),
-                        advertise: steps(group.robot.vm.advertise_steps),
-                    },
-                    on_fault: group.robot.on_fault,
-                    functions,
-                    news: AtomicBool::new(false),
-                }
+            .map(|(Group { robot, model, .. }, program)| {
+                let effect =
+                    |function: &_| model.effect(function).or_else(|| common_effect(function));
+                GroupContext::new(robot, &program.image, model.budget(), &self.ids, effect)
             })
             .collect()
     }
@@ -210,77 +143,30 @@ impl<'p> Setup<'p> {
     }
 }
 
-/// The emulator that is taken if none is named: the fastest that plays these robots.
-pub fn emulator(body: Body) -> &'static str {
-    match body {
-        Body::Kilobot => "bbz-emulate-avr",
-        Body::Zooid => "bbz-emulate-m0",
-        Body::Crazyflie => "bbz-emulate-stm32",
-    }
-}
-
-/// The kinds of robots that run their firmware in a scenario.
-pub fn emulated(scenario: &Scenario) -> Vec<Body> {
-    let mut bodies = Vec::new();
+/// Returns the models of robots that run their firmware in a scenario.
+pub fn emulated(scenario: &Scenario) -> Vec<Arc<dyn RobotModel>> {
+    let mut models: Vec<Arc<dyn RobotModel>> = Vec::new();
     for group in scenario.groups.iter().filter(|group| group.backend != Backend::Vm) {
-        if !bodies.contains(&group.body) {
-            bodies.push(group.body);
+        if !models.iter().any(|known| known.name() == group.model.name()) {
+            models.push(group.model.clone());
         }
     }
-    bodies
+    models
 }
 
-/// Robot files have no more than a byte holds.
-fn steps(count: u32) -> u8 {
-    u8::try_from(count).unwrap_or(u8::MAX)
-}
-
-/// Profile and most slots of the machine in a body, which shall be of a profile if it can.
-fn machine(body: Body, wanted: Profile) -> (Profile, usize) {
-    match body {
-        Body::Kilobot => (Profile::Tiny, KILOBOT_SLOTS),
-        Body::Zooid => (Profile::Tiny, ZOOIDS_SLOTS),
-        Body::Crazyflie => (wanted, CRAZYFLIE_SLOTS),
+/// Returns what a machine of the group's robots would need to be simulated; `None` if it can be.
+fn misfit(Group { robot, model, .. }: &Group) -> Option<String> {
+    let slots = robot.vm.slots as usize + robot.sizes().slots();
+    let queued = robot.vm.in_queue.max(robot.vm.out_queue) as usize;
+    if robot.profile == Profile::Full && model.medium().frame_bytes() < FULL_FRAME {
+        Some("profile tiny, not full".to_owned())
+    } else if slots > MOST_SLOTS {
+        Some(format!(
+            "at most {MOST_SLOTS} slots for the script and what it knows of others, not {slots}"
+        ))
+    } else if queued > MOST_QUEUED {
+        Some(format!("queues of at most {MOST_QUEUED} messages, not {queued}"))
+    } else {
+        None
     }
-}
-
-fn id(scenario: &Scenario, number: usize) -> u16 {
-    let (group, within) = group_of(scenario, number);
-    scenario.groups.get(group).map_or(0, |group| group.first_id + within as u16)
-}
-
-/// The group of a robot, and its number in it.
-pub fn group_of(scenario: &Scenario, number: usize) -> (usize, usize) {
-    let mut within = number;
-    for (index, group) in scenario.groups.iter().enumerate() {
-        if within < group.count as usize {
-            return (index, within);
-        }
-        within -= group.count as usize;
-    }
-    (scenario.groups.len(), within)
-}
-
-/// The robots' numbers in the order in which they come into the world: whoever is there, then who joins.
-pub fn joining_order(scenario: &Scenario) -> Vec<usize> {
-    let mut order = Vec::new();
-    let mut is_there = Vec::new();
-    for group in &scenario.groups {
-        for _ in 0..group.count {
-            if group.present {
-                order.push(is_there.len());
-            }
-            is_there.push(group.present);
-        }
-    }
-    for event in &scenario.events {
-        let Action::Join(robots) = &event.action else { continue };
-        for number in robots.iter() {
-            if let Some(is_there) = is_there.get_mut(number).filter(|is_there| !**is_there) {
-                *is_there = true;
-                order.push(number);
-            }
-        }
-    }
-    order
 }

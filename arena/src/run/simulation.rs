@@ -1,20 +1,21 @@
 //! One run of a scenario with one seed.
 
-use crate::engine::{HerdId, View, World};
+use crate::engine::{HerdId, Pose, View, World};
+use crate::robot::{FaultCounts, GroupContext, LogLine, SimRobot};
 use crate::scenario::{
-    Action, Backend, Body, Cause, Quantity, Reduction, ScenarioError, Swarm, settings_error,
+    Action, Backend, Cause, Quantity, Reduction, ScenarioError, Swarm, settings_error,
 };
 
 use super::expectation::{Convergence, reduce};
-use super::firmware::{Bridge, FirmwareError, Fleet, Fleets, is_lit, unusable};
+use super::firmware::{Bridge, FirmwareError, Fleet, Fleets, unusable};
+use super::group::group_of;
 use super::happen::Happenings;
 use super::place::poses;
 use super::quantity::{Probe, Reading};
-use super::robot::{FaultCounts, LogLine, Robot};
 use super::settings::{
-    Numbers, engine_light, engine_loss, engine_medium, engine_obstacle, settings,
+    engine_light, engine_loss, engine_medium, engine_obstacle, media, media_of, settings,
 };
-use super::setup::{Cast, Setup, group_of};
+use super::setup::Setup;
 use super::summary::{FaultOf, Summary, Unusable};
 use super::swarm::measure;
 use super::tick_at;
@@ -22,10 +23,10 @@ use super::tick_at;
 /// A run that goes on tick by tick.
 pub struct Simulation<'p> {
     setup: &'p Setup<'p>,
-    casts: &'p [Cast<'p>],
+    contexts: &'p [GroupContext<'p>],
     /// Of each group.
     herds: Vec<HerdId>,
-    world: World<Robot<'p>>,
+    world: World<SimRobot<'p>>,
     /// Of the robots that run their firmware.
     fleets: Option<Fleets<'p>>,
     happenings: Happenings,
@@ -41,23 +42,23 @@ pub struct Simulation<'p> {
 }
 
 impl<'p> Simulation<'p> {
-    /// The world before its first tick. `casts` come from [`Setup::casts`]. The trace does not depend on the number of
+    /// The world before its first tick. `contexts` come from [`Setup::contexts`]. The trace does not depend on the number of
     /// `threads`; 0 is one per core.
     pub fn new(
         setup: &'p Setup<'p>,
-        casts: &'p [Cast<'p>],
+        contexts: &'p [GroupContext<'p>],
         seed: u32,
         threads: usize,
     ) -> Result<Self, ScenarioError> {
         let scenario = setup.scenario;
         let settings = settings(scenario, seed, threads);
-        let numbers = Numbers::new(scenario);
-        let poses = poses(scenario, &numbers, settings.seed)?;
+        let media = media(scenario);
+        let poses = poses(scenario, settings.seed)?;
         let mut world = World::new(settings).map_err(settings_error)?;
-        let herds = scenario.groups.iter().map(|group| {
-            let numbers = numbers.of_group(group);
-            world.add_herd(numbers.model(group.body), numbers.media)
-        });
+        let herds = scenario
+            .groups
+            .iter()
+            .map(|group| world.add_herd(group.model.clone(), media_of(media, group)));
         let herds: Result<Vec<HerdId>, _> = herds.collect();
         let herds = herds.map_err(settings_error)?;
         for obstacle in &scenario.world.obstacles {
@@ -67,7 +68,7 @@ impl<'p> Simulation<'p> {
         let lights = lights.map(|light| world.add_light(engine_light(*light))).collect();
         let mut simulation = Simulation {
             setup,
-            casts,
+            contexts,
             herds,
             world,
             fleets: None,
@@ -102,16 +103,17 @@ impl<'p> Simulation<'p> {
         let join = |number| Some((happenings.id(number)?, setup.id(number)));
         let mut fleets = Vec::new();
         for firmware in &setup.firmware {
-            let lit = firmware.numbers().filter(|_| firmware.body() == Body::Zooid);
-            let in_the_dark = lit
+            let Some(emulation) = firmware.model().emulation() else { continue };
+            let is_dark = |pose: &Pose| !emulation.is_lit(pose);
+            let in_the_dark = firmware
+                .numbers()
                 .filter_map(join)
-                .find(|(id, _)| world.robot(*id).is_some_and(|robot| !is_lit(&robot.pose)));
+                .find(|(id, _)| world.robot(*id).is_some_and(|robot| is_dark(&robot.pose)));
             if let Some((_, id)) = in_the_dark {
                 return Err(firmware.failed(Cause::InTheDark { id }));
             }
-            let (emulator, numbers) =
-                (setup.emulator(firmware.body()), Numbers::new(setup.scenario));
-            let fleet = Fleet::new(emulator, firmware, join, &numbers, self.seed.into());
+            let (emulator, media) = (setup.emulator(firmware.model()), media(setup.scenario));
+            let fleet = Fleet::new(emulator, emulation, firmware, join, &media, self.seed.into());
             fleets.push(fleet.map_err(|error| firmware.failed(unusable(error)))?);
         }
         let bridge = setup.scenario.bridge.as_ref().map(|bridge| Bridge::new(bridge.id));
@@ -173,8 +175,8 @@ impl<'p> Simulation<'p> {
             None => self.world.tick(),
             Some(fleets) => self.world.tick_with(|world| fleets.advance(world))?,
         }
-        // Every cast is asked, so that no news is left for later.
-        self.has_news |= self.casts.iter().filter(|cast| cast.take_news()).count() > 0;
+        // Every context is asked, so that no news is left for later.
+        self.has_news |= self.contexts.iter().filter(|context| context.take_news()).count() > 0;
         self.observe();
         Ok(())
     }
@@ -281,7 +283,8 @@ impl<'p> Simulation<'p> {
     /// A robot is switched on: one that is there already, off before.
     fn start(&mut self, number: usize) {
         let (group, _) = group_of(self.setup.scenario, number);
-        let (Some(of), Some(cast)) = (self.setup.scenario.groups.get(group), self.casts.get(group))
+        let (Some(of), Some(context)) =
+            (self.setup.scenario.groups.get(group), self.contexts.get(group))
         else {
             return;
         };
@@ -293,8 +296,8 @@ impl<'p> Simulation<'p> {
         };
         let own_id = self.setup.id(number);
         let robot = match of.backend {
-            Backend::Vm => Robot::new(cast, own_id, seed),
-            Backend::Firmware { .. } => Ok(Robot::elsewhere(cast, own_id)),
+            Backend::Vm => SimRobot::new(&*of.model, context, own_id, seed),
+            Backend::Firmware { .. } => Ok(SimRobot::emulated(context, own_id)),
         };
         // The image was loaded before: it is not refused now.
         let Ok(mut robot) = robot else { return };
@@ -318,7 +321,7 @@ impl<'p> Simulation<'p> {
     }
 
     /// Returns true if a robot has had faults that no expectation counts.
-    fn has_unexpected(&self, number: usize, robot: &Robot<'_>) -> bool {
+    fn has_unexpected(&self, number: usize, robot: &SimRobot<'_>) -> bool {
         let FaultCounts { faults, restarts, handler_faults } = robot.state().fault_counts();
         let is_counted = |by: Quantity| {
             let expects = &self.setup.scenario.expects;
@@ -353,7 +356,7 @@ impl<'p> Simulation<'p> {
 }
 
 /// The faults of a robot since it was switched on.
-fn faults_of(number: usize, robot: &Robot<'_>) -> impl Iterator<Item = FaultOf> {
+fn faults_of(number: usize, robot: &SimRobot<'_>) -> impl Iterator<Item = FaultOf> {
     let places = robot.state().fault_places().iter();
     places.map(move |record| FaultOf { robot: number, record: record.clone() })
 }
@@ -369,7 +372,7 @@ struct Past {
 }
 
 impl Past {
-    fn add(mut self, robot: &Robot<'_>, has_unexpected: bool) -> Self {
+    fn add(mut self, robot: &SimRobot<'_>, has_unexpected: bool) -> Self {
         self.faults += robot.state().fault_counts();
         let [heard, sent] = self.dropped;
         let [from_inbox, from_outbox] = robot.dropped().map(u64::from);

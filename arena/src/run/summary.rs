@@ -5,7 +5,7 @@ use bittybuzz_vm_core::Counters;
 use crate::engine::Statistics;
 
 use super::expectation::{Convergence, Verdict};
-use super::robot::{FaultCounts, FaultRecord};
+use crate::robot::{FaultCounts, FaultRecord};
 
 /// The faults of a robot at one place of its script.
 #[derive(Debug, Clone, PartialEq, Eq)]

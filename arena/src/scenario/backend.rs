@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use bittybuzz_robot_spec::{Profile, Robot};
+use bittybuzz_robot_spec::Robot;
 use bittybuzz_toml_reader::{Place, file};
 
-use super::body::Body;
+use crate::robot::RobotModel;
+
 use super::error::Cause;
 use super::read::Section;
 use super::robots::Group;
@@ -34,26 +35,10 @@ impl Backend {
     }
 }
 
-/// Where cargo puts the firmware of each kind, from the project's folder; that of Crazyflies in profile `full` and `tiny`.
-const ZOOIDS: &str = "firmware/zooids/target/thumbv6m-none-eabi/release/bittybuzz-zooids";
-const KILOBOTS: &str = "firmware/kilobot-avr/target/avr-none/release/bittybuzz-kilobot-avr.elf";
-const CRAZYFLIES: [(Profile, &str); 2] = [
-    (Profile::Full, "firmware/crazyflie/target/thumbv7em-none-eabihf/release/bittybuzz-crazyflie"),
-    (
-        Profile::Tiny,
-        "firmware/crazyflie/target/tiny/thumbv7em-none-eabihf/release/bittybuzz-crazyflie",
-    ),
-];
-
-/// As many robots as an emulator plays.
-const MOST: u32 = 100;
-/// Each Crazyflie has a process of its own.
-const MOST_CRAZYFLIES: u32 = 20;
-
 /// What the group says.
 pub fn of_group(
     section: &Section<'_>,
-    body: Option<Body>,
+    model: Option<&dyn RobotModel>,
     robot: Option<&Robot>,
     folder: &Path,
 ) -> Option<Backend> {
@@ -61,18 +46,8 @@ pub fn of_group(
     if !section.word("backend", &[("vm", false), ("firmware", true)])? {
         return Some(Backend::Vm);
     }
-    let (body, robot) = (body?, robot?);
-    let has_id = robot.layout.as_ref().is_some_and(|layout| layout.id.is_some());
-    let usual = match body {
-        Body::Zooid if has_id => Some(ZOOIDS),
-        Body::Crazyflie if has_id => {
-            let mut of_profile = CRAZYFLIES.iter().filter(|(known, _)| *known == robot.profile);
-            of_profile.next().map(|(_, path)| *path)
-        }
-        // Its id is in the EEPROM, as kilolib has it.
-        Body::Kilobot => Some(KILOBOTS),
-        _ => None,
-    };
+    let (model, robot) = (model?, robot?);
+    let usual = model.emulation().and_then(|emulation| emulation.image(robot));
     let Some(usual) = usual else {
         entry.fail(Cause::NoEmulator { robot: robot.name.clone() });
         return None;
@@ -137,7 +112,7 @@ pub fn check(root: &Section<'_>, groups: &[Group]) {
         root.reader.fail_at(place, cause);
     };
     for (number, group) in groups.iter().enumerate() {
-        let first = groups.iter().find(|first| first.body == group.body);
+        let first = groups.iter().find(|first| first.model.name() == group.model.name());
         if let Some(first) = first
             && first.backend.firmware().is_some() != group.backend.firmware().is_some()
         {
@@ -149,9 +124,10 @@ pub fn check(root: &Section<'_>, groups: &[Group]) {
         {
             fail(group, Cause::UnlikeFirmware { line: first.place.line });
         }
-        let alike = groups.iter().take(number + 1).filter(|other| other.body == group.body);
+        let alike =
+            groups.iter().take(number + 1).filter(|other| other.model.name() == group.model.name());
         let count = alike.map(|other| other.count).sum();
-        let most = if group.body == Body::Crazyflie { MOST_CRAZYFLIES } else { MOST };
+        let most = group.model.emulation().map_or(0, |emulation| emulation.most());
         if count > most {
             fail(group, Cause::TooManyEmulated { count, most });
         }

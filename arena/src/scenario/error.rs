@@ -210,10 +210,10 @@ impl toml_reader::Cause for Cause {
             Cause::UnknownGlobal { name, known } => Some(one_of(name, known)),
             Cause::NoRoom { .. } => Some("make the world or `area` larger".to_owned()),
             Cause::NoEmulator { .. } => {
-                Some("backend = \"vm\" simulates it; emulated are Kilobots, and Zooids and Crazyflies whose robot file says where their id is".to_owned())
+                Some("backend = \"vm\" simulates it; emulated are robots that ship, if their file says where their id is".to_owned())
             }
             Cause::NoFirmware { .. } => Some(
-                "`cargo xtask build zooids` builds it and says where it is, so do `kilobot` and `crazyflie`; `firmware` names another one"
+                "`cargo xtask build NAME` builds the firmware of a robot that ships; `firmware` names another file"
                     .to_owned(),
             ),
             Cause::InTheDark { .. } => Some(
@@ -221,7 +221,7 @@ impl toml_reader::Cause for Cause {
                     .to_owned(),
             ),
             Cause::NoEmulatorProgram { .. } => Some(
-                "`cargo build --locked --release -p bittybuzz-emulate-m0` builds one, `bittybuzz-emulate-avr` that of Kilobots; it is looked for \
+                "`cargo build --locked --release -p bittybuzz-emulate-m0` builds one, so does `-avr` or `-stm32`; it is looked for \
                  beside bbz and in PATH"
                     .to_owned(),
             ),

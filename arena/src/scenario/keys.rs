@@ -1,5 +1,7 @@
 //! Every key of a scenario file: the table against which files and the document are checked.
 
+use std::ops::RangeInclusive;
+
 /// A key of a section.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Key {
@@ -32,26 +34,8 @@ pub const OBSTACLE: &str = "this obstacle";
 pub const LIGHT: &str = "this light";
 /// A group of robots.
 pub const ROBOTS: &str = "this [[robots]]";
-/// How the Kilobots of a group move.
-pub const KILOBOT_MODEL: &str = "the `model` of these Kilobots";
-/// How the Zooids of a group move.
-pub const ZOOID_MODEL: &str = "the `model` of these Zooids";
-/// How the Crazyflies of a group move.
-pub const CRAZYFLIE_MODEL: &str = "the `model` of these Crazyflies";
-/// How the Kilobots of a group talk.
-pub const IR_LINK: &str = "the `link` of these Kilobots";
-/// How the Zooids of a group talk.
-pub const NRF24_LINK: &str = "the `link` of these Zooids";
-/// How the Crazyflies of a group talk.
-pub const P2P_LINK: &str = "the `link` of these Crazyflies";
 /// The bodies.
 pub const BODY: &str = "[body]";
-/// That of the Kilobots.
-pub const KILOBOT: &str = "[body.kilobot]";
-/// That of the Zooids.
-pub const ZOOID: &str = "[body.zooid]";
-/// That of the Crazyflies.
-pub const CRAZYFLIE: &str = "[body.crazyflie]";
 /// The media.
 pub const MEDIUM: &str = "[medium]";
 /// Infrared.
@@ -69,14 +53,22 @@ pub const EXPECT: &str = "this [[expect]]";
 /// What is kept.
 pub const OUTPUT: &str = "[output]";
 
-macro_rules! keys {
+/// A table of keys: name, value, default and help of each.
+#[macro_export]
+macro_rules! scenario_keys {
     ($($name:literal $takes:literal $default:literal $help:literal),* $(,)?) => {
-        &[$(Key { name: $name, takes: $takes, default: $default, help: $help }),*]
+        &[$($crate::scenario::keys::Key { name: $name, takes: $takes, default: $default, help: $help }),*]
     };
 }
 
+/// Radii of bodies in mm.
+pub const RADIUS: RangeInclusive<f64> = 1.0..=10_000.0;
+
+/// Standard deviations of motors' gains.
+pub const GAIN_ERROR: RangeInclusive<f64> = 0.0..=1.0;
+
 /// Infrared measures distances and sends at a rate; the radios do neither.
-const IR_KEYS: &[Key] = keys![
+const IR_KEYS: &[Key] = scenario_keys![
     "range" "number" "of the model" "largest distance at which a frame is heard, in mm; ir: from rim to rim, radio: from middle to middle",
     "loss" "0 to 1 or [near, far]" "of the model" "share of frames lost on each link: everywhere, or where robots touch and at the end of the range",
     "duplication" "0 to 1" "0" "share of frames that arrive twice",
@@ -91,7 +83,7 @@ const RADIO_KEYS: &[Key] = IR_KEYS.split_at(IR_KEYS.len() - 2).0;
 pub const SECTIONS: &[SectionKeys] = &[
     SectionKeys {
         name: ROOT,
-        keys: keys![
+        keys: scenario_keys![
             "world" "table" "" "the ground, light and time",
             "robots" "tables" "" "groups of robots; at least one",
             "body" "table" "of the models" "how the robots of a kind move",
@@ -104,7 +96,7 @@ pub const SECTIONS: &[SectionKeys] = &[
     },
     SectionKeys {
         name: WORLD,
-        keys: keys![
+        keys: scenario_keys![
             "size" "[width, height]" "" "the ground in mm; (0, 0) is its middle, x to the right, y up",
             "duration" "number" "" "seconds that are simulated",
             "seed" "integer" "1" "from which all chance comes",
@@ -115,7 +107,7 @@ pub const SECTIONS: &[SectionKeys] = &[
     },
     SectionKeys {
         name: OBSTACLE,
-        keys: keys![
+        keys: scenario_keys![
             "at" "[x, y]" "" "centre of disc or box, in mm",
             "radius" "number" "" "a disc of that radius in mm",
             "size" "[width, height]" "" "a box along the axes, in mm",
@@ -125,19 +117,19 @@ pub const SECTIONS: &[SectionKeys] = &[
     },
     SectionKeys {
         name: LIGHT,
-        keys: keys![
+        keys: scenario_keys![
             "at" "[x, y]" "" "place in mm",
             "brightness" "0 to 1023" "1023" "what the sensor of a robot beside it tells that looks at it",
         ],
     },
     SectionKeys {
         name: ROBOTS,
-        keys: keys![
-            "robot" "name or path" "" "kilobot, zooids, crazyflie, or a robot file (*.toml)",
+        keys: scenario_keys![
+            "robot" "name or path" "" "name of a robot that ships, or a robot file (*.toml)",
             "script" "path" "" "what they run: .bzz, .bo or .bbi",
             "backend" "word" "vm" "what runs the script: vm, a virtual machine; firmware, the robot's own image in an emulator",
-            "firmware" "path" "where cargo puts it" "backend = \"firmware\": what would be flashed (ELF; of a Kilobot also Intel hex)",
-            "profile" "word" "that of the robot" "crazyflie: tiny, for a swarm with smaller robots in it, or full",
+            "firmware" "path" "where cargo puts it" "backend = \"firmware\": what would be flashed (ELF; of an AVR also Intel hex)",
+            "profile" "word" "that of the robot" "tiny, for a swarm with smaller robots in it, or full, on robots that have both",
             "on_fault" "word" "that of the robot" "an error of the script: restart, it starts again after a pause; stop, it stops until power-on",
             "count" "integer" "1" "how many; with `positions` as many as there are",
             "name" "string" "that of the robot" "how events and expectations name the group",
@@ -151,58 +143,18 @@ pub const SECTIONS: &[SectionKeys] = &[
             "area" "[width, height]" "the world" "random: the rectangle around `at`, in mm",
             "positions" "list of [x, y]" "" "list: where each robot starts, in mm",
             "heading" "degrees or \"random\"" "random" "where they look: 0 along x, anticlockwise",
-            "body" "word" "that of the robot" "for a robot file: moves and talks as kilobot, zooid or crazyflie",
+            "body" "word" "that of the robot" "for a robot file: the name of the body ([body.NAME]) with which it moves and talks",
             "present" "true or false" "true" "false: they are not there until they `join`",
             "model" "table" "as [body] says" "how these robots move, where others of their kind move otherwise",
             "link" "table" "as [medium] says" "what becomes of the frames that these robots send",
         ],
     },
     SectionKeys {
-        name: BODY,
-        keys: keys![
-            "kilobot" "table" "" "the Kilobots",
-            "zooid" "table" "" "the Zooids",
-            "crazyflie" "table" "" "the Crazyflies",
-        ],
-    },
-    SectionKeys {
-        name: KILOBOT,
-        keys: keys![
-            "preset" "word" "standard" "whose numbers hold for bodies and infrared: standard, kilombo, argos or kilosim",
-            "radius" "number" "of the preset" "in mm",
-            "speed" "number" "of the preset" "straight on with the calibrated duty, in mm/s",
-            "turn" "number" "of the preset" "with the calibrated duty, in degrees per second",
-            "gain_error" "0 to 1" "of the preset" "standard deviation of each motor's gain, as a share of it",
-        ],
-    },
-    SectionKeys {
-        name: ZOOID,
-        keys: keys![
-            "radius" "number" "of the model" "in mm",
-            "speed" "number" "of the model" "of a wheel at full duty, in mm/s",
-            "gain_error" "0 to 1" "of the model" "standard deviation of each motor's gain, as a share of it",
-            "frame_loss" "0 to 1" "0" "share of the projector's frames that its firmware does not see; a virtual machine is always told",
-            "edge_jitter" "0 to 300" "0" "edges of the projector's light come to its firmware up to so many µs too early or too late",
-            "glitches" "0 to 10000" "0" "so many times a second each of its firmware's photodiodes sees the opposite for 1 to 50 µs",
-            "power_detector" "word" "latched" "the register RPD of its firmware's radio: latched, a packet sets it until the radio stops to listen; live, it follows the signal",
-        ],
-    },
-    SectionKeys {
-        name: CRAZYFLIE,
-        keys: keys![
-            "radius" "number" "of the model" "in mm",
-            "speed" "number" "of the model" "fastest, in mm/s",
-            "acceleration" "number" "of the model" "largest, in mm/s²",
-            "lag" "number" "of the model" "time constant with which velocities are reached, in seconds",
-            "positioning" "word" "of the model" "how it knows where it is: none, flow, loco or lighthouse",
-        ],
-    },
-    SectionKeys {
         name: MEDIUM,
-        keys: keys![
-            "ir" "table" "" "infrared between Kilobots",
-            "nrf24" "table" "" "nRF24L01+ between Zooids",
-            "p2p" "table" "" "peer-to-peer packets between Crazyflies",
+        keys: scenario_keys![
+            "ir" "table" "" "infrared",
+            "nrf24" "table" "" "nRF24L01+",
+            "p2p" "table" "" "peer-to-peer packets of the nRF51",
         ],
     },
     SectionKeys { name: IR, keys: IR_KEYS },
@@ -210,15 +162,15 @@ pub const SECTIONS: &[SectionKeys] = &[
     SectionKeys { name: P2P, keys: RADIO_KEYS },
     SectionKeys {
         name: BRIDGE,
-        keys: keys![
-            "at" "[x, y]" "middle of the world" "where its listening Kilobot lies, in mm",
-            "firmware" "path" "where cargo puts it" "what would be flashed to that Kilobot (ELF)",
+        keys: scenario_keys![
+            "at" "[x, y]" "middle of the world" "where its listening robot lies, in mm",
+            "firmware" "path" "where cargo puts it" "what would be flashed to that robot (ELF)",
             "id" "0 to 65535" "65535" "as whom it passes on what does not say who sends it",
         ],
     },
     SectionKeys {
         name: EVENT,
-        keys: keys![
+        keys: scenario_keys![
             "at" "number" "" "when, in seconds; before the robots act at that time",
             "fail" "robots" "" "they fail: no motor, no frame, no step, until they are restarted",
             "stop" "robots" "" "no motor, no frame, no step, until they resume",
@@ -229,7 +181,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "to" "[x, y]" "" "move: where their middle comes to, in mm",
             "by" "[x, y]" "" "move: by how much, in mm",
             "heading" "degrees" "as before" "move: where they look then",
-            "battery" "robots" "" "their batteries have so many `volts` from now on, whatever they do; a Zooid's has 3.8 before",
+            "battery" "robots" "" "their batteries have so many `volts` from now on, whatever they do",
             "volts" "0 to 5" "" "battery: how many",
             "light" "light or list" "" "these lights take the place of those before",
             "loss" "0 to 1 or [near, far]" "" "the medium loses that share of all frames from now on",
@@ -242,7 +194,7 @@ pub const SECTIONS: &[SectionKeys] = &[
     },
     SectionKeys {
         name: EXPECT,
-        keys: keys![
+        keys: scenario_keys![
             "at" "number" "" "must hold at that second",
             "within" "number" "" "must hold at some time up to that second",
             "always" "number or [from, to]" "" "must hold from that second on, or from one to another",
@@ -260,28 +212,23 @@ pub const SECTIONS: &[SectionKeys] = &[
     },
     SectionKeys {
         name: OUTPUT,
-        keys: keys![
+        keys: scenario_keys![
             "every" "number" "1" "seconds between two samples of recordings and pictures",
             "plot" "list of quantities" "none" "what `--svg` draws over time, `--csv` has columns of, and the summary tells at the end",
         ],
     },
 ];
 
-/// Sections of a group, those for all robots of a kind whose keys they have, and which of these they have not: robots of a kind
-/// are of one size.
-const OF_GROUP: [(&str, &str, &[&str]); 6] = [
-    (KILOBOT_MODEL, KILOBOT, &["preset", "radius"]),
-    (ZOOID_MODEL, ZOOID, &["radius"]),
-    (CRAZYFLIE_MODEL, CRAZYFLIE, &["radius"]),
-    (IR_LINK, IR, &[]),
-    (NRF24_LINK, NRF24, &[]),
-    (P2P_LINK, P2P, &[]),
-];
+/// Returns the name of the section `[medium.NAME]`.
+pub(super) fn of_medium(name: &str) -> &'static str {
+    [("ir", IR), ("nrf24", NRF24), ("p2p", P2P)]
+        .into_iter()
+        .find(|(known, _)| *known == name)
+        .map_or(MEDIUM, |(_, section)| section)
+}
 
-/// The names of the keys of a section.
+/// Returns the names of the keys of a section.
 pub fn of(section: &str) -> Vec<&'static str> {
-    let of_group = OF_GROUP.iter().find(|(name, ..)| *name == section);
-    let (section, without) = of_group.map_or((section, &[][..]), |(_, of, without)| (of, without));
     let keys = SECTIONS.iter().find(|keys| keys.name == section).map_or(&[][..], |of| of.keys);
-    keys.iter().map(|key| key.name).filter(|name| !without.contains(name)).collect()
+    keys.iter().map(|key| key.name).collect()
 }

@@ -2,18 +2,20 @@
 
 use toml::de::DeValue;
 
+use crate::engine;
+
 use super::error::Cause;
-use super::keys::{IR, IR_LINK, NRF24, NRF24_LINK, P2P, P2P_LINK};
+use super::keys::{IR, NRF24, P2P};
 use super::read::{Entry, Section};
 
 /// What carries frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Medium {
-    /// Infrared of the Kilobots.
+    /// Infrared light.
     Ir,
-    /// nRF24L01+ of the Zooids.
+    /// nRF24L01+ radio.
     Nrf24,
-    /// Peer-to-peer packets of the Crazyflies' nRF51.
+    /// Peer-to-peer packets of an nRF51.
     P2p,
 }
 
@@ -21,6 +23,15 @@ impl Medium {
     /// Every medium with its name in scenario files.
     pub const WORDS: [(&'static str, Medium); 3] =
         [("ir", Medium::Ir), ("nrf24", Medium::Nrf24), ("p2p", Medium::P2p)];
+
+    /// The medium as the engine has it.
+    pub(crate) fn of(medium: engine::Medium) -> Self {
+        match medium {
+            engine::Medium::Infrared => Medium::Ir,
+            engine::Medium::Nrf24 => Medium::Nrf24,
+            engine::Medium::P2p => Medium::P2p,
+        }
+    }
 
     /// Its name in scenario files.
     pub fn name(self) -> &'static str {
@@ -70,15 +81,26 @@ impl Loss {
 /// The settings of every medium.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Media {
-    /// Of the Kilobots.
+    /// Infrared light.
     pub ir: MediumSettings,
-    /// Of the Zooids.
+    /// nRF24L01+ radio.
     pub nrf24: MediumSettings,
-    /// Of the Crazyflies.
+    /// Peer-to-peer packets.
     pub p2p: MediumSettings,
 }
 
-/// What an emulator cannot do to packets.
+impl Media {
+    /// Returns the settings of a medium.
+    pub fn of(&self, medium: Medium) -> &MediumSettings {
+        match medium {
+            Medium::Ir => &self.ir,
+            Medium::Nrf24 => &self.nrf24,
+            Medium::P2p => &self.p2p,
+        }
+    }
+}
+
+/// Effects on packets that emulators do not have.
 const NOT_EMULATED: [&str; 2] = ["duplication", "reordering"];
 
 /// The media of the file; those which are `emulated` carry packets between emulated robots.
@@ -114,13 +136,8 @@ pub fn read(root: &Section<'_>, used: &[Medium], emulated: &[Medium]) -> Media {
     media
 }
 
-/// What becomes of the frames of a group, where that differs from the medium.
-pub fn link(group: &Section<'_>, medium: Medium) -> MediumSettings {
-    let name = match medium {
-        Medium::Ir => IR_LINK,
-        Medium::Nrf24 => NRF24_LINK,
-        Medium::P2p => P2P_LINK,
-    };
+/// What becomes of the frames of a group, where that differs from the medium. `name` is that of the section in messages.
+pub fn link(group: &Section<'_>, name: &'static str) -> MediumSettings {
     group.section("link", name).map_or_else(MediumSettings::default, |section| read_one(&section))
 }
 

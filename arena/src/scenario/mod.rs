@@ -20,11 +20,13 @@ mod value;
 mod world;
 
 use std::path::Path;
+use std::sync::Arc;
 
 use bittybuzz_toml_reader::{self as toml_reader, Override, Source, file};
 
+use crate::robot::{Models, RobotModel};
+
 pub use backend::Backend;
-pub use body::{Bodies, Body, CrazyflieBody, KilobotBody, Positioning, ZooidBody};
 pub use bridge::Bridge;
 pub(crate) use error::settings_error;
 pub use error::{Cause, ScenarioError};
@@ -32,20 +34,21 @@ pub use event::{Action, Event, Target};
 pub use expect::{Expect, Of, Reduction, Test, Wanted, When};
 pub use medium::{Loss, Media, Medium, MediumSettings};
 pub use output::Output;
+pub use read::{Entry, Section};
 pub use robots::{Group, Heading, Placement};
 pub use select::Selection;
 pub use value::{FORMS as QUANTITIES, Key, Quantity, Swarm};
 pub use world::{Light, Obstacle, World};
 
 /// A scenario that can be run.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Scenario {
     /// The ground, light and time.
     pub world: World,
     /// The robots; at least one group.
     pub groups: Vec<Group>,
-    /// How they move.
-    pub bodies: Bodies,
+    /// The robots that it could have, with the numbers that hold for all of a kind.
+    pub models: Vec<Arc<dyn RobotModel>>,
     /// What carries their frames.
     pub media: Media,
     /// What passes them on between unlike media.
@@ -59,15 +62,20 @@ pub struct Scenario {
 }
 
 impl Scenario {
-    /// Reads a scenario file, with the values that `set` (`medium.ir.loss=0.1`) gives instead of the file's.
-    pub fn open(path: &Path, set: &[String]) -> Result<Scenario, Vec<ScenarioError>> {
+    /// Reads a scenario file, with the values that `set` (`medium.ir.loss=0.1`) gives instead of the file's. `models` are the
+    /// robots that it can have.
+    pub fn open(
+        path: &Path,
+        set: &[String],
+        models: &Models,
+    ) -> Result<Scenario, Vec<ScenarioError>> {
         let shown = path.to_string_lossy();
         let text = file::read_text(path, file::MOST_TEXT).map_err(|error| {
             let cause = Cause::Unreadable { path: shown.to_string(), reason: error.to_string() };
             vec![ScenarioError { cause, place: None }]
         })?;
         let folder = path.parent().unwrap_or(Path::new(""));
-        Scenario::parse(&text, &shown, folder, set)
+        Scenario::parse(&text, &shown, folder, set, models)
     }
 
     /// Reads the text of a scenario file. `path` only names it in errors; scripts and robot files are searched from
@@ -77,15 +85,17 @@ impl Scenario {
         path: &str,
         folder: &Path,
         set: &[String],
+        models: &Models,
     ) -> Result<Scenario, Vec<ScenarioError>> {
         let sets: Vec<(&str, String, &str)> = set.iter().map(|set| split(set)).collect();
         let overrides: Vec<Override<'_>> = sets
             .iter()
             .map(|(key, shown, value)| Override::new(key, Source::new(shown, value)))
             .collect();
-        let format = (keys::ROOT, keys::of as toml_reader::Schema);
+        let schema = |section| keys_of(section, models);
+        let format = (keys::ROOT, &schema as toml_reader::Schema<'_>);
         toml_reader::read(&Source::new(path, text), &overrides, format, |root| {
-            scenario(root, folder)
+            scenario(root, folder, models)
         })
     }
 
@@ -96,7 +106,7 @@ impl Scenario {
 }
 
 /// Reads everything, so that every mistake is found; `None` if there is one.
-fn scenario(root: &read::Section<'_>, folder: &Path) -> Option<Scenario> {
+fn scenario(root: &Section<'_>, folder: &Path, models: &Models) -> Option<Scenario> {
     let world = world::read(root);
     // Places and times cannot be checked against a world that is not there.
     let boundless = World {
@@ -109,13 +119,14 @@ fn scenario(root: &read::Section<'_>, folder: &Path) -> Option<Scenario> {
     };
     let known = world.as_ref().unwrap_or(&boundless);
     let mut census = select::Census::default();
-    let groups = robots::read(root, folder, known, &mut census);
+    let models = body::read(root, models);
+    let groups = robots::read(root, folder, known, &models, &mut census);
     let is_complete = groups.iter().all(Option::is_some);
     let groups: Vec<Group> = groups.into_iter().flatten().collect();
     let mut used = Vec::new();
     // A group that is wrong may have any medium: then nothing is known of what is used.
     for group in groups.iter().filter(|_| is_complete) {
-        let medium = group.body.medium();
+        let medium = Medium::of(group.model.medium());
         if !used.contains(&medium) {
             used.push(medium);
         }
@@ -123,9 +134,8 @@ fn scenario(root: &read::Section<'_>, folder: &Path) -> Option<Scenario> {
     if is_complete {
         backend::check(root, &groups);
     }
-    let bodies = body::read(root);
     let emulated = groups.iter().filter(|group| group.backend != Backend::Vm);
-    let emulated: Vec<Medium> = emulated.map(|group| group.body.medium()).collect();
+    let emulated: Vec<Medium> = emulated.map(|group| Medium::of(group.model.medium())).collect();
     let media = medium::read(root, &used, &emulated);
     let bridge = bridge::read(root, folder, known, &groups);
     let sections = root.sections("event", keys::EVENT);
@@ -138,7 +148,22 @@ fn scenario(root: &read::Section<'_>, folder: &Path) -> Option<Scenario> {
         .filter_map(|section| expect::read(section, &census, known.duration))
         .collect();
     let output = output::read(root, &census);
-    Some(Scenario { world: world?, groups, bodies, media, bridge, events, expects, output })
+    Some(Scenario { world: world?, groups, models, media, bridge, events, expects, output })
+}
+
+/// Returns the names of the keys of a section: of every scenario, or of one of the models.
+fn keys_of(section: &str, models: &Models) -> Vec<&'static str> {
+    if section == keys::BODY {
+        return models.iter().map(|model| model.name()).collect();
+    }
+    let of_model = models.iter().find_map(|model| {
+        let keys = model.keys();
+        keys.of(section).or_else(|| {
+            let of_link = || keys::of(keys::of_medium(Medium::of(model.medium()).name()));
+            (section == keys.link).then(of_link)
+        })
+    });
+    of_model.unwrap_or_else(|| keys::of(section))
 }
 
 /// The parts of `medium.ir.loss=0.1`, and how errors name the place of the value.

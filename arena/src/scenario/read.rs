@@ -4,5 +4,7 @@ use bittybuzz_toml_reader as toml_reader;
 
 use super::error::Cause;
 
+/// A table of a scenario.
 pub type Section<'a> = toml_reader::Section<'a, Cause>;
+/// A value of a scenario.
 pub type Entry<'a> = toml_reader::Entry<'a, Cause>;

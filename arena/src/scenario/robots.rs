@@ -3,23 +3,26 @@
 use std::ffi::OsStr;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use bittybuzz_robot_files::find;
 use bittybuzz_robot_spec::{OnFault, Profile, Robot};
 use bittybuzz_toml_reader::{Place, TomlError};
 use toml::de::DeValue;
 
+use crate::robot::{Emulation, Models, RobotModel};
+
 use super::backend::{self, Backend};
-use super::body::{self, Bodies, Body};
+use super::body;
 use super::error::Cause;
 use super::keys::ROBOTS;
 use super::medium::{self, MediumSettings};
 use super::read::{Entry, Section};
-use super::select::{self, Census};
+use super::select::{self, Census, Emulated};
 use super::world::{World, point_inside};
 
 /// Robots of one kind that run one script.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Group {
     /// By which events and expectations know it; none else has it.
     pub name: String,
@@ -27,8 +30,8 @@ pub struct Group {
     pub robot: Robot,
     /// The robot file, for a robot that does not ship.
     pub robot_file: Option<PathBuf>,
-    /// How they move and talk.
-    pub body: Body,
+    /// Their bodies, with the numbers of this group.
+    pub model: Arc<dyn RobotModel>,
     /// The script, image or object file that they run.
     pub script: PathBuf,
     /// What runs it.
@@ -43,8 +46,6 @@ pub struct Group {
     pub heading: Heading,
     /// Whether they are there from the start; else an event lets them join.
     pub present: bool,
-    /// In what they move otherwise than all robots with that body.
-    pub model: Bodies,
     /// In what their frames differ from all of that medium.
     pub link: MediumSettings,
     /// Where the group is written.
@@ -110,19 +111,21 @@ pub fn read(
     root: &Section<'_>,
     folder: &Path,
     world: &World,
+    models: &Models,
     census: &mut Census,
 ) -> Vec<Option<Group>> {
     let sections = root.sections("robots", ROBOTS);
     if sections.is_empty() && root.get("robots").is_none() {
         root.fail(Cause::NoRobots);
     }
-    sections.iter().map(|section| group(section, folder, world, census)).collect()
+    sections.iter().map(|section| group(section, folder, world, models, census)).collect()
 }
 
 fn group(
     section: &Section<'_>,
     folder: &Path,
     world: &World,
+    models: &Models,
     census: &mut Census,
 ) -> Option<Group> {
     let place = section.place();
@@ -136,11 +139,10 @@ fn group(
     if let (Some(robot), Some(on_fault)) = (&mut robot, section.word("on_fault", &OnFault::WORDS)) {
         robot.on_fault = on_fault;
     }
-    let body = robot.as_ref().and_then(|robot| body::of_group(section, robot));
-    let model = body.map(|body| body::model(section, body));
-    let link = body.map(|body| medium::link(section, body.medium()));
+    let model = robot.as_ref().and_then(|robot| body::of_group(section, robot, models));
+    let link = model.as_ref().map(|model| medium::link(section, model.keys().link));
     let script = section.required("script").and_then(|entry| script(&entry, folder));
-    let backend = backend::of_group(section, body, robot.as_ref(), folder);
+    let backend = backend::of_group(section, model.as_deref(), robot.as_ref(), folder);
     let count = section.integer("count", COUNT);
     let listed = section.get("positions").and_then(|entry| entry.list());
     let is_sized = count.is_some() || section.get("count").is_none();
@@ -160,7 +162,11 @@ fn group(
     }
     census.add(name.clone(), first_id, count, is_sized && ids.end <= 0x1_0000, &place);
     if matches!(backend, Some(Backend::Firmware { .. })) {
-        census.last_is_emulated(body);
+        let limits = |emulation: &dyn Emulation| Emulated {
+            counts_steps: emulation.counts_steps(),
+            has_switch: emulation.has_switch(),
+        };
+        census.last_is_emulated(model.as_ref().and_then(|model| model.emulation()).map(limits));
     }
     let placement = placement(section, count, world);
     let heading = match section.get("heading") {
@@ -172,7 +178,6 @@ fn group(
         name,
         robot: robot?,
         robot_file,
-        body: body?,
         script: script?,
         backend: backend?,
         count: is_sized.then_some(count)?,

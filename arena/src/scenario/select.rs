@@ -6,7 +6,6 @@ use std::ops::Range;
 use bittybuzz_toml_reader::{Place, TomlError};
 use toml::de::DeValue;
 
-use super::body::Body;
 use super::error::Cause;
 use super::read::{Entry, Section};
 use super::value::Quantity;
@@ -78,13 +77,20 @@ struct Known {
     /// Their numbers.
     robots: Range<u32>,
     line: usize,
-    /// What its robots are, if they run their firmware.
-    emulated: Option<Body>,
+    /// The limits of its emulator, if its robots run their firmware.
+    emulated: Option<Emulated>,
+}
+
+/// The limits of an emulator.
+#[derive(Clone, Copy)]
+pub struct Emulated {
+    pub counts_steps: bool,
+    pub has_switch: bool,
 }
 
 impl Known {
     fn tells(&self, quantity: &Quantity) -> bool {
-        self.emulated.is_none_or(|body| quantity.is_seen_on_firmware(body))
+        self.emulated.is_none_or(|emulated| quantity.is_seen_on_firmware(emulated.counts_steps))
     }
 
     fn ids(&self) -> Range<u32> {
@@ -155,9 +161,9 @@ impl Census {
     }
 
     /// The group that was added last runs the firmware of such robots.
-    pub fn last_is_emulated(&mut self, body: Option<Body>) {
+    pub fn last_is_emulated(&mut self, emulated: Option<Emulated>) {
         if let Some(group) = self.groups.last_mut() {
-            group.emulated = body;
+            group.emulated = emulated;
         }
     }
 
@@ -166,9 +172,9 @@ impl Census {
         self.any_of(robots, |group| group.emulated.is_some())
     }
 
-    /// Whether all of these robots can be switched off and on; the emulator of Crazyflies does not.
+    /// Returns true if all of these robots can be switched off and on; not every emulator does.
     pub fn have_switches(&self, robots: &Selection) -> bool {
-        !self.any_of(robots, |group| group.emulated == Some(Body::Crazyflie))
+        !self.any_of(robots, |group| group.emulated.is_some_and(|emulated| !emulated.has_switch))
     }
 
     /// Whether a quantity can be told of all of these robots.

@@ -2,8 +2,6 @@
 
 use std::fmt;
 
-use super::body::Body;
-
 /// The ways to write a quantity.
 pub const FORMS: &[&str] = &[
     "x",
@@ -109,15 +107,15 @@ pub enum Key {
 }
 
 impl Quantity {
-    /// Whether it can be told of a robot that runs its firmware: of its memory an emulator only knows whether a Kilobot's script
-    /// is in a step.
-    pub fn is_seen_on_firmware(&self, body: Body) -> bool {
+    /// Returns true if it is known of a robot that runs its firmware. Of its memory an emulator knows at most when the script
+    /// completes a step.
+    pub fn is_seen_on_firmware(&self, counts_steps: bool) -> bool {
         match self {
             Quantity::Neighbors
             | Quantity::Free
             | Quantity::Global { .. }
             | Quantity::Stigmergy { .. } => false,
-            Quantity::Steps => body == Body::Kilobot,
+            Quantity::Steps => counts_steps,
             _ => true,
         }
     }

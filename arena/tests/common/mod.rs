@@ -6,10 +6,10 @@
 pub mod robots;
 
 use bittybuzz_arena::engine::{Area, Brain, Io, Link, Loss, Pose, RobotId, Side, Sighting};
-use bittybuzz_arena::robots::crazyflie::{Flight, Positioning, Velocity};
-use bittybuzz_arena::robots::kilobot::KilobotMotors;
-use bittybuzz_arena::robots::zooid::Drive;
+use bittybuzz_crazyflie_model::{Flight, Positioning, Velocity};
+use bittybuzz_kilobot_model::KilobotMotors;
 use bittybuzz_motion::drive::Wheels;
+use bittybuzz_zooids_model::Drive;
 use robots::{RobotKind, Settings, World};
 
 /// A frame as it was heard.

@@ -7,9 +7,9 @@ use bittybuzz_arena::engine::{
     self, AddError, Area, Brain, HerdId, Infrared, Media, Medium, Nrf24, P2p, Pose, RobotId,
     SettingsError,
 };
-use bittybuzz_arena::robots::crazyflie::CrazyflieModel;
-use bittybuzz_arena::robots::kilobot::{KilobotModel, Preset};
-use bittybuzz_arena::robots::zooid::ZooidModel;
+use bittybuzz_crazyflie_model::CrazyflieModel;
+use bittybuzz_kilobot_model::{KilobotModel, Preset};
+use bittybuzz_zooids_model::ZooidModel;
 
 /// A robot that ships.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

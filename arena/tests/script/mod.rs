@@ -23,7 +23,7 @@ pub fn folder(test: &str, scripts: &[(&str, &str)]) -> PathBuf {
 
 /// A scenario of that folder, and its compiled scripts.
 pub fn read(folder: &Path, text: &str) -> (Scenario, Vec<Program>) {
-    let read = Scenario::parse(text, "test.toml", folder, &[]);
+    let read = Scenario::parse(text, "test.toml", folder, &[], &bittybuzz_robot_models::all());
     let scenario = read.unwrap_or_else(|errors| panic!("{errors:#?}\n{text}"));
     let programs = scenario
         .groups
@@ -52,9 +52,9 @@ pub fn run_with(
 ) -> Summary {
     let (scenario, programs) = read(folder, text);
     let setup = Setup::new(&scenario, &programs).unwrap();
-    let casts = setup.casts();
+    let contexts = setup.contexts();
     let seed = scenario.world.seed;
-    let mut simulation = Simulation::new(&setup, &casts, seed, threads).unwrap();
+    let mut simulation = Simulation::new(&setup, &contexts, seed, threads).unwrap();
     while !simulation.is_over() {
         simulation.tick().unwrap();
         look(&mut simulation);

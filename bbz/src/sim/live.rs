@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use annotate_snippets::{Group, Level};
-use bittybuzz_arena::run::{LogLine, Piece, Setup, Simulation, Summary};
+use bittybuzz_arena::robot::{LogLine, Piece};
+use bittybuzz_arena::run::{Setup, Simulation, Summary};
 
 use crate::Ending;
 use crate::interrupt::{self, Interrupt};
@@ -27,9 +28,9 @@ pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
         return Ok(Ending::CompileError);
     };
     let Some(setup) = opened.setup() else { return Ok(Ending::CompileError) };
-    let casts = setup.casts();
+    let contexts = setup.contexts();
     let seed = arguments.seed.unwrap_or(opened.scenario.world.seed);
-    let mut simulation = match Simulation::new(&setup, &casts, seed, 0) {
+    let mut simulation = match Simulation::new(&setup, &contexts, seed, 0) {
         Ok(simulation) => simulation,
         Err(error) => {
             open::print(&[error]);

@@ -1,9 +1,11 @@
 //! A scenario with its scripts, compiled once for each kind of robot that runs them.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use bittybuzz_arena::robot::RobotModel;
 use bittybuzz_arena::run;
-use bittybuzz_arena::scenario::{Body, Scenario, ScenarioError};
+use bittybuzz_arena::scenario::{Scenario, ScenarioError};
 use bittybuzz_compiler::refusal;
 use bittybuzz_robot_files::all_shipped;
 use bittybuzz_toml_reader::file;
@@ -25,7 +27,8 @@ pub struct Opened {
     pub programs: Vec<Program>,
     /// For the robots, of each group.
     pub images: Vec<run::Program>,
-    emulators: Vec<(Body, PathBuf)>,
+    /// Programs that emulate robots, by the models' names.
+    emulators: Vec<(&'static str, PathBuf)>,
 }
 
 /// Reads a scenario with the values of `--set`, and compiles its scripts. Prints what is wrong, and is `None` then.
@@ -35,7 +38,13 @@ pub fn open(arguments: &Arguments, set: &[String]) -> Result<Option<Opened>, Pro
     let text =
         file::read_text(path, file::MOST_TEXT).map_err(|error| Problem::unreadable(path, error))?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let scenario = match Scenario::parse(&text, &path.to_string_lossy(), folder, set) {
+    let scenario = match Scenario::parse(
+        &text,
+        &path.to_string_lossy(),
+        folder,
+        set,
+        &bittybuzz_robot_models::all(),
+    ) {
         Ok(scenario) => scenario,
         Err(errors) => {
             print(&errors);
@@ -69,13 +78,16 @@ pub fn open(arguments: &Arguments, set: &[String]) -> Result<Option<Opened>, Pro
         symbols: program.symbols.clone(),
     };
     let images = programs.iter().map(image).collect();
-    let bodies = run::emulated(&scenario);
-    if arguments.emulator.is_some() && bodies.len() > 1 {
+    let models = run::emulated(&scenario);
+    if arguments.emulator.is_some() && models.len() > 1 {
         return Err(Problem::SeveralEmulators);
     }
     let named = arguments.emulator.as_deref();
-    let program = |body| (body, emulator::program(named, run::emulator(body)));
-    let emulators = bodies.into_iter().map(program).collect();
+    let program = |model: &Arc<dyn RobotModel>| {
+        let usual = model.emulation()?.program();
+        Some((model.name(), emulator::program(named, usual)))
+    };
+    let emulators = models.iter().filter_map(program).collect();
     Ok(Some(Opened { path: path.clone(), scenario, programs, images, emulators }))
 }
 
@@ -99,7 +111,7 @@ impl Opened {
         match run::Setup::new(&self.scenario, &self.images) {
             Ok(setup) => {
                 let named = self.emulators.iter().cloned();
-                Some(named.fold(setup, |setup, (body, path)| setup.emulated_by(body, path)))
+                Some(named.fold(setup, |setup, (model, path)| setup.emulated_by(model, path)))
             }
             Err(run::SetupError::Scenario(errors)) => {
                 print(&errors);

@@ -4,9 +4,8 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use bittybuzz_arena::engine::LinkStatistics;
-use bittybuzz_arena::run::{
-    Consequence, Convergence, FaultCounts, FaultOf, Setup, Summary, TICKS_PER_SECOND, Verdict,
-};
+use bittybuzz_arena::robot::{Consequence, FaultCounts};
+use bittybuzz_arena::run::{Convergence, FaultOf, Setup, Summary, TICKS_PER_SECOND, Verdict};
 use serde_json::{Value, json};
 
 use crate::backtrace::Backtrace;

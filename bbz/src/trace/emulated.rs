@@ -1,8 +1,10 @@
 //! A robot that another program emulates.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use bittybuzz_arena::robot::RobotModel;
 use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_emulation::message::Event;
 use bittybuzz_emulation::{Emulator, Pause};
@@ -13,6 +15,7 @@ use bittybuzz_trace_reader::{Table, TraceMessage, TraceReader};
 use crate::emulator;
 use crate::hex;
 use crate::interrupt::Interrupt;
+use crate::isp;
 use crate::probe_rs;
 use crate::problem::Problem;
 use crate::program::Program;
@@ -45,26 +48,32 @@ pub struct Emulation<'a> {
 impl Emulation<'_> {
     /// Runs it, and prints what it tells.
     pub fn run(&self, teller: &mut Teller<'_>, interrupt: &mut Interrupt) -> Result<(), Problem> {
-        // A robot of one's own runs on the board that has its chip. Emulators play a Crazyflie unless they are told otherwise.
+        // A robot of one's own runs on the board that has its chip.
         let mut boards = bittybuzz_robot_files::all_shipped().into_iter();
         let board = boards.find(|board| board.chip == self.robot.chip);
-        let board = board.as_ref().map(|board| board.name.as_str());
-        let is_kilobot = board == Some("kilobot");
-        let script = self.script_bytes(is_kilobot)?;
-        let table = if is_kilobot { None } else { Some(self.table()?) };
-        let arguments = match board {
-            Some(name) if name != "crazyflie" => vec!["--robot", name],
-            _ => vec![],
+        let models = bittybuzz_robot_models::all();
+        let is_board = |model: &&Arc<dyn RobotModel>| {
+            board.as_ref().is_some_and(|board| model.robots().contains(&board.name.as_str()))
         };
-        let usual = if is_kilobot { emulator::AVR } else { emulator::STM32 };
+        let played = models.iter().find(is_board).and_then(|model| model.emulation());
+        // Without defmt a robot only reports faults, by its link.
+        let has_trace = played.is_none_or(|played| played.has_trace());
+        let script = self.script_bytes()?;
+        let table = if has_trace { Some(self.table()?) } else { None };
+        let arguments = match played.and_then(|played| played.shared_as()) {
+            Some(name) => vec!["--robot", name],
+            None => vec![],
+        };
+        let own = played.filter(|_| !has_trace).map(|played| played.program());
+        let usual = own.unwrap_or(emulator::STM32);
         let program = emulator::program(self.program, usual);
         let mut emulator = Emulator::spawn_with(&program, &arguments).map_err(Problem::Emulator)?;
         emulator.load(self.firmware).map_err(Problem::Emulator)?;
         if let Some((address, bytes)) = script {
             emulator.write(address, &bytes).map_err(Problem::Emulator)?;
         }
-        if is_kilobot {
-            emulator.start_kilobots(Duration::ZERO).map_err(Problem::Emulator)?;
+        if let Some(played) = played {
+            played.start(&mut emulator, Duration::ZERO).map_err(Problem::Emulator)?;
         }
         let mut reader = Reader { defmt: table.as_ref().map(TraceReader::new) };
         let start = Instant::now();
@@ -100,14 +109,14 @@ impl Emulation<'_> {
         Ok(())
     }
 
-    /// The bytes that are written over the firmware's own script, and their address. Of a Kilobot they are the whole
-    /// program, whose script has no fixed place.
-    fn script_bytes(&self, is_kilobot: bool) -> Result<Option<(u32, Vec<u8>)>, Problem> {
+    /// The bytes that are written over the firmware's own script, and their address. They are the whole program of a robot
+    /// whose script has no fixed place.
+    fn script_bytes(&self) -> Result<Option<(u32, Vec<u8>)>, Problem> {
         let Some((path, program)) = self.script else { return Ok(None) };
         if program.image.is_empty() {
             return Err(Problem::NoImage(path.to_owned()));
         }
-        if is_kilobot {
+        if isp::reaches(self.robot) {
             let script = (path, program.symbols.as_ref());
             let firmware = hex::read(self.firmware)?;
             let whole =

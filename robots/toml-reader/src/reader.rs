@@ -10,7 +10,7 @@ use crate::place::{Place, Source};
 use crate::section::Section;
 
 /// Returns the keys that a section may have, by the name that messages give the section.
-pub type Schema = fn(&'static str) -> Vec<&'static str>;
+pub type Schema<'a> = &'a dyn Fn(&'static str) -> Vec<&'static str>;
 
 /// A value that replaces one of the file, such as that of `--set medium.ir.loss=0.1`.
 #[derive(Debug)]
@@ -36,7 +36,7 @@ impl<'a> Override<'a> {
 /// The state that all sections and entries of a file share.
 pub struct Reader<'a, C> {
     pub(crate) overrides: &'a [Override<'a>],
-    pub(crate) schema: Schema,
+    pub(crate) schema: Schema<'a>,
     mistakes: RefCell<Mistakes<C>>,
 }
 
@@ -50,7 +50,7 @@ struct Mistakes<C> {
 pub fn read<T, C: Cause>(
     source: &Source<'_>,
     overrides: &[Override<'_>],
-    (root, schema): (&'static str, Schema),
+    (root, schema): (&'static str, Schema<'_>),
     format: impl FnOnce(&Section<'_, C>) -> Option<T>,
 ) -> Result<T, Vec<FileError<C>>> {
     let mistakes = RefCell::new(Mistakes { kept: Vec::new(), more: 0 });

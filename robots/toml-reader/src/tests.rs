@@ -31,7 +31,7 @@ fn keys(_: &'static str) -> Vec<&'static str> {
 
 /// Reads two numbers that are needed and a list of tables.
 fn errors(text: &str) -> Vec<FileError<Mistake>> {
-    let read = read(&Source::new("a.toml", text), &[], ("the file", keys), |root| {
+    let read = read(&Source::new("a.toml", text), &[], ("the file", &keys), |root| {
         let size = root.required("size").and_then(|entry| entry.integer(1..=9));
         let speed = root.required("speed").and_then(|entry| entry.number(0.0..=f64::MAX));
         root.sections("item", "this [[item]]");

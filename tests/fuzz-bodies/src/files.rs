@@ -45,7 +45,13 @@ fn text(data: &[u8], known: &[&str]) -> Option<String> {
 /// Reads a scenario, and prints its mistakes. Returns true if it has none.
 pub fn scenario(data: &[u8]) -> bool {
     let Some(text) = text(data, &SCENARIOS) else { return false };
-    match Scenario::parse(&text, "fuzz.toml", Path::new(SCENARIO_FOLDER), &[]) {
+    match Scenario::parse(
+        &text,
+        "fuzz.toml",
+        Path::new(SCENARIO_FOLDER),
+        &[],
+        &bittybuzz_robot_models::all(),
+    ) {
         Ok(scenario) => {
             assert!(scenario.robot_count() > 0, "a world without robots");
             true

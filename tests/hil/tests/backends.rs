@@ -4,8 +4,9 @@
 
 use std::path::Path;
 
-use bittybuzz_arena::run::{Piece, Program, Setup, Simulation, Summary};
-use bittybuzz_arena::scenario::{Backend, Body, Placement, Scenario};
+use bittybuzz_arena::robot::Piece;
+use bittybuzz_arena::run::{Program, Setup, Simulation, Summary};
+use bittybuzz_arena::scenario::{Backend, Placement, Scenario};
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, Loader};
 use bittybuzz_hil::{Core, ScriptFile, table};
@@ -27,7 +28,8 @@ fn run_with(
         format!("robots.0.backend={backend}"),
         format!("robots.0.firmware={}", table::zooids().display()),
     ];
-    let scenario = Scenario::open(&path, &set).unwrap_or_else(|errors| panic!("{errors:#?}"));
+    let scenario = Scenario::open(&path, &set, &bittybuzz_robot_models::all())
+        .unwrap_or_else(|errors| panic!("{errors:#?}"));
     run(&scenario, seed, ticks, look)
 }
 
@@ -41,9 +43,9 @@ fn run(
     let programs: Vec<Program> =
         scenario.groups.iter().map(|group| program(&group.script, &group.robot)).collect();
     let setup = Setup::new(scenario, &programs).unwrap();
-    let setup = setup.emulated_by(Body::Zooid, Core::Own.program().to_owned());
-    let casts = setup.casts();
-    let mut simulation = Simulation::new(&setup, &casts, seed, 1).unwrap();
+    let setup = setup.emulated_by("zooid", Core::Own.program().to_owned());
+    let contexts = setup.contexts();
+    let mut simulation = Simulation::new(&setup, &contexts, seed, 1).unwrap();
     while simulation.now() < ticks && !simulation.is_over() {
         simulation.tick().unwrap_or_else(|error| panic!("{error}"));
         look(&mut simulation);
@@ -60,7 +62,8 @@ fn scenario(test: &str, script: &str, group: &str, rest: &str) -> (Scenario, Scr
         script.path(),
         table::zooids().display()
     );
-    let read = Scenario::parse(&text, "test.toml", Path::new(""), &[]);
+    let read =
+        Scenario::parse(&text, "test.toml", Path::new(""), &[], &bittybuzz_robot_models::all());
     let scenario = read.unwrap_or_else(|errors| panic!("{errors:#?}\n{text}"));
     (scenario, script)
 }
@@ -149,13 +152,14 @@ fn kilobots_come_to_the_same_end() {
             script.path(),
             bittybuzz_hil::kilobot().display()
         );
-        let read = Scenario::parse(&text, "test.toml", Path::new(""), &[]);
+        let read =
+            Scenario::parse(&text, "test.toml", Path::new(""), &[], &bittybuzz_robot_models::all());
         let scenario = read.unwrap_or_else(|errors| panic!("{errors:#?}"));
         let programs = [program(&scenario.groups[0].script, &scenario.groups[0].robot)];
         let setup = Setup::new(&scenario, &programs).unwrap();
-        let setup = setup.emulated_by(Body::Kilobot, Core::Avr.program().to_owned());
-        let casts = setup.casts();
-        let mut simulation = Simulation::new(&setup, &casts, 1, 1).unwrap();
+        let setup = setup.emulated_by("kilobot", Core::Avr.program().to_owned());
+        let contexts = setup.contexts();
+        let mut simulation = Simulation::new(&setup, &contexts, 1, 1).unwrap();
         while !simulation.is_over() {
             simulation.tick().unwrap_or_else(|error| panic!("{error}"));
         }
@@ -221,7 +225,8 @@ fn ten_robots_with_firmware_agree_at_a_loss_of_one_half() {
     let path = bbz::root().join("examples/zooids/consensus.toml");
     let firmware = format!("robots.0.firmware={}", table::zooids().display());
     let set = ["robots.0.backend=firmware".to_owned(), firmware];
-    let scenario = Scenario::open(&path, &set).unwrap_or_else(|errors| panic!("{errors:#?}"));
+    let scenario = Scenario::open(&path, &set, &bittybuzz_robot_models::all())
+        .unwrap_or_else(|errors| panic!("{errors:#?}"));
     for seed in 1..=2 {
         let mut since = None;
         // What is agreed once does not change any more.
@@ -245,7 +250,8 @@ fn outages_are_the_same_with_both_backends() {
             format!("robots.0.backend={backend}"),
             format!("robots.0.firmware={}", table::zooids().display()),
         ];
-        let scenario = Scenario::open(&path, &set).unwrap_or_else(|errors| panic!("{errors:#?}"));
+        let scenario = Scenario::open(&path, &set, &bittybuzz_robot_models::all())
+            .unwrap_or_else(|errors| panic!("{errors:#?}"));
         for seed in 1..=2 {
             let summary = run(&scenario, seed, u64::MAX, |_| {});
             assert!(summary.is_success(), "{backend}, seed {seed}: {:#?}", summary.convergences);
@@ -259,7 +265,8 @@ fn robots_with_firmware_queue_for_the_charger() {
     let path = bbz::root().join("examples/zooids/recharge.toml");
     let firmware = format!("robots.0.firmware={}", table::zooids().display());
     let set = ["robots.0.backend=firmware".to_owned(), firmware];
-    let scenario = Scenario::open(&path, &set).unwrap_or_else(|errors| panic!("{errors:#?}"));
+    let scenario = Scenario::open(&path, &set, &bittybuzz_robot_models::all())
+        .unwrap_or_else(|errors| panic!("{errors:#?}"));
     let summary = run(&scenario, 1, u64::MAX, |_| {});
     assert!(summary.is_success(), "{:#?}", summary.convergences);
 }
@@ -488,9 +495,9 @@ fn robots_start_where_the_projector_shines() {
     for (at, is_lit) in [([415.0, -250.0], true), ([430.0, 0.0], false), ([0.0, 270.0], false)] {
         scenario.groups[0].placement = Placement::List(vec![[0.0, 0.0], at]);
         let setup = Setup::new(&scenario, &programs).unwrap();
-        let setup = setup.emulated_by(Body::Zooid, Core::Own.program().to_owned());
-        let casts = setup.casts();
-        match Simulation::new(&setup, &casts, 1, 1) {
+        let setup = setup.emulated_by("zooid", Core::Own.program().to_owned());
+        let contexts = setup.contexts();
+        match Simulation::new(&setup, &contexts, 1, 1) {
             Ok(_) => assert!(is_lit, "{at:?}"),
             Err(error) => {
                 assert!(!is_lit, "{error}");

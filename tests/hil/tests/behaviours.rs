@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use bittybuzz_arena::run::{Program, Setup, Simulation};
-use bittybuzz_arena::scenario::{Body, Scenario};
+use bittybuzz_arena::scenario::Scenario;
 use bittybuzz_comms::infrared::message_of;
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, Loader};
@@ -50,7 +50,8 @@ fn play(
     mut look: impl FnMut(&Simulation<'_>) -> bool,
 ) -> bool {
     let path = file(name, "toml");
-    let groups = 0..Scenario::open(&path, &[]).unwrap().groups.len();
+    let groups =
+        0..Scenario::open(&path, &[], &bittybuzz_robot_models::all()).unwrap().groups.len();
     let set = groups.flat_map(|group| {
         let firmware = behaviour(name);
         [
@@ -58,15 +59,16 @@ fn play(
             format!("robots.{group}.firmware={}", firmware.display()),
         ]
     });
-    let scenario = Scenario::open(&path, &set.collect::<Vec<_>>()).unwrap();
+    let scenario =
+        Scenario::open(&path, &set.collect::<Vec<_>>(), &bittybuzz_robot_models::all()).unwrap();
     let group = &scenario.groups[0];
     let Compiled { image, symbols, .. } = compiled(&group.script, &group.robot);
     let program = Program { image: image.unwrap(), symbols };
     let programs = vec![program; scenario.groups.len()];
     let setup = Setup::new(&scenario, &programs).unwrap();
-    let setup = setup.emulated_by(Body::Kilobot, Core::Avr.program().to_owned());
-    let casts = setup.casts();
-    let mut simulation = Simulation::new(&setup, &casts, seed, 2).unwrap();
+    let setup = setup.emulated_by("kilobot", Core::Avr.program().to_owned());
+    let contexts = setup.contexts();
+    let mut simulation = Simulation::new(&setup, &contexts, seed, 2).unwrap();
     while !simulation.is_over() {
         simulation.tick().unwrap_or_else(|error| panic!("{error}"));
         if !look(&simulation) {

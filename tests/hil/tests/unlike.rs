@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use bittybuzz_arena::run::{Program, Setup, Simulation, Summary};
-use bittybuzz_arena::scenario::{Body, Cause, Scenario, ScenarioError};
+use bittybuzz_arena::scenario::{Cause, Scenario, ScenarioError};
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, Loader};
 use bittybuzz_hil::kilobots::behaviour;
@@ -24,7 +24,7 @@ fn scenario(script: &Path, bridge: &str, rest: &str) -> Result<Scenario, Vec<Sce
         zooids = table::zooids().display(),
         crazyflie = crazyflie_tiny().display(),
     );
-    Scenario::parse(&text, "test.toml", Path::new(""), &[])
+    Scenario::parse(&text, "test.toml", Path::new(""), &[], &bittybuzz_robot_models::all())
 }
 
 fn programs(scenario: &Scenario) -> Vec<Program> {
@@ -44,11 +44,11 @@ fn leds(scenario: &Scenario) -> (Vec<u8>, Summary) {
     let programs = programs(scenario);
     let setup = Setup::new(scenario, &programs).unwrap();
     let setup = setup
-        .emulated_by(Body::Zooid, Core::Own.program().to_owned())
-        .emulated_by(Body::Crazyflie, Core::Unicorn.program().to_owned())
-        .emulated_by(Body::Kilobot, Core::Avr.program().to_owned());
-    let casts = setup.casts();
-    let mut simulation = Simulation::new(&setup, &casts, 1, 1).unwrap();
+        .emulated_by("zooid", Core::Own.program().to_owned())
+        .emulated_by("crazyflie", Core::Unicorn.program().to_owned())
+        .emulated_by("kilobot", Core::Avr.program().to_owned());
+    let contexts = setup.contexts();
+    let mut simulation = Simulation::new(&setup, &contexts, 1, 1).unwrap();
     while !simulation.is_over() {
         simulation.tick().unwrap_or_else(|error| panic!("{error}"));
     }
@@ -104,7 +104,8 @@ fn kilobots_zooids_and_crazyflies_share_a_number() {
                 &format!("profile = \"tiny\"\n{line}[100, 150]")
             ),
         );
-        let scenario = Scenario::parse(&text, "test.toml", Path::new(""), &[]);
+        let scenario =
+            Scenario::parse(&text, "test.toml", Path::new(""), &[], &bittybuzz_robot_models::all());
         let (leds, _) = leds(&scenario.unwrap_or_else(|errors| panic!("{errors:#?}")));
         // Whoever writes has written 1.
         assert_eq!(leds, [1; 6], "written by {writer}");
@@ -123,7 +124,8 @@ fn the_shipped_scenario_comes_true() {
         .collect();
     set.push(format!("bridge.firmware={}", ear().display()));
     set.extend(["world.duration=5", "expect.0.within=5"].map(str::to_owned));
-    let scenario = Scenario::open(&path, &set).unwrap_or_else(|errors| panic!("{errors:#?}"));
+    let scenario = Scenario::open(&path, &set, &bittybuzz_robot_models::all())
+        .unwrap_or_else(|errors| panic!("{errors:#?}"));
     let (leds, summary) = leds(&scenario);
     assert_eq!(leds, [1; 12]);
     assert!(summary.is_success());

@@ -8,34 +8,21 @@ use std::time::Duration;
 use bittybuzz_chips::ResetCause;
 use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_emulation::ClientError;
-use bittybuzz_emulation::message::{BoardStatistics, Command, Event, TimedEvent};
+use bittybuzz_emulation::message::{Command, Event, TimedEvent};
 
-use crate::engine::{LinkStatistics, Loss, Medium, Pose, RobotId, RobotState, Stream, World};
-use crate::scenario::Body;
+use crate::engine::{LinkStatistics, Loss, Media, Medium, Pose, RobotId, RobotState, World};
+use crate::robot::{Emulation, LogLine, SimRobot};
 
-use super::super::robot::{LogLine, Robot};
-use super::super::settings::Numbers;
 use super::bridge::Bridge;
 use super::room::Room;
 use super::table::Motion;
 use super::told::{Reader, Told};
-use super::{Failure, Firmware, FirmwareError, Light};
-
-/// As often robots are told how they move now, if that has changed: it takes effect so much too late at most. A Kilobot moves less
-/// than a mm meanwhile.
-const LOOK_ZOOID: Duration = Duration::from_micros(2500);
-const LOOK_KILOBOT: Duration = Duration::from_millis(20);
-/// As often Crazyflies are told where they are, as by Lighthouse or Loco.
-const LOOK_CRAZYFLIE: Duration = Duration::from_millis(100);
-
-/// Of a room.
-const CELSIUS: f64 = 25.0;
-/// Light that reaches everybody.
-const EVERYWHERE_MM: f64 = 1e6;
+use super::{Failure, Firmware, FirmwareError};
 
 /// All emulated robots of a kind. They are switched on when the run begins; whose brain does not run in the world has no power.
 pub struct Fleet<'p> {
-    body: Body,
+    emulation: &'p dyn Emulation,
+    medium: Medium,
     room: Room,
     robots: Vec<Emulated<'p>>,
     /// Since power-on, and since the world began.
@@ -47,11 +34,11 @@ pub struct Fleet<'p> {
 
 /// A robot, as far as it is seen from outside.
 struct Emulated<'p> {
-    body: Body,
+    emulation: &'p dyn Emulation,
     id: RobotId,
     /// The id that its script sees.
     own_id: u16,
-    /// Duties of IN1 to IN4, 0 to 1; of a Kilobot left and right.
+    /// Duties of the inputs of the motors' drivers, 0 to 1.
     inputs: [f64; 4],
     led: u8,
     /// Until then its wheels have turned.
@@ -62,10 +49,8 @@ struct Emulated<'p> {
     is_on: bool,
     /// Numbers of those that it is cut off from.
     deaf_to: BTreeSet<usize>,
-    /// Where a positioning system told a Crazyflie to be.
-    seen: Option<Pose>,
-    /// What it knows of the light sensor of a Kilobot.
-    light: Option<u16>,
+    /// The last command by which it sensed its surroundings.
+    sensed: Option<Command>,
     /// `None` if the firmware tells nothing.
     reader: Option<Reader<'p>>,
 }
@@ -74,18 +59,18 @@ impl<'p> Fleet<'p> {
     /// Starts the emulator and flashes all robots. `join` gives the world's number of a robot, and the id that its script sees.
     pub fn new(
         program: &Path,
+        emulation: &'p dyn Emulation,
         firmware: &'p Firmware,
         join: impl Fn(usize) -> Option<(RobotId, u16)>,
-        numbers: &Numbers,
+        media: &Media,
         seed: u64,
     ) -> Result<Self, ClientError> {
-        let body = firmware.body;
-        // A listening Kilobot comes after all others.
+        let medium = firmware.model().medium();
+        // A robot that listens for a bridge comes after all others.
         let count = firmware.robots.len() + usize::from(firmware.ear.is_some());
-        let mut room = match body {
-            Body::Kilobot => Room::shared(program, "kilobot", count, &firmware.path)?,
-            Body::Zooid => Room::shared(program, "zooids", count, &firmware.path)?,
-            Body::Crazyflie => Room::apart(program, count, &firmware.path)?,
+        let mut room = match emulation.shared_as() {
+            Some(name) => Room::shared(program, name, count, &firmware.path)?,
+            None => Room::apart(program, count, &firmware.path)?,
         };
         let mut robots = Vec::new();
         for (number, flashed) in firmware.robots.iter().enumerate() {
@@ -93,27 +78,14 @@ impl<'p> Fleet<'p> {
                 let write = Command::Write { address: *address, bytes: bytes.clone() };
                 room.done_by(number, &write)?;
             }
-            let commands = match body {
-                Body::Kilobot => {
-                    let error = Stream::for_brain(seed, number as u16).normal().clamp(-3.0, 3.0);
-                    let error_ppm = f64::from(1e6 * numbers.media.infrared.clock_sigma * error);
-                    vec![Command::Clock { error_ppm }]
-                }
-                Body::Zooid => {
-                    let Light { lose, jitter_us, glitches_per_s } = flashed.light;
-                    let seed = seed.wrapping_add(number as u64 + 1);
-                    let reading = flashed.power_detector;
-                    let light = Command::Light { lose, jitter_us, glitches_per_s, seed };
-                    vec![light, Command::PowerDetector { reading }]
-                }
-                Body::Crazyflie => Vec::new(),
-            };
+            let of_group = flashed.model.emulation();
+            let commands = of_group.map_or(Vec::new(), |of| of.set_up(number, seed, media));
             for command in commands {
                 room.done_by(number, &command)?;
             }
             let Some((id, own_id)) = join(flashed.number) else { continue };
             robots.push(Emulated {
-                body,
+                emulation,
                 id,
                 own_id,
                 inputs: [0.0; 4],
@@ -122,8 +94,7 @@ impl<'p> Fleet<'p> {
                 told: None,
                 is_on: true,
                 deaf_to: BTreeSet::new(),
-                seen: None,
-                light: None,
+                sensed: None,
                 reader: firmware.messages.as_ref().map(Reader::new),
             });
         }
@@ -133,52 +104,36 @@ impl<'p> Fleet<'p> {
             let [x, y] = ear.at.map(|mm| mm as f32);
             let pose = Pose::new(x, y, 0.0);
             let there = Motion { since: Duration::ZERO, pose, speed: 0.0, turn: 0.0 };
-            room.done_by(robots.len(), &there.command())?;
+            room.done_by(robots.len(), &there.command(emulation.origin()))?;
         }
-        if body == Body::Kilobot {
-            let reach = |range| f64::from(range) + 2.0 * f64::from(numbers.kilobot.radius);
-            let range_mm = numbers.media.infrared.link.range.map_or(EVERYWHERE_MM, reach);
-            let noise_mm = numbers.media.infrared.distance_sigma.into();
-            room.done(&Command::Infrared { range_mm, noise_mm, seed })?;
+        if let Some(command) = emulation.air(media, seed) {
+            room.done(&command)?;
         }
         let now = Duration::ZERO;
-        let mut fleet = Fleet { body, room, robots, now, seed, losses: 0 };
-        fleet.lose(match body {
-            Body::Kilobot => numbers.media.infrared.link.loss,
-            Body::Zooid => numbers.media.nrf24.link.loss,
-            Body::Crazyflie => numbers.media.p2p.link.loss,
-        })?;
+        let mut fleet = Fleet { emulation, medium, room, robots, now, seed, losses: 0 };
+        fleet.lose(media.link(medium).loss)?;
         fleet.let_run()?;
         Ok(fleet)
     }
 
-    /// The overhead controller says so to Kilobots; those that run already do not mind.
+    /// Lets the programs of robots run that have power since a moment ago; it does not matter to others.
     fn let_run(&mut self) -> Result<(), ClientError> {
-        if self.body == Body::Kilobot {
-            self.room.start_kilobots(self.now)?;
+        match &mut self.room {
+            Room::Shared(emulator) => self.emulation.start(emulator, self.now),
+            Room::Apart(_) => Ok(()),
         }
-        Ok(())
     }
 
-    /// What carries their packets.
+    /// Returns the medium that carries their packets.
     pub fn medium(&self) -> Medium {
-        match self.body {
-            Body::Kilobot => Medium::Infrared,
-            Body::Zooid => Medium::Nrf24,
-            Body::Crazyflie => Medium::P2p,
-        }
+        self.medium
     }
 
-    /// Packets of Zooids and Crazyflies are lost as the medium says for robots that touch: all are in reach, and distance changes nothing.
-    /// Frames of Kilobots are lost as it says in the middle between touching and out of reach.
+    /// Loses packets as the medium says, as far as the emulator can: to it all robots are equally far from each other.
     pub fn lose(&mut self, loss: Loss) -> Result<(), ClientError> {
         self.losses += 1;
         let seed = self.seed.wrapping_add(self.losses << 32);
-        let lose = match self.body {
-            Body::Kilobot => f64::midpoint(loss.near.into(), loss.far.into()),
-            _ => loss.near.into(),
-        };
-        self.room.done(&Command::Air { lose, seed })
+        self.room.done(&Command::Air { lose: self.emulation.loss(loss), seed })
     }
 
     fn number(&self, id: RobotId) -> Option<usize> {
@@ -210,7 +165,7 @@ impl<'p> Fleet<'p> {
     }
 
     /// Robots have power if they run in the world, and hear who is not cut off there.
-    pub fn settle(&mut self, world: &World<Robot<'_>>) -> Result<(), ClientError> {
+    pub fn settle(&mut self, world: &World<SimRobot<'_>>) -> Result<(), ClientError> {
         for number in 0..self.robots.len() {
             let Some(robot) = self.robots.get(number) else { continue };
             let runs = world.robot(robot.id).is_some_and(|view| view.state == RobotState::Running);
@@ -230,11 +185,7 @@ impl<'p> Fleet<'p> {
 
     /// The longest time that it may run at once.
     pub fn look(&self) -> Duration {
-        match self.body {
-            Body::Kilobot => LOOK_KILOBOT,
-            Body::Zooid => LOOK_ZOOID,
-            Body::Crazyflie => LOOK_CRAZYFLIE,
-        }
+        self.emulation.look()
     }
 
     /// Somebody who is no robot sends.
@@ -245,30 +196,24 @@ impl<'p> Fleet<'p> {
     /// Runs until a time; the bridge hears what is sent.
     pub fn run(
         &mut self,
-        world: &mut World<Robot<'_>>,
+        world: &mut World<SimRobot<'_>>,
         mut bridge: Option<&mut Bridge>,
         until: Duration,
     ) -> Result<(), FirmwareError> {
         let Fleet { room, robots, now, .. } = self;
         let mut places = Vec::new();
         for (number, robot) in robots.iter_mut().enumerate() {
-            let light = world.light(robot.id).ok().filter(|_| robot.body == Body::Kilobot);
-            if let Some(light) = light
-                && robot.light != Some(light)
+            let view = world.robot(robot.id).zip(world.light(robot.id).ok());
+            let sensed = view.and_then(|(view, light)| robot.emulation.sense(&view, light));
+            if let Some(command) = sensed
+                && robot.sensed.as_ref() != Some(&command)
             {
-                places.push((number, Command::Surroundings { light, celsius: CELSIUS }));
-                robot.light = Some(light);
-            }
-            let seen = world.robot(robot.id).and_then(|view| view.estimate);
-            if let Some(pose) = seen.filter(|_| robot.body == Body::Crazyflie)
-                && robot.seen != Some(pose)
-            {
-                places.push((number, pose_command(&pose)));
-                robot.seen = Some(pose);
+                places.push((number, command.clone()));
+                robot.sensed = Some(command);
             }
             let Some(motion) = robot.motion(world, *now) else { continue };
             if robot.told.is_none_or(|told| !motion.follows(&told)) {
-                places.push((number, motion.command()));
+                places.push((number, motion.command(robot.emulation.origin())));
                 robot.told = Some(motion);
             }
         }
@@ -307,23 +252,7 @@ impl<'p> Fleet<'p> {
         let (mut links, mut overflown) = (LinkStatistics::default(), 0);
         for number in 0..self.robots.len() {
             let counted = self.room.statistics_of(number)?;
-            match counted.board {
-                BoardStatistics::Zooid(board) => {
-                    links.sent += board.radio_sent;
-                    links.received += board.radio_received;
-                    links.deaf += board.radio_unheard;
-                    overflown += board.radio_overflown;
-                }
-                BoardStatistics::Kilobot(board) => {
-                    links.sent += board.infrared_sent;
-                    links.received += board.infrared_arrived;
-                }
-                BoardStatistics::Crazyflie(board) => {
-                    links.deaf += board.radio_unheard;
-                    overflown += board.radio_overflown;
-                    links.received = counted.air.carried - counted.air.lost - counted.air.collided;
-                }
-            }
+            overflown += self.emulation.count(&counted, &mut links);
             links.collided = counted.air.collided;
             links.lost = counted.air.lost;
         }
@@ -331,31 +260,20 @@ impl<'p> Fleet<'p> {
     }
 }
 
-/// What a positioning system tells a Crazyflie.
-fn pose_command(pose: &Pose) -> Command {
-    let Pose { x, y, z, heading } = *pose;
-    Command::Pose { x_mm: x, y_mm: y, z_mm: z, yaw_degrees: heading.to_degrees() }
-}
-
 impl Emulated<'_> {
-    /// Duties of the wheels in percent: one input of a bridge is high while the other is low. Those of a Kilobot's motors.
     fn duties(&self) -> [f32; 2] {
-        let [a, b, c, d] = self.inputs;
-        if self.body == Body::Kilobot {
-            return [a, b].map(|duty| (100.0 * duty) as f32);
-        }
-        [b - a, d - c].map(|duty| (100.0 * duty) as f32)
+        self.emulation.duties(self.inputs)
     }
 
     /// Where it is now and how it moves.
-    fn motion(&self, world: &mut World<Robot<'_>>, now: Duration) -> Option<Motion> {
+    fn motion(&self, world: &mut World<SimRobot<'_>>, now: Duration) -> Option<Motion> {
         let [speed, turn] = world.roll(self.id, self.duties(), 0.0).ok()??;
         let pose = world.robot(self.id)?.pose;
         Some(Motion { since: now, pose, speed, turn })
     }
 
     /// Lets its wheels turn until then as they do.
-    fn roll(&mut self, until: Duration, world: &mut World<Robot<'_>>) {
+    fn roll(&mut self, until: Duration, world: &mut World<SimRobot<'_>>) {
         let span = until.saturating_sub(self.rolled);
         self.rolled = self.rolled.max(until);
         // The world knows the robot.
@@ -367,7 +285,7 @@ impl Emulated<'_> {
         &mut self,
         TimedEvent { at, event }: TimedEvent,
         until: Duration,
-        world: &mut World<Robot<'_>>,
+        world: &mut World<SimRobot<'_>>,
     ) -> Result<(), Failure> {
         match event {
             Event::Motor { number, duty, .. } => {
@@ -383,7 +301,7 @@ impl Emulated<'_> {
                     "red" | "red_left" => 1,
                     "green" | "green_left" => 2,
                     "blue" | "blue_left" => 4,
-                    // The firmware's own, of a Crazyflie.
+                    // The firmware's own.
                     _ => return Ok(()),
                 };
                 self.led = if on { self.led | bit } else { self.led & !bit };

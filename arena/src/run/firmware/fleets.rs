@@ -7,7 +7,8 @@ use bittybuzz_emulation::ClientError;
 
 use crate::engine::{LinkStatistics, Loss, Medium, RobotId, TICK_US, World};
 
-use super::super::robot::Robot;
+use crate::robot::SimRobot;
+
 use super::FirmwareError;
 use super::bridge::Bridge;
 use super::fleet::Fleet;
@@ -49,12 +50,12 @@ impl<'p> Fleets<'p> {
     }
 
     /// Robots have power if they run in the world, and hear who is not cut off there.
-    pub fn settle(&mut self, world: &World<Robot<'_>>) -> Result<(), ClientError> {
+    pub fn settle(&mut self, world: &World<SimRobot<'_>>) -> Result<(), ClientError> {
         self.fleets.iter_mut().try_for_each(|fleet| fleet.settle(world))
     }
 
     /// Runs for a substep of the world.
-    pub fn advance(&mut self, world: &mut World<Robot<'_>>) -> Result<(), FirmwareError> {
+    pub fn advance(&mut self, world: &mut World<SimRobot<'_>>) -> Result<(), FirmwareError> {
         if self.tick != world.now() {
             (self.tick, self.substeps) = (world.now(), 0);
         }

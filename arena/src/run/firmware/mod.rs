@@ -7,45 +7,42 @@ mod p2p;
 mod room;
 mod table;
 mod told;
-mod trailing;
 
 use std::fmt;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
 use bittybuzz_compiler::refusal;
-use bittybuzz_emulation::message::PowerDetector;
-use bittybuzz_emulation::{AVR_FLASH_SIZE, ClientError, Image};
-use bittybuzz_kilobot::calibration;
-use bittybuzz_robot_spec::{Layout, Robot};
+use bittybuzz_emulation::ClientError;
 use bittybuzz_toml_reader::{Place, file};
 use bittybuzz_trace_reader::Table;
 use bittybuzz_vm_core::ImageError;
 
-use crate::scenario::{Backend, Body, Cause, Scenario, ScenarioError};
+use crate::robot::{Emulation, Flash, RobotModel};
+use crate::scenario::{Backend, Cause, Scenario, ScenarioError};
 
 use super::program::Program;
-use super::settings::Numbers;
+use super::settings::media;
 pub use bridge::Bridge;
 pub use fleet::Fleet;
 pub use fleets::Fleets;
 pub use p2p::{P2pAir, TURN};
-pub use table::is_lit;
 
 /// What is flashed in a scenario to the robots of a kind: their firmware, and the script and the id of each.
 pub struct Firmware {
-    body: Body,
+    model: Arc<dyn RobotModel>,
     path: PathBuf,
     /// Where the scenario asks for it first.
     place: Place,
     /// The texts of its messages; none if it tells nothing.
     messages: Option<Table>,
     robots: Vec<Flashed>,
-    /// One more, of Kilobots.
+    /// One more, for a bridge.
     ear: Option<Ear>,
 }
 
-/// The Kilobot of a bridge.
+/// The robot that listens for a bridge.
 struct Ear {
     /// What is in its flash, from address 0 on.
     program: Vec<u8>,
@@ -59,44 +56,26 @@ struct Flashed {
     number: usize,
     /// Addresses and bytes.
     sections: Vec<(u32, Vec<u8>)>,
-    light: Light,
-    power_detector: PowerDetector,
-}
-
-/// How bad the projector's light is for a robot.
-#[derive(Debug, Clone, Copy)]
-struct Light {
-    /// Share of frames that it does not see.
-    lose: f64,
-    /// Edges come up to so many µs too early or too late.
-    jitter_us: f64,
-    /// Glitches per second at each photodiode.
-    glitches_per_s: f64,
+    /// Its group's.
+    model: Arc<dyn RobotModel>,
 }
 
 impl Firmware {
     /// That of the scenario, for each kind of robots that run any.
     pub fn of(scenario: &Scenario, programs: &[Program]) -> Result<Vec<Self>, ScenarioError> {
         let mut all: Vec<Firmware> = Vec::new();
-        let mut number = 0;
+        let (media, mut number) = (media(scenario), 0);
         for (group, program) in scenario.groups.iter().zip(programs) {
             let first = number;
             number += group.count as usize;
             let Backend::Firmware { image, place } = &group.backend else { continue };
             let failed = |cause| ScenarioError { cause, place: Some(Box::new(place.clone())) };
-            let script = match &group.robot.layout {
-                None => trailing::section(image, &program.image, &group.robot).map_err(failed)?,
-                Some(layout) => {
-                    let section = layout.script_section(&program.image).ok_or_else(|| {
-                        failed(Cause::ScriptTooLong {
-                            bytes: program.image.len(),
-                            most: layout.most_script(),
-                        })
-                    })?;
-                    (layout.script.address, section)
-                }
-            };
-            let known = match all.iter().position(|known| known.body == group.body) {
+            let Some(emulation) = group.model.emulation() else { continue };
+            let (robot, script) = (&group.robot, &*program.image);
+            let flash = Flash { firmware: image, script, robot, media: &media };
+            let shared = emulation.sections(&flash).map_err(failed)?;
+            let known = match all.iter().position(|known| known.model.name() == group.model.name())
+            {
                 Some(known) => known,
                 None => {
                     let (path, robots) = (image.clone(), Vec::new());
@@ -105,44 +84,30 @@ impl Firmware {
                     };
                     let elf = file::read(&path, file::MOST_PROGRAM);
                     let elf = elf.map_err(|error| unusable(error.to_string()))?;
-                    let messages = match group.body {
-                        Body::Kilobot => None,
-                        _ => Table::parse(&elf).map_err(|error| unusable(error.to_string()))?,
+                    let messages = match emulation.has_trace() {
+                        false => None,
+                        true => Table::parse(&elf).map_err(|error| unusable(error.to_string()))?,
                     };
-                    let ear = ear(scenario, group.body)?;
-                    let (body, place) = (group.body, place.clone());
-                    all.push(Firmware { body, path, place, messages, robots, ear });
+                    let ear = ear(scenario, emulation)?;
+                    let (model, place) = (group.model.clone(), place.clone());
+                    all.push(Firmware { model, path, place, messages, robots, ear });
                     all.len() - 1
                 }
             };
             let Some(known) = all.get_mut(known) else { continue };
-            let shared = match group.body {
-                Body::Kilobot => duties(scenario),
-                Body::Zooid => range(scenario, &group.robot).map_err(failed)?.into_iter().collect(),
-                Body::Crazyflie => Vec::new(),
-            };
-            let (own, all) = (group.model.zooid, scenario.bodies.zooid);
-            let light = Light {
-                lose: own.frame_loss.or(all.frame_loss).unwrap_or(0.0),
-                jitter_us: own.edge_jitter.or(all.edge_jitter).unwrap_or(0.0),
-                glitches_per_s: own.glitches.or(all.glitches).unwrap_or(0.0),
-            };
-            let power_detector = own.power_detector.or(all.power_detector);
-            let power_detector = power_detector.unwrap_or(PowerDetector::Latched);
             for within in 0..group.count as u16 {
-                let mut sections = vec![script.clone()];
-                sections.extend(shared.clone());
-                sections.extend(id_section(group.body, &group.robot, group.first_id + within));
+                let mut sections = shared.clone();
+                sections.extend(emulation.id_section(robot, group.first_id + within));
                 let number = first + usize::from(within);
-                known.robots.push(Flashed { number, sections, light, power_detector });
+                known.robots.push(Flashed { number, sections, model: group.model.clone() });
             }
         }
         Ok(all)
     }
 
-    /// What runs it.
-    pub fn body(&self) -> Body {
-        self.body
+    /// Returns the model of the robots that run it.
+    pub fn model(&self) -> &dyn RobotModel {
+        &*self.model
     }
 
     /// The numbers of the robots that run it.
@@ -156,18 +121,17 @@ impl Firmware {
     }
 }
 
-/// What is flashed to the Kilobot of the scenario's bridge.
-fn ear(scenario: &Scenario, body: Body) -> Result<Option<Ear>, ScenarioError> {
-    let Some(bridge) = scenario.bridge.as_ref().filter(|_| body == Body::Kilobot) else {
+/// Returns what is flashed to the robot that listens for the scenario's bridge.
+fn ear(scenario: &Scenario, emulation: &dyn Emulation) -> Result<Option<Ear>, ScenarioError> {
+    let Some(bridge) = scenario.bridge.as_ref().filter(|_| emulation.listener().is_some()) else {
         return Ok(None);
     };
     let Some(path) = &bridge.image else { return Ok(None) };
-    let program = Image::open_avr(path, AVR_FLASH_SIZE).map_err(|error| {
-        let cause =
-            Cause::NoFirmware { path: path.display().to_string(), reason: error.to_string() };
+    let program = emulation.listener_flash(path).map_err(|reason| {
+        let cause = Cause::NoFirmware { path: path.display().to_string(), reason };
         ScenarioError { cause, place: Some(Box::new(bridge.place.clone())) }
     })?;
-    Ok(Some(Ear { program: trailing::flash(&program), at: bridge.at }))
+    Ok(Some(Ear { program, at: bridge.at }))
 }
 
 /// Why an emulator cannot be had.
@@ -178,41 +142,6 @@ pub fn unusable(error: ClientError) -> Cause {
         }
         error => Cause::Emulator { message: error.to_string() },
     }
-}
-
-/// Where a Kilobot's EEPROM begins for its emulator.
-const EEPROM: u32 = 0x81_0000;
-
-/// Where a robot's id is: address and bytes.
-fn id_section(body: Body, robot: &Robot, id: u16) -> Option<(u32, Vec<u8>)> {
-    if body == Body::Kilobot {
-        return Some((EEPROM + u32::from(calibration::ID), id.to_le_bytes().to_vec()));
-    }
-    let region = robot.layout.as_ref()?.id?;
-    Some((region.address, Layout::id_section(id).to_vec()))
-}
-
-/// The duties that calibration has found for all Kilobots of a scenario: addresses and bytes.
-fn duties(scenario: &Scenario) -> Vec<(u32, Vec<u8>)> {
-    let model = Numbers::new(scenario).kilobot;
-    let duties = [model.turn_duty, model.turn_duty, model.straight_duty, model.straight_duty];
-    let cells = calibration::DUTIES.into_iter().zip(duties);
-    cells.map(|(cell, duty)| (EEPROM + u32::from(cell), vec![duty])).collect()
-}
-
-/// What the scenario says that Zooids have in flash as a setting: address and bytes.
-fn range(scenario: &Scenario, robot: &Robot) -> Result<Option<(u32, Vec<u8>)>, Cause> {
-    let Some(range) = scenario.media.nrf24.range else { return Ok(None) };
-    let setting = robot.settings.iter().position(|setting| setting.name == "range_mm");
-    let region = robot.layout.as_ref().and_then(|layout| layout.settings);
-    let (Some(place), Some(region)) = (setting, region) else {
-        return Err(Cause::NotEmulated { key: "range" });
-    };
-    let mut values = vec![None; robot.settings.len()];
-    // Farther than the setting goes is everybody.
-    let range = Some(range.round()).filter(|range| *range <= f64::from(robot.settings[place].most));
-    values[place] = range.map(|range| range as u16);
-    Ok(Some((region.address, Layout::settings_section(&values))))
 }
 
 /// Why a run with emulated robots cannot go on.
@@ -251,7 +180,7 @@ pub enum Failure {
     },
     /// It refuses the script.
     Refused(ImageError),
-    /// A Kilobot refuses the script, which others have verified for it.
+    /// A robot without room for the verifier refuses the script, which others have verified for it.
     Unsuitable,
 }
 

@@ -1,4 +1,4 @@
-//! The programs that emulate the robots of a kind: one for all Kilobots or Zooids, one for each Crazyflie.
+//! The programs that emulate the robots of a kind: one for all of them, or one for each.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -14,11 +14,11 @@ pub enum Room {
     /// One has all of them, and the air between them.
     Shared(Emulator),
     /// Each has one; the air is here.
-    Apart(Crazyflies),
+    Apart(PerRobot),
 }
 
-/// Crazyflies that hear each other.
-pub struct Crazyflies {
+/// Robots with a program each that hear each other.
+pub struct PerRobot {
     robots: Vec<Emulator>,
     air: P2pAir,
     now: Duration,
@@ -40,7 +40,7 @@ impl Room {
         Ok(Room::Shared(emulator))
     }
 
-    /// A program for each of `count` Crazyflies with the firmware in `path`.
+    /// A program for each of `count` robots with the firmware in `path`.
     pub fn apart(program: &Path, count: usize, path: &Path) -> Result<Self, ClientError> {
         let robots = (0..count).map(|_| {
             let mut emulator = Emulator::spawn(program)?;
@@ -50,14 +50,14 @@ impl Room {
         let robots = robots.collect::<Result<Vec<Emulator>, ClientError>>()?;
         let deaf = vec![BTreeSet::new(); count];
         let (air, now) = (P2pAir::default(), Duration::ZERO);
-        Ok(Room::Apart(Crazyflies { robots, air, now, deaf }))
+        Ok(Room::Apart(PerRobot { robots, air, now, deaf }))
     }
 
     /// A command for a robot.
     pub fn done_by(&mut self, robot: usize, command: &Command) -> Result<(), ClientError> {
         match self {
             Room::Shared(emulator) => emulator.done_by(robot, command),
-            Room::Apart(Crazyflies { robots, deaf, .. }) => match (command, deaf.get_mut(robot)) {
+            Room::Apart(PerRobot { robots, deaf, .. }) => match (command, deaf.get_mut(robot)) {
                 (Command::Deaf { to }, Some(deaf)) => {
                     deaf.clone_from(to);
                     Ok(())
@@ -78,14 +78,6 @@ impl Room {
             (Room::Apart(of), _) => {
                 of.robots.iter_mut().try_for_each(|emulator| emulator.done(command))
             }
-        }
-    }
-
-    /// The overhead controller lets Kilobots run.
-    pub fn start_kilobots(&mut self, now: Duration) -> Result<(), ClientError> {
-        match self {
-            Room::Shared(emulator) => emulator.start_kilobots(now),
-            Room::Apart(_) => Ok(()),
         }
     }
 
@@ -130,7 +122,7 @@ impl Room {
     }
 }
 
-impl Crazyflies {
+impl PerRobot {
     fn run(
         &mut self,
         until: Duration,

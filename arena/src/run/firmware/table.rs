@@ -1,28 +1,10 @@
-//! The table of the Zooids: from the world's frame to the projector's.
+//! Places and motions: from the world's frame to that of an emulator, which is a projector's: y and headings go the other way.
 
 use std::time::Duration;
 
 use bittybuzz_emulation::message::Command;
-use bittybuzz_zooids_board::STEP_MM;
 
 use crate::engine::{Pose, wrap};
-
-/// Columns and rows that are projected, in steps of the code (robots/zooids/board).
-const PICTURE: [[f64; 2]; 2] = [[56.0, 967.0], [227.0, 796.0]];
-
-/// mm from where the code is 0 to the picture's middle, which is that of the world.
-fn middle() -> [f64; 2] {
-    [0, 1].map(|axis| PICTURE[axis].iter().sum::<f64>() / 2.0 * STEP_MM[axis])
-}
-
-/// Whether the projector shines on a robot.
-pub fn is_lit(pose: &Pose) -> bool {
-    let place = [pose.x, pose.y].map(f64::from);
-    [0, 1].into_iter().all(|axis| {
-        let [first, last] = PICTURE[axis];
-        2.0 * place[axis].abs() <= (last - first) * STEP_MM[axis]
-    })
-}
 
 /// Where a robot is at a time and how it moves, in the world's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,10 +44,9 @@ impl Motion {
             && wrap(self.pose.heading - heading).abs() < ASIDE
     }
 
-    /// As the emulator is told: in the projector's frame y and headings go the other way.
-    pub fn command(&self) -> Command {
+    /// Returns the command that places a robot. `origin` is the world's middle in the emulator's frame.
+    pub fn command(&self, [x, y]: [f64; 2]) -> Command {
         let [vx, vy] = self.velocity().map(f64::from);
-        let [x, y] = middle();
         let degrees = |radians: f32| f64::from(radians).to_degrees();
         Command::Place {
             x_mm: x + f64::from(self.pose.x),
@@ -81,15 +62,6 @@ impl Motion {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// The projected area as SwarmUI measured it: 883 steps are 812.8 mm, 558 are 508 mm.
-    #[test]
-    fn the_light_ends_where_the_picture_does() {
-        let [right, up] = [911.0 / 2.0 * 812.8 / 883.0, 569.0 / 2.0 * 508.0 / 558.0];
-        let lit = |x: f64, y: f64| is_lit(&Pose::new(x as f32, y as f32, 0.0));
-        assert!(lit(right - 0.1, up - 0.1) && lit(0.1 - right, 0.1 - up));
-        assert!(!lit(right + 0.1, 0.0) && !lit(0.0, -up - 0.1));
-    }
 
     #[test]
     fn whoever_goes_on_as_told_needs_not_be_told_anew() {
@@ -114,12 +86,11 @@ mod tests {
         let pose = Pose::new(-30.0, 40.0, core::f32::consts::FRAC_PI_2);
         let motion = Motion { since: Duration::ZERO, pose, speed: 100.0, turn: 0.5 };
         let Command::Place { x_mm, y_mm, heading_degrees, vx_mm_s, vy_mm_s, turn_degrees_s } =
-            motion.command()
+            motion.command([500.0, 400.0])
         else {
             panic!("it is placed")
         };
-        let [x, y] = middle();
-        assert!((x_mm - (x - 30.0)).abs() < 1e-6 && (y_mm - (y - 40.0)).abs() < 1e-6);
+        assert!((x_mm - 470.0).abs() < 1e-6 && (y_mm - 360.0).abs() < 1e-6);
         assert!((heading_degrees + 90.0).abs() < 1e-4 && (turn_degrees_s + 28.648).abs() < 1e-3);
         assert!(vx_mm_s.abs() < 1e-3 && (vy_mm_s + 100.0).abs() < 1e-3);
     }

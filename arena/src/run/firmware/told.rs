@@ -4,7 +4,7 @@ use bittybuzz_comms::trace::{Item, Record, Unused};
 use bittybuzz_trace_reader::{Content, Table, TraceReader};
 use bittybuzz_vm_core::{Fault, ImageError};
 
-use super::super::robot::Piece;
+use crate::robot::Piece;
 
 /// What was told.
 #[derive(Debug, Clone, PartialEq)]

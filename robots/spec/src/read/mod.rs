@@ -90,7 +90,7 @@ fn keys(section: &'static str) -> Vec<&'static str> {
 /// Reads the text of a robot file.
 pub fn robot(text: &str, path: &str) -> Result<Robot, RobotErrors> {
     let source = Source::new(path, text);
-    toml_reader::read(&source, &[], (ROOT, keys), root).map_err(RobotErrors)
+    toml_reader::read(&source, &[], (ROOT, &keys), root).map_err(RobotErrors)
 }
 
 fn root(root: &Section<'_>) -> Option<Robot> {

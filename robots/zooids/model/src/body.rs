@@ -1,9 +1,10 @@
 //! Zooid: two wheels, tracked by a projector.
 
+use bittybuzz_emulation::message::PowerDetector;
 use bittybuzz_motion::drive::{Goal, Pilot, Wheels};
 use bittybuzz_motion::{Angle, units};
 
-use crate::engine::{
+use bittybuzz_arena::engine::{
     Block, Bodies, Body, BodyModel, Medium, Pose, SettingsError, Shape, Stream, above_0,
     first_wrong, within, wrap,
 };
@@ -24,7 +25,7 @@ impl Default for Drive {
 }
 
 /// A pose as the firmware reckons with.
-pub fn for_firmware(pose: &Pose) -> bittybuzz_motion::track::Pose {
+pub(crate) fn for_firmware(pose: &Pose) -> bittybuzz_motion::track::Pose {
     let length = |mm: f32| units::from_mm(mm).unwrap_or_default();
     let heading = Angle((wrap(pose.heading) * (32_768.0 / core::f32::consts::PI)) as i32 as i16);
     bittybuzz_motion::track::Pose { x: length(pose.x), y: length(pose.y), heading }
@@ -47,6 +48,21 @@ pub struct ZooidModel {
     pub gain_sigma: f32,
     /// The size in mm of one step of the projector's code.
     pub unit: f32,
+    /// The projector's light, for its firmware.
+    pub light: Light,
+    /// Reading of the register RPD of its firmware's radio.
+    pub power_detector: PowerDetector,
+}
+
+/// Faults of the projector's light, as a robot's firmware sees it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Light {
+    /// Share of frames that it does not see.
+    pub lose: f64,
+    /// Most µs by which edges come too early or too late.
+    pub jitter_us: f64,
+    /// Glitches per second at each photodiode.
+    pub glitches_per_s: f64,
 }
 
 impl ZooidModel {
@@ -61,6 +77,8 @@ impl ZooidModel {
         dead_duty: 22,
         gain_sigma: 0.05,
         unit: 0.92,
+        light: Light { lose: 0.0, jitter_us: 0.0, glitches_per_s: 0.0 },
+        power_detector: PowerDetector::Latched,
     };
 }
 

@@ -1,4 +1,4 @@
-//! Scripts of Kilobots: behind the program in flash, where its mark is.
+//! Scripts of Kilobots: after the program in flash, where its mark is.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use bittybuzz_emulation::{AVR_FLASH_SIZE, Image};
 use bittybuzz_robot_spec::{NoSection, Robot, find_script_section, script_section};
 use bittybuzz_vm_core::image::VERSION;
 
-use crate::scenario::Cause;
+use bittybuzz_arena::scenario::Cause;
 
 /// Addresses from here on are not flash.
 const FLASH_END: u32 = 0x8000;

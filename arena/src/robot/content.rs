@@ -6,10 +6,13 @@ use bittybuzz_vm_core::number::Profile;
 /// What a variable holds, as far as it can be seen from outside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Content {
+    /// nil, or nothing.
     Nil,
+    /// A number.
     Number(f64),
     /// The number of a string.
     Text(u16),
+    /// A table, a function, or a string that was made at run time.
     Other,
 }
 

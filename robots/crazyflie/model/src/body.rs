@@ -1,6 +1,6 @@
 //! Crazyflie: follows a velocity, and believes to be where its positioning system says.
 
-use crate::engine::{
+use bittybuzz_arena::engine::{
     Block, Bodies, Body, BodyModel, Medium, Pose, SettingsError, Shape, Stream, above_0,
     first_wrong, not_below_0, within, wrap,
 };

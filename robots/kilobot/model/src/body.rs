@@ -4,7 +4,7 @@
 //! Nagpal: Kilobot, ICRA 2012). What both motors give in common drives the robot straight, what one gives more turns it,
 //! so unlike motors make it go in a curve, as real ones do.
 
-use crate::engine::{
+use bittybuzz_arena::engine::{
     Block, Bodies, Body, BodyModel, Infrared, Link, Loss, Medium, Pose, SettingsError, Shape,
     Stream, first_wrong, not_below_0, within, wrap,
 };
@@ -21,6 +21,8 @@ pub struct KilobotMotors {
 /// Numbers of the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KilobotModel {
+    /// The source of the numbers.
+    pub preset: Preset,
     /// mm
     pub radius: f32,
     /// Angle between the heading and a rear leg, radians.
@@ -45,6 +47,7 @@ impl KilobotModel {
     /// 10 mm/s and 45 degrees per second (ICRA 2012); legs as the Kilobot plugin of ARGoS has them: 25 mm between the
     /// pins, the middle 9.2 mm before them. The duties are a choice: calibrated robots have 60 to 75.
     pub const STANDARD: Self = KilobotModel {
+        preset: Preset::Standard,
         radius: 16.5,
         leg_angle: 2.205_2,
         leg_distance: 15.52,
@@ -58,6 +61,7 @@ impl KilobotModel {
 
     /// Kilombo: 7 mm/s, 13 degrees per second at duty 75, nothing below 60; legs at 125.5 degrees on the rim.
     pub const KILOMBO: Self = KilobotModel {
+        preset: Preset::Kilombo,
         radius: 17.0,
         leg_angle: 2.190_4,
         leg_distance: 17.0,
@@ -71,6 +75,7 @@ impl KilobotModel {
 
     /// The Kilobot plugin of ARGoS: 60 mm/s times duty/255 at each pin, 25 mm apart.
     pub const ARGOS: Self = KilobotModel {
+        preset: Preset::Argos,
         speed: 60.0 * 48.0 / 255.0,
         turn_rate: 60.0 * 77.0 / 255.0 / 25.0,
         straight_duty: 48,
@@ -80,7 +85,8 @@ impl KilobotModel {
     };
 
     /// Kilosim: 24 mm/s, 0.5 radians per second.
-    pub const KILOSIM: Self = KilobotModel { speed: 24.0, turn_rate: 0.5, ..Self::STANDARD };
+    pub const KILOSIM: Self =
+        KilobotModel { preset: Preset::Kilosim, speed: 24.0, turn_rate: 0.5, ..Self::STANDARD };
 }
 
 impl BodyModel for KilobotModel {

@@ -1,0 +1,197 @@
+//! A robot of a run: a machine in this process, or firmware in an emulator.
+
+use bittybuzz_comms::trace::Unused;
+use bittybuzz_vm_core::{Counters, Fault, ImageError};
+
+use crate::engine::{Brain, Io};
+
+use super::content::Content;
+use super::context::GroupContext;
+use super::faults::{Consequence, FaultRecord};
+use super::log::LogLine;
+use super::machine::{self, Machine};
+use super::model::RobotModel;
+use super::state::State;
+
+/// The program of a robot at work.
+enum Program<'p> {
+    /// A machine of this process.
+    Machine(Box<dyn Machine + Send + 'p>),
+    /// The firmware of the robot, in an emulator: only its reports are known.
+    Firmware(Unused),
+}
+
+/// A robot and its script.
+pub struct SimRobot<'p> {
+    program: Program<'p>,
+    state: State<'p>,
+}
+
+impl<'p> SimRobot<'p> {
+    /// Returns a robot of that id that has just been switched on.
+    pub fn new(
+        model: &dyn RobotModel,
+        context: &'p GroupContext<'p>,
+        id: u16,
+        seed: u32,
+    ) -> Result<Self, ImageError> {
+        let program = Program::Machine(machine::load(context, id, seed)?);
+        Ok(SimRobot { program, state: State::new(context, model.autopilot(), id, seed) })
+    }
+
+    /// Returns a robot of that id that runs its firmware.
+    pub fn emulated(context: &'p GroupContext<'p>, id: u16) -> Self {
+        let program = Program::Firmware(Unused::default());
+        SimRobot { program, state: State::new(context, None, id, 0) }
+    }
+
+    /// Takes the counters of unused messages from its firmware: all of them since power-on.
+    pub fn has_missed(&mut self, unused: Unused) {
+        if let Program::Firmware(known) = &mut self.program {
+            *known = unused;
+        }
+        if unused.messages.failed > 0 {
+            self.state.faults().has_contained(unused.messages.failed);
+        }
+    }
+
+    /// Its script has logged a line.
+    pub fn has_logged(&mut self, line: LogLine) {
+        self.state.memory.logged.push(line);
+        self.state.context.note();
+    }
+
+    /// Its script has completed a step: after a fault it has started again.
+    pub fn has_stepped(&mut self) {
+        self.state.steps = self.state.steps.saturating_add(1);
+        if let Some(faults) = &mut self.state.faults {
+            if faults.is_halted() {
+                faults.start();
+            }
+            faults.step();
+        }
+    }
+
+    /// Its script has stopped. Only its next completed step shows that it has started again.
+    pub fn has_failed(&mut self, tick: u64, fault: Fault) {
+        let record = self.state.record(tick, fault, vec![fault.position], None);
+        self.state.fail(record);
+    }
+
+    /// Its script has stopped. Its firmware reports a restart.
+    pub fn has_stopped(&mut self, tick: u64, fault: Fault, positions: Vec<u16>) {
+        let record = self.state.record(tick, fault, positions, None);
+        self.state.faults().stop(record);
+    }
+
+    /// A fault has ended a listener or a handler of its script.
+    pub fn has_contained(&mut self, tick: u64, fault: Fault, positions: Vec<u16>) {
+        let record = self.state.record(tick, fault, positions, None);
+        self.state.faults().contain(record);
+    }
+
+    /// A fault has ended a listener or a handler of its script, which is new if there was none at that place.
+    pub fn has_contained_once(&mut self, tick: u64, fault: Fault) {
+        let is_it = |place: &FaultRecord| {
+            let known = (place.fault.position, place.fault.code, place.consequence);
+            known == (fault.position, fault.code, Consequence::Contained)
+        };
+        if !self.state.fault_places().iter().any(is_it) {
+            self.has_contained(tick, fault, vec![fault.position]);
+        }
+    }
+
+    /// Its script, which has stopped, starts again after `pause` ticks; 0: it starts now.
+    pub fn has_restarted(&mut self, pause: u16) {
+        match pause {
+            0 => self.state.faults().start(),
+            _ => self.state.faults().has_paused(pause),
+        }
+    }
+
+    /// Returns its state.
+    pub fn state(&self) -> &State<'p> {
+        &self.state
+    }
+
+    /// Returns the frames that its queues had no room for, heard and to be sent.
+    pub fn dropped(&self) -> [u16; 2] {
+        match &self.program {
+            Program::Machine(machine) => machine.dropped(),
+            Program::Firmware(unused) => unused.dropped,
+        }
+    }
+
+    /// Returns the messages that it could not use.
+    pub fn counters(&self) -> Counters {
+        match &self.program {
+            Program::Machine(machine) => machine.counters(),
+            Program::Firmware(unused) => unused.messages,
+        }
+    }
+
+    /// Takes over the log of another robot, and its battery.
+    pub fn adopt(&mut self, other: &mut Self) {
+        self.state.memory.logged.append(&mut other.state.memory.logged);
+        self.state.memory.battery_mv = other.state.memory.battery_mv;
+    }
+
+    /// Sets the voltage of its battery.
+    pub fn set_battery(&mut self, millivolts: u16) {
+        self.state.memory.battery_mv = Some(millivolts);
+    }
+
+    /// Takes the lines that it has logged.
+    pub fn take_log(&mut self) -> Vec<LogLine> {
+        std::mem::take(&mut self.state.memory.logged)
+    }
+
+    /// Returns a global of its script, or the value to which `keys` lead in tables there.
+    pub fn global(&self, number: u16, keys: &[Content]) -> Content {
+        self.machine().map_or(Content::Nil, |machine| machine.global(number, keys))
+    }
+
+    /// Returns an entry of a stigmergy, as this robot knows it.
+    pub fn stigmergy(&self, number: u16, key: Content) -> Content {
+        self.machine().map_or(Content::Nil, |machine| machine.stigmergy(number, key))
+    }
+
+    /// Returns the number of free slots of its script's memory.
+    pub fn free_slots(&self) -> usize {
+        self.machine().map_or(0, |machine| machine.free_slots())
+    }
+
+    /// Returns the number of its neighbors.
+    pub fn neighbors(&self) -> usize {
+        self.machine().map_or(0, |machine| machine.neighbors())
+    }
+
+    fn machine(&self) -> Option<&(dyn Machine + Send + 'p)> {
+        match &self.program {
+            Program::Machine(machine) => Some(&**machine),
+            Program::Firmware(_) => None,
+        }
+    }
+}
+
+impl Brain for SimRobot<'_> {
+    fn tick(&mut self, io: &mut Io<'_>) {
+        if let Program::Machine(machine) = &mut self.program {
+            machine.tick(&mut self.state, io);
+            if let Some(autopilot) = &mut self.state.memory.autopilot {
+                autopilot.tick(io);
+            }
+        }
+    }
+
+    fn has_frame(&self) -> bool {
+        self.machine().is_some_and(|machine| machine.has_unsent())
+    }
+
+    fn next_frame(&mut self, frame: &mut [u8]) -> usize {
+        match &mut self.program {
+            Program::Machine(machine) => machine.next_frame(frame),
+            Program::Firmware(_) => 0,
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! Calls of robot functions, and what functions remember between two of them.
+
+use std::any::Any;
+use std::fmt;
+
+use crate::engine::{Io, Stream};
+
+use super::log::{LogLine, Piece};
+
+/// The effect of a robot function. Arguments are checked before, as on the robot.
+pub type Effect = Box<dyn Fn(&mut Call<'_, '_>) -> Done + Send + Sync>;
+
+/// The outcome of a function.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Done {
+    /// It is finished and returns nil.
+    Nil,
+    /// It is finished and returns an integer.
+    Int(i32),
+    /// It goes on.
+    Wait,
+    /// It is finished and returns the value of a function that does nothing: 0, 0.0 or nil.
+    Idle,
+    /// An argument is outside of the range that the robot accepts.
+    OutOfRange,
+}
+
+/// A call of a robot function.
+pub struct Call<'a, 'io> {
+    /// The robot.
+    pub io: &'a mut Io<'io>,
+    /// State that outlives the call.
+    pub memory: &'a mut Memory,
+    /// The arguments.
+    pub numbers: CallNumbers<'a>,
+    /// False in the first call, true while the function returns [`Done::Wait`].
+    pub again: bool,
+    /// Makes pieces of a log line of the arguments.
+    pub(super) pieces: &'a dyn Fn() -> Vec<Piece>,
+}
+
+/// State of a robot's functions, from one call to the next.
+pub struct Memory {
+    /// The part of its firmware that carries functions out between two steps of the script.
+    pub autopilot: Option<Box<dyn Autopilot>>,
+    /// mV of the battery, where an event of the scenario has set it.
+    pub battery_mv: Option<u16>,
+    /// Random numbers of the robot's functions.
+    pub chance: Stream,
+    pub(super) logged: Vec<LogLine>,
+}
+
+/// The part of a robot's firmware that carries functions out between two steps of the script, such as the flight to a place.
+pub trait Autopilot: Any + Send {
+    /// Acts for one tick, after the script's step.
+    fn tick(&mut self, io: &mut Io<'_>);
+
+    /// A fault has stopped the script: brings the robot to rest.
+    fn give_up(&mut self, io: &mut Io<'_>);
+
+    /// The script starts again.
+    fn start(&mut self);
+}
+
+/// The numbers that a call passes; 0 where there are fewer, or where an argument is no number.
+#[derive(Debug, Clone, Copy)]
+pub struct CallNumbers<'a>(pub(super) &'a [f32]);
+
+impl CallNumbers<'_> {
+    /// Returns the number of arguments.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Returns an argument.
+    #[must_use]
+    pub fn float(&self, index: usize) -> f32 {
+        self.0.get(index).copied().unwrap_or(0.0)
+    }
+
+    /// Returns an integer argument. All that functions take are exact in a float.
+    #[must_use]
+    pub fn int(&self, index: usize) -> i32 {
+        self.float(index) as i32
+    }
+}
+
+impl Call<'_, '_> {
+    /// Returns the autopilot, if it is of that type.
+    pub fn autopilot<T: Autopilot>(&mut self) -> Option<&mut T> {
+        let autopilot: &mut dyn Any = &mut **self.memory.autopilot.as_mut()?;
+        autopilot.downcast_mut()
+    }
+
+    /// Logs a line: `before`, and all arguments.
+    pub fn log(&mut self, before: Vec<Piece>) {
+        let mut pieces = before;
+        pieces.extend((self.pieces)());
+        self.memory.logged.push(LogLine { tick: self.io.now, pieces });
+    }
+}
+
+impl fmt::Debug for Memory {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Memory { battery_mv, chance, logged, .. } = self;
+        f.debug_struct("Memory")
+            .field("battery_mv", battery_mv)
+            .field("chance", chance)
+            .field("logged", logged)
+            .finish_non_exhaustive()
+    }
+}

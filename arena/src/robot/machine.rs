@@ -1,0 +1,277 @@
+//! Virtual machines of the sizes that robot files ask for.
+//!
+//! A machine's memory is part of its type, so there is one type for each robot that ships, exactly as large as its file says,
+//! and a few larger ones for robots of users: a robot gets the smallest into which it fits. The type makes no difference to a
+//! script: it gets the slots of its robot's file, no more.
+
+use bittybuzz_comms::queue::{Inbox, Outbox};
+use bittybuzz_robot_spec::Profile as NumberProfile;
+use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
+use bittybuzz_vm_core::number::{Full, Profile, Tiny};
+use bittybuzz_vm_core::{Counters, Entry, Image, ImageError, Outcome, Vm};
+
+use crate::engine::{Io, Sighting};
+
+use super::content::{Content, content, value};
+use super::context::GroupContext;
+use super::platform::Platform;
+use super::queue::{InQueue, OutQueue, QueueProfile};
+use super::state::{Stage, State};
+
+include!(concat!(env!("OUT_DIR"), "/machines.rs"));
+
+/// Slots of the machines for robots that do not ship.
+const LADDER: [usize; 3] = [1024, 4096, 16_384];
+
+/// The most slots of a machine: those of the script and those for what is known of others.
+pub const MOST_SLOTS: usize = LADDER[2];
+
+/// A virtual machine, and the frames that wait for it and for its link.
+pub trait Machine {
+    /// Runs a tick.
+    fn tick(&mut self, state: &mut State<'_>, io: &mut Io<'_>);
+
+    /// Returns true if a frame is to be sent.
+    fn has_unsent(&self) -> bool;
+
+    /// Copies the next frame that is to be sent; returns its length.
+    fn next_frame(&mut self, frame: &mut [u8]) -> usize;
+
+    /// Returns the frames that the queues had no room for, heard and to be sent.
+    fn dropped(&self) -> [u16; 2];
+
+    /// Returns the messages that it could not use.
+    fn counters(&self) -> Counters;
+
+    /// Returns a global of the script, or what `keys` lead to in tables there.
+    fn global(&self, number: u16, keys: &[Content]) -> Content;
+
+    /// Returns an entry of a stigmergy, as this robot knows it.
+    fn stigmergy(&self, number: u16, key: Content) -> Content;
+
+    /// Returns the number of free slots of the script's memory.
+    fn free_slots(&self) -> usize;
+
+    /// Returns the number of its neighbors.
+    fn neighbors(&self) -> usize;
+}
+
+type Loaded<'p> = Result<Box<dyn Machine + Send + 'p>, ImageError>;
+
+/// A machine of the ladder.
+type Larger<'p, P, const SLOTS: usize> =
+    Scripted<'p, P, Box<dyn InQueue + Send>, Box<dyn OutQueue + Send>, SLOTS>;
+
+/// A machine with queues of fixed lengths.
+type Exact<'p, P, const FRAME: usize, const SLOTS: usize, const IN: usize, const OUT: usize> =
+    Scripted<'p, P, Inbox<P, Sighting, FRAME, IN>, Outbox<P, FRAME, OUT>, SLOTS>;
+
+/// A machine with queues of any type.
+struct Scripted<'p, P: Profile, I, O, const SLOTS: usize> {
+    vm: Vm<P, &'p [u8], SLOTS>,
+    inbox: I,
+    outbox: O,
+    /// A frame may be in the inbox. Most ticks there is none, and the queue's memory need not be looked at.
+    has_mail: bool,
+    /// A frame is in the outbox.
+    has_unsent: bool,
+}
+
+/// Returns a machine that has loaded the script of its group. The sizes are at most [`MOST_SLOTS`] and
+/// [`queue::MOST`](super::queue::MOST).
+pub fn load<'p>(context: &'p GroupContext<'p>, id: u16, seed: u32) -> Loaded<'p> {
+    let slots = context.slots + context.sizes.slots();
+    let [inbox, outbox] = context.queues;
+    if let Some(loaded) = load_shipped(context, [slots, inbox, outbox], id, seed) {
+        return loaded;
+    }
+    match context.profile {
+        NumberProfile::Tiny => load_larger::<Tiny>(context, slots, id, seed),
+        NumberProfile::Full => load_larger::<Full>(context, slots, id, seed),
+    }
+}
+
+/// Loads the smallest machine of the ladder.
+fn load_larger<'p, P: QueueProfile>(
+    context: &'p GroupContext<'p>,
+    slots: usize,
+    id: u16,
+    seed: u32,
+) -> Loaded<'p>
+where
+    Larger<'p, P, { LADDER[0] }>: Send,
+    Larger<'p, P, { LADDER[1] }>: Send,
+    Larger<'p, P, { LADDER[2] }>: Send,
+{
+    let [inbox, outbox] = context.queues;
+    let (inbox, outbox) = (P::inbox(inbox), P::outbox(outbox));
+    match slots {
+        0..=1024 => Larger::<P, { LADDER[0] }>::load(context, inbox, outbox, id, seed),
+        1025..=4096 => Larger::<P, { LADDER[1] }>::load(context, inbox, outbox, id, seed),
+        _ => Larger::<P, { LADDER[2] }>::load(context, inbox, outbox, id, seed),
+    }
+}
+
+/// Loads a machine that is exactly as large as the robot file says.
+fn load_exact<
+    'p,
+    P: Profile,
+    const FRAME: usize,
+    const SLOTS: usize,
+    const IN: usize,
+    const OUT: usize,
+>(
+    context: &'p GroupContext<'p>,
+    id: u16,
+    seed: u32,
+) -> Loaded<'p>
+where
+    Exact<'p, P, FRAME, SLOTS, IN, OUT>: Send,
+{
+    let inbox = Inbox::<P, Sighting, FRAME, IN>::new(Sighting::default());
+    let outbox = Outbox::<P, FRAME, OUT>::new();
+    Exact::<P, FRAME, SLOTS, IN, OUT>::load(context, inbox, outbox, id, seed)
+}
+
+impl<'p, P: Profile, I: InQueue + 'p, O: OutQueue + 'p, const SLOTS: usize>
+    Scripted<'p, P, I, O, SLOTS>
+{
+    fn load(context: &'p GroupContext<'p>, inbox: I, outbox: O, id: u16, seed: u32) -> Loaded<'p>
+    where
+        Self: Send,
+    {
+        let mut scripted =
+            Box::new(Scripted { vm: Vm::new(), inbox, outbox, has_mail: false, has_unsent: false });
+        let vm: &mut Vm<P, &'p [u8], SLOTS> = &mut scripted.vm;
+        vm.equip(context.sizes);
+        let has_function = |hash| context.function(hash).is_some();
+        vm.load_limited(Image::new(context.image), context.slots, has_function)?;
+        vm.identify(id, seed);
+        Ok(scripted)
+    }
+
+    /// Runs a tick: global code and `init` in the first, then a step in each, unless one takes longer. After a fault the
+    /// ticks of the pause handle messages only, and the script begins anew.
+    fn run(&mut self, state: &mut State<'_>, io: &mut Io<'_>) {
+        let budget = state.context.budget;
+        let Scripted { vm, inbox, outbox, has_mail, has_unsent } = self;
+        let mut platform: Platform<'_, '_, '_> =
+            Platform { io, state, inbox, outbox, has_mail, has_unsent };
+        loop {
+            let stage = platform.state.stage;
+            let entry = match stage {
+                Stage::Global => Entry::Global,
+                Stage::Init => Entry::Init,
+                Stage::Step | Stage::Pause => Entry::Step,
+            };
+            if !platform.state.is_running {
+                platform.outbox.begin_step();
+            }
+            let is_running = platform.state.is_running || vm.begin(entry);
+            let outcome = if is_running { vm.run(&mut platform, budget) } else { Outcome::Done };
+            let Platform { io, state, .. } = &mut platform;
+            match outcome {
+                Outcome::Done => {
+                    state.is_running = false;
+                    if stage == Stage::Step && is_running {
+                        state.steps = state.steps.saturating_add(1);
+                        if let Some(faults) = &mut state.faults {
+                            faults.step();
+                        }
+                    }
+                    state.stage = match stage {
+                        Stage::Global => Stage::Init,
+                        Stage::Init | Stage::Step => Stage::Step,
+                        Stage::Pause => Stage::Pause,
+                    };
+                    if stage != Stage::Global {
+                        return;
+                    }
+                }
+                Outcome::Pending | Outcome::Waiting => {
+                    state.is_running = true;
+                    return;
+                }
+                Outcome::Fault(fault) => {
+                    let positions = vm.calls().collect();
+                    let record = state.record(io.now, fault, positions, Some(entry));
+                    if state.fail(record) {
+                        state.stage = Stage::Pause;
+                        state.is_running = false;
+                        vm.restart();
+                    }
+                    state.halt(io);
+                    return;
+                }
+            }
+        }
+    }
+}
+
+impl<'p, P: Profile, I: InQueue + 'p, O: OutQueue + 'p, const SLOTS: usize> Machine
+    for Scripted<'p, P, I, O, SLOTS>
+{
+    fn tick(&mut self, state: &mut State<'_>, io: &mut Io<'_>) {
+        if let Some(faults) = &mut state.faults {
+            if faults.is_over() {
+                return;
+            }
+            // A message that is being handled comes to its end first.
+            if state.stage == Stage::Pause && faults.tick() && !state.is_running {
+                state.start(io.led);
+            }
+        }
+        for frame in io.inbox.iter() {
+            self.inbox.push(frame.bytes, frame.sighting);
+            self.has_mail = true;
+        }
+        self.run(state, io);
+    }
+
+    fn has_unsent(&self) -> bool {
+        self.has_unsent
+    }
+
+    fn next_frame(&mut self, frame: &mut [u8]) -> usize {
+        let length = self.outbox.pop(frame);
+        self.has_unsent = !self.outbox.is_empty();
+        length
+    }
+
+    fn dropped(&self) -> [u16; 2] {
+        [self.inbox.dropped(), self.outbox.dropped()]
+    }
+
+    fn counters(&self) -> Counters {
+        self.vm.counters()
+    }
+
+    fn global(&self, number: u16, keys: &[Content]) -> Content {
+        let global = self.vm.global(number);
+        content(keys.iter().fold(global, |table, key| self.vm.field(table?, value(*key))))
+    }
+
+    fn stigmergy(&self, number: u16, key: Content) -> Content {
+        content(self.vm.replica(number, value(key)))
+    }
+
+    fn free_slots(&self) -> usize {
+        self.vm.free_slots()
+    }
+
+    fn neighbors(&self) -> usize {
+        self.vm.neighbor_count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A world of 20,000 robots fits the cache the better the smaller they are: the smallest machine that ships.
+    #[test]
+    fn machines_are_small() {
+        let vm = size_of::<Vm<Tiny, &[u8], SMALLEST_SLOTS>>();
+        assert!(vm <= 2200, "{vm} bytes");
+    }
+}

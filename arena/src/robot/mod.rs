@@ -1,0 +1,30 @@
+//! A robot as the simulator knows it: its model, and its script at work.
+//!
+//! A robot that ships has a crate with its model (`robots/NAME/model`), which implements [`RobotModel`]; programs take the list of
+//! all models from `robots/models` and hand it to the reader of scenarios. This crate knows none of them.
+
+mod brain;
+mod call;
+mod content;
+mod context;
+mod effect;
+mod emulation;
+mod faults;
+mod log;
+mod machine;
+mod model;
+mod platform;
+mod queue;
+mod state;
+
+pub use brain::SimRobot;
+pub use call::{Autopilot, Call, CallNumbers, Done, Effect, Memory};
+pub use content::Content;
+pub use context::GroupContext;
+pub use effect::{common as common_effect, led};
+pub use emulation::{Emulation, Flash, layout_section};
+pub use faults::{Consequence, FaultCounts, FaultRecord};
+pub use log::{LogLine, Piece};
+pub use machine::MOST_SLOTS;
+pub use model::{ModelKeys, Models, RobotModel};
+pub use queue::MOST as MOST_QUEUED;

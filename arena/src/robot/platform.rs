@@ -1,0 +1,156 @@
+//! The machine's view of the robot: frames, position, time, calls.
+
+use bittybuzz_robot_spec::{OnFault, accepted_lists, accepting, idle_result};
+use bittybuzz_vm_core::number::Profile;
+use bittybuzz_vm_core::{
+    Arguments, Axis, ByteCode, Calls, Fault, Host, Item, Periods, Refusal, Reply, RobotFault,
+    Sighting, Value,
+};
+
+use crate::engine::Io;
+
+use super::call::{Call, CallNumbers, Done};
+use super::log::{LogLine, Piece};
+use super::queue::{InQueue, OutQueue};
+use super::state::State;
+
+/// A robot during a tick. Frames wait in queues like the real robots'.
+pub struct Platform<'a, 'io, 'p> {
+    pub io: &'a mut Io<'io>,
+    pub state: &'a mut State<'p>,
+    pub inbox: &'a mut dyn InQueue,
+    pub outbox: &'a mut dyn OutQueue,
+    /// A frame may be in the inbox.
+    pub has_mail: &'a mut bool,
+    /// A frame is in the outbox.
+    pub has_unsent: &'a mut bool,
+}
+
+/// Makes pieces of a log line of arguments.
+fn pieces<P: Profile, C: ByteCode, const SLOTS: usize>(
+    arguments: &Arguments<'_, P, C, SLOTS>,
+) -> Vec<Piece> {
+    let items = (0..arguments.count()).map(|index| match arguments.item(index) {
+        Item::Nil => Piece::Nil,
+        Item::Int(value) => Piece::Int(value),
+        Item::Float(value) => Piece::Float(value),
+        Item::String(text) => match text.number() {
+            Some(number) => Piece::Constant(number),
+            None => Piece::Text(text.bytes().collect()),
+        },
+        Item::Table(size) => Piece::Table(size),
+        Item::Function => Piece::Function,
+    });
+    items.collect()
+}
+
+impl<P: Profile> Host<P> for Platform<'_, '_, '_> {
+    fn call<C: ByteCode, const SLOTS: usize>(
+        &mut self,
+        function: u16,
+        arguments: Arguments<'_, P, C, SLOTS>,
+        again: bool,
+    ) -> Result<Reply<P>, RobotFault> {
+        let Platform { io, state, .. } = self;
+        let context = state.context;
+        let Some((function, effect)) = context.function(function) else {
+            return Err(RobotFault::Refused(Refusal::NotBuiltIn));
+        };
+        if let Err(fault) = accepting(&[function], &arguments) {
+            state.refusal = Some(accepted_lists(&[function]));
+            return Err(fault);
+        }
+        let number = |index| match arguments.item(index) {
+            Item::Int(value) => value as f32,
+            Item::Float(value) => value,
+            _ => 0.0,
+        };
+        let count = arguments.count();
+        let (mut few, mut many) = ([0.0; 4], Vec::new());
+        let numbers = if let Some(few) = few.get_mut(..count) {
+            few.iter_mut().enumerate().for_each(|(index, value)| *value = number(index));
+            &*few
+        } else {
+            many.extend((0..count).map(number));
+            &*many
+        };
+        let numbers = CallNumbers(numbers);
+        let lines = state.memory.logged.len();
+        let pieces = &|| pieces(&arguments);
+        let done = effect(&mut Call { io, memory: &mut state.memory, numbers, again, pieces });
+        if state.memory.logged.len() > lines {
+            context.note();
+        }
+        Ok(match done {
+            Done::Nil => Reply::Value(Value::nil()),
+            Done::Int(value) => Reply::Value(Value::int(value)),
+            Done::Wait => Reply::Wait,
+            Done::Idle => Reply::Value(idle_result(function)),
+            Done::OutOfRange => return Err(RobotFault::Refused(Refusal::OutOfRange)),
+        })
+    }
+
+    fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {
+        let line = LogLine { tick: self.io.now, pieces: pieces(&arguments) };
+        self.state.memory.logged.push(line);
+        self.state.context.note();
+    }
+
+    fn delay_is_over(&mut self, ms: i32, again: bool) -> bool {
+        let now = self.io.milliseconds();
+        let awake = &mut self.state.awake;
+        if !again {
+            *awake = now + u64::try_from(ms).unwrap_or(0);
+        }
+        *awake <= now
+    }
+
+    fn position(&mut self, axis: Axis) -> Option<f32> {
+        let pose = self.io.sensors.estimate()?;
+        Some(match axis {
+            Axis::X => pose.x,
+            Axis::Y => pose.y,
+            Axis::Z => pose.z,
+            Axis::Orientation => pose.heading.to_degrees(),
+        })
+    }
+
+    fn periods(&self) -> Periods {
+        self.state.context.periods
+    }
+
+    fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<P>) -> Option<usize> {
+        if !*self.has_mail {
+            return None;
+        }
+        let Some((length, heard)) = self.inbox.pop(frame) else {
+            *self.has_mail = false;
+            return None;
+        };
+        let ids = self.state.context.ids;
+        let sender = heard.robot.and_then(|robot| ids.get(usize::from(robot.0)));
+        let place = heard.place.map(|place| place.map(Value::float));
+        *sighting = Sighting { robot: sender.copied(), place };
+        Some(length)
+    }
+
+    fn send(&mut self, frame: &[u8]) {
+        self.outbox.push(frame);
+        *self.has_unsent = true;
+    }
+
+    fn contain<C: ByteCode, const SLOTS: usize>(
+        &mut self,
+        fault: &Fault,
+        calls: Calls<'_, P, C, SLOTS>,
+    ) -> bool {
+        let Platform { io, state, .. } = self;
+        if state.context.on_fault == OnFault::Stop {
+            return false;
+        }
+        // A listener that is no function has no position: the robot has called the script, no entry of it.
+        let record = state.record(io.now, *fault, calls.collect(), None);
+        state.faults().contain(record);
+        true
+    }
+}

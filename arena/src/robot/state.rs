@@ -1,0 +1,117 @@
+//! State of a robot and its script, but for the machine.
+
+use bittybuzz_robot_spec::OnFault;
+use bittybuzz_vm_core::{Entry, Fault, FaultCode};
+
+use crate::engine::{Io, Stream};
+
+use super::call::{Autopilot, Memory};
+use super::context::GroupContext;
+use super::faults::{Consequence, FaultCounts, FaultRecord, Faults};
+
+/// The part of a script that is about to run, or is running.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    Global,
+    Init,
+    Step,
+    /// The pause after a fault: steps that handle messages only.
+    Pause,
+}
+
+/// Everything of a robot but the machine.
+pub struct State<'p> {
+    pub context: &'p GroupContext<'p>,
+    pub stage: Stage,
+    /// The stage has begun and is not yet done.
+    pub is_running: bool,
+    /// Steps that were completed.
+    pub steps: u32,
+    /// Milliseconds at which the running `delay` is over.
+    pub awake: u64,
+    pub memory: Memory,
+    pub faults: Option<Box<Faults>>,
+    pub refusal: Option<String>,
+}
+
+impl<'p> State<'p> {
+    pub fn new(
+        context: &'p GroupContext<'p>,
+        autopilot: Option<Box<dyn Autopilot>>,
+        id: u16,
+        seed: u32,
+    ) -> Self {
+        let chance = Stream::for_brain(u64::from(seed), id);
+        State {
+            context,
+            stage: Stage::Global,
+            is_running: false,
+            steps: 0,
+            awake: 0,
+            memory: Memory { autopilot, battery_mv: None, chance, logged: Vec::new() },
+            faults: None,
+            refusal: None,
+        }
+    }
+
+    /// Returns true while its script does not run because of a fault: in the pause after it, or until power-on.
+    pub fn is_faulted(&self) -> bool {
+        self.faults.as_ref().is_some_and(|faults| faults.is_halted())
+    }
+
+    /// Returns the places of its faults, by the time of the first fault at each.
+    pub fn fault_places(&self) -> &[FaultRecord] {
+        self.faults.as_ref().map_or(&[], |faults| faults.places())
+    }
+
+    /// Returns the numbers of its faults since power-on.
+    pub fn fault_counts(&self) -> FaultCounts {
+        self.faults.as_ref().map_or_else(FaultCounts::default, |faults| faults.counts())
+    }
+
+    pub fn faults(&mut self) -> &mut Faults {
+        self.faults.get_or_insert_default()
+    }
+
+    /// Describes a fault that happens now. Its consequence is decided later.
+    pub fn record(
+        &mut self,
+        tick: u64,
+        fault: Fault,
+        positions: Vec<u16>,
+        entry: Option<Entry>,
+    ) -> FaultRecord {
+        let refusal = self.refusal.take();
+        let consequence = Consequence::Contained;
+        FaultRecord { tick, fault, positions, entry, refusal, consequence, count: 1 }
+    }
+
+    /// A fault has stopped the script. Returns true if it starts again after a pause.
+    pub fn fail(&mut self, record: FaultRecord) -> bool {
+        let is_final =
+            record.fault.code == FaultCode::AssertFailed || self.context.on_fault == OnFault::Stop;
+        match is_final {
+            true => self.faults().stop(record),
+            false => self.faults().pause(record),
+        }
+        !is_final
+    }
+
+    /// The script begins anew after a pause.
+    pub fn start(&mut self, led: &mut u8) {
+        self.faults().start();
+        self.stage = Stage::Global;
+        if let Some(autopilot) = &mut self.memory.autopilot {
+            autopilot.start();
+        }
+        *led = 0;
+    }
+
+    /// Brings a robot to rest whose script has stopped: its motors lose power, unless an autopilot lands it.
+    pub fn halt(&mut self, io: &mut Io<'_>) {
+        match &mut self.memory.autopilot {
+            Some(autopilot) => autopilot.give_up(io),
+            None => io.halt(),
+        }
+    }
+}

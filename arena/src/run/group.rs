@@ -1,0 +1,45 @@
+//! The robots of a scenario by their numbers.
+
+use crate::scenario::{Action, Scenario};
+
+/// The id of a robot.
+pub fn id(scenario: &Scenario, number: usize) -> u16 {
+    let (group, within) = group_of(scenario, number);
+    scenario.groups.get(group).map_or(0, |group| group.first_id + within as u16)
+}
+
+/// The group of a robot, and its number in it.
+pub fn group_of(scenario: &Scenario, number: usize) -> (usize, usize) {
+    let mut within = number;
+    for (index, group) in scenario.groups.iter().enumerate() {
+        if within < group.count as usize {
+            return (index, within);
+        }
+        within -= group.count as usize;
+    }
+    (scenario.groups.len(), within)
+}
+
+/// The robots' numbers in the order in which they come into the world: whoever is there, then who joins.
+pub fn joining_order(scenario: &Scenario) -> Vec<usize> {
+    let mut order = Vec::new();
+    let mut is_there = Vec::new();
+    for group in &scenario.groups {
+        for _ in 0..group.count {
+            if group.present {
+                order.push(is_there.len());
+            }
+            is_there.push(group.present);
+        }
+    }
+    for event in &scenario.events {
+        let Action::Join(robots) = &event.action else { continue };
+        for number in robots.iter() {
+            if let Some(is_there) = is_there.get_mut(number).filter(|is_there| !**is_there) {
+                *is_there = true;
+                order.push(number);
+            }
+        }
+    }
+    order
+}

@@ -1,0 +1,64 @@
+//! The Crazyflie in an emulator: a process for each, with a positioning system.
+
+use std::time::Duration;
+
+use bittybuzz_arena::engine::{LinkStatistics, Pose, View};
+use bittybuzz_arena::robot::Emulation;
+use bittybuzz_emulation::message::{BoardStatistics, Command, Statistics};
+use bittybuzz_robot_spec::{Profile, Robot};
+
+use crate::CrazyflieModel;
+
+/// Time between two positions, as of Lighthouse or Loco.
+const LOOK: Duration = Duration::from_millis(100);
+
+impl Emulation for CrazyflieModel {
+    fn program(&self) -> &'static str {
+        "bbz-emulate-stm32"
+    }
+
+    fn shared_as(&self) -> Option<&'static str> {
+        None
+    }
+
+    fn most(&self) -> u32 {
+        20
+    }
+
+    fn image(&self, robot: &Robot) -> Option<&'static str> {
+        robot.layout.as_ref()?.id?;
+        Some(match robot.profile {
+            Profile::Full => {
+                "firmware/crazyflie/target/thumbv7em-none-eabihf/release/bittybuzz-crazyflie"
+            }
+            Profile::Tiny => {
+                "firmware/crazyflie/target/tiny/thumbv7em-none-eabihf/release/bittybuzz-crazyflie"
+            }
+        })
+    }
+
+    fn has_trace(&self) -> bool {
+        true
+    }
+
+    fn has_switch(&self) -> bool {
+        false
+    }
+
+    fn look(&self) -> Duration {
+        LOOK
+    }
+
+    fn sense(&self, view: &View, _: u16) -> Option<Command> {
+        let Pose { x, y, z, heading } = view.estimate?;
+        Some(Command::Pose { x_mm: x, y_mm: y, z_mm: z, yaw_degrees: heading.to_degrees() })
+    }
+
+    fn count(&self, statistics: &Statistics, links: &mut LinkStatistics) -> u64 {
+        let BoardStatistics::Crazyflie(board) = &statistics.board else { return 0 };
+        let air = &statistics.air;
+        links.deaf += board.radio_unheard;
+        links.received = air.carried - air.lost - air.collided;
+        board.radio_overflown
+    }
+}

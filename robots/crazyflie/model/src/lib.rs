@@ -1,0 +1,81 @@
+//! The Crazyflie in the simulator: follows velocities, has a Multi-ranger deck, and believes to be where its positioning system
+//! says.
+//!
+//! Numbers are those of the real robot, or of a scenario's `[body.crazyflie]`. Emulators play it with its own image.
+
+mod body;
+mod emulation;
+mod functions;
+
+use std::sync::Arc;
+
+use bittybuzz_arena::robot::{Autopilot, Effect, Emulation, ModelKeys, RobotModel};
+use bittybuzz_arena::scenario::Section;
+use bittybuzz_arena::scenario::keys::{RADIUS, SectionKeys};
+use bittybuzz_arena::scenario_keys;
+use bittybuzz_robot_spec::Function;
+
+pub use body::{CrazyflieModel, Flight, Positioning, Velocity};
+
+/// The keys of the Crazyflie in scenarios.
+pub const KEYS: ModelKeys = ModelKeys {
+    body: SectionKeys {
+        name: "[body.crazyflie]",
+        keys: scenario_keys![
+            "radius" "number" "of the model" "in mm",
+            "speed" "number" "of the model" "fastest, in mm/s",
+            "acceleration" "number" "of the model" "largest, in mm/s²",
+            "lag" "number" "of the model" "time constant with which velocities are reached, in seconds",
+            "positioning" "word" "of the model" "how it knows where it is: none, flow, loco or lighthouse",
+        ],
+    },
+    robots: "the Crazyflies",
+    model: "the `model` of these Crazyflies",
+    world_only: &["radius"],
+    link: "the `link` of these Crazyflies",
+};
+
+const POSITIONINGS: [(&str, Positioning); 4] = [
+    ("none", Positioning::None),
+    ("flow", Positioning::FLOW),
+    ("loco", Positioning::LOCO),
+    ("lighthouse", Positioning::LIGHTHOUSE),
+];
+
+impl RobotModel for CrazyflieModel {
+    fn name(&self) -> &'static str {
+        "crazyflie"
+    }
+
+    fn robots(&self) -> &'static [&'static str] {
+        &["crazyflie"]
+    }
+
+    fn keys(&self) -> &'static ModelKeys {
+        &KEYS
+    }
+
+    fn read(&self, section: &Section<'_>) -> Arc<dyn RobotModel> {
+        let mut model = *self;
+        let number = |key, range| section.number(key, range).map(|number| number as f32);
+        model.radius = number("radius", RADIUS).unwrap_or(model.radius);
+        model.speed = number("speed", 0.0..=100_000.0).unwrap_or(model.speed);
+        model.acceleration = number("acceleration", 1.0..=1e6).unwrap_or(model.acceleration);
+        model.lag = number("lag", 0.0..=10.0).unwrap_or(model.lag);
+        let positioning = section.word("positioning", &POSITIONINGS);
+        model.positioning = positioning.unwrap_or(model.positioning);
+        Arc::new(model)
+    }
+
+    fn effect(&self, function: &Function) -> Option<Effect> {
+        functions::effect(function)
+    }
+
+    fn autopilot(&self) -> Option<Box<dyn Autopilot>> {
+        Some(Box::<functions::Pilot>::default())
+    }
+
+    fn emulation(&self) -> Option<&dyn Emulation> {
+        Some(self)
+    }
+}

@@ -1,0 +1,39 @@
+//! Functions of the Kilobot.
+
+use bittybuzz_arena::robot::{Call, Done, Effect};
+use bittybuzz_robot_spec::Function;
+
+use crate::{KilobotModel, KilobotMotors};
+
+/// Reading of a charged battery: as in Kilombo.
+const CHARGED: i32 = 876;
+
+/// Returns the effect of a function of the Kilobot alone.
+pub fn effect(model: &KilobotModel, function: &Function) -> Option<Effect> {
+    let motors = |left: u8, right: u8| -> Effect {
+        Box::new(move |call| set_motors(call, KilobotMotors { left, right }))
+    };
+    let (straight, turn) = (model.straight_duty, model.turn_duty);
+    Some(match function.name.as_str() {
+        "set_motor" => Box::new(set_motor),
+        "forward" => motors(straight, straight),
+        "left" => motors(turn, 0),
+        "right" => motors(0, turn),
+        "stop" => motors(0, 0),
+        "battery" => Box::new(|_| Done::Int(CHARGED)),
+        _ => return None,
+    })
+}
+
+fn set_motor(call: &mut Call<'_, '_>) -> Done {
+    let duty = |index| u8::try_from(call.numbers.int(index));
+    let (Ok(left), Ok(right)) = (duty(0), duty(1)) else { return Done::OutOfRange };
+    set_motors(call, KilobotMotors { left, right })
+}
+
+fn set_motors(call: &mut Call<'_, '_>, command: KilobotMotors) -> Done {
+    if let Some(motors) = call.io.controls() {
+        *motors = command;
+    }
+    Done::Nil
+}

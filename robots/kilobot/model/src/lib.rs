@@ -1,0 +1,88 @@
+//! The Kilobot in the simulator: two vibration motors on three stiff legs, infrared, a light sensor.
+//!
+//! Numbers are those of the real robot, of other simulators ([`Preset`]), or of a scenario's `[body.kilobot]`. An emulator plays it
+//! with its own image: simavr, with kilolib's EEPROM.
+
+mod body;
+mod emulation;
+mod functions;
+mod script;
+
+use std::sync::Arc;
+
+use bittybuzz_arena::engine::Media;
+use bittybuzz_arena::robot::{Effect, Emulation, ModelKeys, RobotModel};
+use bittybuzz_arena::scenario::Section;
+use bittybuzz_arena::scenario::keys::{GAIN_ERROR, RADIUS, SectionKeys};
+use bittybuzz_arena::scenario_keys;
+use bittybuzz_robot_spec::Function;
+
+pub use body::{KilobotModel, KilobotMotors, Preset};
+
+/// The keys of the Kilobot in scenarios.
+pub const KEYS: ModelKeys = ModelKeys {
+    body: SectionKeys {
+        name: "[body.kilobot]",
+        keys: scenario_keys![
+            "preset" "word" "standard" "whose numbers hold for bodies and infrared: standard, kilombo, argos or kilosim",
+            "radius" "number" "of the preset" "in mm",
+            "speed" "number" "of the preset" "straight on with the calibrated duty, in mm/s",
+            "turn" "number" "of the preset" "with the calibrated duty, in degrees per second",
+            "gain_error" "0 to 1" "of the preset" "standard deviation of each motor's gain, as a share of it",
+        ],
+    },
+    robots: "the Kilobots",
+    model: "the `model` of these Kilobots",
+    world_only: &["preset", "radius"],
+    link: "the `link` of these Kilobots",
+};
+
+const PRESETS: [(&str, Preset); 4] = [
+    ("standard", Preset::Standard),
+    ("kilombo", Preset::Kilombo),
+    ("argos", Preset::Argos),
+    ("kilosim", Preset::Kilosim),
+];
+
+impl RobotModel for KilobotModel {
+    fn name(&self) -> &'static str {
+        "kilobot"
+    }
+
+    fn robots(&self) -> &'static [&'static str] {
+        &["kilobot"]
+    }
+
+    fn keys(&self) -> &'static ModelKeys {
+        &KEYS
+    }
+
+    fn read(&self, section: &Section<'_>) -> Arc<dyn RobotModel> {
+        let preset = section.word("preset", &PRESETS);
+        let mut model = preset.map_or(*self, Preset::model);
+        let number = |key, range| section.number(key, range).map(|number| number as f32);
+        model.radius = number("radius", RADIUS).unwrap_or(model.radius);
+        model.speed = number("speed", 0.0..=10_000.0).unwrap_or(model.speed);
+        let turn = section.number("turn", 0.0..=5000.0);
+        model.turn_rate = turn.map_or(model.turn_rate, |degrees| degrees.to_radians() as f32);
+        model.gain_sigma = number("gain_error", GAIN_ERROR).unwrap_or(model.gain_sigma);
+        Arc::new(model)
+    }
+
+    fn set_media(&self, media: &mut Media) {
+        media.infrared = self.preset.infrared();
+    }
+
+    /// An instruction takes some 150 cycles of the ATmega328P at 8 MHz.
+    fn budget(&self) -> u16 {
+        5_000
+    }
+
+    fn effect(&self, function: &Function) -> Option<Effect> {
+        functions::effect(self, function)
+    }
+
+    fn emulation(&self) -> Option<&dyn Emulation> {
+        Some(self)
+    }
+}

@@ -1,0 +1,86 @@
+//! The Zooid in an emulator: its image, under a projector.
+
+use std::time::Duration;
+
+use bittybuzz_arena::engine::{LinkStatistics, Media, Pose};
+use bittybuzz_arena::robot::{Emulation, Flash, layout_section};
+use bittybuzz_arena::scenario::Cause;
+use bittybuzz_emulation::message::{BoardStatistics, Command, Statistics};
+use bittybuzz_robot_spec::{Layout, Robot};
+
+use crate::{Light, ZooidModel, table};
+
+/// A change of a robot's motion takes effect that much later at most.
+const LOOK: Duration = Duration::from_micros(2500);
+
+impl Emulation for ZooidModel {
+    fn program(&self) -> &'static str {
+        "bbz-emulate-m0"
+    }
+
+    fn shared_as(&self) -> Option<&'static str> {
+        Some("zooids")
+    }
+
+    fn most(&self) -> u32 {
+        100
+    }
+
+    fn image(&self, robot: &Robot) -> Option<&'static str> {
+        robot.layout.as_ref()?.id?;
+        Some("firmware/zooids/target/thumbv6m-none-eabi/release/bittybuzz-zooids")
+    }
+
+    fn has_trace(&self) -> bool {
+        true
+    }
+
+    fn origin(&self) -> [f64; 2] {
+        table::middle()
+    }
+
+    fn is_lit(&self, pose: &Pose) -> bool {
+        table::is_lit(pose)
+    }
+
+    fn look(&self) -> Duration {
+        LOOK
+    }
+
+    /// The script, and the reach of the link as a setting, if the scenario has one.
+    fn sections(&self, flash: &Flash<'_>) -> Result<Vec<(u32, Vec<u8>)>, Cause> {
+        let mut sections = layout_section(flash)?;
+        sections.extend(range(flash.robot, flash.media)?);
+        Ok(sections)
+    }
+
+    fn set_up(&self, number: usize, seed: u64, _: &Media) -> Vec<Command> {
+        let Light { lose, jitter_us, glitches_per_s } = self.light;
+        let seed = seed.wrapping_add(number as u64 + 1);
+        let light = Command::Light { lose, jitter_us, glitches_per_s, seed };
+        vec![light, Command::PowerDetector { reading: self.power_detector }]
+    }
+
+    fn count(&self, statistics: &Statistics, links: &mut LinkStatistics) -> u64 {
+        let BoardStatistics::Zooid(board) = &statistics.board else { return 0 };
+        links.sent += board.radio_sent;
+        links.received += board.radio_received;
+        links.deaf += board.radio_unheard;
+        board.radio_overflown
+    }
+}
+
+/// Returns the setting for the reach of the link: address and bytes.
+fn range(robot: &Robot, media: &Media) -> Result<Option<(u32, Vec<u8>)>, Cause> {
+    let Some(range) = media.nrf24.link.range.map(f64::from) else { return Ok(None) };
+    let setting = robot.settings.iter().position(|setting| setting.name == "range_mm");
+    let region = robot.layout.as_ref().and_then(|layout| layout.settings);
+    let (Some(place), Some(region)) = (setting, region) else {
+        return Err(Cause::NotEmulated { key: "range" });
+    };
+    let mut values = vec![None; robot.settings.len()];
+    // Farther than the setting goes is everywhere.
+    let range = Some(range.round()).filter(|range| *range <= f64::from(robot.settings[place].most));
+    values[place] = range.map(|range| range as u16);
+    Ok(Some((region.address, Layout::settings_section(&values))))
+}

@@ -1,0 +1,63 @@
+//! Functions of the Zooid.
+
+use bittybuzz_arena::robot::{Call, Done, Effect};
+use bittybuzz_motion::drive::{Goal, Wheels};
+use bittybuzz_motion::units;
+use bittybuzz_robot_spec::Function;
+
+use crate::Drive;
+use crate::body::for_firmware;
+
+/// mV of a battery that is half full; it stays so unless the scenario says otherwise.
+const BATTERY_MV: u16 = 3800;
+
+/// Returns the effect of a function of the Zooid alone.
+pub fn effect(function: &Function) -> Option<Effect> {
+    let wheels = |left: i8, right: i8| -> Effect {
+        Box::new(move |call| drive(call, Drive::Wheels(Wheels { left, right })))
+    };
+    Some(match function.name.as_str() {
+        "set_motor" => Box::new(set_motor),
+        "forward" => wheels(80, 80),
+        "left" => wheels(-40, 40),
+        "right" => wheels(40, -40),
+        "stop" => wheels(0, 0),
+        "goto" => Box::new(go_to),
+        "battery" => {
+            Box::new(|call| Done::Int(call.memory.battery_mv.unwrap_or(BATTERY_MV).into()))
+        }
+        // There is no hand in the world that could touch it.
+        "touched" => Box::new(|_| Done::Int(0)),
+        "greyCode" => Box::new(|call| {
+            let number = call.numbers.int(0);
+            Done::Int(number ^ (number >> 1))
+        }),
+        _ => return None,
+    })
+}
+
+fn drive(call: &mut Call<'_, '_>, command: Drive) -> Done {
+    if let Some(drive) = call.io.controls() {
+        *drive = command;
+    }
+    Done::Nil
+}
+
+fn set_motor(call: &mut Call<'_, '_>) -> Done {
+    let duty = |index| i8::try_from(call.numbers.int(index)).ok();
+    let within = |duty: &i8| (-100..=100).contains(duty);
+    let (Some(left), Some(right)) = (duty(0).filter(within), duty(1).filter(within)) else {
+        return Done::OutOfRange;
+    };
+    drive(call, Drive::Wheels(Wheels { left, right }))
+}
+
+fn go_to(call: &mut Call<'_, '_>) -> Done {
+    let [x, y] = [0, 1].map(|index| units::from_mm(call.numbers.float(index)));
+    let (Some(x), Some(y)) = (x, y) else { return Done::OutOfRange };
+    let goal = Goal { x, y };
+    drive(call, Drive::Goal(goal));
+    let here = call.io.sensors.estimate();
+    let is_there = here.is_some_and(|here| goal.is_reached(&for_firmware(&here)));
+    Done::Int(is_there.into())
+}

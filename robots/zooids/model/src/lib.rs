@@ -1,0 +1,81 @@
+//! The Zooid in the simulator: two wheels, an nRF24 radio, and a projector that tells it where it is.
+//!
+//! Numbers are those of the real robot, or of a scenario's `[body.zooid]`. Emulators play it with its own image; the projector's
+//! light can be bad for that one only ([`Light`]).
+
+mod body;
+mod emulation;
+mod functions;
+mod table;
+
+use std::sync::Arc;
+
+use bittybuzz_arena::robot::{Effect, Emulation, ModelKeys, RobotModel};
+use bittybuzz_arena::scenario::Section;
+use bittybuzz_arena::scenario::keys::{GAIN_ERROR, RADIUS, SectionKeys};
+use bittybuzz_arena::scenario_keys;
+use bittybuzz_emulation::message::PowerDetector;
+use bittybuzz_robot_spec::Function;
+
+pub use body::{Drive, Light, ZooidModel};
+
+/// The keys of the Zooid in scenarios.
+pub const KEYS: ModelKeys = ModelKeys {
+    body: SectionKeys {
+        name: "[body.zooid]",
+        keys: scenario_keys![
+            "radius" "number" "of the model" "in mm",
+            "speed" "number" "of the model" "of a wheel at full duty, in mm/s",
+            "gain_error" "0 to 1" "of the model" "standard deviation of each motor's gain, as a share of it",
+            "frame_loss" "0 to 1" "0" "share of the projector's frames that its firmware does not see; a virtual machine is always told",
+            "edge_jitter" "0 to 300" "0" "edges of the projector's light come to its firmware up to so many µs too early or too late",
+            "glitches" "0 to 10000" "0" "so many times a second each of its firmware's photodiodes sees the opposite for 1 to 50 µs",
+            "power_detector" "word" "latched" "the register RPD of its firmware's radio: latched, a packet sets it until the radio stops to listen; live, it follows the signal",
+        ],
+    },
+    robots: "the Zooids",
+    model: "the `model` of these Zooids",
+    world_only: &["radius"],
+    link: "the `link` of these Zooids",
+};
+
+const POWER_DETECTORS: [(&str, PowerDetector); 2] =
+    [("latched", PowerDetector::Latched), ("live", PowerDetector::Live)];
+
+impl RobotModel for ZooidModel {
+    fn name(&self) -> &'static str {
+        "zooid"
+    }
+
+    fn robots(&self) -> &'static [&'static str] {
+        &["zooids"]
+    }
+
+    fn keys(&self) -> &'static ModelKeys {
+        &KEYS
+    }
+
+    fn read(&self, section: &Section<'_>) -> Arc<dyn RobotModel> {
+        let mut model = *self;
+        let number = |key, range| section.number(key, range).map(|number| number as f32);
+        model.radius = number("radius", RADIUS).unwrap_or(model.radius);
+        model.speed = number("speed", 0.0..=10_000.0).unwrap_or(model.speed);
+        model.gain_sigma = number("gain_error", GAIN_ERROR).unwrap_or(model.gain_sigma);
+        let light = &mut model.light;
+        light.lose = section.number("frame_loss", 0.0..=1.0).unwrap_or(light.lose);
+        light.jitter_us = section.number("edge_jitter", 0.0..=300.0).unwrap_or(light.jitter_us);
+        light.glitches_per_s =
+            section.number("glitches", 0.0..=10_000.0).unwrap_or(light.glitches_per_s);
+        let detector = section.word("power_detector", &POWER_DETECTORS);
+        model.power_detector = detector.unwrap_or(model.power_detector);
+        Arc::new(model)
+    }
+
+    fn effect(&self, function: &Function) -> Option<Effect> {
+        functions::effect(function)
+    }
+
+    fn emulation(&self) -> Option<&dyn Emulation> {
+        Some(self)
+    }
+}

@@ -1,0 +1,35 @@
+//! The table under the projector: which part of the world it lights.
+
+use bittybuzz_arena::engine::Pose;
+use bittybuzz_zooids_board::STEP_MM;
+
+/// Columns and rows that are projected, in steps of the code (robots/zooids/board).
+const PICTURE: [[f64; 2]; 2] = [[56.0, 967.0], [227.0, 796.0]];
+
+/// Returns mm from where the code is 0 to the picture's middle, which is that of the world.
+pub fn middle() -> [f64; 2] {
+    [0, 1].map(|axis| PICTURE[axis].iter().sum::<f64>() / 2.0 * STEP_MM[axis])
+}
+
+/// Returns true if the projector shines on a robot.
+pub fn is_lit(pose: &Pose) -> bool {
+    let place = [pose.x, pose.y].map(f64::from);
+    [0, 1].into_iter().all(|axis| {
+        let [first, last] = PICTURE[axis];
+        2.0 * place[axis].abs() <= (last - first) * STEP_MM[axis]
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The projected area as SwarmUI measured it: 883 steps are 812.8 mm, 558 are 508 mm.
+    #[test]
+    fn the_light_ends_where_the_picture_does() {
+        let [right, up] = [911.0 / 2.0 * 812.8 / 883.0, 569.0 / 2.0 * 508.0 / 558.0];
+        let lit = |x: f64, y: f64| is_lit(&Pose::new(x as f32, y as f32, 0.0));
+        assert!(lit(right - 0.1, up - 0.1) && lit(0.1 - right, 0.1 - up));
+        assert!(!lit(right + 0.1, 0.0) && !lit(0.0, -up - 0.1));
+    }
+}
