@@ -1,25 +1,58 @@
-//! The guides do what they say: each is carried out in a copy of the repository, command by command.
+//! The guides and recipes do what they say: each is carried out in a copy of the repository, command by command.
 //!
 //! The first run builds what the copies need (embassy, for the chip); later ones only what a guide changes.
 
+use std::fs;
 use std::path::Path;
 
+use bittybuzz_hil::Core;
 use bittybuzz_hil::guide::{Copy, Guide};
 use bittybuzz_tests::bbz;
 
-fn carry_out(path: &str) {
-    let text = std::fs::read_to_string(bbz::root().join(path)).expect("the guide is there");
-    let guide = Guide::read(path, &text).unwrap_or_else(|failure| panic!("{failure}"));
-    let copy = Copy::new(Path::new(env!("CARGO_TARGET_TMPDIR"))).expect("git is there, and room");
+/// A test for each page, and the cores whose emulators its reader has built before.
+macro_rules! guides {
+    ($($test:ident: $page:literal, $cores:expr;)*) => {
+        /// All pages that are carried out.
+        const PAGES: &[&str] = &[$($page),*];
+
+        $(#[test]
+        fn $test() {
+            carry_out($page, &$cores);
+        })*
+    };
+}
+
+guides! {
+    guide_to_a_robot: "docs/new-robot.md", [Core::Unicorn];
+    guide_to_a_robot_function: "docs/new-robot-function.md", [Core::Unicorn];
+    guide_to_a_built_in: "docs/recipes/built-in.md", [];
+    guide_to_a_chip_model: "docs/recipes/chip-model.md", [];
+    guide_to_a_command_line_option: "docs/recipes/command-line-option.md", [];
+    guide_to_an_instruction: "docs/recipes/instruction.md", [];
+}
+
+fn carry_out(page: &str, cores: &[Core]) {
+    let text = fs::read_to_string(bbz::root().join(page)).expect("the guide is there");
+    let guide = Guide::read(page, &text).unwrap_or_else(|failure| panic!("{failure}"));
+    let programs: Vec<&Path> = cores.iter().map(|core| core.program()).collect();
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    let copy = Copy::new(folder, &programs).expect("git is there, and room");
     copy.carry_out(&guide).unwrap_or_else(|failure| panic!("{failure}"));
 }
 
+/// CONTRIBUTING.md promises that each page in its table of recipes is carried out, and it lists all of them.
 #[test]
-fn a_new_robot_function() {
-    carry_out("docs/new-robot-function.md");
-}
-
-#[test]
-fn a_new_robot() {
-    carry_out("docs/new-robot.md");
+fn every_recipe_is_carried_out() {
+    let text = fs::read_to_string(bbz::root().join("CONTRIBUTING.md")).expect("it is there");
+    let (_, section) = text.split_once("\n## Recipes\n").expect("there is a table of recipes");
+    let table = section.lines().take_while(|line| !line.starts_with("## "));
+    let rows = table.filter(|line| line.starts_with("| "));
+    let mut linked: Vec<&str> = rows
+        .flat_map(|row| row.split("](").skip(1))
+        .filter_map(|rest| Some(rest.split_once(')')?.0))
+        .collect();
+    let mut carried_out = PAGES.to_vec();
+    linked.sort_unstable();
+    carried_out.sort_unstable();
+    assert_eq!(linked, carried_out);
 }

@@ -10,21 +10,27 @@ use std::process::Command;
 use bittybuzz_tests::bbz;
 
 use super::{Action, Cause, Failure, Guide, console};
-use crate::Core;
 
 /// The copy. Only one test has it at a time.
 pub struct Copy {
     root: PathBuf,
+    /// Folders of programs that users have in their search path after what a guide asks for before it begins.
+    programs: Vec<PathBuf>,
     _lock: File,
 }
 
 impl Copy {
-    /// As the repository is now, uncommitted changes included; below a folder that cargo keeps for tests.
-    pub fn new(folder: &Path) -> io::Result<Self> {
+    /// Copies the repository as it is now, uncommitted changes included, to a place below a folder that cargo keeps for tests.
+    pub fn new(folder: &Path, programs: &[&Path]) -> io::Result<Self> {
         fs::create_dir_all(folder)?;
         let lock = File::create(folder.join("repository.lock"))?;
         lock.lock()?;
-        let copy = Copy { root: folder.join("repository"), _lock: lock };
+        let programs = programs.iter().filter_map(|program| program.parent());
+        let copy = Copy {
+            root: folder.join("repository"),
+            programs: programs.map(Path::to_owned).collect(),
+            _lock: lock,
+        };
         let files = files()?;
         copy.remove_all_but(&files, Path::new(""))?;
         for file in &files {
@@ -95,11 +101,10 @@ impl Copy {
         Ok(())
     }
 
-    /// As a user has it after what the guides ask for before they begin: with the tools in the search path.
+    /// A shell with the tools in the search path.
     fn shell(&self) -> Command {
-        let emulator = Core::Unicorn.program();
         let mut path = vec![self.root.join("target/debug")];
-        path.extend(emulator.parent().map(Path::to_owned));
+        path.extend(self.programs.iter().cloned());
         path.extend(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default()));
         let path = std::env::join_paths(path).expect("parts of a search path");
         let mut shell = Command::new("sh");
@@ -115,7 +120,8 @@ impl Copy {
         ] {
             shell.env_remove(name);
         }
-        // Two boards share what they have in common.
+        // Not the folder of this test: cargo takes a crate of the copy for the one in the same place of the repository, and
+        // would run what a guide has changed in other tests. Boards and tools share what they have in common.
         shell.env("CARGO_BUILD_BUILD_DIR", self.root.join("target/build"));
         shell.env("PATH", path).current_dir(&self.root);
         shell
