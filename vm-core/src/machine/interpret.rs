@@ -3,11 +3,13 @@
 //! Position and stack pointer are locals of one loop over one `match`; all else is in memory, since an AVR has no more
 //! registers to give away. An arm does what its instruction mostly does, with integers, and goes on; everything else falls
 //! through to [`super::slow`], which works on the stored registers. The arms change nothing before they are sure to
-//! finish.
+//! finish. Instructions are decoded by [`super::decode`].
 //!
 //! Opcodes with an arm in common stand side by side: a range would be tested by itself, before the jump table or behind
 //! it. Whatever calls a function is a function itself, on slots, so that the loop keeps no values across a call.
 
+use super::decode::forms::decode_form;
+use super::decode::table::{self, short};
 use super::{Flow, GLOBALS, Native, SPECIAL, Vm, record};
 use crate::bytecode::ByteCode;
 use crate::fault::Stopped;
@@ -18,10 +20,6 @@ use crate::opcode::{self, WIDE, order};
 use crate::value::{Tag, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// The jump table knows short forms, too. It pays where slots need no check, being a power of two: elsewhere steps would take
-    /// some percent more. On the AVR, with its little flash, forms are told apart first.
-    const DIRECT: bool = cfg!(not(target_arch = "avr")) && SLOTS.is_power_of_two();
-
     /// Runs at most `budget` instructions, or as long as the host lets it: `Continue` means that the slice is over.
     #[inline(never)]
     #[allow(clippy::collapsible_match, reason = "guards would split the jump table")]
@@ -149,49 +147,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
 
                 if Self::DIRECT {
-                    // The byte behind may be no operand.
-                    let [first, next] = code.word(pc).to_le_bytes();
-                    op = first;
-                    arg = isize::from(next as i8);
+                    (op, arg) = table::fetch(code, pc);
                     pc = pc.wrapping_add(1);
                 } else {
-                    op = code.byte(pc);
-                    pc = pc.wrapping_add(1);
-                    arg = 0;
-                    if op & 0xc0 == 0x80 {
-                        // Short forms, by the ranges of `opcode::SHORTS`.
-                        let low = isize::from(op & 0x0f);
-                        (op, arg) = match op & 0x30 {
-                            0x00 => {
-                                let value = get!(fp!().wrapping_add_signed(
-                                    low + opcode::SHORT_LOCAL_GET.low as isize
-                                ));
-                                if value.is(Tag::UNSET) {
-                                    op = opcode::LOCAL_GET;
-                                    break 'run Left::Undone;
-                                }
-                                push!(value);
-                                continue 'run;
-                            }
-                            0x10 => (opcode::INT, low + opcode::SHORT_INT.low as isize),
-                            0x20 => {
-                                push!(get!(GLOBALS + low as usize));
-                                continue 'run;
-                            }
-                            _ if op & 0x08 == 0 => (opcode::GLOBAL_SET, low),
-                            _ if op & 0x04 == 0 => (opcode::RETURN, low & 0x03),
-                            _ => (opcode::RETURN_NIL, low & 0x03),
-                        };
-                    } else if op & 0x40 != 0 {
-                        if op & WIDE == 0 {
-                            arg = isize::from(code.byte(pc) as i8);
-                            pc = pc.wrapping_add(1);
-                        } else {
-                            arg = isize::from(code.word(pc) as i16);
-                            pc = pc.wrapping_add(2);
-                            op &= !WIDE;
-                        }
-                    }
+                    decode_form!(code at pc, op arg, 'run);
                 }
                 'decoded: loop {
                     match op {
@@ -429,11 +388,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                             continue 'run;
                         }
                         // With `DIRECT`, short forms as they are in the image.
-                        0x80 | 0x81 | 0x82 | 0x83 | 0x84 | 0x85 | 0x86 | 0x87 | 0x88 | 0x89
-                        | 0x8a | 0x8b | 0x8c | 0x8d | 0x8e | 0x8f
-                            if Self::DIRECT =>
-                        {
-                            let low = isize::from(op & 0x0f) + opcode::SHORT_LOCAL_GET.low as isize;
+                        short!(LOCAL_GET) if Self::DIRECT => {
+                            let low = table::short_local(op);
                             let value = get!(fp!().wrapping_add_signed(low));
                             if !value.is(Tag::UNSET) {
                                 push!(value);
@@ -442,38 +398,22 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                             op = opcode::LOCAL_GET;
                             arg = low;
                         }
-                        0x90 | 0x91 | 0x92 | 0x93 | 0x94 | 0x95 | 0x96 | 0x97 | 0x98 | 0x99
-                        | 0x9a | 0x9b | 0x9c | 0x9d | 0x9e | 0x9f
-                            if Self::DIRECT =>
-                        {
-                            push!(Value::int(
-                                i32::from(op & 0x0f) + i32::from(opcode::SHORT_INT.low)
-                            ));
+                        short!(INT) if Self::DIRECT => {
+                            push!(Value::int(table::short_int(op)));
                             continue 'run;
                         }
-                        0xa0 | 0xa1 | 0xa2 | 0xa3 | 0xa4 | 0xa5 | 0xa6 | 0xa7 | 0xa8 | 0xa9
-                        | 0xaa | 0xab | 0xac | 0xad | 0xae | 0xaf
-                            if Self::DIRECT =>
-                        {
+                        short!(GLOBAL_GET) if Self::DIRECT => {
                             push!(get!(GLOBALS + usize::from(op & 0x0f)));
                             continue 'run;
                         }
-                        0xb0 | 0xb1 | 0xb2 | 0xb3 | 0xb4 | 0xb5 | 0xb6 | 0xb7 | 0xb8 | 0xb9
-                        | 0xba | 0xbb | 0xbc | 0xbd | 0xbe | 0xbf
-                            if Self::DIRECT =>
-                        {
-                            (op, arg) = match op & 0x0c {
-                                0x08 => (opcode::RETURN, isize::from(op & 0x03)),
-                                0x0c => (opcode::RETURN_NIL, isize::from(op & 0x03)),
-                                _ => (opcode::GLOBAL_SET, isize::from(op & 0x07)),
-                            };
+                        short!(OTHERS) if Self::DIRECT => {
+                            (op, arg) = table::short_other(op);
                             pc = pc.wrapping_sub(1);
                             continue 'decoded;
                         }
                         _ if Self::DIRECT && op & WIDE != 0 => {
-                            arg = isize::from(code.word(pc) as i16);
+                            (op, arg) = table::wide(code, pc, op);
                             pc = pc.wrapping_add(1);
-                            op &= !WIDE;
                             continue 'decoded;
                         }
                         _ if Self::DIRECT && op & 0x40 != 0 => operand!(),
@@ -563,13 +503,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         true
     }
 
-    /// Stores the top value into the table in a slot if no collection is needed for it. Tests of scarce memory want all
-    /// allocations in one place.
+    /// Stores the top value into the table in a slot if no collection is needed for it.
     #[inline(never)]
     fn set_quickly(&mut self, table: usize, key: Value<P>, sp: usize) -> bool {
         let table = self.arena.get_fast(table);
         let value = self.arena.get_fast(sp.wrapping_sub(1));
-        cfg!(not(feature = "torture"))
+        Self::ALLOCATES_QUICKLY
             && table.is(Tag::TABLE)
             && self.arena.table_set(table.index(), key, value).is_ok()
     }

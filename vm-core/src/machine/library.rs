@@ -31,6 +31,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.table_size(table.index())
     }
 
+    /// The interpreter's loop may allocate by itself. Tests of scarce memory want all allocations in [`Vm::allocate`].
+    pub(super) const ALLOCATES_QUICKLY: bool = cfg!(not(feature = "torture"));
+
     /// Runs an allocation; if there is no cell, collects and tries once more. What the allocation needs must be
     /// on the stack.
     #[inline(always)]

@@ -16,6 +16,7 @@ mod audit;
 mod builtins;
 mod call;
 mod compare;
+mod decode;
 mod interpret;
 mod iterate;
 mod library;
