@@ -69,7 +69,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// Forgets everything and uses only the first `slots` slots, or all if there are fewer.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn reset(&mut self, slots: usize) {
         self.top = slots.min(SLOTS) as u16;
         self.bottom = self.top;
@@ -88,14 +88,14 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// Sets slots `from..to` to nil.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn fill(&mut self, from: usize, to: usize) {
         for at in from..to.min(SLOTS) {
             self.set_fast(at, Value::nil());
         }
     }
 
-    #[inline(always)]
+    #[hot]
     fn count_access(&self) {
         #[cfg(feature = "torture")]
         self.accesses.set(self.accesses.get() + 1);
@@ -114,14 +114,14 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
 
     /// The slot, anything if there is none of that number: verified code and the machine itself never ask for one.
     /// For the few places where speed counts; elsewhere [`Arena::get`] is smaller.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn get_fast(&self, at: usize) -> Value<P> {
         self.count_access();
         self.slots.get(at)
     }
 
     /// Slots `at` and `at + 1`, with one check for both.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn pair_fast(&self, at: usize) -> [Value<P>; 2] {
         if SLOTS.is_power_of_two() && !cfg!(target_arch = "avr") || at < SLOTS.saturating_sub(1) {
             [self.get_fast(at), self.get_fast(at + 1)]
@@ -131,32 +131,32 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// Writes a slot; see [`Arena::get_fast`].
-    #[inline(always)]
+    #[hot]
     pub(crate) fn set_fast(&mut self, at: usize, value: Value<P>) {
         self.count_access();
         self.slots.set(at, value);
     }
 
     /// The slot.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn get(&self, at: usize) -> Value<P> {
         self.get_fast(at)
     }
 
     /// Writes a slot.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn set(&mut self, at: usize, value: Value<P>) {
         self.set_fast(at, value);
     }
 
     /// Writes what slot `from` holds to slot `to` as well.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn copy(&mut self, from: usize, to: usize) {
         self.set_fast(to, self.get_fast(from));
     }
 
     /// Moves the `count` slots from `from` on down by `by`.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn shift_down(&mut self, from: usize, count: usize, by: usize) {
         // Not `copy_within`, which could panic.
         for at in from..from.wrapping_add(count) {
@@ -165,33 +165,33 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// The link of a cell: another cell or 0.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn link(&self, cell: usize) -> usize {
         self.index_at(cell)
     }
 
     /// The payload of a slot as an index.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn index_at(&self, at: usize) -> usize {
         self.count_access();
         self.slots.index_at(at)
     }
 
     /// Returns true if the slot holds nil. Reads the tag alone, which is faster than reading the value.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn is_nil_at(&self, at: usize) -> bool {
         self.count_access();
         self.slots.tag_at(at) == Tag::NIL
     }
 
     /// Sets the link of a cell and leaves the rest of its header.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn set_link(&mut self, cell: usize, to: usize) {
         self.slots.set_index(cell, to);
     }
 
     /// Puts a number up to 254 in place of a slot's tag. A function on its own for the same reason as [`Value::marked`].
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn set_tag(&mut self, at: usize, number: u8) {
         self.slots.set_tag(at, Tag::of(number));
     }
@@ -216,7 +216,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// Slots between the stack's reservation and the heap, and in free cells.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn unused(&self) -> usize {
         let mut count = usize::from(self.bottom.wrapping_sub(self.reserved));
         let mut cell = self.free as usize;

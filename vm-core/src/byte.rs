@@ -15,7 +15,7 @@ macro_rules! byte {
 
         impl Byte {
             /// That number; 254 in place of 255. No search: the compiler sees that nothing is to do.
-            #[inline(always)]
+            #[hot]
             pub(crate) const fn of(number: u8) -> Byte {
                 match number {
                     $(number::$number => Byte::$number,)*

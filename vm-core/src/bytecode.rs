@@ -27,13 +27,13 @@ pub trait ByteCode: Copy {
     fn byte(&self, at: usize) -> u8;
 
     /// Two bytes, little-endian.
-    #[inline(always)]
+    #[hot]
     fn word(&self, at: usize) -> u16 {
         u16::from_le_bytes([self.byte(at), self.byte(at.wrapping_add(1))])
     }
 
     /// Byte `at` of the machine's own tables, [`Profile::ROM`].
-    #[inline(always)]
+    #[hot]
     fn rom<P: Profile>(at: usize) -> u8 {
         let tables = if Self::PARTS.has(Part::Maths) { P::ROM } else { P::ROM_WITHOUT_MATHS };
         match tables.get(at) {
@@ -49,12 +49,12 @@ pub trait ByteCode: Copy {
 }
 
 impl ByteCode for &[u8] {
-    #[inline(always)]
+    #[hot]
     fn len(&self) -> usize {
         <[u8]>::len(self)
     }
 
-    #[inline(always)]
+    #[hot]
     fn byte(&self, at: usize) -> u8 {
         match self.get(at) {
             Some(byte) => *byte,
@@ -62,7 +62,7 @@ impl ByteCode for &[u8] {
         }
     }
 
-    #[inline(always)]
+    #[hot]
     fn word(&self, at: usize) -> u16 {
         // One check for both bytes, except at the very end.
         match self.get(at..).and_then(<[u8]>::first_chunk) {
@@ -99,17 +99,17 @@ impl<'a, const BYTES: usize> Area<'a, BYTES> {
 }
 
 impl<const BYTES: usize> ByteCode for Area<'_, BYTES> {
-    #[inline(always)]
+    #[hot]
     fn len(&self) -> usize {
         self.length
     }
 
-    #[inline(always)]
+    #[hot]
     fn byte(&self, at: usize) -> u8 {
         self.bytes[at & (Self::MOST - 1)]
     }
 
-    #[inline(always)]
+    #[hot]
     fn word(&self, at: usize) -> u16 {
         let at = at & (Self::MOST - 1);
         u16::from_le_bytes([self.bytes[at], self.bytes[at + 1]])

@@ -369,7 +369,7 @@ impl Header {
     /// Nothing read yet.
     pub(crate) const EMPTY: Self = Header { fixed: [0; FIXED], counts: [0; WORDS] };
 
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn read<C: ByteCode>(&mut self, code: &C) -> Result<(), ImageError> {
         // Of the program before nothing is left, not even what this one does not say.
         self.counts[LIBRARY_ROWS] = 0;
@@ -455,14 +455,14 @@ impl<'a, C: ByteCode> Verified<'a, C> {
     }
 
     /// Offset of a function's header in the image.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn function(self, number: u16) -> usize {
         let row = usize::from(self.header.functions_at()) + 2 * usize::from(number);
         usize::from(self.code.word(row)) + usize::from(self.header.code_at())
     }
 
     /// The name hash of an imported robot function.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn import(self, number: u16) -> u16 {
         self.code.word(usize::from(self.header.imports_at()) + 2 * usize::from(number))
     }
@@ -495,7 +495,7 @@ impl<'a, C: ByteCode> Verified<'a, C> {
     }
 
     /// The classes of value that the script may send on a topic or under a key.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn classes<P: Profile>(self, name: Value<P>) -> u8 {
         // Numbers, and strings made at run time, have the first row in common.
         let mut row = self.header.strings();
@@ -518,7 +518,7 @@ impl<'a, C: ByteCode> Verified<'a, C> {
 }
 
 /// The position behind a count, and the count.
-#[inline(never)]
+#[one_copy]
 fn count<C: ByteCode>(code: &C, at: u16) -> (u16, u16) {
     let first = code.byte(at.into());
     if first < 0x80 {
@@ -529,7 +529,7 @@ fn count<C: ByteCode>(code: &C, at: u16) -> (u16, u16) {
 }
 
 /// The position that many bytes on, or the last there is.
-#[inline(never)]
+#[one_copy]
 fn skip(at: u16, bytes: u16) -> u16 {
     at.saturating_add(bytes)
 }

@@ -35,6 +35,10 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+// `#[hot]` and `#[one_copy]` in all modules.
+#[macro_use]
+extern crate bittybuzz_vm_tuning;
+
 mod arena;
 pub mod builtin;
 #[cfg(any(target_arch = "avr", test))]

@@ -295,7 +295,7 @@ pub struct Decoded {
 }
 
 /// Decodes one instruction from its first three bytes (those after the end of code may be anything).
-#[inline(always)]
+#[hot]
 pub const fn decode(bytes: [u8; 3]) -> Decoded {
     let [byte, low, high] = bytes;
     let (opcode, zero) = match byte {

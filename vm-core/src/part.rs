@@ -85,7 +85,7 @@ impl Parts {
     }
 
     /// Whether that part is among them.
-    #[inline(always)]
+    #[hot]
     pub const fn has(self, part: Part) -> bool {
         self.0 & 1 << part as u8 != 0
     }

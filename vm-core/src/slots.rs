@@ -49,27 +49,27 @@ pub struct Apart<P: Profile> {
 impl<P: Profile> Pair<P> for Apart<P> {
     const NIL: Self = Apart { tag: Tag::NIL, raw: P::ZERO };
 
-    #[inline(always)]
+    #[hot]
     fn new(tag: Tag, raw: P::Raw) -> Self {
         Apart { tag, raw }
     }
 
-    #[inline(always)]
+    #[hot]
     fn tag(self) -> Tag {
         self.tag
     }
 
-    #[inline(always)]
+    #[hot]
     fn raw(self) -> P::Raw {
         self.raw
     }
 
-    #[inline(always)]
+    #[hot]
     fn is(self, tag: Tag) -> bool {
         self.tag == tag
     }
 
-    #[inline(always)]
+    #[hot]
     fn same(self, other: Self) -> bool {
         self.tag == other.tag && self.raw == other.raw
     }
@@ -84,27 +84,27 @@ pub struct Word(u32);
 impl Pair<Tiny> for Word {
     const NIL: Self = Word(0);
 
-    #[inline(always)]
+    #[hot]
     fn new(tag: Tag, raw: u16) -> Self {
         Word(u32::from(tag.byte()) | u32::from(raw) << 16)
     }
 
-    #[inline(always)]
+    #[hot]
     fn tag(self) -> Tag {
         Tag::of(self.0 as u8)
     }
 
-    #[inline(always)]
+    #[hot]
     fn raw(self) -> u16 {
         (self.0 >> 16) as u16
     }
 
-    #[inline(always)]
+    #[hot]
     fn is(self, tag: Tag) -> bool {
         self.0 as u16 == u16::from(tag.byte())
     }
 
-    #[inline(always)]
+    #[hot]
     fn same(self, other: Self) -> bool {
         self.0 == other.0
     }
@@ -155,7 +155,7 @@ pub struct Split<P: Profile, const N: usize> {
 impl<P: Profile, const N: usize> Slots<P> for Split<P, N> {
     const EMPTY: Self = Split { tags: [Tag::NIL; N], payloads: [P::ZERO; N] };
 
-    #[inline(always)]
+    #[hot]
     fn get(&self, at: usize) -> Value<P> {
         // Less code on an AVR than making up a nil.
         let at = if at < N { at } else { 0 };
@@ -165,7 +165,7 @@ impl<P: Profile, const N: usize> Slots<P> for Split<P, N> {
         }
     }
 
-    #[inline(always)]
+    #[hot]
     fn set(&mut self, at: usize, value: Value<P>) {
         if let (Some(tag), Some(payload)) = (self.tags.get_mut(at), self.payloads.get_mut(at)) {
             *tag = value.tag();
@@ -173,24 +173,24 @@ impl<P: Profile, const N: usize> Slots<P> for Split<P, N> {
         }
     }
 
-    #[inline(always)]
+    #[hot]
     fn index_at(&self, at: usize) -> usize {
         self.payloads.get(at).map_or(0, |payload| usize::from(P::raw_to_u16(*payload)))
     }
 
-    #[inline(always)]
+    #[hot]
     fn set_index(&mut self, at: usize, index: usize) {
         if let Some(payload) = self.payloads.get_mut(at) {
             *payload = P::raw_from_u16(index as u16);
         }
     }
 
-    #[inline(always)]
+    #[hot]
     fn tag_at(&self, at: usize) -> Tag {
         self.tags.get(at).copied().unwrap_or(Tag::NIL)
     }
 
-    #[inline(always)]
+    #[hot]
     fn set_tag(&mut self, at: usize, tag: Tag) {
         if let Some(old) = self.tags.get_mut(at) {
             *old = tag;
@@ -205,7 +205,7 @@ pub struct Joined<P: Profile, const N: usize>([Value<P>; N]);
 
 #[cfg(not(target_arch = "avr"))]
 impl<P: Profile, const N: usize> Joined<P, N> {
-    #[inline(always)]
+    #[hot]
     fn place(at: usize) -> usize {
         if N.is_power_of_two() { at & (N - 1) } else { at }
     }
@@ -215,7 +215,7 @@ impl<P: Profile, const N: usize> Joined<P, N> {
 impl<P: Profile, const N: usize> Slots<P> for Joined<P, N> {
     const EMPTY: Self = Joined([Value::NIL; N]);
 
-    #[inline(always)]
+    #[hot]
     fn get(&self, at: usize) -> Value<P> {
         match self.0.get(Self::place(at)) {
             Some(value) => *value,
@@ -223,31 +223,31 @@ impl<P: Profile, const N: usize> Slots<P> for Joined<P, N> {
         }
     }
 
-    #[inline(always)]
+    #[hot]
     fn set(&mut self, at: usize, value: Value<P>) {
         if let Some(slot) = self.0.get_mut(Self::place(at)) {
             *slot = value;
         }
     }
 
-    #[inline(always)]
+    #[hot]
     fn index_at(&self, at: usize) -> usize {
         self.get(at).index()
     }
 
-    #[inline(always)]
+    #[hot]
     fn set_index(&mut self, at: usize, index: usize) {
         if let Some(slot) = self.0.get_mut(Self::place(at)) {
             *slot = Value::indexed(slot.tag(), index as u16);
         }
     }
 
-    #[inline(always)]
+    #[hot]
     fn tag_at(&self, at: usize) -> Tag {
         self.get(at).tag()
     }
 
-    #[inline(always)]
+    #[hot]
     fn set_tag(&mut self, at: usize, tag: Tag) {
         if let Some(slot) = self.0.get_mut(Self::place(at)) {
             *slot = Value::new(tag, slot.raw());

@@ -33,7 +33,7 @@ pub fn next(clock: u32) -> u32 {
 }
 
 /// Returns true if clock `a` is earlier than clock `b`. 0, which nothing was put at, is earlier than all others.
-#[inline(never)]
+#[one_copy]
 pub fn is_earlier(a: u32, b: u32) -> bool {
     if a == 0 || b == 0 {
         return a < b;

@@ -51,7 +51,7 @@ impl Tag {
     pub const CHAIN: Tag = Tag::of(0x14);
 
     /// The tag of that byte, or another number up to 254 in place of a tag.
-    #[inline(always)]
+    #[hot]
     pub(crate) const fn of(byte: u8) -> Tag {
         #[cfg(target_arch = "avr")]
         let byte = Byte::of(byte);
@@ -59,7 +59,7 @@ impl Tag {
     }
 
     /// Its byte.
-    #[inline(always)]
+    #[hot]
     #[allow(clippy::unnecessary_cast, reason = "on the AVR it is needed")]
     pub(crate) const fn byte(self) -> u8 {
         self.0 as u8
@@ -144,50 +144,50 @@ impl<P: Profile> Value<P> {
     pub(crate) const NIL: Self = Value(P::Pair::NIL);
 
     /// A slot with any tag and payload.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn new(tag: Tag, raw: P::Raw) -> Self {
         Value(P::Pair::new(tag, raw))
     }
 
     /// A slot whose payload is an index.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn indexed(tag: Tag, index: u16) -> Self {
         Self::new(tag, P::raw_from_u16(index))
     }
 
     /// A slot with a number up to 254, known at run time only, in place of a tag. A function on its own, because the AVR's
     /// compiler would join what leads to the number with the search of [`Tag::of`], and then not see through it.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn marked(number: u8, raw: P::Raw) -> Self {
         Self::new(Tag::of(number), raw)
     }
 
     /// nil
-    #[inline(always)]
+    #[hot]
     pub fn nil() -> Self {
         Self::NIL
     }
 
     /// The stand-in for an argument that was not passed.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn unset() -> Self {
         Self::indexed(Tag::UNSET, 0)
     }
 
     /// An integer; bits that the profile lacks are dropped.
-    #[inline(always)]
+    #[hot]
     pub fn int(value: i32) -> Self {
         Self::new(Tag::INT, P::int_from_i32(value))
     }
 
     /// 1 or 0.
-    #[inline(always)]
+    #[hot]
     pub fn truth(value: bool) -> Self {
         Self::indexed(Tag::INT, value as u16)
     }
 
     /// The nearest float.
-    #[inline(always)]
+    #[hot]
     pub fn float(value: f32) -> Self {
         Self::new(Tag::FLOAT, P::float_from_f32(value))
     }
@@ -198,75 +198,75 @@ impl<P: Profile> Value<P> {
     }
 
     /// A constant string.
-    #[inline(always)]
+    #[hot]
     pub fn string(number: u16) -> Self {
         Self::indexed(Tag::STRING, number)
     }
 
     /// The nearest float.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn packed(value: &Float<P>) -> Self {
         Self::new(Tag::FLOAT, P::pack(value))
     }
 
-    #[inline(always)]
+    #[hot]
     pub(crate) fn tag(self) -> Tag {
         self.0.tag()
     }
 
-    #[inline(always)]
+    #[hot]
     pub(crate) fn raw(self) -> P::Raw {
         self.0.raw()
     }
 
     /// The payload as an index.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn index(self) -> usize {
         P::raw_to_u16(self.raw()) as usize
     }
 
-    #[inline(always)]
+    #[hot]
     pub(crate) fn is(self, tag: Tag) -> bool {
         self.0.is(tag)
     }
 
-    #[inline(always)]
+    #[hot]
     pub(crate) fn is_heap(self) -> bool {
         self.tag().byte() & Tag::HEAP_BIT != 0
     }
 
     /// Whether reading it out of a table may have to bind it.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn may_use_self(self) -> bool {
         matches!(self.tag(), Tag::FUNCTION | Tag::CLOSURE | Tag::BOUND)
     }
 
     /// Whether it is an integer or a float.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn is_number(self) -> bool {
         matches!(self.tag(), Tag::INT | Tag::FLOAT)
     }
 
     /// Whether it is nil.
-    #[inline(always)]
+    #[hot]
     pub fn is_nil(self) -> bool {
         self.is(Tag::NIL)
     }
 
     /// nil and integer 0 are false, all else is true.
-    #[inline(always)]
+    #[hot]
     pub fn is_false(self) -> bool {
         self.tag().byte() & !FALSE_BIT == Tag::NIL.byte() && P::is_zero(self.raw())
     }
 
     /// As an integer, if it is one.
-    #[inline(always)]
+    #[hot]
     pub fn as_int(self) -> Option<i32> {
         if self.is(Tag::INT) { Some(P::int_to_i32(self.raw())) } else { None }
     }
 
     /// The exact value of a number.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn unpack(self) -> Float<P> {
         if self.is(Tag::INT) { Float::from_int(self.raw()) } else { P::unpack(self.raw()) }
     }
@@ -300,7 +300,7 @@ impl<P: Profile> Value<P> {
     }
 
     /// As the number of a constant string, if it is one.
-    #[inline(always)]
+    #[hot]
     pub fn as_string(self) -> Option<u16> {
         if self.is(Tag::STRING) { Some(self.index() as u16) } else { None }
     }
@@ -319,13 +319,13 @@ impl<P: Profile> Value<P> {
     }
 
     /// The bit of its class in the image's class table, of a value that can be sent.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn class_bit(self) -> u8 {
         class_bit(self.tag().byte())
     }
 
     /// Same tag and payload: equality of keys after normalisation, identity of tables and closures.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn same(self, other: Self) -> bool {
         self.0.same(other.0)
     }

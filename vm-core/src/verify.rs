@@ -71,7 +71,7 @@ const RESERVED: u8 = 1 << 5;
 impl<C: ByteCode> Verified<'_, C> {
     /// Checks every byte that the machine will rely on. `is_robot_function` tells whether the robot has a function
     /// of that name hash.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn verify<P: Profile, const SLOTS: usize>(
         self,
         scratch: &mut Arena<P, SLOTS>,
@@ -142,14 +142,14 @@ impl<C: ByteCode> Verified<'_, C> {
     }
 
     /// Where a function starts; the end of the code if there is none of that number.
-    #[inline(never)]
+    #[one_copy]
     fn start(self, number: u16) -> usize {
         if number < self.header.functions() { self.function(number) } else { self.code.len() }
     }
 
     /// What an operand names by a number, from [`Operand::Global`] to [`Operand::Count`]: the header of a function, the
     /// [`Needs`] of a built-in, 0 for what else exists, [`NONE`] if it does not.
-    #[inline(never)]
+    #[one_copy]
     fn named<P: Profile>(self, operand: u8, number: u16) -> i16 {
         let limit = if operand < BUILTIN {
             let count = self.header.count(operand);
@@ -176,7 +176,7 @@ impl<C: ByteCode> Verified<'_, C> {
 
     /// How many values an instruction takes off the stack; [`NONE`] if its operand or trailer is wrong, locals and jumps
     /// aside. `head` is the header of the function that it is in.
-    #[inline(never)]
+    #[one_copy]
     fn pops<P: Profile>(
         self,
         offered: u8,
@@ -233,7 +233,7 @@ impl<C: ByteCode> Verified<'_, C> {
     }
 
     /// Follows the code of the function from `start` to `end`. Inlined into its caller, for one prologue less.
-    #[inline(always)]
+    #[hot]
     fn pass<P: Profile, const SLOTS: usize>(
         self,
         offered: u8,
@@ -367,7 +367,7 @@ impl<C: ByteCode> Verified<'_, C> {
 
 /// Whether a function with that header has that local at that depth, from which `pops` values are taken first. The `hidden`
 /// locals do not count.
-#[inline(never)]
+#[one_copy]
 fn is_local(offset: i16, head: u8, hidden: u8, depth: u8, pops: u8) -> bool {
     if offset < 0 {
         offset >= -i16::from(head & PARAMETERS)

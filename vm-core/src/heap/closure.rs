@@ -48,13 +48,13 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// The function of a closure or bound function.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn closure_function(&self, closure: usize) -> Value<P> {
         self.get(closure + 1)
     }
 
     /// Its self.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn closure_self(&self, closure: usize) -> Value<P> {
         self.get(closure + 2)
     }

@@ -17,13 +17,13 @@ const FOLLOWED_SHIFT: u8 = 5;
 
 impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// Whether the slot holds a reference to a cell, or the header of a marked cell.
-    #[inline(always)]
+    #[hot]
     fn leads_on(&self, at: usize) -> bool {
         self.slots.tag_at(at).byte() & Tag::HEAP_BIT != 0
     }
 
     /// Marks everything that a value leads to.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn mark(&mut self, root: Value<P>) {
         if !root.is_heap() {
             return;
@@ -71,7 +71,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
 
     /// Frees every cell that is not marked, and forgets the marks. Free cells at the lower end of the heap become
     /// stack space again; the list holds the others, highest first, so that the heap keeps to the top.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn sweep(&mut self) {
         let mut cell = self.bottom as usize;
         let mut free = 0;

@@ -87,7 +87,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// A new table with the values of three slots, from `first` on, under constant strings.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn new_record(&mut self, keys: [u16; 3], first: usize) -> Result<Value<P>, NoCell> {
         let table = self.new_table()?;
         let more = self.take_cell()?.get();
@@ -105,7 +105,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
 
     /// Copies a table, with its keys and values in the same order. Tables among the values are shared with the copy. The table
     /// has to be reachable from the stack.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn copy_table(&mut self, table: usize) -> Result<Value<P>, NoCell> {
         let copy = self.new_table()?;
         let to = copy.index();
@@ -138,7 +138,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// The next key and value of a table that does not change meanwhile.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn next_stored(&self, visit: &mut Visit) -> Option<[Value<P>; 2]> {
         loop {
             // An element of the array has one slot, a pair has two.
@@ -168,14 +168,14 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         }
     }
 
-    #[inline(always)]
+    #[hot]
     fn array_length(&self, table: usize) -> usize {
         self.index_at(table + LENGTH)
     }
 
     /// The cell of array element `index`, which is at most the length, and the element's place in it; cell 0 if that needs
     /// one more cell.
-    #[inline(always)]
+    #[hot]
     fn array_place(&self, table: usize, mut index: usize) -> (usize, usize) {
         let mut cell = self.index_at(table + CHAIN);
         while index >= PER_ARRAY {
@@ -186,14 +186,14 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// Slot of array element `index`, which is at most the length; 1, as of cell 0, if that needs one more cell.
-    #[inline(never)]
+    #[one_copy]
     fn array_slot(&self, table: usize, index: usize) -> usize {
         let (cell, place) = self.array_place(table, index);
         cell + 1 + place
     }
 
     /// Index and slot of the first array element from `index` on that is no gap; slot 0 if there is none.
-    #[inline(never)]
+    #[one_copy]
     fn next_element(&self, table: usize, mut index: usize) -> (usize, usize) {
         let length = self.array_length(table);
         if index < length {
@@ -214,7 +214,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// The key as an array index, if it is an integer that could be one.
-    #[inline(always)]
+    #[hot]
     fn array_index(key: Value<P>) -> Option<usize> {
         if !key.is(Tag::INT) {
             return None;
@@ -225,7 +225,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// The slot of the key of that pair, 0 if there is none. A `key` of nil finds the first pair that is free.
-    #[inline(never)]
+    #[one_copy]
     fn find_pair(&self, table: usize, key: Value<P>) -> usize {
         let mut at = table + HEAD;
         let mut end = table + CELL;
@@ -248,7 +248,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// The value under a key (normalised), nil if there is none.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn table_get(&self, table: usize, key: Value<P>) -> Value<P> {
         if let Some(index) = Self::array_index(key)
             && index < self.array_length(table)
@@ -259,7 +259,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// The value under a key that is no integer (normalised), nil if there is none.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn pair(&self, table: usize, key: Value<P>) -> Value<P> {
         let slot = self.find_pair(table, key);
         if slot == 0 { Value::nil() } else { self.get_fast(slot + 1) }
@@ -267,7 +267,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
 
     /// Stores a value under a key (normalised, not nil); nil removes. Changes nothing if it fails, and cannot fail
     /// where the key is there already.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn table_set(
         &mut self,
         table: usize,
@@ -312,7 +312,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
 
     /// The last element was removed: the array ends after the last value that is left, and the cells after that are
     /// released. Looks at each cell from its end, so that full ones take one look.
-    #[inline(never)]
+    #[one_copy]
     fn shorten(&mut self, table: usize) {
         let mut last = table + CHAIN;
         let mut length = 0;
@@ -335,7 +335,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// Adds a cell to the end of a chain.
-    #[inline(never)]
+    #[one_copy]
     fn extend(&mut self, mut last: usize) -> Result<NonZeroUsize, NoCell> {
         let cell = self.take_cell()?;
         loop {
@@ -350,7 +350,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// Takes the iteration in the slots from `iteration` on to its next entry; false if there is none.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn table_next(&mut self, table: usize, iteration: usize) -> bool {
         let place = self.get(iteration);
         let mut phase = place.tag().byte();
@@ -406,13 +406,13 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// How many entries: a value for each element of the array, key and value for each pair, and the head's own two.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn table_size(&self, table: usize) -> usize {
         self.count(self.index_at(table + CHAIN)) + self.count(table) / 2 - 1
     }
 
     /// How many slots of a chain of cells are not nil.
-    #[inline(never)]
+    #[one_copy]
     fn count(&self, mut cell: usize) -> usize {
         let mut count = 0;
         while cell != 0 {

@@ -57,7 +57,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// Adds a byte; false if there is no room left in the last cell.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn text_put(&mut self, text: &mut TextBuilder, byte: u8) -> bool {
         if text.room == 0 {
             return false;
@@ -89,7 +89,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// The next byte of a text.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn text_next(&self, cursor: &mut TextCursor) -> Option<u8> {
         if cursor.left == 0 {
             return None;
@@ -107,12 +107,12 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     }
 
     /// Whether both are texts, with the same bytes.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn same_text(&self, a: Value<P>, b: Value<P>) -> bool {
         P::FULL && a.is(Tag::TEXT) && b.is(Tag::TEXT) && self.same_bytes(a.index(), b.index())
     }
 
-    #[inline(never)]
+    #[one_copy]
     fn same_bytes(&self, a: usize, b: usize) -> bool {
         let (mut a, mut b) = (self.text_start(a), self.text_start(b));
         if a.left != b.left {

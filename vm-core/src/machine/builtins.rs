@@ -14,7 +14,7 @@ use crate::value::{Tag, Type, Value};
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Computes a built-in of kind `Plain` from the `count` arguments on top, which stay there. The result is unset if it needs
     /// a table in place of an argument that is a library.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn builtin<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -98,13 +98,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Argument `number` of the `count` on top, unset if there are not so many.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn argument(&self, number: u8, count: u8) -> Value<P> {
         if number < count { self.top(count - number) } else { Value::unset() }
     }
 
     /// Computes a built-in that takes one or two numbers.
-    #[inline(never)]
+    #[one_copy]
     fn compute(&mut self, number: u8, a: Value<P>, b: Value<P>) -> Result<Value<P>, Stopped> {
         let (mut a, mut b) = (a, b);
         match number {
@@ -168,7 +168,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(Value::packed(&x))
     }
 
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn need_number(&mut self, value: Value<P>) -> Result<(), Stopped> {
         if value.is_number() { Ok(()) } else { Err(self.wrong_type(value, value)) }
     }

@@ -13,42 +13,42 @@ use crate::value::{Tag, Type, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The slot `below` the top of the operands: 1 is the top.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn top(&self, below: u8) -> Value<P> {
         self.arena.get_fast(usize::from(self.sp).wrapping_sub(usize::from(below)))
     }
 
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn push(&mut self, value: Value<P>) {
         self.arena.set_fast(usize::from(self.sp), value);
         self.sp = self.sp.wrapping_add(1);
     }
 
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn pop(&mut self) -> Value<P> {
         self.sp = self.sp.wrapping_sub(1);
         self.arena.get_fast(usize::from(self.sp))
     }
 
     /// The slot of a local of the running frame: they are counted from its record.
-    #[inline(always)]
+    #[hot]
     pub(super) fn local_slot(&self, number: i16) -> usize {
         usize::from(self.fp.wrapping_add_signed(number))
     }
 
     /// That local.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn local(&self, number: i8) -> Value<P> {
         self.arena.get_fast(self.local_slot(number.into()))
     }
 
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn set_local(&mut self, number: i8, value: Value<P>) {
         self.arena.set_fast(self.local_slot(number.into()), value);
     }
 
     /// Calls a callback with the `count` arguments on top.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn call_back<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -78,7 +78,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Calls `callee` with the `count` arguments on top. `below` slots, the callee's and perhaps its self's, are taken out
     /// from under the arguments.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn call<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -138,7 +138,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Takes `below` slots out from under the `count` topmost.
-    #[inline(never)]
+    #[one_copy]
     fn take_out(&mut self, count: u8, below: u8) {
         if below != 0 {
             let (count, below) = (u16::from(count), u16::from(below));
@@ -149,7 +149,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Calls what is no script function.
-    #[inline(never)]
+    #[one_copy]
     fn call_native<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -188,7 +188,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Puts a value under the `count` topmost.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn insert(&mut self, count: u8, value: Value<P>) -> Result<(), Stopped> {
         let mut at = usize::from(self.sp);
         self.reserve(1)?;
@@ -201,7 +201,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Calls a built-in, whose arguments are on top.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn call_builtin<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -234,7 +234,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Leaves a built-in's frame of `count` parameters with a result.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn leave_frame(&mut self, count: u8, result: Value<P>) {
         let (pc, outer) = self.caller(usize::from(self.fp));
         let at = self.fp.wrapping_sub(u16::from(count));
@@ -245,7 +245,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Calls a robot function, whose arguments are on top; if it is not finished at once its frame waits.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn call_robot<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -269,7 +269,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// The result of a robot function, unset as long as it goes on.
-    #[inline(never)]
+    #[one_copy]
     fn ask_robot<H: Host<P>>(
         &mut self,
         host: &mut H,

@@ -17,7 +17,7 @@ const UNEQUAL: u8 = order::LESS | order::GREATER;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// `a == b`: numbers by value, strings by text, tables and closures by identity.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn equal(&self, a: Value<P>, b: Value<P>) -> bool {
         if a.is_number() && b.is_number() {
             return Self::order_of_numbers(a, b) == order::EQUAL;
@@ -33,7 +33,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// The order of `a` and `b`, as the bit of the relations that hold: `NONE` if one is not a number, a fault if they have no
     /// order.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn order(&mut self, a: Value<P>, b: Value<P>) -> Result<u8, Stopped> {
         // nil is less than all else.
         if b.is_nil() {
@@ -77,7 +77,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Whether the relation of an instruction holds.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn compare_slow(
         &mut self,
         instruction: u8,
@@ -93,7 +93,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// The order of two numbers.
-    #[inline(never)]
+    #[one_copy]
     fn order_of_numbers(a: Value<P>, b: Value<P>) -> u8 {
         if !Self::has(Part::Floats) || a.is(Tag::INT) && b.is(Tag::INT) {
             // To unpack integers takes ten times as long.

@@ -21,7 +21,7 @@ use crate::value::{Tag, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Runs at most `budget` instructions, or as long as the host lets it: `Continue` means that the slice is over.
-    #[inline(never)]
+    #[one_copy]
     #[allow(clippy::collapsible_match, reason = "guards would split the jump table")]
     #[allow(
         clippy::manual_range_patterns,
@@ -458,7 +458,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 }
 
 /// The order of two integers, as the bit of the relations that hold.
-#[inline(always)]
+#[hot]
 pub(super) fn order_of<P: Profile>(a: P::Raw, b: P::Raw) -> u8 {
     if P::int_less(a, b) {
         order::LESS
@@ -471,7 +471,7 @@ pub(super) fn order_of<P: Profile>(a: P::Raw, b: P::Raw) -> u8 {
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Divides integers, if they are the two operands below `sp`.
-    #[inline(never)]
+    #[one_copy]
     fn divide_quickly(&mut self, op: u8, sp: usize) -> bool {
         let at = sp.wrapping_sub(2);
         let [a, b] = self.arena.pair_fast(at);
@@ -489,7 +489,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Puts the value under a key of the table in slot `table` into slot `to`, if it is a table. In the table's own slot it
     /// may be no function that would have to be bound.
-    #[inline(never)]
+    #[one_copy]
     fn get_quickly(&mut self, table: usize, key: Value<P>, to: usize) -> bool {
         let object = self.arena.get_fast(table);
         if !object.is(Tag::TABLE) {
@@ -504,7 +504,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Stores the top value into the table in a slot if no collection is needed for it.
-    #[inline(never)]
+    #[one_copy]
     fn set_quickly(&mut self, table: usize, key: Value<P>, sp: usize) -> bool {
         let table = self.arena.get_fast(table);
         let value = self.arena.get_fast(sp.wrapping_sub(1));

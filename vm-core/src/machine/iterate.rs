@@ -40,7 +40,7 @@ fn parameters(task: u8) -> u8 {
 }
 
 /// The built-in that does with tables what this one does, where there is such a one.
-#[inline(never)]
+#[one_copy]
 fn task(number: u8) -> u8 {
     match number {
         // Numbered alike.
@@ -61,7 +61,7 @@ fn task(number: u8) -> u8 {
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Begins a built-in of kind `Calls`, whose `count` arguments are on top.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn begin_native(&mut self, number: u8, mut count: u8) -> Result<(), Stopped> {
         if Self::ITERATES_NEIGHBORS && is_of_neighbors(number) {
             self.insert(count, Value::indexed(Tag::LIBRARY, Library::Neighbors as u16))?;
@@ -106,7 +106,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Goes on in the built-in at the stored position.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn resume<H: Host<P>>(&mut self, host: &mut H) -> Result<Flow, Stopped> {
         let number = self.pc as u8 & 0x7f;
         if number == Native::ROBOT.0 {

@@ -36,7 +36,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Runs an allocation; if there is no cell, collects and tries once more. What the allocation needs must be
     /// on the stack.
-    #[inline(always)]
+    #[hot]
     pub(super) fn allocate<T>(
         &mut self,
         mut make: impl FnMut(&mut Self) -> Result<T, NoCell>,
@@ -57,7 +57,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Collects, if the allocation was not tried again already.
-    #[inline(never)]
+    #[one_copy]
     fn make_room(&mut self) -> Result<(), Stopped> {
         if self.arena.pressed {
             return Err(self.fail(FaultCode::OutOfMemory));
@@ -67,13 +67,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn new_table(&mut self) -> Result<Value<P>, Stopped> {
         self.allocate(|vm| vm.arena.new_table())
     }
 
     /// Stores into a table under a key that [`Vm::key`] has passed.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn table_set(
         &mut self,
         table: Value<P>,
@@ -85,7 +85,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// The key as tables hold it: a float that is an integer becomes that integer. A fault if `table` is neither table
     /// nor library.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn key(&mut self, table: Value<P>, key: Value<P>) -> Result<Value<P>, Stopped> {
         let is_table = table.is(Tag::TABLE)
             || Self::has(Part::Libraries) && matches!(table.tag(), Tag::LIBRARY | Tag::SNAPSHOT);
@@ -104,7 +104,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// `table[key]`. A function that uses self is bound to the table, unless a method call wants it plain: table and
     /// key must be on the stack then.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn index_get<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -122,7 +122,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// `table[key] = value`; all three are on the stack.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn index_set(
         &mut self,
         table: Value<P>,
@@ -141,7 +141,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// The value as read out of a table: a function that uses self gets the table as its self.
-    #[inline(always)]
+    #[hot]
     fn bind(&mut self, value: Value<P>, table: Value<P>) -> Result<Value<P>, Stopped> {
         if Self::BINDS && value.may_use_self() {
             self.bind_function(value, table)
@@ -150,7 +150,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn bind_function(
         &mut self,
         value: Value<P>,
@@ -182,14 +182,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// The table of changes of a library, or the function that listens to a topic; nil if there is none.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn overlay(&self, key: Value<P>) -> Value<P> {
         let overlays = self.arena.get_fast(OVERLAYS);
         if overlays.is_nil() { overlays } else { self.arena.pair(overlays.index(), key) }
     }
 
     /// The table of all these, made if there is none.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn overlays(&mut self) -> Result<Value<P>, Stopped> {
         if self.arena.get(OVERLAYS).is_nil() {
             let overlays = self.new_table()?;
@@ -214,7 +214,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Pushes so many nils on the operands of a frame that may be full already.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn reserve(&mut self, count: usize) -> Result<(), Stopped> {
         let top = usize::from(self.sp);
         let end = top.wrapping_add(count);
@@ -272,7 +272,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Returns true for a table or a snapshot, which is a table inside, false for a library, and a fault for any other value.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn is_table(&mut self, value: Value<P>) -> Result<bool, Stopped> {
         match value.tag() {
             Tag::TABLE | Tag::SNAPSHOT => Ok(true),
@@ -283,7 +283,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Begins to put a real table with the same entries in the place of the first library among the `count` arguments on top.
     /// Each entry takes an instruction; then the built-in of that number is called with the table.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn begin_copy(
         &mut self,
         number: u8,
@@ -303,7 +303,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Copies the next entry of a library. After the last the built-in is called that needs the table.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn copy_on<H: Host<P>>(&mut self, host: &mut H) -> Result<Flow, Stopped> {
         let [number, count] = (self.local(CALL).index() as u16).to_le_bytes();
         let fp = usize::from(self.fp);

@@ -60,7 +60,7 @@ impl Native {
     const COPY: Native = Native(0x7b);
     const EXIT: Native = Native(0x7f);
 
-    #[inline(always)]
+    #[hot]
     fn position(self) -> usize {
         SPECIAL | self.0 as usize
     }
@@ -155,7 +155,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Whether the machine has that part: a constant.
-    #[inline(always)]
+    #[hot]
     const fn has(part: Part) -> bool {
         C::PARTS.has(part)
     }
@@ -164,7 +164,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     const BINDS: bool = Self::has(Part::Closures) || Self::has(Part::Libraries);
 
     /// The program. Where there is only one it is there before it is loaded; but then the machine does not run.
-    #[inline(always)]
+    #[hot]
     fn program(&self) -> Option<Verified<'_, C>> {
         let code = C::ONLY.or(self.code)?;
         Some(Verified { code, header: &self.header })
@@ -212,7 +212,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Makes bytes the program that `check` accepts, of which it reads the header.
-    #[inline(always)]
+    #[hot]
     fn take(
         &mut self,
         code: C,
@@ -288,7 +288,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// What an entry calls.
-    #[inline(never)]
+    #[one_copy]
     fn entry_value(&self, point: EntryPoint) -> Value<P> {
         match point {
             EntryPoint::None => Value::nil(),
@@ -315,7 +315,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Starts an entry that any value may be.
-    #[inline(never)]
+    #[one_copy]
     fn begin_value(&mut self, callee: Value<P>) -> bool {
         if callee.is_nil() {
             return false;
@@ -410,7 +410,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Frees what the script cannot reach any more.
-    #[inline(never)]
+    #[one_copy]
     fn collect(&mut self) {
         let (mut pc, mut fp) = (usize::from(self.pc), usize::from(self.fp));
         let mut slot = usize::from(self.sp);
@@ -437,7 +437,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Where the caller of the frame at `fp` goes on, and its frame.
-    #[inline(never)]
+    #[one_copy]
     fn caller(&self, fp: usize) -> (usize, usize) {
         let record = self.arena.get_fast(fp);
         (record.index(), fp.wrapping_sub(usize::from(record.tag().byte())))
@@ -454,7 +454,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Makes sure that the stack may grow up to slot `limit`.
-    #[inline(never)]
+    #[one_copy]
     fn ensure(&mut self, limit: usize) -> Result<(), Stopped> {
         if limit > usize::from(self.arena.bottom) {
             self.collect();
@@ -467,13 +467,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Stops the script with a fault at the instruction before `pc`, which concerns no operands.
-    #[inline(never)]
+    #[one_copy]
     fn fail(&mut self, code: FaultCode) -> Stopped {
         self.fail_with(code, [Type::Nil; 2], 0)
     }
 
     /// Stops the script with a fault that concerns one or two values.
-    #[inline(never)]
+    #[one_copy]
     fn fail_on(&mut self, code: FaultCode, first: Value<P>, second: Value<P>) -> Stopped {
         // An argument that was not passed is a fault of its own, whatever was done with it.
         if first.is(Tag::UNSET) || second.is(Tag::UNSET) {
@@ -486,7 +486,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.fail_on(FaultCode::WrongType, first, second)
     }
 
-    #[inline(never)]
+    #[one_copy]
     fn fail_with(&mut self, code: FaultCode, operands: [Type; 2], detail: u16) -> Stopped {
         let position = self.calls().next().unwrap_or(0);
         self.state = State::Faulted(Fault { code, position, operands, detail });
@@ -509,7 +509,7 @@ enum Flow {
 }
 
 /// The record of a frame `delta` slots above its caller's.
-#[inline(always)]
+#[hot]
 fn record<P: Profile>(delta: usize, position: usize) -> Value<P> {
     Value::indexed(Tag::of(delta as u8), position as u16)
 }

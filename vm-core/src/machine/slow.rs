@@ -14,7 +14,7 @@ use crate::value::{Tag, Value};
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Executes one instruction; `pc` is behind opcode and operand.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn slow<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -136,7 +136,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// The byte that many before the next instruction.
-    #[inline(never)]
+    #[one_copy]
     fn behind(&self, count: u16) -> u8 {
         let at = self.pc.wrapping_sub(count);
         self.program().map_or(0, |program| program.code.byte(at.into()))
@@ -154,7 +154,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// First byte of the header of a function; if there is none of that number, that of one which captures values.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn head(&self, number: u16) -> u8 {
         if number >= self.header.functions() {
             return CAPTURES;
@@ -163,7 +163,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// A closure of the values on top, the first of which is self if the function uses it; they are popped.
-    #[inline(never)]
+    #[one_copy]
     fn make_closure(&mut self, number: u16) -> Result<Value<P>, Stopped> {
         let function = Value::indexed(Tag::FUNCTION, number);
         let has_self = self.head(number) & USES_SELF != 0;
@@ -176,7 +176,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Arithmetic and bit operations on any two values; integers are added, subtracted and multiplied by the loop, and
     /// divided but by zero.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn binary(&mut self, op: u8, a: Value<P>, b: Value<P>) -> Result<Value<P>, Stopped> {
         if a.is(Tag::INT) && b.is(Tag::INT) && op != opcode::POW {
             let (x, y) = (a.raw(), b.raw());

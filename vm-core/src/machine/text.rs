@@ -152,7 +152,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(text)
     }
 
-    #[inline(always)]
+    #[hot]
     fn add(&mut self, text: &mut TextBuilder, byte: u8) -> Result<(), Stopped> {
         if !self.arena.text_put(text, byte) {
             self.allocate(|vm| vm.arena.text_grow(text))?;

@@ -3,8 +3,8 @@
 /// The check of what was checked before, and one more byte.
 // All eight bits at once, as `_crc_ccitt_update` of avr-libc does it. A table would take more flash than the rest of the
 // messages. An AVR calculates with bytes, all others with words.
-#[cfg_attr(target_arch = "avr", inline(never))]
-#[cfg_attr(not(target_arch = "avr"), inline(always))]
+#[cfg_attr(target_arch = "avr", one_copy)]
+#[cfg_attr(not(target_arch = "avr"), hot)]
 pub const fn crc16(check: u16, byte: u8) -> u16 {
     if cfg!(target_arch = "avr") {
         let [low, high] = check.to_le_bytes();

@@ -86,7 +86,7 @@ impl<'a> Writer<'a> {
     }
 
     /// The next item.
-    #[inline(always)]
+    #[hot]
     pub fn item<P: Profile>(&mut self, item: Item<P>) {
         match item {
             Item::Plain(value) => {
@@ -124,7 +124,7 @@ impl<'a> Writer<'a> {
         self.bytes(number.to_le_bytes());
     }
 
-    #[inline(never)]
+    #[one_copy]
     fn bytes<const N: usize>(&mut self, bytes: [u8; N]) {
         let room = self.room.get_mut(self.length..).unwrap_or(&mut []);
         if let Some(room) = room.first_chunk_mut() {
@@ -160,7 +160,7 @@ impl<'a> Writer<'a> {
 }
 
 /// The check of a content's bytes, from the low bits of the script's hash.
-#[inline(never)]
+#[one_copy]
 fn check_of<'a>(bytes: impl Iterator<Item = &'a u8>, hash: u16) -> u16 {
     bytes.fold(hash, |check, byte| crc16(check, *byte))
 }
@@ -183,7 +183,7 @@ pub struct Reader<'a> {
 impl<'a> Reader<'a> {
     /// Begins a content that is complete, and behind which there may be more bytes. If [`Reader::check`] finds it right,
     /// [`Reader::item`] gives what was written.
-    #[inline(never)]
+    #[one_copy]
     pub fn new(content: &'a [u8], script: Script) -> (Head, Self) {
         let hash = script.hash as u16;
         let (rest, strings) = (content.iter(), script.strings);
@@ -240,7 +240,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The next item; nil behind the last.
-    #[inline(never)]
+    #[one_copy]
     pub fn item<P: Profile>(&mut self) -> Item<P> {
         let tag = self.byte();
         match tag {
@@ -277,7 +277,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The next byte of a text.
-    #[inline(never)]
+    #[one_copy]
     pub fn byte(&mut self) -> u8 {
         match self.rest.next() {
             Some(byte) => *byte,
@@ -288,7 +288,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    #[inline(never)]
+    #[one_copy]
     fn number(&mut self) -> u16 {
         u16::from_le_bytes([self.byte(), self.byte()])
     }

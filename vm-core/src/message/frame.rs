@@ -47,19 +47,19 @@ impl<P: Profile> Frame<P> {
     pub(crate) const EMPTY: Self = Frame(P::Frame::ZERO);
 
     /// The whole buffer.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn bytes_mut(&mut self) -> &mut [u8] {
         self.0.as_mut()
     }
 
     /// The first `length` bytes.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn bytes(&self, length: usize) -> &[u8] {
         self.0.as_ref().get(..length).unwrap_or(&[])
     }
 
     /// Opens the frame of that length that is in the buffer.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn open(&mut self, length: usize, script: &Script) -> Result<Kind, Ignored> {
         let kind = Kind::of_quickly(self.byte(0)).ok_or(Ignored::Malformed)?;
         let content = usize::from(kind == Kind::Fragment);
@@ -70,7 +70,7 @@ impl<P: Profile> Frame<P> {
     }
 
     /// Seals an open frame and tells its length, of a fragment without its content; `None` if there is no such frame.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn seal(&mut self, script: &Script) -> Option<usize> {
         let first = self.byte(0);
         let is_avr = cfg!(target_arch = "avr");
@@ -80,7 +80,7 @@ impl<P: Profile> Frame<P> {
     }
 
     /// How many bytes travel, of a fragment without its content; `None` if there is no such frame.
-    #[inline(always)]
+    #[hot]
     fn length(&self, kind: Kind) -> Option<usize> {
         let length = match kind {
             Kind::Broadcast => 3 + 2 * P::WORD_BYTES as u8 + 3,
@@ -100,7 +100,7 @@ impl<P: Profile> Frame<P> {
     }
 
     /// Puts the script's hash on it or takes it off; `false` if it was that of another script.
-    #[inline(never)]
+    #[one_copy]
     fn translate(&mut self, kind: Kind, script: &Script, out: bool) -> bool {
         let hash = script.hash.to_le_bytes();
         let [h0, h1, _, h3] = hash;
@@ -136,7 +136,7 @@ impl<P: Profile> Frame<P> {
     }
 
     /// Puts a byte of the hash on or takes it off; not 0 if another comes out than zero.
-    #[inline(always)]
+    #[hot]
     fn mix(&mut self, at: usize, hash: u8) -> u8 {
         let byte = self.byte(at) ^ hash;
         self.set_byte(at, byte);
@@ -144,13 +144,13 @@ impl<P: Profile> Frame<P> {
     }
 
     /// The lower bytes of the hash.
-    #[inline(always)]
+    #[hot]
     fn mix_three(&mut self, at: usize, [h0, h1, h2, _]: [u8; 4]) -> u8 {
         self.mix(at, h0) | self.mix(at + 1, h1) | self.mix(at + 2, h2)
     }
 
     /// Translates topic or key, and value, where they are strings; not 0 if one is not of this script.
-    #[inline(always)]
+    #[hot]
     fn translate_words(&mut self, at: usize, first: Tag, script: &Script, out: bool) -> u8 {
         let value = Tag::of(self.byte(0) & VALUE);
         let bytes = self.0.as_mut();
@@ -168,36 +168,36 @@ impl<P: Profile> Frame<P> {
         foreign
     }
 
-    #[inline(always)]
+    #[hot]
     fn byte(&self, at: usize) -> u8 {
         self.0.as_ref()[at]
     }
 
-    #[inline(always)]
+    #[hot]
     fn set_byte(&mut self, at: usize, byte: u8) {
         self.0.as_mut()[at] = byte;
     }
 
-    #[inline(always)]
+    #[hot]
     fn number(&self, at: usize) -> u16 {
         u16::from_le_bytes([self.byte(at), self.byte(at + 1)])
     }
 
-    #[inline(always)]
+    #[hot]
     fn set_number(&mut self, at: usize, number: u16) {
         let [low, high] = number.to_le_bytes();
         self.set_byte(at, low);
         self.set_byte(at + 1, high);
     }
 
-    #[inline(always)]
+    #[hot]
     fn word(&self, tag: Tag, at: usize) -> Value<P> {
         let low = self.number(at).to_le_bytes();
         let high = if P::FULL { self.number(at + 2).to_le_bytes() } else { [0; 2] };
         Value::new(tag, P::literal_from_le([low[0], low[1], high[0], high[1]]))
     }
 
-    #[inline(always)]
+    #[hot]
     fn set_word(&mut self, at: usize, value: Value<P>) {
         let word = value.raw().to_u32();
         self.set_number(at, word as u16);
@@ -207,7 +207,7 @@ impl<P: Profile> Frame<P> {
     }
 
     /// Of a broadcast or an entry.
-    #[inline(always)]
+    #[hot]
     fn value(&self, at: usize) -> Value<P> {
         let tag = Tag::of(self.byte(0) & VALUE);
         // Whatever its word is.
@@ -215,19 +215,19 @@ impl<P: Profile> Frame<P> {
     }
 
     /// The sender; of an entry, its owner.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn robot(&self) -> u16 {
         self.number(ROBOT)
     }
 
     /// Topic and value of a broadcast.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn broadcast(&self) -> (u16, Value<P>) {
         (self.number(TOPIC), self.value(TOPIC + P::WORD_BYTES))
     }
 
     /// An entry.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn entry(&self) -> Entry<P> {
         let first = self.byte(0);
         let key = if first & STRING_KEY != 0 { Tag::STRING } else { Tag::INT };
@@ -241,7 +241,7 @@ impl<P: Profile> Frame<P> {
     }
 
     /// The swarms of a robot.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn swarms(&self) -> Swarms {
         let info = self.byte(INFO);
         let mut ids = [self.number(IDS), self.number(IDS + 2), 0, 0];
@@ -253,7 +253,7 @@ impl<P: Profile> Frame<P> {
     }
 
     /// A fragment; `content` is what is behind its head.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn fragment<'a>(&self, content: &'a [u8]) -> Fragment<'a> {
         let first = self.byte(0);
         Fragment {
@@ -266,20 +266,20 @@ impl<P: Profile> Frame<P> {
     }
 
     /// Makes an empty frame an open beacon.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn put_beacon(&mut self, robot: u16) {
         self.set_byte(0, BEACON);
         self.set_number(ROBOT, robot);
     }
 
     /// The digest of the sender's stigmergies.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn digest(&self) -> u32 {
         u32::from(self.number(SUM)) | u32::from(self.byte(SUM + 2)) << 16
     }
 
     /// Makes an empty frame an open beacon with a digest of 24 bits.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn put_digest(&mut self, robot: u16, digest: u32) {
         self.put_beacon(robot);
         self.set_byte(0, DIGEST);
@@ -288,7 +288,7 @@ impl<P: Profile> Frame<P> {
     }
 
     /// Makes an empty frame an open broadcast; `None` if the value does not fit.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn put_broadcast(&mut self, robot: u16, topic: u16, value: Value<P>) -> Option<()> {
         self.set_byte(0, BROADCAST | plain_tag(value)?);
         self.set_number(ROBOT, robot);
@@ -299,7 +299,7 @@ impl<P: Profile> Frame<P> {
 
     /// Makes an empty frame an open entry; `None` if it does not fit. Then the frame has no type, but owner, clock,
     /// stigmergy and digest, which distinguish the entry from others.
-    #[inline(never)]
+    #[one_copy]
     pub(crate) fn put_entry(&mut self, entry: &Entry<P>, digest: u16) -> Option<()> {
         self.set_number(ROBOT, entry.owner);
         self.set_number(3, entry.clock as u16);
@@ -322,7 +322,7 @@ impl<P: Profile> Frame<P> {
     }
 
     /// Makes an empty frame an open list of swarms.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn put_swarms(&mut self, robot: u16, swarms: &Swarms) {
         self.set_byte(0, SWARMS);
         self.set_number(ROBOT, robot);
@@ -337,7 +337,7 @@ impl<P: Profile> Frame<P> {
     }
 
     /// Makes an empty frame the head of a fragment.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn put_fragment(&mut self, fragment: &Fragment<'_>) {
         let last = if fragment.last { LAST } else { 0 };
         self.set_byte(0, FRAGMENT | last | fragment.index & INDEX);
@@ -347,7 +347,7 @@ impl<P: Profile> Frame<P> {
 }
 
 /// The tag of a value that fits a frame.
-#[inline(always)]
+#[hot]
 fn plain_tag<P: Profile>(value: Value<P>) -> Option<u8> {
     if value.is_plain() { Some(value.tag().byte()) } else { None }
 }
@@ -355,7 +355,7 @@ fn plain_tag<P: Profile>(value: Value<P>) -> Option<u8> {
 /// Adds the low bits of the script's hash to a string's number, or takes them off; not 0 if it then is no string of the script.
 ///
 /// Strings of another script are hardly ever strings of this one.
-#[inline(never)]
+#[one_copy]
 fn translate_string(word: &mut [u8], script: &Script, out: bool) -> u8 {
     let Some((bytes, high)) = word.split_first_chunk_mut() else { return 1 };
     let mut number = u16::from_le_bytes(*bytes);

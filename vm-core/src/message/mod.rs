@@ -150,13 +150,13 @@ pub enum Kind {
 
 impl Kind {
     /// The kind of frames with that type byte, `None` if it is no frame of ours.
-    #[inline(never)]
+    #[one_copy]
     pub const fn of(type_byte: u8) -> Option<Kind> {
         Self::of_quickly(type_byte)
     }
 
     /// The same, where time is scarcer than flash.
-    #[inline(always)]
+    #[hot]
     pub(crate) const fn of_quickly(type_byte: u8) -> Option<Kind> {
         Some(match type_byte {
             0x04..=0x07 => Kind::Broadcast,
@@ -205,7 +205,7 @@ impl Swarms {
 
 impl<P: Profile> Value<P> {
     /// Whether it fits a frame: nil, a number or a constant string.
-    #[inline(always)]
+    #[hot]
     pub(crate) fn is_plain(self) -> bool {
         self.tag().byte() <= Tag::STRING.byte()
     }

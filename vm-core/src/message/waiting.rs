@@ -19,7 +19,7 @@ const CHECK: usize = 3;
 /// An entry of a stigmergy does that to one of the same script, stigmergy and key with a lower clock, or with the same by the same
 /// robot; at equal clocks of two robots both have to be heard, as that is a conflict. A broadcast does it to one of the same
 /// robot on the same topic that is stale, that is of an earlier step; a beacon does it to one of the same robot.
-#[inline(never)]
+#[one_copy]
 pub fn replaces<P: Profile>(kind: Kind, new: &[u8], waiting: &[u8], is_stale: bool) -> bool {
     let words = 2 * P::WORD_BYTES;
     let (of_type, others) = match kind {
@@ -60,7 +60,7 @@ pub fn replaces<P: Profile>(kind: Kind, new: &[u8], waiting: &[u8], is_stale: bo
 }
 
 /// The clock of an entry.
-#[inline(never)]
+#[one_copy]
 fn clock([first, _, _, low, middle, high]: &[u8; 6]) -> u32 {
     u32::from_le_bytes([*low, *middle, high & 0x0f | (first & CLOCK) << 1, 0])
 }
@@ -71,7 +71,7 @@ const fn bytes(from: usize, to: usize) -> u16 {
 }
 
 /// Returns true if both frames have those bits of the type and those other bytes, and the same in them.
-#[inline(never)]
+#[one_copy]
 fn same(new: &[u8], waiting: &[u8], of_type: u8, others: u16) -> bool {
     let mut mask = of_type;
     let mut left = others;

@@ -27,7 +27,7 @@ pub mod operation {
 
 impl<P: Profile> Float<P> {
     /// Shifts the significand, which is not 0, until its first bit is set.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn normalize(&mut self) {
         let (mut significand, mut exponent) = (self.significand, self.exponent);
         while !significand.has_first() {
@@ -63,7 +63,7 @@ impl<P: Profile> Float<P> {
     /// Sets it to the result of an [`operation`] on it and `other`.
     ///
     /// One function for all: its frame, and loading and storing numbers, are a large part of each of them on an AVR.
-    #[inline(never)]
+    #[one_copy]
     pub fn operate(&mut self, operation: u8, other: &Self) {
         if self.is_nan() {
             return;
@@ -179,7 +179,7 @@ impl<P: Profile> Float<P> {
     /// That is always below `|other|`: where the nearest float would be `|other|` itself (of a tiny negative number), it is
     /// the float before. NaN if `other` is 0, the number is infinite or either is NaN. With an infinite `other` the
     /// number itself, or for a negative one the largest float.
-    #[inline(never)]
+    #[one_copy]
     pub fn modulo(&mut self, other: &Self) -> P::Raw {
         self.operate(operation::REMAINDER, other);
         if self.negative && !self.is_zero() {
@@ -200,7 +200,7 @@ impl<P: Profile> Float<P> {
 
 /// A quotient and what is left, digit by digit: what is left of `left`, with a bit before it if `carry`, is doubled at each of
 /// `steps` steps, less the divisor if that is not negative. The quotient's bits tell where it was not. Or the square root.
-#[inline(never)]
+#[one_copy]
 fn divide<W: Word>(left: W, right: W, steps: u16, carry: bool, root: bool) -> (W, W) {
     let (mut left, mut right, mut steps, mut carry) = (left, right, steps, carry);
     let mut quotient = W::ZERO;
@@ -225,7 +225,7 @@ fn divide<W: Word>(left: W, right: W, steps: u16, carry: bool, root: bool) -> (W
 }
 
 /// `bits / 2^count`; the last bit also stands for all that are shifted out.
-#[inline(never)]
+#[one_copy]
 pub(super) fn shift_right<W: Word>(bits: W, count: i16) -> W {
     if count >= i16::from(W::BITS) {
         return W::of(bits != W::ZERO);

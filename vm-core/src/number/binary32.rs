@@ -5,7 +5,7 @@ use super::float::{Float, INFINITE_EXPONENT, NAN_EXPONENT};
 
 impl Float {
     /// A binary32.
-    #[inline(never)]
+    #[one_copy]
     pub fn from_f32(value: f32) -> Float {
         let bits = value.to_bits();
         let fraction = bits << 9;
@@ -20,7 +20,7 @@ impl Float {
     }
 
     /// The nearest binary32, the even one of two; every NaN becomes one.
-    #[inline(never)]
+    #[one_copy]
     pub fn to_f32(&self) -> f32 {
         if self.is_nan() {
             return f32::from_bits(0x7FC0_0000);

@@ -13,7 +13,7 @@ use super::word::Word;
 use crate::bytecode::ByteCode;
 
 /// Runs a program of [`super::tables::program`]: `x` is its first argument and becomes the result, `y` its second argument.
-#[inline(never)]
+#[one_copy]
 pub(super) fn calculate<P: Profile, C: ByteCode>(start: u8, argument: &mut Float<P>, y: &Float<P>) {
     let mut x = *argument;
     let mut registers = [*y; REGISTERS as usize];
@@ -108,7 +108,7 @@ pub(super) fn calculate<P: Profile, C: ByteCode>(start: u8, argument: &mut Float
 }
 
 /// A register or a constant.
-#[inline(never)]
+#[one_copy]
 fn operand<P: Profile, C: ByteCode>(
     registers: &[Float<P>; REGISTERS as usize],
     number: u8,

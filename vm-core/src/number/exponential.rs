@@ -15,7 +15,7 @@ const LONGEST_PRODUCT: u16 = 15;
 
 /// Multiplies `x` by a power of two, so that it is from 1/2 to 1 or from 1 to 2 as it was less or more than 1; the exponent
 /// of the inverse of that power. `None`, and `x` is the logarithm, if it is -infinity for 0, NaN for negative numbers, infinity or NaN.
-#[inline(always)]
+#[hot]
 pub(super) fn split<P: Profile>(x: &mut Float<P>) -> Option<i16> {
     if x.is_zero() {
         x.exponent = INFINITE_EXPONENT;
@@ -35,7 +35,7 @@ pub(super) fn split<P: Profile>(x: &mut Float<P>) -> Option<i16> {
 }
 
 /// Sets `x` to `2^(x * y)`. Neither is NaN.
-#[inline(always)]
+#[hot]
 pub(super) fn exp2_product<P: Profile, C: ByteCode>(x: &mut Float<P>, y: &Float<P>) {
     // All bits of the product count, since those before the point are no bits of the result.
     let (high, mut low) = x.significand.multiply(y.significand);
@@ -64,7 +64,7 @@ pub(super) fn exp2_product<P: Profile, C: ByteCode>(x: &mut Float<P>, y: &Float<
 
 /// The simple powers: true, and `x` is `x^y`, if `y` is a small integer, or `x` or `y` is a special number. Else `x` is
 /// positive and finite. With that the sign of the power.
-#[inline(always)]
+#[hot]
 pub(super) fn simple_power<P: Profile>(x: &mut Float<P>, y: &Float<P>) -> (bool, bool) {
     // What is larger than the integers of the profile is an even integer.
     let (integer, whole) = match y.as_int() {

@@ -50,13 +50,13 @@ impl<P: Profile> Float<P> {
     pub(super) const BITS: i16 = P::Raw::BITS as i16;
 
     /// `significand / 2^bits * 2^exponent`, where the first bit of the significand is set.
-    #[inline(always)]
+    #[hot]
     pub(super) fn new(significand: P::Raw, exponent: i16) -> Self {
         Float { significand, exponent, negative: false }
     }
 
     /// `fraction / 2^bits * 2^exponent`.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn normalized(fraction: P::Raw, exponent: i16) -> Self {
         let mut number = Float::new(fraction, exponent);
         if fraction == P::ZERO {
@@ -68,7 +68,7 @@ impl<P: Profile> Float<P> {
     }
 
     /// The same of two words. The last bit also stands for all bits after it.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn from_words(high: P::Raw, low: P::Raw, exponent: i16) -> Self {
         let mut number = Float::normalized(high, exponent);
         number.add(&Float::normalized(low, exponent.wrapping_sub(Self::BITS)));
@@ -76,7 +76,7 @@ impl<P: Profile> Float<P> {
     }
 
     /// `fraction / 2^32 * 2^exponent`, likewise.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn from_fraction(fraction: u32, exponent: i16) -> Self {
         let low = P::Raw::from_u32(fraction);
         if P::FULL {
@@ -86,7 +86,7 @@ impl<P: Profile> Float<P> {
     }
 
     /// An integer of the profile.
-    #[inline(never)]
+    #[one_copy]
     pub fn from_int(value: P::Raw) -> Self {
         let negative = value.has_first();
         let mut number = Float::normalized(if negative { value.neg() } else { value }, Self::BITS);
@@ -125,7 +125,7 @@ impl<P: Profile> Float<P> {
     }
 
     /// The order of two numbers; `None` if one is NaN.
-    #[inline(never)]
+    #[one_copy]
     pub fn compare(&self, other: &Self) -> Option<Ordering> {
         if self.is_nan() || other.is_nan() {
             return None;
@@ -145,7 +145,7 @@ impl<P: Profile> Float<P> {
     }
 
     /// Whether its magnitude is smaller.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn is_smaller(&self, other: &Self) -> bool {
         if self.exponent == other.exponent {
             self.significand < other.significand
@@ -155,7 +155,7 @@ impl<P: Profile> Float<P> {
     }
 
     /// An integer of the profile; the nearest if that does not fit, 0 for NaN.
-    #[inline(never)]
+    #[one_copy]
     pub fn to_int(&self, rounding: Rounding) -> P::Raw {
         if self.is_nan() {
             return P::ZERO;
@@ -202,7 +202,7 @@ impl<P: Profile> Float<P> {
     }
 
     /// The integer of the profile that it is, if it is one.
-    #[inline(never)]
+    #[one_copy]
     pub fn as_int(&self) -> Option<P::Raw> {
         let int = self.to_int(Rounding::Truncate);
         let equal = Self::from_int(int).compare(self) == Some(Ordering::Equal);
@@ -213,7 +213,7 @@ impl<P: Profile> Float<P> {
 /// For the functions of [`super::maths`].
 impl<P: Profile> Float<P> {
     /// Sets it to 1.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn set_one(&mut self) {
         self.significand = P::Raw::FIRST;
         self.exponent = 1;
@@ -226,7 +226,7 @@ impl<P: Profile> Float<P> {
     }
 
     /// The square of a magnitude of at most 1, as a fraction.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn square(&self) -> P::Raw {
         let fixed = if self.exponent > 0 {
             !P::ZERO

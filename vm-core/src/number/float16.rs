@@ -80,7 +80,7 @@ impl F16 {
     }
 
     /// The nearest 16-bit float, the even one of two.
-    #[inline(never)]
+    #[one_copy]
     pub fn pack(number: &Float<Tiny>) -> F16 {
         if number.is_nan() {
             return F16::NAN;
@@ -101,7 +101,7 @@ impl F16 {
     }
 
     /// The same number unpacked.
-    #[inline(never)]
+    #[one_copy]
     pub fn unpack(self) -> Float<Tiny> {
         let field = (self.0 >> 9 & 63) as u8;
         let mut number = Float::new(self.0 << 6 | 1 << 15, i16::from(field).wrapping_sub(30));

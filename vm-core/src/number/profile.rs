@@ -124,10 +124,10 @@ pub trait TextWork: Copy + Debug {
 impl TextWork for () {
     const NONE: Self = ();
 
-    #[inline(always)]
+    #[hot]
     fn add(&mut self, _: u16) {}
 
-    #[inline(always)]
+    #[hot]
     fn take(&mut self) -> u16 {
         0
     }
@@ -136,12 +136,12 @@ impl TextWork for () {
 impl TextWork for u16 {
     const NONE: Self = 0;
 
-    #[inline(always)]
+    #[hot]
     fn add(&mut self, instructions: u16) {
         *self = self.saturating_add(instructions);
     }
 
-    #[inline(always)]
+    #[hot]
     fn take(&mut self) -> u16 {
         core::mem::take(self)
     }
@@ -286,12 +286,12 @@ impl Profile for Tiny {
     integer_operations!(u16, i16);
 
     // Not inlined: one copy of each conversion serves the whole machine.
-    #[inline(never)]
+    #[one_copy]
     fn float_to_f32(raw: u16) -> f32 {
         F16(raw).to_f32()
     }
 
-    #[inline(never)]
+    #[one_copy]
     fn float_from_f32(value: f32) -> u16 {
         F16::from_f32(value).0
     }

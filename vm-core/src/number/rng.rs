@@ -58,7 +58,7 @@ impl Rng {
     }
 
     /// 32 random bits.
-    #[inline(never)]
+    #[one_copy]
     pub fn next_u32(&mut self) -> u32 {
         self.state = self.state.wrapping_add(self.increment | 1);
         mix(self.state)
@@ -142,7 +142,7 @@ fn square(number: i16) -> u32 {
 }
 
 /// The finalizer of MurmurHash3: a bijection that spreads every bit over all.
-#[inline(never)]
+#[one_copy]
 const fn mix(bits: u32) -> u32 {
     let bits = (bits ^ bits >> 16).wrapping_mul(0x85EB_CA6B);
     let bits = (bits ^ bits >> 13).wrapping_mul(0xC2B2_AE35);

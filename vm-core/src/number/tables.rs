@@ -322,7 +322,7 @@ const fn constants_at<P: Profile>() -> usize {
     WORDS_AT + P::WORD_BYTES * P::POLYNOMIALS.count()
 }
 
-#[inline(never)]
+#[one_copy]
 fn word<P: Profile, C: ByteCode>(at: usize) -> P::Raw {
     let mut word = P::ZERO;
     for byte in 0..P::WORD_BYTES {
@@ -334,7 +334,7 @@ fn word<P: Profile, C: ByteCode>(at: usize) -> P::Raw {
 
 /// The number of quarter turns in an angle of `significand * 2^exponent` is the product of the significand and these words,
 /// in fractions of four quarter turns.
-#[inline(never)]
+#[one_copy]
 pub(super) fn two_over_pi<P: Profile, C: ByteCode>(exponent: u8, number: u8) -> P::Raw {
     let bits_at = constants_at::<P>() + (P::WORD_BYTES + 1) * CONSTANTS.len();
     let place = exponent.wrapping_add(6);
@@ -345,7 +345,7 @@ pub(super) fn two_over_pi<P: Profile, C: ByteCode>(exponent: u8, number: u8) -> 
 }
 
 /// A constant, by its number as an operand.
-#[inline(never)]
+#[one_copy]
 pub(super) fn constant<P: Profile, C: ByteCode>(number: u8) -> Float<P> {
     let number = number.wrapping_sub(operand::REGISTERS);
     let at = constants_at::<P>() + usize::from(number.wrapping_mul(P::WORD_BYTES as u8 + 1));
@@ -364,7 +364,7 @@ pub(super) fn instruction_at<P: Profile, C: ByteCode>(at: u8) -> u8 {
 }
 
 /// The value of a polynomial.
-#[inline(never)]
+#[one_copy]
 pub(super) fn evaluate<P: Profile, C: ByteCode>(series: Series, x: P::Raw) -> P::Raw {
     let mut value = P::ZERO;
     let mut index = series.first;

@@ -12,7 +12,7 @@ use crate::bytecode::ByteCode;
 /// Sets `x`, the magnitude of an angle, to which a number of quarter turns is added, 0 or 1, to what it is beyond a multiple
 /// of a quarter turn if that multiple is even, or what it lacks to the next; in quarter turns. Whether that changes the sign of
 /// the sine.
-#[inline(always)]
+#[hot]
 pub(super) fn turn<P: Profile, C: ByteCode>(x: &mut Float<P>, quarters: u8) -> bool {
     // Three words of the product with those bits of 2/pi that count: what is before them are multiples of four quarter
     // turns, and what is behind them changes less than the last bit of the first two by one.

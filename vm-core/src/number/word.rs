@@ -50,13 +50,13 @@ pub trait Word:
     fn round(high: Self, low: Self) -> Self;
 
     /// Whether the first bit is set.
-    #[inline(always)]
+    #[hot]
     fn has_first(self) -> bool {
         self & Self::FIRST != Self::ZERO
     }
 
     /// `-self`, wrapping.
-    #[inline(always)]
+    #[hot]
     fn neg(self) -> Self {
         Self::ZERO.sub(self)
     }
@@ -69,37 +69,37 @@ macro_rules! common {
         const ONE: $word = 1;
         const FIRST: $word = 1 << (<$word>::BITS - 1);
 
-        #[inline(always)]
+        #[hot]
         fn of(bit: bool) -> $word {
             <$word>::from(bit)
         }
 
-        #[inline(always)]
+        #[hot]
         fn from_u32(bits: u32) -> $word {
             bits as $word
         }
 
-        #[inline(always)]
+        #[hot]
         fn to_u32(self) -> u32 {
             self as u32
         }
 
-        #[inline(always)]
+        #[hot]
         fn to_i16(self) -> i16 {
             self as i16
         }
 
-        #[inline(always)]
+        #[hot]
         fn add(self, other: $word) -> $word {
             self.wrapping_add(other)
         }
 
-        #[inline(always)]
+        #[hot]
         fn sub(self, other: $word) -> $word {
             self.wrapping_sub(other)
         }
 
-        #[inline(always)]
+        #[hot]
         fn add_carry(self, other: $word) -> ($word, bool) {
             self.overflowing_add(other)
         }
@@ -109,20 +109,20 @@ macro_rules! common {
 impl Word for u16 {
     common!(u16);
 
-    #[inline(always)]
+    #[hot]
     fn multiply(self, other: u16) -> (u16, u16) {
         let product = multiply_halves(self, other);
         ((product >> 16) as u16, product as u16)
     }
 
     /// To the nearest: the 16 bits have little to spare.
-    #[inline(always)]
+    #[hot]
     fn multiply_high(self, other: u16) -> u16 {
         let (high, low) = self.multiply(other);
         high.wrapping_add(low >> 15)
     }
 
-    #[inline(always)]
+    #[hot]
     fn scale(self, fraction: u32) -> u16 {
         let (high, middle) = self.multiply((fraction >> 16) as u16);
         let (_, carry) = middle.overflowing_add(self.multiply(fraction as u16).0);
@@ -130,7 +130,7 @@ impl Word for u16 {
     }
 
     /// The last bit also stands for all bits after it, so that rounding to fewer bits is right.
-    #[inline(always)]
+    #[hot]
     fn round(high: u16, low: u16) -> u16 {
         high | u16::from(low != 0)
     }
@@ -139,24 +139,24 @@ impl Word for u16 {
 impl Word for u32 {
     common!(u32);
 
-    #[inline(always)]
+    #[hot]
     fn multiply(self, other: u32) -> (u32, u32) {
         let product = multiply(self, other);
         ((product >> 32) as u32, product as u32)
     }
 
-    #[inline(always)]
+    #[hot]
     fn multiply_high(self, other: u32) -> u32 {
         self.multiply(other).0
     }
 
-    #[inline(always)]
+    #[hot]
     fn scale(self, fraction: u32) -> u32 {
         self.multiply(fraction).0
     }
 
     /// To the nearest.
-    #[inline(always)]
+    #[hot]
     fn round(high: u32, low: u32) -> u32 {
         high.saturating_add(low >> 31)
     }
@@ -164,7 +164,7 @@ impl Word for u32 {
 
 /// The product of two half words.
 // On the AVR, one copy of the call of a 32-bit multiplication.
-#[cfg_attr(target_arch = "avr", inline(never))]
+#[cfg_attr(target_arch = "avr", one_copy)]
 pub(super) fn multiply_halves(a: u16, b: u16) -> u32 {
     u32::from(a).wrapping_mul(u32::from(b))
 }
@@ -173,7 +173,7 @@ pub(super) fn multiply_halves(a: u16, b: u16) -> u32 {
 ///
 /// Schoolbook multiplication in halves: multiplying 64-bit numbers would call a slow and large library routine on
 /// processors that multiply at most 32 bits.
-#[inline(never)]
+#[one_copy]
 pub extern "C" fn multiply(a: u32, b: u32) -> u64 {
     let (a_high, a_low) = (a >> 16, a & 0xFFFF);
     let (b_high, b_low) = (b >> 16, b & 0xFFFF);

@@ -23,26 +23,26 @@ macro_rules! short {
 pub(in crate::machine) use short;
 
 /// The byte at `pc`, and the next one as an operand, if the instruction has one: only the arm of the table knows.
-#[inline(always)]
+#[hot]
 pub(in crate::machine) fn fetch<C: ByteCode>(code: C, pc: usize) -> (u8, isize) {
     let [first, next] = code.word(pc).to_le_bytes();
     (first, isize::from(next as i8))
 }
 
 /// The operand of a short `LOCAL_GET`.
-#[inline(always)]
+#[hot]
 pub(in crate::machine) fn short_local(op: u8) -> isize {
     isize::from(op & 0x0f) + opcode::SHORT_LOCAL_GET.low as isize
 }
 
 /// The operand of a short `INT`.
-#[inline(always)]
+#[hot]
 pub(in crate::machine) fn short_int(op: u8) -> i32 {
     i32::from(op & 0x0f) + i32::from(opcode::SHORT_INT.low)
 }
 
 /// Opcode and operand of the other short forms.
-#[inline(always)]
+#[hot]
 pub(in crate::machine) fn short_other(op: u8) -> (u8, isize) {
     match op & 0x0c {
         0x08 => (opcode::RETURN, isize::from(op & 0x03)),
@@ -52,7 +52,7 @@ pub(in crate::machine) fn short_other(op: u8) -> (u8, isize) {
 }
 
 /// Opcode and operand of a wide form; `pc` is after its first byte.
-#[inline(always)]
+#[hot]
 pub(in crate::machine) fn wide<C: ByteCode>(code: C, pc: usize, op: u8) -> (u8, isize) {
     (op & !WIDE, isize::from(code.word(pc) as i16))
 }

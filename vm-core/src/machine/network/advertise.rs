@@ -48,7 +48,7 @@ pub(super) const FORGOTTEN: u16 = 40;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Sends the entries and swarms that the ending entry point has changed, at most [`NEWS_MAX`] entries.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn send_news<H: Host<P>>(&mut self, host: &mut H) {
         self.protocol.has_news = false;
         let mut left = NEWS_MAX;
@@ -93,7 +93,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Advertises in a moment, and often for a while.
-    #[inline(never)]
+    #[one_copy]
     fn advertise_soon(&mut self) {
         let protocol = &mut self.protocol;
         protocol.interval = SHORTEST_INTERVAL;
@@ -113,7 +113,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Advances all timers by a step, and sends what is due.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn keep_in_touch<H: Host<P>>(&mut self, host: &mut H) {
         let periods = host.periods();
         if Self::has(Part::Stigmergy) {
@@ -227,7 +227,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Compares a neighbor's digest with the robot's own one. `None`: its beacon had none.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn compare(&mut self, theirs: Option<u32>) {
         let Some(theirs) = theirs else {
             self.protocol.meets_beacon = true;
@@ -260,7 +260,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Handles an entry that finds no place here: counts it, and relays it if none was relayed for a while.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn relay<H: Host<P>>(&mut self, host: &mut H, entry: &Entry<P>, digest: u16) {
         self.protocol.count(Count::NotKept);
         // No digest covers deletions.
@@ -295,7 +295,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 }
 
 /// A hash of an entry: FNV-1a over its frame, in which a digest stands for key and value that do not fit.
-#[inline(never)]
+#[one_copy]
 fn hash<P: Profile>(entry: &Entry<P>, digest: u16) -> u32 {
     let mut frame = Frame::EMPTY;
     let _ = frame.put_entry(entry, digest);

@@ -52,7 +52,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Begins a step: messages first. A fault is reported by the next run.
-    #[inline(never)]
+    #[one_copy]
     pub(in crate::machine) fn begin_messages(&mut self) {
         self.state = State::Running;
         let _ = self.enter_messages();
@@ -75,7 +75,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Handles the next message, or begins `step()` if there is none.
-    #[inline(never)]
+    #[one_copy]
     pub(in crate::machine) fn next_message<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -115,7 +115,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Ends a fault where it arose while a message was handled, so that the script goes on with the next message.
     /// Returns false if it is not such a fault, or stops the script nevertheless.
-    #[inline(never)]
+    #[one_copy]
     pub(in crate::machine) fn contain<H: Host<P>>(&mut self, host: &mut H) -> bool {
         let State::Faulted(fault) = &self.state else { return false };
         if !self.protocol.in_message
@@ -156,7 +156,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Script { hash: self.header.hash(), strings: string::COUNT + self.header.strings() }
     }
 
-    #[inline(always)]
+    #[hot]
     fn handle<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -233,7 +233,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Returns true if the script may have sent a value of that class on that topic or under that key. Else the message is
     /// counted: no robot with this script has sent it.
-    #[inline(always)]
+    #[hot]
     pub(super) fn expects(&mut self, name: Value<P>, value: Value<P>) -> bool {
         // Most values are numbers, and most scripts send them under all names.
         let has_table = self.header.form() & FORM_CLASSES != 0;
@@ -241,7 +241,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         !has_table || takes_numbers && value.is_number() || self.has_class(name, value)
     }
 
-    #[inline(never)]
+    #[one_copy]
     fn has_class(&mut self, name: Value<P>, value: Value<P>) -> bool {
         let Some(program) = self.program() else { return false };
         if program.classes(name) >> value.class_bit() & 1 != 0 {
@@ -265,7 +265,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// `neighbors.broadcast`, `listen` and `ignore`.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn talk<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -299,7 +299,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Sends a frame that is open; `content` is that of a fragment.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn send<H: Host<P>>(&mut self, host: &mut H, frame: &mut Frame<P>, content: &[u8]) {
         let Some(head) = frame.seal(&self.script()) else { return };
         let room = frame.bytes_mut().get_mut(head..).unwrap_or(&mut []);
@@ -312,7 +312,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Sends an entry of a stigmergy, in fragments if need be. An entry for whose walk there is no memory now is not sent:
     /// its turn comes again.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn send_entry<H: Host<P>>(&mut self, host: &mut H, entry: &Entry<P>, digest: u16) {
         let mut frame = Frame::EMPTY;
         if frame.put_entry(entry, digest).is_none() {

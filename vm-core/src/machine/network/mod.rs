@@ -67,7 +67,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// The number of robots, entries and swarms that the machine remembers.
-    #[inline(always)]
+    #[hot]
     pub(super) fn sizes(&self) -> &Sizes {
         match &C::SIZES {
             Some(sizes) => sizes,
@@ -77,7 +77,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// The first slot of the network, after those of the script.
-    #[inline(always)]
+    #[hot]
     pub(super) fn network_base(&self) -> usize {
         match C::SIZES {
             Some(sizes) => SLOTS.saturating_sub(sizes.slots()),
@@ -86,14 +86,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// The first slot of the entries, after the neighbours.
-    #[inline(always)]
+    #[hot]
     pub(super) fn entries_at(&self) -> usize {
         let sizes = self.sizes();
         self.network_base() + usize::from(sizes.neighbors) * sizes.neighbor()
     }
 
     /// Forgets everything that belongs to another image; the slots of the network are emptied with all others.
-    #[inline(always)]
+    #[hot]
     pub(super) fn reset_network(&mut self) {
         if Self::HAS_NETWORK {
             self.uses_network = self.header.features() & messages::NETWORK_FEATURES != 0;
@@ -102,7 +102,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Draws the times of sending from the robot's id.
-    #[inline(always)]
+    #[hot]
     pub(super) fn identify_network(&mut self, robot_id: u16) {
         if Self::HAS_NETWORK {
             self.protocol.jitter = robot_id;
@@ -112,7 +112,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Sends the entries and swarms that have changed, when an entry point has ended.
-    #[inline(always)]
+    #[hot]
     pub(super) fn send_changes<H: Host<P>>(&mut self, host: &mut H) {
         if Self::HAS_SHARED_STATE && self.protocol.has_news {
             self.send_news(host);
@@ -120,7 +120,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Keeps the robot's place in the network while its script rests after a fault, but leaves all swarms.
-    #[inline(always)]
+    #[hot]
     pub(super) fn rest_network(&mut self) {
         if Self::HAS_NETWORK {
             if self.uses_network {
@@ -135,7 +135,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Lets steps run the script again.
-    #[inline(always)]
+    #[hot]
     pub(super) fn end_rest(&mut self) {
         if Self::HAS_NETWORK {
             self.protocol.is_resting = false;
@@ -143,7 +143,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Marks the keys and values of all entries for the collector.
-    #[inline(always)]
+    #[hot]
     pub(super) fn mark_entries(&mut self) {
         let mut entry = self.entries_at();
         for _ in 0..self.sizes().entries {
@@ -167,7 +167,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Pushes the next neighbour, or the next entry of a stigmergy, where slot `at` counts; false if there is none.
-    #[inline(always)]
+    #[hot]
     pub(super) fn next_known(&mut self, source: Value<P>, at: usize) -> Result<bool, Stopped> {
         if Self::ITERATES_NEIGHBORS && source.index() as u8 == Library::Neighbors as u8 {
             Ok(self.next_neighbor(at)? != 0)
@@ -177,7 +177,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Returns true if the robot is in that swarm.
-    #[inline(always)]
+    #[hot]
     pub(super) fn is_in_swarm(&self, swarm: Value<P>) -> bool {
         self.is_member(object_number(swarm))
     }

@@ -29,13 +29,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// The slots of neighbours: the first, and the first behind them.
-    #[inline(always)]
+    #[hot]
     fn neighbor_slots(&self) -> (usize, usize) {
         (self.network_base(), self.entries_at())
     }
 
     /// The step at which it is forgotten; 0: there is none.
-    #[inline(always)]
+    #[hot]
     fn end_step(&self, at: usize) -> u8 {
         self.arena.slots.tag_at(at + DISTANCE).byte() & STEP
     }
@@ -52,7 +52,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// The first slot of the neighbour at that place.
-    #[inline(always)]
+    #[hot]
     fn neighbor_slot(&self, place: u8) -> usize {
         let mut slots = usize::from(place) * 2;
         if self.sizes().bearings {
@@ -62,7 +62,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Whether that robot is the neighbour at that place.
-    #[inline(always)]
+    #[hot]
     fn is_neighbor(&self, place: u8, robot: u16) -> bool {
         let at = self.neighbor_slot(place);
         place < self.sizes().neighbors
@@ -72,7 +72,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// The place of a robot. One that is no neighbour becomes one; if there is no room, who was not heard for the longest
     /// time is forgotten.
-    #[inline(never)]
+    #[one_copy]
     fn find_neighbor(&mut self, robot: u16) -> u8 {
         let mut fewest = u8::MAX;
         let mut oldest = 0;
@@ -96,7 +96,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Keeps a robot as a neighbor for that number of steps, or for half of them if it was unknown.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn hear(&mut self, robot: u16, sighting: &Sighting<P>, mut steps: u8) {
         let mut place = self.protocol.heard;
         if !self.is_neighbor(place, robot) {
@@ -173,7 +173,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// The first slot of the neighbour with the lowest id that is at least `from`; 0 if there is none.
-    #[inline(never)]
+    #[one_copy]
     fn neighbor_from(&self, from: u16) -> usize {
         let (mut at, end) = self.neighbor_slots();
         let mut found = 0;
@@ -230,7 +230,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// A table of three values under constant strings.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn record(
         &mut self,
         keys: [u16; 3],
@@ -248,7 +248,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Functions of `neighbors` and of snapshots that have their result at once; `a` is the first argument.
-    #[inline(never)]
+    #[one_copy]
     pub(in crate::machine) fn neighbor_builtin<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -288,7 +288,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Returns true if `kin` or `nonkin`, given by its number, includes the neighbor whose id and data are on top of the
     /// stack. The swarm is that of the running `exec`; outside of it all neighbors are kin.
-    #[inline(never)]
+    #[one_copy]
     pub(in crate::machine) fn is_chosen(&self, number: u8) -> bool {
         let at = self.neighbor_from(self.top(2).index() as u16);
         let is_kin = self.current_swarm(0).is_none_or(|swarm| self.is_kin(at, swarm));

@@ -186,12 +186,12 @@ impl<P: Profile> Protocol<P> {
     }
 
     /// Steps that are left of a timer.
-    #[inline(always)]
+    #[hot]
     pub(in crate::machine) fn timer(&self, which: Timer) -> u8 {
         self.timers[which as usize]
     }
 
-    #[inline(always)]
+    #[hot]
     pub(in crate::machine) fn set_timer(&mut self, which: Timer, steps: u8) {
         self.timers[which as usize] = steps;
     }
@@ -203,7 +203,7 @@ impl<P: Profile> Protocol<P> {
         }
     }
 
-    #[inline(never)]
+    #[one_copy]
     pub(in crate::machine) fn count(&mut self, which: Count) {
         if let Some(counter) = self.counters.get_mut(which as usize)
             && *counter != u16::MAX

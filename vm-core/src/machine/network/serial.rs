@@ -63,7 +63,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Copies a value of an entry with the tables in it, so that a script which changes the copy does not change the entry. The
     /// value is on the stack, or in an entry.
-    #[inline(always)]
+    #[hot]
     pub(super) fn copied(&mut self, value: Value<P>) -> Result<Value<P>, Stopped> {
         if Self::has(Part::LongMessages) && is_table(value) {
             self.copy_tables(value)
@@ -72,7 +72,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    #[inline(never)]
+    #[one_copy]
     fn copy_tables(&mut self, value: Value<P>) -> Result<Value<P>, Stopped> {
         let base = usize::from(self.sp);
         self.reserve(2)?;
@@ -97,7 +97,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Sends what has no frame: topic or key, and value.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn send_long<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -212,7 +212,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Puts a fragment to the others of its message. A complete entry is merged; of a complete broadcast topic and value are
     /// left on the stack: true.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn assemble<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -278,7 +278,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Reads a complete message; see [`Vm::assemble`].
-    #[inline(never)]
+    #[one_copy]
     fn deliver<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -307,7 +307,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Whether a content is right, and its values find room without harm to the script.
-    #[inline(never)]
+    #[one_copy]
     fn has_room_for(&mut self, reader: &Reader<'_>) -> bool {
         let mut slots = 2 * crate::machine::NATIVE_ROOM;
         let mut is_known = true;

@@ -43,7 +43,7 @@ const ON_CONFLICT_LOST: u8 = 0xfd;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The first slot of the entry at that place.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn entry_slot(&self, place: u8) -> usize {
         self.entries_at() + usize::from(place) * ENTRY
     }
@@ -59,7 +59,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// The stamp of an entry. That of a deleted one has no digest.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn stamp(&self, at: usize) -> Stamp<P> {
         let clock = self.arena.get(at + CLOCK);
         let [low, high] = (clock.index() as u16).to_le_bytes();
@@ -118,7 +118,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// The clock of a put after that one.
-    #[inline(never)]
+    #[one_copy]
     fn tick(&mut self, clock: u32) -> u32 {
         let clock = next(clock);
         self.note_clock(clock);
@@ -126,7 +126,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Remembers the latest clock.
-    #[inline(never)]
+    #[one_copy]
     fn note_clock(&mut self, clock: u32) {
         if is_earlier(self.protocol.clock, clock) {
             self.protocol.clock = clock;
@@ -134,7 +134,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// 1 + the place of the stigmergy of an entry, 0 if there is no entry; with [`NEWS`].
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn entry_state(&self, at: usize) -> u8 {
         self.arena.get(at + ROBOT).tag().byte()
     }
@@ -151,7 +151,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// An entry as it is sent, and its digest.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn entry_message(&self, at: usize) -> (Entry<P>, u16) {
         let stamp = self.stamp(at);
         let place = (self.entry_state(at) & !NEWS).wrapping_sub(1);
@@ -197,7 +197,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// The first slot of an entry, 0 if there is none.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn find_entry(&self, stigmergy: u8, key: Value<P>) -> usize {
         for place in 0..self.sizes().entries {
             let at = self.entry_slot(place);
@@ -246,7 +246,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Functions of `stigmergy` and of stigmergies that have their result at once; `a` is the first argument.
-    #[inline(never)]
+    #[one_copy]
     pub(in crate::machine) fn stigmergy_builtin<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -358,7 +358,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Sets a listener or handler; nil removes.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn set_handler(&mut self, key: Value<P>, function: Value<P>) -> Result<(), Stopped> {
         if !function.is_nil() && function.type_of() != Type::Closure {
             return Err(self.wrong_type(function, function));
@@ -368,7 +368,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Merges an entry that was heard; a handler may have to be called for that, which begins then.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn merge<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -446,7 +446,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Keeps the greater one of an entry's stamp and a neighbour's. `onconflictlost` may have to run, and begins then.
-    #[inline(never)]
+    #[one_copy]
     fn take_greater<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -470,7 +470,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Keeps a stamp in the place of the robot's own or another one. `onconflictlost` may have to run, and begins then.
-    #[inline(never)]
+    #[one_copy]
     fn adopt<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -509,7 +509,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Ends a conflict by what the handler said: the winner is stored and sent. `onconflictlost` may have to run, and
     /// begins then.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn settle<H: Host<P>>(
         &mut self,
         host: &mut H,

@@ -31,14 +31,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// The slot of the swarm at that place.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn swarm_slot(&self, place: u8) -> usize {
         let entries = self.sizes().entries;
         self.entry_slot(entries) + usize::from(entries) + usize::from(place)
     }
 
     /// Whether the robot is in the swarm at that place.
-    #[inline(never)]
+    #[one_copy]
     pub(super) fn is_member(&self, place: u8) -> bool {
         self.arena.get(self.swarm_slot(place)).tag().byte() & MEMBER != 0
     }
@@ -110,7 +110,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Functions of `swarm` and of swarms that have their result at once; `a` is the first argument.
-    #[inline(never)]
+    #[one_copy]
     pub(in crate::machine) fn swarm_builtin(
         &mut self,
         number: u8,
