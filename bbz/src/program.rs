@@ -212,7 +212,7 @@ pub fn compiled(
     }
 }
 
-/// Parses a script and what it includes.
+/// Parses a script with all its includes.
 pub fn parsed(path: &Path, include: &[PathBuf]) -> Parsed {
     let environment = env::var_os(INCLUDE_PATH).unwrap_or_default();
     let is_named = |folder: &PathBuf| !folder.as_os_str().is_empty();

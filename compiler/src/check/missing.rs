@@ -22,7 +22,7 @@ pub struct Missing {
 /// A function that a script calls and that only a robot can have.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MissingFunction {
-    /// Its name.
+    /// The name that the calls have.
     pub name: String,
     /// The numbers of arguments that calls pass.
     pub counts: BTreeSet<usize>,
@@ -32,7 +32,7 @@ pub struct MissingFunction {
     pub first_call: Span,
 }
 
-/// Returns what a script calls that no robot is known to have.
+/// Finds the functions that a script calls and that only a robot can have.
 pub fn missing(script: &Script) -> Missing {
     let (program, _) = resolve::resolve(script);
     let robots = Robots { target: None, known: &[] };

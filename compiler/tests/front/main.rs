@@ -5,6 +5,7 @@ mod explanations;
 mod grammar;
 mod includes;
 mod lexer;
+mod missing;
 mod properties;
 mod rendering;
 mod support;

@@ -24,6 +24,9 @@ const SCENARIOS: [&str; 5] = [
 /// The folder of their scripts, which must be there but are not read.
 const SCENARIO_FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios");
 
+/// A robot with a body for the simulator.
+const ROVER: &str = include_str!("../../../robots/spec/src/tests/rover.toml");
+
 /// Samples of a recording that are read; more would only take time.
 const SAMPLES: usize = 200;
 
@@ -66,7 +69,8 @@ pub fn scenario(data: &[u8]) -> bool {
 
 /// Reads a robot file, and prints its mistakes. Returns true if it has none.
 pub fn robot_file(data: &[u8]) -> bool {
-    let known: Vec<&str> = shipped().iter().map(|file| file.text).collect();
+    let shipped = shipped().iter().map(|file| file.text);
+    let known: Vec<&str> = shipped.chain([ROVER]).collect();
     let Some(text) = text(data, &known) else { return false };
     match Robot::parse(&text, "fuzz.toml") {
         Ok(robot) => {

@@ -71,6 +71,12 @@ pub fn sensor_keys() -> Vec<&'static str> {
     all_keys(&COMMON_SENSOR_KEYS, &SENSOR_KINDS)
 }
 
+/// The words for drives and kinds of sensors.
+#[cfg(test)]
+pub fn words() -> impl Iterator<Item = &'static str> {
+    DRIVES.iter().chain(&SENSOR_KINDS).map(|(word, _)| *word)
+}
+
 /// Reads the word that determines which other keys a section has, and notes those that it does not have with this word.
 fn determining_word(
     section: &Section<'_>,

@@ -87,6 +87,13 @@ fn keys(section: &'static str) -> Vec<&'static str> {
     keys.to_vec()
 }
 
+/// The keys, words and quantities that describe a robot for the simulator.
+#[cfg(test)]
+pub fn simulator_keys() -> Vec<&'static str> {
+    let keys = [BODY, SENSOR, SETS].into_iter().flat_map(keys);
+    keys.chain(body::words()).collect()
+}
+
 /// Reads the text of a robot file.
 pub fn robot(text: &str, path: &str) -> Result<Robot, RobotErrors> {
     let source = Source::new(path, text);

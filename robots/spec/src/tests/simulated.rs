@@ -3,87 +3,9 @@
 use super::{Expected, error_of, errors_of};
 use crate::*;
 
-/// A robot from nothing but a description, which each case below spoils in one place.
-const RIGHT: &str = r#"name = "rover"
-
-[body]
-drive = "differential"
-radius_mm = 40
-wheel_distance_mm = 60
-speed_mm_s = 150
-noise = 0.05
-
-[[sensor]]
-name = "ring"
-kind = "proximity"
-count = 8
-range_mm = 300
-noise = 5
-
-[[sensor]]
-name = "radio"
-kind = "range-and-bearing"
-range_mm = 2000
-
-[[sensor]]
-name = "cell"
-kind = "battery"
-full_mv = 4200
-empty_mv = 3300
-minutes = 30
-
-[[function]]
-name = "wheels"
-accepts = ["left: number, right: number"]
-sets = { left_wheel = "left cm/s", right_wheel = "right of 255" }
-help = "speeds of the wheels"
-
-[[function]]
-name = "stop"
-accepts = [""]
-sets = { forward = 0, turn = 0 }
-help = "stand still"
-
-[[function]]
-name = "led"
-accepts = ["color: int", "red: int, green: int"]
-sets = { color = "color", red = "red %", green = "-green %" }
-help = "show a color"
-
-[[function]]
-name = "distance"
-accepts = ["beam: int"]
-returns = "int"
-reads = "ring"
-help = "distance along a beam"
-
-[[function]]
-name = "ahead"
-accepts = [""]
-returns = "number"
-reads = "ring.0"
-help = "distance ahead"
-
-[[function]]
-name = "nearest"
-accepts = [""]
-returns = "int"
-reads = "radio.bearing"
-help = "direction of the nearest robot"
-
-[[function]]
-name = "volts"
-accepts = [""]
-returns = "int"
-reads = "cell"
-help = "voltage"
-
-[[function]]
-name = "print"
-accepts = ["value: any"]
-logs = true
-help = "write value to the log"
-"#;
+/// A robot from nothing but a description, which each case below spoils in one place. The fuzz target of robot files starts
+/// from it, too.
+const RIGHT: &str = include_str!("rover.toml");
 
 fn right() -> Robot {
     Robot::parse(RIGHT, "rover.toml").unwrap()
@@ -363,5 +285,17 @@ fn every_prefix_of_a_file_is_read_without_panic() {
         if let Err(error) = Robot::parse(&RIGHT[..end], "rover.toml") {
             assert!(error.to_string().starts_with("rover.toml:"), "{error}");
         }
+    }
+}
+
+/// The reference for people names every key, every quantity and every value of a sensor.
+#[test]
+fn the_guide_names_all_keys() {
+    const GUIDE: &str = include_str!("../../../../docs/own-robot.md");
+    let (_, reference) = GUIDE.split_once("\n## Reference\n").unwrap();
+    let names = read::simulator_keys();
+    assert!(names.len() > 30, "{names:?}");
+    for name in names {
+        assert!(reference.contains(&format!("`{name}`")), "docs/own-robot.md lacks `{name}`");
     }
 }

@@ -1,0 +1,65 @@
+//! The functions that a script calls and that only a robot can have.
+
+use bittybuzz_compiler::check::missing::missing;
+
+use crate::support::parse_text;
+
+/// Each missing function as `name counts line:column`, with `!` after the name if its result is used.
+fn found(text: &str) -> Vec<String> {
+    let parsed = parse_text(text);
+    assert!(!parsed.has_errors(), "{text}\n{:#?}", parsed.diagnostics);
+    let missing = missing(&parsed.script).functions.into_iter();
+    let shown = missing.map(|function| {
+        let mark = if function.is_result_used { "!" } else { "" };
+        let counts: Vec<String> = function.counts.iter().map(usize::to_string).collect();
+        let at = parsed.sources.line_column(function.first_call);
+        format!("{}{mark} {} {}:{}", function.name, counts.join(","), at.line, at.column)
+    });
+    shown.collect()
+}
+
+#[test]
+fn calls_of_names_that_nothing_defines() {
+    assert_eq!(found("led(1)\nled(1, 2) led(3)"), ["led 1,2 1:1"]);
+    assert_eq!(
+        found("function step() { if(id) { go() } else stop() }"),
+        ["go 0 1:28", "stop 0 1:40"]
+    );
+    assert_eq!(
+        found("f = function() { while(near()) go(far(1)) }"),
+        ["near! 0 1:24", "go 1 1:32", "far! 1 1:35"]
+    );
+    // One use of the result is enough.
+    assert_eq!(found("go() x = go() go()"), ["go! 0 1:1"]);
+    assert_eq!(found("for(i = 0, i < 3, next()) { go(i) }"), ["next 0 1:19", "go 1 1:29"]);
+    assert_eq!(found("if(goto) goto(1, 2)"), ["goto 2 1:10"]);
+}
+
+#[test]
+fn what_script_or_language_define_is_not_missing() {
+    for text in [
+        "function led(x) { return x } led(1)",
+        "led = function(x) { return x } led(1)",
+        "function step(f) { f(1) }",
+        "function step() { var f = 1 f(1) }",
+        "t = {} t.led(1) t[0](1) t.x.y()",
+        "log(size({}), math.abs(1), id) neighbors.foreach(function(k, v) { log(k) })",
+        "delay(100) string.length(\"a\") swarm.create(1)",
+        "x = led",
+    ] {
+        assert_eq!(found(text), [""; 0], "{text}");
+    }
+}
+
+#[test]
+fn the_table_of_positions_is_noticed() {
+    for (text, has_position) in [
+        ("log(pos.x)", true),
+        ("if(pos) log(1)", true),
+        ("pos = { .x = 1 } log(pos.x)", false),
+        ("function f(pos) { log(pos.x) }", false),
+        ("log(1)", false),
+    ] {
+        assert_eq!(missing(&parse_text(text).script).has_position, has_position, "{text}");
+    }
+}
