@@ -216,7 +216,7 @@ const AFTER_GROUP: &[(&str, &str, &[&str])] = &[
         "8:9",
         &["no robot is named `killobot`", "`kilobot`?"],
     ),
-    ("[[robots]]\nrobot = \"mine.toml\"\nscript = \"walk.bzz\"\n", "7:1", &["has no `body`"]),
+    ("[[robots]]\nrobot = \"mine.toml\"\nscript = \"walk.bzz\"\n", "7:1", &["describes no body"]),
     (
         "[[robots]]\nrobot = \"none.toml\"\nscript = \"walk.bzz\"\n",
         "8:9",

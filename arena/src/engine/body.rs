@@ -10,8 +10,8 @@ use core::fmt::Debug;
 use super::TICK;
 use super::error::SettingsError;
 use super::geometry::Pose;
+use super::id::RobotId;
 use super::link::Medium;
-use super::robot::RobotId;
 use super::stream::{Purpose, Stream};
 
 /// The most robots of a block. Small enough that a few slow brains do not hold up the other threads.

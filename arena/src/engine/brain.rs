@@ -5,10 +5,12 @@ use core::any::Any;
 use super::TICK_US;
 use super::body::Block;
 use super::geometry::Pose;
+use super::herd::{Herd, HerdId};
+use super::id::RobotId;
 use super::light::{self, Light};
-use super::link::{Heard, Late, Transmission};
-use super::ranger::{Side, Sight};
-use super::robot::RobotId;
+use super::link::{Heard, Late, Sighting, Transmission};
+use super::ranger::Sight;
+use super::ray::{Ray, Side};
 
 /// Decides what a robot does: a virtual machine, an emulated image, or a few lines of a test.
 ///
@@ -86,16 +88,6 @@ impl Io<'_> {
     }
 }
 
-/// What the link tells about who sent a frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sighting {
-    /// The sender, where the link's own frame names it (not on infrared).
-    pub robot: Option<RobotId>,
-    /// Distance in mm, azimuth and elevation in radians in (-pi, pi], in the receiver's frame: azimuth 0 is ahead,
-    /// anticlockwise positive. A Kilobot measures the distance only, both angles are 0. `None` if unknown.
-    pub place: Option<[f32; 3]>,
-}
-
 /// A frame that was heard.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame<'a> {
@@ -144,6 +136,8 @@ impl<'a> Inbox<'a> {
 pub struct Sensors<'a> {
     pub(crate) id: RobotId,
     pub(crate) sight: Sight<'a>,
+    pub(crate) herds: &'a [Herd],
+    pub(crate) herd: HerdId,
     pub(crate) pose: &'a Pose,
     pub(crate) estimate: Option<&'a Pose>,
     pub(crate) ambient: f32,
@@ -162,6 +156,41 @@ impl Sensors<'_> {
     #[must_use]
     pub fn range(&self, side: Side) -> Option<f32> {
         self.sight.range(self.id, self.pose, side)
+    }
+
+    /// Returns mm from the robot's middle to the next wall, obstacle or robot in a direction from its heading, in radians;
+    /// `None` if nothing is within `reach`.
+    #[must_use]
+    pub fn beam(&self, direction: f32, reach: f32) -> Option<f32> {
+        self.sight.along(self.id, self.pose, Ray::towards(self.pose, direction), reach)
+    }
+
+    /// Returns the number of other robots within `reach` mm that have the robot's medium, and distance in mm and direction in
+    /// radians of the nearest one.
+    #[must_use]
+    pub fn neighbors(&self, reach: f32) -> (usize, Option<[f32; 2]>) {
+        let medium = self.herds[usize::from(self.herd.0)].medium;
+        let (mut count, mut nearest): (usize, Option<[f32; 2]>) = (0, None);
+        self.sight.crowd.within(self.id, self.pose, reach, |herd, [dx, dy, dz]| {
+            if self.herds[usize::from(herd)].medium != medium {
+                return;
+            }
+            count += 1;
+            let distance = (dx * dx + dy * dy + dz * dz).sqrt();
+            if nearest.is_none_or(|[least, _]| distance < least) {
+                let direction = super::wrap(libm::atan2f(dy, dx) - self.pose.heading);
+                nearest = Some([distance, direction]);
+            }
+        });
+        (count, nearest)
+    }
+
+    /// Returns the brightness that a sensor sees which looks in a direction from the heading, in radians, or in all of them,
+    /// 0 to 1023.
+    #[must_use]
+    pub fn brightness(&self, direction: Option<f32>) -> f32 {
+        let look = direction.map(|direction| self.pose.heading + direction);
+        light::brightness(self.pose, look, self.ambient, self.lights)
     }
 
     /// What the light sensor reads, 0 (dark) to 1023.

@@ -10,9 +10,9 @@ use rayon::prelude::*;
 use super::body::Shape;
 use super::geometry::{Area, Pose};
 use super::grid::Cells;
+use super::id::RobotId;
 use super::obstacle::{Obstacles, SLOP};
-use super::ranger::Ray;
-use super::robot::RobotId;
+use super::ray::Ray;
 use super::statistics::Statistics;
 
 /// Repetitions in one substep.
@@ -161,6 +161,33 @@ impl Crowd {
             walked += self.cells.side();
         }
         nearest
+    }
+
+    /// Calls back for every other robot within `reach` mm of a pose, from middle to middle, as it was after the last tick: its
+    /// herd, and the way to it.
+    pub(crate) fn within(
+        &self,
+        robot: RobotId,
+        pose: &Pose,
+        reach: f32,
+        mut found: impl FnMut(u16, [f32; 3]),
+    ) {
+        let mut look = |disc: &Disc| {
+            let way = [disc.x - pose.x, disc.y - pose.y, disc.z - pose.z];
+            let squared: f32 = way.iter().map(|part| part * part).sum();
+            if disc.id != robot.0 && squared <= reach * reach {
+                found(disc.herd, way);
+            }
+        };
+        let (low, high) = ((pose.x - reach, pose.y - reach), (pose.x + reach, pose.y + reach));
+        if self.cells.covered(low, high).take(self.discs.len()).count() >= self.discs.len() {
+            self.discs.iter().for_each(look);
+            return;
+        }
+        for cell in self.cells.covered(low, high) {
+            let range = self.starts[cell] as usize..self.starts[cell + 1] as usize;
+            self.discs.get(range).unwrap_or_default().iter().for_each(&mut look);
+        }
     }
 
     fn height(&self, disc: &Disc) -> f32 {

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::robot::RobotId;
+use super::id::RobotId;
 
 /// A number of the [`Settings`](super::Settings) that no world can have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

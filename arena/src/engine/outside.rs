@@ -3,8 +3,8 @@
 use super::brain::Brain;
 use super::error::UnknownRobot;
 use super::herd::Cohort;
+use super::id::RobotId;
 use super::light;
-use super::robot::RobotId;
 use super::world::World;
 
 impl<B: Brain> World<B> {

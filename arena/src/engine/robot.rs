@@ -4,10 +4,6 @@ use super::geometry::Pose;
 use super::herd::HerdId;
 use super::link::Radio;
 
-/// Number of a robot: its place in the order of joining, and its id in frames.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct RobotId(pub u16);
-
 /// Whether a robot works.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum RobotState {

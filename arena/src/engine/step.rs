@@ -9,23 +9,15 @@ use super::body::Moment;
 use super::brain::{Brain, Controls, Inbox, Io, Sensors};
 use super::geometry::Pose;
 use super::herd::{Cohort, Herd};
+use super::id::RobotId;
 use super::light::Light;
-use super::link::{Attempt, Ether, Heard, Listener, Medium, Near, Window};
+use super::link::{Attempt, Ether, Listener, Medium, Window};
 use super::ranger::Sight;
-use super::robot::{Robot, RobotId, RobotState};
-use super::statistics::LinkStatistics;
+use super::robot::{Robot, RobotState};
+use super::scratch::Scratch;
 use super::stream::{Purpose, Stream};
 use super::world::World;
 use super::{TICK, TICK_US};
-
-/// Results of one cohort in a tick; kept for its memory.
-#[derive(Debug, Default)]
-pub(crate) struct Scratch {
-    near: Vec<Near>,
-    heard: Vec<Heard>,
-    planned: [Vec<Attempt>; Medium::COUNT],
-    links: [LinkStatistics; Medium::COUNT],
-}
 
 /// What holds for all robots while they think.
 struct Surroundings<'a> {
@@ -104,7 +96,7 @@ impl<B: Brain> World<B> {
             ..
         } = self;
         let around = Surroundings {
-            ether: [0, 1, 2].map(|medium| Ether { air: &air[medium], topology, calibration }),
+            ether: air.each_ref().map(|air| Ether { air, topology, calibration }),
             sight: Sight { area: settings.area, obstacles, crowd },
             lights,
             ambient: settings.ambient_light,
@@ -247,14 +239,7 @@ impl Thinker<'_> {
         let now = around.now;
         let ether = &around.ether[*medium as usize];
         let late = robot.radio.late.take_if(|late| late.due <= now);
-        let mut listener = Listener {
-            id,
-            pose,
-            estimate,
-            distance_sigma: media.infrared.distance_sigma,
-            late: &mut robot.radio.late,
-            now,
-        };
+        let mut listener = Listener { id, pose, estimate, media, late: &mut robot.radio.late, now };
         ether.hear(
             &mut listener,
             || Stream::new(around.seed, Purpose::Hear, id.0, now),
@@ -273,6 +258,8 @@ impl Thinker<'_> {
             sensors: Sensors {
                 id,
                 sight: around.sight,
+                herds: around.herds,
+                herd: robot.herd,
                 pose,
                 estimate,
                 ambient: around.ambient,

@@ -40,6 +40,12 @@ impl Stream {
         Stream::new(seed, Purpose::Brain, robot, 0)
     }
 
+    /// Returns another stream, which goes on by itself.
+    #[must_use]
+    pub fn fork(&mut self) -> Stream {
+        Stream(SplitMix64::seed_from_u64(self.0.next_u64()))
+    }
+
     /// In [0, 1).
     pub fn unit(&mut self) -> f32 {
         self.0.random()

@@ -12,13 +12,14 @@ use super::contact::Crowd;
 use super::error::{AddError, SettingsError, UnknownRobot};
 use super::geometry::Pose;
 use super::herd::{Cohort, Herd, HerdId};
+use super::id::RobotId;
 use super::light::{Light, LightId};
 use super::link::{Air, Calibration, Loss, Media, Medium, Radio, Schedule, Topology};
 use super::obstacle::{Obstacle, Obstacles};
-use super::robot::{Robot, RobotId, RobotState, View};
+use super::robot::{Robot, RobotState, View};
+use super::scratch::Scratch;
 use super::settings::Settings;
 use super::statistics::Statistics;
-use super::step::Scratch;
 use super::stream::{Purpose, Stream};
 
 /// Robots with brains of type `B`, and everything around them.

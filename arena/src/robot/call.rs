@@ -11,12 +11,14 @@ use super::log::{LogLine, Piece};
 pub type Effect = Box<dyn Fn(&mut Call<'_, '_>) -> Done + Send + Sync>;
 
 /// The outcome of a function.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Done {
     /// It is finished and returns nil.
     Nil,
     /// It is finished and returns an integer.
     Int(i32),
+    /// It is finished and returns a number.
+    Float(f32),
     /// It goes on.
     Wait,
     /// It is finished and returns the value of a function that does nothing: 0, 0.0 or nil.

@@ -32,6 +32,11 @@ pub trait RobotModel: BodyModel + Any {
         let _ = media;
     }
 
+    /// Changes the numbers of the media of one group, where its link is part of the robot.
+    fn set_own_media(&self, media: &mut Media) {
+        let _ = media;
+    }
+
     /// Returns the number of instructions that it executes in a tick, about. More are not executed in one tick even by a fast
     /// robot, so that a script that never ends does not stop the world.
     fn budget(&self) -> u16 {

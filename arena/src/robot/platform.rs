@@ -84,6 +84,7 @@ impl<P: Profile> Host<P> for Platform<'_, '_, '_> {
         Ok(match done {
             Done::Nil => Reply::Value(Value::nil()),
             Done::Int(value) => Reply::Value(Value::int(value)),
+            Done::Float(value) => Reply::Value(Value::float(value)),
             Done::Wait => Reply::Wait,
             Done::Idle => Reply::Value(idle_result(function)),
             Done::OutOfRange => return Err(RobotFault::Refused(Refusal::OutOfRange)),

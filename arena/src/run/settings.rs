@@ -25,8 +25,11 @@ pub fn media(scenario: &Scenario) -> engine::Media {
 }
 
 /// The numbers of the media of a group, of which `media` holds for the world.
-pub fn media_of(mut media: engine::Media, group: &Group) -> engine::Media {
-    set_medium(&mut media, Medium::of(group.model.medium()), &group.link);
+pub fn media_of(scenario: &Scenario, mut media: engine::Media, group: &Group) -> engine::Media {
+    let medium = Medium::of(group.model.medium());
+    group.model.set_own_media(&mut media);
+    set_medium(&mut media, medium, scenario.media.of(medium));
+    set_medium(&mut media, medium, &group.link);
     media
 }
 
@@ -68,6 +71,7 @@ pub fn engine_medium(medium: Medium) -> engine::Medium {
         Medium::Ir => engine::Medium::Infrared,
         Medium::Nrf24 => engine::Medium::Nrf24,
         Medium::P2p => engine::Medium::P2p,
+        Medium::Rab => engine::Medium::RangeAndBearing,
     }
 }
 

@@ -58,7 +58,7 @@ impl<'p> Simulation<'p> {
         let herds = scenario
             .groups
             .iter()
-            .map(|group| world.add_herd(group.model.clone(), media_of(media, group)));
+            .map(|group| world.add_herd(group.model.clone(), media_of(scenario, media, group)));
         let herds: Result<Vec<HerdId>, _> = herds.collect();
         let herds = herds.map_err(settings_error)?;
         for obstacle in &scenario.world.obstacles {

@@ -9,7 +9,6 @@ use crate::robot::RobotModel;
 
 use super::error::Cause;
 use super::read::Section;
-use super::robots::Group;
 
 /// What runs the script of a group.
 #[derive(Debug, Clone, PartialEq)]
@@ -99,37 +98,4 @@ pub fn image(section: &Section<'_>, folder: &Path, usual: &str) -> Option<PathBu
     };
     entry.fail(Cause::NoFirmware { path: text.to_owned(), reason });
     None
-}
-
-/// Notes groups that cannot be in one world: one program emulates all robots of a kind with one firmware, and only these hear
-/// others of their kind.
-pub fn check(root: &Section<'_>, groups: &[Group]) {
-    let fail = |group: &Group, cause| {
-        let place = match &group.backend {
-            Backend::Vm => &group.place,
-            Backend::Firmware { place, .. } => place,
-        };
-        root.reader.fail_at(place, cause);
-    };
-    for (number, group) in groups.iter().enumerate() {
-        let first = groups.iter().find(|first| first.model.name() == group.model.name());
-        if let Some(first) = first
-            && first.backend.firmware().is_some() != group.backend.firmware().is_some()
-        {
-            fail(group, Cause::UnlikeBackends { line: first.place.line });
-        }
-        let Some(firmware) = group.backend.firmware() else { continue };
-        if let Some(first) = first
-            && first.backend.firmware().is_some_and(|of_first| of_first != firmware)
-        {
-            fail(group, Cause::UnlikeFirmware { line: first.place.line });
-        }
-        let alike =
-            groups.iter().take(number + 1).filter(|other| other.model.name() == group.model.name());
-        let count = alike.map(|other| other.count).sum();
-        let most = group.model.emulation().map_or(0, |emulation| emulation.most());
-        if count > most {
-            fail(group, Cause::TooManyEmulated { count, most });
-        }
-    }
 }

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use bittybuzz_robot_spec::Robot;
-use bittybuzz_toml_reader::TomlError;
 
-use crate::robot::RobotModel;
+use crate::robot::{DescribedRobot, RobotModel};
 
+use super::error::Cause;
 use super::keys;
 use super::read::Section;
 
@@ -21,7 +21,8 @@ pub fn read(root: &Section<'_>, models: &[Arc<dyn RobotModel>]) -> Vec<Arc<dyn R
     models.iter().map(with).collect()
 }
 
-/// Returns the model of a group: that of a robot that ships, or the one that the group names; with the group's own numbers.
+/// Returns the model of a group: that which the group names, that of a robot that ships, or the description in the robot's file;
+/// with the group's own numbers.
 pub fn of_group(
     group: &Section<'_>,
     robot: &Robot,
@@ -29,16 +30,19 @@ pub fn of_group(
 ) -> Option<Arc<dyn RobotModel>> {
     let model = if group.get("body").is_some() {
         let words: Vec<_> = models.iter().map(|model| (model.name(), model)).collect();
-        group.word("body", &words)?
+        group.word("body", &words)?.clone()
+    } else if let Some(described) = DescribedRobot::new(robot) {
+        Arc::new(described)
     } else {
-        let found = models.iter().find(|model| model.robots().contains(&robot.name.as_str()));
-        if found.is_none() {
-            group.fail(TomlError::MissingKey { key: "body", section: group.name });
+        let shipped = models.iter().find(|model| model.robots().contains(&robot.name.as_str()));
+        if shipped.is_none() {
+            let known = models.iter().map(|model| model.name()).collect();
+            group.fail(Cause::NoBody { robot: robot.name.clone(), known });
         }
-        found?
+        shipped?.clone()
     };
     Some(match group.section("model", model.keys().model) {
         Some(section) => model.read(&section),
-        None => model.clone(),
+        None => model,
     })
 }

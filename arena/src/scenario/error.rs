@@ -58,6 +58,10 @@ pub enum Cause {
     Misfit { robot: String, needs: String },
     /// A robot that nothing emulates.
     NoEmulator { robot: String },
+    /// A robot file that does not describe the robot's body.
+    NoBody { robot: String, known: Vec<&'static str> },
+    /// A function that the simulator cannot carry out.
+    NoEffect { robot: String, function: String },
     /// The firmware is not there, or is none.
     NoFirmware { path: String, reason: String },
     /// Robots of a kind in virtual machines beside emulated ones.
@@ -133,6 +137,12 @@ impl fmt::Display for Cause {
                 write!(f, "`{robot}` cannot be simulated: its body needs {needs}")
             }
             Cause::NoEmulator { robot } => write!(f, "nothing emulates a `{robot}`"),
+            Cause::NoBody { robot, .. } => {
+                write!(f, "`{robot}` cannot be simulated: its file describes no body")
+            }
+            Cause::NoEffect { robot, function, .. } => {
+                write!(f, "`{function}` of `{robot}` has no effect in the simulator")
+            }
             Cause::NoFirmware { path, reason } => {
                 write!(f, "cannot use firmware `{path}`: {reason}")
             }
@@ -209,6 +219,14 @@ impl toml_reader::Cause for Cause {
             )),
             Cause::UnknownGlobal { name, known } => Some(one_of(name, known)),
             Cause::NoRoom { .. } => Some("make the world or `area` larger".to_owned()),
+            Cause::NoBody { known, .. } => Some(format!(
+                "give the robot file a [body] with a `drive`, or the group a `body`: {}",
+                known.join(", ")
+            )),
+            Cause::NoEffect { function, .. } => Some(format!(
+                "leave `{function}` out of the robot file, give the file a [body], which has `sets`, `reads` and `logs` for functions, \
+                 or give the model of the robot an effect for it"
+            )),
             Cause::NoEmulator { .. } => {
                 Some("backend = \"vm\" simulates it; emulated are robots that ship, if their file says where their id is".to_owned())
             }

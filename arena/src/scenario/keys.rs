@@ -44,6 +44,8 @@ pub const IR: &str = "[medium.ir]";
 pub const NRF24: &str = "[medium.nrf24]";
 /// Peer to peer.
 pub const P2P: &str = "[medium.p2p]";
+/// Range and bearing.
+pub const RAB: &str = "[medium.rab]";
 /// What is between media.
 pub const BRIDGE: &str = "[bridge]";
 /// An event.
@@ -155,11 +157,13 @@ pub const SECTIONS: &[SectionKeys] = &[
             "ir" "table" "" "infrared",
             "nrf24" "table" "" "nRF24L01+",
             "p2p" "table" "" "peer-to-peer packets of the nRF51",
+            "rab" "table" "" "range and bearing, of robots that their file describes",
         ],
     },
     SectionKeys { name: IR, keys: IR_KEYS },
     SectionKeys { name: NRF24, keys: RADIO_KEYS },
     SectionKeys { name: P2P, keys: RADIO_KEYS },
+    SectionKeys { name: RAB, keys: RADIO_KEYS },
     SectionKeys {
         name: BRIDGE,
         keys: scenario_keys![
@@ -185,7 +189,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "volts" "0 to 5" "" "battery: how many",
             "light" "light or list" "" "these lights take the place of those before",
             "loss" "0 to 1 or [near, far]" "" "the medium loses that share of all frames from now on",
-            "medium" "word" "the only one" "loss: ir, nrf24 or p2p",
+            "medium" "word" "the only one" "loss: ir, nrf24, p2p or rab",
             "block" "[robots, robots]" "" "no frame gets from the ones to the others, nor back",
             "restore" "[robots, robots]" "" "the blocked links work again",
             "partition" "list of robots" "" "frames only get through inside of each part",
@@ -221,7 +225,7 @@ pub const SECTIONS: &[SectionKeys] = &[
 
 /// Returns the name of the section `[medium.NAME]`.
 pub(super) fn of_medium(name: &str) -> &'static str {
-    [("ir", IR), ("nrf24", NRF24), ("p2p", P2P)]
+    [("ir", IR), ("nrf24", NRF24), ("p2p", P2P), ("rab", RAB)]
         .into_iter()
         .find(|(known, _)| *known == name)
         .map_or(MEDIUM, |(_, section)| section)

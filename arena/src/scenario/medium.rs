@@ -5,7 +5,7 @@ use toml::de::DeValue;
 use crate::engine;
 
 use super::error::Cause;
-use super::keys::{IR, NRF24, P2P};
+use super::keys::{IR, NRF24, P2P, RAB};
 use super::read::{Entry, Section};
 
 /// What carries frames.
@@ -17,12 +17,14 @@ pub enum Medium {
     Nrf24,
     /// Peer-to-peer packets of an nRF51.
     P2p,
+    /// Link of robots that are described by their file: range and bearing.
+    Rab,
 }
 
 impl Medium {
     /// Every medium with its name in scenario files.
-    pub const WORDS: [(&'static str, Medium); 3] =
-        [("ir", Medium::Ir), ("nrf24", Medium::Nrf24), ("p2p", Medium::P2p)];
+    pub const WORDS: [(&'static str, Medium); 4] =
+        [("ir", Medium::Ir), ("nrf24", Medium::Nrf24), ("p2p", Medium::P2p), ("rab", Medium::Rab)];
 
     /// The medium as the engine has it.
     pub(crate) fn of(medium: engine::Medium) -> Self {
@@ -30,6 +32,7 @@ impl Medium {
             engine::Medium::Infrared => Medium::Ir,
             engine::Medium::Nrf24 => Medium::Nrf24,
             engine::Medium::P2p => Medium::P2p,
+            engine::Medium::RangeAndBearing => Medium::Rab,
         }
     }
 
@@ -39,6 +42,7 @@ impl Medium {
             Medium::Ir => "ir",
             Medium::Nrf24 => "nrf24",
             Medium::P2p => "p2p",
+            Medium::Rab => "rab",
         }
     }
 }
@@ -87,6 +91,8 @@ pub struct Media {
     pub nrf24: MediumSettings,
     /// Peer-to-peer packets.
     pub p2p: MediumSettings,
+    /// Range and bearing.
+    pub rab: MediumSettings,
 }
 
 impl Media {
@@ -96,6 +102,7 @@ impl Media {
             Medium::Ir => &self.ir,
             Medium::Nrf24 => &self.nrf24,
             Medium::P2p => &self.p2p,
+            Medium::Rab => &self.rab,
         }
     }
 }
@@ -107,9 +114,10 @@ const NOT_EMULATED: [&str; 2] = ["duplication", "reordering"];
 pub fn read(root: &Section<'_>, used: &[Medium], emulated: &[Medium]) -> Media {
     let mut media = Media::default();
     let Some(section) = root.section("medium", super::keys::MEDIUM) else { return media };
-    for (key, medium, name) in
-        [("ir", Medium::Ir, IR), ("nrf24", Medium::Nrf24, NRF24), ("p2p", Medium::P2p, P2P)]
+    for (medium, name) in
+        [(Medium::Ir, IR), (Medium::Nrf24, NRF24), (Medium::P2p, P2P), (Medium::Rab, RAB)]
     {
+        let key = medium.name();
         let Some(settings) = section.section(key, name) else { continue };
         if !used.contains(&medium) && !used.is_empty() {
             settings.fail(Cause::NoSuchMedium { medium: key });
@@ -131,6 +139,7 @@ pub fn read(root: &Section<'_>, used: &[Medium], emulated: &[Medium]) -> Media {
             Medium::Ir => media.ir = settings,
             Medium::Nrf24 => media.nrf24 = settings,
             Medium::P2p => media.p2p = settings,
+            Medium::Rab => media.rab = settings,
         }
     }
     media

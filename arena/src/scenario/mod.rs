@@ -12,6 +12,7 @@ mod event;
 mod expect;
 pub mod keys;
 mod medium;
+mod mix;
 mod output;
 mod read;
 mod robots;
@@ -24,7 +25,7 @@ use std::sync::Arc;
 
 use bittybuzz_toml_reader::{self as toml_reader, Override, Source, file};
 
-use crate::robot::{Models, RobotModel};
+use crate::robot::{DESCRIBED_LINK, Models, RobotModel};
 
 pub use backend::Backend;
 pub use bridge::Bridge;
@@ -132,7 +133,7 @@ fn scenario(root: &Section<'_>, folder: &Path, models: &Models) -> Option<Scenar
         }
     }
     if is_complete {
-        backend::check(root, &groups);
+        mix::check(root, &groups);
     }
     let emulated = groups.iter().filter(|group| group.backend != Backend::Vm);
     let emulated: Vec<Medium> = emulated.map(|group| Medium::of(group.model.medium())).collect();
@@ -163,7 +164,10 @@ fn keys_of(section: &str, models: &Models) -> Vec<&'static str> {
             (section == keys.link).then(of_link)
         })
     });
-    of_model.unwrap_or_else(|| keys::of(section))
+    of_model.unwrap_or_else(|| match section {
+        _ if section == DESCRIBED_LINK => keys::of(keys::RAB),
+        _ => keys::of(section),
+    })
 }
 
 /// The parts of `medium.ir.loss=0.1`, and how errors name the place of the value.

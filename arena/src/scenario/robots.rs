@@ -10,7 +10,7 @@ use bittybuzz_robot_spec::{OnFault, Profile, Robot};
 use bittybuzz_toml_reader::{Place, TomlError};
 use toml::de::DeValue;
 
-use crate::robot::{Emulation, Models, RobotModel};
+use crate::robot::{Emulation, Models, RobotModel, common_effect};
 
 use super::backend::{self, Backend};
 use super::body;
@@ -143,6 +143,9 @@ fn group(
     let link = model.as_ref().map(|model| medium::link(section, model.keys().link));
     let script = section.required("script").and_then(|entry| script(&entry, folder));
     let backend = backend::of_group(section, model.as_deref(), robot.as_ref(), folder);
+    if let (Some(robot), Some(model), Some(Backend::Vm)) = (&robot, &model, &backend) {
+        check_effects(section, robot, &**model);
+    }
     let count = section.integer("count", COUNT);
     let listed = section.get("positions").and_then(|entry| entry.list());
     let is_sized = count.is_some() || section.get("count").is_none();
@@ -189,6 +192,20 @@ fn group(
         link: link?,
         place,
     })
+}
+
+/// Notes functions of a robot that the simulator cannot carry out.
+fn check_effects(section: &Section<'_>, robot: &Robot, model: &dyn RobotModel) {
+    for function in &robot.functions {
+        if model.effect(function).is_none() && common_effect(function).is_none() {
+            let (robot, function) = (robot.name.clone(), function.name.clone());
+            let cause = Cause::NoEffect { robot, function };
+            match section.get("robot") {
+                Some(entry) => entry.fail(cause),
+                None => section.fail(cause),
+            }
+        }
+    }
 }
 
 /// Degrees.

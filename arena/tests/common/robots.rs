@@ -47,7 +47,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         let engine::Settings { seed, threads, area, ambient_light } = engine::Settings::default();
-        let Media { infrared, nrf24, p2p } = Media::STANDARD;
+        let Media { infrared, nrf24, p2p, .. } = Media::STANDARD;
         Settings {
             seed,
             threads,
@@ -96,7 +96,7 @@ impl<B: Brain> World<B> {
 
     pub fn add_variant(&mut self, settings: Settings) -> Result<Variant, SettingsError> {
         let Settings { kilobot, zooid, crazyflie, infrared, nrf24, p2p, .. } = settings;
-        let media = Media { infrared, nrf24, p2p };
+        let media = Media { infrared, nrf24, p2p, ..Media::STANDARD };
         let herds = [
             self.world.add_herd(Arc::new(kilobot), media)?,
             self.world.add_herd(Arc::new(zooid), media)?,

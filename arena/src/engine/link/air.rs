@@ -6,7 +6,7 @@ use super::{Link, Loss, Medium};
 use crate::engine::TICK_US;
 use crate::engine::geometry::{Area, Pose};
 use crate::engine::grid::Cells;
-use crate::engine::robot::RobotId;
+use crate::engine::id::RobotId;
 
 /// Most cells of a medium: they are never cleared, so they cost memory only.
 const CELLS: usize = 100_000;

@@ -2,13 +2,12 @@
 
 use super::air::{Air, Near};
 use super::calibration::Calibration;
-use super::packet::{Heard, Late, Transmission};
+use super::packet::{Heard, Late, Sighting, Transmission};
 use super::topology::Topology;
-use super::{Link, Medium};
+use super::{Link, Media, Medium, RangeAndBearing};
 use crate::engine::TICK_US;
-use crate::engine::brain::Sighting;
 use crate::engine::geometry::{Pose, wrap};
-use crate::engine::robot::RobotId;
+use crate::engine::id::RobotId;
 use crate::engine::statistics::LinkStatistics;
 use crate::engine::stream::Stream;
 
@@ -21,8 +20,8 @@ pub(crate) struct Listener<'a> {
     pub(crate) id: RobotId,
     pub(crate) pose: &'a Pose,
     pub(crate) estimate: Option<&'a Pose>,
-    /// Deviation of the distances that it measures, mm.
-    pub(crate) distance_sigma: f32,
+    /// The numbers by which it measures distances and directions.
+    pub(crate) media: &'a Media,
     /// A frame that was held back.
     pub(crate) late: &'a mut Option<Box<Late>>,
     pub(crate) now: u64,
@@ -110,15 +109,29 @@ impl Ether<'_> {
     fn sighting(&self, listener: &Listener<'_>, frame: &Near, stream: &mut Stream) -> Sighting {
         if self.air.medium == Medium::Infrared {
             let mut gap = frame.distance - self.air.bodies(frame.link);
-            if listener.distance_sigma > 0.0 {
-                gap += listener.distance_sigma * stream.normal();
+            let sigma = listener.media.infrared.distance_sigma;
+            if sigma > 0.0 {
+                gap += sigma * stream.normal();
             }
             return Sighting {
                 robot: None,
                 place: Some([self.calibration.measure(gap), 0.0, 0.0]),
             };
         }
-        let Transmission { claim, .. } = &self.air.transmissions()[frame.index as usize];
+        let Transmission { x, y, z, claim, .. } = &self.air.transmissions()[frame.index as usize];
+        if self.air.medium == Medium::RangeAndBearing {
+            let RangeAndBearing { distance_sigma, bearing_sigma, .. } =
+                listener.media.range_and_bearing;
+            let [mut distance, mut azimuth, elevation] = seen_from(listener.pose, [*x, *y, *z]);
+            if distance_sigma > 0.0 {
+                distance = (distance + distance_sigma * stream.normal()).max(0.0);
+            }
+            if bearing_sigma > 0.0 {
+                azimuth = wrap(azimuth + bearing_sigma * stream.normal());
+            }
+            let place = Some([distance, azimuth, elevation]);
+            return Sighting { robot: Some(frame.from), place };
+        }
         let place = claim.zip(listener.estimate).map(|(claim, own)| seen_from(own, claim));
         Sighting { robot: Some(frame.from), place }
     }
@@ -144,7 +157,7 @@ fn disturbed(near: &[Near], place: usize, air_time: i32, listener: RobotId) -> O
     }
 }
 
-/// Distance, azimuth and elevation of a claimed place, seen from where a robot believes to be.
+/// Distance, azimuth and elevation of a place, seen from another one.
 fn seen_from(own: &Pose, claim: [f32; 3]) -> [f32; 3] {
     let (dx, dy, dz) = (claim[0] - own.x, claim[1] - own.y, claim[2] - own.z);
     let flat = (dx * dx + dy * dy).sqrt();

@@ -14,6 +14,7 @@ use super::settings::{first_wrong, not_below_0, within};
 pub(crate) use air::{Air, Near};
 pub(crate) use calibration::Calibration;
 pub(crate) use hear::{Ether, Listener};
+pub use packet::Sighting;
 pub(crate) use packet::{Heard, Late, Transmission};
 pub(crate) use radio::Radio;
 pub(crate) use schedule::{Attempt, Schedule, Window};
@@ -28,14 +29,17 @@ pub enum Medium {
     Nrf24 = 1,
     /// Peer-to-peer broadcast of the Crazyflies' nRF51.
     P2p = 2,
+    /// Link of robots that are described by their file alone: it measures distance and direction of the sender.
+    RangeAndBearing = 3,
 }
 
 impl Medium {
     /// How many there are.
-    pub const COUNT: usize = 3;
+    pub const COUNT: usize = 4;
 
     /// All of them.
-    pub const ALL: [Medium; Self::COUNT] = [Medium::Infrared, Medium::Nrf24, Medium::P2p];
+    pub const ALL: [Medium; Self::COUNT] =
+        [Medium::Infrared, Medium::Nrf24, Medium::P2p, Medium::RangeAndBearing];
 
     /// Longest frame: its type byte and `message_bytes` of the robot's file.
     #[must_use]
@@ -43,7 +47,7 @@ impl Medium {
         match self {
             Medium::Infrared => 10,
             Medium::Nrf24 => 25,
-            Medium::P2p => 49,
+            Medium::P2p | Medium::RangeAndBearing => 49,
         }
     }
 
@@ -56,7 +60,8 @@ impl Medium {
             // 32 bytes, 9 of preamble, address and check, at 2 Mb/s, and 130 us of settling; rounded.
             Medium::Nrf24 => 200,
             // 62 bytes at 2 Mb/s and settling, 0.29 to 0.42 ms.
-            Medium::P2p => 400,
+            // A choice: as long as P2P.
+            Medium::P2p | Medium::RangeAndBearing => 400,
         }
     }
 }
@@ -78,7 +83,7 @@ impl Loss {
     }
 }
 
-/// What all media have.
+/// The numbers that every medium has.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Link {
     /// mm: between the rims of two robots for infrared, between their middles for radio; `None` reaches everybody.
@@ -94,7 +99,7 @@ pub struct Link {
 /// Infrared of the Kilobots: half-duplex, with carrier sense and back-off as in kilolib.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Infrared {
-    /// What all media have.
+    /// The numbers that every medium has.
     pub link: Link,
     /// Least time between two frames of a robot in units of 128 µs: kilolib's `kilo_tx_period`.
     pub tx_period: u16,
@@ -124,7 +129,7 @@ impl Infrared {
 /// nRF24 radio of the Zooids: broadcast with carrier sense and random back-off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nrf24 {
-    /// What all media have.
+    /// The numbers that every medium has.
     pub link: Link,
     /// A robot waits a random time up to this before a frame, and when the channel is busy, µs.
     pub backoff_us: u32,
@@ -146,7 +151,7 @@ impl Nrf24 {
 /// Peer-to-peer broadcast of the Crazyflies: no carrier sense, deaf while sending.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct P2p {
-    /// What all media have.
+    /// The numbers that every medium has.
     pub link: Link,
     /// Before each frame a robot pauses a random time from the first to the second, µs.
     pub pause_us: [u32; 2],
@@ -166,6 +171,34 @@ impl P2p {
     };
 }
 
+/// Link of described robots: broadcast with carrier sense and random back-off, and the direction from which a frame came.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RangeAndBearing {
+    /// The numbers that every medium has.
+    pub link: Link,
+    /// A robot waits a random time up to this before a frame, and when the channel is busy, µs.
+    pub backoff_us: u32,
+    /// Deviation of the measured distance, mm.
+    pub distance_sigma: f32,
+    /// Deviation of the measured direction, radians.
+    pub bearing_sigma: f32,
+}
+
+impl RangeAndBearing {
+    /// Without reach, loss or noise: robot files have these. The back-off is that of the nRF24.
+    pub const STANDARD: Self = RangeAndBearing {
+        link: Link {
+            range: Some(0.0),
+            loss: Loss { near: 0.0, far: 0.0 },
+            duplicate: 0.0,
+            reorder: 0.0,
+        },
+        backoff_us: Nrf24::STANDARD.backoff_us,
+        distance_sigma: 0.0,
+        bearing_sigma: 0.0,
+    };
+}
+
 /// The numbers of every medium, as a herd has them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Media {
@@ -175,6 +208,8 @@ pub struct Media {
     pub nrf24: Nrf24,
     /// Peer-to-peer broadcast.
     pub p2p: P2p,
+    /// Link of described robots.
+    pub range_and_bearing: RangeAndBearing,
 }
 
 /// Names of a link's fields, per medium.
@@ -200,12 +235,23 @@ const LINKS: [[&str; 5]; Medium::COUNT] = [
         "p2p.link.duplicate",
         "p2p.link.reorder",
     ],
+    [
+        "range_and_bearing.link.range",
+        "range_and_bearing.link.loss.near",
+        "range_and_bearing.link.loss.far",
+        "range_and_bearing.link.duplicate",
+        "range_and_bearing.link.reorder",
+    ],
 ];
 
 impl Media {
     /// The numbers of the real links.
-    pub const STANDARD: Self =
-        Media { infrared: Infrared::STANDARD, nrf24: Nrf24::STANDARD, p2p: P2p::STANDARD };
+    pub const STANDARD: Self = Media {
+        infrared: Infrared::STANDARD,
+        nrf24: Nrf24::STANDARD,
+        p2p: P2p::STANDARD,
+        range_and_bearing: RangeAndBearing::STANDARD,
+    };
 
     /// Returns the numbers that every medium has, of one of them.
     #[must_use]
@@ -214,6 +260,7 @@ impl Media {
             Medium::Infrared => &self.infrared.link,
             Medium::Nrf24 => &self.nrf24.link,
             Medium::P2p => &self.p2p.link,
+            Medium::RangeAndBearing => &self.range_and_bearing.link,
         }
     }
 
@@ -223,18 +270,34 @@ impl Media {
             Medium::Infrared => &mut self.infrared.link,
             Medium::Nrf24 => &mut self.nrf24.link,
             Medium::P2p => &mut self.p2p.link,
+            Medium::RangeAndBearing => &mut self.range_and_bearing.link,
         }
     }
 
     /// Refuses numbers that no link can have.
     pub fn check(&self) -> Result<(), SettingsError> {
-        let Media { infrared, nrf24, p2p } = self;
+        let Media { infrared, nrf24, p2p, range_and_bearing } = self;
         let [least, most] = p2p.pause_us;
         first_wrong(&[
             ("infrared.clock_sigma", within(infrared.clock_sigma, 0.0, 0.1), "0 to 0.1"),
             ("infrared.distance_sigma", not_below_0(infrared.distance_sigma), "0 or more"),
             ("nrf24.backoff_us", (1..=100_000).contains(&nrf24.backoff_us), "1 to 100000"),
             ("p2p.pause_us", least <= most && most <= 100_000, "0 to 100000, the less first"),
+            (
+                "range_and_bearing.backoff_us",
+                (1..=100_000).contains(&range_and_bearing.backoff_us),
+                "1 to 100000",
+            ),
+            (
+                "range_and_bearing.distance_sigma",
+                not_below_0(range_and_bearing.distance_sigma),
+                "0 or more",
+            ),
+            (
+                "range_and_bearing.bearing_sigma",
+                not_below_0(range_and_bearing.bearing_sigma),
+                "0 or more",
+            ),
         ])?;
         Medium::ALL.into_iter().try_for_each(|medium| {
             let Link { range, loss, duplicate, reorder } = self.link(medium);

@@ -1,8 +1,17 @@
 //! Frames as the engine keeps them.
 
 use super::Medium;
-use crate::engine::brain::Sighting;
-use crate::engine::robot::RobotId;
+use crate::engine::id::RobotId;
+
+/// The knowledge of a link about the sender of a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sighting {
+    /// The sender, where the link's own frame names it (not on infrared).
+    pub robot: Option<RobotId>,
+    /// Distance in mm, azimuth and elevation in radians in (-pi, pi], in the receiver's frame: azimuth 0 is ahead,
+    /// anticlockwise positive. A Kilobot measures the distance only, both angles are 0. `None` if unknown.
+    pub place: Option<[f32; 3]>,
+}
 
 /// Longest frame of all media.
 const CAPACITY: usize = 49;

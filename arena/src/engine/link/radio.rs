@@ -17,7 +17,7 @@ const fn blind_us(medium: Medium) -> i32 {
         // The interrupt of the first pulse.
         Medium::Infrared => 2,
         // The nRF24 takes 130 µs from listening to sending.
-        Medium::Nrf24 => 130,
+        Medium::Nrf24 | Medium::RangeAndBearing => 130,
         // It never listens before.
         Medium::P2p => i32::MAX,
     }
@@ -45,12 +45,13 @@ impl Radio {
     pub(crate) fn new(medium: Medium, pacing: &Media, build: &mut Stream) -> Self {
         let period = match medium {
             Medium::Infrared => (TIMER_US as f32 * build.gain(pacing.infrared.clock_sigma)) as u32,
-            Medium::Nrf24 | Medium::P2p => 0,
+            Medium::Nrf24 | Medium::P2p | Medium::RangeAndBearing => 0,
         };
         // Early enough that the first frame is usually out before the next tick.
         let wait = match medium {
             Medium::Infrared => period,
             Medium::Nrf24 => pacing.nrf24.backoff_us,
+            Medium::RangeAndBearing => pacing.range_and_bearing.backoff_us,
             Medium::P2p => pacing.p2p.pause_us[1],
         };
         Radio {
@@ -89,6 +90,9 @@ impl Radio {
             Medium::Infrared if self.ready > -self.period => self.timer(self.ready.max(0)),
             Medium::Infrared => self.timer(from),
             Medium::Nrf24 => from + stream.below(pacing.nrf24.backoff_us) as i32,
+            Medium::RangeAndBearing => {
+                from + stream.below(pacing.range_and_bearing.backoff_us) as i32
+            }
             Medium::P2p => from + pause(pacing, stream),
         };
     }
@@ -118,6 +122,9 @@ impl Radio {
             Medium::Nrf24 | Medium::P2p => {
                 self.attempt + 1 + stream.below(pacing.nrf24.backoff_us) as i32
             }
+            Medium::RangeAndBearing => {
+                self.attempt + 1 + stream.below(pacing.range_and_bearing.backoff_us) as i32
+            }
         };
     }
 
@@ -131,6 +138,9 @@ impl Radio {
                 self.timer(self.ready)
             }
             Medium::Nrf24 => end + stream.below(pacing.nrf24.backoff_us) as i32,
+            Medium::RangeAndBearing => {
+                end + stream.below(pacing.range_and_bearing.backoff_us) as i32
+            }
             Medium::P2p => end + pause(pacing, stream),
         };
         if medium != Medium::Infrared {

@@ -13,7 +13,8 @@ use crate::engine::TICK_US;
 use crate::engine::brain::Brain;
 use crate::engine::geometry::Pose;
 use crate::engine::herd::Herd;
-use crate::engine::robot::{Robot, RobotId};
+use crate::engine::id::RobotId;
+use crate::engine::robot::Robot;
 use crate::engine::statistics::LinkStatistics;
 use crate::engine::stream::{Purpose, Stream};
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::engine::robot::RobotId;
+use crate::engine::id::RobotId;
 
 /// What keeps frames from passing, apart from distance. A robot that is cut off neither hears nor disturbs nor senses
 /// the other.

@@ -1,0 +1,220 @@
+//! Bodies of described robots: four drives.
+
+use bittybuzz_robot_spec::{Drive, Quantity};
+
+use crate::engine::{Body, Pose, Stream, TICK, wrap};
+
+/// Numbers of a described body.
+#[derive(Clone, Copy, Debug)]
+pub struct Numbers {
+    pub drive: Drive,
+    /// Standard deviation of each actuator's gain, as a share of it.
+    pub gain_error: f32,
+    /// Standard deviation of each speed in a tick, as a share of it.
+    pub noise: f32,
+}
+
+/// Values of a body's actuators, as functions set them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Actuators {
+    /// Wheels in mm/s, or duties of motors from 0 to 1: left and right.
+    sides: [f32; 2],
+    /// Speeds ahead and to the left, in mm/s.
+    along: [f32; 2],
+    /// Radians per second, anticlockwise.
+    turn: f32,
+    climb: Climb,
+}
+
+/// The vertical motion of a body that flies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Climb {
+    /// mm/s upward.
+    Speed(f32),
+    /// Height over the ground in mm, to go to and to keep.
+    Height(f32),
+}
+
+impl Default for Climb {
+    fn default() -> Self {
+        Climb::Speed(0.0)
+    }
+}
+
+/// Share of the distance to its height that a body that flies climbs in a second, as long as its speed allows.
+const APPROACH: f32 = 2.0;
+
+impl Actuators {
+    /// Sets a quantity of motion in its unit. Beyond its limit it becomes the limit.
+    pub fn set(&mut self, drive: Drive, quantity: Quantity, value: f32) {
+        let most = drive.most(quantity).map_or(f32::INFINITY, |most| most as f32);
+        let within = value.clamp(-most, most);
+        match quantity {
+            Quantity::LeftWheel => self.sides[0] = within,
+            Quantity::RightWheel => self.sides[1] = within,
+            Quantity::LeftMotor => self.sides[0] = within.max(0.0),
+            Quantity::RightMotor => self.sides[1] = within.max(0.0),
+            Quantity::Forward | Quantity::Turn => {
+                if let Drive::Differential { wheel_distance_mm, .. } = drive {
+                    self.set_wheels(wheel_distance_mm as f32, quantity, within);
+                } else if quantity == Quantity::Forward {
+                    self.along[0] = within;
+                } else {
+                    self.turn = within.to_radians();
+                }
+            }
+            Quantity::Leftward => self.along[1] = within,
+            Quantity::Upward => self.climb = Climb::Speed(within),
+            Quantity::Height => self.climb = Climb::Height(value.max(0.0)),
+            Quantity::Color | Quantity::Red | Quantity::Green | Quantity::Blue => {}
+        }
+    }
+
+    /// Changes both wheels so that the speed ahead or the turning rate is as wanted, and the other one is kept.
+    fn set_wheels(&mut self, distance: f32, quantity: Quantity, value: f32) {
+        let [left, right] = self.sides;
+        let (mut ahead, mut turn) = (f32::midpoint(left, right), (right - left) / distance);
+        if quantity == Quantity::Forward {
+            ahead = value;
+        } else {
+            turn = value.to_radians();
+        }
+        self.sides = [ahead - turn * distance / 2.0, ahead + turn * distance / 2.0];
+    }
+}
+
+/// A described body.
+#[derive(Debug)]
+pub struct DescribedBody {
+    actuators: Actuators,
+    /// Falls to the ground, as its motors have no power.
+    is_falling: bool,
+    gains: [f32; 4],
+    /// Factors of the speeds in this tick.
+    noise: [f32; 4],
+    /// Seconds until they are drawn again.
+    left: f32,
+    chance: Stream,
+    /// mm/s ahead, to the left and up, and radians per second, of a body that flies.
+    velocity: [f32; 4],
+}
+
+/// Numbers, and the length of a substep in seconds.
+pub type Step = (Numbers, f32);
+
+impl Body for DescribedBody {
+    type Numbers = Numbers;
+    type Step = Step;
+    type Controls = Actuators;
+
+    fn new(numbers: &Numbers, _: &Pose, build: &mut Stream) -> Self {
+        DescribedBody {
+            actuators: Actuators::default(),
+            is_falling: false,
+            gains: [(); 4].map(|()| build.gain(numbers.gain_error)),
+            noise: [1.0; 4],
+            left: 0.0,
+            chance: build.fork(),
+            velocity: [0.0; 4],
+        }
+    }
+
+    fn prepare(numbers: &Numbers, seconds: f32) -> Step {
+        (*numbers, seconds)
+    }
+
+    fn controls(&mut self) -> &mut Actuators {
+        self.is_falling = false;
+        &mut self.actuators
+    }
+
+    fn halt(&mut self) {
+        self.actuators = Actuators::default();
+        self.is_falling = true;
+    }
+
+    fn restart(&mut self) {
+        self.halt();
+        self.velocity = [0.0; 4];
+    }
+
+    fn step(&mut self, pose: &mut Pose, (numbers, seconds): &Step) {
+        let seconds = *seconds;
+        self.draw(numbers.noise, seconds);
+        let factor = |index: usize| self.gains[index] * self.noise[index];
+        let [left, right] = [0, 1].map(|side| self.actuators.sides[side] * factor(side));
+        match numbers.drive {
+            Drive::Differential { wheel_distance_mm, speed_mm_s } => {
+                let most = speed_mm_s as f32;
+                let [left, right] = [left, right].map(|speed| speed.clamp(-most, most));
+                let turn = (right - left) / wheel_distance_mm as f32;
+                arc(pose, f32::midpoint(left, right), turn, seconds);
+            }
+            Drive::Unicycle { .. } => {
+                let Actuators { along, turn, .. } = self.actuators;
+                arc(pose, along[0] * factor(0), turn * factor(1), seconds);
+            }
+            Drive::SlipStick { speed_mm_s, turn_deg_s } => {
+                // The common part of both motors drives it ahead, the rest of one turns it.
+                let ahead = left.min(right) * speed_mm_s as f32;
+                arc(pose, ahead, (right - left) * (turn_deg_s as f32).to_radians(), seconds);
+            }
+            Drive::Quadrotor { speed_mm_s, climb_mm_s, lag_s, .. } => {
+                let most = [speed_mm_s, climb_mm_s].map(|most| most as f32);
+                self.fly(pose, most, lag_s as f32, seconds);
+            }
+        }
+    }
+}
+
+impl DescribedBody {
+    /// Draws the noise of the speeds at the beginning of a tick.
+    fn draw(&mut self, sigma: f32, seconds: f32) {
+        if sigma > 0.0 && self.left < seconds / 2.0 {
+            self.noise = [(); 4].map(|()| self.chance.gain(sigma));
+            self.left += TICK;
+        }
+        self.left -= seconds;
+    }
+
+    /// Flies for one substep: velocities in the robot's own frame follow those that are set.
+    fn fly(&mut self, pose: &mut Pose, [speed, climb]: [f32; 2], lag: f32, seconds: f32) {
+        let Actuators { along: [ahead, left], turn, climb: wanted, .. } = self.actuators;
+        let up = match wanted {
+            _ if self.is_falling => -climb,
+            Climb::Speed(up) => up,
+            Climb::Height(height) => (height - pose.z) * APPROACH,
+        };
+        if pose.z <= 0.0 && up <= 0.0 {
+            self.velocity = [0.0; 4];
+            return;
+        }
+        let fast = libm::hypotf(ahead, left);
+        let share = if fast > speed { speed / fast } else { 1.0 };
+        let goal = [ahead * share, left * share, up.clamp(-climb, climb), turn];
+        let part = if lag > 0.0 { 1.0 - libm::expf(-seconds / lag) } else { 1.0 };
+        for (index, velocity) in self.velocity.iter_mut().enumerate() {
+            let goal = goal[index] * self.gains[index] * self.noise[index];
+            *velocity += (goal - *velocity) * part;
+        }
+        let [ahead, left, up, turn] = self.velocity;
+        let (sin, cos) = libm::sincosf(pose.heading);
+        pose.x += (ahead * cos - left * sin) * seconds;
+        pose.y += (ahead * sin + left * cos) * seconds;
+        pose.z = (pose.z + up * seconds).max(0.0);
+        pose.heading = wrap(pose.heading + turn * seconds);
+    }
+}
+
+/// Moves along an arc: its chord points half the turn further.
+fn arc(pose: &mut Pose, speed: f32, rate: f32, seconds: f32) {
+    if speed == 0.0 && rate == 0.0 {
+        return;
+    }
+    let half = rate * seconds / 2.0;
+    let chord = speed * seconds * if half.abs() > 1e-3 { libm::sinf(half) / half } else { 1.0 };
+    let (sin, cos) = libm::sincosf(pose.heading + half);
+    pose.x += chord * cos;
+    pose.y += chord * sin;
+    pose.heading = wrap(pose.heading + 2.0 * half);
+}

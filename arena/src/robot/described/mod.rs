@@ -1,0 +1,172 @@
+//! Robots that are described by their file alone: `[body]`, `[[sensor]]`, and functions that set and read.
+
+mod body;
+mod sense;
+
+use std::sync::Arc;
+
+use bittybuzz_robot_spec::{
+    self as spec, Drive, Function, Quantity, Robot, Sensor, SensorKind, Type,
+};
+
+use crate::engine::{
+    Block, Bodies, BodyModel, Link, Loss, Media, Medium, RangeAndBearing, SettingsError, Shape,
+};
+use crate::scenario::Section;
+use crate::scenario::keys::SectionKeys;
+
+use super::call::{Autopilot, Call, Done, Effect};
+use super::model::{ModelKeys, RobotModel};
+use body::{Actuators, DescribedBody, Numbers};
+use sense::Senses;
+
+/// A robot as its file describes it.
+#[derive(Debug, Clone)]
+pub struct DescribedRobot {
+    body: spec::Body,
+    sensors: Arc<[Sensor]>,
+}
+
+/// The name of the `link` of a group in messages.
+pub const LINK: &str = "the `link` of these robots";
+
+/// Its sections in scenarios: a description has no numbers but those of its file.
+const KEYS: ModelKeys = ModelKeys {
+    body: SectionKeys { name: "the body of these robots", keys: &[] },
+    robots: "robots that their file describes",
+    model: "the `model` of these robots",
+    world_only: &[],
+    link: LINK,
+};
+
+impl DescribedRobot {
+    /// Returns the model of a robot; `None` if its file does not describe it.
+    pub fn new(robot: &Robot) -> Option<Self> {
+        Some(DescribedRobot { body: robot.body.clone()?, sensors: robot.sensors.clone().into() })
+    }
+
+    fn numbers(&self) -> Numbers {
+        let spec::Body { drive, gain_error, noise, .. } = self.body;
+        Numbers { drive, gain_error: gain_error as f32, noise: noise as f32 }
+    }
+}
+
+impl BodyModel for DescribedRobot {
+    fn shape(&self) -> Shape {
+        let spec::Body { radius_mm, height_mm, .. } = self.body;
+        Shape { radius: radius_mm as f32, height: height_mm as f32 }
+    }
+
+    /// Gains and noise end at three deviations each.
+    fn top_speed(&self) -> f32 {
+        let speed = match self.body.drive {
+            Drive::Differential { speed_mm_s, .. }
+            | Drive::Unicycle { speed_mm_s, .. }
+            | Drive::SlipStick { speed_mm_s, .. }
+            | Drive::Quadrotor { speed_mm_s, .. } => speed_mm_s as f32,
+        };
+        let Numbers { gain_error, noise, .. } = self.numbers();
+        speed * (1.0 + 3.0 * gain_error) * (1.0 + 3.0 * noise)
+    }
+
+    fn medium(&self) -> Medium {
+        Medium::RangeAndBearing
+    }
+
+    fn has_positioning(&self) -> bool {
+        false
+    }
+
+    /// Robot files are checked when they are read.
+    fn check(&self) -> Result<(), SettingsError> {
+        Ok(())
+    }
+
+    fn block(&self, substep: f32) -> Box<dyn Block> {
+        Box::new(Bodies::<DescribedBody>::new(self.numbers(), substep))
+    }
+}
+
+impl RobotModel for DescribedRobot {
+    fn name(&self) -> &'static str {
+        "described"
+    }
+
+    fn robots(&self) -> &'static [&'static str] {
+        &[]
+    }
+
+    fn keys(&self) -> &'static ModelKeys {
+        &KEYS
+    }
+
+    fn read(&self, _: &Section<'_>) -> Arc<dyn RobotModel> {
+        Arc::new(self.clone())
+    }
+
+    /// The link is the sensor for range and bearing; without one nothing is within reach.
+    fn set_own_media(&self, media: &mut Media) {
+        let link = self.sensors.iter().find_map(|sensor| match sensor.kind {
+            SensorKind::RangeAndBearing { range_mm, bearing_noise_deg } => {
+                Some((range_mm, sensor.noise, bearing_noise_deg))
+            }
+            _ => None,
+        });
+        let (range, distance, bearing) = link.unwrap_or_default();
+        let loss = Loss::even(0.0);
+        media.range_and_bearing = RangeAndBearing {
+            link: Link { range: Some(range as f32), loss, duplicate: 0.0, reorder: 0.0 },
+            distance_sigma: distance as f32,
+            bearing_sigma: (bearing as f32).to_radians(),
+            ..RangeAndBearing::STANDARD
+        };
+    }
+
+    fn effect(&self, function: &Function) -> Option<Effect> {
+        let effect = function.effect.clone()?;
+        let (drive, accepts) = (self.body.drive, function.accepts.clone());
+        let is_integer = function.returns == Some(Type::Int);
+        Some(Box::new(move |call| {
+            let count = call.numbers.count();
+            let list = accepts.iter().find(|list| list.len() == count).or(accepts.first());
+            let arguments: Vec<f64> =
+                (0..count).map(|index| f64::from(call.numbers.float(index))).collect();
+            for (quantity, value) in list.iter().flat_map(|list| effect.values(list, &arguments)) {
+                set(call, drive, quantity, value as f32);
+            }
+            if effect.logs {
+                call.log(Vec::new());
+            }
+            match effect.reads {
+                Some(reading) => sense::read(call, reading, is_integer),
+                None => Done::Idle,
+            }
+        }))
+    }
+
+    fn autopilot(&self) -> Option<Box<dyn Autopilot>> {
+        let radius = self.shape().radius;
+        Some(Box::new(Senses::new(self.sensors.clone(), radius)))
+    }
+}
+
+/// Sets a quantity of an actuator.
+fn set(call: &mut Call<'_, '_>, drive: Drive, quantity: Quantity, value: f32) {
+    let bit = match quantity {
+        Quantity::Color => {
+            *call.io.led = (value as i64 & 7) as u8;
+            return;
+        }
+        Quantity::Red => 1,
+        Quantity::Green => 2,
+        Quantity::Blue => 4,
+        _ => {
+            if let Some(actuators) = call.io.controls::<Actuators>() {
+                actuators.set(drive, quantity, value);
+            }
+            return;
+        }
+    };
+    let led = &mut *call.io.led;
+    *led = if value > 0.0 { *led | bit } else { *led & !bit };
+}

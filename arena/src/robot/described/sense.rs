@@ -1,0 +1,147 @@
+//! Sensors of described robots.
+
+use std::sync::Arc;
+
+use bittybuzz_robot_spec::{Reading, Sensor, SensorKind, SensorValue};
+
+use crate::engine::{Io, Stream};
+use crate::robot::call::{Autopilot, Call, Done};
+
+/// The largest reading of light and ground.
+const BRIGHTEST: f32 = 1023.0;
+
+/// The sensors of one robot, with their last values.
+pub struct Senses {
+    sensors: Arc<[Sensor]>,
+    radius: f32,
+    /// Values of each sensor, and the number of its period in which they were measured.
+    measured: Vec<Option<(u64, Vec<f32>)>>,
+}
+
+impl Senses {
+    pub fn new(sensors: Arc<[Sensor]>, radius: f32) -> Self {
+        let measured = sensors.iter().map(|_| None).collect();
+        Senses { sensors, radius, measured }
+    }
+
+    /// Returns a value of a sensor: the last one, or a new one if the sensor's period is over. `None` for a beam that it does
+    /// not have.
+    fn value(
+        &mut self,
+        place: usize,
+        index: usize,
+        io: &Io<'_>,
+        chance: &mut Stream,
+    ) -> Option<f32> {
+        let sensor = self.sensors.get(place)?;
+        let seconds = io.milliseconds() as f64 / 1000.0;
+        let period = sensor.rate_hz.map_or(io.now, |rate| (seconds * rate) as u64);
+        let known = self.measured.get_mut(place)?;
+        if !matches!(known, Some((then, _)) if *then == period) {
+            *known = Some((period, measure(sensor, self.radius, io, chance)));
+        }
+        known.as_ref()?.1.get(index).copied()
+    }
+
+    /// Returns true if its battery is empty.
+    fn is_empty(&self, io: &Io<'_>) -> bool {
+        self.sensors.iter().any(|sensor| match sensor.kind {
+            SensorKind::Battery { minutes, .. } => io.milliseconds() as f64 >= minutes * 60_000.0,
+            _ => false,
+        })
+    }
+}
+
+impl Autopilot for Senses {
+    /// A robot whose battery is empty stops.
+    fn tick(&mut self, io: &mut Io<'_>) {
+        if self.is_empty(io) {
+            io.halt();
+            *io.led = 0;
+        }
+    }
+
+    fn give_up(&mut self, io: &mut Io<'_>) {
+        io.halt();
+    }
+
+    fn start(&mut self) {}
+}
+
+/// Measures all values of a sensor.
+fn measure(sensor: &Sensor, radius: f32, io: &Io<'_>, chance: &mut Stream) -> Vec<f32> {
+    let sigma = sensor.noise as f32;
+    let mut noisy = |value: f32| {
+        let error = if sigma > 0.0 { sigma * chance.normal() } else { 0.0 };
+        value + error
+    };
+    match &sensor.kind {
+        SensorKind::Proximity { directions_deg, range_mm, nothing } => {
+            let range = *range_mm as f32;
+            let beam = |direction: &f64| {
+                let along = (*direction as f32).to_radians();
+                match io.sensors.beam(along, radius + range) {
+                    Some(distance) => noisy(distance - radius).clamp(0.0, range),
+                    None => *nothing as f32,
+                }
+            };
+            directions_deg.iter().map(beam).collect()
+        }
+        SensorKind::Light { direction_deg } => {
+            let along = direction_deg.map(|direction| (direction as f32).to_radians());
+            vec![noisy(io.sensors.brightness(along)).clamp(0.0, BRIGHTEST)]
+        }
+        // The ground of every world is white.
+        SensorKind::Ground => vec![noisy(BRIGHTEST).clamp(0.0, BRIGHTEST)],
+        SensorKind::RangeAndBearing { range_mm, bearing_noise_deg } => {
+            let range = *range_mm as f32;
+            let (count, nearest) = io.sensors.neighbors(range);
+            let (distance, bearing) = nearest.map_or((range, 0.0), |[distance, bearing]| {
+                (noisy(distance).clamp(0.0, range), bearing.to_degrees())
+            });
+            let error = match *bearing_noise_deg as f32 {
+                sigma if sigma > 0.0 && nearest.is_some() => sigma * chance.normal(),
+                _ => 0.0,
+            };
+            vec![distance, wrap_degrees(bearing + error), count as f32]
+        }
+        SensorKind::Battery { full_mv, empty_mv, minutes } => {
+            let share = (io.milliseconds() as f64 / (minutes * 60_000.0)).min(1.0);
+            vec![noisy((full_mv - (full_mv - empty_mv) * share) as f32).max(0.0)]
+        }
+    }
+}
+
+/// Returns the same direction in (-180, 180].
+fn wrap_degrees(angle: f32) -> f32 {
+    crate::engine::wrap(angle.to_radians()).to_degrees()
+}
+
+/// Reads a value for a function that returns an integer or a number.
+pub fn read(call: &mut Call<'_, '_>, reading: Reading, is_integer: bool) -> Done {
+    let index = match reading.value {
+        SensorValue::Only | SensorValue::NearestDistance => 0,
+        SensorValue::NearestBearing => 1,
+        SensorValue::Count => 2,
+        SensorValue::Beam(beam) => beam,
+        SensorValue::BeamOfArgument => match usize::try_from(call.numbers.int(0)) {
+            Ok(beam) => beam,
+            Err(_) => return Done::OutOfRange,
+        },
+    };
+    let is_battery = |senses: &Senses| {
+        let sensor = senses.sensors.get(reading.sensor);
+        sensor.is_some_and(|sensor| matches!(sensor.kind, SensorKind::Battery { .. }))
+    };
+    let memory = &mut *call.memory;
+    let Some(autopilot) = memory.autopilot.as_mut() else { return Done::Idle };
+    let any: &mut dyn std::any::Any = &mut **autopilot;
+    let Some(senses) = any.downcast_mut::<Senses>() else { return Done::Idle };
+    let set = memory.battery_mv.filter(|_| is_battery(senses)).map(f32::from);
+    let value = set.or_else(|| senses.value(reading.sensor, index, call.io, &mut memory.chance));
+    match value {
+        None => Done::OutOfRange,
+        Some(value) if is_integer => Done::Int(value.round() as i32),
+        Some(value) => Done::Float(value),
+    }
+}
