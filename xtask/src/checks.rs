@@ -51,7 +51,8 @@ fn with_image(line: Line, image: &Path) -> Result<Line> {
         .env("BITTYBUZZ_BEHAVIOURS", &behaviours.display().to_string()))
 }
 
-const EMULATORS: [&str; 6] = [
+const EMULATORS: [&str; 7] = [
+    "bittybuzz-core-tests",
     "bittybuzz-emulate-avr",
     "bittybuzz-emulate-qemu",
     "bittybuzz-emulate-stm32",

@@ -1,43 +1,22 @@
 //! What the core sees: flash, RAM, its own registers, and the board.
 
-use bittybuzz_chips::{Board, Clock, FlashChange, FlashContent, Time, Width};
+use bittybuzz_chips::{Board, Clock, CoreKind, FlashChange, FlashContent, Time, Width};
+use bittybuzz_cortex_m::Nvic;
+use bittybuzz_cortex_m::registers::{
+    AIRCR, CCR, CPUID, ICSR, NVIC, NVIC_END, SCR, SHPR2, SHPR3, SYST, SYST_END, VECTKEY_READ,
+    cpuid, requests_reset,
+};
 
 use crate::code::Code;
 use crate::decode::{Kind, Op, decode};
-use crate::nvic::Nvic;
 use crate::ram;
 
 pub const FLASH: u32 = 0x0800_0000;
 pub const RAM: u32 = 0x2000_0000;
 const PRIVATE: u32 = 0xe000_0000;
 
-const SYST: u32 = 0xe000_e010;
-const SYST_END: u32 = 0xe000_e020;
-const ISER: u32 = 0xe000_e100;
-const ICER: u32 = 0xe000_e180;
-const ISPR: u32 = 0xe000_e200;
-const ICPR: u32 = 0xe000_e280;
-const IPR: u32 = 0xe000_e400;
-const IPR_END: u32 = 0xe000_e420;
-const CPUID: u32 = 0xe000_ed00;
-const ICSR: u32 = 0xe000_ed04;
-const AIRCR: u32 = 0xe000_ed0c;
-const SCR: u32 = 0xe000_ed10;
-const CCR: u32 = 0xe000_ed14;
-const SHPR2: u32 = 0xe000_ed1c;
-const SHPR3: u32 = 0xe000_ed20;
-
-/// Cortex-M0, revision r0p0.
-const CORTEX_M0: u32 = 0x410c_c200;
-const VECTKEY: u32 = 0x05fa << 16;
-const SYSRESETREQ: u32 = 1 << 2;
-const PENDSVSET: u32 = 1 << 28;
-const PENDSVCLR: u32 = 1 << 27;
 /// STKALIGN and UNALIGN_TRP are always on.
 const CCR_VALUE: u32 = 1 << 9 | 1 << 3;
-/// Two bits of priority.
-const PRIORITY: u8 = 0xc0;
-
 /// Memory, board, and the interrupt controller.
 pub struct Bus<B> {
     pub board: B,
@@ -80,7 +59,7 @@ impl<B: Board> Bus<B> {
             code: Code::new(B::MEMORY.flash),
             flash_has_changed: false,
             ram: noise(B::MEMORY.ram),
-            nvic: Nvic::new(),
+            nvic: Nvic::new(CoreKind::CortexM0),
             clock,
             cycles: 0,
             deadline: 0,
@@ -98,12 +77,12 @@ impl<B: Board> Bus<B> {
     /// Brings the board to the core's time and its interrupts to the core.
     pub fn catch_up(&mut self) {
         self.board.advance(self.now());
-        self.nvic.set_lines(self.board.interrupts().bits() as u32);
+        self.nvic.set_lines(self.board.interrupts().bits());
     }
 
     /// Clocks may have changed, interrupts may be pending, events may come earlier.
     fn after_access(&mut self) {
-        self.nvic.set_lines(self.board.interrupts().bits() as u32);
+        self.nvic.set_lines(self.board.interrupts().bits());
         let hz = self.board.core_clock_hz();
         if hz != self.clock.hz() {
             self.clock.set_hz(hz, self.cycles);
@@ -263,55 +242,28 @@ impl<B: Board> Bus<B> {
     }
 
     fn read_private(&self, address: u32) -> u32 {
-        let nvic = &self.nvic;
         match address {
-            ISER | ICER => nvic.enabled,
-            ISPR | ICPR => nvic.pending,
-            IPR..IPR_END => {
-                let first = (address - IPR) as usize;
-                u32::from_le_bytes(std::array::from_fn(|index| nvic.priorities[first + index]))
-            }
-            CPUID => CORTEX_M0,
-            ICSR => {
-                let pending = if nvic.pend_sv_pending { PENDSVSET } else { 0 };
-                let next = nvic.next(false).map_or(0, u32::from);
-                pending | next << 12 | u32::from(nvic.current())
-            }
-            AIRCR => 0xfa05 << 16,
+            NVIC..NVIC_END => self.nvic.read(address - NVIC),
+            CPUID => cpuid(CoreKind::CortexM0),
+            ICSR => self.nvic.read_icsr(),
+            AIRCR => VECTKEY_READ,
             SCR => self.scr,
             CCR => CCR_VALUE,
-            SHPR2 => u32::from(nvic.sv_call_priority) << 24,
-            SHPR3 => u32::from(nvic.pend_sv_priority) << 16,
+            SHPR2 => self.nvic.read_priorities(8),
+            SHPR3 => self.nvic.read_priorities(12),
             _ => 0,
         }
     }
 
     fn write_private(&mut self, address: u32, value: u32) {
-        let nvic = &mut self.nvic;
         match address {
             SYST..SYST_END => self.systick_used = true,
-            ISER => nvic.enabled |= value,
-            ICER => nvic.enabled &= !value,
-            ISPR => nvic.pending |= value,
-            ICPR => nvic.clear_pending(value),
-            IPR..IPR_END => {
-                let first = (address - IPR) as usize;
-                for (priority, byte) in
-                    nvic.priorities[first..first + 4].iter_mut().zip(value.to_le_bytes())
-                {
-                    *priority = byte & PRIORITY;
-                }
-            }
-            ICSR => {
-                nvic.pend_sv_pending |= value & PENDSVSET != 0;
-                nvic.pend_sv_pending &= value & PENDSVCLR == 0;
-            }
-            AIRCR => {
-                self.reset_requested |= value & 0xffff_0000 == VECTKEY && value & SYSRESETREQ != 0;
-            }
+            NVIC..NVIC_END => self.nvic.write(address - NVIC, value, !0),
+            ICSR => self.nvic.write_icsr(value),
+            AIRCR => self.reset_requested |= requests_reset(value),
             SCR => self.scr = value & 0x16,
-            SHPR2 => nvic.sv_call_priority = (value >> 24) as u8 & PRIORITY,
-            SHPR3 => nvic.pend_sv_priority = (value >> 16) as u8 & PRIORITY,
+            SHPR2 => self.nvic.write_priorities(8, value, !0),
+            SHPR3 => self.nvic.write_priorities(12, value, !0),
             _ => {}
         }
     }

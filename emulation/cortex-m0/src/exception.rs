@@ -1,9 +1,9 @@
 //! How the core enters an exception and returns from it (ARMv6-M B1.5.6 to B1.5.8), and what faults lead to (B1.5.14).
 
 use bittybuzz_chips::Board;
+use bittybuzz_cortex_m::number::{HARD_FAULT, SV_CALL};
 
 use crate::bus::Bus;
-use crate::nvic::{HARD_FAULT, SV_CALL};
 use crate::registers::{LR, PC, Processor, SP};
 
 /// Cycles from an interrupt to its handler (DDI 0432, 3.9), and back again: that is not published and taken to be what a
@@ -126,7 +126,7 @@ impl Processor {
 
     /// SVC; where its priority does not suffice, a HardFault.
     pub fn call_supervisor<B: Board>(&mut self, bus: &mut Bus<B>, at: u32) -> Result<(), Lockup> {
-        if bus.nvic.preempts(SV_CALL, self.primask) {
+        if bus.nvic.preempts(SV_CALL, self.masks()) {
             self.enter(bus, SV_CALL, at + 2)
         } else {
             self.fault(bus, at)

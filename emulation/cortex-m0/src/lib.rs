@@ -21,7 +21,6 @@ mod decode;
 mod exception;
 mod execute;
 mod multiple;
-mod nvic;
 mod ram;
 mod registers;
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The core's registers (ARMv6-M B1.4).
 
 use bittybuzz_chips::Board;
+use bittybuzz_cortex_m::Masks;
 
 use crate::bus::Bus;
 
@@ -83,6 +84,11 @@ impl Processor {
             instructions: 0,
             exceptions: 0,
         }
+    }
+
+    /// The only mask that ARMv6-M has.
+    pub fn masks(&self) -> Masks {
+        Masks { primask: self.primask, ..Masks::default() }
     }
 
     pub fn xpsr<B: Board>(&self, bus: &Bus<B>) -> u32 {

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use bittybuzz_chips::{Board, Width};
-use bittybuzz_emulation::message::Event;
+use bittybuzz_chips::{Board, CoreKind, Width};
+use bittybuzz_cortex_m::Nvic;
 use bittybuzz_emulation::{EmulatedRobot, Image, Pause};
 use bittybuzz_zooids_board::Zooid;
 use rp2040_emu::CortexM0Plus;
@@ -12,7 +12,6 @@ use crate::CortexM0;
 use crate::bus::{Bus, FLASH, RAM};
 use crate::exception::Lockup;
 use crate::execute::Stop;
-use crate::nvic::Nvic;
 use crate::registers::{PC, Processor, SP};
 
 /// Xorshift.
@@ -154,7 +153,7 @@ fn straight_lines_do_what_their_instructions_do_one_by_one() {
         let after = [0, 1].map(|way| {
             let bus = &mut buses[way];
             bus.write_memory(PROGRAM, &code).unwrap();
-            bus.nvic = Nvic::new();
+            bus.nvic = Nvic::new(CoreKind::CortexM0);
             let mut core = Processor::new(RAM + 0x1000, PROGRAM);
             core.r[..15].copy_from_slice(&registers);
             let stop = run_for(&mut core, bus, 150, [150, 1][way]);
@@ -232,231 +231,4 @@ fn a_line_that_is_longer_than_any_budget_is_executed_too() {
     assert_ne!(words(&mut robot, 1), [1]);
     run(&mut robot, 2_501);
     assert_eq!(words(&mut robot, 1), [1]);
-}
-
-#[test]
-fn several_registers_go_to_memory_and_come_back() {
-    let mut robot = robot(
-        &[(1, 0)],
-        &[
-            0x2720, // movs r7, #0x20
-            0x063f, // lsls r7, r7, #24: 0x20000000
-            0x2411, // movs r4, #0x11
-            0x2522, // movs r5, #0x22
-            0xf000, 0xf802, // bl 1f
-            0xc7b0, // stm r7!, {r4, r5, r7}
-            0xe7fe, // b .
-            0xb530, // 1: push {r4, r5, lr}
-            0x2433, // movs r4, #0x33
-            0x2544, // movs r5, #0x44
-            0xc730, // stm r7!, {r4, r5}
-            0x3f04, // subs r7, #4
-            0xcf04, // ldm r7!, {r2}
-            0x603a, // str r2, [r7]
-            0x3704, // adds r7, #4
-            0xbd30, // pop {r4, r5, pc}
-        ],
-    );
-    run(&mut robot, 100);
-    assert_eq!(words(&mut robot, 6), [0x33, 0x44, 0x44, 0x11, 0x22, RAM + 12]);
-    let mut stacked = [0; 12];
-    robot.read_memory(STACK - 12, &mut stacked).unwrap();
-    let stacked: Vec<_> =
-        stacked.chunks_exact(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect();
-    assert_eq!(stacked, [0x11, 0x22, FLASH + CODE as u32 + 13]);
-    assert_eq!(robot.core().processor.r[SP], STACK);
-    assert_eq!(robot.core().processor.r[7], RAM + 24);
-}
-
-#[test]
-fn more_urgent_interrupts_nest_and_equal_ones_wait() {
-    // Interrupt 0 (priority 0x80) pends 1 (0x40) and 2 (0x80); each appends its number, 0 before and after.
-    let mut robot = robot(
-        &[(1, 0), (16, 0x1a), (17, 0x2e), (18, 0x36)],
-        &[
-            0x2720, // movs r7, #0x20
-            0x063f, // lsls r7, r7, #24: 0x20000000
-            0x4810, // ldr r0, =0xe000e100
-            0x2107, // movs r1, #7
-            0x6001, // str r1, [r0]
-            0x4810, // ldr r0, =0xe000e400
-            0x4910, // ldr r1, =0x00804080
-            0x6001, // str r1, [r0]
-            0x4e10, // ldr r6, =0xe000e200
-            0x2001, // movs r0, #1
-            0x6030, // str r0, [r6]
-            0xbf00, // nop
-            0xe7fe, // b .
-            // 0x1a: interrupt 0
-            0x200a, // movs r0, #10
-            0x7038, // strb r0, [r7]
-            0x3701, // adds r7, #1
-            0x2006, // movs r0, #6
-            0x6030, // str r0, [r6]
-            0xbf00, // nop
-            0x200b, // movs r0, #11
-            0x7038, // strb r0, [r7]
-            0x3701, // adds r7, #1
-            0x4770, // bx lr
-            // 0x2e: interrupt 1
-            0x2001, // movs r0, #1
-            0x7038, // strb r0, [r7]
-            0x3701, // adds r7, #1
-            0x4770, // bx lr
-            // 0x36: interrupt 2
-            0x2002, // movs r0, #2
-            0x7038, // strb r0, [r7]
-            0x3701, // adds r7, #1
-            0x4770, // bx lr
-            0xbf00, 0xbf00, 0xbf00, 0xbf00, 0xbf00, // 0x3e to 0x47
-            0xe100, 0xe000, // 0x48
-            0xe400, 0xe000, // 0x4c
-            0x4080, 0x0080, // 0x50
-            0xe200, 0xe000, // 0x54
-        ],
-    );
-    run(&mut robot, 100);
-    let mut bytes = [0; 4];
-    robot.read_memory(RAM, &mut bytes).unwrap();
-    assert_eq!(bytes, [10, 1, 11, 2]);
-    assert_eq!(robot.statistics().exceptions, 3);
-    assert_eq!(robot.core().processor.r[SP], STACK);
-}
-
-#[test]
-fn what_is_not_allowed_is_a_hard_fault_and_one_within_a_lockup() {
-    // ldr from 2 * 0x10000001, which is not aligned; the handler stores the stacked PC and executes UDF.
-    let code = [
-        0x4804, // ldr r0, =0x20000001
-        0x6801, // ldr r1, [r0]
-        0xe7fe, // b .
-        0x9806, // 6: ldr r0, [sp, #24]
-        0x2120, // movs r1, #0x20
-        0x0609, // lsls r1, r1, #24
-        0x6008, // str r0, [r1]
-        0xde00, // udf
-        0xbf00, 0xbf00, // 0x10
-        0x0001, 0x2000, // 0x14
-    ];
-    let mut robot = robot(&[(1, 0), (3, 6)], &code);
-    assert_eq!(run(&mut robot, 100), Pause::Lockup);
-    assert_eq!(words(&mut robot, 1), [FLASH + CODE as u32 + 2]);
-    let events = robot.take_events();
-    assert!(matches!(events[..], [ref event] if matches!(event.event, Event::Lockup { .. })));
-}
-
-#[test]
-fn a_full_stack_is_a_hard_fault() {
-    // A push below the RAM, and a handler that takes another stack.
-    let code = [
-        0x2020, // movs r0, #0x20
-        0x0600, // lsls r0, r0, #24
-        0x4685, // mov sp, r0
-        0xb501, // push {r0, lr}
-        0xe7fe, // b .
-        0x4902, // 0xa: ldr r1, =0x20000800
-        0x468d, // mov sp, r1
-        0x6001, // str r1, [r0]
-        0xe7fe, // b .
-        0xbf00, // 0x12
-        0x0800, 0x2000, // 0x14
-    ];
-    let mut robot = robot(&[(1, 0), (3, 0xa)], &code);
-    assert_eq!(run(&mut robot, 100), Pause::Time);
-    assert_eq!(words(&mut robot, 1), [RAM + 0x800]);
-}
-
-#[test]
-fn the_watchdog_ends_a_lockup() {
-    let code = [
-        0x4803, // ldr r0, =0x40003000
-        0x4904, // ldr r1, =0x0000cccc
-        0x6001, // str r1, [r0]
-        0xde00, // udf
-        0xde00, // 8: udf
-        0xbf00, 0xbf00, 0xbf00, // 0xa
-        0x3000, 0x4000, // 0x10
-        0xcccc, 0x0000, // 0x14
-    ];
-    let mut robot = robot(&[(1, 0), (3, 8)], &code);
-    assert_eq!(run(&mut robot, 409_000), Pause::Time);
-    assert_eq!(run(&mut robot, 420_000), Pause::Time);
-    let reset = Event::Reset { cause: "independent_watchdog".into() };
-    assert!(robot.take_events().iter().any(|event| event.event == reset));
-}
-
-#[test]
-fn a_page_is_erased_and_programmed() {
-    // Unlocks the flash, erases the page at 0x0800fc00, programs a halfword, and reads it back.
-    let code = [
-        0x4c0d, // ldr r4, =0x40022000
-        0x480e, // ldr r0, =0x45670123
-        0x6060, // str r0, [r4, #4]
-        0x480e, // ldr r0, =0xcdef89ab
-        0x6060, // str r0, [r4, #4]
-        0x2002, // movs r0, #2 (PER)
-        0x6120, // str r0, [r4, #16]
-        0x4d0d, // ldr r5, =0x0800fc00
-        0x6165, // str r5, [r4, #20]
-        0x2042, // movs r0, #0x42 (PER, STRT)
-        0x6120, // str r0, [r4, #16]
-        0x2001, // movs r0, #1 (PG)
-        0x6120, // str r0, [r4, #16]
-        0x205a, // movs r0, #0x5a
-        0x8068, // strh r0, [r5, #2]
-        0x6829, // ldr r1, [r5]
-        0x2620, // movs r6, #0x20
-        0x0636, // lsls r6, r6, #24
-        0x6031, // str r1, [r6]
-        0x68e1, // ldr r1, [r4, #12]
-        0x6071, // str r1, [r6, #4]
-        0xe7fe, // b .
-        0xbf00, 0xbf00, 0xbf00, 0xbf00, 0xbf00, 0xbf00, // 0x2c
-        0x2000, 0x4002, // 0x38
-        0x0123, 0x4567, // 0x3c
-        0x89ab, 0xcdef, // 0x40
-        0xfc00, 0x0800, // 0x44
-    ];
-    let mut robot = robot(&[(1, 0)], &code);
-    robot.write_memory(0x0800_fc00, &[1, 2, 3, 4]).unwrap();
-    run(&mut robot, 29_000);
-    assert_ne!(words(&mut robot, 1), [0x005a_ffff], "erasing takes 30 ms");
-    run(&mut robot, 31_000);
-    // SR: EOP.
-    assert_eq!(words(&mut robot, 2), [0x005a_ffff, 1 << 5]);
-}
-
-#[test]
-fn a_program_that_changes_itself_does_what_it_then_is() {
-    // Calls 0x0800fc00 (movs r0, #7; bx lr), makes 0 of its first halfword (movs r0, r0) and calls it with 5.
-    let code = [
-        0x4c09, // ldr r4, =0x40022000
-        0x480a, // ldr r0, =0x45670123
-        0x6060, // str r0, [r4, #4]
-        0x480a, // ldr r0, =0xcdef89ab
-        0x6060, // str r0, [r4, #4]
-        0x2001, // movs r0, #1 (PG)
-        0x6120, // str r0, [r4, #16]
-        0x4d09, // ldr r5, =0x0800fc01
-        0x2620, // movs r6, #0x20
-        0x0636, // lsls r6, r6, #24
-        0x47a8, // blx r5
-        0x6030, // str r0, [r6]
-        0x1e69, // subs r1, r5, #1
-        0x2000, // movs r0, #0
-        0x8008, // strh r0, [r1]
-        0x2005, // movs r0, #5
-        0x47a8, // blx r5
-        0x6070, // str r0, [r6, #4]
-        0xe7fe, // b .
-        0xbf00, // 0x26
-        0x2000, 0x4002, // 0x28
-        0x0123, 0x4567, // 0x2c
-        0x89ab, 0xcdef, // 0x30
-        0xfc01, 0x0800, // 0x34
-    ];
-    let mut robot = robot(&[(1, 0)], &code);
-    robot.write_memory(0x0800_fc00, &[0x07, 0x20, 0x70, 0x47]).unwrap();
-    run(&mut robot, 1_000);
-    assert_eq!(words(&mut robot, 2), [7, 5]);
 }

@@ -2,14 +2,14 @@
 
 use std::time::Duration;
 
-use bittybuzz_chips::{Board, FlashChange, ResetCause, Time};
+use bittybuzz_chips::{Board, CoreKind, FlashChange, ResetCause, Time};
+use bittybuzz_cortex_m::{Masks, Nvic};
 use bittybuzz_emulation::message::{CoreStatistics, Event, TimedEvent};
 use bittybuzz_emulation::{Control, Core, CoreState, Image, MachineError};
 
 use crate::bus::{Bus, FLASH, noise};
 use crate::exception::Lockup;
 use crate::execute::Stop;
-use crate::nvic::Nvic;
 use crate::registers::{PC, Processor};
 
 /// A Cortex-M0 with its memory and its board.
@@ -37,7 +37,7 @@ impl<B: Board> CortexM0<B> {
         let counted = (self.processor.instructions, self.processor.exceptions);
         self.processor = Processor::new(stack, first);
         (self.processor.instructions, self.processor.exceptions) = counted;
-        self.bus.nvic = Nvic::new();
+        self.bus.nvic = Nvic::new(CoreKind::CortexM0);
         self.bus.event = false;
         self.bus.scr = 0;
     }
@@ -115,7 +115,7 @@ impl<B: Control> Core for CortexM0<B> {
 
     fn execute(&mut self, until: Time) -> Result<CoreState, MachineError> {
         if self.bus.nvic.any_pending()
-            && let Some(exception) = self.bus.nvic.next(self.processor.primask)
+            && let Some(exception) = self.bus.nvic.next(self.processor.masks())
         {
             let pc = self.processor.r[PC];
             let outcome = self.processor.enter(&mut self.bus, exception, pc);
@@ -136,8 +136,8 @@ impl<B: Control> Core for CortexM0<B> {
             return Ok(true);
         }
         // PRIMASK does not keep WFI asleep (B1.5.17).
-        let primask = self.processor.primask && is_for_event;
-        Ok(self.bus.nvic.any_pending() && self.bus.nvic.next(primask).is_some())
+        let masks = if is_for_event { self.processor.masks() } else { Masks::default() };
+        Ok(self.bus.nvic.any_pending() && self.bus.nvic.next(masks).is_some())
     }
 
     fn may_wake(&self) -> bool {

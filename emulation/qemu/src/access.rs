@@ -1,8 +1,9 @@
 //! What a trapped load or store means: done in the core's place, with the board's registers.
 
 use bittybuzz_chips::{Board, Width};
+use bittybuzz_cortex_m::registers::{AIRCR, VTOR, requests_reset};
 
-use crate::core::{CoreError, Processor, VTOR};
+use crate::core::{CoreError, Processor};
 use crate::memory::{CCM, FLASH, Layout, SRAM};
 use crate::thumb::{self, DecodeError};
 
@@ -12,10 +13,6 @@ const PERIPHERALS: Region = Region { start: 0x4000_0000, length: 0x2000_0000 };
 const SYSTEM_MEMORY: Region = Region { start: 0x1fff_7000, length: 0x9000 };
 /// SysTick's registers (ARMv7-M manual, B3.3.2).
 const SYSTICK: Region = Region { start: 0xe000_e010, length: 0x10 };
-/// Application interrupt and reset control (B3.2.6), the word behind VTOR.
-const AIRCR: u32 = VTOR + 4;
-const AIRCR_KEY: u32 = 0x05fa;
-const AIRCR_SYSRESETREQ: u32 = 1 << 2;
 
 /// What came of an access.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -173,7 +170,7 @@ impl<B: Board> Bus<'_, B> {
         } else if address == VTOR && self.width == Width::Word {
             self.core.set_vector_table(value)?;
         } else if address == AIRCR && self.width == Width::Word {
-            if value >> 16 == AIRCR_KEY && value & AIRCR_SYSRESETREQ != 0 {
+            if requests_reset(value) {
                 return Ok(Outcome::SystemReset);
             }
             self.core.write_register(AIRCR, value);

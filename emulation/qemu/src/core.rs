@@ -6,6 +6,7 @@
 //! it is an interrupt whose handler does nothing.
 
 use bittybuzz_chips::CoreKind;
+use bittybuzz_cortex_m::registers::{ICSR, VTOR};
 
 use crate::gdb::{GdbError, Stop};
 use crate::memory::{self, Layout};
@@ -52,8 +53,6 @@ impl Machine {
 const SYST_CSR: u32 = 0xe000_e010;
 /// Behind it the counter, SYST_CVR, which any write clears.
 const SYST_RVR: u32 = 0xe000_e014;
-const ICSR: u32 = 0xe000_ed04;
-pub const VTOR: u32 = 0xe000_ed08;
 /// SYST_CSR: on, with interrupt, from the processor clock.
 const SYSTICK_ON: u32 = 0b111;
 const ICSR_PENDSTCLR: u32 = 1 << 25;

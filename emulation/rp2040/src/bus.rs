@@ -23,6 +23,8 @@ pub struct ChipBus<B> {
     pub active: u32,
     /// Levels of the interrupt lines.
     lines: u32,
+    /// What the core has decoded may no longer stand there.
+    pub flash_has_changed: bool,
     /// The board was touched: what was known of its future no longer holds.
     pub touched: bool,
     /// The event register, and whether the core waits.
@@ -55,6 +57,7 @@ impl<B: Board> ChipBus<B> {
             cycles: 0,
             active: 0,
             lines: 0,
+            flash_has_changed: false,
             touched: true,
             event: false,
             waits: false,
@@ -169,6 +172,7 @@ impl<B: Board> ChipBus<B> {
         };
         if let Some(bytes) = self.memory(change.address, length) {
             bytes.copy_from_slice(&value);
+            self.flash_has_changed = true;
         }
         let end = self.clock.time(self.cycles) + change.takes;
         self.clock.skip_to(end, self.cycles);

@@ -133,6 +133,9 @@ impl<B: Control> Core for Rp2040Core<B> {
     }
 
     fn execute(&mut self, until: Time) -> Result<CoreState, MachineError> {
+        if std::mem::take(&mut self.bus.flash_has_changed) {
+            self.core.invalidate_decode_cache_all();
+        }
         let deadline = self.bus.clock.cycle(until).max(self.bus.cycles + 1);
         self.run(deadline);
         let waits = std::mem::take(&mut self.bus.waits);
@@ -163,8 +166,7 @@ impl<B: Control> Core for Rp2040Core<B> {
     fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Result<(), MachineError> {
         let no_memory = MachineError::NoMemory { address, length: bytes.len() };
         self.bus.memory(address, bytes.len()).ok_or(no_memory)?.copy_from_slice(bytes);
-        // The core remembers what it has decoded, but not of the flash where the STM32 has it.
-        self.core.invalidate_decode_cache_all();
+        self.bus.flash_has_changed = true;
         Ok(())
     }
 

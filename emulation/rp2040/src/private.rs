@@ -1,5 +1,7 @@
 //! The private bus: interrupt controller and system control block, as far as firmware uses them (ARMv6-M B3.2, B3.4).
 
+use bittybuzz_chips::CoreKind;
+use bittybuzz_cortex_m::registers::{AIRCR, CPUID, ICSR, VTOR, cpuid, requests_reset};
 use rp2040_emu::bus::ppb::Ppb;
 use rp2040_emu::core::Nvic;
 
@@ -9,15 +11,6 @@ const ISPR: u32 = 0xe000_e200;
 const ICPR: u32 = 0xe000_e280;
 const IPR: u32 = 0xe000_e400;
 const IPR_END: u32 = 0xe000_e420;
-const CPUID: u32 = 0xe000_ed00;
-const ICSR: u32 = 0xe000_ed04;
-const VTOR: u32 = 0xe000_ed08;
-const AIRCR: u32 = 0xe000_ed0c;
-/// Cortex-M0, revision r0p0.
-const CORTEX_M0: u32 = 0x410c_c200;
-const VECTKEY: u32 = 0x05fa << 16;
-const SYSRESETREQ: u32 = 1 << 2;
-
 /// What the program has of the core's own registers.
 pub struct Private {
     pub nvic: Nvic,
@@ -39,7 +32,7 @@ impl Private {
                 let first = (address - IPR) as usize;
                 u32::from_le_bytes(std::array::from_fn(|n| self.nvic.priority[first + n]))
             }
-            CPUID => CORTEX_M0,
+            CPUID => cpuid(CoreKind::CortexM0),
             ICSR => self.ppb.icsr | active,
             // Of this core the Cortex-M0 has none.
             VTOR => 0,
@@ -64,9 +57,7 @@ impl Private {
                 }
             }
             VTOR => {}
-            AIRCR => {
-                self.reset_requested |= value & 0xffff_0000 == VECTKEY && value & SYSRESETREQ != 0;
-            }
+            AIRCR => self.reset_requested |= requests_reset(value),
             _ => self.ppb.write32(address, value),
         }
     }
@@ -85,10 +76,10 @@ mod tests {
         // Byte 3 of NVIC_IPR1: interrupt 7.
         private.write(0xe000_e404, 0xff00_0000, 0xff00_0000);
         assert_eq!(private.nvic.priority[7], 0xc0);
-        assert_eq!(private.read(CPUID, 0), CORTEX_M0);
-        private.write(AIRCR, SYSRESETREQ, !0);
+        assert_eq!(private.read(CPUID, 0), 0x410c_c200);
+        private.write(AIRCR, 1 << 2, !0);
         assert!(!private.reset_requested, "without the key");
-        private.write(AIRCR, VECTKEY | SYSRESETREQ, !0);
+        private.write(AIRCR, 0x05fa_0004, !0);
         assert!(private.reset_requested);
     }
 }

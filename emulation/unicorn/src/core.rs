@@ -1,6 +1,7 @@
 //! The core: Unicorn, the memory it sees, and what it is stopped by.
 
 use bittybuzz_chips::{Board, CoreKind, MemoryMap, Time, Width};
+use bittybuzz_cortex_m::Masks;
 use bittybuzz_emulation::MachineError;
 use unicorn_engine::{
     Arch, HookType, MemType, Mode, Prot, RegisterARM as Register, TlbEntry, TlbType, Unicorn,
@@ -9,7 +10,6 @@ use unicorn_engine::{
 
 use crate::blocks::Block;
 use crate::memory::is_within;
-use crate::nvic::Masks;
 use crate::system::System;
 
 pub const FLASH: u32 = 0x0800_0000;

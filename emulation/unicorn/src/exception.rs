@@ -2,11 +2,11 @@
 //! (B1.5.14).
 
 use bittybuzz_chips::CoreKind;
+use bittybuzz_cortex_m::number;
 use bittybuzz_emulation::{Control, MachineError};
 use unicorn_engine::RegisterARM as Register;
 
 use crate::core::{Stop, UnicornCore, XPSR_T, failed};
-use crate::nvic::number;
 
 /// Cycles from an interrupt to its handler, at least: Cortex-M4 (ARM DDI 0439 3.9.1), Cortex-M0 (ARM DDI 0432 3.9).
 const fn entry_cycles(core: CoreKind) -> u64 {

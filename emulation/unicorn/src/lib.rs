@@ -22,7 +22,6 @@ mod blocks;
 mod core;
 mod exception;
 mod memory;
-mod nvic;
 mod private;
 mod system;
 mod systick;

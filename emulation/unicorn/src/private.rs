@@ -1,25 +1,15 @@
 //! The registers of the core: system control block and its neighbours (ARMv7-M B3.2).
 
 use bittybuzz_chips::{Board, CoreKind, Width};
+use bittybuzz_cortex_m::registers::{
+    AIRCR, CCR, CPUID, ICSR, NVIC, NVIC_END, SCR, SHPR1, SHPR2, SHPR3, SYST, SYST_END,
+    VECTKEY_READ, VTOR, cpuid, has_key, requests_reset,
+};
 
-use crate::nvic::number;
 use crate::system::System;
 
 const DWT_CTRL: u32 = 0xe000_1000;
 const DWT_CYCCNT: u32 = 0xe000_1004;
-const SYST: u32 = 0xe000_e010;
-const SYST_END: u32 = 0xe000_e020;
-const NVIC: u32 = 0xe000_e100;
-const NVIC_END: u32 = 0xe000_e4f0;
-const CPUID: u32 = 0xe000_ed00;
-const ICSR: u32 = 0xe000_ed04;
-const VTOR: u32 = 0xe000_ed08;
-const AIRCR: u32 = 0xe000_ed0c;
-const SCR: u32 = 0xe000_ed10;
-const CCR: u32 = 0xe000_ed14;
-const SHPR1: u32 = 0xe000_ed18;
-const SHPR2: u32 = 0xe000_ed1c;
-const SHPR3: u32 = 0xe000_ed20;
 const SHCSR: u32 = 0xe000_ed24;
 const CFSR: u32 = 0xe000_ed28;
 const HFSR: u32 = 0xe000_ed2c;
@@ -36,19 +26,6 @@ const FPCCR: u32 = 0xe000_ef34;
 const DBGMCU: u32 = 0xe004_2000;
 const DBGMCU_END: u32 = 0xe004_2400;
 
-/// Cortex-M4, revision r0p1.
-const CORTEX_M4: u32 = 0x410f_c241;
-/// Cortex-M0, revision r0p0 (ARM DDI 0432, 4.1.1).
-const CORTEX_M0: u32 = 0x410c_c200;
-/// Key of AIRCR when read and when written.
-const VECTKEY_READ: u32 = 0xfa05 << 16;
-const VECTKEY: u32 = 0x05fa << 16;
-const AIRCR_SYSRESETREQ: u32 = 1 << 2;
-const ICSR_PENDSTCLR: u32 = 1 << 25;
-const ICSR_PENDSTSET: u32 = 1 << 26;
-const ICSR_PENDSVCLR: u32 = 1 << 27;
-const ICSR_PENDSVSET: u32 = 1 << 28;
-const ICSR_NMIPENDSET: u32 = 1 << 31;
 const DWT_CTRL_CYCCNTENA: u32 = 1 << 0;
 /// Vector tables are aligned to 128 bytes at least.
 const VTOR_BITS: u32 = 0xffff_ff80;
@@ -138,19 +115,13 @@ impl<B: Board> System<B> {
                 self.systick.read(address - SYST)
             }
             NVIC..NVIC_END => self.nvic.read(address - NVIC),
-            CPUID => match B::CORE {
-                CoreKind::CortexM0 => CORTEX_M0,
-                CoreKind::CortexM4F => CORTEX_M4,
-            },
-            ICSR => self.interrupt_state(),
+            CPUID => cpuid(B::CORE),
+            ICSR => self.nvic.read_icsr(),
             VTOR => registers.vtor,
             AIRCR => VECTKEY_READ | u32::from(self.nvic.group()) << 8,
             SCR => registers.scr,
             CCR => registers.ccr,
-            SHPR1..=SHPR3 => {
-                let first = 4 + (address - SHPR1) as usize;
-                u32::from_le_bytes(std::array::from_fn(|n| self.nvic.system_priority(first + n)))
-            }
+            SHPR1..=SHPR3 => self.nvic.read_priorities(4 + (address - SHPR1) as usize),
             SHCSR => registers.shcsr,
             CFSR => registers.cfsr,
             HFSR => registers.hfsr,
@@ -165,17 +136,6 @@ impl<B: Board> System<B> {
             FPCCR => registers.fpccr,
             _ => 0,
         }
-    }
-
-    fn interrupt_state(&self) -> u32 {
-        let is_pending =
-            |exception, bit: u32| if self.nvic.is_pending(exception) { bit } else { 0 };
-        let base = if self.nvic.active_count() <= 1 { 1 << 11 } else { 0 };
-        u32::from(self.nvic.current())
-            | base
-            | is_pending(number::SYS_TICK, ICSR_PENDSTSET)
-            | is_pending(number::PEND_SV, ICSR_PENDSVSET)
-            | is_pending(number::NMI, ICSR_NMIPENDSET)
     }
 
     /// The core writes to its private bus.
@@ -212,36 +172,16 @@ impl<B: Board> System<B> {
                 self.systick.write(address - SYST, value);
             }
             NVIC..NVIC_END => self.nvic.write(address - NVIC, value, mask),
-            ICSR => {
-                for (bit, exception) in [
-                    (ICSR_PENDSTSET, number::SYS_TICK),
-                    (ICSR_PENDSVSET, number::PEND_SV),
-                    (ICSR_NMIPENDSET, number::NMI),
-                ] {
-                    if value & bit != 0 {
-                        self.nvic.pend(exception);
-                    }
-                }
-                for (bit, exception) in
-                    [(ICSR_PENDSTCLR, number::SYS_TICK), (ICSR_PENDSVCLR, number::PEND_SV)]
-                {
-                    if value & bit != 0 {
-                        self.nvic.unpend(exception);
-                    }
-                }
-            }
+            ICSR => self.nvic.write_icsr(value),
             VTOR => registers.vtor = value & VTOR_BITS,
-            AIRCR if value & 0xffff_0000 == VECTKEY => {
+            AIRCR if has_key(value) => {
                 self.nvic.set_group((value >> 8 & 7) as u8);
-                registers.reset_requested |= value & AIRCR_SYSRESETREQ != 0;
+                registers.reset_requested |= requests_reset(value);
             }
             SCR => registers.scr = merge(registers.scr),
             CCR => registers.ccr = merge(registers.ccr),
             SHPR1..=SHPR3 => {
-                for byte in (0..4).filter(|byte| mask >> (8 * byte) & 0xff != 0) {
-                    let exception = 4 + (address - SHPR1) as usize + byte;
-                    self.nvic.set_system_priority(exception, (value >> (8 * byte)) as u8);
-                }
+                self.nvic.write_priorities(4 + (address - SHPR1) as usize, value, mask);
             }
             SHCSR => registers.shcsr = merge(registers.shcsr),
             // Flags are cleared by writing ones.

@@ -1,10 +1,10 @@
 //! Everything around the core's registers: what the callbacks of Unicorn reach.
 
 use bittybuzz_chips::{Board, Clock, Time, Width};
+use bittybuzz_cortex_m::{Masks, Nvic, number};
 use bittybuzz_emulation::message::{Event, TimedEvent};
 
 use crate::blocks::{Block, Blocks};
-use crate::nvic::{Masks, Nvic, number};
 use crate::private::Registers;
 use crate::systick::SysTick;
 

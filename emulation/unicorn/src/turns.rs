@@ -3,13 +3,13 @@
 use std::time::Duration;
 
 use bittybuzz_chips::{Board, ResetCause, Time};
+use bittybuzz_cortex_m::{Masks, Nvic};
 use bittybuzz_emulation::message::{CoreStatistics, TimedEvent};
 use bittybuzz_emulation::{Control, Core, CoreState, Image, MachineError};
 use unicorn_engine::RegisterARM as Register;
 
 use crate::core::{Stop, UnicornCore};
 use crate::exception::Lockup;
-use crate::nvic::{Masks, Nvic};
 use crate::private::Registers;
 use crate::systick::SysTick;
 

@@ -1,6 +1,7 @@
 //! Reset and clock control (RM0091 6).
 
 use crate::stm32::Write;
+use crate::stm32::rcc::{self, CR_HSEON, CR_HSION, CR_PLLON, CR_RESET, Source};
 use crate::{HardwareError, ResetCause};
 
 /// Registers by offset / 4.
@@ -18,21 +19,12 @@ const CFGR2: usize = 0x2c / 4;
 const CR2: usize = 0x34 / 4;
 const REGISTERS: usize = CR2 + 1;
 
-const CR_HSION: u32 = 1 << 0;
-const CR_HSEON: u32 = 1 << 16;
-const CR_HSEBYP: u32 = 1 << 18;
-const CR_PLLON: u32 = 1 << 24;
-/// Each of these has its ready bit one above.
 const CR_ON: u32 = CR_HSION | CR_HSEON | CR_PLLON;
 const CFGR_PLLSRC_HSE: u32 = 1 << 16;
 /// The same bit as the lowest of CFGR2_PREDIV.
 const CFGR_PLLXTPRE: u32 = 1 << 17;
 /// Locked while the PLL runs: PLLMUL, PLLXTPRE, PLLSRC.
 const CFGR_PLL: u32 = 0xf << 18 | CFGR_PLLXTPRE | CFGR_PLLSRC_HSE;
-const BDCR_BDRST: u32 = 1 << 16;
-const BDCR_LSERDY: u32 = 1 << 1;
-const CSR_LSION: u32 = 1 << 0;
-const CSR_RMVF: u32 = 1 << 24;
 const CSR_CAUSES: u32 = 0xfe80_0000;
 const CR2_HSI14ON: u32 = 1 << 0;
 
@@ -42,14 +34,6 @@ const HSI14_HZ: u64 = 14_000_000;
 pub(super) const LSI_HZ: u64 = 40_000;
 /// The crystal on the Zooid's board.
 const HSE_HZ: u64 = 16_000_000;
-
-/// What SW and SWS select.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Source {
-    Hsi,
-    Hse,
-    Pll,
-}
 
 /// The clocks that the registers make.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,7 +83,7 @@ impl Rcc {
             _ => self.registers[CSR] & CSR_CAUSES,
         };
         self.registers = [0; REGISTERS];
-        self.registers[CR] = 0x83;
+        self.registers[CR] = CR_RESET;
         self.registers[AHBENR] = 0x14;
         self.registers[BDCR] = backup;
         self.registers[CR2] = 0x80;
@@ -107,10 +91,7 @@ impl Rcc {
             | match cause {
                 // No brown-out detector: the one of power-down resets the chip, and PORRSTF is its flag, too (6.4.10).
                 ResetCause::PowerOn | ResetCause::BrownOut => 1 << 27 | 1 << 26,
-                ResetCause::PowerOff => 0,
-                ResetCause::Pin => 1 << 26,
-                ResetCause::Software => 1 << 28 | 1 << 26,
-                ResetCause::IndependentWatchdog => 1 << 29 | 1 << 26,
+                _ => rcc::flags(cause),
             };
         self.source = Source::Hsi;
     }
@@ -120,20 +101,12 @@ impl Rcc {
         let value = self.registers.get(register).copied().unwrap_or(0);
         match register {
             CR => {
-                // Oscillators are ready at once; a crystal whose driver is bypassed does not oscillate.
-                let mut ready = value & CR_ON;
-                if value & CR_HSEBYP != 0 || !self.has_crystal {
-                    ready &= !CR_HSEON;
-                }
-                if self.pll_input_hz() == 0 {
-                    ready &= !CR_PLLON;
-                }
-                value & !(CR_ON << 1) | ready << 1
+                let without_input = if self.pll_input_hz() == 0 { CR_PLLON } else { 0 };
+                rcc::read_control(value, CR_ON, self.has_crystal, without_input)
             }
-            CFGR => value & !0xc | (self.source as u32) << 2,
-            // The board has no crystal of 32768 Hz: it is never ready.
-            BDCR => value & !BDCR_LSERDY,
-            CSR => value & !2 | (value & CSR_LSION) << 1,
+            CFGR => rcc::read_configuration(value, self.source),
+            BDCR => rcc::read_backup(value),
+            CSR => rcc::read_status(value),
             CR2 => value & !2 | (value & CR2_HSI14ON) << 1,
             _ => value,
         }
@@ -146,18 +119,11 @@ impl Rcc {
         let mut new = write.merge(old);
         let pll_is_on = self.registers[CR] & CR_PLLON != 0;
         match register {
-            // What drives the system clock cannot be turned off (6.4.1).
-            CR => match self.source {
-                Source::Hsi => new |= CR_HSION,
-                Source::Hse => new |= CR_HSEON,
-                Source::Pll => new |= CR_PLLON,
-            },
+            CR => new |= self.source.on(),
             CFGR if pll_is_on => new = new & !CFGR_PLL | old & CFGR_PLL,
             CFGR2 if pll_is_on => new = old,
-            BDCR if new & BDCR_BDRST != 0 => new = BDCR_BDRST,
-            CSR => {
-                new = if new & CSR_RMVF != 0 { new & 1 } else { old & CSR_CAUSES | new & 1 };
-            }
+            BDCR => new = rcc::write_backup(new),
+            CSR => new = rcc::write_status(old, new, CSR_CAUSES),
             _ => {}
         }
         self.registers[register] = new;
@@ -172,18 +138,7 @@ impl Rcc {
             }
             _ => {}
         }
-        // The switch happens as soon as the wanted source is ready (6.2.6).
-        let wanted = match self.registers[CFGR] & 3 {
-            0 => Some((Source::Hsi, CR_HSION)),
-            1 => Some((Source::Hse, CR_HSEON)),
-            2 => Some((Source::Pll, CR_PLLON)),
-            _ => None,
-        };
-        if let Some((source, on)) = wanted
-            && self.read(0) & on << 1 != 0
-        {
-            self.source = source;
-        }
+        self.source = self.source.after_write(self.registers[CFGR], self.read(0));
         let bus = match register {
             APB2RSTR => Bus::Apb2,
             APB1RSTR => Bus::Apb1,
@@ -194,8 +149,7 @@ impl Rcc {
     }
 
     fn hse_hz(&self) -> u64 {
-        let is_on = self.registers[CR] & (CR_HSEON | CR_HSEBYP) == CR_HSEON;
-        if is_on && self.has_crystal { HSE_HZ } else { 0 }
+        if rcc::crystal_runs(self.registers[CR], self.has_crystal) { HSE_HZ } else { 0 }
     }
 
     fn hsi_hz(&self) -> u64 {
@@ -223,18 +177,12 @@ impl Rcc {
             Source::Pll => self.pll_hz(),
         };
         let cfgr = self.registers[CFGR];
-        let ahb = match cfgr >> 4 & 0xf {
-            divider @ 8..=11 => divider - 7,
-            divider @ 12..=15 => divider - 6,
-            _ => 0,
-        };
-        let ppre = cfgr >> 8 & 7;
-        let apb = if ppre & 4 == 0 { 0 } else { (ppre & 3) + 1 };
-        let hclk = sysclk >> ahb;
+        let apb = rcc::apb_shift(cfgr >> 8);
+        let hclk = sysclk >> rcc::ahb_shift(cfgr);
         let pclk = hclk >> apb;
         let hsi14 = if self.registers[CR2] & CR2_HSI14ON != 0 { HSI14_HZ } else { 0 };
         let pll = if self.registers[CR] & CR_PLLON != 0 { self.pll_hz() } else { 0 };
-        let lsi = if self.registers[CSR] & CSR_LSION != 0 { self.lsi_hz } else { 0 };
+        let lsi = if rcc::lsi_is_on(self.registers[CSR]) { self.lsi_hz } else { 0 };
         // 6.4.2: without PLLNODIV, which the STM32F051 does not have, half of the PLL.
         let mco = match cfgr >> 24 & 7 {
             1 => hsi14,
@@ -245,8 +193,7 @@ impl Rcc {
             7 => pll / 2,
             _ => 0,
         };
-        // Timers get twice the bus clock unless the bus is undivided (6.2, figure 10).
-        Clocks { sysclk, hclk, pclk, timers: if apb == 0 { pclk } else { 2 * pclk }, hsi14, mco }
+        Clocks { sysclk, hclk, pclk, timers: rcc::timers(pclk, apb), hsi14, mco }
     }
 
     /// What is out of range in the clock tree (6.2; data sheet DS8668, table "PLL characteristics").
@@ -293,6 +240,7 @@ impl Rcc {
 mod tests {
     use super::*;
     use crate::Width;
+    use crate::stm32::rcc::CSR_RMVF;
 
     fn word(value: u32) -> Write {
         Write::new(0, Width::Word, value)

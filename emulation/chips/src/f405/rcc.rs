@@ -1,6 +1,7 @@
 //! Reset and clock control (RM0090 6).
 
 use crate::stm32::Write;
+use crate::stm32::rcc::{self, CR_HSEON, CR_HSION, CR_PLLON, CR_RESET, Source};
 use crate::{HardwareError, ResetCause};
 
 /// Registers by offset / 4.
@@ -18,30 +19,14 @@ const CSR: usize = 0x74 / 4;
 const PLLI2SCFGR: usize = 0x84 / 4;
 const REGISTERS: usize = PLLI2SCFGR + 1;
 
-const CR_HSION: u32 = 1 << 0;
-const CR_HSEON: u32 = 1 << 16;
-const CR_HSEBYP: u32 = 1 << 18;
-const CR_PLLON: u32 = 1 << 24;
 const CR_PLLI2SON: u32 = 1 << 26;
-/// Each of these has its ready bit one above.
 const CR_ON: u32 = CR_HSION | CR_HSEON | CR_PLLON | CR_PLLI2SON;
 const PLLCFGR_PLLSRC_HSE: u32 = 1 << 22;
-const BDCR_BDRST: u32 = 1 << 16;
-const BDCR_LSERDY: u32 = 1 << 1;
-const CSR_LSION: u32 = 1 << 0;
-const CSR_RMVF: u32 = 1 << 24;
+const CSR_CAUSES: u32 = 0xfe00_0000;
 
 const HSI_HZ: u64 = 16_000_000;
 /// The crystal on the Crazyflie's board.
 const HSE_HZ: u64 = 8_000_000;
-
-/// What SW and SWS select.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Source {
-    Hsi,
-    Hse,
-    Pll,
-}
 
 /// The clocks that the registers make.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,10 +60,10 @@ impl Rcc {
     pub fn reset(&mut self, cause: ResetCause) {
         let (backup, causes) = match cause {
             ResetCause::PowerOn => (0, 0),
-            _ => (self.registers[BDCR], self.registers[CSR] & 0xfe00_0000),
+            _ => (self.registers[BDCR], self.registers[CSR] & CSR_CAUSES),
         };
         self.registers = [0; REGISTERS];
-        self.registers[CR] = 0x83;
+        self.registers[CR] = CR_RESET;
         self.registers[PLLCFGR] = 0x2400_3010;
         self.registers[AHB1ENR] = 0x0010_0000;
         // AHB1LPENR to APB2LPENR, for the chips of this family that have Ethernet and camera.
@@ -92,11 +77,8 @@ impl Rcc {
         self.registers[CSR] = causes
             | match cause {
                 ResetCause::PowerOn => 0x0e00_0000,
-                ResetCause::PowerOff => 0,
                 ResetCause::BrownOut => 1 << 26 | 1 << 25,
-                ResetCause::Pin => 1 << 26,
-                ResetCause::Software => 1 << 28 | 1 << 26,
-                ResetCause::IndependentWatchdog => 1 << 29 | 1 << 26,
+                _ => rcc::flags(cause),
             };
         self.source = Source::Hsi;
     }
@@ -106,20 +88,13 @@ impl Rcc {
         let value = self.registers.get(register).copied().unwrap_or(0);
         match register {
             CR => {
-                // Oscillators are ready at once; a crystal whose driver is bypassed does not oscillate.
-                let mut ready = value & CR_ON;
-                if value & CR_HSEBYP != 0 || !self.has_crystal {
-                    ready &= !CR_HSEON;
-                }
-                if self.pll_input_hz() == 0 {
-                    ready &= !(CR_PLLON | CR_PLLI2SON);
-                }
-                value & !(CR_ON << 1) | ready << 1
+                let without_input =
+                    if self.pll_input_hz() == 0 { CR_PLLON | CR_PLLI2SON } else { 0 };
+                rcc::read_control(value, CR_ON, self.has_crystal, without_input)
             }
-            CFGR => value & !0xc | (self.source as u32) << 2,
-            // The board has no crystal of 32768 Hz: it is never ready.
-            BDCR => value & !BDCR_LSERDY,
-            CSR => value & !2 | (value & CSR_LSION) << 1,
+            CFGR => rcc::read_configuration(value, self.source),
+            BDCR => rcc::read_backup(value),
+            CSR => rcc::read_status(value),
             _ => value,
         }
     }
@@ -131,33 +106,15 @@ impl Rcc {
         let old = *self.registers.get(register)?;
         let mut new = write.merge(old);
         match register {
-            // What drives the system clock cannot be turned off (6.3.1).
-            CR => match self.source {
-                Source::Hsi => new |= CR_HSION,
-                Source::Hse => new |= CR_HSEON,
-                Source::Pll => new |= CR_PLLON,
-            },
+            CR => new |= self.source.on(),
             // The PLL's configuration is locked while it runs (6.3.2).
             PLLCFGR if self.registers[CR] & CR_PLLON != 0 => new = old,
-            BDCR if new & BDCR_BDRST != 0 => new = BDCR_BDRST,
-            CSR => {
-                new = if new & CSR_RMVF != 0 { new & 1 } else { old & 0xfe00_0000 | new & 1 };
-            }
+            BDCR => new = rcc::write_backup(new),
+            CSR => new = rcc::write_status(old, new, CSR_CAUSES),
             _ => {}
         }
         self.registers[register] = new;
-        // The switch happens as soon as the wanted source is ready (6.2.6).
-        let wanted = match self.registers[CFGR] & 3 {
-            0 => Some((Source::Hsi, CR_HSION)),
-            1 => Some((Source::Hse, CR_HSEON)),
-            2 => Some((Source::Pll, CR_PLLON)),
-            _ => None,
-        };
-        if let Some((source, on)) = wanted
-            && self.read(0) & on << 1 != 0
-        {
-            self.source = source;
-        }
+        self.source = self.source.after_write(self.registers[CFGR], self.read(0));
         (AHB1RSTR..=AHB1RSTR + 5).contains(&register).then(|| (register - AHB1RSTR, new & !old))
     }
 
@@ -168,13 +125,13 @@ impl Rcc {
 
     /// Returns true while the firmware keeps the backup domain in reset (6.3.20).
     pub fn is_backup_reset(&self) -> bool {
-        self.registers[BDCR] & BDCR_BDRST != 0
+        rcc::is_backup_reset(self.registers[BDCR])
     }
 
     fn pll_input_hz(&self) -> u64 {
         let source = if self.registers[PLLCFGR] & PLLCFGR_PLLSRC_HSE == 0 {
             if self.registers[CR] & CR_HSION != 0 { HSI_HZ } else { 0 }
-        } else if self.registers[CR] & (CR_HSEON | CR_HSEBYP) == CR_HSEON && self.has_crystal {
+        } else if rcc::crystal_runs(self.registers[CR], self.has_crystal) {
             HSE_HZ
         } else {
             0
@@ -194,17 +151,10 @@ impl Rcc {
             Source::Pll => self.vco_hz() / (2 * (u64::from(self.registers[PLLCFGR] >> 16 & 3) + 1)),
         };
         let cfgr = self.registers[CFGR];
-        let ahb = match cfgr >> 4 & 0xf {
-            divider @ 8..=11 => divider - 7,
-            divider @ 12..=15 => divider - 6,
-            _ => 0,
-        };
-        let apb = |field: u32| if field & 4 == 0 { 0 } else { (field & 3) + 1 };
-        let (apb1, apb2) = (apb(cfgr >> 10 & 7), apb(cfgr >> 13 & 7));
-        let hclk = sysclk >> ahb;
+        let (apb1, apb2) = (rcc::apb_shift(cfgr >> 10), rcc::apb_shift(cfgr >> 13));
+        let hclk = sysclk >> rcc::ahb_shift(cfgr);
         let pclk1 = hclk >> apb1;
-        // Timers get twice the bus clock unless the bus is undivided (6.2, figure 21).
-        let timers1 = if apb1 == 0 { pclk1 } else { 2 * pclk1 };
+        let timers1 = rcc::timers(pclk1, apb1);
         Clocks { sysclk, hclk, pclk1, pclk2: hclk >> apb2, timers1 }
     }
 
@@ -261,6 +211,7 @@ impl Rcc {
 mod tests {
     use super::*;
     use crate::Width;
+    use crate::stm32::rcc::{CR_HSEBYP, CSR_RMVF};
 
     fn word(value: u32) -> Write {
         Write::new(0, Width::Word, value)

@@ -3,6 +3,7 @@
 mod bus;
 mod exti;
 mod gpio;
+pub(crate) mod rcc;
 mod timer;
 pub(crate) mod watchdog;
 

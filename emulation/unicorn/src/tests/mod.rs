@@ -1,7 +1,6 @@
 //! The core against the ARMv7-M Architecture Reference Manual, with programs that try one thing each.
 
 mod programs;
-mod zooid;
 
 use std::time::Duration;
 

@@ -3,6 +3,7 @@
 use bittybuzz_chips::CoreKind;
 
 /// Numbers of exceptions; interrupt n is exception 16 + n.
+#[allow(missing_docs, reason = "the manual's names")]
 pub mod number {
     pub const NMI: u8 = 2;
     pub const HARD_FAULT: u8 = 3;
@@ -10,10 +11,17 @@ pub mod number {
     pub const BUS_FAULT: u8 = 5;
     pub const USAGE_FAULT: u8 = 6;
     pub const SV_CALL: u8 = 11;
+    pub const DEBUG_MONITOR: u8 = 12;
     pub const PEND_SV: u8 = 14;
     pub const SYS_TICK: u8 = 15;
     pub const FIRST_INTERRUPT: u8 = 16;
 }
+
+const ICSR_PENDSTCLR: u32 = 1 << 25;
+const ICSR_PENDSTSET: u32 = 1 << 26;
+const ICSR_PENDSVCLR: u32 = 1 << 27;
+const ICSR_PENDSVSET: u32 = 1 << 28;
+const ICSR_NMIPENDSET: u32 = 1 << 31;
 
 /// Interrupts of the STM32F405, rounded up to whole registers; the Cortex-M0 has 32.
 const INTERRUPTS: usize = 96;
@@ -23,18 +31,23 @@ const THREAD: i16 = 256;
 /// The special registers that keep exceptions away.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Masks {
+    /// PRIMASK: all of configurable priority.
     pub primask: bool,
+    /// FAULTMASK: all but NMI.
     pub faultmask: bool,
+    /// BASEPRI: those of this priority and less urgent ones; 0 for none.
     pub basepri: u8,
 }
 
 impl Masks {
-    /// Whether some interrupt could be kept away.
+    /// Returns true if some interrupt could be kept away.
     pub fn any(self) -> bool {
         self.primask || self.faultmask || self.basepri != 0
     }
 }
 
+/// The interrupt controller, and which exceptions run.
+#[derive(Clone)]
 pub struct Nvic {
     core: CoreKind,
     enabled: u128,
@@ -51,6 +64,7 @@ pub struct Nvic {
 }
 
 impl Nvic {
+    /// As after a reset.
     pub fn new(core: CoreKind) -> Self {
         Nvic {
             core,
@@ -81,11 +95,13 @@ impl Nvic {
     }
 
     /// The levels of the interrupt lines: one that rises becomes pending.
+    #[inline]
     pub fn set_lines(&mut self, lines: u128) {
         self.pending |= lines & !self.lines;
         self.lines = lines;
     }
 
+    /// Makes an exception pending.
     pub fn pend(&mut self, exception: u8) {
         match exception.checked_sub(number::FIRST_INTERRUPT) {
             Some(interrupt) => self.pending |= 1 << interrupt,
@@ -100,6 +116,7 @@ impl Nvic {
         }
     }
 
+    /// Makes an exception no longer pending.
     pub fn unpend(&mut self, exception: u8) {
         match exception.checked_sub(number::FIRST_INTERRUPT) {
             Some(interrupt) => self.pending &= !(1 << interrupt),
@@ -107,6 +124,7 @@ impl Nvic {
         }
     }
 
+    /// Returns true if this exception is pending, enabled or not.
     pub fn is_pending(&self, exception: u8) -> bool {
         match exception.checked_sub(number::FIRST_INTERRUPT) {
             Some(interrupt) => self.pending >> interrupt & 1 != 0,
@@ -114,7 +132,8 @@ impl Nvic {
         }
     }
 
-    /// Whether anything is pending that is enabled.
+    /// Returns true if anything is pending that is enabled.
+    #[inline]
     pub fn any_pending(&self) -> bool {
         self.system_pending != 0 || self.pending & self.enabled != 0
     }
@@ -124,14 +143,17 @@ impl Nvic {
         self.active.last().copied().unwrap_or(0)
     }
 
+    /// Returns true if the exception has begun and not returned.
     pub fn is_active(&self, exception: u8) -> bool {
         self.active.contains(&exception)
     }
 
+    /// Exceptions that have begun and not returned.
     pub fn active_count(&self) -> usize {
         self.active.len()
     }
 
+    /// The exception begins.
     pub fn activate(&mut self, exception: u8) {
         self.unpend(exception);
         self.active.push(exception);
@@ -169,7 +191,7 @@ impl Nvic {
         active.chain(basepri).chain(primask).chain(faultmask).min().unwrap_or(THREAD)
     }
 
-    /// Whether `exception` would be taken now.
+    /// Returns true if `exception` would be taken now.
     pub fn preempts(&self, exception: u8, masks: Masks) -> bool {
         self.group_of(self.priority(exception)) < self.execution_priority(masks)
     }
@@ -189,20 +211,74 @@ impl Nvic {
             .filter(|exception| self.preempts(*exception, masks))
     }
 
+    /// AIRCR.PRIGROUP.
     pub fn group(&self) -> u8 {
         self.group
     }
 
+    /// Sets AIRCR.PRIGROUP.
     pub fn set_group(&mut self, group: u8) {
         self.group = group & 7;
     }
 
-    pub fn system_priority(&self, exception: usize) -> u8 {
-        self.system_priorities[exception]
+    /// Returns true if the core has this exception and its priority can be chosen.
+    fn has_priority(&self, exception: usize) -> bool {
+        let exception = exception as u8;
+        match exception {
+            number::SV_CALL | number::PEND_SV | number::SYS_TICK => true,
+            number::MEM_MANAGE..=number::USAGE_FAULT | number::DEBUG_MONITOR => {
+                self.core == CoreKind::CortexM4F
+            }
+            _ => false,
+        }
     }
 
-    pub fn set_system_priority(&mut self, exception: usize, priority: u8) {
-        self.system_priorities[exception] = priority & self.priority_bits();
+    /// Reads SHPR1 to SHPR3, by the number of their first exception.
+    pub fn read_priorities(&self, first: usize) -> u32 {
+        u32::from_le_bytes(std::array::from_fn(|n| self.system_priorities[first + n]))
+    }
+
+    /// Writes the bytes of `value` that are in `mask` to SHPR1 to SHPR3, by the number of their first exception.
+    pub fn write_priorities(&mut self, first: usize, value: u32, mask: u32) {
+        for byte in (0..4).filter(|byte| mask >> (8 * byte) & 0xff != 0) {
+            if self.has_priority(first + byte) {
+                let priority = (value >> (8 * byte)) as u8 & self.priority_bits();
+                self.system_priorities[first + byte] = priority;
+            }
+        }
+    }
+
+    /// Reads ICSR (B3.2.4).
+    pub fn read_icsr(&self) -> u32 {
+        let pending = |exception, bit: u32| if self.is_pending(exception) { bit } else { 0 };
+        // RETTOBASE, which a Cortex-M0 lacks.
+        let is_outermost = self.core == CoreKind::CortexM4F && self.active.len() <= 1;
+        u32::from(self.current())
+            | u32::from(is_outermost) << 11
+            | u32::from(self.next(Masks::default()).unwrap_or(0)) << 12
+            | pending(number::SYS_TICK, ICSR_PENDSTSET)
+            | pending(number::PEND_SV, ICSR_PENDSVSET)
+            | pending(number::NMI, ICSR_NMIPENDSET)
+    }
+
+    /// Writes ICSR (B3.2.4).
+    pub fn write_icsr(&mut self, value: u32) {
+        for (bit, exception) in [
+            (ICSR_PENDSTSET, number::SYS_TICK),
+            (ICSR_PENDSVSET, number::PEND_SV),
+            (ICSR_NMIPENDSET, number::NMI),
+        ] {
+            if value & bit != 0 {
+                self.pend(exception);
+            }
+        }
+        for (bit, exception) in
+            [(ICSR_PENDSTCLR, number::SYS_TICK), (ICSR_PENDSVCLR, number::PEND_SV)]
+        {
+            if value & bit != 0 {
+                self.unpend(exception);
+            }
+        }
     }
 
     /// Reads NVIC_ISER to NVIC_IPR; `offset` from 0xe000e100, of a word.
@@ -214,10 +290,13 @@ impl Nvic {
         match offset {
             0x000..0x100 => word(self.enabled),
             0x100..0x200 => word(self.pending),
-            0x200..0x280 => word(self.active.iter().fold(0, |bits, active| {
-                let interrupt = active.checked_sub(number::FIRST_INTERRUPT);
-                bits | interrupt.map_or(0, |interrupt| 1 << interrupt)
-            })),
+            // A Cortex-M0 has no NVIC_IABR.
+            0x200..0x280 if self.core == CoreKind::CortexM4F => {
+                word(self.active.iter().fold(0, |bits, active| {
+                    let interrupt = active.checked_sub(number::FIRST_INTERRUPT);
+                    bits | interrupt.map_or(0, |interrupt| 1 << interrupt)
+                }))
+            }
             0x300..0x360 => {
                 let first = (offset - 0x300) as usize;
                 let bytes = &self.priorities[first..first + 4];
