@@ -39,7 +39,8 @@ fn file<'a>(instruction: &'a str, start: &str) -> Option<&'a str> {
     instruction.strip_prefix(start)?.strip_suffix("`:")
 }
 
-/// Returns true if a command printed the lines of the guide, where `...` stands for any lines.
+/// Returns true if a command printed the lines of the guide. A line `...` stands for any lines, and `...` at the end of a line
+/// for its rest.
 fn is_as_shown(printed: &str, shown: &str) -> bool {
     let mut rest = printed;
     let mut may_skip = false;
@@ -48,12 +49,16 @@ fn is_as_shown(printed: &str, shown: &str) -> bool {
             may_skip = true;
             continue;
         }
+        let begin = line.strip_suffix("...\n").unwrap_or(line);
         let found = match may_skip {
-            true => rest.find(line),
-            false => rest.starts_with(line).then_some(0),
+            true => rest.find(begin),
+            false => rest.starts_with(begin).then_some(0),
         };
         let Some(at) = found else { return false };
-        rest = &rest[at + line.len()..];
+        rest = &rest[at + begin.len()..];
+        if begin != line {
+            rest = rest.split_once('\n').map_or("", |(_, rest)| rest);
+        }
         may_skip = false;
     }
     may_skip || rest.is_empty()
@@ -96,4 +101,5 @@ fn shown_lines_are_compared() {
     assert!(is_as_shown("a\nb\nc\n", "a\n...\nc\n") && is_as_shown("a\nb\n", "...\n"));
     assert!(!is_as_shown("a\nb\n", "a\n") && !is_as_shown("a\n", "a\nb\n"));
     assert!(!is_as_shown("a\nb\n", "b\n"));
+    assert!(is_as_shown("a: 1\nb\n", "a: ...\nb\n") && !is_as_shown("b: 1\n", "a: ...\n"));
 }

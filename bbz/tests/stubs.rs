@@ -119,6 +119,13 @@ fn a_robot_file_is_written_that_the_script_runs_on() {
     assert_eq!(run.status, Some(0), "{}", run.stderr);
     let lines = "drive(1, 2)\ndistance(3)\ndrive(0)\nblink()\nsay(1, 2, 3, 4, 5, 6, 7, 8)\nring()\nbeep(0.000000)\n";
     assert!(run.stdout.starts_with(lines), "{}", run.stdout);
+
+    let world = "[world]\nsize = [500, 500]\nduration = 1\n[[robots]]\nrobot = \"My_Rover.toml\"\nscript = \"patrol.bzz\"\n";
+    folder.write("world.toml", world);
+    let simulated = folder.bbz(&["sim", "world.toml"]);
+    assert_eq!(simulated.status, Some(0), "{}{}", simulated.stdout, simulated.stderr);
+    // The calls are logged.
+    assert!(simulated.stdout.contains("     0.1     0  12345678\n"), "{}", simulated.stdout);
 }
 
 #[test]
