@@ -1,5 +1,5 @@
-//! The words of the network that a host uses, too: how much a machine remembers of other robots, what a link says of a
-//! sender, how often a robot sends, and what it could not use. The network itself is a part of the machine.
+//! The words of the network that a host uses, too: how much a machine remembers of other robots, the position that a link gives of
+//! a sender, how often a robot sends, and the frames that it could not use. The network itself is a part of the machine.
 
 use crate::message::FRAGMENTS_MAX;
 use crate::number::Profile;

@@ -1,4 +1,4 @@
-//! Calls of robot functions, and what functions remember between two of them.
+//! Calls of robot functions, and the state that functions keep between two calls.
 
 use std::any::Any;
 use std::fmt;

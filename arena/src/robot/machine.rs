@@ -23,7 +23,7 @@ include!(concat!(env!("OUT_DIR"), "/machines.rs"));
 /// Slots of the machines for robots that do not ship.
 const LADDER: [usize; 3] = [1024, 4096, 16_384];
 
-/// The most slots of a machine: those of the script and those for what is known of others.
+/// The most slots of a machine: those of the script and those for neighbours, swarms and entries.
 pub const MOST_SLOTS: usize = LADDER[2];
 
 /// A virtual machine, and the frames that wait for it and for its link.
@@ -43,7 +43,7 @@ pub trait Machine {
     /// Returns the messages that it could not use.
     fn counters(&self) -> Counters;
 
-    /// Returns a global of the script, or what `keys` lead to in tables there.
+    /// Returns a global of the script, or the value that `keys` lead to in its tables.
     fn global(&self, number: u16, keys: &[Content]) -> Content;
 
     /// Returns an entry of a stigmergy, as this robot knows it.

@@ -11,7 +11,7 @@ pub trait InQueue {
     /// Adds a frame that was heard.
     fn push(&mut self, frame: &[u8], sighting: Sighting);
 
-    /// Copies the next frame; returns its length, and what the link knows of its sender.
+    /// Copies the next frame; returns its length, and its sender's position as far as the link knows it.
     fn pop(&mut self, frame: &mut [u8]) -> Option<(usize, Sighting)>;
 
     /// Returns the number of frames for which there was no room.

@@ -110,7 +110,7 @@ impl<'p> Setup<'p> {
         named.next_back().map_or(Path::new(usual), |(_, path)| path)
     }
 
-    /// Returns what the robots of each group share in a run.
+    /// Returns the data that the robots of each group share in a run.
     pub fn contexts(&self) -> Vec<GroupContext<'_>> {
         let groups = self.scenario.groups.iter().zip(self.programs);
         groups
@@ -154,7 +154,7 @@ pub fn emulated(scenario: &Scenario) -> Vec<Arc<dyn RobotModel>> {
     models
 }
 
-/// Returns what a machine of the group's robots would need to be simulated; `None` if it can be.
+/// Returns the sizes that a machine of the group's robots lacks to be simulated; `None` if it can be.
 fn misfit(Group { robot, model, .. }: &Group) -> Option<String> {
     let slots = robot.vm.slots as usize + robot.sizes().slots();
     let queued = robot.vm.in_queue.max(robot.vm.out_queue) as usize;

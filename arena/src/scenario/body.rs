@@ -1,4 +1,4 @@
-//! `[body.*]`: the models of the robots, and in what they differ from the real ones.
+//! `[body.*]`: the models of the robots, and their differences from the real ones.
 
 use std::sync::Arc;
 

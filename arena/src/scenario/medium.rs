@@ -145,7 +145,7 @@ pub fn read(root: &Section<'_>, used: &[Medium], emulated: &[Medium]) -> Media {
     media
 }
 
-/// What becomes of the frames of a group, where that differs from the medium. `name` is that of the section in messages.
+/// The fate of a group's frames, where it differs from the medium's. `name` is that of the section in messages.
 pub fn link(group: &Section<'_>, name: &'static str) -> MediumSettings {
     group.section("link", name).map_or_else(MediumSettings::default, |section| read_one(&section))
 }

@@ -64,7 +64,7 @@ pub struct Nvic {
 }
 
 impl Nvic {
-    /// As after a reset.
+    /// Returns the state after a reset.
     pub fn new(core: CoreKind) -> Self {
         Nvic {
             core,

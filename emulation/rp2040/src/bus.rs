@@ -23,7 +23,7 @@ pub struct ChipBus<B> {
     pub active: u32,
     /// Levels of the interrupt lines.
     lines: u32,
-    /// What the core has decoded may no longer stand there.
+    /// The instructions that the core has decoded may no longer stand there.
     pub flash_has_changed: bool,
     /// The board was touched: what was known of its future no longer holds.
     pub touched: bool,

@@ -30,7 +30,7 @@ impl<B: Board> UnicornCore<'_, B> {
 }
 
 impl<B: Control> UnicornCore<'_, B> {
-    /// The core has written a halfword to the flash: the flash interface decides what becomes of it.
+    /// The core has written a halfword to the flash: the flash interface decides its fate.
     pub(crate) fn program_flash(&mut self) -> Result<Result<(), Lockup>, MachineError> {
         // An erasure that the same block of code has begun.
         if let Some(change) = self.system().board.take_flash_change() {

@@ -1,4 +1,4 @@
-//! What the script reaches of the robot: its functions, one entry in `robots/kilobot/robot.toml` and one arm here, and its messages.
+//! The robot as the script reaches it: its functions, one entry in `robots/kilobot/robot.toml` and one arm here, and its messages.
 
 use bittybuzz_comms::infrared::{CONTAINED, FaultReport, MESSAGE};
 use bittybuzz_comms::queue::{Inbox, Outbox};

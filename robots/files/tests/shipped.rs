@@ -148,7 +148,7 @@ fn shipped_robots_leave_no_memory_unused() {
     assert_eq!((kilobot.vm, kilobot.message_bytes), (bench.vm, bench.message_bytes));
 }
 
-/// The sum is what the queues take.
+/// The sum is the queues' memory.
 #[test]
 fn queues_are_counted() {
     use bittybuzz_comms::queue::{Inbox, Outbox};

@@ -31,7 +31,7 @@ pub struct Assignment {
 /// A value of a quantity, in the quantity's unit.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Amount {
-    /// The same in every call.
+    /// A number that is the same in every call.
     Constant(f64),
     /// An argument, times a factor. A call whose argument list does not have this parameter leaves the quantity alone.
     Parameter {

@@ -1,4 +1,4 @@
-//! What can be wrong with a robot file, where, and what to do about it.
+//! Mistakes in a robot file: cause, place and cure.
 
 use std::fmt;
 
@@ -14,7 +14,7 @@ pub type RobotError = FileError<Cause>;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RobotErrors(pub Vec<RobotError>);
 
-/// What is wrong, one variant for each cause.
+/// A mistake, one variant for each cause.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the fields are what the messages below print")]
 pub enum Cause {
@@ -48,7 +48,7 @@ pub enum Cause {
     ConstantCollision { name: String, other: String, constant: String },
     /// No list of arguments at all.
     AcceptsNothing,
-    /// The same list of argument types twice.
+    /// A list of argument types that stands there twice.
     RepeatedList,
     /// A parameter that is not `name: type`.
     BadParameter { text: String },

@@ -1,4 +1,4 @@
-//! The guides and recipes do what they say: each is carried out in a copy of the repository, command by command.
+//! Each guide and recipe is carried out in a copy of the repository, command by command.
 //!
 //! The first run builds what the copies need (embassy, for the chip); later ones only what a guide changes.
 

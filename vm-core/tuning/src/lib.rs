@@ -1,6 +1,6 @@
 //! The two attributes by which the virtual machine trades flash for time.
 //!
-//! The compiler inlines by the size of functions, not by what a chip lacks. On the AVR it then copies whole searches into every
+//! The compiler inlines by the size of functions, not by the flash that a chip lacks. On the AVR it then copies whole searches into every
 //! instruction that needs them, and calls subroutines for a single load. These attributes decide instead.
 //!
 //! They are procedural macros because those of `macro_rules` would have to wrap whole functions, inside which rustfmt formats

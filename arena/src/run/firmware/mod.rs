@@ -121,7 +121,7 @@ impl Firmware {
     }
 }
 
-/// Returns what is flashed to the robot that listens for the scenario's bridge.
+/// Returns the image that is flashed to the robot that listens for the scenario's bridge.
 fn ear(scenario: &Scenario, emulation: &dyn Emulation) -> Result<Option<Ear>, ScenarioError> {
     let Some(bridge) = scenario.bridge.as_ref().filter(|_| emulation.listener().is_some()) else {
         return Ok(None);

@@ -115,7 +115,7 @@ pub struct Nrf51 {
     events: Vec<(Time, Event)>,
     /// Bytes received from the STM32.
     pub received: u64,
-    /// Of these, the ones with a wrong stop bit.
+    /// Bytes with a wrong stop bit among these.
     pub framing_errors: u64,
     /// Frames dropped for their first checksum byte, and for their second.
     pub bad_sums: [u64; 2],
@@ -218,7 +218,7 @@ impl Nrf51 {
         }
     }
 
-    /// Sets what differs from one firmware of this processor to the next.
+    /// Sets the differences between two firmwares of this processor.
     pub fn set(&mut self, settings: Nrf51Settings) {
         self.settings = settings;
     }

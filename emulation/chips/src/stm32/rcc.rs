@@ -68,7 +68,7 @@ pub(crate) fn crystal_runs(control: u32, has_crystal: bool) -> bool {
     control & (CR_HSEON | CR_HSEBYP) == CR_HSEON && has_crystal
 }
 
-/// CFGR as it is read: SWS says what drives the system clock.
+/// CFGR as it is read: SWS names the source of the system clock.
 pub(crate) fn read_configuration(configuration: u32, source: Source) -> u32 {
     configuration & !0xc | (source as u32) << 2
 }

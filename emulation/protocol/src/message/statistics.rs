@@ -62,7 +62,7 @@ pub enum BoardStatistics {
     Kilobot(KilobotStatistics),
 }
 
-/// What a Kilobot's board counts; `KilobotStatistics` of robots/kilobot/board documents each.
+/// Counters of a Kilobot's board; `KilobotStatistics` of robots/kilobot/board documents each.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs, reason = "robots/kilobot/board documents them")]
@@ -76,7 +76,7 @@ pub struct KilobotStatistics {
     pub unknown: Vec<u32>,
 }
 
-/// What a Zooid's board counts; `ZooidStatistics` of robots/zooids/board documents each.
+/// Counters of a Zooid's board; `ZooidStatistics` of robots/zooids/board documents each.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs, reason = "robots/zooids/board documents them")]
@@ -97,7 +97,7 @@ pub struct ZooidStatistics {
     pub unknown: Vec<u32>,
 }
 
-/// What a Crazyflie's board counts; `Statistics` of robots/crazyflie/board documents each.
+/// Counters of a Crazyflie's board; `Statistics` of robots/crazyflie/board documents each.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(missing_docs, reason = "robots/crazyflie/board documents them")]

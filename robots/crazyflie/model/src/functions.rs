@@ -204,7 +204,7 @@ pub fn effect(function: &Function) -> Option<Effect> {
     })
 }
 
-/// The time of a call, and what the robot knows then.
+/// The time of a call, and the robot's state then.
 #[derive(Clone, Copy)]
 struct Moment<'a> {
     /// ms

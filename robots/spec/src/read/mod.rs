@@ -209,7 +209,7 @@ fn given<T>(value: Option<Option<T>>) -> Option<Option<T>> {
 
 const DEFAULT_TICK_HZ: u32 = 10;
 
-/// Sizes of the machine of a robot without a chip and without `[vm]`. Its memory is what they need.
+/// Sizes of the machine of a robot without a chip and without `[vm]`. They give its memory.
 const DEFAULT_SIZES: VmSizes = VmSizes {
     memory: 0,
     slots: 400,

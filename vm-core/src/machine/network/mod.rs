@@ -42,7 +42,7 @@ use crate::value::{Tag, Value};
 pub(super) use protocol::Protocol;
 use swarms::object_number;
 
-/// Returns true for a function of `neighbors`, which is what it iterates.
+/// Returns true for a function of `neighbors` that iterates over them.
 pub(super) fn is_of_neighbors(number: u8) -> bool {
     (builtin::NEIGHBORS_FOREACH..=builtin::NEIGHBORS_NONKIN).contains(&number)
 }

@@ -32,11 +32,11 @@ pub(in crate::machine) enum Conflict {
     Failed,
 }
 
-/// When what is to be sent, and the message of which some fragments are here.
+/// The times at which to send, and the message of which some fragments are here.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::machine) struct Protocol<P: Profile> {
     pub(in crate::machine) sizes: Sizes,
-    /// How many stigmergies the script has created.
+    /// The number of stigmergies that the script has created.
     pub(in crate::machine) stigmergies: u8,
     /// Number of the step, on which neighbours are forgotten.
     pub(in crate::machine) step: u8,
@@ -46,7 +46,7 @@ pub(in crate::machine) struct Protocol<P: Profile> {
     pub(in crate::machine) shares: bool,
     /// An entry or a swarm is to be sent when the entry point that is running returns.
     pub(in crate::machine) has_news: bool,
-    /// How many messages this step may still take.
+    /// The number of messages that this step may still take.
     pub(in crate::machine) messages_left: u8,
     /// A message is being handled: a fault ends that, not the script.
     pub(in crate::machine) in_message: bool,
@@ -85,7 +85,7 @@ pub(in crate::machine) struct Protocol<P: Profile> {
     pub(in crate::machine) clock: u32,
     /// State of a generator that keeps robots from sending all at once.
     pub(in crate::machine) jitter: u16,
-    /// As in [`Counters`].
+    /// The counter of that name in [`Counters`].
     pub(in crate::machine) counters: [u16; 7],
     pub(in crate::machine) assembly: Assembly<P>,
 }
@@ -161,7 +161,7 @@ impl<P: Profile> Protocol<P> {
         },
     };
 
-    /// Forgets what was heard and said with another script. What only delays a message may stay.
+    /// Forgets all that was heard and said with another script. State that only delays a message may stay.
     pub(in crate::machine) fn forget(&mut self) {
         self.stigmergies = 0;
         self.heard = 0;
