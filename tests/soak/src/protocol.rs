@@ -33,12 +33,13 @@ const GROUPS: [Group; 2] = [
         name: "machine",
         items: 32,
         files: &[
-            "vm-core/src/machine/advertise.rs",
-            "vm-core/src/machine/messages.rs",
-            "vm-core/src/machine/neighbors.rs",
-            "vm-core/src/machine/serial.rs",
-            "vm-core/src/machine/stigmergy.rs",
-            "vm-core/src/machine/swarms.rs",
+            "vm-core/src/machine/network/advertise.rs",
+            "vm-core/src/machine/network/messages.rs",
+            "vm-core/src/machine/network/neighbors.rs",
+            "vm-core/src/machine/network/protocol.rs",
+            "vm-core/src/machine/network/serial.rs",
+            "vm-core/src/machine/network/stigmergy.rs",
+            "vm-core/src/machine/network/swarms.rs",
         ],
         packages: &["bittybuzz-tests"],
         targets: &["protocol"],
@@ -71,6 +72,7 @@ const MACHINE: &[&str] = &[
     "robots/",
     "vm-core/Cargo",
     "vm-core/src/",
+    "vm-core/tuning/",
 ];
 
 /// Path prefixes of the sources of the tests, and of the list of explained mistakes.

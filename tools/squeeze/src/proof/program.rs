@@ -97,11 +97,11 @@ impl fmt::Display for ReadCause {
         match self {
             ReadCause::Decode(error) => write!(
                 f,
-                "{error}; teach it to firmware/squeeze/src/proof/decode.rs, or build with BBZ_SQUEEZE=off"
+                "{error}; teach it to tools/squeeze/src/proof/decode.rs, or build with BBZ_SQUEEZE=off"
             ),
             ReadCause::Directive(text) => write!(
                 f,
-                "the directive `{text}` is not known here; check that it makes no code and add it to firmware/squeeze/src/proof/program.rs, or build with BBZ_SQUEEZE=off"
+                "the directive `{text}` is not known here; check that it makes no code and add it to tools/squeeze/src/proof/program.rs, or build with BBZ_SQUEEZE=off"
             ),
             ReadCause::Line(text) => write!(f, "`{text}` cannot be read; is the file cut off?"),
             ReadCause::Twice(label) => write!(

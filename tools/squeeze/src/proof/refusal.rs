@@ -109,7 +109,7 @@ impl fmt::Display for Cause {
 
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        const CURE: &str = "this is a mistake of firmware/squeeze; build with BBZ_SQUEEZE=off, and report it with this message";
+        const CURE: &str = "this is a mistake of tools/squeeze; build with BBZ_SQUEEZE=off, and report it with this message";
         match self {
             Refusal::Original(error) => write!(f, "the assembly cannot be squeezed: {error}"),
             Refusal::Squeezed(error) => {
