@@ -133,7 +133,7 @@ fn missing_firmware_is_told_with_how_to_build_it() {
     assert_error(
         &[WORLD, &EMULATED.replace("zooids.elf", "none.elf")],
         "13:12",
-        &["`none.elf`: there is no such file", "cargo xtask build"],
+        &["`none.elf`: there is no such file", "cargo xtask build zooids"],
     );
     let folder = EMULATED.replace("zooids.elf", ".");
     assert_error(&[WORLD, &folder], "13:12", &["it is a folder"]);
@@ -145,7 +145,7 @@ fn missing_firmware_is_told_with_how_to_build_it() {
     let told: Vec<String> = errors.iter().map(told).collect();
     assert!(
         told.iter().any(|error| error.starts_with("12:11: cannot use firmware `firmware/zooids/")
-            && error.contains("cargo xtask build")),
+            && error.contains("cargo xtask build zooids")),
         "{told:#?}"
     );
 }

@@ -4,6 +4,7 @@
 
 mod script;
 
+use std::f64::consts::FRAC_PI_2;
 use std::fs;
 
 use bittybuzz_arena::engine::Pose;
@@ -193,6 +194,10 @@ fn messages_come_with_range_and_bearing() {
         world,
         expect(0, "n", "above = 30"),
         expect(0, "d", "equals = 500\ntolerance = 1"),
+        // Radians in the robot's own frame: the other robot is to the left of the first, which looks along x, and the first is to
+        // the right of the other.
+        expect(0, "a", &format!("equals = {}\ntolerance = 0.01", FRAC_PI_2)),
+        expect(1, "a", &format!("equals = {}\ntolerance = 0.01", -FRAC_PI_2)),
         expect(2, "n", "equals = 0"),
     ];
     let folder = folder("radio", &[("s.bzz", script), ("mine.toml", &robot(radio, &stop))]);

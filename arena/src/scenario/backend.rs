@@ -61,18 +61,28 @@ pub fn of_group(
             entry.fail(Cause::NotEmulated { key });
         }
     }
-    Some(Backend::Firmware { image: image(section, folder, usual)?, place: entry.place() })
+    Some(Backend::Firmware { image: image(section, model, folder, usual)?, place: entry.place() })
 }
 
-/// The file that the section names, or the usual one.
-pub fn image(section: &Section<'_>, folder: &Path, usual: &str) -> Option<PathBuf> {
+/// Returns the firmware of robots with that model: the file that the section names, or the usual one.
+pub fn image(
+    section: &Section<'_>,
+    model: &dyn RobotModel,
+    folder: &Path,
+    usual: &str,
+) -> Option<PathBuf> {
+    let unusable = |path: &str, reason| Cause::NoFirmware {
+        robots: model.robots(),
+        path: path.to_owned(),
+        reason,
+    };
     let Some(entry) = section.get("firmware") else {
         // An unreadable working folder has no firmware either.
         let start = std::path::absolute(folder).unwrap_or_default();
         let found = start.ancestors().map(|folder| folder.join(usual)).find(|path| path.is_file());
         if found.is_none() {
             let reason = "no folder above the scenario has it".to_owned();
-            let cause = Cause::NoFirmware { path: usual.to_owned(), reason };
+            let cause = unusable(usual, reason);
             match section.get("backend") {
                 Some(backend) => backend.fail(cause),
                 None => section.fail(cause),
@@ -96,6 +106,6 @@ pub fn image(section: &Section<'_>, folder: &Path, usual: &str) -> Option<PathBu
         }
         Err(error) => error.to_string(),
     };
-    entry.fail(Cause::NoFirmware { path: text.to_owned(), reason });
+    entry.fail(unusable(text, reason));
     None
 }

@@ -26,7 +26,12 @@ pub struct Bridge {
 }
 
 /// The bridge of the file, which needs robots that run their firmware on both sides.
-pub fn read(root: &Section<'_>, folder: &Path, world: &World, groups: &[Group]) -> Option<Bridge> {
+pub fn read<'g>(
+    root: &Section<'_>,
+    folder: &Path,
+    world: &World,
+    groups: &'g [Group],
+) -> Option<Bridge> {
     let section = root.section("bridge", BRIDGE)?;
     for group in groups.iter().filter(|group| group.backend == Backend::Vm) {
         root.reader.fail_at(&group.place, Cause::NotBridged);
@@ -35,9 +40,9 @@ pub fn read(root: &Section<'_>, folder: &Path, world: &World, groups: &[Group]) 
         Some(entry) => point_inside(&entry, world)?,
         None => [0.0; 2],
     };
-    let listener = |group: &Group| group.model.emulation()?.listener();
+    let listener = |group: &'g Group| Some((&*group.model, group.model.emulation()?.listener()?));
     let image = match groups.iter().find_map(listener) {
-        Some(usual) => Some(image(&section, folder, usual)?),
+        Some((model, usual)) => Some(image(&section, model, folder, usual)?),
         None => None,
     };
     let id = section.integer("id", 0..=0xffff).map_or(u16::MAX, |id| id as u16);

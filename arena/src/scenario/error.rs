@@ -62,8 +62,8 @@ pub enum Cause {
     NoBody { robot: String, known: Vec<&'static str> },
     /// A function that the simulator cannot carry out.
     NoEffect { robot: String, function: String },
-    /// The firmware is not there, or is none.
-    NoFirmware { path: String, reason: String },
+    /// The firmware of these robots is not there, or is none.
+    NoFirmware { robots: &'static [&'static str], path: String, reason: String },
     /// Robots of a kind in virtual machines beside emulated ones.
     UnlikeBackends { line: usize },
     /// Two groups with two images.
@@ -143,7 +143,7 @@ impl fmt::Display for Cause {
             Cause::NoEffect { robot, function, .. } => {
                 write!(f, "`{function}` of `{robot}` has no effect in the simulator")
             }
-            Cause::NoFirmware { path, reason } => {
+            Cause::NoFirmware { path, reason, .. } => {
                 write!(f, "cannot use firmware `{path}`: {reason}")
             }
             Cause::UnlikeBackends { line } => {
@@ -230,10 +230,10 @@ impl toml_reader::Cause for Cause {
             Cause::NoEmulator { .. } => {
                 Some("backend = \"vm\" simulates it; emulated are robots that ship, if their file says where their id is".to_owned())
             }
-            Cause::NoFirmware { .. } => Some(
-                "`cargo xtask build NAME` builds the firmware of a robot that ships; `firmware` names another file"
-                    .to_owned(),
-            ),
+            Cause::NoFirmware { robots, .. } => Some(format!(
+                "`cargo xtask build {}` builds it and says where it is; `firmware` names another one",
+                robots.join("` or `cargo xtask build ")
+            )),
             Cause::InTheDark { .. } => Some(
                 "it lights 838 mm by 518 mm around the middle of the world; `area` keeps random places in there"
                     .to_owned(),

@@ -80,7 +80,8 @@ impl Firmware {
                 None => {
                     let (path, robots) = (image.clone(), Vec::new());
                     let unusable = |reason| {
-                        failed(Cause::NoFirmware { path: path.display().to_string(), reason })
+                        let (robots, path) = (group.model.robots(), path.display().to_string());
+                        failed(Cause::NoFirmware { robots, path, reason })
                     };
                     let elf = file::read(&path, file::MOST_PROGRAM);
                     let elf = elf.map_err(|error| unusable(error.to_string()))?;
@@ -88,7 +89,7 @@ impl Firmware {
                         false => None,
                         true => Table::parse(&elf).map_err(|error| unusable(error.to_string()))?,
                     };
-                    let ear = ear(scenario, emulation)?;
+                    let ear = ear(scenario, &*group.model, emulation)?;
                     let (model, place) = (group.model.clone(), place.clone());
                     all.push(Firmware { model, path, place, messages, robots, ear });
                     all.len() - 1
@@ -122,13 +123,18 @@ impl Firmware {
 }
 
 /// Returns the image that is flashed to the robot that listens for the scenario's bridge.
-fn ear(scenario: &Scenario, emulation: &dyn Emulation) -> Result<Option<Ear>, ScenarioError> {
+fn ear(
+    scenario: &Scenario,
+    model: &dyn RobotModel,
+    emulation: &dyn Emulation,
+) -> Result<Option<Ear>, ScenarioError> {
     let Some(bridge) = scenario.bridge.as_ref().filter(|_| emulation.listener().is_some()) else {
         return Ok(None);
     };
     let Some(path) = &bridge.image else { return Ok(None) };
     let program = emulation.listener_flash(path).map_err(|reason| {
-        let cause = Cause::NoFirmware { path: path.display().to_string(), reason };
+        let (robots, path) = (model.robots(), path.display().to_string());
+        let cause = Cause::NoFirmware { robots, path, reason };
         ScenarioError { cause, place: Some(Box::new(bridge.place.clone())) }
     })?;
     Ok(Some(Ear { program, at: bridge.at }))

@@ -19,6 +19,9 @@ use bittybuzz_robot_spec::Function;
 
 pub use body::{KilobotModel, KilobotMotors, Preset};
 
+/// The name of the robot file.
+const ROBOTS: &[&str] = &["kilobot"];
+
 /// The keys of the Kilobot in scenarios.
 pub const KEYS: ModelKeys = ModelKeys {
     body: SectionKeys {
@@ -50,7 +53,7 @@ impl RobotModel for KilobotModel {
     }
 
     fn robots(&self) -> &'static [&'static str] {
-        &["kilobot"]
+        ROBOTS
     }
 
     fn keys(&self) -> &'static ModelKeys {

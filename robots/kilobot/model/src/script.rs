@@ -15,7 +15,11 @@ const FLASH_END: u32 = 0x8000;
 
 /// What the script `image` is in the flash of a robot with the program in `path`: address and bytes.
 pub fn section(path: &Path, image: &[u8], robot: &Robot) -> Result<(u32, Vec<u8>), Cause> {
-    let unusable = |reason: String| Cause::NoFirmware { path: path.display().to_string(), reason };
+    let unusable = |reason: String| Cause::NoFirmware {
+        robots: crate::ROBOTS,
+        path: path.display().to_string(),
+        reason,
+    };
     let program =
         Image::open_avr(path, AVR_FLASH_SIZE).map_err(|error| unusable(error.to_string()))?;
     let program = flash(&program);
