@@ -38,6 +38,38 @@ impl MemoryMap {
         };
         is_in(RAM, self.ram) || is_in(CCM, self.ccm)
     }
+
+    /// Returns true if the board answers for an address at which the core may write.
+    pub fn is_peripheral(&self, address: u32) -> bool {
+        is_in(self.peripherals, address)
+    }
+
+    /// Returns true if the board answers for an address at which the core reads.
+    pub fn is_readable(&self, address: u32) -> bool {
+        self.is_peripheral(address) || is_in(self.read_only, address)
+    }
+
+    /// Returns each RAM's first address and its content when its power comes: static RAM is not zero then. Here it is always the
+    /// same.
+    pub fn ram_at_power_on(&self) -> Vec<(u32, Vec<u8>)> {
+        let mut state = 1_u32;
+        let mut noise = |size| {
+            let next = || {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                (state >> 24) as u8
+            };
+            std::iter::repeat_with(next).take(size as usize).collect()
+        };
+        [(RAM, self.ram), (CCM, self.ccm)]
+            .into_iter()
+            .filter(|(_, size)| *size != 0)
+            .map(|(start, size)| (start, noise(size)))
+            .collect()
+    }
+}
+
+fn is_in(regions: &[(u32, u32)], address: u32) -> bool {
+    regions.iter().any(|(base, size)| address.wrapping_sub(*base) < *size)
 }
 
 /// The state in which a program finds its core after a reset.

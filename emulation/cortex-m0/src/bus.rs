@@ -38,18 +38,8 @@ pub struct Bus<B> {
     pub scr: u32,
 }
 
-/// What static RAM holds when its power comes is not zero; here it is always the same.
-pub fn noise(bytes: u32) -> Vec<u8> {
-    let mut state = 1_u32;
-    let next = || {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (state >> 24) as u8
-    };
-    std::iter::repeat_with(next).take(bytes as usize).collect()
-}
-
 impl<B: Board> Bus<B> {
-    /// Robot `number` of several, just turned on. Its flash is erased and its RAM is not.
+    /// Robot `number` of several, whose flash is erased.
     pub fn new(number: usize) -> Self {
         let board = B::power_on(number);
         let clock = Clock::new(board.core_clock_hz());
@@ -58,7 +48,7 @@ impl<B: Board> Bus<B> {
             flash: vec![0xff; B::MEMORY.flash as usize],
             code: Code::new(B::MEMORY.flash),
             flash_has_changed: false,
-            ram: noise(B::MEMORY.ram),
+            ram: vec![0; B::MEMORY.ram as usize],
             nvic: Nvic::new(CoreKind::CortexM0),
             clock,
             cycles: 0,
@@ -152,10 +142,6 @@ impl<B: Board> Bus<B> {
         op
     }
 
-    fn is_peripheral(address: u32) -> bool {
-        is_in(B::MEMORY.peripherals, address)
-    }
-
     pub fn read_word(&mut self, address: u32) -> Option<u32> {
         match ram::word(&self.ram, address) {
             Some(value) => Some(value),
@@ -184,7 +170,7 @@ impl<B: Board> Bus<B> {
         if address >= PRIVATE {
             return Some(self.read_private(address & !3) >> ((address & 3) * 8));
         }
-        if !Self::is_peripheral(address) && !is_in(B::MEMORY.read_only, address) {
+        if !B::MEMORY.is_readable(address) {
             return None;
         }
         self.catch_up();
@@ -204,7 +190,7 @@ impl<B: Board> Bus<B> {
             // Of the private registers only words can be written (B3.1.1).
             self.write_private(address & !3, value);
             self.deadline = 0;
-        } else if Self::is_peripheral(address) {
+        } else if B::MEMORY.is_peripheral(address) {
             self.catch_up();
             self.board.write(address, width, value);
             self.after_access();
@@ -267,9 +253,4 @@ impl<B: Board> Bus<B> {
             _ => {}
         }
     }
-}
-
-/// Whether an address is in one of these: first addresses and sizes.
-fn is_in(regions: &[(u32, u32)], address: u32) -> bool {
-    regions.iter().any(|(base, size)| address.wrapping_sub(*base) < *size)
 }

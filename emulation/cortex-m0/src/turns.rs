@@ -7,7 +7,7 @@ use bittybuzz_cortex_m::{Masks, Nvic};
 use bittybuzz_emulation::message::{CoreStatistics, Event, TimedEvent};
 use bittybuzz_emulation::{Control, Core, CoreState, Image, MachineError};
 
-use crate::bus::{Bus, FLASH, noise};
+use crate::bus::{Bus, FLASH};
 use crate::exception::Lockup;
 use crate::execute::Stop;
 use crate::registers::{PC, Processor};
@@ -56,31 +56,19 @@ impl<B: Control> Core for CortexM0<B> {
 
     fn load(number: usize, image: &Image) -> Result<Self, MachineError> {
         let mut core = CortexM0::new(number);
+        core.scramble()?;
         for (address, bytes) in image.segments() {
             core.write_memory(address, bytes)?;
         }
         Ok(core)
     }
 
-    fn reset(
-        &mut self,
-        cause: Option<ResetCause>,
-        vectors: u32,
-    ) -> Result<CoreState, MachineError> {
-        if let Some(cause) = cause {
-            self.bus.board.reset(cause);
-            if cause == ResetCause::PowerOn {
-                self.bus.ram = noise(B::MEMORY.ram);
-            }
-        }
-        let start = self.bus.board.start(vectors);
-        for (address, bytes) in start.memory {
-            self.bus.write_memory(address, &bytes);
-        }
+    /// The vectors are at the beginning of the flash.
+    fn restart(&mut self, _vectors: u32, _vector_table: u32) -> Result<(), MachineError> {
         let hz = self.bus.board.core_clock_hz();
         self.bus.clock.set_hz(hz, self.bus.cycles);
         self.start();
-        Ok(CoreState::after_reset(start.is_in_loader))
+        Ok(())
     }
 
     fn board(&self) -> &B {

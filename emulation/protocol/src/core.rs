@@ -49,12 +49,46 @@ pub trait Core: Sized {
     fn load(number: usize, image: &Image) -> Result<Self, MachineError>;
 
     /// Starts the program whose vectors are at `vectors`, after the work of [`Board::start`]. A `cause` resets the chip before;
-    /// none is the first start.
+    /// none is the first start. RAM stays, unless its power was gone or the board says otherwise.
     ///
     /// # Errors
     /// The emulation failed.
-    fn reset(&mut self, cause: Option<ResetCause>, vectors: u32)
-    -> Result<CoreState, MachineError>;
+    fn reset(
+        &mut self,
+        cause: Option<ResetCause>,
+        vectors: u32,
+    ) -> Result<CoreState, MachineError> {
+        if let Some(cause) = cause {
+            self.board_mut().reset(cause);
+            if cause == ResetCause::PowerOn {
+                self.scramble()?;
+            }
+        }
+        let start = self.board_mut().start(vectors);
+        for (address, bytes) in &start.memory {
+            self.write_memory(*address, bytes)?;
+        }
+        self.restart(vectors, start.vector_table)?;
+        Ok(CoreState::after_reset(start.is_in_loader))
+    }
+
+    /// Starts the program whose vectors are at `vectors`, with this content of the register VTOR: registers of the core and clock
+    /// are as after a reset.
+    ///
+    /// # Errors
+    /// The emulation failed.
+    fn restart(&mut self, vectors: u32, vector_table: u32) -> Result<(), MachineError>;
+
+    /// Gives RAM the content that it has when its power comes.
+    ///
+    /// # Errors
+    /// The emulation failed.
+    fn scramble(&mut self) -> Result<(), MachineError> {
+        for (address, bytes) in Self::Board::MEMORY.ram_at_power_on() {
+            self.write_memory(address, &bytes)?;
+        }
+        Ok(())
+    }
 
     /// The board.
     fn board(&self) -> &Self::Board;

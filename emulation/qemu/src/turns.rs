@@ -78,7 +78,7 @@ impl<B: Control> Core for QemuCore<B> {
         let machine = Machine::with(B::CORE);
         let sites = sites::find(memory::FLASH.start, &flash).collect();
         let skipped = HashSet::new();
-        Ok(QemuCore {
+        let mut core = QemuCore {
             board: B::power_on(number),
             core: start_core(machine, &flash, &sites, &skipped)?,
             machine,
@@ -90,30 +90,21 @@ impl<B: Control> Core for QemuCore<B> {
             systick_reported: false,
             events: Vec::new(),
             statistics: CoreStatistics::default(),
-        })
+        };
+        core.scramble()?;
+        Ok(core)
     }
 
-    fn reset(
-        &mut self,
-        cause: Option<ResetCause>,
-        vectors: u32,
-    ) -> Result<CoreState, MachineError> {
-        if let Some(cause) = cause {
-            self.board.reset(cause);
-        }
-        let start = self.board.start(vectors);
-        for (address, bytes) in &start.memory {
-            self.write(*address, bytes)?;
-        }
+    fn restart(&mut self, vectors: u32, vector_table: u32) -> Result<(), MachineError> {
         let vectors = (vectors - memory::FLASH.start) as usize;
         let word = |at: usize| {
             let bytes = self.flash.get(at..at + 4).and_then(|bytes| bytes.try_into().ok());
             bytes.map_or(u32::MAX, u32::from_le_bytes)
         };
         let (stack, first) = (word(vectors), word(vectors + 4));
-        self.core.reset(stack, first, start.vector_table).map_err(RobotError::from)?;
+        self.core.reset(stack, first, vector_table).map_err(RobotError::from)?;
         self.event = false;
-        Ok(CoreState::after_reset(start.is_in_loader))
+        Ok(())
     }
 
     fn board(&self) -> &B {

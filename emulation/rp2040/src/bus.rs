@@ -33,25 +33,15 @@ pub struct ChipBus<B> {
     fault: Option<u32>,
 }
 
-/// What static RAM holds when its power comes is not zero; here it is always the same.
-pub fn noise(bytes: u32) -> Vec<u8> {
-    let mut state = 1_u32;
-    let next = || {
-        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-        (state >> 24) as u8
-    };
-    std::iter::repeat_with(next).take(bytes as usize).collect()
-}
-
 impl<B: Board> ChipBus<B> {
-    /// Robot `number` of several, just turned on. Its flash is erased and its RAM is not.
+    /// Robot `number` of several, whose flash is erased.
     pub fn new(number: usize) -> Self {
         let board = B::power_on(number);
         let clock = Clock::new(board.core_clock_hz());
         ChipBus {
             board,
             flash: vec![0xff; B::MEMORY.flash as usize],
-            ram: noise(B::MEMORY.ram),
+            ram: vec![0; B::MEMORY.ram as usize],
             private: Private::new(),
             clock,
             cycles: 0,
@@ -96,10 +86,6 @@ impl<B: Board> ChipBus<B> {
         if at < self.flash.len() { self.flash.get_mut(at..at + length) } else { None }
     }
 
-    fn is_peripheral(address: u32) -> bool {
-        is_in(B::MEMORY.peripherals, address)
-    }
-
     fn read(&mut self, address: u32, width: Width) -> u32 {
         if let Some(bytes) = self.memory(address, width.bytes() as usize) {
             return bytes.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte));
@@ -108,7 +94,7 @@ impl<B: Board> ChipBus<B> {
             self.touched = true;
             return self.private.read(address & !3, self.active) >> ((address & 3) * 8);
         }
-        if !Self::is_peripheral(address) && !is_in(B::MEMORY.read_only, address) {
+        if !B::MEMORY.is_readable(address) {
             self.fault = Some(address);
             return 0;
         }
@@ -134,7 +120,7 @@ impl<B: Board> ChipBus<B> {
             let shift = (address & 3) * 8;
             self.private.write(address & !3, value << shift, mask << shift);
             self.look();
-        } else if Self::is_peripheral(address) {
+        } else if B::MEMORY.is_peripheral(address) {
             self.catch_up();
             self.board.write(address, width, value);
             self.after_access();
@@ -177,11 +163,6 @@ impl<B: Board> ChipBus<B> {
         let end = self.clock.time(self.cycles) + change.takes;
         self.clock.skip_to(end, self.cycles);
     }
-}
-
-/// Whether an address is in one of these: first addresses and sizes.
-fn is_in(regions: &[(u32, u32)], address: u32) -> bool {
-    regions.iter().any(|(base, size)| address.wrapping_sub(*base) < *size)
 }
 
 /// One core, number 0.

@@ -17,7 +17,7 @@ use bittybuzz_emulation::message::CoreStatistics;
 use bittybuzz_emulation::{Control, Core, CoreState, Image, MachineError};
 use rp2040_emu::CortexM0Plus;
 
-use crate::bus::{ChipBus, noise};
+use crate::bus::ChipBus;
 use crate::private::Private;
 
 /// A Cortex-M0+ with its memory and its board.
@@ -78,33 +78,18 @@ impl<B: Control> Core for Rp2040Core<B> {
     fn load(number: usize, image: &Image) -> Result<Self, MachineError> {
         let (core, bus) = (CortexM0Plus::new(), ChipBus::new(number));
         let mut core = Rp2040Core { core, bus, instructions: 0, exceptions: 0 };
+        core.scramble()?;
         for (address, bytes) in image.segments() {
             core.write_memory(address, bytes)?;
         }
         Ok(core)
     }
 
-    fn reset(
-        &mut self,
-        cause: Option<ResetCause>,
-        vectors: u32,
-    ) -> Result<CoreState, MachineError> {
-        if let Some(cause) = cause {
-            self.bus.board.reset(cause);
-            if cause == ResetCause::PowerOn {
-                self.bus.ram = noise(B::MEMORY.ram);
-            }
-        }
-        let start = self.bus.board.start(vectors);
-        for (address, bytes) in start.memory {
-            if let Some(memory) = self.bus.memory(address, bytes.len()) {
-                memory.copy_from_slice(&bytes);
-            }
-        }
+    fn restart(&mut self, vectors: u32, _vector_table: u32) -> Result<(), MachineError> {
         let hz = self.bus.board.core_clock_hz();
         self.bus.clock.set_hz(hz, self.bus.cycles);
         self.start(vectors);
-        Ok(CoreState::after_reset(start.is_in_loader))
+        Ok(())
     }
 
     fn board(&self) -> &B {

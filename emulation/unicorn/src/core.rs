@@ -58,7 +58,7 @@ pub fn failed(error: uc_error) -> MachineError {
 }
 
 impl<B: Board> UnicornCore<'_, B> {
-    /// The core of robot `number` of several, whose flash is erased and whose RAM is not.
+    /// The core of robot `number` of several, whose flash is erased.
     pub(crate) fn new(number: usize) -> Result<Self, MachineError> {
         let mode = Mode::THUMB | Mode::MCLASS;
         let mut uc =
@@ -67,7 +67,6 @@ impl<B: Board> UnicornCore<'_, B> {
         let mut core = UnicornCore { uc };
         let erased = vec![0xff; B::MEMORY.flash as usize];
         core.write_bytes(FLASH, &erased)?;
-        core.scramble()?;
         Ok(core)
     }
 
@@ -78,24 +77,6 @@ impl<B: Board> UnicornCore<'_, B> {
             let words = (0..*size / 4).map(|word| board.read(base + 4 * word, Width::Word));
             let bytes: Vec<u8> = words.flat_map(u32::to_le_bytes).collect();
             self.uc.mem_write(u64::from(*base), &bytes).map_err(failed)?;
-        }
-        Ok(())
-    }
-
-    /// What static RAM holds when its power comes is not zero; here it is always the same.
-    pub(crate) fn scramble(&mut self) -> Result<(), MachineError> {
-        let mut state = 1_u32;
-        for (start, size) in [(SRAM, B::MEMORY.ram), (CCM, B::MEMORY.ccm)] {
-            if size == 0 {
-                continue;
-            }
-            let noise: Vec<u8> = (0..size)
-                .map(|_| {
-                    state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                    (state >> 24) as u8
-                })
-                .collect();
-            self.write_bytes(start, &noise)?;
         }
         Ok(())
     }

@@ -32,33 +32,19 @@ impl<B: Control> Core for UnicornCore<'_, B> {
 
     fn load(number: usize, image: &Image) -> Result<Self, MachineError> {
         let mut core = UnicornCore::new(number)?;
+        core.scramble()?;
         for (address, bytes) in image.segments() {
             core.write_bytes(address, bytes)?;
         }
         Ok(core)
     }
 
-    /// RAM stays, unless its power was gone or the board says otherwise.
-    fn reset(
-        &mut self,
-        cause: Option<ResetCause>,
-        vectors: u32,
-    ) -> Result<CoreState, MachineError> {
-        if let Some(cause) = cause {
-            self.system().board.reset(cause);
-            if cause == ResetCause::PowerOn {
-                self.scramble()?;
-            }
-        }
+    fn restart(&mut self, vectors: u32, vector_table: u32) -> Result<(), MachineError> {
         self.copy_read_only()?;
-        let start = self.system().board.start(vectors);
-        for (address, bytes) in &start.memory {
-            self.write_bytes(*address, bytes)?;
-        }
         let system = self.system();
         system.nvic = Nvic::new(B::CORE);
         system.registers = Registers::new();
-        system.registers.vtor = start.vector_table;
+        system.registers.vtor = vector_table;
         system.event = false;
         let (hz, cycles) = (system.board.core_clock_hz(), system.cycles);
         system.clock.set_hz(hz, cycles);
@@ -66,8 +52,7 @@ impl<B: Control> Core for UnicornCore<'_, B> {
         system.systick = SysTick::new(hz);
         let now = system.now();
         system.systick.advance(now);
-        self.reset_registers(vectors)?;
-        Ok(CoreState::after_reset(start.is_in_loader))
+        self.reset_registers(vectors)
     }
 
     fn board(&self) -> &B {
