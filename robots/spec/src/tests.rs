@@ -53,6 +53,30 @@ help = "drives there"
 /// Name of the cause (as `Debug` prints it), line, column, and a part of the whole message.
 struct Expected(&'static str, usize, usize, &'static str);
 
+/// Spoils a file that is right in one place: the first occurrence of `from` becomes `to`.
+fn spoiled(right: &str, from: &str, to: &str) -> String {
+    assert!(right.contains(from), "{from}");
+    right.replacen(from, to, 1)
+}
+
+/// Spoils a file that is right by each case, and compares what is said of it.
+fn expect_errors(right: &str, cases: &[(&str, &str, Expected)]) {
+    for (from, to, Expected(cause, line, column, part)) in cases {
+        let error = error_of(&spoiled(right, from, to));
+        let kind = format!("{:?}", error.cause);
+        let kind = kind.strip_prefix("Toml(").unwrap_or(&kind);
+        let message = RobotErrors(vec![error]).to_string();
+        assert!(kind.starts_with(cause), "{to}: {kind}\n{message}");
+        assert!(message.starts_with(&format!("toy.toml:{line}:{column}: ")), "{to}:\n{message}");
+        assert!(message.contains(part), "{to}: wanted {part}\n{message}");
+    }
+}
+
+/// The lines of mistakes, in the order in which they are told.
+fn lines_of(errors: &RobotErrors) -> Vec<usize> {
+    errors.0.iter().filter_map(|error| Some(error.place.as_ref()?.line)).collect()
+}
+
 fn errors_of(text: &str) -> RobotErrors {
     match Robot::parse(text, "toy.toml") {
         Ok(_) => panic!("accepted:\n{text}"),
@@ -284,16 +308,7 @@ fn every_error_has_its_place() {
             Expected("TooManyParameters", 39, 69, "more than 7"),
         ),
     ];
-    for (from, to, Expected(cause, line, column, part)) in cases {
-        assert!(GOOD.contains(from), "{from}");
-        let error = error_of(&GOOD.replacen(from, to, 1));
-        let kind = format!("{:?}", error.cause);
-        let kind = kind.strip_prefix("Toml(").unwrap_or(&kind);
-        assert!(kind.starts_with(cause), "{to}: {kind}");
-        let message = RobotErrors(vec![error]).to_string();
-        assert!(message.starts_with(&format!("toy.toml:{line}:{column}: ")), "{to}:\n{message}");
-        assert!(message.contains(part), "{to}: wanted {part}\n{message}");
-    }
+    expect_errors(GOOD, &cases);
 }
 
 /// The names that a user would be told are taken: the globals of the language manual.
@@ -354,13 +369,10 @@ fn all_mistakes_are_reported_in_order() {
         ("\"led\"", "\"while\""),
         ("waits = true", "wait = true"),
     ] {
-        assert!(text.contains(from));
-        text = text.replacen(from, to, 1);
+        text = spoiled(&text, from, to);
     }
     let errors = errors_of(&text);
-    let lines: Vec<usize> =
-        errors.0.iter().filter_map(|error| Some(error.place.as_ref()?.line)).collect();
-    assert_eq!(lines, [1, 5, 12, 23, 29, 33, 41], "{errors}");
+    assert_eq!(lines_of(&errors), [1, 5, 12, 23, 29, 33, 41], "{errors}");
     let message = errors.to_string();
     let starts = |place: &str| message.lines().any(|line| line.starts_with(place));
     assert!(starts("toy.toml:1:8: ") && starts("toy.toml:41:1: "), "{message}");

@@ -1,6 +1,6 @@
 //! Bodies, sensors and effects of functions: their meaning, and every error with its place.
 
-use super::{Expected, error_of, errors_of};
+use super::{Expected, errors_of, expect_errors, lines_of, spoiled};
 use crate::*;
 
 /// A robot from nothing but a description, which each case below spoils in one place. The fuzz target of robot files starts
@@ -236,16 +236,7 @@ fn every_error_has_its_place() {
             Expected("ReturnsNothingRead", 79, 11, ""),
         ),
     ];
-    for (from, to, Expected(cause, line, column, part)) in cases {
-        assert!(RIGHT.contains(from), "{from}");
-        let error = error_of(&RIGHT.replacen(from, to, 1));
-        let kind = format!("{:?}", error.cause);
-        let kind = kind.strip_prefix("Toml(").unwrap_or(&kind);
-        let message = RobotErrors(vec![error.clone()]).to_string();
-        assert!(kind.starts_with(cause), "{to}: {kind}\n{message}");
-        assert!(message.starts_with(&format!("toy.toml:{line}:{column}: ")), "{to}:\n{message}");
-        assert!(message.contains(part), "{to}: wanted {part}\n{message}");
-    }
+    expect_errors(RIGHT, &cases);
 }
 
 #[test]
@@ -270,13 +261,10 @@ fn all_mistakes_are_reported_in_one_pass() {
         ("full_mv", "ful_mv"),
         ("logs = true", "log = true"),
     ] {
-        assert!(text.contains(from));
-        text = text.replacen(from, to, 1);
+        text = spoiled(&text, from, to);
     }
     let errors = errors_of(&text);
-    let lines: Vec<usize> =
-        errors.0.iter().filter_map(|error| Some(error.place.as_ref()?.line)).collect();
-    assert_eq!(lines, [6, 13, 25, 75, 78], "{errors}");
+    assert_eq!(lines_of(&errors), [6, 13, 25, 75, 78], "{errors}");
 }
 
 #[test]
