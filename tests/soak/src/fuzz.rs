@@ -45,7 +45,10 @@ const MACHINE: &[&str] = &["vm-core/src/"];
 /// The compiler, and of the machine what it uses and what judges its images: not what runs them.
 const COMPILER: &[&str] = &[
     "compiler/src/",
-    "robots/",
+    "robots/*/robot.toml",
+    "robots/files/",
+    "robots/spec/",
+    "robots/toml-reader/",
     "vm-core/src/builtin.rs",
     "vm-core/src/image.rs",
     "vm-core/src/hash.rs",
@@ -58,7 +61,7 @@ const COMPILER: &[&str] = &[
 const MESSAGES: &[&str] = &["vm-core/src/", "comms/src/queue.rs"];
 const RECORDINGS: &[&str] = &["arena/src/output/"];
 const SCENARIOS: &[&str] = &["arena/src/scenario/", "robots/", "tests/scenarios/"];
-const ROBOT_FILES: &[&str] = &["robots/"];
+const ROBOT_FILES: &[&str] = &["robots/*/robot.toml", "robots/spec/", "robots/toml-reader/"];
 const SYSLINK: &[&str] = &["comms/src/syslink/"];
 const PAYLOADS: &[&str] = &["comms/src/nrf24.rs"];
 const LIGHT: &[&str] = &["comms/src/infrared.rs", "firmware/kilobot/src/"];

@@ -28,9 +28,9 @@ impl Sources {
         Ok(Sources { files })
     }
 
-    /// Those whose path starts in one of these ways.
+    /// Those whose path starts in one of these ways; `*` is the name of any folder.
     pub fn under(&self, starts: &[&str]) -> Sources {
-        let wanted = |name: &&String| starts.iter().any(|start| name.starts_with(start));
+        let wanted = |name: &&String| starts.iter().any(|start| is_under(name, start));
         Sources { files: self.files.iter().filter(wanted).cloned().collect() }
     }
 
@@ -63,6 +63,16 @@ impl Sources {
     }
 }
 
+fn is_under(name: &str, start: &str) -> bool {
+    match start.split_once("*/") {
+        None => name.starts_with(start),
+        Some((before, after)) => name
+            .strip_prefix(before)
+            .and_then(|rest| rest.split_once('/'))
+            .is_some_and(|(_, rest)| rest.starts_with(after)),
+    }
+}
+
 /// The lines of a Rust file; those that are a comment are empty.
 fn without_comments(text: &str) -> Vec<&str> {
     text.lines().map(|line| if line.trim_start().starts_with("//") { "" } else { line }).collect()
@@ -86,6 +96,15 @@ mod tests {
         let lines = without_comments("/// One.\nfn f() {\n    // Two.\n    g(); // Three.\n}\n");
         assert_eq!(lines, ["", "fn f() {", "", "    g(); // Three.", "}"]);
         assert_ne!(lines, without_comments("fn f() {\n    g(); // Three.\n}\n"));
+    }
+
+    #[test]
+    fn a_star_is_the_name_of_one_folder() {
+        assert!(is_under("robots/spec/src/lib.rs", "robots/spec/"));
+        assert!(is_under("robots/crazyflie/robot.toml", "robots/*/robot.toml"));
+        assert!(!is_under("robots/crazyflie/model/robot.toml", "robots/*/robot.toml"));
+        assert!(!is_under("robots/robot.toml", "robots/*/robot.toml"));
+        assert!(!is_under("firmware/crazyflie/robot.toml", "robots/*/robot.toml"));
     }
 
     #[test]
