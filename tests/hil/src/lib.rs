@@ -81,7 +81,8 @@ fn build(package: &str, program: String) -> PathBuf {
     let target = test.ancestors().nth(3).expect("cargo runs tests from its target folder");
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = std::process::Command::new(cargo)
-        .args(["build", "--quiet", "--release", "--package", package, "--target-dir"])
+        .args(["build", "--locked", "--quiet", "--release"])
+        .args(["--package", package, "--target-dir"])
         .arg(target)
         .current_dir(bbz::root())
         .status()

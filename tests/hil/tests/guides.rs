@@ -29,6 +29,8 @@ guides! {
     guide_to_a_chip_model: "docs/recipes/chip-model.md", [];
     guide_to_a_command_line_option: "docs/recipes/command-line-option.md", [];
     guide_to_an_instruction: "docs/recipes/instruction.md", [];
+    guide_to_a_function_on_all_robots: "docs/recipes/function-on-all-robots.md", [Core::Unicorn, Core::Own, Core::Avr];
+    guide_to_a_sensor: "docs/recipes/sensor.md", [Core::Avr];
 }
 
 fn carry_out(page: &str, cores: &[Core]) {

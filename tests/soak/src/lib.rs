@@ -140,7 +140,7 @@ pub fn run(part: Option<&str>) -> Result<()> {
     Ok(())
 }
 
-/// A sample for CI: some of the mutants, of those of squeeze as well, an example with squeeze and without, a thousand steps of each of the Kilobots' examples, some seeds of the
+/// A sample for CI: some of the mutants, of those of squeeze as well, an example with squeeze and without, a thousand steps of some of the Kilobots' examples, some seeds of the
 /// convergence and some executions of each fuzz target. The tests pass without the mutants.
 pub fn sample() -> Result<()> {
     for name in mutants::sample() {
