@@ -98,7 +98,7 @@ impl Bound {
         Some((robot, reading.number()?))
     }
 
-    /// Whether the condition is true of these readings.
+    /// Returns true if the condition is true of these readings. nil passes no test but that for existence, and agrees with nothing.
     pub fn is_true<'p>(&self, readings: impl Iterator<Item = Reading<'p>> + Clone) -> bool {
         let Expect { of, test, tolerance, .. } = &self.expect;
         let mut readings = readings;
@@ -109,7 +109,8 @@ impl Bound {
         match of {
             Of::All => readings.all(passes),
             Of::Any => readings.any(passes),
-            Of::None => !readings.any(passes),
+            Of::None if matches!(test, Some(Test::Exists(_))) => !readings.any(passes),
+            Of::None => !readings.any(|reading| reading == Reading::Nil || passes(reading)),
             Of::One => readings.filter(|reading| passes(*reading)).take(2).count() == 1,
             Of::AtLeast(count) => {
                 let count = *count as usize;
@@ -134,7 +135,7 @@ fn passes(test: &Test, reading: &Reading<'_>, tolerance: f64) -> bool {
     let number = reading.number();
     match test {
         Test::Equals(wanted) => is_like(wanted),
-        Test::Differs(wanted) => !is_like(wanted),
+        Test::Differs(wanted) => *reading != Reading::Nil && !is_like(wanted),
         Test::Below(limit) => number.is_some_and(|number| number < *limit),
         Test::Above(limit) => number.is_some_and(|number| number > *limit),
         Test::Between(low, high) => number.is_some_and(|number| (*low..=*high).contains(&number)),
@@ -142,7 +143,7 @@ fn passes(test: &Test, reading: &Reading<'_>, tolerance: f64) -> bool {
     }
 }
 
-/// One number out of many; `None` if there is none to begin with.
+/// Returns one number that stands for many readings; `None` if none of them has a value.
 pub fn reduce<'p>(
     reduction: Reduction,
     readings: impl Iterator<Item = Reading<'p>>,
@@ -150,11 +151,11 @@ pub fn reduce<'p>(
     if reduction == Reduction::Different {
         let mut seen: Vec<Reading<'p>> = Vec::new();
         for reading in readings {
-            if !seen.contains(&reading) {
+            if reading != Reading::Nil && !seen.contains(&reading) {
                 seen.push(reading);
             }
         }
-        return Some(seen.len() as f64);
+        return (!seen.is_empty()).then_some(seen.len() as f64);
     }
     let (mut count, mut sum, mut min, mut max) = (0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY);
     for number in readings.filter_map(|reading| reading.number()) {

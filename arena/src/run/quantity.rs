@@ -173,11 +173,10 @@ impl Reading<'_> {
         }
     }
 
-    /// Whether two readings are the same; numbers up to a tolerance.
+    /// Returns true if two readings are the same value; numbers up to a tolerance. nil is no value.
     pub fn is_like(&self, other: &Reading<'_>, tolerance: f64) -> bool {
         match (self, other) {
             (Reading::Number(one), Reading::Number(other)) => (one - other).abs() <= tolerance,
-            (Reading::Nil, Reading::Nil) => true,
             (Reading::Text(one), Reading::Text(other)) => one == other,
             _ => false,
         }

@@ -50,7 +50,7 @@ pub enum Of {
     Any,
     /// That of exactly one.
     One,
-    /// That of no robot.
+    /// That of no robot; every robot has a value, unless the test is for existence.
     None,
     /// That of so many or more.
     AtLeast(u32),
@@ -73,7 +73,7 @@ pub enum Reduction {
     Max,
     /// Largest minus smallest.
     Spread,
-    /// How many different values there are, numbers or not.
+    /// How many different values there are, numbers or not. nil is none of them.
     Different,
 }
 
