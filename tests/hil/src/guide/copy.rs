@@ -123,6 +123,8 @@ impl Copy {
         // Not the folder of this test: cargo takes a crate of the copy for the one in the same place of the repository, and
         // would run what a guide has changed in other tests. Boards and tools share what they have in common.
         shell.env("CARGO_BUILD_BUILD_DIR", self.root.join("target/build"));
+        // Compilers take most of the time here, and what they make runs for seconds.
+        shell.env("CARGO_PROFILE_DEV_OPT_LEVEL", "0").env("CARGO_PROFILE_DEV_DEBUG", "none");
         shell.env("PATH", path).current_dir(&self.root);
         shell
     }
