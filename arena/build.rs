@@ -27,8 +27,8 @@ fn main() -> io::Result<()> {
         "/// Slots of the smallest machine of a robot that ships.\n\
          #[cfg(test)]\nconst SMALLEST_SLOTS: usize = {smallest};\n\n\
          /// Loads the machine of a robot that ships, if one has exactly these sizes: slots, and lengths of the queues.\n\
-         fn load_shipped<'p>(\n    context: &'p GroupContext<'p>,\n    sizes: [usize; 3],\n    id: u16,\n    seed: u32,\n\
-         ) -> Option<Loaded<'p>> {{\n    Some(match (context.profile, sizes) {{\n"
+         fn load_shipped(\n    context: &GroupContext,\n    sizes: [usize; 3],\n    id: u16,\n    seed: u32,\n\
+         ) -> Option<Loaded> {{\n    Some(match (context.profile, sizes) {{\n"
     );
     for (slots, profile, inbox, outbox) in sizes {
         let frame = format!("{}_FRAME", profile.to_uppercase());

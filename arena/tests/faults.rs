@@ -19,7 +19,7 @@ fn row(robot: &str, count: usize, seconds: u32, more: &str) -> String {
     )
 }
 
-fn is_faulted(simulation: &mut Simulation<'_>, robot: usize) -> bool {
+fn is_faulted(simulation: &mut Simulation, robot: usize) -> bool {
     simulation.is_faulted(robot)
 }
 

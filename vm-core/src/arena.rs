@@ -22,6 +22,7 @@ pub(crate) const CELL: usize = 7;
 
 /// See the module. The slots come last, so that the AVR reaches the other fields with short instructions.
 #[repr(C)]
+#[derive(Clone)]
 pub(crate) struct Arena<P: Profile, const SLOTS: usize> {
     /// The slots in use are those below; at most `SLOTS`.
     top: u16,

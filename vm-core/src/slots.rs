@@ -112,7 +112,7 @@ impl Pair<Tiny> for Word {
 
 /// An array of slots. Verified code and the machine itself never ask for one beyond its end: it reads as any value, and
 /// writing it does nothing.
-pub trait Slots<P: Profile> {
+pub trait Slots<P: Profile>: Clone {
     /// All nil, which is all zeros.
     const EMPTY: Self;
 
@@ -147,6 +147,7 @@ impl Stored for Tiny {
 }
 
 /// Tags, then payloads.
+#[derive(Clone)]
 pub struct Split<P: Profile, const N: usize> {
     tags: [Tag; N],
     payloads: [P::Raw; N],
@@ -200,6 +201,7 @@ impl<P: Profile, const N: usize> Slots<P> for Split<P, N> {
 
 /// Tag and payload side by side. Of a power of two none is beyond the end: numbers wrap around, which takes an instruction instead
 /// of a check.
+#[derive(Clone)]
 #[cfg(not(target_arch = "avr"))]
 pub struct Joined<P: Profile, const N: usize>([Value<P>; N]);
 

@@ -50,6 +50,9 @@ pub trait BodyModel: Debug + Send + Sync {
 
 /// The bodies of at most [`BLOCK`] robots with successive ids. `index` counts from the first of them.
 pub trait Block: Debug + Send + Sync {
+    /// Returns a copy of the whole block, whose robots go on as these would.
+    fn copy(&self) -> Box<dyn Block>;
+
     /// Adds a robot. `build` gives the differences between robots of one kind.
     fn add(&mut self, pose: &Pose, build: &mut Stream);
 
@@ -89,6 +92,12 @@ pub trait Block: Debug + Send + Sync {
     );
 }
 
+impl Clone for Box<dyn Block> {
+    fn clone(&self) -> Self {
+        (**self).copy()
+    }
+}
+
 /// The time at which robots learn where they are.
 #[derive(Clone, Copy, Debug)]
 pub struct Moment {
@@ -109,11 +118,11 @@ impl Moment {
 }
 
 /// The body of one robot.
-pub trait Body: Debug + Send + Sync + 'static {
+pub trait Body: Clone + Debug + Send + Sync + 'static {
     /// The numbers of a kind of robot.
     type Numbers: Copy + Debug + Send + Sync;
     /// The numbers, prepared for one length of substep.
-    type Step: Debug + Send + Sync;
+    type Step: Clone + Debug + Send + Sync;
     /// The commands by which a brain moves it.
     type Controls: Any;
 
@@ -163,7 +172,7 @@ pub trait Body: Debug + Send + Sync + 'static {
 }
 
 /// A block of bodies of one type.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Bodies<B: Body> {
     numbers: B::Numbers,
     step: B::Step,
@@ -180,6 +189,10 @@ impl<B: Body> Bodies<B> {
 }
 
 impl<B: Body> Block for Bodies<B> {
+    fn copy(&self) -> Box<dyn Block> {
+        Box::new(self.clone())
+    }
+
     fn add(&mut self, pose: &Pose, build: &mut Stream) {
         self.bodies.push(B::new(&self.numbers, pose, build));
     }

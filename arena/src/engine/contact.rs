@@ -49,7 +49,7 @@ struct Disc {
 }
 
 /// All discs, sorted by cells.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Crowd {
     cells: Cells,
     /// The shape of each herd.

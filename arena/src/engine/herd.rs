@@ -10,7 +10,7 @@ use super::link::{Media, Medium};
 pub struct HerdId(pub(crate) u16);
 
 /// The numbers that hold for robots of one herd.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Herd {
     pub(crate) model: Arc<dyn BodyModel>,
     pub(crate) shape: Shape,
@@ -22,7 +22,7 @@ pub(crate) struct Herd {
 }
 
 /// Robots of one herd with successive ids, and their bodies.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Cohort {
     pub(crate) herd: HerdId,
     /// The first id.

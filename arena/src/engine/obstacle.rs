@@ -124,7 +124,7 @@ fn away(
 }
 
 /// The walls around the world and everything that stands in it.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Obstacles {
     area: Area,
     /// mm by which obstacles are larger in the index: the greatest radius of a body and its way between two queries, at

@@ -4,7 +4,7 @@ use super::link::{Attempt, Heard, Medium, Near};
 use super::statistics::LinkStatistics;
 
 /// Results of one cohort in a tick; kept for its memory.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
     pub(crate) near: Vec<Near>,
     pub(crate) heard: Vec<Heard>,

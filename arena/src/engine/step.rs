@@ -104,7 +104,7 @@ impl<B: Brain> World<B> {
             seed: settings.seed,
             now: *now,
         };
-        each(pool.as_ref(), parts(cohorts, scratch, robots, brains, poses, estimates), |part| {
+        each(pool.as_deref(), parts(cohorts, scratch, robots, brains, poses, estimates), |part| {
             part.think(&around)
         });
         for scratch in &mut self.scratch {
@@ -118,7 +118,7 @@ impl<B: Brain> World<B> {
     }
 
     fn settle(&mut self) {
-        self.crowd.settle(&mut self.poses, &self.obstacles, self.pool.as_ref());
+        self.crowd.settle(&mut self.poses, &self.obstacles, self.pool.as_deref());
     }
 
     /// Robots with a positioning system learn where they are.
@@ -142,7 +142,7 @@ impl<B: Brain> World<B> {
     /// Does the same with every cohort.
     fn each(&mut self, work: impl Fn(Part<'_, B>) + Send + Sync) {
         let World { pool, scratch, robots, brains, poses, estimates, cohorts, .. } = self;
-        each(pool.as_ref(), parts(cohorts, scratch, robots, brains, poses, estimates), work);
+        each(pool.as_deref(), parts(cohorts, scratch, robots, brains, poses, estimates), work);
     }
 
     /// The links send.

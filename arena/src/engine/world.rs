@@ -23,7 +23,7 @@ use super::statistics::Statistics;
 use super::stream::{Purpose, Stream};
 
 /// Robots with brains of type `B`, and everything around them.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct World<B> {
     pub(crate) settings: Settings,
     pub(crate) now: u64,
@@ -46,7 +46,7 @@ pub struct World<B> {
     pub(crate) statistics: Statistics,
     pub(crate) scratch: Vec<Scratch>,
     /// `None`: the caller's thread does everything.
-    pub(crate) pool: Option<ThreadPool>,
+    pub(crate) pool: Option<Arc<ThreadPool>>,
 }
 
 impl<B: Brain> World<B> {
@@ -58,7 +58,7 @@ impl<B: Brain> World<B> {
             None
         } else {
             // A machine that gives no threads still simulates.
-            rayon::ThreadPoolBuilder::new().num_threads(threads).build().ok()
+            rayon::ThreadPoolBuilder::new().num_threads(threads).build().ok().map(Arc::new)
         };
         Ok(World {
             settings,

@@ -16,7 +16,7 @@ pub struct History {
 
 impl History {
     /// Adds what is now.
-    pub fn sample(&mut self, simulation: &Simulation<'_>) {
+    pub fn sample(&mut self, simulation: &Simulation) {
         let robots = 0..simulation.robot_count();
         self.times.push(simulation.now() as f64 / TICKS_PER_SECOND);
         let place = |robot| simulation.view(robot).map(|view| [view.pose.x, view.pose.y]);

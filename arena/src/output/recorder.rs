@@ -6,7 +6,7 @@ use crate::run::Simulation;
 use super::recording::{Header, Robot, State};
 
 /// The header of a recording of this run.
-pub fn header(simulation: &Simulation<'_>) -> Header {
+pub fn header(simulation: &Simulation) -> Header {
     let setup = simulation.setup();
     let ids = (0..simulation.robot_count()).map(|number| setup.id(number)).collect();
     let size = setup.scenario.world.size.map(|side| side as u32);
@@ -14,7 +14,7 @@ pub fn header(simulation: &Simulation<'_>) -> Header {
 }
 
 /// Every robot as it is now.
-pub fn robots(simulation: &Simulation<'_>) -> Vec<Option<Robot>> {
+pub fn robots(simulation: &Simulation) -> Vec<Option<Robot>> {
     let robot = |number: usize| {
         let view = simulation.view(number)?;
         let tenths = |mm: f32| (mm * 10.0).round() as i32;

@@ -1,5 +1,7 @@
 //! A robot of a run: a machine in this process, or firmware in an emulator.
 
+use std::sync::Arc;
+
 use bittybuzz_comms::trace::Unused;
 use bittybuzz_vm_core::{Counters, Fault, ImageError};
 
@@ -8,41 +10,47 @@ use crate::engine::{Brain, Io};
 use super::content::Content;
 use super::context::GroupContext;
 use super::faults::{Consequence, FaultRecord};
-use super::log::LogLine;
+use super::log::{LogLine, News};
 use super::machine::{self, Machine};
 use super::model::RobotModel;
 use super::state::State;
 
 /// The program of a robot at work.
-enum Program<'p> {
+#[derive(Clone)]
+enum Program {
     /// A machine of this process.
-    Machine(Box<dyn Machine + Send + 'p>),
+    Machine(Box<dyn Machine + Send>),
     /// The firmware of the robot, in an emulator: only its reports are known.
     Firmware(Unused),
 }
 
 /// A robot and its script.
-pub struct SimRobot<'p> {
-    program: Program<'p>,
-    state: State<'p>,
+#[derive(Clone)]
+pub struct SimRobot {
+    program: Program,
+    state: State,
 }
 
-impl<'p> SimRobot<'p> {
+impl SimRobot {
     /// Returns a robot of that id that has just been switched on.
     pub fn new(
         model: &dyn RobotModel,
-        context: &'p GroupContext<'p>,
+        context: &Arc<GroupContext>,
+        news: News,
         id: u16,
         seed: u32,
     ) -> Result<Self, ImageError> {
         let program = Program::Machine(machine::load(context, id, seed)?);
-        Ok(SimRobot { program, state: State::new(context, model.autopilot(), id, seed) })
+        Ok(SimRobot {
+            program,
+            state: State::new(context.clone(), news, model.autopilot(), id, seed),
+        })
     }
 
     /// Returns a robot of that id that runs its firmware.
-    pub fn emulated(context: &'p GroupContext<'p>, id: u16) -> Self {
+    pub fn emulated(context: &Arc<GroupContext>, news: News, id: u16) -> Self {
         let program = Program::Firmware(Unused::default());
-        SimRobot { program, state: State::new(context, None, id, 0) }
+        SimRobot { program, state: State::new(context.clone(), news, None, id, 0) }
     }
 
     /// Takes the counters of unused messages from its firmware: all of them since power-on.
@@ -58,7 +66,7 @@ impl<'p> SimRobot<'p> {
     /// Its script has logged a line.
     pub fn has_logged(&mut self, line: LogLine) {
         self.state.memory.logged.push(line);
-        self.state.context.note();
+        self.state.news.note();
     }
 
     /// Its script has completed a step: after a fault it has started again.
@@ -110,7 +118,7 @@ impl<'p> SimRobot<'p> {
     }
 
     /// Returns its state.
-    pub fn state(&self) -> &State<'p> {
+    pub fn state(&self) -> &State {
         &self.state
     }
 
@@ -128,6 +136,11 @@ impl<'p> SimRobot<'p> {
             Program::Machine(machine) => machine.counters(),
             Program::Firmware(unused) => unused.messages,
         }
+    }
+
+    /// Tells another run of what it logs from now on.
+    pub fn tell(&mut self, news: News) {
+        self.state.news = news;
     }
 
     /// Takes over the log of another robot, and its battery.
@@ -166,7 +179,7 @@ impl<'p> SimRobot<'p> {
         self.machine().map_or(0, |machine| machine.neighbors())
     }
 
-    fn machine(&self) -> Option<&(dyn Machine + Send + 'p)> {
+    fn machine(&self) -> Option<&(dyn Machine + Send)> {
         match &self.program {
             Program::Machine(machine) => Some(&**machine),
             Program::Firmware(_) => None,
@@ -174,7 +187,7 @@ impl<'p> SimRobot<'p> {
     }
 }
 
-impl Brain for SimRobot<'_> {
+impl Brain for SimRobot {
     fn tick(&mut self, io: &mut Io<'_>) {
         if let Program::Machine(machine) = &mut self.program {
             machine.tick(&mut self.state, io);

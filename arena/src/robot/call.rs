@@ -42,6 +42,7 @@ pub struct Call<'a, 'io> {
 }
 
 /// State of a robot's functions, from one call to the next.
+#[derive(Clone)]
 pub struct Memory {
     /// The part of its firmware that carries functions out between two steps of the script.
     pub autopilot: Option<Box<dyn Autopilot>>,
@@ -54,6 +55,9 @@ pub struct Memory {
 
 /// The part of a robot's firmware that carries functions out between two steps of the script, such as the flight to a place.
 pub trait Autopilot: Any + Send {
+    /// Returns a copy, which goes on as this one would.
+    fn copy(&self) -> Box<dyn Autopilot>;
+
     /// Acts for one tick, after the script's step.
     fn tick(&mut self, io: &mut Io<'_>);
 
@@ -62,6 +66,12 @@ pub trait Autopilot: Any + Send {
 
     /// The script starts again.
     fn start(&mut self);
+}
+
+impl Clone for Box<dyn Autopilot> {
+    fn clone(&self) -> Self {
+        (**self).copy()
+    }
 }
 
 /// The numbers that a call passes; 0 where there are fewer, or where an argument is no number.

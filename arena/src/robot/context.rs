@@ -1,6 +1,7 @@
-//! State that the robots of a group share in a run.
+//! What the robots of a group share in all runs.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use bittybuzz_robot_spec::{Function, OnFault, Profile, Robot};
 use bittybuzz_vm_core::{Periods, Sizes};
@@ -8,11 +9,11 @@ use bittybuzz_vm_core::{Periods, Sizes};
 use super::call::{Done, Effect};
 
 /// The program of a group, its machine, and the functions of its robots.
-pub struct GroupContext<'p> {
+pub struct GroupContext {
     /// Profile of the machine.
     pub profile: Profile,
     /// The script.
-    pub image: &'p [u8],
+    pub image: &'static [u8],
     /// Slots of the machine for the script.
     pub slots: usize,
     /// Network memory of the machine.
@@ -22,39 +23,37 @@ pub struct GroupContext<'p> {
     /// Instructions that a robot executes in a tick, about.
     pub budget: u16,
     /// The ids that scripts see, by the order in which robots come into the world.
-    pub ids: &'p [u16],
+    pub ids: Arc<[u16]>,
     /// Steps between messages of the machine's own.
     pub periods: Periods,
     /// The consequence of a fault.
     pub on_fault: OnFault,
     /// Functions by the hash of their names.
-    functions: Vec<(u16, &'p Function, Effect)>,
-    /// A robot has logged something.
-    news: AtomicBool,
+    functions: Vec<(u16, Function, Effect)>,
 }
 
-impl<'p> GroupContext<'p> {
+impl GroupContext {
     /// Returns the context of robots of that file with that script. `effect` gives the effect of each function, and `ids` are
     /// those that scripts see, by the order in which robots come into the world.
     pub fn new(
-        robot: &'p Robot,
-        image: &'p [u8],
+        robot: &Robot,
+        image: &[u8],
         budget: u16,
-        ids: &'p [u16],
+        ids: Arc<[u16]>,
         effect: impl Fn(&Function) -> Option<Effect>,
     ) -> Self {
         let known = robot.functions.iter();
         let mut functions: Vec<_> = known
             .map(|known| {
                 let idle = || -> Effect { Box::new(|_| Done::Idle) };
-                (known.hash(), known, effect(known).unwrap_or_else(idle))
+                (known.hash(), known.clone(), effect(known).unwrap_or_else(idle))
             })
             .collect();
         functions.sort_by_key(|(hash, ..)| *hash);
         let vm = &robot.vm;
         GroupContext {
             profile: robot.profile,
-            image,
+            image: kept(image),
             slots: vm.slots as usize,
             sizes: robot.sizes(),
             queues: [vm.in_queue, vm.out_queue].map(|length| length as usize),
@@ -67,25 +66,28 @@ impl<'p> GroupContext<'p> {
             },
             on_fault: robot.on_fault,
             functions,
-            news: AtomicBool::new(false),
         }
     }
 
     /// Returns the function of that name hash, and its effect.
-    pub fn function(&self, hash: u16) -> Option<(&'p Function, &Effect)> {
+    pub fn function(&self, hash: u16) -> Option<(&Function, &Effect)> {
         let found = self.functions.binary_search_by_key(&hash, |(hash, ..)| *hash).ok()?;
-        self.functions.get(found).map(|(_, function, effect)| (*function, effect))
+        self.functions.get(found).map(|(_, function, effect)| (function, effect))
     }
+}
 
-    /// Reports to the run that a robot has logged something.
-    pub fn note(&self) {
-        self.news.store(true, Ordering::Relaxed);
+/// Returns the same image for as long as the process lives. A machine copies the reference to its image wherever it goes, so it
+/// cannot own the image. Equal images are kept once, and none is longer than 64 KiB.
+fn kept(image: &[u8]) -> &'static [u8] {
+    static KEPT: Mutex<BTreeSet<&'static [u8]>> = Mutex::new(BTreeSet::new());
+    // A set is whole whatever its last user did.
+    let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(known) = kept.get(image) {
+        return known;
     }
-
-    /// Returns true if there is, since the last question.
-    pub fn take_news(&self) -> bool {
-        self.news.swap(false, Ordering::Relaxed)
-    }
+    let new: &'static [u8] = Box::leak(Box::from(image));
+    kept.insert(new);
+    new
 }
 
 /// Robot files have no more than a byte holds.

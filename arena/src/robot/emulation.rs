@@ -12,7 +12,7 @@ use crate::engine::{LinkStatistics, Loss, Media, Pose, View};
 use crate::scenario::Cause;
 
 /// The way in which emulators play a robot.
-pub trait Emulation: Debug {
+pub trait Emulation: Debug + Send + Sync {
     /// Returns the program that plays it if none is named: the fastest.
     fn program(&self) -> &'static str;
 

@@ -62,7 +62,7 @@ enum Halt {
 }
 
 /// The faults of a robot. Most robots have none, so it is allocated at the first one.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Faults {
     places: Vec<FaultRecord>,
     counts: FaultCounts,

@@ -1,5 +1,8 @@
 //! What scripts log. Text is made of it only when it is shown.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 /// A line that a script has logged, or printed with a function of its robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LogLine {
@@ -26,4 +29,25 @@ pub enum Piece {
     Table(usize),
     /// A function.
     Function,
+}
+
+/// The news that a robot of a run has logged something: most ticks nobody has, and then no robot need be asked.
+#[derive(Debug, Clone, Default)]
+pub struct News(Arc<AtomicBool>);
+
+impl News {
+    /// Reports that a robot has logged something.
+    pub fn note(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Returns true if a robot has, since the last question.
+    pub fn take(&self) -> bool {
+        self.0.swap(false, Ordering::Relaxed)
+    }
+
+    /// Returns news of another run, of which as much is known.
+    pub fn copy(&self) -> Self {
+        News(Arc::new(AtomicBool::new(self.0.load(Ordering::Relaxed))))
+    }
 }

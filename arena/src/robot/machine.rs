@@ -28,8 +28,11 @@ pub const MOST_SLOTS: usize = LADDER[2];
 
 /// A virtual machine, and the frames that wait for it and for its link.
 pub trait Machine {
+    /// Returns a copy of the machine and of its queues, which goes on as these would.
+    fn copy(&self) -> Box<dyn Machine + Send>;
+
     /// Runs a tick.
-    fn tick(&mut self, state: &mut State<'_>, io: &mut Io<'_>);
+    fn tick(&mut self, state: &mut State, io: &mut Io<'_>);
 
     /// Returns true if a frame is to be sent.
     fn has_unsent(&self) -> bool;
@@ -56,19 +59,26 @@ pub trait Machine {
     fn neighbors(&self) -> usize;
 }
 
-type Loaded<'p> = Result<Box<dyn Machine + Send + 'p>, ImageError>;
+impl Clone for Box<dyn Machine + Send> {
+    fn clone(&self) -> Self {
+        (**self).copy()
+    }
+}
+
+type Loaded = Result<Box<dyn Machine + Send>, ImageError>;
 
 /// A machine of the ladder.
-type Larger<'p, P, const SLOTS: usize> =
-    Scripted<'p, P, Box<dyn InQueue + Send>, Box<dyn OutQueue + Send>, SLOTS>;
+type Larger<P, const SLOTS: usize> =
+    Scripted<P, Box<dyn InQueue + Send>, Box<dyn OutQueue + Send>, SLOTS>;
 
 /// A machine with queues of fixed lengths.
-type Exact<'p, P, const FRAME: usize, const SLOTS: usize, const IN: usize, const OUT: usize> =
-    Scripted<'p, P, Inbox<P, Sighting, FRAME, IN>, Outbox<P, FRAME, OUT>, SLOTS>;
+type Exact<P, const FRAME: usize, const SLOTS: usize, const IN: usize, const OUT: usize> =
+    Scripted<P, Inbox<P, Sighting, FRAME, IN>, Outbox<P, FRAME, OUT>, SLOTS>;
 
 /// A machine with queues of any type.
-struct Scripted<'p, P: Profile, I, O, const SLOTS: usize> {
-    vm: Vm<P, &'p [u8], SLOTS>,
+#[derive(Clone)]
+struct Scripted<P: Profile, I, O, const SLOTS: usize> {
+    vm: Vm<P, &'static [u8], SLOTS>,
     inbox: I,
     outbox: O,
     /// A frame may be in the inbox. Most ticks there is none, and the queue's memory need not be looked at.
@@ -79,7 +89,7 @@ struct Scripted<'p, P: Profile, I, O, const SLOTS: usize> {
 
 /// Returns a machine that has loaded the script of its group. The sizes are at most [`MOST_SLOTS`] and
 /// [`queue::MOST`](super::queue::MOST).
-pub fn load<'p>(context: &'p GroupContext<'p>, id: u16, seed: u32) -> Loaded<'p> {
+pub fn load(context: &GroupContext, id: u16, seed: u32) -> Loaded {
     let slots = context.slots + context.sizes.slots();
     let [inbox, outbox] = context.queues;
     if let Some(loaded) = load_shipped(context, [slots, inbox, outbox], id, seed) {
@@ -92,16 +102,11 @@ pub fn load<'p>(context: &'p GroupContext<'p>, id: u16, seed: u32) -> Loaded<'p>
 }
 
 /// Loads the smallest machine of the ladder.
-fn load_larger<'p, P: QueueProfile>(
-    context: &'p GroupContext<'p>,
-    slots: usize,
-    id: u16,
-    seed: u32,
-) -> Loaded<'p>
+fn load_larger<P: QueueProfile>(context: &GroupContext, slots: usize, id: u16, seed: u32) -> Loaded
 where
-    Larger<'p, P, { LADDER[0] }>: Send,
-    Larger<'p, P, { LADDER[1] }>: Send,
-    Larger<'p, P, { LADDER[2] }>: Send,
+    Larger<P, { LADDER[0] }>: Send,
+    Larger<P, { LADDER[1] }>: Send,
+    Larger<P, { LADDER[2] }>: Send,
 {
     let [inbox, outbox] = context.queues;
     let (inbox, outbox) = (P::inbox(inbox), P::outbox(outbox));
@@ -114,35 +119,36 @@ where
 
 /// Loads a machine that is exactly as large as the robot file says.
 fn load_exact<
-    'p,
     P: Profile,
     const FRAME: usize,
     const SLOTS: usize,
     const IN: usize,
     const OUT: usize,
 >(
-    context: &'p GroupContext<'p>,
+    context: &GroupContext,
     id: u16,
     seed: u32,
-) -> Loaded<'p>
+) -> Loaded
 where
-    Exact<'p, P, FRAME, SLOTS, IN, OUT>: Send,
+    Exact<P, FRAME, SLOTS, IN, OUT>: Send,
+    Inbox<P, Sighting, FRAME, IN>: Send,
+    Outbox<P, FRAME, OUT>: Send,
 {
     let inbox = Inbox::<P, Sighting, FRAME, IN>::new(Sighting::default());
     let outbox = Outbox::<P, FRAME, OUT>::new();
     Exact::<P, FRAME, SLOTS, IN, OUT>::load(context, inbox, outbox, id, seed)
 }
 
-impl<'p, P: Profile, I: InQueue + 'p, O: OutQueue + 'p, const SLOTS: usize>
-    Scripted<'p, P, I, O, SLOTS>
+impl<P: Profile, I, O, const SLOTS: usize> Scripted<P, I, O, SLOTS>
+where
+    I: InQueue + Clone + 'static,
+    O: OutQueue + Clone + 'static,
+    Self: Send,
 {
-    fn load(context: &'p GroupContext<'p>, inbox: I, outbox: O, id: u16, seed: u32) -> Loaded<'p>
-    where
-        Self: Send,
-    {
+    fn load(context: &GroupContext, inbox: I, outbox: O, id: u16, seed: u32) -> Loaded {
         let mut scripted =
             Box::new(Scripted { vm: Vm::new(), inbox, outbox, has_mail: false, has_unsent: false });
-        let vm: &mut Vm<P, &'p [u8], SLOTS> = &mut scripted.vm;
+        let vm: &mut Vm<P, &'static [u8], SLOTS> = &mut scripted.vm;
         vm.equip(context.sizes);
         let has_function = |hash| context.function(hash).is_some();
         vm.load_limited(Image::new(context.image), context.slots, has_function)?;
@@ -152,10 +158,10 @@ impl<'p, P: Profile, I: InQueue + 'p, O: OutQueue + 'p, const SLOTS: usize>
 
     /// Runs a tick: global code and `init` in the first, then a step in each, unless one takes longer. After a fault the
     /// ticks of the pause handle messages only, and the script begins anew.
-    fn run(&mut self, state: &mut State<'_>, io: &mut Io<'_>) {
+    fn run(&mut self, state: &mut State, io: &mut Io<'_>) {
         let budget = state.context.budget;
         let Scripted { vm, inbox, outbox, has_mail, has_unsent } = self;
-        let mut platform: Platform<'_, '_, '_> =
+        let mut platform: Platform<'_, '_> =
             Platform { io, state, inbox, outbox, has_mail, has_unsent };
         loop {
             let stage = platform.state.stage;
@@ -208,10 +214,17 @@ impl<'p, P: Profile, I: InQueue + 'p, O: OutQueue + 'p, const SLOTS: usize>
     }
 }
 
-impl<'p, P: Profile, I: InQueue + 'p, O: OutQueue + 'p, const SLOTS: usize> Machine
-    for Scripted<'p, P, I, O, SLOTS>
+impl<P: Profile, I, O, const SLOTS: usize> Machine for Scripted<P, I, O, SLOTS>
+where
+    I: InQueue + Clone + 'static,
+    O: OutQueue + Clone + 'static,
+    Self: Send,
 {
-    fn tick(&mut self, state: &mut State<'_>, io: &mut Io<'_>) {
+    fn copy(&self) -> Box<dyn Machine + Send> {
+        Box::new(self.clone())
+    }
+
+    fn tick(&mut self, state: &mut State, io: &mut Io<'_>) {
         if let Some(faults) = &mut state.faults {
             if faults.is_over() {
                 return;

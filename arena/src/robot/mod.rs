@@ -26,7 +26,7 @@ pub use described::{DescribedRobot, LINK as DESCRIBED_LINK};
 pub use effect::{common as common_effect, led};
 pub use emulation::{Emulation, Flash, layout_section};
 pub use faults::{Consequence, FaultCounts, FaultRecord};
-pub use log::{LogLine, Piece};
+pub use log::{LogLine, News, Piece};
 pub use machine::MOST_SLOTS;
 pub use model::{ModelKeys, Models, RobotModel};
 pub use queue::MOST as MOST_QUEUED;

@@ -52,7 +52,7 @@ pub trait RobotModel: BodyModel + Any {
     }
 
     /// Returns how emulators play it; `None` if none does.
-    fn emulation(&self) -> Option<&dyn Emulation> {
+    fn emulation(&self) -> Option<Arc<dyn Emulation>> {
         None
     }
 }

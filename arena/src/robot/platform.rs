@@ -15,9 +15,9 @@ use super::queue::{InQueue, OutQueue};
 use super::state::State;
 
 /// A robot during a tick. Frames wait in queues like the real robots'.
-pub struct Platform<'a, 'io, 'p> {
+pub struct Platform<'a, 'io> {
     pub io: &'a mut Io<'io>,
-    pub state: &'a mut State<'p>,
+    pub state: &'a mut State,
     pub inbox: &'a mut dyn InQueue,
     pub outbox: &'a mut dyn OutQueue,
     /// A frame may be in the inbox.
@@ -44,7 +44,7 @@ fn pieces<P: Profile, C: ByteCode, const SLOTS: usize>(
     items.collect()
 }
 
-impl<P: Profile> Host<P> for Platform<'_, '_, '_> {
+impl<P: Profile> Host<P> for Platform<'_, '_> {
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
         function: u16,
@@ -52,12 +52,12 @@ impl<P: Profile> Host<P> for Platform<'_, '_, '_> {
         again: bool,
     ) -> Result<Reply<P>, RobotFault> {
         let Platform { io, state, .. } = self;
-        let context = state.context;
+        let State { context, news, memory, refusal, .. } = &mut **state;
         let Some((function, effect)) = context.function(function) else {
             return Err(RobotFault::Refused(Refusal::NotBuiltIn));
         };
         if let Err(fault) = accepting(&[function], &arguments) {
-            state.refusal = Some(accepted_lists(&[function]));
+            *refusal = Some(accepted_lists(&[function]));
             return Err(fault);
         }
         let number = |index| match arguments.item(index) {
@@ -75,11 +75,11 @@ impl<P: Profile> Host<P> for Platform<'_, '_, '_> {
             &*many
         };
         let numbers = CallNumbers(numbers);
-        let lines = state.memory.logged.len();
+        let lines = memory.logged.len();
         let pieces = &|| pieces(&arguments);
-        let done = effect(&mut Call { io, memory: &mut state.memory, numbers, again, pieces });
-        if state.memory.logged.len() > lines {
-            context.note();
+        let done = effect(&mut Call { io, memory, numbers, again, pieces });
+        if memory.logged.len() > lines {
+            news.note();
         }
         Ok(match done {
             Done::Nil => Reply::Value(Value::nil()),
@@ -94,7 +94,7 @@ impl<P: Profile> Host<P> for Platform<'_, '_, '_> {
     fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {
         let line = LogLine { tick: self.io.now, pieces: pieces(&arguments) };
         self.state.memory.logged.push(line);
-        self.state.context.note();
+        self.state.news.note();
     }
 
     fn delay_is_over(&mut self, ms: i32, again: bool) -> bool {
@@ -128,7 +128,7 @@ impl<P: Profile> Host<P> for Platform<'_, '_, '_> {
             *self.has_mail = false;
             return None;
         };
-        let ids = self.state.context.ids;
+        let ids = &self.state.context.ids;
         let sender = heard.robot.and_then(|robot| ids.get(usize::from(robot.0)));
         let place = heard.place.map(|place| place.map(Value::float));
         *sighting = Sighting { robot: sender.copied(), place };

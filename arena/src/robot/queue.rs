@@ -8,6 +8,9 @@ use crate::engine::Sighting;
 
 /// Frames that were heard, of any length of queue.
 pub trait InQueue {
+    /// Returns a copy with its frames.
+    fn copy(&self) -> Box<dyn InQueue + Send>;
+
     /// Adds a frame that was heard.
     fn push(&mut self, frame: &[u8], sighting: Sighting);
 
@@ -20,6 +23,9 @@ pub trait InQueue {
 
 /// Frames that are to be sent, of any length of queue.
 pub trait OutQueue {
+    /// Returns a copy with its frames.
+    fn copy(&self) -> Box<dyn OutQueue + Send>;
+
     /// A step begins.
     fn begin_step(&mut self);
 
@@ -50,7 +56,13 @@ pub const MOST: usize = 32;
 
 impl<P: Profile, const FRAME: usize, const LENGTH: usize> InQueue
     for Inbox<P, Sighting, FRAME, LENGTH>
+where
+    Self: Send,
 {
+    fn copy(&self) -> Box<dyn InQueue + Send> {
+        Box::new(self.clone())
+    }
+
     fn push(&mut self, frame: &[u8], sighting: Sighting) {
         self.push(frame, sighting);
     }
@@ -67,7 +79,14 @@ impl<P: Profile, const FRAME: usize, const LENGTH: usize> InQueue
     }
 }
 
-impl<P: Profile, const FRAME: usize, const LENGTH: usize> OutQueue for Outbox<P, FRAME, LENGTH> {
+impl<P: Profile, const FRAME: usize, const LENGTH: usize> OutQueue for Outbox<P, FRAME, LENGTH>
+where
+    Self: Send,
+{
+    fn copy(&self) -> Box<dyn OutQueue + Send> {
+        Box::new(self.clone())
+    }
+
     fn begin_step(&mut self) {
         self.begin_step();
     }
@@ -93,7 +112,17 @@ impl<P: Profile, const FRAME: usize, const LENGTH: usize> OutQueue for Outbox<P,
     }
 }
 
+impl Clone for Box<dyn InQueue + Send> {
+    fn clone(&self) -> Self {
+        (**self).copy()
+    }
+}
+
 impl InQueue for Box<dyn InQueue + Send> {
+    fn copy(&self) -> Box<dyn InQueue + Send> {
+        (**self).copy()
+    }
+
     fn push(&mut self, frame: &[u8], sighting: Sighting) {
         (**self).push(frame, sighting);
     }
@@ -107,7 +136,17 @@ impl InQueue for Box<dyn InQueue + Send> {
     }
 }
 
+impl Clone for Box<dyn OutQueue + Send> {
+    fn clone(&self) -> Self {
+        (**self).copy()
+    }
+}
+
 impl OutQueue for Box<dyn OutQueue + Send> {
+    fn copy(&self) -> Box<dyn OutQueue + Send> {
+        (**self).copy()
+    }
+
     fn begin_step(&mut self) {
         (**self).begin_step();
     }

@@ -1,5 +1,7 @@
 //! State of a robot and its script, but for the machine.
 
+use std::sync::Arc;
+
 use bittybuzz_robot_spec::OnFault;
 use bittybuzz_vm_core::{Entry, Fault, FaultCode};
 
@@ -8,6 +10,7 @@ use crate::engine::{Io, Stream};
 use super::call::{Autopilot, Memory};
 use super::context::GroupContext;
 use super::faults::{Consequence, FaultCounts, FaultRecord, Faults};
+use super::log::News;
 
 /// The part of a script that is about to run, or is running.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -20,8 +23,10 @@ pub enum Stage {
 }
 
 /// Everything of a robot but the machine.
-pub struct State<'p> {
-    pub context: &'p GroupContext<'p>,
+#[derive(Clone)]
+pub struct State {
+    pub context: Arc<GroupContext>,
+    pub news: News,
     pub stage: Stage,
     /// The stage has begun and is not yet done.
     pub is_running: bool,
@@ -34,9 +39,10 @@ pub struct State<'p> {
     pub refusal: Option<String>,
 }
 
-impl<'p> State<'p> {
+impl State {
     pub fn new(
-        context: &'p GroupContext<'p>,
+        context: Arc<GroupContext>,
+        news: News,
         autopilot: Option<Box<dyn Autopilot>>,
         id: u16,
         seed: u32,
@@ -44,6 +50,7 @@ impl<'p> State<'p> {
         let chance = Stream::for_brain(u64::from(seed), id);
         State {
             context,
+            news,
             stage: Stage::Global,
             is_running: false,
             steps: 0,

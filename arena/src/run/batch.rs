@@ -1,5 +1,7 @@
 //! Many runs at once: one run per thread, so that nothing is shared but the programs.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use crate::scenario::ScenarioError;
@@ -26,7 +28,7 @@ pub enum BatchError {
 /// Runs every setup with `runs` seeds from `first_seed` on; the summaries by setup, then seed. `on_done` is called after
 /// each run.
 pub fn batch(
-    setups: &[Setup<'_>],
+    setups: &[Arc<Setup>],
     first_seed: u32,
     runs: u32,
     on_done: impl Fn() + Sync,
@@ -38,8 +40,7 @@ pub fn batch(
                 .into_par_iter()
                 .map(|run| {
                     let seed = first_seed.wrapping_add(run);
-                    let contexts = setup.contexts();
-                    let simulation = Simulation::new(setup, &contexts, seed, 1);
+                    let simulation = Simulation::new(setup.clone(), seed, 1);
                     let mut simulation = simulation.map_err(BatchError::Scenario)?;
                     while !simulation.is_over() {
                         let tick = simulation.tick();

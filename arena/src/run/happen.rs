@@ -8,6 +8,7 @@ use super::tick_at;
 use crate::robot::SimRobot;
 
 /// Which events were, and what they have left behind.
+#[derive(Clone)]
 pub struct Happenings {
     /// Number of the next event.
     next: usize,
@@ -52,7 +53,7 @@ impl Happenings {
     }
 
     /// Makes it happen; the robots whose scripts are to begin.
-    pub fn act(&mut self, event: &Event, world: &mut World<SimRobot<'_>>) -> Vec<usize> {
+    pub fn act(&mut self, event: &Event, world: &mut World<SimRobot>) -> Vec<usize> {
         match &event.action {
             Action::Fail(robots) => self.each(robots, |id| world.fail(id)),
             Action::Stop(robots) => self.each(robots, |id| world.stop(id)),
@@ -83,7 +84,7 @@ impl Happenings {
     }
 
     /// Puts everybody into its part, those who have just joined too.
-    pub fn settle(&self, world: &mut World<SimRobot<'_>>) {
+    pub fn settle(&self, world: &mut World<SimRobot>) {
         let Some(parts) = &self.parts else { return };
         let mut by_id = vec![0; world.len()];
         for (id, part) in self.ids.iter().zip(parts) {
@@ -130,7 +131,7 @@ impl Happenings {
         robots: &Selection,
         to: Target,
         heading: Option<f64>,
-        world: &mut World<SimRobot<'_>>,
+        world: &mut World<SimRobot>,
     ) {
         let pose = |number: usize| match self.id(number).and_then(|id| world.robot(id)) {
             Some(view) => view.pose,
@@ -166,7 +167,7 @@ impl Happenings {
         }
     }
 
-    fn relight(&mut self, lights: &[Light], world: &mut World<SimRobot<'_>>) {
+    fn relight(&mut self, lights: &[Light], world: &mut World<SimRobot>) {
         for (index, light) in lights.iter().enumerate() {
             match self.lights.get(index) {
                 Some(id) => world.set_light(*id, engine_light(*light)),

@@ -1,7 +1,7 @@
 //! Runs a scenario: scripts in robots, events, expectations, many runs at once.
 //!
 //! [`Setup`] is a scenario with its programs, checked against each other; a [`Simulation`] is one run of it with one
-//! seed. The caller makes it go on, a tick at a time, and looks at it in between.
+//! seed, and owns all that it needs. The caller makes it go on, a tick at a time, looks at it in between, and may keep a snapshot.
 
 mod batch;
 mod expectation;

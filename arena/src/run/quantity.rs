@@ -80,7 +80,7 @@ impl Probe {
         &self,
         group: usize,
         program: &'p Program,
-        robot: Option<(&SimRobot<'_>, View)>,
+        robot: Option<(&SimRobot, View)>,
     ) -> Reading<'p> {
         let Some((robot, view)) = robot else { return Reading::Nil };
         match self {
@@ -137,7 +137,7 @@ fn reading(content: Content, program: &Program) -> Reading<'_> {
     }
 }
 
-fn body<'p>(quantity: &Quantity, robot: &SimRobot<'_>, view: &View) -> Reading<'p> {
+fn body<'p>(quantity: &Quantity, robot: &SimRobot, view: &View) -> Reading<'p> {
     let pose = view.pose;
     let (x, y) = (f64::from(pose.x), f64::from(pose.y));
     Reading::Number(match quantity {

@@ -7,7 +7,9 @@ use bittybuzz_robot_spec::Profile;
 use bittybuzz_vm_core::ImageError;
 use bittybuzz_vm_core::message::FULL_FRAME;
 
-use crate::robot::{GroupContext, MOST_QUEUED, MOST_SLOTS, RobotModel, SimRobot, common_effect};
+use crate::robot::{
+    GroupContext, MOST_QUEUED, MOST_SLOTS, News, RobotModel, SimRobot, common_effect,
+};
 use crate::scenario::{Backend, Cause, Group, Scenario, ScenarioError};
 
 use super::expectation::Bound;
@@ -31,24 +33,28 @@ pub enum SetupError {
 }
 
 /// What all runs of a scenario share.
-pub struct Setup<'p> {
+pub struct Setup {
     /// The scenario.
-    pub scenario: &'p Scenario,
+    pub scenario: Arc<Scenario>,
     /// The program of each group.
-    pub programs: &'p [Program],
+    pub programs: Arc<[Program]>,
     /// The programs that emulate robots of a kind, where they are not the usual ones.
     emulators: Vec<(String, PathBuf)>,
     /// What is flashed to emulated robots, for each kind.
     pub(super) firmware: Vec<Firmware>,
-    /// The id that scripts see, by the order in which robots come into the world.
-    ids: Vec<u16>,
+    /// What the robots of each group share.
+    pub(super) contexts: Vec<Arc<GroupContext>>,
     expects: Vec<Bound>,
     plots: Vec<Probe>,
 }
 
-impl<'p> Setup<'p> {
+impl Setup {
     /// Checks `programs`, one for each group, against the scenario.
-    pub fn new(scenario: &'p Scenario, programs: &'p [Program]) -> Result<Self, SetupError> {
+    pub fn new(
+        scenario: impl Into<Arc<Scenario>>,
+        programs: impl Into<Arc<[Program]>>,
+    ) -> Result<Self, SetupError> {
+        let (scenario, programs) = (scenario.into(), programs.into());
         let mut errors = Vec::new();
         for group in &scenario.groups {
             if let Some(needs) = misfit(group) {
@@ -59,8 +65,8 @@ impl<'p> Setup<'p> {
         }
         let mut expects = Vec::new();
         for expect in &scenario.expects {
-            match Probe::new(&expect.value, scenario, programs, &expect.robots) {
-                Ok(probe) => expects.push(Bound::new(expect, probe, scenario)),
+            match Probe::new(&expect.value, &scenario, &programs, &expect.robots) {
+                Ok(probe) => expects.push(Bound::new(expect, probe, &scenario)),
                 Err(cause) => errors.push(ScenarioError {
                     cause,
                     place: Some(Box::new(expect.value_place.clone())),
@@ -70,14 +76,14 @@ impl<'p> Setup<'p> {
         let all = crate::scenario::Selection::all(scenario.robot_count() as u32);
         let mut plots = Vec::new();
         for (quantity, place) in &scenario.output.plot {
-            match Probe::new(quantity, scenario, programs, &all) {
+            match Probe::new(quantity, &scenario, &programs, &all) {
                 Ok(probe) => plots.push(probe),
                 Err(cause) => {
                     errors.push(ScenarioError { cause, place: Some(Box::new(place.clone())) });
                 }
             }
         }
-        let firmware = Firmware::of(scenario, programs);
+        let firmware = Firmware::of(&scenario, &programs);
         let firmware = firmware.unwrap_or_else(|error| {
             errors.push(error);
             Vec::new()
@@ -85,15 +91,13 @@ impl<'p> Setup<'p> {
         if !errors.is_empty() {
             return Err(SetupError::Scenario(errors));
         }
-        let ids = joining_order(scenario).into_iter().map(|number| id(scenario, number)).collect();
-        let setup =
-            Setup { scenario, programs, emulators: Vec::new(), firmware, ids, expects, plots };
-        for (number, (group, context)) in scenario.groups.iter().zip(&setup.contexts()).enumerate()
-        {
-            let robot = SimRobot::new(&*group.model, context, 0, 0);
+        let contexts = contexts(&scenario, &programs);
+        for (number, (group, context)) in scenario.groups.iter().zip(&contexts).enumerate() {
+            let robot = SimRobot::new(&*group.model, context, News::default(), 0, 0);
             robot.map_err(|cause| SetupError::Refused { group: number, cause })?;
         }
-        Ok(setup)
+        let emulators = Vec::new();
+        Ok(Setup { scenario, programs, emulators, firmware, contexts, expects, plots })
     }
 
     /// Names the program that emulates robots of a model: a path, or a name that PATH knows. Otherwise it is the model's.
@@ -110,18 +114,6 @@ impl<'p> Setup<'p> {
         named.next_back().map_or(Path::new(usual), |(_, path)| path)
     }
 
-    /// Returns the data that the robots of each group share in a run.
-    pub fn contexts(&self) -> Vec<GroupContext<'_>> {
-        let groups = self.scenario.groups.iter().zip(self.programs);
-        groups
-            .map(|(Group { robot, model, .. }, program)| {
-                let effect =
-                    |function: &_| model.effect(function).or_else(|| common_effect(function));
-                GroupContext::new(robot, &program.image, model.budget(), &self.ids, effect)
-            })
-            .collect()
-    }
-
     /// The expectations, with what their names mean.
     pub fn expects(&self) -> &[Bound] {
         &self.expects
@@ -134,13 +126,28 @@ impl<'p> Setup<'p> {
 
     /// The group of a robot by its number.
     pub fn group(&self, number: usize) -> usize {
-        group_of(self.scenario, number).0
+        group_of(&self.scenario, number).0
     }
 
     /// The id of a robot by its number.
     pub fn id(&self, number: usize) -> u16 {
-        id(self.scenario, number)
+        id(&self.scenario, number)
     }
+}
+
+/// Returns what the robots of each group share.
+fn contexts(scenario: &Scenario, programs: &[Program]) -> Vec<Arc<GroupContext>> {
+    let ids: Vec<u16> =
+        joining_order(scenario).into_iter().map(|number| id(scenario, number)).collect();
+    let ids: Arc<[u16]> = ids.into();
+    let groups = scenario.groups.iter().zip(programs);
+    groups
+        .map(|(Group { robot, model, .. }, program)| {
+            let effect = |function: &_| model.effect(function).or_else(|| common_effect(function));
+            let (budget, ids) = (model.budget(), ids.clone());
+            Arc::new(GroupContext::new(robot, &program.image, budget, ids, effect))
+        })
+        .collect()
 }
 
 /// Returns the models of robots that run their firmware in a scenario.

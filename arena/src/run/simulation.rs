@@ -1,7 +1,9 @@
 //! One run of a scenario with one seed.
 
+use std::sync::Arc;
+
 use crate::engine::{HerdId, Pose, View, World};
-use crate::robot::{FaultCounts, GroupContext, LogLine, SimRobot};
+use crate::robot::{FaultCounts, LogLine, News, SimRobot};
 use crate::scenario::{
     Action, Backend, Cause, Quantity, Reduction, ScenarioError, Swarm, settings_error,
 };
@@ -21,14 +23,13 @@ use super::swarm::measure;
 use super::tick_at;
 
 /// A run that goes on tick by tick.
-pub struct Simulation<'p> {
-    setup: &'p Setup<'p>,
-    contexts: &'p [GroupContext<'p>],
+pub struct Simulation {
+    setup: Arc<Setup>,
     /// Of each group.
     herds: Vec<HerdId>,
-    world: World<SimRobot<'p>>,
+    world: World<SimRobot>,
     /// Of the robots that run their firmware.
-    fleets: Option<Fleets<'p>>,
+    fleets: Option<Fleets>,
     happenings: Happenings,
     seed: u32,
     convergences: Vec<Convergence>,
@@ -36,21 +37,14 @@ pub struct Simulation<'p> {
     faults: Vec<FaultOf>,
     /// What robots had counted that were restarted.
     past: Past,
-    /// A robot has logged something.
-    has_news: bool,
+    news: News,
     end: u64,
 }
 
-impl<'p> Simulation<'p> {
-    /// The world before its first tick. `contexts` come from [`Setup::contexts`]. The trace does not depend on the number of
-    /// `threads`; 0 is one per core.
-    pub fn new(
-        setup: &'p Setup<'p>,
-        contexts: &'p [GroupContext<'p>],
-        seed: u32,
-        threads: usize,
-    ) -> Result<Self, ScenarioError> {
-        let scenario = setup.scenario;
+impl Simulation {
+    /// The world before its first tick. The trace does not depend on the number of `threads`; 0 is one per core.
+    pub fn new(setup: Arc<Setup>, seed: u32, threads: usize) -> Result<Self, ScenarioError> {
+        let scenario = &setup.scenario;
         let settings = settings(scenario, seed, threads);
         let media = media(scenario);
         let poses = poses(scenario, settings.seed)?;
@@ -67,8 +61,7 @@ impl<'p> Simulation<'p> {
         let lights = scenario.world.lights.iter();
         let lights = lights.map(|light| world.add_light(engine_light(*light))).collect();
         let mut simulation = Simulation {
-            setup,
-            contexts,
+            setup: setup.clone(),
             herds,
             world,
             fleets: None,
@@ -77,7 +70,7 @@ impl<'p> Simulation<'p> {
             convergences: vec![Convergence::START; setup.expects().len()],
             faults: Vec::new(),
             past: Past::default(),
-            has_news: false,
+            news: News::default(),
             end: tick_at(scenario.world.duration),
         };
         let mut number = 0;
@@ -96,7 +89,7 @@ impl<'p> Simulation<'p> {
 
     /// Switches emulated robots on.
     fn emulate(&mut self) -> Result<(), ScenarioError> {
-        let (setup, world, happenings) = (self.setup, &self.world, &self.happenings);
+        let (setup, world, happenings) = (&*self.setup, &self.world, &self.happenings);
         if setup.firmware.is_empty() {
             return Ok(());
         }
@@ -112,13 +105,42 @@ impl<'p> Simulation<'p> {
             if let Some((_, id)) = in_the_dark {
                 return Err(firmware.failed(Cause::InTheDark { id }));
             }
-            let (emulator, media) = (setup.emulator(firmware.model()), media(setup.scenario));
+            let (emulator, media) = (setup.emulator(firmware.model()), media(&setup.scenario));
             let fleet = Fleet::new(emulator, emulation, firmware, join, &media, self.seed.into());
             fleets.push(fleet.map_err(|error| firmware.failed(unusable(error)))?);
         }
         let bridge = setup.scenario.bridge.as_ref().map(|bridge| Bridge::new(bridge.id));
         self.fleets = Some(Fleets::new(fleets, bridge));
         Ok(())
+    }
+
+    /// Returns a copy that goes on as this one would, bit for bit, however often either is copied; `None` with robots in emulators,
+    /// whose state is not here.
+    #[must_use]
+    pub fn snapshot(&self) -> Option<Self> {
+        if self.fleets.is_some() {
+            return None;
+        }
+        let news = self.news.copy();
+        let mut world = self.world.clone();
+        for id in world.ids() {
+            if let Some(robot) = world.brain_mut(id) {
+                robot.tell(news.clone());
+            }
+        }
+        Some(Simulation {
+            setup: self.setup.clone(),
+            herds: self.herds.clone(),
+            world,
+            fleets: None,
+            happenings: self.happenings.clone(),
+            seed: self.seed,
+            convergences: self.convergences.clone(),
+            faults: self.faults.clone(),
+            past: self.past,
+            news,
+            end: self.end,
+        })
     }
 
     /// Whether the scenario's duration is over.
@@ -137,8 +159,8 @@ impl<'p> Simulation<'p> {
     }
 
     /// What the run is of.
-    pub fn setup(&self) -> &'p Setup<'p> {
-        self.setup
+    pub fn setup(&self) -> &Arc<Setup> {
+        &self.setup
     }
 
     /// Seed of the run.
@@ -149,7 +171,8 @@ impl<'p> Simulation<'p> {
     /// Simulates 100 ms: events first, then the world, then a look at what is expected. Only robots that run their firmware
     /// make it fail; it cannot go on then.
     pub fn tick(&mut self) -> Result<(), FirmwareError> {
-        while let Some(event) = self.happenings.due(self.setup.scenario, self.world.now()) {
+        let scenario = self.setup.scenario.clone();
+        while let Some(event) = self.happenings.due(&scenario, self.world.now()) {
             for number in self.happenings.act(event, &mut self.world) {
                 if let (Some(fleets), Some(id)) = (&mut self.fleets, self.happenings.id(number)) {
                     fleets.switch_off(id)?;
@@ -175,16 +198,20 @@ impl<'p> Simulation<'p> {
             None => self.world.tick(),
             Some(fleets) => self.world.tick_with(|world| fleets.advance(world))?,
         }
-        // Every context is asked, so that no news is left for later.
-        self.has_news |= self.contexts.iter().filter(|context| context.take_news()).count() > 0;
         self.observe();
         Ok(())
+    }
+
+    /// A number that stands for the state of the world: runs that went the same way have the same.
+    #[must_use]
+    pub fn digest(&self) -> u64 {
+        self.world.digest()
     }
 
     /// Lines that were logged since the last question: number of the robot and line, by robot.
     pub fn take_log(&mut self) -> Vec<(usize, LogLine)> {
         let mut lines = Vec::new();
-        if !std::mem::take(&mut self.has_news) {
+        if !self.news.take() {
             return lines;
         }
         for number in 0..self.happenings.count() {
@@ -207,8 +234,8 @@ impl<'p> Simulation<'p> {
     }
 
     /// Reads a quantity of a robot.
-    pub fn read(&self, probe: &Probe, number: usize) -> Reading<'p> {
-        let (group, _) = group_of(self.setup.scenario, number);
+    pub fn read(&self, probe: &Probe, number: usize) -> Reading<'_> {
+        let (group, _) = group_of(&self.setup.scenario, number);
         let Some(program) = self.setup.programs.get(group) else { return Reading::Nil };
         let id = self.happenings.id(number);
         let robot = id.and_then(|id| Some((self.world.brain(id)?, self.world.robot(id)?)));
@@ -224,7 +251,7 @@ impl<'p> Simulation<'p> {
         }
     }
 
-    fn measure(&self, of: Swarm, robots: impl Iterator<Item = usize>) -> Reading<'p> {
+    fn measure(&self, of: Swarm, robots: impl Iterator<Item = usize>) -> Reading<'_> {
         let ids = robots.filter_map(|number| self.happenings.id(number));
         measure(of, &self.world, ids).map_or(Reading::Nil, Reading::Number)
     }
@@ -282,9 +309,10 @@ impl<'p> Simulation<'p> {
 
     /// A robot is switched on: one that is there already, off before.
     fn start(&mut self, number: usize) {
-        let (group, _) = group_of(self.setup.scenario, number);
+        let (group, _) = group_of(&self.setup.scenario, number);
+        let setup = self.setup.clone();
         let (Some(of), Some(context)) =
-            (self.setup.scenario.groups.get(group), self.contexts.get(group))
+            (setup.scenario.groups.get(group), setup.contexts.get(group))
         else {
             return;
         };
@@ -295,9 +323,10 @@ impl<'p> Simulation<'p> {
             None => self.seed,
         };
         let own_id = self.setup.id(number);
+        let news = self.news.clone();
         let robot = match of.backend {
-            Backend::Vm => SimRobot::new(&*of.model, context, own_id, seed),
-            Backend::Firmware { .. } => Ok(SimRobot::emulated(context, own_id)),
+            Backend::Vm => SimRobot::new(&*of.model, context, news, own_id, seed),
+            Backend::Firmware { .. } => Ok(SimRobot::emulated(context, news, own_id)),
         };
         // The image was loaded before: it is not refused now.
         let Ok(mut robot) = robot else { return };
@@ -321,7 +350,7 @@ impl<'p> Simulation<'p> {
     }
 
     /// Returns true if a robot has had faults that no expectation counts.
-    fn has_unexpected(&self, number: usize, robot: &SimRobot<'_>) -> bool {
+    fn has_unexpected(&self, number: usize, robot: &SimRobot) -> bool {
         let FaultCounts { faults, restarts, handler_faults } = robot.state().fault_counts();
         let is_counted = |by: Quantity| {
             let expects = &self.setup.scenario.expects;
@@ -335,7 +364,8 @@ impl<'p> Simulation<'p> {
 
     fn observe(&mut self) {
         let tick = self.world.now();
-        for (index, bound) in self.setup.expects().iter().enumerate() {
+        let setup = self.setup.clone();
+        for (index, bound) in setup.expects().iter().enumerate() {
             let robots = bound.expect.robots.iter();
             let is_true = match &bound.probe {
                 Probe::Swarm(of) => bound.is_true(std::iter::once(self.measure(*of, robots))),
@@ -356,7 +386,7 @@ impl<'p> Simulation<'p> {
 }
 
 /// The faults of a robot since it was switched on.
-fn faults_of(number: usize, robot: &SimRobot<'_>) -> impl Iterator<Item = FaultOf> {
+fn faults_of(number: usize, robot: &SimRobot) -> impl Iterator<Item = FaultOf> {
     let places = robot.state().fault_places().iter();
     places.map(move |record| FaultOf { robot: number, record: record.clone() })
 }
@@ -372,7 +402,7 @@ struct Past {
 }
 
 impl Past {
-    fn add(mut self, robot: &SimRobot<'_>, has_unexpected: bool) -> Self {
+    fn add(mut self, robot: &SimRobot, has_unexpected: bool) -> Self {
         self.faults += robot.state().fault_counts();
         let [heard, sent] = self.dropped;
         let [from_inbox, from_outbox] = robot.dropped().map(u64::from);
@@ -387,16 +417,16 @@ impl Past {
 
 /// The readings of some robots.
 #[derive(Clone)]
-struct Readings<'a, 'p, I> {
-    simulation: &'a Simulation<'p>,
+struct Readings<'a, I> {
+    simulation: &'a Simulation,
     probe: &'a Probe,
     robots: I,
 }
 
-impl<'p, I: Iterator<Item = usize>> Iterator for Readings<'_, 'p, I> {
-    type Item = Reading<'p>;
+impl<'a, I: Iterator<Item = usize>> Iterator for Readings<'a, I> {
+    type Item = Reading<'a>;
 
-    fn next(&mut self) -> Option<Reading<'p>> {
+    fn next(&mut self) -> Option<Reading<'a>> {
         let number = self.robots.next()?;
         Some(self.simulation.read(self.probe, number))
     }

@@ -18,7 +18,7 @@ struct Member {
 /// What is measured of these robots; `None` where there are too few of them.
 pub fn measure(
     of: Swarm,
-    world: &World<SimRobot<'_>>,
+    world: &World<SimRobot>,
     robots: impl Iterator<Item = RobotId>,
 ) -> Option<f64> {
     let mut members: Vec<Member> = robots
@@ -113,7 +113,7 @@ fn contacts(members: &[Member]) -> usize {
 }
 
 /// Into how many parts the members fall that hear each other, directly or through others.
-fn components(members: &[Member], world: &World<SimRobot<'_>>) -> usize {
+fn components(members: &[Member], world: &World<SimRobot>) -> usize {
     let mut parts = members.len();
     let mut parents: Vec<usize> = (0..parts).collect();
     let reaches: Vec<f64> = members.iter().map(|member| world.reach(member.id)).collect();

@@ -165,7 +165,7 @@ fn group(
     }
     census.add(name.clone(), first_id, count, is_sized && ids.end <= 0x1_0000, &place);
     if matches!(backend, Some(Backend::Firmware { .. })) {
-        let limits = |emulation: &dyn Emulation| Emulated {
+        let limits = |emulation: Arc<dyn Emulation>| Emulated {
             counts_steps: emulation.counts_steps(),
             has_switch: emulation.has_switch(),
         };

@@ -5,6 +5,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use bittybuzz_arena::run::{Program, Setup, SetupError, Simulation, Summary};
 use bittybuzz_arena::scenario::{Scenario, ScenarioError};
@@ -48,13 +49,12 @@ pub fn run_with(
     folder: &Path,
     text: &str,
     threads: usize,
-    mut look: impl FnMut(&mut Simulation<'_>),
+    mut look: impl FnMut(&mut Simulation),
 ) -> Summary {
     let (scenario, programs) = read(folder, text);
-    let setup = Setup::new(&scenario, &programs).unwrap();
-    let contexts = setup.contexts();
     let seed = scenario.world.seed;
-    let mut simulation = Simulation::new(&setup, &contexts, seed, threads).unwrap();
+    let setup = Arc::new(Setup::new(scenario, programs).unwrap());
+    let mut simulation = Simulation::new(setup, seed, threads).unwrap();
     while !simulation.is_over() {
         simulation.tick().unwrap();
         look(&mut simulation);
@@ -70,7 +70,7 @@ pub fn run(folder: &Path, text: &str) -> Summary {
 /// What is wrong between a scenario and its scripts.
 pub fn setup_errors(folder: &Path, text: &str) -> Vec<ScenarioError> {
     let (scenario, programs) = read(folder, text);
-    match Setup::new(&scenario, &programs) {
+    match Setup::new(scenario, programs) {
         Err(SetupError::Scenario(errors)) => errors,
         Err(error) => panic!("{error:?}"),
         Ok(_) => Vec::new(),

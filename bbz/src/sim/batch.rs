@@ -1,8 +1,8 @@
 //! Many runs: every combination of the values of `--set`, with every seed.
 
 use std::fmt::Write;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 
 use bittybuzz_arena::output::{Row, Table, metrics, quartiles};
 use bittybuzz_arena::run::{self, Setup, Summary};
@@ -15,7 +15,7 @@ use crate::problem::Problem;
 use crate::report;
 use crate::whole_file;
 
-use super::open::{self, Opened};
+use super::open;
 use super::progress::Progress;
 use super::{Arguments, MOST_RUNS, summary};
 
@@ -78,7 +78,8 @@ pub fn run(arguments: &Arguments, variants: &[Vec<String>]) -> Result<Ending, Pr
         };
         opened.push(variant);
     }
-    let setups: Option<Vec<Setup<'_>>> = opened.iter().map(Opened::setup).collect();
+    let setups: Option<Vec<Arc<Setup>>> =
+        opened.iter().map(|variant| variant.setup().map(Arc::new)).collect();
     let Some(setups) = setups else { return Ok(Ending::CompileError) };
     let Some(first) = opened.first() else { return Ok(Ending::Success) };
     let seed = arguments.seed.unwrap_or(first.scenario.world.seed);

@@ -27,7 +27,7 @@ impl Keeper {
     /// Creates the files that the command line asks for, none of which may be an input.
     pub fn new(
         arguments: &Arguments,
-        simulation: &Simulation<'_>,
+        simulation: &Simulation,
         inputs: &Inputs,
     ) -> Result<Self, Problem> {
         let recording = match &arguments.record {
@@ -55,7 +55,7 @@ impl Keeper {
     }
 
     /// Takes a sample, if it is time to.
-    pub fn sample(&mut self, simulation: &Simulation<'_>) -> Result<(), Problem> {
+    pub fn sample(&mut self, simulation: &Simulation) -> Result<(), Problem> {
         if !simulation.now().is_multiple_of(self.every.max(1)) {
             return Ok(());
         }
@@ -71,7 +71,7 @@ impl Keeper {
     }
 
     /// Ends the recording and draws the pictures.
-    pub fn finish(self, setup: &Setup<'_>) -> Result<(), Problem> {
+    pub fn finish(self, setup: &Setup) -> Result<(), Problem> {
         if let Some((path, writer)) = self.recording {
             let file = writer.finish().map_err(|error| Problem::unwritable(&path, error))?;
             file.finish()?;

@@ -1,5 +1,6 @@
 //! One run, watched: progress, log lines, pictures and a recording.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use annotate_snippets::{Group, Level};
@@ -27,10 +28,9 @@ pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
     let Some(opened) = open::open(arguments, set)? else {
         return Ok(Ending::CompileError);
     };
-    let Some(setup) = opened.setup() else { return Ok(Ending::CompileError) };
-    let contexts = setup.contexts();
+    let Some(setup) = opened.setup().map(Arc::new) else { return Ok(Ending::CompileError) };
     let seed = arguments.seed.unwrap_or(opened.scenario.world.seed);
-    let mut simulation = match Simulation::new(&setup, &contexts, seed, 0) {
+    let mut simulation = match Simulation::new(setup.clone(), seed, 0) {
         Ok(simulation) => simulation,
         Err(error) => {
             open::print(&[error]);
@@ -105,7 +105,7 @@ fn ending(summary: &Summary) -> Ending {
 }
 
 /// `    12.3 robot 7    text`
-fn text(setup: &Setup<'_>, opened: &Opened, robot: usize, line: &LogLine) -> Vec<u8> {
+fn text(setup: &Setup, opened: &Opened, robot: usize, line: &LogLine) -> Vec<u8> {
     let id = setup.id(robot);
     let mut text = format!("{:>8.1} {id:>5}  ", line.tick as f64 / 10.0).into_bytes();
     let program = opened.programs.get(setup.group(robot));

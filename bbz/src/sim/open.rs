@@ -22,11 +22,11 @@ use super::Arguments;
 /// A scenario and the programs of its groups.
 pub struct Opened {
     path: PathBuf,
-    pub scenario: Scenario,
+    pub scenario: Arc<Scenario>,
     /// For messages, of each group.
     pub programs: Vec<Program>,
     /// For the robots, of each group.
-    pub images: Vec<run::Program>,
+    pub images: Arc<[run::Program]>,
     /// Programs that emulate robots, by the models' names.
     emulators: Vec<(&'static str, PathBuf)>,
 }
@@ -88,7 +88,13 @@ pub fn open(arguments: &Arguments, set: &[String]) -> Result<Option<Opened>, Pro
         Some((model.name(), emulator::program(named, usual)))
     };
     let emulators = models.iter().filter_map(program).collect();
-    Ok(Some(Opened { path: path.clone(), scenario, programs, images, emulators }))
+    Ok(Some(Opened {
+        path: path.clone(),
+        scenario: Arc::new(scenario),
+        programs,
+        images,
+        emulators,
+    }))
 }
 
 impl Opened {
@@ -107,8 +113,8 @@ impl Opened {
     }
 
     /// What all runs of it share. Prints what is wrong, and is `None` then.
-    pub fn setup(&self) -> Option<run::Setup<'_>> {
-        match run::Setup::new(&self.scenario, &self.images) {
+    pub fn setup(&self) -> Option<run::Setup> {
+        match run::Setup::new(self.scenario.clone(), self.images.clone()) {
             Ok(setup) => {
                 let named = self.emulators.iter().cloned();
                 Some(named.fold(setup, |setup, (model, path)| setup.emulated_by(model, path)))

@@ -13,7 +13,7 @@ use crate::fault;
 use crate::program::Program;
 
 /// The lines of a summary.
-pub fn text(setup: &Setup<'_>, summary: &Summary, elapsed: Duration) -> Vec<String> {
+pub fn text(setup: &Setup, summary: &Summary, elapsed: Duration) -> Vec<String> {
     let seconds = seconds(summary.ticks);
     let rate = summary.robots as f64 * seconds / elapsed.as_secs_f64().max(1e-9);
     let mut lines = vec![format!(
@@ -83,7 +83,7 @@ fn since(convergence: &Convergence) -> String {
 }
 
 /// The summary as an object.
-pub fn json(setup: &Setup<'_>, summary: &Summary) -> Value {
+pub fn json(setup: &Setup, summary: &Summary) -> Value {
     let expects = setup.scenario.expects.iter().zip(&summary.convergences);
     let expects: Vec<Value> = expects
         .map(|(expect, convergence)| {
@@ -158,7 +158,7 @@ pub fn json(setup: &Setup<'_>, summary: &Summary) -> Value {
 }
 
 /// Prints the faults of scripts: one message for all robots with the same fault at the same place.
-pub fn faults(setup: &Setup<'_>, programs: &[Program], summary: &Summary) {
+pub fn faults(setup: &Setup, programs: &[Program], summary: &Summary) {
     let mut printed = Vec::new();
     let key = |fault: &FaultOf| {
         let is_contained = fault.record.consequence == Consequence::Contained;
@@ -185,7 +185,7 @@ pub fn faults(setup: &Setup<'_>, programs: &[Program], summary: &Summary) {
 }
 
 /// The first of some faults at one place, and the number of the others.
-fn note(setup: &Setup<'_>, alike: &[&FaultOf]) -> String {
+fn note(setup: &Setup, alike: &[&FaultOf]) -> String {
     let Some(first) = alike.first() else { return String::new() };
     let (id, time) = (setup.id(first.robot), seconds(first.record.tick));
     let mut note = match first.record.consequence {

@@ -57,14 +57,14 @@ impl Emulation<'_> {
         };
         let played = models.iter().find(is_board).and_then(|model| model.emulation());
         // Without defmt a robot only reports faults, by its link.
-        let has_trace = played.is_none_or(|played| played.has_trace());
+        let has_trace = played.as_ref().is_none_or(|played| played.has_trace());
         let script = self.script_bytes()?;
         let table = if has_trace { Some(self.table()?) } else { None };
-        let arguments = match played.and_then(|played| played.shared_as()) {
+        let arguments = match played.as_ref().and_then(|played| played.shared_as()) {
             Some(name) => vec!["--robot", name],
             None => vec![],
         };
-        let own = played.filter(|_| !has_trace).map(|played| played.program());
+        let own = played.as_ref().filter(|_| !has_trace).map(|played| played.program());
         let usual = own.unwrap_or(emulator::STM32);
         let program = emulator::program(self.program, usual);
         let mut emulator = Emulator::spawn_with(&program, &arguments).map_err(Problem::Emulator)?;
@@ -75,7 +75,7 @@ impl Emulation<'_> {
         if let Some(played) = played {
             played.start(&mut emulator, Duration::ZERO).map_err(Problem::Emulator)?;
         }
-        let mut reader = Reader { defmt: table.as_ref().map(TraceReader::new) };
+        let mut reader = Reader { defmt: table.map(Arc::new).map(TraceReader::new) };
         let start = Instant::now();
         let mut now = Duration::ZERO;
         while self.duration.is_none_or(|end| now < end) {
@@ -144,12 +144,12 @@ impl Emulation<'_> {
 }
 
 /// Reads what the firmware writes.
-struct Reader<'t> {
+struct Reader {
     /// For its messages; a Kilobot has none.
-    defmt: Option<TraceReader<'t>>,
+    defmt: Option<TraceReader>,
 }
 
-impl Reader<'_> {
+impl Reader {
     fn contents(&mut self, event: Event, outputs: bool) -> Vec<Content> {
         let output = |name: String, state: String| match outputs {
             true => vec![Content::Output { name, state }],

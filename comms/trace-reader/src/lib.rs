@@ -5,8 +5,10 @@
 //! the firmware's ELF file, or as text from probe-rs, for [`Content::from_text`].
 //! `bittybuzz_comms::trace::Record` decodes the record's bytes.
 
+use std::sync::Arc;
+
 pub use defmt_decoder::Table;
-use defmt_decoder::{DecodeError, Frame, StreamDecoder};
+use defmt_decoder::{DecodeError, Encoding, Frame};
 
 /// The content of a message.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -64,39 +66,75 @@ impl TraceMessage {
 }
 
 /// Decodes the bytes that a robot writes to RTT.
-pub struct TraceReader<'t> {
-    table: &'t Table,
-    decoder: Box<dyn StreamDecoder + Send + Sync + 't>,
+#[derive(Clone)]
+pub struct TraceReader {
+    table: Arc<Table>,
+    /// Bytes of a message that is not complete.
+    waiting: Vec<u8>,
     /// An error in an encoding without frames has made the rest unreadable.
     is_lost: bool,
 }
 
-impl<'t> TraceReader<'t> {
+impl TraceReader {
     /// Returns a reader for firmware with these messages.
-    pub fn new(table: &'t Table) -> Self {
-        TraceReader { table, decoder: table.new_stream_decoder(), is_lost: false }
+    pub fn new(table: Arc<Table>) -> Self {
+        TraceReader { table, waiting: Vec::new(), is_lost: false }
     }
 
     /// Discards the message that a reset or a power-off of the robot has cut.
     pub fn restart(&mut self) {
-        *self = TraceReader::new(self.table);
+        self.waiting.clear();
+        self.is_lost = false;
     }
 
     /// Reads bytes, and returns the messages that are complete.
     pub fn read(&mut self, bytes: &[u8]) -> Vec<TraceMessage> {
-        self.decoder.received(bytes);
+        self.waiting.extend(bytes);
+        if matches!(self.table.encoding(), Encoding::Raw) {
+            self.read_raw()
+        } else {
+            self.read_frames()
+        }
+    }
+
+    /// Reads messages that follow each other without a mark between them.
+    fn read_raw(&mut self) -> Vec<TraceMessage> {
         let mut messages = Vec::new();
+        let mut read = 0;
         while !self.is_lost {
-            match self.decoder.decode() {
-                Ok(frame) => messages.push(TraceMessage::new(&frame)),
+            match self.table.decode(self.waiting.get(read..).unwrap_or_default()) {
+                Ok((frame, length)) => {
+                    read += length;
+                    messages.push(TraceMessage::new(&frame));
+                }
                 Err(DecodeError::UnexpectedEof) => break,
                 Err(DecodeError::Malformed) => {
-                    self.is_lost = !self.table.encoding().can_recover();
+                    self.is_lost = true;
                     messages.push(TraceMessage::UNDECODABLE);
                 }
             }
         }
+        self.waiting.drain(..read);
         messages
+    }
+
+    /// Reads frames that end with a zero. A decoder borrows the table, so each call takes a new one, which gets whole frames only.
+    fn read_frames(&mut self) -> Vec<TraceMessage> {
+        let Some(last) = self.waiting.iter().rposition(|byte| *byte == 0) else {
+            return Vec::new();
+        };
+        let rest = self.waiting.split_off(last + 1);
+        let whole = std::mem::replace(&mut self.waiting, rest);
+        let mut decoder = self.table.new_stream_decoder();
+        decoder.received(&whole);
+        let mut messages = Vec::new();
+        loop {
+            match decoder.decode() {
+                Ok(frame) => messages.push(TraceMessage::new(&frame)),
+                Err(DecodeError::UnexpectedEof) => return messages,
+                Err(DecodeError::Malformed) => messages.push(TraceMessage::UNDECODABLE),
+            }
+        }
     }
 }
 

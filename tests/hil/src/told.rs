@@ -1,7 +1,7 @@
 //! What a robot tells by defmt.
 
 use std::path::Path;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use bittybuzz_comms::trace::{Item, Record, Unused};
@@ -22,14 +22,14 @@ pub struct Told {
     pub lost: u64,
     /// Records other than start, log and these, as they were decoded.
     pub records: Vec<String>,
-    reader: TraceReader<'static>,
+    reader: TraceReader,
 }
 
 impl Told {
     /// Nothing yet, of a Crazyflie.
     pub(crate) fn of_crazyflie() -> Self {
-        static TABLE: OnceLock<Table> = OnceLock::new();
-        Self::new(TABLE.get_or_init(|| messages(&crazyflie())))
+        static TABLE: OnceLock<Arc<Table>> = OnceLock::new();
+        Self::new(TABLE.get_or_init(|| messages(&crazyflie())).clone())
     }
 
     /// All that a Crazyflie told in these events.
@@ -48,11 +48,11 @@ impl Told {
 
     /// Nothing yet, of a Zooid.
     pub(crate) fn of_zooid() -> Self {
-        static TABLE: OnceLock<Table> = OnceLock::new();
-        Self::new(TABLE.get_or_init(|| messages(&zooids())))
+        static TABLE: OnceLock<Arc<Table>> = OnceLock::new();
+        Self::new(TABLE.get_or_init(|| messages(&zooids())).clone())
     }
 
-    fn new(table: &'static Table) -> Self {
+    fn new(table: Arc<Table>) -> Self {
         let (log, firmware, records, unused) = (vec![], vec![], vec![], Unused::default());
         Told { log, firmware, records, unused, lost: 0, reader: TraceReader::new(table) }
     }
@@ -96,9 +96,9 @@ impl Told {
 }
 
 /// The messages of an image.
-fn messages(path: &Path) -> Table {
+fn messages(path: &Path) -> Arc<Table> {
     let elf = std::fs::read(path).expect("the image is there");
-    Table::parse(&elf).expect("it can be read").expect("it has defmt messages")
+    Arc::new(Table::parse(&elf).expect("it can be read").expect("it has defmt messages"))
 }
 
 fn text_of(item: Item<'_>) -> String {

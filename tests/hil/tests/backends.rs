@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may")]
 
 use std::path::Path;
+use std::sync::Arc;
 
 use bittybuzz_arena::robot::Piece;
 use bittybuzz_arena::run::{Program, Setup, Simulation, Summary};
@@ -17,12 +18,7 @@ use bittybuzz_tests::bbz;
 type End = ([f64; 2], u8);
 
 /// Runs the shipped scenario with a backend for so many ticks at most, and shows each.
-fn run_with(
-    backend: &str,
-    seed: u32,
-    ticks: u64,
-    look: impl FnMut(&mut Simulation<'_>),
-) -> Summary {
+fn run_with(backend: &str, seed: u32, ticks: u64, look: impl FnMut(&mut Simulation)) -> Summary {
     let path = bbz::root().join("tests/scenarios/backends.toml");
     let set = [
         format!("robots.0.backend={backend}"),
@@ -38,14 +34,13 @@ fn run(
     scenario: &Scenario,
     seed: u32,
     ticks: u64,
-    mut look: impl FnMut(&mut Simulation<'_>),
+    mut look: impl FnMut(&mut Simulation),
 ) -> Summary {
     let programs: Vec<Program> =
         scenario.groups.iter().map(|group| program(&group.script, &group.robot)).collect();
-    let setup = Setup::new(scenario, &programs).unwrap();
+    let setup = Setup::new(scenario.clone(), programs).unwrap();
     let setup = setup.emulated_by("zooid", Core::Own.program().to_owned());
-    let contexts = setup.contexts();
-    let mut simulation = Simulation::new(&setup, &contexts, seed, 1).unwrap();
+    let mut simulation = Simulation::new(Arc::new(setup), seed, 1).unwrap();
     while simulation.now() < ticks && !simulation.is_over() {
         simulation.tick().unwrap_or_else(|error| panic!("{error}"));
         look(&mut simulation);
@@ -69,7 +64,7 @@ fn scenario(test: &str, script: &str, group: &str, rest: &str) -> (Scenario, Scr
 }
 
 /// The numbers that a robot logs in each tick, by tick.
-fn logged(simulation: &mut Simulation<'_>) -> Vec<(usize, Vec<f64>)> {
+fn logged(simulation: &mut Simulation) -> Vec<(usize, Vec<f64>)> {
     let number = |piece: &Piece| match piece {
         Piece::Int(value) => f64::from(*value),
         Piece::Float(value) => f64::from(*value),
@@ -156,10 +151,9 @@ fn kilobots_come_to_the_same_end() {
             Scenario::parse(&text, "test.toml", Path::new(""), &[], &bittybuzz_robot_models::all());
         let scenario = read.unwrap_or_else(|errors| panic!("{errors:#?}"));
         let programs = [program(&scenario.groups[0].script, &scenario.groups[0].robot)];
-        let setup = Setup::new(&scenario, &programs).unwrap();
+        let setup = Setup::new(scenario.clone(), programs).unwrap();
         let setup = setup.emulated_by("kilobot", Core::Avr.program().to_owned());
-        let contexts = setup.contexts();
-        let mut simulation = Simulation::new(&setup, &contexts, 1, 1).unwrap();
+        let mut simulation = Simulation::new(Arc::new(setup), 1, 1).unwrap();
         while !simulation.is_over() {
             simulation.tick().unwrap_or_else(|error| panic!("{error}"));
         }
@@ -494,10 +488,9 @@ fn robots_start_where_the_projector_shines() {
     let programs = [program(&group.script, &group.robot)];
     for (at, is_lit) in [([415.0, -250.0], true), ([430.0, 0.0], false), ([0.0, 270.0], false)] {
         scenario.groups[0].placement = Placement::List(vec![[0.0, 0.0], at]);
-        let setup = Setup::new(&scenario, &programs).unwrap();
+        let setup = Setup::new(scenario.clone(), programs.clone()).unwrap();
         let setup = setup.emulated_by("zooid", Core::Own.program().to_owned());
-        let contexts = setup.contexts();
-        match Simulation::new(&setup, &contexts, 1, 1) {
+        match Simulation::new(Arc::new(setup), 1, 1) {
             Ok(_) => assert!(is_lit, "{at:?}"),
             Err(error) => {
                 assert!(!is_lit, "{error}");

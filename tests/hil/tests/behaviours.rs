@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 use bittybuzz_arena::run::{Program, Setup, Simulation};
@@ -43,12 +44,7 @@ fn compiled(script: &Path, robot: &Robot) -> Compiled {
 }
 
 /// Runs the scenario of a behaviour, and shows each tick; until there is nothing more to see.
-fn play(
-    name: &str,
-    backend: &str,
-    seed: u32,
-    mut look: impl FnMut(&Simulation<'_>) -> bool,
-) -> bool {
+fn play(name: &str, backend: &str, seed: u32, mut look: impl FnMut(&Simulation) -> bool) -> bool {
     let path = file(name, "toml");
     let groups =
         0..Scenario::open(&path, &[], &bittybuzz_robot_models::all()).unwrap().groups.len();
@@ -65,10 +61,9 @@ fn play(
     let Compiled { image, symbols, .. } = compiled(&group.script, &group.robot);
     let program = Program { image: image.unwrap(), symbols };
     let programs = vec![program; scenario.groups.len()];
-    let setup = Setup::new(&scenario, &programs).unwrap();
+    let setup = Setup::new(scenario.clone(), programs).unwrap();
     let setup = setup.emulated_by("kilobot", Core::Avr.program().to_owned());
-    let contexts = setup.contexts();
-    let mut simulation = Simulation::new(&setup, &contexts, seed, 2).unwrap();
+    let mut simulation = Simulation::new(Arc::new(setup), seed, 2).unwrap();
     while !simulation.is_over() {
         simulation.tick().unwrap_or_else(|error| panic!("{error}"));
         if !look(&simulation) {

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may")]
 
 use std::path::Path;
+use std::sync::Arc;
 
 use bittybuzz_arena::run::{Program, Setup, Simulation, Summary};
 use bittybuzz_arena::scenario::{Cause, Scenario, ScenarioError};
@@ -42,13 +43,12 @@ fn programs(scenario: &Scenario) -> Vec<Program> {
 /// Runs to the end; the robots' colours then.
 fn leds(scenario: &Scenario) -> (Vec<u8>, Summary) {
     let programs = programs(scenario);
-    let setup = Setup::new(scenario, &programs).unwrap();
+    let setup = Setup::new(scenario.clone(), programs).unwrap();
     let setup = setup
         .emulated_by("zooid", Core::Own.program().to_owned())
         .emulated_by("crazyflie", Core::Unicorn.program().to_owned())
         .emulated_by("kilobot", Core::Avr.program().to_owned());
-    let contexts = setup.contexts();
-    let mut simulation = Simulation::new(&setup, &contexts, 1, 1).unwrap();
+    let mut simulation = Simulation::new(Arc::new(setup), 1, 1).unwrap();
     while !simulation.is_over() {
         simulation.tick().unwrap_or_else(|error| panic!("{error}"));
     }

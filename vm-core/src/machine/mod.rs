@@ -102,8 +102,9 @@ enum State {
     Resting,
 }
 
-/// A virtual machine with `SLOTS` slots of memory for one script.
+/// A virtual machine with `SLOTS` slots of memory for one script. A copy goes on as the original would.
 #[repr(C)]
+#[derive(Clone)]
 pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
     /// Position of the next instruction, or that of a [`Native`].
     pc: u16,

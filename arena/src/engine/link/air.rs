@@ -29,7 +29,7 @@ struct Beam {
 }
 
 /// All transmissions that are or were on the air in this tick, and those of the last that may overlap with them.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Air {
     pub(crate) medium: Medium,
     /// The link of each herd on this medium.

@@ -26,7 +26,7 @@ pub(crate) struct Attempt {
 }
 
 /// Attempts of a tick; kept for its memory.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Schedule {
     pub(crate) planned: Vec<Attempt>,
     again: BinaryHeap<Reverse<Attempt>>,

@@ -84,7 +84,7 @@ impl Actuators {
 }
 
 /// A described body.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct DescribedBody {
     actuators: Actuators,
     /// Falls to the ground, as its motors have no power.

@@ -11,6 +11,7 @@ use crate::robot::call::{Autopilot, Call, Done};
 const BRIGHTEST: f32 = 1023.0;
 
 /// The sensors of one robot, with their last values.
+#[derive(Clone)]
 pub struct Senses {
     sensors: Arc<[Sensor]>,
     radius: f32,
@@ -53,6 +54,10 @@ impl Senses {
 }
 
 impl Autopilot for Senses {
+    fn copy(&self) -> Box<dyn Autopilot> {
+        Box::new(self.clone())
+    }
+
     /// A robot whose battery is empty stops.
     fn tick(&mut self, io: &mut Io<'_>) {
         if self.is_empty(io) {

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use bittybuzz_chips::ResetCause;
@@ -20,11 +21,11 @@ use super::told::{Reader, Told};
 use super::{Failure, Firmware, FirmwareError};
 
 /// All emulated robots of a kind. They are switched on when the run begins; whose brain does not run in the world has no power.
-pub struct Fleet<'p> {
-    emulation: &'p dyn Emulation,
+pub struct Fleet {
+    emulation: Arc<dyn Emulation>,
     medium: Medium,
     room: Room,
-    robots: Vec<Emulated<'p>>,
+    robots: Vec<Emulated>,
     /// Since power-on, and since the world began.
     now: Duration,
     seed: u64,
@@ -33,8 +34,8 @@ pub struct Fleet<'p> {
 }
 
 /// A robot, as far as it is seen from outside.
-struct Emulated<'p> {
-    emulation: &'p dyn Emulation,
+struct Emulated {
+    emulation: Arc<dyn Emulation>,
     id: RobotId,
     /// The id that its script sees.
     own_id: u16,
@@ -52,15 +53,15 @@ struct Emulated<'p> {
     /// The last command by which it sensed its surroundings.
     sensed: Option<Command>,
     /// `None` if the firmware tells nothing.
-    reader: Option<Reader<'p>>,
+    reader: Option<Reader>,
 }
 
-impl<'p> Fleet<'p> {
+impl Fleet {
     /// Starts the emulator and flashes all robots. `join` gives the world's number of a robot, and the id that its script sees.
     pub fn new(
         program: &Path,
-        emulation: &'p dyn Emulation,
-        firmware: &'p Firmware,
+        emulation: Arc<dyn Emulation>,
+        firmware: &Firmware,
         join: impl Fn(usize) -> Option<(RobotId, u16)>,
         media: &Media,
         seed: u64,
@@ -85,7 +86,7 @@ impl<'p> Fleet<'p> {
             }
             let Some((id, own_id)) = join(flashed.number) else { continue };
             robots.push(Emulated {
-                emulation,
+                emulation: emulation.clone(),
                 id,
                 own_id,
                 inputs: [0.0; 4],
@@ -95,7 +96,7 @@ impl<'p> Fleet<'p> {
                 is_on: true,
                 deaf_to: BTreeSet::new(),
                 sensed: None,
-                reader: firmware.messages.as_ref().map(Reader::new),
+                reader: firmware.messages.clone().map(Reader::new),
             });
         }
         if let Some(ear) = &firmware.ear {
@@ -165,7 +166,7 @@ impl<'p> Fleet<'p> {
     }
 
     /// Robots have power if they run in the world, and hear who is not cut off there.
-    pub fn settle(&mut self, world: &World<SimRobot<'_>>) -> Result<(), ClientError> {
+    pub fn settle(&mut self, world: &World<SimRobot>) -> Result<(), ClientError> {
         for number in 0..self.robots.len() {
             let Some(robot) = self.robots.get(number) else { continue };
             let runs = world.robot(robot.id).is_some_and(|view| view.state == RobotState::Running);
@@ -196,7 +197,7 @@ impl<'p> Fleet<'p> {
     /// Runs until a time; the bridge hears what is sent.
     pub fn run(
         &mut self,
-        world: &mut World<SimRobot<'_>>,
+        world: &mut World<SimRobot>,
         mut bridge: Option<&mut Bridge>,
         until: Duration,
     ) -> Result<(), FirmwareError> {
@@ -260,20 +261,20 @@ impl<'p> Fleet<'p> {
     }
 }
 
-impl Emulated<'_> {
+impl Emulated {
     fn duties(&self) -> [f32; 2] {
         self.emulation.duties(self.inputs)
     }
 
     /// Where it is now and how it moves.
-    fn motion(&self, world: &mut World<SimRobot<'_>>, now: Duration) -> Option<Motion> {
+    fn motion(&self, world: &mut World<SimRobot>, now: Duration) -> Option<Motion> {
         let [speed, turn] = world.roll(self.id, self.duties(), 0.0).ok()??;
         let pose = world.robot(self.id)?.pose;
         Some(Motion { since: now, pose, speed, turn })
     }
 
     /// Lets its wheels turn until then as they do.
-    fn roll(&mut self, until: Duration, world: &mut World<SimRobot<'_>>) {
+    fn roll(&mut self, until: Duration, world: &mut World<SimRobot>) {
         let span = until.saturating_sub(self.rolled);
         self.rolled = self.rolled.max(until);
         // The world knows the robot.
@@ -285,7 +286,7 @@ impl Emulated<'_> {
         &mut self,
         TimedEvent { at, event }: TimedEvent,
         until: Duration,
-        world: &mut World<SimRobot<'_>>,
+        world: &mut World<SimRobot>,
     ) -> Result<(), Failure> {
         match event {
             Event::Motor { number, duty, .. } => {

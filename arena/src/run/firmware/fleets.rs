@@ -17,8 +17,8 @@ use super::fleet::Fleet;
 const LOOK_BRIDGE: Duration = Duration::from_micros(2500);
 
 /// All emulated robots: a fleet for each kind.
-pub struct Fleets<'p> {
-    fleets: Vec<Fleet<'p>>,
+pub struct Fleets {
+    fleets: Vec<Fleet>,
     bridge: Option<Bridge>,
     /// Since power-on, and since the world began.
     now: Duration,
@@ -27,9 +27,9 @@ pub struct Fleets<'p> {
     substeps: u32,
 }
 
-impl<'p> Fleets<'p> {
+impl Fleets {
     /// Just switched on.
-    pub fn new(fleets: Vec<Fleet<'p>>, bridge: Option<Bridge>) -> Self {
+    pub fn new(fleets: Vec<Fleet>, bridge: Option<Bridge>) -> Self {
         Fleets { fleets, bridge, now: Duration::ZERO, tick: 0, substeps: 0 }
     }
 
@@ -50,12 +50,12 @@ impl<'p> Fleets<'p> {
     }
 
     /// Robots have power if they run in the world, and hear who is not cut off there.
-    pub fn settle(&mut self, world: &World<SimRobot<'_>>) -> Result<(), ClientError> {
+    pub fn settle(&mut self, world: &World<SimRobot>) -> Result<(), ClientError> {
         self.fleets.iter_mut().try_for_each(|fleet| fleet.settle(world))
     }
 
     /// Runs for a substep of the world.
-    pub fn advance(&mut self, world: &mut World<SimRobot<'_>>) -> Result<(), FirmwareError> {
+    pub fn advance(&mut self, world: &mut World<SimRobot>) -> Result<(), FirmwareError> {
         if self.tick != world.now() {
             (self.tick, self.substeps) = (world.now(), 0);
         }
@@ -82,7 +82,7 @@ impl<'p> Fleets<'p> {
 
     /// What became of the packets of each medium's robots, and how many of them found radios full.
     pub fn links(&mut self) -> Result<Vec<(Medium, LinkStatistics, u64)>, ClientError> {
-        let of = |fleet: &mut Fleet<'_>| {
+        let of = |fleet: &mut Fleet| {
             let (links, overflown) = fleet.links()?;
             Ok((fleet.medium(), links, overflown))
         };

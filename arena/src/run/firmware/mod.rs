@@ -36,7 +36,7 @@ pub struct Firmware {
     /// Where the scenario asks for it first.
     place: Place,
     /// The texts of its messages; none if it tells nothing.
-    messages: Option<Table>,
+    messages: Option<Arc<Table>>,
     robots: Vec<Flashed>,
     /// One more, for a bridge.
     ear: Option<Ear>,
@@ -87,9 +87,11 @@ impl Firmware {
                     let elf = elf.map_err(|error| unusable(error.to_string()))?;
                     let messages = match emulation.has_trace() {
                         false => None,
-                        true => Table::parse(&elf).map_err(|error| unusable(error.to_string()))?,
+                        true => Table::parse(&elf)
+                            .map_err(|error| unusable(error.to_string()))?
+                            .map(Arc::new),
                     };
-                    let ear = ear(scenario, &*group.model, emulation)?;
+                    let ear = ear(scenario, &*group.model, &*emulation)?;
                     let (model, place) = (group.model.clone(), place.clone());
                     all.push(Firmware { model, path, place, messages, robots, ear });
                     all.len() - 1

@@ -1,5 +1,7 @@
 //! What firmware tells of its script: records among its messages, by defmt over RTT.
 
+use std::sync::Arc;
+
 use bittybuzz_comms::trace::{Item, Record, Unused};
 use bittybuzz_trace_reader::{Content, Table, TraceReader};
 use bittybuzz_vm_core::{Fault, ImageError};
@@ -24,11 +26,11 @@ pub enum Told {
 }
 
 /// Reads what a robot tells.
-pub struct Reader<'t>(TraceReader<'t>);
+pub struct Reader(TraceReader);
 
-impl<'t> Reader<'t> {
+impl Reader {
     /// Of firmware with these messages.
-    pub fn new(table: &'t Table) -> Self {
+    pub fn new(table: Arc<Table>) -> Self {
         Reader(TraceReader::new(table))
     }
 

@@ -126,6 +126,10 @@ impl Pilot {
 }
 
 impl Autopilot for Pilot {
+    fn copy(&self) -> Box<dyn Autopilot> {
+        Box::new(*self)
+    }
+
     fn tick(&mut self, io: &mut Io<'_>) {
         let (now, here) = (io.milliseconds(), io.sensors.estimate());
         if let Some(flight) = io.controls() {

@@ -75,7 +75,7 @@ impl RobotModel for CrazyflieModel {
         Some(Box::<functions::Pilot>::default())
     }
 
-    fn emulation(&self) -> Option<&dyn Emulation> {
-        Some(self)
+    fn emulation(&self) -> Option<Arc<dyn Emulation>> {
+        Some(Arc::new(*self))
     }
 }

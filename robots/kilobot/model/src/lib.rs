@@ -85,7 +85,7 @@ impl RobotModel for KilobotModel {
         functions::effect(self, function)
     }
 
-    fn emulation(&self) -> Option<&dyn Emulation> {
-        Some(self)
+    fn emulation(&self) -> Option<Arc<dyn Emulation>> {
+        Some(Arc::new(*self))
     }
 }

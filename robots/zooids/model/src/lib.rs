@@ -75,7 +75,7 @@ impl RobotModel for ZooidModel {
         functions::effect(function)
     }
 
-    fn emulation(&self) -> Option<&dyn Emulation> {
-        Some(self)
+    fn emulation(&self) -> Option<Arc<dyn Emulation>> {
+        Some(Arc::new(*self))
     }
 }
