@@ -2,68 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
+mod busy;
 mod script;
 
-use std::path::Path;
-use std::sync::Arc;
-
-use bittybuzz_arena::robot::LogLine;
-use bittybuzz_arena::run::{Setup, Simulation};
-use script::{folder, read};
-
-/// Everything that a script can have going on: messages, shared memory, swarms, chance, tables, pauses, a fault and a restart.
-const SCRIPT: &str = "n = 0 heard = 0 far = {} vs = stigmergy.create(1) s = swarm.create(1)\n\
-    function init() {\n\
-      neighbors.listen(\"n\", function(topic, value, robot) { heard = heard + 1 far[robot % 8] = value })\n\
-      s.select(id % 2 == 0)\n\
-    }\n\
-    function step() {\n\
-      n = n + 1\n\
-      led(n % 8)\n\
-      neighbors.broadcast(\"n\", math.rng.uniform(100))\n\
-      vs.put(n % 3, n)\n\
-      s.exec(function() { heard = heard + size(far) })\n\
-      if(n == 20 + id) log(\"step \", n, \" heard \", heard)\n\
-      if(id == 3 and n == 40) n = nothing + 1\n\
-      MOVE\n\
-    }\n";
-
-const WORLD: &str = "[world]\nsize = [1000, 1000]\nduration = 12\nseed = 5\nlights = [[100, 100]]\n\n\
-    [[robots]]\nrobot = \"kilobot\"\nscript = \"kilobot.bzz\"\ncount = 9\nplacement = \"grid\"\nspacing = 60\n\n\
-    [[robots]]\nrobot = \"zooids\"\nscript = \"zooids.bzz\"\ncount = 4\nfirst_id = 20\narea = [400, 400]\nat = [250, -250]\n\n\
-    [[robots]]\nrobot = \"crazyflie\"\nscript = \"crazyflie.bzz\"\ncount = 3\nfirst_id = 30\nplacement = \"line\"\nat = [-200, 350]\nspacing = 250\n\n\
-    [body.kilobot]\ngain_error = 0.2\n\n\
-    [[event]]\nat = 2\nfail = 1\n\n[[event]]\nat = 3\nlight = [[0, 0]]\n\n[[event]]\nat = 4\nblock = [20, 21]\n\n\
-    [[event]]\nat = 5\nrestart = [1, 22]\n\n[[event]]\nat = 6\npartition = [[0, 2], [4, 5]]\n\n[[event]]\nat = 8\nheal = true\n\n\
-    [[event]]\nat = 9\nmove = 30\nby = [10, 10]\n";
-
-/// The robots' motion in this test.
-const MOVES: [(&str, &str); 3] = [
-    ("kilobot.bzz", "if(n % 20 < 10) left() else right()"),
-    ("zooids.bzz", "goto(n, 0 - n)"),
-    ("crazyflie.bzz", "if(n == 1) takeoff(500, 500) else goto(n * 2, 0)"),
-];
-
-fn setup(name: &str) -> Arc<Setup> {
-    let scripts = MOVES.map(|(name, moves)| (name, SCRIPT.replace("MOVE", moves)));
-    let scripts = scripts.each_ref().map(|(name, text)| (*name, text.as_str()));
-    let folder = folder(name, &scripts);
-    let (scenario, programs) = read(Path::new(&folder), WORLD);
-    Arc::new(Setup::new(scenario, programs).unwrap())
-}
-
-/// All that a tick leaves to be seen.
-type Seen = (u64, Vec<(usize, LogLine)>);
-
-/// Runs to the end.
-fn rest(simulation: &mut Simulation) -> Vec<Seen> {
-    let mut seen = Vec::new();
-    while !simulation.is_over() {
-        simulation.tick().unwrap();
-        seen.push((simulation.digest(), simulation.take_log()));
-    }
-    seen
-}
+use bittybuzz_arena::run::Simulation;
+use busy::{rest, setup};
 
 fn run_to(simulation: &mut Simulation, tick: u64) {
     while simulation.now() < tick {
@@ -73,7 +16,7 @@ fn run_to(simulation: &mut Simulation, tick: u64) {
 
 #[test]
 fn a_snapshot_goes_on_as_its_run() {
-    let setup = setup("snapshot");
+    let setup = setup("snapshot", "");
     let new = || Simulation::new(setup.clone(), 5, 1).unwrap();
     let mut whole = new();
     let expected = rest(&mut whole);
@@ -98,7 +41,7 @@ fn a_snapshot_goes_on_as_its_run() {
 
 #[test]
 fn what_was_logged_and_not_yet_read_is_in_a_snapshot() {
-    let mut run = Simulation::new(setup("snapshot-log"), 5, 1).unwrap();
+    let mut run = Simulation::new(setup("snapshot-log", ""), 5, 1).unwrap();
     run_to(&mut run, 60);
     let mut copy = run.snapshot().unwrap();
     let lines = copy.take_log();
@@ -108,7 +51,7 @@ fn what_was_logged_and_not_yet_read_is_in_a_snapshot() {
 
 #[test]
 fn a_snapshot_of_a_snapshot_on_several_threads() {
-    let setup = setup("snapshot-threads");
+    let setup = setup("snapshot-threads", "");
     let mut whole = Simulation::new(setup.clone(), 5, 1).unwrap();
     let expected = rest(&mut whole);
     let mut run = Simulation::new(setup, 5, 3).unwrap();

@@ -1,7 +1,7 @@
-//! Events: what happens to a world during a run.
+//! Events and commands: what happens to a world during a run.
 
 use crate::engine::{LightId, Pose, RobotId, World};
-use crate::scenario::{Action, Event, Light, Scenario, Selection, Target};
+use crate::scenario::{Action, Light, Scenario, Selection, Target};
 
 use super::settings::{engine_light, engine_loss, engine_medium};
 use super::tick_at;
@@ -19,11 +19,17 @@ pub struct Happenings {
     lights: Vec<LightId>,
     /// The part of each robot while links are partitioned.
     parts: Option<Vec<u8>>,
+    /// Commands: the tick before which each acts, its text, and what happens.
+    commands: Vec<(u64, String, Action)>,
+    /// How many of them were carried out.
+    carried_out: usize,
 }
 
 impl Happenings {
     pub fn new(starts: Vec<Pose>, lights: Vec<LightId>) -> Self {
-        Happenings { next: 0, ids: vec![None; starts.len()], starts, lights, parts: None }
+        let ids = vec![None; starts.len()];
+        let (parts, commands) = (None, Vec::new());
+        Happenings { next: 0, ids, starts, lights, parts, commands, carried_out: 0 }
     }
 
     /// How many robots there are or will be.
@@ -45,16 +51,31 @@ impl Happenings {
         }
     }
 
-    /// The next event, if its time has come.
-    pub fn due<'s>(&mut self, scenario: &'s Scenario, now: u64) -> Option<&'s Event> {
-        let event = scenario.events.get(self.next).filter(|event| tick_at(event.at) <= now)?;
-        self.next += 1;
-        Some(event)
+    /// Takes a command that acts before a tick.
+    pub fn command(&mut self, tick: u64, text: &str, action: Action) {
+        self.commands.push((tick, text.trim().to_owned(), action));
+    }
+
+    /// Returns the commands so far, in order: the tick before which each acts, and its text.
+    pub fn commands(&self) -> impl Iterator<Item = (u64, &str)> {
+        self.commands.iter().map(|(tick, text, _)| (*tick, text.as_str()))
+    }
+
+    /// Returns what happens next, if its time has come: events of the scenario first, then commands.
+    pub fn due(&mut self, scenario: &Scenario, now: u64) -> Option<Action> {
+        let event = scenario.events.get(self.next).filter(|event| tick_at(event.at) <= now);
+        if let Some(event) = event {
+            self.next += 1;
+            return Some(event.action.clone());
+        }
+        let (.., action) = self.commands.get(self.carried_out)?;
+        self.carried_out += 1;
+        Some(action.clone())
     }
 
     /// Makes it happen; the robots whose scripts are to begin.
-    pub fn act(&mut self, event: &Event, world: &mut World<SimRobot>) -> Vec<usize> {
-        match &event.action {
+    pub fn act(&mut self, action: &Action, world: &mut World<SimRobot>) -> Vec<usize> {
+        match action {
             Action::Fail(robots) => self.each(robots, |id| world.fail(id)),
             Action::Stop(robots) => self.each(robots, |id| world.stop(id)),
             Action::Resume(robots) => self.each(robots, |id| world.resume(id)),

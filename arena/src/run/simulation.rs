@@ -20,7 +20,7 @@ use super::settings::{
 use super::setup::Setup;
 use super::summary::{FaultOf, Summary, Unusable};
 use super::swarm::measure;
-use super::tick_at;
+use super::{TICKS_PER_SECOND, tick_at};
 
 /// A run that goes on tick by tick.
 pub struct Simulation {
@@ -168,12 +168,36 @@ impl Simulation {
         self.seed
     }
 
-    /// Simulates 100 ms: events first, then the world, then a look at what is expected. Only robots that run their firmware
+    /// Gives a command, which acts at the beginning of the next tick, after the events of the scenario: the keys of an `[[event]]`
+    /// without `at`, such as `fail = 3`, or `move = 3` and `to = [100, 0]`. An error says what is wrong, and nothing happens.
+    pub fn command(&mut self, text: &str) -> Result<(), Vec<ScenarioError>> {
+        if self.is_over() {
+            let duration = self.setup.scenario.world.duration.to_string();
+            let cause = Cause::AfterEnd { key: "the command", duration };
+            return Err(vec![ScenarioError { cause, place: None }]);
+        }
+        let action = self.setup.scenario.command(text)?;
+        self.happenings.command(self.world.now(), text, action);
+        Ok(())
+    }
+
+    /// Returns all commands so far as `[[event]]`s. A scenario with these at its end goes the same way without commands.
+    #[must_use]
+    pub fn commands(&self) -> String {
+        let mut text = String::new();
+        for (tick, command) in self.happenings.commands() {
+            let at = tick as f64 / TICKS_PER_SECOND;
+            text += &format!("[[event]]\nat = {at}\n{command}\n\n");
+        }
+        text
+    }
+
+    /// Simulates 100 ms: events and commands first, then the world, then a look at what is expected. Only robots that run their firmware
     /// make it fail; it cannot go on then.
     pub fn tick(&mut self) -> Result<(), FirmwareError> {
         let scenario = self.setup.scenario.clone();
-        while let Some(event) = self.happenings.due(&scenario, self.world.now()) {
-            for number in self.happenings.act(event, &mut self.world) {
+        while let Some(action) = self.happenings.due(&scenario, self.world.now()) {
+            for number in self.happenings.act(&action, &mut self.world) {
                 if let (Some(fleets), Some(id)) = (&mut self.fleets, self.happenings.id(number)) {
                     fleets.switch_off(id)?;
                 }
@@ -182,7 +206,7 @@ impl Simulation {
             self.happenings.settle(&mut self.world);
             let Some(fleets) = &mut self.fleets else { continue };
             fleets.settle(&self.world)?;
-            match &event.action {
+            match &action {
                 Action::Loss(medium, loss) => {
                     fleets.lose(engine_medium(*medium), engine_loss(*loss))?;
                 }

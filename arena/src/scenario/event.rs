@@ -88,6 +88,7 @@ const ACTIONS: &[&str] = &[
     "heal",
 ];
 
+/// Reads an event with its time.
 pub fn read(
     section: &Section<'_>,
     census: &Census,
@@ -104,6 +105,17 @@ pub fn read(
         }
         Some(at)
     });
+    let action = action(section, census, world, used);
+    Some(Event { at: at?, action: action? })
+}
+
+/// Reads what happens.
+pub fn action(
+    section: &Section<'_>,
+    census: &Census,
+    world: &World,
+    used: &[Medium],
+) -> Option<Action> {
     let (key, entry) = section.one_of(ACTIONS)?;
     for (other, needs) in [
         ("to", "move"),
@@ -165,7 +177,7 @@ pub fn read(
         entry.fail(Cause::NotEmulated { key });
         return None;
     }
-    Some(Event { at: at?, action })
+    Some(action)
 }
 
 fn moved(section: &Section<'_>, robots: Option<Selection>, world: &World) -> Option<Action> {

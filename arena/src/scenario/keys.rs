@@ -50,6 +50,8 @@ pub const RAB: &str = "[medium.rab]";
 pub const BRIDGE: &str = "[bridge]";
 /// An event.
 pub const EVENT: &str = "this [[event]]";
+/// An event without its time.
+pub const COMMAND: &str = "the command";
 /// An expectation.
 pub const EXPECT: &str = "this [[expect]]";
 /// What is kept.

@@ -60,6 +60,9 @@ pub struct Scenario {
     pub expects: Vec<Expect>,
     /// What is kept of a run.
     pub output: Output,
+    /// The robots by name and id, and the media that they use: for commands.
+    census: Arc<select::Census>,
+    used: Vec<Medium>,
 }
 
 impl Scenario {
@@ -97,6 +100,18 @@ impl Scenario {
         let format = (keys::ROOT, &schema as toml_reader::Schema<'_>);
         toml_reader::read(&Source::new(path, text), &overrides, format, |root| {
             scenario(root, folder, models)
+        })
+    }
+
+    /// Reads a command to a running world: the keys of an `[[event]]` without `at`, such as `fail = 3`. Returns what happens.
+    pub fn command(&self, text: &str) -> Result<Action, Vec<ScenarioError>> {
+        let schema = |section| match section {
+            keys::COMMAND => keys::of(keys::EVENT).into_iter().filter(|key| *key != "at").collect(),
+            section => keys::of(section),
+        };
+        let format = (keys::COMMAND, &schema as toml_reader::Schema<'_>);
+        toml_reader::read(&Source::new(keys::COMMAND, text), &[], format, |section| {
+            event::action(section, &self.census, &self.world, &self.used)
         })
     }
 
@@ -149,7 +164,19 @@ fn scenario(root: &Section<'_>, folder: &Path, models: &Models) -> Option<Scenar
         .filter_map(|section| expect::read(section, &census, known.duration))
         .collect();
     let output = output::read(root, &census);
-    Some(Scenario { world: world?, groups, models, media, bridge, events, expects, output })
+    let census = Arc::new(census);
+    Some(Scenario {
+        world: world?,
+        groups,
+        models,
+        media,
+        bridge,
+        events,
+        expects,
+        output,
+        census,
+        used,
+    })
 }
 
 /// Returns the names of the keys of a section: of every scenario, or of one of the models.

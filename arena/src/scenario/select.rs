@@ -58,7 +58,7 @@ pub fn means_others(text: &str) -> bool {
 const MOST_DESCRIBED: usize = 24;
 
 /// The robots that a scenario has, to find them by name and id.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub struct Census {
     groups: Vec<Known>,
     /// The index of the first group of each name.
@@ -71,6 +71,7 @@ pub struct Census {
     is_unsure: bool,
 }
 
+#[derive(Debug)]
 struct Known {
     name: String,
     first_id: u32,
@@ -82,7 +83,7 @@ struct Known {
 }
 
 /// The limits of an emulator.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 pub struct Emulated {
     pub counts_steps: bool,
     pub has_switch: bool,
