@@ -75,6 +75,10 @@ impl Core for Logger {
         Ok(CoreState::Running)
     }
 
+    fn restart(&mut self, _: u32, _: u32) -> Result<(), MachineError> {
+        Ok(())
+    }
+
     fn board(&self) -> &Crazyflie {
         &self.board
     }
