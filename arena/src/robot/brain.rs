@@ -138,7 +138,7 @@ impl SimRobot {
         }
     }
 
-    /// Tells another run of what it logs from now on.
+    /// Reports new log lines to another run from now on.
     pub fn tell(&mut self, news: News) {
         self.state.news = news;
     }

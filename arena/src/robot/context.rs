@@ -1,4 +1,4 @@
-//! What the robots of a group share in all runs.
+//! Data that the robots of a group share in all runs.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};

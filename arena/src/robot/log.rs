@@ -31,7 +31,7 @@ pub enum Piece {
     Function,
 }
 
-/// The news that a robot of a run has logged something: most ticks nobody has, and then no robot need be asked.
+/// A flag of a run, which a robot raises when it logs a line. In most ticks no robot does, and then the logs need not be searched.
 #[derive(Debug, Clone, Default)]
 pub struct News(Arc<AtomicBool>);
 
@@ -41,12 +41,12 @@ impl News {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Returns true if a robot has, since the last question.
+    /// Returns true if a robot has raised it since the last call.
     pub fn take(&self) -> bool {
         self.0.swap(false, Ordering::Relaxed)
     }
 
-    /// Returns news of another run, of which as much is known.
+    /// Returns the flag of a copy of the run, in the same state.
     pub fn copy(&self) -> Self {
         News(Arc::new(AtomicBool::new(self.0.load(Ordering::Relaxed))))
     }

@@ -1,4 +1,4 @@
-//! Events and commands: what happens to a world during a run.
+//! Events and commands, which change a world during a run.
 
 use crate::engine::{LightId, Pose, RobotId, World};
 use crate::scenario::{Action, Light, Scenario, Selection, Target};
@@ -19,9 +19,9 @@ pub struct Happenings {
     lights: Vec<LightId>,
     /// The part of each robot while links are partitioned.
     parts: Option<Vec<u8>>,
-    /// Commands: the tick before which each acts, its text, and what happens.
+    /// Commands: the tick before which each acts, its text and its action.
     commands: Vec<(u64, String, Action)>,
-    /// How many of them were carried out.
+    /// The number of commands that were carried out.
     carried_out: usize,
 }
 
@@ -56,12 +56,12 @@ impl Happenings {
         self.commands.push((tick, text.trim().to_owned(), action));
     }
 
-    /// Returns the commands so far, in order: the tick before which each acts, and its text.
+    /// Returns the commands so far, in order, as the tick before which each acts and its text.
     pub fn commands(&self) -> impl Iterator<Item = (u64, &str)> {
         self.commands.iter().map(|(tick, text, _)| (*tick, text.as_str()))
     }
 
-    /// Returns what happens next, if its time has come: events of the scenario first, then commands.
+    /// Returns the next action whose time has come: events of the scenario first, then commands.
     pub fn due(&mut self, scenario: &Scenario, now: u64) -> Option<Action> {
         let event = scenario.events.get(self.next).filter(|event| tick_at(event.at) <= now);
         if let Some(event) = event {

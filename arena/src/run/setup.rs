@@ -42,7 +42,7 @@ pub struct Setup {
     emulators: Vec<(String, PathBuf)>,
     /// What is flashed to emulated robots, for each kind.
     pub(super) firmware: Vec<Firmware>,
-    /// What the robots of each group share.
+    /// The data that the robots of each group share.
     pub(super) contexts: Vec<Arc<GroupContext>>,
     expects: Vec<Bound>,
     plots: Vec<Probe>,
@@ -135,7 +135,7 @@ impl Setup {
     }
 }
 
-/// Returns what the robots of each group share.
+/// Returns the data that the robots of each group share.
 fn contexts(scenario: &Scenario, programs: &[Program]) -> Vec<Arc<GroupContext>> {
     let ids: Vec<u16> =
         joining_order(scenario).into_iter().map(|number| id(scenario, number)).collect();

@@ -169,7 +169,7 @@ impl Simulation {
     }
 
     /// Gives a command, which acts at the beginning of the next tick, after the events of the scenario: the keys of an `[[event]]`
-    /// without `at`, such as `fail = 3`, or `move = 3` and `to = [100, 0]`. An error says what is wrong, and nothing happens.
+    /// without `at`, such as `fail = 3`, or `move = 3` and `to = [100, 0]`. Errors name the place in the text and the cure; the run is unchanged then.
     pub fn command(&mut self, text: &str) -> Result<(), Vec<ScenarioError>> {
         if self.is_over() {
             let duration = self.setup.scenario.world.duration.to_string();
@@ -181,7 +181,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Returns all commands so far as `[[event]]`s. A scenario with these at its end goes the same way without commands.
+    /// Returns all commands so far as `[[event]]`s. A scenario that ends with these replays the session, without commands.
     #[must_use]
     pub fn commands(&self) -> String {
         let mut text = String::new();

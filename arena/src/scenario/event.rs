@@ -109,7 +109,7 @@ pub fn read(
     Some(Event { at: at?, action: action? })
 }
 
-/// Reads what happens.
+/// Reads the action of an event or a command.
 pub fn action(
     section: &Section<'_>,
     census: &Census,

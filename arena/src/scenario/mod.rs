@@ -103,7 +103,7 @@ impl Scenario {
         })
     }
 
-    /// Reads a command to a running world: the keys of an `[[event]]` without `at`, such as `fail = 3`. Returns what happens.
+    /// Reads a command to a running world: the keys of an `[[event]]` without `at`, such as `fail = 3`. Returns its action.
     pub fn command(&self, text: &str) -> Result<Action, Vec<ScenarioError>> {
         let schema = |section| match section {
             keys::COMMAND => keys::of(keys::EVENT).into_iter().filter(|key| *key != "at").collect(),

@@ -59,7 +59,7 @@ fn spoiled(right: &str, from: &str, to: &str) -> String {
     right.replacen(from, to, 1)
 }
 
-/// Spoils a file that is right by each case, and compares what is said of it.
+/// Spoils a file that is right by each case, and compares its error.
 fn expect_errors(right: &str, cases: &[(&str, &str, Expected)]) {
     for (from, to, Expected(cause, line, column, part)) in cases {
         let error = error_of(&spoiled(right, from, to));
@@ -72,7 +72,7 @@ fn expect_errors(right: &str, cases: &[(&str, &str, Expected)]) {
     }
 }
 
-/// The lines of mistakes, in the order in which they are told.
+/// The lines of mistakes, in the order of the report.
 fn lines_of(errors: &RobotErrors) -> Vec<usize> {
     errors.0.iter().filter_map(|error| Some(error.place.as_ref()?.line)).collect()
 }
