@@ -20,7 +20,7 @@ fn scenario(events: &str) -> String {
     format!(
         "[world]\nsize = [1000, 1000]\nduration = 30\n\
          [[robots]]\nrobot = \"kilobot\"\nscript = \"counter.bzz\"\npositions = [[-30, 0], [30, 0]]\nheading = 90\n\
-         [medium.ir]\nloss = 0\n[body.kilobot]\ngain_error = 0\n[output]\nplot = [\"global.steps\", \"global.heard\"]\n{events}"
+         [medium.ir]\nloss = 0\n[body.kilobot]\nspeed_error = 0\nturn_error = 0\nheading_bias = 0\nheading_noise = 0\n[output]\nplot = [\"global.steps\", \"global.heard\"]\n{events}"
     )
 }
 

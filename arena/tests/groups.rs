@@ -94,10 +94,10 @@ fn models_are_those_of_their_group() {
         )
     };
     let text = format!(
-        "[world]\nsize = [2000, 2000]\nduration = 20\n[body.kilobot]\ngain_error = 0\n{}{}{}",
+        "[world]\nsize = [2000, 2000]\nduration = 20\n[body.kilobot]\nspeed_error = 0\nturn_error = 0\nheading_bias = 0\nheading_noise = 0\n{}{}{}",
         group("plain", -900, ""),
         group("fast", -300, "model = { speed = 20 }"),
-        group("worn", 300, "model = { gain_error = 0.3 }\nlink = { rate = 8 }"),
+        group("worn", 300, "model = { heading_bias = 6 }\nlink = { rate = 8 }"),
     );
     let mut ends = Vec::new();
     let summary = run_with(&folder, &text, 1, |simulation| {

@@ -69,7 +69,11 @@ fn settings(seed: u64, stream: &mut Stream) -> Settings {
     settings.area = Area { width: side(stream), height: side(stream) };
     settings.kilobot.speed = stream.unit() * 1e4;
     settings.kilobot.turn_rate = stream.unit() * 100.0;
-    settings.kilobot.gain_sigma = stream.unit();
+    settings.kilobot.speed_sigma = stream.unit();
+    settings.kilobot.turn_sigma = stream.unit();
+    settings.kilobot.bias_sigma = stream.unit() * 100.0;
+    settings.kilobot.noise_sigma = stream.unit() * 100.0;
+    settings.kilobot.noise_time = stream.unit() * 10.0;
     settings.kilobot.dead_duty = stream.below(70) as u8;
     settings.crazyflie.lag = stream.unit() - 0.5;
     settings.crazyflie.lag = settings.crazyflie.lag.max(0.0);

@@ -126,7 +126,10 @@ impl Brain for Probe {
 pub fn exact() -> Settings {
     let mut settings =
         Settings { area: Area { width: 4000.0, height: 4000.0 }, ..Settings::default() };
-    settings.kilobot.gain_sigma = 0.0;
+    settings.kilobot.speed_sigma = 0.0;
+    settings.kilobot.turn_sigma = 0.0;
+    settings.kilobot.bias_sigma = 0.0;
+    settings.kilobot.noise_sigma = 0.0;
     settings.zooid.gain_sigma = 0.0;
     settings.crazyflie.positioning = Positioning::Absolute { sigma: 0.0, yaw_sigma: 0.0 };
     for link in links(&mut settings) {

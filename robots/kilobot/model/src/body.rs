@@ -3,10 +3,15 @@
 //! One motor turns the robot about the rear leg on its own side; both together push it straight ahead (Rubenstein, Ahler,
 //! Nagpal: Kilobot, ICRA 2012). What both motors give in common drives the robot straight, what one gives more turns it,
 //! so unlike motors make it go in a curve, as real ones do.
+//!
+//! No robot that should drive straight ahead does. Each has a bias of its own to one side, and around this bias a noise that lasts
+//! for a while (Raoufi, Romanczuk, Hamann: Individuality in swarm robots with the case study of Kilobots, ALIFE 2023). Both are
+//! curvatures: they turn the robot as far as it goes. The noise is an Ornstein-Uhlenbeck process with a step per tick, so that it
+//! does not depend on the length of substeps.
 
 use bittybuzz_arena::engine::{
     Block, Bodies, Body, BodyModel, Infrared, Link, Loss, Medium, Pose, SettingsError, Shape,
-    Stream, first_wrong, not_below_0, within, wrap,
+    Stream, TICK, first_wrong, not_below_0, within, wrap,
 };
 
 /// Duties of the motors, 0 to 255. The left one turns anticlockwise, the right one clockwise.
@@ -39,13 +44,27 @@ pub struct KilobotModel {
     pub turn_duty: u8,
     /// Duty at which a motor begins to move the robot; from there the effect is linear.
     pub dead_duty: u8,
-    /// Deviation of each motor's gain, as a part of 1.
-    pub gain_sigma: f32,
+    /// Deviation of the speed between robots, as a part of it.
+    pub speed_sigma: f32,
+    /// Deviation of the turn rate between motors, as a part of it. Each robot has one for each of its two motors.
+    pub turn_sigma: f32,
+    /// Deviation between robots of the rate at which they turn when they should drive straight ahead with `straight_duty`, radians
+    /// per second.
+    pub bias_sigma: f32,
+    /// Deviation of this rate within a robot, radians per second.
+    pub noise_sigma: f32,
+    /// Time constant of the deviation within a robot, seconds: after it the correlation is 1/e. 0: each tick has a new one.
+    pub noise_time: f32,
 }
 
 impl KilobotModel {
     /// 10 mm/s and 45 degrees per second (ICRA 2012); legs as the Kilobot plugin of ARGoS has them: 25 mm between the
     /// pins, the middle 9.2 mm before them. The duties are a choice: calibrated robots have 60 to 75.
+    ///
+    /// Speed and bias differ as in the experiments that Sheffield publishes for ARGoS, where the bias of each of two pins has a
+    /// deviation of 1.86 mm/s: 1.86 / sqrt(2) = 1.3 mm/s, and sqrt(2) * 1.86 / 25 rad/s = 6 degrees per second. The bias of a robot
+    /// varies by a sixth of the spread between robots (figure 2 of Raoufi et al.: 0.05 to 0.32). How long a deviation
+    /// lasts is not published: 10 s are a choice, and so are the 10 % of the turn rate.
     pub const STANDARD: Self = KilobotModel {
         preset: Preset::Standard,
         radius: 16.5,
@@ -56,10 +75,15 @@ impl KilobotModel {
         straight_duty: 70,
         turn_duty: 70,
         dead_duty: 0,
-        gain_sigma: 0.1,
+        speed_sigma: 0.13,
+        turn_sigma: 0.1,
+        bias_sigma: 6.0 * DEGREE,
+        noise_sigma: 1.0 * DEGREE,
+        noise_time: 10.0,
     };
 
-    /// Kilombo: 7 mm/s, 13 degrees per second at duty 75, nothing below 60; legs at 125.5 degrees on the rim.
+    /// Kilombo: 7 mm/s, 13 degrees per second at duty 75, nothing below 60; legs at 125.5 degrees on the rim. All of its noise is
+    /// off by default.
     pub const KILOMBO: Self = KilobotModel {
         preset: Preset::Kilombo,
         radius: 17.0,
@@ -70,23 +94,42 @@ impl KilobotModel {
         straight_duty: 75,
         turn_duty: 75,
         dead_duty: 60,
-        gain_sigma: 0.0,
+        speed_sigma: 0.0,
+        turn_sigma: 0.0,
+        bias_sigma: 0.0,
+        noise_sigma: 0.0,
+        noise_time: 0.0,
     };
 
-    /// The Kilobot plugin of ARGoS: 60 mm/s times duty/255 at each pin, 25 mm apart.
+    /// The Kilobot plugin of ARGoS: 60 mm/s times duty/255 at each pin, 25 mm apart, without noise unless an experiment asks for
+    /// it.
     pub const ARGOS: Self = KilobotModel {
         preset: Preset::Argos,
         speed: 60.0 * 48.0 / 255.0,
         turn_rate: 60.0 * 77.0 / 255.0 / 25.0,
         straight_duty: 48,
         turn_duty: 77,
-        gain_sigma: 0.0,
+        speed_sigma: 0.0,
+        turn_sigma: 0.0,
+        bias_sigma: 0.0,
+        noise_sigma: 0.0,
+        noise_time: 0.0,
         ..Self::STANDARD
     };
 
-    /// Kilosim: 24 mm/s, 0.5 radians per second.
-    pub const KILOSIM: Self =
-        KilobotModel { preset: Preset::Kilosim, speed: 24.0, turn_rate: 0.5, ..Self::STANDARD };
+    /// Kilosim: 24 mm/s, 0.5 radians per second; no bias and no noise. Its deviations of 10 % are drawn again beyond 1.1 of them,
+    /// which leaves 0.585 of 10 % (`Kilobot.h`).
+    pub const KILOSIM: Self = KilobotModel {
+        preset: Preset::Kilosim,
+        speed: 24.0,
+        turn_rate: 0.5,
+        speed_sigma: 0.0585,
+        turn_sigma: 0.0585,
+        bias_sigma: 0.0,
+        noise_sigma: 0.0,
+        noise_time: 0.0,
+        ..Self::STANDARD
+    };
 }
 
 impl BodyModel for KilobotModel {
@@ -119,7 +162,11 @@ impl BodyModel for KilobotModel {
             ("kilobot.turn_rate", within(self.turn_rate, 0.0, 100.0), "0 to 100"),
             ("kilobot.straight_duty", self.straight_duty > self.dead_duty, "above dead_duty"),
             ("kilobot.turn_duty", self.turn_duty > self.dead_duty, "above dead_duty"),
-            ("kilobot.gain_sigma", within(self.gain_sigma, 0.0, 1.0), "0 to 1"),
+            ("kilobot.speed_sigma", within(self.speed_sigma, 0.0, 1.0), "0 to 1"),
+            ("kilobot.turn_sigma", within(self.turn_sigma, 0.0, 1.0), "0 to 1"),
+            ("kilobot.bias_sigma", within(self.bias_sigma, 0.0, 100.0), "0 to 100"),
+            ("kilobot.noise_sigma", within(self.noise_sigma, 0.0, 100.0), "0 to 100"),
+            ("kilobot.noise_time", within(self.noise_time, 0.0, 1e5), "0 to 100000"),
         ])
     }
 
@@ -171,6 +218,9 @@ impl Preset {
     }
 }
 
+/// Radians.
+const DEGREE: f32 = core::f32::consts::PI / 180.0;
+
 /// What a model means for one substep.
 #[derive(Clone, Copy, Debug)]
 struct KilobotStep {
@@ -181,6 +231,11 @@ struct KilobotStep {
     ahead: f32,
     /// Radians per duty of one motor.
     turn: f32,
+    /// Seconds at `straight_duty` per duty of both motors: what a bias in radians per second is multiplied by.
+    straight: f32,
+    /// Share of the noise that is left after a tick, and deviation of what is added then, in radians per second.
+    decay: f32,
+    fresh: f32,
     /// From the middle to the left leg, of a robot with heading 0.
     leg: (f32, f32),
 }
@@ -189,8 +244,16 @@ struct KilobotStep {
 #[derive(Clone, Debug)]
 struct Kilobot {
     motors: KilobotMotors,
-    gain_left: f32,
-    gain_right: f32,
+    speed_gain: f32,
+    turn_gains: [f32; 2],
+    /// Radians per second by which it turns at `straight_duty`.
+    bias: f32,
+    /// Radians per second around `bias`, in this tick.
+    noise: f32,
+    /// Seconds of driving until the noise is drawn again.
+    left: f32,
+    /// Its own chance.
+    chance: Stream,
     /// Heading for which sine and cosine were computed.
     heading: f32,
     sin: f32,
@@ -203,10 +266,15 @@ impl Body for Kilobot {
     type Controls = KilobotMotors;
 
     fn new(model: &KilobotModel, _: &Pose, build: &mut Stream) -> Self {
+        let mut chance = build.fork();
         Kilobot {
             motors: KilobotMotors::default(),
-            gain_left: build.gain(model.gain_sigma),
-            gain_right: build.gain(model.gain_sigma),
+            speed_gain: build.gain(model.speed_sigma),
+            turn_gains: [(); 2].map(|()| build.gain(model.turn_sigma)),
+            bias: model.bias_sigma * build.normal().clamp(-3.0, 3.0),
+            noise: model.noise_sigma * chance.normal(),
+            left: TICK,
+            chance,
             heading: 0.0,
             sin: 0.0,
             cos: 1.0,
@@ -215,11 +283,16 @@ impl Body for Kilobot {
 
     fn prepare(model: &KilobotModel, seconds: f32) -> KilobotStep {
         let (sin, cos) = libm::sincosf(model.leg_angle);
+        let straight = f32::from(model.straight_duty - model.dead_duty);
+        let decay = if model.noise_time > 0.0 { libm::expf(-TICK / model.noise_time) } else { 0.0 };
         KilobotStep {
             length: seconds,
             dead: model.dead_duty,
-            ahead: model.speed * seconds / f32::from(model.straight_duty - model.dead_duty),
+            ahead: model.speed * seconds / straight,
             turn: model.turn_rate * seconds / f32::from(model.turn_duty - model.dead_duty),
+            straight: seconds / straight,
+            decay,
+            fresh: model.noise_sigma * (1.0 - decay * decay).sqrt(),
             leg: (model.leg_distance * cos, model.leg_distance * sin),
         }
     }
@@ -239,16 +312,22 @@ impl Body for Kilobot {
         if self.heading != pose.heading {
             self.look(pose.heading);
         }
-        let left = f32::from(self.motors.left.saturating_sub(step.dead)) * self.gain_left;
-        let right = f32::from(self.motors.right.saturating_sub(step.dead)) * self.gain_right;
-        let ahead = left.min(right) * step.ahead;
+        let left = f32::from(self.motors.left.saturating_sub(step.dead));
+        let right = f32::from(self.motors.right.saturating_sub(step.dead));
+        let both = left.min(right);
+        let veer = if both > 0.0 { self.veer(both, step) } else { 0.0 };
+        let more = left - right;
+        let gain = self.turn_gains[usize::from(more < 0.0)];
+        let turn = more * step.turn * gain;
+        // The motor that gives more turns it about its leg; what makes it veer, about the middle between the legs, which
+        // leaves the speed as it is.
+        let side = if turn == 0.0 { 0.0 } else { 1.0_f32.copysign(turn) };
+        let ahead = both * step.ahead * self.speed_gain - side * step.leg.1 * veer;
         pose.x += ahead * self.cos;
         pose.y += ahead * self.sin;
-        let turn = (left - right) * step.turn;
-        if turn != 0.0 {
-            let side = if turn > 0.0 { 1.0 } else { -1.0 };
+        if turn + veer != 0.0 {
             let (x, y) = self.leg(step, side);
-            pose.heading = wrap(pose.heading + turn);
+            pose.heading = wrap(pose.heading + turn + veer);
             self.look(pose.heading);
             let (new_x, new_y) = self.leg(step, side);
             // The leg stays where it is.
@@ -268,7 +347,8 @@ impl Body for Kilobot {
         let duty = |percent: f32| (percent * f32::from(u8::MAX) / 100.0).round() as u8;
         self.motors = KilobotMotors { left: duty(left), right: duty(right) };
         let (ahead, turn) = (step.ahead * substeps, step.turn * substeps);
-        self.step(pose, &KilobotStep { ahead, turn, ..*step });
+        let straight = step.straight * substeps;
+        self.step(pose, &KilobotStep { length: seconds, ahead, turn, straight, ..*step });
         self.motors = KilobotMotors::default();
         // It stops within a mm: nothing reckons with its speed.
         Some([0.0; 2])
@@ -281,7 +361,18 @@ impl Kilobot {
         (self.sin, self.cos) = libm::sincosf(heading);
     }
 
-    /// From the middle to the leg on the left (1) or right (-1) side.
+    /// Returns by how many radians it turns in a substep in which both motors have so much duty in common. The noise is drawn once
+    /// per tick of driving.
+    fn veer(&mut self, both: f32, step: &KilobotStep) -> f32 {
+        if step.fresh > 0.0 && self.left < step.length / 2.0 {
+            self.noise = self.noise * step.decay + step.fresh * self.chance.normal();
+            self.left += TICK;
+        }
+        self.left -= step.length;
+        (self.bias + self.noise) * both * step.straight
+    }
+
+    /// From the middle to the leg on the left (1) or right (-1) side, or to the middle between them (0).
     fn leg(&self, step: &KilobotStep, side: f32) -> (f32, f32) {
         let (x, y) = (step.leg.0, step.leg.1 * side);
         (x * self.cos - y * self.sin, x * self.sin + y * self.cos)

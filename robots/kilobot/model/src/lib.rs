@@ -31,7 +31,11 @@ pub const KEYS: ModelKeys = ModelKeys {
             "radius" "number" "of the preset" "in mm",
             "speed" "number" "of the preset" "straight on with the calibrated duty, in mm/s",
             "turn" "number" "of the preset" "with the calibrated duty, in degrees per second",
-            "gain_error" "0 to 1" "of the preset" "standard deviation of each motor's gain, as a share of it",
+            "speed_error" "0 to 1" "of the preset" "standard deviation of the speed between robots, as a share of it; standard: 0.13",
+            "turn_error" "0 to 1" "of the preset" "standard deviation of each motor's turn rate, as a share of it; standard: 0.1",
+            "heading_bias" "0 to 5000" "of the preset" "standard deviation of the bias between robots, in degrees per second; standard: 6",
+            "heading_noise" "0 to 5000" "of the preset" "standard deviation of the noise, in degrees per second; standard: 1",
+            "heading_noise_time" "0 to 100000" "of the preset" "time constant of the noise, in seconds; 0: it is new in each tick; standard: 10",
         ],
     },
     robots: "the Kilobots",
@@ -68,7 +72,13 @@ impl RobotModel for KilobotModel {
         model.speed = number("speed", 0.0..=10_000.0).unwrap_or(model.speed);
         let turn = section.number("turn", 0.0..=5000.0);
         model.turn_rate = turn.map_or(model.turn_rate, |degrees| degrees.to_radians() as f32);
-        model.gain_sigma = number("gain_error", GAIN_ERROR).unwrap_or(model.gain_sigma);
+        model.speed_sigma = number("speed_error", GAIN_ERROR).unwrap_or(model.speed_sigma);
+        model.turn_sigma = number("turn_error", GAIN_ERROR).unwrap_or(model.turn_sigma);
+        let rate = |key| number(key, 0.0..=5000.0).map(f32::to_radians);
+        model.bias_sigma = rate("heading_bias").unwrap_or(model.bias_sigma);
+        model.noise_sigma = rate("heading_noise").unwrap_or(model.noise_sigma);
+        model.noise_time =
+            number("heading_noise_time", 0.0..=100_000.0).unwrap_or(model.noise_time);
         Arc::new(model)
     }
 
