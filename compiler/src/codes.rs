@@ -115,11 +115,27 @@ codes! {
     SelfIsNil = "W0209", "self where it is always nil";
     OwnInitializer = "W0210", "a variable used in its own first value";
     Unreachable = "W0211", "code that can never run";
+    EntryMisspelt = "W0212", "a function named almost like an entry point";
+    EntryParameters = "W0213", "an entry point with parameters";
+    EntryNotFunction = "W0214", "an entry point that is no function";
+    UnusedVariable = "W0215", "a local variable that nothing reads";
+    UnusedParameter = "W0216", "a parameter that nothing reads";
+    UnusedFunction = "W0217", "a function that nothing calls";
+    SelfAssignment = "W0218", "an assignment of a variable to itself";
+    OnlyOwnValue = "W0219", "a global computed from itself only: it is nil";
+    CallbackParameters = "W0220", "a callback with more parameters than it gets";
+    CallbackMeaning = "W0221", "a callback parameter that gets something else";
+    UnknownNeighborField = "W0222", "a field that a neighbor's data lacks: it is nil";
+    CallForgotten = "W0223", "a function where its result is meant";
+    CreateInStep = "W0224", "a stigmergy created anew in every step";
     ImpossibleOperation = "W0301", "an operation that always fails";
     DivisionByZero = "W0302", "a division by zero";
     ShiftCount = "W0303", "a shift by an impossible count";
     BadKey = "W0304", "a value that cannot be a table key";
     NeverEqual = "W0305", "a comparison of different types: always unequal";
+    BuiltinArgumentType = "W0306", "an argument of the wrong type for a built-in function";
+    LogFormat = "W0307", "a format in log, which knows none";
+    DuplicateKey = "W0308", "a key that a table literal gives twice";
 }
 
 impl Code {

@@ -283,7 +283,8 @@ fn who_has_it(titles: &[&str]) -> String {
     }
 }
 
-fn counted(count: usize, noun: &str) -> String {
+/// A number with its noun, which is in the plural where it has to be.
+pub fn counted(count: usize, noun: &str) -> String {
     match count {
         0 => format!("no {noun}s"),
         1 => format!("1 {noun}"),

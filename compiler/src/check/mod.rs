@@ -1,6 +1,10 @@
 //! Checks a script as a whole: what its names mean, and what can be seen to go wrong before it runs.
 
+mod arguments;
+mod callbacks;
 mod calls;
+mod entries;
+mod forgotten;
 pub mod missing;
 pub mod names;
 pub mod resolve;
@@ -8,11 +12,13 @@ pub mod robots;
 mod suggest;
 mod taken;
 pub mod tree;
+mod unused;
 pub mod values;
 mod walk;
 
 use crate::ast::Script;
 use crate::codegen::constant::Profile;
+use crate::codes::Code;
 use crate::diagnostic::{Diagnostic, Severity};
 use names::Meanings;
 use robots::Robots;
@@ -41,6 +47,17 @@ pub fn check<'a>(
     let meanings = Meanings::new(&program, robots, profile);
     diagnostics.extend(taken::check_names(&program, robots, profile));
     diagnostics.extend(walk::check_expressions(&program, &meanings, profile, is_partial));
+    diagnostics.extend(entries::check_entries(&program, &meanings));
+    diagnostics.extend(callbacks::check_callbacks(&program, &meanings));
+    diagnostics.extend(forgotten::check_forgotten(&program, &meanings));
+    diagnostics.extend(arguments::check_arguments(&program, &meanings));
+    // What is wrong comes first: a misspelt name leaves the right one unused.
+    let is_wrong = |found: &Diagnostic| {
+        found.severity() == Severity::Error || found.code == Code::NeverAssigned
+    };
+    if !diagnostics.iter().any(is_wrong) {
+        diagnostics.extend(unused::check_unused(&program, &meanings));
+    }
     if is_partial {
         // What a mended syntax error would change is worth no warning.
         diagnostics.retain(|diagnostic| diagnostic.severity() == Severity::Error);

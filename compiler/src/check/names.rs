@@ -3,11 +3,12 @@
 //! The whole program is known, so a function that is never assigned again needs no variable, and a function of an
 //! untouched library is known where it is called.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use bittybuzz_vm_core::builtin::{self, Library};
 
 use crate::ast::{BinaryOp, UnaryOp};
+use crate::check::entries::assigned_values;
 use crate::check::robots::Robots;
 use crate::check::tree::{
     Block, Expr, ExprKind, FunctionId, Name, NameId, Program, Stmt, StmtKind, children,
@@ -56,6 +57,8 @@ pub struct Meanings<'a> {
     assigned: BTreeSet<(Library, String)>,
     /// For every function, whether its self is always nil.
     self_is_nil: Vec<bool>,
+    /// Globals that hold nothing but objects of one library.
+    objects: BTreeMap<NameId, Library>,
 }
 
 /// What machine and robot offer under a name.
@@ -89,6 +92,7 @@ impl<'a> Meanings<'a> {
             escaped: BTreeSet::new(),
             assigned: BTreeSet::new(),
             self_is_nil: Vec::new(),
+            objects: BTreeMap::new(),
         };
         // Twice: whether `math.rng` is the library depends on whether the script assigns it.
         for _ in 0..2 {
@@ -122,12 +126,23 @@ impl<'a> Meanings<'a> {
                 None => number == FunctionId::GLOBAL.0,
             })
             .collect();
+        meanings.objects = objects(program, &meanings);
         meanings
+    }
+
+    /// The library of the objects that a global holds, where it holds nothing else.
+    pub fn object(&self, name: NameId) -> Option<Library> {
+        self.objects.get(&name).copied()
     }
 
     /// The robots.
     pub fn robots(&self) -> Robots<'a> {
         self.robots
+    }
+
+    /// The number profile.
+    pub fn profile(&self) -> Profile {
+        self.profile
     }
 
     /// What machine and robot offer under a name.
@@ -187,6 +202,41 @@ fn meaning(robots: Robots<'_>, profile: Profile, name: &Name) -> Meaning {
         Some((function, _)) if name.writes.is_empty() => Meaning::Function(*function),
         None if name.writes.is_empty() => offered(robots, profile, &name.text),
         _ => Meaning::Global,
+    }
+}
+
+/// Globals that get their values from `swarm.create` or `stigmergy.create` only.
+fn objects(program: &Program, meanings: &Meanings<'_>) -> BTreeMap<NameId, Library> {
+    let mut objects = BTreeMap::new();
+    let mut assigned = BTreeMap::new();
+    for function in &program.functions {
+        assigned_values(&function.body, &mut assigned);
+    }
+    for (id, values) in assigned {
+        if !program.name(id).definitions.is_empty() {
+            continue;
+        }
+        let mut made = values
+            .iter()
+            .filter(|value| !matches!(value.kind, ExprKind::Nil))
+            .map(|value| made_object(value, meanings));
+        let first = made.next().flatten();
+        if let Some(library) = first.filter(|_| made.all(|other| other == first)) {
+            objects.insert(id, library);
+        }
+    }
+    objects
+}
+
+fn made_object(value: &Expr, meanings: &Meanings<'_>) -> Option<Library> {
+    let ExprKind::Call { callee, .. } = &value.kind else { return None };
+    let ExprKind::Field { object, key, .. } = &callee.kind else { return None };
+    match meanings.member(meanings.library(object)?, key) {
+        Member::Known(info) if info.number == builtin::SWARM_CREATE => Some(Library::SwarmObject),
+        Member::Known(info) if info.number == builtin::STIGMERGY_CREATE => {
+            Some(Library::StigmergyObject)
+        }
+        _ => None,
     }
 }
 

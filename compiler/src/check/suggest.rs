@@ -68,6 +68,9 @@ pub fn for_member(library: Library, key: &str, robots: Robots<'_>) -> Option<Str
     if library == Library::Math && matches!(key, "random" | "rand") {
         return Some("did you mean `math.rng.uniform(a, b)` or `rand()`?".to_owned());
     }
+    if let Some(help) = for_object(library, key) {
+        return Some(help);
+    }
     if let Some(likely) = nearest(key, robots.members(library).map(|info| info.name))
         .and_then(|likely| robots.member(library, likely))
     {
@@ -82,6 +85,19 @@ pub fn for_member(library: Library, key: &str, robots: Robots<'_>) -> Option<Str
         .members(library)
         .find(|info| key.starts_with(info.name) || is_prefix(key, info.name));
     starts.map(|info| format!("did you mean `{}`?", path(info)))
+}
+
+/// Help for a function that the library's objects have, which `create` makes.
+fn for_object(library: Library, key: &str) -> Option<String> {
+    let (objects, variable) = match library {
+        Library::Swarm => (Library::SwarmObject, "s"),
+        Library::Stigmergy => (Library::StigmergyObject, "v"),
+        _ => return None,
+    };
+    let info = builtin::find(objects, key)?;
+    let library = library_path(library);
+    let form = info.help.split(':').next().unwrap_or(info.help);
+    Some(format!("`{variable} = {library}.create(1)` in `init` makes one that has it: `{form}`"))
 }
 
 /// Whether the first letters say enough, as in `squareroot` and `sqrt`.

@@ -108,7 +108,11 @@ fn the_name_of_a_robot_function_can_be_taken() {
     // Until it is assigned it is the robot's.
     assert_eq!(output("old = led led = function(x) { old(x + 1) } led(1)"), "led(2)\n");
     assert_eq!(
-        codes(&build_for("function led(a, b, c) { return a } led(1, 2, 3)", TINY, Some("kilobot"))),
+        codes(&build_for(
+            "function led(a, _b, _c) { return a } led(1, 2, 3)",
+            TINY,
+            Some("kilobot")
+        )),
         ["W0202"]
     );
 }

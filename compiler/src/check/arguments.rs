@@ -1,0 +1,200 @@
+//! Checks arguments of built-in functions whose type shows in the source, and the keys of table literals.
+
+use bittybuzz_vm_core::builtin::{self, Info};
+
+use crate::check::names::{Meaning, Meanings, Member};
+use crate::check::suggest;
+use crate::check::tree::{Expr, ExprKind, Program, each_expr};
+use crate::check::values::{Kind, kind_of};
+use crate::codes::Code;
+use crate::diagnostic::Diagnostic;
+
+/// The type that a built-in needs for an argument.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wanted {
+    /// An integer or a float.
+    Number,
+    /// An integer.
+    Integer,
+    /// A string.
+    Text,
+    /// A table.
+    Table,
+    /// A function.
+    Function,
+    /// A function, or nil for none.
+    Listener,
+}
+
+impl Wanted {
+    fn name(self) -> &'static str {
+        match self {
+            Wanted::Number => "a number",
+            Wanted::Integer => "an integer",
+            Wanted::Text => "a string",
+            Wanted::Table => "a table",
+            Wanted::Function | Wanted::Listener => "a function",
+        }
+    }
+
+    fn takes(self, kind: Kind) -> bool {
+        let is_number = matches!(kind, Kind::Int | Kind::Float | Kind::Number);
+        match self {
+            Wanted::Number => is_number,
+            Wanted::Integer => matches!(kind, Kind::Int | Kind::Number),
+            Wanted::Text => kind == Kind::String,
+            Wanted::Table => kind == Kind::Table,
+            Wanted::Function => kind == Kind::Function,
+            Wanted::Listener => matches!(kind, Kind::Function | Kind::Nil),
+        }
+    }
+}
+
+/// The types of a built-in's arguments; another type stops the script. Arguments that are not listed take any value.
+pub fn wanted(number: u8) -> &'static [Wanted] {
+    use Wanted::{Function, Integer, Listener, Number, Table, Text};
+    match number {
+        builtin::SIZE => &[Table],
+        builtin::FOREACH | builtin::MAP | builtin::FILTER | builtin::REDUCE => &[Table, Function],
+        builtin::TO_INT | builtin::TO_FLOAT | builtin::DELAY => &[Number],
+        builtin::ABS
+        | builtin::FLOOR
+        | builtin::CEIL
+        | builtin::ROUND
+        | builtin::SQRT
+        | builtin::EXP
+        | builtin::LN
+        | builtin::LOG2
+        | builtin::LOG10
+        | builtin::SIN
+        | builtin::COS
+        | builtin::TAN
+        | builtin::ASIN
+        | builtin::ACOS
+        | builtin::EXPONENTIAL => &[Number],
+        builtin::ATAN | builtin::UNIFORM | builtin::GAUSSIAN => &[Number, Number],
+        builtin::SET_SEED => &[Integer],
+        builtin::LENGTH | builtin::STRING_TO_INT | builtin::STRING_TO_FLOAT => &[Text],
+        builtin::SUB => &[Text, Integer, Integer],
+        builtin::NEIGHBORS_GET => &[Integer],
+        builtin::NEIGHBORS_FOREACH
+        | builtin::NEIGHBORS_MAP
+        | builtin::NEIGHBORS_FILTER
+        | builtin::NEIGHBORS_REDUCE => &[Function],
+        builtin::CONCAT => &[Text, Text],
+        builtin::NEIGHBORS_BROADCAST | builtin::NEIGHBORS_IGNORE => &[Text],
+        builtin::NEIGHBORS_LISTEN => &[Text, Listener],
+        builtin::SWARM_CREATE
+        | builtin::SWARM_ID
+        | builtin::SWARM_UNION
+        | builtin::SWARM_INTERSECTION
+        | builtin::SWARM_DIFFERENCE
+        | builtin::STIGMERGY_CREATE => &[Integer],
+        _ => &[],
+    }
+}
+
+/// Checks a whole script.
+pub fn check_arguments(program: &Program, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
+    let mut diagnostics = Vec::new();
+    for function in &program.functions {
+        each_expr(&function.body, &mut |expr| match &expr.kind {
+            ExprKind::Call { callee, args } => {
+                let Some(info) = called(callee, meanings) else { return };
+                diagnostics.extend(wrong_argument(info, args, meanings));
+                if info.number == builtin::LOG {
+                    diagnostics.extend(format_in_log(args));
+                }
+            }
+            ExprKind::Table(entries) => diagnostics.extend(duplicate_keys(entries)),
+            _ => {}
+        });
+    }
+    diagnostics
+}
+
+fn called(callee: &Expr, meanings: &Meanings<'_>) -> Option<&'static Info> {
+    match &callee.kind {
+        ExprKind::Name(name) => match meanings.of(*name) {
+            Meaning::Builtin(number) => builtin::info(number),
+            _ => None,
+        },
+        ExprKind::Field { object, key, .. } => {
+            match meanings.member(meanings.library(object)?, key) {
+                Member::Known(info) => Some(info),
+                Member::Absent | Member::Changing => None,
+            }
+        }
+        _ => None,
+    }
+}
+
+fn wrong_argument(info: &Info, args: &[Expr], meanings: &Meanings<'_>) -> Option<Diagnostic> {
+    let mut pairs = args.iter().zip(wanted(info.number));
+    let (arg, wanted, kind) = pairs.find_map(|(arg, wanted)| {
+        let kind = kind_of(arg, meanings).filter(|kind| !wanted.takes(*kind))?;
+        Some((arg, wanted, kind))
+    })?;
+    Some(
+        Diagnostic::new(
+            Code::BuiltinArgumentType,
+            arg.span,
+            format!("`{}` needs {} here, not {}", suggest::path(info), wanted.name(), kind.name()),
+        )
+        .label("stops the script")
+        .help(info.help),
+    )
+}
+
+fn format_in_log(args: &[Expr]) -> Option<Diagnostic> {
+    let (first, _) = args.split_first().filter(|(_, rest)| !rest.is_empty())?;
+    let ExprKind::Str(text) = &first.kind else { return None };
+    let format = format_of(text)?;
+    Some(
+        Diagnostic::new(
+            Code::LogFormat,
+            first.span,
+            format!("`log` prints `{format}` as it stands"),
+        )
+        .label("no format")
+        .help("write the values between the texts: `log(\"battery: \", value, \" %\")`"),
+    )
+}
+
+/// The first `%d`, `%.2f` and the like, as `printf` of other languages knows it.
+fn format_of(text: &str) -> Option<&str> {
+    text.match_indices('%').find_map(|(at, _)| {
+        let rest = text.get(at + 1..)?;
+        let digits = rest.find(|c: char| !c.is_ascii_digit() && c != '.')?;
+        let mut letters = rest.get(digits..)?.chars();
+        let is_format = letters.next().is_some_and(|letter| "difgusx".contains(letter))
+            && !letters.next().is_some_and(char::is_alphanumeric);
+        text.get(at..at + digits + 2).filter(|_| is_format)
+    })
+}
+
+fn duplicate_keys(entries: &[(Expr, Expr)]) -> Vec<Diagnostic> {
+    let mut diagnostics = Vec::new();
+    for (number, (key, _)) in entries.iter().enumerate() {
+        let earlier = entries.iter().take(number).map(|(earlier, _)| earlier);
+        let Some(first) = earlier.into_iter().find(|earlier| is_same_key(earlier, key)) else {
+            continue;
+        };
+        diagnostics.push(
+            Diagnostic::new(Code::DuplicateKey, key.span, "this key is given twice")
+                .label("the last value counts")
+                .related(first.span, "first given here")
+                .help("remove one of them"),
+        );
+    }
+    diagnostics
+}
+
+fn is_same_key(a: &Expr, b: &Expr) -> bool {
+    match (&a.kind, &b.kind) {
+        (ExprKind::Str(a), ExprKind::Str(b)) => a == b,
+        (ExprKind::Int(a), ExprKind::Int(b)) => a == b,
+        (ExprKind::Float(a), ExprKind::Float(b)) => a == b,
+        _ => false,
+    }
+}

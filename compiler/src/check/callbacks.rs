@@ -1,0 +1,394 @@
+//! Checks functions that the machine calls back: whether their parameters are what they get.
+
+use std::collections::BTreeSet;
+
+use bittybuzz_vm_core::builtin::{self, Info, Library};
+
+use crate::ast::BinaryOp;
+use crate::check::calls::counted;
+use crate::check::names::{Meaning, Meanings, Member};
+use crate::check::suggest;
+use crate::check::tree::{Expr, ExprKind, FunctionId, LocalId, Program, Stmt, StmtKind, each_expr};
+use crate::codes::Code;
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+
+/// What a callback gets for a parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Role {
+    /// A string that names messages.
+    Topic,
+    /// A number or a string.
+    Key,
+    /// The number of a robot.
+    Id,
+    /// The record that tells where a neighbour is.
+    Data,
+    /// Any value.
+    Value,
+}
+
+impl Role {
+    fn name(self) -> &'static str {
+        match self {
+            Role::Topic => "the topic, a string",
+            Role::Key => "the key, a number or a string",
+            Role::Id => "the number of a robot",
+            Role::Data => "the neighbor's data, a table",
+            Role::Value => "the value",
+        }
+    }
+
+    fn is_number(self) -> bool {
+        !matches!(self, Role::Topic | Role::Data)
+    }
+
+    fn is_table(self) -> bool {
+        matches!(self, Role::Data | Role::Value)
+    }
+}
+
+/// The argument that is called back, and what it gets.
+fn roles(info: &Info) -> Option<(usize, &'static [Role])> {
+    use Role::{Data, Id, Key, Topic, Value};
+    Some(match info.number {
+        builtin::FOREACH | builtin::MAP | builtin::FILTER => (1, &[Key, Value]),
+        builtin::REDUCE => (1, &[Key, Value, Value]),
+        builtin::NEIGHBORS_FOREACH | builtin::NEIGHBORS_MAP | builtin::NEIGHBORS_FILTER => {
+            (0, &[Id, Data])
+        }
+        builtin::NEIGHBORS_REDUCE => (0, &[Id, Data, Value]),
+        builtin::NEIGHBORS_LISTEN => (1, &[Topic, Value, Id]),
+        builtin::SNAPSHOT_FOREACH | builtin::SNAPSHOT_MAP | builtin::SNAPSHOT_FILTER => {
+            (0, &[Id, Value])
+        }
+        builtin::SNAPSHOT_REDUCE => (0, &[Id, Value, Value]),
+        builtin::STIGMERGY_FOREACH | builtin::STIGMERGY_MAP => (0, &[Key, Value, Id]),
+        builtin::STIGMERGY_REDUCE => (0, &[Key, Value, Id, Value]),
+        builtin::STIGMERGY_ONCONFLICT => (0, &[Key, Value, Value]),
+        builtin::STIGMERGY_ONCONFLICTLOST => (0, &[Key, Value]),
+        builtin::SWARM_EXEC => (0, &[]),
+        _ => return None,
+    })
+}
+
+/// Names that say that a parameter is a value. The first parameter of no callback is one.
+const VALUE_NAMES: [&str; 6] = ["value", "val", "v", "data", "msg", "message"];
+/// Names that say that a parameter is a key or the number of a robot.
+const KEY_NAMES: [&str; 6] = ["key", "k", "id", "rid", "topic", "robot_id"];
+/// The fields of a neighbour's data.
+const NEIGHBOR_FIELDS: [&str; 3] = ["distance", "azimuth", "elevation"];
+
+/// Checks every callback of a script.
+pub fn check_callbacks(program: &Program, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
+    let mut checker = Checker {
+        program,
+        meanings,
+        fields: written_fields(program),
+        known: BTreeSet::new(),
+        diagnostics: Vec::new(),
+    };
+    for function in &program.functions {
+        each_expr(&function.body, &mut |expr| {
+            if let ExprKind::Call { callee, args } = &expr.kind {
+                checker.call(callee, args);
+            }
+            if let ExprKind::Field { object, key, key_span } = &expr.kind
+                && checker.is_data_of_get(object)
+            {
+                checker.field(key, *key_span);
+            }
+        });
+    }
+    checker.diagnostics
+}
+
+/// The names of all fields that the script writes, in any table.
+fn written_fields(program: &Program) -> BTreeSet<&str> {
+    let mut fields = BTreeSet::new();
+    for function in &program.functions {
+        assigned_fields(&function.body, &mut fields);
+        each_expr(&function.body, &mut |expr| {
+            if let ExprKind::Table(entries) = &expr.kind {
+                fields.extend(entries.iter().filter_map(|(key, _)| match &key.kind {
+                    ExprKind::Str(key) => Some(key.as_str()),
+                    _ => None,
+                }));
+            }
+        });
+    }
+    fields
+}
+
+fn assigned_fields<'a>(stmts: &'a [Stmt], fields: &mut BTreeSet<&'a str>) {
+    for stmt in stmts {
+        match &stmt.kind {
+            StmtKind::Assign { target, .. } => {
+                if let ExprKind::Field { key, .. } = &target.kind {
+                    fields.insert(key);
+                }
+            }
+            StmtKind::If { then, otherwise, .. } => {
+                assigned_fields(&then.stmts, fields);
+                assigned_fields(&otherwise.stmts, fields);
+            }
+            StmtKind::While { body, update, .. } => {
+                assigned_fields(&body.stmts, fields);
+                assigned_fields(update.as_deref().map_or(&[], std::slice::from_ref), fields);
+            }
+            StmtKind::Var { .. } | StmtKind::Return(_) | StmtKind::Call(_) => {}
+        }
+    }
+}
+
+struct Checker<'a> {
+    program: &'a Program,
+    meanings: &'a Meanings<'a>,
+    /// The names of the fields that the script itself writes.
+    fields: BTreeSet<&'a str>,
+    /// Callbacks that were checked.
+    known: BTreeSet<(FunctionId, u8)>,
+    diagnostics: Vec<Diagnostic>,
+}
+
+impl Checker<'_> {
+    fn call(&mut self, callee: &Expr, args: &[Expr]) {
+        let Some(info) = self.callee(callee) else { return };
+        let Some((at, mut roles)) = roles(info) else { return };
+        // The neighbours of a swarm and those that a filter leaves have the same data.
+        if info.library == Library::Snapshot && self.is_of_neighbors(callee) {
+            roles = match roles.len() {
+                2 => &[Role::Id, Role::Data],
+                _ => &[Role::Id, Role::Data, Role::Value],
+            };
+        }
+        let Some(arg) = args.get(at) else { return };
+        let function = match arg.kind {
+            ExprKind::Lambda(function) => function,
+            ExprKind::Name(name) => match self.meanings.of(name) {
+                Meaning::Function(function) => function,
+                _ => return,
+            },
+            _ => return,
+        };
+        if self.known.insert((function, info.number)) {
+            self.callback(function, info, roles, arg.span);
+        }
+    }
+
+    /// The built-in that an expression names for certain.
+    fn callee(&self, callee: &Expr) -> Option<&'static Info> {
+        match &callee.kind {
+            ExprKind::Name(name) => match self.meanings.of(*name) {
+                Meaning::Builtin(number) => builtin::info(number),
+                _ => None,
+            },
+            ExprKind::Field { object, key, .. } => match self.meanings.library(object) {
+                Some(library) => match self.meanings.member(library, key) {
+                    Member::Known(info) => Some(info),
+                    Member::Absent | Member::Changing => None,
+                },
+                None => builtin::find(self.object(object)?, key),
+            },
+            _ => None,
+        }
+    }
+
+    /// The kind of object that an expression makes for certain.
+    fn object(&self, expr: &Expr) -> Option<Library> {
+        match &expr.kind {
+            ExprKind::Call { callee, .. } => match self.callee(callee)?.number {
+                builtin::STIGMERGY_CREATE => Some(Library::StigmergyObject),
+                builtin::SWARM_CREATE => Some(Library::SwarmObject),
+                builtin::NEIGHBORS_KIN
+                | builtin::NEIGHBORS_NONKIN
+                | builtin::NEIGHBORS_MAP
+                | builtin::NEIGHBORS_FILTER
+                | builtin::SNAPSHOT_MAP
+                | builtin::SNAPSHOT_FILTER => Some(Library::Snapshot),
+                _ => None,
+            },
+            ExprKind::Name(name) => self.meanings.object(*name),
+            _ => None,
+        }
+    }
+
+    /// Returns true for a method of a snapshot that keeps the data of neighbours as they are.
+    fn is_of_neighbors(&self, callee: &Expr) -> bool {
+        let ExprKind::Field { object, .. } = &callee.kind else { return false };
+        let ExprKind::Call { callee, .. } = &object.kind else { return false };
+        match self.callee(callee).map(|info| info.number) {
+            Some(
+                builtin::NEIGHBORS_KIN | builtin::NEIGHBORS_NONKIN | builtin::NEIGHBORS_FILTER,
+            ) => true,
+            Some(builtin::SNAPSHOT_FILTER) => self.is_of_neighbors(callee),
+            _ => false,
+        }
+    }
+
+    fn is_data_of_get(&self, object: &Expr) -> bool {
+        let ExprKind::Call { callee, .. } = &object.kind else { return false };
+        self.callee(callee).is_some_and(|info| info.number == builtin::NEIGHBORS_GET)
+    }
+
+    fn callback(&mut self, id: FunctionId, info: &Info, roles: &[Role], call: Span) {
+        let function = self.program.function(id);
+        let path = suggest::path(info);
+        if let Some(excess) =
+            function.locals.get(roles.len()).filter(|_| function.parameters > roles.len())
+        {
+            self.diagnostics.push(
+                Diagnostic::new(
+                    Code::CallbackParameters,
+                    excess.span,
+                    format!(
+                        "`{path}` passes {} to this function",
+                        counted(roles.len(), "argument")
+                    ),
+                )
+                .label(format!("`{}` gets nothing, and reading it stops the script", excess.name))
+                .related(call, "called back from here")
+                .help(info.help),
+            );
+        }
+        let body = &function.body;
+        for (number, (local, role)) in
+            function.locals.iter().zip(roles).take(function.parameters).enumerate()
+        {
+            let id = LocalId(number);
+            if is_assigned(body, id) {
+                continue;
+            }
+            let wrong = wrong_use(body, id, *role);
+            if let Some(wrong) = wrong {
+                self.meaning(info, &local.name, local.span, *role, call, Some(wrong));
+            } else if number == 0
+                && is_misnamed(
+                    function
+                        .locals
+                        .get(1)
+                        .filter(|_| function.parameters > 1)
+                        .map(|next| next.name.as_str()),
+                    &local.name,
+                )
+                && is_read(body, id)
+            {
+                self.meaning(info, &local.name, local.span, *role, call, None);
+            }
+            if *role == Role::Data {
+                each_expr(body, &mut |expr| {
+                    if let ExprKind::Field { object, key, key_span } = &expr.kind
+                        && is_local(object, id)
+                    {
+                        self.field(key, *key_span);
+                    }
+                });
+            }
+        }
+    }
+
+    fn meaning(
+        &mut self,
+        info: &Info,
+        name: &str,
+        span: Span,
+        role: Role,
+        call: Span,
+        wrong: Option<(Span, &str)>,
+    ) {
+        let mut diagnostic =
+            Diagnostic::new(Code::CallbackMeaning, span, format!("`{name}` gets {}", role.name()))
+                .label(format!("called back by `{}`", suggest::path(info)))
+                .help(info.help);
+        if let Some((place, what)) = wrong {
+            diagnostic = diagnostic.related(place, what);
+        } else {
+            diagnostic = diagnostic.related(call, "called back from here");
+        }
+        self.diagnostics.push(diagnostic);
+    }
+
+    /// A field of a neighbour's data that is read.
+    fn field(&mut self, key: &str, span: Span) {
+        if NEIGHBOR_FIELDS.contains(&key) || self.fields.contains(key) {
+            return;
+        }
+        let mut diagnostic = Diagnostic::new(
+            Code::UnknownNeighborField,
+            span,
+            format!("the data of a neighbor has no `{key}`: it is nil"),
+        )
+        .label("always nil");
+        diagnostic = diagnostic.help(match suggest::nearest(key, NEIGHBOR_FIELDS) {
+            Some(likely) => format!("did you mean `{likely}`?"),
+            None => "it has `distance` in cm, `azimuth` and `elevation` in radians".to_owned(),
+        });
+        self.diagnostics.push(diagnostic);
+    }
+}
+
+/// Returns true for a first parameter whose name says that it is the value: it is the only one, or the next one is
+/// the key by its name.
+fn is_misnamed(next: Option<&str>, name: &str) -> bool {
+    let is_in = |names: &[&str], name: &str| names.contains(&name.to_lowercase().as_str());
+    is_in(&VALUE_NAMES, name) && next.is_none_or(|next| is_in(&KEY_NAMES, next))
+}
+
+fn is_local(expr: &Expr, id: LocalId) -> bool {
+    matches!(expr.kind, ExprKind::Local(local) if local == id)
+}
+
+fn is_read(body: &[Stmt], id: LocalId) -> bool {
+    let mut found = false;
+    each_expr(body, &mut |expr| found |= is_local(expr, id));
+    found
+}
+
+fn is_assigned(body: &[Stmt], id: LocalId) -> bool {
+    body.iter().any(|stmt| match &stmt.kind {
+        StmtKind::Assign { target, .. } => is_local(target, id),
+        StmtKind::If { then, otherwise, .. } => {
+            is_assigned(&then.stmts, id) || is_assigned(&otherwise.stmts, id)
+        }
+        StmtKind::While { body, update, .. } => {
+            is_assigned(&body.stmts, id)
+                || update.as_deref().is_some_and(|stmt| is_assigned(std::slice::from_ref(stmt), id))
+        }
+        StmtKind::Var { .. } | StmtKind::Return(_) | StmtKind::Call(_) => false,
+    })
+}
+
+/// The first use of a parameter that stops the script, and what it is.
+fn wrong_use(body: &[Stmt], id: LocalId, role: Role) -> Option<(Span, &'static str)> {
+    let mut found = None;
+    each_expr(body, &mut |expr| {
+        let wrong = match &expr.kind {
+            ExprKind::Field { object, .. } | ExprKind::Index { object, .. }
+                if !role.is_table() && is_local(object, id) =>
+            {
+                Some("here it is used as a table")
+            }
+            ExprKind::Binary {
+                op:
+                    BinaryOp::Add
+                    | BinaryOp::Sub
+                    | BinaryOp::Mul
+                    | BinaryOp::Div
+                    | BinaryOp::Mod
+                    | BinaryOp::Pow,
+                left,
+                right,
+            } if !role.is_number() && (is_local(left, id) || is_local(right, id)) => {
+                Some("here it is used as a number")
+            }
+            ExprKind::Call { callee, .. } if role != Role::Value && is_local(callee, id) => {
+                Some("here it is called")
+            }
+            _ => None,
+        };
+        if let (None, Some(wrong)) = (found, wrong) {
+            found = Some((expr.span, wrong));
+        }
+    });
+    found
+}

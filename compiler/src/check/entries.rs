@@ -1,0 +1,135 @@
+//! Checks the functions that the robot calls: `init`, `step`, `reset` and `destroy`.
+
+use std::collections::BTreeMap;
+
+use crate::check::calls::counted;
+use crate::check::names::{Meaning, Meanings};
+use crate::check::tree::{Expr, ExprKind, Function, Name, NameId, Program, Stmt, StmtKind};
+use crate::check::values::{Kind, kind_of};
+use crate::codegen::ENTRIES;
+use crate::codes::Code;
+use crate::diagnostic::Diagnostic;
+
+/// Checks entry points, and functions that were meant to be one.
+pub fn check_entries(program: &Program, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
+    let mut diagnostics = Vec::new();
+    for entry in ENTRIES {
+        if let Some(id) = program.find_name(entry) {
+            diagnostics.extend(parameters(program, id, meanings));
+            diagnostics.extend(not_function(program, id, meanings));
+        }
+    }
+    diagnostics.extend(program.names.iter().filter_map(|name| misspelt(program, name)));
+    diagnostics
+}
+
+/// Returns the entry point that a function was meant to be: nothing uses the function, and the script has no such
+/// entry point.
+pub fn meant_entry(program: &Program, name: &Name) -> Option<&'static str> {
+    let is_used = !name.reads.is_empty() || !name.calls.is_empty() || !name.writes.is_empty();
+    if is_used || name.definitions.is_empty() || ENTRIES.contains(&name.text.as_str()) {
+        return None;
+    }
+    let lower = name.text.to_lowercase();
+    ENTRIES.into_iter().find(|entry| {
+        let is_alike = match *entry {
+            _ if lower == *entry => true,
+            // `rest` and `resets` are words.
+            "reset" => false,
+            _ => strsim::damerau_levenshtein(&lower, entry) == 1,
+        };
+        is_alike && !is_assigned(program, entry)
+    })
+}
+
+fn is_assigned(program: &Program, text: &str) -> bool {
+    let name = program.find_name(text).map(|id| program.name(id));
+    name.is_some_and(|name| !name.definitions.is_empty() || !name.writes.is_empty())
+}
+
+fn misspelt(program: &Program, name: &Name) -> Option<Diagnostic> {
+    let entry = meant_entry(program, name)?;
+    let (_, span) = name.definitions.last()?;
+    Some(
+        Diagnostic::new(
+            Code::EntryMisspelt,
+            *span,
+            format!("nothing calls `{}`: the robot calls `{entry}`", name.text),
+        )
+        .label("never runs")
+        .help(format!("did you mean `function {entry}()`?")),
+    )
+}
+
+fn parameters(program: &Program, id: NameId, meanings: &Meanings<'_>) -> Option<Diagnostic> {
+    let Meaning::Function(function) = meanings.of(id) else { return None };
+    let name = program.name(id);
+    // A script that calls it, too, may pass something.
+    if !name.calls.is_empty() || !name.reads.is_empty() {
+        return None;
+    }
+    let function: &Function = program.function(function);
+    let first = function.locals.first().filter(|_| function.parameters > 0)?;
+    Some(
+        Diagnostic::new(
+            Code::EntryParameters,
+            first.span,
+            format!(
+                "`{}` has {}, but the robot passes none",
+                name.text,
+                counted(function.parameters, "parameter")
+            ),
+        )
+        .label("reading it stops the script")
+        .help(format!("write `function {}()`", name.text)),
+    )
+}
+
+fn not_function(program: &Program, id: NameId, meanings: &Meanings<'_>) -> Option<Diagnostic> {
+    let mut assigned = BTreeMap::new();
+    for function in &program.functions {
+        assigned_values(&function.body, &mut assigned);
+    }
+    let values = assigned.remove(&id)?;
+    // One function among them, or a value that cannot be seen, may be what the robot calls.
+    let kind = |value: &Expr| kind_of(value, meanings);
+    let is_value = |value: &&Expr| !matches!(kind(value), None | Some(Kind::Function | Kind::Nil));
+    if values.is_empty() || !values.iter().all(is_value) {
+        return None;
+    }
+    let first = values.first()?;
+    let text = &program.name(id).text;
+    Some(
+        Diagnostic::new(
+            Code::EntryNotFunction,
+            first.span,
+            format!("the robot calls `{text}`, but this is {}", kind(first)?.name()),
+        )
+        .label("the call stops the script")
+        .help(format!(
+            "choose another name for the variable, or write `function {text}() {{ ... }}`"
+        )),
+    )
+}
+
+/// Collects the values that statements assign to each global.
+pub fn assigned_values<'a>(stmts: &'a [Stmt], values: &mut BTreeMap<NameId, Vec<&'a Expr>>) {
+    for stmt in stmts {
+        match &stmt.kind {
+            StmtKind::Assign { target, value } => {
+                if let ExprKind::Name(name) = target.kind {
+                    values.entry(name).or_default().push(value);
+                }
+            }
+            StmtKind::If { then, otherwise, .. } => {
+                assigned_values(&then.stmts, values);
+                assigned_values(&otherwise.stmts, values);
+            }
+            StmtKind::While { body, update, .. } => {
+                assigned_values(&body.stmts, values);
+                assigned_values(update.as_deref().map_or(&[], std::slice::from_ref), values);
+            }
+            StmtKind::Var { .. } | StmtKind::Return(_) | StmtKind::Call(_) => {}
+        }
+    }
+}

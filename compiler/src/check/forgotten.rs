@@ -1,0 +1,215 @@
+//! Finds functions of libraries where their result is meant, and stigmergies that every step creates anew.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use bittybuzz_vm_core::builtin::{self, Info};
+
+use crate::ast::{BinaryOp, UnaryOp};
+use crate::check::names::{Meaning, Meanings, Member};
+use crate::check::suggest;
+use crate::check::tree::{
+    Expr, ExprKind, FunctionId, LocalId, NameId, Program, Stmt, StmtKind, children,
+};
+use crate::codes::Code;
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+
+/// Checks a whole script.
+pub fn check_forgotten(program: &Program, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
+    let mut scan = Scan {
+        meanings,
+        function: FunctionId::GLOBAL,
+        diagnostics: Vec::new(),
+        operands: BTreeSet::new(),
+        stored: BTreeMap::new(),
+        others: BTreeSet::new(),
+    };
+    for (number, function) in program.functions.iter().enumerate() {
+        scan.function = FunctionId(number);
+        scan.stmts(&function.body);
+        if let Some(creator) = function.creator {
+            let captures = function.captures.iter();
+            scan.others.extend(captures.map(|capture| Variable::Local(creator, *capture)));
+        }
+    }
+    let Scan { mut diagnostics, operands, stored, others, .. } = scan;
+    for (variable, (info, span)) in stored {
+        let is_function = match variable {
+            Variable::Local(..) => others.contains(&variable),
+            Variable::Global(name) => {
+                let name = program.name(name);
+                !name.calls.is_empty() || !name.reads.iter().all(|read| operands.contains(read))
+            }
+        };
+        if !is_function {
+            diagnostics.push(forgotten(info, span));
+        }
+    }
+    diagnostics.extend(created_in_step(program, meanings));
+    diagnostics
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Variable {
+    Global(NameId),
+    Local(FunctionId, LocalId),
+}
+
+struct Scan<'a> {
+    meanings: &'a Meanings<'a>,
+    function: FunctionId,
+    diagnostics: Vec<Diagnostic>,
+    /// Places where a global is computed with, compared, tested or printed.
+    operands: BTreeSet<Span>,
+    /// Variables that hold a function without parameters, and where they get it.
+    stored: BTreeMap<Variable, (&'static Info, Span)>,
+    /// Locals that are used in another way than as operands.
+    others: BTreeSet<Variable>,
+}
+
+impl Scan<'_> {
+    fn stmts(&mut self, stmts: &[Stmt]) {
+        for stmt in stmts {
+            self.stmt(stmt);
+        }
+    }
+
+    fn stmt(&mut self, stmt: &Stmt) {
+        match &stmt.kind {
+            StmtKind::Var { local, value } => {
+                if let Some(value) = value {
+                    self.store(Variable::Local(self.function, *local), value);
+                }
+            }
+            StmtKind::Assign { target, value } => match target.kind {
+                ExprKind::Name(name) => self.store(Variable::Global(name), value),
+                ExprKind::Local(local) => {
+                    self.store(Variable::Local(self.function, local), value);
+                }
+                _ => {
+                    self.expr(target);
+                    self.expr(value);
+                }
+            },
+            StmtKind::If { condition, then, otherwise } => {
+                self.operand(condition, 0);
+                self.stmts(&then.stmts);
+                self.stmts(&otherwise.stmts);
+            }
+            StmtKind::While { condition, body, update } => {
+                self.operand(condition, 0);
+                self.stmts(&body.stmts);
+                update.iter().for_each(|update| self.stmt(update));
+            }
+            StmtKind::Return(value) => value.iter().for_each(|value| self.expr(value)),
+            StmtKind::Call(call) => self.expr(call),
+        }
+    }
+
+    fn store(&mut self, variable: Variable, value: &Expr) {
+        match self.uncalled(value, 0) {
+            Some(info) => {
+                self.stored.entry(variable).or_insert((info, value.span));
+            }
+            None => self.expr(value),
+        }
+    }
+
+    /// The function of a library that an expression names; `most` is the number of arguments that it may need.
+    fn uncalled(&self, expr: &Expr, most: u8) -> Option<&'static Info> {
+        let ExprKind::Field { object, key, .. } = &expr.kind else { return None };
+        match self.meanings.member(self.meanings.library(object)?, key) {
+            Member::Known(info) => {
+                (info.kind != builtin::Kind::Value && info.max <= most).then_some(info)
+            }
+            Member::Absent | Member::Changing => None,
+        }
+    }
+
+    /// An expression whose value is computed with, compared, tested or printed.
+    fn operand(&mut self, expr: &Expr, most: u8) {
+        match &expr.kind {
+            ExprKind::Name(_) => {
+                self.operands.insert(expr.span);
+            }
+            ExprKind::Local(_) => {}
+            _ => match self.uncalled(expr, most) {
+                Some(info) => self.diagnostics.push(forgotten(info, expr.span)),
+                None => self.expr(expr),
+            },
+        }
+    }
+
+    fn expr(&mut self, expr: &Expr) {
+        match &expr.kind {
+            ExprKind::Local(local) => {
+                self.others.insert(Variable::Local(self.function, *local));
+            }
+            ExprKind::Binary { op, left, right } => {
+                let most = match op {
+                    BinaryOp::And | BinaryOp::Or | BinaryOp::Eq | BinaryOp::NotEq => 0,
+                    _ => u8::MAX,
+                };
+                let is_nil_test = matches!(op, BinaryOp::Eq | BinaryOp::NotEq)
+                    && (matches!(left.kind, ExprKind::Nil) || matches!(right.kind, ExprKind::Nil));
+                for side in [left, right] {
+                    if is_nil_test { self.expr(side) } else { self.operand(side, most) }
+                }
+            }
+            ExprKind::Unary { op, operand } => {
+                self.operand(operand, if *op == UnaryOp::Not { 0 } else { u8::MAX });
+            }
+            ExprKind::Call { callee, args } => {
+                self.expr(callee);
+                let is_log = matches!(callee.kind, ExprKind::Name(name)
+                    if self.meanings.of(name) == Meaning::Builtin(builtin::LOG));
+                for arg in args {
+                    if is_log { self.operand(arg, 0) } else { self.expr(arg) }
+                }
+            }
+            _ => children(expr, |child| self.expr(child)),
+        }
+    }
+}
+
+fn forgotten(info: &Info, span: Span) -> Diagnostic {
+    let path = suggest::path(info);
+    Diagnostic::new(Code::CallForgotten, span, format!("`{path}` is a function, not its result"))
+        .label("not called")
+        .help(match info.max {
+            0 => format!("did you mean `{path}()`?"),
+            _ => format!("call it: {}", info.help),
+        })
+}
+
+/// The first `stigmergy.create` that every step comes by.
+fn created_in_step(program: &Program, meanings: &Meanings<'_>) -> Option<Diagnostic> {
+    let step = program.find_name("step")?;
+    let Meaning::Function(step) = meanings.of(step) else { return None };
+    for stmt in &program.function(step).body {
+        let value = match &stmt.kind {
+            StmtKind::Var { value, .. } => value.as_ref(),
+            StmtKind::Assign { value, .. } | StmtKind::Call(value) => Some(value),
+            // Behind a condition not every step comes by, and after a block that returns neither.
+            StmtKind::If { .. } | StmtKind::While { .. } | StmtKind::Return(_) => return None,
+        };
+        let Some(value) = value else { continue };
+        if let ExprKind::Call { callee, .. } = &value.kind
+            && let ExprKind::Field { object, key, .. } = &callee.kind
+            && let Some(library) = meanings.library(object)
+            && let Member::Known(info) = meanings.member(library, key)
+            && info.number == builtin::STIGMERGY_CREATE
+        {
+            return Some(
+                Diagnostic::new(
+                    Code::CreateInStep,
+                    value.span,
+                    "every step creates the stigmergy anew and loses its entries",
+                )
+                .label("empty again in each step")
+                .help("create it once, in `init`"),
+            );
+        }
+    }
+    None
+}

@@ -1,0 +1,230 @@
+//! Finds variables, parameters and functions that nothing uses, and assignments that give a variable nothing new.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::ast::{BinaryOp, UnaryOp};
+use crate::check::entries::meant_entry;
+use crate::check::names::{Meaning, Meanings, offered};
+use crate::check::tree::{
+    Expr, ExprKind, FunctionId, LocalId, LocalKind, NameId, Program, Stmt, StmtKind, children,
+};
+use crate::codegen::ENTRIES;
+use crate::codes::Code;
+use crate::diagnostic::Diagnostic;
+use crate::source::{FileId, Span};
+
+/// Checks a whole script.
+pub fn check_unused(program: &Program, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
+    let mut diagnostics = Vec::new();
+    let mut uses = Uses {
+        function: FunctionId::GLOBAL,
+        locals: BTreeSet::new(),
+        self_assignments: Vec::new(),
+        assigned: BTreeMap::new(),
+    };
+    for (number, function) in program.functions.iter().enumerate() {
+        uses.function = FunctionId(number);
+        uses.stmts(&function.body);
+        if let Some(creator) = function.creator {
+            uses.locals.extend(function.captures.iter().map(|capture| (creator, *capture)));
+        }
+    }
+    for (number, function) in program.functions.iter().enumerate() {
+        let id = FunctionId(number);
+        let is_called_by_name = is_called_by_name(program, meanings, id);
+        for (number, local) in function.locals.iter().enumerate() {
+            let is_used = uses.locals.contains(&(id, LocalId(number)));
+            // The main script is the author's; `_` in front of a name says that it is not needed.
+            if is_used || local.name.starts_with('_') || local.span.file != FileId::default() {
+                continue;
+            }
+            match local.kind {
+                LocalKind::Variable => diagnostics.push(unused_variable(&local.name, local.span)),
+                LocalKind::Parameter(_) if is_called_by_name => {
+                    diagnostics.push(unused_parameter(&local.name, local.span));
+                }
+                LocalKind::Parameter(_) | LocalKind::Captured { .. } => {}
+            }
+        }
+    }
+    diagnostics.extend(unused_functions(program));
+    diagnostics.extend(uses.self_assignments.iter().copied().map(self_assignment));
+    diagnostics.extend(only_own_values(program, meanings, &uses));
+    diagnostics
+}
+
+/// Returns true for a function whose callers are all known, so that its parameters are nobody else's idea.
+fn is_called_by_name(program: &Program, meanings: &Meanings<'_>, id: FunctionId) -> bool {
+    let name = program.function(id).name.as_deref().and_then(|name| program.find_name(name));
+    name.is_some_and(|name| {
+        let uses = program.name(name);
+        meanings.of(name) == Meaning::Function(id)
+            && uses.reads.is_empty()
+            && !uses.calls.is_empty()
+    })
+}
+
+fn unused_variable(name: &str, span: Span) -> Diagnostic {
+    Diagnostic::new(Code::UnusedVariable, span, format!("nothing reads the variable `{name}`"))
+        .label("never read")
+        .help(format!("remove it, or call it `_{name}` if it is there on purpose"))
+}
+
+fn unused_parameter(name: &str, span: Span) -> Diagnostic {
+    Diagnostic::new(Code::UnusedParameter, span, format!("nothing reads the parameter `{name}`"))
+        .label("never read")
+        .help(format!(
+            "remove it here and in the calls, or call it `_{name}` if it is there on purpose"
+        ))
+}
+
+/// Functions of the main script that nothing mentions. A file without an entry point is a library or a first trial.
+fn unused_functions(program: &Program) -> Vec<Diagnostic> {
+    let has_entry = program.names.iter().any(|name| {
+        ENTRIES.contains(&name.text.as_str())
+            && (!name.definitions.is_empty() || !name.writes.is_empty())
+    });
+    if !has_entry {
+        return Vec::new();
+    }
+    let unused = program.names.iter().filter(|name| {
+        let is_entry = ENTRIES.contains(&name.text.as_str());
+        let is_mentioned =
+            !name.reads.is_empty() || !name.calls.is_empty() || !name.writes.is_empty();
+        !is_entry
+            && !is_mentioned
+            && !name.text.starts_with('_')
+            && meant_entry(program, name).is_none()
+    });
+    let definition = unused.filter_map(|name| Some((&name.text, name.definitions.last()?.1)));
+    definition
+        .filter(|(_, span)| span.file == FileId::default())
+        .map(|(name, span)| {
+            Diagnostic::new(Code::UnusedFunction, span, format!("nothing calls `{name}`"))
+                .label("never runs")
+                .help(format!(
+                    "call it or remove it, or call it `_{name}` if it is there on purpose"
+                ))
+        })
+        .collect()
+}
+
+fn self_assignment(span: Span) -> Diagnostic {
+    Diagnostic::new(Code::SelfAssignment, span, "this variable is assigned to itself")
+        .label("changes nothing")
+        .help("remove the statement, or assign what was meant")
+}
+
+/// Globals each of whose values needs the value before: there is never a first one.
+fn only_own_values(program: &Program, meanings: &Meanings<'_>, uses: &Uses) -> Vec<Diagnostic> {
+    let mut diagnostics = Vec::new();
+    for (id, values) in &uses.assigned {
+        let name = program.name(*id);
+        let machine = offered(meanings.robots(), meanings.profile(), &name.text);
+        let is_own = !values.is_empty() && values.iter().all(|value| value.is_some());
+        if !is_own || !name.definitions.is_empty() || machine != Meaning::Nil {
+            continue;
+        }
+        let Some(first) = values.iter().flatten().min() else { continue };
+        diagnostics.push(
+            Diagnostic::new(
+                Code::OnlyOwnValue,
+                *first,
+                format!("`{}` is nil here: nothing gives it a first value", name.text),
+            )
+            .label("stops the script")
+            .help(format!("assign it before, such as `{} = 0` in `init`", name.text)),
+        );
+    }
+    diagnostics
+}
+
+/// The uses of variables.
+struct Uses {
+    function: FunctionId,
+    locals: BTreeSet<(FunctionId, LocalId)>,
+    self_assignments: Vec<Span>,
+    /// For each assignment of a global the place where its value needs the value before. An assignment of nil and one
+    /// of the variable itself give no value and are left out.
+    assigned: BTreeMap<NameId, Vec<Option<Span>>>,
+}
+
+impl Uses {
+    fn stmts(&mut self, stmts: &[Stmt]) {
+        for stmt in stmts {
+            self.stmt(stmt);
+        }
+    }
+
+    fn stmt(&mut self, stmt: &Stmt) {
+        match &stmt.kind {
+            StmtKind::Var { value, .. } | StmtKind::Return(value) => {
+                value.iter().for_each(|value| self.expr(value));
+            }
+            StmtKind::Assign { target, value } => self.assign(target, value, stmt.span),
+            StmtKind::If { condition, then, otherwise } => {
+                self.expr(condition);
+                self.stmts(&then.stmts);
+                self.stmts(&otherwise.stmts);
+            }
+            StmtKind::While { condition, body, update } => {
+                self.expr(condition);
+                self.stmts(&body.stmts);
+                update.iter().for_each(|update| self.stmt(update));
+            }
+            StmtKind::Call(call) => self.expr(call),
+        }
+    }
+
+    fn assign(&mut self, target: &Expr, value: &Expr, span: Span) {
+        match (&target.kind, &value.kind) {
+            (ExprKind::Name(to), ExprKind::Name(from)) if to == from => {
+                self.self_assignments.push(span);
+            }
+            (ExprKind::Local(to), ExprKind::Local(from)) if to == from => {
+                self.self_assignments.push(span);
+            }
+            (ExprKind::Name(_), ExprKind::Nil) => {}
+            (ExprKind::Name(name), _) => {
+                self.assigned.entry(*name).or_default().push(needed(value, *name));
+            }
+            (ExprKind::Local(_), _) => {}
+            _ => self.expr(target),
+        }
+        self.expr(value);
+    }
+
+    fn expr(&mut self, expr: &Expr) {
+        if let ExprKind::Local(local) = expr.kind {
+            self.locals.insert((self.function, local));
+        }
+        children(expr, |child| self.expr(child));
+    }
+}
+
+/// The place where an expression computes with the value of a global, so that nil stops the script.
+fn needed(expr: &Expr, name: NameId) -> Option<Span> {
+    let operand = |operand: &Expr| match operand.kind {
+        ExprKind::Name(used) if used == name => Some(operand.span),
+        _ => needed(operand, name),
+    };
+    match &expr.kind {
+        ExprKind::Binary {
+            op:
+                BinaryOp::Add
+                | BinaryOp::Sub
+                | BinaryOp::Mul
+                | BinaryOp::Div
+                | BinaryOp::Mod
+                | BinaryOp::Pow
+                | BinaryOp::BitAnd
+                | BinaryOp::BitOr
+                | BinaryOp::ShiftLeft
+                | BinaryOp::ShiftRight,
+            left,
+            right,
+        } => operand(left).or_else(|| operand(right)),
+        ExprKind::Unary { op: UnaryOp::Negate | UnaryOp::BitNot, operand: value } => operand(value),
+        _ => None,
+    }
+}
