@@ -30,6 +30,8 @@ pub enum Problem {
     },
     /// A file that is to be written, and is read by the same command.
     ReadAndWritten(PathBuf),
+    /// The seed is given by `--seed` and by `--set`.
+    TwoSeeds,
     /// More runs than a table of them can have.
     TooManyRuns {
         /// Runs of each combination of values.
@@ -226,6 +228,7 @@ impl Problem {
             }
             Problem::Folder(_) => Some("name a file in it".to_owned()),
             Problem::ReadAndWritten(_) => Some("name another file".to_owned()),
+            Problem::TwoSeeds => Some("leave out one of them".to_owned()),
             Problem::TooManyRuns { .. } => {
                 Some(format!("all runs together can be {MOST_RUNS}; use `bbz sim` several times"))
             }
@@ -333,6 +336,9 @@ impl fmt::Display for Problem {
             },
             Problem::ReadAndWritten(path) => {
                 write!(f, "`{}` is read by this command, and would be replaced", path.display())
+            }
+            Problem::TwoSeeds => {
+                write!(f, "`--seed` and `--set world.seed` both give the seed")
             }
             Problem::TooManyRuns { runs, variants } => {
                 write!(f, "{runs} runs of {variants} combinations of values are too many")

@@ -226,6 +226,37 @@ fn every_combination_is_run_with_every_seed() {
     assert_eq!(result["runs"][1]["metrics"]["success"], 0.0);
 }
 
+/// A variant has the seed that it sets, not that of the first one.
+#[test]
+fn a_variant_of_the_seed_runs_with_that_seed() {
+    let folder = folder("sim_seeds");
+    // Robots stand at random places.
+    folder.write("s.toml", SCENARIO.replace("[\"global.n\"]", "[\"x\"]"));
+    let rows = |arguments: &[&str]| -> Vec<String> {
+        let outcome = folder.bbz(&[&["sim", "s.toml", "--csv", "runs.csv"], arguments].concat());
+        assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+        let table = String::from_utf8(folder.read("runs.csv")).unwrap();
+        table.lines().skip(1).map(str::to_owned).collect()
+    };
+    let single = |seed: &str| rows(&["--seed", seed]).remove(0);
+    let metrics = |row: &str| row.split_once(",").unwrap().1.to_owned();
+    let [one, two, three] = ["1", "2", "3"].map(single);
+    assert_ne!(metrics(&one), metrics(&two));
+    let expected: Vec<String> = [(1, &one), (3, &three), (2, &two)]
+        .iter()
+        .map(|(seed, row)| format!("{seed},{seed},{}", metrics(row)))
+        .collect();
+    assert_eq!(rows(&["--set", "world.seed=1,3,2"]), expected);
+    // With several runs each variant goes on from its own seed.
+    let seeds = rows(&["--set", "world.seed=1,7", "--runs", "2"]);
+    let seeds: Vec<&str> = seeds.iter().filter_map(|row| row.split(',').next()).collect();
+    assert_eq!(seeds, ["1", "2", "7", "8"]);
+    for runs in [&["--csv", "runs.csv"][..], &[]] {
+        let both = [&["sim", "s.toml", "--seed", "5", "--set", "world.seed=1"], runs].concat();
+        folder.bbz(&both).fails_with(3, &["`--seed` and `--set world.seed`", "leave out"]);
+    }
+}
+
 /// They are counted before anything is prepared for them.
 #[test]
 fn the_number_of_runs_is_limited() {

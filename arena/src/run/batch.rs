@@ -25,17 +25,16 @@ pub enum BatchError {
     },
 }
 
-/// Runs every setup with `runs` seeds from `first_seed` on; the summaries by setup, then seed. `on_done` is called after
-/// each run.
+/// Runs every setup with `runs` seeds, its own one and those after it; the summaries by setup, then seed. `on_done` is
+/// called after each run.
 pub fn batch(
-    setups: &[Arc<Setup>],
-    first_seed: u32,
+    setups: &[(Arc<Setup>, u32)],
     runs: u32,
     on_done: impl Fn() + Sync,
 ) -> Result<Vec<Vec<Summary>>, BatchError> {
     let summaries: Result<Vec<Vec<Summary>>, BatchError> = setups
         .par_iter()
-        .map(|setup| {
+        .map(|(setup, first_seed)| {
             (0..runs)
                 .into_par_iter()
                 .map(|run| {

@@ -78,11 +78,16 @@ pub fn run(arguments: &Arguments, variants: &[Vec<String>]) -> Result<Ending, Pr
         };
         opened.push(variant);
     }
-    let setups: Option<Vec<Arc<Setup>>> =
-        opened.iter().map(|variant| variant.setup().map(Arc::new)).collect();
+    let setups: Option<Vec<(Arc<Setup>, u32)>> = opened
+        .iter()
+        .map(|variant| {
+            // A variant may set the seed.
+            let seed = arguments.seed.unwrap_or(variant.scenario.world.seed);
+            Some((Arc::new(variant.setup()?), seed))
+        })
+        .collect();
     let Some(setups) = setups else { return Ok(Ending::CompileError) };
     let Some(first) = opened.first() else { return Ok(Ending::Success) };
-    let seed = arguments.seed.unwrap_or(first.scenario.world.seed);
     if let Some(path) = &arguments.csv {
         opened.iter().try_for_each(|variant| variant.inputs().refuse(path))?;
     }
@@ -90,7 +95,7 @@ pub fn run(arguments: &Arguments, variants: &[Vec<String>]) -> Result<Ending, Pr
     let total = setups.len() as u64 * u64::from(runs);
     let progress = Mutex::new(Progress::new(total, arguments.headless || arguments.json));
     let done = AtomicU64::new(0);
-    let result = run::batch(&setups, seed, runs, || {
+    let result = run::batch(&setups, runs, || {
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         if let Ok(mut progress) = progress.lock() {
             progress.set(done, |_| format!("{done} of {total} runs"));
@@ -122,7 +127,7 @@ pub fn run(arguments: &Arguments, variants: &[Vec<String>]) -> Result<Ending, Pr
         for (variant, settings) in variants.iter().enumerate() {
             let of_variant = summaries.get(variant).into_iter().flatten();
             let with_fault = of_variant.into_iter().find(|summary| !summary.faults.is_empty());
-            if let (Some(run), Some(opened), Some(setup)) =
+            if let (Some(run), Some(opened), Some((setup, _))) =
                 (with_fault, opened.get(variant), setups.get(variant))
             {
                 summary::faults(setup, &opened.programs, run);

@@ -17,6 +17,9 @@ use crate::problem::Problem;
 /// The runs of one command: all their results are kept until the last one, some kilobytes each.
 pub const MOST_RUNS: u32 = 100_000;
 
+/// The key of the seed in a scenario.
+const SEED: &str = "world.seed";
+
 const EXAMPLES: &str = "\
 Examples:
   bbz sim swarm.toml                     run it: log lines, then a summary
@@ -73,6 +76,10 @@ pub struct Arguments {
 
 /// Carries out the command.
 pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
+    let sets_seed = |set: &String| set.split('=').next().is_some_and(|key| key.trim() == SEED);
+    if arguments.seed.is_some() && arguments.set.iter().any(sets_seed) {
+        return Err(Problem::TwoSeeds);
+    }
     let variants = batch::variants(&arguments.set, arguments.runs.unwrap_or(1))?;
     match variants.as_slice() {
         [only] if arguments.runs.is_none() && arguments.csv.is_none() => live::run(arguments, only),
