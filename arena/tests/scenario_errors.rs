@@ -124,6 +124,25 @@ const AFTER_BASE: &[(&str, &str, &[&str])] = &[
         "13:11",
         &["[low, high], not a list of 1"],
     ),
+    (
+        "[[expect]]\nname = \"far out\"\nat = 1\nvalue = \"x\"\nabove = 1\n",
+        "11:8",
+        &["\"far out\" cannot be the name of an expectation", "letters, digits and _"],
+    ),
+    ("[[expect]]\nname = \"1\"\nat = 1\nvalue = \"x\"\nabove = 1\n", "11:8", &["\"1\" cannot"]),
+    ("[[expect]]\nname = \"\"\nat = 1\nvalue = \"x\"\nabove = 1\n", "11:8", &["\"\" cannot be"]),
+    (
+        "[[expect]]\nname = \"a\\nb\"\nat = 1\nvalue = \"x\"\nabove = 1\n",
+        "11:8",
+        &["\"a\\nb\" cannot be the name"],
+    ),
+    ("[[expect]]\nname = 3\nat = 1\nvalue = \"x\"\nabove = 1\n", "11:8", &["must be a string"]),
+    (
+        "[[expect]]\nname = \"a\"\nat = 1\nvalue = \"x\"\nabove = 1\n\
+         [[expect]]\nat = 1\nname = \"a\"\nvalue = \"x\"\nabove = 1\n",
+        "17:8",
+        &["an expectation `a` is defined a second time", "the first is in line 11"],
+    ),
     // Output.
     ("[output]\nevery = 0\n", "11:9", &["`every` cannot be 0"]),
     ("[output]\nplot = [\"x\", \"speeed\"]\n", "11:14", &["no quantity `speeed`"]),

@@ -187,7 +187,7 @@ fn every_combination_is_run_with_every_seed() {
     assert_eq!(rows.len(), 1 + 2 * 2 * 3);
     assert!(
         rows[0].starts_with(
-            "seed,robots.0.count,medium.ir.loss,success,held:10,first:10,since:10,mean global.n,"
+            "seed,robots.0.count,medium.ir.loss,success,held.0,first.0,since.0,mean global.n,"
         ),
         "{}",
         rows[0]
@@ -255,6 +255,31 @@ fn a_variant_of_the_seed_runs_with_that_seed() {
         let both = [&["sim", "s.toml", "--seed", "5", "--set", "world.seed=1"], runs].concat();
         folder.bbz(&both).fails_with(3, &["`--seed` and `--set world.seed`", "leave out"]);
     }
+}
+
+/// Columns are data: a comment in the scenario renames none.
+#[test]
+fn columns_are_named_after_expectations_and_not_after_lines() {
+    let folder = folder("sim_names");
+    let named = "[[expect]]\nname = \"counted\"\nat = 1\nvalue = \"global.n\"\nabove = 3\n";
+    let scenario = format!("{SCENARIO}{named}");
+    let header = |text: &str| {
+        folder.write("s.toml", text);
+        let outcome = folder.bbz(&["sim", "s.toml", "--csv", "runs.csv"]);
+        assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+        String::from_utf8(folder.read("runs.csv")).unwrap().lines().next().unwrap().to_owned()
+    };
+    let columns = "seed,success,held.0,first.0,since.0,held.counted,first.counted,since.counted,";
+    assert!(header(&scenario).starts_with(columns), "{}", header(&scenario));
+    assert_eq!(header(&format!("# a comment\n\n{scenario}")), header(&scenario));
+    folder.write("s.toml", &scenario);
+    let outcome = folder.bbz(&["sim", "s.toml"]);
+    let line = "held    s.toml:14: counted: all: global.n above 3, at 1 s; ";
+    assert!(outcome.stdout.contains(line), "{}", outcome.stdout);
+    let json = folder.bbz(&["sim", "s.toml", "--json"]);
+    let result: Value = serde_json::from_str(&json.stdout).unwrap();
+    assert_eq!(result["expects"][0]["name"], Value::Null);
+    assert_eq!(result["expects"][1]["name"], "counted");
 }
 
 /// They are counted before anything is prepared for them.

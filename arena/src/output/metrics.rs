@@ -7,10 +7,10 @@ use crate::scenario::{Quantity, Scenario};
 /// The names of the metrics of a scenario's runs.
 pub fn names(scenario: &Scenario) -> Vec<String> {
     let mut names = vec!["success".to_owned()];
-    for expect in &scenario.expects {
-        names.push(format!("held:{}", expect.place.line));
-        names.push(format!("first:{}", expect.place.line));
-        names.push(format!("since:{}", expect.place.line));
+    for (number, expect) in scenario.expects.iter().enumerate() {
+        // A line number would change with every comment above it.
+        let name = expect.name.clone().unwrap_or_else(|| number.to_string());
+        names.extend(["held", "first", "since"].map(|word| format!("{word}.{name}")));
     }
     for (quantity, _) in &scenario.output.plot {
         match quantity {

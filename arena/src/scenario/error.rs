@@ -28,6 +28,10 @@ pub enum Cause {
     BadGroupName { name: String },
     /// Two groups of one name.
     DuplicateGroup { name: String, line: usize },
+    /// A name of an expectation that cannot be part of a column's name.
+    BadExpectationName { name: String },
+    /// Two expectations of one name.
+    DuplicateExpectation { name: String, line: usize },
     /// Two robots with one id.
     DuplicateId { id: u32, line: usize },
     /// More ids than 16 bits have.
@@ -116,6 +120,12 @@ impl fmt::Display for Cause {
             Cause::DuplicateGroup { name, .. } => {
                 write!(f, "a group `{name}` is defined a second time")
             }
+            Cause::BadExpectationName { name } => {
+                write!(f, "{name:?} cannot be the name of an expectation")
+            }
+            Cause::DuplicateExpectation { name, .. } => {
+                write!(f, "an expectation `{name}` is defined a second time")
+            }
             Cause::DuplicateId { id, .. } => write!(f, "robot {id} is defined a second time"),
             Cause::IdsExhausted { last } => write!(f, "the last robot would have id {last}"),
             Cause::UnknownRobots { text, .. } => write!(f, "no group of robots is named `{text}`"),
@@ -195,6 +205,13 @@ impl toml_reader::Cause for Cause {
                 Some("\"all\" means all robots, numbers mean ids; a word is needed".to_owned())
             }
             Cause::DuplicateGroup { line, .. } => {
+                Some(format!("the first is in line {line}; choose another `name`"))
+            }
+            Cause::BadExpectationName { .. } => Some(
+                "use letters, digits and _, the first no digit, as in `name = \"all_agree\"`"
+                    .to_owned(),
+            ),
+            Cause::DuplicateExpectation { line, .. } => {
                 Some(format!("the first is in line {line}; choose another `name`"))
             }
             Cause::DuplicateId { line, .. } => {

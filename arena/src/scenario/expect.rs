@@ -1,5 +1,7 @@
 //! `[[expect]]`: what must hold, so that a scenario is a test.
 
+use std::collections::{BTreeMap, btree_map};
+
 use bittybuzz_toml_reader::{Place, TomlError, number_text};
 use toml::de::DeValue;
 
@@ -7,11 +9,13 @@ use super::error::Cause;
 use super::keys::EXPECT;
 use super::read::{Entry, Section};
 use super::select::{Census, Selection};
-use super::value::Quantity;
+use super::value::{Quantity, is_identifier};
 
 /// A condition on robots, and when it must hold.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expect {
+    /// Its name, which no other expectation of the scenario has.
+    pub name: Option<String>,
     /// When it must hold.
     pub when: When,
     /// Which robots are looked at.
@@ -124,8 +128,41 @@ const TESTS: &[&str] = &["equals", "differs", "below", "above", "between", "exis
 /// Any number of TOML that is one.
 const FINITE: std::ops::RangeInclusive<f64> = f64::MIN..=f64::MAX;
 
-pub fn read(section: &Section<'_>, census: &Census, duration: f64) -> Option<Expect> {
-    debug_assert_eq!(section.name, EXPECT);
+/// Reads the expectations of a file.
+pub fn read_all(root: &Section<'_>, census: &Census, duration: f64) -> Vec<Expect> {
+    let sections = root.sections("expect", EXPECT);
+    let mut lines = BTreeMap::new();
+    let names: Vec<Option<String>> =
+        sections.iter().map(|section| name(section, &mut lines)).collect();
+    let expects = sections.iter().zip(names);
+    expects.filter_map(|(section, name)| read(section, name, census, duration)).collect()
+}
+
+/// Returns the name of an expectation, if it has one. `lines` are those of the names before it.
+fn name(section: &Section<'_>, lines: &mut BTreeMap<String, usize>) -> Option<String> {
+    let entry = section.get("name")?;
+    let name = entry.string()?.to_owned();
+    if !is_identifier(&name) {
+        entry.fail(Cause::BadExpectationName { name });
+        return None;
+    }
+    match lines.entry(name.clone()) {
+        btree_map::Entry::Occupied(line) => {
+            entry.fail(Cause::DuplicateExpectation { name: name.clone(), line: *line.get() });
+        }
+        btree_map::Entry::Vacant(free) => {
+            free.insert(entry.place().line);
+        }
+    }
+    Some(name)
+}
+
+fn read(
+    section: &Section<'_>,
+    name: Option<String>,
+    census: &Census,
+    duration: f64,
+) -> Option<Expect> {
     let when = when(section, duration);
     let robots = census.selection(section, "robots");
     let of = of(section);
@@ -175,7 +212,17 @@ pub fn read(section: &Section<'_>, census: &Census, duration: f64) -> Option<Exp
         return None;
     }
     let place = section.place();
-    Some(Expect { when: when?, robots: robots?, value, of, test, tolerance, place, value_place })
+    Some(Expect {
+        name,
+        when: when?,
+        robots: robots?,
+        value,
+        of,
+        test,
+        tolerance,
+        place,
+        value_place,
+    })
 }
 
 /// A quantity of the file.

@@ -201,6 +201,7 @@ pub const SECTIONS: &[SectionKeys] = &[
     SectionKeys {
         name: EXPECT,
         keys: scenario_keys![
+            "name" "string" "its number" "what columns of tables call it: letters, digits and _",
             "at" "number" "" "must hold at that second",
             "within" "number" "" "must hold at some time up to that second",
             "always" "number or [from, to]" "" "must hold from that second on, or from one to another",

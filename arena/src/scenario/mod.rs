@@ -158,11 +158,7 @@ fn scenario(root: &Section<'_>, folder: &Path, models: &Models) -> Option<Scenar
     let mut events: Vec<Event> =
         sections.iter().filter_map(|section| event::read(section, &census, known, &used)).collect();
     events.sort_by(|one, other| one.at.total_cmp(&other.at));
-    let sections = root.sections("expect", keys::EXPECT);
-    let expects = sections
-        .iter()
-        .filter_map(|section| expect::read(section, &census, known.duration))
-        .collect();
+    let expects = expect::read_all(root, &census, known.duration);
     let output = output::read(root, &census);
     let census = Arc::new(census);
     Some(Scenario {

@@ -170,7 +170,8 @@ fn key(text: &str) -> Option<Key> {
     }
 }
 
-fn is_identifier(name: &str) -> bool {
+/// Returns true for a word of ASCII letters, digits and `_` that does not begin with a digit.
+pub(super) fn is_identifier(name: &str) -> bool {
     name.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }

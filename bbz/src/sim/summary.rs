@@ -27,8 +27,9 @@ pub fn text(setup: &Setup, summary: &Summary, elapsed: Duration) -> Vec<String> 
             Verdict::Open => "OPEN",
         };
         let place = &expect.place;
+        let name = expect.name.as_ref().map_or(String::new(), |name| format!("{name}: "));
         lines.push(format!(
-            "{verdict:<7} {}:{}: {expect}; {}",
+            "{verdict:<7} {}:{}: {name}{expect}; {}",
             place.path,
             place.line,
             since(convergence)
@@ -89,6 +90,7 @@ pub fn json(setup: &Setup, summary: &Summary) -> Value {
         .map(|(expect, convergence)| {
             json!({
                 "line": expect.place.line,
+                "name": expect.name,
                 "text": expect.to_string(),
                 "held": convergence.verdict == Verdict::Held,
                 "first": convergence.first.map(seconds),

@@ -98,7 +98,7 @@ fn times_of(csv: &str, runs: usize) -> Option<Times> {
     let names: Vec<&str> = lines.next()?.split(',').collect();
     let success = names.iter().position(|name| *name == "success")?;
     let since: Vec<usize> =
-        (0..names.len()).filter(|column| names[*column].starts_with("since:")).collect();
+        (0..names.len()).filter(|column| names[*column].starts_with("since.")).collect();
     let mut columns = [const { Vec::new() }; PUTS.len()];
     for line in lines {
         let fields: Vec<&str> = line.split(',').collect();
@@ -180,7 +180,7 @@ fn plot(all: &[Times]) -> String {
 mod tests {
     use super::*;
 
-    const CSV: &str = "seed,medium.nrf24.loss,success,held:1,since:1,since:2,since:3\n\
+    const CSV: &str = "seed,medium.nrf24.loss,success,held.0,since.0,since.1,since.2\n\
         1,0,1,1,2.5,81,203\n2,0,1,1,1.5,82,202\n";
 
     #[test]

@@ -65,7 +65,7 @@ fn agreed_since(csv: &str) -> Option<Vec<f64>> {
     let mut lines = csv.lines();
     let names: Vec<&str> = lines.next()?.split(',').collect();
     let success = names.iter().position(|name| *name == "success")?;
-    let since = names.iter().position(|name| name.starts_with("since:"))?;
+    let since = names.iter().position(|name| name.starts_with("since."))?;
     let times = lines.map(|line| {
         let fields: Vec<&str> = line.split(',').collect();
         let agreed = *fields.get(success)? == "1";
@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn a_run_that_failed_or_is_missing_shows_nothing() {
-        let head = "seed,success,held:22,first:22,since:22,mean led\n";
+        let head = "seed,success,held.0,first.0,since.0,mean led\n";
         let run = |success: u8, since: &str| format!("1,{success},{success},1.5,{since},1\n");
         let good = run(1, "2.5");
         let times = agreed_since(&(head.to_owned() + &good.repeat(10))).unwrap();
