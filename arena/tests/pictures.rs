@@ -68,14 +68,24 @@ fn tables_are_csv() {
         parameters: vec!["robots.0.script".to_owned()],
         metrics: vec!["since.3".to_owned(), "mean distance(1, 2)".to_owned()],
         rows: vec![
-            Row { seed: 1, parameters: vec!["a,\"b\"".to_owned()], metrics: vec![Some(1.5), None] },
-            Row { seed: 2, parameters: vec![String::new()], metrics: vec![Some(-3.0), Some(0.1)] },
+            Row {
+                seed: 1,
+                parameters: vec!["a,\"b\"".to_owned()],
+                metrics: vec![Some(1.5), None],
+                error: None,
+            },
+            Row {
+                seed: 2,
+                parameters: vec![String::new()],
+                metrics: vec![Some(0.0), None],
+                error: Some("no, room".to_owned()),
+            },
         ],
     };
     // RFC 4180: cells with commas or quotes are quoted, quotes doubled, lines end in CR LF.
     assert_eq!(
         table.to_csv(),
-        "seed,robots.0.script,since.3,\"mean distance(1, 2)\"\r\n1,\"a,\"\"b\"\"\",1.5,\r\n2,,-3,0.1\r\n"
+        "seed,robots.0.script,since.3,\"mean distance(1, 2)\",error\r\n1,\"a,\"\"b\"\"\",1.5,,\r\n2,,0,,\"no, room\"\r\n"
     );
 }
 

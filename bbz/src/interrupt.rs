@@ -7,13 +7,14 @@ use std::sync::mpsc::{self, Receiver};
 use std::time::Duration;
 
 /// The exit status of a process that Ctrl-C has ended, by convention 128 and the number of the signal.
-const KILLED: i32 = 130;
+pub const KILLED: i32 = 130;
 
 /// The causes of an interrupt, for messages.
 pub const NAME: &str = "Ctrl-C or SIGTERM";
 
 /// Reports if Ctrl-C was pressed, or the process was asked to end.
 pub struct Interrupt {
+    flag: Arc<AtomicBool>,
     pressed: Receiver<()>,
     raised: bool,
 }
@@ -22,7 +23,8 @@ impl Interrupt {
     /// Takes over Ctrl-C and SIGTERM for the rest of the process.
     pub fn install() -> Result<Self, ctrlc::Error> {
         let (sender, pressed) = mpsc::channel();
-        let again = AtomicBool::new(false);
+        let flag = Arc::new(AtomicBool::new(false));
+        let again = flag.clone();
         let handle = Arc::new(move || {
             if again.swap(true, Ordering::Relaxed) || sender.send(()).is_err() {
                 process::exit(KILLED);
@@ -30,7 +32,12 @@ impl Interrupt {
         });
         on_termination(handle.clone())?;
         ctrlc::set_handler(move || handle())?;
-        Ok(Interrupt { pressed, raised: false })
+        Ok(Interrupt { flag, pressed, raised: false })
+    }
+
+    /// Returns a flag for all threads, which is true once it was pressed. It works as long as this value is there.
+    pub fn flag(&self) -> Arc<AtomicBool> {
+        self.flag.clone()
     }
 
     /// Whether it was pressed.

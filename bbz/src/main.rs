@@ -98,6 +98,8 @@ enum Ending {
     CompileError = 2,
     /// A wrong command line, a file that cannot be read or written, an image that is refused.
     Usage = 3,
+    /// Ctrl-C or SIGTERM, before all runs of a batch were finished.
+    Interrupted = interrupt::KILLED as isize,
 }
 
 impl From<Ending> for ExitCode {

@@ -32,6 +32,30 @@ pub enum Problem {
     ReadAndWritten(PathBuf),
     /// The seed is given by `--seed` and by `--set`.
     TwoSeeds,
+    /// Values of `--set` that change the columns of the table.
+    UnlikeColumns,
+    /// `--resume` with a table that goes to a stream.
+    NothingToResume(PathBuf),
+    /// A folder in the place of a batch's journal that is none.
+    BatchFolder(PathBuf),
+    /// A batch that another process is at work on.
+    BatchBusy(PathBuf),
+    /// A batch that was ended before, and is not to be resumed.
+    BatchUnfinished(PathBuf),
+    /// The journal of another batch.
+    BatchDiffers {
+        /// The journal.
+        folder: PathBuf,
+        /// Options and files that are not as they were.
+        what: Vec<String>,
+    },
+    /// A part of a journal that is damaged.
+    BatchPart {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+    },
     /// More runs than a table of them can have.
     TooManyRuns {
         /// Runs of each combination of values.
@@ -229,6 +253,28 @@ impl Problem {
             Problem::Folder(_) => Some("name a file in it".to_owned()),
             Problem::ReadAndWritten(_) => Some("name another file".to_owned()),
             Problem::TwoSeeds => Some("leave out one of them".to_owned()),
+            Problem::UnlikeColumns => {
+                Some("use `bbz sim` once for each, with a table of its own".to_owned())
+            }
+            Problem::NothingToResume(_) => {
+                Some("name a file, next to which finished runs can be kept".to_owned())
+            }
+            Problem::BatchFolder(_) => {
+                Some("name another file for the table, or move the folder".to_owned())
+            }
+            Problem::BatchBusy(_) => {
+                Some("wait for it, or name another file for the table".to_owned())
+            }
+            Problem::BatchUnfinished(_) => {
+                Some("--resume goes on with it; to begin anew, remove the folder".to_owned())
+            }
+            Problem::BatchDiffers { .. } => Some(
+                "give the options and files that it was started with; to begin anew, remove the folder"
+                    .to_owned(),
+            ),
+            Problem::BatchPart { .. } => {
+                Some("remove the file: its runs are simulated again".to_owned())
+            }
             Problem::TooManyRuns { .. } => {
                 Some(format!("all runs together can be {MOST_RUNS}; use `bbz sim` several times"))
             }
@@ -339,6 +385,34 @@ impl fmt::Display for Problem {
             }
             Problem::TwoSeeds => {
                 write!(f, "`--seed` and `--set world.seed` both give the seed")
+            }
+            Problem::UnlikeColumns => {
+                write!(f, "the values of `--set` change which columns the table has")
+            }
+            Problem::NothingToResume(path) => {
+                write!(f, "`{}` is no file, so there is no batch to resume", path.display())
+            }
+            Problem::BatchFolder(path) => {
+                write!(
+                    f,
+                    "`{}` is where finished runs are kept, and holds other files",
+                    path.display()
+                )
+            }
+            Problem::BatchBusy(path) => {
+                write!(f, "another `bbz` is at work on the runs in `{}`", path.display())
+            }
+            Problem::BatchUnfinished(path) => {
+                write!(f, "`{}` has finished runs of a batch that was stopped", path.display())
+            }
+            Problem::BatchDiffers { folder, what } => write!(
+                f,
+                "`{}` has runs of another batch; not as they were: {}",
+                folder.display(),
+                what.join(", ")
+            ),
+            Problem::BatchPart { path, line } => {
+                write!(f, "line {line} of `{}` is damaged, or of another batch", path.display())
             }
             Problem::TooManyRuns { runs, variants } => {
                 write!(f, "{runs} runs of {variants} combinations of values are too many")

@@ -26,6 +26,11 @@ impl Inputs {
         }
     }
 
+    /// Returns the files, each once.
+    pub fn paths(&self) -> impl Iterator<Item = &Path> {
+        self.0.iter().map(PathBuf::as_path)
+    }
+
     /// Refuses a file to be written that is one of them.
     pub fn refuse(&self, output: &Path) -> Result<(), Problem> {
         match fs::canonicalize(output) {
@@ -51,12 +56,10 @@ impl WholeFile {
         let unwritable = |error| Problem::unwritable(path, error);
         // The target of a symbolic link is replaced, not the link.
         let place = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-        let kind = fs::metadata(path).ok().map(|metadata| metadata.file_type());
-        if kind.is_some_and(|kind| kind.is_dir()) {
+        if path.is_dir() {
             return Err(unwritable(io::ErrorKind::IsADirectory.into()));
         }
-        let is_stream = kind.is_some_and(|kind| !kind.is_file()) || file::is_given_stream(path);
-        let (file, aside) = match is_stream {
+        let (file, aside) = match is_stream(path) {
             true => (File::options().write(true).open(path), None),
             false => {
                 let (file, aside) = create_aside(&place);
@@ -113,6 +116,11 @@ fn create_aside(place: &Path) -> (io::Result<File>, PathBuf) {
             _ => return (file, aside),
         }
     }
+}
+
+/// Returns true for a device or pipe, which is written itself and in which nothing stays.
+pub fn is_stream(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|metadata| !metadata.is_file()) || file::is_given_stream(path)
 }
 
 /// Writes a file whole or not at all.

@@ -9,6 +9,8 @@ pub struct Row {
     pub parameters: Vec<String>,
     /// The metrics, in the order of the table's; `None` where the run has none.
     pub metrics: Vec<Option<f64>>,
+    /// The reason why the run has no metrics but `success`, which is 0 then.
+    pub error: Option<String>,
 }
 
 /// Many runs.
@@ -23,16 +25,18 @@ pub struct Table {
 }
 
 impl Table {
-    /// The table as CSV (RFC 4180), with a line of names first. Numbers have as many digits as they need, a metric that is
-    /// missing is empty.
+    /// The table as CSV (RFC 4180), with a line of names first. Numbers have as many digits as they need, a metric or
+    /// error that is missing is empty.
     pub fn to_csv(&self) -> String {
         let names = ["seed".to_owned()].into_iter().chain(self.parameters.iter().cloned());
-        let mut text = line(names.chain(self.metrics.iter().cloned()));
+        let last = ["error".to_owned()];
+        let mut text = line(names.chain(self.metrics.iter().cloned()).chain(last));
         for row in &self.rows {
             let metrics = row.metrics.iter();
             let metrics = metrics.map(|metric| metric.map_or(String::new(), |m| m.to_string()));
+            let error = row.error.clone().unwrap_or_default();
             let cells = [row.seed.to_string()].into_iter().chain(row.parameters.iter().cloned());
-            text.push_str(&line(cells.chain(metrics)));
+            text.push_str(&line(cells.chain(metrics).chain([error])));
         }
         text
     }

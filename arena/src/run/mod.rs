@@ -3,7 +3,7 @@
 //! [`Setup`] is a scenario with its programs, checked against each other; a [`Simulation`] is one run of it with one
 //! seed, and owns all that it needs. The caller makes it go on, a tick at a time, looks at it in between, and may keep a snapshot.
 
-mod batch;
+mod complete;
 mod expectation;
 mod firmware;
 mod group;
@@ -17,7 +17,7 @@ mod simulation;
 mod summary;
 mod swarm;
 
-pub use batch::{BatchError, batch};
+pub use complete::{RunError, complete};
 pub use expectation::{Convergence, Verdict};
 pub use firmware::{Failure, FirmwareError, P2pAir, TURN};
 pub use program::Program;

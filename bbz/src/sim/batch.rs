@@ -1,73 +1,45 @@
 //! Many runs: every combination of the values of `--set`, with every seed.
 
-use std::fmt::Write;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::collections::BTreeMap;
+use std::mem;
+use std::ops::Range;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::{Duration, Instant};
 
-use bittybuzz_arena::output::{Row, Table, metrics, quartiles};
-use bittybuzz_arena::run::{self, Setup, Summary};
-use bittybuzz_arena::scenario::Scenario;
-use serde_json::{Map, Value, json};
+use annotate_snippets::{Group, Level};
+use bittybuzz_arena::output::{Row, Table, metrics};
+use bittybuzz_arena::run::{self, RunError, Setup, Summary};
+use bittybuzz_arena::scenario::{Cause, Scenario};
+use rayon::prelude::*;
 
 use crate::Ending;
+use crate::interrupt::{self, Interrupt};
 use crate::output;
 use crate::problem::Problem;
 use crate::report;
 use crate::whole_file;
 
-use super::open;
+use super::journal::{self, Finished, Journal, Metrics};
+use super::live::PATIENCE;
+use super::open::{self, Opened};
 use super::progress::Progress;
-use super::{Arguments, MOST_RUNS, summary};
+use super::variants::parts;
+use super::{Arguments, summary, table};
 
-/// Returns the combinations of the values of `--set`, each a list of `KEY=VALUE`. With `runs` of each there are at most
-/// [`MOST_RUNS`].
-pub fn variants(set: &[String], runs: u32) -> Result<Vec<Vec<String>>, Problem> {
-    let mut variants = vec![Vec::new()];
-    for argument in set {
-        let Some((key, values)) =
-            argument.split_once('=').filter(|(key, _)| !key.trim().is_empty())
-        else {
-            return Err(Problem::Setting(argument.clone()));
-        };
-        let values = split(values);
-        let count = variants.len().saturating_mul(values.len());
-        if count.saturating_mul(runs as usize) > MOST_RUNS as usize {
-            return Err(Problem::TooManyRuns { runs, variants: count });
-        }
-        variants = variants
-            .iter()
-            .flat_map(|variant: &Vec<String>| {
-                values.iter().map(move |value| {
-                    let mut longer = variant.clone();
-                    longer.push(format!("{}={value}", key.trim()));
-                    longer
-                })
-            })
-            .collect();
-    }
-    Ok(variants)
+/// A part of the batch that takes longer is written each time that this has passed.
+const WRITE_AGAIN: Duration = Duration::from_secs(10);
+
+/// A run of the batch.
+struct Run {
+    variant: usize,
+    seed: u32,
 }
 
-/// The parts between commas that are in no brackets, braces or quotes.
-fn split(values: &str) -> Vec<&str> {
-    let (mut parts, mut start, mut depth, mut quote) = (Vec::new(), 0, 0, None);
-    for (at, c) in values.char_indices() {
-        match (c, quote) {
-            (_, Some(open)) if c == open => quote = None,
-            (_, Some(_)) => {}
-            ('"' | '\'', None) => quote = Some(c),
-            ('[' | '{', None) => depth += 1,
-            (']' | '}', None) => depth -= 1,
-            (',', None) if depth == 0 => {
-                parts.push(&values[start..at]);
-                start = at + 1;
-            }
-            _ => {}
-        }
-    }
-    parts.push(&values[start..]);
-    parts.into_iter().map(str::trim).collect()
-}
+/// Ends of runs, by number.
+type Ends = BTreeMap<usize, Result<Metrics, RunError>>;
 
 /// Runs every variant with every seed, and tells what is usual.
 pub fn run(arguments: &Arguments, variants: &[Vec<String>]) -> Result<Ending, Problem> {
@@ -88,131 +60,286 @@ pub fn run(arguments: &Arguments, variants: &[Vec<String>]) -> Result<Ending, Pr
         .collect();
     let Some(setups) = setups else { return Ok(Ending::CompileError) };
     let Some(first) = opened.first() else { return Ok(Ending::Success) };
-    if let Some(path) = &arguments.csv {
-        opened.iter().try_for_each(|variant| variant.inputs().refuse(path))?;
+    let columns = metrics::names(&first.scenario);
+    if opened.iter().any(|variant| metrics::names(&variant.scenario) != columns) {
+        return Err(Problem::UnlikeColumns);
     }
-    let runs = arguments.runs.unwrap_or(1);
-    let total = setups.len() as u64 * u64::from(runs);
-    let progress = Mutex::new(Progress::new(total, arguments.headless || arguments.json));
-    let done = AtomicU64::new(0);
-    let result = run::batch(&setups, runs, || {
-        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-        if let Ok(mut progress) = progress.lock() {
-            progress.set(done, |_| format!("{done} of {total} runs"));
-        }
-    });
+    let seeds = arguments.runs.unwrap_or(1);
+    let runs: Vec<Run> = setups
+        .iter()
+        .enumerate()
+        .flat_map(|(variant, (_, first))| {
+            (0..seeds).map(move |run| Run { variant, seed: first.wrapping_add(run) })
+        })
+        .collect();
+    let interrupt = Interrupt::install().map_err(Problem::Interrupt)?;
+    let (journal, finished) = journal(arguments, &opened, [runs.len(), columns.len()])?;
+    if !finished.is_empty() {
+        let title = format!("{} of {} runs were finished before", finished.len(), runs.len());
+        report::print(Group::with_title(Level::NOTE.primary_title(title)));
+    }
+    let is_interrupted = interrupt.flag();
+    let batch = Batch {
+        scenario: &first.scenario,
+        setups: &setups,
+        runs: &runs,
+        journal: journal.as_ref(),
+        is_interrupted: &is_interrupted,
+        done: AtomicUsize::new(finished.len()),
+        progress: Mutex::new(Progress::new(
+            runs.len() as u64,
+            arguments.headless || arguments.json,
+        )),
+        faulty: Mutex::default(),
+    };
+    let ends = batch.simulate(finished)?;
+    let Batch { progress, faulty, .. } = batch;
     if let Ok(progress) = progress.into_inner() {
         progress.finish();
     }
-    let summaries = match result {
-        Ok(summaries) => summaries,
-        Err(run::BatchError::Scenario(error)) => {
-            open::print(&[error]);
-            return Ok(Ending::CompileError);
-        }
-        Err(run::BatchError::Firmware { seed, error }) => {
-            report::mistake(&format!("the run with seed {seed} has ended: {error}"), None, None);
-            return Ok(Ending::RuntimeError);
-        }
-    };
-    let is_success = summaries.iter().flatten().all(Summary::is_success);
-    let table = table(&first.scenario, variants, &summaries);
-    if let Some(path) = &arguments.csv {
+    print_failures(&runs, &ends);
+    let is_complete = ends.len() == runs.len();
+    let is_worldless = |end: &Result<_, RunError>| matches!(end, Err(RunError::Scenario(_)));
+    if is_complete && ends.values().all(is_worldless) {
+        journal.map_or(Ok(()), Journal::remove)?;
+        return Ok(Ending::CompileError);
+    }
+    let rows = ends.iter().filter_map(|(number, end)| {
+        let run = runs.get(*number)?;
+        Some(row(run, variants.get(run.variant)?, end, columns.len()))
+    });
+    let keys = variants.first().into_iter().flatten().map(|setting| parts(setting).0).collect();
+    let table = Table { parameters: keys, rows: rows.collect(), metrics: columns.clone() };
+    let kept = ends.values().filter(|end| end.is_ok()).count();
+    let folder = journal.as_ref().map(|journal| journal.folder().to_owned());
+    if let (Some(path), true) = (&arguments.csv, is_complete) {
         whole_file::write(path, table.to_csv().as_bytes())?;
+    }
+    if is_complete || kept == 0 {
+        journal.map_or(Ok(()), Journal::remove)?;
     }
     let mut text = String::new();
     if arguments.json {
-        text = json(&table).to_string() + "\n";
+        text = table::json(&table).to_string() + "\n";
     } else {
+        let faulty = faulty.into_inner().unwrap_or_default();
         for (variant, settings) in variants.iter().enumerate() {
-            let of_variant = summaries.get(variant).into_iter().flatten();
-            let with_fault = of_variant.into_iter().find(|summary| !summary.faults.is_empty());
-            if let (Some(run), Some(opened), Some((setup, _))) =
-                (with_fault, opened.get(variant), setups.get(variant))
+            if let (Some((_, run)), Some(opened), Some((setup, _))) =
+                (faulty.get(&variant), opened.get(variant), setups.get(variant))
             {
                 summary::faults(setup, &opened.programs, run);
             }
-            describe(&table, variant, settings, runs as usize, &mut text);
+            let is_own = |number: &usize| runs.get(*number).is_some_and(|r| r.variant == variant);
+            let rows = ends.keys().zip(&table.rows).filter(|(number, _)| is_own(number));
+            let rows: Vec<&Row> = rows.map(|(_, row)| row).collect();
+            table::describe(&columns, &rows, settings, &mut text);
         }
     }
     output::write(&text)?;
+    if !is_complete {
+        print_interrupt([kept, runs.len()], folder.as_deref());
+        return Ok(Ending::Interrupted);
+    }
+    let is_success = |row: &Row| row.metrics.first() == Some(&Some(1.0));
+    let is_success = table.rows.iter().all(is_success);
     Ok(if is_success { Ending::Success } else { Ending::RuntimeError })
 }
 
-/// `medium.ir.loss=0.1` to its key and value.
-fn parts(setting: &str) -> (String, String) {
-    let (key, value) = setting.split_once('=').unwrap_or((setting, ""));
-    (key.to_owned(), value.to_owned())
-}
-
-fn table(scenario: &Scenario, variants: &[Vec<String>], summaries: &[Vec<Summary>]) -> Table {
-    let keys = variants.first().into_iter().flatten().map(|setting| parts(setting).0).collect();
-    let mut table = Table { parameters: keys, metrics: metrics::names(scenario), rows: Vec::new() };
-    for (variant, runs) in variants.iter().zip(summaries) {
-        let parameters: Vec<String> = variant.iter().map(|setting| parts(setting).1).collect();
-        table.rows.extend(runs.iter().map(|summary| Row {
-            seed: summary.seed,
-            parameters: parameters.clone(),
-            metrics: metrics::values(scenario, summary),
-        }));
+/// Opens the journal of the table that is asked for, unless that is a stream, in which nothing stays.
+fn journal(
+    arguments: &Arguments,
+    opened: &[Opened],
+    sizes: [usize; 2],
+) -> Result<(Option<Journal>, Finished), Problem> {
+    let Some(path) = &arguments.csv else { return Ok((None, Finished::new())) };
+    opened.iter().try_for_each(|variant| variant.inputs().refuse(path))?;
+    if path.is_dir() {
+        return Err(Problem::unwritable(path, std::io::ErrorKind::IsADirectory.into()));
     }
-    table
-}
-
-/// What is usual among the runs of a variant: how many succeeded, and of each metric that is not always the same median
-/// and quartiles.
-fn describe(table: &Table, variant: usize, settings: &[String], runs: usize, text: &mut String) {
-    let rows = &table.rows[variant * runs..(variant + 1) * runs];
-    let column = |index: usize| -> Vec<f64> {
-        rows.iter().filter_map(|row| *row.metrics.get(index)?).collect()
-    };
-    let succeeded: f64 = column(0).iter().sum();
-    let name = if settings.is_empty() { "as in the file".to_owned() } else { settings.join(" ") };
-    let _ = writeln!(text, "{name}: {succeeded} of {runs} runs succeeded");
-    for (index, metric) in table.metrics.iter().enumerate().skip(1) {
-        let numbers = column(index);
-        let Some([least, lower, median, upper, most]) = quartiles(&numbers) else {
-            let _ = writeln!(text, "  {metric:<24} never");
-            continue;
-        };
-        let count = match numbers.len() {
-            all if all == runs => String::new(),
-            some => format!(", in {some} runs"),
-        };
-        let _ = if least == most {
-            writeln!(text, "  {metric:<24} {}{count}", round(median))
-        } else {
-            writeln!(
-                text,
-                "  {metric:<24} median {}, quartiles {} and {}, from {} to {}{count}",
-                round(median),
-                round(lower),
-                round(upper),
-                round(least),
-                round(most)
-            )
+    if whole_file::is_stream(path) {
+        return match arguments.resume {
+            true => Err(Problem::NothingToResume(path.clone())),
+            false => Ok((None, Finished::new())),
         };
     }
+    let key = journal::key(arguments, opened)?;
+    let (journal, finished) = Journal::open(path, &key, sizes, arguments.resume)?;
+    Ok((Some(journal), finished))
 }
 
-/// Four digits are enough to compare.
-fn round(number: f64) -> f64 {
-    if number.abs() >= 1000.0 { number.round() } else { (number * 1000.0).round() / 1000.0 }
+/// What the threads of a batch share.
+struct Batch<'a> {
+    scenario: &'a Scenario,
+    /// Of each variant, with the first seed.
+    setups: &'a [(Arc<Setup>, u32)],
+    runs: &'a [Run],
+    journal: Option<&'a Journal>,
+    is_interrupted: &'a AtomicBool,
+    /// Runs that have ended.
+    done: AtomicUsize,
+    progress: Mutex<Progress>,
+    /// Of each variant the first run of this process in which a script had an error, with its number.
+    faulty: Mutex<BTreeMap<usize, (usize, Summary)>>,
 }
 
-fn json(table: &Table) -> Value {
-    let rows: Vec<Value> = table
-        .rows
-        .iter()
-        .map(|row| {
-            let parameters = table.parameters.iter().cloned().zip(row.parameters.iter());
-            let metrics = table.metrics.iter().cloned().zip(row.metrics.iter());
-            json!({
-                "seed": row.seed,
-                "parameters": parameters.map(|(key, value)| (key, json!(value))).collect::<Map<_, _>>(),
-                "metrics": metrics.map(|(key, value)| (key, json!(value))).collect::<Map<_, _>>(),
+impl Batch<'_> {
+    /// Simulates the runs that are not finished yet, until all are or the batch is interrupted.
+    fn simulate(&self, mut finished: Finished) -> Result<Ends, Problem> {
+        let parts = journal::parts(self.runs.len()).into_iter().enumerate();
+        let parts: Vec<(usize, Range<usize>, Finished)> = parts
+            .map(|(number, part)| {
+                let later = finished.split_off(&part.end);
+                (number, part, mem::replace(&mut finished, later))
             })
-        })
-        .collect();
-    json!({ "runs": rows })
+            .collect();
+        let ends: Result<Vec<Ends>, Problem> = parts
+            .into_par_iter()
+            .map(|(number, part, finished)| self.part(number, part, finished))
+            .collect();
+        Ok(ends?.into_iter().flatten().collect())
+    }
+
+    /// Simulates the runs of a part that are not finished yet, and writes the part.
+    fn part(
+        &self,
+        number: usize,
+        part: Range<usize>,
+        mut finished: Finished,
+    ) -> Result<Ends, Problem> {
+        let mut failed = Ends::new();
+        let (mut is_written, mut written) = (true, Instant::now());
+        let write = |finished: &Finished| match self.journal {
+            Some(journal) => journal.write(number, finished),
+            None => Ok(()),
+        };
+        for run in part {
+            if finished.contains_key(&run) {
+                continue;
+            }
+            match self.complete(run) {
+                Ok(None) => break,
+                Ok(Some(metrics)) => {
+                    finished.insert(run, metrics);
+                    is_written = false;
+                }
+                // The terminal tells emulators of Ctrl-C, too, in any order.
+                Err(error) if is_emulators(&error) && self.is_interrupted_within(PATIENCE) => break,
+                Err(error) => {
+                    failed.insert(run, Err(error));
+                }
+            }
+            let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+            if let Ok(mut progress) = self.progress.lock() {
+                progress.set(done as u64, |_| format!("{done} of {} runs", self.runs.len()));
+            }
+            if !is_written && written.elapsed() >= WRITE_AGAIN {
+                write(&finished)?;
+                (is_written, written) = (true, Instant::now());
+            }
+        }
+        if !is_written {
+            write(&finished)?;
+        }
+        failed.extend(finished.into_iter().map(|(run, metrics)| (run, Ok(metrics))));
+        Ok(failed)
+    }
+
+    /// Simulates a run. `None` if the batch was interrupted before its end.
+    fn complete(&self, number: usize) -> Result<Option<Metrics>, RunError> {
+        let run = self.runs.get(number);
+        let Some((run, (setup, _))) =
+            run.and_then(|run| Some((run, self.setups.get(run.variant)?)))
+        else {
+            return Ok(None);
+        };
+        let is_interrupted = || self.is_interrupted.load(Ordering::Relaxed);
+        let Some(summary) = run::complete(setup, run.seed, is_interrupted)? else {
+            return Ok(None);
+        };
+        let metrics = metrics::values(self.scenario, &summary);
+        if !summary.faults.is_empty()
+            && let Ok(mut faulty) = self.faulty.lock()
+        {
+            let is_first = faulty.get(&run.variant).is_none_or(|(first, _)| number < *first);
+            if is_first {
+                faulty.insert(run.variant, (number, summary));
+            }
+        }
+        Ok(Some(metrics))
+    }
+
+    fn is_interrupted_within(&self, time: Duration) -> bool {
+        let start = Instant::now();
+        loop {
+            let is_interrupted = self.is_interrupted.load(Ordering::Relaxed);
+            if is_interrupted || start.elapsed() >= time {
+                return is_interrupted;
+            }
+            thread::sleep(Duration::from_millis(5));
+        }
+    }
+}
+
+/// Returns true for failures of the emulator, which Ctrl-C ends, too.
+fn is_emulators(error: &RunError) -> bool {
+    match error {
+        RunError::Firmware(_) => true,
+        RunError::Scenario(error) => matches!(error.cause, Cause::Emulator { .. }),
+    }
+}
+
+fn row(run: &Run, set: &[String], end: &Result<Metrics, RunError>, columns: usize) -> Row {
+    let parameters = set.iter().map(|setting| parts(setting).1).collect();
+    let (metrics, error) = match end {
+        Ok(metrics) => (metrics.clone(), None),
+        // The first one is `success`.
+        Err(error) => {
+            let none = std::iter::repeat_n(None, columns.saturating_sub(1));
+            ([Some(0.0)].into_iter().chain(none).collect(), Some(error.to_string()))
+        }
+    };
+    Row { seed: run.seed, parameters, metrics, error }
+}
+
+/// Prints why runs have no result: each cause once, with the first run that it ended.
+fn print_failures(runs: &[Run], ends: &Ends) {
+    let mut printed: Vec<(String, &RunError, u32, usize)> = Vec::new();
+    for (number, end) in ends {
+        let (Err(error), Some(run)) = (end, runs.get(*number)) else { continue };
+        let text = error.to_string();
+        match printed.iter_mut().find(|(known, ..)| *known == text) {
+            Some((.., others)) => *others += 1,
+            None => printed.push((text, error, run.seed, 0)),
+        }
+    }
+    for (text, error, seed, others) in printed {
+        let others = match others {
+            0 => String::new(),
+            1 => " (and another run)".to_owned(),
+            others => format!(" (and {others} other runs)"),
+        };
+        let message = format!("the run with seed {seed}{others} has ended: {text}");
+        match error {
+            RunError::Scenario(error) => {
+                report::mistake(&message, error.place.as_deref(), error.help());
+            }
+            RunError::Firmware(_) => report::mistake(&message, None, None),
+        }
+    }
+}
+
+/// Prints how far an interrupted batch came, and how to go on.
+fn print_interrupt([finished, total]: [usize; 2], folder: Option<&Path>) {
+    let name = interrupt::NAME;
+    let title = format!("stopped by {name}: {finished} of {total} runs are finished");
+    report::print(Group::with_title(Level::NOTE.primary_title(title)));
+    let help = match folder {
+        _ if finished == 0 => return,
+        Some(folder) => format!(
+            "`{}` keeps them: the same command with --resume goes on",
+            report::printable(&folder.display().to_string())
+        ),
+        None => "with --csv they are kept, and --resume goes on".to_owned(),
+    };
+    report::print(Group::with_title(Level::HELP.primary_title(help)));
 }

@@ -21,7 +21,7 @@ use super::progress::Progress;
 use super::{Arguments, summary};
 
 /// How long after an emulator Ctrl-C may be heard of here.
-const PATIENCE: Duration = Duration::from_millis(200);
+pub const PATIENCE: Duration = Duration::from_millis(200);
 
 /// Runs a scenario once.
 pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {

@@ -1,11 +1,14 @@
 //! `bbz sim`: simulates the robots of a scenario.
 
 mod batch;
+mod journal;
 mod keep;
 mod live;
 mod open;
 mod progress;
 mod summary;
+mod table;
+mod variants;
 
 use std::path::PathBuf;
 
@@ -28,13 +31,14 @@ Examples:
   bbz sim swarm.toml --record run.bbr    keep poses and LEDs of every robot
   bbz sim swarm.toml --set medium.ir.loss=0.3    another value than the file's
   bbz sim swarm.toml --runs 20 --set medium.ir.loss=0,0.3 --csv runs.csv    compare 40 runs
+  bbz sim swarm.toml --runs 2000 --csv runs.csv --resume    go on after Ctrl-C or a crash
   bbz sim zooids.toml --set robots.0.backend=firmware    the robots' own image, emulated
   bbz sim swarm.toml --headless --json   for programs that read the result
 
 docs/scenario.md describes scenario files.
 
 Exit status: 0 every [[expect]] held, 1 one did not or a script had an error that none counts, 2 the scenario is wrong
-or a script does not compile, 3 wrong command line or file.";
+or a script does not compile, 3 wrong command line or file, 130 many runs were stopped by Ctrl-C or SIGTERM.";
 
 /// Arguments of `bbz sim`.
 #[derive(Debug, Args)]
@@ -69,6 +73,9 @@ pub struct Arguments {
     /// Write a table with a row for each run
     #[arg(long, value_name = "OUT")]
     csv: Option<PathBuf>,
+    /// Go on with the batch that was to write the table of --csv and was stopped, if there is one
+    #[arg(long, requires = "csv")]
+    resume: bool,
     /// Folder to search for included files; may be given several times
     #[arg(short = 'I', value_name = "DIR")]
     include: Vec<PathBuf>,
@@ -80,7 +87,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     if arguments.seed.is_some() && arguments.set.iter().any(sets_seed) {
         return Err(Problem::TwoSeeds);
     }
-    let variants = batch::variants(&arguments.set, arguments.runs.unwrap_or(1))?;
+    let variants = variants::variants(&arguments.set, arguments.runs.unwrap_or(1))?;
     match variants.as_slice() {
         [only] if arguments.runs.is_none() && arguments.csv.is_none() => live::run(arguments, only),
         _ => batch::run(arguments, &variants),

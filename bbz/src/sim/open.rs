@@ -112,6 +112,11 @@ impl Opened {
         inputs
     }
 
+    /// Returns the programs that emulate its robots: paths, or names that PATH knows.
+    pub fn emulator_programs(&self) -> impl Iterator<Item = &Path> {
+        self.emulators.iter().map(|(_, program)| program.as_path())
+    }
+
     /// What all runs of it share. Prints what is wrong, and is `None` then.
     pub fn setup(&self) -> Option<run::Setup> {
         match run::Setup::new(self.scenario.clone(), self.images.clone()) {

@@ -1,0 +1,51 @@
+//! One run of many, from its first tick to its last.
+
+use std::fmt;
+use std::sync::Arc;
+
+use crate::scenario::ScenarioError;
+
+use super::firmware::FirmwareError;
+use super::setup::Setup;
+use super::simulation::Simulation;
+use super::summary::Summary;
+
+/// A reason why a run has no summary.
+#[derive(Debug)]
+pub enum RunError {
+    /// The world cannot be made.
+    Scenario(ScenarioError),
+    /// Robots that run their firmware could not go on.
+    Firmware(FirmwareError),
+}
+
+impl fmt::Display for RunError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            RunError::Scenario(error) => error.fmt(f),
+            RunError::Firmware(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for RunError {}
+
+/// Simulates a run to its end, on this thread alone: many of them share nothing but the setup. `None` if
+/// `is_interrupted` returned true before a tick.
+pub fn complete(
+    setup: &Arc<Setup>,
+    seed: u32,
+    is_interrupted: impl Fn() -> bool,
+) -> Result<Option<Summary>, RunError> {
+    let simulation = Simulation::new(setup.clone(), seed, 1);
+    let mut simulation = simulation.map_err(RunError::Scenario)?;
+    while !simulation.is_over() {
+        if is_interrupted() {
+            return Ok(None);
+        }
+        simulation.tick().map_err(RunError::Firmware)?;
+        // The log is not used here, and would grow.
+        simulation.take_log();
+    }
+    Ok(Some(simulation.summary()))
+}

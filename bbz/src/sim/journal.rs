@@ -1,0 +1,286 @@
+//! The journal of a batch: finished runs in a folder next to the table, with which an interrupted batch goes on.
+//!
+//! `FILE.parts` holds
+//! * `batch.json`, the key: what the rows depend on. A batch with another key does not go on here.
+//! * `part-N`: a line for each finished run of the Nth part of the batch, with the number of the run and its metrics.
+//! * `lock`, which the process that writes holds. The system frees it, however that process ends.
+//!
+//! Key and parts are written aside, flushed to disk and renamed: at any moment each of them is whole or not there.
+
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
+use std::env;
+use std::fs::{self, File, TryLockError};
+use std::hash::{DefaultHasher, Hasher};
+use std::io::{self, Read};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+
+use crate::problem::Problem;
+use crate::whole_file;
+
+use super::Arguments;
+use super::open::Opened;
+
+const KEY: &str = "batch.json";
+const LOCK: &str = "lock";
+const PART: &str = "part-";
+
+/// Parts of a batch. More would lose less when the process is killed, and take more files.
+const MOST_PARTS: usize = 1000;
+
+/// The metrics of a run, in the order of the table's.
+pub type Metrics = Vec<Option<f64>>;
+
+/// Finished runs, by number.
+pub type Finished = BTreeMap<usize, Metrics>;
+
+/// The folder of a batch that is under way.
+pub struct Journal {
+    folder: PathBuf,
+    /// The first line of each part.
+    head: String,
+    /// Held as long as this process is at work here.
+    _lock: File,
+}
+
+/// Returns the numbers of the runs of each part of a batch.
+pub fn parts(total: usize) -> Vec<Range<usize>> {
+    let size = total.div_ceil(MOST_PARTS).max(1);
+    (0..total).step_by(size).map(|first| first..total.min(first + size)).collect()
+}
+
+impl Journal {
+    /// Opens or makes the folder for a table of `total` rows with so many metrics. Finished runs that are in it are
+    /// returned if `resume` is true, and are a reason to refuse if not.
+    pub fn open(
+        table: &Path,
+        key: &Value,
+        [total, metrics]: [usize; 2],
+        resume: bool,
+    ) -> Result<(Journal, Finished), Problem> {
+        let folder = whole_file::with_suffix(table, ".parts");
+        let unwritable = |error| Problem::unwritable(&folder, error);
+        let is_old = match fs::create_dir(&folder) {
+            Ok(()) => false,
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => true,
+            Err(error) => return Err(unwritable(error)),
+        };
+        let names = names(&folder)?;
+        if is_old && !names.iter().all(|name| is_own(name)) {
+            return Err(Problem::BatchFolder(folder));
+        }
+        let lock = File::options().create(true).truncate(false).write(true).open(folder.join(LOCK));
+        let lock = lock.map_err(unwritable)?;
+        // Some network drives have no locks: there, nobody watches over it.
+        if let Err(TryLockError::WouldBlock) = lock.try_lock() {
+            return Err(Problem::BatchBusy(folder));
+        }
+        let mut hasher = DefaultHasher::new();
+        hasher.write(key.to_string().as_bytes());
+        let head = format!("bbz batch {:016x}", hasher.finish());
+        let journal = Journal { folder, head, _lock: lock };
+        let mut numbers = Vec::new();
+        for name in &names {
+            match name.strip_prefix(PART).map(str::parse::<usize>) {
+                Some(Ok(number)) => numbers.push(number),
+                _ if name == KEY || name == LOCK => {}
+                // A process that was killed while it wrote.
+                _ => journal.remove_file(name)?,
+            }
+        }
+        if numbers.is_empty() {
+            whole_file::write(&journal.folder.join(KEY), format!("{key:#}\n").as_bytes())?;
+            return Ok((journal, Finished::new()));
+        }
+        if !resume {
+            return Err(Problem::BatchUnfinished(journal.folder));
+        }
+        journal.compare(key)?;
+        let parts = parts(total);
+        let mut finished = Finished::new();
+        for number in numbers {
+            let part = parts.get(number).cloned().unwrap_or_default();
+            finished.extend(journal.read(number, &part, metrics)?);
+        }
+        Ok((journal, finished))
+    }
+
+    /// The folder, for messages.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Writes the finished runs of a part, and keeps what was written before until this is on the disk.
+    pub fn write(&self, number: usize, finished: &Finished) -> Result<(), Problem> {
+        let mut text = self.head.clone() + "\n";
+        for (run, metrics) in finished {
+            text += &run.to_string();
+            for metric in metrics {
+                text.push(',');
+                // The shortest text that is read as the same number.
+                text += &metric.map_or(String::new(), |metric| metric.to_string());
+            }
+            text.push('\n');
+        }
+        whole_file::write(&self.part(number), text.as_bytes())
+    }
+
+    /// Removes the folder, once the table is there.
+    pub fn remove(self) -> Result<(), Problem> {
+        // Else a loss of power could take the table along.
+        #[cfg(unix)]
+        if let Some(beside) = self.folder.parent() {
+            let beside = if beside.as_os_str().is_empty() { Path::new(".") } else { beside };
+            // Not every file system can flush a folder.
+            let _ = File::open(beside).and_then(|folder| folder.sync_all());
+        }
+        let names = names(&self.folder)?;
+        // The key stays as long as there is a part that it explains.
+        let (last, first): (Vec<&String>, Vec<&String>) = names
+            .iter()
+            .filter(|name| is_own(name))
+            .partition(|name| [KEY, LOCK].contains(&name.as_str()));
+        for name in first.into_iter().chain(last) {
+            self.remove_file(name)?;
+        }
+        fs::remove_dir(&self.folder).map_err(|error| Problem::unwritable(&self.folder, error))
+    }
+
+    fn part(&self, number: usize) -> PathBuf {
+        self.folder.join(format!("{PART}{number}"))
+    }
+
+    fn remove_file(&self, name: &str) -> Result<(), Problem> {
+        let path = self.folder.join(name);
+        fs::remove_file(&path).map_err(|error| Problem::unwritable(&path, error))
+    }
+
+    /// Refuses a folder with another key.
+    fn compare(&self, key: &Value) -> Result<(), Problem> {
+        let path = self.folder.join(KEY);
+        let bytes = match fs::read(&path) {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
+            Err(error) => return Err(Problem::unreadable(&path, error)),
+        };
+        let old: Value = serde_json::from_slice(&bytes).unwrap_or_default();
+        if old == *key {
+            return Ok(());
+        }
+        let folder = self.folder.clone();
+        Err(Problem::BatchDiffers { folder, what: differences(&old, key) })
+    }
+
+    fn read(
+        &self,
+        number: usize,
+        part: &Range<usize>,
+        metrics: usize,
+    ) -> Result<Finished, Problem> {
+        let path = self.part(number);
+        let text = fs::read_to_string(&path).map_err(|error| Problem::unreadable(&path, error))?;
+        let mut finished = Finished::new();
+        let mut lines = text.split_inclusive('\n').zip(1..);
+        let damaged = |line| Problem::BatchPart { path: path.clone(), line };
+        if lines.next().and_then(|(line, _)| line.strip_suffix('\n')) != Some(self.head.as_str()) {
+            return Err(damaged(1));
+        }
+        for (line, place) in lines {
+            let row = line.strip_suffix('\n').and_then(row);
+            let fits = |(run, row): &(usize, Metrics)| part.contains(run) && row.len() == metrics;
+            finished.extend([row.filter(fits).ok_or_else(|| damaged(place))?]);
+        }
+        Ok(finished)
+    }
+}
+
+/// A line of a part: the number of the run, and its metrics.
+fn row(line: &str) -> Option<(usize, Metrics)> {
+    let mut cells = line.split(',');
+    let run = cells.next()?.parse().ok()?;
+    let metric = |cell: &str| match cell {
+        "" => Some(None),
+        number => number.parse().ok().map(Some),
+    };
+    Some((run, cells.map(metric).collect::<Option<Metrics>>()?))
+}
+
+/// The names of what is in a folder. What is no text is shown as such, and is nothing of ours.
+fn names(folder: &Path) -> Result<Vec<String>, Problem> {
+    let name = |entry: io::Result<fs::DirEntry>| {
+        entry.map(|entry| entry.file_name().to_string_lossy().into_owned())
+    };
+    let names = fs::read_dir(folder).and_then(|entries| entries.map(name).collect());
+    names.map_err(|error| Problem::unreadable(folder, error))
+}
+
+/// Returns true for files of a journal, also those that were to take the place of one.
+fn is_own(name: &str) -> bool {
+    name == LOCK || name.starts_with(KEY) || name.starts_with(PART)
+}
+
+/// Returns all that the rows of a batch depend on.
+pub fn key(arguments: &Arguments, opened: &[Opened]) -> Result<Value, Problem> {
+    let of_file = |path: &Path| {
+        let number = File::open(path).and_then(fingerprint);
+        let number = number.map_err(|error| Problem::unreadable(path, error))?;
+        Ok::<_, Problem>(format!("{number:016x}"))
+    };
+    let program =
+        env::current_exe().map_err(|error| Problem::unreadable(Path::new("bbz"), error))?;
+    let mut files = BTreeMap::new();
+    let mut emulators = BTreeMap::new();
+    for variant in opened {
+        for path in variant.inputs().paths() {
+            if let Entry::Vacant(free) = files.entry(path.display().to_string()) {
+                free.insert(of_file(path)?);
+            }
+        }
+        for path in variant.emulator_programs() {
+            // A name that PATH knows has no content here.
+            let content = if path.is_file() { of_file(path)? } else { String::new() };
+            emulators.insert(path.display().to_string(), content);
+        }
+    }
+    Ok(json!({
+        "bbz": format!("{} {}", env!("CARGO_PKG_VERSION"), of_file(&program)?),
+        "runs": arguments.runs.unwrap_or(1),
+        "seed": arguments.seed,
+        "set": arguments.set,
+        "emulators": emulators,
+        "files": files,
+    }))
+}
+
+/// Returns a number that tells contents apart. It may be another one in the next release of the standard library,
+/// which the program's own content in the key rules out.
+fn fingerprint(mut content: File) -> io::Result<u64> {
+    let mut hasher = DefaultHasher::new();
+    let mut buffer = vec![0; 1 << 16];
+    loop {
+        match content.read(&mut buffer)? {
+            0 => return Ok(hasher.finish()),
+            count => hasher.write(buffer.get(..count).unwrap_or_default()),
+        }
+    }
+}
+
+/// Names what is not as it was, for people.
+fn differences(old: &Value, new: &Value) -> Vec<String> {
+    let options = ["runs", "seed", "set"].map(|key| (key, format!("--{key}")));
+    let others = [("bbz", "bbz itself".to_owned()), ("emulators", "the emulator".to_owned())];
+    let mut what: Vec<String> = others
+        .into_iter()
+        .chain(options)
+        .filter(|(key, _)| old[*key] != new[*key])
+        .map(|(_, name)| name)
+        .collect();
+    let names = [old, new].into_iter().filter_map(|key| key["files"].as_object());
+    let names: BTreeSet<&String> = names.flat_map(|files| files.keys()).collect();
+    let changed = names.into_iter().filter(|name| old["files"][*name] != new["files"][*name]);
+    what.extend(changed.map(|name| format!("`{name}`")));
+    what
+}

@@ -1,0 +1,66 @@
+//! The table of a batch, for people and for programs.
+
+use std::fmt::Write;
+
+use bittybuzz_arena::output::{Row, Table, quartiles};
+use serde_json::{Map, Value, json};
+
+/// What is usual among the runs of a variant: how many succeeded, and of each metric that is not always the same median
+/// and quartiles.
+pub fn describe(metrics: &[String], rows: &[&Row], settings: &[String], text: &mut String) {
+    let runs = rows.len();
+    let column = |index: usize| -> Vec<f64> {
+        rows.iter().filter_map(|row| *row.metrics.get(index)?).collect()
+    };
+    let succeeded: f64 = column(0).iter().sum();
+    let name = if settings.is_empty() { "as in the file".to_owned() } else { settings.join(" ") };
+    let _ = writeln!(text, "{name}: {succeeded} of {runs} runs succeeded");
+    for (index, metric) in metrics.iter().enumerate().skip(1) {
+        let numbers = column(index);
+        let Some([least, lower, median, upper, most]) = quartiles(&numbers) else {
+            let _ = writeln!(text, "  {metric:<24} never");
+            continue;
+        };
+        let count = match numbers.len() {
+            all if all == runs => String::new(),
+            some => format!(", in {some} runs"),
+        };
+        let _ = if least == most {
+            writeln!(text, "  {metric:<24} {}{count}", round(median))
+        } else {
+            writeln!(
+                text,
+                "  {metric:<24} median {}, quartiles {} and {}, from {} to {}{count}",
+                round(median),
+                round(lower),
+                round(upper),
+                round(least),
+                round(most)
+            )
+        };
+    }
+}
+
+/// Four digits are enough to compare.
+fn round(number: f64) -> f64 {
+    if number.abs() >= 1000.0 { number.round() } else { (number * 1000.0).round() / 1000.0 }
+}
+
+/// The table as an object.
+pub fn json(table: &Table) -> Value {
+    let rows: Vec<Value> = table
+        .rows
+        .iter()
+        .map(|row| {
+            let parameters = table.parameters.iter().cloned().zip(row.parameters.iter());
+            let metrics = table.metrics.iter().cloned().zip(row.metrics.iter());
+            json!({
+                "seed": row.seed,
+                "parameters": parameters.map(|(key, value)| (key, json!(value))).collect::<Map<_, _>>(),
+                "error": row.error,
+                "metrics": metrics.map(|(key, value)| (key, json!(value))).collect::<Map<_, _>>(),
+            })
+        })
+        .collect();
+    json!({ "runs": rows })
+}

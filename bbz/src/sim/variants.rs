@@ -1,0 +1,61 @@
+//! The combinations of the values of `--set`.
+
+use crate::problem::Problem;
+
+use super::MOST_RUNS;
+
+/// Returns the combinations of the values of `--set`, each a list of `KEY=VALUE`. With `runs` of each there are at most
+/// [`MOST_RUNS`].
+pub fn variants(set: &[String], runs: u32) -> Result<Vec<Vec<String>>, Problem> {
+    let mut variants = vec![Vec::new()];
+    for argument in set {
+        let Some((key, values)) =
+            argument.split_once('=').filter(|(key, _)| !key.trim().is_empty())
+        else {
+            return Err(Problem::Setting(argument.clone()));
+        };
+        let values = split(values);
+        let count = variants.len().saturating_mul(values.len());
+        if count.saturating_mul(runs as usize) > MOST_RUNS as usize {
+            return Err(Problem::TooManyRuns { runs, variants: count });
+        }
+        variants = variants
+            .iter()
+            .flat_map(|variant: &Vec<String>| {
+                values.iter().map(move |value| {
+                    let mut longer = variant.clone();
+                    longer.push(format!("{}={value}", key.trim()));
+                    longer
+                })
+            })
+            .collect();
+    }
+    Ok(variants)
+}
+
+/// The parts between commas that are in no brackets, braces or quotes.
+fn split(values: &str) -> Vec<&str> {
+    let (mut parts, mut start, mut depth, mut quote) = (Vec::new(), 0, 0, None);
+    for (at, c) in values.char_indices() {
+        match (c, quote) {
+            (_, Some(open)) if c == open => quote = None,
+            (_, Some(_)) => {}
+            ('"' | '\'', None) => quote = Some(c),
+            ('[' | '{', None) => depth += 1,
+            (']' | '}', None) => depth -= 1,
+            (',', None) if depth == 0 => {
+                parts.push(&values[start..at]);
+                start = at + 1;
+            }
+            _ => {}
+        }
+    }
+    parts.push(&values[start..]);
+    parts.into_iter().map(str::trim).collect()
+}
+
+/// `medium.ir.loss=0.1` to its key and value.
+pub fn parts(setting: &str) -> (String, String) {
+    let (key, value) = setting.split_once('=').unwrap_or((setting, ""));
+    (key.to_owned(), value.to_owned())
+}

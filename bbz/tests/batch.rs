@@ -1,0 +1,222 @@
+//! Many runs of `bbz sim`: what is kept of them when the process is stopped, and how they go on.
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+mod support;
+
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Command};
+use std::thread;
+use std::time::Duration;
+
+use serde_json::Value;
+use support::{Folder, finish};
+
+/// Robots at random places that hear each other: no two seeds are alike.
+const SCENARIO: &str = "[world]\nsize = [500, 500]\nduration = 5\n\
+    [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\ncount = 5\n\
+    [output]\nplot = [\"x\", \"neighbors\"]\n\
+    [[expect]]\nat = 1\nvalue = \"global.n\"\nabove = 3\n";
+
+const SCRIPT: &str = "n = 0\nfunction step() { n = n + 1 forward() }\n";
+
+/// Twenty runs that end at once, and twenty that last four weeks.
+const ENDLESS: [&str; 8] =
+    ["sim", "s.toml", "--runs", "20", "--set", "world.duration=1,2419200", "--csv", "runs.csv"];
+
+fn folder(test: &str) -> Folder {
+    let folder = Folder::with(test, "s.bzz", SCRIPT);
+    folder.write("s.toml", SCENARIO);
+    folder
+}
+
+/// Parts of the journal that are whole.
+fn parts(folder: &Folder) -> usize {
+    let Ok(entries) = folder.path("runs.csv.parts").read_dir() else { return 0 };
+    let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    names.filter(|name| name.starts_with("part-") && !name.contains('.')).count()
+}
+
+/// Starts a batch, and returns when so many parts are written or the process has ended.
+fn start(folder: &Folder, arguments: &[&str], count: usize) -> Child {
+    let mut child = folder.command(arguments).env("RAYON_NUM_THREADS", "2").spawn().unwrap();
+    while parts(folder) < count && child.try_wait().unwrap().is_none() {
+        thread::sleep(Duration::from_millis(1));
+    }
+    child
+}
+
+fn send(signal: &str, child: &Child) {
+    let kill = [signal, &child.id().to_string()];
+    assert!(Command::new("kill").args(kill).status().unwrap().success());
+}
+
+/// Kills a batch so many times, each time after some more parts were written, and compares the table that comes of it
+/// with that of one thread that nothing stops.
+fn kill_and_resume(test: &str, runs: usize, kills: usize) {
+    let folder = folder(test);
+    let text = runs.to_string();
+    let arguments = ["sim", "s.toml", "--runs", &text, "--csv", "runs.csv"];
+    let mut whole = folder.command(&arguments);
+    let outcome = finish(whole.env("RAYON_NUM_THREADS", "1").spawn().unwrap());
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+    assert_eq!(folder.names(), ["runs.csv", "s.bzz", "s.toml"]);
+    let expected = folder.read("runs.csv");
+    assert_eq!(expected.split(|byte| *byte == b'\n').count(), 1 + runs + 1);
+    std::fs::remove_file(folder.path("runs.csv")).unwrap();
+    let resume = [&arguments[..], &["--resume"]].concat();
+    let total = runs.div_ceil(runs.div_ceil(1000));
+    // Up to where it is killed: a linear congruential generator (Knuth, MMIX), so that every run of this test is alike.
+    let (mut random, mut goal) = (runs as u64, 0);
+    for _ in 0..kills {
+        random = random.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        goal += 1 + (random >> 33) as usize % (2 * (total - goal) / (kills + 1)).max(1);
+        let mut child = start(&folder, &resume, goal.min(total - 1));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        goal = parts(&folder).max(goal).min(total - 1);
+    }
+    let left = parts(&folder);
+    let outcome = folder.bbz(&resume);
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+    println!("{kills} kills, {left} of {total} parts before the last start: {}", outcome.stderr);
+    assert_eq!(folder.read("runs.csv"), expected);
+    assert!(!folder.path("runs.csv.parts").exists());
+}
+
+#[test]
+fn a_batch_that_is_killed_goes_on_to_the_same_table() {
+    kill_and_resume("batch_killed", 300, 5);
+}
+
+/// Takes too long for every change.
+#[test]
+#[ignore = "minutes"]
+fn a_batch_of_2000_runs_that_is_killed_20_times_goes_on_to_the_same_table() {
+    kill_and_resume("batch_killed_often", 2000, 20);
+}
+
+#[test]
+fn a_signal_ends_a_batch_in_order() {
+    for signal in ["-INT", "-TERM"] {
+        let folder = folder(&format!("batch{signal}"));
+        let child = start(&folder, &ENDLESS, 20);
+        // Nobody else goes on with it as long as this one is at work.
+        let other = folder.bbz(&[&ENDLESS[..], &["--resume"]].concat());
+        other.fails_with(3, &["another `bbz` is at work", "runs.csv.parts"]);
+        send(signal, &child);
+        let outcome = finish(child);
+        assert_eq!(outcome.status, Some(130), "{}", outcome.stderr);
+        outcome.says(&["stopped by Ctrl-C or SIGTERM: 20 of 40 runs are finished", "--resume"]);
+        let line = "world.duration=1: 20 of 20 runs succeeded\n";
+        assert!(outcome.stdout.contains(line), "{}", outcome.stdout);
+        assert!(!folder.path("runs.csv").exists());
+        assert_eq!(parts(&folder), 20);
+        // It goes on where it was: none of the twenty is simulated again.
+        let resume = [&ENDLESS[..], &["--resume"]].concat();
+        let mut child = folder.command(&resume).spawn().unwrap();
+        let mut stderr = BufReader::new(child.stderr.take().unwrap());
+        let mut printed = String::new();
+        while !printed.contains("20 of 40 runs were finished before") {
+            assert_ne!(stderr.read_line(&mut printed).unwrap(), 0, "only printed:\n{printed}");
+        }
+        send(signal, &child);
+        assert_eq!(finish(child).status, Some(130));
+        assert_eq!(parts(&folder), 20);
+    }
+}
+
+#[test]
+fn a_batch_goes_on_only_as_what_it_was() {
+    let folder = folder("batch_other");
+    let child = start(&folder, &ENDLESS, 20);
+    send("-TERM", &child);
+    assert_eq!(finish(child).status, Some(130));
+    let resume = [&ENDLESS[..], &["--resume"]].concat();
+    let refused = |arguments: &[&str], parts: &[&str]| {
+        folder.bbz(arguments).fails_with(3, parts);
+        assert_eq!(self::parts(&folder), 20);
+    };
+    refused(&ENDLESS, &["runs.csv.parts` has finished runs", "--resume goes on"]);
+    let others = "another batch; not as they were: --";
+    refused(&[&resume[..], &["--seed", "5"]].concat(), &[others, "--seed", "remove the folder"]);
+    let more: Vec<&str> =
+        resume.iter().map(|word| if *word == "20" { "21" } else { word }).collect();
+    refused(&more, &[others, "--runs"]);
+    folder.write("s.bzz", format!("{SCRIPT}\n"));
+    refused(&resume, &["not as they were: `", "s.bzz`"]);
+    folder.write("s.bzz", SCRIPT);
+    folder.write("s.toml", format!("# a comment\n{SCENARIO}"));
+    refused(&resume, &["not as they were: `", "s.toml`"]);
+    folder.write("s.toml", SCENARIO);
+    let part = String::from_utf8(folder.read("runs.csv.parts/part-3")).unwrap();
+    for (damaged, place) in [
+        (part.replace("bbz batch ", "bbz batch 0"), "line 1 of"),
+        (part.replace("\n3,", "\n4,"), "line 2 of"),
+        (part.trim_end().to_owned(), "line 2 of"),
+        (part.replace("\n3,1,", "\n3,one,"), "line 2 of"),
+        (part.replace("\n3,1,", "\n3,"), "line 2 of"),
+    ] {
+        assert_ne!(damaged, part);
+        folder.write("runs.csv.parts/part-3", damaged);
+        refused(&resume, &[place, "part-3` is damaged", "remove the file"]);
+    }
+}
+
+#[test]
+fn a_folder_that_is_no_journal_is_left_alone() {
+    let folder = folder("batch_folder");
+    std::fs::create_dir(folder.path("runs.csv.parts")).unwrap();
+    folder.write("runs.csv.parts/notes.txt", "mine");
+    let arguments = ["sim", "s.toml", "--runs", "2", "--csv", "runs.csv"];
+    folder.bbz(&arguments).fails_with(3, &["runs.csv.parts`", "holds other files"]);
+    assert_eq!(folder.read("runs.csv.parts/notes.txt"), b"mine");
+    folder.bbz(&["sim", "s.toml", "--resume"]).fails_with(3, &["--csv"]);
+    let stream = ["sim", "s.toml", "--csv", "/dev/stderr", "--resume"];
+    folder.bbz(&stream).fails_with(3, &["`/dev/stderr` is no file"]);
+    folder.bbz(&["sim", "s.toml", "--csv", "."]).fails_with(3, &["cannot write `.`"]);
+}
+
+#[test]
+fn a_run_that_fails_is_a_row() {
+    let folder = folder("batch_row");
+    let set = ["--set", "robots.0.count=2,60000", "--runs", "2"];
+    let arguments = [&["sim", "s.toml", "--csv", "runs.csv"], &set[..]].concat();
+    let outcome = folder.bbz(&arguments);
+    assert_eq!(outcome.status, Some(1));
+    outcome.says(&[
+        "the run with seed 1",
+        "no room for 60000 robots",
+        "s.toml:4:",
+        "make the world",
+    ]);
+    assert!(outcome.stdout.contains("robots.0.count=2: 2 of 2 runs succeeded\n"));
+    assert!(outcome.stdout.contains("robots.0.count=60000: 0 of 2 runs succeeded\n"));
+    let table = String::from_utf8(folder.read("runs.csv")).unwrap();
+    let rows: Vec<&str> = table.split_terminator("\r\n").collect();
+    assert!(rows[0].ends_with(",handler_faults,error"), "{}", rows[0]);
+    assert!(rows[1].starts_with("1,2,1,") && rows[1].ends_with(",0,"), "{}", rows[1]);
+    let empty = ",".repeat(rows[0].matches(',').count() - 2);
+    for (row, seed) in rows[3..].iter().zip(1..) {
+        let start = format!("{seed},60000,0{empty}\"there is no room for 60000 robots, only for ");
+        assert!(row.starts_with(&start), "{row}");
+    }
+    let json = folder.bbz(&[&["sim", "s.toml", "--json"], &set[..]].concat());
+    let result: Value = serde_json::from_str(&json.stdout).unwrap();
+    assert_eq!(result["runs"][0]["error"], Value::Null);
+    assert!(result["runs"][2]["error"].as_str().unwrap().starts_with("there is no room"));
+    assert_eq!(result["runs"][2]["metrics"]["success"], 0.0);
+    // Without a world for any of them it is the scenario that is wrong.
+    let none = ["sim", "s.toml", "--runs", "2", "--csv", "none.csv", "--set"];
+    let outcome = folder.bbz(&[&none[..], &["robots.0.count=60000"]].concat());
+    outcome.fails_with(2, &["no room for 60000 robots"]);
+    assert_eq!(folder.names(), ["runs.csv", "s.bzz", "s.toml"]);
+}
+
+#[test]
+fn values_that_change_the_columns_are_refused() {
+    let folder = folder("batch_columns");
+    let plot = "output.plot=[\"x\"],[\"y\"]";
+    let outcome = folder.bbz(&["sim", "s.toml", "--set", plot, "--csv", "runs.csv"]);
+    outcome.fails_with(3, &["change which columns", "a table of its own"]);
+}
