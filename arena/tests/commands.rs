@@ -17,7 +17,8 @@ const IDS: [u16; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 20, 21, 22, 23, 30, 31, 32];
 fn command(chance: &mut SmallRng) -> String {
     let id = |chance: &mut SmallRng| IDS[chance.random_range(0..IDS.len())];
     let place = |chance: &mut SmallRng| {
-        let [x, y] = [0, 1].map(|_| chance.random_range(-450..450));
+        // The largest body, of 60 mm, has room everywhere.
+        let [x, y] = [0, 1].map(|_| chance.random_range(-440..=440));
         format!("[{x}, {y}]")
     };
     let (one, other) = (id(chance), id(chance));

@@ -151,10 +151,11 @@ fn broadcasts_are_of_the_last_step() {
                   if(t - value > r) r = t - value\n })\n}\n\
                   function step() { t = t + 1 neighbors.broadcast(\"t\", t) }\n";
     let folder = folder("fresh", &[("a.bzz", script)]);
-    for (robot, medium) in [("kilobot", "ir"), ("zooids", "nrf24"), ("crazyflie", "p2p")] {
+    let robots = [("kilobot", "ir", 45), ("zooids", "nrf24", 45), ("crazyflie", "p2p", 60)];
+    for (robot, medium, x) in robots {
         let text = format!(
             "[world]\nsize = [500, 500]\nduration = 60\n[medium.{medium}]\nloss = 0\n\
-             [[robots]]\nrobot = \"{robot}\"\nscript = \"a.bzz\"\npositions = [[-45, 0], [45, 0]]\n\
+             [[robots]]\nrobot = \"{robot}\"\nscript = \"a.bzz\"\npositions = [[-{x}, 0], [{x}, 0]]\n\
              [output]\nplot = [\"global.r\"]\n"
         );
         let summary = script::run(&folder, &text);

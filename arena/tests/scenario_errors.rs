@@ -91,7 +91,23 @@ const AFTER_BASE: &[(&str, &str, &[&str])] = &[
     ("[[event]]\nat = 60\nheal = true\n", "11:6", &["not within the run"]),
     ("[[event]]\nat = 1\npartition = []\n", "12:13", &["1 to 255 parts"]),
     ("[[event]]\nat = 1\npartition = [[0, 1], [2, 1]]\n", "12:22", &["robot 1 is in two parts"]),
+    ("[[event]]\nat = 0.05\nheal = true\n", "11:6", &["`at` cannot be 0.05", "0 and 0.1 are"]),
     // Expectations.
+    (
+        "[[expect]]\nat = 9.99\nvalue = \"x\"\nabove = 1\n",
+        "11:6",
+        &["cannot be 9.99", "9.9 and 10"],
+    ),
+    (
+        "[[expect]]\nwithin = 5.05\nvalue = \"x\"\nabove = 1\n",
+        "11:10",
+        &["`within` cannot be 5.05", "5 and 5.1 are the nearest"],
+    ),
+    (
+        "[[expect]]\nalways = [1, 2.35]\nvalue = \"x\"\nabove = 1\n",
+        "11:14",
+        &["`always` cannot be 2.35", "2.3 and 2.4"],
+    ),
     ("[[expect]]\nvalue = \"x\"\nabove = 1\n", "10:1", &["one of at, within, always is needed"]),
     ("[[expect]]\nat = 1\nabove = 1\n", "10:1", &["this [[expect]] has no `value`"]),
     ("[[expect]]\nat = 1\nvalue = \"x\"\n", "10:1", &["one of equals, differs"]),
@@ -145,6 +161,12 @@ const AFTER_BASE: &[(&str, &str, &[&str])] = &[
     ),
     // Output.
     ("[output]\nevery = 0\n", "11:9", &["`every` cannot be 0"]),
+    (
+        "[output]\nevery = 0.25\n",
+        "11:9",
+        &["`every` cannot be 0.25", "tick each 0.1 s", "0.2 and 0.3"],
+    ),
+    ("[output]\nevery = 0.19999\n", "11:9", &["`every` cannot be 0.19999", "0.1 and 0.2"]),
     ("[output]\nplot = [\"x\", \"speeed\"]\n", "11:14", &["no quantity `speeed`"]),
     // TOML itself.
     ("[output\n", "10:8", &["this is not TOML"]),
@@ -259,6 +281,11 @@ const FILES: &[(&str, &str, &[&str])] = &[
     ("[world]\nsize = [0, 100]\nduration = 3\n", "2:9", &["`size` cannot be 0"]),
     ("[world]\nsize = [100, 100]\n", "1:1", &["[world] has no `duration`"]),
     ("[world]\nsize = [100, 100]\nduration = 0\n", "3:12", &["`duration` cannot be 0"]),
+    (
+        "[world]\nsize = [100, 100]\nduration = 0.33\n",
+        "3:12",
+        &["`duration` cannot be 0.33", "0.3 and 0.4 are the nearest"],
+    ),
     ("[world]\nsize = [100, 100]\nduration = 9\nseed = -1\n", "4:8", &["`seed` cannot be -1"]),
     ("[world]\nsize = [100, 100]\nduration = 9\n", "1:1", &["no robots", "[[robots]] section"]),
     (
@@ -341,6 +368,119 @@ fn one_mistake_is_one_error() {
     for (case, ..) in AFTER_GROUP {
         let found: Vec<String> = errors(&format!("{GROUP}{case}"), &[]).iter().map(told).collect();
         assert_eq!(found.len(), 1, "{case}\n{found:#?}");
+    }
+}
+
+/// A Kilobot's radius is 16.5 mm. Two bodies need 33 mm, and ten on a circle 16.5 / sin(18 degrees) = 53.4 mm.
+const STARTS: &[(&str, &[&str])] = &[
+    (
+        "count = 3\nplacement = \"line\"\nspacing = 20\n",
+        &[
+            "robot 0 at (0, 0) and robot 1 at (20, 0) overlap",
+            "need 33 mm",
+            "least `spacing` is 33",
+        ],
+    ),
+    (
+        "count = 4\nplacement = \"grid\"\nspacing = 32.9\n",
+        &["robot 0 at (-16.45, -16.45) and robot 1 at (16.45, -16.45) overlap", "`spacing` is 33"],
+    ),
+    (
+        "count = 10\nplacement = \"circle\"\nradius = 50\nat = [-200, -200]\nfirst_id = 7\n",
+        &["robot 7 at (-150, -200) and robot 8 at (-159.55, -170.61) overlap", "`radius` is 53.4"],
+    ),
+    (
+        "positions = [[0, 0], [100, 0], [0, 0]]\n",
+        &[
+            "robot 0 at (0, 0) and robot 2 at (0, 0) overlap | their bodies need 33 mm from middle to middle",
+        ],
+    ),
+    (
+        "positions = [[483.6, 0]]\n",
+        &[
+            "robot 0 at (483.6, 0) would stand in the wall",
+            "16.5 mm: x is from -483.5 to 483.5, y from -383.5 to",
+        ],
+    ),
+    (
+        "placement = \"line\"\nspacing = 50\nat = [0, -390]\n",
+        &["robot 0 at (0, -390) would stand in the wall"],
+    ),
+    (
+        "positions = [[0, 110]]\n",
+        &["robot 0 at (0, 110) would stand in an obstacle", "16.5 mm, which must be"],
+    ),
+    ("positions = [[0, 200]]\n", &["robot 0 at (0, 200) would stand in an obstacle"]),
+    ("positions = [[300, 15]]\n", &["robot 0 at (300, 15) would stand in an obstacle"]),
+    (
+        "present = false\npositions = [[50, 0], [60, 0]]\n[[event]]\nat = 1\njoin = \"all\"\n",
+        &["robot 0 at (50, 0) and robot 1 at (60, 0) overlap"],
+    ),
+];
+
+/// A disc of 20 mm, a box of 100 mm and a thin wall stand in the world.
+#[test]
+fn starts_that_have_no_room_are_refused() {
+    let obstacles = "obstacles = [{ at = [0, 80], radius = 20 }, { at = [0, 200], size = [100, 100] }, { from = [200, 0], to = [400, 0] }]";
+    let world = GROUP.replace("duration = 60", &format!("duration = 60\n{obstacles}"));
+    for (case, parts) in STARTS {
+        let found: Vec<String> = errors(&format!("{world}{case}"), &[]).iter().map(told).collect();
+        let [only] = found.as_slice() else { panic!("{case}{found:#?}") };
+        assert!(only.starts_with("s.toml:5:1: "), "{only}");
+        for part in *parts {
+            assert!(only.contains(part), "{part} is not in {only}");
+        }
+    }
+    // Bodies may touch each other and all else; who joins alone may come to where others were.
+    for case in [
+        "count = 9\nplacement = \"grid\"\nspacing = 33\nat = [-100, -100]\n",
+        "count = 10\nplacement = \"circle\"\nradius = 53.4\nat = [-100, -100]\n",
+        "positions = [[483.5, -383.5], [0, 116.5], [66.5, 200], [300, -16.5]]\n",
+        "present = false\npositions = [[50, 0], [50, 0]]\n[[event]]\nat = 1\njoin = 0\n[[event]]\nat = 9\njoin = 1\n",
+    ] {
+        let found: Vec<String> = errors(&format!("{world}{case}"), &[]).iter().map(told).collect();
+        assert_eq!(found, [""; 0], "{case}");
+    }
+    // Robots of two groups.
+    let pair = format!(
+        "{world}positions = [[50, 0]]\n[[robots]]\nrobot = \"zooids\"\nscript = \"walk.bzz\"\npositions = [[60, 0]]\n"
+    );
+    let found: Vec<String> = errors(&pair, &[]).iter().map(told).collect();
+    assert_eq!(
+        found,
+        [
+            "s.toml:9:1: robot 0 at (50, 0) and robot 1 at (60, 0) overlap | their bodies need 29.5 mm from middle to middle"
+        ]
+    );
+}
+
+#[test]
+fn one_robot_is_not_moved_into_an_obstacle() {
+    let obstacles = "obstacles = [{ at = [0, 80], radius = 20 }]";
+    let world = GROUP.replace("duration = 60", &format!("duration = 60\n{obstacles}"));
+    let moved = |robots: &str, to: &str| {
+        let text = format!("{world}count = 3\n[[event]]\nat = 1\nmove = {robots}\nto = {to}\n");
+        errors(&text, &[]).iter().map(told).collect::<Vec<String>>()
+    };
+    let [obstacle] = &moved("1", "[0, 110]")[..] else { panic!("{:?}", moved("1", "[0, 110]")) };
+    assert!(
+        obstacle.starts_with("s.toml:12:6: robot 1 at (0, 110) would stand in an obst"),
+        "{obstacle}"
+    );
+    let [wall] = &moved("2", "[490, 0]")[..] else { panic!("{:?}", moved("2", "[490, 0]")) };
+    assert!(wall.starts_with("s.toml:12:6: robot 2 at (490, 0) would stand in the wall"), "{wall}");
+    assert_eq!(moved("1", "[0, 116.5]"), [""; 0]);
+    // The places of several depend on where they are then.
+    assert_eq!(moved("\"all\"", "[0, 110]"), [""; 0]);
+}
+
+/// From a tick to four weeks: decimal fractions are not exact in binary.
+#[test]
+fn every_tick_is_a_time() {
+    for tick in (1..200).chain([24_191_999, 24_192_000]) {
+        let text = BASE.replace("duration = 60", &format!("duration = {}", f64::from(tick) / 10.0));
+        let found: Vec<String> = errors(&text, &[]).iter().map(told).collect();
+        assert_eq!(found, [""; 0], "{tick}");
     }
 }
 

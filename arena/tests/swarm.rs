@@ -116,7 +116,7 @@ fn many_robots_are_as_all_pairs_say() {
     let text = format!(
         "[world]\nsize = [1500, 1200]\nduration = 1\n{}{}[output]\nplot = {quantities:?}\n",
         group("count = 90\nplacement = \"random\""),
-        group("count = 20\nplacement = \"line\"\nspacing = 33.5\nat = [-600, 590]"),
+        group("count = 20\nplacement = \"line\"\nspacing = 33.5\nat = [-600, 583.5]"),
     );
     for seed in 0..5 {
         let text = text.replace("duration = 1\n", &format!("duration = 1\nseed = {seed}\n"));

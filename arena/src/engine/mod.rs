@@ -75,6 +75,7 @@ pub use id::RobotId;
 pub use light::{Light, LightId};
 pub use link::{Infrared, Link, Loss, Media, Medium, Nrf24, P2p, RangeAndBearing, Sighting};
 pub use obstacle::Obstacle;
+pub(crate) use obstacle::SLOP;
 pub use ray::Side;
 pub use robot::{RobotState, View};
 pub use settings::{Settings, above_0, first_wrong, not_below_0, within};

@@ -33,11 +33,6 @@ pub fn media_of(scenario: &Scenario, mut media: engine::Media, group: &Group) ->
     media
 }
 
-/// Radius of a group's robots in mm.
-pub fn radius(group: &Group) -> f64 {
-    f64::from(group.model.shape().radius)
-}
-
 fn set_medium(media: &mut engine::Media, medium: Medium, differs: &MediumSettings) {
     let link = media.link_mut(engine_medium(medium));
     if let Some(range) = differs.range {

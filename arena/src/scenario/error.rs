@@ -46,8 +46,21 @@ pub enum Cause {
     EmptyRange { text: String },
     /// A robot outside the world.
     OutsideWorld { what: String, size: [u32; 2] },
+    /// Two robots that overlap at the start: id and place of each, the length in mm that they need from middle to middle, and the key of
+    /// the file that would give it, with its least value.
+    Overlap {
+        robots: Box<[(u32, String); 2]>,
+        apart: String,
+        least: Option<(&'static str, String)>,
+    },
+    /// A body that reaches into a wall of the world, and the largest |x| and |y| that it can have.
+    InWall { id: u32, at: String, radius: String, most: [String; 2] },
+    /// A body that reaches into an obstacle.
+    InObstacle { id: u32, at: String, radius: String },
     /// A time after the end of the run.
     AfterEnd { key: &'static str, duration: String },
+    /// A time in seconds between two ticks, and those of the nearest ticks.
+    BetweenTicks { key: String, value: String, nearest: [String; 2] },
     /// A quantity that does not exist.
     UnknownQuantity { text: String },
     /// No script of the robots has a global of that name.
@@ -133,7 +146,20 @@ impl fmt::Display for Cause {
             Cause::TwoParts { id } => write!(f, "robot {id} is in two parts"),
             Cause::EmptyRange { text } => write!(f, "no robot is in `{text}`"),
             Cause::OutsideWorld { what, .. } => write!(f, "{what} would be outside the world"),
+            Cause::Overlap { robots, .. } => {
+                let [(one, at), (other, other_at)] = &**robots;
+                write!(f, "robot {one} at {at} and robot {other} at {other_at} overlap")
+            }
+            Cause::InWall { id, at, .. } => {
+                write!(f, "robot {id} at {at} would stand in the wall of the world")
+            }
+            Cause::InObstacle { id, at, .. } => {
+                write!(f, "robot {id} at {at} would stand in an obstacle")
+            }
             Cause::AfterEnd { key, .. } => write!(f, "`{key}` is not within the run"),
+            Cause::BetweenTicks { key, value, .. } => {
+                write!(f, "`{key}` cannot be {value}: the simulator has a tick each 0.1 s")
+            }
             Cause::UnknownQuantity { text } => write!(f, "there is no quantity `{text}`"),
             Cause::UnknownGlobal { name, .. } => write!(f, "no script has a global `{name}`"),
             Cause::NotANumber { of } => write!(f, "\"{of}\" needs a comparison with a number"),
@@ -227,8 +253,24 @@ impl toml_reader::Cause for Cause {
             Cause::OutsideWorld { size: [width, height], .. } => {
                 Some(format!("the world is {width} mm by {height} mm, with (0, 0) in its middle"))
             }
+            Cause::Overlap { apart, least, .. } => {
+                let least = least.as_ref().map(|(key, least)| format!("; the least `{key}` is {least}"));
+                Some(format!(
+                    "their bodies need {apart} mm from middle to middle{}",
+                    least.unwrap_or_default()
+                ))
+            }
+            Cause::InWall { radius, most: [x, y], .. } => Some(format!(
+                "its body has a radius of {radius} mm: x is from -{x} to {x}, y from -{y} to {y}"
+            )),
+            Cause::InObstacle { radius, .. } => Some(format!(
+                "its body has a radius of {radius} mm, which must be between its middle and the obstacle"
+            )),
             Cause::AfterEnd { duration, .. } => {
                 Some(format!("`duration` in [world] is {duration} s"))
+            }
+            Cause::BetweenTicks { nearest: [before, after], .. } => {
+                Some(format!("{before} and {after} are the nearest that work"))
             }
             Cause::UnknownQuantity { text } => Some(quantity_help(text)),
             Cause::UnknownGlobal { name, known } if known.is_empty() => Some(format!(

@@ -8,6 +8,7 @@ use super::expect::not_after_end;
 use super::read::{Entry, Section};
 use super::robots::heading;
 use super::select::{Census, Selection};
+use super::time::seconds;
 use super::world::{World, light, point_inside};
 use super::{Light, Loss, Medium};
 
@@ -96,7 +97,7 @@ pub fn read(
     used: &[Medium],
 ) -> Option<Event> {
     let at = section.required("at").and_then(|entry| {
-        let at = entry.number(0.0..=f64::MAX)?;
+        let at = seconds(&entry, 0.0..=f64::MAX)?;
         not_after_end(&entry, "at", at, world.duration)?;
         // At the very end nothing acts any more.
         if at >= world.duration {

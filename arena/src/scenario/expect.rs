@@ -9,6 +9,7 @@ use super::error::Cause;
 use super::keys::EXPECT;
 use super::read::{Entry, Section};
 use super::select::{Census, Selection};
+use super::time::{check_ticks, seconds};
 use super::value::{Quantity, is_identifier};
 
 /// A condition on robots, and when it must hold.
@@ -239,6 +240,9 @@ fn when(section: &Section<'_>, duration: f64) -> Option<When> {
     let (key, entry) = section.one_of(TIMES)?;
     if key == "always" && matches!(entry.value, DeValue::Array(_)) {
         let [from, to] = entry.numbers("a time or two as [from, to]", 0.0..=f64::MAX)?;
+        for (item, time) in entry.list()?.iter().zip([from, to]) {
+            check_ticks(item, time)?;
+        }
         not_after_end(&entry, key, to.max(from), duration)?;
         if to < from {
             let range = "the second time comes after the first".to_owned();
@@ -248,7 +252,7 @@ fn when(section: &Section<'_>, duration: f64) -> Option<When> {
         }
         return Some(When::Always(from, to));
     }
-    let time = entry.number(0.0..=f64::MAX)?;
+    let time = seconds(&entry, 0.0..=f64::MAX)?;
     not_after_end(&entry, key, time, duration)?;
     Some(match key {
         "at" => When::At(time),

@@ -17,6 +17,8 @@ mod output;
 mod read;
 mod robots;
 mod select;
+mod space;
+mod time;
 mod value;
 mod world;
 
@@ -38,6 +40,7 @@ pub use output::Output;
 pub use read::{Entry, Section};
 pub use robots::{Group, Heading, Placement};
 pub use select::Selection;
+pub(crate) use space::{Space, Standing};
 pub use value::{FORMS as QUANTITIES, Key, Quantity, Swarm};
 pub use world::{Light, Obstacle, World};
 
@@ -111,7 +114,9 @@ impl Scenario {
         };
         let format = (keys::COMMAND, &schema as toml_reader::Schema<'_>);
         toml_reader::read(&Source::new(keys::COMMAND, text), &[], format, |section| {
-            event::action(section, &self.census, &self.world, &self.used)
+            let action = event::action(section, &self.census, &self.world, &self.used)?;
+            space::check_move(section, &self.world, &self.groups, &action);
+            Some(action)
         })
     }
 
@@ -155,9 +160,18 @@ fn scenario(root: &Section<'_>, folder: &Path, models: &Models) -> Option<Scenar
     let media = medium::read(root, &used, &emulated);
     let bridge = bridge::read(root, folder, known, &groups);
     let sections = root.sections("event", keys::EVENT);
-    let mut events: Vec<Event> =
-        sections.iter().filter_map(|section| event::read(section, &census, known, &used)).collect();
+    let mut events: Vec<Event> = Vec::new();
+    for section in &sections {
+        let Some(event) = event::read(section, &census, known, &used) else { continue };
+        if is_complete && world.is_some() {
+            space::check_move(section, known, &groups, &event.action);
+        }
+        events.push(event);
+    }
     events.sort_by(|one, other| one.at.total_cmp(&other.at));
+    if is_complete && world.is_some() {
+        space::check_starts(root, known, &groups, &events);
+    }
     let expects = expect::read_all(root, &census, known.duration);
     let output = output::read(root, &census);
     let census = Arc::new(census);

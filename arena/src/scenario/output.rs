@@ -7,6 +7,7 @@ use super::expect::quantity;
 use super::keys::OUTPUT;
 use super::read::Section;
 use super::select::Census;
+use super::time::seconds;
 use super::value::Quantity;
 
 /// What is kept of a run, for pictures and tables.
@@ -21,7 +22,7 @@ pub struct Output {
 pub fn read(root: &Section<'_>, census: &Census) -> Output {
     let mut output = Output { every: 1.0, plot: Vec::new() };
     let Some(section) = root.section("output", OUTPUT) else { return output };
-    if let Some(every) = section.number("every", 0.1..=3600.0) {
+    if let Some(every) = section.get("every").and_then(|entry| seconds(&entry, 0.1..=3600.0)) {
         output.every = every;
     }
     let items = section.get("plot").and_then(|entry| entry.list()).unwrap_or_default();

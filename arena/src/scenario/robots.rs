@@ -19,6 +19,7 @@ use super::keys::ROBOTS;
 use super::medium::{self, MediumSettings};
 use super::read::{Entry, Section};
 use super::select::{self, Census, Emulated};
+use super::space::Standing;
 use super::world::{World, point_inside};
 
 /// Robots of one kind that run one script.
@@ -392,6 +393,20 @@ fn list(section: &Section<'_>, count: u32, world: &World) -> Option<Placement> {
     let points: Vec<Option<[f64; 2]>> =
         items.iter().map(|item| point_inside(item, world)).collect();
     points.into_iter().collect::<Option<Vec<_>>>().map(Placement::List)
+}
+
+impl Group {
+    /// Returns the radius of a body in mm.
+    pub fn radius(&self) -> f64 {
+        f64::from(self.model.shape().radius)
+    }
+
+    /// Returns the robots at their places; none if chance decides.
+    pub(crate) fn standing(&self) -> impl Iterator<Item = Standing> {
+        let radius = self.radius();
+        let points = self.placement.points(self.count);
+        points.zip(u32::from(self.first_id)..).map(move |(at, id)| Standing { at, radius, id })
+    }
 }
 
 impl Placement {

@@ -6,6 +6,7 @@ use toml::de::DeValue;
 use super::error::Cause;
 use super::keys::{LIGHT, OBSTACLE, WORLD};
 use super::read::{Entry, Section};
+use super::time::seconds;
 
 /// The ground on which the robots are: a rectangle with walls around it and (0, 0) in its middle.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,7 +72,7 @@ pub fn read(root: &Section<'_>) -> Option<World> {
         return None;
     };
     let size = section.required("size").and_then(|entry| entry.numbers(SIZE, EXTENT));
-    let duration = section.required("duration").and_then(|entry| entry.number(DURATION));
+    let duration = section.required("duration").and_then(|entry| seconds(&entry, DURATION));
     let mut world = World {
         size: size.unwrap_or([1e6; 2]),
         obstacles: Vec::new(),

@@ -1,0 +1,227 @@
+//! Room on the ground: bodies that have a place, obstacles and walls, and the robots that would start in one of them.
+
+use crate::engine::SLOP;
+
+use super::error::Cause;
+use super::event::{Action, Event, Target};
+use super::read::Section;
+use super::robots::{Group, Placement};
+use super::world::{Obstacle, World};
+
+/// A robot at its place.
+#[derive(Debug, Clone, Copy)]
+pub struct Standing {
+    /// Its middle, in mm.
+    pub at: [f64; 2],
+    /// mm
+    pub radius: f64,
+    /// The id of the robot.
+    pub id: u32,
+}
+
+/// Bodies that have a place, in a grid, so that only near ones are looked at.
+pub struct Space<'a> {
+    world: &'a World,
+    /// Side of a cell in mm; no body reaches beyond a neighbouring one.
+    cell: f64,
+    columns: usize,
+    rows: usize,
+    cells: Vec<Vec<Standing>>,
+}
+
+impl<'a> Space<'a> {
+    /// Returns the ground of a world without robots. No robot of it will have a radius of more than `widest` mm.
+    pub fn new(world: &'a World, widest: f64) -> Self {
+        let [width, height] = world.size;
+        // Not more cells than a million, however large the world.
+        let cell = (2.0 * widest.max(1.0)).max(width.max(height) / 1000.0);
+        let columns = (width / cell) as usize + 1;
+        let rows = (height / cell) as usize + 1;
+        Space { world, cell, columns, rows, cells: vec![Vec::new(); columns * rows] }
+    }
+
+    fn cell_of(&self, point: [f64; 2]) -> (usize, usize) {
+        let [width, height] = self.world.size;
+        let column = ((point[0] + width / 2.0) / self.cell) as usize;
+        let row = ((point[1] + height / 2.0) / self.cell) as usize;
+        (column.min(self.columns - 1), row.min(self.rows - 1))
+    }
+
+    /// Puts a robot at its place.
+    pub fn add(&mut self, robot: Standing) {
+        let (column, row) = self.cell_of(robot.at);
+        self.cells[row * self.columns + column].push(robot);
+    }
+
+    /// Returns a robot into which a body at that place would reach by more than `slack` mm.
+    pub fn robot_at(&self, at: [f64; 2], radius: f64, slack: f64) -> Option<Standing> {
+        let (column, row) = self.cell_of(at);
+        let columns = column.saturating_sub(1)..=(column + 1).min(self.columns - 1);
+        let rows = row.saturating_sub(1)..=(row + 1).min(self.rows - 1);
+        let mut near = rows.flat_map(|row| columns.clone().map(move |column| (column, row)));
+        near.find_map(|(column, row)| {
+            let mut robots = self.cells[row * self.columns + column].iter();
+            let touches =
+                |other: &&Standing| distance(other.at, at) < radius + other.radius - slack;
+            robots.find(touches).copied()
+        })
+    }
+
+    /// Returns true if a body has room there and overlaps nothing at all.
+    pub fn is_free(&self, at: [f64; 2], radius: f64) -> bool {
+        self.robot_at(at, radius, 0.0).is_none() && stands_in(self.world, at, radius, 0.0).is_none()
+    }
+}
+
+/// A thing that is no robot and in which a body would stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Barrier {
+    Wall,
+    Obstacle,
+}
+
+/// Returns the barrier into which a body at that place would reach: an obstacle by more than `slack` mm.
+fn stands_in(world: &World, at: [f64; 2], radius: f64, slack: f64) -> Option<Barrier> {
+    let is_beyond = |axis: usize| at[axis].abs() + radius - SLACK > world.size[axis] / 2.0;
+    if is_beyond(0) || is_beyond(1) {
+        return Some(Barrier::Wall);
+    }
+    let is_in = |obstacle: &Obstacle| gap(*obstacle, at) < radius - slack;
+    world.obstacles.iter().any(is_in).then_some(Barrier::Obstacle)
+}
+
+/// The slack of bodies in contact: the engine leaves such an overlap as it is.
+const SLACK: f64 = SLOP as f64;
+
+/// Notes robots that would start in each other, in an obstacle or in a wall: the first of each group. Robots for which chance looks for a
+/// place always have room, and those that are not present need it when they join.
+pub fn check_starts(root: &Section<'_>, world: &World, groups: &[Group], events: &[Event]) {
+    let is_barred = |group: &Group| {
+        let mut robots = group.standing();
+        let barred = robots
+            .find_map(|robot| Some((robot, stands_in(world, robot.at, robot.radius, SLACK)?)));
+        if let Some((robot, barrier)) = barred {
+            root.reader.fail_at(&group.place, barred_by(barrier, robot, world));
+        }
+        barred.is_some()
+    };
+    let mut is_told: Vec<bool> = groups.iter().map(is_barred).collect();
+    let widest = groups.iter().map(Group::radius).fold(0.0, f64::max);
+    let mut check = |is_meant: &dyn Fn(&Group, usize) -> bool| {
+        let mut space = Space::new(world, widest);
+        let mut first = 0;
+        for (group, is_told) in groups.iter().zip(&mut is_told) {
+            for (index, robot) in group.standing().enumerate() {
+                if !is_meant(group, first + index) {
+                    continue;
+                }
+                let other = space.robot_at(robot.at, robot.radius, SLACK);
+                if let Some(other) = other.filter(|_| !*is_told) {
+                    *is_told = true;
+                    root.reader.fail_at(&group.place, overlap(group, robot, other));
+                }
+                space.add(robot);
+            }
+            first += group.count as usize;
+        }
+    };
+    check(&|group, _| group.present);
+    for event in events {
+        if let Action::Join(robots) = &event.action {
+            check(&|group, number| !group.present && robots.contains(number));
+        }
+    }
+}
+
+/// Notes a move of one robot to a place in an obstacle or in a wall. The places of several robots, and of all that are moved `by` a way,
+/// depend on the run.
+pub fn check_move(section: &Section<'_>, world: &World, groups: &[Group], action: &Action) {
+    let Action::Move { robots, to: Target::To(at), .. } = action else { return };
+    let (1, Some(mut number)) = (robots.count(), robots.iter().next()) else { return };
+    for group in groups {
+        if number >= group.count as usize {
+            number -= group.count as usize;
+            continue;
+        }
+        let id = u32::from(group.first_id) + number as u32;
+        let robot = Standing { at: *at, radius: group.radius(), id };
+        if let (Some(barrier), Some(entry)) =
+            (stands_in(world, *at, robot.radius, SLACK), section.get("to"))
+        {
+            entry.fail(barred_by(barrier, robot, world));
+        }
+        return;
+    }
+}
+
+fn barred_by(barrier: Barrier, robot: Standing, world: &World) -> Cause {
+    let Standing { at, radius, id } = robot;
+    let (at, radius) = (place_text(at), short(radius));
+    match barrier {
+        Barrier::Wall => {
+            let most = world.size.map(|side| short((side / 2.0 - robot.radius).max(0.0)));
+            Cause::InWall { id, at, radius, most }
+        }
+        Barrier::Obstacle => Cause::InObstacle { id, at, radius },
+    }
+}
+
+fn overlap(group: &Group, robot: Standing, other: Standing) -> Cause {
+    let ids = u32::from(group.first_id)..u32::from(group.first_id) + group.count;
+    let apart = robot.radius + other.radius;
+    // Robots of other groups are no matter of this group's spacing.
+    let key = match group.placement {
+        _ if !ids.contains(&other.id) => None,
+        Placement::Grid { .. } | Placement::Line { .. } => Some(("spacing", apart)),
+        Placement::Circle { .. } => {
+            let half_turn = std::f64::consts::PI / f64::from(group.count);
+            Some(("radius", apart / 2.0 / libm::sin(half_turn)))
+        }
+        Placement::Random { .. } | Placement::List(_) => None,
+    };
+    Cause::Overlap {
+        robots: Box::new([(other.id, place_text(other.at)), (robot.id, place_text(robot.at))]),
+        apart: up(apart),
+        least: key.map(|(key, least)| (key, up(least))),
+    }
+}
+
+fn place_text(at: [f64; 2]) -> String {
+    let [x, y] = at.map(short);
+    format!("({x}, {y})")
+}
+
+/// Returns a length in mm to two decimals.
+fn short(length: f64) -> String {
+    let rounded = (length * 100.0).round() / 100.0;
+    // No -0.
+    (rounded + 0.0).to_string()
+}
+
+/// Returns a length in mm that is enough, to one decimal.
+fn up(length: f64) -> String {
+    // Radii are binary32: 25.4 mm may be a little more.
+    ((length * 10.0 - 1e-3).ceil() / 10.0).to_string()
+}
+
+fn distance(one: [f64; 2], other: [f64; 2]) -> f64 {
+    libm::hypot(one[0] - other[0], one[1] - other[1])
+}
+
+/// Returns the way from a point to an obstacle; not above 0 inside.
+fn gap(obstacle: Obstacle, point: [f64; 2]) -> f64 {
+    match obstacle {
+        Obstacle::Disc { at, radius } => distance(at, point) - radius,
+        Obstacle::Block { at, size } => {
+            let beyond = |axis: usize| ((point[axis] - at[axis]).abs() - size[axis] / 2.0).max(0.0);
+            libm::hypot(beyond(0), beyond(1))
+        }
+        Obstacle::Wall(from, to) => {
+            let along = [to[0] - from[0], to[1] - from[1]];
+            let length = along[0] * along[0] + along[1] * along[1];
+            let dot = (point[0] - from[0]) * along[0] + (point[1] - from[1]) * along[1];
+            let part = if length > 0.0 { (dot / length).clamp(0.0, 1.0) } else { 0.0 };
+            distance([from[0] + part * along[0], from[1] + part * along[1]], point)
+        }
+    }
+}

@@ -1,0 +1,36 @@
+//! Times and periods of a scenario: whole numbers of ticks.
+//!
+//! Robots, events and expectations act at ticks only. A time between two of them is refused, because the one before and the one after
+//! may give different results.
+
+use std::ops::RangeInclusive;
+
+use bittybuzz_toml_reader::number_text;
+
+use crate::engine::TICK_US;
+
+use super::error::Cause;
+use super::read::Entry;
+
+const TICKS_PER_SECOND: f64 = 1e6 / TICK_US as f64;
+
+/// The share of a tick by which a time may miss it: decimal fractions are not exact in binary.
+const TOLERANCE: f64 = 1e-6;
+
+/// Returns the seconds of a value that is a number of that range and a whole number of ticks.
+pub fn seconds(entry: &Entry<'_>, range: RangeInclusive<f64>) -> Option<f64> {
+    let time = entry.number(range)?;
+    check_ticks(entry, time)?;
+    Some(time)
+}
+
+/// Notes a time in seconds that is between two ticks.
+pub fn check_ticks(entry: &Entry<'_>, time: f64) -> Option<()> {
+    let ticks = time * TICKS_PER_SECOND;
+    if (ticks - ticks.round()).abs() <= TOLERANCE {
+        return Some(());
+    }
+    let nearest = [ticks.floor(), ticks.ceil()].map(|ticks| number_text(ticks / TICKS_PER_SECOND));
+    entry.fail(Cause::BetweenTicks { key: entry.key.clone(), value: number_text(time), nearest });
+    None
+}
