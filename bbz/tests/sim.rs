@@ -107,6 +107,41 @@ fn an_error_in_a_listener_is_status_1_unless_it_is_expected() {
     assert_eq!(folder.bbz(&["sim", "s.toml"]).status, Some(0));
 }
 
+/// The third step of robot 1 begins in tick 3 and never ends; those of ticks 4 to 19 are left out.
+#[test]
+fn a_step_that_never_ends_is_told() {
+    let folder = folder("sim_endless");
+    folder.write(
+        "s.bzz",
+        "n = 0\nfunction step() {\n  n = n + 1\n  if(n == 3 and id == 1)\n    while(1) n = 4\n}\n",
+    );
+    let scenario = SCENARIO.split("[[expect]]").next().unwrap_or_default();
+    let expect = "[[expect]]\nat = 2\nvalue = \"overruns\"\nof = \"sum\"\nequals = 16\n";
+    folder.write("s.toml", scenario.to_owned() + expect);
+    let outcome = folder.bbz(&["sim", "s.toml"]);
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+    let line = "steps left out because one before took too long: 16, by 1 robot; first by robot 1 at 0.4 s in s.bzz:5\n";
+    assert!(outcome.stdout.contains(line), "{}", outcome.stdout);
+    let outcome = folder.bbz(&["sim", "s.toml", "--json"]);
+    let json: Value = serde_json::from_str(&outcome.stdout).unwrap();
+    assert_eq!(
+        (json["overruns"]["missed"].as_u64(), json["overruns"]["robots"].as_u64()),
+        (Some(16), Some(1))
+    );
+    let first = &json["overruns"]["first"];
+    assert_eq!((first["robot"].as_u64(), first["time"].as_f64()), (Some(1), Some(0.4)));
+    assert_eq!((first["file"].as_str(), first["line"].as_u64()), (Some("s.bzz"), Some(5)));
+    folder.bbz(&["sim", "s.toml", "--runs", "2", "--csv", "runs.csv"]);
+    let table = String::from_utf8(folder.read("runs.csv")).unwrap();
+    let ends: Vec<&str> =
+        table.split_terminator("\r\n").filter_map(|row| row.rsplit(',').next()).collect();
+    assert_eq!(ends, ["overruns", "16", "16"]);
+    // Scripts that keep up need no line.
+    folder.write("s.bzz", SCRIPT);
+    let outcome = folder.bbz(&["sim", "s.toml"]);
+    assert!(!outcome.stdout.contains("left out"), "{}", outcome.stdout);
+}
+
 #[test]
 fn what_is_wrong_with_scenario_or_script_is_status_2() {
     let folder = folder("sim_wrong");

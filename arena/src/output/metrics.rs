@@ -22,7 +22,9 @@ pub fn names(scenario: &Scenario) -> Vec<String> {
     names.extend(counts.map(str::to_owned));
     let unusable = Unusable::default().counts();
     names.extend(unusable.map(|(name, _)| name.to_owned()));
-    names.extend(["contacts", "faults", "restarts", "handler_faults"].map(str::to_owned));
+    names.extend(
+        ["contacts", "faults", "restarts", "handler_faults", "overruns"].map(str::to_owned),
+    );
     names
 }
 
@@ -46,7 +48,8 @@ pub fn values(scenario: &Scenario, summary: &Summary) -> Vec<Option<f64>> {
     let unusable = summary.unusable.counts().map(|(_, count)| count);
     let counts = counts.into_iter().chain([unsent, unread]).chain(unusable);
     let FaultCounts { faults, restarts, handler_faults } = summary.fault_counts;
-    let counts = counts.chain([summary.statistics.contacts, faults, restarts, handler_faults]);
+    let (contacts, overruns) = (summary.statistics.contacts, summary.overruns.missed);
+    let counts = counts.chain([contacts, faults, restarts, handler_faults, overruns]);
     values.extend(counts.map(|count| Some(count as f64)));
     values
 }

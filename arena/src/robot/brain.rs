@@ -13,6 +13,7 @@ use super::faults::{Consequence, FaultRecord};
 use super::log::{LogLine, News};
 use super::machine::{self, Machine};
 use super::model::RobotModel;
+use super::overruns::Overrun;
 use super::state::State;
 
 /// The program of a robot at work.
@@ -60,6 +61,14 @@ impl SimRobot {
         }
         if unused.messages.failed > 0 {
             self.state.faults().has_contained(unused.messages.failed);
+        }
+    }
+
+    /// Takes the number of steps that its firmware has missed since power-on because one before took too long.
+    pub fn has_overrun(&mut self, tick: u64, missed: u32) {
+        self.state.overrun(Overrun { tick, position: None });
+        if let Some(overruns) = &mut self.state.overruns {
+            overruns.missed = missed.into();
         }
     }
 

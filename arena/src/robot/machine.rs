@@ -14,6 +14,7 @@ use crate::engine::{Io, Sighting};
 
 use super::content::{Content, content, value};
 use super::context::GroupContext;
+use super::overruns::Overrun;
 use super::platform::Platform;
 use super::queue::{InQueue, OutQueue, QueueProfile};
 use super::state::{Stage, State};
@@ -161,6 +162,10 @@ where
     fn run(&mut self, state: &mut State, io: &mut Io<'_>) {
         let budget = state.context.budget;
         let Scripted { vm, inbox, outbox, has_mail, has_unsent } = self;
+        // A wait is the script's wish: the steps that it leaves out are not missed.
+        if state.is_running && !state.is_waiting {
+            state.overrun(Overrun { tick: io.now, position: vm.calls().next() });
+        }
         let mut platform: Platform<'_, '_> =
             Platform { io, state, inbox, outbox, has_mail, has_unsent };
         loop {
@@ -196,6 +201,7 @@ where
                 }
                 Outcome::Pending | Outcome::Waiting => {
                     state.is_running = true;
+                    state.is_waiting = outcome == Outcome::Waiting;
                     return;
                 }
                 Outcome::Fault(fault) => {

@@ -11,6 +11,7 @@ use super::call::{Autopilot, Memory};
 use super::context::GroupContext;
 use super::faults::{Consequence, FaultCounts, FaultRecord, Faults};
 use super::log::News;
+use super::overruns::{Overrun, Overruns};
 
 /// The part of a script that is about to run, or is running.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,6 +31,9 @@ pub struct State {
     pub stage: Stage,
     /// The stage has begun and is not yet done.
     pub is_running: bool,
+    /// The stage is not yet done because a function waits, as the script asked.
+    pub is_waiting: bool,
+    pub overruns: Option<Box<Overruns>>,
     /// Steps that were completed.
     pub steps: u32,
     /// Milliseconds at which the running `delay` is over.
@@ -53,6 +57,8 @@ impl State {
             news,
             stage: Stage::Global,
             is_running: false,
+            is_waiting: false,
+            overruns: None,
             steps: 0,
             awake: 0,
             memory: Memory { autopilot, battery_mv: None, chance, logged: Vec::new() },
@@ -74,6 +80,17 @@ impl State {
     /// Returns the numbers of its faults since power-on.
     pub fn fault_counts(&self) -> FaultCounts {
         self.faults.as_ref().map_or_else(FaultCounts::default, |faults| faults.counts())
+    }
+
+    /// Returns the number of steps since power-on that were due while the script still executed the one before.
+    pub fn missed_steps(&self) -> u64 {
+        self.overruns.as_ref().map_or(0, |overruns| overruns.missed)
+    }
+
+    /// A step is due while the script still executes the one before.
+    pub fn overrun(&mut self, first: Overrun) {
+        let none = || Box::new(Overruns { missed: 0, first });
+        self.overruns.get_or_insert_with(none).missed += 1;
     }
 
     pub fn faults(&mut self) -> &mut Faults {

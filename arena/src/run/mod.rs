@@ -24,7 +24,7 @@ pub use program::Program;
 pub use quantity::Reading;
 pub use setup::{Setup, SetupError, emulated};
 pub use simulation::Simulation;
-pub use summary::{FaultOf, Summary, Unusable};
+pub use summary::{FaultOf, OverrunSummary, Summary, Unusable};
 
 /// Ticks per second.
 pub const TICKS_PER_SECOND: f64 = 10.0;

@@ -153,6 +153,7 @@ fn body<'p>(quantity: &Quantity, robot: &SimRobot, view: &View) -> Reading<'p> {
         Quantity::Faults => robot.state().fault_counts().faults as f64,
         Quantity::Restarts => robot.state().fault_counts().restarts as f64,
         Quantity::HandlerFaults => robot.state().fault_counts().handler_faults as f64,
+        Quantity::Overruns => robot.state().missed_steps() as f64,
         Quantity::Running => {
             let runs = view.state == RobotState::Running && !robot.state().is_faulted();
             f64::from(u8::from(runs))

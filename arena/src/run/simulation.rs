@@ -18,7 +18,7 @@ use super::settings::{
     engine_light, engine_loss, engine_medium, engine_obstacle, media, media_of, settings,
 };
 use super::setup::Setup;
-use super::summary::{FaultOf, Summary, Unusable};
+use super::summary::{FaultOf, OverrunSummary, Summary, Unusable};
 use super::swarm::measure;
 use super::{TICKS_PER_SECOND, tick_at};
 
@@ -137,7 +137,7 @@ impl Simulation {
             seed: self.seed,
             convergences: self.convergences.clone(),
             faults: self.faults.clone(),
-            past: self.past,
+            past: self.past.clone(),
             news,
             end: self.end,
         })
@@ -293,7 +293,7 @@ impl Simulation {
     /// What can be told of the run so far.
     pub fn summary(&mut self) -> Summary {
         let mut statistics = *self.world.statistics();
-        let mut past = self.past;
+        let mut past = self.past.clone();
         let links = self.fleets.as_mut().map(Fleets::links).and_then(Result::ok);
         for (medium, links, overflown) in links.unwrap_or_default() {
             statistics.add(medium, &links);
@@ -303,11 +303,11 @@ impl Simulation {
         for number in 0..self.happenings.count() {
             let id = self.happenings.id(number);
             let Some(robot) = id.and_then(|id| self.world.brain(id)) else { continue };
-            past = past.add(robot, self.has_unexpected(number, robot));
+            past.add(number, robot, self.has_unexpected(number, robot));
             faults.extend(faults_of(number, robot));
         }
         faults.sort_by_key(|fault| (fault.record.tick, fault.robot));
-        let Past { unusable, dropped, faults: fault_counts, unexpected } = past;
+        let Past { unusable, dropped, faults: fault_counts, unexpected, overruns } = past;
         Summary {
             seed: self.seed,
             ticks: self.world.now(),
@@ -319,6 +319,7 @@ impl Simulation {
             faults,
             fault_counts,
             unexpected,
+            overruns,
             values: self.setup.plots().iter().map(|probe| self.spread(probe)).collect(),
         }
     }
@@ -363,7 +364,8 @@ impl Simulation {
             return;
         };
         if let Some(old) = self.world.brain(id) {
-            self.past = self.past.add(old, self.has_unexpected(number, old));
+            let has_unexpected = self.has_unexpected(number, old);
+            self.past.add(number, old, has_unexpected);
             self.faults.extend(faults_of(number, old));
         }
         if let Some(old) = self.world.brain_mut(id) {
@@ -416,25 +418,26 @@ fn faults_of(number: usize, robot: &SimRobot) -> impl Iterator<Item = FaultOf> {
 }
 
 /// What robots count for the summary.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 struct Past {
     unusable: Unusable,
     dropped: [u64; 2],
     faults: FaultCounts,
     /// Robots with faults that no expectation counts.
     unexpected: usize,
+    overruns: OverrunSummary,
 }
 
 impl Past {
-    fn add(mut self, robot: &SimRobot, has_unexpected: bool) -> Self {
+    fn add(&mut self, number: usize, robot: &SimRobot, has_unexpected: bool) {
         self.faults += robot.state().fault_counts();
-        let [heard, sent] = self.dropped;
-        let [from_inbox, from_outbox] = robot.dropped().map(u64::from);
-        Past {
-            unusable: self.unusable.add(robot.counters()),
-            dropped: [heard + from_inbox, sent + from_outbox],
-            faults: self.faults,
-            unexpected: self.unexpected + usize::from(has_unexpected),
+        self.unusable = self.unusable.add(robot.counters());
+        for (sum, count) in self.dropped.iter_mut().zip(robot.dropped()) {
+            *sum += u64::from(count);
+        }
+        self.unexpected += usize::from(has_unexpected);
+        if let Some(overruns) = &robot.state().overruns {
+            self.overruns.add(number, overruns);
         }
     }
 }

@@ -5,7 +5,7 @@ use bittybuzz_vm_core::Counters;
 use crate::engine::Statistics;
 
 use super::expectation::{Convergence, Verdict};
-use crate::robot::{FaultCounts, FaultRecord};
+use crate::robot::{FaultCounts, FaultRecord, Overrun, Overruns};
 
 /// The faults of a robot at one place of its script.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -14,6 +14,29 @@ pub struct FaultOf {
     pub robot: usize,
     /// The first of them, and their count.
     pub record: FaultRecord,
+}
+
+/// Steps that robots missed because the ones before took too long, all robots together.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct OverrunSummary {
+    /// Steps that were due while a script still executed the one before.
+    pub missed: u64,
+    /// Robots that missed a step. One that was switched off and on counts once for each time.
+    pub robots: usize,
+    /// The first of them: number of the robot, and its first missed step.
+    pub first: Option<(usize, Overrun)>,
+}
+
+impl OverrunSummary {
+    /// Adds those of a robot.
+    pub(super) fn add(&mut self, robot: usize, overruns: &Overruns) {
+        self.missed += overruns.missed;
+        self.robots += 1;
+        let is_earlier = |(_, first): &(usize, Overrun)| first.tick <= overruns.first.tick;
+        if !self.first.as_ref().is_some_and(is_earlier) {
+            self.first = Some((robot, overruns.first.clone()));
+        }
+    }
 }
 
 /// Messages that robots heard and could not use, all robots together.
@@ -86,6 +109,8 @@ pub struct Summary {
     pub fault_counts: FaultCounts,
     /// Robots with faults that no expectation counts.
     pub unexpected: usize,
+    /// Steps that took longer than the time between two steps.
+    pub overruns: OverrunSummary,
     /// Mean, smallest and largest of each quantity of `plot` at the end; the number of a swarm's is all three.
     pub values: Vec<Option<[f64; 3]>>,
 }

@@ -17,6 +17,7 @@ pub const FORMS: &[&str] = &[
     "faults",
     "restarts",
     "handler_faults",
+    "overruns",
     "global.NAME",
     "global.NAME.KEY",
     "stigmergy.NUMBER.KEY",
@@ -56,6 +57,8 @@ pub enum Quantity {
     Restarts,
     /// Faults that ended a listener or a handler of conflicts since it was switched on.
     HandlerFaults,
+    /// Steps that were due while its script still executed the one before, since it was switched on.
+    Overruns,
     /// A global of its script, or what is in a table there.
     Global {
         /// Its name.
@@ -113,6 +116,7 @@ impl Quantity {
         match self {
             Quantity::Neighbors
             | Quantity::Free
+            | Quantity::Overruns
             | Quantity::Global { .. }
             | Quantity::Stigmergy { .. } => false,
             Quantity::Steps => counts_steps,
@@ -156,6 +160,7 @@ impl Quantity {
             "faults" => Quantity::Faults,
             "restarts" => Quantity::Restarts,
             "handler_faults" => Quantity::HandlerFaults,
+            "overruns" => Quantity::Overruns,
             _ => return None,
         })
     }
@@ -192,6 +197,7 @@ impl fmt::Display for Quantity {
             Quantity::Faults => f.write_str("faults"),
             Quantity::Restarts => f.write_str("restarts"),
             Quantity::HandlerFaults => f.write_str("handler_faults"),
+            Quantity::Overruns => f.write_str("overruns"),
             Quantity::Global { name, keys } => {
                 write!(f, "global.{name}")?;
                 keys.iter().try_for_each(|key| write!(f, ".{key}"))

@@ -5,7 +5,10 @@ use std::time::Duration;
 
 use bittybuzz_arena::engine::LinkStatistics;
 use bittybuzz_arena::robot::{Consequence, FaultCounts};
-use bittybuzz_arena::run::{Convergence, FaultOf, Setup, Summary, TICKS_PER_SECOND, Verdict};
+use bittybuzz_arena::run::{
+    Convergence, FaultOf, OverrunSummary, Setup, Summary, TICKS_PER_SECOND, Verdict,
+};
+use bittybuzz_compiler::symbols::Place;
 use serde_json::{Value, json};
 
 use crate::backtrace::Backtrace;
@@ -67,7 +70,30 @@ pub fn text(setup: &Setup, summary: &Summary, elapsed: Duration) -> Vec<String> 
     if handler_faults > 0 {
         lines.push(format!("listeners and handlers ended by an error: {handler_faults}"));
     }
+    lines.extend(overruns(setup, &summary.overruns));
     lines
+}
+
+/// Returns the line about steps that took too long, if there were any.
+fn overruns(setup: &Setup, overruns: &OverrunSummary) -> Option<String> {
+    let OverrunSummary { missed, robots, first } = overruns;
+    let (robot, first) = first.as_ref()?;
+    let place = first.position.and_then(|position| source_place(setup, *robot, position));
+    let place = place.map(|(file, place)| format!(" in {}:{}", file.unwrap_or("?"), place.line));
+    Some(format!(
+        "steps left out because one before took too long: {missed}, by {robots} {}; first by robot {} at {:.1} s{}",
+        if *robots == 1 { "robot" } else { "robots" },
+        setup.id(*robot),
+        seconds(first.tick),
+        place.unwrap_or_default()
+    ))
+}
+
+/// Returns file and place of a position in the code of a robot, if there are symbols.
+fn source_place(setup: &Setup, robot: usize, position: u16) -> Option<(Option<&str>, Place)> {
+    let symbols = setup.programs.get(setup.group(robot))?.symbols.as_ref()?;
+    let place = symbols.position(u32::from(position))?;
+    Some((symbols.file(place.file), place))
 }
 
 fn since(convergence: &Convergence) -> String {
@@ -105,12 +131,8 @@ pub fn json(setup: &Setup, summary: &Summary) -> Value {
         .faults
         .iter()
         .map(|fault| {
-            let program = setup.programs.get(setup.group(fault.robot));
-            let symbols = program.and_then(|program| program.symbols.as_ref());
-            let position = fault.record.positions.first().copied();
-            let place = symbols.zip(position).and_then(|(symbols, position)| {
-                Some((symbols, symbols.position(u32::from(position))?))
-            });
+            let position = fault.record.positions.first();
+            let place = position.and_then(|at| source_place(setup, fault.robot, *at));
             let (consequence, pause) = match fault.record.consequence {
                 Consequence::Contained => ("contained", None),
                 Consequence::Pause(ticks) => ("restart", Some(seconds(ticks.into()))),
@@ -123,7 +145,7 @@ pub fn json(setup: &Setup, summary: &Summary) -> Value {
                 "consequence": consequence,
                 "pause": pause,
                 "code": crate::fault::code(fault.record.fault.code),
-                "file": place.and_then(|(symbols, place)| symbols.file(place.file)),
+                "file": place.and_then(|(file, _)| file),
                 "line": place.map(|(_, place)| place.line),
                 "column": place.map(|(_, place)| place.column),
             })
@@ -137,6 +159,16 @@ pub fn json(setup: &Setup, summary: &Summary) -> Value {
             (quantity.to_string(), value.into())
         })
         .collect();
+    let first_overrun = summary.overruns.first.as_ref().map(|(robot, first)| {
+        let place = first.position.and_then(|at| source_place(setup, *robot, at));
+        json!({
+            "robot": setup.id(*robot),
+            "time": seconds(first.tick),
+            "file": place.and_then(|(file, _)| file),
+            "line": place.map(|(_, place)| place.line),
+            "column": place.map(|(_, place)| place.column),
+        })
+    });
     let links = summary.statistics.all_links();
     json!({
         "success": summary.is_success(),
@@ -155,6 +187,11 @@ pub fn json(setup: &Setup, summary: &Summary) -> Value {
         "errors": {
             "faults": summary.fault_counts.faults, "restarts": summary.fault_counts.restarts,
             "handler_faults": summary.fault_counts.handler_faults,
+        },
+        "overruns": {
+            "missed": summary.overruns.missed,
+            "robots": summary.overruns.robots,
+            "first": first_overrun,
         },
     })
 }

@@ -328,6 +328,7 @@ impl Emulated {
                         }
                         Told::Restart(pause) => robot.has_restarted(pause),
                         Told::Unused(unused) => robot.has_missed(unused),
+                        Told::Overrun(missed) => robot.has_overrun(tick, missed),
                         Told::Refused(cause) => return Err(Failure::Refused(cause)),
                     }
                 }

@@ -23,6 +23,8 @@ pub enum Told {
     Refused(ImageError),
     /// Messages came to nothing: all of them since power-on.
     Unused(Unused),
+    /// A step took too long: the number of steps that were left out since power-on.
+    Overrun(u32),
 }
 
 /// Reads what a robot tells.
@@ -59,10 +61,8 @@ fn told(content: Content) -> Option<Told> {
         Record::Restart { pause, .. } => Some(Told::Restart(pause)),
         Record::Refused(cause) => Some(Told::Refused(cause)),
         Record::Unused(unused) => Some(Told::Unused(unused)),
-        Record::Start { .. }
-        | Record::Overrun { .. }
-        | Record::Expired { .. }
-        | Record::Lost(_) => None,
+        Record::Overrun { missed, .. } => Some(Told::Overrun(missed)),
+        Record::Start { .. } | Record::Expired { .. } | Record::Lost(_) => None,
     }
 }
 

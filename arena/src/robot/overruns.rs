@@ -1,0 +1,19 @@
+//! Steps that take longer than the time between two steps.
+
+/// The overruns of a robot since power-on. Most robots have none, so it is allocated at the first one.
+#[derive(Debug, Clone)]
+pub struct Overruns {
+    /// Steps that were due while the script still executed the one before.
+    pub missed: u64,
+    /// The first of them.
+    pub first: Overrun,
+}
+
+/// A step that was due while the script still executed the one before.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Overrun {
+    /// The tick at which the step was due.
+    pub tick: u64,
+    /// Position in the code of the instruction at which the script was; `None` if only firmware knows.
+    pub position: Option<u16>,
+}
