@@ -6,7 +6,16 @@ use std::sync::{Arc, Mutex, PoisonError};
 use bittybuzz_robot_spec::{Function, OnFault, Profile, Robot};
 use bittybuzz_vm_core::{Periods, Sizes};
 
+use crate::engine::TICK_US;
+
 use super::call::{Done, Effect};
+
+const TICKS_PER_SECOND: u32 = 1_000_000 / TICK_US;
+
+/// Returns the numbers of steps per second with a whole number of ticks from one step to the next, greatest first.
+pub fn step_rates() -> impl Iterator<Item = u32> {
+    (1..=TICKS_PER_SECOND).rev().filter(|rate| TICKS_PER_SECOND.is_multiple_of(*rate))
+}
 
 /// The program of a group, its machine, and the functions of its robots.
 pub struct GroupContext {
@@ -24,6 +33,8 @@ pub struct GroupContext {
     pub budget: u16,
     /// The ids that scripts see, by the order in which robots come into the world.
     pub ids: Arc<[u16]>,
+    /// Ticks from one step to the next.
+    pub step_ticks: u64,
     /// Steps between messages of the machine's own.
     pub periods: Periods,
     /// The consequence of a fault.
@@ -59,6 +70,7 @@ impl GroupContext {
             queues: [vm.in_queue, vm.out_queue].map(|length| length as usize),
             budget,
             ids,
+            step_ticks: (TICKS_PER_SECOND / robot.tick_hz.max(1)).max(1).into(),
             periods: Periods {
                 beacon: steps(vm.beacon_steps),
                 forget: steps(vm.forget_steps),

@@ -157,13 +157,16 @@ where
         Ok(scripted)
     }
 
-    /// Runs a tick: global code and `init` in the first, then a step in each, unless one takes longer. After a fault the
-    /// ticks of the pause handle messages only, and the script begins anew.
-    fn run(&mut self, state: &mut State, io: &mut Io<'_>) {
+    /// Runs a tick: global code and `init` in the first, then a step in each in which one is due, unless the one before takes longer.
+    /// After a fault the steps of the pause handle messages only, and the script begins anew.
+    fn run(&mut self, state: &mut State, io: &mut Io<'_>, is_due: bool) {
         let budget = state.context.budget;
         let Scripted { vm, inbox, outbox, has_mail, has_unsent } = self;
+        if !state.is_running && !is_due {
+            return;
+        }
         // A wait is the script's wish: the steps that it leaves out are not missed.
-        if state.is_running && !state.is_waiting {
+        if is_due && state.is_running && !state.is_waiting {
             state.overrun(Overrun { tick: io.now, position: vm.calls().next() });
         }
         let mut platform: Platform<'_, '_> =
@@ -187,7 +190,8 @@ where
                     if stage == Stage::Step && is_running {
                         state.steps = state.steps.saturating_add(1);
                         if let Some(faults) = &mut state.faults {
-                            faults.step();
+                            // It is the time without a fault that counts.
+                            (0..state.context.step_ticks).for_each(|_| faults.step());
                         }
                     }
                     state.stage = match stage {
@@ -231,12 +235,13 @@ where
     }
 
     fn tick(&mut self, state: &mut State, io: &mut Io<'_>) {
+        let is_due = state.take_due(io.now);
         if let Some(faults) = &mut state.faults {
             if faults.is_over() {
                 return;
             }
             // A message that is being handled comes to its end first.
-            if state.stage == Stage::Pause && faults.tick() && !state.is_running {
+            if state.stage == Stage::Pause && faults.tick() && is_due && !state.is_running {
                 state.start(io.led);
             }
         }
@@ -244,7 +249,7 @@ where
             self.inbox.push(frame.bytes, frame.sighting);
             self.has_mail = true;
         }
-        self.run(state, io);
+        self.run(state, io, is_due);
     }
 
     fn has_unsent(&self) -> bool {

@@ -34,6 +34,8 @@ pub struct State {
     /// The stage is not yet done because a function waits, as the script asked.
     pub is_waiting: bool,
     pub overruns: Option<Box<Overruns>>,
+    /// The tick at which the next step is due.
+    pub due: u64,
     /// Steps that were completed.
     pub steps: u32,
     /// Milliseconds at which the running `delay` is over.
@@ -59,6 +61,7 @@ impl State {
             is_running: false,
             is_waiting: false,
             overruns: None,
+            due: 0,
             steps: 0,
             awake: 0,
             memory: Memory { autopilot, battery_mv: None, chance, logged: Vec::new() },
@@ -85,6 +88,15 @@ impl State {
     /// Returns the number of steps since power-on that were due while the script still executed the one before.
     pub fn missed_steps(&self) -> u64 {
         self.overruns.as_ref().map_or(0, |overruns| overruns.missed)
+    }
+
+    /// Returns true if a step is due. The first one is due at once, in the tick of the global code.
+    pub fn take_due(&mut self, now: u64) -> bool {
+        let is_due = now >= self.due;
+        if is_due {
+            self.due = now + self.context.step_ticks;
+        }
+        is_due
     }
 
     /// A step is due while the script still executes the one before.

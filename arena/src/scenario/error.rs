@@ -5,6 +5,8 @@ use std::fmt;
 use bittybuzz_robot_spec::RobotError;
 use bittybuzz_toml_reader::{self as toml_reader, FileError, TomlError, one_of};
 
+use crate::robot::step_rates;
+
 /// A mistake in a scenario: a sentence (`Display`), perhaps a place, and perhaps a cure ([`FileError::help`]).
 pub type ScenarioError = FileError<Cause>;
 
@@ -73,6 +75,8 @@ pub enum Cause {
     NoSuchMedium { medium: &'static str },
     /// A robot file whose virtual machine the simulator does not have.
     Misfit { robot: String, needs: String },
+    /// A robot file with steps that are no whole number of ticks apart.
+    StepRate { robot: String, rate: u32 },
     /// A robot that nothing emulates.
     NoEmulator { robot: String },
     /// A robot file that does not describe the robot's body.
@@ -171,6 +175,9 @@ impl fmt::Display for Cause {
             }
             Cause::Misfit { robot, needs } => {
                 write!(f, "`{robot}` cannot be simulated: its body needs {needs}")
+            }
+            Cause::StepRate { robot, rate } => {
+                write!(f, "`{robot}` cannot be simulated: its file asks for {rate} steps per second")
             }
             Cause::NoEmulator { robot } => write!(f, "nothing emulates a `{robot}`"),
             Cause::NoBody { robot, .. } => {
@@ -277,6 +284,13 @@ impl toml_reader::Cause for Cause {
                 "the scripts of these robots have none, or images no symbols; a global is assigned outside of functions: `{name} = 0`"
             )),
             Cause::UnknownGlobal { name, known } => Some(one_of(name, known)),
+            Cause::StepRate { .. } => {
+                let rates: Vec<String> = step_rates().map(|rate| rate.to_string()).collect();
+                Some(format!(
+                    "the simulator has ten ticks per second, so `tick_hz` can be one of {}",
+                    rates.join(", ")
+                ))
+            }
             Cause::NoRoom { .. } => Some("make the world or `area` larger".to_owned()),
             Cause::NoBody { known, .. } => Some(format!(
                 "give the robot file a [body] with a `drive`, or the group a `body`: {}",

@@ -10,7 +10,7 @@ use bittybuzz_robot_spec::{OnFault, Profile, Robot};
 use bittybuzz_toml_reader::{Place, TomlError};
 use toml::de::DeValue;
 
-use crate::robot::{Emulation, Models, RobotModel, common_effect};
+use crate::robot::{Emulation, Models, RobotModel, common_effect, step_rates};
 
 use super::backend::{self, Backend};
 use super::body;
@@ -140,6 +140,7 @@ fn group(
     if let (Some(robot), Some(on_fault)) = (&mut robot, section.word("on_fault", &OnFault::WORDS)) {
         robot.on_fault = on_fault;
     }
+    check_rate(section, robot.as_ref());
     let model = robot.as_ref().and_then(|robot| body::of_group(section, robot, models));
     let link = model.as_ref().map(|model| medium::link(section, model.keys().link));
     let script = section.required("script").and_then(|entry| script(&entry, folder));
@@ -193,6 +194,14 @@ fn group(
         link: link?,
         place,
     })
+}
+
+/// Notes a robot whose steps are no whole number of ticks apart.
+fn check_rate(section: &Section<'_>, robot: Option<&Robot>) {
+    let (Some(robot), Some(entry)) = (robot, section.get("robot")) else { return };
+    if !step_rates().any(|rate| rate == robot.tick_hz) {
+        entry.fail(Cause::StepRate { robot: robot.name.clone(), rate: robot.tick_hz });
+    }
 }
 
 /// Notes functions of a robot that the simulator cannot carry out.
