@@ -13,7 +13,7 @@ use bittybuzz_arena::engine::{AddError, Link, Loss, Medium};
 use bittybuzz_arena::engine::{Pose, RobotId};
 use common::robots::{RobotKind, Settings, World};
 use common::{Probe, close, exact, links, probe, run};
-use script::{folder, run_with};
+use script::{folder, read, run_with};
 
 /// Two who talk, the second with a link of its own, and listeners at 40 and at 60 mm from rim to rim of each.
 #[test]
@@ -148,4 +148,33 @@ fn parameters_of_groups_can_be_set() {
     assert_eq!(group.link.loss.map(|loss| (loss.near, loss.far)), Some((0.25, 0.25)));
     assert_eq!(model(&set(&[]).unwrap().groups[0]), CrazyflieModel::STANDARD);
     assert!(set(&["robots.0.link.rate=3"]).is_err(), "only infrared has a rate");
+}
+
+/// Rows are 40 mm times the root of 3/4 apart, and every second one is shifted by 20 mm: six neighbours stand at 40 mm.
+#[test]
+fn hexagonal_rows() {
+    let folder = folder("hexagonal", &[("walk.bzz", WALK)]);
+    let text = "[world]\nsize = [500, 500]\nduration = 1\n[[robots]]\nrobot = \"kilobot\"\nscript = \"walk.bzz\"\n\
+                count = 8\nplacement = \"hexagonal\"\nspacing = 40\ncolumns = 3\nat = [10, 20]\n";
+    let (scenario, _) = read(&folder, text);
+    let points: Vec<[f64; 2]> = scenario.groups[0].placement.points(8).collect();
+    let height = 40.0 * 0.75_f64.sqrt();
+    let (low, high) = (20.0 - height, 20.0 + height);
+    let expected = [
+        [-40.0, low],
+        [0.0, low],
+        [40.0, low],
+        [-20.0, 20.0],
+        [20.0, 20.0],
+        [60.0, 20.0],
+        [-40.0, high],
+        [0.0, high],
+    ];
+    for (point, expected) in points.iter().zip(expected) {
+        assert!((point[0] - expected[0]).abs() < 1e-9, "{points:?}");
+        assert!((point[1] - expected[1]).abs() < 1e-9, "{points:?}");
+    }
+    let from = |other: &&[f64; 2]| (other[0] - 20.0).hypot(other[1] - 20.0);
+    // The sixth would be the ninth robot.
+    assert_eq!(points.iter().filter(|other| (from(other) - 40.0).abs() < 1e-9).count(), 5);
 }

@@ -169,7 +169,8 @@ const AFTER_BASE: &[(&str, &str, &[&str])] = &[
     ("[output]\nevery = 0.19999\n", "11:9", &["`every` cannot be 0.19999", "0.1 and 0.2"]),
     ("[output]\nplot = [\"x\", \"speeed\"]\n", "11:14", &["no quantity `speeed`"]),
     // TOML itself.
-    ("[output\n", "10:8", &["this is not TOML"]),
+    ("[output\n", "10:1", &["this is not TOML: this `[` is never closed", "write the `]`"]),
+    ("[medium.ir]\nloss = [0, 0.5\n[output]\nevery = 1\n", "11:8", &["`[` is never closed"]),
 ];
 
 const AFTER_GROUP: &[(&str, &str, &[&str])] = &[
@@ -388,6 +389,10 @@ const STARTS: &[(&str, &[&str])] = &[
     (
         "count = 10\nplacement = \"circle\"\nradius = 50\nat = [-200, -200]\nfirst_id = 7\n",
         &["robot 7 at (-150, -200) and robot 8 at (-159.55, -170.61) overlap", "`radius` is 53.4"],
+    ),
+    (
+        "count = 2\nplacement = \"hexagonal\"\nspacing = 20\n",
+        &["robot 0 at (-10, 0) and robot 1 at (10, 0) overlap", "the least `spacing` is 33"],
     ),
     (
         "positions = [[0, 0], [100, 0], [0, 0]]\n",

@@ -1,7 +1,9 @@
 //! Where the robots of a run start.
 
 use crate::engine::{Pose, Stream};
-use crate::scenario::{Cause, Group, Heading, Placement, Scenario, ScenarioError, Space, Standing};
+use crate::scenario::{
+    Cause, Group, Heading, Placement, Scenario, ScenarioError, Space, Standing, length_up,
+};
 
 /// Places that are tried for one robot before the world counts as full.
 const TRIES: usize = 2000;
@@ -58,7 +60,12 @@ fn scatter(
         let mut tries = (0..TRIES)
             .map(|_| [x.0 + x.1 * f64::from(chance.unit()), y.0 + y.1 * f64::from(chance.unit())]);
         let Some(at) = tries.find(|point| space.is_free(*point, radius)) else {
-            let cause = Cause::NoRoom { count: group.count as usize, placed: points.len() };
+            let (count, placed) = (group.count as usize, points.len());
+            // Two bodies that touch may overlap by less than the engine sees.
+            let places = |side: f64| (side / (2.0 * radius) + 1e-6) as usize + 1;
+            let has_room = scenario.world.size.iter().all(|side| *side >= 2.0 * radius);
+            let grid = if has_room { places(x.1) * places(y.1) } else { 0 };
+            let cause = Cause::NoRoom { count, placed, grid, spacing: length_up(2.0 * radius) };
             return Err(ScenarioError { cause, place: Some(Box::new(group.place.clone())) });
         };
         space.add(Standing { at, radius, id });

@@ -107,8 +107,9 @@ pub enum Cause {
     Emulator { message: String },
     /// The engine cannot have these numbers.
     Settings { message: String },
-    /// More robots than there is room for.
-    NoRoom { count: usize, placed: usize },
+    /// More robots than random placement finds room for, the number that a grid would hold if nothing else were there, and its spacing in
+    /// mm.
+    NoRoom { count: usize, placed: usize, grid: usize, spacing: String },
 }
 
 /// Numbers that pass by themselves, but not together.
@@ -177,7 +178,10 @@ impl fmt::Display for Cause {
                 write!(f, "`{robot}` cannot be simulated: its body needs {needs}")
             }
             Cause::StepRate { robot, rate } => {
-                write!(f, "`{robot}` cannot be simulated: its file asks for {rate} steps per second")
+                write!(
+                    f,
+                    "`{robot}` cannot be simulated: its file asks for {rate} steps per second"
+                )
             }
             Cause::NoEmulator { robot } => write!(f, "nothing emulates a `{robot}`"),
             Cause::NoBody { robot, .. } => {
@@ -218,8 +222,8 @@ impl fmt::Display for Cause {
             }
             Cause::Emulator { message } => write!(f, "the robots cannot be emulated: {message}"),
             Cause::Settings { message } => write!(f, "the world cannot be made: {message}"),
-            Cause::NoRoom { count, placed } => {
-                write!(f, "there is no room for {count} robots, only for {placed}")
+            Cause::NoRoom { count, placed, .. } => {
+                write!(f, "random placement found no room for {count} robots, only for {placed}")
             }
         }
     }
@@ -291,7 +295,15 @@ impl toml_reader::Cause for Cause {
                     rates.join(", ")
                 ))
             }
-            Cause::NoRoom { .. } => Some("make the world or `area` larger".to_owned()),
+            Cause::NoRoom { count, grid, spacing, .. } => Some(match grid >= count {
+                true => format!(
+                    "make the world or `area` larger; or say placement = \"grid\" and spacing = {spacing}, which holds {grid} where \
+                     nothing else stands"
+                ),
+                false => format!(
+                    "make the world or `area` larger: even a grid with spacing = {spacing} holds only {grid}"
+                ),
+            }),
             Cause::NoBody { known, .. } => Some(format!(
                 "give the robot file a [body] with a `drive`, or the group a `body`: {}",
                 known.join(", ")

@@ -40,7 +40,7 @@ pub use output::Output;
 pub use read::{Entry, Section};
 pub use robots::{Group, Heading, Placement};
 pub use select::Selection;
-pub(crate) use space::{Space, Standing};
+pub(crate) use space::{Space, Standing, length_up};
 pub use value::{FORMS as QUANTITIES, Key, Quantity, Swarm};
 pub use world::{Light, Obstacle, World};
 

@@ -65,6 +65,15 @@ pub enum Placement {
         /// Robots in a row.
         columns: u32,
     },
+    /// In rows around a centre, every second row shifted by half a place: each robot has up to six neighbours at the same distance.
+    Hexagonal {
+        /// Centre of the rows.
+        at: [f64; 2],
+        /// From robot to robot, in mm.
+        spacing: f64,
+        /// Robots in a row.
+        columns: u32,
+    },
     /// In a row, from a point on.
     Line {
         /// The first robot.
@@ -304,14 +313,16 @@ fn likely_file(path: &Path) -> Option<String> {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Form {
     Grid,
+    Hexagonal,
     Line,
     Circle,
     Random,
     List,
 }
 
-const FORMS: [(&str, Form); 5] = [
+const FORMS: [(&str, Form); 6] = [
     ("grid", Form::Grid),
+    ("hexagonal", Form::Hexagonal),
     ("line", Form::Line),
     ("circle", Form::Circle),
     ("random", Form::Random),
@@ -320,9 +331,17 @@ const FORMS: [(&str, Form); 5] = [
 
 /// Keys of placements, the placements that have them, and what a file must say for that.
 const KEYS: [(&str, &[Form], &str); 7] = [
-    ("at", &[Form::Grid, Form::Line, Form::Circle, Form::Random], "another placement"),
-    ("spacing", &[Form::Grid, Form::Line], "placement = \"grid\" or \"line\""),
-    ("columns", &[Form::Grid], "placement = \"grid\""),
+    (
+        "at",
+        &[Form::Grid, Form::Hexagonal, Form::Line, Form::Circle, Form::Random],
+        "another placement",
+    ),
+    (
+        "spacing",
+        &[Form::Grid, Form::Hexagonal, Form::Line],
+        "placement = \"grid\", \"hexagonal\" or \"line\"",
+    ),
+    ("columns", &[Form::Grid, Form::Hexagonal], "placement = \"grid\" or \"hexagonal\""),
     ("direction", &[Form::Line], "placement = \"line\""),
     ("radius", &[Form::Circle], "placement = \"circle\""),
     ("area", &[Form::Random], "placement = \"random\""),
@@ -345,15 +364,13 @@ fn placement(section: &Section<'_>, count: u32, world: &World) -> Option<Placeme
         None => [0.0; 2],
     };
     let spacing = || section.required("spacing").and_then(|entry| entry.number(SPACING));
+    let columns = || match section.get("columns") {
+        Some(entry) => entry.integer(COUNT),
+        None => Some(f64::from(count).sqrt().ceil() as u32),
+    };
     let placement = match form {
-        Form::Grid => Placement::Grid {
-            at,
-            spacing: spacing()?,
-            columns: match section.get("columns") {
-                Some(entry) => entry.integer(COUNT)?,
-                None => f64::from(count).sqrt().ceil() as u32,
-            },
-        },
+        Form::Grid => Placement::Grid { at, spacing: spacing()?, columns: columns()? },
+        Form::Hexagonal => Placement::Hexagonal { at, spacing: spacing()?, columns: columns()? },
         Form::Line => Placement::Line {
             at,
             spacing: spacing()?,
@@ -430,12 +447,21 @@ impl Placement {
 
     fn point(&self, index: u32, count: u32) -> [f64; 2] {
         match self {
-            Placement::Grid { at, spacing, columns } => {
+            Placement::Grid { at, spacing, columns }
+            | Placement::Hexagonal { at, spacing, columns } => {
                 let columns = (*columns).min(count);
                 let rows = count.div_ceil(columns);
                 let offset =
                     |place: u32, of: u32| (f64::from(place) - f64::from(of - 1) / 2.0) * spacing;
-                [at[0] + offset(index % columns, columns), at[1] + offset(index / columns, rows)]
+                let (column, row) = (index % columns, index / columns);
+                let [x, y] = [offset(column, columns), offset(row, rows)];
+                if let Placement::Grid { .. } = self {
+                    return [at[0] + x, at[1] + y];
+                }
+                // Rows are as far apart as an equilateral triangle is high.
+                let shift = if row % 2 == 0 { -spacing / 4.0 } else { spacing / 4.0 };
+                let shift = if rows > 1 { shift } else { 0.0 };
+                [at[0] + x + shift, at[1] + y * 0.75_f64.sqrt()]
             }
             Placement::Line { at, spacing, direction } => {
                 let (sine, cosine) = libm::sincos(direction.to_radians());

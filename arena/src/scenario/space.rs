@@ -172,7 +172,9 @@ fn overlap(group: &Group, robot: Standing, other: Standing) -> Cause {
     // Robots of other groups are no matter of this group's spacing.
     let key = match group.placement {
         _ if !ids.contains(&other.id) => None,
-        Placement::Grid { .. } | Placement::Line { .. } => Some(("spacing", apart)),
+        Placement::Grid { .. } | Placement::Hexagonal { .. } | Placement::Line { .. } => {
+            Some(("spacing", apart))
+        }
         Placement::Circle { .. } => {
             let half_turn = std::f64::consts::PI / f64::from(group.count);
             Some(("radius", apart / 2.0 / libm::sin(half_turn)))
@@ -181,8 +183,8 @@ fn overlap(group: &Group, robot: Standing, other: Standing) -> Cause {
     };
     Cause::Overlap {
         robots: Box::new([(other.id, place_text(other.at)), (robot.id, place_text(robot.at))]),
-        apart: up(apart),
-        least: key.map(|(key, least)| (key, up(least))),
+        apart: length_up(apart),
+        least: key.map(|(key, least)| (key, length_up(least))),
     }
 }
 
@@ -199,7 +201,7 @@ fn short(length: f64) -> String {
 }
 
 /// Returns a length in mm that is enough, to one decimal.
-fn up(length: f64) -> String {
+pub fn length_up(length: f64) -> String {
     // Radii are binary32: 25.4 mm may be a little more.
     ((length * 10.0 - 1e-3).ceil() / 10.0).to_string()
 }

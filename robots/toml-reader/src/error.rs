@@ -29,6 +29,8 @@ pub struct FileError<C> {
 pub enum TomlError {
     /// The file is not TOML.
     Syntax { message: String },
+    /// The file is not TOML: a bracket or brace has no partner.
+    Unclosed { open: char, close: char },
     /// A key that means nothing here.
     UnknownKey { key: String, section: &'static str, known: Vec<&'static str> },
     /// A key that must be there is not.
@@ -70,6 +72,9 @@ impl fmt::Display for TomlError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             TomlError::Syntax { message } => write!(f, "this is not TOML: {message}"),
+            TomlError::Unclosed { open, .. } => {
+                write!(f, "this is not TOML: this `{open}` is never closed")
+            }
             TomlError::UnknownKey { key, section, .. } => {
                 write!(f, "unknown key `{key}` in {section}")
             }
@@ -102,6 +107,7 @@ impl TomlError {
             TomlError::UnknownKey { key, known, .. } => Some(one_of(key, known)),
             TomlError::UnknownWord { word, known, .. } => Some(one_of(word, known)),
             TomlError::OutOfRange { range, .. } => Some(range.clone()),
+            TomlError::Unclosed { close, .. } => Some(format!("write the `{close}` that ends it")),
             TomlError::NoneOf { keys, .. } => Some(format!("one of {} is needed", keys.join(", "))),
             TomlError::Syntax { .. }
             | TomlError::MissingKey { .. }

@@ -24,6 +24,7 @@ pub mod file;
 mod place;
 mod reader;
 mod section;
+mod unclosed;
 
 pub use entry::{Entry, number_text};
 pub use error::{Cause, FileError, LIMIT, TomlError, one_of};

@@ -8,6 +8,7 @@ use toml::de::{DeTable, DeValue};
 use crate::error::{Cause, FileError, LIMIT, TomlError};
 use crate::place::{Place, Source};
 use crate::section::Section;
+use crate::unclosed::{self, Unclosed};
 
 /// Returns the keys that a section may have, by the name that messages give the section.
 pub type Schema<'a> = &'a dyn Fn(&'static str) -> Vec<&'static str>;
@@ -56,9 +57,17 @@ pub fn read<T, C: Cause>(
     let mistakes = RefCell::new(Mistakes { kept: Vec::new(), more: 0 });
     let reader = Reader { overrides, schema, mistakes };
     let (document, syntax) = DeTable::parse_recoverable(source.text);
+    let unclosed = if syntax.is_empty() { None } else { unclosed::find(source.text) };
     for mistake in &syntax {
-        let cause = TomlError::Syntax { message: mistake.message().to_owned() };
-        reader.note(cause, || Some(source.place(mistake.span().unwrap_or(0..0))));
+        let span = mistake.span().unwrap_or(0..0);
+        // What comes after an unclosed bracket only follows from it.
+        if unclosed.is_none_or(|unclosed| span.start < unclosed.at) {
+            let cause = TomlError::Syntax { message: mistake.message().to_owned() };
+            reader.note(cause, || Some(source.place(span)));
+        }
+    }
+    if let Some(Unclosed { at, open, close }) = unclosed {
+        reader.note(TomlError::Unclosed { open, close }, || Some(source.place(at..at + 1)));
     }
     let value = match syntax.is_empty() {
         true => format(&Section::root(&reader, source, root, document.get_ref())),

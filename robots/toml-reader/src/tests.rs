@@ -134,3 +134,33 @@ fn numbers_in_messages_are_short() {
     assert_eq!(number_text(1e300), "1e300");
     assert_eq!(number_text(f64::NAN), "NaN");
 }
+
+/// A bracket that is not closed swallows the lines that follow, which are no mistakes.
+#[test]
+fn an_unclosed_bracket_is_one_mistake() {
+    for (text, place, open, close) in [
+        ("[world]\nsize = [1000, 800\nspeed = 60\n\n[[item]]\nsize = 5\n", "2:8", '[', ']'),
+        ("[world\nsize = 1\nspeed = 60\n", "1:1", '[', ']'),
+        ("[[item]\nsize = 1\nspeed = 5\n", "1:1", '[', ']'),
+        ("size = [[1, 2], [3, 4]\nspeed = 5\n[item]\nsize = 1\n", "1:8", '[', ']'),
+        ("size = { b = 1, c = 2\nspeed = 3\n[item]\nsize = 1\n", "1:8", '{', '}'),
+        ("item = [{ size = 1, { speed = 2 }]\nsize = 3\n", "1:9", '{', '}'),
+        ("speed = \"[\" # [\nsize = [1, '\\', \"\\\"[\",\n\"\"\"\n[\"\"\"\n", "2:8", '[', ']'),
+        ("size = [\u{f6}", "1:8", '[', ']'),
+    ] {
+        assert_eq!(
+            shown(text),
+            [format!(
+                "{place} this is not TOML: this `{open}` is never closed | write the `{close}` that ends it"
+            )],
+            "{text}"
+        );
+    }
+    // What is wrong before it is told too, and so is what no bracket explains.
+    let found = shown("size = \nspeed = [1\nsize = 3\n");
+    assert_eq!(found.len(), 2, "{found:#?}");
+    assert!(found[0].starts_with("1:8 this is not TOML: string values must"), "{found:#?}");
+    assert!(found[1].starts_with("2:9 this is not TOML: this `[` is never"), "{found:#?}");
+    let found = shown("size = 3]\nspeed = 1\n");
+    assert!(found[0].starts_with("1:9 this is not TOML: "), "{found:#?}");
+}
