@@ -194,17 +194,21 @@ fn a_run_that_fails_is_a_row() {
     assert!(outcome.stdout.contains("robots.0.count=60000: 0 of 2 runs succeeded\n"));
     let table = String::from_utf8(folder.read("runs.csv")).unwrap();
     let rows: Vec<&str> = table.split_terminator("\r\n").collect();
-    assert!(rows[0].ends_with(",handler_faults,error"), "{}", rows[0]);
+    assert!(rows[0].ends_with(",overruns,error"), "{}", rows[0]);
     assert!(rows[1].starts_with("1,2,1,") && rows[1].ends_with(",0,"), "{}", rows[1]);
     let empty = ",".repeat(rows[0].matches(',').count() - 2);
     for (row, seed) in rows[3..].iter().zip(1..) {
-        let start = format!("{seed},60000,0{empty}\"there is no room for 60000 robots, only for ");
+        let start = format!(
+            "{seed},60000,0{empty}\"random placement found no room for 60000 robots, only for "
+        );
         assert!(row.starts_with(&start), "{row}");
     }
     let json = folder.bbz(&[&["sim", "s.toml", "--json"], &set[..]].concat());
     let result: Value = serde_json::from_str(&json.stdout).unwrap();
     assert_eq!(result["runs"][0]["error"], Value::Null);
-    assert!(result["runs"][2]["error"].as_str().unwrap().starts_with("there is no room"));
+    assert!(
+        result["runs"][2]["error"].as_str().unwrap().starts_with("random placement found no room")
+    );
     assert_eq!(result["runs"][2]["metrics"]["success"], 0.0);
     // Without a world for any of them it is the scenario that is wrong.
     let none = ["sim", "s.toml", "--runs", "2", "--csv", "none.csv", "--set"];
