@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use crate::Verdict;
-use crate::sources::write;
+use crate::sources::{clear_table, write};
 use anyhow::{Result, bail};
 use bittybuzz_builds::shell::{Line, cargo, root, target};
 use fs_err as fs;
@@ -80,7 +80,7 @@ fn record(loss: u32) -> Result<PathBuf> {
 /// `None` if some run did not end as it should.
 fn measure(loss: u32, runs: usize, csv: &std::path::Path) -> Result<Option<Times>> {
     cargo(&["build", "--release", "--quiet", "--package", "bbz"])?;
-    write(csv, b"")?;
+    clear_table(csv)?;
     let bbz = target()?.join("release/bbz");
     let (runs_text, csv_text) = (runs.to_string(), csv.display().to_string());
     let set = format!("medium.nrf24.loss={}", f64::from(loss) / 100.0);

@@ -86,6 +86,15 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     Ok(fs::write(path, bytes)?)
 }
 
+/// Empties the table of a batch, and forgets the runs of one that was stopped: they may be of older sources.
+pub fn clear_table(path: &Path) -> Result<()> {
+    write(path, b"")?;
+    match fs::remove_dir_all(path.with_added_extension("parts")) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error.into()),
+        _ => Ok(()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,7 +2,7 @@
 //! backends.
 
 use crate::Verdict;
-use crate::sources::write;
+use crate::sources::clear_table;
 use anyhow::Result;
 use bittybuzz_builds::board::ZOOIDS;
 use bittybuzz_builds::cargo_test::cargo_test;
@@ -42,7 +42,7 @@ fn consensus(first: &str) -> Result<Verdict> {
     let programs = ["--package", "bbz", "--package", "bittybuzz-emulate-m0"];
     cargo(&[&["build", "--release", "--quiet"], &programs[..]].concat())?;
     let csv = target()?.join("soak/zooids").join(format!("{first}.csv"));
-    write(&csv, b"")?;
+    clear_table(&csv)?;
     let (runs, table) = (BLOCK.to_string(), csv.display().to_string());
     let firmware = format!("robots.0.firmware={}", firmware.display());
     let (duration, at) = (format!("world.duration={SECONDS}"), format!("expect.0.at={SECONDS}"));
