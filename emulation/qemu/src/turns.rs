@@ -78,7 +78,7 @@ impl<B: Control> Core for QemuCore<B> {
         let machine = Machine::with(B::CORE);
         let sites = sites::find(memory::FLASH.start, &flash).collect();
         let skipped = HashSet::new();
-        let mut core = QemuCore {
+        Ok(QemuCore {
             board: B::power_on(number),
             core: start_core(machine, &flash, &sites, &skipped)?,
             machine,
@@ -90,9 +90,12 @@ impl<B: Control> Core for QemuCore<B> {
             systick_reported: false,
             events: Vec::new(),
             statistics: CoreStatistics::default(),
-        };
-        core.scramble()?;
-        Ok(core)
+        })
+    }
+
+    /// RAM keeps its content, which is zero at the first start: programs of the tests count in it.
+    fn scramble(&mut self) -> Result<(), MachineError> {
+        Ok(())
     }
 
     fn restart(&mut self, vectors: u32, vector_table: u32) -> Result<(), MachineError> {
