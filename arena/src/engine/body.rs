@@ -38,6 +38,12 @@ pub trait BodyModel: Debug + Send + Sync {
     /// Returns the medium that carries the robots' frames.
     fn medium(&self) -> Medium;
 
+    /// Returns the closing speed in mm/s above which a contact in the air is a crash, 0 if every contact is one; `None` for bodies
+    /// that do not crash.
+    fn crash_speed(&self) -> Option<f32> {
+        None
+    }
+
     /// Returns true if robots learn where they are. Blocks of others are never asked.
     fn has_positioning(&self) -> bool;
 

@@ -3,6 +3,8 @@
 //! Every disc looks at its neighbours where they were before and moves by half of each overlap, so the result does not
 //! depend on an order, and two discs move by the same amount in opposite directions. This is repeated near discs
 //! that moved, a few times; what is left of dense crowds is done in the next tick.
+//!
+//! A body that flies crashes when it touches something in the air. Its velocity is its way in the last substep.
 
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -31,6 +33,8 @@ const MARGIN: f32 = 3.0;
 const ROBOT: u8 = 1;
 /// Touches a wall or an obstacle.
 const WALL: u8 = 2;
+/// Has crashed into one of them.
+const CRASH: u8 = 4;
 
 /// A body seen from above.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +46,7 @@ struct Disc {
     cell: u32,
     id: u16,
     herd: u16,
-    /// [`ROBOT`], [`WALL`].
+    /// [`ROBOT`], [`WALL`], [`CRASH`].
     touches: u8,
     /// Whether the last round moved it.
     moved: bool,
@@ -54,8 +58,15 @@ pub(crate) struct Crowd {
     cells: Cells,
     /// The shape of each herd.
     shapes: Vec<Shape>,
+    /// The closing speed in mm/s of each herd above which a contact in the air is a crash.
+    crash_speeds: Vec<Option<f32>>,
     /// The herd of each robot.
     herds: Vec<u16>,
+    /// A robot can crash.
+    has_fliers: bool,
+    /// Of each robot, its place after the last substep, and its velocity in mm/s since; empty while no robot can crash.
+    places: Vec<[f32; 3]>,
+    velocities: Vec<[f32; 3]>,
     /// Of each cell, where its discs begin; two more at the end.
     starts: Vec<u32>,
     discs: Vec<Disc>,
@@ -73,7 +84,11 @@ impl Crowd {
         let mut crowd = Crowd {
             cells: Cells::new(area, f32::INFINITY, 1),
             shapes: Vec::new(),
+            crash_speeds: Vec::new(),
             herds: Vec::new(),
+            has_fliers: false,
+            places: Vec::new(),
+            velocities: Vec::new(),
             starts: Vec::new(),
             discs: Vec::new(),
             next: Vec::new(),
@@ -97,8 +112,9 @@ impl Crowd {
     }
 
     /// Adds the next herd.
-    pub(crate) fn add_herd(&mut self, shape: Shape) {
+    pub(crate) fn add_herd(&mut self, shape: Shape, crash_speed: Option<f32>) {
         self.shapes.push(shape);
+        self.crash_speeds.push(crash_speed);
     }
 
     /// Adds a robot of a herd.
@@ -107,6 +123,7 @@ impl Crowd {
         let is_new = !self.herds.iter().any(|known| self.shapes[usize::from(*known)] == shape);
         let has_doubled = self.herds.len().is_power_of_two();
         self.herds.push(herd);
+        self.has_fliers |= self.crash_speeds[usize::from(herd)].is_some();
         self.touches.push(0);
         self.touched.push(0);
         if is_new || has_doubled {
@@ -114,14 +131,40 @@ impl Crowd {
         }
     }
 
-    /// Pushes everything apart, once per substep.
+    /// Notes that a robot was put to another place, which is no velocity.
+    pub(crate) fn displace(&mut self, index: usize, pose: &Pose) {
+        if let Some(place) = self.places.get_mut(index) {
+            *place = [pose.x, pose.y, pose.z];
+        }
+    }
+
+    /// Returns the robots that have crashed in this tick.
+    pub(crate) fn crashed(&self) -> Vec<RobotId> {
+        if !self.has_fliers {
+            return Vec::new();
+        }
+        let touches = self.touches.iter().enumerate().filter(|(_, touches)| **touches & CRASH > 0);
+        touches.map(|(index, _)| RobotId(index as u16)).collect()
+    }
+
+    /// Pushes everything apart, once per substep of that length in seconds.
     pub(crate) fn settle(
         &mut self,
         poses: &mut [Pose],
         obstacles: &Obstacles,
         pool: Option<&ThreadPool>,
+        seconds: f32,
     ) {
         self.place(poses);
+        if self.has_fliers {
+            // Robots without a place are new.
+            self.places
+                .extend(poses[self.places.len()..].iter().map(|pose| [pose.x, pose.y, pose.z]));
+            self.velocities.clear();
+            self.velocities.extend(poses.iter().zip(&self.places).map(|(pose, [x, y, z])| {
+                [pose.x - x, pose.y - y, pose.z - z].map(|way| way / seconds)
+            }));
+        }
         for round in 0..ROUNDS {
             self.round(round, obstacles, pool);
             if round == 0 {
@@ -136,6 +179,9 @@ impl Crowd {
         for disc in &self.discs {
             let pose = &mut poses[usize::from(disc.id)];
             (pose.x, pose.y) = (disc.x, disc.y);
+        }
+        for (place, pose) in self.places.iter_mut().zip(poses) {
+            *place = [pose.x, pose.y, pose.z];
         }
     }
 
@@ -238,8 +284,11 @@ impl Crowd {
     }
 
     fn round(&mut self, round: usize, obstacles: &Obstacles, pool: Option<&ThreadPool>) {
-        let Crowd { cells, shapes, starts, discs, next, awake, .. } = self;
-        let look = Look { cells, shapes, starts, discs, awake, obstacles, all: round == 0 };
+        let Crowd { cells, shapes, crash_speeds, velocities, starts, discs, next, awake, .. } =
+            self;
+        let all = round == 0;
+        let look =
+            Look { cells, shapes, crash_speeds, velocities, starts, discs, awake, obstacles, all };
         let work = |(chunk, next): (usize, &mut [Disc])| {
             for (offset, next) in next.iter_mut().enumerate() {
                 *next = look.pushed(chunk * CHUNK + offset);
@@ -279,6 +328,8 @@ impl Crowd {
 struct Look<'a> {
     cells: &'a Cells,
     shapes: &'a [Shape],
+    crash_speeds: &'a [Option<f32>],
+    velocities: &'a [[f32; 3]],
     starts: &'a [u32],
     discs: &'a [Disc],
     awake: &'a [bool],
@@ -305,7 +356,7 @@ impl Look<'_> {
                 if squared >= reach * reach || other_index == index || !self.level(&disc, other) {
                     continue;
                 }
-                disc.touches |= ROBOT;
+                disc.touches |= ROBOT | self.crash_with(&disc, other);
                 let distance = squared.sqrt();
                 let (ux, uy) = if distance > 0.0 {
                     (dx / distance, dy / distance)
@@ -320,12 +371,31 @@ impl Look<'_> {
         let (old_x, old_y) = (disc.x, disc.y);
         disc.x += push_x;
         disc.y += push_y;
-        if let Some((x, y)) = self.obstacles.push_out(disc.x, disc.y, disc.radius) {
+        if let Some((x, y)) = self.obstacles.push_out(disc.x, disc.y, disc.z, disc.radius) {
+            disc.touches |= WALL | self.crash(&disc, [disc.x - x, disc.y - y, 0.0], [0.0; 3]);
             (disc.x, disc.y) = (x, y);
-            disc.touches |= WALL;
         }
         disc.moved = disc.x != old_x || disc.y != old_y;
         disc
+    }
+
+    /// Returns [`CRASH`] if a disc crashes into another one.
+    fn crash_with(&self, disc: &Disc, other: &Disc) -> u8 {
+        let Some(velocity) = self.velocities.get(usize::from(other.id)) else { return 0 };
+        self.crash(disc, [other.x - disc.x, other.y - disc.y, other.z - disc.z], *velocity)
+    }
+
+    /// Returns [`CRASH`] if a disc crashes into something that is in a direction from it and has a velocity.
+    fn crash(&self, disc: &Disc, towards: [f32; 3], velocity: [f32; 3]) -> u8 {
+        let Some(own) = self.velocities.get(usize::from(disc.id)) else { return 0 };
+        let Some(most) = self.crash_speeds[usize::from(disc.herd)] else { return 0 };
+        if disc.z <= 0.0 {
+            return 0;
+        }
+        let length = towards.iter().map(|part| part * part).sum::<f32>().sqrt();
+        let way: f32 = (0..3).map(|axis| (own[axis] - velocity[axis]) * towards[axis]).sum();
+        // Multiplied, not divided: two bodies may be at one place.
+        if most == 0.0 || way > most * length { CRASH } else { 0 }
     }
 
     /// Returns true if two bodies are at heights at which they meet.

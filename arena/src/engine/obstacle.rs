@@ -3,7 +3,7 @@
 use super::geometry::Area;
 use super::grid::Cells;
 
-/// What bodies cannot enter, at any height.
+/// What bodies cannot enter up to its height, which has no limit unless it is added with one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Obstacle {
     /// A thin wall between two points (mm).
@@ -131,6 +131,8 @@ pub(crate) struct Obstacles {
     /// least [`MARGIN`].
     margin: f32,
     all: Vec<Obstacle>,
+    /// Of each obstacle, the height in mm from which on bodies are over it.
+    heights: Vec<f32>,
     cells: Cells,
     /// Of each cell, the obstacles that reach into it.
     members: Vec<Vec<u32>>,
@@ -149,7 +151,7 @@ impl Obstacles {
     pub(crate) fn new(area: Area) -> Self {
         let cells = Cells::new(area, CELL, CELLS);
         let members = vec![Vec::new(); cells.count()];
-        Obstacles { area, margin: MARGIN, all: Vec::new(), cells, members }
+        Obstacles { area, margin: MARGIN, all: Vec::new(), heights: Vec::new(), cells, members }
     }
 
     /// Prepares for bodies of that radius in mm.
@@ -158,17 +160,20 @@ impl Obstacles {
             self.margin = radius + 1.0;
             self.members.iter_mut().for_each(Vec::clear);
             let all = core::mem::take(&mut self.all);
-            all.into_iter().for_each(|obstacle| self.add(obstacle));
+            let heights = core::mem::take(&mut self.heights);
+            let both = all.into_iter().zip(heights);
+            both.for_each(|(obstacle, height)| self.add(obstacle, height));
         }
     }
 
-    pub(crate) fn add(&mut self, obstacle: Obstacle) {
+    pub(crate) fn add(&mut self, obstacle: Obstacle, height: f32) {
         let Some(obstacle) = obstacle.sound() else { return };
         let (low, high) = obstacle.bounds();
         let low = (low.0 - self.margin, low.1 - self.margin);
         let high = (high.0 + self.margin, high.1 + self.margin);
         let index = self.all.len() as u32;
         self.all.push(obstacle);
+        self.heights.push(height);
         for cell in self.cells.covered(low, high) {
             self.members[cell].push(index);
         }
@@ -178,11 +183,20 @@ impl Obstacles {
         &self.all
     }
 
-    /// Where a disc must be so that it is in the world and in no obstacle; `None` if it is.
-    pub(crate) fn push_out(&self, x: f32, y: f32, radius: f32) -> Option<(f32, f32)> {
+    /// Returns the obstacles into which something at a height would get.
+    pub(crate) fn at(&self, height: f32) -> impl Iterator<Item = &Obstacle> {
+        let all = self.all.iter().zip(&self.heights);
+        all.filter(move |(_, top)| height < **top).map(|(obstacle, _)| obstacle)
+    }
+
+    /// Where a disc at the height `z` must be so that it is in the world and in no obstacle; `None` if it is.
+    pub(crate) fn push_out(&self, x: f32, y: f32, z: f32, radius: f32) -> Option<(f32, f32)> {
         let (mut now_x, mut now_y) = (x, y);
         if !self.all.is_empty() {
             for &member in &self.members[self.cells.of(x, y)] {
+                if z >= self.heights[member as usize] {
+                    continue;
+                }
                 if let Some(free) = self.all[member as usize].push_out(now_x, now_y, radius) {
                     (now_x, now_y) = free;
                 }

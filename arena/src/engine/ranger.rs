@@ -26,8 +26,7 @@ impl Sight<'_> {
     /// Returns the distance in mm from a robot's middle along a ray, if something is nearer than `reach`.
     pub(crate) fn along(&self, robot: RobotId, pose: &Pose, ray: Ray, reach: f32) -> Option<f32> {
         let walls = ray.to_rim(self.area);
-        let obstacles =
-            self.obstacles.all().iter().filter_map(|obstacle| ray.to_obstacle(obstacle));
+        let obstacles = self.obstacles.at(pose.z).filter_map(|obstacle| ray.to_obstacle(obstacle));
         let nearest = walls.into_iter().chain(obstacles).fold(reach, f32::min);
         let nearest = self.crowd.nearest(robot, &ray, pose.z, nearest);
         (nearest < reach).then_some(nearest)

@@ -11,7 +11,7 @@ pub enum RobotState {
     Running,
     /// Stopped: no motors, no link, no brain, until it is resumed.
     Stopped,
-    /// Failed, until it is restarted. Its body stays where it is.
+    /// Failed or crashed, until it is restarted. Its body stays where it is; one in the air falls.
     Failed,
 }
 
@@ -32,6 +32,8 @@ pub struct View {
     pub height: f32,
     /// Colour: the sum of 1 red, 2 green, 4 blue.
     pub led: u8,
+    /// Its crashes since the world began.
+    pub crashes: u32,
 }
 
 /// A robot, but for its brain, its body and its place.
@@ -43,4 +45,5 @@ pub(crate) struct Robot {
     pub(crate) radio: Radio,
     pub(crate) state: RobotState,
     pub(crate) led: u8,
+    pub(crate) crashes: u32,
 }

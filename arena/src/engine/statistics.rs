@@ -1,5 +1,6 @@
 //! What was counted since the world began.
 
+use super::id::RobotId;
 use super::link::Medium;
 
 /// Counts of one medium. A frame counts once for every robot within range.
@@ -32,6 +33,10 @@ pub struct Statistics {
     pub contact_ticks: u64,
     /// Robot-ticks in touch with a wall or an obstacle.
     pub wall_ticks: u64,
+    /// Crashes of bodies that fly.
+    pub crashes: u64,
+    /// Tick and robot of the first of them.
+    pub first_crash: Option<(u64, RobotId)>,
     pub(crate) links: [LinkStatistics; Medium::COUNT],
 }
 

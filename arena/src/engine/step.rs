@@ -67,6 +67,7 @@ impl<B: Brain> World<B> {
             self.each(|part| part.cohort.block.step(part.poses));
             self.settle();
         }
+        self.crash();
         self.crowd.count(&mut self.statistics);
         self.sense();
         self.transmit();
@@ -118,7 +119,22 @@ impl<B: Brain> World<B> {
     }
 
     fn settle(&mut self) {
-        self.crowd.settle(&mut self.poses, &self.obstacles, self.pool.as_deref());
+        let seconds = TICK / self.substeps as f32;
+        self.crowd.settle(&mut self.poses, &self.obstacles, self.pool.as_deref(), seconds);
+    }
+
+    /// Robots that have crashed fail.
+    fn crash(&mut self) {
+        for id in self.crowd.crashed() {
+            if self.robots[usize::from(id.0)].state == RobotState::Failed {
+                continue;
+            }
+            // The crowd knows the robots of the world.
+            let _ = self.fail(id);
+            self.robots[usize::from(id.0)].crashes += 1;
+            self.statistics.crashes += 1;
+            self.statistics.first_crash.get_or_insert((self.now, id));
+        }
     }
 
     /// Robots with a positioning system learn where they are.

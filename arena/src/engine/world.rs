@@ -99,7 +99,7 @@ impl<B: Brain> World<B> {
         let air = &mut self.air[medium as usize];
         let link = air.add_link(*media.link(medium), bodies, self.settings.area);
         self.obstacles.admit(shape.radius);
-        self.crowd.add_herd(shape);
+        self.crowd.add_herd(shape, model.crash_speed());
         let has_positioning = model.has_positioning();
         self.herds.push(Herd { model, shape, medium, media, link, has_positioning });
         Ok(HerdId(number))
@@ -128,7 +128,8 @@ impl<B: Brain> World<B> {
         *count += 1;
         let radio = Radio::new(*medium, media, &mut build);
         self.brains.push(brain);
-        self.robots.push(Robot { herd, cohort, radio, state: RobotState::Running, led: 0 });
+        let state = RobotState::Running;
+        self.robots.push(Robot { herd, cohort, radio, state, led: 0, crashes: 0 });
         self.poses.push(pose);
         self.estimates.push(None);
         self.crowd.add(herd.0, self.settings.area);
@@ -145,7 +146,12 @@ impl<B: Brain> World<B> {
     /// Adds a wall or an obstacle. A size counts without its sign; what is further away than 10 km, or at
     /// no number, is nowhere.
     pub fn add_obstacle(&mut self, obstacle: Obstacle) {
-        self.obstacles.add(obstacle);
+        self.obstacles.add(obstacle, f32::INFINITY);
+    }
+
+    /// Adds a wall or an obstacle that ends at a height in mm: bodies at this height and above get over it.
+    pub fn add_obstacle_of_height(&mut self, obstacle: Obstacle, height: f32) {
+        self.obstacles.add(obstacle, height);
     }
 
     /// All obstacles.
@@ -276,10 +282,10 @@ impl<B: Brain> World<B> {
     #[must_use]
     pub fn robot(&self, id: RobotId) -> Option<View> {
         let index = self.index(id).ok()?;
-        let Robot { herd, state, led, .. } = self.robots[index];
+        let Robot { herd, state, led, crashes, .. } = self.robots[index];
         let Shape { radius, height } = self.herds[usize::from(herd.0)].shape;
         let (pose, estimate) = (self.poses[index], self.estimates[index]);
-        Some(View { herd, state, pose, estimate, radius, height, led })
+        Some(View { herd, state, pose, estimate, radius, height, led, crashes })
     }
 
     /// All robots in the order of their ids.
@@ -383,10 +389,11 @@ impl<B: Brain> World<B> {
     fn place(&mut self, index: usize, pose: Pose) {
         let Herd { shape: Shape { radius, .. }, has_positioning, .. } = *self.herd_of(index);
         let mut pose = Pose { z: pose.z.max(0.0), heading: super::wrap(pose.heading), ..pose };
-        if let Some((x, y)) = self.obstacles.push_out(pose.x, pose.y, radius) {
+        if let Some((x, y)) = self.obstacles.push_out(pose.x, pose.y, pose.z, radius) {
             (pose.x, pose.y) = (x, y);
         }
         self.poses[index] = pose;
+        self.crowd.displace(index, &pose);
         if has_positioning {
             let (seed, now) = (self.settings.seed, self.now);
             let Cohort { first, block, .. } = &mut self.cohorts[self.robots[index].cohort as usize];

@@ -1,5 +1,6 @@
 //! The columns of a table of runs.
 
+use crate::engine::Statistics;
 use crate::robot::FaultCounts;
 use crate::run::{Summary, TICKS_PER_SECOND, Unusable, Verdict};
 use crate::scenario::{Quantity, Scenario};
@@ -22,9 +23,9 @@ pub fn names(scenario: &Scenario) -> Vec<String> {
     names.extend(counts.map(str::to_owned));
     let unusable = Unusable::default().counts();
     names.extend(unusable.map(|(name, _)| name.to_owned()));
-    names.extend(
-        ["contacts", "faults", "restarts", "handler_faults", "overruns"].map(str::to_owned),
-    );
+    let names_of_last =
+        ["contacts", "crashes", "first_crash", "faults", "restarts", "handler_faults", "overruns"];
+    names.extend(names_of_last.map(str::to_owned));
     names
 }
 
@@ -48,8 +49,10 @@ pub fn values(scenario: &Scenario, summary: &Summary) -> Vec<Option<f64>> {
     let unusable = summary.unusable.counts().map(|(_, count)| count);
     let counts = counts.into_iter().chain([unsent, unread]).chain(unusable);
     let FaultCounts { faults, restarts, handler_faults } = summary.fault_counts;
-    let (contacts, overruns) = (summary.statistics.contacts, summary.overruns.missed);
-    let counts = counts.chain([contacts, faults, restarts, handler_faults, overruns]);
-    values.extend(counts.map(|count| Some(count as f64)));
+    let overruns = summary.overruns.missed;
+    let Statistics { contacts, crashes, .. } = summary.statistics;
+    values.extend(counts.chain([contacts, crashes]).map(|count| Some(count as f64)));
+    values.push(summary.first_crash.map(|(tick, _)| tick as f64 / TICKS_PER_SECOND));
+    values.extend([faults, restarts, handler_faults, overruns].map(|count| Some(count as f64)));
     values
 }

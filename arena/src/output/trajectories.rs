@@ -1,6 +1,6 @@
 //! A picture of the ways that robots went.
 
-use crate::scenario::{Obstacle, World};
+use crate::scenario::{Outline, World};
 
 use super::history::History;
 use super::svg::{Svg, color};
@@ -30,23 +30,21 @@ pub fn trajectories(world: &World, history: &History) -> String {
         svg.put(format_args!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"8\" fill=\"gold\"/>\n"));
     }
     for obstacle in &world.obstacles {
-        match *obstacle {
-            Obstacle::Disc { at, radius } => {
+        match obstacle.outline {
+            Outline::Disc { at, radius } => {
                 let ([x, y], radius) = (place(at), radius * scale);
                 svg.put(format_args!(
                     "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\" fill=\"silver\"/>\n"
                 ));
             }
-            Obstacle::Block { at, size } => {
+            Outline::Block { at, size } => {
                 let [x, y] = place([at[0] - size[0] / 2.0, at[1] + size[1] / 2.0]);
                 let [width, height] = size.map(|side| side * scale);
                 svg.put(format_args!(
                     "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"silver\"/>\n"
                 ));
             }
-            Obstacle::Wall(from, to) => {
-                svg.line([place(from), place(to)].into_iter(), "black", 2.0)
-            }
+            Outline::Wall(from, to) => svg.line([place(from), place(to)].into_iter(), "black", 2.0),
         }
     }
     let robots = history.places.first().map_or(0, Vec::len);

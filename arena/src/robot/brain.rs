@@ -155,7 +155,11 @@ impl SimRobot {
     /// Takes over the log of another robot, and its battery.
     pub fn adopt(&mut self, other: &mut Self) {
         self.state.memory.logged.append(&mut other.state.memory.logged);
-        self.state.memory.battery_mv = other.state.memory.battery_mv;
+        let (memory, before) = (&mut self.state.memory, &other.state.memory);
+        memory.battery_mv = before.battery_mv;
+        if let (Some(autopilot), Some(before)) = (&mut memory.autopilot, &before.autopilot) {
+            autopilot.adopt(&**before);
+        }
     }
 
     /// Sets the voltage of its battery.
@@ -200,8 +204,9 @@ impl Brain for SimRobot {
     fn tick(&mut self, io: &mut Io<'_>) {
         if let Program::Machine(machine) = &mut self.program {
             machine.tick(&mut self.state, io);
-            if let Some(autopilot) = &mut self.state.memory.autopilot {
-                autopilot.tick(io);
+            let memory = &mut self.state.memory;
+            if let Some(autopilot) = &mut memory.autopilot {
+                autopilot.tick(io, memory.battery_mv);
             }
         }
     }

@@ -58,14 +58,20 @@ pub trait Autopilot: Any + Send {
     /// Returns a copy, which goes on as this one would.
     fn copy(&self) -> Box<dyn Autopilot>;
 
-    /// Acts for one tick, after the script's step.
-    fn tick(&mut self, io: &mut Io<'_>);
+    /// Acts for one tick, after the script's step. `battery_mv` is the voltage of the battery, where an event of the scenario has
+    /// set it.
+    fn tick(&mut self, io: &mut Io<'_>, battery_mv: Option<u16>);
 
     /// A fault has stopped the script: brings the robot to rest.
     fn give_up(&mut self, io: &mut Io<'_>);
 
     /// The script starts again.
     fn start(&mut self);
+
+    /// The robot was switched off and on: takes over what that does not change, such as the charge of the battery.
+    fn adopt(&mut self, before: &dyn Any) {
+        let _ = before;
+    }
 }
 
 impl Clone for Box<dyn Autopilot> {

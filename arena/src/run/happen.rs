@@ -41,6 +41,11 @@ impl Happenings {
         self.ids.get(number).copied().flatten()
     }
 
+    /// The number of a robot of the world in the scenario.
+    pub fn number(&self, id: RobotId) -> Option<usize> {
+        self.ids.iter().position(|known| *known == Some(id))
+    }
+
     pub fn start_of(&self, number: usize) -> Pose {
         self.starts.get(number).copied().unwrap_or_default()
     }

@@ -154,6 +154,7 @@ fn body<'p>(quantity: &Quantity, robot: &SimRobot, view: &View) -> Reading<'p> {
         Quantity::Restarts => robot.state().fault_counts().restarts as f64,
         Quantity::HandlerFaults => robot.state().fault_counts().handler_faults as f64,
         Quantity::Overruns => robot.state().missed_steps() as f64,
+        Quantity::Crashes => f64::from(view.crashes),
         Quantity::Running => {
             let runs = view.state == RobotState::Running && !robot.state().is_faulted();
             f64::from(u8::from(runs))

@@ -1,7 +1,7 @@
 //! From what a scenario says to the numbers of the engine.
 
 use crate::engine;
-use crate::scenario::{Group, Light, Loss, Medium, MediumSettings, Obstacle, Scenario};
+use crate::scenario::{Group, Light, Loss, Medium, MediumSettings, Outline, Scenario};
 
 /// The engine's settings for a run.
 pub fn settings(scenario: &Scenario, seed: u32, threads: usize) -> engine::Settings {
@@ -75,18 +75,18 @@ pub fn engine_light(light: Light) -> engine::Light {
     engine::Light { x, y, intensity: light.brightness as f32 }
 }
 
-pub fn engine_obstacle(obstacle: Obstacle) -> engine::Obstacle {
+pub fn engine_obstacle(outline: Outline) -> engine::Obstacle {
     let point = |at: [f64; 2]| at.map(|axis| axis as f32);
-    match obstacle {
-        Obstacle::Disc { at, radius } => {
+    match outline {
+        Outline::Disc { at, radius } => {
             let [x, y] = point(at);
             engine::Obstacle::Round { x, y, radius: radius as f32 }
         }
-        Obstacle::Block { at, size } => {
+        Outline::Block { at, size } => {
             let ([x, y], [width, height]) = (point(at), point(size));
             engine::Obstacle::Box { x, y, width, height }
         }
-        Obstacle::Wall(from, to) => {
+        Outline::Wall(from, to) => {
             engine::Obstacle::Segment { from: point(from).into(), to: point(to).into() }
         }
     }

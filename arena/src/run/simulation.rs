@@ -56,7 +56,8 @@ impl Simulation {
         let herds: Result<Vec<HerdId>, _> = herds.collect();
         let herds = herds.map_err(settings_error)?;
         for obstacle in &scenario.world.obstacles {
-            world.add_obstacle(engine_obstacle(*obstacle));
+            let height = obstacle.height.map_or(f32::INFINITY, |height| height as f32);
+            world.add_obstacle_of_height(engine_obstacle(obstacle.outline), height);
         }
         let lights = scenario.world.lights.iter();
         let lights = lights.map(|light| world.add_light(engine_light(*light))).collect();
@@ -314,6 +315,9 @@ impl Simulation {
             robots: self.world.len(),
             convergences: self.convergences.clone(),
             statistics,
+            first_crash: statistics
+                .first_crash
+                .and_then(|(tick, robot)| Some((tick, self.happenings.number(robot)?))),
             unusable,
             dropped,
             faults,

@@ -97,8 +97,10 @@ pub struct Summary {
     pub robots: usize,
     /// How the expectations fared, in the order of the file.
     pub convergences: Vec<Convergence>,
-    /// Frames and contacts.
+    /// Frames, contacts and crashes.
     pub statistics: Statistics,
+    /// Tick of the first crash, and number of the robot in the scenario.
+    pub first_crash: Option<(u64, usize)>,
     /// Frames that robots' queues had no room for: heard, and to be sent.
     pub dropped: [u64; 2],
     /// Messages that robots could not use.

@@ -117,6 +117,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "size" "[width, height]" "" "a box along the axes, in mm",
             "from" "[x, y]" "" "a thin wall from here, in mm",
             "to" "[x, y]" "" "to here",
+            "height" "number" "unlimited" "in mm; robots at this height or above get over it",
         ],
     },
     SectionKeys {

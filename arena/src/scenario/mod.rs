@@ -42,7 +42,7 @@ pub use robots::{Group, Heading, Placement};
 pub use select::Selection;
 pub(crate) use space::{Space, Standing, length_up};
 pub use value::{FORMS as QUANTITIES, Key, Quantity, Swarm};
-pub use world::{Light, Obstacle, World};
+pub use world::{Light, Obstacle, Outline, World};
 
 /// A scenario that can be run.
 #[derive(Debug, Clone)]

@@ -6,7 +6,7 @@ use super::error::Cause;
 use super::event::{Action, Event, Target};
 use super::read::Section;
 use super::robots::{Group, Placement};
-use super::world::{Obstacle, World};
+use super::world::{Obstacle, Outline, World};
 
 /// A robot at its place.
 #[derive(Debug, Clone, Copy)]
@@ -86,7 +86,7 @@ fn stands_in(world: &World, at: [f64; 2], radius: f64, slack: f64) -> Option<Bar
     if is_beyond(0) || is_beyond(1) {
         return Some(Barrier::Wall);
     }
-    let is_in = |obstacle: &Obstacle| gap(*obstacle, at) < radius - slack;
+    let is_in = |obstacle: &Obstacle| gap(obstacle.outline, at) < radius - slack;
     world.obstacles.iter().any(is_in).then_some(Barrier::Obstacle)
 }
 
@@ -211,14 +211,14 @@ fn distance(one: [f64; 2], other: [f64; 2]) -> f64 {
 }
 
 /// Returns the way from a point to an obstacle; not above 0 inside.
-fn gap(obstacle: Obstacle, point: [f64; 2]) -> f64 {
-    match obstacle {
-        Obstacle::Disc { at, radius } => distance(at, point) - radius,
-        Obstacle::Block { at, size } => {
+fn gap(outline: Outline, point: [f64; 2]) -> f64 {
+    match outline {
+        Outline::Disc { at, radius } => distance(at, point) - radius,
+        Outline::Block { at, size } => {
             let beyond = |axis: usize| ((point[axis] - at[axis]).abs() - size[axis] / 2.0).max(0.0);
             libm::hypot(beyond(0), beyond(1))
         }
-        Obstacle::Wall(from, to) => {
+        Outline::Wall(from, to) => {
             let along = [to[0] - from[0], to[1] - from[1]];
             let length = along[0] * along[0] + along[1] * along[1];
             let dot = (point[0] - from[0]) * along[0] + (point[1] - from[1]) * along[1];

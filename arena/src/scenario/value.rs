@@ -18,6 +18,7 @@ pub const FORMS: &[&str] = &[
     "restarts",
     "handler_faults",
     "overruns",
+    "crashes",
     "global.NAME",
     "global.NAME.KEY",
     "stigmergy.NUMBER.KEY",
@@ -59,6 +60,8 @@ pub enum Quantity {
     HandlerFaults,
     /// Steps that were due while its script still executed the one before, since it was switched on.
     Overruns,
+    /// Crashes since the run began.
+    Crashes,
     /// A global of its script, or what is in a table there.
     Global {
         /// Its name.
@@ -161,6 +164,7 @@ impl Quantity {
             "restarts" => Quantity::Restarts,
             "handler_faults" => Quantity::HandlerFaults,
             "overruns" => Quantity::Overruns,
+            "crashes" => Quantity::Crashes,
             _ => return None,
         })
     }
@@ -198,6 +202,7 @@ impl fmt::Display for Quantity {
             Quantity::Restarts => f.write_str("restarts"),
             Quantity::HandlerFaults => f.write_str("handler_faults"),
             Quantity::Overruns => f.write_str("overruns"),
+            Quantity::Crashes => f.write_str("crashes"),
             Quantity::Global { name, keys } => {
                 write!(f, "global.{name}")?;
                 keys.iter().try_for_each(|key| write!(f, ".{key}"))

@@ -27,7 +27,16 @@ pub struct World {
 
 /// Something that no robot gets through.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Obstacle {
+pub struct Obstacle {
+    /// Its place and size on the ground.
+    pub outline: Outline,
+    /// Height in mm from which on robots get over it; `None`: at no height.
+    pub height: Option<f64>,
+}
+
+/// The outline of an obstacle, seen from above.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Outline {
     /// A disc.
     Disc {
         /// Its centre in mm.
@@ -95,6 +104,11 @@ const SIZE: &str = "two numbers as [width, height]";
 
 fn obstacle(entry: &Entry<'_>, world: &World) -> Option<Obstacle> {
     let section = entry.section(OBSTACLE)?;
+    let height = section.number("height", 1.0..=1e6);
+    Some(Obstacle { outline: outline(&section, world)?, height })
+}
+
+fn outline(section: &Section<'_>, world: &World) -> Option<Outline> {
     let point = |key| section.required(key).and_then(|entry| point_inside(&entry, world));
     let (key, shape) = section.one_of(&["radius", "size", "from"])?;
     for (other, needs) in [("at", ["radius", "size"]), ("to", ["from", "from"])] {
@@ -105,15 +119,15 @@ fn obstacle(entry: &Entry<'_>, world: &World) -> Option<Obstacle> {
     Some(match key {
         "radius" => {
             let at = point("at");
-            Obstacle::Disc { radius: shape.number(1.0..=1e6)?, at: at? }
+            Outline::Disc { radius: shape.number(1.0..=1e6)?, at: at? }
         }
         "size" => {
             let at = point("at");
-            Obstacle::Block { size: shape.numbers(SIZE, 1.0..=1e6)?, at: at? }
+            Outline::Block { size: shape.numbers(SIZE, 1.0..=1e6)?, at: at? }
         }
         _ => {
             let to = point("to");
-            Obstacle::Wall(point_inside(&shape, world)?, to?)
+            Outline::Wall(point_inside(&shape, world)?, to?)
         }
     })
 }

@@ -57,6 +57,14 @@ pub fn text(setup: &Setup, summary: &Summary, elapsed: Duration) -> Vec<String> 
         lines.push(format!("messages that were of no use: {}", unusable.join(", ")));
     }
     lines.push(format!("contacts {}", summary.statistics.contacts));
+    if let Some((tick, robot)) = summary.first_crash {
+        lines.push(format!(
+            "crashes {}, the first of robot {} at {:.1} s",
+            summary.statistics.crashes,
+            setup.id(robot),
+            self::seconds(tick)
+        ));
+    }
     for ((quantity, _), values) in setup.scenario.output.plot.iter().zip(&summary.values) {
         if let Some([mean, min, max]) = values {
             let [mean, min, max] = [mean, min, max].map(|number| (number * 1e3).round() / 1e3);
@@ -183,6 +191,10 @@ pub fn json(setup: &Setup, summary: &Summary) -> Value {
         },
         "unusable": summary.unusable.counts().into_iter().collect::<BTreeMap<_, _>>(),
         "contacts": summary.statistics.contacts,
+        "crashes": summary.statistics.crashes,
+        "first_crash": summary.first_crash.map(|(tick, robot)| {
+            json!({ "time": seconds(tick), "robot": setup.id(robot) })
+        }),
         "faults": faults,
         "errors": {
             "faults": summary.fault_counts.faults, "restarts": summary.fault_counts.restarts,

@@ -55,6 +55,8 @@ pub enum Drive {
         turn_deg_s: f64,
         /// Time constant with which velocities follow those that are set, in seconds; 0.2 if left out.
         lag_s: f64,
+        /// Closing speed in mm/s above which a contact in the air is a crash; 0 if left out: every contact is one.
+        crash_speed_mm_s: f64,
     },
 }
 

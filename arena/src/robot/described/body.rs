@@ -41,10 +41,17 @@ impl Default for Climb {
     }
 }
 
+/// mm/s²
+const GRAVITY: f32 = 9810.0;
+
 /// Share of the distance to its height that a body that flies climbs in a second, as long as its speed allows.
 const APPROACH: f32 = 2.0;
 
 impl Actuators {
+    /// At rest, on the ground.
+    pub const LANDING: Self =
+        Actuators { sides: [0.0; 2], along: [0.0; 2], turn: 0.0, climb: Climb::Height(0.0) };
+
     /// Sets a quantity of motion in its unit. Beyond its limit it becomes the limit.
     pub fn set(&mut self, drive: Drive, quantity: Quantity, value: f32) {
         let most = drive.most(quantity).map_or(f32::INFINITY, |most| most as f32);
@@ -181,11 +188,10 @@ impl DescribedBody {
     fn fly(&mut self, pose: &mut Pose, [speed, climb]: [f32; 2], lag: f32, seconds: f32) {
         let Actuators { along: [ahead, left], turn, climb: wanted, .. } = self.actuators;
         let up = match wanted {
-            _ if self.is_falling => -climb,
             Climb::Speed(up) => up,
             Climb::Height(height) => (height - pose.z) * APPROACH,
         };
-        if pose.z <= 0.0 && up <= 0.0 {
+        if pose.z <= 0.0 && (up <= 0.0 || self.is_falling) {
             self.velocity = [0.0; 4];
             return;
         }
@@ -193,9 +199,13 @@ impl DescribedBody {
         let share = if fast > speed { speed / fast } else { 1.0 };
         let goal = [ahead * share, left * share, up.clamp(-climb, climb), turn];
         let part = if lag > 0.0 { 1.0 - libm::expf(-seconds / lag) } else { 1.0 };
-        for (index, velocity) in self.velocity.iter_mut().enumerate() {
-            let goal = goal[index] * self.gains[index] * self.noise[index];
-            *velocity += (goal - *velocity) * part;
+        if self.is_falling {
+            self.velocity[2] -= GRAVITY * seconds;
+        } else {
+            for (index, velocity) in self.velocity.iter_mut().enumerate() {
+                let goal = goal[index] * self.gains[index] * self.noise[index];
+                *velocity += (goal - *velocity) * part;
+            }
         }
         let [ahead, left, up, turn] = self.velocity;
         let (sin, cos) = libm::sincosf(pose.heading);

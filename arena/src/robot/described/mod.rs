@@ -73,6 +73,13 @@ impl BodyModel for DescribedRobot {
         Medium::RangeAndBearing
     }
 
+    fn crash_speed(&self) -> Option<f32> {
+        match self.body.drive {
+            Drive::Quadrotor { crash_speed_mm_s, .. } => Some(crash_speed_mm_s as f32),
+            _ => None,
+        }
+    }
+
     fn has_positioning(&self) -> bool {
         false
     }

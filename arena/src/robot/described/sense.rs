@@ -7,6 +7,8 @@ use bittybuzz_robot_spec::{Reading, Sensor, SensorKind, SensorValue};
 use crate::engine::{Io, Stream};
 use crate::robot::call::{Autopilot, Call, Done};
 
+use super::body::Actuators;
+
 /// The largest reading of light and ground.
 const BRIGHTEST: f32 = 1023.0;
 
@@ -58,16 +60,19 @@ impl Autopilot for Senses {
         Box::new(self.clone())
     }
 
-    /// A robot whose battery is empty stops.
-    fn tick(&mut self, io: &mut Io<'_>) {
+    /// A robot whose battery is empty stops; one that flies falls.
+    fn tick(&mut self, io: &mut Io<'_>, _: Option<u16>) {
         if self.is_empty(io) {
             io.halt();
             *io.led = 0;
         }
     }
 
+    /// Stops the motors; one that flies descends.
     fn give_up(&mut self, io: &mut Io<'_>) {
-        io.halt();
+        if let Some(actuators) = io.controls() {
+            *actuators = Actuators::LANDING;
+        }
     }
 
     fn start(&mut self) {}

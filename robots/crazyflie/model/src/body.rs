@@ -69,18 +69,21 @@ pub struct CrazyflieModel {
     pub speed: f32,
     /// Greatest acceleration, mm/s².
     pub acceleration: f32,
+    /// Closing speed above which a contact in the air is a crash, mm/s; 0: every contact is one.
+    pub crash_speed: f32,
     /// What tells it where it is.
     pub positioning: Positioning,
 }
 
 impl CrazyflieModel {
     /// Collision cylinder of gym-pybullet-drones; 1 m/s and 20 degrees of tilt, hence 3.6 m/s², as Bitcraze's position
-    /// controller allows; the lag is a choice.
+    /// controller allows; the lag is a choice. Every contact in the air is a crash: the propellers have no guards.
     pub const STANDARD: Self = CrazyflieModel {
         radius: 60.0,
         lag: 0.3,
         speed: 1000.0,
         acceleration: 3600.0,
+        crash_speed: 0.0,
         positioning: Positioning::LIGHTHOUSE,
     };
 }
@@ -97,6 +100,10 @@ impl BodyModel for CrazyflieModel {
 
     fn medium(&self) -> Medium {
         Medium::P2p
+    }
+
+    fn crash_speed(&self) -> Option<f32> {
+        Some(self.crash_speed)
     }
 
     fn has_positioning(&self) -> bool {
@@ -116,6 +123,7 @@ impl BodyModel for CrazyflieModel {
             ("crazyflie.lag", not_below_0(self.lag), "0 or more"),
             ("crazyflie.speed", within(self.speed, 0.0, 1e5), "0 to 100000"),
             ("crazyflie.acceleration", above_0(self.acceleration), "a number greater than 0"),
+            ("crazyflie.crash_speed", within(self.crash_speed, 0.0, 1e5), "0 to 100000"),
             ("crazyflie.positioning", is_possible, "without negative numbers"),
         ])
     }

@@ -1,5 +1,7 @@
 //! Functions of the Crazyflie, and the pilot that carries them out between two calls.
 
+use std::any::Any;
+
 use bittybuzz_arena::engine::{Io, Pose, Side, wrap};
 use bittybuzz_arena::robot::{Autopilot, Call, CallNumbers, Done, Effect, Piece, led};
 use bittybuzz_robot_spec::Function;
@@ -20,10 +22,15 @@ const OUT_OF_RANGE: i32 = 32_767;
 const PATIENCE: u64 = 3000;
 /// Time that `spin` takes, in ms.
 const SPIN: u64 = 1500;
-/// mV of a full battery, of an empty one, and the ms of flight between them: 7 minutes, Bitcraze's data sheet of the 2.1.
+/// mV of a full battery, of a low one, and the ms of flight between them: 7 minutes, Bitcraze's data sheet of the 2.1.
 const FULL: u64 = 4150;
-const EMPTY: u64 = 3200;
+const LOW: u64 = 3200;
 const FLIGHT_TIME: u64 = 420_000;
+/// mV below which the motors lose power after some ms, as in the firmware (firmware/crazyflie/src/battery.rs).
+const EMPTY: u64 = 3100;
+const EMPTY_TIME: u64 = 5000;
+/// mV at which the nRF51 cuts all power.
+const FLAT: u64 = 3000;
 
 /// The task of the robot until the next call.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -47,9 +54,12 @@ pub struct Pilot {
     deadline: u64,
     /// ms of flight.
     flown: u64,
+    /// ms since which the battery is empty.
+    empty_since: Option<u64>,
     /// ms at which the stopwatch was started.
     started: Option<u64>,
-    /// A fault has stopped the script: the robot lands, and does not take off before it is switched off and on.
+    /// A fault has stopped the script, and the robot lands; or the battery is empty, and it falls. It does not take off before it is
+    /// switched off and on.
     has_given_up: bool,
 }
 
@@ -120,8 +130,19 @@ impl Pilot {
         self.task = Task::Cruise { forward: 0.0, left: 0.0, turn: 0.0, height, climb };
     }
 
-    fn battery(&self) -> i32 {
-        (FULL - (FULL - EMPTY) * self.flown.min(FLIGHT_TIME) / FLIGHT_TIME) as i32
+    /// Returns the voltage of the battery in mV.
+    fn battery(&self) -> u64 {
+        FULL.saturating_sub((FULL - LOW) * self.flown / FLIGHT_TIME).max(FLAT)
+    }
+
+    /// Takes the motors' power when the battery is empty.
+    fn watch_battery(&mut self, battery_mv: Option<u16>, now: u64) {
+        if battery_mv.map_or_else(|| self.battery(), u64::from) >= EMPTY {
+            self.empty_since = None;
+        } else if now >= *self.empty_since.get_or_insert(now) + EMPTY_TIME {
+            self.has_given_up = true;
+            self.task = Task::Grounded;
+        }
     }
 }
 
@@ -130,8 +151,9 @@ impl Autopilot for Pilot {
         Box::new(*self)
     }
 
-    fn tick(&mut self, io: &mut Io<'_>) {
+    fn tick(&mut self, io: &mut Io<'_>, battery_mv: Option<u16>) {
         let (now, here) = (io.milliseconds(), io.sensors.estimate());
+        self.watch_battery(battery_mv, now);
         if let Some(flight) = io.controls() {
             *flight = self.fly(here, now);
         }
@@ -147,6 +169,12 @@ impl Autopilot for Pilot {
 
     fn start(&mut self) {
         self.started = None;
+    }
+
+    fn adopt(&mut self, before: &dyn Any) {
+        if let Some(before) = before.downcast_ref::<Pilot>() {
+            self.flown = before.flown;
+        }
     }
 }
 
@@ -192,7 +220,7 @@ pub fn effect(function: &Function) -> Option<Effect> {
         "get_z" => Box::new(|call| distance(call.io.sensors.estimate().map(|here| here.z as i32))),
         "battery" => Box::new(|call| {
             let set = call.memory.battery_mv.map(i32::from);
-            let own = call.autopilot::<Pilot>().map(|pilot| pilot.battery());
+            let own = call.autopilot::<Pilot>().map(|pilot| pilot.battery() as i32);
             set.or(own).map_or(Done::Idle, Done::Int)
         }),
         "rand_bbz" => Box::new(|call| Done::Int(call.memory.chance.below(300) as i32 - 150)),

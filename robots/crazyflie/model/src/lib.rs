@@ -26,6 +26,7 @@ pub const KEYS: ModelKeys = ModelKeys {
             "speed" "number" "of the model" "fastest, in mm/s",
             "acceleration" "number" "of the model" "largest, in mm/s²",
             "lag" "number" "of the model" "time constant with which velocities are reached, in seconds",
+            "crash_speed" "0 to 100000" "0" "closing speed in mm/s above which a contact in the air is a crash; 0: every contact is one",
             "positioning" "word" "of the model" "how it knows where it is: none, flow, loco or lighthouse",
         ],
     },
@@ -62,6 +63,7 @@ impl RobotModel for CrazyflieModel {
         model.speed = number("speed", 0.0..=100_000.0).unwrap_or(model.speed);
         model.acceleration = number("acceleration", 1.0..=1e6).unwrap_or(model.acceleration);
         model.lag = number("lag", 0.0..=10.0).unwrap_or(model.lag);
+        model.crash_speed = number("crash_speed", 0.0..=100_000.0).unwrap_or(model.crash_speed);
         let positioning = section.word("positioning", &POSITIONINGS);
         model.positioning = positioning.unwrap_or(model.positioning);
         Arc::new(model)

@@ -22,7 +22,7 @@ const DRIVES: [(&str, &[&str]); 4] = [
     ("differential", &["wheel_distance_mm", "speed_mm_s"]),
     ("unicycle", &["speed_mm_s", "turn_deg_s"]),
     ("slip-stick", &["speed_mm_s", "turn_deg_s"]),
-    ("quadrotor", &["speed_mm_s", "climb_mm_s", "turn_deg_s", "lag_s"]),
+    ("quadrotor", &["speed_mm_s", "climb_mm_s", "turn_deg_s", "lag_s", "crash_speed_mm_s"]),
 ];
 
 /// The keys of `[[sensor]]` whatever its kind is.
@@ -145,11 +145,13 @@ fn drive_of(section: &Section<'_>, word: &str) -> Option<Drive> {
     if word == "quadrotor" {
         let climb_mm_s = number(section, "climb_mm_s", SPEED);
         let lag_s = number_or(section, "lag_s", 0.0..=10.0, 0.2);
+        let crash_speed_mm_s = number_or(section, "crash_speed_mm_s", SPEED, 0.0);
         return Some(Drive::Quadrotor {
             speed_mm_s: speed_mm_s?,
             climb_mm_s: climb_mm_s?,
             turn_deg_s: turn_deg_s?,
             lag_s: lag_s?,
+            crash_speed_mm_s: crash_speed_mm_s?,
         });
     }
     let (speed_mm_s, turn_deg_s) = (speed_mm_s?, turn_deg_s?);

@@ -59,7 +59,13 @@ fn drives_and_their_quantities() {
         ),
         (
             "drive = \"quadrotor\"\nturn_deg_s = 90\nclimb_mm_s = 500",
-            Drive::Quadrotor { speed_mm_s: 150.0, climb_mm_s: 500.0, turn_deg_s: 90.0, lag_s: 0.2 },
+            Drive::Quadrotor {
+                speed_mm_s: 150.0,
+                climb_mm_s: 500.0,
+                turn_deg_s: 90.0,
+                lag_s: 0.2,
+                crash_speed_mm_s: 0.0,
+            },
             "forward leftward upward turn height",
         ),
     ] {
