@@ -185,6 +185,20 @@ pub enum BinaryOp {
     Or,
 }
 
+impl BinaryOp {
+    /// Returns true for an operator that computes a number from two numbers of any kind.
+    pub fn is_arithmetic(self) -> bool {
+        use BinaryOp::{Add, Div, Mod, Mul, Pow, Sub};
+        matches!(self, Add | Sub | Mul | Div | Mod | Pow)
+    }
+
+    /// Returns true for an operator on the bits of two integers.
+    pub fn is_bitwise(self) -> bool {
+        use BinaryOp::{BitAnd, BitOr, ShiftLeft, ShiftRight};
+        matches!(self, BitAnd | BitOr | ShiftLeft | ShiftRight)
+    }
+}
+
 /// A whole script after includes.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Script {

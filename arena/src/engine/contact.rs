@@ -64,7 +64,7 @@ pub(crate) struct Crowd {
     herds: Vec<u16>,
     /// A robot can crash.
     has_fliers: bool,
-    /// Of each robot, its place after the last substep, and its velocity in mm/s since; empty while no robot can crash.
+    /// The place of each robot after the last substep, and its velocity in mm/s since; empty while no robot can crash.
     places: Vec<[f32; 3]>,
     velocities: Vec<[f32; 3]>,
     /// Of each cell, where its discs begin; two more at the end.

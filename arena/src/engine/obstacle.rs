@@ -3,7 +3,7 @@
 use super::geometry::Area;
 use super::grid::Cells;
 
-/// What bodies cannot enter up to its height, which has no limit unless it is added with one.
+/// A wall or an obstacle, which bodies cannot enter below its height. The height is unlimited unless it is added with one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Obstacle {
     /// A thin wall between two points (mm).
@@ -131,7 +131,7 @@ pub(crate) struct Obstacles {
     /// least [`MARGIN`].
     margin: f32,
     all: Vec<Obstacle>,
-    /// Of each obstacle, the height in mm from which on bodies are over it.
+    /// The height in mm of each obstacle; bodies at that height or above get over it.
     heights: Vec<f32>,
     cells: Cells,
     /// Of each cell, the obstacles that reach into it.
@@ -189,7 +189,7 @@ impl Obstacles {
         all.filter(move |(_, top)| height < **top).map(|(obstacle, _)| obstacle)
     }
 
-    /// Where a disc at the height `z` must be so that it is in the world and in no obstacle; `None` if it is.
+    /// Returns the nearest place of a disc at the height `z` that is in the world and in no obstacle; `None` if it is there already.
     pub(crate) fn push_out(&self, x: f32, y: f32, z: f32, radius: f32) -> Option<(f32, f32)> {
         let (mut now_x, mut now_y) = (x, y);
         if !self.all.is_empty() {

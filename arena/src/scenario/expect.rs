@@ -55,7 +55,7 @@ pub enum Of {
     Any,
     /// That of exactly one.
     One,
-    /// That of no robot; every robot has a value, unless the test is for existence.
+    /// The test holds for no robot; every robot has a value, unless the test is for existence.
     None,
     /// That of so many or more.
     AtLeast(u32),
@@ -78,7 +78,7 @@ pub enum Reduction {
     Max,
     /// Largest minus smallest.
     Spread,
-    /// How many different values there are, numbers or not. nil is none of them.
+    /// The number of different values, numbers or not. nil is none of them.
     Different,
 }
 

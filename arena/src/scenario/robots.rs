@@ -65,7 +65,7 @@ pub enum Placement {
         /// Robots in a row.
         columns: u32,
     },
-    /// In rows around a centre, every second row shifted by half a place: each robot has up to six neighbours at the same distance.
+    /// Rows around a centre, every second row shifted by half a place: each robot has up to six neighbours at the same distance.
     Hexagonal {
         /// Centre of the rows.
         at: [f64; 2],

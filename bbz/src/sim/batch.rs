@@ -167,10 +167,10 @@ fn journal(
     Ok((Some(journal), finished))
 }
 
-/// What the threads of a batch share.
+/// The state that the threads of a batch share.
 struct Batch<'a> {
     scenario: &'a Scenario,
-    /// Of each variant, with the first seed.
+    /// The setup of each variant, with its first seed.
     setups: &'a [(Arc<Setup>, u32)],
     runs: &'a [Run],
     journal: Option<&'a Journal>,

@@ -5,8 +5,7 @@ use std::fmt::Write;
 use bittybuzz_arena::output::{Row, Table, quartiles};
 use serde_json::{Map, Value, json};
 
-/// What is usual among the runs of a variant: how many succeeded, and of each metric that is not always the same median
-/// and quartiles.
+/// Describes the runs of a variant: the number that succeeded, and the median and quartiles of each metric that varies.
 pub fn describe(metrics: &[String], rows: &[&Row], settings: &[String], text: &mut String) {
     let runs = rows.len();
     let column = |index: usize| -> Vec<f64> {

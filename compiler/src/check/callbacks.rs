@@ -4,16 +4,17 @@ use std::collections::BTreeSet;
 
 use bittybuzz_vm_core::builtin::{self, Info, Library};
 
-use crate::ast::BinaryOp;
 use crate::check::calls::counted;
 use crate::check::names::{Meaning, Meanings, Member};
 use crate::check::suggest;
-use crate::check::tree::{Expr, ExprKind, FunctionId, LocalId, Program, Stmt, StmtKind, each_expr};
+use crate::check::tree::{
+    Expr, ExprKind, FunctionId, LocalId, Program, Stmt, StmtKind, each_expr, each_stmt,
+};
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
-/// What a callback gets for a parameter.
+/// The value that a callback gets for a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Role {
     /// A string that names messages.
@@ -107,7 +108,13 @@ pub fn check_callbacks(program: &Program, meanings: &Meanings<'_>) -> Vec<Diagno
 fn written_fields(program: &Program) -> BTreeSet<&str> {
     let mut fields = BTreeSet::new();
     for function in &program.functions {
-        assigned_fields(&function.body, &mut fields);
+        each_stmt(&function.body, &mut |stmt| {
+            if let StmtKind::Assign { target, .. } = &stmt.kind
+                && let ExprKind::Field { key, .. } = &target.kind
+            {
+                fields.insert(key.as_str());
+            }
+        });
         each_expr(&function.body, &mut |expr| {
             if let ExprKind::Table(entries) = &expr.kind {
                 fields.extend(entries.iter().filter_map(|(key, _)| match &key.kind {
@@ -118,27 +125,6 @@ fn written_fields(program: &Program) -> BTreeSet<&str> {
         });
     }
     fields
-}
-
-fn assigned_fields<'a>(stmts: &'a [Stmt], fields: &mut BTreeSet<&'a str>) {
-    for stmt in stmts {
-        match &stmt.kind {
-            StmtKind::Assign { target, .. } => {
-                if let ExprKind::Field { key, .. } = &target.kind {
-                    fields.insert(key);
-                }
-            }
-            StmtKind::If { then, otherwise, .. } => {
-                assigned_fields(&then.stmts, fields);
-                assigned_fields(&otherwise.stmts, fields);
-            }
-            StmtKind::While { body, update, .. } => {
-                assigned_fields(&body.stmts, fields);
-                assigned_fields(update.as_deref().map_or(&[], std::slice::from_ref), fields);
-            }
-            StmtKind::Var { .. } | StmtKind::Return(_) | StmtKind::Call(_) => {}
-        }
-    }
 }
 
 struct Checker<'a> {
@@ -345,17 +331,11 @@ fn is_read(body: &[Stmt], id: LocalId) -> bool {
 }
 
 fn is_assigned(body: &[Stmt], id: LocalId) -> bool {
-    body.iter().any(|stmt| match &stmt.kind {
-        StmtKind::Assign { target, .. } => is_local(target, id),
-        StmtKind::If { then, otherwise, .. } => {
-            is_assigned(&then.stmts, id) || is_assigned(&otherwise.stmts, id)
-        }
-        StmtKind::While { body, update, .. } => {
-            is_assigned(&body.stmts, id)
-                || update.as_deref().is_some_and(|stmt| is_assigned(std::slice::from_ref(stmt), id))
-        }
-        StmtKind::Var { .. } | StmtKind::Return(_) | StmtKind::Call(_) => false,
-    })
+    let mut found = false;
+    each_stmt(body, &mut |stmt| {
+        found |= matches!(&stmt.kind, StmtKind::Assign { target, .. } if is_local(target, id));
+    });
+    found
 }
 
 /// The first use of a parameter that stops the script, and what it is.
@@ -368,17 +348,11 @@ fn wrong_use(body: &[Stmt], id: LocalId, role: Role) -> Option<(Span, &'static s
             {
                 Some("here it is used as a table")
             }
-            ExprKind::Binary {
-                op:
-                    BinaryOp::Add
-                    | BinaryOp::Sub
-                    | BinaryOp::Mul
-                    | BinaryOp::Div
-                    | BinaryOp::Mod
-                    | BinaryOp::Pow,
-                left,
-                right,
-            } if !role.is_number() && (is_local(left, id) || is_local(right, id)) => {
+            ExprKind::Binary { op, left, right }
+                if op.is_arithmetic()
+                    && !role.is_number()
+                    && (is_local(left, id) || is_local(right, id)) =>
+            {
                 Some("here it is used as a number")
             }
             ExprKind::Call { callee, .. } if role != Role::Value && is_local(callee, id) => {

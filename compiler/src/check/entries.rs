@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use crate::check::calls::counted;
 use crate::check::names::{Meaning, Meanings};
-use crate::check::tree::{Expr, ExprKind, Function, Name, NameId, Program, Stmt, StmtKind};
+use crate::check::tree::{
+    Expr, ExprKind, Function, Name, NameId, Program, Stmt, StmtKind, each_stmt,
+};
 use crate::check::values::{Kind, kind_of};
 use crate::codegen::ENTRIES;
 use crate::codes::Code;
@@ -114,22 +116,11 @@ fn not_function(program: &Program, id: NameId, meanings: &Meanings<'_>) -> Optio
 
 /// Collects the values that statements assign to each global.
 pub fn assigned_values<'a>(stmts: &'a [Stmt], values: &mut BTreeMap<NameId, Vec<&'a Expr>>) {
-    for stmt in stmts {
-        match &stmt.kind {
-            StmtKind::Assign { target, value } => {
-                if let ExprKind::Name(name) = target.kind {
-                    values.entry(name).or_default().push(value);
-                }
-            }
-            StmtKind::If { then, otherwise, .. } => {
-                assigned_values(&then.stmts, values);
-                assigned_values(&otherwise.stmts, values);
-            }
-            StmtKind::While { body, update, .. } => {
-                assigned_values(&body.stmts, values);
-                assigned_values(update.as_deref().map_or(&[], std::slice::from_ref), values);
-            }
-            StmtKind::Var { .. } | StmtKind::Return(_) | StmtKind::Call(_) => {}
+    each_stmt(stmts, &mut |stmt| {
+        if let StmtKind::Assign { target, value } = &stmt.kind
+            && let ExprKind::Name(name) = target.kind
+        {
+            values.entry(name).or_default().push(value);
         }
-    }
+    });
 }

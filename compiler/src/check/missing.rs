@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use super::names::{Meaning, Meanings};
 use super::resolve;
 use super::robots::Robots;
-use super::tree::{ExprKind, NameId, Program, Stmt, StmtKind, each_expr};
+use super::tree::{ExprKind, NameId, Program, StmtKind, each_expr, each_stmt};
 use crate::ast::Script;
 use crate::codegen::constant::Profile;
 use crate::source::Span;
@@ -68,7 +68,12 @@ fn calls(program: &Program) -> HashMap<NameId, Vec<Call>> {
     let mut calls: HashMap<NameId, Vec<Call>> = HashMap::new();
     for function in &program.functions {
         let mut statements = HashSet::new();
-        add_statements(&function.body, &mut statements);
+        // The result of a call that is a statement is not used.
+        each_stmt(&function.body, &mut |stmt| {
+            if let StmtKind::Call(call) = &stmt.kind {
+                statements.insert(call.span);
+            }
+        });
         each_expr(&function.body, &mut |expr| {
             let ExprKind::Call { callee, args } = &expr.kind else { return };
             let ExprKind::Name(name) = callee.kind else { return };
@@ -80,24 +85,4 @@ fn calls(program: &Program) -> HashMap<NameId, Vec<Call>> {
         });
     }
     calls
-}
-
-/// Adds the calls that are statements, whose result nothing uses.
-fn add_statements(stmts: &[Stmt], calls: &mut HashSet<Span>) {
-    for stmt in stmts {
-        match &stmt.kind {
-            StmtKind::Call(call) => {
-                calls.insert(call.span);
-            }
-            StmtKind::If { then, otherwise, .. } => {
-                add_statements(&then.stmts, calls);
-                add_statements(&otherwise.stmts, calls);
-            }
-            StmtKind::While { body, update, .. } => {
-                add_statements(&body.stmts, calls);
-                add_statements(update.as_deref().map_or(&[], std::slice::from_ref), calls);
-            }
-            StmtKind::Var { .. } | StmtKind::Assign { .. } | StmtKind::Return(_) => {}
-        }
-    }
 }

@@ -298,6 +298,27 @@ pub fn children<'a>(expr: &'a Expr, mut visit: impl FnMut(&'a Expr)) {
     }
 }
 
+/// Calls `visit` for every statement, outer ones first. Lambdas are functions of their own.
+pub fn each_stmt<'a>(stmts: &'a [Stmt], visit: &mut dyn FnMut(&'a Stmt)) {
+    for stmt in stmts {
+        visit(stmt);
+        match &stmt.kind {
+            StmtKind::If { then, otherwise, .. } => {
+                each_stmt(&then.stmts, visit);
+                each_stmt(&otherwise.stmts, visit);
+            }
+            StmtKind::While { body, update, .. } => {
+                each_stmt(&body.stmts, visit);
+                each_stmt(update.as_deref().map_or(&[], std::slice::from_ref), visit);
+            }
+            StmtKind::Var { .. }
+            | StmtKind::Assign { .. }
+            | StmtKind::Return(_)
+            | StmtKind::Call(_) => {}
+        }
+    }
+}
+
 /// Calls `visit` for every expression in the statements, outer ones first. Lambdas are functions of their own.
 pub fn each_expr<'a>(stmts: &'a [Stmt], visit: &mut dyn FnMut(&'a Expr)) {
     for stmt in stmts {

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::ast::{BinaryOp, UnaryOp};
+use crate::ast::UnaryOp;
 use crate::check::entries::meant_entry;
 use crate::check::names::{Meaning, Meanings, offered};
 use crate::check::tree::{
@@ -209,21 +209,9 @@ fn needed(expr: &Expr, name: NameId) -> Option<Span> {
         _ => needed(operand, name),
     };
     match &expr.kind {
-        ExprKind::Binary {
-            op:
-                BinaryOp::Add
-                | BinaryOp::Sub
-                | BinaryOp::Mul
-                | BinaryOp::Div
-                | BinaryOp::Mod
-                | BinaryOp::Pow
-                | BinaryOp::BitAnd
-                | BinaryOp::BitOr
-                | BinaryOp::ShiftLeft
-                | BinaryOp::ShiftRight,
-            left,
-            right,
-        } => operand(left).or_else(|| operand(right)),
+        ExprKind::Binary { op, left, right } if op.is_arithmetic() || op.is_bitwise() => {
+            operand(left).or_else(|| operand(right))
+        }
         ExprKind::Unary { op: UnaryOp::Negate | UnaryOp::BitNot, operand: value } => operand(value),
         _ => None,
     }

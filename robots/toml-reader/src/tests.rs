@@ -156,7 +156,7 @@ fn an_unclosed_bracket_is_one_mistake() {
             "{text}"
         );
     }
-    // What is wrong before it is told too, and so is what no bracket explains.
+    // Mistakes before the bracket are reported too, and so are those that no bracket explains.
     let found = shown("size = \nspeed = [1\nsize = 3\n");
     assert_eq!(found.len(), 2, "{found:#?}");
     assert!(found[0].starts_with("1:8 this is not TOML: string values must"), "{found:#?}");
