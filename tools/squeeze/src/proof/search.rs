@@ -96,10 +96,19 @@ fn small(seed: u64) -> Tape {
 }
 
 impl Search<'_> {
-    /// Executes with an input and keeps it if it is of use.
+    /// Executes with an input and keeps it if it is of use. An execution that was cut goes on behind its last new outcome until
+    /// nothing new comes: else the instructions there, and the branches among them, might never be executed.
     fn attempt(&mut self, input: Input) {
+        let mut next = Some(input);
+        while let Some(input) = next.take() {
+            next = self.execute(input);
+        }
+    }
+
+    /// Executes with an input and keeps it if it is of use. Returns the input that leads further on the same way.
+    fn execute(&mut self, input: Input) -> Option<Input> {
         let steer = Steer::Outcomes(&input.outcomes);
-        let Run { path, .. } = run(self.start, &input.tape, steer, self.reached, true);
+        let Run { path, is_cut, .. } = run(self.start, &input.tape, steer, self.reached, true);
         let outcomes: Vec<bool> = path.iter().map(|passed| passed.is_taken).collect();
         // Conditional instructions up to the last one with a new outcome.
         let mut known = 0;
@@ -123,10 +132,13 @@ impl Search<'_> {
                 }
             }
         }
-        if known > 0 || self.inputs.len() < KEPT {
-            let outcomes = outcomes[..known].to_vec();
-            self.inputs.push(Input { tape: input.tape, outcomes });
+        if known == 0 && self.inputs.len() >= KEPT {
+            return None;
         }
+        let steered = input.outcomes.len();
+        let kept = Input { tape: input.tape, outcomes: outcomes[..known].to_vec() };
+        self.inputs.push(kept.clone());
+        (is_cut && known > steered).then_some(kept)
     }
 
     /// Looks for values that meet the conditions, on the way on which the conditional instructions were reached.
