@@ -41,8 +41,8 @@ pub enum StmtKind {
     Var { name: Ident, value: Option<Expr> },
     /// `function name(params) "docstring" { body }`, only at the top level of a file
     Function { name: Ident, function: Function },
-    /// `if(condition) then else otherwise`
-    If { condition: Expr, then: Block, otherwise: Option<Block> },
+    /// `if(condition) { ... } else if(condition) { ... } else otherwise`: a row of conditions is no nest of them
+    If { branches: Vec<Branch>, otherwise: Option<Block> },
     /// `init` and `update` are [`StmtKind::Assign`] or [`StmtKind::Call`]
     For { init: Box<Stmt>, condition: Expr, update: Box<Stmt>, body: Block },
     /// `while(condition) body`
@@ -53,6 +53,15 @@ pub enum StmtKind {
     Assign { target: Expr, value: Expr },
     /// A call for its effect; the expression is [`ExprKind::Call`]
     Call(Expr),
+}
+
+/// A condition of an `if`, and what runs where it is the first that is true.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Branch {
+    /// The condition.
+    pub condition: Expr,
+    /// What runs.
+    pub then: Block,
 }
 
 /// A named function or a lambda.
@@ -101,12 +110,23 @@ pub enum ExprKind {
     Lambda(Function),
     /// `op operand`
     Unary { op: UnaryOp, operand: Box<Expr> },
-    /// `left op right`
-    Binary { op: BinaryOp, left: Box<Expr>, right: Box<Expr> },
+    /// `first op right op right ...`, computed from the left: operators of one [`Power`] in a row
+    Chain { first: Box<Expr>, links: Vec<Link> },
     /// A parenthesised expression: kept, because parentheses silence the precedence warnings.
     Paren(Box<Expr>),
     /// Stands where the parser reported an error and went on.
     Error,
+}
+
+/// An operation on the value of all that stands before it in a [`ExprKind::Chain`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Link {
+    /// The operator.
+    pub op: BinaryOp,
+    /// Its right side.
+    pub right: Expr,
+    /// From the first operand of the chain to this one.
+    pub span: Span,
 }
 
 /// `.key = value` in a table literal.
@@ -185,7 +205,51 @@ pub enum BinaryOp {
     Or,
 }
 
+/// How tightly a binary operator binds, the loosest first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Power {
+    /// `and or`
+    Logic,
+    /// Comparisons, which do not stand in a row in a script.
+    Comparison,
+    /// `+ -`
+    Sum,
+    /// `* /`
+    Product,
+    /// `%`
+    Modulo,
+    /// `^`, the only one that is computed from the right.
+    Exponent,
+    /// `<< >>`
+    Shift,
+    /// `& |`
+    Bits,
+}
+
 impl BinaryOp {
+    /// Returns how tightly the operator binds.
+    pub fn power(self) -> Power {
+        use BinaryOp::{
+            Add, And, BitAnd, BitOr, Div, Eq, Greater, GreaterEq, Less, LessEq, Mod, Mul, NotEq,
+            Or, Pow, ShiftLeft, ShiftRight, Sub,
+        };
+        match self {
+            And | Or => Power::Logic,
+            Eq | NotEq | Less | LessEq | Greater | GreaterEq => Power::Comparison,
+            Add | Sub => Power::Sum,
+            Mul | Div => Power::Product,
+            Mod => Power::Modulo,
+            Pow => Power::Exponent,
+            ShiftLeft | ShiftRight => Power::Shift,
+            BitAnd | BitOr => Power::Bits,
+        }
+    }
+
+    /// Returns true for `and` and `or`, which skip their right side where the left side decides.
+    pub fn is_logic(self) -> bool {
+        self.power() == Power::Logic
+    }
+
     /// Returns true for an operator that computes a number from two numbers of any kind.
     pub fn is_arithmetic(self) -> bool {
         use BinaryOp::{Add, Div, Mod, Mul, Pow, Sub};

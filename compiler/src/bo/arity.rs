@@ -305,9 +305,11 @@ impl Scan<'_> {
                 self.expr(operand);
                 return None;
             }
-            ExprKind::Binary { left, right, .. } => {
-                self.expr(left);
-                self.expr(right);
+            ExprKind::Chain { first, links } => {
+                self.expr(first);
+                links.iter().for_each(|link| {
+                    self.expr(&link.right);
+                });
                 return None;
             }
             ExprKind::Nil

@@ -6,7 +6,8 @@
 use std::collections::BTreeSet;
 
 use crate::ast::{
-    Block, Expr, ExprKind, FieldKey, Function, Ident, Script, Stmt, StmtKind, TableField,
+    Block, Branch, Expr, ExprKind, FieldKey, Function, Ident, Link, Script, Stmt, StmtKind,
+    TableField,
 };
 use crate::bo::arity::Arities;
 use crate::bo::chunks::Chunks;
@@ -186,7 +187,8 @@ impl Builder<'_> {
                         true => None,
                         false => Some(self.inner_block(otherwise, *at, &mut stmts, &mut open)?),
                     };
-                    stmts.push(self.stmt(StmtKind::If { condition, then, otherwise }, *at));
+                    let branches = vec![Branch { condition, then }];
+                    stmts.push(self.stmt(StmtKind::If { branches, otherwise }, *at));
                 }
                 Node::Loop { condition, update, body, at } => {
                     // The statement before a `for` is its first part; it comes before what the body declares, too.
@@ -314,8 +316,13 @@ impl Builder<'_> {
             tree::ExprKind::Unary { op, operand } => {
                 ExprKind::Unary { op: *op, operand: self.boxed(operand)? }
             }
-            tree::ExprKind::Binary { op, left, right } => {
-                ExprKind::Binary { op: *op, left: self.boxed(left)?, right: self.boxed(right)? }
+            tree::ExprKind::Chain { first, links } => {
+                let first = self.boxed(first)?;
+                let links = links.iter().map(|link| {
+                    let right = self.expr(&link.right)?;
+                    Ok(Link { op: link.op, right, span: link.span })
+                });
+                ExprKind::Chain { first, links: links.collect::<Result<_, _>>()? }
             }
         };
         Ok(Expr { kind, span: expr.span })

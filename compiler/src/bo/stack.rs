@@ -3,10 +3,10 @@
 //! The Buzz compiler writes every expression from left to right and leaves the stack empty behind every statement. So
 //! the expression that an instruction takes from the stack is the one that the script had there.
 
-use crate::ast::{BinaryOp, UnaryOp};
+use crate::ast::{BinaryOp, Power, UnaryOp};
 use crate::bo::error::Cause;
 use crate::bo::names::check_name;
-use crate::check::tree::{Expr, ExprKind};
+use crate::check::tree::{Expr, ExprKind, Link};
 use crate::codegen::fold::is_truth_value;
 use crate::parser::MAX_NESTING;
 use crate::source::Span;
@@ -217,7 +217,15 @@ impl Stack {
             (left, left_height) = truth(left, left_height);
             (right, right_height) = truth(right, right_height);
         }
-        let kind = ExprKind::Binary { op, left: Box::new(left), right: Box::new(right) };
+        let link = Link { op, right, span };
+        if let ExprKind::Chain { links, .. } = &mut left.kind
+            && links.last().is_some_and(|last| last.op.power() == op.power())
+        {
+            links.push(link);
+            left.span = span;
+            return self.push_value(left, left_height.max(1 + right_height));
+        }
+        let kind = ExprKind::Chain { first: Box::new(left), links: vec![link] };
         self.push_value(Expr { kind, span }, 1 + left_height.max(right_height))
     }
 }
@@ -232,10 +240,11 @@ fn does_nothing(expr: &Expr) -> bool {
         | ExprKind::Name(_)
         | ExprKind::SelfValue => true,
         ExprKind::Unary { op: UnaryOp::Not, operand } => does_nothing(operand),
-        ExprKind::Binary { op, left, right } => {
-            matches!(op, BinaryOp::And | BinaryOp::Or | BinaryOp::Eq | BinaryOp::NotEq)
-                && does_nothing(left)
-                && does_nothing(right)
+        ExprKind::Chain { first, links } => {
+            let is_harmless =
+                |op| matches!(op, BinaryOp::And | BinaryOp::Or | BinaryOp::Eq | BinaryOp::NotEq);
+            does_nothing(first)
+                && links.iter().all(|link| is_harmless(link.op) && does_nothing(&link.right))
         }
         // A parameter may be missing.
         _ => false,
@@ -244,14 +253,7 @@ fn does_nothing(expr: &Expr) -> bool {
 
 /// An expression made 0 or 1.
 fn truth(expr: Expr, height: u32) -> (Expr, u32) {
-    let is_truth = match &expr.kind {
-        // What `binary` has made of another `land` or `lor`.
-        ExprKind::Binary { op: BinaryOp::BitAnd | BinaryOp::BitOr, left, right } => {
-            is_made_truth(left) && is_made_truth(right)
-        }
-        _ => is_truth_value(&expr),
-    };
-    if is_truth {
+    if is_made_truth(&expr) {
         return (expr, height);
     }
     let span = expr.span;
@@ -262,11 +264,13 @@ fn truth(expr: Expr, height: u32) -> (Expr, u32) {
     (not(not(expr)), height + 2)
 }
 
-/// Whether an operand of `&` or `|` is 0 or 1, at every depth.
+/// Whether an expression is 0 or 1: a truth value, or what [`Stack::binary`] has made of a `land` or `lor`.
 fn is_made_truth(expr: &Expr) -> bool {
     match &expr.kind {
-        ExprKind::Binary { op: BinaryOp::BitAnd | BinaryOp::BitOr, left, right } => {
-            is_made_truth(left) && is_made_truth(right)
+        ExprKind::Chain { first, links }
+            if links.iter().all(|link| link.op.power() == Power::Bits) =>
+        {
+            is_made_truth(first) && links.iter().all(|link| is_made_truth(&link.right))
         }
         _ => is_truth_value(expr),
     }

@@ -348,10 +348,11 @@ fn wrong_use(body: &[Stmt], id: LocalId, role: Role) -> Option<(Span, &'static s
             {
                 Some("here it is used as a table")
             }
-            ExprKind::Binary { op, left, right }
-                if op.is_arithmetic()
-                    && !role.is_number()
-                    && (is_local(left, id) || is_local(right, id)) =>
+            ExprKind::Chain { first, links }
+                if !role.is_number()
+                    && links.iter().all(|link| link.op.is_arithmetic())
+                    && (is_local(first, id)
+                        || links.iter().any(|link| is_local(&link.right, id))) =>
             {
                 Some("here it is used as a number")
             }

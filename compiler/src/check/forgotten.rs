@@ -8,7 +8,7 @@ use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::names::{Meaning, Meanings, Member};
 use crate::check::suggest;
 use crate::check::tree::{
-    Expr, ExprKind, FunctionId, LocalId, NameId, Program, Stmt, StmtKind, children,
+    Branch, Expr, ExprKind, FunctionId, Link, LocalId, NameId, Program, Stmt, StmtKind, children,
 };
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
@@ -91,9 +91,11 @@ impl Scan<'_> {
                     self.expr(value);
                 }
             },
-            StmtKind::If { condition, then, otherwise } => {
-                self.operand(condition, 0);
-                self.stmts(&then.stmts);
+            StmtKind::If { branches, otherwise } => {
+                for Branch { condition, then } in branches {
+                    self.operand(condition, 0);
+                    self.stmts(&then.stmts);
+                }
                 self.stmts(&otherwise.stmts);
             }
             StmtKind::While { condition, body, update } => {
@@ -145,15 +147,19 @@ impl Scan<'_> {
             ExprKind::Local(local) => {
                 self.others.insert(Variable::Local(self.function, *local));
             }
-            ExprKind::Binary { op, left, right } => {
-                let most = match op {
-                    BinaryOp::And | BinaryOp::Or | BinaryOp::Eq | BinaryOp::NotEq => 0,
-                    _ => u8::MAX,
-                };
-                let is_nil_test = matches!(op, BinaryOp::Eq | BinaryOp::NotEq)
-                    && (matches!(left.kind, ExprKind::Nil) || matches!(right.kind, ExprKind::Nil));
-                for side in [left, right] {
-                    if is_nil_test { self.expr(side) } else { self.operand(side, most) }
+            ExprKind::Chain { first, links } => {
+                let mut left = Some(&**first);
+                for Link { op, right, .. } in links {
+                    let most = match op {
+                        BinaryOp::And | BinaryOp::Or | BinaryOp::Eq | BinaryOp::NotEq => 0,
+                        _ => u8::MAX,
+                    };
+                    let sides = left.take().into_iter().chain([right]);
+                    let is_nil_test = matches!(op, BinaryOp::Eq | BinaryOp::NotEq)
+                        && sides.clone().any(|side| matches!(side.kind, ExprKind::Nil));
+                    for side in sides {
+                        if is_nil_test { self.expr(side) } else { self.operand(side, most) }
+                    }
                 }
             }
             ExprKind::Unary { op, operand } => {

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use bittybuzz_vm_core::builtin::{self, Library};
 
-use crate::ast::{BinaryOp, UnaryOp};
+use crate::ast::UnaryOp;
 use crate::check::entries::assigned_values;
 use crate::check::robots::Robots;
 use crate::check::tree::{
@@ -298,9 +298,11 @@ impl LibraryScan<'_> {
                 }
                 self.value(value);
             }
-            StmtKind::If { condition, then, otherwise } => {
-                self.tested(condition);
-                self.block(then);
+            StmtKind::If { branches, otherwise } => {
+                for branch in branches {
+                    self.tested(&branch.condition);
+                    self.block(&branch.then);
+                }
                 self.block(otherwise);
             }
             StmtKind::While { condition, body, update } => {
@@ -329,9 +331,8 @@ impl LibraryScan<'_> {
         match &expr.kind {
             ExprKind::Field { object, .. } => self.tested(object),
             ExprKind::Unary { op: UnaryOp::Not, operand } => self.tested(operand),
-            ExprKind::Binary { op: BinaryOp::And | BinaryOp::Or, left, right } => {
-                self.tested(left);
-                self.tested(right);
+            ExprKind::Chain { links, .. } if links.iter().any(|link| link.op.is_logic()) => {
+                children(expr, |child| self.tested(child));
             }
             ExprKind::Call { callee, args } if self.is_isnil(callee) => {
                 args.iter().for_each(|arg| self.tested(arg));

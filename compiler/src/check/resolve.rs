@@ -6,7 +6,8 @@
 use crate::ast;
 use crate::ast::UnaryOp;
 use crate::check::tree::{
-    Block, Expr, ExprKind, Function, FunctionId, Local, LocalId, LocalKind, Program, Stmt, StmtKind,
+    Block, Branch, Expr, ExprKind, Function, FunctionId, Link, Local, LocalId, LocalKind, Program,
+    Stmt, StmtKind,
 };
 use crate::codegen::asm::MAX_PARAMETERS;
 use crate::codes::Code;
@@ -175,12 +176,15 @@ impl Resolver {
         match &stmt.kind {
             ast::StmtKind::Var { name, value } => out.push(self.var(name, value.as_ref(), span)),
             ast::StmtKind::Function { name, function } => self.named_function(name, function),
-            ast::StmtKind::If { condition, then, otherwise } => {
-                let condition = self.expr(condition);
-                let then = self.block(then);
+            ast::StmtKind::If { branches, otherwise } => {
+                let resolved = branches.iter().map(|branch| Branch {
+                    condition: self.expr(&branch.condition),
+                    then: self.block(&branch.then),
+                });
+                let branches = resolved.collect();
                 let otherwise =
                     otherwise.as_ref().map_or_else(Block::default, |block| self.block(block));
-                out.push(Stmt { kind: StmtKind::If { condition, then, otherwise }, span });
+                out.push(Stmt { kind: StmtKind::If { branches, otherwise }, span });
             }
             ast::StmtKind::While { condition, body } => {
                 let condition = self.expr(condition);
@@ -372,7 +376,14 @@ impl Resolver {
     }
 
     fn expr(&mut self, expr: &ast::Expr) -> Expr {
-        Expr { kind: self.expr_kind(expr), span: expr.span }
+        let (mut kind, span) = (self.expr_kind(expr), expr.span);
+        // Parentheses around a row belong to the value of the whole.
+        if let ExprKind::Chain { links, .. } = &mut kind
+            && let Some(last) = links.last_mut()
+        {
+            last.span = span;
+        }
+        Expr { kind, span }
     }
 
     fn expr_kind(&mut self, expr: &ast::Expr) -> ExprKind {
@@ -411,8 +422,14 @@ impl Resolver {
             ast::ExprKind::Unary { op, operand } => {
                 ExprKind::Unary { op: *op, operand: self.boxed(operand) }
             }
-            ast::ExprKind::Binary { op, left, right } => {
-                ExprKind::Binary { op: *op, left: self.boxed(left), right: self.boxed(right) }
+            ast::ExprKind::Chain { first, links } => {
+                let first = self.boxed(first);
+                let links = links.iter().map(|link| Link {
+                    op: link.op,
+                    right: self.expr(&link.right),
+                    span: link.span,
+                });
+                ExprKind::Chain { first, links: links.collect() }
             }
             ast::ExprKind::Paren(inner) => self.expr(inner).kind,
             ast::ExprKind::Error => ExprKind::Error,
@@ -468,7 +485,9 @@ fn leaves(stmt: &Stmt) -> bool {
     let block_leaves = |block: &Block| block.stmts.iter().any(leaves);
     match &stmt.kind {
         StmtKind::Return(_) => true,
-        StmtKind::If { then, otherwise, .. } => block_leaves(then) && block_leaves(otherwise),
+        StmtKind::If { branches, otherwise } => {
+            branches.iter().all(|branch| block_leaves(&branch.then)) && block_leaves(otherwise)
+        }
         _ => false,
     }
 }

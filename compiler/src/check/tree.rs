@@ -161,11 +161,9 @@ pub enum StmtKind {
     },
     /// `if`
     If {
-        /// The condition.
-        condition: Expr,
-        /// If it is true.
-        then: Block,
-        /// If it is false.
+        /// The conditions, in the order in which they are tested.
+        branches: Vec<Branch>,
+        /// What runs if none of them is true.
         otherwise: Block,
     },
     /// `while`, or what follows the first part of a `for`.
@@ -181,6 +179,15 @@ pub enum StmtKind {
     Return(Option<Expr>),
     /// A call for its effect.
     Call(Expr),
+}
+
+/// A condition of an `if`, and what runs where it is the first that is true.
+#[derive(Debug, Clone)]
+pub struct Branch {
+    /// The condition.
+    pub condition: Expr,
+    /// What runs.
+    pub then: Block,
 }
 
 /// Statements whose `var`s end with them.
@@ -252,17 +259,27 @@ pub enum ExprKind {
         /// The value.
         operand: Box<Expr>,
     },
-    /// An operation on two values.
-    Binary {
-        /// The operation.
-        op: BinaryOp,
-        /// Evaluated first.
-        left: Box<Expr>,
-        /// Evaluated second.
-        right: Box<Expr>,
+    /// Operations on two values in a row: operators of one [`Power`](crate::ast::Power), computed from the left. So
+    /// a long sum is no deep tree.
+    Chain {
+        /// The left side of the first operation.
+        first: Box<Expr>,
+        /// The operations; at least one.
+        links: Vec<Link>,
     },
     /// Source that could not be understood; an error was reported.
     Error,
+}
+
+/// An operation on the value of all that stands before it in a [`ExprKind::Chain`].
+#[derive(Debug, Clone)]
+pub struct Link {
+    /// The operation.
+    pub op: BinaryOp,
+    /// Its right side.
+    pub right: Expr,
+    /// The source of the value so far, from the first operand to this one.
+    pub span: Span,
 }
 
 /// Calls `visit` for every expression directly below this one, but for the keys of table literals, which are
@@ -282,9 +299,9 @@ pub fn children<'a>(expr: &'a Expr, mut visit: impl FnMut(&'a Expr)) {
             entries.iter().for_each(|(_, value)| visit(value));
         }
         ExprKind::Unary { operand, .. } => visit(operand),
-        ExprKind::Binary { left, right, .. } => {
-            visit(left);
-            visit(right);
+        ExprKind::Chain { first, links } => {
+            visit(first);
+            links.iter().for_each(|link| visit(&link.right));
         }
         ExprKind::Nil
         | ExprKind::Int(_)
@@ -303,8 +320,8 @@ pub fn each_stmt<'a>(stmts: &'a [Stmt], visit: &mut dyn FnMut(&'a Stmt)) {
     for stmt in stmts {
         visit(stmt);
         match &stmt.kind {
-            StmtKind::If { then, otherwise, .. } => {
-                each_stmt(&then.stmts, visit);
+            StmtKind::If { branches, otherwise } => {
+                branches.iter().for_each(|branch| each_stmt(&branch.then.stmts, visit));
                 each_stmt(&otherwise.stmts, visit);
             }
             StmtKind::While { body, update, .. } => {
@@ -330,9 +347,11 @@ pub fn each_expr<'a>(stmts: &'a [Stmt], visit: &mut dyn FnMut(&'a Expr)) {
                 with_children(target, visit);
                 with_children(value, visit);
             }
-            StmtKind::If { condition, then, otherwise } => {
-                with_children(condition, visit);
-                each_expr(&then.stmts, visit);
+            StmtKind::If { branches, otherwise } => {
+                for Branch { condition, then } in branches {
+                    with_children(condition, visit);
+                    each_expr(&then.stmts, visit);
+                }
                 each_expr(&otherwise.stmts, visit);
             }
             StmtKind::While { condition, body, update } => {

@@ -6,7 +6,8 @@ use crate::ast::UnaryOp;
 use crate::check::entries::meant_entry;
 use crate::check::names::{Meaning, Meanings, offered};
 use crate::check::tree::{
-    Expr, ExprKind, FunctionId, LocalId, LocalKind, NameId, Program, Stmt, StmtKind, children,
+    Branch, Expr, ExprKind, FunctionId, LocalId, LocalKind, NameId, Program, Stmt, StmtKind,
+    children,
 };
 use crate::codegen::ENTRIES;
 use crate::codes::Code;
@@ -162,9 +163,11 @@ impl Uses {
                 value.iter().for_each(|value| self.expr(value));
             }
             StmtKind::Assign { target, value } => self.assign(target, value, stmt.span),
-            StmtKind::If { condition, then, otherwise } => {
-                self.expr(condition);
-                self.stmts(&then.stmts);
+            StmtKind::If { branches, otherwise } => {
+                for Branch { condition, then } in branches {
+                    self.expr(condition);
+                    self.stmts(&then.stmts);
+                }
                 self.stmts(&otherwise.stmts);
             }
             StmtKind::While { condition, body, update } => {
@@ -209,8 +212,11 @@ fn needed(expr: &Expr, name: NameId) -> Option<Span> {
         _ => needed(operand, name),
     };
     match &expr.kind {
-        ExprKind::Binary { op, left, right } if op.is_arithmetic() || op.is_bitwise() => {
-            operand(left).or_else(|| operand(right))
+        ExprKind::Chain { first, links } => {
+            let computed = links.iter().all(|link| link.op.is_arithmetic() || link.op.is_bitwise());
+            let mut operands =
+                std::iter::once(&**first).chain(links.iter().map(|link| &link.right));
+            if computed { operands.find_map(operand) } else { None }
         }
         ExprKind::Unary { op: UnaryOp::Negate | UnaryOp::BitNot, operand: value } => operand(value),
         _ => None,

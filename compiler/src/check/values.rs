@@ -66,21 +66,37 @@ pub fn kind_of(expr: &Expr, meanings: &Meanings<'_>) -> Option<Kind> {
             UnaryOp::Not | UnaryOp::BitNot => Kind::Int,
             UnaryOp::Negate | UnaryOp::Plus => number_kind(kind_of(operand, meanings)),
         }),
-        ExprKind::Binary { op, left, right } => Some(match op {
-            BinaryOp::Add | BinaryOp::Sub | BinaryOp::Mul | BinaryOp::Div | BinaryOp::Mod => {
-                let left = number_kind(kind_of(left, meanings));
-                let right = number_kind(kind_of(right, meanings));
-                match (left, right) {
-                    (Kind::Float, _) | (_, Kind::Float) => Kind::Float,
-                    (Kind::Int, Kind::Int) => Kind::Int,
-                    _ => Kind::Number,
-                }
-            }
-            BinaryOp::Pow => Kind::Float,
-            _ => Kind::Int,
-        }),
+        ExprKind::Chain { first, links } => {
+            links.iter().fold(kind_of(first, meanings), |left, link| {
+                Some(result_kind(link.op, left, kind_of(&link.right, meanings)))
+            })
+        }
         _ => None,
     }
+}
+
+/// The type of an operation's value, from those of its two sides.
+pub fn result_kind(op: BinaryOp, left: Option<Kind>, right: Option<Kind>) -> Kind {
+    match op {
+        BinaryOp::Add | BinaryOp::Sub | BinaryOp::Mul | BinaryOp::Div | BinaryOp::Mod => {
+            match (number_kind(left), number_kind(right)) {
+                (Kind::Float, _) | (_, Kind::Float) => Kind::Float,
+                (Kind::Int, Kind::Int) => Kind::Int,
+                _ => Kind::Number,
+            }
+        }
+        BinaryOp::Pow => Kind::Float,
+        _ => Kind::Int,
+    }
+}
+
+/// One side of an operation.
+#[derive(Debug, Clone, Copy)]
+pub struct Operand {
+    /// The type of its value, where that is certain.
+    pub kind: Option<Kind>,
+    /// Its source.
+    pub span: Span,
 }
 
 fn number_kind(kind: Option<Kind>) -> Kind {
@@ -155,16 +171,27 @@ impl Checker<'_> {
         }
     }
 
-    /// An operation on two values.
-    pub fn check_binary(&mut self, op: BinaryOp, left: &Expr, right: &Expr, span: Span) {
-        let kinds = (kind_of(left, self.meanings), kind_of(right, self.meanings));
+    /// An operation on two values, of which the right one is written as `written`.
+    pub fn check_binary(
+        &mut self,
+        op: BinaryOp,
+        left: Operand,
+        right: Operand,
+        written: &Expr,
+        span: Span,
+    ) {
+        let kinds = (left.kind, right.kind);
         match op {
             BinaryOp::And | BinaryOp::Or => {}
             BinaryOp::Eq | BinaryOp::NotEq => self.check_equality(op, kinds, span),
             BinaryOp::Less | BinaryOp::LessEq | BinaryOp::Greater | BinaryOp::GreaterEq => {
                 self.check_order(kinds, span);
             }
-            _ => self.check_arithmetic(op, (left, kinds.0), (right, kinds.1), span),
+            _ => {
+                if self.check_arithmetic(op, left, right, span) {
+                    self.check_right_side(op, left, written, span);
+                }
+            }
         }
     }
 
@@ -205,27 +232,30 @@ impl Checker<'_> {
         }
     }
 
+    /// Returns true if the sides may have types that the operation works on.
     fn check_arithmetic(
         &mut self,
         op: BinaryOp,
-        left: (&Expr, Option<Kind>),
-        right: (&Expr, Option<Kind>),
+        left: Operand,
+        right: Operand,
         span: Span,
-    ) {
-        let needs_ints = matches!(
-            op,
-            BinaryOp::BitAnd | BinaryOp::BitOr | BinaryOp::ShiftLeft | BinaryOp::ShiftRight
-        );
-        for (operand, kind) in [left, right] {
-            let Some(kind) = kind else { continue };
-            if !kind.is_number() || (needs_ints && kind == Kind::Float) {
-                let wanted = if needs_ints { "integers" } else { "numbers" };
-                return self.impossible(span, operand.span, kind, wanted);
+    ) -> bool {
+        for operand in [left, right] {
+            let Some(kind) = operand.kind else { continue };
+            if !kind.is_number() || (op.is_bitwise() && kind == Kind::Float) {
+                let wanted = if op.is_bitwise() { "integers" } else { "numbers" };
+                self.impossible(span, operand.span, kind, wanted);
+                return false;
             }
         }
-        let ExprKind::Int(value) = right.0.kind else { return };
+        true
+    }
+
+    /// A literal by which nothing can be divided or shifted.
+    fn check_right_side(&mut self, op: BinaryOp, left: Operand, right: &Expr, span: Span) {
+        let ExprKind::Int(value) = right.kind else { return };
         match op {
-            BinaryOp::Div | BinaryOp::Mod if value == 0 && left.1 != Some(Kind::Float) => {
+            BinaryOp::Div | BinaryOp::Mod if value == 0 && left.kind != Some(Kind::Float) => {
                 self.report(
                     Diagnostic::new(Code::DivisionByZero, span, "division by zero")
                         .label("stops the script if the left side is an integer"),

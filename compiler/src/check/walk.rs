@@ -8,7 +8,10 @@ use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::names::{Meaning, Meanings, Member};
 use crate::check::resolve::self_is_nil;
 use crate::check::suggest;
-use crate::check::tree::{Block, Expr, ExprKind, FunctionId, NameId, Program, Stmt, StmtKind};
+use crate::check::tree::{
+    Block, Branch, Expr, ExprKind, FunctionId, Link, NameId, Program, Stmt, StmtKind,
+};
+use crate::check::values::{Kind, Operand, kind_of, result_kind};
 use crate::codegen::constant::Profile;
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
@@ -108,10 +111,15 @@ impl Checker<'_> {
                 self.target(target);
                 self.expr(value);
             }
-            StmtKind::If { condition, then, otherwise } => {
-                self.tested(condition);
-                self.under(not_nil_if(condition, true, self.meanings), |me| me.block(then));
-                self.under(not_nil_if(condition, false, self.meanings), |me| me.block(otherwise));
+            StmtKind::If { branches, otherwise } => {
+                let before = self.guarded.len();
+                for Branch { condition, then } in branches {
+                    self.tested(condition);
+                    self.under(not_nil_if(condition, true, self.meanings), |me| me.block(then));
+                    self.guarded.extend(not_nil_if(condition, false, self.meanings));
+                }
+                self.block(otherwise);
+                self.guarded.truncate(before);
             }
             StmtKind::While { condition, body, update } => {
                 self.tested(condition);
@@ -151,10 +159,8 @@ impl Checker<'_> {
         match &expr.kind {
             ExprKind::Name(name) => self.tested_name(*name, expr.span),
             ExprKind::Unary { op: UnaryOp::Not, operand } => self.tested(operand),
-            ExprKind::Binary { op: op @ (BinaryOp::And | BinaryOp::Or), left, right } => {
-                self.tested(left);
-                let wanted = *op == BinaryOp::And;
-                self.under(not_nil_if(left, wanted, self.meanings), |me| me.tested(right));
+            ExprKind::Chain { first, links } if links.iter().any(|link| link.op.is_logic()) => {
+                self.tested_in_row(first, links);
             }
             ExprKind::Call { callee, args } => match is_nil_test(callee, args, self.meanings) {
                 Some(name) => {
@@ -164,6 +170,26 @@ impl Checker<'_> {
             },
             _ => self.expr(expr),
         }
+    }
+
+    /// The operands of `and` and `or`, each under what the operands before it make sure of.
+    fn tested_in_row(&mut self, first: &Expr, links: &[Link]) {
+        let outside = self.guarded.len();
+        self.tested(first);
+        let (mut before, mut run) = (first, links.first().map(|link| link.op));
+        for link in links {
+            if run == Some(link.op) {
+                let names = not_nil_if(before, link.op == BinaryOp::And, self.meanings);
+                self.guarded.extend(names);
+            } else {
+                // A true `or` tells of none of its operands, and neither does a false `and`.
+                self.guarded.truncate(outside);
+                run = Some(link.op);
+            }
+            self.tested(&link.right);
+            before = &link.right;
+        }
+        self.guarded.truncate(outside);
     }
 
     /// Testing for what another robot has is the way to write a script for unlike robots.
@@ -190,16 +216,11 @@ impl Checker<'_> {
                 self.expr(object);
                 self.member(object, key, *key_span);
             }
-            ExprKind::Binary { op: BinaryOp::And | BinaryOp::Or, .. }
-            | ExprKind::Unary { op: UnaryOp::Not, .. } => self.tested(expr),
-            ExprKind::Binary { op, left, right } => {
-                if let Some((name, span)) = compared_with_nil(*op, left, right) {
-                    return self.tested_name(name, span);
-                }
-                self.expr(left);
-                self.expr(right);
-                self.check_binary(*op, left, right, expr.span);
+            ExprKind::Unary { op: UnaryOp::Not, .. } => self.tested(expr),
+            ExprKind::Chain { links, .. } if links.iter().any(|link| link.op.is_logic()) => {
+                self.tested(expr);
             }
+            ExprKind::Chain { first, links } => self.operations(first, links),
             ExprKind::Unary { op, operand } => {
                 self.expr(operand);
                 self.check_unary(*op, operand, expr.span);
@@ -216,6 +237,30 @@ impl Checker<'_> {
                 }
             }
             ExprKind::Nil | ExprKind::Str(_) | ExprKind::Local(_) | ExprKind::Error => {}
+        }
+    }
+
+    fn operations(&mut self, first: &Expr, links: &[Link]) {
+        let mut links = links.iter();
+        let mut left = Operand { kind: kind_of(first, self.meanings), span: first.span };
+        if let Some(link) = links.as_slice().first()
+            && let Some((name, span)) = compared_with_nil(link.op, first, &link.right)
+        {
+            self.tested_name(name, span);
+            left = Operand { kind: Some(Kind::Int), span: link.span };
+            links.next();
+        } else {
+            self.expr(first);
+        }
+        for link in links {
+            self.expr(&link.right);
+            let right =
+                Operand { kind: kind_of(&link.right, self.meanings), span: link.right.span };
+            self.check_binary(link.op, left, right, &link.right, link.span);
+            left = Operand {
+                kind: Some(result_kind(link.op, left.kind, right.kind)),
+                span: link.span,
+            };
         }
     }
 
@@ -336,19 +381,20 @@ fn not_nil_if(condition: &Expr, wanted: bool, meanings: &Meanings<'_>) -> Vec<Na
     match &condition.kind {
         ExprKind::Name(name) if wanted => vec![*name],
         ExprKind::Unary { op: UnaryOp::Not, operand } => not_nil_if(operand, !wanted, meanings),
-        // All parts of a true `and` are true, all parts of a false `or` are false.
-        ExprKind::Binary { op: BinaryOp::And, left, right } if wanted => {
-            let mut names = not_nil_if(left, true, meanings);
-            names.extend(not_nil_if(right, true, meanings));
-            names
-        }
-        ExprKind::Binary { op: BinaryOp::Or, left, right } if !wanted => {
-            let mut names = not_nil_if(left, false, meanings);
-            names.extend(not_nil_if(right, false, meanings));
-            names
-        }
-        ExprKind::Binary { op, left, right } if wanted == (*op == BinaryOp::NotEq) => {
-            compared_with_nil(*op, left, right).map(|(name, _)| name).into_iter().collect()
+        ExprKind::Chain { first, links } => {
+            if let [Link { op, right, .. }] = links.as_slice()
+                && wanted == (*op == BinaryOp::NotEq)
+                && let Some((name, _)) = compared_with_nil(*op, first, right)
+            {
+                return vec![name];
+            }
+            // All parts of a true `and` are true, all parts of a false `or` are false.
+            let deciding = if wanted { BinaryOp::And } else { BinaryOp::Or };
+            let run = links.iter().rev().take_while(|link| link.op == deciding).count();
+            let first = Some(&**first).filter(|_| run == links.len());
+            let parts =
+                first.into_iter().chain(links.iter().rev().take(run).map(|link| &link.right));
+            parts.flat_map(|part| not_nil_if(part, wanted, meanings)).collect()
         }
         ExprKind::Call { callee, args } if !wanted => {
             is_nil_test(callee, args, meanings).into_iter().collect()

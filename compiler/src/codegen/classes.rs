@@ -19,7 +19,7 @@ use bittybuzz_vm_core::{builtin, class};
 
 use crate::check::names::{Meaning, Meanings, Member};
 use crate::check::tree::{
-    Expr, ExprKind, FunctionId, LocalId, LocalKind, NameId, Program, Stmt, StmtKind,
+    Branch, Expr, ExprKind, FunctionId, LocalId, LocalKind, NameId, Program, Stmt, StmtKind,
 };
 use crate::codegen::constant::Profile;
 
@@ -259,9 +259,11 @@ impl<'a> Flow<'a> {
                 let classes = self.value(function, value);
                 self.assign(function, target, classes);
             }
-            StmtKind::If { condition, then, otherwise } => {
-                self.tested(function, condition);
-                self.stmts(function, &then.stmts);
+            StmtKind::If { branches, otherwise } => {
+                for Branch { condition, then } in branches {
+                    self.tested(function, condition);
+                    self.stmts(function, &then.stmts);
+                }
                 self.stmts(function, &otherwise.stmts);
             }
             StmtKind::While { condition, body, update } => {
@@ -364,9 +366,9 @@ impl<'a> Flow<'a> {
                 self.tested(function, operand);
                 Classes::NUMBER
             }
-            ExprKind::Binary { left, right, .. } => {
-                self.tested(function, left);
-                self.tested(function, right);
+            ExprKind::Chain { first, links } => {
+                self.tested(function, first);
+                links.iter().for_each(|link| self.tested(function, &link.right));
                 Classes::NUMBER
             }
             ExprKind::Field { object, key, .. } => self.field(function, object, key),

@@ -5,7 +5,7 @@ use bittybuzz_vm_core::opcode;
 
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::names::Meaning;
-use crate::check::tree::{Expr, ExprKind};
+use crate::check::tree::{Expr, ExprKind, Link};
 use crate::codegen::asm::Label;
 use crate::codegen::fold;
 use crate::codegen::function::Code;
@@ -24,36 +24,15 @@ impl<'a> Code<'_, 'a> {
             ExprKind::Unary { op: UnaryOp::Not, operand } => {
                 self.condition(operand, !wanted, target);
             }
-            ExprKind::Binary { op: op @ (BinaryOp::And | BinaryOp::Or), left, right } => {
-                // The side that decides alone: a false left side of `and`, a true one of `or`.
-                let deciding = *op == BinaryOp::Or;
-                if wanted == deciding {
-                    self.condition(left, wanted, target);
-                    self.condition(right, wanted, target);
-                } else {
-                    let otherwise = self.builder.label();
-                    self.condition(left, deciding, otherwise);
-                    self.condition(right, wanted, target);
-                    self.builder.bind(otherwise, span);
+            ExprKind::Chain { first, links } => match links.split_last() {
+                Some((last, _)) if last.op.is_logic() => {
+                    self.logic_condition(first, links, wanted, target);
                 }
-            }
-            ExprKind::Binary { op, left, right } => match compare_and_jump(*op, wanted) {
-                Some(opcode) => {
-                    self.expr(left);
-                    let immediate = match right.kind {
-                        ExprKind::Int(value) => i16::try_from(value).ok(),
-                        _ => None,
-                    };
-                    let is_done = immediate.is_some_and(|immediate| {
-                        self.builder.jump_int(opcode, immediate, target, span)
-                    });
-                    if !is_done {
-                        self.expr(right);
-                        self.note_order(*op, left, right);
-                        self.builder.jump(opcode, target, span);
-                    }
-                }
-                None => self.truth_jump(expr, wanted, target),
+                Some((last, before)) => match compare_and_jump(last.op, wanted) {
+                    Some(opcode) => self.comparison(first, before, last, opcode, target),
+                    None => self.truth_jump(expr, wanted, target),
+                },
+                None => self.condition(first, wanted, target),
             },
             ExprKind::Call { callee, args } => match args.as_slice() {
                 // One instruction shorter than the call.
@@ -66,6 +45,53 @@ impl<'a> Code<'_, 'a> {
                 _ => self.truth_jump(expr, wanted, target),
             },
             _ => self.truth_jump(expr, wanted, target),
+        }
+    }
+
+    /// `a and b or c`: jumps as soon as the truth of the whole is known.
+    fn logic_condition(&mut self, first: &'a Expr, links: &'a [Link], wanted: bool, target: Label) {
+        // From the last operation to the first: each says to which end the value before it decides.
+        let (mut wanted, mut target) = (wanted, target);
+        let mut ends = Vec::with_capacity(links.len());
+        for link in links.iter().rev() {
+            let of_right = (wanted, target);
+            // The side that decides alone: a false left side of `and`, a true one of `or`.
+            let deciding = link.op == BinaryOp::Or;
+            let skipped = (wanted != deciding).then(|| self.builder.label());
+            if let Some(skipped) = skipped {
+                (wanted, target) = (deciding, skipped);
+            }
+            ends.push((link, of_right, skipped));
+        }
+        self.condition(first, wanted, target);
+        for (link, (wanted, target), skipped) in ends.into_iter().rev() {
+            self.condition(&link.right, wanted, target);
+            if let Some(skipped) = skipped {
+                self.builder.bind(skipped, link.span);
+            }
+        }
+    }
+
+    /// Jumps with the comparison `last` of the value before it.
+    fn comparison(
+        &mut self,
+        first: &'a Expr,
+        before: &'a [Link],
+        last: &'a Link,
+        opcode: u8,
+        target: Label,
+    ) {
+        self.chain(first, before);
+        let immediate = match last.right.kind {
+            ExprKind::Int(value) => i16::try_from(value).ok(),
+            _ => None,
+        };
+        let is_done = immediate
+            .is_some_and(|immediate| self.builder.jump_int(opcode, immediate, target, last.span));
+        if !is_done {
+            self.expr(&last.right);
+            self.note_order(last.op, before.is_empty().then_some(first), &last.right);
+            self.builder.jump(opcode, target, last.span);
         }
     }
 

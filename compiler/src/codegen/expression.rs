@@ -5,11 +5,13 @@ use bittybuzz_vm_core::opcode;
 
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::names::{Meaning, Member};
-use crate::check::tree::{Expr, ExprKind, FunctionId, LocalId, LocalKind};
+use crate::check::tree::{Expr, ExprKind, FunctionId, Link, LocalId, LocalKind};
 use crate::codegen::asm::Label;
 use crate::codegen::fold::is_truth_value;
 use crate::codegen::function::{Code, shape};
-use crate::codegen::operands::{added_literal, is_number_or_nil};
+use crate::codegen::operands::{
+    added_integer, added_literal, gives_float, is_float, is_number_or_nil,
+};
 use crate::codegen::{constant, operand};
 use crate::source::Span;
 
@@ -50,10 +52,16 @@ impl<'a> Code<'_, 'a> {
             ExprKind::Table(entries) => self.table(entries, span),
             ExprKind::Lambda(function) => self.lambda(*function, span),
             ExprKind::Unary { op, operand } => self.unary(*op, operand, span),
-            ExprKind::Binary { op: op @ (BinaryOp::And | BinaryOp::Or), left, right } => {
-                self.logic(*op, left, right, span);
-            }
-            ExprKind::Binary { op, left, right } => self.binary(*op, left, right, span),
+            ExprKind::Chain { first, links } => self.chain(first, links),
+        }
+    }
+
+    /// The value of a row of operations; of its first operand if there is none.
+    pub fn chain(&mut self, first: &'a Expr, links: &'a [Link]) {
+        match links.split_last() {
+            Some((last, before)) if last.op.is_logic() => self.logic(first, before, last),
+            Some(_) => self.operations(first, links),
+            None => self.expr(first),
         }
     }
 
@@ -201,33 +209,43 @@ impl<'a> Code<'_, 'a> {
     }
 
     /// `and` and `or`: puts 0 or 1 on the stack.
-    fn logic(&mut self, op: BinaryOp, left: &'a Expr, right: &'a Expr, span: Span) {
-        let end = self.short_cut(op, left);
-        if is_truth_value(right) {
-            self.expr(right);
+    fn logic(&mut self, first: &'a Expr, before: &'a [Link], last: &'a Link) {
+        self.tested_in_row(first, before);
+        let end = self.short_cut(last.op, before.last().map_or(first.span, |link| link.span));
+        if is_truth_value(&last.right) {
+            self.expr(&last.right);
         } else {
-            self.tested(right);
-            self.builder.plain(opcode::TRUTH, right.span);
+            self.tested(&last.right);
+            self.builder.plain(opcode::TRUTH, last.right.span);
         }
-        self.builder.bind(end, span);
+        self.builder.bind(end, last.span);
     }
 
-    /// Goes on behind the left side of `and` or `or` only if it does not decide.
-    fn short_cut(&mut self, op: BinaryOp, left: &'a Expr) -> Label {
-        self.tested(left);
+    /// The value of `and` and `or` of which only the truth counts.
+    fn tested_in_row(&mut self, first: &'a Expr, links: &'a [Link]) {
+        self.tested(first);
+        let mut span = first.span;
+        for link in links {
+            let end = self.short_cut(link.op, span);
+            self.tested(&link.right);
+            self.builder.bind(end, link.span);
+            span = link.span;
+        }
+    }
+
+    /// Goes on behind the left side of `and` or `or`, which is on the stack, only if it does not decide.
+    fn short_cut(&mut self, op: BinaryOp, left: Span) -> Label {
         let end = self.builder.label();
         let opcode = if op == BinaryOp::And { opcode::AND } else { opcode::OR };
-        self.builder.jump(opcode, end, left.span);
+        self.builder.jump(opcode, end, left);
         end
     }
 
     /// A value of which only the truth counts.
     fn tested(&mut self, expr: &'a Expr) {
         match &expr.kind {
-            ExprKind::Binary { op: op @ (BinaryOp::And | BinaryOp::Or), left, right } => {
-                let end = self.short_cut(*op, left);
-                self.tested(right);
-                self.builder.bind(end, expr.span);
+            ExprKind::Chain { first, links } if links.iter().any(|link| link.op.is_logic()) => {
+                self.tested_in_row(first, links);
             }
             ExprKind::Unary { op: UnaryOp::Not, operand } => match &operand.kind {
                 ExprKind::Unary { op: UnaryOp::Not, operand } => self.tested(operand),
@@ -237,13 +255,40 @@ impl<'a> Code<'_, 'a> {
         }
     }
 
-    fn binary(&mut self, op: BinaryOp, left: &'a Expr, right: &'a Expr, span: Span) {
-        if let Some((rest, literal)) = added_literal(op, left, right) {
-            self.expr(rest);
-            return self.builder.operand(opcode::ADD_INT, i32::from(literal), span);
+    /// Arithmetic and comparisons, one after the other.
+    fn operations(&mut self, first: &'a Expr, links: &'a [Link]) {
+        let mut left = Some(first);
+        let mut left_is_float = is_float(first);
+        for Link { op, right, span } in links {
+            let added = match left {
+                Some(first) => match added_literal(*op, first, right) {
+                    Some((rest, literal)) => {
+                        self.expr(rest);
+                        Some(literal)
+                    }
+                    None => {
+                        self.expr(first);
+                        None
+                    }
+                },
+                None => added_integer(*op, left_is_float, right),
+            };
+            match added {
+                Some(literal) => {
+                    self.builder.operand(opcode::ADD_INT, i32::from(literal), *span);
+                }
+                None => {
+                    self.expr(right);
+                    self.note_order(*op, left, right);
+                    self.operation(*op, *span);
+                }
+            }
+            left_is_float = gives_float(*op, left_is_float, right);
+            left = None;
         }
-        self.expr(left);
-        self.expr(right);
+    }
+
+    fn operation(&mut self, op: BinaryOp, span: Span) {
         let opcode = match op {
             BinaryOp::Add => opcode::ADD,
             BinaryOp::Sub => opcode::SUB,
@@ -267,18 +312,18 @@ impl<'a> Code<'_, 'a> {
         if op == BinaryOp::Pow {
             self.generator.features |= Feature::Maths as u8;
         }
-        self.note_order(op, left, right);
         self.builder.plain(opcode, span);
     }
 
-    /// Remembers that strings may be compared by order.
-    pub fn note_order(&mut self, op: BinaryOp, left: &Expr, right: &Expr) {
+    /// Remembers that strings may be compared by order. Without `left` the left side is an operation's value.
+    pub fn note_order(&mut self, op: BinaryOp, left: Option<&Expr>, right: &Expr) {
         let orders = matches!(
             op,
             BinaryOp::Less | BinaryOp::LessEq | BinaryOp::Greater | BinaryOp::GreaterEq
         );
         let meanings = self.generator.meanings;
-        if orders && !is_number_or_nil(left, meanings) && !is_number_or_nil(right, meanings) {
+        let may_be_string = |side: &Expr| !is_number_or_nil(side, meanings);
+        if orders && left.is_some_and(may_be_string) && may_be_string(right) {
             self.generator.orders_strings = true;
         }
     }

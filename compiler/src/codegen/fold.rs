@@ -4,9 +4,9 @@
 
 use bittybuzz_vm_core::builtin::{self, Library};
 
-use crate::ast::{BinaryOp, UnaryOp};
+use crate::ast::{BinaryOp, Power, UnaryOp};
 use crate::check::names::{Meaning, Meanings, Member};
-use crate::check::tree::{Block, Expr, ExprKind, FunctionId, Program, Stmt, StmtKind};
+use crate::check::tree::{Block, Expr, ExprKind, FunctionId, Link, Program, Stmt, StmtKind};
 use crate::codegen::constant::{self, Number, Profile};
 
 /// Folds every function of a program.
@@ -40,17 +40,10 @@ pub fn is_truth_value(expr: &Expr) -> bool {
     match &expr.kind {
         ExprKind::Int(value) => matches!(value, 0 | 1),
         ExprKind::Unary { op: UnaryOp::Not, .. } => true,
-        ExprKind::Binary { op, .. } => matches!(
-            op,
-            BinaryOp::And
-                | BinaryOp::Or
-                | BinaryOp::Eq
-                | BinaryOp::NotEq
-                | BinaryOp::Less
-                | BinaryOp::LessEq
-                | BinaryOp::Greater
-                | BinaryOp::GreaterEq
-        ),
+        ExprKind::Chain { links, .. } => {
+            let last = links.last().map(|link| link.op.power());
+            matches!(last, Some(Power::Logic | Power::Comparison))
+        }
         _ => false,
     }
 }
@@ -90,14 +83,24 @@ impl Folder<'_> {
                 }
                 self.expr(value);
             }
-            StmtKind::If { condition, then, otherwise } => {
-                self.expr(condition);
-                match truth(condition, self.meanings) {
-                    Some(true) => otherwise.stmts.clear(),
-                    Some(false) => then.stmts.clear(),
-                    None => {}
+            StmtKind::If { branches, otherwise } => {
+                let mut always = None;
+                for (number, branch) in branches.iter_mut().enumerate() {
+                    self.expr(&mut branch.condition);
+                    match truth(&branch.condition, self.meanings) {
+                        Some(true) => always = Some(number),
+                        Some(false) => branch.then.stmts.clear(),
+                        None => {}
+                    }
+                    self.block(&mut branch.then);
+                    if always.is_some() {
+                        break;
+                    }
                 }
-                self.block(then);
+                if let Some(number) = always {
+                    branches.truncate(number + 1);
+                    otherwise.stmts.clear();
+                }
                 self.block(otherwise);
             }
             StmtKind::While { condition, body, update } => {
@@ -145,10 +148,10 @@ impl Folder<'_> {
                 self.expr(operand);
                 self.unary(*op, operand)
             }
-            ExprKind::Binary { op, left, right } => {
-                self.expr(left);
-                self.expr(right);
-                self.binary(*op, left, right)
+            ExprKind::Chain { first, links } => {
+                self.expr(first);
+                links.iter_mut().for_each(|link| self.expr(&mut link.right));
+                self.chain(first, links)
             }
             ExprKind::Int(_)
             | ExprKind::Float(_)
@@ -217,6 +220,19 @@ impl Folder<'_> {
         }
         let operand = Number::of(self.profile, operand)?;
         constant::unary(self.profile, op, operand).map(Number::to_expr)
+    }
+
+    /// Computes the first operations, up to the one that only the machine can do: its value is not known, so neither
+    /// are those behind it.
+    fn chain(&self, first: &mut Expr, links: &mut Vec<Link>) -> Option<ExprKind> {
+        let mut known = 0;
+        for link in links.iter_mut() {
+            let Some(kind) = self.binary(link.op, first, &mut link.right) else { break };
+            *first = Expr { kind, span: link.span };
+            known += 1;
+        }
+        links.drain(..known);
+        if links.is_empty() { Some(take(first).kind) } else { None }
     }
 
     fn binary(&self, op: BinaryOp, left: &mut Expr, right: &mut Expr) -> Option<ExprKind> {

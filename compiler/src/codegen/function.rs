@@ -4,7 +4,8 @@ use bittybuzz_vm_core::opcode;
 
 use crate::check::names::Meaning;
 use crate::check::tree::{
-    Block, Expr, ExprKind, Function, FunctionId, LocalId, LocalKind, NameId, Stmt, StmtKind,
+    Block, Branch, Expr, ExprKind, Function, FunctionId, Link, LocalId, LocalKind, NameId, Stmt,
+    StmtKind,
 };
 use crate::codegen::asm::{AsmError, FunctionBuilder, FunctionCode, Shape};
 use crate::codegen::operands::added_literal;
@@ -140,9 +141,7 @@ impl<'a> Code<'_, 'a> {
                 self.place(*local);
             }
             StmtKind::Assign { target, value } => self.assign(target, value, stmt.span),
-            StmtKind::If { condition, then, otherwise } => {
-                self.if_else(condition, then, otherwise);
-            }
+            StmtKind::If { branches, otherwise } => self.if_else(branches, otherwise),
             StmtKind::While { condition, body, update } => {
                 self.repeat(condition, body, update.as_deref(), stmt.span);
             }
@@ -158,31 +157,34 @@ impl<'a> Code<'_, 'a> {
         }
     }
 
-    fn if_else(&mut self, condition: &'a Expr, then: &'a Block, otherwise: &'a Block) {
-        match fold::truth(condition, self.generator.meanings) {
-            Some(true) => return self.block(then),
-            Some(false) => return self.block(otherwise),
-            None => {}
-        }
-        if then.stmts.is_empty() && otherwise.stmts.is_empty() {
-            return self.effect(condition);
-        }
+    fn if_else(&mut self, branches: &'a [Branch], otherwise: &'a Block) {
         let end = self.builder.label();
-        if then.stmts.is_empty() {
-            self.condition(condition, true, end);
-            self.block(otherwise);
-        } else if otherwise.stmts.is_empty() {
-            self.condition(condition, false, end);
-            self.block(then);
-        } else {
-            let other = self.builder.label();
-            self.condition(condition, false, other);
-            self.block(then);
-            self.builder.jump(opcode::JUMP, end, end_of(then.span));
-            self.builder.bind(other, otherwise.span);
-            self.block(otherwise);
+        let mut left = branches.iter();
+        while let Some(Branch { condition, then }) = left.next() {
+            let is_last = left.as_slice().is_empty() && otherwise.stmts.is_empty();
+            match fold::truth(condition, self.generator.meanings) {
+                Some(true) => {
+                    self.block(then);
+                    return self.builder.bind(end, end_of(condition.span));
+                }
+                Some(false) => {}
+                None if then.stmts.is_empty() && is_last => self.effect(condition),
+                None if then.stmts.is_empty() => self.condition(condition, true, end),
+                None if is_last => {
+                    self.condition(condition, false, end);
+                    self.block(then);
+                }
+                None => {
+                    let other = self.builder.label();
+                    self.condition(condition, false, other);
+                    self.block(then);
+                    self.builder.jump(opcode::JUMP, end, end_of(then.span));
+                    self.builder.bind(other, end_of(then.span));
+                }
+            }
         }
-        self.builder.bind(end, end_of(condition.span));
+        self.block(otherwise);
+        self.builder.bind(end, end_of(otherwise.span));
     }
 
     /// The condition stands at the end, so that a round costs one jump.
@@ -241,8 +243,9 @@ impl<'a> Code<'_, 'a> {
 
     fn assign_local(&mut self, local: LocalId, value: &'a Expr, span: Span) {
         let Some(slot) = self.slot(local) else { return };
-        if let ExprKind::Binary { op, left, right } = &value.kind
-            && let Some((rest, literal)) = added_literal(*op, left, right)
+        if let ExprKind::Chain { first, links } = &value.kind
+            && let [Link { op, right, .. }] = links.as_slice()
+            && let Some((rest, literal)) = added_literal(*op, first, right)
             && let Ok(immediate) = i8::try_from(literal)
             && matches!(rest.kind, ExprKind::Local(read) if read == local)
         {

@@ -13,32 +13,40 @@ pub fn is_number_or_nil(expr: &Expr, meanings: &Meanings<'_>) -> bool {
         ExprKind::Unary { op, .. } => {
             matches!(op, UnaryOp::Negate | UnaryOp::BitNot | UnaryOp::Not | UnaryOp::Plus)
         }
-        ExprKind::Binary { .. } => true,
+        ExprKind::Chain { .. } => true,
         _ => false,
     }
 }
 
 /// Whether the value is a float for certain, wherever its operands do not fault.
-fn is_float(expr: &Expr) -> bool {
+pub fn is_float(expr: &Expr) -> bool {
     match &expr.kind {
         ExprKind::Float(_) => true,
         ExprKind::Unary { op: UnaryOp::Negate, operand } => is_float(operand),
-        ExprKind::Binary { op, left, right } => match op {
-            BinaryOp::Add | BinaryOp::Sub | BinaryOp::Mul | BinaryOp::Div | BinaryOp::Mod => {
-                is_float(left) || is_float(right)
-            }
-            BinaryOp::Pow => true,
-            _ => false,
-        },
+        ExprKind::Chain { first, links } => {
+            links.iter().fold(is_float(first), |left, link| gives_float(link.op, left, &link.right))
+        }
         _ => false,
     }
 }
 
-/// The integer that does the same as a float literal next to a float, in less code. A negative zero has none.
-fn same_integer(literal: &Expr, other: &Expr) -> Option<i16> {
+/// Whether an operation gives a float for certain; `left` tells whether its left side is one.
+pub fn gives_float(op: BinaryOp, left: bool, right: &Expr) -> bool {
+    match op {
+        BinaryOp::Add | BinaryOp::Sub | BinaryOp::Mul | BinaryOp::Div | BinaryOp::Mod => {
+            left || is_float(right)
+        }
+        BinaryOp::Pow => true,
+        _ => false,
+    }
+}
+
+/// The integer that does the same as a literal, in less code. For a float literal there is one only if the other
+/// operand is a float, and none for a negative zero.
+fn same_integer(literal: &Expr, other_is_float: impl FnOnce() -> bool) -> Option<i16> {
     match literal.kind {
         ExprKind::Int(value) => i16::try_from(value).ok(),
-        ExprKind::Float(value) if is_float(other) && value.to_bits() != (-0.0_f64).to_bits() => {
+        ExprKind::Float(value) if other_is_float() && value.to_bits() != (-0.0_f64).to_bits() => {
             let whole = value as i16;
             // A float of the tiny profile may be less exact than the integer.
             (f64::from(whole) == value && whole.unsigned_abs() <= 1 << 10).then_some(whole)
@@ -47,17 +55,23 @@ fn same_integer(literal: &Expr, other: &Expr) -> Option<i16> {
     }
 }
 
-/// `rest + immediate`, for an addition or subtraction of a literal that an integer can stand for.
-pub fn added_literal<'a>(op: BinaryOp, left: &'a Expr, right: &'a Expr) -> Option<(&'a Expr, i16)> {
+/// The integer that is added where an operation adds or subtracts the literal on its right side; `left_is_float`
+/// tells whether its left side is a float for certain.
+pub fn added_integer(op: BinaryOp, left_is_float: bool, right: &Expr) -> Option<i16> {
+    let literal = || same_integer(right, || left_is_float);
     match op {
-        BinaryOp::Add => same_integer(right, left)
-            .map(|value| (left, value))
-            .or_else(|| same_integer(left, right).map(|value| (right, value))),
+        BinaryOp::Add => literal(),
         // `x - 0` keeps the sign of a negative zero, `x + 0` does not.
-        BinaryOp::Sub => same_integer(right, left)
-            .filter(|value| *value != 0)
-            .and_then(i16::checked_neg)
-            .map(|value| (left, value)),
+        BinaryOp::Sub => literal().filter(|value| *value != 0).and_then(i16::checked_neg),
         _ => None,
     }
+}
+
+/// `rest + immediate`, for an addition or subtraction of a literal that an integer can stand for.
+pub fn added_literal<'a>(op: BinaryOp, left: &'a Expr, right: &'a Expr) -> Option<(&'a Expr, i16)> {
+    let in_front = || match op {
+        BinaryOp::Add => same_integer(left, || is_float(right)).map(|value| (right, value)),
+        _ => None,
+    };
+    added_integer(op, is_float(left), right).map(|value| (left, value)).or_else(in_front)
 }

@@ -4,70 +4,54 @@
 //! chain; `and or`; `not`.
 
 use super::{Parse, Parser};
-use crate::ast::{BinaryOp, Expr, ExprKind, UnaryOp};
+use crate::ast::{BinaryOp, Expr, ExprKind, Link, Power, UnaryOp};
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 use crate::token::{Fixed, Separation, TokenKind};
 
-/// How tightly a binary operator binds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Power {
-    Logic,
-    Comparison,
-    Sum,
-    Product,
-    Modulo,
-    Exponent,
-    Shift,
-    Bits,
-    /// Tighter than any binary operator.
-    Operand,
-}
-
-impl Power {
-    fn next(self) -> Power {
-        match self {
-            Power::Logic => Power::Comparison,
-            Power::Comparison => Power::Sum,
-            Power::Sum => Power::Product,
-            Power::Product => Power::Modulo,
-            Power::Modulo => Power::Exponent,
-            Power::Exponent => Power::Shift,
-            Power::Shift => Power::Bits,
-            Power::Bits | Power::Operand => Power::Operand,
-        }
-    }
-}
-
 /// The binary operator that a token is.
-pub(super) fn binary_operator(fixed: Fixed) -> Option<(BinaryOp, Power)> {
+pub(super) fn binary_operator(fixed: Fixed) -> Option<BinaryOp> {
     Some(match fixed {
-        Fixed::And => (BinaryOp::And, Power::Logic),
-        Fixed::Or => (BinaryOp::Or, Power::Logic),
-        Fixed::Equal => (BinaryOp::Eq, Power::Comparison),
-        Fixed::NotEqual => (BinaryOp::NotEq, Power::Comparison),
-        Fixed::Less => (BinaryOp::Less, Power::Comparison),
-        Fixed::LessEqual => (BinaryOp::LessEq, Power::Comparison),
-        Fixed::Greater => (BinaryOp::Greater, Power::Comparison),
-        Fixed::GreaterEqual => (BinaryOp::GreaterEq, Power::Comparison),
-        Fixed::Plus => (BinaryOp::Add, Power::Sum),
-        Fixed::Minus => (BinaryOp::Sub, Power::Sum),
-        Fixed::Star => (BinaryOp::Mul, Power::Product),
-        Fixed::Slash => (BinaryOp::Div, Power::Product),
-        Fixed::Percent => (BinaryOp::Mod, Power::Modulo),
-        Fixed::Caret => (BinaryOp::Pow, Power::Exponent),
-        Fixed::ShiftLeft => (BinaryOp::ShiftLeft, Power::Shift),
-        Fixed::ShiftRight => (BinaryOp::ShiftRight, Power::Shift),
-        Fixed::Ampersand => (BinaryOp::BitAnd, Power::Bits),
-        Fixed::Pipe => (BinaryOp::BitOr, Power::Bits),
+        Fixed::And => BinaryOp::And,
+        Fixed::Or => BinaryOp::Or,
+        Fixed::Equal => BinaryOp::Eq,
+        Fixed::NotEqual => BinaryOp::NotEq,
+        Fixed::Less => BinaryOp::Less,
+        Fixed::LessEqual => BinaryOp::LessEq,
+        Fixed::Greater => BinaryOp::Greater,
+        Fixed::GreaterEqual => BinaryOp::GreaterEq,
+        Fixed::Plus => BinaryOp::Add,
+        Fixed::Minus => BinaryOp::Sub,
+        Fixed::Star => BinaryOp::Mul,
+        Fixed::Slash => BinaryOp::Div,
+        Fixed::Percent => BinaryOp::Mod,
+        Fixed::Caret => BinaryOp::Pow,
+        Fixed::ShiftLeft => BinaryOp::ShiftLeft,
+        Fixed::ShiftRight => BinaryOp::ShiftRight,
+        Fixed::Ampersand => BinaryOp::BitAnd,
+        Fixed::Pipe => BinaryOp::BitOr,
         _ => return None,
+    })
+}
+
+/// The operators that bind tighter; `None` where only an operand does.
+fn tighter(power: Power) -> Option<Power> {
+    Some(match power {
+        Power::Logic => Power::Comparison,
+        Power::Comparison => Power::Sum,
+        Power::Sum => Power::Product,
+        Power::Product => Power::Modulo,
+        Power::Modulo => Power::Exponent,
+        Power::Exponent => Power::Shift,
+        Power::Shift => Power::Bits,
+        Power::Bits => return None,
     })
 }
 
 impl Parser<'_> {
     /// The binary operator here, if there is one.
     pub(super) fn operator(&self) -> Option<(BinaryOp, Power)> {
-        self.fixed().and_then(binary_operator)
+        self.fixed().and_then(binary_operator).map(|op| (op, op.power()))
     }
 
     /// A whole expression, as it stands in parentheses, as an argument or on the right side of `=`.
@@ -101,8 +85,10 @@ impl Parser<'_> {
     fn logic_rest(&mut self, left: &mut Expr) -> Parse<()> {
         while let Some((op, Power::Logic)) = self.operator() {
             self.advance();
-            let right = if self.at(Fixed::Not) { self.condition() } else { self.comparison() };
-            self.join(op, left, right?, self.height)?;
+            let (right, height) = self.right_side(|parser| {
+                if parser.at(Fixed::Not) { parser.condition() } else { parser.comparison() }
+            });
+            self.join(op, left, right?, height)?;
         }
         Ok(())
     }
@@ -121,8 +107,8 @@ impl Parser<'_> {
             }
             compared = true;
             self.advance();
-            let right = self.sum()?;
-            self.join(op, left, right, self.height)?;
+            let (right, height) = self.right_side(Self::sum);
+            self.join(op, left, right?, height)?;
         }
         Ok(())
     }
@@ -184,26 +170,46 @@ impl Parser<'_> {
                 self.warn_if_running_on();
             }
             self.advance();
-            let height = self.height;
-            let right = match op {
-                // To the right: `2^3^2` is `2^(3^2)`.
-                BinaryOp::Pow => self.nested(|parser| parser.binary(Power::Exponent)),
-                _ => self.binary(power.next()),
-            };
-            let height = if op == BinaryOp::Pow { height } else { self.height };
+            let (right, height) = self.right_side(|parser| match tighter(power) {
+                // To the right: `2^3^2` is `2^(3^2)`. The level that this takes is the level of the operation.
+                _ if op == BinaryOp::Pow => {
+                    let right = parser.nested(|parser| parser.binary(Power::Exponent));
+                    parser.height = parser.height.saturating_sub(1);
+                    right
+                }
+                Some(tighter) => parser.binary(tighter),
+                None => parser.operand(),
+            });
             self.join(op, left, right?, height)?;
         }
         Ok(())
     }
 
-    /// Makes `left` the operation on it and `right`. The higher of the two, if it is not in a level of its own, has
-    /// that height.
+    /// Parses the right side of an operator. Returns it with the height of its tree.
+    fn right_side(&mut self, parse: impl FnOnce(&mut Self) -> Parse<Expr>) -> (Parse<Expr>, u32) {
+        let before = std::mem::take(&mut self.height);
+        let right = parse(self);
+        let height = std::mem::replace(&mut self.height, before);
+        (right, height)
+    }
+
+    /// Makes `left` the operation on it and `right`, whose tree has that height.
     fn join(&mut self, op: BinaryOp, left: &mut Expr, right: Expr, height: u32) -> Parse<()> {
-        self.grow(height)?;
+        let goes_on = matches!(&left.kind, ExprKind::Chain { links, .. }
+            if links.last().is_some_and(|last| last.op.power() == op.power()));
+        // Another link makes a chain no higher.
+        self.grow(if goes_on { height } else { height.max(self.height) })?;
+        self.warn_grouping(op, left, &right);
         let span = left.span.to(right.span);
-        let first = std::mem::replace(left, Expr { kind: ExprKind::Error, span });
-        left.kind = ExprKind::Binary { op, left: Box::new(first), right: Box::new(right) };
-        self.warn_grouping(left);
+        let link = Link { op, right, span };
+        match &mut left.kind {
+            ExprKind::Chain { links, .. } if goes_on => links.push(link),
+            _ => {
+                let first = std::mem::replace(left, Expr { kind: ExprKind::Error, span });
+                left.kind = ExprKind::Chain { first: Box::new(first), links: vec![link] };
+            }
+        }
+        left.span = span;
         Ok(())
     }
 

@@ -56,37 +56,27 @@ fn surprises(outer: BinaryOp, inner: BinaryOp, side: Side) -> bool {
     }
 }
 
-fn is_logic(op: BinaryOp) -> bool {
-    matches!(op, BinaryOp::And | BinaryOp::Or)
-}
-
-/// The operator of a binary expression without parentheses around it.
+/// The operator that is computed last in an expression without parentheses around it.
 fn binary_op(expr: &Expr) -> Option<BinaryOp> {
     match &expr.kind {
-        ExprKind::Binary { op, .. } => Some(*op),
+        ExprKind::Chain { links, .. } => links.last().map(|link| link.op),
         _ => None,
     }
 }
 
 impl Parser<'_> {
-    /// At a new binary node.
-    pub(super) fn warn_grouping(&mut self, node: &Expr) {
-        let ExprKind::Binary { op, left, right } = &node.kind else { return };
+    /// At an operation on these two.
+    pub(super) fn warn_grouping(&mut self, op: BinaryOp, left: &Expr, right: &Expr) {
+        let whole = left.span.to(right.span);
         for (operand, side) in [(left, Side::Left), (right, Side::Right)] {
-            let Some(inner) = binary_op(operand).filter(|inner| surprises(*op, *inner, side))
-            else {
+            let Some(inner) = binary_op(operand).filter(|inner| surprises(op, *inner, side)) else {
                 continue;
             };
-            if is_logic(*op) && is_logic(inner) {
-                self.warn_reading(
-                    Code::MixedAndOr,
-                    node.span,
-                    operand.span,
-                    "`and` binds like `or`",
-                );
+            if op.is_logic() && inner.is_logic() {
+                self.warn_reading(Code::MixedAndOr, whole, operand.span, "`and` binds like `or`");
             } else {
                 let why = "these operators group otherwise than in C or Python";
-                self.warn_reading(Code::OperatorGrouping, node.span, operand.span, why);
+                self.warn_reading(Code::OperatorGrouping, whole, operand.span, why);
             }
         }
         let is_negative = match left.kind {
@@ -94,9 +84,9 @@ impl Parser<'_> {
             ExprKind::Float(value) => value.is_sign_negative(),
             _ => false,
         };
-        if *op == BinaryOp::Pow && is_negative {
+        if op == BinaryOp::Pow && is_negative {
             let why = "the minus sign belongs to the number, the power comes after it";
-            self.warn_reading(Code::OperatorGrouping, node.span, left.span, why);
+            self.warn_reading(Code::OperatorGrouping, whole, left.span, why);
         }
     }
 
@@ -112,7 +102,7 @@ impl Parser<'_> {
     /// At a `not` with its operand.
     pub(super) fn warn_wide_not(&mut self, node: &Expr) {
         let ExprKind::Unary { operand, .. } = &node.kind else { return };
-        if binary_op(operand).is_some_and(is_logic) {
+        if binary_op(operand).is_some_and(BinaryOp::is_logic) {
             let why = "`not` covers everything to its right";
             self.warn_reading(Code::WideNot, node.span, operand.span, why);
         }
@@ -136,26 +126,21 @@ impl Parser<'_> {
 
     /// On the right side of `=`: `and` and `or` give 0 or 1, not one of their operands.
     pub(super) fn warn_condition_value(&mut self, value: &Expr) {
-        let mut rest = value;
-        while let ExprKind::Binary { op, left, right } = &rest.kind {
-            if !is_logic(*op) {
-                return;
-            }
-            if !may_be_condition(right) {
-                let name = if *op == BinaryOp::And { "and" } else { "or" };
-                self.warn(
-                    Diagnostic::new(
-                        Code::ConditionValue,
-                        value.span,
-                        format!("the value of this `{name}` is 0 or 1"),
-                    )
-                    .related(right.span, "this value is only tested, never taken")
-                    .help("choose a value with `if`; if 0 or 1 is meant, put it in parentheses"),
-                );
-                return;
-            }
-            rest = left;
-        }
+        let ExprKind::Chain { links, .. } = &value.kind else { return };
+        let mut tested = links.iter().rev().take_while(|link| link.op.is_logic());
+        let Some(link) = tested.find(|link| !may_be_condition(&link.right)) else {
+            return;
+        };
+        let name = if link.op == BinaryOp::And { "and" } else { "or" };
+        self.warn(
+            Diagnostic::new(
+                Code::ConditionValue,
+                value.span,
+                format!("the value of this `{name}` is 0 or 1"),
+            )
+            .related(link.right.span, "this value is only tested, never taken")
+            .help("choose a value with `if`; if 0 or 1 is meant, put it in parentheses"),
+        );
     }
 
     fn warn_reading(&mut self, code: Code, whole: Span, first: Span, why: &str) {
@@ -183,7 +168,9 @@ impl Parser<'_> {
 /// True for expressions that give 0 or 1.
 fn is_condition(expr: &Expr) -> bool {
     match &expr.kind {
-        ExprKind::Binary { op, .. } => expected_power(*op) <= expected_power(BinaryOp::Eq),
+        ExprKind::Chain { links, .. } => {
+            links.last().is_some_and(|link| expected_power(link.op) <= expected_power(BinaryOp::Eq))
+        }
         ExprKind::Unary { op, .. } => *op == UnaryOp::Not,
         ExprKind::Paren(inner) => is_condition(inner),
         _ => false,

@@ -1,7 +1,7 @@
 //! Statements with a head in parentheses: `if`, `while`, `for`.
 
 use super::{Parse, Parser, Reported};
-use crate::ast::{Block, Expr, ExprKind, Stmt, StmtKind};
+use crate::ast::{Block, Branch, Expr, ExprKind, Stmt, StmtKind};
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
@@ -19,29 +19,36 @@ struct ForHead {
 impl Parser<'_> {
     pub(super) fn if_statement(&mut self) -> Parse<StmtKind> {
         self.advance();
-        self.if_rest()
+        let mut branches = vec![self.branch()?];
+        loop {
+            if !self.eat(Fixed::Else) {
+                if !self.foreign_else_if() {
+                    return Ok(StmtKind::If { branches, otherwise: None });
+                }
+            } else if self.at(Fixed::If) {
+                self.warn_semicolon_before_body("else");
+                self.advance();
+            } else {
+                let otherwise = Some(self.body("else")?);
+                return Ok(StmtKind::If { branches, otherwise });
+            }
+            let (start, level) = (self.position, self.open.len());
+            match self.branch() {
+                Ok(branch) => branches.push(branch),
+                Err(_) => {
+                    self.open.truncate(level);
+                    self.skip_statement(start);
+                    return Ok(StmtKind::If { branches, otherwise: None });
+                }
+            }
+        }
     }
 
     /// Behind `if`.
-    fn if_rest(&mut self) -> Parse<StmtKind> {
+    fn branch(&mut self) -> Parse<Branch> {
         let condition = self.head_condition("if")?;
         let then = self.body("if")?;
-        let otherwise = if self.eat(Fixed::Else) {
-            Some(self.body("else")?)
-        } else if self.foreign_else_if() {
-            Some(self.nested(Self::else_if)?)
-        } else {
-            None
-        };
-        Ok(StmtKind::If { condition, then, otherwise })
-    }
-
-    /// Behind an `elseif` that was reported.
-    fn else_if(&mut self) -> Parse<Block> {
-        let start = self.span();
-        let kind = self.if_rest()?;
-        let span = self.span_since(start);
-        Ok(Block { stmts: vec![Stmt { kind, span }], span })
+        Ok(Branch { condition, then })
     }
 
     pub(super) fn while_statement(&mut self) -> Parse<StmtKind> {

@@ -1,8 +1,7 @@
 //! Operands: literals, names with what is called and taken from them, parentheses, tables.
 
-use super::expression::Power;
 use super::{Parse, Parser};
-use crate::ast::{Expr, ExprKind, FieldKey, Ident, TableField, UnaryOp};
+use crate::ast::{Expr, ExprKind, FieldKey, Ident, Power, TableField, UnaryOp};
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;

@@ -17,6 +17,27 @@ fn and_or_stop_early_and_give_0_or_1() {
     assert_eq!(output(script), expected);
 }
 
+/// Terms in a row need no level each, neither in the compiler nor in the machine.
+#[test]
+fn long_rows() {
+    let sum = " + 1".repeat(5000);
+    assert_eq!(output(&format!("function f(a) {{ return a{sum} }} log(f(1))")), "5001\n");
+    let script = format!(
+        "function f(a, b) {{ if(a{}) return 1  return 0 }}
+         function g(a, b) {{ return a{} }}
+         log(f(1, 1), f(1, 0), g(0, 1), g(0, 0))",
+        " and b".repeat(3000),
+        " or b".repeat(3000)
+    );
+    assert_eq!(output(&script), "1010\n");
+    let rows: String = (1..1500).map(|n| format!(" else if(n == {n}) r = -{n}")).collect();
+    let script = format!(
+        "function f(n) {{ var r = 1  if(n == 0) r = 0 {rows} else r = 2  return r }}
+         log(f(0), \" \", f(1), \" \", f(1499), \" \", f(1500))"
+    );
+    assert_eq!(output(&script), "0 -1 -1499 2\n");
+}
+
 #[test]
 fn every_truth_table_in_every_place() {
     // The same condition as a value, as an `if`, negated, and at the end of a loop.

@@ -196,10 +196,8 @@ fn nesting_is_bounded() {
     let deep = |code: String| in_global_code(&code).0;
     let nots = "lnot / ".repeat(100_000);
     assert_eq!(deep(format!("pushs 0 / pushi 1 / {nots} gstore")), Cause::TooDeep);
-    let sums = "pushi 1 / add / ".repeat(100_000);
-    assert_eq!(deep(format!("pushs 0 / pushs 0 / gload / {sums} gstore")), Cause::TooDeep);
-    let ands = "pushnil / pushs 0 / gload / pushi 0 / callc / land / ".repeat(10_000);
-    assert_eq!(deep(format!("pushs 0 / pushi 1 / {ands} gstore")), Cause::TooDeep);
+    let powers = format!("{}{}", "pushi 1 / ".repeat(1000), "pow / ".repeat(999));
+    assert_eq!(deep(format!("pushs 0 / {powers} gstore")), Cause::TooDeep);
     let tables = "pusht / dup / pushi 1 / ".repeat(1000);
     let puts = "tput / ".repeat(1000);
     assert_eq!(deep(format!("pushs 0 / {tables} pushi 1 / {puts} gstore")), Cause::TooDeep);
@@ -211,6 +209,18 @@ fn nesting_is_bounded() {
     let text =
         format!("!1 / 'x / nop / pushs 0 / pushl @l1 / gstore / done / {lambdas} @l1000 / ret0");
     assert_eq!(error(&assemble(&text)).cause, Cause::TooDeep);
+}
+
+/// Operators in a row make no deep tree.
+#[test]
+fn rows_of_operators_are_not_bounded() {
+    let sums = "pushi 1 / add / ".repeat(50_000);
+    let ands = "pushnil / pushs 0 / gload / pushi 0 / callc / land / ".repeat(2000);
+    for row in [format!("pushs 0 / gload / {sums}"), format!("pushi 1 / {ands}")] {
+        let code = assemble(&format!("!1 / 'x / nop / pushs 0 / {row} gstore / done"));
+        let imported = import(Path::new("test.bo"), &code, None, &recorder(Profile::Full));
+        assert!(imported.is_ok(), "{:?}", imported.err());
+    }
 }
 
 #[test]

@@ -4,7 +4,7 @@
 //! the real one made.
 
 use bittybuzz_compiler::ast::{
-    BinaryOp, Block, Expr, ExprKind, FieldKey, Function, Script, Stmt, StmtKind, UnaryOp,
+    BinaryOp, Block, Branch, Expr, ExprKind, FieldKey, Function, Script, Stmt, StmtKind, UnaryOp,
 };
 use bittybuzz_compiler::parser::Parsed;
 use bittybuzz_compiler::source::SourceMap;
@@ -91,21 +91,7 @@ impl Compiler<'_> {
         match &stmt.kind {
             StmtKind::Var { name, value } => self.var(&name.name, value.as_ref()),
             StmtKind::Function { name, function } => self.named_function(&name.name, function),
-            StmtKind::If { condition, then, otherwise } => {
-                let label = self.new_labels(2);
-                self.expr(condition);
-                self.emit(format!("jumpz @L{label}"));
-                self.block(then);
-                match otherwise {
-                    None => self.emit(format!("@L{label}")),
-                    Some(otherwise) => {
-                        self.emit(format!("jump @L{}", label + 1));
-                        self.emit(format!("@L{label}"));
-                        self.block(otherwise);
-                        self.emit(format!("@L{}", label + 1));
-                    }
-                }
-            }
+            StmtKind::If { branches, otherwise } => self.if_else(branches, otherwise.as_ref()),
             StmtKind::While { condition, body } => {
                 let label = self.new_labels(2);
                 self.emit(format!("@L{label}"));
@@ -295,14 +281,34 @@ impl Compiler<'_> {
                     UnaryOp::Not => self.emit("lnot"),
                 }
             }
-            ExprKind::Binary { op, left, right } => {
-                self.expr(left);
-                self.expr(right);
-                self.emit(mnemonic(*op));
+            ExprKind::Chain { first, links } => {
+                self.expr(first);
+                for link in links {
+                    self.expr(&link.right);
+                    self.emit(mnemonic(link.op));
+                }
             }
             ExprKind::Paren(inner) => self.expr(inner),
             ExprKind::Error => panic!("a script with errors"),
         }
+    }
+
+    /// An `else if` is an `if` in an `else`.
+    fn if_else(&mut self, branches: &[Branch], otherwise: Option<&Block>) {
+        let Some((Branch { condition, then }, rest)) = branches.split_first() else {
+            return otherwise.into_iter().for_each(|block| self.block(block));
+        };
+        let label = self.new_labels(2);
+        self.expr(condition);
+        self.emit(format!("jumpz @L{label}"));
+        self.block(then);
+        if rest.is_empty() && otherwise.is_none() {
+            return self.emit(format!("@L{label}"));
+        }
+        self.emit(format!("jump @L{}", label + 1));
+        self.emit(format!("@L{label}"));
+        self.if_else(rest, otherwise);
+        self.emit(format!("@L{}", label + 1));
     }
 
     fn call(&mut self, callee: &Expr, args: &[Expr]) {

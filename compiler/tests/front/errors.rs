@@ -253,22 +253,52 @@ fn deep_nesting_is_refused() {
 }
 
 #[test]
-fn long_chains_are_refused_because_their_trees_are_deep() {
-    for (first, next) in [("a", "+ a"), ("a", ".b"), ("f", "()"), ("a", "^ a"), ("a", " and a")] {
+fn long_chains_are_refused_where_their_trees_are_deep() {
+    for (first, next) in [("a", ".b"), ("f", "()"), ("a", "^ a")] {
         let text = format!("f({first}{})", next.repeat(100));
         assert!(codes(&parse_text(&text)).is_empty(), "{next}");
         let text = format!("f({first}{})", next.repeat(100_000));
         assert_eq!(codes(&parse_text(&text)), ["E0216"], "{next}");
     }
     // Chains inside of chains add up.
-    let text = format!("x = {}a{}", "(".repeat(60), "+ b + c + d + e + f)".repeat(60));
+    let text = format!("x = {}a{}", "f(".repeat(60), ".b.c.d.e.f)".repeat(60));
     assert_eq!(codes(&parse_text(&text)), ["E0216"]);
+}
+
+#[test]
+fn operators_that_are_computed_from_the_left_are_no_levels() {
+    let operators = ["+ -", "* /", "% %", "<< >>", "& |", "and or"];
+    for (a, b) in operators.iter().filter_map(|pair| pair.split_once(' ')) {
+        let text = format!("f(a{})", format!(" {a} b {b} (c)").repeat(50_000));
+        assert!(!parse_text(&text).has_errors(), "{a} {b}");
+    }
+    // As high as its highest operand, wherever that stands.
+    let limit = MAX_NESTING as usize;
+    let deep = |levels: usize| format!("{}b{}", "(".repeat(levels), ")".repeat(levels));
+    for levels in [limit / 2 - 10, limit] {
+        let (a, b) = (deep(levels), " + a".repeat(1000));
+        for text in [format!("x = {a}{b}"), format!("x = a{b} + {a}"), format!("x = a + {a}{b}")] {
+            assert_eq!(parse_text(&text).has_errors(), levels == limit, "{levels}: {text}");
+        }
+    }
+}
+
+#[test]
+fn a_row_of_else_if_is_no_level() {
+    let row = "else if(b) { y = 2 } else if(c) z = 3 ".repeat(25_000);
+    let text = format!("if(a) {{ x = 1 }} {row} else {{ x = 4 }} n = 5");
+    let parsed = parse_text(&text);
+    assert!(!parsed.has_errors());
+    assert_eq!(parsed.script.stmts.len(), 2);
+    // An error in a later condition keeps the branches before it.
+    let parsed = parse_text("if(a) { x = 1 } else if(b { y = = 2 } else if(c) { z = 3 }\nn = = 5");
+    assert_eq!(codes(&parsed), ["E0202", "E0201", "E0201"]);
 }
 
 #[test]
 fn deep_blocks_are_refused() {
     for (open, close) in
-        [("if(a) {", "}"), ("if(a) ", ""), ("if(a) {} else ", ""), ("while(a) ", "")]
+        [("if(a) {", "}"), ("if(a) ", ""), ("if(a) {} else { ", "}"), ("while(a) ", "")]
     {
         let text = format!("{}x = 1{}", open.repeat(50_000), close.repeat(50_000));
         assert_eq!(codes(&parse_text(&text)), ["E0216"], "{open}");

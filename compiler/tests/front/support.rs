@@ -82,9 +82,16 @@ fn stmt(stmt: &Stmt) -> String {
         StmtKind::Function { name, function: f } => {
             format!("(function {} {})", name.name, function(f))
         }
-        StmtKind::If { condition, then, otherwise } => {
-            let otherwise = otherwise.as_ref().map(|b| format!(" {}", block(b)));
-            format!("(if {} {}{})", expr(condition), block(then), otherwise.unwrap_or_default())
+        StmtKind::If { branches, otherwise } => {
+            let otherwise = otherwise.as_ref().map(block);
+            // An `else if` is shown as an `if` in the block of an `else`.
+            let shown = branches.iter().rev().fold(otherwise, |otherwise, branch| {
+                let (condition, then) = (expr(&branch.condition), block(&branch.then));
+                let otherwise = otherwise.map(|shown| format!(" {shown}")).unwrap_or_default();
+                Some(format!("{{(if {condition} {then}{otherwise})}}"))
+            });
+            let shown = shown.unwrap_or_default();
+            shown.strip_prefix('{').and_then(|s| s.strip_suffix('}')).unwrap_or(&shown).to_owned()
         }
         StmtKind::For { init, condition, update, body } => {
             let (init, update) = (self::stmt(init), self::stmt(update));
@@ -136,9 +143,9 @@ fn expr(expr: &Expr) -> String {
             };
             format!("({op} {})", self::expr(operand))
         }
-        ExprKind::Binary { op, left, right } => {
-            format!("({} {} {})", operator(*op), self::expr(left), self::expr(right))
-        }
+        ExprKind::Chain { first, links } => links.iter().fold(self::expr(first), |left, link| {
+            format!("({} {left} {})", operator(link.op), self::expr(&link.right))
+        }),
         ExprKind::Paren(inner) => format!("[{}]", self::expr(inner)),
         ExprKind::Error => "<error>".to_owned(),
     }

@@ -62,8 +62,9 @@ impl<'a> Flow<'a> {
 fn always_returns(stmts: &[Stmt]) -> bool {
     stmts.iter().any(|stmt| match &stmt.kind {
         StmtKind::Return(_) => true,
-        StmtKind::If { then, otherwise, .. } => {
-            always_returns(&then.stmts) && always_returns(&otherwise.stmts)
+        StmtKind::If { branches, otherwise } => {
+            branches.iter().all(|branch| always_returns(&branch.then.stmts))
+                && always_returns(&otherwise.stmts)
         }
         _ => false,
     })
@@ -173,7 +174,9 @@ fn leaves(stmt: &Stmt) -> bool {
     let any = |stmts: &[Stmt]| stmts.iter().any(leaves);
     match &stmt.kind {
         StmtKind::Return(_) => true,
-        StmtKind::If { then, otherwise, .. } => any(&then.stmts) || any(&otherwise.stmts),
+        StmtKind::If { branches, otherwise } => {
+            branches.iter().any(|branch| any(&branch.then.stmts)) || any(&otherwise.stmts)
+        }
         StmtKind::While { body, .. } => any(&body.stmts),
         _ => false,
     }
