@@ -136,6 +136,8 @@ impl Running {
             }
             thread::sleep(PATIENCE);
         }
+        // Its last words are passed on before `bbz` ends.
+        self.messages.take().map(JoinHandle::join);
         Ok(())
     }
 }
