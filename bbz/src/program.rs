@@ -201,7 +201,7 @@ pub fn compiled(
     selection: &Selection,
 ) -> Result<Compiled, Problem> {
     let options = Options {
-        profile: Some(selection.effective_profile()),
+        profile: selection.profile,
         robot: selection.robot.clone(),
         robots: selection.known.clone(),
     };

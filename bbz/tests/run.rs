@@ -19,8 +19,9 @@ fn log_prints_every_type() {
 
 #[test]
 fn robot_functions_print_their_call() {
-    let script = "led(3)\nprint(\"a\\\"\\n\")\nprint({})\nprint({.a=1})\nprint(print)\nprint(nil)\nhover(-0.5)\n";
-    let expected = "led(3)\nprint(\"a\\\"\\n\")\nprint({})\nprint({...})\nprint([closure])\nprint(nil)\nhover(-0.500000)\n";
+    let script =
+        "led(3)\nshow(\"a\\\"\\n\")\nshow({})\nshow({.a=1})\nshow(show)\nshow(nil)\nhover(-0.5)\n";
+    let expected = "led(3)\nshow(\"a\\\"\\n\")\nshow({})\nshow({...})\nshow([closure])\nshow(nil)\nhover(-0.500000)\n";
     run("calls", script, &["--robot", "crazyflie"]).succeeds_with(expected);
     run("calls_of_all", script, &[]).succeeds_with(expected);
 }

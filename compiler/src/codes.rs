@@ -104,6 +104,7 @@ codes! {
     BitwiseNotOfCondition = "W0108", "`!` in front of a condition";
     SemicolonBeforeBody = "W0109", "a `;` between a condition and its body";
     EmptyBody = "W0110", "an if, else or loop without a body";
+    SecondPoint = "W0111", "a number with a second decimal point";
     NeverAssigned = "W0201", "a name that nothing defines: it is nil";
     RobotNameTaken = "W0202", "a robot function's name used for something else";
     BuiltinNameTaken = "W0203", "a built-in name used for something else";
@@ -136,6 +137,8 @@ codes! {
     BuiltinArgumentType = "W0306", "an argument of the wrong type for a built-in function";
     LogFormat = "W0307", "a format in log, which knows none";
     DuplicateKey = "W0308", "a key that a table literal gives twice";
+    IntegerWraps = "W0309", "an operation on constants that wraps";
+    FloatOverflows = "W0310", "an operation on constants that becomes infinite";
 }
 
 impl Code {

@@ -34,6 +34,14 @@ impl Options {
         let of_robot = self.robot.as_ref().map(|robot| robot.profile);
         self.profile.or(of_robot).unwrap_or(Profile::Full)
     }
+
+    /// The profile for which operations on constants are checked: a script for any robot may come to one with small numbers.
+    fn arithmetic(&self) -> Profile {
+        match (self.profile, &self.robot) {
+            (None, None) => Profile::Tiny,
+            _ => self.effective_profile(),
+        }
+    }
 }
 
 /// What comes of a script.
@@ -56,12 +64,21 @@ pub fn compile(main: &Path, text: String, loader: &Loader<'_>, options: &Options
 
 /// Compiles a script that was parsed.
 pub fn compile_parsed(parsed: Parsed, options: &Options) -> Compiled {
-    let has_syntax_errors = parsed.has_errors();
-    let Parsed { script, sources, mut diagnostics, token_hash, strings } = parsed;
+    let Parsed { script, sources, mut diagnostics, token_hash, strings, hidden } = parsed;
     let profile = options.effective_profile();
     let robots = Robots { target: options.robot.as_ref(), known: &options.robots };
-    let checked = check::check(&script, robots, profile, has_syntax_errors);
-    diagnostics.extend(checked.diagnostics);
+    let checked = check::check(&script, robots, profile, options.arithmetic(), hidden);
+    let syntax_errors: Vec<Span> = diagnostics
+        .iter()
+        .filter(|found| found.severity() == Severity::Error)
+        .map(|found| found.span)
+        .collect();
+    // A warning about what was not understood would most likely go away with the error.
+    let is_consequence = |found: &Diagnostic| {
+        found.severity() == Severity::Warning
+            && syntax_errors.iter().any(|error| found.span.contains(*error))
+    };
+    diagnostics.extend(checked.diagnostics.into_iter().filter(|found| !is_consequence(found)));
     let mut image = None;
     let mut symbols = None;
     if !diagnostics.iter().any(|diagnostic| diagnostic.severity() == Severity::Error) {

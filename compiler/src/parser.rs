@@ -8,6 +8,7 @@ mod brackets;
 mod expression;
 mod function;
 mod grouping;
+mod hidden;
 mod loops;
 mod operand;
 mod recovery;
@@ -15,6 +16,7 @@ mod statement;
 mod words;
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 use std::path::Path;
 
 use crate::ast::{Expr, ExprKind, Script};
@@ -24,6 +26,7 @@ use crate::include::{Loaded, Loader, load_file, load_text};
 use crate::source::{SourceMap, Span};
 use crate::token::{Fixed, Token, TokenKind, hash_tokens};
 use brackets::Brackets;
+pub use hidden::Hidden;
 
 /// How deep expressions, blocks and includes may nest, and how high the syntax tree may grow: whoever walks the
 /// tree recursively may rely on it. Far beyond what people write, far below what overflows a thread's stack.
@@ -42,6 +45,8 @@ pub struct Parsed {
     pub token_hash: u32,
     /// Every string literal and every name of a field: the strings of the script, ordered by text.
     pub strings: BTreeSet<String>,
+    /// The names that syntax errors hide.
+    pub hidden: Hidden,
 }
 
 impl Parsed {
@@ -67,7 +72,7 @@ fn parse_loaded(loaded: Loaded) -> Parsed {
     let token_hash = hash_tokens(&tokens);
     let mut parser = Parser::new(&tokens, &sources);
     let script = Script { stmts: parser.statements(false) };
-    let strings = parser.strings;
+    let (strings, lost, gave_up) = (parser.strings, parser.lost, parser.gave_up);
     // A string that never ends has swallowed the rest of its line, brackets included.
     parser.diagnostics.retain(|found| {
         let swallowed = |string: &Diagnostic| {
@@ -80,7 +85,8 @@ fn parse_loaded(loaded: Loaded) -> Parsed {
     });
     diagnostics.append(&mut parser.diagnostics);
     diagnostics.sort_by_key(|diagnostic| (diagnostic.span.file, diagnostic.span.start));
-    Parsed { script, sources, diagnostics, token_hash, strings }
+    let hidden = Hidden::find(&tokens, &lost, gave_up, &sources, &diagnostics);
+    Parsed { script, sources, diagnostics, token_hash, strings, hidden }
 }
 
 /// Proof that a diagnostic was issued for what could not be parsed.
@@ -109,6 +115,8 @@ struct Parser<'a> {
     /// How many statement blocks are open here.
     blocks: u32,
     strings: BTreeSet<String>,
+    /// Tokens that were not understood.
+    lost: Vec<Range<usize>>,
 }
 
 impl<'a> Parser<'a> {
@@ -126,6 +134,7 @@ impl<'a> Parser<'a> {
             open: Vec::new(),
             blocks: 0,
             strings: BTreeSet::new(),
+            lost: Vec::new(),
         }
     }
 

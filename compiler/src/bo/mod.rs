@@ -42,7 +42,7 @@ use bittybuzz_vm_core::hash::fnv_1a;
 
 use crate::codes::Code;
 use crate::compile::{Compiled, Options, compile_parsed};
-use crate::parser::Parsed;
+use crate::parser::{Hidden, Parsed};
 use crate::source::SourceMap;
 use crate::symbols::{Place, Symbols};
 use debug::{DebugError, DebugInfo};
@@ -107,6 +107,7 @@ pub fn import(
             diagnostics: Vec::new(),
             token_hash: fnv_1a(bytes),
             strings: recovered.strings,
+            hidden: Hidden::default(),
         },
         options,
     );

@@ -12,6 +12,11 @@ use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
+/// Returns true if all arguments were understood.
+fn is_complete(args: &[Expr]) -> bool {
+    !args.iter().any(|arg| matches!(arg.kind, ExprKind::Error))
+}
+
 impl Checker<'_> {
     /// Checks the callee and its arguments; what they are made of is checked elsewhere.
     pub fn check_call(&mut self, callee: &Expr, args: &[Expr], span: Span) {
@@ -35,6 +40,8 @@ impl Checker<'_> {
     fn check_named_call(&mut self, name: NameId, args: &[Expr], callee: Span, span: Span) {
         let text = &self.program.name(name).text;
         match self.meanings.of(name) {
+            Meaning::Function(_) | Meaning::Builtin(_) | Meaning::Robot if !is_complete(args) => {}
+            Meaning::Function(_) if self.program.hidden.is_lost(text) => {}
             Meaning::Function(function) => self.check_script_call(text, function, args, span),
             Meaning::Builtin(number) => {
                 if let Some(info) = builtin::info(number) {
@@ -62,11 +69,11 @@ impl Checker<'_> {
     }
 
     fn unknown_call(&mut self, name: NameId, span: Span) {
-        if self.is_partial || self.is_guarded(name) {
+        let text = &self.program.name(name).text;
+        if self.program.hidden.may_define(text) || self.is_guarded(name) {
             return;
         }
         let robots = self.meanings.robots();
-        let text = &self.program.name(name).text;
         let others = robots.elsewhere(text);
         if let Some(robot) = robots.target.filter(|_| !others.is_empty()) {
             self.report(
@@ -141,8 +148,9 @@ impl Checker<'_> {
                 };
                 self.not_callable(key_span, what);
             }
+            Member::Known(_) if !is_complete(args) => {}
             Member::Known(info) => self.check_builtin_call(info, args, span),
-            Member::Absent if !self.is_partial => {
+            Member::Absent if !self.may_be_member(library, key) => {
                 let mut diagnostic = Diagnostic::new(
                     Code::UnknownMemberCalled,
                     key_span,

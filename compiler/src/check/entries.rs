@@ -16,7 +16,7 @@ use crate::diagnostic::Diagnostic;
 pub fn check_entries(program: &Program, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     for entry in ENTRIES {
-        if let Some(id) = program.find_name(entry) {
+        if let Some(id) = program.find_name(entry).filter(|_| !program.hidden.is_lost(entry)) {
             diagnostics.extend(parameters(program, id, meanings));
             diagnostics.extend(not_function(program, id, meanings));
         }
@@ -29,7 +29,8 @@ pub fn check_entries(program: &Program, meanings: &Meanings<'_>) -> Vec<Diagnost
 /// entry point.
 pub fn meant_entry(program: &Program, name: &Name) -> Option<&'static str> {
     let is_used = !name.reads.is_empty() || !name.calls.is_empty() || !name.writes.is_empty();
-    if is_used || name.definitions.is_empty() || ENTRIES.contains(&name.text.as_str()) {
+    let is_known = !is_used && !program.hidden.is_lost(&name.text);
+    if !is_known || name.definitions.is_empty() || ENTRIES.contains(&name.text.as_str()) {
         return None;
     }
     let lower = name.text.to_lowercase();
@@ -40,7 +41,7 @@ pub fn meant_entry(program: &Program, name: &Name) -> Option<&'static str> {
             "reset" => false,
             _ => strsim::damerau_levenshtein(&lower, entry) == 1,
         };
-        is_alike && !is_assigned(program, entry)
+        is_alike && !is_assigned(program, entry) && !program.hidden.may_define(entry)
     })
 }
 

@@ -35,10 +35,15 @@ pub fn check_forgotten(program: &Program, meanings: &Meanings<'_>) -> Vec<Diagno
     let Scan { mut diagnostics, operands, stored, others, .. } = scan;
     for (variable, (info, span)) in stored {
         let is_function = match variable {
-            Variable::Local(..) => others.contains(&variable),
+            Variable::Local(function, local) => {
+                let local = &program.function(function).local(local).name;
+                others.contains(&variable) || program.hidden.is_lost(local)
+            }
             Variable::Global(name) => {
                 let name = program.name(name);
-                !name.calls.is_empty() || !name.reads.iter().all(|read| operands.contains(read))
+                program.hidden.is_lost(&name.text)
+                    || !name.calls.is_empty()
+                    || !name.reads.iter().all(|read| operands.contains(read))
             }
         };
         if !is_function {
@@ -190,7 +195,8 @@ fn forgotten(info: &Info, span: Span) -> Diagnostic {
 
 /// The first `stigmergy.create` that every step comes by.
 fn created_in_step(program: &Program, meanings: &Meanings<'_>) -> Option<Diagnostic> {
-    let step = program.find_name("step")?;
+    // A statement that was not understood may leave the step before.
+    let step = program.find_name("step").filter(|_| !program.hidden.is_any())?;
     let Meaning::Function(step) = meanings.of(step) else { return None };
     for stmt in &program.function(step).body {
         let value = match &stmt.kind {

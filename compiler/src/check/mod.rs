@@ -7,6 +7,7 @@ mod entries;
 mod forgotten;
 pub mod missing;
 pub mod names;
+mod overflow;
 pub mod resolve;
 pub mod robots;
 mod suggest;
@@ -20,6 +21,7 @@ use crate::ast::Script;
 use crate::codegen::constant::Profile;
 use crate::codes::Code;
 use crate::diagnostic::{Diagnostic, Severity};
+use crate::parser::Hidden;
 use names::Meanings;
 use robots::Robots;
 use tree::Program;
@@ -35,32 +37,31 @@ pub struct Checked<'a> {
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Checks a script. `is_partial` tells that syntax errors hide parts of it, so that nothing may be said about what
-/// it does not define.
+/// Checks a script. `arithmetic` is the profile for which operations on constants are checked. Nothing is said of names
+/// that syntax errors hide.
 pub fn check<'a>(
     script: &Script,
     robots: Robots<'a>,
     profile: Profile,
-    is_partial: bool,
+    arithmetic: Profile,
+    hidden: Hidden,
 ) -> Checked<'a> {
     let (mut program, mut diagnostics) = resolve::resolve(script);
+    program.hidden = hidden;
     let meanings = Meanings::new(&program, robots, profile);
     diagnostics.extend(taken::check_names(&program, robots, profile));
-    diagnostics.extend(walk::check_expressions(&program, &meanings, profile, is_partial));
+    diagnostics.extend(walk::check_expressions(&program, &meanings, profile));
     diagnostics.extend(entries::check_entries(&program, &meanings));
     diagnostics.extend(callbacks::check_callbacks(&program, &meanings));
     diagnostics.extend(forgotten::check_forgotten(&program, &meanings));
     diagnostics.extend(arguments::check_arguments(&program, &meanings));
-    // What is wrong comes first: a misspelt name leaves the right one unused.
+    diagnostics.extend(overflow::check_overflow(&program, arithmetic));
+    // What is wrong comes first: a misspelt name leaves the right one unused, and so does a syntax error.
     let is_wrong = |found: &Diagnostic| {
         found.severity() == Severity::Error || found.code == Code::NeverAssigned
     };
-    if !diagnostics.iter().any(is_wrong) {
+    if !program.hidden.is_any() && !diagnostics.iter().any(is_wrong) {
         diagnostics.extend(unused::check_unused(&program, &meanings));
-    }
-    if is_partial {
-        // What a mended syntax error would change is worth no warning.
-        diagnostics.retain(|diagnostic| diagnostic.severity() == Severity::Error);
     }
     pass_self_on(&mut program, &meanings);
     Checked { program, meanings, diagnostics }

@@ -66,7 +66,9 @@ pub fn offered(robots: Robots<'_>, profile: Profile, name: &str) -> Meaning {
     if name == "id" {
         return Meaning::RobotId;
     }
-    if let Some(info) = builtin::find(Library::Global, name) {
+    // Hosts of Buzz call `log` so, too. A robot's own function of that name comes first.
+    let global = if name == "print" && robots.functions(name).is_empty() { "log" } else { name };
+    if let Some(info) = builtin::find(Library::Global, global) {
         return Meaning::Builtin(info.number);
     }
     let library = Library::ALL.into_iter().find(|library| library.global_name() == Some(name));

@@ -136,7 +136,7 @@ fn foreign(name: &str) -> Option<&'static str> {
         "null" | "NULL" | "None" | "none" | "Nil" | "NIL" | "undefined" | "nullptr" => {
             "the empty value is written `nil`"
         }
-        "print" | "println" | "printf" | "puts" | "echo" | "debug" | "console" => {
+        "println" | "printf" | "puts" | "echo" | "debug" | "console" => {
             "to print values, call `log(...)`"
         }
         "len" | "length" | "count" => "the number of entries of a table is `size(t)`",

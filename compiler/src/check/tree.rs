@@ -6,6 +6,7 @@
 use std::collections::HashMap;
 
 use crate::ast::{BinaryOp, UnaryOp};
+use crate::parser::Hidden;
 use crate::source::Span;
 
 /// Index into [`Program::functions`].
@@ -32,6 +33,8 @@ pub struct Program {
     pub functions: Vec<Function>,
     /// Names that are no locals, in order of first appearance.
     pub names: Vec<Name>,
+    /// The names that syntax errors hide.
+    pub hidden: Hidden,
     numbers: HashMap<String, NameId>,
 }
 

@@ -306,6 +306,7 @@ impl Checker<'_> {
     }
 }
 
-fn word_bits(profile: Profile) -> i64 {
+/// Bits of an integer.
+pub fn word_bits(profile: Profile) -> i64 {
     8 * constant::word_bytes(profile) as i64
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use bittybuzz_vm_core::builtin;
+use bittybuzz_vm_core::builtin::{self, Library};
 
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::names::{Meaning, Meanings, Member};
@@ -22,8 +22,6 @@ pub struct Checker<'a> {
     pub program: &'a Program,
     pub meanings: &'a Meanings<'a>,
     pub profile: Profile,
-    /// Syntax errors hide parts of the script.
-    pub is_partial: bool,
     /// The function that the walk is in.
     pub function: FunctionId,
     diagnostics: Vec<Diagnostic>,
@@ -44,13 +42,11 @@ pub fn check_expressions(
     program: &Program,
     meanings: &Meanings<'_>,
     profile: Profile,
-    is_partial: bool,
 ) -> Vec<Diagnostic> {
     let mut checker = Checker {
         program,
         meanings,
         profile,
-        is_partial,
         function: FunctionId::GLOBAL,
         diagnostics: Vec::new(),
         guarded: Vec::new(),
@@ -274,10 +270,12 @@ impl Checker<'_> {
     }
 
     fn self_value(&mut self, span: Span) {
-        if self.is_partial || !self.meanings.self_is_nil(self.function) {
+        if !self.meanings.self_is_nil(self.function) {
             return;
         }
-        if let Some(name) = &self.program.function(self.function).name {
+        if let Some(name) = &self.program.function(self.function).name
+            && !self.program.hidden.is_lost(name)
+        {
             let message =
                 format!("`self` is always nil here, because `{name}` is only called as `{name}()`");
             self.report(self_is_nil(span, &message));
@@ -285,10 +283,12 @@ impl Checker<'_> {
     }
 
     fn name(&mut self, name: NameId, span: Span) {
-        if self.meanings.of(name) != Meaning::Nil || self.is_partial || self.is_guarded(name) {
+        let text = &self.program.name(name).text;
+        let is_nil =
+            self.meanings.of(name) == Meaning::Nil && !self.program.hidden.may_define(text);
+        if !is_nil || self.is_guarded(name) {
             return;
         }
-        let text = &self.program.name(name).text;
         let robots = self.meanings.robots();
         if text == "io" {
             self.report(
@@ -333,10 +333,18 @@ impl Checker<'_> {
         self.report(diagnostic.label("always nil"));
     }
 
+    /// Returns true if a library may have a member that syntax errors hide.
+    pub fn may_be_member(&self, library: Library, key: &str) -> bool {
+        let hidden = &self.program.hidden;
+        hidden.is_lost(key) || library.global_name().is_some_and(|library| hidden.is_lost(library))
+    }
+
     /// A field that is read, not called.
     fn member(&mut self, object: &Expr, key: &str, span: Span) {
         let Some(library) = self.meanings.library(object) else { return };
-        if self.is_partial || !matches!(self.meanings.member(library, key), Member::Absent) {
+        if !matches!(self.meanings.member(library, key), Member::Absent)
+            || self.may_be_member(library, key)
+        {
             return;
         }
         let path = suggest::library_path(library);

@@ -27,7 +27,9 @@ pub(super) fn find<'a>(
     name: &Path,
 ) -> Result<Found<'a>, NotFound> {
     let library = || {
-        let entry = loader.library.iter().find(|(file, _)| Path::new(file) == name);
+        // Installations of Buzz have the library in a folder of this name.
+        let file = name.strip_prefix("include").unwrap_or(name);
+        let entry = loader.library.iter().find(|(known, _)| Path::new(known) == file);
         entry.map(|(name, text)| Found::InLibrary { name, text })
     };
     // The library's own files mean each other, whatever the user's folders hold.

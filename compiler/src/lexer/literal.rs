@@ -38,6 +38,13 @@ impl Lexer<'_> {
         if self.position > digits_end {
             return self.malformed("an exponent is an integer, as in `1e3` or `2.5e-4`");
         }
+        let text = match text.strip_suffix('.').filter(|text| text.matches('.').count() == 1) {
+            Some(text) if !text.ends_with('.') && !self.peek().is_some_and(is_name_part) => {
+                self.second_point(text);
+                text
+            }
+            _ => text,
+        };
         if text.matches('.').count() > 1 {
             return self.malformed("a number has at most one decimal point");
         }
@@ -91,6 +98,13 @@ impl Lexer<'_> {
         let text = self.read();
         self.report(Code::MalformedNumber, format!("`{text}` is not a number"), help);
         self.push(TokenKind::Int(0));
+    }
+
+    /// `0.0.`, which Buzz reads as `0.0`.
+    fn second_point(&mut self, number: &str) {
+        let help = format!("write `{number}`");
+        let message = format!("the second point of `{number}.` means nothing");
+        self.report(Code::SecondPoint, message, &help);
     }
 
     fn out_of_range(&mut self, how: &str) {

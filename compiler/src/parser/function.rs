@@ -36,15 +36,16 @@ impl Parser<'_> {
         Ok(StmtKind::Function { name, function })
     }
 
-    /// A lambda as a statement: parsed for the errors in it.
+    /// A lambda as a statement, kept for what is to be said of it.
     fn function_without_name(&mut self, start: Span) -> Parse<StmtKind> {
         let diagnostic =
             Diagnostic::new(Code::FunctionWithoutName, start, "this function has no name")
                 .label("expected a name behind `function`")
                 .help("name it: `function f(...)`; or store it: `f = function(...) { ... }`");
-        let reported = self.report(diagnostic);
-        self.function(start, true)?;
-        Err(reported)
+        self.report(diagnostic);
+        let target = self.error_here();
+        let function = self.function(start, true)?;
+        Ok(StmtKind::Assign { target, value: self.expr(ExprKind::Lambda(function), start) })
     }
 
     /// `function t.f() {}` means what `t.f = function() {}` says.
@@ -91,9 +92,14 @@ impl Parser<'_> {
             let diagnostic = self.unexpected("`(`");
             return Err(self.report(diagnostic));
         }
+        let (name, errors) = (self.position.saturating_sub(1), self.diagnostics.len());
         self.open();
         let params =
             self.enclosed("`,` or `)`", |parser| parser.list(Fixed::CloseParen, Self::parameter))?;
+        if self.found_error_since(errors) {
+            // There may be more parameters than were understood, so calls of that name cannot be counted.
+            self.lose(name);
+        }
         let mut help = "the body of a function stands in braces";
         if let TokenKind::Str(_) = self.kind() {
             if named {

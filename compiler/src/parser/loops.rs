@@ -1,6 +1,6 @@
 //! Statements with a head in parentheses: `if`, `while`, `for`.
 
-use super::{Parse, Parser, Reported};
+use super::{Parse, Parser};
 use crate::ast::{Block, Branch, Expr, ExprKind, Stmt, StmtKind};
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
@@ -61,24 +61,28 @@ impl Parser<'_> {
     pub(super) fn for_statement(&mut self) -> Parse<StmtKind> {
         self.advance();
         if !self.at(Fixed::OpenParen) {
-            return Err(self.for_without_parentheses());
+            return self.for_without_parentheses();
         }
         self.open();
         let head = self.enclosed("`)`", Self::for_head)?;
         let body = self.body("for")?;
-        let Some(ForHead { init, condition, update }) = head else {
-            return Err(Reported);
-        };
-        Ok(StmtKind::For { init, condition, update, body })
+        Ok(match head {
+            Some(ForHead { init, condition, update }) => {
+                StmtKind::For { init, condition, update, body }
+            }
+            None => StmtKind::While { condition: self.error_here(), body },
+        })
     }
 
-    fn for_without_parentheses(&mut self) -> Reported {
+    /// The body is kept, for what is to be said of it.
+    fn for_without_parentheses(&mut self) -> Parse<StmtKind> {
         let diagnostic = self.unexpected("`(`").help(FOR_HELP);
-        let reported = self.report(diagnostic);
-        if self.skip_to_block() {
-            let _ = self.block();
+        let (reported, start) = (self.report(diagnostic), self.position);
+        if !self.skip_to_block() {
+            return Err(reported);
         }
-        reported
+        self.lose(start);
+        Ok(StmtKind::While { condition: self.error_here(), body: self.block()? })
     }
 
     fn for_head(&mut self) -> Parse<ForHead> {
@@ -162,6 +166,7 @@ impl Parser<'_> {
     /// The condition behind `if` or `while`, in its parentheses.
     fn head_condition(&mut self, keyword: &str) -> Parse<Expr> {
         let (start, has_parentheses) = (self.span(), self.at(Fixed::OpenParen));
+        let first = self.position;
         let result = if has_parentheses {
             self.open();
             self.enclosed("an operator or `)`", Self::condition_or_assignment)
@@ -172,7 +177,10 @@ impl Parser<'_> {
             Ok(Some(condition)) if has_parentheses && self.operator().is_none() => Ok(condition),
             Ok(Some(condition)) => self.bare_condition(condition, start, keyword),
             Err(reported) if !self.skip_to_block() => Err(reported),
-            Ok(None) | Err(_) => Ok(Expr { kind: ExprKind::Error, span: start }),
+            Ok(None) | Err(_) => {
+                self.lose(first);
+                Ok(Expr { kind: ExprKind::Error, span: start })
+            }
         }
     }
 
@@ -200,6 +208,7 @@ impl Parser<'_> {
     }
 
     fn condition_or_assignment(&mut self) -> Parse<Expr> {
+        let first = self.position;
         let condition = self.condition()?;
         if !self.at(Fixed::Assign) {
             return Ok(condition);
@@ -211,6 +220,7 @@ impl Parser<'_> {
         );
         self.advance();
         self.condition()?;
+        self.lose(first);
         Ok(Expr { kind: ExprKind::Error, span: condition.span })
     }
 

@@ -186,12 +186,19 @@ impl Parser<'_> {
         let callee = Box::new(callee);
         self.warn_if_running_on();
         self.open();
+        let errors = self.diagnostics.len();
         let args =
             self.enclosed("`,` or `)`", |parser| parser.list(Fixed::CloseParen, Self::condition))?;
-        Ok(ExprKind::Call { callee, args: args.unwrap_or_default() })
+        let mut args = args.unwrap_or_default();
+        let is_closed = self.previous().kind == TokenKind::Fixed(Fixed::CloseParen);
+        if !is_closed || self.found_error_since(errors) {
+            // There may be more arguments than were understood.
+            args.push(self.error_here());
+        }
+        Ok(ExprKind::Call { callee, args })
     }
 
-    fn error_here(&self) -> Expr {
+    pub(super) fn error_here(&self) -> Expr {
         Expr { kind: ExprKind::Error, span: self.previous().span }
     }
 

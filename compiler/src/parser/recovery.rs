@@ -2,7 +2,7 @@
 
 use super::{Parse, Parser, Reported};
 use crate::codes::Code;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::source::Span;
 use crate::token::{Fixed, Separation, TokenKind};
 
@@ -16,6 +16,12 @@ impl Parser<'_> {
         }
         self.last_error = Some(self.position);
         Reported
+    }
+
+    /// Returns true if there is an error among the diagnostics behind the first `count`.
+    pub(super) fn found_error_since(&self, count: usize) -> bool {
+        let found = self.diagnostics.get(count..).unwrap_or_default();
+        found.iter().any(|diagnostic| diagnostic.severity() == Severity::Error)
     }
 
     /// Issues an error about something that was understood all the same, so that nothing has to be skipped.
@@ -153,7 +159,13 @@ impl Parser<'_> {
         let Some(closing) = self.partner_ahead(opening) else { return false };
         self.position = closing;
         self.advance();
+        self.lose(opening);
         true
+    }
+
+    /// Notes that nothing is made of the tokens from `start` up to this one.
+    pub(super) fn lose(&mut self, start: usize) {
+        self.lost.push(start..self.position);
     }
 
     /// Parses the content of a bracket that was opened with [`Self::open`]; after an error inside goes on behind
@@ -179,6 +191,11 @@ impl Parser<'_> {
     /// After an error in the statement that began at the token `start`: skips to where the next statement is likely
     /// to begin, or to the end of the block.
     pub(super) fn skip_statement(&mut self, start: usize) {
+        self.skip_to_statement(start);
+        self.lose(start);
+    }
+
+    fn skip_to_statement(&mut self, start: usize) {
         // A keyword in the place of a value, as in `x = if`, begins nothing.
         if self.last_error == Some(self.position)
             && matches!(self.fixed(), Some(fixed) if fixed.is_keyword())

@@ -1,7 +1,7 @@
 //! Statements and blocks.
 
 use super::{Parse, Parser, Reported};
-use crate::ast::{Block, Expr, ExprKind, Stmt, StmtKind};
+use crate::ast::{Block, Branch, Expr, ExprKind, Stmt, StmtKind};
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
 use crate::token::{Fixed, Separation, TokenKind};
@@ -49,6 +49,7 @@ impl Parser<'_> {
             let body = self.position;
             if self.at(Fixed::OpenBrace) {
                 let _ = self.block();
+                self.lose(body);
             } else if self.nested(Self::statement).is_err() {
                 self.open.truncate(open);
                 self.skip_statement(body);
@@ -140,8 +141,8 @@ impl Parser<'_> {
             Some(Fixed::While) => self.while_statement(),
             Some(Fixed::Return) => self.return_statement(),
             Some(Fixed::Function) => self.function_statement(),
-            Some(Fixed::Else) => Err(self.else_without_if()),
-            Some(Fixed::OpenBrace) => Err(self.bare_block()),
+            Some(Fixed::Else) => self.else_without_if(),
+            Some(Fixed::OpenBrace) => self.bare_block(),
             _ => return self.assignment_or_call(),
         };
         kind.map(|kind| Stmt { kind, span: self.span_since(start) })
@@ -260,7 +261,8 @@ impl Parser<'_> {
         }
     }
 
-    fn else_without_if(&mut self) -> Reported {
+    /// The block is kept, for what is to be said of it.
+    fn else_without_if(&mut self) -> Parse<StmtKind> {
         let diagnostic = Diagnostic::new(
             Code::ElseWithoutIf,
             self.span(),
@@ -269,13 +271,17 @@ impl Parser<'_> {
         .help("without braces only one statement belongs to an `if`; with more, put braces around");
         let reported = self.report(diagnostic);
         self.advance();
-        if self.at(Fixed::OpenBrace) {
-            let _ = self.block();
-        }
-        reported
+        if self.at(Fixed::OpenBrace) { self.block_of_nobody() } else { Err(reported) }
     }
 
-    fn bare_block(&mut self) -> Reported {
+    /// A block whose statement was not understood.
+    fn block_of_nobody(&mut self) -> Parse<StmtKind> {
+        let condition = self.error_here();
+        let branches = vec![Branch { condition, then: self.block()? }];
+        Ok(StmtKind::If { branches, otherwise: None })
+    }
+
+    fn bare_block(&mut self) -> Parse<StmtKind> {
         let is_table = self.fixed_at(self.position + 1) == Some(Fixed::Dot);
         let diagnostic = if is_table {
             Diagnostic::new(Code::ValueAsStatement, self.span(), "this table is not used")
@@ -292,10 +298,9 @@ impl Parser<'_> {
         if is_table {
             self.open();
             self.skip_to_closing();
-        } else {
-            let _ = self.block();
+            return Err(reported);
         }
-        reported
+        self.block_of_nobody()
     }
 
     /// What stands alone, and may stand in the head of a `for`: `target = value` or a call.

@@ -1,7 +1,11 @@
 //! The assembler: forms of operands, jumps, dead code, and what it refuses.
 
-use bittybuzz_compiler::codegen::asm::{AsmErrorKind, FunctionBuilder, Shape};
-use bittybuzz_compiler::image::Parts;
+use bittybuzz_compiler::codegen::asm::{
+    AsmErrorKind, FunctionBuilder, MAX_ARGUMENTS, MAX_CAPTURES, MAX_DEPTH, MAX_PARAMETERS, Shape,
+};
+use bittybuzz_compiler::image::{MAX_BYTES, Parts};
+use bittybuzz_compiler::include::MAX_SOURCE_BYTES;
+use bittybuzz_compiler::parser::MAX_NESTING;
 use bittybuzz_compiler::source::{FileId, Span};
 use bittybuzz_compiler::strings::StringTable;
 use bittybuzz_vm_core::opcode::*;
@@ -344,4 +348,23 @@ fn lines_start_where_the_source_changes() {
     b.plain(POP, at(1));
     let function = b.finish(at(3)).unwrap();
     assert_eq!(function.lines, [(2, at(1)), (4, at(2)), (7, at(1)), (8, at(3))]);
+}
+
+#[test]
+fn compatibility_states_the_limits() {
+    let page = include_str!("../../../COMPATIBILITY.md");
+    let rows: Vec<&str> = page.lines().filter(|line| line.starts_with("| ")).collect();
+    for (what, value) in [
+        ("levels of brackets", MAX_NESTING as usize),
+        ("parameters of a function", MAX_PARAMETERS),
+        ("arguments of a call", MAX_ARGUMENTS),
+        ("captured variables", MAX_CAPTURES),
+        ("values of a function", MAX_DEPTH),
+        ("names, strings and functions", i16::MAX as usize),
+        ("bytes of a script", MAX_SOURCE_BYTES),
+        ("bytes of an image", MAX_BYTES),
+    ] {
+        let row = rows.iter().find(|row| row.contains(what)).expect(what);
+        assert!(row.contains(&format!("| {value}")), "{row}: {value}");
+    }
 }

@@ -1,8 +1,9 @@
 //! Calls: arguments, results, methods and self.
 
+use bittybuzz_compiler::compile::Options;
 use bittybuzz_vm_core::FaultCode;
 
-use crate::machine::{FULL, image, listing, output, run};
+use crate::machine::{FULL, build_with, image, listing, output, robot, run};
 
 #[test]
 fn arguments_are_evaluated_in_order_and_extra_ones_too() {
@@ -13,6 +14,27 @@ fn arguments_are_evaluated_in_order_and_extra_ones_too() {
         f = two
         log(f(say(5), say(6), say(7)))";
     assert_eq!(output(script), "1\n2\n3\n12\n5\n6\n7\n56\n");
+}
+
+/// Scripts for hosts of Buzz, BittyBuzz's own among them, print so.
+#[test]
+fn print_is_log_unless_the_robot_or_the_script_has_another() {
+    assert_eq!(output("print(\"y = \", 3, 4) print() f = print f(1)"), "y = 34\n\n1\n");
+    assert_eq!(output("function print(x) { log(\"<\", x, \">\") } print(1)"), "<1>\n");
+    // A robot with a function of that name and one parameter.
+    let robot = robot(|robot| {
+        robot
+            .functions
+            .iter_mut()
+            .filter(|f| f.name == "led")
+            .for_each(|f| f.name = "print".to_owned());
+    });
+    let options = Options { robot: Some(robot.clone()), robots: vec![robot], profile: None };
+    let codes = |script: &str| -> Vec<&str> {
+        build_with(script, &options).diagnostics.iter().map(|d| d.code.text()).collect()
+    };
+    assert_eq!(codes("print(1)"), [""; 0]);
+    assert_eq!(codes("print(1, 2)"), ["E0404"]);
 }
 
 #[test]

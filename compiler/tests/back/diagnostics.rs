@@ -5,7 +5,9 @@ use std::collections::BTreeSet;
 use bittybuzz_compiler::codes::Code;
 use bittybuzz_compiler::diagnostic::Diagnostic;
 
-use crate::machine::{FULL, TINY, build, build_for};
+use bittybuzz_testkit::Program;
+
+use crate::machine::{FULL, TINY, build, build_for, build_with};
 
 /// Code and marked text of every message, in order.
 fn messages(script: &str) -> Vec<(&'static str, String)> {
@@ -98,6 +100,14 @@ const CASES: &[(&str, &str, &str)] = &[
     ("z = 1 z = z", "W0218", "z = z"),
     ("function f(a) { a = a return a } f(1)", "W0218", "a = a"),
     ("function step() { counter = counter + 1 }", "W0219", "counter"),
+    ("x = 65536 * 65536", "W0309", "65536 * 65536"),
+    ("x = 2147483647 + 1 + 1", "W0309", "2147483647 + 1"),
+    ("x = 1 - -2147483648", "W0309", "1 - -2147483648"),
+    ("x = -2147483648 / -1", "W0309", "-2147483648 / -1"),
+    ("x = -(-2147483648)", "W0309", "-(-2147483648)"),
+    ("x = 3 << 31", "W0309", "3 << 31"),
+    ("x = 1e38 * 10 * 2", "W0310", "1e38 * 10"),
+    ("x = 10.0 ^ 40", "W0310", "10.0 ^ 40"),
     ("var n n = 2 * (n - 1)", "W0219", "n"),
     ("foreach({}, function(k, v, i) { log(k, v, i) })", "W0220", "i"),
     ("function f(id, data, x) { log(id, data, x) } neighbors.foreach(f)", "W0220", "x"),
@@ -320,15 +330,80 @@ fn limits() {
 }
 
 #[test]
-fn syntax_errors_hide_no_other_errors_but_bring_no_false_ones() {
-    // What is not defined may stand in the part that could not be read.
-    let codes: Vec<&str> =
-        messages("nosuch(1)\nx = 1 +\nfunction f(a, a) { return a }\nlog(size())")
-            .into_iter()
-            .map(|(code, _)| code)
-            .filter(|code| !code.starts_with("E02"))
-            .collect();
-    assert_eq!(codes, ["E0407", "E0403"]);
+fn constants_are_computed_with_the_numbers_of_the_robot() {
+    let codes = |script: &str, profile, robot: Option<&str>| -> Vec<String> {
+        let mut options = Program::options(FULL);
+        options.profile = profile;
+        let named = |name: &str| options.robots.iter().find(|known| known.name == name).cloned();
+        options.robot = robot.and_then(named);
+        let found = build_with(script, &options).diagnostics;
+        found.iter().map(|d| format!("{} {}", d.code.text(), d.message)).collect()
+    };
+    let wraps = "W0309 this is 40000, but -25536 with the integers of the `tiny` profile";
+    for (profile, robot) in [(None, None), (Some(TINY), None), (None, Some("kilobot"))] {
+        assert_eq!(codes("log(200 * 200)", profile, robot), [wraps]);
+        let found = codes("log(100000.0 * 100000)", profile, robot);
+        // The integer does not fit either, where the robot is known.
+        assert!(robot.is_none() && profile.is_none() || found[0].starts_with("E0501"), "{found:?}");
+        let found = codes("log(1000.0 ^ 4)", profile, robot);
+        assert_eq!(found, ["W0310 this is more than the floats of the `tiny` profile can hold"]);
+    }
+    for (profile, robot) in [(Some(FULL), None), (None, Some("crazyflie"))] {
+        assert_eq!(codes("log(200 * 200, 1000.0 ^ 4)", profile, robot), [""; 0]);
+    }
+    // A script with larger numbers is not for small ones.
+    assert_eq!(codes("log(100000 * 2)", None, None), [""; 0]);
+}
+
+#[test]
+fn syntax_errors_hide_no_other_messages_but_bring_no_false_ones() {
+    let others = |script: &str| -> Vec<(&'static str, String)> {
+        let found = messages(script);
+        assert!(found.iter().any(|(code, _)| code.starts_with("E0")), "{script}");
+        let is_syntax =
+            |code: &str| ["E01", "E02", "E03", "W01"].iter().any(|kind| code.starts_with(kind));
+        found.into_iter().filter(|(code, _)| !is_syntax(code)).collect()
+    };
+    for (script, expected) in [
+        ("nosuch(1)\nx = 1 +\nfunction f(a, a) { return a }\nlog(size())", "E0401 E0407 E0403"),
+        (
+            "function step() { log(hight)\n x = = 3\n foo(3) }\nfunction other() { bar() }",
+            "W0201 E0401 E0401",
+        ),
+        ("for(i = 0; i < ; i = i + 1) { nosuch(i) }", "E0401"),
+        ("for i = 0 to 3 { nosuch(i) }", "E0401"),
+        ("if(a b) { nosuch(a) } else { x = 1 + nil }", "E0401 W0301"),
+        ("{ nosuch(1) }", "E0401"),
+        ("x = 1 else { nosuch(1) }", "E0401"),
+        ("function(a) { nosuch(a) }", "E0401"),
+        ("y = = 3\nlog(mat.pi) log(math.tau)", "W0201 W0208"),
+        ("y = = 3\nfunction step(dt) { log(dt) }", "W0213"),
+        // Names in what was not understood may be anything.
+        ("int x 5\nlog(x)", ""),
+        ("local function f(a) { return a }\nf(1)", ""),
+        ("f(1) def f(a) { y = 2 }", ""),
+        ("function f(a b) { return a + b } f(1, 2)", ""),
+        ("function f(a, b { return a + b } f(1, 2) }", ""),
+        ("function f(a, b) { return a } f(1, = )", ""),
+        ("function f(a, b) { return a } f(1", ""),
+        ("x = size(", ""),
+        ("var s = 'text log(a) \nlog(s, text, a)", ""),
+        ("if(a = 3) b = 1", ""),
+        // A bracket too many or too few moves names to other functions.
+        ("function f() { var a = 1 } log(a) }", ""),
+        ("function f(a) { if(a) { log(a) \nfunction g() { log(1) }\nfunction h() { g() }", ""),
+        ("function f() { if(1) { function g() { log(1) } } }\ng()", ""),
+        ("t = { .f = function(a { return a } }\nlog(a)", ""),
+        // The name at the end may not be complete.
+        ("function f() { log(neighb", ""),
+        ("function f() { neighbors.coun", ""),
+        ("function f() { if(neighbors.coun", ""),
+        // An included file may define anything.
+        ("include 'nowhere.bzz'\nlog(a) f()", ""),
+    ] {
+        let codes: Vec<&str> = others(script).into_iter().map(|(code, _)| code).collect();
+        assert_eq!(codes.join(" "), expected, "{script}");
+    }
 }
 
 #[test]

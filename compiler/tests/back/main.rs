@@ -2,6 +2,7 @@
 //! the images.
 
 mod asm;
+mod beginnings;
 mod calls;
 mod captures;
 mod classes;

@@ -94,6 +94,22 @@ fn the_working_folder_warns() {
     assert!(parsed.diagnostics.is_empty());
 }
 
+/// Programs for installations of Buzz, whose search path ends above the library, write the folder.
+#[test]
+fn the_library_is_also_the_folder_include() {
+    let library = [("vec2.bzz", "v = 1")];
+    let placed_in = |files: &MemoryFiles, text: &str| {
+        let loader = Loader { library: &library, ..Loader::new(files) };
+        placed(&parse(Path::new("main.bzz"), text.to_owned(), &loader))
+    };
+    let none = MemoryFiles::default();
+    assert_eq!(placed_in(&none, "include 'include/vec2.bzz'"), [""; 0]);
+    // A file of one's own comes first.
+    let own = MemoryFiles::default().with("include/vec2.bzz", "w = = 1");
+    assert_eq!(placed_in(&own, "include 'include/vec2.bzz'"), ["include/vec2.bzz E0201 1:5"]);
+    assert_eq!(placed_in(&none, "include 'other/vec2.bzz'"), ["main.bzz E0301 1:1"]);
+}
+
 #[test]
 fn the_library_includes_itself() {
     let files = MemoryFiles::default().with("table.bzz", "mine = 1");

@@ -88,6 +88,10 @@ fn malformed_numbers() {
     expect("x = 1.2.3", &["E0104 1:5"]);
     expect("x = 1..2", &["E0104 1:5"]);
     expect("x = {.1.2.3 = 4}", &["E0104 1:7"]);
+    // Buzz reads `0.0.` as `0.0`, and published programs have it.
+    expect("x = {.y=0.0., .z=1.}", &["W0111 1:9"]);
+    expect("x = 2.5.\ny = 3..", &["W0111 1:5", "E0104 2:5"]);
+    expect("x = 1.5.e", &["E0104 1:5", "E0214 1:9"]);
     expect("x = 0x", &["E0104 1:5"]);
     expect("x = 0x1G", &["E0104 1:5"]);
     expect("x = 1_000", &["E0104 1:5"]);

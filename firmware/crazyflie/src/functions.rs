@@ -106,11 +106,6 @@ impl Robot<Numbers> for Crazyflie {
                 let random = self.rng.uniform_int::<Numbers>(low, high);
                 Ok(Reply::Value(Value::int(Numbers::int_to_i32(random))))
             }
-            function::PRINT => {
-                expect_count(&arguments, 1)?;
-                console.print(&arguments);
-                nothing()
-            }
             function::SHOW => {
                 expect_count(&arguments, 1)?;
                 match self.stopwatch {

@@ -1,0 +1,133 @@
+//! Finds operations on constants whose result the numbers of the robot cannot hold.
+
+use crate::ast::{BinaryOp, UnaryOp};
+use crate::check::tree::{Expr, ExprKind, Program, each_expr};
+use crate::check::values::word_bits;
+use crate::codegen::constant::{self, Number, Profile};
+use crate::codes::Code;
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+
+/// Checks a whole script for robots of that profile.
+pub fn check_overflow(program: &Program, profile: Profile) -> Vec<Diagnostic> {
+    let mut diagnostics = Vec::new();
+    for function in &program.functions {
+        each_expr(&function.body, &mut |expr| match &expr.kind {
+            ExprKind::Chain { first, links } => {
+                let mut left = value(first, profile);
+                for link in links {
+                    let right = value(&link.right, profile);
+                    let Some((a, b)) = left.zip(right) else { break };
+                    left = constant::arithmetic(profile, link.op, a, b);
+                    let problem = left.and_then(|result| overflow(link.op, a, b, result, profile));
+                    if let Some(problem) = problem {
+                        diagnostics.push(problem.diagnostic(link.span, profile));
+                        // What is computed with a wrong number is wrong, too.
+                        break;
+                    }
+                }
+            }
+            ExprKind::Unary { op: UnaryOp::Negate, operand } => {
+                if let Some(Number::Int(a)) = value(operand, profile)
+                    && let Some(Number::Int(result)) =
+                        constant::unary(profile, UnaryOp::Negate, Number::Int(a))
+                    && i64::from(result) != -i64::from(a)
+                {
+                    let problem = Overflow::Wraps { exact: -i64::from(a), result };
+                    diagnostics.push(problem.diagnostic(expr.span, profile));
+                }
+            }
+            _ => {}
+        });
+    }
+    diagnostics
+}
+
+/// The value of a constant expression; `None` for others, and for literals that the profile cannot hold.
+fn value(expr: &Expr, profile: Profile) -> Option<Number> {
+    match &expr.kind {
+        ExprKind::Int(value) => {
+            let (low, high) = constant::int_range(profile);
+            let value = i32::try_from(*value).ok()?;
+            (low..=high).contains(&value).then_some(Number::Int(value))
+        }
+        ExprKind::Float(_) => Number::of(profile, expr),
+        ExprKind::Unary { op, operand } => constant::unary(profile, *op, value(operand, profile)?),
+        ExprKind::Chain { first, links } => {
+            links.iter().try_fold(value(first, profile)?, |left, link| {
+                constant::arithmetic(profile, link.op, left, value(&link.right, profile)?)
+            })
+        }
+        _ => None,
+    }
+}
+
+enum Overflow {
+    /// An integer loses its upper bits.
+    Wraps { exact: i64, result: i32 },
+    /// A float becomes infinite.
+    Infinite,
+}
+
+/// The difference between the result that the machine has and the true one.
+fn overflow(
+    op: BinaryOp,
+    a: Number,
+    b: Number,
+    result: Number,
+    profile: Profile,
+) -> Option<Overflow> {
+    match (a, b, result) {
+        (Number::Int(a), Number::Int(b), Number::Int(result)) => {
+            let (a, b) = (i64::from(a), i64::from(b));
+            let exact = match op {
+                BinaryOp::Add => a + b,
+                BinaryOp::Sub => a - b,
+                BinaryOp::Mul => a * b,
+                BinaryOp::Div => a.checked_div(b)?,
+                // A bit in the place of the sign is meant. The machine faults unless the count is below its word's bits.
+                BinaryOp::ShiftLeft if a << b >> word_bits(profile) == 0 => return None,
+                BinaryOp::ShiftLeft => a << b,
+                _ => return None,
+            };
+            (exact != i64::from(result)).then_some(Overflow::Wraps { exact, result })
+        }
+        (a, b, Number::Float(result)) => {
+            let is_finite = |number| match number {
+                Number::Int(_) => true,
+                Number::Float(value) => value.is_finite(),
+            };
+            let is_zero = matches!(b, Number::Int(0)) || matches!(b, Number::Float(b) if b == 0.0);
+            // A division by zero is a way to write infinity.
+            let is_meant = op == BinaryOp::Div && is_zero;
+            let is_born = result.is_infinite() && is_finite(a) && is_finite(b) && !is_meant;
+            is_born.then_some(Overflow::Infinite)
+        }
+        _ => None,
+    }
+}
+
+impl Overflow {
+    fn diagnostic(&self, span: Span, profile: Profile) -> Diagnostic {
+        let name = profile.name();
+        let (low, high) = constant::int_range(profile);
+        match self {
+            Overflow::Wraps { exact, result } => Diagnostic::new(
+                Code::IntegerWraps,
+                span,
+                format!("this is {exact}, but {result} with the integers of the `{name}` profile"),
+            )
+            .label("wraps")
+            .help(format!(
+                "integers go from {low} to {high}; use smaller units, or a float where the nearest one will do"
+            )),
+            Overflow::Infinite => Diagnostic::new(
+                Code::FloatOverflows,
+                span,
+                format!("this is more than the floats of the `{name}` profile can hold"),
+            )
+            .label("becomes infinite")
+            .help("use smaller units, or another order of the operations"),
+        }
+    }
+}

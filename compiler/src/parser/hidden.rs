@@ -1,0 +1,122 @@
+//! Names that syntax errors hide: nothing certain can be said of a name that stands in source that was not understood.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use crate::codes::Code;
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::source::{FileId, SourceMap};
+use crate::token::{Fixed, Token, TokenKind};
+
+/// The names that syntax errors hide. A script without syntax errors hides none.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Hidden {
+    is_any: bool,
+    /// A file could not be included, or the parser gave up: every name may stand in what was not read.
+    is_everything: bool,
+    /// Names in statements and brackets that were not understood.
+    lost: BTreeSet<String>,
+    /// Names that the source defines somewhere. A bracket that is missing can move them to another function.
+    defined: BTreeSet<String>,
+}
+
+impl Hidden {
+    /// Returns true if the script has syntax errors.
+    pub fn is_any(&self) -> bool {
+        self.is_any
+    }
+
+    /// Returns true if the name may have uses that were not understood.
+    pub fn is_lost(&self, name: &str) -> bool {
+        self.is_everything || self.lost.contains(name)
+    }
+
+    /// Returns true if the name may have a definition that was not understood, or not where it belongs.
+    pub fn may_define(&self, name: &str) -> bool {
+        self.is_lost(name) || self.defined.contains(name)
+    }
+
+    /// Collects the names that the errors among `diagnostics` hide. `lost` are the tokens that were not understood.
+    pub(super) fn find(
+        tokens: &[Token],
+        lost: &[Range<usize>],
+        has_given_up: bool,
+        sources: &SourceMap,
+        diagnostics: &[Diagnostic],
+    ) -> Hidden {
+        let errors = || diagnostics.iter().filter(|found| found.severity() == Severity::Error);
+        if errors().next().is_none() {
+            return Hidden::default();
+        }
+        let mut hidden = Hidden {
+            is_any: true,
+            is_everything: has_given_up || errors().any(|error| hides_a_file(error.code)),
+            lost: BTreeSet::new(),
+            defined: defined(tokens),
+        };
+        let lost = lost.iter().filter_map(|range| tokens.get(range.clone())).flatten();
+        hidden.lost.extend(lost.filter_map(name).map(str::to_owned));
+        for error in errors().filter(|error| error.code == Code::UnterminatedString) {
+            let text = sources.file(error.span.file).text.get(error.span.start as usize..);
+            let line = text.and_then(|text| text.lines().next()).unwrap_or_default();
+            let words = line.split(|c: char| !c.is_alphanumeric() && c != '_');
+            hidden.lost.extend(words.map(str::to_owned));
+        }
+        hidden.lost.extend(unfinished(tokens, sources));
+        hidden
+    }
+}
+
+fn name(token: &Token) -> Option<&str> {
+    match &token.kind {
+        TokenKind::Name(name) => Some(name),
+        _ => None,
+    }
+}
+
+fn hides_a_file(code: Code) -> bool {
+    matches!(
+        code,
+        Code::IncludeNotFound
+            | Code::IncludeMisplaced
+            | Code::IncludeWithoutString
+            | Code::FileUnreadable
+            | Code::FileTooLarge
+            | Code::FileNotUtf8
+    )
+}
+
+/// The name at the very end of the script, which somebody may be about to write.
+fn unfinished(tokens: &[Token], sources: &SourceMap) -> Option<String> {
+    let last = tokens.iter().rev().find(|token| token.kind != TokenKind::FileEnd)?;
+    let is_at_end = last.span.file == FileId::default()
+        && last.span.end as usize == sources.file(last.span.file).text.len();
+    name(last).filter(|_| is_at_end).map(str::to_owned)
+}
+
+/// The names behind `var` and `function`, those before `=`, and those of parameters.
+fn defined(tokens: &[Token]) -> BTreeSet<String> {
+    let mut names = BTreeSet::new();
+    let mut is_in_parameters = false;
+    let fixed = |token: &Token| match token.kind {
+        TokenKind::Fixed(fixed) => Some(fixed),
+        _ => None,
+    };
+    for (position, token) in tokens.iter().enumerate() {
+        let before = position.checked_sub(1).and_then(|before| fixed(&tokens[before]));
+        let behind = tokens.get(position + 1).and_then(fixed);
+        match fixed(token) {
+            Some(Fixed::Function) => is_in_parameters = true,
+            Some(Fixed::CloseParen | Fixed::OpenBrace) => is_in_parameters = false,
+            _ => {}
+        }
+        if let Some(name) = name(token)
+            && (is_in_parameters
+                || matches!(before, Some(Fixed::Var))
+                || matches!(behind, Some(Fixed::Assign)))
+        {
+            names.insert(name.to_owned());
+        }
+    }
+    names
+}
