@@ -61,7 +61,8 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     if !arguments.json {
         report::diagnostics(&sources, &diagnostics);
     }
-    let mut result = json::diagnostics(&sources, &diagnostics);
+    let (errors, warnings) = report::count(&diagnostics);
+    let mut result = json::messages(&json::diagnostics(&sources, &diagnostics), errors, warnings);
     let (Some(image), Some(symbols), Some(robot)) = (image, symbols, &selection.robot) else {
         if arguments.json {
             output::write(&format!("{result}\n"))?;

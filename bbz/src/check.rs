@@ -1,8 +1,13 @@
-//! `bbz check`: what the compiler says about a script.
+//! `bbz check`: what the compiler says about scripts.
 
-use std::path::PathBuf;
+mod fix;
 
+use std::path::{Path, PathBuf};
+
+use annotate_snippets::{Group, Level};
+use bittybuzz_compiler::codes::Code;
 use bittybuzz_compiler::compile::Compiled;
+use bittybuzz_compiler::diagnostic::{Diagnostic, Severity};
 use bittybuzz_compiler::fit;
 use clap::Args;
 
@@ -12,48 +17,155 @@ use crate::output;
 use crate::problem::Problem;
 use crate::program::{self, Kind};
 use crate::report;
-use crate::selection::SelectionArguments;
+use crate::selection::{Selection, SelectionArguments};
 
 const EXAMPLES: &str = "\
 Examples:
   bbz check hello.bzz                    with the functions of every known robot
   bbz check hello.bzz --robot kilobot    can the Kilobot run it?
-  bbz check hello.bzz --json             for editors and other programs
+  bbz check *.bzz --deny warnings        for a build that accepts no warning
+  bbz check hello.bzz --fix              mend what can mean nothing else, then check
+  bbz check - --json < hello.bzz         for editors and other programs
 
-Exit status: 0, or 2 compile error, 3 wrong command line or file. Warnings do not change it.
+A comment `# bbz: allow(W0102)` silences a warning on its line, or on the next line with code.
+
+Exit status: 0, or 2 compile error or denied warning, 3 wrong command line or file. Other warnings do not change it.
 `bbz explain CODE` explains a message.";
 
 /// Arguments of `bbz check`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// Script (.bzz) or Buzz object file (.bo)
-    file: PathBuf,
+    /// Scripts (.bzz) or Buzz object files (.bo); `-` is a script on standard input
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
     #[command(flatten)]
     selection: SelectionArguments,
     /// Folder to search for included files; may be given several times
     #[arg(short = 'I', value_name = "DIR")]
     include: Vec<PathBuf>,
+    /// Warnings that count as errors: `warnings` for all, or a code such as W0102; may be given several times
+    #[arg(long, value_name = "warnings|CODE", value_parser = denied)]
+    deny: Vec<Denied>,
+    /// Change the scripts where the mistake can mean nothing else, then check them
+    #[arg(long)]
+    fix: bool,
     /// Write the messages to standard output, as a JSON object
     #[arg(long)]
     json: bool,
 }
 
+/// A value of `--deny`.
+#[derive(Debug, Clone, Copy)]
+enum Denied {
+    Warnings,
+    Code(Code),
+}
+
+fn denied(text: &str) -> Result<Denied, String> {
+    if text == "warnings" {
+        return Ok(Denied::Warnings);
+    }
+    match Code::ALL.iter().find(|code| code.text().eq_ignore_ascii_case(text)) {
+        Some(code) if code.severity() == Severity::Warning => Ok(Denied::Code(*code)),
+        Some(_) => Err("it is an error anyway".to_owned()),
+        None => Err("give `warnings`, or the code of a warning such as W0102".to_owned()),
+    }
+}
+
+/// What was said of all files.
+struct Found {
+    objects: Vec<serde_json::Value>,
+    errors: usize,
+    warnings: usize,
+    denied: usize,
+    /// The code that the summary names.
+    first: Option<Code>,
+}
+
 /// Carries out the command.
 pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
-    let kind = Kind::of(&arguments.file)?;
     let selection = arguments.selection.select()?;
-    let Compiled { image, diagnostics, sources, .. } =
-        program::compiled(&arguments.file, kind, &arguments.include, &selection)?;
+    let mut found = Found { objects: Vec::new(), errors: 0, warnings: 0, denied: 0, first: None };
+    for path in &arguments.files {
+        check(path, arguments, &selection, &mut found)?;
+    }
     if arguments.json {
-        output::write(&format!("{}\n", json::diagnostics(&sources, &diagnostics)))?;
+        let Found { objects, errors, warnings, .. } = &found;
+        output::write(&format!("{}\n", json::messages(objects, *errors, *warnings)))?;
+    } else {
+        found.summarise();
+    }
+    if found.denied > 0 && !arguments.json {
+        let (count, are) = (
+            report::counted(found.denied, "warning"),
+            if found.denied == 1 { "is" } else { "are" },
+        );
+        let title = format!("{count} {are} denied by `--deny`");
+        report::print(Group::with_title(Level::ERROR.primary_title(title)));
+    }
+    Ok(if found.errors + found.denied == 0 { Ending::Success } else { Ending::CompileError })
+}
+
+fn check(
+    path: &Path,
+    arguments: &Arguments,
+    selection: &Selection,
+    found: &mut Found,
+) -> Result<(), Problem> {
+    let kind = Kind::of(path)?;
+    let compile = || program::compiled(path, kind, &arguments.include, selection);
+    let mut compiled = compile()?;
+    if arguments.fix {
+        let mended = fix::mend(path, &compiled.sources, &compiled.diagnostics)?;
+        if mended > 0 {
+            let title = format!("{} mended", report::counted(mended, "mistake"));
+            report::print(Group::with_title(Level::NOTE.primary_title(title)));
+            compiled = compile()?;
+        }
+    }
+    let Compiled { image, diagnostics, sources, .. } = compiled;
+    if arguments.json {
+        found.objects.extend(json::diagnostics(&sources, &diagnostics));
     } else {
         report::diagnostics(&sources, &diagnostics);
     }
+    found.count(&diagnostics, &arguments.deny);
     if let (Some(image), Some(robot)) = (image, &selection.robot) {
         fit::verify(&image, selection.effective_profile(), robot)
-            .map_err(|cause| Problem::refused(&arguments.file, cause))?;
+            .map_err(|cause| Problem::refused(path, cause))?;
     }
-    let (errors, _) = report::count(&diagnostics);
-    Ok(if errors == 0 { Ending::Success } else { Ending::CompileError })
+    Ok(())
+}
+
+impl Found {
+    fn count(&mut self, diagnostics: &[Diagnostic], deny: &[Denied]) {
+        let (errors, warnings) = report::count(diagnostics);
+        self.errors += errors;
+        self.warnings += warnings;
+        let is_denied = |diagnostic: &&Diagnostic| {
+            diagnostic.severity() == Severity::Warning
+                && deny.iter().any(|denied| match denied {
+                    Denied::Warnings => true,
+                    Denied::Code(code) => *code == diagnostic.code,
+                })
+        };
+        self.denied += diagnostics.iter().filter(is_denied).count();
+        // Of the worst, the one that is printed first.
+        for code in diagnostics.iter().map(|diagnostic| diagnostic.code) {
+            if self.first.is_none_or(|first| first.severity() < code.severity()) {
+                self.first = Some(code);
+            }
+        }
+    }
+
+    /// Prints how many messages there were, and where to read more.
+    fn summarise(&self) {
+        let Some(first) = self.first else { return };
+        let counts = [(self.errors, "error"), (self.warnings, "warning")];
+        let parts = counts.into_iter().filter(|(count, _)| *count > 0);
+        let parts: Vec<String> = parts.map(|(count, what)| report::counted(count, what)).collect();
+        let title = format!("{}; `bbz explain {}` explains", parts.join(" and "), first.text());
+        report::print(Group::with_title(Level::NOTE.primary_title(title)));
+    }
 }

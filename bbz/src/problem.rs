@@ -69,6 +69,8 @@ pub enum Problem {
     UnknownKind(PathBuf),
     /// An image where a script is needed.
     NotAScript(PathBuf),
+    /// `--fix` without a file to change.
+    FixStandardInput,
     /// An object file that is damaged, or that no Buzz compiler has made.
     Object {
         /// The file.
@@ -281,6 +283,9 @@ impl Problem {
             Problem::UnknownKind(_) => Some(
                 "a script ends in .bzz, a Buzz object file in .bo, an image in .bbi".to_owned(),
             ),
+            Problem::FixStandardInput => {
+                Some("with --json each message carries its changes as `edits`".to_owned())
+            }
             Problem::NotAScript(_) => {
                 Some("name the .bzz script that it was built from".to_owned())
             }
@@ -420,6 +425,9 @@ impl fmt::Display for Problem {
             Problem::Folder(path) => write!(f, "`{}` is a folder, not a file", path.display()),
             Problem::UnknownKind(path) => {
                 write!(f, "the name `{}` does not show what kind of file it is", path.display())
+            }
+            Problem::FixStandardInput => {
+                f.write_str("standard input cannot be mended in its place")
             }
             Problem::NotAScript(path) => {
                 write!(f, "`{}` is an image already", path.display())

@@ -3,12 +3,12 @@
 use std::borrow::Cow;
 use std::env;
 use std::fs;
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use bittybuzz_compiler::bo;
 use bittybuzz_compiler::compile::{self, Compiled, Options};
-use bittybuzz_compiler::include::{DiskFiles, Loader, MAX_SOURCE_BYTES};
+use bittybuzz_compiler::include::{DiskFiles, Files, Loader, MAX_SOURCE_BYTES};
 use bittybuzz_compiler::parser::{self, Parsed};
 use bittybuzz_compiler::source::SourceMap;
 use bittybuzz_compiler::symbols::Symbols;
@@ -42,6 +42,9 @@ pub enum Kind {
 impl Kind {
     /// What the file at `path` holds, once it is sure that there is a file.
     pub fn of(path: &Path) -> Result<Kind, Problem> {
+        if is_standard_input(path) {
+            return Ok(Kind::Script);
+        }
         let kind = match path.extension().and_then(|extension| extension.to_str()) {
             Some("bzz") => Some(Kind::Script),
             Some("bo") => Some(Kind::Object),
@@ -216,13 +219,47 @@ pub fn compiled(
 pub fn parsed(path: &Path, include: &[PathBuf]) -> Parsed {
     let environment = env::var_os(INCLUDE_PATH).unwrap_or_default();
     let is_named = |folder: &PathBuf| !folder.as_os_str().is_empty();
+    let files: &dyn Files = if is_standard_input(path) { &StandardInput } else { &DiskFiles };
     let loader = Loader {
         folders: include.to_vec(),
         environment: env::split_paths(&environment).filter(is_named).collect(),
         library: library::FILES,
-        ..Loader::new(&DiskFiles)
+        ..Loader::new(files)
     };
-    parser::parse_file(path, &loader)
+    parser::parse_file(
+        if is_standard_input(path) { Path::new(STANDARD_INPUT) } else { path },
+        &loader,
+    )
+}
+
+/// Messages name the script on standard input so.
+const STANDARD_INPUT: &str = "<standard input>";
+
+/// Returns true for `-`, the script on standard input.
+pub fn is_standard_input(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+/// The script on standard input, which includes files from disk.
+struct StandardInput;
+
+impl Files for StandardInput {
+    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        if path != Path::new(STANDARD_INPUT) {
+            return DiskFiles.read(path);
+        }
+        let mut bytes = Vec::new();
+        io::stdin().lock().take(MAX_SOURCE_BYTES as u64 + 1).read_to_end(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    fn canonical(&self, path: &Path) -> Option<PathBuf> {
+        DiskFiles.canonical(path)
+    }
+
+    fn names(&self, folder: &Path) -> Vec<String> {
+        DiskFiles.names(folder)
+    }
 }
 
 /// Compiles an object file; the `.bdb` file beside it tells places in the script.

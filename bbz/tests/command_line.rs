@@ -239,7 +239,10 @@ fn the_number_of_messages_is_limited() {
     let count = |level: &str| outcome.stderr.lines().filter(|line| line.starts_with(level)).count();
     assert_eq!((outcome.status, count("error"), count("warning")), (Some(2), 100, 100));
     assert!(
-        outcome.stderr.ends_with("note: 23 more errors and 1 more warning are not shown\n"),
+        outcome.stderr.ends_with(
+            "note: 23 more errors and 1 more warning are not shown\n\
+             note: 123 errors and 101 warnings; `bbz explain E0401` explains\n"
+        ),
         "{}",
         outcome.stderr
     );
@@ -248,7 +251,14 @@ fn the_number_of_messages_is_limited() {
     assert_eq!(all["diagnostics"].as_array().map(Vec::len), Some(224));
     folder.write("one.bzz", warnings_of(101));
     let outcome = folder.bbz(&["check", "one.bzz"]);
-    assert!(outcome.stderr.ends_with("note: 1 more warning is not shown\n"), "{}", outcome.stderr);
+    assert!(
+        outcome.stderr.ends_with(
+            "note: 1 more warning is not shown\n\
+             note: 101 warnings; `bbz explain W0201` explains\n"
+        ),
+        "{}",
+        outcome.stderr
+    );
 }
 
 fn warnings_of(count: usize) -> String {

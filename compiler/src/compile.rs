@@ -6,6 +6,7 @@ use bittybuzz_robot_spec::Robot;
 use bittybuzz_vm_core::hash::fnv_1a_from;
 use bittybuzz_vm_core::message;
 
+use crate::allow::Allowances;
 use crate::check::{self, robots::Robots};
 use crate::codegen::constant::Profile;
 use crate::codegen::{self, GLOBAL_CODE, Generated, SourceFunction};
@@ -86,7 +87,7 @@ pub fn compile_parsed(parsed: Parsed, options: &Options) -> Compiled {
         let built = codegen::generate(checked.program, &checked.meanings, profile, &strings)
             .and_then(|mut generated| {
                 generated.parts.script_hash = hash;
-                let written = write(&generated).map_err(|error| vec![error])?;
+                let written = write(&generated).map_err(|error| vec![*error])?;
                 let refused =
                     robots.target.map_or(Vec::new(), |robot| fit(&generated, &written, robot));
                 if refused.is_empty() { Ok((generated, written)) } else { Err(refused) }
@@ -99,6 +100,9 @@ pub fn compile_parsed(parsed: Parsed, options: &Options) -> Compiled {
             Err(errors) => diagnostics.extend(errors),
         }
     }
+    let allowances = Allowances::read(&sources);
+    diagnostics.retain(|diagnostic| !allowances.cover(diagnostic, &sources));
+    diagnostics.extend(allowances.problems);
     diagnostics.sort_by_key(|diagnostic| (diagnostic.span.file, diagnostic.span.start));
     Compiled { image, symbols, diagnostics, sources }
 }
@@ -108,14 +112,15 @@ pub fn script_hash(token_hash: u32, profile: Profile) -> u32 {
     fnv_1a_from(token_hash, &[u8::from(profile == Profile::Full), message::VERSION])
 }
 
-fn write(generated: &Generated) -> Result<Image, Diagnostic> {
+fn write(generated: &Generated) -> Result<Image, Box<Diagnostic>> {
     generated.parts.write().map_err(|error| {
         let help = match error {
             ImageError::Length(_) => "leave out what the robots do not need",
             ImageError::Count { .. } => "use fewer of them",
             ImageError::StringLength(_) => "make it shorter",
         };
-        Diagnostic::new(Code::ImageTooLarge, Span::default(), error.to_string()).help(help)
+        let message = error.to_string();
+        Box::new(Diagnostic::new(Code::ImageTooLarge, Span::default(), message).help(help))
     })
 }
 

@@ -27,6 +27,19 @@ pub struct Diagnostic {
     pub related: Vec<(Span, String)>,
     /// What to do about it.
     pub help: Option<String>,
+    /// Changes of the source that do it, all of them together; empty where only the author can say.
+    pub edits: Vec<Edit>,
+}
+
+/// A change of the source.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Edit {
+    /// What goes.
+    pub span: Span,
+    /// What comes in its place.
+    pub text: String,
+    /// The script can mean nothing else. `bbz check --fix` makes no other changes.
+    pub is_certain: bool,
 }
 
 impl Diagnostic {
@@ -39,6 +52,7 @@ impl Diagnostic {
             label: String::new(),
             related: Vec::new(),
             help: None,
+            edits: Vec::new(),
         }
     }
 
@@ -57,6 +71,18 @@ impl Diagnostic {
     /// Says what to do about it.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
+        self
+    }
+
+    /// Adds a change that does what was meant.
+    pub fn edit(mut self, span: Span, text: impl Into<String>) -> Self {
+        self.edits.push(Edit { span, text: text.into(), is_certain: true });
+        self
+    }
+
+    /// Adds a change that likely does what was meant.
+    pub fn guess(mut self, span: Span, text: impl Into<String>) -> Self {
+        self.edits.push(Edit { span, text: text.into(), is_certain: false });
         self
     }
 

@@ -147,6 +147,14 @@ impl<'a> Lexer<'a> {
             .push(Diagnostic::new(code, self.span_from(self.start), message).help(help));
     }
 
+    /// Adds to the last message that `text` belongs in its place.
+    fn mend(&mut self, text: &str) {
+        if let Some(last) = self.diagnostics.pop() {
+            let span = last.span;
+            self.diagnostics.push(last.edit(span, text));
+        }
+    }
+
     /// Skips blanks, separators and comments, and notes which separators there were.
     fn skip_blanks(&mut self) {
         while let Some(next) = self.peek() {

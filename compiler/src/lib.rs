@@ -4,6 +4,7 @@
 //! can be found are found in one run, each with a [`codes::Code`], a place and help; [`render`] writes them for
 //! people and for programs, [`mod@explain`] explains a code.
 
+pub mod allow;
 pub mod ast;
 pub mod bo;
 pub mod check;

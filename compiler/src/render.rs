@@ -97,6 +97,13 @@ impl<'a> Renderer<'a> {
         object["label"] = json!(diagnostic.label);
         object["help"] = json!(diagnostic.help);
         object["related"] = json!(related);
+        let edits = diagnostic.edits.iter().map(|edit| {
+            let mut object = self.place_json(edit.span);
+            object["text"] = json!(edit.text);
+            object["certain"] = json!(edit.is_certain);
+            object
+        });
+        object["edits"] = json!(edits.collect::<Vec<Value>>());
         object.to_string()
     }
 

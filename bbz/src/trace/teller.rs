@@ -167,7 +167,7 @@ impl<'a> Teller<'a> {
             Record::Overrun { step, missed } => {
                 let text = format!(
                     "a step took longer than a tick: {} missed so far",
-                    counted(missed, "tick")
+                    report::counted(missed, "tick")
                 );
                 let object = json!({ "kind": "overrun", "step": step, "missed": missed });
                 self.remark(time, &format!("step {step}"), &text, object);
@@ -178,8 +178,10 @@ impl<'a> Teller<'a> {
                 self.remark(time, &format!("step {step}"), text, object);
             }
             Record::Lost(count) => {
-                let text =
-                    format!("{} came faster than the robot could tell", counted(count, "log line"));
+                let text = format!(
+                    "{} came faster than the robot could tell",
+                    report::counted(count, "log line")
+                );
                 self.remark(time, "lost", &text, json!({ "kind": "lost", "count": count }));
             }
             Record::Unused(unused) => self.unused(time, unused),
@@ -343,7 +345,7 @@ impl<'a> Teller<'a> {
             }
             return self.entry(time, "", b"", object);
         }
-        let step = step.map(|step| format!("after {}", counted(step, "complete step")));
+        let step = step.map(|step| format!("after {}", report::counted(step, "complete step")));
         let time = time.map(|time| format!("at {time:.6} s"));
         let end = is_contained.then(|| CONTAINED.to_owned());
         let note = [step, time, end].into_iter().flatten().collect::<Vec<_>>().join(", ");
@@ -471,12 +473,6 @@ fn unused_text(unused: &Unused) -> String {
     let there = parts.iter().filter(|(count, _)| *count > 0);
     let parts: Vec<String> = there.map(|(count, what)| format!("{count} {what}")).collect();
     format!("discarded messages so far: {}", parts.join(", "))
-}
-
-/// `1 tick`, `2 ticks`
-fn counted(count: u32, what: &str) -> String {
-    let plural = if count == 1 { "" } else { "s" };
-    format!("{count} {what}{plural}")
 }
 
 fn damage(error: RecordError) -> &'static str {

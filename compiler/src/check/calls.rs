@@ -93,7 +93,9 @@ impl Checker<'_> {
         let mut diagnostic =
             Diagnostic::new(Code::UnknownFunction, span, format!("there is no function `{text}`"))
                 .label("nothing defines this name");
-        diagnostic.help = self.likely_name(text);
+        if let Some(advice) = self.likely_name(text) {
+            diagnostic = advice.give(diagnostic, span);
+        }
         self.report(diagnostic);
     }
 

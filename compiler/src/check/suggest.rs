@@ -5,6 +5,8 @@ use bittybuzz_vm_core::builtin::{self, Library};
 use crate::check::names::Meaning;
 use crate::check::robots::Robots;
 use crate::check::tree::{FunctionId, Program};
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
 
 /// The candidate that is most like `name`, if one is alike enough to be meant.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
@@ -25,19 +27,45 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         .map(|(_, candidate)| candidate)
 }
 
-/// Help for a name that nothing defines; `function` is where it stands.
+/// What the author may have meant.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Advice {
+    /// In words.
+    pub help: String,
+    /// What to write in the place of the name, and whether that is certain.
+    pub instead: Option<(String, bool)>,
+}
+
+impl Advice {
+    fn words(help: impl Into<String>) -> Self {
+        Advice { help: help.into(), instead: None }
+    }
+
+    /// Adds it to a diagnostic about the name at `span`.
+    pub fn give(self, diagnostic: Diagnostic, span: Span) -> Diagnostic {
+        let diagnostic = diagnostic.help(self.help);
+        match self.instead {
+            Some((text, true)) => diagnostic.edit(span, text),
+            Some((text, false)) => diagnostic.guess(span, text),
+            None => diagnostic,
+        }
+    }
+}
+
+/// Advice for a name that nothing defines; `function` is where it stands.
 pub fn for_name(
     name: &str,
     program: &Program,
     function: FunctionId,
     robots: Robots<'_>,
-) -> Option<String> {
+) -> Option<Advice> {
     if let Some(help) = foreign(name) {
-        return Some(help.to_owned());
+        let constant = constant(name).map(|constant| (constant.to_owned(), true));
+        return Some(Advice { help: help.to_owned(), instead: constant });
     }
     let member = builtin::TABLE.iter().find(|info| info.name == name && path(info).contains('.'));
     if let Some(info) = member {
-        return Some(format!("did you mean `{}`?", path(info)));
+        return Some(Advice::words(format!("did you mean `{}`?", path(info))));
     }
     let mut locals = Vec::new();
     let mut at = Some(function);
@@ -60,7 +88,10 @@ pub fn for_name(
         .chain(libraries)
         .chain(robots.names())
         .chain(["id", "self"]);
-    nearest(name, candidates).map(|likely| format!("did you mean `{likely}`?"))
+    nearest(name, candidates).map(|likely| Advice {
+        help: format!("did you mean `{likely}`?"),
+        instead: Some((likely.to_owned(), false)),
+    })
 }
 
 /// Help for a field that a library does not have.
@@ -125,6 +156,16 @@ pub fn library_path(library: Library) -> &'static str {
     match library {
         Library::Rng => "math.rng",
         _ => library.global_name().unwrap_or("the table"),
+    }
+}
+
+/// What Buzz has for a constant of other languages.
+fn constant(name: &str) -> Option<&'static str> {
+    match name.to_lowercase().as_str() {
+        "true" => Some("1"),
+        "false" => Some("0"),
+        "null" | "none" | "nil" | "undefined" | "nullptr" => Some("nil"),
+        _ => None,
     }
 }
 

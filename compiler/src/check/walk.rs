@@ -7,7 +7,7 @@ use bittybuzz_vm_core::builtin::{self, Library};
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::names::{Meaning, Meanings, Member};
 use crate::check::resolve::self_is_nil;
-use crate::check::suggest;
+use crate::check::suggest::{self, Advice};
 use crate::check::tree::{
     Block, Branch, Expr, ExprKind, FunctionId, Link, NameId, Program, Stmt, StmtKind,
 };
@@ -69,7 +69,7 @@ impl Checker<'_> {
     }
 
     /// Returns help for a name that nothing defines.
-    pub fn likely_name(&mut self, name: &str) -> Option<String> {
+    pub fn likely_name(&mut self, name: &str) -> Option<Advice> {
         self.searches_left = self.searches_left.checked_sub(1)?;
         suggest::for_name(name, self.program, self.function, self.meanings.robots())
     }
@@ -327,8 +327,10 @@ impl Checker<'_> {
                 format!("nothing ever assigns `{text}`: it is nil"),
             ),
         };
-        if diagnostic.help.is_none() {
-            diagnostic.help = self.likely_name(text);
+        if diagnostic.help.is_none()
+            && let Some(advice) = self.likely_name(text)
+        {
+            diagnostic = advice.give(diagnostic, span);
         }
         self.report(diagnostic.label("always nil"));
     }

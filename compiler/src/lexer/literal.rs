@@ -105,6 +105,7 @@ impl Lexer<'_> {
         let help = format!("write `{number}`");
         let message = format!("the second point of `{number}.` means nothing");
         self.report(Code::SecondPoint, message, &help);
+        self.mend(number);
     }
 
     fn out_of_range(&mut self, how: &str) {

@@ -99,6 +99,9 @@ impl Lexer<'_> {
             "a comment starts with `#` and goes to the end of the line; \
              a division of integers is `/`",
         );
+        if is_line {
+            self.mend("#");
+        }
         self.position = end;
         true
     }
@@ -109,6 +112,10 @@ impl Lexer<'_> {
             return false;
         };
         self.report(Code::ForeignOperator, format!("Buzz has no operator `{text}`"), help);
+        // `x += 1` and `a .. b` become more than another operator.
+        if (meant != Fixed::Assign || text == ":=") && meant != Fixed::Plus {
+            self.mend(meant.text());
+        }
         self.push_fixed(meant);
         true
     }
@@ -131,6 +138,9 @@ impl Lexer<'_> {
             format!("`{}` does not begin a string", opening.unwrap_or_default()),
             "strings stand in straight quotes, `\"` or `'`",
         );
+        if closed {
+            self.mend(&format!("\"{content}\""));
+        }
         self.push(if closed { TokenKind::Str(content.to_owned()) } else { TokenKind::Error });
     }
 

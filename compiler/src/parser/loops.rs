@@ -3,7 +3,7 @@
 use super::{Parse, Parser};
 use crate::ast::{Block, Branch, Expr, ExprKind, Stmt, StmtKind};
 use crate::codes::Code;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Edit};
 use crate::source::Span;
 use crate::token::{Fixed, Separation, TokenKind};
 
@@ -115,10 +115,16 @@ impl Parser<'_> {
             let diagnostic = self.unexpected("`,`").help(FOR_HELP);
             return Err(self.report(diagnostic));
         }
+        let semicolon = self.semicolon_before();
         if !*complained {
-            let diagnostic = self.semicolon();
+            let diagnostic = self.semicolon().edit(semicolon, ",");
             self.complain(diagnostic);
             *complained = true;
+        } else {
+            // Both are mended together.
+            let first = self.diagnostics.iter_mut().rev().find(|d| d.code == Code::SemicolonInFor);
+            let comma = Edit { span: semicolon, text: ",".to_owned(), is_certain: true };
+            first.into_iter().for_each(|first| first.edits.push(comma.clone()));
         }
         Ok(())
     }

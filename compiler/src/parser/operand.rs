@@ -283,7 +283,9 @@ impl Parser<'_> {
         let message = format!("there is nothing between this comma and the `{}`", closing.text());
         let comma = self.previous().span;
         self.complain(
-            Diagnostic::new(Code::TrailingComma, comma, message).help("remove the comma"),
+            Diagnostic::new(Code::TrailingComma, comma, message)
+                .help("remove the comma")
+                .edit(comma, ""),
         );
     }
 

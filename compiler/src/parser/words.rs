@@ -61,7 +61,8 @@ impl Parser<'_> {
         }
         let diagnostic =
             Diagnostic::new(Code::ForeignWord, self.span(), format!("Buzz has no `{word}`"))
-                .help("write `else if(...)`");
+                .help("write `else if(...)`")
+                .edit(self.span(), "else if");
         self.complain(diagnostic);
         self.advance();
         true

@@ -142,6 +142,7 @@ fn json_has_one_object_for_a_diagnostic() {
             "end_column": 14,
             "label": "this `(` is open",
         }],
+        "edits": [],
     });
     assert_eq!(object, expected);
 }

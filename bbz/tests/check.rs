@@ -1,0 +1,112 @@
+//! `bbz check`: messages of several scripts, what may be denied, silenced and mended.
+
+mod support;
+
+use std::io::Write;
+use std::process::Stdio;
+
+use support::Folder;
+
+const WRONG: &str = "x = size({}, 2)\n";
+const DOUBTFUL: &str = "y = nil + 1\nlog(y)\n";
+
+#[test]
+fn several_files_are_counted_together() {
+    let folder = Folder::with("check_several", "a.bzz", WRONG);
+    folder.write("b.bzz", DOUBTFUL);
+    folder.write("c.bzz", "z = 1\n");
+    let outcome = folder.bbz(&["check", "c.bzz", "b.bzz", "a.bzz"]);
+    outcome
+        .fails_with(2, &["a.bzz:1:5", "b.bzz:1:5", "1 error and 1 warning", "`bbz explain E0403`"]);
+    let outcome = folder.bbz(&["check", "b.bzz", "a.bzz", "--json"]);
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(2), ""));
+    let told: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap();
+    let codes: Vec<&str> =
+        told["diagnostics"].as_array().unwrap().iter().filter_map(|d| d["code"].as_str()).collect();
+    assert_eq!(
+        (codes, &told["errors"], &told["warnings"]),
+        (vec!["W0301", "E0403"], &1.into(), &1.into())
+    );
+    // A file that is not there is no reason to be silent about the others before it.
+    folder.bbz(&["check", "a.bzz", "d.bzz"]).fails_with(3, &["a.bzz:1:5", "d.bzz"]);
+    folder.bbz(&["check", "c.bzz"]).succeeds_with("");
+    folder.bbz(&["check"]).fails_with(3, &["<FILE>..."]);
+}
+
+#[test]
+fn denied_warnings_are_errors() {
+    let folder = Folder::with("check_deny", "b.bzz", DOUBTFUL);
+    assert_eq!(folder.bbz(&["check", "b.bzz"]).status, Some(0));
+    for deny in ["warnings", "W0301", "w0301"] {
+        let outcome = folder.bbz(&["check", "b.bzz", "--deny", deny]);
+        outcome.fails_with(2, &["warning[W0301]", "1 warning is denied by `--deny`"]);
+        assert_eq!(folder.bbz(&["check", "b.bzz", "--deny", deny, "--json"]).status, Some(2));
+    }
+    assert_eq!(folder.bbz(&["check", "b.bzz", "--deny", "W0102"]).status, Some(0));
+    folder.bbz(&["check", "b.bzz", "--deny", "E0403"]).fails_with(3, &["an error anyway"]);
+    folder.bbz(&["check", "b.bzz", "--deny", "W9999"]).fails_with(3, &["the code of a warning"]);
+}
+
+#[test]
+fn comments_silence_warnings() {
+    let codes = |test: &str, script: &str| {
+        let folder = Folder::with(test, "s.bzz", script);
+        let told = folder.bbz(&["check", "s.bzz", "--json"]).stdout;
+        let told: serde_json::Value = serde_json::from_str(&told).unwrap();
+        let found = told["diagnostics"].as_array().unwrap();
+        let line = |found: &serde_json::Value| {
+            format!("{} {}", found["code"].as_str().unwrap(), found["line"])
+        };
+        found.iter().map(line).collect::<Vec<String>>().join(", ")
+    };
+    assert_eq!(codes("allow_none", "x = nil + 1\nlog(x)"), "W0301 1");
+    assert_eq!(codes("allow_line", "x = nil + 1   # bbz: allow(W0301)\ny = nil + x"), "W0301 2");
+    assert_eq!(
+        codes("allow_next", "# bbz: allow(W0301)\n\n# why\nx = nil + 1\ny = nil + x"),
+        "W0301 5"
+    );
+    assert_eq!(codes("allow_two", "# bbz: allow(W0302, W0301)\nx = nil + id / 0"), "");
+    assert_eq!(codes("allow_other", "x = nil + 1 # bbz: allow(W0302)"), "W0301 1");
+    // What it cannot do it says.
+    assert_eq!(codes("allow_error", "x = size() # bbz: allow(E0403)"), "E0403 1, W0112 1");
+    assert_eq!(codes("allow_code", "x = 1 # bbz: allow(W0999)"), "W0112 1");
+    assert_eq!(codes("allow_word", "x = 1 # bbz: alow(W0301)"), "W0112 1");
+}
+
+#[test]
+fn standard_input_is_a_script() {
+    let folder = Folder::with("check_input", "near.bzz", "function near() { return 1 }\n");
+    let check = |script: &[u8], arguments: &[&str]| {
+        let mut command = folder.command(&[&["check", "-"], arguments].concat());
+        let mut child = command.stdin(Stdio::piped()).spawn().unwrap();
+        child.stdin.take().unwrap().write_all(script).unwrap();
+        support::finish(child)
+    };
+    check(b"include \"near.bzz\"\nlog(near())", &[]).succeeds_with("");
+    check(WRONG.as_bytes(), &[]).fails_with(2, &["<standard input>:1:5", "E0403"]);
+    check(b"x = \"\xff\"", &[]).fails_with(2, &["E0304"]);
+    check(b"x = 1 && 2", &["--fix"]).fails_with(3, &["cannot be mended", "`edits`"]);
+}
+
+#[test]
+fn fix_mends_what_can_mean_nothing_else() {
+    let folder = Folder::with(
+        "check_fix",
+        "s.bzz",
+        "// a comment\nfunction f(a, b,) {\n  if(a && b || a ~= true) { return null }\n  elseif(a === 2) { b = 3 }\n  \
+         for(i = 0; i < 3; i = i + 1) { log(“i”, i) }\n  return { .x = 0.0., .y = conter }\n}\nf(1, 2)\n",
+    );
+    let outcome = folder.bbz(&["check", "s.bzz", "--fix"]);
+    // A likely name is only proposed.
+    assert_eq!(
+        String::from_utf8(folder.read("s.bzz")).unwrap(),
+        "# a comment\nfunction f(a, b) {\n  if(a and b or a != 1) { return nil }\n  else if(a == 2) { b = 3 }\n  \
+         for(i = 0, i < 3, i = i + 1) { log(\"i\", i) }\n  return { .x = 0.0, .y = conter }\n}\nf(1, 2)\n"
+    );
+    assert!(outcome.stderr.contains("mended"), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("conter"), "{}", outcome.stderr);
+    assert!(!outcome.stderr.contains("error"), "{}", outcome.stderr);
+    let before = folder.read("s.bzz");
+    folder.bbz(&["check", "s.bzz", "--fix"]);
+    assert_eq!(folder.read("s.bzz"), before);
+}
