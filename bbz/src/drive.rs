@@ -65,6 +65,8 @@ pub struct Ended {
     pub positions: Vec<u16>,
     /// What was called last.
     pub entry: Entry,
+    /// Steps that were begun.
+    pub steps: u64,
 }
 
 /// Runs an image.
@@ -80,13 +82,13 @@ pub fn drive<P: Profile>(
     vm.load_limited(Image::new(image), settings.slots, is_robot_function)?;
     vm.identify(settings.id, settings.seed);
     let neighbors = &settings.neighbors;
-    let mut run = Run { vm, host, interrupt, neighbors, entry: Entry::Global };
+    let mut run = Run { vm, host, interrupt, neighbors, entry: Entry::Global, steps: 0 };
     let mut end = run.all(settings);
     if end == End::Interrupted {
         end = run.last_words();
     }
     run.host.output.flush();
-    Ok(Ended { end, positions: run.vm.calls().collect(), entry: run.entry })
+    Ok(Ended { end, positions: run.vm.calls().collect(), entry: run.entry, steps: run.steps })
 }
 
 struct Run<'a, 'h, 'i, P: Profile> {
@@ -96,6 +98,8 @@ struct Run<'a, 'h, 'i, P: Profile> {
     neighbors: &'a [InSight],
     /// What was called last.
     entry: Entry,
+    /// Steps that were begun.
+    steps: u64,
 }
 
 impl<P: Profile> Run<'_, '_, '_, P> {
@@ -138,6 +142,7 @@ impl<P: Profile> Run<'_, '_, '_, P> {
 
     fn begin(&mut self, entry: Entry) -> bool {
         self.entry = entry;
+        self.steps += u64::from(entry == Entry::Step);
         for neighbor in self.neighbors {
             let place = Some(neighbor.place.map(Value::float));
             self.vm.meet(neighbor.id, &Sighting { robot: None, place }, u8::MAX);

@@ -10,6 +10,7 @@ use bittybuzz_vm_core::{Fault, FaultCode, Refusal, Type, opcode};
 
 use crate::backtrace::Backtrace;
 use crate::instruction::{self, Instruction};
+use crate::operand;
 use crate::program::Program;
 use crate::report;
 
@@ -60,7 +61,18 @@ pub fn describe(
 ) -> Words {
     let instruction = instruction::ending_at(&program.image, fault.position);
     let what = What { fault, program, instruction, callee: callee(instruction, program) };
-    Words { headline: what.headline(marked), help: what.help(refusal) }
+    let nil = marked.and_then(|marked| operand::nil(marked, fault.code, fault.operands));
+    let mut headline = what.headline(marked);
+    if let Some(nil) = &nil {
+        headline.push_str(&format!(": `{nil}` is nil"));
+    }
+    let help = match nil.as_deref() {
+        Some("self") => {
+            Some("`self` is the table `t` in a call `t.f()`, and nil in a call `f()`".to_owned())
+        }
+        _ => what.help(refusal),
+    };
+    Words { headline, help }
 }
 
 /// Prints a fault: what is wrong, where, what to do. `note` tells more of when.

@@ -26,6 +26,7 @@ mod interrupt;
 mod isp;
 mod json;
 mod library;
+mod operand;
 mod output;
 mod printed;
 mod probe_rs;

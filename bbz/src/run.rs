@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use annotate_snippets::{Group, Level};
 use bittybuzz_robot_spec::{Profile, Robot};
-use bittybuzz_vm_core::Sizes;
 use bittybuzz_vm_core::number::{Full, Tiny};
+use bittybuzz_vm_core::{Entry, Sizes};
 use clap::Args;
 
 use crate::Ending;
@@ -110,7 +110,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         Profile::Full => drive::drive::<Full>,
     };
     let is_known = |hash| selection.has_function(hash);
-    let Ended { end, positions, entry } =
+    let Ended { end, positions, entry, steps } =
         drive(&program.image, &settings, &is_known, &mut host, &mut interrupt)
             .map_err(|cause| Problem::refused(&arguments.file, cause))?;
     let refusal = host.refusal.take();
@@ -124,7 +124,8 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
             Ok(Ending::Success)
         }
         End::Fault(fault) => {
-            fault::report(&fault, &program, &backtrace, refusal.as_deref(), None);
+            let note = (entry == Entry::Step).then(|| format!("in step {steps}"));
+            fault::report(&fault, &program, &backtrace, refusal.as_deref(), note.as_deref());
             Ok(Ending::RuntimeError)
         }
     }

@@ -138,25 +138,36 @@ fn a_fault_in_an_included_file_names_that_file() {
 }
 
 #[test]
+fn a_fault_says_in_which_step_it_was() {
+    let script = "function step() {\n  n = n + 1\n  if(n == 57) { self.x = 1 }\n}\nn = 0\n";
+    let outcome = run("fault_step", script, &["--steps", "100"]);
+    outcome.fails_with(1, &["R0002", "`self` is nil", "in step 57", "in a call `t.f()`"]);
+    // Before the first step there is none.
+    let outcome = run("fault_init", "x = nil\nfunction init() { log(-x) }\n", &["--steps", "1"]);
+    outcome.fails_with(1, &["`x` is nil"]);
+    assert!(!outcome.stderr.contains("in step "), "{}", outcome.stderr);
+}
+
+#[test]
 fn every_kind_of_fault_says_what_went_wrong() {
     // The variables keep the compiler from seeing the mistake.
     let cases = [
-        ("x + 1", "R0001", "cannot add nil and an integer"),
+        ("x + 1", "R0001", "cannot add nil and an integer: `x` is nil"),
         ("s - 1", "R0001", "cannot subtract an integer from a string"),
         ("1.5 * t", "R0001", "cannot multiply a float by a table"),
         ("s / 2", "R0001", "cannot divide a string by an integer"),
         ("f % 2", "R0001", "cannot take a closure modulo an integer"),
-        ("x ^ 2", "R0001", "cannot raise nil to the power of an integer"),
+        ("x ^ 2", "R0001", "cannot raise nil to the power of an integer: `x` is nil"),
         ("-s", "R0001", "cannot negate a string"),
-        ("!x", "R0001", "cannot invert the bits of nil"),
+        ("!x", "R0001", "cannot invert the bits of nil: `x` is nil"),
         ("1.5 & n", "R0001", "cannot combine the bits of a float and an integer"),
         ("n << 1.5", "R0001", "cannot shift an integer by a float"),
         ("math.abs(s)", "R0001", "`math.abs` does not take a string"),
         ("math.rng.uniform(s)", "R0001", "`math.rng.uniform` does not take a string"),
-        ("x.y", "R0002", "cannot read field `y` of nil"),
+        ("x.y", "R0002", "cannot read field `y` of nil: `x` is nil"),
         ("s[1]", "R0002", "cannot read an entry of a string"),
         ("size(n)", "R0002", "`size` needs a table, not an integer"),
-        ("x()", "R0003", "cannot call nil"),
+        ("x()", "R0003", "cannot call nil: `x` is nil"),
         ("map(t, n)", "R0003", "`map` needs a function to call, not an integer"),
         ("t[x]", "R0004", "a table key must be a number or a string, not nil"),
         ("1 / n", "R0005", "integer division by zero"),

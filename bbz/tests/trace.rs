@@ -98,7 +98,8 @@ fn a_fault_is_told_as_run_tells_it() {
             assert_eq!((outcome.status, &outcome.stdout), (Some(1), &run.stdout));
             // Only when it was is said in addition. A record has no room for every call of an endless recursion.
             assert_eq!(outcome.stderr.matches("complete steps, at ").count(), 1);
-            let (said, expected) = (essence(&outcome.stderr), essence(&run.stderr));
+            let (said, mut expected) = (essence(&outcome.stderr), essence(&run.stderr));
+            expected.retain(|line| !line.starts_with("  = note: in step "));
             if !run.stderr.contains("more calls") {
                 assert_eq!(said, expected);
             } else {

@@ -1,0 +1,112 @@
+//! Finds the operand of an instruction in the source text of the instruction: which variable it is that was nil.
+
+use std::path::Path;
+
+use bittybuzz_compiler::ast::{Expr, ExprKind, Link, Stmt, StmtKind};
+use bittybuzz_compiler::include::{Loader, MemoryFiles};
+use bittybuzz_compiler::parser;
+use bittybuzz_vm_core::{FaultCode, Type};
+
+/// What stands before an expression, so that it becomes a statement.
+const TARGET: &str = "x = ";
+
+/// Returns the variable, field or `self` that the machine found to be nil. `marked` is the source text of the instruction, and
+/// `operands` are the types of its operands.
+pub fn nil(marked: &str, code: FaultCode, operands: [Type; 2]) -> Option<String> {
+    let statement = format!("{TARGET}{marked}");
+    let (text, stmt) = match only_statement(&statement) {
+        Some(stmt) => (statement.as_str(), stmt),
+        None => (marked, only_statement(marked)?),
+    };
+    let expr = match &stmt.kind {
+        // The statement itself: its target is no table.
+        StmtKind::Assign { target, .. } if text == marked => target,
+        StmtKind::Assign { value, .. } => value,
+        _ => return None,
+    };
+    let operand = match code {
+        FaultCode::WrongType => computed(expr, operands)?,
+        FaultCode::NotATable if operands[0] == Type::Nil => match &expr.kind {
+            ExprKind::Field { object, .. } | ExprKind::Index { object, .. } => object,
+            // A method that is looked for in what is no table.
+            ExprKind::Call { callee, .. } => match &callee.kind {
+                ExprKind::Field { object, .. } | ExprKind::Index { object, .. } => object,
+                _ => return None,
+            },
+            _ => return None,
+        },
+        FaultCode::NotCallable if operands[0] == Type::Nil => match &expr.kind {
+            ExprKind::Call { callee, .. } => callee,
+            _ => return None,
+        },
+        _ => return None,
+    };
+    let is_place =
+        matches!(operand.kind, ExprKind::Name(_) | ExprKind::Field { .. } | ExprKind::Index { .. });
+    let range = operand.span.start as usize..operand.span.end as usize;
+    text.get(range).filter(|_| is_place).map(str::to_owned)
+}
+
+/// The side of an operation that is nil, if only one of them can be.
+fn computed(expr: &Expr, operands: [Type; 2]) -> Option<&Expr> {
+    match &expr.kind {
+        ExprKind::Unary { operand, .. } if operands[0] == Type::Nil => Some(operand),
+        ExprKind::Chain { first, links } => {
+            let (Link { right, .. }, before) = links.split_last()?;
+            let left = Some(&**first).filter(|_| before.is_empty());
+            let is_literal =
+                |side: &Expr| matches!(side.kind, ExprKind::Int(_) | ExprKind::Float(_));
+            match (operands[0] == Type::Nil, operands[1] == Type::Nil) {
+                // `1 + x` is computed as `x + 1`.
+                (true, false) if left.is_some_and(is_literal) => Some(right),
+                (true, false) => left,
+                (false, true) => Some(right),
+                _ => None,
+            }
+        }
+        _ => None,
+    }
+}
+
+fn only_statement(text: &str) -> Option<Stmt> {
+    let files = MemoryFiles::default();
+    let parsed = parser::parse(Path::new(""), text.to_owned(), &Loader::new(&files));
+    let has_errors = parsed.has_errors();
+    let mut stmts = parsed.script.stmts.into_iter();
+    let first = stmts.next()?;
+    (!has_errors && stmts.next().is_none()).then_some(first)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nil_operand_is_found() {
+        use FaultCode::{NotATable, NotCallable, WrongType};
+        let (nil, int) = (Type::Nil, Type::Int);
+        for (marked, code, operands, expected) in [
+            ("counter + 1", WrongType, [nil, int], Some("counter")),
+            ("1 + counter", WrongType, [nil, int], Some("counter")),
+            ("2 * t.x", WrongType, [int, nil], Some("t.x")),
+            ("a - b", WrongType, [nil, int], Some("a")),
+            ("a - b", WrongType, [int, nil], Some("b")),
+            ("a - b", WrongType, [nil, nil], None),
+            // The sum before it is no variable.
+            ("a + b + c", WrongType, [nil, int], None),
+            ("a + b + c", WrongType, [int, nil], Some("c")),
+            ("-speed", WrongType, [nil, nil], Some("speed")),
+            ("f(1) + 2", WrongType, [nil, int], None),
+            ("self.x", NotATable, [nil, nil], Some("self")),
+            ("self.x = 1", NotATable, [nil, nil], Some("self")),
+            ("t.a[3]", NotATable, [nil, nil], Some("t.a")),
+            ("t.a.f(1)", NotATable, [nil, nil], Some("t.a")),
+            ("t.f(1)", NotCallable, [nil, nil], Some("t.f")),
+            ("t.f(1)", NotCallable, [int, nil], None),
+            ("not a statement", WrongType, [nil, int], None),
+            ("", WrongType, [nil, int], None),
+        ] {
+            assert_eq!(super::nil(marked, code, operands).as_deref(), expected, "{marked}");
+        }
+    }
+}
