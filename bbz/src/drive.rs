@@ -29,6 +29,8 @@ pub struct Settings {
     pub sizes: Sizes,
     /// Steps at full speed, or without end in real time.
     pub steps: Option<u64>,
+    /// Call `destroy()` after the last step.
+    pub destroy: bool,
     /// Time between two steps.
     pub period: Duration,
     /// Robots in sight all the time.
@@ -117,6 +119,9 @@ impl<P: Profile> Run<'_, '_, '_, P> {
             Some(steps) => {
                 for _ in 0..steps {
                     self.entry(Entry::Step)?;
+                }
+                if settings.destroy {
+                    self.entry(Entry::Destroy)?;
                 }
                 Ok(())
             }

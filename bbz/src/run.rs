@@ -30,6 +30,7 @@ const EXAMPLES: &str = "\
 Examples:
   bbz run hello.bzz                      global code and init(), then step() at 10 Hz until Ctrl-C
   bbz run hello.bzz --steps 100          100 steps at full speed
+  bbz run hello.bzz --steps 9 --destroy  9 steps, then destroy()
   bbz run blink.bzz --robot kilobot      with functions, profile and memory of the Kilobot
   bbz run near.bzz --neighbor 2,50,0.7,0  with robot 2 in sight: 50 mm away, 0.7 rad to the left, level
   bbz run walk.bzz --id 3 --seed 7       as robot 3, with other random numbers
@@ -52,6 +53,9 @@ pub struct Arguments {
     /// Run so many steps at full speed [default: 10 steps per second until Ctrl-C]
     #[arg(long, value_name = "N")]
     steps: Option<u64>,
+    /// Call destroy() after the last step, as Ctrl-C does without --steps
+    #[arg(long, requires = "steps")]
+    destroy: bool,
     /// Id of the robot
     #[arg(long, value_name = "N", default_value_t = 1)]
     id: u16,
@@ -96,6 +100,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         slots: robot.map_or(SLOTS, |robot| robot.vm.slots as usize),
         sizes: robot.map_or(MOST_SIZES, Robot::sizes),
         steps: arguments.steps,
+        destroy: arguments.destroy,
         neighbors: arguments.neighbors.clone(),
         period: Duration::from_secs(1) / robot.map_or(TICK_HZ, |robot| robot.tick_hz),
     };

@@ -149,6 +149,19 @@ fn a_fault_says_in_which_step_it_was() {
 }
 
 #[test]
+fn destroy_runs_after_the_last_step_where_it_is_wanted() {
+    let script = "function step() { log(\"step\") }\nfunction destroy() { log(\"bye\") }\n";
+    run("destroy", script, &["--steps", "2", "--destroy"]).succeeds_with("step\nstep\nbye\n");
+    run("destroy", script, &["--steps", "0", "--destroy"]).succeeds_with("bye\n");
+    run("destroy", script, &["--steps", "1"]).succeeds_with("step\n");
+    run("destroy", script, &["--destroy"]).fails_with(3, &["--steps"]);
+    let wrong = "function destroy() { log(nil + id) }\n";
+    let outcome = run("destroy_fault", wrong, &["--steps", "1", "--destroy"]);
+    outcome.fails_with(1, &["R0001", "`destroy`"]);
+    assert!(!outcome.stderr.contains("in step 1"), "{}", outcome.stderr);
+}
+
+#[test]
 fn every_kind_of_fault_says_what_went_wrong() {
     // The variables keep the compiler from seeing the mistake.
     let cases = [
