@@ -4,6 +4,7 @@ use annotate_snippets::{AnnotationKind, Element, Level, Origin, Snippet};
 use bittybuzz_compiler::codegen::GLOBAL_CODE;
 use bittybuzz_compiler::symbols::{Place, Symbols};
 use bittybuzz_vm_core::Entry;
+use serde_json::{Value, json};
 
 use crate::program::Program;
 use crate::report::printable;
@@ -39,6 +40,22 @@ impl<'a> Backtrace<'a> {
         let line = source.lines().nth(index(place.line))?;
         let (start, end) = (index(place.column), index(place.end_column));
         Some(line.chars().take(end).skip(start).collect())
+    }
+
+    /// The place of the instruction and those of the calls that led there, innermost first, for programs.
+    pub fn places(&self) -> Vec<Value> {
+        let Some(symbols) = &self.program.symbols else { return Vec::new() };
+        let place = |position: &u16| {
+            let position = u32::from(*position);
+            let place = symbols.position(position)?;
+            Some(json!({
+                "file": symbols.file(place.file),
+                "line": place.line,
+                "column": place.column,
+                "function": symbols.function(position).map(|function| &function.name),
+            }))
+        };
+        self.positions.iter().filter_map(place).collect()
     }
 
     /// Place, source line and calls, for a message.

@@ -7,6 +7,7 @@ use annotate_snippets::Level;
 use bittybuzz_robot_spec::{Profile, Robot};
 use bittybuzz_vm_core::builtin::{self, Library};
 use bittybuzz_vm_core::{Fault, FaultCode, Refusal, Type, opcode};
+use serde_json::{Value, json};
 
 use crate::backtrace::Backtrace;
 use crate::instruction::{self, Instruction};
@@ -88,6 +89,17 @@ pub fn report(
     let note = note.map(|note| Level::NOTE.message(note));
     let help = words.help.map(|help| Level::HELP.message(help));
     report::print(title.elements(backtrace.elements()).elements(note).elements(help));
+}
+
+/// A fault for programs: code, message, help, and the places of the calls, innermost first.
+pub fn json(
+    fault: &Fault,
+    program: &Program,
+    backtrace: &Backtrace<'_>,
+    refusal: Option<&str>,
+) -> Value {
+    let Words { headline, help } = describe(fault, program, backtrace.marked().as_deref(), refusal);
+    json!({ "code": code(fault.code), "message": headline, "help": help, "calls": backtrace.places() })
 }
 
 /// What the function of a robot accepts that has refused its arguments.

@@ -12,7 +12,7 @@ use bittybuzz_vm_core::{
     Arguments, Axis, ByteCode, Calls, Fault, Host, Item, Reply, RobotFault, Text,
 };
 
-use crate::output::Output;
+use crate::output::{Form, Output};
 use crate::printed::{Printed, unknown_string};
 use crate::program::Program;
 
@@ -47,13 +47,14 @@ impl<'a> HostRobot<'a> {
         robots: impl Iterator<Item = &'a Robot> + Clone,
         program: &'a Program,
         clock: Clock,
+        form: Form,
     ) -> Self {
         let tables = robots.clone().filter_map(|robot| robot.table("pos"));
         HostRobot {
             position: tables.flat_map(|pos| &pos.fields).map(|field| field.name.as_str()).collect(),
             functions: robots.flat_map(|robot| &robot.functions).collect(),
             program,
-            output: Output::new(),
+            output: Output::of(form),
             clock,
             refusal: None,
         }

@@ -3,27 +3,55 @@
 use std::io::{self, BufWriter, Stdout, Write};
 use std::time::{Duration, Instant};
 
+use serde_json::json;
+
 use crate::problem::Problem;
 
 /// How long a person may wait to see a line.
 const PATIENCE: Duration = Duration::from_millis(50);
 
+/// The form of what scripts print.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// Lines, as they are.
+    Lines,
+    /// A JSON object for each line: `{"printed": "..."}`.
+    Json,
+}
+
 /// Results of a run. Buffered, because a script may log thousands of lines in a second; whoever writes to standard
 /// error or waits flushes first.
 pub struct Output {
     stdout: BufWriter<Stdout>,
+    form: Form,
     flushed: Instant,
     error: Option<io::Error>,
 }
 
 impl Output {
-    /// The standard output of this process.
+    /// The standard output of this process, in lines.
     pub fn new() -> Self {
-        Output { stdout: BufWriter::new(io::stdout()), flushed: Instant::now(), error: None }
+        Output::of(Form::Lines)
     }
 
-    /// Writes a line. Bytes, because a script can cut a string in the middle of a character.
+    /// The standard output of this process.
+    pub fn of(form: Form) -> Self {
+        Output { stdout: BufWriter::new(io::stdout()), form, flushed: Instant::now(), error: None }
+    }
+
+    /// Writes a line that a script prints. Bytes, because a script can cut a string in the middle of a character.
     pub fn line(&mut self, line: &[u8]) {
+        match self.form {
+            Form::Lines => self.plain(line),
+            Form::Json => {
+                let object = json!({ "printed": String::from_utf8_lossy(line) });
+                self.plain(object.to_string().as_bytes());
+            }
+        }
+    }
+
+    /// Writes a line as it is.
+    pub fn plain(&mut self, line: &[u8]) {
         self.attempt(|stdout| {
             stdout.write_all(line)?;
             stdout.write_all(b"\n")

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use bittybuzz_compiler::bo;
 use bittybuzz_compiler::compile::{self, Compiled, Options};
+use bittybuzz_compiler::diagnostic::Diagnostic;
 use bittybuzz_compiler::include::{DiskFiles, Files, Loader, MAX_SOURCE_BYTES};
 use bittybuzz_compiler::parser::{self, Parsed};
 use bittybuzz_compiler::source::SourceMap;
@@ -83,13 +84,26 @@ impl Program {
         include: &[PathBuf],
         selection: &Selection,
     ) -> Result<Option<Program>, Problem> {
+        Program::open_and_tell(path, include, selection, |sources, diagnostics| {
+            report::diagnostics(sources, diagnostics);
+            Ok(())
+        })
+    }
+
+    /// As [`Program::open`], but `tell` gets what the compiler says.
+    pub fn open_and_tell(
+        path: &Path,
+        include: &[PathBuf],
+        selection: &Selection,
+        tell: impl FnOnce(&SourceMap, &[Diagnostic]) -> Result<(), Problem>,
+    ) -> Result<Option<Program>, Problem> {
         let kind = Kind::of(path)?;
         if kind == Kind::Image {
             return Program::load(path, selection).map(Some);
         }
         let Compiled { image, symbols, diagnostics, sources } =
             compiled(path, kind, include, selection)?;
-        report::diagnostics(&sources, &diagnostics);
+        tell(&sources, &diagnostics)?;
         let profile = selection.effective_profile();
         let sources = Some(sources);
         Ok(image.map(|image| Program { image, profile, symbols, sources }))

@@ -4,10 +4,13 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use annotate_snippets::{Group, Level};
+use bittybuzz_compiler::diagnostic::Diagnostic;
+use bittybuzz_compiler::source::SourceMap;
 use bittybuzz_robot_spec::{Profile, Robot};
 use bittybuzz_vm_core::number::{Full, Tiny};
 use bittybuzz_vm_core::{Entry, Sizes};
 use clap::Args;
+use serde_json::{Value, json};
 
 use crate::Ending;
 use crate::backtrace::Backtrace;
@@ -15,6 +18,8 @@ use crate::drive::{self, End, Ended, InSight, SLOTS, Settings};
 use crate::fault;
 use crate::host::{Clock, HostRobot};
 use crate::interrupt::{self, Interrupt};
+use crate::json;
+use crate::output::{self, Form};
 use crate::problem::Problem;
 use crate::program::Program;
 use crate::report;
@@ -36,6 +41,7 @@ Examples:
   bbz run walk.bzz --id 3 --seed 7       as robot 3, with other random numbers
   bbz run follow.bzz -I behaviours       search behaviours/ for included files
   bbz run blink.bbi                      what `bbz build` has made
+  bbz run hello.bzz --steps 9 --json     for other programs
 
 Robot functions print their calls, such as led(3). They are finished at once and return 0, 0.0 or nil.
 A delay takes its time in real time, none at full speed.
@@ -68,6 +74,9 @@ pub struct Arguments {
     /// Folder to search for included files; may be given several times
     #[arg(short = 'I', value_name = "DIR")]
     include: Vec<PathBuf>,
+    /// Write standard output as JSON objects, one on a line
+    #[arg(long)]
+    json: bool,
 }
 
 /// Reads the value of `--neighbor`.
@@ -91,7 +100,16 @@ fn neighbor(text: &str) -> Result<InSight, String> {
 /// Carries out the command.
 pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     let selection = arguments.selection.select()?;
-    let opened = Program::open(&arguments.file, &arguments.include, &selection)?;
+    let tell = |sources: &SourceMap, diagnostics: &[Diagnostic]| {
+        if !arguments.json {
+            report::diagnostics(sources, diagnostics);
+            return Ok(());
+        }
+        let (errors, warnings) = report::count(diagnostics);
+        let messages = json::messages(&json::diagnostics(sources, diagnostics), errors, warnings);
+        output::write(&format!("{messages}\n"))
+    };
+    let opened = Program::open_and_tell(&arguments.file, &arguments.include, &selection, tell)?;
     let Some(program) = opened else { return Ok(Ending::CompileError) };
     let robot = selection.robot.as_ref();
     let settings = Settings {
@@ -108,7 +126,8 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         Some(_) => Clock::Simulated,
         None => Clock::Real { until: None },
     };
-    let mut host = HostRobot::new(selection.playable(), &program, clock);
+    let form = if arguments.json { Form::Json } else { Form::Lines };
+    let mut host = HostRobot::new(selection.playable(), &program, clock, form);
     let mut interrupt = Interrupt::install().map_err(Problem::Interrupt)?;
     let drive = match program.profile {
         Profile::Tiny => drive::drive::<Tiny>,
@@ -119,8 +138,24 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         drive(&program.image, &settings, &is_known, &mut host, &mut interrupt)
             .map_err(|cause| Problem::refused(&arguments.file, cause))?;
     let refusal = host.refusal.take();
-    host.output.finish()?;
     let backtrace = Backtrace::new(&program, positions, Some(entry));
+    if arguments.json {
+        let (ended, fault) = match &end {
+            End::Complete | End::OutputClosed => ("complete", Value::Null),
+            End::Interrupted => ("interrupted", Value::Null),
+            End::Fault(fault) => {
+                ("fault", fault::json(fault, &program, &backtrace, refusal.as_deref()))
+            }
+        };
+        let object = json!({ "ended": ended, "steps": steps, "fault": fault });
+        host.output.plain(object.to_string().as_bytes());
+        host.output.finish()?;
+        return Ok(match end {
+            End::Fault(_) => Ending::RuntimeError,
+            End::Complete | End::OutputClosed | End::Interrupted => Ending::Success,
+        });
+    }
+    host.output.finish()?;
     match end {
         End::Complete | End::OutputClosed => Ok(Ending::Success),
         End::Interrupted => {

@@ -162,6 +162,38 @@ fn destroy_runs_after_the_last_step_where_it_is_wanted() {
 }
 
 #[test]
+fn json_has_an_object_for_each_line() {
+    let objects = |test: &str, script: &str, status: i32| -> Vec<serde_json::Value> {
+        let outcome = run(test, script, &["--steps", "3", "--json"]);
+        assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(status), ""));
+        outcome.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    };
+    let told = objects("json", "n = 0\nfunction step() { n = n + 1  log(\"a\\\"\", n) }\n", 0);
+    assert_eq!((&told[0]["errors"], &told[0]["warnings"]), (&0.into(), &0.into()));
+    let printed: Vec<&str> = told.iter().filter_map(|object| object["printed"].as_str()).collect();
+    assert_eq!(printed, ["a\"1", "a\"2", "a\"3"]);
+    let end = serde_json::json!({ "ended": "complete", "steps": 3, "fault": null });
+    assert_eq!(told.last(), Some(&end));
+    let script =
+        "n = 0\nfunction f(x) { return 1 / x }\nfunction step() { n = n + 1  log(f(n - 2)) }\n";
+    let told = objects("json_fault", script, 1);
+    let end = told.last().unwrap();
+    assert_eq!((&end["ended"], &end["steps"]), (&"fault".into(), &2.into()));
+    let (fault, calls) = (&end["fault"], &end["fault"]["calls"]);
+    assert_eq!(
+        (&fault["code"], &fault["message"]),
+        (&"R0005".into(), &"integer division by zero".into())
+    );
+    assert_eq!(
+        (&calls[0]["line"], &calls[0]["column"], &calls[0]["function"]),
+        (&2.into(), &24.into(), &"f".into())
+    );
+    assert_eq!((&calls[1]["line"], &calls[1]["function"]), (&3.into(), &"step".into()));
+    let told = objects("json_error", "log(size())\n", 2);
+    assert_eq!((told.len(), &told[0]["diagnostics"][0]["code"]), (1, &"E0403".into()));
+}
+
+#[test]
 fn every_kind_of_fault_says_what_went_wrong() {
     // The variables keep the compiler from seeing the mistake.
     let cases = [
