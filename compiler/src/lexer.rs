@@ -43,6 +43,8 @@ struct Lexer<'a> {
     endless_string: Option<usize>,
     /// A `/*` without `*/` was met.
     endless_comment: bool,
+    /// A line that ends with a carriage return alone was reported.
+    told_of_line_ends: bool,
 }
 
 impl<'a> Lexer<'a> {
@@ -60,6 +62,7 @@ impl<'a> Lexer<'a> {
             multi_line_strings: Vec::new(),
             endless_string: None,
             endless_comment: false,
+            told_of_line_ends: false,
         }
     }
 
@@ -159,16 +162,34 @@ impl<'a> Lexer<'a> {
     fn skip_blanks(&mut self) {
         while let Some(next) = self.peek() {
             match next {
-                ' ' | '\t' | '\r' => {}
+                ' ' | '\t' => {}
+                '\r' if self.peek_after(1) == Some('\n') => {}
+                '\r' => self.old_line_end(),
                 '\n' => self.separation = self.separation.max(Separation::Newline),
                 ';' => self.separation = Separation::Semicolon,
                 '#' => {
-                    self.eat_while(|c| c != '\n');
+                    self.eat_while(|c| !matches!(c, '\n' | '\r'));
                     continue;
                 }
                 _ => break,
             }
             self.position += 1;
+        }
+    }
+
+    /// At a carriage return without a line feed. As a blank it would make the rest of the file part of a comment.
+    fn old_line_end(&mut self) {
+        self.separation = self.separation.max(Separation::Newline);
+        if !std::mem::replace(&mut self.told_of_line_ends, true) {
+            let start = std::mem::replace(&mut self.start, self.position);
+            self.position += 1;
+            self.report(
+                Code::UnknownCharacter,
+                "a line ends with a carriage return alone",
+                "save the file with the line ends of Unix or Windows",
+            );
+            self.position -= 1;
+            self.start = start;
         }
     }
 

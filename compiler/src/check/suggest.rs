@@ -7,6 +7,7 @@ use crate::check::robots::Robots;
 use crate::check::tree::{FunctionId, Program};
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
+use crate::token::{Fixed, KEYWORDS};
 
 /// The candidate that is most like `name`, if one is alike enough to be meant.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
@@ -62,6 +63,11 @@ pub fn for_name(
     if let Some(help) = foreign(name) {
         let constant = constant(name).map(|constant| (constant.to_owned(), true));
         return Some(Advice { help: help.to_owned(), instead: constant });
+    }
+    let keyword =
+        KEYWORDS.into_iter().map(Fixed::text).find(|word| name.eq_ignore_ascii_case(word));
+    if let Some(keyword) = keyword {
+        return Some(Advice::words(format!("the keyword is written `{keyword}`")));
     }
     let member = builtin::TABLE.iter().find(|info| info.name == name && path(info).contains('.'));
     if let Some(info) = member {

@@ -34,6 +34,10 @@ impl Lexer<'_> {
             self.eat_while(is_name_part);
             return self.malformed("Buzz has no digit separators: write the digits in one piece");
         }
+        if self.read() == "0" && matches!(self.peek(), Some('b' | 'B')) {
+            self.eat_while(is_name_part);
+            return self.malformed("Buzz has no binary numbers: write `0x1F` or `31`");
+        }
         let text = self.read();
         if self.position > digits_end {
             return self.malformed("an exponent is an integer, as in `1e3` or `2.5e-4`");

@@ -89,7 +89,11 @@ impl Parser<'_> {
     /// Parameters and body.
     fn function(&mut self, start: Span, named: bool) -> Parse<Function> {
         if !self.at(Fixed::OpenParen) {
-            let diagnostic = self.unexpected("`(`");
+            let mut diagnostic = self.unexpected("`(`");
+            if self.at(Fixed::OpenBrace) {
+                diagnostic = diagnostic
+                    .help("parameters stand in parentheses, also if there are none: `f()`");
+            }
             return Err(self.report(diagnostic));
         }
         let (name, errors) = (self.position.saturating_sub(1), self.diagnostics.len());

@@ -330,6 +330,16 @@ fn limits() {
 }
 
 #[test]
+fn keywords_have_small_letters() {
+    let help = |script: &str| {
+        let found = build(script, FULL).diagnostics;
+        found.into_iter().find_map(|d| d.help).unwrap_or_default()
+    };
+    assert_eq!(help("If(1)"), "the keyword is written `if`");
+    assert_eq!(help("x = NIL"), "the empty value is written `nil`");
+}
+
+#[test]
 fn constants_are_computed_with_the_numbers_of_the_robot() {
     let codes = |script: &str, profile, robot: Option<&str>| -> Vec<String> {
         let mut options = Program::options(FULL);

@@ -88,6 +88,8 @@ fn malformed_numbers() {
     expect("x = 1.2.3", &["E0104 1:5"]);
     expect("x = 1..2", &["E0104 1:5"]);
     expect("x = {.1.2.3 = 4}", &["E0104 1:7"]);
+    expect("x = 0b101", &["E0104 1:5"]);
+    expect_words("x = 0b101", &["no binary numbers"]);
     // Buzz reads `0.0.` as `0.0`, and published programs have it.
     expect("x = {.y=0.0., .z=1.}", &["W0111 1:9"]);
     expect("x = 2.5.\ny = 3..", &["W0111 1:5", "E0104 2:5"]);
@@ -292,4 +294,12 @@ fn the_hash_is_stable() {
 
 fn tokens_of(text: &str) -> Vec<Token> {
     tokens(text).0
+}
+
+/// A comment would go on to the end of the file.
+#[test]
+fn lines_that_end_with_a_carriage_return_alone_are_refused() {
+    expect("# a comment\rx = 1\ry = = 2\r", &["E0101 1:12", "E0201 1:23"]);
+    expect("x = 1\ry = 2", &["E0101 1:6"]);
+    expect("# a comment\r\nx = 1\r\ny = \"a\"\r\n", &[]);
 }
