@@ -1,4 +1,4 @@
-//! `bbz check`: what the compiler says about scripts.
+//! `bbz check`: prints the messages of the compiler.
 
 mod fix;
 
@@ -24,7 +24,7 @@ Examples:
   bbz check hello.bzz                    with the functions of every known robot
   bbz check hello.bzz --robot kilobot    can the Kilobot run it?
   bbz check *.bzz --deny warnings        for a build that accepts no warning
-  bbz check hello.bzz --fix              mend what can mean nothing else, then check
+  bbz check hello.bzz --fix              mend clear mistakes, then check
   bbz check - --json < hello.bzz         for editors and other programs
 
 A comment `# bbz: allow(W0102)` silences a warning on its line, or on the next line with code.
@@ -73,7 +73,7 @@ fn denied(text: &str) -> Result<Denied, String> {
     }
 }
 
-/// What was said of all files.
+/// The messages about all files, and their numbers.
 struct Found {
     objects: Vec<serde_json::Value>,
     errors: usize,
@@ -164,7 +164,7 @@ impl Found {
         let Some(first) = self.first else { return };
         let counts = [(self.errors, "error"), (self.warnings, "warning")];
         let parts = counts.into_iter().filter(|(count, _)| *count > 0);
-        let parts: Vec<String> = parts.map(|(count, what)| report::counted(count, what)).collect();
+        let parts: Vec<String> = parts.map(|(count, noun)| report::counted(count, noun)).collect();
         let title = format!("{}; `bbz explain {}` explains", parts.join(" and "), first.text());
         report::print(Group::with_title(Level::NOTE.primary_title(title)));
     }

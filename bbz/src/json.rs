@@ -5,7 +5,7 @@ use bittybuzz_compiler::render::Renderer;
 use bittybuzz_compiler::source::SourceMap;
 use serde_json::{Value, json};
 
-/// What the compiler says about a script, an object each.
+/// Returns an object for each message about a script.
 pub fn diagnostics(sources: &SourceMap, diagnostics: &[Diagnostic]) -> Vec<Value> {
     let renderer = Renderer::new(sources);
     diagnostics
@@ -16,7 +16,7 @@ pub fn diagnostics(sources: &SourceMap, diagnostics: &[Diagnostic]) -> Vec<Value
         .collect()
 }
 
-/// What the compiler says, and how many errors and warnings there are.
+/// Returns one object with all messages and the numbers of errors and warnings.
 pub fn messages(diagnostics: &[Value], errors: usize, warnings: usize) -> Value {
     json!({ "errors": errors, "warnings": warnings, "diagnostics": diagnostics })
 }

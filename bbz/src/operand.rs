@@ -7,11 +7,11 @@ use bittybuzz_compiler::include::{Loader, MemoryFiles};
 use bittybuzz_compiler::parser;
 use bittybuzz_vm_core::{FaultCode, Type};
 
-/// What stands before an expression, so that it becomes a statement.
+/// The prefix that turns an expression into a statement.
 const TARGET: &str = "x = ";
 
-/// Returns the variable, field or `self` that the machine found to be nil. `marked` is the source text of the instruction, and
-/// `operands` are the types of its operands.
+/// Returns the variable, field or `self` that was nil, as it is written in the script. `marked` is the source text of the
+/// instruction, and `operands` are the types of its operands.
 pub fn nil(marked: &str, code: FaultCode, operands: [Type; 2]) -> Option<String> {
     let statement = format!("{TARGET}{marked}");
     let (text, stmt) = match only_statement(&statement) {
@@ -28,7 +28,7 @@ pub fn nil(marked: &str, code: FaultCode, operands: [Type; 2]) -> Option<String>
         FaultCode::WrongType => computed(expr, operands)?,
         FaultCode::NotATable if operands[0] == Type::Nil => match &expr.kind {
             ExprKind::Field { object, .. } | ExprKind::Index { object, .. } => object,
-            // A method that is looked for in what is no table.
+            // A method call reads the method from its object.
             ExprKind::Call { callee, .. } => match &callee.kind {
                 ExprKind::Field { object, .. } | ExprKind::Index { object, .. } => object,
                 _ => return None,

@@ -10,7 +10,7 @@ use crate::problem::Problem;
 /// How long a person may wait to see a line.
 const PATIENCE: Duration = Duration::from_millis(50);
 
-/// The form of what scripts print.
+/// The form of a script's output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
     /// Lines, as they are.

@@ -84,18 +84,18 @@ impl Program {
         include: &[PathBuf],
         selection: &Selection,
     ) -> Result<Option<Program>, Problem> {
-        Program::open_and_tell(path, include, selection, |sources, diagnostics| {
+        Program::open_reporting(path, include, selection, |sources, diagnostics| {
             report::diagnostics(sources, diagnostics);
             Ok(())
         })
     }
 
-    /// As [`Program::open`], but `tell` gets what the compiler says.
-    pub fn open_and_tell(
+    /// Opens a program as [`Program::open`] does, and hands the compiler's messages to `report`.
+    pub fn open_reporting(
         path: &Path,
         include: &[PathBuf],
         selection: &Selection,
-        tell: impl FnOnce(&SourceMap, &[Diagnostic]) -> Result<(), Problem>,
+        report: impl FnOnce(&SourceMap, &[Diagnostic]) -> Result<(), Problem>,
     ) -> Result<Option<Program>, Problem> {
         let kind = Kind::of(path)?;
         if kind == Kind::Image {
@@ -103,7 +103,7 @@ impl Program {
         }
         let Compiled { image, symbols, diagnostics, sources } =
             compiled(path, kind, include, selection)?;
-        tell(&sources, &diagnostics)?;
+        report(&sources, &diagnostics)?;
         let profile = selection.effective_profile();
         let sources = Some(sources);
         Ok(image.map(|image| Program { image, profile, symbols, sources }))

@@ -56,10 +56,10 @@ pub fn count(diagnostics: &[Diagnostic]) -> (usize, usize) {
 }
 
 /// `1 error`, `2 errors`
-pub fn counted(count: impl TryInto<u64>, what: &str) -> String {
+pub fn counted(count: impl TryInto<u64>, noun: &str) -> String {
     let count = count.try_into().unwrap_or(u64::MAX);
     let plural = if count == 1 { "" } else { "s" };
-    format!("{count} {what}{plural}")
+    format!("{count} {noun}{plural}")
 }
 
 /// Prints what is wrong with the command line or a file.

@@ -100,7 +100,7 @@ fn neighbor(text: &str) -> Result<InSight, String> {
 /// Carries out the command.
 pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     let selection = arguments.selection.select()?;
-    let tell = |sources: &SourceMap, diagnostics: &[Diagnostic]| {
+    let print = |sources: &SourceMap, diagnostics: &[Diagnostic]| {
         if !arguments.json {
             report::diagnostics(sources, diagnostics);
             return Ok(());
@@ -109,7 +109,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         let messages = json::messages(&json::diagnostics(sources, diagnostics), errors, warnings);
         output::write(&format!("{messages}\n"))
     };
-    let opened = Program::open_and_tell(&arguments.file, &arguments.include, &selection, tell)?;
+    let opened = Program::open_reporting(&arguments.file, &arguments.include, &selection, print)?;
     let Some(program) = opened else { return Ok(Ending::CompileError) };
     let robot = selection.robot.as_ref();
     let settings = Settings {

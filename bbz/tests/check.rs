@@ -1,4 +1,4 @@
-//! `bbz check`: messages of several scripts, what may be denied, silenced and mended.
+//! `bbz check`: several scripts, standard input, and warnings denied, silenced and mended.
 
 mod support;
 
@@ -67,7 +67,7 @@ fn comments_silence_warnings() {
     );
     assert_eq!(codes("allow_two", "# bbz: allow(W0302, W0301)\nx = nil + id / 0"), "");
     assert_eq!(codes("allow_other", "x = nil + 1 # bbz: allow(W0302)"), "W0301 1");
-    // What it cannot do it says.
+    // A comment that cannot be obeyed is reported.
     assert_eq!(codes("allow_error", "x = size() # bbz: allow(E0403)"), "E0403 1, W0112 1");
     assert_eq!(codes("allow_code", "x = 1 # bbz: allow(W0999)"), "W0112 1");
     assert_eq!(codes("allow_word", "x = 1 # bbz: alow(W0301)"), "W0112 1");

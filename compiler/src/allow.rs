@@ -1,7 +1,7 @@
 //! Comments that silence warnings: `# bbz: allow(W0102)`.
 //!
-//! Behind a statement the comment is for its own line, on a line of its own for the next line with code. Several codes are
-//! separated by commas. An error cannot be silenced.
+//! A comment after a statement applies to its own line, a comment on a line of its own to the next line with code. Commas
+//! separate several codes. Errors cannot be silenced.
 
 use std::collections::HashSet;
 
@@ -22,7 +22,7 @@ pub struct Allowances {
 }
 
 impl Allowances {
-    /// Reads the comments of a script and of what it includes.
+    /// Reads the comments of a script and of the files that it includes.
     pub fn read(sources: &SourceMap) -> Self {
         let mut allowances = Allowances::default();
         for (file, source) in sources.files() {

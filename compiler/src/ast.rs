@@ -55,12 +55,12 @@ pub enum StmtKind {
     Call(Expr),
 }
 
-/// A condition of an `if`, and what runs where it is the first that is true.
+/// One condition of an `if` and its block, which runs if no earlier condition is true.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Branch {
     /// The condition.
     pub condition: Expr,
-    /// What runs.
+    /// The block.
     pub then: Block,
 }
 
@@ -205,7 +205,7 @@ pub enum BinaryOp {
     Or,
 }
 
-/// How tightly a binary operator binds, the loosest first.
+/// The precedence of a binary operator, the loosest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Power {
     /// `and or`

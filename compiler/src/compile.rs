@@ -74,7 +74,7 @@ pub fn compile_parsed(parsed: Parsed, options: &Options) -> Compiled {
         .filter(|found| found.severity() == Severity::Error)
         .map(|found| found.span)
         .collect();
-    // A warning about what was not understood would most likely go away with the error.
+    // A warning about source with a syntax error in it would most likely go away with the error.
     let is_consequence = |found: &Diagnostic| {
         found.severity() == Severity::Warning
             && syntax_errors.iter().any(|error| found.span.contains(*error))

@@ -34,9 +34,9 @@ pub struct Diagnostic {
 /// A change of the source.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Edit {
-    /// What goes.
+    /// The text that is replaced; an empty span inserts.
     pub span: Span,
-    /// What comes in its place.
+    /// The replacement.
     pub text: String,
     /// The script can mean nothing else. `bbz check --fix` makes no other changes.
     pub is_certain: bool,
@@ -74,13 +74,13 @@ impl Diagnostic {
         self
     }
 
-    /// Adds a change that does what was meant.
+    /// Adds a change that certainly corrects the mistake.
     pub fn edit(mut self, span: Span, text: impl Into<String>) -> Self {
         self.edits.push(Edit { span, text: text.into(), is_certain: true });
         self
     }
 
-    /// Adds a change that likely does what was meant.
+    /// Adds a change that likely corrects the mistake.
     pub fn guess(mut self, span: Span, text: impl Into<String>) -> Self {
         self.edits.push(Edit { span, text: text.into(), is_certain: false });
         self

@@ -10,7 +10,7 @@ use crate::problem::Problem;
 use crate::program;
 use crate::whole_file;
 
-/// Mends the files of a script. Returns how many mistakes were mended; what overlaps waits for the next time.
+/// Mends the files of a script and returns the number of mistakes mended. Changes that overlap others are left for the next run.
 pub fn mend(
     main: &Path,
     sources: &SourceMap,
@@ -40,7 +40,7 @@ pub fn mend(
     for (file, mut edits) in edits {
         let source = sources.file(file);
         let mut text = source.text.clone();
-        // From the end, so that what is still to come keeps its place.
+        // Changes go from the end to the start, so that earlier spans stay valid.
         edits.sort_by_key(|edit| std::cmp::Reverse(edit.span.start));
         for edit in edits {
             text.replace_range(edit.span.start as usize..edit.span.end as usize, &edit.text);

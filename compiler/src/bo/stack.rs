@@ -264,7 +264,7 @@ fn truth(expr: Expr, height: u32) -> (Expr, u32) {
     (not(not(expr)), height + 2)
 }
 
-/// Whether an expression is 0 or 1: a truth value, or what [`Stack::binary`] has made of a `land` or `lor`.
+/// Returns true if the value is certainly 0 or 1: a truth value, or the result of a `land` or `lor` that [`Stack::binary`] rewrote.
 fn is_made_truth(expr: &Expr) -> bool {
     match &expr.kind {
         ExprKind::Chain { first, links }

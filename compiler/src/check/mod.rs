@@ -56,7 +56,7 @@ pub fn check<'a>(
     diagnostics.extend(forgotten::check_forgotten(&program, &meanings));
     diagnostics.extend(arguments::check_arguments(&program, &meanings));
     diagnostics.extend(overflow::check_overflow(&program, arithmetic));
-    // What is wrong comes first: a misspelt name leaves the right one unused, and so does a syntax error.
+    // Errors come first: a misspelt name leaves the right one unused, and so does a syntax error.
     let is_wrong = |found: &Diagnostic| {
         found.severity() == Severity::Error || found.code == Code::NeverAssigned
     };

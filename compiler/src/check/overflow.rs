@@ -22,7 +22,7 @@ pub fn check_overflow(program: &Program, profile: Profile) -> Vec<Diagnostic> {
                     let problem = left.and_then(|result| overflow(link.op, a, b, result, profile));
                     if let Some(problem) = problem {
                         diagnostics.push(problem.diagnostic(link.span, profile));
-                        // What is computed with a wrong number is wrong, too.
+                        // Every later result of the chain is wrong as well; one message is enough.
                         break;
                     }
                 }

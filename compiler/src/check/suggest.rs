@@ -28,12 +28,12 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         .map(|(_, candidate)| candidate)
 }
 
-/// What the author may have meant.
+/// A proposal for a name that is not defined.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Advice {
-    /// In words.
+    /// The help of the message.
     pub help: String,
-    /// What to write in the place of the name, and whether that is certain.
+    /// The replacement of the name; true if no other one is possible.
     pub instead: Option<(String, bool)>,
 }
 
@@ -165,7 +165,7 @@ pub fn library_path(library: Library) -> &'static str {
     }
 }
 
-/// What Buzz has for a constant of other languages.
+/// The value in Buzz of a constant of other languages.
 fn constant(name: &str) -> Option<&'static str> {
     match name.to_lowercase().as_str() {
         "true" => Some("1"),

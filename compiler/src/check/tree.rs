@@ -166,7 +166,7 @@ pub enum StmtKind {
     If {
         /// The conditions, in the order in which they are tested.
         branches: Vec<Branch>,
-        /// What runs if none of them is true.
+        /// The block that runs if none of them is true.
         otherwise: Block,
     },
     /// `while`, or what follows the first part of a `for`.
@@ -184,12 +184,12 @@ pub enum StmtKind {
     Call(Expr),
 }
 
-/// A condition of an `if`, and what runs where it is the first that is true.
+/// One condition of an `if` and its block, which runs if no earlier condition is true.
 #[derive(Debug, Clone)]
 pub struct Branch {
     /// The condition.
     pub condition: Expr,
-    /// What runs.
+    /// The block.
     pub then: Block,
 }
 
@@ -281,7 +281,7 @@ pub struct Link {
     pub op: BinaryOp,
     /// Its right side.
     pub right: Expr,
-    /// The source of the value so far, from the first operand to this one.
+    /// The source of the value up to here, from the first operand to this one.
     pub span: Span,
 }
 

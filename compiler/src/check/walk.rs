@@ -168,7 +168,7 @@ impl Checker<'_> {
         }
     }
 
-    /// The operands of `and` and `or`, each under what the operands before it make sure of.
+    /// Visits the operands of `and` and `or`. Each is guarded by the operands before it.
     fn tested_in_row(&mut self, first: &Expr, links: &[Link]) {
         let outside = self.guarded.len();
         self.tested(first);
@@ -178,7 +178,7 @@ impl Checker<'_> {
                 let names = not_nil_if(before, link.op == BinaryOp::And, self.meanings);
                 self.guarded.extend(names);
             } else {
-                // A true `or` tells of none of its operands, and neither does a false `and`.
+                // A true `or` guarantees none of its operands, and neither does a false `and`.
                 self.guarded.truncate(outside);
                 run = Some(link.op);
             }

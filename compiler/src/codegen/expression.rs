@@ -233,7 +233,7 @@ impl<'a> Code<'_, 'a> {
         }
     }
 
-    /// Goes on behind the left side of `and` or `or`, which is on the stack, only if it does not decide.
+    /// Emits the jump over the right side of `and` or `or`, taken if the left side on the stack decides the result.
     fn short_cut(&mut self, op: BinaryOp, left: Span) -> Label {
         let end = self.builder.label();
         let opcode = if op == BinaryOp::And { opcode::AND } else { opcode::OR };

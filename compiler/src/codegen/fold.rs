@@ -222,8 +222,8 @@ impl Folder<'_> {
         constant::unary(self.profile, op, operand).map(Number::to_expr)
     }
 
-    /// Computes the first operations, up to the one that only the machine can do: its value is not known, so neither
-    /// are those behind it.
+    /// Computes the first operations, up to the first that only the machine can do. Its value is unknown, and so are the
+    /// values of all later ones.
     fn chain(&self, first: &mut Expr, links: &mut Vec<Link>) -> Option<ExprKind> {
         let mut known = 0;
         for link in links.iter_mut() {

@@ -30,7 +30,7 @@ pub fn is_float(expr: &Expr) -> bool {
     }
 }
 
-/// Whether an operation gives a float for certain; `left` tells whether its left side is one.
+/// Returns true if the result of an operation is certainly a float; `left` is true if its left side is one.
 pub fn gives_float(op: BinaryOp, left: bool, right: &Expr) -> bool {
     match op {
         BinaryOp::Add | BinaryOp::Sub | BinaryOp::Mul | BinaryOp::Div | BinaryOp::Mod => {
@@ -56,7 +56,7 @@ fn same_integer(literal: &Expr, other_is_float: impl FnOnce() -> bool) -> Option
 }
 
 /// The integer that is added where an operation adds or subtracts the literal on its right side; `left_is_float`
-/// tells whether its left side is a float for certain.
+/// is true if its left side is certainly a float.
 pub fn added_integer(op: BinaryOp, left_is_float: bool, right: &Expr) -> Option<i16> {
     let literal = || same_integer(right, || left_is_float);
     match op {

@@ -36,7 +36,7 @@ impl Parser<'_> {
         Ok(StmtKind::Function { name, function })
     }
 
-    /// A lambda as a statement, kept for what is to be said of it.
+    /// Keeps a lambda that stands as a statement, so that its body is checked.
     fn function_without_name(&mut self, start: Span) -> Parse<StmtKind> {
         let diagnostic =
             Diagnostic::new(Code::FunctionWithoutName, start, "this function has no name")

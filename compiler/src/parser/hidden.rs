@@ -12,7 +12,7 @@ use crate::token::{Fixed, Token, TokenKind};
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Hidden {
     is_any: bool,
-    /// A file could not be included, or the parser gave up: every name may stand in what was not read.
+    /// A file could not be included, or the parser gave up: any name may be defined in source that was not read.
     is_everything: bool,
     /// Names in statements and brackets that were not understood.
     lost: BTreeSet<String>,
@@ -86,7 +86,7 @@ fn hides_a_file(code: Code) -> bool {
     )
 }
 
-/// The name at the very end of the script, which somebody may be about to write.
+/// The name at the very end of the script, which the author may not have finished.
 fn unfinished(tokens: &[Token], sources: &SourceMap) -> Option<String> {
     let last = tokens.iter().rev().find(|token| token.kind != TokenKind::FileEnd)?;
     let is_at_end = last.span.file == FileId::default()
@@ -94,7 +94,7 @@ fn unfinished(tokens: &[Token], sources: &SourceMap) -> Option<String> {
     name(last).filter(|_| is_at_end).map(str::to_owned)
 }
 
-/// The names behind `var` and `function`, those before `=`, and those of parameters.
+/// The names after `var` and `function`, those before `=`, and those of parameters.
 fn defined(tokens: &[Token]) -> BTreeSet<String> {
     let mut names = BTreeSet::new();
     let mut is_in_parameters = false;

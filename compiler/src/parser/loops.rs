@@ -74,7 +74,7 @@ impl Parser<'_> {
         })
     }
 
-    /// The body is kept, for what is to be said of it.
+    /// Keeps the body, so that it is checked.
     fn for_without_parentheses(&mut self) -> Parse<StmtKind> {
         let diagnostic = self.unexpected("`(`").help(FOR_HELP);
         let (reported, start) = (self.report(diagnostic), self.position);

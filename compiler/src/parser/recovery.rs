@@ -18,7 +18,7 @@ impl Parser<'_> {
         Reported
     }
 
-    /// Returns true if there is an error among the diagnostics behind the first `count`.
+    /// Returns true if there is an error among the diagnostics after the first `count`.
     pub(super) fn found_error_since(&self, count: usize) -> bool {
         let found = self.diagnostics.get(count..).unwrap_or_default();
         found.iter().any(|diagnostic| diagnostic.severity() == Severity::Error)

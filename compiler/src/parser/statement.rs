@@ -261,7 +261,7 @@ impl Parser<'_> {
         }
     }
 
-    /// The block is kept, for what is to be said of it.
+    /// Keeps the block, so that it is checked.
     fn else_without_if(&mut self) -> Parse<StmtKind> {
         let diagnostic = Diagnostic::new(
             Code::ElseWithoutIf,

@@ -388,7 +388,7 @@ fn syntax_errors_hide_no_other_messages_but_bring_no_false_ones() {
         ("function(a) { nosuch(a) }", "E0401"),
         ("y = = 3\nlog(mat.pi) log(math.tau)", "W0201 W0208"),
         ("y = = 3\nfunction step(dt) { log(dt) }", "W0213"),
-        // Names in what was not understood may be anything.
+        // Names in source that could not be read may be defined there.
         ("int x 5\nlog(x)", ""),
         ("local function f(a) { return a }\nf(1)", ""),
         ("f(1) def f(a) { y = 2 }", ""),

@@ -355,8 +355,8 @@ fn a_saved_register_that_assembly_reads_is_an_argument() {
 
 #[test]
 fn code_behind_a_long_loop_is_reached() {
-    // The loop ends with one of the last instructions that an execution has time for. Zero is never one, so that what stands
-    // behind is only reached by steering.
+    // The loop ends with one of the last instructions that an execution has time for. Zero is never one, so that the
+    // store is only reached by steering.
     for rounds in 740..760 {
         let (low, high) = (format!("ldi r24, lo8({rounds})"), format!("ldi r25, hi8({rounds})"));
         let count = [&*low, &high, ".L1:", "sbiw r24, 1", "brne .L1"];

@@ -96,8 +96,8 @@ fn small(seed: u64) -> Tape {
 }
 
 impl Search<'_> {
-    /// Executes with an input and keeps it if it is of use. An execution that was cut goes on behind its last new outcome until
-    /// nothing new comes: else the instructions there, and the branches among them, might never be executed.
+    /// Executes with an input and keeps it if it is of use. An execution that was cut is continued after its last new outcome until
+    /// it finds no other: else the instructions there, and the branches among them, might never be executed.
     fn attempt(&mut self, input: Input) {
         let mut next = Some(input);
         while let Some(input) = next.take() {
