@@ -19,7 +19,7 @@
 //! * [`engine`]: bodies, contacts, links, light.
 //! * [`output`]: recordings, pictures, tables.
 //! * [`robot`]: the interface to models of robots, and robots with their scripts.
-//! * [`run`]: scripts in the robots of a scenario, its events and expectations.
+//! * [`run`]: scripts in the robots of a scenario, its events, expectations and observers.
 //! * [`scenario`]: files that say what is in a world, what happens in it, and what must come of it.
 
 #![forbid(unsafe_code)]

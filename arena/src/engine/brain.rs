@@ -8,7 +8,7 @@ use super::geometry::Pose;
 use super::herd::{Herd, HerdId};
 use super::id::RobotId;
 use super::light::{self, Light};
-use super::link::{Heard, Late, Sighting, Transmission};
+use super::link::{Heard, Late, Medium, SentFrame, Sighting, Transmission};
 use super::ranger::Sight;
 use super::ray::{Ray, Side};
 
@@ -103,6 +103,7 @@ pub struct Inbox<'a> {
     pub(crate) heard: &'a [Heard],
     pub(crate) air: &'a [Transmission],
     pub(crate) late: Option<&'a Late>,
+    pub(crate) medium: Medium,
 }
 
 impl<'a> Inbox<'a> {
@@ -120,14 +121,25 @@ impl<'a> Inbox<'a> {
 
     /// All of them, the oldest first.
     pub fn iter(&self) -> impl Iterator<Item = Frame<'a>> + use<'a> {
-        let Inbox { heard, air, late } = *self;
+        let Inbox { heard, air, late, .. } = *self;
         heard
             .iter()
             .map(|heard| Frame {
                 bytes: air[heard.transmission as usize].packet.bytes(),
                 sighting: heard.sighting,
             })
-            .chain(late.map(|late| Frame { bytes: late.packet.bytes(), sighting: late.sighting }))
+            .chain(late.map(|late| Frame { bytes: late.frame.bytes(), sighting: late.sighting }))
+    }
+
+    /// Returns the frame at a place of [`iter`](Self::iter), as observers see it; `now` is the tick.
+    pub(crate) fn sent(&self, place: usize, now: u64) -> Option<SentFrame> {
+        match self.heard.get(place) {
+            Some(heard) => {
+                let transmission = self.air.get(heard.transmission as usize)?;
+                Some(SentFrame::heard_at(now, self.medium, transmission))
+            }
+            None => self.late.map(|late| late.frame.clone()),
+        }
     }
 }
 

@@ -73,7 +73,10 @@ pub use geometry::{Area, Pose, wrap};
 pub use herd::HerdId;
 pub use id::RobotId;
 pub use light::{Light, LightId};
-pub use link::{Infrared, Link, Loss, Media, Medium, Nrf24, P2p, RangeAndBearing, Sighting};
+pub use link::{
+    Arrival, Fate, FrameLog, Infrared, Link, Loss, LossCause, Media, Medium, Nrf24, P2p,
+    RangeAndBearing, SendAttempt, SentFrame, Sighting,
+};
 pub use obstacle::Obstacle;
 pub(crate) use obstacle::SLOP;
 pub use ray::Side;

@@ -1,6 +1,6 @@
 //! Memory of one cohort during a tick.
 
-use super::link::{Attempt, Heard, Medium, Near};
+use super::link::{Arrival, Attempt, Heard, Medium, Near};
 use super::statistics::LinkStatistics;
 
 /// Results of one cohort in a tick; kept for its memory.
@@ -10,4 +10,6 @@ pub(crate) struct Scratch {
     pub(crate) heard: Vec<Heard>,
     pub(crate) planned: [Vec<Attempt>; Medium::COUNT],
     pub(crate) links: [LinkStatistics; Medium::COUNT],
+    /// The fates of frames, while the world is watched.
+    pub(crate) arrivals: Vec<Arrival>,
 }

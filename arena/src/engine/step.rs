@@ -28,6 +28,7 @@ struct Surroundings<'a> {
     herds: &'a [Herd],
     seed: u64,
     now: u64,
+    is_watched: bool,
 }
 
 /// A cohort with everything of its robots.
@@ -93,6 +94,7 @@ impl<B: Brain> World<B> {
             topology,
             calibration,
             scratch,
+            frame_log,
             pool,
             ..
         } = self;
@@ -104,6 +106,7 @@ impl<B: Brain> World<B> {
             herds,
             seed: settings.seed,
             now: *now,
+            is_watched: frame_log.is_some(),
         };
         each(pool.as_deref(), parts(cohorts, scratch, robots, brains, poses, estimates), |part| {
             part.think(&around)
@@ -114,6 +117,9 @@ impl<B: Brain> World<B> {
             }
             for (sum, links) in self.statistics.links.iter_mut().zip(&mut scratch.links) {
                 sum.add(&core::mem::take(links));
+            }
+            if let Some(log) = &mut self.frame_log {
+                log.arrivals.append(&mut scratch.arrivals);
             }
         }
     }
@@ -177,7 +183,8 @@ impl<B: Brain> World<B> {
             air.turn();
             let count = &mut self.statistics.links[index];
             let (robots, brains) = (&mut self.robots, &mut self.brains);
-            self.schedules[index].run(&window, robots, brains, air, count);
+            let seen = self.frame_log.as_deref_mut().map(|log| &mut log.attempts);
+            self.schedules[index].run(&window, robots, brains, air, count, seen);
         }
     }
 }
@@ -227,6 +234,13 @@ impl<B: Brain> Part<'_, B> {
         let robots = robots.iter_mut().zip(brains).zip(senses).enumerate();
         for (index, ((robot, brain), (pose, estimate))) in robots {
             robot.radio.turn(herd.medium);
+            if around.is_watched {
+                let id = RobotId((cohort.first + index) as u16);
+                let (ether, is_running) =
+                    (&around.ether[herd.medium as usize], robot.state == RobotState::Running);
+                let Scratch { near, arrivals, .. } = &mut *scratch;
+                ether.miss(id, pose, around.now, is_running, near, arrivals);
+            }
             if robot.state == RobotState::Running {
                 let id = RobotId((cohort.first + index) as u16);
                 let body = Controls { block: &mut *cohort.block, index };
@@ -256,13 +270,16 @@ impl Thinker<'_> {
         let ether = &around.ether[*medium as usize];
         let late = robot.radio.late.take_if(|late| late.due <= now);
         let mut listener = Listener { id, pose, estimate, media, late: &mut robot.radio.late, now };
-        ether.hear(
-            &mut listener,
-            || Stream::new(around.seed, Purpose::Hear, id.0, now),
-            &mut scratch.near,
-            &mut scratch.heard,
-            &mut scratch.links[*medium as usize],
-        );
+        let stream = || Stream::new(around.seed, Purpose::Hear, id.0, now);
+        let Scratch { near, heard, links, arrivals, .. } = scratch;
+        let count = &mut links[*medium as usize];
+        if around.is_watched {
+            ether.hear(&mut listener, stream, near, heard, count, |frame, fate| {
+                arrivals.push(ether.arrival(id, now, frame, fate));
+            });
+        } else {
+            ether.hear(&mut listener, stream, near, heard, count, |_, _| ());
+        }
         brain.tick(&mut Io {
             id,
             now,
@@ -270,6 +287,7 @@ impl Thinker<'_> {
                 heard: &scratch.heard,
                 air: ether.air.transmissions(),
                 late: late.as_deref(),
+                medium: *medium,
             },
             sensors: Sensors {
                 id,

@@ -14,7 +14,7 @@ use super::geometry::Pose;
 use super::herd::{Cohort, Herd, HerdId};
 use super::id::RobotId;
 use super::light::{Light, LightId};
-use super::link::{Air, Calibration, Loss, Media, Medium, Radio, Schedule, Topology};
+use super::link::{Air, Calibration, FrameLog, Loss, Media, Medium, Radio, Schedule, Topology};
 use super::obstacle::{Obstacle, Obstacles};
 use super::robot::{Robot, RobotState, View};
 use super::scratch::Scratch;
@@ -45,6 +45,8 @@ pub struct World<B> {
     pub(crate) calibration: Calibration,
     pub(crate) statistics: Statistics,
     pub(crate) scratch: Vec<Scratch>,
+    /// `None`: nobody watches.
+    pub(crate) frame_log: Option<Box<FrameLog>>,
     /// `None`: the caller's thread does everything.
     pub(crate) pool: Option<Arc<ThreadPool>>,
 }
@@ -79,6 +81,7 @@ impl<B: Brain> World<B> {
             calibration: Calibration::new(),
             statistics: Statistics::default(),
             scratch: Vec::new(),
+            frame_log: None,
             pool,
         })
     }
@@ -328,6 +331,22 @@ impl<B: Brain> World<B> {
     #[must_use]
     pub fn connects(&self, a: RobotId, b: RobotId) -> bool {
         self.topology.connects(a, b)
+    }
+
+    /// Notes the frames of each tick from now on, until [`take_frame_log`](Self::take_frame_log).
+    pub fn watch(&mut self) {
+        self.frame_log.get_or_insert_default();
+    }
+
+    /// Returns true while the world notes frames.
+    #[must_use]
+    pub fn is_watched(&self) -> bool {
+        self.frame_log.is_some()
+    }
+
+    /// Returns the frames since [`watch`](Self::watch), and notes no more.
+    pub fn take_frame_log(&mut self) -> FrameLog {
+        self.frame_log.take().map_or_else(FrameLog::default, |log| *log)
     }
 
     /// What was counted since the beginning.

@@ -14,6 +14,7 @@ use super::log::{LogLine, News};
 use super::machine::{self, Machine};
 use super::model::RobotModel;
 use super::overruns::Overrun;
+use super::seen::RobotEvent;
 use super::state::State;
 
 /// The program of a robot at work.
@@ -74,8 +75,7 @@ impl SimRobot {
 
     /// Its script has logged a line.
     pub fn has_logged(&mut self, line: LogLine) {
-        self.state.memory.logged.push(line);
-        self.state.news.note();
+        self.state.log(line);
     }
 
     /// Its script has completed a step: after a fault it has started again.
@@ -98,13 +98,13 @@ impl SimRobot {
     /// Its script has stopped. Its firmware reports a restart.
     pub fn has_stopped(&mut self, tick: u64, fault: Fault, positions: Vec<u16>) {
         let record = self.state.record(tick, fault, positions, None);
-        self.state.faults().stop(record);
+        self.state.add_fault(FaultRecord { consequence: Consequence::Stop, ..record });
     }
 
     /// A fault has ended a listener or a handler of its script.
     pub fn has_contained(&mut self, tick: u64, fault: Fault, positions: Vec<u16>) {
         let record = self.state.record(tick, fault, positions, None);
-        self.state.faults().contain(record);
+        self.state.add_fault(record);
     }
 
     /// A fault has ended a listener or a handler of its script, which is new if there was none at that place.
@@ -152,9 +152,10 @@ impl SimRobot {
         self.state.news = news;
     }
 
-    /// Takes over the log of another robot, and its battery.
+    /// Takes over the log of another robot, what an observer has yet to see of it, and its battery.
     pub fn adopt(&mut self, other: &mut Self) {
         self.state.memory.logged.append(&mut other.state.memory.logged);
+        self.state.seen = other.state.seen.take();
         let (memory, before) = (&mut self.state.memory, &other.state.memory);
         memory.battery_mv = before.battery_mv;
         if let (Some(autopilot), Some(before)) = (&mut memory.autopilot, &before.autopilot) {
@@ -165,6 +166,16 @@ impl SimRobot {
     /// Sets the voltage of its battery.
     pub fn set_battery(&mut self, millivolts: u16) {
         self.state.memory.battery_mv = Some(millivolts);
+    }
+
+    /// Notes its events from now on, until [`take_seen`](Self::take_seen).
+    pub(crate) fn watch(&mut self) {
+        self.state.seen.get_or_insert_default();
+    }
+
+    /// Returns its events since [`watch`](Self::watch), and notes no more.
+    pub(crate) fn take_seen(&mut self) -> Vec<RobotEvent> {
+        self.state.seen.take().map_or_else(Vec::new, |seen| seen.events)
     }
 
     /// Takes the lines that it has logged.

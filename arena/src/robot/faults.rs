@@ -91,30 +91,26 @@ impl Faults {
         self.halt == Some(Halt::UntilPowerOn)
     }
 
-    /// A fault has ended a listener or a handler of conflicts.
-    pub fn contain(&mut self, record: FaultRecord) {
-        self.counts.handler_faults += 1;
-        self.remember(record);
-    }
-
     /// Firmware reports the number of handlers that failed, of which it describes the first at each place.
     pub fn has_contained(&mut self, count: u16) {
         self.counts.handler_faults = self.counts.handler_faults.max(count.into());
     }
 
-    /// A fault has stopped the script, which starts again when a pause is over.
-    pub fn pause(&mut self, record: FaultRecord) {
-        let pause = self.restarts.pause();
-        self.counts.faults += 1;
-        self.halt = Some(Halt::Pause);
-        self.remember(FaultRecord { consequence: Consequence::Pause(pause), ..record });
+    /// Returns the pause after a fault that stops the script now.
+    pub fn next_pause(&mut self) -> Consequence {
+        Consequence::Pause(self.restarts.pause())
     }
 
-    /// A fault has stopped the script until power-on, as far as is known.
-    pub fn stop(&mut self, record: FaultRecord) {
-        self.counts.faults += 1;
-        self.halt = Some(Halt::UntilPowerOn);
-        self.remember(FaultRecord { consequence: Consequence::Stop, ..record });
+    /// Counts a fault, whose consequence begins now.
+    pub fn add(&mut self, record: FaultRecord) {
+        let (count, halt) = match record.consequence {
+            Consequence::Contained => (&mut self.counts.handler_faults, self.halt),
+            Consequence::Pause(_) => (&mut self.counts.faults, Some(Halt::Pause)),
+            Consequence::Stop => (&mut self.counts.faults, Some(Halt::UntilPowerOn)),
+        };
+        *count += 1;
+        self.halt = halt;
+        self.remember(record);
     }
 
     /// Firmware reports that the script, which has just stopped, starts again after `pause` ticks.
@@ -160,7 +156,7 @@ mod tests {
 
     use super::*;
 
-    fn record(position: u16) -> FaultRecord {
+    fn record(position: u16, consequence: Consequence) -> FaultRecord {
         let operands = [Type::Nil, Type::Int];
         FaultRecord {
             tick: 7,
@@ -168,23 +164,31 @@ mod tests {
             positions: vec![position],
             entry: None,
             refusal: None,
-            consequence: Consequence::Contained,
+            consequence,
             count: 1,
         }
+    }
+
+    fn stop(faults: &mut Faults) {
+        faults.add(record(5, Consequence::Stop));
+    }
+
+    fn contain(faults: &mut Faults, position: u16) {
+        faults.add(record(position, Consequence::Contained));
     }
 
     /// The trace of a robot has a fault, then the pause, then the restart.
     #[test]
     fn firmware_reports_a_restart_after_the_fault() {
         let mut faults = Faults::default();
-        faults.stop(record(5));
+        stop(&mut faults);
         assert!(faults.is_over(), "until it reports a restart");
         faults.has_paused(20);
         assert!(faults.is_halted() && !faults.is_over());
         assert_eq!(faults.places()[0].consequence, Consequence::Pause(20));
         faults.start();
         assert!(!faults.is_halted());
-        faults.stop(record(5));
+        stop(&mut faults);
         faults.has_paused(40);
         let expected = FaultCounts { faults: 2, restarts: 1, handler_faults: 0 };
         assert_eq!((faults.counts(), faults.places()[0].count), (expected, 2));
@@ -194,11 +198,11 @@ mod tests {
     #[test]
     fn firmware_counts_handlers_that_failed() {
         let mut faults = Faults::default();
-        faults.contain(record(5));
+        contain(&mut faults, 5);
         faults.has_contained(1);
         assert_eq!(faults.counts().handler_faults, 1);
         faults.has_contained(4);
-        faults.contain(record(9));
+        contain(&mut faults, 9);
         faults.has_contained(5);
         assert_eq!((faults.counts().handler_faults, faults.places().len()), (5, 2));
     }
@@ -206,11 +210,12 @@ mod tests {
     #[test]
     fn one_place_may_stop_the_script_and_fail_in_a_listener() {
         let mut faults = Faults::default();
-        faults.contain(record(5));
-        faults.pause(record(5));
+        contain(&mut faults, 5);
+        let pause = faults.next_pause();
+        faults.add(record(5, pause));
         let consequences = faults.places().iter().map(|place| place.consequence);
         assert!(consequences.eq([Consequence::Contained, Consequence::Pause(10)]));
-        (0..20).for_each(|position| faults.contain(record(position)));
+        (0..20).for_each(|position| contain(&mut faults, position));
         assert_eq!((faults.places().len(), faults.counts().handler_faults), (PLACES, 21));
     }
 }

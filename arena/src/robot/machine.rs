@@ -6,17 +6,18 @@
 
 use bittybuzz_comms::queue::{Inbox, Outbox};
 use bittybuzz_robot_spec::Profile as NumberProfile;
-use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
+use bittybuzz_vm_core::message::{FULL_FRAME, Kind, TINY_FRAME};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{Counters, Entry, Image, ImageError, Outcome, Vm};
 
-use crate::engine::{Io, Sighting};
+use crate::engine::{Io, LossCause, Sighting};
 
 use super::content::{Content, content, value};
 use super::context::GroupContext;
 use super::overruns::Overrun;
 use super::platform::Platform;
 use super::queue::{InQueue, OutQueue, QueueProfile};
+use super::seen::RobotEvent;
 use super::state::{Stage, State};
 
 include!(concat!(env!("OUT_DIR"), "/machines.rs"));
@@ -64,6 +65,15 @@ impl Clone for Box<dyn Machine + Send> {
     fn clone(&self) -> Self {
         (**self).copy()
     }
+}
+
+/// Returns true for a frame that has a place in a queue of the profile.
+fn is_readable(profile: NumberProfile, frame: &[u8]) -> bool {
+    let longest = match profile {
+        NumberProfile::Tiny => TINY_FRAME,
+        NumberProfile::Full => FULL_FRAME,
+    };
+    frame.len() <= longest && frame.first().is_some_and(|first| Kind::of(*first).is_some())
 }
 
 type Loaded = Result<Box<dyn Machine + Send>, ImageError>;
@@ -157,6 +167,27 @@ where
         Ok(scripted)
     }
 
+    /// Takes the frames that were heard, as a robot does that is watched. Returns those without room in the queue.
+    #[cold] // Nobody watches most runs.
+    fn take_frames(&mut self, io: &Io<'_>, profile: NumberProfile) -> Vec<RobotEvent> {
+        let mut unread = Vec::new();
+        for (place, frame) in io.inbox.iter().enumerate() {
+            let dropped = self.inbox.dropped();
+            self.inbox.push(frame.bytes, frame.sighting);
+            self.has_mail = true;
+            if self.inbox.dropped() == dropped {
+                continue;
+            }
+            let cause = match is_readable(profile, frame.bytes) {
+                true => LossCause::QueueFull,
+                false => LossCause::Unreadable,
+            };
+            let sent = io.inbox.sent(place, io.now);
+            unread.extend(sent.map(|sent| RobotEvent::Unread(sent, cause)));
+        }
+        unread
+    }
+
     /// Runs a tick: global code and `init` in the first, then a step in each in which one is due, unless the one before takes longer.
     /// After a fault the steps of the pause handle messages only, and the script begins anew.
     fn run(&mut self, state: &mut State, io: &mut Io<'_>, is_due: bool) {
@@ -245,9 +276,13 @@ where
                 state.start(io.led);
             }
         }
-        for frame in io.inbox.iter() {
-            self.inbox.push(frame.bytes, frame.sighting);
-            self.has_mail = true;
+        if let Some(seen) = &mut state.seen {
+            seen.events.extend(self.take_frames(io, state.context.profile));
+        } else {
+            for frame in io.inbox.iter() {
+                self.inbox.push(frame.bytes, frame.sighting);
+                self.has_mail = true;
+            }
         }
         self.run(state, io, is_due);
     }

@@ -17,6 +17,7 @@ mod model;
 mod overruns;
 mod platform;
 mod queue;
+mod seen;
 mod state;
 
 pub use brain::SimRobot;
@@ -32,3 +33,5 @@ pub use machine::MOST_SLOTS;
 pub use model::{ModelKeys, Models, RobotModel};
 pub use overruns::{Overrun, Overruns};
 pub use queue::MOST as MOST_QUEUED;
+pub(crate) use seen::RobotEvent;
+pub use seen::{CallResult, FunctionCall};

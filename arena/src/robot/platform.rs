@@ -12,6 +12,7 @@ use crate::engine::Io;
 use super::call::{Call, CallNumbers, Done};
 use super::log::{LogLine, Piece};
 use super::queue::{InQueue, OutQueue};
+use super::seen::{CallResult, RobotEvent, Seen};
 use super::state::State;
 
 /// A robot during a tick. Frames wait in queues like the real robots'.
@@ -44,6 +45,29 @@ fn pieces<P: Profile, C: ByteCode, const SLOTS: usize>(
     items.collect()
 }
 
+/// Puts a frame into the queue of the link, and notes it if there is no room.
+#[cold] // Nobody watches most runs.
+fn send_observed(outbox: &mut dyn OutQueue, seen: &mut Seen, frame: &[u8]) {
+    let dropped = outbox.dropped();
+    outbox.push(frame);
+    if outbox.dropped() != dropped {
+        seen.events.push(RobotEvent::Unsent(frame.to_vec()));
+    }
+}
+
+/// Returns the result of a call as observers see it.
+fn result_of<P: Profile>(reply: &Result<Reply<P>, RobotFault>) -> CallResult {
+    match reply {
+        Ok(Reply::Wait) => CallResult::Waiting,
+        Ok(Reply::Value(value)) => {
+            let int = value.as_int().map(Piece::Int);
+            let number = int.or_else(|| value.as_f32().map(Piece::Float));
+            CallResult::Returned(number.unwrap_or(Piece::Nil))
+        }
+        Err(fault) => CallResult::Refused(*fault),
+    }
+}
+
 impl<P: Profile> Host<P> for Platform<'_, '_> {
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,
@@ -52,12 +76,15 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
         again: bool,
     ) -> Result<Reply<P>, RobotFault> {
         let Platform { io, state, .. } = self;
-        let State { context, news, memory, refusal, .. } = &mut **state;
+        let State { context, news, memory, refusal, seen, .. } = &mut **state;
         let Some((function, effect)) = context.function(function) else {
             return Err(RobotFault::Refused(Refusal::NotBuiltIn));
         };
         if let Err(fault) = accepting(&[function], &arguments) {
             *refusal = Some(accepted_lists(&[function]));
+            if let Some(seen) = seen {
+                seen.call(&function.name, pieces(&arguments), CallResult::Refused(fault));
+            }
             return Err(fault);
         }
         let number = |index| match arguments.item(index) {
@@ -81,20 +108,27 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
         if memory.logged.len() > lines {
             news.note();
         }
-        Ok(match done {
-            Done::Nil => Reply::Value(Value::nil()),
-            Done::Int(value) => Reply::Value(Value::int(value)),
-            Done::Float(value) => Reply::Value(Value::float(value)),
-            Done::Wait => Reply::Wait,
-            Done::Idle => Reply::Value(idle_result(function)),
-            Done::OutOfRange => return Err(RobotFault::Refused(Refusal::OutOfRange)),
-        })
+        let reply = match done {
+            Done::Nil => Ok(Reply::Value(Value::nil())),
+            Done::Int(value) => Ok(Reply::Value(Value::int(value))),
+            Done::Float(value) => Ok(Reply::Value(Value::float(value))),
+            Done::Wait => Ok(Reply::Wait),
+            Done::Idle => Ok(Reply::Value(idle_result(function))),
+            Done::OutOfRange => Err(RobotFault::Refused(Refusal::OutOfRange)),
+        };
+        if let Some(seen) = seen {
+            seen.log(memory.logged.get(lines..).unwrap_or(&[]));
+            // A function that waits is asked on every run: its first and its last call count.
+            if !(again && done == Done::Wait) {
+                seen.call(&function.name, pieces(), result_of(&reply));
+            }
+        }
+        reply
     }
 
     fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {
         let line = LogLine { tick: self.io.now, pieces: pieces(&arguments) };
-        self.state.memory.logged.push(line);
-        self.state.news.note();
+        self.state.log(line);
     }
 
     fn delay_is_over(&mut self, ms: i32, again: bool) -> bool {
@@ -136,8 +170,11 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
     }
 
     fn send(&mut self, frame: &[u8]) {
-        self.outbox.push(frame);
         *self.has_unsent = true;
+        match &mut self.state.seen {
+            None => self.outbox.push(frame),
+            Some(seen) => send_observed(self.outbox, seen, frame),
+        }
     }
 
     fn contain<C: ByteCode, const SLOTS: usize>(
@@ -151,7 +188,7 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
         }
         // A listener that is no function has no position: the robot has called the script, no entry of it.
         let record = state.record(io.now, *fault, calls.collect(), None);
-        state.faults().contain(record);
+        state.add_fault(record);
         true
     }
 }

@@ -10,8 +10,9 @@ use crate::engine::{Io, Stream};
 use super::call::{Autopilot, Memory};
 use super::context::GroupContext;
 use super::faults::{Consequence, FaultCounts, FaultRecord, Faults};
-use super::log::News;
+use super::log::{LogLine, News};
 use super::overruns::{Overrun, Overruns};
+use super::seen::{RobotEvent, Seen};
 
 /// The part of a script that is about to run, or is running.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,6 +44,8 @@ pub struct State {
     pub memory: Memory,
     pub faults: Option<Box<Faults>>,
     pub refusal: Option<String>,
+    /// The events of this tick; `None`: nobody watches.
+    pub seen: Option<Box<Seen>>,
 }
 
 impl State {
@@ -67,6 +70,7 @@ impl State {
             memory: Memory { autopilot, battery_mv: None, chance, logged: Vec::new() },
             faults: None,
             refusal: None,
+            seen: None,
         }
     }
 
@@ -109,7 +113,7 @@ impl State {
         self.faults.get_or_insert_default()
     }
 
-    /// Describes a fault that happens now. Its consequence is decided later.
+    /// Describes a fault that happens now. It is contained unless the caller gives it another consequence.
     pub fn record(
         &mut self,
         tick: u64,
@@ -126,11 +130,29 @@ impl State {
     pub fn fail(&mut self, record: FaultRecord) -> bool {
         let is_final =
             record.fault.code == FaultCode::AssertFailed || self.context.on_fault == OnFault::Stop;
-        match is_final {
-            true => self.faults().stop(record),
-            false => self.faults().pause(record),
-        }
+        let consequence = match is_final {
+            true => Consequence::Stop,
+            false => self.faults().next_pause(),
+        };
+        self.add_fault(FaultRecord { consequence, ..record });
         !is_final
+    }
+
+    /// Counts a fault, whose consequence begins now.
+    pub fn add_fault(&mut self, record: FaultRecord) {
+        if let Some(seen) = &mut self.seen {
+            seen.events.push(RobotEvent::Fault(record.clone()));
+        }
+        self.faults().add(record);
+    }
+
+    /// The script has logged a line.
+    pub fn log(&mut self, line: LogLine) {
+        if let Some(seen) = &mut self.seen {
+            seen.log(std::slice::from_ref(&line));
+        }
+        self.memory.logged.push(line);
+        self.news.note();
     }
 
     /// The script begins anew after a pause.

@@ -46,6 +46,16 @@ impl Happenings {
         self.ids.iter().position(|known| *known == Some(id))
     }
 
+    /// Returns the numbers of the robots of the world in the scenario, by id.
+    pub fn numbers(&self) -> Vec<usize> {
+        let there = self.ids.iter().enumerate();
+        let mut pairs: Vec<(RobotId, usize)> =
+            there.filter_map(|(number, id)| Some(((*id)?, number))).collect();
+        pairs.sort_unstable();
+        // Ids count up from 0.
+        pairs.into_iter().map(|(_, number)| number).collect()
+    }
+
     pub fn start_of(&self, number: usize) -> Pose {
         self.starts.get(number).copied().unwrap_or_default()
     }

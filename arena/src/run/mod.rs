@@ -2,12 +2,14 @@
 //!
 //! [`Setup`] is a scenario with its programs, checked against each other; a [`Simulation`] is one run of it with one
 //! seed, and owns all that it needs. The caller makes it go on, a tick at a time, looks at it in between, and may keep a snapshot.
+//! An [`Observer`] sees frames, faults, logs and calls of robot functions.
 
 mod complete;
 mod expectation;
 mod firmware;
 mod group;
 mod happen;
+mod observer;
 mod place;
 mod program;
 mod quantity;
@@ -20,6 +22,7 @@ mod swarm;
 pub use complete::{RunError, complete};
 pub use expectation::{Convergence, Verdict};
 pub use firmware::{Failure, FirmwareError, P2pAir, TURN};
+pub use observer::{Event, EventKind, Frame, Observer};
 pub use program::Program;
 pub use quantity::Reading;
 pub use setup::{Setup, SetupError, emulated};

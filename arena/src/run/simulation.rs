@@ -12,6 +12,7 @@ use super::expectation::{Convergence, reduce};
 use super::firmware::{Bridge, FirmwareError, Fleet, Fleets, unusable};
 use super::group::group_of;
 use super::happen::Happenings;
+use super::observer::{self, Observer};
 use super::place::poses;
 use super::quantity::{Probe, Reading};
 use super::settings::{
@@ -84,7 +85,7 @@ impl Simulation {
             }
         }
         simulation.emulate()?;
-        simulation.observe();
+        simulation.check_expectations();
         Ok(simulation)
     }
 
@@ -223,8 +224,27 @@ impl Simulation {
             None => self.world.tick(),
             Some(fleets) => self.world.tick_with(|world| fleets.advance(world))?,
         }
-        self.observe();
+        self.check_expectations();
         Ok(())
+    }
+
+    /// Simulates 100 ms as [`tick`](Self::tick) does, and then shows an observer what happened. The run is the same, bit for bit,
+    /// whether a tick is observed or not. A tick that fails shows what happened until then.
+    pub fn tick_observed(&mut self, observer: &mut dyn Observer) -> Result<(), FirmwareError> {
+        let tick = self.world.now();
+        self.world.watch();
+        for id in self.world.ids() {
+            if let Some(robot) = self.world.brain_mut(id) {
+                robot.watch();
+            }
+        }
+        let outcome = self.tick();
+        let frames = self.world.take_frame_log();
+        let ids = self.world.ids();
+        let take = |id| self.world.brain_mut(id).map_or_else(Vec::new, SimRobot::take_seen);
+        let robots = ids.map(take).collect();
+        observer::show(tick, &self.happenings.numbers(), frames, robots, observer);
+        outcome
     }
 
     /// A number that stands for the state of the world: runs that went the same way have the same.
@@ -359,6 +379,9 @@ impl Simulation {
         };
         // The image was loaded before: it is not refused now.
         let Ok(mut robot) = robot else { return };
+        if self.world.is_watched() {
+            robot.watch();
+        }
         let Some(id) = there else {
             let pose = self.happenings.start_of(number);
             let Some(herd) = self.herds.get(group).copied() else { return };
@@ -392,7 +415,7 @@ impl Simulation {
             || (handler_faults > 0 && !is_counted(Quantity::HandlerFaults))
     }
 
-    fn observe(&mut self) {
+    fn check_expectations(&mut self) {
         let tick = self.world.now();
         let setup = self.setup.clone();
         for (index, bound) in setup.expects().iter().enumerate() {

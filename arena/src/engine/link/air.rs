@@ -189,13 +189,29 @@ impl Air {
         topology: &Topology,
         found: &mut Vec<Near>,
     ) {
+        self.within_reach(pose, |from| topology.connects(robot, from), found);
+    }
+
+    /// Everything within a robot's reach from which it is cut off, sorted by time.
+    pub(crate) fn cut_off(
+        &self,
+        robot: RobotId,
+        pose: &Pose,
+        topology: &Topology,
+        found: &mut Vec<Near>,
+    ) {
+        self.within_reach(pose, |from| !topology.connects(robot, from), found);
+    }
+
+    /// Everything of such senders that reaches a place, sorted by time.
+    fn within_reach(&self, pose: &Pose, is_of: impl Fn(RobotId) -> bool, found: &mut Vec<Near>) {
         found.clear();
         for row in self.cells.around(self.cells.of(pose.x, pose.y)) {
             for &latest in &self.latest[row] {
                 let mut next = latest;
                 while let Some(beam) = self.beams.get(next as usize) {
                     let squared = distance_squared(beam, pose);
-                    if self.reaches(beam, squared) && topology.connects(robot, beam.from) {
+                    if self.reaches(beam, squared) && is_of(beam.from) {
                         found.push(Near {
                             start: beam.start,
                             index: next,

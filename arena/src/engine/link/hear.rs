@@ -2,6 +2,7 @@
 
 use super::air::{Air, Near};
 use super::calibration::Calibration;
+use super::frame_log::{Arrival, Fate, LossCause, SentFrame};
 use super::packet::{Heard, Late, Sighting, Transmission};
 use super::topology::Topology;
 use super::{Link, Media, Medium, RangeAndBearing};
@@ -36,7 +37,8 @@ pub(crate) struct Ether<'a> {
 }
 
 impl Ether<'_> {
-    /// Fills `heard` with the frames that ended in the last tick and arrived.
+    /// Fills `heard` with the frames that ended in the last tick and arrived. `see` takes the fate of each; one that does nothing
+    /// costs nothing.
     pub(crate) fn hear(
         &self,
         listener: &mut Listener<'_>,
@@ -44,6 +46,7 @@ impl Ether<'_> {
         near: &mut Vec<Near>,
         heard: &mut Vec<Heard>,
         count: &mut LinkStatistics,
+        mut see: impl FnMut(&Near, Fate),
     ) {
         heard.clear();
         self.air.near(listener.id, listener.pose, self.topology, near);
@@ -53,21 +56,66 @@ impl Ether<'_> {
         let mut stream = stream();
         let air_time = self.air.medium.air_time_us() as i32;
         for (place, frame) in near.iter().enumerate() {
-            let end = frame.start + air_time;
-            if frame.from == listener.id || end <= 0 || end > TICK_US as i32 {
+            if frame.from == listener.id || !ends_in_tick(frame, air_time) {
                 continue;
             }
             match disturbed(near, place, air_time, listener.id) {
-                Some(Disturbance::Sending) => count.deaf += 1,
-                Some(Disturbance::Collision) => count.collided += 1,
-                None if stream.chance(self.loss(frame)) => count.lost += 1,
+                Some(Disturbance::Sending) => {
+                    count.deaf += 1;
+                    see(frame, Fate::Lost(LossCause::Sending));
+                }
+                Some(Disturbance::Collision) => {
+                    count.collided += 1;
+                    see(frame, Fate::Lost(LossCause::Collision));
+                }
+                None if stream.chance(self.loss(frame)) => {
+                    count.lost += 1;
+                    see(frame, Fate::Lost(LossCause::Chance));
+                }
                 None => {
                     count.received += 1;
-                    let sighting = self.sighting(listener, frame, &mut stream);
-                    self.deliver(listener, frame, sighting, &mut stream, heard, count);
+                    let see = |fate| see(frame, fate);
+                    self.deliver(listener, frame, &mut stream, heard, count, see);
                 }
             }
         }
+    }
+
+    /// Notes the frames that ended in the last tick, in the reach of a robot, and that it could not hear: it is cut off from
+    /// their senders, or does not run. Only observers ask.
+    pub(crate) fn miss(
+        &self,
+        robot: RobotId,
+        pose: &Pose,
+        now: u64,
+        is_running: bool,
+        near: &mut Vec<Near>,
+        seen: &mut Vec<Arrival>,
+    ) {
+        let air_time = self.air.medium.air_time_us() as i32;
+        let mut note = |near: &[Near], cause| {
+            let others = near.iter().filter(|frame| frame.from != robot);
+            for frame in others.filter(|frame| ends_in_tick(frame, air_time)) {
+                seen.push(self.arrival(robot, now, frame, Fate::Lost(cause)));
+            }
+        };
+        self.air.cut_off(robot, pose, self.topology, near);
+        note(near, LossCause::CutOff);
+        if !is_running {
+            self.air.near(robot, pose, self.topology, near);
+            note(near, LossCause::Off);
+        }
+    }
+
+    /// Returns the fate of a frame in reach as observers see it.
+    pub(crate) fn arrival(&self, receiver: RobotId, now: u64, near: &Near, fate: Fate) -> Arrival {
+        Arrival { frame: self.sent(now, near), receiver, fate }
+    }
+
+    /// Returns a frame in reach as observers see it.
+    fn sent(&self, now: u64, near: &Near) -> SentFrame {
+        let Air { medium, .. } = *self.air;
+        SentFrame::heard_at(now, medium, &self.air.transmissions()[near.index as usize])
     }
 
     /// Puts a frame into the inbox: once, twice, or later.
@@ -75,26 +123,28 @@ impl Ether<'_> {
         &self,
         listener: &mut Listener<'_>,
         near: &Near,
-        sighting: Sighting,
         stream: &mut Stream,
         heard: &mut Vec<Heard>,
         count: &mut LinkStatistics,
+        see: impl FnOnce(Fate),
     ) {
+        let sighting = self.sighting(listener, near, stream);
         let link = self.air.link(near.link);
         let frame = Heard { transmission: near.index, sighting };
-        if stream.chance(link.duplicate) {
+        let is_duplicated = stream.chance(link.duplicate);
+        if is_duplicated {
             count.duplicated += 1;
             heard.push(frame);
         }
         if stream.chance(link.reorder) && listener.late.is_none() {
             count.delayed += 1;
-            *listener.late = Some(Box::new(Late {
-                due: listener.now + 1 + u64::from(stream.below(LATEST)),
-                packet: self.air.transmissions()[near.index as usize].packet,
-                sighting,
-            }));
+            let due = listener.now + 1 + u64::from(stream.below(LATEST));
+            let frame = self.sent(listener.now, near);
+            *listener.late = Some(Box::new(Late { due, frame, sighting }));
+            see(Fate::Heard { is_duplicated, held_until: Some(due) });
         } else {
             heard.push(frame);
+            see(Fate::Heard { is_duplicated, held_until: None });
         }
     }
 
@@ -135,6 +185,12 @@ impl Ether<'_> {
         let place = claim.zip(listener.estimate).map(|(claim, own)| seen_from(own, claim));
         Sighting { robot: Some(frame.from), place }
     }
+}
+
+/// Returns true for a frame that ended in the last tick.
+fn ends_in_tick(frame: &Near, air_time: i32) -> bool {
+    let end = frame.start + air_time;
+    end > 0 && end <= TICK_US as i32
 }
 
 /// What keeps a robot from hearing a frame.

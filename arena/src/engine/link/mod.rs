@@ -2,6 +2,7 @@
 
 mod air;
 mod calibration;
+mod frame_log;
 mod hear;
 mod packet;
 mod radio;
@@ -13,6 +14,7 @@ use super::settings::{first_wrong, not_below_0, within};
 
 pub(crate) use air::{Air, Near};
 pub(crate) use calibration::Calibration;
+pub use frame_log::{Arrival, Fate, FrameLog, LossCause, SendAttempt, SentFrame};
 pub(crate) use hear::{Ether, Listener};
 pub use packet::Sighting;
 pub(crate) use packet::{Heard, Late, Transmission};

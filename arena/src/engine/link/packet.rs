@@ -1,6 +1,7 @@
 //! Frames as the engine keeps them.
 
 use super::Medium;
+use super::frame_log::SentFrame;
 use crate::engine::id::RobotId;
 
 /// The knowledge of a link about the sender of a frame.
@@ -77,6 +78,6 @@ pub(crate) struct Heard {
 #[derive(Clone, Debug)]
 pub(crate) struct Late {
     pub(crate) due: u64,
-    pub(crate) packet: Packet,
+    pub(crate) frame: SentFrame,
     pub(crate) sighting: Sighting,
 }

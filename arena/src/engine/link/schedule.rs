@@ -6,6 +6,7 @@ use core::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::air::Air;
+use super::frame_log::{SendAttempt, SentFrame};
 use super::packet::{Packet, Transmission};
 use super::radio::Radio;
 use super::topology::Topology;
@@ -44,7 +45,7 @@ pub(crate) struct Window<'a> {
 }
 
 impl Schedule {
-    /// Carries out the planned attempts, and those that follow from them.
+    /// Carries out the planned attempts, and those that follow from them. `seen` takes each if somebody watches.
     pub(crate) fn run<B: Brain>(
         &mut self,
         window: &Window<'_>,
@@ -52,6 +53,7 @@ impl Schedule {
         brains: &mut [B],
         air: &mut Air,
         count: &mut LinkStatistics,
+        mut seen: Option<&mut Vec<SendAttempt>>,
     ) {
         self.planned.sort_unstable();
         let mut planned = self.planned.drain(..).peekable();
@@ -69,7 +71,8 @@ impl Schedule {
             let (Some(robot), Some(brain)) = (robots.get_mut(index), brains.get_mut(index)) else {
                 continue;
             };
-            if let Some(next) = carry_out(attempt, window, robot, brain, air, count) {
+            let seen = seen.as_deref_mut();
+            if let Some(next) = carry_out(attempt, window, robot, brain, air, count, seen) {
                 self.again.push(Reverse(next));
             }
         }
@@ -84,6 +87,7 @@ fn carry_out(
     brain: &mut impl Brain,
     air: &mut Air,
     count: &mut LinkStatistics,
+    seen: Option<&mut Vec<SendAttempt>>,
 ) -> Option<Attempt> {
     let medium = air.medium;
     let Herd { media: pacing, link, .. } = &window.herds[usize::from(herd.0)];
@@ -94,6 +98,9 @@ fn carry_out(
         .map_or(0, |since| air.sensed(robot, pose, at, since, window.topology));
     if busy > 0 {
         count.postponed += 1;
+        if let Some(seen) = seen {
+            seen.push(SendAttempt::Postponed { sender: robot, at_us: moment_us, sensed: busy });
+        }
         radio.back_off(medium, busy, pacing, &mut stream);
     } else {
         let packet = Packet::of(medium, |frame| brain.next_frame(frame));
@@ -104,7 +111,11 @@ fn carry_out(
         let claim = estimate.as_ref().map(|pose| [pose.x, pose.y, pose.z]);
         let Pose { x, y, z, .. } = *pose;
         let link = *link;
-        air.send(Transmission { start: at, from: robot, link, x, y, z, claim, packet });
+        let transmission = Transmission { start: at, from: robot, link, x, y, z, claim, packet };
+        if let Some(seen) = seen {
+            seen.push(SendAttempt::Sent(SentFrame::new(medium, &transmission, moment_us)));
+        }
+        air.send(transmission);
         radio.sent(medium, pacing, &mut stream);
         if !radio.waits {
             return None;
