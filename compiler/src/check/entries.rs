@@ -37,8 +37,9 @@ pub fn meant_entry(program: &Program, name: &Name) -> Option<&'static str> {
     ENTRIES.into_iter().find(|entry| {
         let is_alike = match *entry {
             _ if lower == *entry => true,
-            // `rest` and `resets` are words.
+            // `rest` and `resets` are words, and so are these.
             "reset" => false,
+            _ if matches!(lower.as_str(), "stop" | "steps" | "unit") => false,
             _ => strsim::damerau_levenshtein(&lower, entry) == 1,
         };
         is_alike && !is_assigned(program, entry) && !program.hidden.may_define(entry)

@@ -197,6 +197,7 @@ fn what_is_right_gets_no_message() {
         "x = (1 == 2) + 3",
         "function stop() { log(1) } function step() { stop() }",
         "function steps() { log(1) } steps()",
+        "function stop() { log(1) } function unit() { log(1) } function steps() { log(1) }",
         "function step() { log(1) } function init() { log(1) } function reset() { log(1) }",
         "function step(n) { log(n) } step(1)",
         "step = function() { log(1) }",
