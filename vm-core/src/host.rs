@@ -78,6 +78,11 @@ pub trait Host<P: Profile> {
         false
     }
 
+    /// Text took the time of that number of instructions, which the budget loses with the instruction that made it. Programs that
+    /// run one instruction at a time count them.
+    #[inline]
+    fn has_worked(&mut self, _instructions: u16) {}
+
     /// A listener or a handler of conflicts ended with a fault. Returns true if only that call ends: the message is
     /// discarded and counted, and the script goes on. Returns false if the fault stops the script. Not asked about a
     /// failed `assert`, which always stops it.

@@ -69,7 +69,7 @@ pub use bytecode::{Area, ByteCode};
 pub use fault::{Fault, FaultCode, Refusal, RobotFault};
 pub use host::{Arguments, Axis, Host, Item, Reply, Text};
 pub use image::{Entry, Image, ImageError};
-pub use machine::{Calls, GLOBALS, Outcome, Vm};
+pub use machine::{Callee, Calls, GLOBALS, Instruction, Outcome, Vm};
 pub use network::{Buffer, Counters, Periods, Sighting, Sizes};
 pub use part::{Part, Parts};
 pub use restart::Restarts;

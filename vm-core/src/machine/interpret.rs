@@ -132,7 +132,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 if contained!(self.resume(host)) == Flow::Waiting {
                     return Ok(Flow::Waiting);
                 }
-                budget = self.less_work(budget);
+                budget = self.less_work(host, budget);
                 continue;
             }
 
@@ -436,7 +436,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     let callee = get!(sp.wrapping_sub(usize::from(count)).wrapping_sub(1));
                     let below = op.wrapping_sub(opcode::CALL - 1);
                     contained!(self.call(host, callee, count, below));
-                    budget = self.less_work(budget);
+                    budget = self.less_work(host, budget);
                 }
                 Left::Undone => {
                     // Without an operand it is the byte behind.
@@ -444,7 +444,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                         arg = 0;
                     }
                     contained!(self.slow(host, op, arg as i16));
-                    budget = self.less_work(budget);
+                    budget = self.less_work(host, budget);
                 }
                 Left::Returned => has_returned = true,
             }
@@ -452,8 +452,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// What is left of a budget after the work on text.
-    fn less_work(&mut self, budget: usize) -> usize {
-        budget.saturating_sub(usize::from(self.work.take()))
+    fn less_work<H: Host<P>>(&mut self, host: &mut H, budget: usize) -> usize {
+        let work = self.work.take();
+        host.has_worked(work);
+        budget.saturating_sub(usize::from(work))
     }
 }
 

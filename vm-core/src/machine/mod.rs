@@ -17,6 +17,7 @@ mod builtins;
 mod call;
 mod compare;
 mod decode;
+mod inspect;
 mod interpret;
 mod iterate;
 mod library;
@@ -34,6 +35,7 @@ use crate::part::Part;
 use crate::seal::{self, Sealed};
 use crate::value::{Tag, Type, Value};
 use crate::verify;
+pub use inspect::{Callee, Instruction};
 use network::Protocol;
 
 /// The slot of the machine's own global: changes that the script made to libraries, see [`library`].

@@ -21,6 +21,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         table.is(Tag::TABLE).then(|| self.arena.table_get(table.index(), key))
     }
 
+    /// Returns the number of entries of stigmergies that take a place, deleted ones included.
+    pub fn entry_count(&self) -> usize {
+        let has_entry = |place: &u8| self.entry_state(self.entry_slot(*place)) != 0;
+        (0..self.sizes().entries).filter(has_entry).count()
+    }
+
     /// What this robot knows to be in a stigmergy. nil if the entry was deleted.
     pub fn replica(&self, stigmergy: u16, key: Value<P>) -> Option<Value<P>> {
         let place = self.find_stigmergy(stigmergy);

@@ -1,0 +1,120 @@
+//! The machine between two instructions, as a program on a host sees it: the next instruction with its operands, and the memory
+//! in use. Firmware calls none of it, so that it takes no flash.
+
+use super::{Native, SPECIAL, State, Vm};
+use crate::bytecode::ByteCode;
+use crate::number::Profile;
+use crate::opcode::{self, Decoded};
+use crate::rom::Effect;
+use crate::value::{Tag, Value};
+
+/// An instruction in a function of the script.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Instruction {
+    /// Offset of its first byte from the start of the code.
+    pub start: u16,
+    /// Offset of its last byte, by which faults and symbols name it.
+    pub position: u16,
+    /// First byte, as the image has it.
+    pub first_byte: u8,
+    /// Plain or narrow opcode.
+    pub opcode: u8,
+    /// Operand, 0 if there is none.
+    pub operand: i16,
+    /// First byte of the [`Trailer`](opcode::Trailer); anything if there is none.
+    pub trailer: u8,
+}
+
+/// A value as the callee of a call.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Callee {
+    /// A built-in function, by its number in [`builtin`](crate::builtin).
+    Builtin(u8),
+    /// A function with captured values.
+    Closure,
+    /// Any other value.
+    Other,
+}
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
+    /// Returns the instruction that is executed next; `None` if no entry is running, or if the machine goes on in a built-in.
+    pub fn next_instruction(&self) -> Option<Instruction> {
+        let at = usize::from(self.pc);
+        let program = self.program().filter(|_| self.state == State::Running && at < SPECIAL)?;
+        let byte = |offset| program.code.byte(at + offset);
+        let first_byte = byte(0);
+        let Decoded { opcode, operand, length } = opcode::decode([first_byte, byte(1), byte(2)]);
+        let length = usize::from(length);
+        let start = at.wrapping_sub(usize::from(program.header().code_at()));
+        let end = start.wrapping_add(length + Effect::of::<P, C>(opcode).trailer());
+        Some(Instruction {
+            start: start as u16,
+            position: end.wrapping_sub(1) as u16,
+            first_byte,
+            opcode,
+            operand,
+            trailer: byte(length),
+        })
+    }
+
+    /// Returns an operand of the next instruction: 1 is the top of the stack.
+    pub fn operand(&self, below: u8) -> Value<P> {
+        self.top(below)
+    }
+
+    /// Returns a local of the running function by its offset from the frame, as instructions name it.
+    pub fn frame_local(&self, number: i16) -> Value<P> {
+        self.arena.get(self.local_slot(number))
+    }
+
+    /// Returns what a call of this value calls.
+    pub fn callee(&self, value: Value<P>) -> Callee {
+        let function = match value.tag() {
+            Tag::BOUND => self.arena.closure_function(value.index()),
+            _ => value,
+        };
+        match function.tag() {
+            Tag::BUILTIN => Callee::Builtin(function.index() as u8),
+            Tag::CLOSURE => Callee::Closure,
+            _ => Callee::Other,
+        }
+    }
+
+    /// Returns the slot of the running frame: one that is called has a higher one than its caller.
+    pub fn frame(&self) -> u16 {
+        self.fp
+    }
+
+    /// Returns the slots that globals and frames take, with those that the running functions may still use.
+    pub fn stack_slots(&self) -> usize {
+        let mut slots = usize::from(self.sp);
+        if self.state != State::Running {
+            return slots;
+        }
+        let (mut pc, mut fp) = (usize::from(self.pc), usize::from(self.fp));
+        while pc != Native::EXIT.position() {
+            slots = slots.max(fp + 1 + self.frame_room(pc));
+            (pc, fp) = self.caller(fp);
+        }
+        slots
+    }
+
+    /// Returns the slots of the heap that are in use, those of garbage included.
+    pub fn heap_slots(&self) -> usize {
+        let beside = usize::from(self.arena.reserved) + self.arena.unused();
+        self.arena.top().saturating_sub(beside)
+    }
+
+    /// Returns numbers that change when a slot of the heap is taken into use or a collection frees some.
+    pub fn heap_state(&self) -> [u16; 3] {
+        [self.arena.bottom, self.arena.free, self.arena.floor]
+    }
+
+    /// Returns the slots without which the script could not go on: globals, frames, and what the script can still reach
+    /// of the heap. A copy of the machine collects its garbage to find out.
+    pub fn needed_slots(&self) -> usize {
+        let mut copy = self.clone();
+        copy.collect();
+        copy.arena.top().saturating_sub(copy.arena.unused())
+    }
+}
