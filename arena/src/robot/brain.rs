@@ -7,6 +7,7 @@ use bittybuzz_vm_core::{Counters, Fault, ImageError};
 
 use crate::engine::{Brain, Io};
 
+use super::checks::{Checker, Costs, Findings};
 use super::content::Content;
 use super::context::GroupContext;
 use super::faults::{Consequence, FaultRecord};
@@ -53,6 +54,18 @@ impl SimRobot {
     pub fn emulated(context: &Arc<GroupContext>, news: News, id: u16) -> Self {
         let program = Program::Firmware(Unused::default());
         SimRobot { program, state: State::new(context.clone(), news, None, id, 0) }
+    }
+
+    /// Checks its script from now on, if a machine of this process runs it. Without costs, cycles are not counted.
+    pub fn check(&mut self, id: u16, costs: Option<Arc<Costs>>) {
+        if let Program::Machine(_) = &self.program {
+            self.state.checker = Some(Box::new(Checker::new(id, costs)));
+        }
+    }
+
+    /// Returns the results of the checks; `None` if it is not checked.
+    pub fn findings(&self) -> Option<&Findings> {
+        self.state.checker.as_ref().map(|checker| checker.findings())
     }
 
     /// Takes the counters of unused messages from its firmware: all of them since power-on.

@@ -12,6 +12,7 @@ use bittybuzz_vm_core::{Counters, Entry, Image, ImageError, Outcome, Vm};
 
 use crate::engine::{Io, LossCause, Sighting};
 
+use super::checks::Slice;
 use super::content::{Content, content, value};
 use super::context::GroupContext;
 use super::overruns::Overrun;
@@ -213,7 +214,17 @@ where
                 platform.outbox.begin_step();
             }
             let is_running = platform.state.is_running || vm.begin(entry);
-            let outcome = if is_running { vm.run(&mut platform, budget) } else { Outcome::Done };
+            let outcome = if !is_running {
+                Outcome::Done
+            } else if let Some(mut checker) = platform.state.checker.take() {
+                let is_step = stage == Stage::Step;
+                let slice = Slice { budget, tick: platform.io.now, is_step };
+                let outcome = checker.run(vm, &mut platform, slice);
+                platform.state.checker = Some(checker);
+                outcome
+            } else {
+                vm.run(&mut platform, budget)
+            };
             let Platform { io, state, .. } = &mut platform;
             match outcome {
                 Outcome::Done => {

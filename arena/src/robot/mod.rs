@@ -5,6 +5,7 @@
 
 mod brain;
 mod call;
+pub mod checks;
 mod content;
 mod context;
 mod described;

@@ -8,6 +8,7 @@ use bittybuzz_vm_core::{Entry, Fault, FaultCode};
 use crate::engine::{Io, Stream};
 
 use super::call::{Autopilot, Memory};
+use super::checks::Checker;
 use super::context::GroupContext;
 use super::faults::{Consequence, FaultCounts, FaultRecord, Faults};
 use super::log::{LogLine, News};
@@ -46,6 +47,8 @@ pub struct State {
     pub refusal: Option<String>,
     /// The events of this tick; `None`: nobody watches.
     pub seen: Option<Box<Seen>>,
+    /// The checks of the script, if there are any.
+    pub checker: Option<Box<Checker>>,
 }
 
 impl State {
@@ -71,6 +74,7 @@ impl State {
             faults: None,
             refusal: None,
             seen: None,
+            checker: None,
         }
     }
 

@@ -7,6 +7,7 @@ use bittybuzz_robot_spec::Profile;
 use bittybuzz_vm_core::ImageError;
 use bittybuzz_vm_core::message::FULL_FRAME;
 
+use crate::robot::checks::Costs;
 use crate::robot::{
     GroupContext, MOST_QUEUED, MOST_SLOTS, News, RobotModel, SimRobot, common_effect,
 };
@@ -46,6 +47,8 @@ pub struct Setup {
     pub(super) contexts: Vec<Arc<GroupContext>>,
     expects: Vec<Bound>,
     plots: Vec<Probe>,
+    /// The costs of instructions of each group, where they are known, if scripts are checked.
+    pub(super) checks: Option<Vec<Option<Arc<Costs>>>>,
 }
 
 impl Setup {
@@ -97,13 +100,21 @@ impl Setup {
             robot.map_err(|cause| SetupError::Refused { group: number, cause })?;
         }
         let emulators = Vec::new();
-        Ok(Setup { scenario, programs, emulators, firmware, contexts, expects, plots })
+        let checks = None;
+        Ok(Setup { scenario, programs, emulators, firmware, contexts, expects, plots, checks })
     }
 
     /// Names the program that emulates robots of a model: a path, or a name that PATH knows. Otherwise it is the model's.
     #[must_use]
     pub fn emulated_by(mut self, model: &str, emulator: PathBuf) -> Self {
         self.emulators.push((model.to_owned(), emulator));
+        self
+    }
+
+    /// Has the scripts of all robots checked that are not in emulators. `costs` returns those of a group's robots.
+    #[must_use]
+    pub fn checked(mut self, costs: impl Fn(&Group) -> Option<Arc<Costs>>) -> Self {
+        self.checks = Some(self.scenario.groups.iter().map(costs).collect());
         self
     }
 

@@ -1,8 +1,10 @@
 //! One run of a scenario with one seed.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::engine::{HerdId, Pose, View, World};
+use crate::robot::checks::Findings;
 use crate::robot::{FaultCounts, LogLine, News, SimRobot};
 use crate::scenario::{
     Action, Backend, Cause, Quantity, Reduction, ScenarioError, Swarm, settings_error,
@@ -325,10 +327,11 @@ impl Simulation {
             let id = self.happenings.id(number);
             let Some(robot) = id.and_then(|id| self.world.brain(id)) else { continue };
             past.add(number, robot, self.has_unexpected(number, robot));
+            past.add_findings(self.setup.group(number), robot);
             faults.extend(faults_of(number, robot));
         }
         faults.sort_by_key(|fault| (fault.record.tick, fault.robot));
-        let Past { unusable, dropped, faults: fault_counts, unexpected, overruns } = past;
+        let Past { unusable, dropped, faults: fault_counts, unexpected, overruns, findings } = past;
         Summary {
             seed: self.seed,
             ticks: self.world.now(),
@@ -345,6 +348,7 @@ impl Simulation {
             unexpected,
             overruns,
             values: self.setup.plots().iter().map(|probe| self.spread(probe)).collect(),
+            findings,
         }
     }
 
@@ -382,6 +386,9 @@ impl Simulation {
         if self.world.is_watched() {
             robot.watch();
         }
+        if let Some(costs) = &setup.checks {
+            robot.check(own_id, costs.get(group).cloned().flatten());
+        }
         let Some(id) = there else {
             let pose = self.happenings.start_of(number);
             let Some(herd) = self.herds.get(group).copied() else { return };
@@ -393,6 +400,7 @@ impl Simulation {
         if let Some(old) = self.world.brain(id) {
             let has_unexpected = self.has_unexpected(number, old);
             self.past.add(number, old, has_unexpected);
+            self.past.add_findings(group, old);
             self.faults.extend(faults_of(number, old));
         }
         if let Some(old) = self.world.brain_mut(id) {
@@ -453,6 +461,8 @@ struct Past {
     /// Robots with faults that no expectation counts.
     unexpected: usize,
     overruns: OverrunSummary,
+    /// By the number of the group.
+    findings: BTreeMap<usize, Findings>,
 }
 
 impl Past {
@@ -465,6 +475,13 @@ impl Past {
         self.unexpected += usize::from(has_unexpected);
         if let Some(overruns) = &robot.state().overruns {
             self.overruns.add(number, overruns);
+        }
+    }
+
+    /// Adds the results of a robot's checks, if it is checked.
+    fn add_findings(&mut self, group: usize, robot: &SimRobot) {
+        if let Some(findings) = robot.findings() {
+            self.findings.entry(group).or_default().merge(findings);
         }
     }
 }

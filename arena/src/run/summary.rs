@@ -1,10 +1,13 @@
 //! What is told of a run when it is over.
 
+use std::collections::BTreeMap;
+
 use bittybuzz_vm_core::Counters;
 
 use crate::engine::Statistics;
 
 use super::expectation::{Convergence, Verdict};
+use crate::robot::checks::Findings;
 use crate::robot::{FaultCounts, FaultRecord, Overrun, Overruns};
 
 /// The faults of a robot at one place of its script.
@@ -115,6 +118,8 @@ pub struct Summary {
     pub overruns: OverrunSummary,
     /// Mean, smallest and largest of each quantity of `plot` at the end; the number of a swarm's is all three.
     pub values: Vec<Option<[f64; 3]>>,
+    /// The results of checks, by the number of the group: of groups with a robot that was checked.
+    pub findings: BTreeMap<usize, Findings>,
 }
 
 impl Summary {

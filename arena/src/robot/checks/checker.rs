@@ -1,0 +1,210 @@
+//! Runs of a machine whose script is checked.
+
+use std::mem;
+use std::sync::Arc;
+
+use bittybuzz_vm_core::number::Profile;
+use bittybuzz_vm_core::{
+    Arguments, Axis, ByteCode, Calls, Fault, Host, Outcome, Periods, Reply, RobotFault, Sighting,
+    Vm,
+};
+
+use super::costs::Costs;
+use super::findings::{Example, Findings, Moment, Peak, raise};
+use super::operation::Upcoming;
+
+/// A part of a script's run, from which the machine returns.
+#[derive(Clone, Copy, Debug)]
+pub struct Slice {
+    /// Instructions that it has at most.
+    pub budget: u16,
+    /// Tick of the world, or step of a script that runs alone.
+    pub tick: u64,
+    /// It belongs to a step, whose cycles are counted.
+    pub is_step: bool,
+}
+
+/// The checks of one machine.
+#[derive(Clone, Debug)]
+pub struct Checker {
+    findings: Findings,
+    costs: Option<Arc<Costs>>,
+    /// Id of the robot.
+    robot: u16,
+    /// Cycles of the running entry so far.
+    cycles: u64,
+    /// The frame that was running after the last instruction.
+    frame: u16,
+    /// The state of the heap then.
+    heap: [u16; 3],
+    /// Slots of the heap that the script could reach when they were counted last, if no slot was taken since.
+    reachable: Option<usize>,
+}
+
+impl Checker {
+    /// Checks the script of the robot of that id. Without costs, cycles are not counted.
+    pub fn new(robot: u16, costs: Option<Arc<Costs>>) -> Self {
+        Checker {
+            findings: Findings::default(),
+            costs,
+            robot,
+            cycles: 0,
+            frame: 0,
+            heap: [0; 3],
+            reachable: None,
+        }
+    }
+
+    /// Returns the results so far.
+    pub fn findings(&self) -> &Findings {
+        &self.findings
+    }
+
+    /// Runs the machine as [`Vm::run`] would, and ends at the same instruction. The host must leave slices to the budget:
+    /// [`Host::IS_TIMED`] is ignored.
+    pub fn run<P: Profile, C: ByteCode, H: Host<P>, const SLOTS: usize>(
+        &mut self,
+        vm: &mut Vm<P, C, SLOTS>,
+        host: &mut H,
+        slice: Slice,
+    ) -> Outcome {
+        if slice.budget == 0 {
+            return vm.run(host, 0);
+        }
+        let mut host = Meter { host, work: 0 };
+        let at = Moment { tick: slice.tick, robot: self.robot };
+        let mut budget = slice.budget;
+        let mut next = vm.next_instruction();
+        self.look_at_memory(vm, at, true);
+        let outcome = loop {
+            let upcoming = next.and_then(|next| Upcoming::of(vm, &next));
+            let case = self.costs.as_ref().map(|costs| costs.case(vm, next.as_ref()));
+            let outcome = vm.run(&mut host, 1);
+            if let (Some(upcoming), Some(next)) = (upcoming, next)
+                && let Some((anomaly, exact, result)) = upcoming.judge(vm)
+            {
+                let Upcoming { operation, .. } = upcoming;
+                let example = Example { operation, exact, result, at };
+                self.findings.add(next.position, anomaly, example);
+            }
+            next = vm.next_instruction();
+            let work = mem::take(&mut host.work);
+            if let (Some(costs), Some(case)) = (&self.costs, case) {
+                self.cycles += costs.cycles(case, next.as_ref(), work);
+            }
+            budget = budget.saturating_sub(1).saturating_sub(work);
+            if outcome != Outcome::Pending {
+                break outcome;
+            }
+            self.look_at_memory(vm, at, false);
+            if budget == 0 {
+                break outcome;
+            }
+        };
+        self.look_at_entries(vm, at);
+        if matches!(outcome, Outcome::Done | Outcome::Fault(_)) {
+            let cycles = mem::take(&mut self.cycles);
+            if slice.is_step && outcome == Outcome::Done && self.costs.is_some() {
+                self.findings.steps.add(cycles, at);
+            }
+        }
+        outcome
+    }
+
+    /// Compares the memory in use with the most so far. Only a call needs more of the stack, and only a slot that is taken
+    /// more of the heap; the heap is counted if it could be more than ever, garbage included.
+    fn look_at_memory<P: Profile, C: ByteCode, const SLOTS: usize>(
+        &mut self,
+        vm: &Vm<P, C, SLOTS>,
+        at: Moment,
+        has_begun: bool,
+    ) {
+        let frame = mem::replace(&mut self.frame, vm.frame());
+        let heap = mem::replace(&mut self.heap, vm.heap_state());
+        let has_called = has_begun || self.frame > frame;
+        if self.heap != heap {
+            self.reachable = None;
+        }
+        if has_called {
+            let peak = Peak { value: vm.calls().count(), at };
+            raise(&mut self.findings.calls, peak);
+        }
+        if !has_called && self.heap == heap {
+            return;
+        }
+        let stack = vm.stack_slots();
+        let most = stack + self.reachable.unwrap_or_else(|| vm.heap_slots());
+        if self.findings.slots.is_none_or(|peak| most > peak.value) {
+            let needed = vm.needed_slots();
+            self.reachable = Some(needed.saturating_sub(stack));
+            raise(&mut self.findings.slots, Peak { value: needed, at });
+        }
+    }
+
+    fn look_at_entries<P: Profile, C: ByteCode, const SLOTS: usize>(
+        &mut self,
+        vm: &Vm<P, C, SLOTS>,
+        at: Moment,
+    ) {
+        raise(&mut self.findings.entries, Peak { value: vm.entry_count(), at });
+    }
+}
+
+/// A host that counts the work on text.
+struct Meter<'a, H> {
+    host: &'a mut H,
+    /// Instructions whose time the work took since it was last read.
+    work: u16,
+}
+
+impl<P: Profile, H: Host<P>> Host<P> for Meter<'_, H> {
+    fn call<C: ByteCode, const SLOTS: usize>(
+        &mut self,
+        function: u16,
+        arguments: Arguments<'_, P, C, SLOTS>,
+        again: bool,
+    ) -> Result<Reply<P>, RobotFault> {
+        self.host.call(function, arguments, again)
+    }
+
+    fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {
+        self.host.log(arguments);
+    }
+
+    fn delay_is_over(&mut self, ms: i32, again: bool) -> bool {
+        self.host.delay_is_over(ms, again)
+    }
+
+    fn position(&mut self, axis: Axis) -> Option<f32> {
+        self.host.position(axis)
+    }
+
+    fn periods(&self) -> Periods {
+        self.host.periods()
+    }
+
+    fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<P>) -> Option<usize> {
+        self.host.receive(frame, sighting)
+    }
+
+    fn send(&mut self, frame: &[u8]) {
+        self.host.send(frame);
+    }
+
+    fn is_slice_over(&mut self) -> bool {
+        self.host.is_slice_over()
+    }
+
+    fn has_worked(&mut self, instructions: u16) {
+        self.work = self.work.saturating_add(instructions);
+        self.host.has_worked(instructions);
+    }
+
+    fn contain<C: ByteCode, const SLOTS: usize>(
+        &mut self,
+        fault: &Fault,
+        calls: Calls<'_, P, C, SLOTS>,
+    ) -> bool {
+        self.host.contain(fault, calls)
+    }
+}

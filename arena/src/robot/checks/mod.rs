@@ -1,0 +1,27 @@
+//! Checks of a running script: numbers that do not fit its profile, and the memory and time that it needs.
+//!
+//! # Method
+//! A [`Checker`] runs the machine one instruction at a time. Before an arithmetic instruction it reads the operands from the stack,
+//! computes the result in 64 bits, and compares it with the result of the machine. A number profile that counts would be the
+//! other way: it would be a third profile, with messages and queues of its own, it would not know the place in the script, and
+//! it would count the arithmetic of random numbers and messages, which wraps by design.
+//!
+//! # Same results
+//! The machine may stop between any two instructions, and what it computes does not depend on where. It only reads, and
+//! takes from the budget what the machine would have taken: an instruction, and the work on text, which the host is told of
+//! ([`Host::has_worked`](bittybuzz_vm_core::Host::has_worked)). So a slice ends at the same instruction with and without it.
+//!
+//! # Limits
+//! Operands that no instruction of the script puts on the stack are not seen: those of a built-in function that another
+//! built-in calls, as in `map(t, math.exp)`. Numbers that come from outside, such as distances and results of robot functions,
+//! were rounded to the profile before. Robots in emulators are not checked.
+
+mod checker;
+mod costs;
+mod findings;
+mod operation;
+
+pub use checker::{Checker, Slice};
+pub use costs::Costs;
+pub use findings::{Example, Findings, Moment, Occurrences, Peak, StepCosts};
+pub use operation::{Anomaly, Exact, Operation, Operator};
