@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use bittybuzz_arena::robot::checks::{Checker, Slice};
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{Entry, Fault, Image, ImageError, Outcome, Sighting, Sizes, Value, Vm};
 
@@ -35,6 +36,8 @@ pub struct Settings {
     pub period: Duration,
     /// Robots in sight all the time.
     pub neighbors: Vec<InSight>,
+    /// The checks of the script, if there are any.
+    pub checker: Option<Checker>,
 }
 
 /// A robot in sight.
@@ -69,6 +72,8 @@ pub struct Ended {
     pub entry: Entry,
     /// Steps that were begun.
     pub steps: u64,
+    /// The checks of the script.
+    pub checker: Option<Checker>,
 }
 
 /// Runs an image.
@@ -84,13 +89,15 @@ pub fn drive<P: Profile>(
     vm.load_limited(Image::new(image), settings.slots, is_robot_function)?;
     vm.identify(settings.id, settings.seed);
     let neighbors = &settings.neighbors;
-    let mut run = Run { vm, host, interrupt, neighbors, entry: Entry::Global, steps: 0 };
+    let checker = settings.checker.clone();
+    let mut run = Run { vm, host, interrupt, neighbors, entry: Entry::Global, checker, steps: 0 };
     let mut end = run.all(settings);
     if end == End::Interrupted {
         end = run.last_words();
     }
     run.host.output.flush();
-    Ok(Ended { end, positions: run.vm.calls().collect(), entry: run.entry, steps: run.steps })
+    let Run { vm, entry, checker, steps, .. } = run;
+    Ok(Ended { end, positions: vm.calls().collect(), entry, steps, checker })
 }
 
 struct Run<'a, 'h, 'i, P: Profile> {
@@ -100,6 +107,7 @@ struct Run<'a, 'h, 'i, P: Profile> {
     neighbors: &'a [InSight],
     /// What was called last.
     entry: Entry,
+    checker: Option<Checker>,
     /// Steps that were begun.
     steps: u64,
 }
@@ -155,13 +163,24 @@ impl<P: Profile> Run<'_, '_, '_, P> {
         self.vm.begin(entry)
     }
 
+    fn slice(&mut self) -> Outcome {
+        let is_step = self.entry == Entry::Step;
+        match &mut self.checker {
+            None => self.vm.run(self.host, SLICE),
+            Some(checker) => {
+                let slice = Slice { budget: SLICE, tick: self.steps, is_step };
+                checker.run(&mut *self.vm, self.host, slice)
+            }
+        }
+    }
+
     /// Runs an entry to its end. False if the script does not have it.
     fn entry(&mut self, entry: Entry) -> Result<bool, End> {
         if !self.begin(entry) {
             return Ok(false);
         }
         loop {
-            match self.vm.run(self.host, SLICE) {
+            match self.slice() {
                 Outcome::Done => {
                     self.look_up()?;
                     return Ok(true);
@@ -200,7 +219,7 @@ impl<P: Profile> Run<'_, '_, '_, P> {
     /// Runs the entry to its end, if that comes soon; else tells what kept it.
     fn run_out(&mut self) -> Option<End> {
         for _ in 0..LAST_SLICES {
-            match self.vm.run(self.host, SLICE) {
+            match self.slice() {
                 Outcome::Done => return None,
                 Outcome::Fault(fault) => return Some(End::Fault(fault)),
                 Outcome::Pending => {}

@@ -12,6 +12,8 @@
 mod backtrace;
 mod build;
 mod check;
+mod checks;
+mod costs;
 mod disasm;
 mod drive;
 mod emulator;

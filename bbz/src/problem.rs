@@ -32,6 +32,8 @@ pub enum Problem {
     ReadAndWritten(PathBuf),
     /// The seed is given by `--seed` and by `--set`.
     TwoSeeds,
+    /// `--checks` with several values of `--set`.
+    ChecksOfMany,
     /// Values of `--set` that change the columns of the table.
     UnlikeColumns,
     /// `--resume` with a table that goes to a stream.
@@ -255,6 +257,7 @@ impl Problem {
             Problem::Folder(_) => Some("name a file in it".to_owned()),
             Problem::ReadAndWritten(_) => Some("name another file".to_owned()),
             Problem::TwoSeeds => Some("leave out one of them".to_owned()),
+            Problem::ChecksOfMany => Some("give each key of `--set` one value".to_owned()),
             Problem::UnlikeColumns => {
                 Some("use `bbz sim` once for each, with a table of its own".to_owned())
             }
@@ -390,6 +393,9 @@ impl fmt::Display for Problem {
             }
             Problem::TwoSeeds => {
                 write!(f, "`--seed` and `--set world.seed` both give the seed")
+            }
+            Problem::ChecksOfMany => {
+                write!(f, "`--checks` reports one run, and `--set` asks for several")
             }
             Problem::UnlikeColumns => {
                 write!(f, "the values of `--set` change which columns the table has")

@@ -107,6 +107,13 @@ pub fn printable(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }
 
+/// Prints lines that are no message: a report at the end of a run.
+pub fn lines(lines: &[String]) {
+    for line in lines {
+        write(format_args!("{line}\n"));
+    }
+}
+
 /// Prints a message.
 pub fn print(group: Group<'_>) {
     write(format_args!("{}\n", Style::styled().render(&[group])));

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use annotate_snippets::{Group, Level};
+use bittybuzz_arena::robot::checks::Checker;
 use bittybuzz_compiler::diagnostic::Diagnostic;
 use bittybuzz_compiler::source::SourceMap;
 use bittybuzz_robot_spec::{Profile, Robot};
@@ -14,6 +15,8 @@ use serde_json::{Value, json};
 
 use crate::Ending;
 use crate::backtrace::Backtrace;
+use crate::checks::Checked;
+use crate::costs;
 use crate::drive::{self, End, Ended, InSight, SLOTS, Settings};
 use crate::fault;
 use crate::host::{Clock, HostRobot};
@@ -39,6 +42,7 @@ Examples:
   bbz run blink.bzz --robot kilobot      with functions, profile and memory of the Kilobot
   bbz run near.bzz --neighbor 2,50,0.7,0  with robot 2 in sight: 50 mm away, 0.7 rad to the left, level
   bbz run walk.bzz --id 3 --seed 7       as robot 3, with other random numbers
+  bbz run gradient.bzz --robot kilobot --checks --steps 100    also report numbers that wrapped, memory and cycles
   bbz run follow.bzz -I behaviours       search behaviours/ for included files
   bbz run blink.bbi                      what `bbz build` has made
   bbz run hello.bzz --steps 9 --json     for other programs
@@ -71,6 +75,9 @@ pub struct Arguments {
     /// A robot in sight: distance in mm, azimuth and elevation in radians; may be given several times
     #[arg(long = "neighbor", value_name = "ID,DISTANCE,AZIMUTH,ELEVATION", value_parser = neighbor, allow_hyphen_values = true)]
     neighbors: Vec<InSight>,
+    /// Report numbers that did not fit their type, and the memory and cycles that the script needed, after the run
+    #[arg(long)]
+    checks: bool,
     /// Folder to search for included files; may be given several times
     #[arg(short = 'I', value_name = "DIR")]
     include: Vec<PathBuf>,
@@ -112,6 +119,9 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     let opened = Program::open_reporting(&arguments.file, &arguments.include, &selection, print)?;
     let Some(program) = opened else { return Ok(Ending::CompileError) };
     let robot = selection.robot.as_ref();
+    let tick_hz = robot.map_or(TICK_HZ, |robot| robot.tick_hz);
+    let costs = robot.filter(|_| arguments.checks);
+    let costs = costs.and_then(|robot| costs::of(robot, program.profile));
     let settings = Settings {
         id: arguments.id,
         seed: arguments.seed,
@@ -120,7 +130,8 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         steps: arguments.steps,
         destroy: arguments.destroy,
         neighbors: arguments.neighbors.clone(),
-        period: Duration::from_secs(1) / robot.map_or(TICK_HZ, |robot| robot.tick_hz),
+        period: Duration::from_secs(1) / tick_hz,
+        checker: arguments.checks.then(|| Checker::new(arguments.id, costs.clone())),
     };
     let clock = match arguments.steps {
         Some(_) => Clock::Simulated,
@@ -134,11 +145,20 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         Profile::Full => drive::drive::<Full>,
     };
     let is_known = |hash| selection.has_function(hash);
-    let Ended { end, positions, entry, steps } =
+    let Ended { end, positions, entry, steps, checker } =
         drive(&program.image, &settings, &is_known, &mut host, &mut interrupt)
             .map_err(|cause| Problem::refused(&arguments.file, cause))?;
     let refusal = host.refusal.take();
     let backtrace = Backtrace::new(&program, positions, Some(entry));
+    let checked = checker.as_ref().map(|checker| Checked {
+        findings: checker.findings(),
+        program: &program,
+        slots: settings.slots,
+        entries: settings.sizes.entries.into(),
+        costs: costs.as_deref(),
+        ticks_per_second: tick_hz.into(),
+        has_robots: false,
+    });
     if arguments.json {
         let (ended, fault) = match &end {
             End::Complete | End::OutputClosed => ("complete", Value::Null),
@@ -147,7 +167,10 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
                 ("fault", fault::json(fault, &program, &backtrace, refusal.as_deref()))
             }
         };
-        let object = json!({ "ended": ended, "steps": steps, "fault": fault });
+        let mut object = json!({ "ended": ended, "steps": steps, "fault": fault });
+        if let Some(checked) = checked {
+            object["checks"] = checked.json();
+        }
         host.output.plain(object.to_string().as_bytes());
         host.output.finish()?;
         return Ok(match end {
@@ -156,17 +179,21 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         });
     }
     host.output.finish()?;
-    match end {
-        End::Complete | End::OutputClosed => Ok(Ending::Success),
+    let ending = match end {
+        End::Complete | End::OutputClosed => Ending::Success,
         End::Interrupted => {
             let title = Level::NOTE.primary_title(format!("stopped by {}", interrupt::NAME));
             report::print(Group::with_title(title).elements(backtrace.elements()));
-            Ok(Ending::Success)
+            Ending::Success
         }
         End::Fault(fault) => {
             let note = (entry == Entry::Step).then(|| format!("in step {steps}"));
             fault::report(&fault, &program, &backtrace, refusal.as_deref(), note.as_deref());
-            Ok(Ending::RuntimeError)
+            Ending::RuntimeError
         }
+    };
+    if let Some(checked) = checked {
+        report::lines(&checked.text());
     }
+    Ok(ending)
 }

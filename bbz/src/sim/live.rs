@@ -8,6 +8,7 @@ use bittybuzz_arena::robot::{LogLine, Piece};
 use bittybuzz_arena::run::{Setup, Simulation, Summary};
 
 use crate::Ending;
+use crate::costs;
 use crate::interrupt::{self, Interrupt};
 use crate::output::Output;
 use crate::printed::{Printed, unknown_string};
@@ -18,7 +19,7 @@ use crate::report;
 use super::keep::Keeper;
 use super::open::{self, Opened};
 use super::progress::Progress;
-use super::{Arguments, summary};
+use super::{Arguments, checks, summary};
 
 /// How long after an emulator Ctrl-C may be heard of here.
 pub const PATIENCE: Duration = Duration::from_millis(200);
@@ -28,7 +29,11 @@ pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
     let Some(opened) = open::open(arguments, set)? else {
         return Ok(Ending::CompileError);
     };
-    let Some(setup) = opened.setup().map(Arc::new) else { return Ok(Ending::CompileError) };
+    let Some(mut setup) = opened.setup() else { return Ok(Ending::CompileError) };
+    if arguments.checks {
+        setup = setup.checked(|group| costs::of(&group.robot, group.robot.profile));
+    }
+    let setup = Arc::new(setup);
     let seed = arguments.seed.unwrap_or(opened.scenario.world.seed);
     let mut simulation = match Simulation::new(setup.clone(), seed, 0) {
         Ok(simulation) => simulation,
@@ -84,10 +89,19 @@ pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
     }
     summary::faults(&setup, &opened.programs, &result);
     if arguments.json {
-        output.line(summary::json(&setup, &result).to_string().as_bytes());
+        let mut object = summary::json(&setup, &result);
+        if arguments.checks {
+            object["checks"] = checks::json(&opened, &result);
+        }
+        output.line(object.to_string().as_bytes());
     } else {
         for line in summary::text(&setup, &result, elapsed) {
             output.line(line.as_bytes());
+        }
+        if arguments.checks {
+            for line in checks::text(&opened, &result) {
+                output.line(line.as_bytes());
+            }
         }
     }
     output.finish()?;

@@ -1,6 +1,7 @@
 //! `bbz sim`: simulates the robots of a scenario.
 
 mod batch;
+mod checks;
 mod journal;
 mod keep;
 mod live;
@@ -33,6 +34,7 @@ Examples:
   bbz sim swarm.toml --runs 20 --set medium.ir.loss=0,0.3 --csv runs.csv    compare 40 runs
   bbz sim swarm.toml --runs 2000 --csv runs.csv --resume    go on after Ctrl-C or a crash
   bbz sim zooids.toml --set robots.0.backend=firmware    the robots' own image, emulated
+  bbz sim swarm.toml --checks            also report numbers that wrapped, memory and cycles
   bbz sim swarm.toml --headless --json   for programs that read the result
 
 docs/scenario.md describes scenario files.
@@ -55,6 +57,9 @@ pub struct Arguments {
     /// Print the result as JSON, and no log lines
     #[arg(long)]
     json: bool,
+    /// Report numbers that did not fit their type, and the memory and cycles that scripts needed; results stay the same
+    #[arg(long, conflicts_with_all = ["runs", "csv"])]
+    checks: bool,
     /// Write a recording of every robot to a file
     #[arg(long, value_name = "OUT", conflicts_with_all = ["runs", "csv"])]
     record: Option<PathBuf>,
@@ -90,6 +95,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
     let variants = variants::variants(&arguments.set, arguments.runs.unwrap_or(1))?;
     match variants.as_slice() {
         [only] if arguments.runs.is_none() && arguments.csv.is_none() => live::run(arguments, only),
+        _ if arguments.checks => Err(Problem::ChecksOfMany),
         _ => batch::run(arguments, &variants),
     }
 }

@@ -1,0 +1,226 @@
+//! The results of `--checks`, for people and for programs.
+
+use std::cmp::Reverse;
+
+use bittybuzz_arena::robot::checks::{
+    Anomaly, Costs, Exact, Example, Findings, Moment, Occurrences, Peak,
+};
+use bittybuzz_compiler::symbols::Place;
+use bittybuzz_vm_core::number::Number;
+use serde_json::{Value, json};
+
+use crate::program::Program;
+use crate::report::printable;
+
+/// Places that are printed. JSON has all.
+const MOST_PLACES: usize = 20;
+
+/// The findings of robots with the same script and the same machine.
+pub struct Checked<'a> {
+    /// The findings.
+    pub findings: &'a Findings,
+    /// The program.
+    pub program: &'a Program,
+    /// Slots of the machine.
+    pub slots: usize,
+    /// Entries of stigmergies for which the machine has room.
+    pub entries: usize,
+    /// Costs of instructions, if they are known.
+    pub costs: Option<&'a Costs>,
+    /// Ticks of the findings in a second.
+    pub ticks_per_second: f64,
+    /// Robots are told apart by their ids.
+    pub has_robots: bool,
+}
+
+impl Checked<'_> {
+    /// The lines of the report.
+    pub fn text(&self) -> Vec<String> {
+        let places = self.places();
+        let mut lines: Vec<String> =
+            places.iter().take(MOST_PLACES).map(|p| self.line(p)).collect();
+        let others = places.get(MOST_PLACES..).unwrap_or_default();
+        if !others.is_empty() {
+            let count = others.iter().map(|(.., found)| found.count).sum();
+            let noun = if others.len() == 1 { "place" } else { "places" };
+            lines.push(format!("{} other {noun}: {}", others.len(), times(count)));
+        }
+        if places.is_empty() {
+            lines.push(
+                "no number wrapped, saturated, was flushed to zero, or became infinite or NaN"
+                    .to_owned(),
+            );
+        }
+        let Findings { slots, calls, entries, steps, .. } = self.findings;
+        if let Some(Peak { value, at }) = slots {
+            lines.push(format!("memory     {value} of {} slots{}", self.slots, self.at(*at)));
+        }
+        if let Some(Peak { value, at }) = calls {
+            let noun = if *value == 1 { "function" } else { "functions" };
+            lines.push(format!("calls      {value} {noun} deep{}", self.at(*at)));
+        }
+        if let Some(Peak { value, at }) = entries.filter(|peak| peak.value > 0) {
+            lines.push(format!("stigmergy  {value} of {} entries{}", self.entries, self.at(at)));
+        }
+        match (steps.longest, self.costs) {
+            (Some((most, at)), Some(costs)) => {
+                let share = 100.0 * most as f64 / costs.step_period.max(1) as f64;
+                lines.push(format!(
+                    "step       about {} cycles on average, at most {most}{}: {share:.1} % of the time until the next",
+                    steps.cycles / steps.steps.max(1),
+                    self.at(at)
+                ));
+            }
+            (None, Some(_)) => lines.push("step       none was completed".to_owned()),
+            (_, None) => lines.push(
+                "step       cycles are known on the chips of Kilobot, Zooid and Crazyflie only"
+                    .to_owned(),
+            ),
+        }
+        lines
+    }
+
+    /// The report as an object.
+    pub fn json(&self) -> Value {
+        let places: Vec<Value> = self
+            .places()
+            .into_iter()
+            .map(|(position, anomaly, Occurrences { count, first })| {
+                let place = self.source(position);
+                let Example { operation, exact, result, at } = first;
+                json!({
+                    "kind": kind(anomaly),
+                    "count": count,
+                    "position": position,
+                    "file": place.and_then(|place| self.file(place)),
+                    "line": place.map(|place| place.line),
+                    "column": place.map(|place| place.column),
+                    "first": {
+                        "operation": operation.to_string(),
+                        "exact": match exact {
+                            Exact::Int(value) => json!(value),
+                            Exact::Real(value) => json!(value),
+                            Exact::Unknown => Value::Null,
+                        },
+                        // JSON has no infinity and no NaN: these are null.
+                        "result": match result {
+                            Number::Int(value) => json!(value),
+                            Number::Float(value) => json!(value),
+                        },
+                        "time": self.seconds(*at),
+                        "robot": at.robot,
+                    },
+                })
+            })
+            .collect();
+        let peak = |peak: Option<Peak>, of: Option<usize>| {
+            peak.map(|Peak { value, at }| {
+                json!({ "most": value, "of": of, "time": self.seconds(at), "robot": at.robot })
+            })
+        };
+        let Findings { slots, calls, entries, steps, .. } = self.findings;
+        let steps = steps.longest.zip(self.costs).map(|((most, at), costs)| {
+            json!({
+                "count": steps.steps,
+                "mean": steps.cycles as f64 / steps.steps.max(1) as f64,
+                "most": most,
+                "of": costs.step_period,
+                "time": self.seconds(at),
+                "robot": at.robot,
+            })
+        });
+        json!({
+            "places": places,
+            "slots": peak(*slots, Some(self.slots)),
+            "calls": peak(*calls, None),
+            "entries": peak(*entries, Some(self.entries)),
+            "cycles": steps,
+        })
+    }
+
+    /// The anomalies, the most frequent first.
+    fn places(&self) -> Vec<(u16, Anomaly, &Occurrences)> {
+        let places = self.findings.places.iter();
+        let mut places: Vec<_> =
+            places.map(|((position, anomaly), found)| (*position, *anomaly, found)).collect();
+        places
+            .sort_by_key(|(position, anomaly, found)| (Reverse(found.count), *position, *anomaly));
+        places
+    }
+
+    fn line(&self, (position, anomaly, found): &(u16, Anomaly, &Occurrences)) -> String {
+        let place = match self.source(*position) {
+            Some(place) => {
+                let file = self.file(place).map_or("<unknown>".to_owned(), printable);
+                format!("{file}:{}:{}", place.line, place.column)
+            }
+            None => format!("position {position} of the code"),
+        };
+        let verb = match anomaly {
+            Anomaly::Wrapped => "wrapped",
+            Anomaly::Infinite => "became infinite",
+            Anomaly::NotANumber => "became NaN",
+            Anomaly::Flushed => "flushed to zero",
+            Anomaly::Saturated => "saturated",
+        };
+        let Example { operation, exact, result, at } = found.first;
+        let exact = match exact {
+            Exact::Int(value) => format!(" = {value}"),
+            Exact::Real(value) => real(value),
+            Exact::Unknown => String::new(),
+        };
+        let result = match result {
+            Number::Int(value) => format!(" became {value}"),
+            Number::Float(_) => String::new(),
+        };
+        let times = times(found.count);
+        format!("{place}: {verb} {times}, first {operation}{exact}{result}{}", self.at(at))
+    }
+
+    fn source(&self, position: u16) -> Option<Place> {
+        self.program.symbols.as_ref()?.position(u32::from(position))
+    }
+
+    fn file(&self, place: Place) -> Option<&str> {
+        self.program.symbols.as_ref()?.file(place.file)
+    }
+
+    fn seconds(&self, at: Moment) -> f64 {
+        at.tick as f64 / self.ticks_per_second
+    }
+
+    fn at(&self, at: Moment) -> String {
+        let robot = if self.has_robots { format!(", robot {}", at.robot) } else { String::new() };
+        format!(" at {:.1} s{robot}", self.seconds(at))
+    }
+}
+
+/// The name of an anomaly in JSON.
+fn kind(anomaly: Anomaly) -> &'static str {
+    match anomaly {
+        Anomaly::Wrapped => "wrapped",
+        Anomaly::Infinite => "infinite",
+        Anomaly::NotANumber => "nan",
+        Anomaly::Flushed => "flushed",
+        Anomaly::Saturated => "saturated",
+    }
+}
+
+fn times(count: u64) -> String {
+    match count {
+        1 => "once".to_owned(),
+        count => format!("{count} times"),
+    }
+}
+
+/// ` = 1.5e10`, with the digits of binary32; nothing for a result that no number is.
+fn real(value: f64) -> String {
+    let near = value as f32;
+    if !value.is_finite() || value == 0.0 {
+        String::new()
+    } else if near.is_normal() {
+        format!(" = {near:?}")
+    } else {
+        format!(" = {value:.6e}")
+    }
+}

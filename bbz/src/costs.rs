@@ -1,0 +1,107 @@
+//! Costs of instructions on the chips of robots, as they were counted for `bench/costs.json`.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use bittybuzz_arena::robot::checks::Costs;
+use bittybuzz_robot_spec::{Profile, Robot};
+
+/// Tables of cycles, or of instructions of one cycle each, by the names of instructions and their cases.
+const COSTS: &str = include_str!("../../bench/costs.json");
+
+/// A chip whose instructions were counted.
+struct Chip {
+    /// The beginning of its name in robot files.
+    name: &'static str,
+    /// The tables of the profiles that were counted.
+    tables: &'static [Table],
+    /// Clock in Hz, to which the firmware of the robot that ships with it sets it.
+    clock_hz: u64,
+}
+
+/// The tables of a chip with a profile.
+struct Table {
+    profile: Profile,
+    /// The costs of all instructions.
+    instructions: &'static str,
+    /// The longest times of some, counted for a robot that ships.
+    longest: Option<&'static str>,
+}
+
+const CHIPS: [Chip; 3] = [
+    Chip {
+        name: "ATmega328P",
+        tables: &[Table { profile: Profile::Tiny, instructions: "avr", longest: Some("kilobot") }],
+        clock_hz: 8_000_000,
+    },
+    Chip {
+        name: "STM32F051",
+        tables: &[
+            Table { profile: Profile::Tiny, instructions: "thumbv6m", longest: Some("zooids") },
+            Table { profile: Profile::Full, instructions: "thumbv6m-full", longest: None },
+        ],
+        clock_hz: 48_000_000,
+    },
+    Chip {
+        name: "STM32F405",
+        tables: &[
+            Table { profile: Profile::Tiny, instructions: "thumbv7em", longest: None },
+            Table {
+                profile: Profile::Full,
+                instructions: "thumbv7em-full",
+                longest: Some("crazyflie"),
+            },
+        ],
+        clock_hz: 168_000_000,
+    },
+];
+
+/// Returns the costs of a robot's chip with a profile; `None` if they were not counted.
+pub fn of(robot: &Robot, profile: Profile) -> Option<Arc<Costs>> {
+    let name = robot.chip.as_ref()?;
+    let chip = CHIPS.iter().find(|chip| name.starts_with(chip.name))?;
+    let table = chip.tables.iter().find(|table| table.profile == profile)?;
+    let all: BTreeMap<String, BTreeMap<String, u32>> = serde_json::from_str(COSTS).ok()?;
+    let longest = table.longest.and_then(|longest| all.get(longest));
+    let instructions = all.get(table.instructions)?;
+    let cycles = |case: &str| {
+        instructions.get(case).or_else(|| longest.and_then(|longest| longest.get(case))).copied()
+    };
+    let step_period = chip.clock_hz / u64::from(robot.tick_hz.max(1));
+    Costs::new(cycles, step_period).map(Arc::new)
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+mod tests {
+    use bittybuzz_robot_files::find;
+
+    use super::*;
+
+    #[test]
+    fn robots_have_the_clock_of_their_firmware() {
+        // 8, 48 and 168 MHz, ten steps per second.
+        for (name, period) in
+            [("kilobot", 800_000), ("zooids", 4_800_000), ("crazyflie", 16_800_000)]
+        {
+            let robot = find(name).unwrap();
+            let costs = of(&robot, robot.profile);
+            assert_eq!(costs.map(|costs| costs.step_period), Some(period), "{name}");
+        }
+    }
+
+    #[test]
+    fn every_chip_and_profile_has_whole_tables() {
+        let mut robot = find("kilobot").unwrap();
+        for chip in &CHIPS {
+            robot.chip = Some(chip.name.to_owned());
+            for table in chip.tables {
+                assert!(of(&robot, table.profile).is_some(), "{}", table.instructions);
+            }
+        }
+        robot.chip = Some("Z80".to_owned());
+        assert!(of(&robot, Profile::Tiny).is_none());
+        robot.chip = None;
+        assert!(of(&robot, Profile::Tiny).is_none());
+    }
+}
