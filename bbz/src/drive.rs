@@ -8,6 +8,7 @@ use bittybuzz_vm_core::{Entry, Fault, Image, ImageError, Outcome, Sighting, Size
 
 use crate::host::{Clock, HostRobot};
 use crate::interrupt::Interrupt;
+use crate::memory::Memory;
 
 /// Slots of the machine that plays all robots, as many as there can be.
 pub const SLOTS: usize = 65_520;
@@ -74,6 +75,8 @@ pub struct Ended {
     pub steps: u64,
     /// The checks of the script.
     pub checker: Option<Checker>,
+    /// The use of the memory, where the script needed more.
+    pub memory: Option<Memory>,
 }
 
 /// Runs an image.
@@ -97,7 +100,11 @@ pub fn drive<P: Profile>(
     }
     run.host.output.flush();
     let Run { vm, entry, checker, steps, .. } = run;
-    Ok(Ended { end, positions: vm.calls().collect(), entry, steps, checker })
+    let memory = match &end {
+        End::Fault(fault) => Memory::at(fault, &vm, settings.slots),
+        End::Complete | End::Interrupted | End::OutputClosed => None,
+    };
+    Ok(Ended { end, positions: vm.calls().collect(), entry, steps, checker, memory })
 }
 
 struct Run<'a, 'h, 'i, P: Profile> {

@@ -76,19 +76,19 @@ pub fn describe(
     Words { headline, help }
 }
 
-/// Prints a fault: what is wrong, where, what to do. `note` tells more of when.
+/// Prints a fault: what is wrong, where, what to do. `notes` say more of when and why.
 pub fn report(
     fault: &Fault,
     program: &Program,
     backtrace: &Backtrace<'_>,
     refusal: Option<&str>,
-    note: Option<&str>,
+    notes: &[String],
 ) {
     let words = describe(fault, program, backtrace.marked().as_deref(), refusal);
     let title = Level::ERROR.primary_title(words.headline).id(code(fault.code));
-    let note = note.map(|note| Level::NOTE.message(note));
+    let notes = notes.iter().map(|note| Level::NOTE.message(report::printable(note)));
     let help = words.help.map(|help| Level::HELP.message(help));
-    report::print(title.elements(backtrace.elements()).elements(note).elements(help));
+    report::print(title.elements(backtrace.elements()).elements(notes).elements(help));
 }
 
 /// A fault for programs: code, message, help, and the places of the calls, innermost first.

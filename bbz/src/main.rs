@@ -28,6 +28,7 @@ mod interrupt;
 mod isp;
 mod json;
 mod library;
+mod memory;
 mod operand;
 mod output;
 mod printed;

@@ -145,7 +145,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         Profile::Full => drive::drive::<Full>,
     };
     let is_known = |hash| selection.has_function(hash);
-    let Ended { end, positions, entry, steps, checker } =
+    let Ended { end, positions, entry, steps, checker, memory } =
         drive(&program.image, &settings, &is_known, &mut host, &mut interrupt)
             .map_err(|cause| Problem::refused(&arguments.file, cause))?;
     let refusal = host.refusal.take();
@@ -187,8 +187,10 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
             Ending::Success
         }
         End::Fault(fault) => {
-            let note = (entry == Entry::Step).then(|| format!("in step {steps}"));
-            fault::report(&fault, &program, &backtrace, refusal.as_deref(), note.as_deref());
+            let step = (entry == Entry::Step).then(|| format!("in step {steps}"));
+            let memory = memory.map(|memory| memory.text(&program));
+            let notes: Vec<String> = step.into_iter().chain(memory).collect();
+            fault::report(&fault, &program, &backtrace, refusal.as_deref(), &notes);
             Ending::RuntimeError
         }
     };

@@ -194,6 +194,25 @@ fn json_has_an_object_for_each_line() {
 }
 
 #[test]
+fn a_lack_of_memory_names_the_globals_that_hold_it() {
+    let script = "few = { .1 = 1 }\nmany = {}\nn = 0\nfunction step() {\n  n = n + 1\n  many[n] = { .x = n }\n}\n";
+    for (robot, slots) in [("kilobot", 0), ("zooids", 0)] {
+        let outcome = run("memory", script, &["--robot", robot, "--steps", "10000"]);
+        outcome
+            .fails_with(1, &["R0010", "in step ", "tables, closures and strings", "`many` holds "]);
+        // The other table has one entry.
+        let held = |name: &str| -> usize {
+            let (_, rest) = outcome.stderr.split_once(&format!("`{name}` holds ")).unwrap();
+            rest.chars().take_while(char::is_ascii_digit).collect::<String>().parse().unwrap()
+        };
+        assert!(held("many") > 10 * held("few") && held("few") > slots, "{}", outcome.stderr);
+    }
+    let deep = "function f(n) { return f(n + 1) + 1 }\nfunction init() { f(0) }\n";
+    let outcome = run("memory_calls", deep, &["--robot", "kilobot"]);
+    outcome.fails_with(1, &["R0009", "globals and calls take ", "tables, closures and strings 0"]);
+}
+
+#[test]
 fn every_kind_of_fault_says_what_went_wrong() {
     // The variables keep the compiler from seeing the mistake.
     let cases = [

@@ -231,7 +231,7 @@ pub fn faults(setup: &Setup, programs: &[Program], summary: &Summary) {
         let robot = setup.scenario.groups.get(setup.group(fault.robot)).map(|group| &group.robot);
         let refusal =
             record.refusal.clone().or_else(|| fault::accepted(&record.fault, program, robot));
-        fault::report(&record.fault, program, &backtrace, refusal.as_deref(), Some(&note));
+        fault::report(&record.fault, program, &backtrace, refusal.as_deref(), &[note]);
     }
 }
 

@@ -357,7 +357,7 @@ impl<'a> Teller<'a> {
             program,
             &backtrace,
             expected.as_deref(),
-            Some(&note).filter(|note| !note.is_empty()).map(String::as_str),
+            &Some(note).filter(|note| !note.is_empty()).into_iter().collect::<Vec<_>>(),
         );
     }
 

@@ -1,7 +1,7 @@
 //! The machine between two instructions, as a program on a host sees it: the next instruction with its operands, and the memory
 //! in use. Firmware calls none of it, so that it takes no flash.
 
-use super::{Native, SPECIAL, State, Vm};
+use super::{GLOBALS, Native, SPECIAL, State, Vm};
 use crate::bytecode::ByteCode;
 use crate::number::Profile;
 use crate::opcode::{self, Decoded};
@@ -116,5 +116,23 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let mut copy = self.clone();
         copy.collect();
         copy.arena.top().saturating_sub(copy.arena.unused())
+    }
+
+    /// Returns the slots of the heap that the script can reach from this global.
+    pub fn slots_held_by(&self, global: u16) -> usize {
+        self.slots_reached(Some(global)).saturating_sub(self.slots_reached(None))
+    }
+
+    /// Returns the slots in use if the script could reach nothing but this global. A copy of the machine forgets the others and
+    /// all functions that are running.
+    fn slots_reached(&self, global: Option<u16>) -> usize {
+        let mut copy = self.clone();
+        let count = copy.header().map_or(0, |header| header.globals());
+        for other in (0..count).filter(|other| Some(*other) != global) {
+            copy.arena.set(GLOBALS + usize::from(other), Value::nil());
+        }
+        copy.state = State::Idle;
+        copy.sp = GLOBALS as u16 + count;
+        copy.needed_slots()
     }
 }
