@@ -29,7 +29,7 @@ pub struct Checked<'a> {
     pub costs: Option<&'a Costs>,
     /// Ticks of the findings in a second.
     pub ticks_per_second: f64,
-    /// Robots are told apart by their ids.
+    /// Ids distinguish the robots.
     pub has_robots: bool,
 }
 

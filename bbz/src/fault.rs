@@ -76,7 +76,7 @@ pub fn describe(
     Words { headline, help }
 }
 
-/// Prints a fault: what is wrong, where, what to do. `notes` say more of when and why.
+/// Prints a fault with its place and help. `notes` add the circumstances.
 pub fn report(
     fault: &Fault,
     program: &Program,

@@ -67,7 +67,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.get(self.local_slot(number))
     }
 
-    /// Returns what a call of this value calls.
+    /// Returns the kind of function that a call of this value runs.
     pub fn callee(&self, value: Value<P>) -> Callee {
         let function = match value.tag() {
             Tag::BOUND => self.arena.closure_function(value.index()),

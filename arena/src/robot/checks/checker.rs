@@ -31,7 +31,7 @@ pub struct Checker {
     costs: Option<Arc<Costs>>,
     /// Id of the robot.
     robot: u16,
-    /// Cycles of the running entry so far.
+    /// Cycles of the running entry up to now.
     cycles: u64,
     /// The frame that was running after the last instruction.
     frame: u16,
@@ -55,7 +55,7 @@ impl Checker {
         }
     }
 
-    /// Returns the results so far.
+    /// Returns the results up to now.
     pub fn findings(&self) -> &Findings {
         &self.findings
     }
@@ -111,8 +111,8 @@ impl Checker {
         outcome
     }
 
-    /// Compares the memory in use with the most so far. Only a call needs more of the stack, and only a slot that is taken
-    /// more of the heap; the heap is counted if it could be more than ever, garbage included.
+    /// Updates the peaks of the memory. The stack grows only with a call and the heap only when a slot is taken; the heap is
+    /// counted only if its use, garbage included, exceeds the peak.
     fn look_at_memory<P: Profile, C: ByteCode, const SLOTS: usize>(
         &mut self,
         vm: &Vm<P, C, SLOTS>,

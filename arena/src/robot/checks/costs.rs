@@ -34,7 +34,7 @@ struct Row {
 
 /// A table of costs: cycles of a chip, by instruction, and the cycles between two steps.
 ///
-/// A call costs what it costs with `RETURN_NIL` of its callee, so that a return costs only what it takes beyond that. Built-in
+/// The cost of a call includes the `RETURN_NIL` of its callee, so that another return costs only the difference. Built-in
 /// functions cost the longest time that is known of them, or that of `isnil`. A message, and each element of a built-in that
 /// calls back, costs as much as `isnil`. Collections are not counted.
 #[derive(Clone, Debug)]
@@ -162,7 +162,7 @@ impl Costs {
             (false, true) => case.row.other,
             (false, false) => case.row.usual,
         };
-        // The work is that of so many cheap instructions.
+        // The work counts cheap instructions.
         u64::from(cycles) + u64::from(work) * u64::from(self.row(opcode::ADD).usual)
     }
 }

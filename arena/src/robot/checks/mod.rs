@@ -7,9 +7,9 @@
 //! it would count the arithmetic of random numbers and messages, which wraps by design.
 //!
 //! # Same results
-//! The machine may stop between any two instructions, and what it computes does not depend on where. It only reads, and
-//! takes from the budget what the machine would have taken: an instruction, and the work on text, which the host is told of
-//! ([`Host::has_worked`](bittybuzz_vm_core::Host::has_worked)). So a slice ends at the same instruction with and without it.
+//! The machine may stop between any two instructions, and its results do not depend on the place. The checker only reads, and
+//! takes the same from the budget as the machine: one for an instruction, and the work on text, which the host learns from
+//! [`Host::has_worked`](bittybuzz_vm_core::Host::has_worked). So a slice ends at the same instruction with and without it.
 //!
 //! # Limits
 //! Operands that no instruction of the script puts on the stack are not seen: those of a built-in function that another

@@ -1,4 +1,4 @@
-//! Operations on numbers, and what can go wrong with their results.
+//! Operations on numbers, and the ways in which their results can be wrong.
 
 use std::fmt;
 
@@ -98,7 +98,7 @@ impl Upcoming {
             opcode::NEG => {
                 Operation { operator: Operator::Negate, first: number(1)?, second: None }
             }
-            // Nobody gets a result that is dropped.
+            // A result that is dropped is computed for nothing.
             opcode::CALL_BUILTIN if trailer & DROP_RESULT == 0 => {
                 Operation::function(vm, operand as u8, trailer)?
             }
