@@ -52,6 +52,7 @@ mod geometry;
 mod grid;
 mod herd;
 mod id;
+mod intruder;
 mod light;
 mod link;
 mod obstacle;
@@ -72,6 +73,7 @@ pub use error::{AddError, SettingsError, UnknownRobot};
 pub use geometry::{Area, Pose, wrap};
 pub use herd::HerdId;
 pub use id::RobotId;
+pub use intruder::{Intruder, IntruderSettings};
 pub use light::{Light, LightId};
 pub use link::{
     Arrival, Fate, FrameLog, Infrared, Link, Loss, LossCause, Media, Medium, Nrf24, P2p,

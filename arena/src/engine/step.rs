@@ -11,7 +11,7 @@ use super::geometry::Pose;
 use super::herd::{Cohort, Herd};
 use super::id::RobotId;
 use super::light::Light;
-use super::link::{Attempt, Ether, Listener, Medium, Window};
+use super::link::{Attempt, Ether, Listener, Medium, Senders, Window};
 use super::ranger::Sight;
 use super::robot::{Robot, RobotState};
 use super::scratch::Scratch;
@@ -62,6 +62,7 @@ impl<B: Brain> World<B> {
     ) -> Result<(), E> {
         before(self)?;
         self.think();
+        self.overhear();
         self.settle();
         for _ in 1..self.substeps {
             before(self)?;
@@ -182,9 +183,10 @@ impl<B: Brain> World<B> {
             let air = &mut self.air[index];
             air.turn();
             let count = &mut self.statistics.links[index];
-            let (robots, brains) = (&mut self.robots, &mut self.brains);
+            let (robots, brains) = (&mut *self.robots, &mut *self.brains);
+            let senders = Senders { robots, brains, stations: &mut self.stations };
             let seen = self.frame_log.as_deref_mut().map(|log| &mut log.attempts);
-            self.schedules[index].run(&window, robots, brains, air, count, seen);
+            self.schedules[index].run(&window, senders, air, count, seen);
         }
     }
 }

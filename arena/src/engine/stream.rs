@@ -19,6 +19,12 @@ pub(crate) enum Purpose {
     Estimate = 4,
     /// For brains.
     Brain = 5,
+    /// For intruders.
+    Intruder = 7,
+    /// The robots' clocks.
+    Clock = 8,
+    /// The times at which robots lose their power.
+    BrownOut = 9,
 }
 
 /// A stream of random numbers, the same on every machine.
@@ -38,6 +44,18 @@ impl Stream {
     #[must_use]
     pub fn for_brain(seed: u64, robot: u16) -> Self {
         Stream::new(seed, Purpose::Brain, robot, 0)
+    }
+
+    /// Returns the stream of a robot's clock.
+    #[must_use]
+    pub fn for_clock(seed: u64, robot: u16) -> Self {
+        Stream::new(seed, Purpose::Clock, robot, 0)
+    }
+
+    /// Returns the stream of a robot's power in one tick.
+    #[must_use]
+    pub fn for_power(seed: u64, robot: u16, tick: u64) -> Self {
+        Stream::new(seed, Purpose::BrownOut, robot, tick)
     }
 
     /// Returns another stream, which goes on by itself.

@@ -13,6 +13,7 @@ use super::error::{AddError, SettingsError, UnknownRobot};
 use super::geometry::Pose;
 use super::herd::{Cohort, Herd, HerdId};
 use super::id::RobotId;
+use super::intruder::Station;
 use super::light::{Light, LightId};
 use super::link::{Air, Calibration, FrameLog, Loss, Media, Medium, Radio, Schedule, Topology};
 use super::obstacle::{Obstacle, Obstacles};
@@ -32,6 +33,7 @@ pub struct World<B> {
     pub(crate) poses: Vec<Pose>,
     /// The places at which robots believe to be.
     pub(crate) estimates: Vec<Option<Pose>>,
+    pub(crate) stations: Vec<Station>,
     pub(crate) herds: Vec<Herd>,
     /// All robots in the order of their ids.
     pub(crate) cohorts: Vec<Cohort>,
@@ -69,6 +71,7 @@ impl<B: Brain> World<B> {
             robots: Vec::new(),
             poses: Vec::new(),
             estimates: Vec::new(),
+            stations: Vec::new(),
             herds: Vec::new(),
             cohorts: Vec::new(),
             obstacles: Obstacles::new(area),
@@ -111,6 +114,10 @@ impl<B: Brain> World<B> {
     /// Puts a robot into the world, also while it runs. Ids count up from 0.
     pub fn add(&mut self, herd: HerdId, pose: Pose, brain: B) -> Result<RobotId, AddError> {
         let id = u16::try_from(self.brains.len()).map_err(|_| AddError::TooMany)?;
+        // Intruders have the last ids.
+        if usize::from(u16::MAX - id) < self.stations.len() {
+            return Err(AddError::TooMany);
+        }
         if !pose.is_finite() || !self.settings.area.contains(pose.x, pose.y) {
             return Err(AddError::Outside);
         }

@@ -17,9 +17,9 @@ pub(crate) use calibration::Calibration;
 pub use frame_log::{Arrival, Fate, FrameLog, LossCause, SendAttempt, SentFrame};
 pub(crate) use hear::{Ether, Listener};
 pub use packet::Sighting;
-pub(crate) use packet::{Heard, Late, Transmission};
+pub(crate) use packet::{Heard, Late, Packet, Transmission};
 pub(crate) use radio::Radio;
-pub(crate) use schedule::{Attempt, Schedule, Window};
+pub(crate) use schedule::{Attempt, Schedule, Senders, Window};
 pub(crate) use topology::Topology;
 
 /// What carries frames. Between unlike media nothing passes.

@@ -15,6 +15,7 @@ use crate::engine::brain::Brain;
 use crate::engine::geometry::Pose;
 use crate::engine::herd::Herd;
 use crate::engine::id::RobotId;
+use crate::engine::intruder::{self, Station};
 use crate::engine::robot::Robot;
 use crate::engine::statistics::LinkStatistics;
 use crate::engine::stream::{Purpose, Stream};
@@ -44,17 +45,34 @@ pub(crate) struct Window<'a> {
     pub(crate) now: u64,
 }
 
+impl Window<'_> {
+    /// Returns µs since the world began, for a time of the tick.
+    fn since_the_beginning(&self, at: i32) -> u64 {
+        self.now * u64::from(TICK_US) + at.max(0) as u64
+    }
+}
+
+/// All that send.
+#[derive(Debug)]
+pub(crate) struct Senders<'a, B> {
+    pub(crate) robots: &'a mut [Robot],
+    pub(crate) brains: &'a mut [B],
+    pub(crate) stations: &'a mut [Station],
+}
+
 impl Schedule {
     /// Carries out the planned attempts, and those that follow from them. `seen` takes each if somebody watches.
     pub(crate) fn run<B: Brain>(
         &mut self,
         window: &Window<'_>,
-        robots: &mut [Robot],
-        brains: &mut [B],
+        Senders { robots, brains, stations }: Senders<'_, B>,
         air: &mut Air,
         count: &mut LinkStatistics,
         mut seen: Option<&mut Vec<SendAttempt>>,
     ) {
+        for station in stations.iter_mut() {
+            station.plan(air.medium, window.now, &mut self.planned);
+        }
         self.planned.sort_unstable();
         let mut planned = self.planned.drain(..).peekable();
         loop {
@@ -68,15 +86,35 @@ impl Schedule {
                 if first { planned.next() } else { self.again.pop().map(|Reverse(again)| again) };
             let Some(attempt) = attempt else { break };
             let index = usize::from(attempt.robot.0);
+            let seen = seen.as_deref_mut();
             let (Some(robot), Some(brain)) = (robots.get_mut(index), brains.get_mut(index)) else {
+                let station = stations.get_mut(intruder::number(attempt.robot));
+                let frame = station.and_then(|station| station.transmit(attempt.at));
+                if let Some(transmission) = frame {
+                    count.sent += 1;
+                    send(transmission, window, air, seen);
+                }
                 continue;
             };
-            let seen = seen.as_deref_mut();
             if let Some(next) = carry_out(attempt, window, robot, brain, air, count, seen) {
                 self.again.push(Reverse(next));
             }
         }
     }
+}
+
+/// Puts a frame on the air.
+fn send(
+    transmission: Transmission,
+    window: &Window<'_>,
+    air: &mut Air,
+    seen: Option<&mut Vec<SendAttempt>>,
+) {
+    if let Some(seen) = seen {
+        let start_us = window.since_the_beginning(transmission.start);
+        seen.push(SendAttempt::Sent(SentFrame::new(air.medium, &transmission, start_us)));
+    }
+    air.send(transmission);
 }
 
 /// Sends or backs off; the robot's next attempt, if it is in this tick.
@@ -92,7 +130,7 @@ fn carry_out(
     let medium = air.medium;
     let Herd { media: pacing, link, .. } = &window.herds[usize::from(herd.0)];
     let pose = &window.poses[usize::from(robot.0)];
-    let moment_us = window.now * u64::from(TICK_US) + at.max(0) as u64;
+    let moment_us = window.since_the_beginning(at);
     let mut stream = Stream::new(window.seed, Purpose::BackOff, robot.0, moment_us);
     let busy = Radio::senses(medium, at)
         .map_or(0, |since| air.sensed(robot, pose, at, since, window.topology));
@@ -112,10 +150,7 @@ fn carry_out(
         let Pose { x, y, z, .. } = *pose;
         let link = *link;
         let transmission = Transmission { start: at, from: robot, link, x, y, z, claim, packet };
-        if let Some(seen) = seen {
-            seen.push(SendAttempt::Sent(SentFrame::new(medium, &transmission, moment_us)));
-        }
-        air.send(transmission);
+        send(transmission, window, air, seen);
         radio.sent(medium, pacing, &mut stream);
         if !radio.waits {
             return None;

@@ -1,0 +1,190 @@
+//! Intruders: senders without a body that keep none of the robots' rules.
+//!
+//! An intruder hears what a robot at its place would hear. It sends at its own pace and never waits for a free channel; what becomes
+//! of its frames the link decides as it does for robots. To the links it is a robot with an id that counts down from 65,535, and in
+//! no part of a partition.
+
+use core::fmt::Debug;
+
+use super::TICK_US;
+use super::brain::{Brain, Inbox};
+use super::error::AddError;
+use super::geometry::Pose;
+use super::herd::{Herd, HerdId};
+use super::id::RobotId;
+use super::link::{
+    Attempt, Ether, Heard, Late, Link, Listener, Media, Medium, Near, Packet, Transmission,
+};
+use super::statistics::LinkStatistics;
+use super::stream::{Purpose, Stream};
+use super::world::World;
+
+/// The mind of an intruder.
+pub trait Intruder: Debug + Send {
+    /// Returns a copy, which goes on as this one would.
+    fn copy(&self) -> Box<dyn Intruder>;
+
+    /// Takes the frames that it heard since the last tick.
+    fn hear(&mut self, inbox: &Inbox<'_>);
+
+    /// Writes the next frame, type byte and payload, and returns the number of bytes; 0 sends nothing. `frame` is as long as the
+    /// link's longest, and all zeros; infrared sends all of it.
+    fn next_frame(&mut self, frame: &mut [u8]) -> usize;
+}
+
+/// The place, the link and the pace of an intruder.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IntruderSettings {
+    /// Its place.
+    pub pose: Pose,
+    /// The herd whose link it uses.
+    pub herd: HerdId,
+    /// Its reach in mm, as the link has it; `None`: that of the herd.
+    pub range: Option<f32>,
+    /// Mean time between the beginnings of two frames, in µs; `None`: one frame follows the other.
+    pub period_us: Option<u64>,
+    /// The tick from which on it is silent.
+    pub until: u64,
+}
+
+/// An intruder in a world.
+#[derive(Debug)]
+pub(crate) struct Station {
+    id: RobotId,
+    pose: Pose,
+    medium: Medium,
+    media: Media,
+    /// The number of its link.
+    link: u16,
+    period_us: Option<u64>,
+    until: u64,
+    /// Random numbers for the times at which it sends.
+    stream: Stream,
+    /// The beginning of its next frame, in µs since the world began.
+    next_us: u64,
+    intruder: Box<dyn Intruder>,
+    late: Option<Box<Late>>,
+    near: Vec<Near>,
+    heard: Vec<Heard>,
+}
+
+impl Clone for Station {
+    fn clone(&self) -> Self {
+        Station {
+            intruder: self.intruder.copy(),
+            late: self.late.clone(),
+            stream: self.stream.clone(),
+            near: Vec::new(),
+            heard: Vec::new(),
+            ..*self
+        }
+    }
+}
+
+/// The number of an intruder with that id.
+pub(crate) fn number(id: RobotId) -> usize {
+    usize::from(u16::MAX - id.0)
+}
+
+impl<B: Brain> World<B> {
+    /// Puts an intruder into the world, which sends from now on. `make` gets random numbers of its own.
+    pub fn add_intruder(
+        &mut self,
+        settings: IntruderSettings,
+        make: impl FnOnce(Stream) -> Box<dyn Intruder>,
+    ) -> Result<(), AddError> {
+        let IntruderSettings { pose, herd, range, period_us, until } = settings;
+        let Some(Herd { medium, media, link, .. }) = self.herds.get(usize::from(herd.0)) else {
+            return Err(AddError::UnknownHerd);
+        };
+        if !pose.is_finite() || !self.settings.area.contains(pose.x, pose.y) {
+            return Err(AddError::Outside);
+        }
+        let free = usize::from(u16::MAX).checked_sub(self.brains.len() + self.stations.len());
+        let id = free.and_then(|_| u16::try_from(self.stations.len()).ok());
+        let id = RobotId(u16::MAX - id.ok_or(AddError::TooMany)?);
+        let mut stream = Stream::new(self.settings.seed, Purpose::Intruder, id.0, 0);
+        let (medium, media) = (*medium, *media);
+        let air = &mut self.air[medium as usize];
+        // Loss may have been changed since the herd came.
+        let (of_herd, bodies) = (*air.link(*link), air.bodies(*link));
+        let link = Link { range: range.or(of_herd.range), ..of_herd };
+        self.stations.push(Station {
+            id,
+            pose,
+            medium,
+            media,
+            link: air.add_link(link, bodies, self.settings.area),
+            period_us,
+            until,
+            next_us: self.now * u64::from(TICK_US),
+            intruder: make(stream.fork()),
+            stream,
+            late: None,
+            near: Vec::new(),
+            heard: Vec::new(),
+        });
+        Ok(())
+    }
+
+    /// Returns the number of intruders that have come so far.
+    #[must_use]
+    pub fn intruder_count(&self) -> usize {
+        self.stations.len()
+    }
+
+    /// Intruders hear the frames that ended in the last tick.
+    pub(crate) fn overhear(&mut self) {
+        let World { stations, air, topology, calibration, settings, now, .. } = self;
+        let now = *now;
+        for station in stations.iter_mut().filter(|station| now < station.until) {
+            let Station { id, pose, medium, media, intruder, late, near, heard, .. } = station;
+            let ether = Ether { air: &air[*medium as usize], topology, calibration };
+            let due = late.take_if(|late| late.due <= now);
+            let mut listener = Listener { id: *id, pose, estimate: None, media, late, now };
+            let stream = || Stream::new(settings.seed, Purpose::Hear, id.0, now);
+            // Statistics are of robots.
+            let mut count = LinkStatistics::default();
+            ether.hear(&mut listener, stream, near, heard, &mut count, |_, _| ());
+            let air = ether.air.transmissions();
+            intruder.hear(&Inbox { heard, air, late: due.as_deref(), medium: *medium });
+        }
+    }
+}
+
+impl Station {
+    /// Plans its frames on a medium in tick `now`.
+    pub(crate) fn plan(&mut self, medium: Medium, now: u64, planned: &mut Vec<Attempt>) {
+        if self.medium != medium || now >= self.until {
+            return;
+        }
+        let begin = now * u64::from(TICK_US);
+        while let Some(at) = self.next_us.checked_sub(begin).filter(|at| *at < TICK_US.into()) {
+            planned.push(Attempt { at: at as i32, robot: self.id });
+            self.next_us += self.interval_us();
+        }
+    }
+
+    /// Returns the time from the beginning of a frame to that of the next one, in µs. Equal ones would meet the robots' own periods.
+    fn interval_us(&mut self) -> u64 {
+        let air_time = self.medium.air_time_us().into();
+        let part = f64::from(0.5 + self.stream.unit());
+        self.period_us.map_or(air_time, |period| air_time.max((period as f64 * part) as u64))
+    }
+
+    /// Returns its next frame, which begins `at` a time of the tick.
+    pub(crate) fn transmit(&mut self, at: i32) -> Option<Transmission> {
+        let packet = Packet::of(self.medium, |frame| self.intruder.next_frame(frame))?;
+        let Pose { x, y, z, .. } = self.pose;
+        Some(Transmission {
+            start: at,
+            from: self.id,
+            link: self.link,
+            x,
+            y,
+            z,
+            claim: None,
+            packet,
+        })
+    }
+}
