@@ -8,6 +8,7 @@ use bittybuzz_vm_core::{Counters, Fault, ImageError};
 use crate::engine::{Brain, Io};
 
 use super::checks::{Checker, Costs, Findings};
+use super::clock::Clock;
 use super::content::Content;
 use super::context::GroupContext;
 use super::faults::{Consequence, FaultRecord};
@@ -174,6 +175,11 @@ impl SimRobot {
         if let (Some(autopilot), Some(before)) = (&mut memory.autopilot, &before.autopilot) {
             autopilot.adopt(&**before);
         }
+    }
+
+    /// Lets the clock of its script be fast by so many millionths; slow below 0.
+    pub fn skew_clock(&mut self, ppm: i32) {
+        self.state.clock = Clock::fast_by(ppm);
     }
 
     /// Sets the voltage of its battery.

@@ -296,6 +296,11 @@ where
             }
         }
         self.run(state, io, is_due);
+        if !state.clock.is_exact() {
+            while state.take_due(io.now) {
+                self.run(state, io, true);
+            }
+        }
     }
 
     fn has_unsent(&self) -> bool {

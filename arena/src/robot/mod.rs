@@ -6,6 +6,7 @@
 mod brain;
 mod call;
 pub mod checks;
+mod clock;
 mod content;
 mod context;
 mod described;

@@ -132,7 +132,7 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
     }
 
     fn delay_is_over(&mut self, ms: i32, again: bool) -> bool {
-        let now = self.io.milliseconds();
+        let now = self.state.clock.time_us(self.io.now) / 1000;
         let awake = &mut self.state.awake;
         if !again {
             *awake = now + u64::try_from(ms).unwrap_or(0);

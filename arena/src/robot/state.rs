@@ -5,10 +5,11 @@ use std::sync::Arc;
 use bittybuzz_robot_spec::OnFault;
 use bittybuzz_vm_core::{Entry, Fault, FaultCode};
 
-use crate::engine::{Io, Stream};
+use crate::engine::{Io, Stream, TICK_US};
 
 use super::call::{Autopilot, Memory};
 use super::checks::Checker;
+use super::clock::Clock;
 use super::context::GroupContext;
 use super::faults::{Consequence, FaultCounts, FaultRecord, Faults};
 use super::log::{LogLine, News};
@@ -36,8 +37,10 @@ pub struct State {
     /// The stage is not yet done because a function waits, as the script asked.
     pub is_waiting: bool,
     pub overruns: Option<Box<Overruns>>,
-    /// The tick at which the next step is due.
-    pub due: u64,
+    /// The clock of its script.
+    pub clock: Clock,
+    /// The time of the clock in µs at which the next step is due.
+    pub due_us: u64,
     /// Steps that were completed.
     pub steps: u32,
     /// Milliseconds at which the running `delay` is over.
@@ -67,7 +70,8 @@ impl State {
             is_running: false,
             is_waiting: false,
             overruns: None,
-            due: 0,
+            clock: Clock::EXACT,
+            due_us: 0,
             steps: 0,
             awake: 0,
             memory: Memory { autopilot, battery_mv: None, chance, logged: Vec::new() },
@@ -98,11 +102,18 @@ impl State {
         self.overruns.as_ref().map_or(0, |overruns| overruns.missed)
     }
 
-    /// Returns true if a step is due. The first one is due at once, in the tick of the global code.
+    /// Returns true if a step is due. The first one is due at once, in the tick of the global code. With a fast clock a second one
+    /// may be due in a tick.
     pub fn take_due(&mut self, now: u64) -> bool {
-        let is_due = now >= self.due;
+        let now_us = self.clock.time_us(now);
+        let is_due = now_us >= self.due_us;
         if is_due {
-            self.due = now + self.context.step_ticks;
+            let step_us = self.context.step_ticks * u64::from(TICK_US);
+            // The ticks of an exact clock are those of the world. Another one does not make up for the steps that a stopped robot
+            // has left out.
+            let is_on_time = now_us - self.due_us <= 2 * step_us;
+            let from = if !self.clock.is_exact() && is_on_time { self.due_us } else { now_us };
+            self.due_us = from + step_us;
         }
         is_due
     }
