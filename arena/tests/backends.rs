@@ -106,6 +106,21 @@ fn what_nobody_emulates_is_refused() {
         &["`on_fault` cannot be had of robots that run firmware", "\"vm\" has it"],
     );
     assert_error(
+        &[WORLD, EMULATED, "clock_skew = 1\n"],
+        "14:14",
+        &["`clock_skew` cannot be had of robots that run firmware"],
+    );
+    assert_error(
+        &[WORLD, EMULATED, "brown_out_every = 1\n"],
+        "14:19",
+        &["`brown_out_every` cannot be had of robots that run firmware"],
+    );
+    assert_error(
+        &[WORLD, EMULATED, "[[adversary]]\nkind = \"jam\"\nat = [0, 0]\n"],
+        "14:1",
+        &["`[[adversary]]` cannot be had of robots that run firmware"],
+    );
+    assert_error(
         &[WORLD, EMULATED, "present = false\n"],
         "14:11",
         &["`present = false` cannot be had"],
@@ -211,7 +226,7 @@ fn events_that_an_emulator_cannot_make_are_refused() {
         );
     }
     // Nothing here takes the power of an emulated Crazyflie away.
-    for (action, column) in [("fail = 0", 8), ("restart = \"all\"", 11)] {
+    for (action, column) in [("fail = 0", 8), ("restart = \"all\"", 11), ("brown_out = 1", 13)] {
         let event = event(action);
         assert_error(
             &[&WORLD.replace("nrf24", "p2p"), CRAZYFLIES, &event],

@@ -22,7 +22,7 @@ fn command(chance: &mut SmallRng) -> String {
         format!("[{x}, {y}]")
     };
     let (one, other) = (id(chance), id(chance));
-    match chance.random_range(0..14) {
+    match chance.random_range(0..16) {
         0 => format!("fail = {one}"),
         1 => format!("stop = [{one}, {other}]"),
         2 => "resume = \"all\"".to_owned(),
@@ -37,7 +37,16 @@ fn command(chance: &mut SmallRng) -> String {
         9 => format!("loss = [0, 1]\nmedium = \"{}\"", ["nrf24", "p2p"][chance.random_range(0..2)]),
         10 => format!("block = [{one}, {other}]"),
         11 => format!("restore = [{one}, \"all\"]"),
-        12 if one != other => format!("partition = [{one}, {other}] # an edge"),
+        12 => format!("brown_out = [{one}, {other}]"),
+        13 => {
+            let kind = ["jam", "babble", "replay", "poison"][chance.random_range(0..4)];
+            let group = ["kilobot", "zooids", "crazyflie"][chance.random_range(0..3)];
+            let at = place(chance);
+            format!(
+                "adversary = {{ kind = \"{kind}\", group = \"{group}\", at = {at}, until = 11, rate = 20 }}"
+            )
+        }
+        14 if one != other => format!("partition = [{one}, {other}] # an edge"),
         _ => "heal = true".to_owned(),
     }
 }

@@ -64,6 +64,48 @@ const AFTER_BASE: &[(&str, &str, &[&str])] = &[
     ("[medium.ir]\nloss = [0, 2]\n", "11:12", &["`loss` cannot be 2"]),
     ("[medium.ir]\nloss = [0.5]\n", "11:8", &["a number or two as [near, far], not a list of 1"]),
     ("[medium.nrf24]\nrange = 3\n", "10:1", &["no robot of the scenario has", "`nrf24`"]),
+    // Adversaries.
+    ("[[adversary]]\nat = [0, 0]\n", "10:1", &["this [[adversary]] has no `kind`"]),
+    ("[[adversary]]\nkind = \"jam\"\n", "10:1", &["this [[adversary]] has no `at`"]),
+    ("[[adversary]]\nkind = \"jem\"\nat = [0, 0]\n", "11:8", &["`kind` cannot be", "`jam`?"]),
+    ("[[adversary]]\nkind = \"jam\"\nat = [600, 0]\n", "12:6", &["(600, 0) would be outside"]),
+    (
+        "[[adversary]]\nkind = \"jam\"\nat = [0, 0]\nid = 1\n",
+        "13:6",
+        &["`id` means nothing without `kind = \"same-id\"`"],
+    ),
+    (
+        "[[adversary]]\nkind = \"same-id\"\nat = [0, 0]\n",
+        "10:1",
+        &["this [[adversary]] has no `id`"],
+    ),
+    ("[[adversary]]\nkind = \"same-id\"\nat = [0, 0]\nid = 5\n", "13:6", &["there is no robot 5"]),
+    (
+        "[[adversary]]\nkind = \"jam\"\nat = [0, 0]\nrate = 300\n",
+        "13:8",
+        &["`rate` cannot be 300", "226"],
+    ),
+    (
+        "[[adversary]]\nkind = \"jam\"\nat = [0, 0]\nfrom = 60\n",
+        "13:8",
+        &["`from` is not within the run"],
+    ),
+    (
+        "[[adversary]]\nkind = \"jam\"\nat = [0, 0]\nuntil = 61\n",
+        "13:9",
+        &["`until` is not within the run"],
+    ),
+    (
+        "[[adversary]]\nkind = \"jam\"\nat = [0, 0]\ngroup = \"kilobt\"\n",
+        "13:9",
+        &["no group of robots is named `kilobt`", "`kilobot`?"],
+    ),
+    (
+        "[[event]]\nat = 1\nadversary = { kind = \"jam\", at = [0, 0], from = 2 }\n",
+        "12:49",
+        &["`from` means nothing without `[[adversary]]`"],
+    ),
+    ("[[event]]\nat = 1\nbrown_out = 5\n", "12:13", &["no robot 5"]),
     // Events.
     ("[[event]]\nfail = 1\n", "10:1", &["this [[event]] has no `at`"]),
     (

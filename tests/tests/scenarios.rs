@@ -45,6 +45,14 @@ fn a_poisoned_entry_stops_nobody_for_good() {
     }
 }
 
+/// All kinds of adversaries, one after the other.
+#[test]
+fn a_swarm_survives_adversaries() {
+    bbz::path();
+    let outcome = bbz::run(&["sim", "tests/scenarios/adversaries.toml", "--headless"], &[]);
+    assert_eq!(outcome.status, Some(0), "{}{}", outcome.stdout, outcome.stderr);
+}
+
 /// `cargo xtask soak day` runs all 24 hours.
 #[test]
 fn the_first_minutes_of_the_day() {

@@ -1,6 +1,6 @@
 //! Events and commands, which change a world during a run.
 
-use crate::engine::{LightId, Pose, RobotId, World};
+use crate::engine::{LightId, Pose, RobotId, RobotState, World};
 use crate::scenario::{Action, Light, Scenario, Selection, Target};
 
 use super::settings::{engine_light, engine_loss, engine_medium};
@@ -97,6 +97,11 @@ impl Happenings {
             Action::Restart(robots) => {
                 return robots.iter().filter(|number| self.id(*number).is_some()).collect();
             }
+            Action::BrownOut(robots) => {
+                let runs = |id| world.robot(id).is_some_and(|it| it.state == RobotState::Running);
+                let is_hit = |number: &usize| self.id(*number).is_some_and(runs);
+                return robots.iter().filter(is_hit).collect();
+            }
             Action::Join(robots) => {
                 return robots.iter().filter(|number| self.id(*number).is_none()).collect();
             }
@@ -115,6 +120,8 @@ impl Happenings {
                 self.parts = None;
                 world.heal();
             }
+            // The simulation knows links and scripts.
+            Action::Adversary(_) => {}
         }
         Vec::new()
     }

@@ -4,6 +4,7 @@
 //! seed, and owns all that it needs. The caller makes it go on, a tick at a time, looks at it in between, and may keep a snapshot.
 //! An [`Observer`] sees frames, faults, logs and calls of robot functions.
 
+mod adversary;
 mod complete;
 mod expectation;
 mod firmware;

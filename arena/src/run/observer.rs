@@ -24,7 +24,8 @@ pub trait Observer {
 pub struct Event<'a> {
     /// Ticks since the run began; the event is of the 100 ms that follow.
     pub tick: u64,
-    /// Number of the robot in the scenario: the sender of a frame, or the robot whose script it is.
+    /// Number of the robot in the scenario: the sender of a frame, or the robot whose script it is. Adversaries follow the robots of the
+    /// scenario, in the order in which they come; they only send.
     pub robot: usize,
     /// The event.
     pub kind: EventKind<'a>,
@@ -92,15 +93,15 @@ impl<'a> Frame<'a> {
     }
 }
 
-/// Shows a tick. `numbers` are those of the robots in the scenario, and `robots` their events, both by id.
+/// Shows a tick. `number` gives the number of a sender, which is below `count`, and `robots` are the robots' events by id.
 pub fn show(
     tick: u64,
-    numbers: &[usize],
+    number: &dyn Fn(RobotId) -> usize,
+    count: usize,
     FrameLog { mut arrivals, mut attempts }: FrameLog,
     robots: Vec<Vec<RobotEvent>>,
     observer: &mut dyn Observer,
 ) {
-    let number = |id: RobotId| numbers.get(usize::from(id.0)).copied().unwrap_or(usize::MAX);
     let mut others: Vec<(usize, RobotEvent)> = Vec::new();
     for (id, events) in (0..).map(RobotId).zip(robots) {
         for event in events {
@@ -121,8 +122,7 @@ pub fn show(
     let mut arrivals = arrivals.iter().peekable();
     let mut others = others.iter().peekable();
     let mut attempts = attempts.iter().peekable();
-    // Robots that have not joined yet have numbers, too.
-    for robot in 0..numbers.iter().max().map_or(0, |last| last + 1) {
+    for robot in 0..count {
         let mut see = |kind| observer.see(Event { tick, robot, kind });
         while let Some(arrival) = arrivals.next_if(|next| number(next.frame.sender) == robot) {
             see(arrived(arrival, number(arrival.receiver)));

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::engine::{HerdId, Pose, View, World};
+use crate::engine::{HerdId, IntruderSettings, Pose, RobotId, RobotState, Stream, View, World};
 use crate::robot::checks::Findings;
 use crate::robot::{FaultCounts, LogLine, News, SimRobot};
 use crate::scenario::{
-    Action, Backend, Cause, Quantity, Reduction, ScenarioError, Swarm, settings_error,
+    Action, Adversary, Backend, Cause, Quantity, Reduction, ScenarioError, Swarm, settings_error,
 };
 
+use super::adversary::mind;
 use super::expectation::{Convergence, reduce};
 use super::firmware::{Bridge, FirmwareError, Fleet, Fleets, unusable};
 use super::group::group_of;
@@ -207,6 +208,9 @@ impl Simulation {
                 }
                 self.start(number);
             }
+            if let Action::Adversary(adversary) = &action {
+                self.admit(adversary);
+            }
             self.happenings.settle(&mut self.world);
             let Some(fleets) = &mut self.fleets else { continue };
             fleets.settle(&self.world)?;
@@ -222,6 +226,7 @@ impl Simulation {
                 _ => {}
             }
         }
+        self.brown_out();
         match &mut self.fleets {
             None => self.world.tick(),
             Some(fleets) => self.world.tick_with(|world| fleets.advance(world))?,
@@ -245,7 +250,13 @@ impl Simulation {
         let ids = self.world.ids();
         let take = |id| self.world.brain_mut(id).map_or_else(Vec::new, SimRobot::take_seen);
         let robots = ids.map(take).collect();
-        observer::show(tick, &self.happenings.numbers(), frames, robots, observer);
+        let (numbers, count) = (self.happenings.numbers(), self.robot_count());
+        let number = |id: RobotId| match numbers.get(usize::from(id.0)) {
+            Some(number) => *number,
+            None => count + usize::from(u16::MAX - id.0),
+        };
+        let all = count + self.world.intruder_count();
+        observer::show(tick, &number, all, frames, robots, observer);
         outcome
     }
 
@@ -360,6 +371,44 @@ impl Simulation {
         Some([of(Reduction::Mean)?, of(Reduction::Min)?, of(Reduction::Max)?])
     }
 
+    /// An adversary comes.
+    fn admit(&mut self, adversary: &Adversary) {
+        let Adversary { kind, at: [x, y], height, group, range, rate, until } = *adversary;
+        let (scenario, programs) = (&self.setup.scenario, &self.setup.programs);
+        let known = scenario.groups.get(group).zip(programs.get(group)).zip(self.herds.get(group));
+        let Some(((group, program), herd)) = known else { return };
+        let settings = IntruderSettings {
+            pose: Pose { z: height as f32, ..Pose::new(x as f32, y as f32, 0.0) },
+            herd: *herd,
+            range: range.map(|range| range as f32),
+            period_us: rate.map(|rate| (1e6 / rate) as u64),
+            until: tick_at(until),
+        };
+        let (profile, image) = (group.robot.profile, &program.image);
+        // The scenario has only places in the world; a world that is full of robots has no room for an adversary.
+        let _ = self.world.add_intruder(settings, |stream| mind(kind, profile, image, stream));
+    }
+
+    /// Robots of groups with brown-outs lose their power by chance.
+    fn brown_out(&mut self) {
+        let setup = self.setup.clone();
+        let (mut first, tick) = (0, self.world.now());
+        for group in &setup.scenario.groups {
+            let numbers = first..first + group.count as usize;
+            first = numbers.end;
+            let Some(every) = group.brown_out_every else { continue };
+            // Times between two events of a Poisson process have this mean.
+            let probability = 1.0 - libm::exp(-1.0 / (every * TICKS_PER_SECOND));
+            for number in numbers {
+                let runs = |view: View| view.state == RobotState::Running;
+                let mut chance = Stream::for_power(self.seed.into(), setup.id(number), tick);
+                if self.view(number).is_some_and(runs) && chance.chance(probability as f32) {
+                    self.start(number);
+                }
+            }
+        }
+    }
+
     /// A robot is switched on: one that is there already, off before.
     fn start(&mut self, number: usize) {
         let (group, _) = group_of(&self.setup.scenario, number);
@@ -383,6 +432,12 @@ impl Simulation {
         };
         // The image was loaded before: it is not refused now.
         let Ok(mut robot) = robot else { return };
+        let [slowest, fastest] = of.clock_skew;
+        if slowest != 0.0 || fastest != 0.0 {
+            let share = f64::from(Stream::for_clock(self.seed.into(), own_id).unit());
+            // Percent in millionths.
+            robot.skew_clock(((slowest + (fastest - slowest) * share) * 1e4).round() as i32);
+        }
         if self.world.is_watched() {
             robot.watch();
         }

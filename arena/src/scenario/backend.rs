@@ -56,7 +56,7 @@ pub fn of_group(
     {
         present.fail(Cause::NotEmulated { key: "present = false" });
     }
-    for key in ["link", "on_fault"] {
+    for key in ["link", "on_fault", "clock_skew", "brown_out_every"] {
         if let Some(entry) = section.get(key) {
             entry.fail(Cause::NotEmulated { key });
         }

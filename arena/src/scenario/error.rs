@@ -40,6 +40,8 @@ pub enum Cause {
     IdsExhausted { last: u32 },
     /// Neither group nor id nor range of ids.
     UnknownRobots { text: String, groups: Vec<String> },
+    /// No group has that name.
+    UnknownGroup { name: String, groups: Vec<String> },
     /// An id that no robot has.
     UnknownId { id: String, groups: Vec<String> },
     /// A robot in two parts of a partition.
@@ -147,6 +149,9 @@ impl fmt::Display for Cause {
             Cause::DuplicateId { id, .. } => write!(f, "robot {id} is defined a second time"),
             Cause::IdsExhausted { last } => write!(f, "the last robot would have id {last}"),
             Cause::UnknownRobots { text, .. } => write!(f, "no group of robots is named `{text}`"),
+            Cause::UnknownGroup { name, .. } => {
+                write!(f, "no group of robots is named `{name}`")
+            }
             Cause::UnknownId { id, .. } => write!(f, "there is no robot {id}"),
             Cause::TwoParts { id } => write!(f, "robot {id} is in two parts"),
             Cause::EmptyRange { text } => write!(f, "no robot is in `{text}`"),
@@ -259,6 +264,7 @@ impl toml_reader::Cause for Cause {
                 let forms = "(also: \"all\", an id as 3, ids as \"3..7\", or a list of these)";
                 Some(format!("{} {forms}", one_of(text, groups)))
             }
+            Cause::UnknownGroup { name, groups } => Some(one_of(name, groups)),
             Cause::UnknownId { groups, .. } => Some(format!("there are {}", groups.join(", "))),
             Cause::EmptyRange { .. } => Some("\"3..7\" is 3, 4, 5, 6 and 7".to_owned()),
             Cause::OutsideWorld { size: [width, height], .. } => {

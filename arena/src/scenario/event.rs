@@ -3,10 +3,11 @@
 use bittybuzz_toml_reader::TomlError;
 use toml::de::DeValue;
 
+use super::adversary::{self, Adversary};
 use super::error::Cause;
 use super::expect::not_after_end;
 use super::read::{Entry, Section};
-use super::robots::heading;
+use super::robots::{Group, heading};
 use super::select::{Census, Selection};
 use super::time::seconds;
 use super::world::{World, light, point_inside};
@@ -32,6 +33,8 @@ pub enum Action {
     Resume(Selection),
     /// The robots are switched off and on.
     Restart(Selection),
+    /// The supply of the robots that run fails for a moment.
+    BrownOut(Selection),
     /// Robots that were not there from the start come.
     Join(Selection),
     /// The robots are moved.
@@ -62,6 +65,8 @@ pub enum Action {
     Partition(Vec<Selection>),
     /// The partition is over.
     Heal,
+    /// An adversary begins.
+    Adversary(Box<Adversary>),
 }
 
 /// Where robots are moved.
@@ -78,6 +83,7 @@ const ACTIONS: &[&str] = &[
     "stop",
     "resume",
     "restart",
+    "brown_out",
     "join",
     "move",
     "battery",
@@ -87,6 +93,7 @@ const ACTIONS: &[&str] = &[
     "restore",
     "partition",
     "heal",
+    "adversary",
 ];
 
 /// Reads an event with its time.
@@ -94,6 +101,7 @@ pub fn read(
     section: &Section<'_>,
     census: &Census,
     world: &World,
+    groups: &[Group],
     used: &[Medium],
 ) -> Option<Event> {
     let at = section.required("at").and_then(|entry| {
@@ -106,7 +114,7 @@ pub fn read(
         }
         Some(at)
     });
-    let action = action(section, census, world, used);
+    let action = action(section, census, world, groups, used);
     Some(Event { at: at?, action: action? })
 }
 
@@ -115,6 +123,7 @@ pub fn action(
     section: &Section<'_>,
     census: &Census,
     world: &World,
+    groups: &[Group],
     used: &[Medium],
 ) -> Option<Action> {
     let (key, entry) = section.one_of(ACTIONS)?;
@@ -134,6 +143,7 @@ pub fn action(
         "stop" => Action::Stop(census.select(&entry)?),
         "resume" => Action::Resume(census.select(&entry)?),
         "restart" => Action::Restart(census.select(&entry)?),
+        "brown_out" => Action::BrownOut(census.select(&entry)?),
         "join" => Action::Join(census.select(&entry)?),
         "move" => moved(section, census.select(&entry), world)?,
         "battery" => {
@@ -152,6 +162,7 @@ pub fn action(
             Action::Restore(one, other)
         }
         "partition" => Action::Partition(parts(&entry, census)?),
+        "adversary" => adversary::of_event(&entry, census, world, groups)?,
         _ => {
             let DeValue::Boolean(true) = entry.value else {
                 entry.wrong_type("true");
@@ -172,7 +183,7 @@ pub fn action(
         entry.fail(Cause::NotEmulated { key });
         return None;
     }
-    if let Action::Fail(robots) | Action::Restart(robots) = &action
+    if let Action::Fail(robots) | Action::Restart(robots) | Action::BrownOut(robots) = &action
         && !census.have_switches(robots)
     {
         entry.fail(Cause::NotEmulated { key });

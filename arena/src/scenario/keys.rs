@@ -48,6 +48,8 @@ pub const P2P: &str = "[medium.p2p]";
 pub const RAB: &str = "[medium.rab]";
 /// What is between media.
 pub const BRIDGE: &str = "[bridge]";
+/// An adversary.
+pub const ADVERSARY: &str = "this [[adversary]]";
 /// An event.
 pub const EVENT: &str = "this [[event]]";
 /// An event without its time.
@@ -93,6 +95,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "body" "table" "of the models" "how the robots of a kind move",
             "medium" "table" "of the models" "what carries frames",
             "bridge" "table" "none" "what passes messages on between unlike media",
+            "adversary" "tables" "none" "senders that disturb the swarm or deceive it",
             "event" "tables" "none" "what happens during the run",
             "expect" "tables" "none" "what must hold",
             "output" "table" "" "what is kept for pictures and recordings",
@@ -136,6 +139,8 @@ pub const SECTIONS: &[SectionKeys] = &[
             "firmware" "path" "where cargo puts it" "backend = \"firmware\": what would be flashed (ELF; of an AVR also Intel hex)",
             "profile" "word" "that of the robot" "tiny, for a swarm with smaller robots in it, or full, on robots that have both",
             "on_fault" "word" "that of the robot" "an error of the script: restart, it starts again after a pause; stop, it stops until power-on",
+            "clock_skew" "percent or [least, most]" "0" "by how much the clocks of their scripts are fast, or slow with a minus sign; with two numbers each robot has one between them",
+            "brown_out_every" "number" "never" "mean time in seconds from one brown-out of a robot to the next",
             "count" "integer" "1" "how many; with `positions` as many as there are",
             "name" "string" "that of the robot" "how events and expectations name the group",
             "first_id" "0 to 65535" "after the last" "id of the first robot; the others follow",
@@ -176,6 +181,20 @@ pub const SECTIONS: &[SectionKeys] = &[
         ],
     },
     SectionKeys {
+        name: ADVERSARY,
+        keys: scenario_keys![
+            "kind" "word" "" "jam, babble, replay, forged-clock, poison, invented-ids, held-fragments or same-id",
+            "at" "[x, y]" "" "its place in mm",
+            "height" "number" "0" "its height over the ground in mm",
+            "group" "string" "the first" "name of the group whose link it uses and whose script it knows",
+            "range" "number" "that of the group" "largest distance at which its frames are heard, in mm",
+            "rate" "number" "10; jam: without a pause" "frames that it sends in a second",
+            "id" "0 to 65535" "" "same-id: id of the robot in whose name it sends",
+            "from" "number" "0" "when it begins, in seconds",
+            "until" "number" "the end" "when it falls silent, in seconds",
+        ],
+    },
+    SectionKeys {
         name: EVENT,
         keys: scenario_keys![
             "at" "number" "" "when, in seconds; before the robots act at that time",
@@ -183,6 +202,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "stop" "robots" "" "no motor, no frame, no step, until they resume",
             "resume" "robots" "" "stopped robots go on where they were",
             "restart" "robots" "" "they are switched off and on where they are: their scripts begin anew",
+            "brown_out" "robots" "" "the supply of those that run fails for a moment: they are restarted",
             "join" "robots" "" "robots that were not `present` come and start their scripts",
             "move" "robots" "" "they are moved",
             "to" "[x, y]" "" "move: where their middle comes to, in mm",
@@ -197,6 +217,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "restore" "[robots, robots]" "" "the blocked links work again",
             "partition" "list of robots" "" "frames only get through inside of each part",
             "heal" "true" "" "the partition is over",
+            "adversary" "table" "" "an adversary begins, with the keys of [[adversary]] but `from`",
         ],
     },
     SectionKeys {

@@ -3,6 +3,7 @@
 //! A file is refused rather than guessed at. All its mistakes are found in one run, each with its place and what to do;
 //! `docs/scenario.md` describes every key, and [`keys`] is what it is checked against.
 
+mod adversary;
 mod backend;
 mod body;
 mod bridge;
@@ -29,6 +30,7 @@ use bittybuzz_toml_reader::{self as toml_reader, Override, Source, file};
 
 use crate::robot::{DESCRIBED_LINK, Models, RobotModel};
 
+pub use adversary::{Adversary, AdversaryKind};
 pub use backend::Backend;
 pub use bridge::Bridge;
 pub(crate) use error::settings_error;
@@ -114,7 +116,8 @@ impl Scenario {
         };
         let format = (keys::COMMAND, &schema as toml_reader::Schema<'_>);
         toml_reader::read(&Source::new(keys::COMMAND, text), &[], format, |section| {
-            let action = event::action(section, &self.census, &self.world, &self.used)?;
+            let (census, groups) = (&self.census, &self.groups);
+            let action = event::action(section, census, &self.world, groups, &self.used)?;
             space::check_move(section, &self.world, &self.groups, &action);
             Some(action)
         })
@@ -162,12 +165,14 @@ fn scenario(root: &Section<'_>, folder: &Path, models: &Models) -> Option<Scenar
     let sections = root.sections("event", keys::EVENT);
     let mut events: Vec<Event> = Vec::new();
     for section in &sections {
-        let Some(event) = event::read(section, &census, known, &used) else { continue };
+        let event = event::read(section, &census, known, &groups, &used);
+        let Some(event) = event else { continue };
         if is_complete && world.is_some() {
             space::check_move(section, known, &groups, &event.action);
         }
         events.push(event);
     }
+    events.extend(adversary::read_all(root, &census, known, &groups));
     events.sort_by(|one, other| one.at.total_cmp(&other.at));
     if is_complete && world.is_some() {
         space::check_starts(root, known, &groups, &events);

@@ -47,6 +47,10 @@ pub struct Group {
     pub heading: Heading,
     /// Whether they are there from the start; else an event lets them join.
     pub present: bool,
+    /// The least and the greatest percentage by which the clock of a robot is fast; below 0 it is slow.
+    pub clock_skew: [f64; 2],
+    /// Mean time in seconds from one brown-out of a robot to the next; `None`: there are none.
+    pub brown_out_every: Option<f64>,
     /// In what their frames differ from all of that medium.
     pub link: MediumSettings,
     /// Where the group is written.
@@ -199,10 +203,28 @@ fn group(
         placement: placement?,
         heading: heading?,
         present: section.boolean("present").unwrap_or(true),
+        clock_skew: match section.get("clock_skew") {
+            Some(entry) => clock_skew(&entry)?,
+            None => [0.0; 2],
+        },
+        brown_out_every: section.number("brown_out_every", 0.1..=1e9),
         model: model?,
         link: link?,
         place,
     })
+}
+
+/// Percent by which the clocks of scripts may be off. An RC oscillator that nobody has calibrated is within 10 %.
+const CLOCK_SKEW: RangeInclusive<f64> = -20.0..=20.0;
+
+/// One percentage for all robots, or the least and the greatest.
+fn clock_skew(entry: &Entry<'_>) -> Option<[f64; 2]> {
+    if let DeValue::Array(_) = entry.value {
+        let [one, other]: [f64; 2] =
+            entry.numbers("a number or two as [least, most]", CLOCK_SKEW)?;
+        return Some([one.min(other), one.max(other)]);
+    }
+    entry.number(CLOCK_SKEW).map(|skew| [skew; 2])
 }
 
 /// Notes a robot whose steps are no whole number of ticks apart.

@@ -14,7 +14,8 @@ use crate::choices::Choices;
 use crate::{seeds, words};
 
 /// Scenarios with different bodies, links, events and expectations.
-const SCENARIOS: [&str; 5] = [
+const SCENARIOS: [&str; 6] = [
+    include_str!("../../scenarios/adversaries.toml"),
     include_str!("../../scenarios/backends.toml"),
     include_str!("../../scenarios/convergence.toml"),
     include_str!("../../scenarios/day.toml"),

@@ -1,0 +1,304 @@
+//! Adversaries: senders that disturb a swarm, or send it what no robot of it would send.
+//!
+//! An adversary knows the script of the robots that it imitates, as everybody does who has heard a beacon and has the source. It
+//! learns keys, topics and ids from the frames that it hears.
+
+use std::collections::VecDeque;
+
+use bittybuzz_robot_spec::Profile as NumberProfile;
+use bittybuzz_vm_core::builtin::string;
+use bittybuzz_vm_core::message::content::{Head, Item, Writer};
+use bittybuzz_vm_core::message::{
+    CLOCK_MAX, Entry, FRAGMENT_HEAD, FULL_FRAME, Fragment, Message, Script, TINY_FRAME,
+};
+use bittybuzz_vm_core::number::{Full, Profile, Tiny};
+use bittybuzz_vm_core::{Image, Value};
+
+use crate::engine::{Inbox, Intruder, Stream};
+use crate::scenario::AdversaryKind;
+
+/// Frames that are kept to be replayed.
+const KEPT: usize = 256;
+/// Topics, keys and ids that are remembered, of each kind.
+const LEARNED: usize = 64;
+/// The id in whose name an adversary speaks before it has heard any.
+const NOBODY: u16 = 65_535;
+/// Invented ids begin here.
+const INVENTED: u32 = 1000;
+/// A type byte that belongs to no message.
+const NOISE: u8 = 0xff;
+
+/// Returns the mind of an adversary that knows a script.
+pub fn mind(
+    kind: AdversaryKind,
+    profile: NumberProfile,
+    image: &[u8],
+    stream: Stream,
+) -> Box<dyn Intruder> {
+    match profile {
+        NumberProfile::Tiny => Box::new(Mind::<Tiny>::new(kind, script(image), stream)),
+        NumberProfile::Full => Box::new(Mind::<Full>::new(kind, script(image), stream)),
+    }
+}
+
+/// Returns the part of an image that messages need.
+fn script(image: &[u8]) -> Script {
+    // Setup has loaded the image: it has a header.
+    let unknown = Script { hash: 0, strings: 0 };
+    Image::new(image).header().map_or(unknown, |header| Script {
+        hash: header.hash(),
+        strings: header.strings() + string::COUNT,
+    })
+}
+
+/// An adversary at work.
+#[derive(Clone, Debug)]
+struct Mind<P: Profile> {
+    kind: AdversaryKind,
+    script: Script,
+    stream: Stream,
+    /// Frames that it heard.
+    heard: Vec<Vec<u8>>,
+    /// The latest entry of each key.
+    entries: Vec<Entry<P>>,
+    topics: Vec<u16>,
+    robots: Vec<u16>,
+    /// Messages so far, on which the next ones depend.
+    count: usize,
+    /// Frames of the message that it is sending.
+    frames: VecDeque<Vec<u8>>,
+}
+
+impl<P: Profile> Intruder for Mind<P>
+where
+    Mind<P>: Send,
+{
+    fn copy(&self) -> Box<dyn Intruder> {
+        Box::new(self.clone())
+    }
+
+    fn hear(&mut self, inbox: &Inbox<'_>) {
+        inbox.iter().for_each(|frame| self.learn(frame.bytes));
+    }
+
+    fn next_frame(&mut self, frame: &mut [u8]) -> usize {
+        if self.frames.is_empty() {
+            let message = self.message(frame.len());
+            self.frames.extend(message);
+            self.count += 1;
+        }
+        let Some(next) = self.frames.pop_front() else { return 0 };
+        frame.iter_mut().zip(&next).for_each(|(to, from)| *to = *from);
+        next.len()
+    }
+}
+
+impl<P: Profile> Mind<P> {
+    fn new(kind: AdversaryKind, script: Script, stream: Stream) -> Self {
+        Mind {
+            kind,
+            script,
+            stream,
+            heard: Vec::new(),
+            entries: Vec::new(),
+            topics: Vec::new(),
+            robots: Vec::new(),
+            count: 0,
+            frames: VecDeque::new(),
+        }
+    }
+
+    /// Remembers a frame, and what is in it.
+    fn learn(&mut self, bytes: &[u8]) {
+        let place = if self.heard.len() < KEPT {
+            self.heard.push(Vec::new());
+            self.heard.len() - 1
+        } else {
+            self.below(KEPT)
+        };
+        if let Some(kept) = self.heard.get_mut(place) {
+            *kept = bytes.to_vec();
+        }
+        let robot = match Message::<P>::decode(bytes, self.script) {
+            Ok(Message::Broadcast { robot, topic, .. }) => {
+                remember(&mut self.topics, topic);
+                robot
+            }
+            Ok(Message::Entry(entry)) => {
+                if entry.clock != 0 {
+                    self.learn_entry(entry);
+                }
+                entry.owner
+            }
+            Ok(Message::Beacon { robot } | Message::Digest { robot, .. }) => robot,
+            Ok(Message::Swarms { robot, .. }) => robot,
+            Ok(Message::Fragment(Fragment { robot, .. })) => robot,
+            Err(_) => return,
+        };
+        remember(&mut self.robots, robot);
+    }
+
+    fn learn_entry(&mut self, entry: Entry<P>) {
+        let name = |entry: &Entry<P>| (entry.stigmergy, entry.key.as_int(), entry.key.as_string());
+        if let Some(known) = self.entries.iter_mut().find(|known| name(known) == name(&entry)) {
+            *known = entry;
+        } else if self.entries.len() < LEARNED {
+            self.entries.push(entry);
+        }
+    }
+
+    /// Returns the frames of the next message; none as long as too little was heard. `room` is the length of the link's longest frame.
+    fn message(&mut self, room: usize) -> Vec<Vec<u8>> {
+        match self.kind {
+            AdversaryKind::Jam => vec![vec![NOISE; room]],
+            AdversaryKind::Babble => {
+                let length = 1 + self.below(room);
+                vec![(0..length).map(|_| self.below(256) as u8).collect()]
+            }
+            AdversaryKind::Replay => {
+                let place = self.below(self.heard.len());
+                self.heard.get(place).cloned().into_iter().collect()
+            }
+            AdversaryKind::ForgedClock => self.forged_clock(),
+            AdversaryKind::Poison => self.poison(),
+            AdversaryKind::InventedIds => {
+                let robot = self.invented();
+                self.frame(&Message::Beacon { robot })
+            }
+            AdversaryKind::HeldFragments => {
+                // The same message again, others of one robot, others of other robots.
+                let [robot, number] = match self.count % 3 {
+                    0 => [NOBODY, 7],
+                    1 => [NOBODY, (self.count % 256) as u16],
+                    _ => [self.invented(), (self.count % 256) as u16],
+                };
+                self.first_fragment(robot, number as u8)
+            }
+            AdversaryKind::SameId(robot) => self.in_the_name_of(robot),
+        }
+    }
+
+    /// An entry that was heard, with a clock far ahead: later, the last of the half circle that is later, earlier, or the greatest.
+    fn forged_clock(&mut self) -> Vec<Vec<u8>> {
+        let Some(known) = self.any_entry() else { return Vec::new() };
+        let ahead = [1000, CLOCK_MAX / 2 - 1, CLOCK_MAX / 2, CLOCK_MAX / 2 + 1];
+        let clock = match ahead.get(self.count % 5) {
+            Some(ahead) => (known.clock + ahead - 1) % CLOCK_MAX + 1,
+            None => CLOCK_MAX,
+        };
+        let (owner, value) = (self.any_robot(), Value::int(self.below(100) as i32));
+        self.frame(&Message::Entry(Entry { owner, clock, value, ..known }))
+    }
+
+    /// A value of the next class, on a topic or under a key that the script uses.
+    fn poison(&mut self) -> Vec<Vec<u8>> {
+        let pair = [Item::Plain(Value::string(0)), Item::Plain(Value::int(1))];
+        let items: &[Item<P>] = match self.count / 2 % 6 {
+            0 => &[Item::Plain(Value::nil())],
+            1 => &[Item::Plain(Value::int(-32_767))],
+            2 => &[Item::Plain(Value::float(f32::NAN))],
+            3 => &[Item::Plain(Value::string(0))],
+            4 => &[Item::Table(1), pair[0], pair[1]],
+            _ => &[Item::Function(0)],
+        };
+        let robot = self.any_robot();
+        if self.count.is_multiple_of(2) {
+            let place = self.below(self.topics.len());
+            let Some(topic) = self.topics.get(place).copied() else { return Vec::new() };
+            if let [Item::Plain(value)] = items {
+                return self.frame(&Message::Broadcast { robot, topic, value: *value });
+            }
+            let items = [&[Item::Plain(Value::string(topic))], items].concat();
+            return self.fragments(robot, Head::Broadcast, &items);
+        }
+        let Some(known) = self.any_entry() else { return Vec::new() };
+        let clock = known.clock % CLOCK_MAX + 1;
+        if let [Item::Plain(value)] = items {
+            return self.frame(&Message::Entry(Entry {
+                owner: robot,
+                clock,
+                value: *value,
+                ..known
+            }));
+        }
+        let head = Head::Entry { stigmergy: known.stigmergy, owner: robot, clock, digest: 1 };
+        let items = [&[Item::Plain(known.key)], items].concat();
+        self.fragments(robot, head, &items)
+    }
+
+    /// A beacon, a broadcast or an entry as if that robot had sent it.
+    fn in_the_name_of(&mut self, robot: u16) -> Vec<Vec<u8>> {
+        let place = self.below(self.topics.len());
+        let topic = self.topics.get(place).copied();
+        let value = Value::int(self.below(100) as i32);
+        match (self.count % 3, topic, self.any_entry()) {
+            (1, Some(topic), _) => self.frame(&Message::Broadcast { robot, topic, value }),
+            (2, _, Some(known)) => {
+                let clock = known.clock % CLOCK_MAX + 1;
+                self.frame(&Message::Entry(Entry { owner: robot, clock, value, ..known }))
+            }
+            _ => self.frame(&Message::Beacon { robot }),
+        }
+    }
+
+    fn first_fragment(&self, robot: u16, number: u8) -> Vec<Vec<u8>> {
+        let content = &[1; FULL_FRAME][..piece::<P>()];
+        let fragment = Fragment { robot, number, index: 0, last: false, content };
+        self.frame(&Message::Fragment(fragment))
+    }
+
+    /// Returns the frame of a message; none if it has no frame of its own.
+    fn frame(&self, message: &Message<'_, P>) -> Vec<Vec<u8>> {
+        let mut room = [0; FULL_FRAME];
+        let length = message.encode(self.script, &mut room);
+        length.and_then(|length| room.get(..length)).map(<[u8]>::to_vec).into_iter().collect()
+    }
+
+    /// Returns the frames of a long message: topic or key, and value.
+    fn fragments(&self, robot: u16, head: Head, items: &[Item<P>]) -> Vec<Vec<u8>> {
+        let mut room = [0; 64];
+        let mut writer = Writer::new(&mut room, self.script, head);
+        items.iter().for_each(|item| writer.item(*item));
+        let length = writer.finish();
+        let Some(content) = length.and_then(|length| room.get(..length)) else { return Vec::new() };
+        let number = content.first().copied().unwrap_or(0);
+        let parts = content.chunks(piece::<P>());
+        let last = parts.len().saturating_sub(1);
+        let fragments = parts.enumerate().flat_map(|(place, content)| {
+            let (index, last) = (place as u8, place == last);
+            self.frame(&Message::Fragment(Fragment { robot, number, index, last, content }))
+        });
+        fragments.collect()
+    }
+
+    fn any_entry(&mut self) -> Option<Entry<P>> {
+        let place = self.below(self.entries.len());
+        self.entries.get(place).copied()
+    }
+
+    /// A robot that it heard of.
+    fn any_robot(&mut self) -> u16 {
+        let place = self.below(self.robots.len());
+        self.robots.get(place).copied().unwrap_or(NOBODY)
+    }
+
+    fn invented(&mut self) -> u16 {
+        (INVENTED + self.stream.below(60_000)) as u16
+    }
+
+    /// A random number below `end`; 0 if there is none.
+    fn below(&mut self, end: usize) -> usize {
+        self.stream.below(end as u32) as usize
+    }
+}
+
+/// Bytes of a fragment's content.
+fn piece<P: Profile>() -> usize {
+    if P::FULL { FULL_FRAME - FRAGMENT_HEAD } else { TINY_FRAME - FRAGMENT_HEAD }
+}
+
+fn remember(known: &mut Vec<u16>, new: u16) {
+    if known.len() < LEARNED && !known.contains(&new) {
+        known.push(new);
+    }
+}

@@ -1,0 +1,193 @@
+//! `[[adversary]]`: senders that disturb a swarm, or send it what no robot of it would send.
+
+use toml::de::DeValue;
+
+use super::backend::Backend;
+use super::error::Cause;
+use super::event::{Action, Event};
+use super::expect::not_after_end;
+use super::keys::ADVERSARY;
+use super::read::{Entry, Section};
+use super::robots::Group;
+use super::select::Census;
+use super::time::seconds;
+use super::world::{World, point_inside};
+
+/// A sender that stands in the world without a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Adversary {
+    /// Its conduct.
+    pub kind: AdversaryKind,
+    /// Its place in mm.
+    pub at: [f64; 2],
+    /// Its height over the ground in mm.
+    pub height: f64,
+    /// Number of the group whose link it uses and whose script it knows.
+    pub group: usize,
+    /// Distance in mm at which its frames are just heard; `None`: as those of the group.
+    pub range: Option<f64>,
+    /// Frames per second; `None`: one behind the other.
+    pub rate: Option<f64>,
+    /// The time in seconds from which on it is silent.
+    pub until: f64,
+}
+
+/// The conduct of an adversary.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AdversaryKind {
+    /// Noise, in which other frames are lost.
+    Jam,
+    /// Random bytes.
+    Babble,
+    /// Frames that it heard.
+    Replay,
+    /// Entries of stigmergies with clocks far ahead.
+    ForgedClock,
+    /// Values of all types, on topics and under keys that the script uses.
+    Poison,
+    /// Beacons of robots that do not exist.
+    InventedIds,
+    /// First fragments of messages that never end.
+    HeldFragments,
+    /// Messages in the name of the robot with this id.
+    SameId(u16),
+}
+
+/// Frames per second, unless the file says so; of a jammer there is one behind the other.
+const RATE: f64 = 10.0;
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Word {
+    Of(AdversaryKind),
+    SameId,
+}
+
+const WORDS: [(&str, Word); 8] = [
+    ("jam", Word::Of(AdversaryKind::Jam)),
+    ("babble", Word::Of(AdversaryKind::Babble)),
+    ("replay", Word::Of(AdversaryKind::Replay)),
+    ("forged-clock", Word::Of(AdversaryKind::ForgedClock)),
+    ("poison", Word::Of(AdversaryKind::Poison)),
+    ("invented-ids", Word::Of(AdversaryKind::InventedIds)),
+    ("held-fragments", Word::Of(AdversaryKind::HeldFragments)),
+    ("same-id", Word::SameId),
+];
+
+/// Reads the adversaries of the file: each is an event at its beginning.
+pub fn read_all(
+    root: &Section<'_>,
+    census: &Census,
+    world: &World,
+    groups: &[Group],
+) -> Vec<Event> {
+    let sections = root.sections("adversary", ADVERSARY);
+    let event = |section: &Section<'_>| {
+        let at = match section.get("from") {
+            None => Some(0.0),
+            Some(entry) => within_the_run(&entry, "from", world),
+        };
+        let adversary = read(section, census, world, groups);
+        Some(Event { at: at?, action: Action::Adversary(Box::new(adversary?)) })
+    };
+    sections.iter().filter_map(event).collect()
+}
+
+/// Reads the adversary of an event, which begins with it.
+pub fn of_event(
+    entry: &Entry<'_>,
+    census: &Census,
+    world: &World,
+    groups: &[Group],
+) -> Option<Action> {
+    let section = entry.section(ADVERSARY)?;
+    if let Some(from) = section.get("from") {
+        from.fail(Cause::Without { key: "from", needs: "[[adversary]]" });
+    }
+    Some(Action::Adversary(Box::new(read(&section, census, world, groups)?)))
+}
+
+/// A time at which something begins.
+fn within_the_run(entry: &Entry<'_>, key: &'static str, world: &World) -> Option<f64> {
+    let at = seconds(entry, 0.0..=f64::MAX)?;
+    if at >= world.duration {
+        entry.fail(Cause::AfterEnd { key, duration: world.duration.to_string() });
+        return None;
+    }
+    Some(at)
+}
+
+fn read(
+    section: &Section<'_>,
+    census: &Census,
+    world: &World,
+    groups: &[Group],
+) -> Option<Adversary> {
+    let kind = kind(section, census);
+    let at = section.required("at").and_then(|entry| point_inside(&entry, world));
+    let height = section.number("height", 0.0..=1e6).unwrap_or(0.0);
+    let group = group(section, groups);
+    let range = section.number("range", 1.0..=1e6);
+    let most = group
+        .and_then(|group| groups.get(group))
+        .map_or(f64::MAX, |group| 1e6 / f64::from(group.model.medium().air_time_us()));
+    let rate = section.number("rate", 0.01..=most);
+    let until = match section.get("until") {
+        None => Some(world.duration),
+        Some(entry) => seconds(&entry, 0.0..=f64::MAX).and_then(|until| {
+            not_after_end(&entry, "until", until, world.duration)?;
+            Some(until)
+        }),
+    };
+    let kind = kind?;
+    let rate = rate.or((kind != AdversaryKind::Jam).then_some(RATE));
+    Some(Adversary { kind, at: at?, height, group: group?, range, rate, until: until? })
+}
+
+fn kind(section: &Section<'_>, census: &Census) -> Option<AdversaryKind> {
+    section.required("kind")?;
+    let word = section.word("kind", &WORDS)?;
+    let id = section.get("id");
+    match word {
+        Word::Of(kind) => {
+            if let Some(entry) = id {
+                entry.fail(Cause::Without { key: "id", needs: "kind = \"same-id\"" });
+            }
+            Some(kind)
+        }
+        Word::SameId => {
+            let entry = section.required("id")?;
+            let DeValue::Integer(_) = entry.value else {
+                entry.wrong_type("the id of a robot");
+                return None;
+            };
+            let robot = census.select(&entry)?.iter().next()?;
+            u16::try_from(census.id(robot)).ok().map(AdversaryKind::SameId)
+        }
+    }
+}
+
+/// The number of the group that it imitates.
+fn group(section: &Section<'_>, groups: &[Group]) -> Option<usize> {
+    let entry = section.get("group");
+    let number = match &entry {
+        None => 0,
+        Some(entry) => {
+            let name = entry.string()?;
+            let named = groups.iter().position(|group| group.name == name);
+            if named.is_none() && !groups.is_empty() {
+                let groups = groups.iter().map(|group| group.name.clone()).collect();
+                entry.fail(Cause::UnknownGroup { name: name.to_owned(), groups });
+            }
+            named?
+        }
+    };
+    if groups.get(number)?.backend != Backend::Vm {
+        let cause = Cause::NotEmulated { key: "[[adversary]]" };
+        match entry {
+            Some(entry) => entry.fail(cause),
+            None => section.fail(cause),
+        }
+        return None;
+    }
+    Some(number)
+}

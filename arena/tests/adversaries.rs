@@ -1,0 +1,315 @@
+//! A swarm beside hostile and broken senders: it computes on, and agrees again when they fall silent.
+
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+mod script;
+
+use std::sync::Arc;
+
+use bittybuzz_arena::engine::LossCause;
+use bittybuzz_arena::robot::FaultCounts;
+use bittybuzz_arena::run::{Event, EventKind, Observer, Setup, Simulation, Summary};
+use script::{folder, read};
+
+/// The same swarm that the shipped scenario has.
+const SCRIPT: &str = include_str!("../../tests/scenarios/adversaries.bzz");
+
+/// Nine Kilobots that hear their neighbors in rows, columns and diagonals; robots 0 to 8.
+const ROBOTS: usize = 9;
+const WORLD: &str = "[world]\nsize = [1000, 1000]\nduration = 90\n\
+    [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\ncount = 9\nplacement = \"grid\"\nspacing = 60\n\
+    [output]\nplot = [\"stigmergy.1.number\", \"steps\", \"neighbors\", \"global.words\", \"global.lists\"]\n";
+
+/// Adversaries are there from 20 s to 60 s.
+const FROM: u64 = 200;
+const UNTIL: u64 = 600;
+/// Ticks between two puts, and their number: the last one is at 70 s.
+const PUT_EVERY: u64 = 100;
+const PUTS: u64 = 7;
+
+fn adversary(kind: &str) -> String {
+    format!("[[adversary]]\nkind = {kind}\nat = [30, 30]\nfrom = 20\nuntil = 60\n")
+}
+
+fn setup(name: &str, more: &str) -> Arc<Setup> {
+    let script = SCRIPT.replace("number < 18", &format!("number < {PUTS}"));
+    let folder = folder(name, &[("s.bzz", &script)]);
+    let (scenario, programs) = read(&folder, &[WORLD, more].concat());
+    Arc::new(Setup::new(scenario, programs).unwrap())
+}
+
+/// The quantities of all robots at a tick.
+#[derive(Clone, Debug)]
+struct Look {
+    tick: u64,
+    number: Vec<Option<f64>>,
+    steps: Vec<Option<f64>>,
+    neighbors: Vec<Option<f64>>,
+    words: f64,
+    lists: f64,
+}
+
+impl Look {
+    fn of(run: &Simulation) -> Self {
+        let setup = run.setup().clone();
+        let numbers = |quantity: usize| run.numbers(&setup.plots()[quantity]);
+        let sum = |quantity| numbers(quantity).into_iter().flatten().sum();
+        let [number, steps, neighbors] = [0, 1, 2].map(numbers);
+        Look { tick: run.now(), number, steps, neighbors, words: sum(3), lists: sum(4) }
+    }
+
+    /// Puts of robot 0. Tick 0 has no step; the first put is in tick 100.
+    fn puts(&self) -> f64 {
+        ((self.tick - 1) / PUT_EVERY).min(PUTS) as f64
+    }
+
+    /// All robots have the number that robot 0 has put last.
+    fn agrees(&self) -> bool {
+        self.number.iter().all(|number| *number == Some(self.puts()))
+    }
+
+    /// All robots have the number that robot 0 has put last, ten seconds ago, or the one before. A Kilobot sends two frames per second.
+    fn keeps_up(&self) -> bool {
+        let known = [self.puts(), self.puts() - 1.0].map(Some);
+        self.number.iter().all(|number| known.contains(number))
+    }
+}
+
+/// Runs a world; looks just before each put, and at the end.
+fn run(name: &str, more: &str) -> (Vec<Look>, Summary) {
+    let mut run = Simulation::new(setup(name, more), 1, 1).unwrap();
+    let mut looks = Vec::new();
+    while !run.is_over() {
+        run.tick().unwrap();
+        if run.now().is_multiple_of(PUT_EVERY) {
+            looks.push(Look::of(&run));
+        }
+    }
+    (looks, run.summary())
+}
+
+/// Every script made all of its steps without a fault, and all agree at the end.
+fn survives((looks, summary): &(Vec<Look>, Summary)) {
+    assert_eq!(summary.fault_counts, FaultCounts::default());
+    let last = looks.last().unwrap();
+    assert_eq!(last.steps, [Some(899.0); ROBOTS]);
+    assert!(last.agrees(), "{last:?}");
+}
+
+fn during(looks: &[Look]) -> impl Iterator<Item = &Look> {
+    looks.iter().filter(|look| (FROM + PUT_EVERY..=UNTIL).contains(&look.tick))
+}
+
+fn keeps_up((looks, _): &(Vec<Look>, Summary)) {
+    let mut count = 0;
+    for look in during(looks) {
+        assert!(look.keeps_up(), "{look:?}");
+        count += 1;
+    }
+    assert_eq!(count, 4);
+}
+
+#[test]
+fn without_an_adversary_all_agree() {
+    let quiet = run("no_adversary", "");
+    survives(&quiet);
+    keeps_up(&quiet);
+}
+
+/// Counts robots' frames that were heard, by time, and the losses by collision.
+#[derive(Default)]
+struct Ears {
+    heard_in_noise: usize,
+    heard_otherwise: usize,
+    collided: usize,
+    sent_by_adversary: usize,
+    postponed: usize,
+}
+
+impl Observer for Ears {
+    fn see(&mut self, Event { tick, robot, kind }: Event<'_>) {
+        // Two ticks for frames that were on their way.
+        let is_noisy = (FROM + 2..UNTIL).contains(&tick);
+        match kind {
+            EventKind::Heard { .. } if robot >= ROBOTS => {}
+            EventKind::Heard { .. } if is_noisy => self.heard_in_noise += 1,
+            EventKind::Heard { .. } => self.heard_otherwise += 1,
+            EventKind::Lost { cause: LossCause::Collision, .. } if is_noisy => self.collided += 1,
+            EventKind::Postponed { .. } if is_noisy => self.postponed += 1,
+            EventKind::Sent(_) if robot >= ROBOTS => {
+                assert!(robot == ROBOTS && (FROM..UNTIL).contains(&tick));
+                self.sent_by_adversary += 1;
+            }
+            _ => {}
+        }
+    }
+}
+
+/// The limit: who is in reach of a jammer hears nobody. Scripts go on, and what was put meanwhile arrives afterwards.
+#[test]
+fn jam() {
+    let jam = [adversary("\"jam\""), String::new()].concat();
+    let ended = run("jam", &jam);
+    survives(&ended);
+    let in_noise = during(&ended.0).last().unwrap();
+    assert!(!in_noise.keeps_up(), "{in_noise:?}");
+    let mut run = Simulation::new(setup("jam_observed", &jam), 1, 1).unwrap();
+    let mut ears = Ears::default();
+    while !run.is_over() {
+        run.tick_observed(&mut ears).unwrap();
+    }
+    assert_eq!(ears.heard_in_noise, 0);
+    assert!(ears.heard_otherwise > 100 && ears.postponed > 100);
+    // One frame of 4.41 ms behind the other for 40 s.
+    assert!((9070..=9071).contains(&ears.sent_by_adversary), "{}", ears.sent_by_adversary);
+}
+
+/// A jammer that reaches only its surroundings leaves the others alone.
+#[test]
+fn a_jammer_has_a_range() {
+    let far = "[[adversary]]\nkind = \"jam\"\nat = [-450, -450]\nrange = 50\n";
+    let ended = run("jam_far", far);
+    survives(&ended);
+    keeps_up(&ended);
+}
+
+#[test]
+fn babble() {
+    let ended = run("babble", &adversary("\"babble\""));
+    survives(&ended);
+    keeps_up(&ended);
+    let Summary { unusable, dropped, .. } = ended.1;
+    assert!(unusable.malformed + unusable.foreign + dropped[0] > 100, "{unusable:?} {dropped:?}");
+}
+
+#[test]
+fn replay() {
+    let ended = run("replay", &adversary("\"replay\""));
+    survives(&ended);
+    keeps_up(&ended);
+    // Broadcasts are believed again: there are more of them than without.
+    let (quiet, _) = run("no_replay", "");
+    assert!(ended.0.last().unwrap().words > 1.2 * quiet.last().unwrap().words);
+}
+
+/// The limit: a forged value holds until the next put.
+#[test]
+fn forged_clock() {
+    let ended = run("forged_clock", &adversary("\"forged-clock\""));
+    survives(&ended);
+    assert!(during(&ended.0).any(|look| !look.keeps_up()));
+}
+
+/// The limit: a value of a type that the script uses is believed, here an integer. Others are discarded.
+#[test]
+fn poison() {
+    let ended = run("poison", &adversary("\"poison\""));
+    survives(&ended);
+    assert!(ended.1.unusable.malformed > 100, "{:?}", ended.1.unusable);
+    let is_number = |number: &Option<f64>| number.is_some();
+    for look in during(&ended.0) {
+        assert!(look.number.iter().all(is_number), "{look:?}");
+    }
+}
+
+#[test]
+fn invented_ids() {
+    let ended = run("invented_ids", &adversary("\"invented-ids\""));
+    survives(&ended);
+    keeps_up(&ended);
+    let (quiet, _) = run("no_invented_ids", "");
+    let most = |looks: &[Look]| {
+        let counts = during(looks).flat_map(|look| look.neighbors.iter().flatten().copied());
+        counts.fold(0.0, f64::max)
+    };
+    assert!(most(&quiet) <= 8.0);
+    // The table of a Kilobot has 15 places.
+    assert_eq!(most(&ended.0), 15.0);
+    let last = ended.0.last().unwrap();
+    assert!(last.neighbors.iter().flatten().all(|count| *count <= 8.0), "{last:?}");
+}
+
+/// The limit: messages of several frames wait, as their room is taken. Others arrive.
+#[test]
+fn held_fragments() {
+    let ended = run("held_fragments", &adversary("\"held-fragments\""));
+    survives(&ended);
+    keeps_up(&ended);
+    let (quiet, _) = run("no_held_fragments", "");
+    let lists = |looks: &[Look], from: u64, until: u64| {
+        let at = |tick| looks.iter().find(|look| look.tick == tick).unwrap().lists;
+        at(until) - at(from)
+    };
+    let [held, normal] = [&ended.0, &quiet].map(|looks| lists(looks, FROM, UNTIL));
+    assert!(held < 0.8 * normal, "{held} of {normal}");
+    let [after, normal] = [&ended.0, &quiet].map(|looks| lists(looks, UNTIL, 900));
+    // The room may be held for 16 s of these 30 s.
+    assert!(after > 0.3 * normal, "{after} of {normal}");
+}
+
+/// The limit: others take it for the robot.
+#[test]
+fn same_id() {
+    let ended = run("same_id", &adversary("\"same-id\"\nid = 4"));
+    survives(&ended);
+    assert!(ended.1.unusable.own_id > 50, "{:?}", ended.1.unusable);
+    let nobody = run("no_same_id", "");
+    assert_eq!(nobody.1.unusable.own_id, 0);
+}
+
+/// An adversary hears what a robot there would hear: one that nobody reaches has nothing to replay.
+#[test]
+fn who_hears_nothing_replays_nothing() {
+    let far = "[[adversary]]\nkind = \"replay\"\nat = [-450, -450]\n";
+    let (alone, quiet) = (run("alone", far), run("not_alone", ""));
+    assert_eq!(alone.1.statistics, quiet.1.statistics);
+}
+
+/// Everything comes from the seed, whatever the number of threads, and however often the run is copied.
+#[test]
+fn adversaries_are_deterministic() {
+    let kinds =
+        ["jam", "babble", "replay", "forged-clock", "poison", "invented-ids", "held-fragments"];
+    let all: String =
+        kinds.iter().map(|kind| adversary(&format!("\"{kind}\"\nrate = 4"))).collect();
+    let setup = setup("deterministic", &[all, adversary("\"same-id\"\nid = 4")].concat());
+    let trace = |seed, threads| {
+        let mut run = Simulation::new(setup.clone(), seed, threads).unwrap();
+        let mut digests = Vec::new();
+        while !run.is_over() {
+            run.tick().unwrap();
+            digests.push(run.digest());
+            if run.now().is_multiple_of(100) {
+                run = run.snapshot().unwrap();
+            }
+        }
+        digests
+    };
+    let one = trace(1, 1);
+    assert_eq!(trace(1, 2), one);
+    assert_ne!(trace(2, 1), one);
+}
+
+/// A command begins what a section does.
+#[test]
+fn an_adversary_is_a_command() {
+    let text = "adversary = { kind = \"replay\", at = [30, 30], until = 60 }";
+    let mut run = Simulation::new(setup("commanded_adversary", ""), 1, 1).unwrap();
+    let mut digests = Vec::new();
+    while !run.is_over() {
+        if run.now() == FROM {
+            run.command(text).unwrap();
+        }
+        run.tick().unwrap();
+        digests.push(run.digest());
+    }
+    let written = run.commands();
+    let section = adversary("\"replay\"");
+    for (name, more) in [("as_event", written.as_str()), ("as_section", section.as_str())] {
+        let mut again = Simulation::new(setup(name, more), 1, 1).unwrap();
+        for digest in &digests {
+            again.tick().unwrap();
+            assert_eq!(again.digest(), *digest, "{name}");
+        }
+    }
+}
