@@ -73,8 +73,7 @@ impl Checked<'_> {
             }
             (None, Some(_)) => lines.push("step       none was completed".to_owned()),
             (_, None) => lines.push(
-                "step       cycles are known on the chips of Kilobot, Zooid and Crazyflie only"
-                    .to_owned(),
+                "step       the cycles of instructions were not counted on this chip".to_owned(),
             ),
         }
         lines

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use bittybuzz_arena::robot::checks::Costs;
+use bittybuzz_robot_files::all_shipped;
 use bittybuzz_robot_spec::{Profile, Robot};
 
 /// Tables of cycles, or of instructions of one cycle each, by the names of instructions and their cases.
@@ -22,35 +23,29 @@ struct Chip {
 /// The tables of a chip with a profile.
 struct Table {
     profile: Profile,
-    /// The costs of all instructions.
+    /// The costs of all instructions. The longest times of some are counted for the robot that ships with the chip.
     instructions: &'static str,
-    /// The longest times of some, counted for a robot that ships.
-    longest: Option<&'static str>,
 }
 
 const CHIPS: [Chip; 3] = [
     Chip {
         name: "ATmega328P",
-        tables: &[Table { profile: Profile::Tiny, instructions: "avr", longest: Some("kilobot") }],
+        tables: &[Table { profile: Profile::Tiny, instructions: "avr" }],
         clock_hz: 8_000_000,
     },
     Chip {
         name: "STM32F051",
         tables: &[
-            Table { profile: Profile::Tiny, instructions: "thumbv6m", longest: Some("zooids") },
-            Table { profile: Profile::Full, instructions: "thumbv6m-full", longest: None },
+            Table { profile: Profile::Tiny, instructions: "thumbv6m" },
+            Table { profile: Profile::Full, instructions: "thumbv6m-full" },
         ],
         clock_hz: 48_000_000,
     },
     Chip {
         name: "STM32F405",
         tables: &[
-            Table { profile: Profile::Tiny, instructions: "thumbv7em", longest: None },
-            Table {
-                profile: Profile::Full,
-                instructions: "thumbv7em-full",
-                longest: Some("crazyflie"),
-            },
+            Table { profile: Profile::Tiny, instructions: "thumbv7em" },
+            Table { profile: Profile::Full, instructions: "thumbv7em-full" },
         ],
         clock_hz: 168_000_000,
     },
@@ -62,7 +57,11 @@ pub fn of(robot: &Robot, profile: Profile) -> Option<Arc<Costs>> {
     let chip = CHIPS.iter().find(|chip| name.starts_with(chip.name))?;
     let table = chip.tables.iter().find(|table| table.profile == profile)?;
     let all: BTreeMap<String, BTreeMap<String, u32>> = serde_json::from_str(COSTS).ok()?;
-    let longest = table.longest.and_then(|longest| all.get(longest));
+    let has_chip = |known: &Robot| {
+        let name = known.chip.as_ref();
+        known.profile == profile && name.is_some_and(|name| name.starts_with(chip.name))
+    };
+    let longest = all_shipped().into_iter().find(has_chip).and_then(|known| all.get(&known.name));
     let instructions = all.get(table.instructions)?;
     let cycles = |case: &str| {
         instructions.get(case).or_else(|| longest.and_then(|longest| longest.get(case))).copied()
@@ -72,7 +71,6 @@ pub fn of(robot: &Robot, profile: Profile) -> Option<Arc<Costs>> {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 mod tests {
     use bittybuzz_robot_files::find;
 
@@ -84,7 +82,7 @@ mod tests {
         for (name, period) in
             [("kilobot", 800_000), ("zooids", 4_800_000), ("crazyflie", 16_800_000)]
         {
-            let robot = find(name).unwrap();
+            let robot = find(name).expect("a robot that ships");
             let costs = of(&robot, robot.profile);
             assert_eq!(costs.map(|costs| costs.step_period), Some(period), "{name}");
         }
@@ -92,7 +90,7 @@ mod tests {
 
     #[test]
     fn every_chip_and_profile_has_whole_tables() {
-        let mut robot = find("kilobot").unwrap();
+        let mut robot = find("kilobot").expect("a robot that ships");
         for chip in &CHIPS {
             robot.chip = Some(chip.name.to_owned());
             for table in chip.tables {
