@@ -101,7 +101,7 @@ fn a_fault_stops_the_motors_and_names_its_place(core: Core) {
     assert_eq!(faults.len(), 1);
     let fault = faults[0];
     assert_eq!(fault["code"], "R0002");
-    assert_eq!(text(&fault["message"]), "cannot read field `leg` of nil");
+    assert_eq!(text(&fault["message"]), "cannot read field `leg` of nil: `t` is nil");
     assert_eq!(fault["step"], 3);
     let calls: Vec<(&str, u64)> = fault["calls"]
         .as_array()
