@@ -1,5 +1,16 @@
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| {
-    bittybuzz_fuzz_bodies::image(data);
-});
+libfuzzer_sys::fuzz_target!(
+    init: {
+        // The images to start from, for a run that tries nothing.
+        if let Some(folder) = std::env::var_os("BITTYBUZZ_IMAGES") {
+            for (number, image) in bittybuzz_fuzz_bodies::images().iter().enumerate() {
+                let path = std::path::Path::new(&folder).join(format!("known-{number}"));
+                std::fs::write(path, image).expect("the folder can be written");
+            }
+        }
+    },
+    |data: &[u8]| {
+        bittybuzz_fuzz_bodies::image(data);
+    }
+);

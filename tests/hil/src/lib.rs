@@ -7,15 +7,13 @@
 //! * [`Table`] holds Zooids under their projector;
 //! * [`Kilobots`] holds Kilobots and their overhead controller.
 //!
-//! [`flash`] cuts the writing of flash short, [`safety`] resets Crazyflies, [`supply`] names moments of a brown-out. [`guide`] carries
-//! out the guides in docs/.
+//! [`flash`] cuts the writing of flash short, [`safety`] resets Crazyflies, [`supply`] names moments of a brown-out.
 //!
 //! Images and emulators must have been built: `cargo xtask test` does that. `BITTYBUZZ_CRAZYFLIE` names another image of
 //! the Crazyflie than the one in its folder, `BITTYBUZZ_ZOOIDS` another one of the Zooid, `BITTYBUZZ_KILOBOT` one of the
 //! Kilobot.
 
 pub mod flash;
-pub mod guide;
 pub mod kilobots;
 pub mod safety;
 pub mod supply;

@@ -143,10 +143,11 @@ pub fn sample() -> Result<()> {
         }
         fs::create_dir_all(&found)?;
         let panics = artifacts(&folder, name);
-        let known = known(&folder, name)?.display().to_string();
+        let program = programs.join(name);
+        let known = known(&folder, name, &program)?.display().to_string();
         let found = found.display().to_string();
         let arguments = [&SAMPLE[..], &[SCHEDULE, &panics, &found, &known]].concat();
-        let output = Line::named(name, &programs.join(name), &arguments).output_if(|_| true)?;
+        let output = Line::named(name, &program, &arguments).output_if(|_| true)?;
         let report = String::from_utf8_lossy(&output.stderr);
         if !output.status.success() {
             bail!("not shown: fuzz {name} ({})", panicked(&report));
@@ -195,7 +196,7 @@ fn chunk(name: &str, program: &Path, left: u64) -> Result<Chunk> {
     let found = folder.join("corpus").join(name);
     fs::create_dir_all(&found)?;
     let panics = artifacts(&folder, name);
-    let known = known(&folder, name)?;
+    let known = known(&folder, name, program)?;
     let (found, known) = (found.display().to_string(), known.display().to_string());
     let workers = thread::available_parallelism().map_or(1, usize::from);
     let share = format!("-runs={}", left.div_ceil(workers as u64));
@@ -227,8 +228,8 @@ fn artifacts(folder: &Path, name: &str) -> String {
 }
 
 /// The inputs that a target starts from.
-fn known(folder: &Path, name: &str) -> Result<PathBuf> {
-    if name == IMAGE { known_images(folder) } else { Ok(known_inputs(name)) }
+fn known(folder: &Path, name: &str, program: &Path) -> Result<PathBuf> {
+    if name == IMAGE { known_images(folder, program) } else { Ok(known_inputs(name)) }
 }
 
 /// The committed inputs of a target.
@@ -236,15 +237,13 @@ fn known_inputs(name: &str) -> PathBuf {
     Path::new(FOLDER).join("corpus").join(name)
 }
 
-/// Images change with the instruction set: they are made, not kept.
-fn known_images(folder: &Path) -> Result<PathBuf> {
+/// Images change with the instruction set: the target makes them, none is kept.
+fn known_images(folder: &Path, program: &Path) -> Result<PathBuf> {
     let known = folder.join("images");
     fs::create_dir_all(&known)?;
-    let example =
-        ["run", "-q", "-p", "bittybuzz-fuzz-bodies", "--features", "torture", "--example"];
-    let path = known.display().to_string();
-    let arguments = [&example[..], &["images", &path]].concat();
-    Line::cargo(&arguments).run()?;
+    Line::named(IMAGE, program, &["-runs=0"])
+        .env("BITTYBUZZ_IMAGES", &known.display().to_string())
+        .output(0)?;
     Ok(known)
 }
 

@@ -2,13 +2,14 @@
 //!
 //! They are made in copies of the sources, one after the other in the same target folder: a build compiles only code that
 //! depends on the changed function. The quick tests find most of them, built without optimization, since the build takes
-//! longest; the tests that take long try those that are left. A mistake that was found counts as found until the machine
-//! changes: tests that are added meanwhile are tried on the others.
+//! longest; the tests that take long try those that are left. A mistake that was found counts as found until its file or
+//! a test changes.
 
 use super::survivors::SURVIVORS;
 use super::{Record, Verdict};
 use crate::sources::Sources;
 use anyhow::{Result, ensure};
+use bittybuzz_builds::copy::Copy;
 use bittybuzz_builds::shell::{Line, is_installed, target};
 use fs_err as fs;
 use std::collections::BTreeMap;
@@ -35,6 +36,7 @@ const GROUPS: [Group; 2] = [
         files: &[
             "vm-core/src/machine/network/advertise.rs",
             "vm-core/src/machine/network/messages.rs",
+            "vm-core/src/machine/network/mod.rs",
             "vm-core/src/machine/network/neighbors.rs",
             "vm-core/src/machine/network/protocol.rs",
             "vm-core/src/machine/network/serial.rs",
@@ -63,37 +65,22 @@ const GROUPS: [Group; 2] = [
 /// Shards that are tried at the same time, each in a copy of its own.
 const WORKERS: usize = 2;
 
-/// Path prefixes of the sources of the machine and of its compiler.
-const MACHINE: &[&str] = &[
-    "Cargo",
-    "comms/src/lib.rs",
-    "comms/src/queue.rs",
-    "compiler/src/",
-    "robots/*/robot.toml",
-    "robots/files/",
-    "robots/spec/",
-    "robots/toml-reader/",
-    "vm-core/Cargo",
-    "vm-core/src/",
-    "vm-core/tuning/",
-];
+/// Path prefixes of the tests.
+const TESTS: &[&str] =
+    &["comms/tests/", "tests/src/", "tests/testkit/", "tests/tests/protocol/", "vm-core/tests/"];
 
-/// Path prefixes of the sources of the tests, and of the list of explained mistakes.
+/// Path prefixes of the files with mistakes, of the tests, and of the list of explained mistakes. The rest of the machine and
+/// the compiler do not count: they are the same for the test that finds a mistake and for the one that passes without it.
 pub const MADE_OF: &[&str] = &[
-    "Cargo",
-    "comms/src/lib.rs",
-    "comms/src/queue.rs",
-    "comms/tests/queue.rs",
-    "compiler/src/",
-    "examples/",
-    "robots/*/robot.toml",
-    "robots/files/",
-    "robots/spec/",
-    "robots/toml-reader/",
+    "comms/tests/",
     "tests/src/",
     "tests/testkit/",
     "tests/tests/protocol/",
-    "vm-core/",
+    "vm-core/src/machine/network/",
+    "vm-core/src/message/",
+    "vm-core/src/network.rs",
+    "vm-core/src/stamp.rs",
+    "vm-core/tests/",
     "tests/soak/src/protocol.rs",
     "tests/soak/src/survivors.rs",
 ];
@@ -142,7 +129,7 @@ pub fn run(item: &str) -> Result<Verdict> {
     );
     if number == UNCHANGED {
         for tests in [&QUICK, &LONG] {
-            Copy::of_worker(0)?.command(group.tests(tests)).run()?;
+            Worker::new(0)?.command(group.tests(tests)).run()?;
         }
         return Ok(Verdict::Shown("all tests pass".to_owned()));
     }
@@ -152,7 +139,7 @@ pub fn run(item: &str) -> Result<Verdict> {
     };
     let shard = |worker| {
         let shard = format!("{}/{}", worker * group.items + first, WORKERS * group.items);
-        group.shard(&shard, &Copy::of_worker(worker)?)
+        group.shard(&shard, &Worker::new(worker)?)
     };
     let outcomes = thread::scope(|scope| {
         let workers: Vec<_> =
@@ -203,6 +190,45 @@ const FOUND: [(&str, &str); 3] = [
     ("unviable.txt", "not compiled"),
 ];
 
+/// Mistakes that were found, with the fingerprints of their files. A mistake moves to another shard when a file before its own
+/// changes, so that the records of all shards count.
+struct Found {
+    sources: Sources,
+    known: BTreeMap<String, String>,
+    record: Record,
+}
+
+impl Found {
+    fn open(shard: &str) -> Result<Found> {
+        let sources = Sources::list()?;
+        let tests = sources.under(TESTS).fingerprint()?;
+        let mut known = BTreeMap::new();
+        let of_shard = |shard: &str| Record::open(&format!("protocol/found/{shard}"), tests);
+        let folder = target()?.join("soak/protocol/found");
+        fs::create_dir_all(&folder)?;
+        for entry in fs::read_dir(folder)? {
+            known.extend(of_shard(&entry?.file_name().to_string_lossy())?.shown);
+        }
+        Ok(Found { record: of_shard(shard)?, sources, known })
+    }
+
+    /// The key of a mistake as its file is today.
+    fn key(&self, name: &str) -> Result<String> {
+        let file = name.split(':').next().unwrap_or_default();
+        Ok(format!("{:016x} {name}", self.sources.under(&[file]).fingerprint()?))
+    }
+
+    fn how(&self, name: &str) -> Result<Option<&str>> {
+        Ok(self.known.get(&self.key(name)?).map(String::as_str))
+    }
+
+    fn keep(&mut self, name: &str, how: &str) -> Result<()> {
+        let key = self.key(name)?;
+        self.known.insert(key.clone(), how.to_owned());
+        self.record.keep(&key, how)
+    }
+}
+
 impl Group {
     /// The tests alone.
     fn tests(&self, tests: &Tests) -> Line {
@@ -218,26 +244,31 @@ impl Group {
 
     /// Tries the mistakes of a shard that were not found before: the quick tests on all of them, then the long ones on
     /// those that are left.
-    fn shard(&self, shard: &str, copy: &Copy) -> Result<Outcome> {
+    fn shard(&self, shard: &str, worker: &Worker) -> Result<Outcome> {
         let name = format!("{}-{}", self.name, shard.replace('/', "-"));
-        let output = copy.folder.join("outcomes").join(&name);
+        let output = worker.folder.join("outcomes").join(&name);
         fs::create_dir_all(&output)?;
         let chosen = ["--list", "--no-shuffle", "--sharding", "round-robin", "--shard", shard];
-        let list = copy.command(self.mistakes(&chosen)).output(0)?;
+        let list = worker.command(self.mistakes(&chosen)).output(0)?;
         let list = String::from_utf8_lossy(&list.stdout).into_owned();
-        let machine = Sources::list()?.under(MACHINE).fingerprint()?;
-        let mut found = Record::open(&format!("protocol/found/{name}"), machine)?;
-        let left = |found: &Record| -> Vec<String> {
-            list.lines().filter(|name| !found.shown.contains_key(*name)).map(pattern).collect()
+        let mut found = Found::open(&name)?;
+        let left = |found: &Found| -> Result<Vec<String>> {
+            let mut left = Vec::new();
+            for name in list.lines() {
+                if found.how(name)?.is_none() {
+                    left.push(pattern(name));
+                }
+            }
+            Ok(left)
         };
         // 2: a mistake was missed; 3: a test did not end.
         let is_done = |output: &Output| matches!(output.status.code(), Some(0 | 2 | 3));
         for tests in [&QUICK, &LONG] {
-            let left = left(&found);
+            let left = left(&found)?;
             if left.is_empty() {
                 break;
             }
-            copy.command(self.mutants(tests, &output, &left)).output_if(is_done)?;
+            worker.command(self.mutants(tests, &output, &left)).output_if(is_done)?;
             for (file, how) in FOUND {
                 let names = fs::read_to_string(output.join("mutants.out").join(file))?;
                 for name in names.lines() {
@@ -247,8 +278,8 @@ impl Group {
         }
         let mut outcome = Outcome::default();
         for name in list.lines() {
-            match found.shown.get(name) {
-                Some(how) => *outcome.found.entry(how.clone()).or_default() += 1,
+            match found.how(name)? {
+                Some(how) => *outcome.found.entry(how.to_owned()).or_default() += 1,
                 None => outcome.missed.push(without_place(name)),
             }
         }
@@ -291,30 +322,26 @@ impl Tests {
     }
 }
 
-/// A copy of the sources, for one mistake at a time, and its build.
-struct Copy {
+/// A copy of the repository, for one mistake at a time, and its build.
+struct Worker {
     folder: PathBuf,
+    copy: Copy,
 }
 
-impl Copy {
-    /// Brings a worker's copy up to date; a run that was stopped has left a mistake there.
-    fn of_worker(worker: usize) -> Result<Copy> {
-        let copy = Copy { folder: target()?.join(format!("soak/protocol/{worker}")) };
-        Sources::list()?.copy_to(&copy.sources())?;
-        Ok(copy)
+impl Worker {
+    /// Brings its copy up to date; a run that was stopped has left a mistake there.
+    fn new(number: usize) -> Result<Worker> {
+        let folder = target()?.join(format!("soak/protocol/{number}"));
+        Ok(Worker { copy: Copy::new(&folder)?, folder })
     }
 
-    fn sources(&self) -> PathBuf {
-        self.folder.join("sources")
-    }
-
-    /// The command in it, where builds are quick.
+    /// The command in its copy, where builds are quick.
     fn command(&self, line: Line) -> Line {
         line.env("CARGO_TARGET_DIR", &self.folder.join("target").display().to_string())
             .env("CARGO_INCREMENTAL", "1")
             .env("CARGO_PROFILE_DEV_DEBUG", "0")
             .env("PROPTEST_RNG_SEED", "1")
-            .in_workspace(&self.sources().display().to_string())
+            .in_workspace(&self.copy.root().display().to_string())
     }
 }
 

@@ -1,7 +1,8 @@
-//! The sources as they are in the working folder: their fingerprint, and a copy that may be changed.
+//! The sources as they are in the working folder, and their fingerprint.
 
 use anyhow::Result;
-use bittybuzz_builds::shell::{Line, root};
+use bittybuzz_builds::copy::files;
+use bittybuzz_builds::shell::root;
 use fs_err as fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
@@ -14,18 +15,7 @@ pub struct Sources {
 impl Sources {
     /// Everything that git keeps or would.
     pub fn list() -> Result<Sources> {
-        // Only names are read: it does not matter whose folder this is, as on a CI machine.
-        let whoever = ["-c", "safe.directory=*", "ls-files"];
-        let arguments = [&whoever[..], &["-z", "--cached", "--others", "--exclude-standard"]];
-        let output = Line::new("git", &arguments.concat()).unannounced().output(0)?;
-        let names = String::from_utf8_lossy(&output.stdout).into_owned();
-        // A file that was deleted is still listed until that is committed.
-        let there = |name: &&str| root().join(name).is_file();
-        let mut files: Vec<String> =
-            names.split_terminator('\0').filter(there).map(str::to_owned).collect();
-        files.sort();
-        files.dedup();
-        Ok(Sources { files })
+        Ok(Sources { files: files()? })
     }
 
     /// Those whose path starts in one of these ways; `*` is the name of any folder.
@@ -48,18 +38,6 @@ impl Sources {
             }
         }
         Ok(hasher.finish())
-    }
-
-    /// Brings a copy up to date. Files that are the same stay untouched, for cargo to see that they are.
-    pub fn copy_to(&self, folder: &Path) -> Result<()> {
-        for name in &self.files {
-            let bytes = fs::read(root().join(name))?;
-            let path = folder.join(name);
-            if !fs::read(&path).is_ok_and(|there| there == bytes) {
-                write(&path, &bytes)?;
-            }
-        }
-        Ok(())
     }
 }
 
@@ -98,7 +76,6 @@ pub fn clear_table(path: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::time::SystemTime;
 
     #[test]
     fn the_text_of_comments_does_not_count() {
@@ -114,23 +91,5 @@ mod tests {
         assert!(!is_under("robots/crazyflie/model/robot.toml", "robots/*/robot.toml"));
         assert!(!is_under("robots/robot.toml", "robots/*/robot.toml"));
         assert!(!is_under("firmware/crazyflie/robot.toml", "robots/*/robot.toml"));
-    }
-
-    #[test]
-    fn a_copy_is_mended_and_otherwise_left_alone() {
-        let folder = std::env::temp_dir().join(format!("xtask-sources-{}", std::process::id()));
-        let sources =
-            Sources { files: vec!["Cargo.toml".to_owned(), "xtask/Cargo.toml".to_owned()] };
-        sources.copy_to(&folder).unwrap();
-        let long_ago = SystemTime::UNIX_EPOCH;
-        let kept = fs::File::options().write(true).open(folder.join("Cargo.toml")).unwrap();
-        kept.set_modified(long_ago).unwrap();
-        write(&folder.join("xtask/Cargo.toml"), b"changed").unwrap();
-        sources.copy_to(&folder).unwrap();
-        let original = fs::read(root().join("xtask/Cargo.toml")).unwrap();
-        assert_eq!(fs::read(folder.join("xtask/Cargo.toml")).unwrap(), original);
-        let modified = fs::metadata(folder.join("Cargo.toml")).unwrap().modified().unwrap();
-        assert_eq!(modified, long_ago);
-        fs::remove_dir_all(folder).unwrap();
     }
 }

@@ -1,16 +1,17 @@
 //! Makes a mistake in squeeze and sees the build of the Kilobot's image refuse the result.
 //!
-//! The image's assembly is taken from a build without a mistake; each mistake is made in a copy of the sources, which squeezes
+//! The image's assembly is taken from a build without a mistake; each mistake is made in a copy of the repository, which squeezes
 //! and compares that assembly. Functions of cases that this image does not have come first, so most mistakes show in a second.
 
-use super::mutants::{Mutant, mutate};
+use super::mutants::{Mutant, copy_with, in_copy};
 use crate::Verdict;
-use crate::sources::{self, Sources};
-use anyhow::Result;
-use bittybuzz_builds::board::KILOBOT;
+use crate::sources;
+use anyhow::{Context, Result};
+use bittybuzz_builds::board::{KILOBOT, target_of};
+use bittybuzz_builds::copy::Copy;
 use bittybuzz_builds::shell::{Line, root, target};
 use fs_err as fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Path prefixes of the compared sources.
 pub const MADE_OF: &[&str] = &["tools/squeeze/", "tests/soak/src/squeeze.rs"];
@@ -29,18 +30,9 @@ pub fn items() -> Vec<String> {
 
 /// Tries one.
 pub fn run(name: &str) -> Result<Verdict> {
-    let folder = target()?.join("soak/squeeze");
-    let copy = folder.join("sources");
-    Sources::list()?.copy_to(&copy)?;
     let mutant = MUTANTS.iter().find(|mutant| mutant.name == name);
-    if let Some(mutant) = mutant {
-        println!("\n== {name}: {}", mutant.breaks);
-        let file = copy.join(mutant.file);
-        sources::write(&file, mutate(mutant, &fs::read_to_string(&file)?)?.as_bytes())?;
-    }
-    let mut files = vec![root().join(FUNCTIONS).display().to_string()];
-    files.extend(assembly(&folder)?);
-    let output = prove(&copy, &folder.join("target"), &files)?;
+    println!("\n== {name}: {}", mutant.map_or("nothing", |mutant| mutant.breaks));
+    let output = prove(&copy_with(mutant)?, &[root().join(FUNCTIONS), assembly()?])?;
     let refused = output.lines().find(|line| line.starts_with("refused: "));
     Ok(match (mutant, refused) {
         (Some(_), Some(refusal)) => Verdict::Shown(refusal.to_owned()),
@@ -50,44 +42,42 @@ pub fn run(name: &str) -> Result<Verdict> {
     })
 }
 
-/// The assembly of the Kilobot's images, as LLVM writes it. They are built once.
-fn assembly(folder: &Path) -> Result<Vec<String>> {
-    let target = folder.join("images");
-    let made = target.join("avr-none/release/deps");
-    if !made.is_dir() {
-        Line::cargo(&["build", "--release"])
-            .env("BBZ_SCRIPT", &root().join(SCRIPT).display().to_string())
-            .env("BBZ_PARTS", "used")
-            .env("CARGO_TARGET_DIR", &target.display().to_string())
-            .in_workspace(KILOBOT.folder)
-            .run()?;
+/// The assembly of the Kilobot's image, as LLVM writes it. It is built once.
+fn assembly() -> Result<PathBuf> {
+    let kept = target()?.join("soak/squeeze/image.s");
+    if kept.exists() {
+        return Ok(kept);
     }
-    let entries = fs::read_dir(&made)?;
+    Line::cargo(&["build", "--release"])
+        .env("BBZ_SCRIPT", &root().join(SCRIPT).display().to_string())
+        .env("BBZ_PARTS", "used")
+        .in_workspace(KILOBOT.folder)
+        .run()?;
     let is_image = |path: &PathBuf| {
         let name = path.file_name().and_then(|name| name.to_str()).unwrap_or("");
-        name.starts_with("bittybuzz_kilobot_")
+        name.starts_with("bittybuzz_kilobot_avr-")
             && name.ends_with(".s")
             && !name.ends_with(".squeezed.s")
     };
-    let images = entries.flatten().map(|entry| entry.path()).filter(is_image);
-    let mut images: Vec<String> = images.map(|path| path.display().to_string()).collect();
-    images.sort();
-    Ok(images)
+    let made = target_of(KILOBOT.folder).join("avr-none/release/deps");
+    let images = fs::read_dir(made)?.flatten().map(|entry| entry.path()).filter(is_image);
+    // Builds of older compilers may be left there.
+    let newest = images.max_by_key(|path| path.metadata().and_then(|file| file.modified()).ok());
+    sources::write(&kept, &fs::read(newest.context("the build left no assembly")?)?)?;
+    Ok(kept)
 }
 
 /// The output of the example that squeezes and compares. A refusal is a result; a squeeze that cannot be built is none.
-fn prove(copy: &Path, target: &Path, assembly: &[String]) -> Result<String> {
+fn prove(copy: &Copy, assembly: &[PathBuf]) -> Result<String> {
+    let files: Vec<String> = assembly.iter().map(|path| path.display().to_string()).collect();
     let mut arguments =
         vec!["run", "--release", "-p", "bittybuzz-squeeze", "--example", "prove", "--"];
-    arguments.extend(assembly.iter().map(String::as_str));
+    arguments.extend(files.iter().map(String::as_str));
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    let output = Line::cargo(&arguments)
-        .env("CARGO_TARGET_DIR", &target.display().to_string())
-        .in_workspace(&copy.display().to_string())
-        .output_if(|output| {
-            output.status.success()
-                || text(&output.stdout).lines().any(|line| line.starts_with("refused: "))
-        })?;
+    let output = in_copy(Line::cargo(&arguments), copy, "").output_if(|output| {
+        output.status.success()
+            || text(&output.stdout).lines().any(|line| line.starts_with("refused: "))
+    })?;
     Ok(text(&output.stdout))
 }
 
@@ -388,6 +378,7 @@ pub const SAMPLE: [&str; 3] = ["arguments", "stack-moves", "label-too-late"];
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mutants::mutate;
     use std::collections::BTreeSet;
 
     #[test]

@@ -117,9 +117,13 @@ impl Board {
 
     /// Builds the image with numbers as small as those of the smallest robots, beside the other one.
     pub fn build_tiny(&self, script: Option<&Path>) -> Result<PathBuf> {
-        let target = target_of(self.folder).join("tiny");
+        let target = target_of(self.folder);
+        // Only the image lies beside: what both are built of is compiled once.
+        let build = target.display().to_string();
+        let target = target.join("tiny");
         let folder = target.display().to_string();
-        let mut line = Line::cargo(&["build", "--release", "--target-dir", &folder]);
+        let mut line = Line::cargo(&["build", "--release", "--target-dir", &folder])
+            .env("CARGO_BUILD_BUILD_DIR", &build);
         if let Some(script) = script {
             line = line.env("BBZ_SCRIPT", &script.display().to_string());
         }

@@ -6,6 +6,7 @@
 pub mod board;
 pub mod cargo_test;
 pub mod chip;
+pub mod copy;
 pub mod elf;
 pub mod on_chip;
 pub mod probe;

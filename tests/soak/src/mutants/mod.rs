@@ -1,7 +1,7 @@
 //! Builds firmware or a model with a mistake in it, and sees a test fail.
 //!
-//! The mistakes are made in a copy of the sources. All are built one after the other in the same target folders, so that their
-//! dependencies are compiled once. Robots' images are run by the tests of `tests/hil`, models by their own.
+//! The mistakes are made in the copy of the repository that guides are carried out in, so that dependencies are compiled once.
+//! Robots' images are run by the tests of `tests/hil`, models by their own.
 
 mod crazyflie;
 mod kilobot;
@@ -9,10 +9,11 @@ mod models;
 mod zooids;
 
 use crate::Verdict;
-use crate::sources::{self, Sources};
+use crate::sources;
 use anyhow::{Result, bail};
 use bittybuzz_builds::board::{BEHAVIOURS, Board, CRAZYFLIE, KILOBOT, ZOOIDS};
 use bittybuzz_builds::cargo_test::{SKIP_SLOW, cargo_test};
+use bittybuzz_builds::copy::Copy;
 use bittybuzz_builds::shell::{Line, target};
 use fs_err as fs;
 use std::path::{Path, PathBuf};
@@ -163,12 +164,7 @@ pub fn run(item: &str) -> Result<Verdict> {
     };
     println!("\n== {item}: {}", mutant.map_or("nothing", |mutant| mutant.breaks));
     let folder = target()?.join("soak/mutants");
-    let copy = folder.join("sources");
-    Sources::list()?.copy_to(&copy)?;
-    if let Some(mutant) = mutant {
-        let file = copy.join(mutant.file);
-        sources::write(&file, mutate(mutant, &fs::read_to_string(&file)?)?.as_bytes())?;
-    }
+    let copy = copy_with(mutant)?;
     let output = subject.tests.run(&copy, &folder)?;
     let failed = failures(&output);
     match (mutant, failed.is_empty()) {
@@ -180,6 +176,16 @@ pub fn run(item: &str) -> Result<Verdict> {
             bail!("without any mutation these tests fail: {}", failed.join(", "))
         }
     }
+}
+
+/// The copy of the repository, with a mistake if there is one.
+pub fn copy_with(mutant: Option<&Mutant>) -> Result<Copy> {
+    let copy = Copy::new(&target()?.join("tmp"))?;
+    if let Some(mutant) = mutant {
+        let text = fs::read_to_string(copy.root().join(mutant.file))?;
+        copy.put(mutant.file, mutate(mutant, &text)?.as_bytes())?;
+    }
+    Ok(copy)
 }
 
 /// The text with the mistake.
@@ -196,7 +202,7 @@ pub fn mutate(mutant: &Mutant, text: &str) -> Result<String> {
 
 impl Tests {
     /// Returns the output of the tests. Cargo stops after the first program of tests with a failure.
-    fn run(&self, copy: &Path, folder: &Path) -> Result<String> {
+    fn run(&self, copy: &Copy, folder: &Path) -> Result<String> {
         let line = match self {
             Tests::OfImage { board, variable, behaviours, programs } => {
                 let target = folder.join(board.robot);
@@ -215,9 +221,7 @@ impl Tests {
             }
             Tests::OfPackages(packages) => {
                 let packages = packages.iter().flat_map(|package| ["--package", package]);
-                cargo_test(&packages.collect::<Vec<_>>())
-                    .env("CARGO_TARGET_DIR", &folder.join("models").display().to_string())
-                    .in_workspace(&copy.display().to_string())
+                in_copy(cargo_test(&packages.collect::<Vec<_>>()), copy, "")
             }
         };
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
@@ -229,15 +233,22 @@ impl Tests {
     }
 }
 
-fn build(board: &Board, copy: &Path, target: &Path, behaviour: Option<&&str>) -> Result<PathBuf> {
+fn build(board: &Board, copy: &Copy, target: &Path, behaviour: Option<&&str>) -> Result<PathBuf> {
     let mut line =
         Line::cargo(&["build", "--release"]).env("CARGO_TARGET_DIR", &target.display().to_string());
     if let Some(name) = behaviour {
-        let script = copy.join(BEHAVIOURS).join(name).with_extension("bzz");
+        let script = copy.root().join(BEHAVIOURS).join(name).with_extension("bzz");
         line = line.env("BBZ_SCRIPT", &script.display().to_string());
     }
-    line.in_workspace(&copy.join(board.folder).display().to_string()).run()?;
+    in_copy(line, copy, board.folder).run()?;
     Ok(board.image_in(target))
+}
+
+/// Runs cargo in this folder of the copy.
+pub fn in_copy(line: Line, copy: &Copy, folder: &str) -> Line {
+    let variables = copy.variables();
+    let line = variables.iter().fold(line, |line, (name, value)| line.env(name, value));
+    line.in_workspace(&copy.root().join(folder).display().to_string())
 }
 
 /// The names in the lines `test NAME ... FAILED`.

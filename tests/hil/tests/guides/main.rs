@@ -2,12 +2,18 @@
 //!
 //! The first run builds what the copies need (embassy, for the chip); later ones only what a guide changes.
 
-use std::fs;
-use std::path::Path;
+mod console;
+mod edit;
+mod guide;
 
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use bittybuzz_builds::copy::Copy;
 use bittybuzz_hil::Core;
-use bittybuzz_hil::guide::{Copy, Guide};
 use bittybuzz_tests::bbz;
+
+use guide::Guide;
 
 /// A test for each page, and the cores whose emulators its reader has built before.
 macro_rules! guides {
@@ -36,10 +42,10 @@ guides! {
 fn carry_out(page: &str, cores: &[Core]) {
     let text = fs::read_to_string(bbz::root().join(page)).expect("the guide is there");
     let guide = Guide::read(page, &text).unwrap_or_else(|failure| panic!("{failure}"));
-    let programs: Vec<&Path> = cores.iter().map(|core| core.program()).collect();
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    let copy = Copy::new(folder, &programs).expect("git is there, and room");
-    copy.carry_out(&guide).unwrap_or_else(|failure| panic!("{failure}"));
+    let folders = cores.iter().filter_map(|core| Some(core.program().parent()?.to_owned()));
+    let copy = Copy::new(Path::new(env!("CARGO_TARGET_TMPDIR"))).expect("git is there, and room");
+    let programs: Vec<PathBuf> = folders.collect();
+    guide.carry_out(&copy, &programs).unwrap_or_else(|failure| panic!("{failure}"));
 }
 
 /// CONTRIBUTING.md promises that each page in its table of recipes is carried out, and it lists all of them.

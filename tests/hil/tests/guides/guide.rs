@@ -10,16 +10,17 @@
 //! A block in the language `console` is run, in a shell of its own that starts in the root of the repository: commands
 //! after `$ `, below them what they print (console.rs says how exactly). Blocks in the languages `sh` and `text` are only shown.
 
-mod console;
-mod copy;
-mod edit;
-
+use std::env;
 use std::fmt;
+use std::fs;
 use std::io;
+use std::path::PathBuf;
+use std::process::Command;
 
-pub use copy::Copy;
+use bittybuzz_builds::copy::Copy;
 
-use edit::{Edit, Misfit};
+use crate::console;
+use crate::edit::{Edit, Misfit};
 
 /// A guide.
 #[derive(Debug)]
@@ -62,7 +63,7 @@ enum Cause {
     /// The change does not fit the file.
     Misfit { file: String, misfit: Misfit },
     /// A file of the copy cannot be read or written.
-    File { file: String, error: io::Error },
+    File { file: String, error: anyhow::Error },
     /// The shell does not start.
     Shell(io::Error),
     /// A block to run begins with something else than a command.
@@ -134,6 +135,72 @@ impl Guide {
         }
         Ok(Guide { path: path.to_owned(), steps })
     }
+
+    /// Does what it says in a copy of the repository. These are the folders of programs that users have in their search path
+    /// after what the guide asks for before it begins.
+    pub fn carry_out(&self, copy: &Copy, programs: &[PathBuf]) -> Result<(), Failure> {
+        for step in &self.steps {
+            step.carry_out(copy, programs)
+                .map_err(|(line, cause)| Failure::new(&self.path, step.line + line, cause))?;
+        }
+        Ok(())
+    }
+}
+
+impl Step {
+    /// An error has its line in the block, from 0.
+    fn carry_out(&self, copy: &Copy, programs: &[PathBuf]) -> Result<(), (usize, Cause)> {
+        match &self.action {
+            Action::Edit(file, edit) => {
+                change(copy, file, edit).map_err(|cause| (0, cause))?;
+            }
+            Action::Run(block) => {
+                let promises = console::promises(block).ok_or((0, Cause::NoCommand))?;
+                console::run(&mut shell(copy, programs), &promises)
+                    .map_err(|error| (0, Cause::Shell(error)))?
+                    .map_err(|(number, otherwise)| {
+                        (promises[number].line, Cause::Otherwise(otherwise))
+                    })?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn change(copy: &Copy, file: &str, edit: &Edit) -> Result<(), Cause> {
+    let unusable = |error| Cause::File { file: file.to_owned(), error };
+    let before = match fs::read_to_string(copy.root().join(file)) {
+        Ok(text) => Some(text),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+        Err(error) => return Err(unusable(error.into())),
+    };
+    let after = edit
+        .apply(before.as_deref())
+        .map_err(|misfit| Cause::Misfit { file: file.to_owned(), misfit })?;
+    copy.put(file, after.as_bytes()).map_err(unusable)
+}
+
+/// A shell with the tools in the search path.
+fn shell(copy: &Copy, programs: &[PathBuf]) -> Command {
+    let mut path = vec![copy.root().join("target/debug")];
+    path.extend(programs.iter().cloned());
+    path.extend(env::split_paths(&env::var_os("PATH").unwrap_or_default()));
+    let path = env::join_paths(path).expect("parts of a search path");
+    let mut shell = Command::new("sh");
+    // What the cargo of this test has set does not hold in the copy, nor what a user may have set.
+    for name in [
+        "RUSTUP_TOOLCHAIN",
+        "RUSTFLAGS",
+        "CARGO",
+        "CARGO_ENCODED_RUSTFLAGS",
+        "CARGO_TARGET_DIR",
+        "BBZ_SCRIPT",
+        "BUZZ_INCLUDE_PATH",
+    ] {
+        shell.env_remove(name);
+    }
+    shell.envs(copy.variables()).env("PATH", path).current_dir(copy.root());
+    shell
 }
 
 /// What the end of a paragraph says about the block below it.

@@ -1,0 +1,121 @@
+//! A copy of the repository, in which guides are carried out and mistakes are made.
+//!
+//! It stays where it is between uses, so that only what changes is built again.
+
+use crate::shell::{Line, root};
+use anyhow::Result;
+use fs_err::{self as fs, File};
+use std::path::{Path, PathBuf};
+
+/// A copy that one test or chore has at a time.
+pub struct Copy {
+    root: PathBuf,
+    _lock: File,
+}
+
+impl Copy {
+    /// Copies the repository as it is now, uncommitted changes included, to a place below a folder that git ignores.
+    pub fn new(folder: &Path) -> Result<Copy> {
+        fs::create_dir_all(folder)?;
+        let lock = File::create(folder.join("repository.lock"))?;
+        lock.file().lock()?;
+        let copy = Copy { root: folder.join("repository"), _lock: lock };
+        let files = files()?;
+        copy.remove_all_but(&files, Path::new(""))?;
+        for file in &files {
+            copy.put(file, &fs::read(root().join(file))?)?;
+        }
+        Ok(copy)
+    }
+
+    /// The folder that is the root of the copy.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// Writes a file. One that is right already is not touched: cargo builds anew what is newer.
+    pub fn put(&self, file: &str, bytes: &[u8]) -> Result<()> {
+        let path = self.root.join(file);
+        if !fs::read(&path).is_ok_and(|there| there == bytes) {
+            path.parent().map_or(Ok(()), fs::create_dir_all)?;
+            fs::write(path, bytes)?;
+        }
+        Ok(())
+    }
+
+    /// Variables with which cargo builds in the copy.
+    pub fn variables(&self) -> [(&'static str, String); 3] {
+        [
+            // Not the folder of the repository: cargo takes a crate of the copy for the one in the same place of the repository,
+            // and would run the changed one in tests of that. Boards and tools share what they have in common.
+            ("CARGO_BUILD_BUILD_DIR", self.root.join("target/build").display().to_string()),
+            // Compilers take most of the time here, and what they make runs for seconds.
+            ("CARGO_PROFILE_DEV_OPT_LEVEL", "0".to_owned()),
+            ("CARGO_PROFILE_DEV_DEBUG", "none".to_owned()),
+        ]
+    }
+
+    fn remove_all_but(&self, files: &[String], folder: &Path) -> Result<()> {
+        let Ok(entries) = fs::read_dir(self.root.join(folder)) else { return Ok(()) };
+        for entry in entries {
+            let entry = entry?;
+            let path = folder.join(entry.file_name());
+            let is_kept = |file: &String| Path::new(file) == path;
+            match entry.file_type()?.is_dir() {
+                true if entry.file_name() == "target" => {}
+                true => {
+                    self.remove_all_but(files, &path)?;
+                    // Goes if it is empty.
+                    let _ = fs::remove_dir(entry.path());
+                }
+                false if files.iter().any(is_kept) => {}
+                false => fs::remove_file(entry.path())?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The files of the repository, from the root: those that git knows, or would add. Sorted.
+pub fn files() -> Result<Vec<String>> {
+    // Only names are read: it does not matter whose folder this is, as on a CI machine.
+    let whoever = ["-c", "safe.directory=*", "ls-files"];
+    let arguments = [&whoever[..], &["-z", "--cached", "--others", "--exclude-standard"]];
+    let output = Line::new("git", &arguments.concat()).unannounced().output(0)?;
+    let names = String::from_utf8_lossy(&output.stdout).into_owned();
+    // A file that was deleted is still listed until that is committed.
+    let there = |name: &&str| root().join(name).is_file();
+    let mut files: Vec<String> =
+        names.split_terminator('\0').filter(there).map(str::to_owned).collect();
+    files.sort();
+    files.dedup();
+    Ok(files)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::SystemTime;
+
+    #[test]
+    fn a_copy_is_mended_and_otherwise_left_alone() {
+        let folder = std::env::temp_dir().join(format!("copy-{}", std::process::id()));
+        let copy = Copy::new(&folder).unwrap();
+        let [kept, changed, added] = ["Cargo.toml", "xtask/Cargo.toml", "xtask/new/file"];
+        let long_ago = SystemTime::UNIX_EPOCH;
+        let file = fs::File::options().write(true).open(copy.root().join(kept)).unwrap();
+        file.file().set_modified(long_ago).unwrap();
+        copy.put(changed, b"changed").unwrap();
+        copy.put(added, b"new").unwrap();
+        copy.put("target/kept", b"built").unwrap();
+        drop(copy);
+        let copy = Copy::new(&folder).unwrap();
+        let original = fs::read(root().join(changed)).unwrap();
+        assert_eq!(fs::read(copy.root().join(changed)).unwrap(), original);
+        let modified = fs::metadata(copy.root().join(kept)).unwrap().modified().unwrap();
+        assert_eq!(modified, long_ago);
+        assert!(!copy.root().join("xtask/new").exists());
+        assert!(copy.root().join("target/kept").exists());
+        fs::remove_dir_all(folder).unwrap();
+    }
+}
