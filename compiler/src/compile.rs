@@ -9,7 +9,7 @@ use bittybuzz_vm_core::message;
 use crate::allow::Allowances;
 use crate::check::{self, robots::Robots};
 use crate::codegen::constant::Profile;
-use crate::codegen::{self, GLOBAL_CODE, Generated, SourceFunction};
+use crate::codegen::{self, GLOBAL_CODE, Generated, LocalRange, SourceFunction};
 use crate::codes::Code;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::fit::{self, Misfit};
@@ -17,7 +17,7 @@ use crate::image::{Image, ImageError};
 use crate::include::Loader;
 use crate::parser::{Parsed, parse};
 use crate::source::{SourceMap, Span};
-use crate::symbols::{FORMAT, FunctionSymbol, LineEntry, Places, Symbols};
+use crate::symbols::{FORMAT, FunctionSymbol, LineEntry, LocalSymbol, Places, Symbols};
 
 /// What a script is compiled for.
 #[derive(Debug, Clone, Default)]
@@ -178,7 +178,13 @@ fn make_symbols(
             format!("lambda at {file}:{}", places.place(source.span).line)
         }
     };
-    let functions = generated.functions.iter().zip(&image.functions);
+    let functions = generated.functions.iter().zip(&generated.locals).zip(&image.functions);
+    let local = |local: &LocalRange, function: usize| LocalSymbol {
+        name: local.name.clone(),
+        place: local.place,
+        from: (function + local.from) as u32,
+        to: (function + local.to) as u32,
+    };
     let lines = image.lines.iter();
     Symbols {
         format: FORMAT,
@@ -187,7 +193,11 @@ fn make_symbols(
         robot: options.robot.as_ref().map(|robot| robot.name.clone()),
         files: sources.files().map(|(_, file)| file.path.display().to_string()).collect(),
         functions: functions
-            .map(|(source, offset)| FunctionSymbol { name: name(source), offset: *offset as u32 })
+            .map(|((source, locals), offset)| FunctionSymbol {
+                name: name(source),
+                offset: *offset as u32,
+                locals: locals.iter().map(|range| local(range, *offset)).collect(),
+            })
             .collect(),
         strings: generated.parts.strings.script().to_vec(),
         globals: generated.globals.clone(),

@@ -5,6 +5,7 @@
 
 use std::fmt;
 
+use serde::de::Error as _;
 use serde::{Deserialize, Serialize};
 
 use bittybuzz_vm_core::builtin;
@@ -12,7 +13,7 @@ use bittybuzz_vm_core::builtin;
 use crate::source::{FileId, SourceMap, Span};
 
 /// Version of the `.sym` format.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 /// The symbols of an image.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -46,6 +47,61 @@ pub struct FunctionSymbol {
     pub name: String,
     /// Where its header is in the code.
     pub offset: u32,
+    /// Its parameters, variables, captured values and `self`, by the start of their ranges.
+    pub locals: Vec<LocalSymbol>,
+}
+
+/// A name in a function, and the code in which it has that place. As JSON an array.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LocalSymbol {
+    /// As written.
+    pub name: String,
+    /// Where its value is.
+    pub place: LocalPlace,
+    /// First byte of the code in which the name has that place: before the first instruction after that of its first value.
+    pub from: u32,
+    /// First byte after that code.
+    pub to: u32,
+}
+
+/// Where the value of a local name is while its function runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LocalPlace {
+    /// A slot, by its offset from the frame's record as instructions name it: parameters are below 0, all others above.
+    Frame(i16),
+    /// A captured value of the function's closure, by its number.
+    Capture(u16),
+}
+
+/// The second column of a row of locals.
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum LocalKind {
+    Frame,
+    Capture,
+}
+
+impl Serialize for LocalSymbol {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let (kind, number) = match self.place {
+            LocalPlace::Frame(offset) => (LocalKind::Frame, i32::from(offset)),
+            LocalPlace::Capture(number) => (LocalKind::Capture, i32::from(number)),
+        };
+        (&self.name, kind, number, self.from, self.to).serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for LocalSymbol {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let (name, kind, number, from, to) =
+            <(String, LocalKind, i32, u32, u32)>::deserialize(deserializer)?;
+        let out_of_range = |_| D::Error::custom(format!("`{name}` has no place {number}"));
+        let place = match kind {
+            LocalKind::Frame => LocalPlace::Frame(i16::try_from(number).map_err(out_of_range)?),
+            LocalKind::Capture => LocalPlace::Capture(u16::try_from(number).map_err(out_of_range)?),
+        };
+        Ok(LocalSymbol { name, place, from, to })
+    }
 }
 
 /// From `offset` on, up to the next entry, the code comes from this piece of source. As JSON an array.
@@ -143,6 +199,20 @@ impl Symbols {
     pub fn function(&self, position: u32) -> Option<&FunctionSymbol> {
         let after = self.functions.partition_point(|function| function.offset <= position);
         self.functions.get(after.checked_sub(1)?)
+    }
+
+    /// The names that a function can use at the instruction that holds that position, the innermost first. Of two with
+    /// one name only the inner one is among them.
+    pub fn locals(&self, position: u32) -> Vec<&LocalSymbol> {
+        let all = self.function(position).map_or(&[][..], |function| &function.locals);
+        let mut live: Vec<&LocalSymbol> = Vec::new();
+        let here = all.iter().rev().filter(|local| (local.from..local.to).contains(&position));
+        for local in here {
+            if live.iter().all(|inner| inner.name != local.name) {
+                live.push(local);
+            }
+        }
+        live
     }
 
     /// Path of a file.

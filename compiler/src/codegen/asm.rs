@@ -18,6 +18,9 @@ pub const MAX_ARGUMENTS: usize = 127;
 /// The most values that a closure can capture, its self included.
 pub const MAX_CAPTURES: usize = 199;
 
+/// Bytes of a function's header.
+pub const HEADER_BYTES: usize = 2;
+
 /// What the header of a function says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Shape {
@@ -44,6 +47,10 @@ impl Shape {
 /// A place that jumps lead to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Label(usize);
+
+/// A place in the code of which the offset is known once the function is assembled: see [`FunctionCode::offset`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Mark(usize);
 
 /// Why a function cannot be assembled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,12 +85,21 @@ pub struct AsmError {
 }
 
 /// An assembled function.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct FunctionCode {
     /// Header and instructions.
     pub bytes: Vec<u8>,
     /// Where the instructions come from: offset in `bytes` of the first of a run with one span; ascending.
     pub lines: Vec<(usize, Span)>,
+    /// Offsets in `bytes` of the marks.
+    pub marks: Vec<usize>,
+}
+
+impl FunctionCode {
+    /// The offset of a mark in `bytes`.
+    pub fn offset(&self, mark: Mark) -> usize {
+        self.marks.get(mark.0).copied().unwrap_or(self.bytes.len())
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -123,6 +139,8 @@ pub struct FunctionBuilder {
     word_bytes: usize,
     items: Vec<Item>,
     labels: Vec<LabelState>,
+    /// For each mark the number of instructions before it.
+    marks: Vec<usize>,
     depth: usize,
     deepest: usize,
     reachable: bool,
@@ -138,6 +156,7 @@ impl FunctionBuilder {
             word_bytes,
             items: Vec::new(),
             labels: Vec::new(),
+            marks: Vec::new(),
             depth: shape.hidden(),
             deepest: shape.hidden(),
             reachable: true,
@@ -261,6 +280,12 @@ impl FunctionBuilder {
     pub fn label(&mut self) -> Label {
         self.labels.push(LabelState::default());
         Label(self.labels.len() - 1)
+    }
+
+    /// Marks the place of the next instruction, or the end of the function if none follows.
+    pub fn mark(&mut self) -> Mark {
+        self.marks.push(self.items.len());
+        Mark(self.marks.len() - 1)
     }
 
     /// A jump after the comparison of the value on top with an integer; `opcode` is that of the jump after a comparison of
@@ -588,7 +613,10 @@ impl FunctionBuilder {
             }
             bytes.extend(item.trailer.iter().take(item.trailer_length));
         }
-        Ok(FunctionCode { bytes, lines })
+        let first = HEADER_BYTES;
+        let offset = |mark: &usize| offsets.get(*mark).map_or(bytes.len(), |at| first + at);
+        let marks = self.marks.iter().map(offset).collect();
+        Ok(FunctionCode { bytes, lines, marks })
     }
 }
 

@@ -7,13 +7,18 @@ use crate::check::tree::{
     Block, Branch, Expr, ExprKind, Function, FunctionId, Link, LocalId, LocalKind, NameId, Stmt,
     StmtKind,
 };
-use crate::codegen::asm::{AsmError, FunctionBuilder, FunctionCode, Shape};
+use crate::codegen::asm::{AsmError, FunctionBuilder, FunctionCode, Mark, Shape};
+use crate::codegen::locals::{LocalRange, Locals};
 use crate::codegen::operands::added_literal;
 use crate::codegen::{Generator, constant, fold, nowhere, operand};
 use crate::source::Span;
+use crate::symbols::LocalPlace;
 
-/// Generates a function.
-pub fn generate(generator: &mut Generator<'_>, id: FunctionId) -> Result<FunctionCode, AsmError> {
+/// Generates a function. Returns its code and the places of its locals.
+pub fn generate(
+    generator: &mut Generator<'_>,
+    id: FunctionId,
+) -> Result<(FunctionCode, Vec<LocalRange>), AsmError> {
     let program = generator.program;
     let function = program.function(id);
     let shape = shape(generator, id);
@@ -23,14 +28,20 @@ pub fn generate(generator: &mut Generator<'_>, id: FunctionId) -> Result<Functio
         shape,
         builder: FunctionBuilder::new(shape, word_bytes, function.span),
         slots: vec![0; function.locals.len()],
+        locals: Locals::default(),
         generator,
     };
+    let start = code.builder.mark();
+    code.open_arguments(start);
     if id == FunctionId::GLOBAL {
         code.first_values();
     }
-    code.copy_assigned_captures();
+    code.copy_assigned_captures(start);
     code.stmts(&function.body);
-    code.builder.finish(end_of(function.span))
+    let Code { builder, locals, .. } = code;
+    let code = builder.finish(end_of(function.span))?;
+    let locals = locals.finish(&code);
+    Ok((code, locals))
 }
 
 /// What the header of a function says.
@@ -41,6 +52,16 @@ pub fn shape(generator: &Generator<'_>, id: FunctionId) -> Shape {
         captures: !function.captures.is_empty(),
         uses_self: function.uses_self && !generator.meanings.self_is_nil(id),
     }
+}
+
+/// That offset from the frame; frames are far smaller than what the symbols can name.
+fn frame_place(offset: i32) -> LocalPlace {
+    LocalPlace::Frame(i16::try_from(offset).unwrap_or(i16::MAX))
+}
+
+/// The captured value of that number; there are at most [`MAX_CAPTURES`](crate::codegen::asm::MAX_CAPTURES).
+fn capture_place(index: usize) -> LocalPlace {
+    LocalPlace::Capture(u16::try_from(index).unwrap_or(u16::MAX))
 }
 
 /// The closing brace, for the return that stands there unwritten.
@@ -55,6 +76,8 @@ pub struct Code<'g, 'a> {
     pub builder: FunctionBuilder,
     /// Offset of each local from the frame record, once it is there.
     pub slots: Vec<i32>,
+    /// Names and places of the locals, for the symbols.
+    locals: Locals,
     pub generator: &'g mut Generator<'a>,
 }
 
@@ -81,23 +104,44 @@ impl<'a> Code<'_, 'a> {
         }
     }
 
+    /// Notes the places of what a function has from its first instruction on: parameters, `self`, and captured values.
+    fn open_arguments(&mut self, start: Mark) {
+        for local in &self.function.locals {
+            let place = match local.kind {
+                LocalKind::Parameter(number) => {
+                    frame_place(operand(number) - operand(self.function.parameters))
+                }
+                LocalKind::Captured { index, assigned: false } => capture_place(index),
+                LocalKind::Captured { assigned: true, .. } | LocalKind::Variable => continue,
+            };
+            self.locals.open(&local.name, place, start);
+        }
+        if self.shape.uses_self {
+            self.locals.open("self", frame_place(self.shape.self_local()), start);
+        }
+    }
+
     /// Captured values cannot be written, so those that the lambda assigns become variables of its own.
-    fn copy_assigned_captures(&mut self) {
+    fn copy_assigned_captures(&mut self, start: Mark) {
         let function = self.function;
         for (number, local) in function.locals.iter().enumerate() {
             if let LocalKind::Captured { index, assigned: true } = local.kind {
                 self.builder.operand(opcode::CAPTURE_GET, operand(index), local.span);
-                self.place(LocalId(number));
+                let copied = self.place(LocalId(number));
+                self.locals.add(&local.name, capture_place(index), start, copied);
             }
         }
     }
 
-    /// The value on top of the stack is that local from now on.
-    fn place(&mut self, local: LocalId) {
+    /// The value on top of the stack is that local from now on: from the returned mark.
+    fn place(&mut self, local: LocalId) -> Mark {
         let depth = operand(self.builder.depth());
         if let Some(slot) = self.slots.get_mut(local.0) {
             *slot = depth;
         }
+        let here = self.builder.mark();
+        self.locals.open(&self.function.local(local).name, frame_place(depth), here);
+        here
     }
 
     /// Where a local is in the frame; `None` for a captured value.
@@ -124,11 +168,13 @@ impl<'a> Code<'_, 'a> {
     }
 
     fn block(&mut self, block: &'a Block) {
-        let depth = self.builder.depth();
+        let (depth, count) = (self.builder.depth(), self.locals.count());
         self.stmts(&block.stmts);
         if self.builder.is_reachable() {
             self.builder.pop(self.builder.depth().saturating_sub(depth), end_of(block.span));
         }
+        let end = self.builder.mark();
+        self.locals.close(count, end);
     }
 
     fn stmt(&mut self, stmt: &'a Stmt) {

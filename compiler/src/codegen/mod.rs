@@ -13,6 +13,7 @@ mod expression;
 pub mod fold;
 mod function;
 mod globals;
+mod locals;
 mod operands;
 mod own_strings;
 
@@ -31,6 +32,7 @@ use crate::source::{FileId, Span};
 use crate::strings::StringTable;
 use asm::{AsmError, AsmErrorKind, FunctionCode};
 use constant::Profile;
+pub use locals::LocalRange;
 
 /// The functions that the host calls, in the order of the image header.
 pub const ENTRIES: [&str; 4] = ["init", "step", "reset", "destroy"];
@@ -42,6 +44,8 @@ pub struct Generated {
     pub parts: Parts,
     /// The functions, by number.
     pub functions: Vec<SourceFunction>,
+    /// The locals of each function, by its number.
+    pub locals: Vec<Vec<LocalRange>>,
     /// Names of the globals, by number.
     pub globals: Vec<String>,
     /// Where each global first occurs, in the order of the source.
@@ -103,12 +107,16 @@ pub fn generate(
     // The numbers of the entries come first, so that the code can be generated in one go.
     let entries = ENTRIES.map(|name| generator.entry(name).to_count());
     let mut codes: Vec<FunctionCode> = Vec::new();
+    let mut locals = Vec::new();
     while let Some(id) = generator.functions.get(codes.len()).copied() {
         match function::generate(&mut generator, id) {
-            Ok(code) => codes.push(code),
+            Ok((code, of_function)) => {
+                codes.push(code);
+                locals.push(of_function);
+            }
             Err(error) => {
                 generator.diagnostics.push(asm_diagnostic(error));
-                codes.push(FunctionCode { bytes: Vec::new(), lines: Vec::new() });
+                codes.push(FunctionCode::default());
             }
         }
     }
@@ -144,6 +152,7 @@ pub fn generate(
     Ok(Generated {
         parts,
         functions: generator.functions.iter().map(|id| source_function(&program, *id)).collect(),
+        locals,
         globals: globals.iter().map(|id| program.name(*id).text.clone()).collect(),
         first_uses: first_uses(&program, &globals),
         imports: generator.imports,

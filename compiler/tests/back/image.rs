@@ -125,7 +125,7 @@ fn function(bytes: usize) -> FunctionCode {
     let mut code = vec![0, 1];
     code.extend([0x00, 0x02].repeat(bytes / 2));
     code.push(0xbc);
-    FunctionCode { bytes: code, lines: Vec::new() }
+    FunctionCode { bytes: code, ..FunctionCode::default() }
 }
 
 #[test]

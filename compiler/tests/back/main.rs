@@ -13,6 +13,7 @@ mod fit;
 mod folding;
 mod image;
 mod libraries;
+mod locals;
 mod machine;
 mod parts;
 mod random_scripts;

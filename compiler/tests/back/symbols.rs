@@ -79,11 +79,28 @@ fn json_there_and_back() {
 #[test]
 fn bad_symbol_files_are_refused() {
     assert!(matches!(Symbols::from_json(""), Err(SymbolsError::Malformed(_))));
-    assert!(matches!(Symbols::from_json("[1]"), Err(SymbolsError::Malformed(_))));
-    assert!(matches!(Symbols::from_json("{\"format\":1}"), Err(SymbolsError::Malformed(_))));
+    assert!(matches!(Symbols::from_json("[]"), Err(SymbolsError::Malformed(_))));
+    assert!(matches!(Symbols::from_json("{\"format\":2}"), Err(SymbolsError::Malformed(_))));
     assert!(matches!(Symbols::from_json("{\"format\":99}"), Err(SymbolsError::Format(99))));
-    let old = Symbols::from_json("{\"format\":0}").unwrap_err().to_string();
-    assert!(old.contains("format 0, older than format 1"), "{old}");
+    let old = Symbols::from_json("{\"format\":1}").unwrap_err().to_string();
+    assert!(old.contains("format 1, older than format 2"), "{old}");
+}
+
+#[test]
+fn bad_locals_are_refused() {
+    let (_, symbols) = image("function f(a) { return a } log(f(1))", TINY);
+    let json = symbols.to_json();
+    let row = "[\"a\",\"frame\",-1,";
+    assert!(json.contains(row), "{json}");
+    for (bad, words) in [
+        ("[\"a\",\"stack\",-1,", "unknown variant `stack`, expected `frame` or `capture`"),
+        ("[\"a\",\"capture\",-1,", "`a` has no place -1"),
+        ("[\"a\",\"frame\",40000,", "`a` has no place 40000"),
+        ("[\"a\",\"frame\",", "invalid length 4"),
+    ] {
+        let error = Symbols::from_json(&json.replace(row, bad)).unwrap_err().to_string();
+        assert!(error.contains(words) && error.contains("line 1 column"), "{error}");
+    }
 }
 
 #[test]

@@ -107,6 +107,7 @@ pub fn symbols(data: &[u8]) -> bool {
         let place = symbols.position(number.into());
         let _ = place.map(|place| symbols.file(place.file));
         let _ = symbols.function(number.into());
+        let _ = symbols.locals(number.into());
     }
     // Of some inputs, as it takes more time than reading. The symbols may be those of another
     // image, or damaged.
