@@ -8,6 +8,7 @@
 //!
 //! There is no critical section inside: who shares a queue with an interrupt handler has to guard it.
 
+use core::hash::{Hash, Hasher};
 use core::marker::PhantomData;
 use core::ops::Deref;
 
@@ -91,6 +92,14 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize> Inbox<P, E, B
         self.queue.counters
     }
 
+    /// Hashes the frames that wait and what decides which of them is next; `extra` hashes what the link knows of one. For
+    /// hosts: firmware does not call it.
+    pub fn hash_state<H: Hasher>(&self, hasher: &mut H, extra: impl Fn(&E, &mut H)) {
+        self.queue.hash_state(hasher, |place, hasher| {
+            self.extras.get(place).into_iter().for_each(|known| extra(known, hasher));
+        });
+    }
+
     /// A frame was received. Where the same one waits, that is what the link knows of it now.
     pub fn push(&mut self, frame: &[u8], extra: E) {
         if let Some(place) = self.queue.push(frame, false)
@@ -126,6 +135,11 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Outbox<P, BYTES, FRAME
     /// What was not passed on.
     pub fn counters(&self) -> Counters {
         self.queue.counters
+    }
+
+    /// Hashes the frames that wait and what decides which of them is next. For hosts: firmware does not call it.
+    pub fn hash_state(&self, hasher: &mut impl Hasher) {
+        self.queue.hash_state(hasher, |_, _| ());
     }
 
     /// A step begins: broadcasts that wait are stale as soon as there are newer ones.
@@ -206,6 +220,21 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
 
     fn len(&self) -> usize {
         self.ranks.iter().filter(|rank| **rank & !STALE != FREE).count()
+    }
+
+    /// Hashes the frames from the oldest to the youngest. The places in which they lie decide nothing.
+    fn hash_state<H: Hasher>(&self, hasher: &mut H, extra: impl Fn(usize, &mut H)) {
+        hasher.write_u8(self.oldest & BY_AGE);
+        let mut place = self.oldest();
+        while let (Some(frame), Some(rank)) =
+            (self.frames.get(index(place)), self.ranks.get(index(place)))
+        {
+            (*rank, frame.length).hash(hasher);
+            hasher.write(frame);
+            extra(index(place), hasher);
+            place = self.younger(place);
+        }
+        hasher.write_u8(FREE);
     }
 
     #[inline(always)]

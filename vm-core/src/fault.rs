@@ -3,7 +3,7 @@
 use crate::value::Type;
 
 /// The cause of a run-time error.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[repr(u8)]
 pub enum FaultCode {
     /// An operand is not of the type that the operation needs.
@@ -66,7 +66,7 @@ impl FaultCode {
 }
 
 /// A run-time error. With the script hash and the compiler's symbols the host names file, line and column.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Fault {
     /// The cause.
     pub code: FaultCode,

@@ -6,7 +6,7 @@ use crate::number::Profile;
 use crate::value::{Tag, Value};
 
 /// How much a machine remembers of other robots. What is 0 is left out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Sizes {
     /// Neighbours at a time.
     pub neighbors: u8,

@@ -67,7 +67,7 @@ impl Tag {
 }
 
 /// The type of a value as scripts and people see it.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 #[repr(u8)]
 pub enum Type {
     /// nil

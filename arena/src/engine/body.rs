@@ -54,7 +54,8 @@ pub trait BodyModel: Debug + Send + Sync {
     fn block(&self, substep: f32) -> Box<dyn Block>;
 }
 
-/// The bodies of at most [`BLOCK`] robots with successive ids. `index` counts from the first of them.
+/// The bodies of at most [`BLOCK`] robots with successive ids. `index` counts from the first of them. The `Debug` text is all of
+/// their state, by which runs are compared.
 pub trait Block: Debug + Send + Sync {
     /// Returns a copy of the whole block, whose robots go on as these would.
     fn copy(&self) -> Box<dyn Block>;
@@ -123,7 +124,7 @@ impl Moment {
     }
 }
 
-/// The body of one robot.
+/// The body of one robot. Its `Debug` text is all of its state.
 pub trait Body: Clone + Debug + Send + Sync + 'static {
     /// The numbers of a kind of robot.
     type Numbers: Copy + Debug + Send + Sync;

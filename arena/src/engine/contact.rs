@@ -6,10 +6,13 @@
 //!
 //! A body that flies crashes when it touches something in the air. Its velocity is its way in the last substep.
 
+use core::hash::Hash;
+
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
 use super::body::Shape;
+use super::digest::Digest;
 use super::geometry::{Area, Pose};
 use super::grid::Cells;
 use super::id::RobotId;
@@ -129,6 +132,16 @@ impl Crowd {
         if is_new || has_doubled {
             self.resize(area);
         }
+    }
+
+    /// Adds the places of the last tick, which sensors see and velocities begin at, and the contacts of it, to a digest.
+    pub(crate) fn add_to(&self, digest: &mut Digest) {
+        for Disc { x, y, z, id, .. } in &self.discs {
+            id.hash(digest);
+            [x, y, z].into_iter().for_each(|part| digest.float(*part));
+        }
+        self.places.iter().flatten().for_each(|part| digest.float(*part));
+        self.touched.hash(digest);
     }
 
     /// Notes that a robot was put to another place, which is no velocity.

@@ -5,9 +5,11 @@
 //! no part of a partition.
 
 use core::fmt::Debug;
+use core::hash::Hash;
 
 use super::TICK_US;
 use super::brain::{Brain, Inbox};
+use super::digest::Digest;
 use super::error::AddError;
 use super::geometry::Pose;
 use super::herd::{Herd, HerdId};
@@ -19,7 +21,7 @@ use super::statistics::LinkStatistics;
 use super::stream::{Purpose, Stream};
 use super::world::World;
 
-/// The mind of an intruder.
+/// The mind of an intruder. Its `Debug` text is all of its state, by which runs are compared.
 pub trait Intruder: Debug + Send {
     /// Returns a copy, which goes on as this one would.
     fn copy(&self) -> Box<dyn Intruder>;
@@ -153,6 +155,15 @@ impl<B: Brain> World<B> {
 }
 
 impl Station {
+    /// Adds all of its state to a digest.
+    pub(crate) fn add_to(&self, digest: &mut Digest) {
+        let Station { id, link, period_us, until, next_us, intruder, late, stream, pose, .. } =
+            self;
+        (id, link, period_us, until, next_us).hash(digest);
+        digest.pose(pose);
+        digest.text_of(&(intruder, late, stream));
+    }
+
     /// Plans its frames on a medium in tick `now`.
     pub(crate) fn plan(&mut self, medium: Medium, now: u64, planned: &mut Vec<Attempt>) {
         if self.medium != medium || now >= self.until {

@@ -47,6 +47,7 @@
 mod body;
 mod brain;
 mod contact;
+mod digest;
 mod error;
 mod geometry;
 mod grid;
@@ -69,6 +70,7 @@ mod world;
 
 pub use body::{BLOCK, Block, Bodies, Body, BodyModel, Moment, Shape};
 pub use brain::{Brain, Frame, Inbox, Io, Sensors};
+pub(crate) use digest::Digest;
 pub use error::{AddError, SettingsError, UnknownRobot};
 pub use geometry::{Area, Pose, wrap};
 pub use herd::HerdId;

@@ -1,6 +1,5 @@
 //! The world: robots, obstacles, lamps, and what one may do to them.
 
-use core::hash::{Hash, Hasher};
 use std::sync::Arc;
 
 use rayon::ThreadPool;
@@ -374,24 +373,6 @@ impl<B: Brain> World<B> {
         &self.settings
     }
 
-    /// A number that stands for the whole state but the brains: worlds that went the same way have the same.
-    #[must_use]
-    pub fn digest(&self) -> u64 {
-        let mut digest = Fnv(0xcbf2_9ce4_8422_2325);
-        self.now.hash(&mut digest);
-        self.statistics.hash(&mut digest);
-        let all = self.poses.iter().zip(&self.estimates).zip(&self.robots);
-        for ((pose, estimate), Robot { radio, state, led, .. }) in all {
-            for pose in [Some(pose), estimate.as_ref()].into_iter().flatten() {
-                for part in [pose.x, pose.y, pose.z, pose.heading] {
-                    part.to_bits().hash(&mut digest);
-                }
-            }
-            (radio.attempt, radio.waits, *state as u8, led).hash(&mut digest);
-        }
-        digest.finish()
-    }
-
     pub(crate) fn index(&self, id: RobotId) -> Result<usize, UnknownRobot> {
         let index = usize::from(id.0);
         if index < self.brains.len() { Ok(index) } else { Err(UnknownRobot(id)) }
@@ -431,20 +412,5 @@ impl<B: Brain> World<B> {
 
     fn herd_of(&self, index: usize) -> &Herd {
         &self.herds[usize::from(self.robots[index].herd.0)]
-    }
-}
-
-/// FNV-1a: the same on every machine and in every release, which the standard library does not promise of its own.
-struct Fnv(u64);
-
-impl Hasher for Fnv {
-    fn finish(&self) -> u64 {
-        self.0
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-        }
     }
 }

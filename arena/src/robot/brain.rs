@@ -5,7 +5,7 @@ use std::sync::Arc;
 use bittybuzz_comms::trace::Unused;
 use bittybuzz_vm_core::{Counters, Fault, ImageError};
 
-use crate::engine::{Brain, Io};
+use crate::engine::{Brain, Digest, Io};
 
 use super::checks::{Checker, Costs, Findings};
 use super::clock::Clock;
@@ -137,6 +137,14 @@ impl SimRobot {
         match pause {
             0 => self.state.faults().start(),
             _ => self.state.faults().has_paused(pause),
+        }
+    }
+
+    /// Adds everything to a digest that decides how the robot goes on. The state of firmware is in its emulator.
+    pub(crate) fn add_to(&self, digest: &mut Digest) {
+        if let Program::Machine(machine) = &self.program {
+            machine.add_to(digest);
+            self.state.add_to(digest);
         }
     }
 

@@ -1,9 +1,9 @@
 //! Calls of robot functions, and the state that functions keep between two calls.
 
 use std::any::Any;
-use std::fmt;
+use std::fmt::Debug;
 
-use crate::engine::{Io, Stream};
+use crate::engine::{Digest, Io, Stream};
 
 use super::log::{LogLine, Piece};
 
@@ -42,7 +42,7 @@ pub struct Call<'a, 'io> {
 }
 
 /// State of a robot's functions, from one call to the next.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 pub struct Memory {
     /// The part of its firmware that carries functions out between two steps of the script.
     pub autopilot: Option<Box<dyn Autopilot>>,
@@ -54,7 +54,8 @@ pub struct Memory {
 }
 
 /// The part of a robot's firmware that carries functions out between two steps of the script, such as the flight to a place.
-pub trait Autopilot: Any + Send {
+/// Its `Debug` text is all of its state, by which runs are compared.
+pub trait Autopilot: Any + Debug + Send {
     /// Returns a copy, which goes on as this one would.
     fn copy(&self) -> Box<dyn Autopilot>;
 
@@ -71,6 +72,14 @@ pub trait Autopilot: Any + Send {
     /// The robot was switched off and on: takes over what that does not change, such as the charge of the battery.
     fn adopt(&mut self, before: &dyn Any) {
         let _ = before;
+    }
+}
+
+impl Memory {
+    /// Adds all of its state to a digest. Lines of the log wait for the host alone.
+    pub(super) fn add_to(&self, digest: &mut Digest) {
+        let Memory { autopilot, battery_mv, chance, logged: _ } = self;
+        digest.text_of(&(autopilot, battery_mv, chance));
     }
 }
 
@@ -116,16 +125,5 @@ impl Call<'_, '_> {
         let mut pieces = before;
         pieces.extend((self.pieces)());
         self.memory.logged.push(LogLine { tick: self.io.now, pieces });
-    }
-}
-
-impl fmt::Debug for Memory {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Memory { battery_mv, chance, logged, .. } = self;
-        f.debug_struct("Memory")
-            .field("battery_mv", battery_mv)
-            .field("chance", chance)
-            .field("logged", logged)
-            .finish_non_exhaustive()
     }
 }

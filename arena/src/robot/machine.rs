@@ -10,7 +10,7 @@ use bittybuzz_vm_core::message::{FULL_FRAME, Kind, TINY_FRAME};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{Counters, Entry, Image, ImageError, Outcome, Vm};
 
-use crate::engine::{Io, LossCause, Sighting};
+use crate::engine::{Digest, Io, LossCause, Sighting};
 
 use super::checks::Slice;
 use super::content::{Content, content, value};
@@ -33,6 +33,9 @@ pub const MOST_SLOTS: usize = LADDER[2];
 pub trait Machine {
     /// Returns a copy of the machine and of its queues, which goes on as these would.
     fn copy(&self) -> Box<dyn Machine + Send>;
+
+    /// Adds its state to a digest, and the frames that wait in its queues.
+    fn add_to(&self, digest: &mut Digest);
 
     /// Runs a tick.
     fn tick(&mut self, state: &mut State, io: &mut Io<'_>);
@@ -274,6 +277,12 @@ where
 {
     fn copy(&self) -> Box<dyn Machine + Send> {
         Box::new(self.clone())
+    }
+
+    fn add_to(&self, digest: &mut Digest) {
+        self.vm.hash_state(digest);
+        self.inbox.add_to(digest);
+        self.outbox.add_to(digest);
     }
 
     fn tick(&mut self, state: &mut State, io: &mut Io<'_>) {

@@ -1,15 +1,20 @@
 //! The frames that wait for a machine and for its link.
 
+use std::hash::Hash;
+
 use bittybuzz_comms::queue::{Inbox, Outbox};
 use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 
-use crate::engine::Sighting;
+use crate::engine::{Digest, Sighting};
 
 /// Frames that were heard, of any length of queue.
 pub trait InQueue {
     /// Returns a copy with its frames.
     fn copy(&self) -> Box<dyn InQueue + Send>;
+
+    /// Adds the frames that wait to a digest.
+    fn add_to(&self, digest: &mut Digest);
 
     /// Adds a frame that was heard.
     fn push(&mut self, frame: &[u8], sighting: Sighting);
@@ -25,6 +30,9 @@ pub trait InQueue {
 pub trait OutQueue {
     /// Returns a copy with its frames.
     fn copy(&self) -> Box<dyn OutQueue + Send>;
+
+    /// Adds the frames that wait to a digest.
+    fn add_to(&self, digest: &mut Digest);
 
     /// A step begins.
     fn begin_step(&mut self);
@@ -63,6 +71,13 @@ where
         Box::new(self.clone())
     }
 
+    fn add_to(&self, digest: &mut Digest) {
+        self.hash_state(digest, |Sighting { robot, place }, digest| {
+            (robot, place.is_some()).hash(digest);
+            place.iter().flatten().for_each(|part| digest.float(*part));
+        });
+    }
+
     fn push(&mut self, frame: &[u8], sighting: Sighting) {
         self.push(frame, sighting);
     }
@@ -85,6 +100,10 @@ where
 {
     fn copy(&self) -> Box<dyn OutQueue + Send> {
         Box::new(self.clone())
+    }
+
+    fn add_to(&self, digest: &mut Digest) {
+        self.hash_state(digest);
     }
 
     fn begin_step(&mut self) {
@@ -123,6 +142,10 @@ impl InQueue for Box<dyn InQueue + Send> {
         (**self).copy()
     }
 
+    fn add_to(&self, digest: &mut Digest) {
+        (**self).add_to(digest);
+    }
+
     fn push(&mut self, frame: &[u8], sighting: Sighting) {
         (**self).push(frame, sighting);
     }
@@ -145,6 +168,10 @@ impl Clone for Box<dyn OutQueue + Send> {
 impl OutQueue for Box<dyn OutQueue + Send> {
     fn copy(&self) -> Box<dyn OutQueue + Send> {
         (**self).copy()
+    }
+
+    fn add_to(&self, digest: &mut Digest) {
+        (**self).add_to(digest);
     }
 
     fn begin_step(&mut self) {

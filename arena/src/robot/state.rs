@@ -1,11 +1,12 @@
 //! State of a robot and its script, but for the machine.
 
+use std::hash::Hash;
 use std::sync::Arc;
 
 use bittybuzz_robot_spec::OnFault;
 use bittybuzz_vm_core::{Entry, Fault, FaultCode};
 
-use crate::engine::{Io, Stream, TICK_US};
+use crate::engine::{Digest, Io, Stream, TICK_US};
 
 use super::call::{Autopilot, Memory};
 use super::checks::Checker;
@@ -80,6 +81,17 @@ impl State {
             seen: None,
             checker: None,
         }
+    }
+
+    /// Adds everything to a digest that decides how the robot goes on, but the machine.
+    pub fn add_to(&self, digest: &mut Digest) {
+        let State { context, stage, is_running, is_waiting, overruns, clock, due_us, .. } = self;
+        let State { steps, awake, memory, faults, .. } = self;
+        // The script, which an event may have exchanged. The other numbers of its group are the scenario's.
+        context.image.hash(digest);
+        (*stage as u8, is_running, is_waiting, due_us, steps, awake).hash(digest);
+        memory.add_to(digest);
+        digest.text_of(&(clock, overruns, faults));
     }
 
     /// Returns true while its script does not run because of a fault: in the pause after it, or until power-on.

@@ -1,6 +1,8 @@
 //! Events and commands, which change a world during a run.
 
-use crate::engine::{LightId, Pose, RobotId, RobotState, World};
+use std::hash::Hash;
+
+use crate::engine::{Digest, LightId, Pose, RobotId, RobotState, World};
 use crate::scenario::{Action, Light, Scenario, Selection, Target};
 
 use super::settings::{engine_light, engine_loss, engine_medium};
@@ -30,6 +32,20 @@ impl Happenings {
         let ids = vec![None; starts.len()];
         let (parts, commands) = (None, Vec::new());
         Happenings { next: 0, ids, starts, lights, parts, commands, carried_out: 0 }
+    }
+
+    /// Adds everything that decides what happens next to a digest, but for the scenario's events: places of robots that have not
+    /// joined yet, the partition, and commands that were not carried out.
+    pub fn add_to(&self, digest: &mut Digest) {
+        for (start, id) in self.starts.iter().zip(&self.ids) {
+            id.hash(digest);
+            if id.is_none() {
+                digest.pose(start);
+            }
+        }
+        self.parts.hash(digest);
+        let waiting = self.commands.iter().skip(self.carried_out);
+        waiting.for_each(|(.., action)| digest.text_of(action));
     }
 
     /// How many robots there are or will be.

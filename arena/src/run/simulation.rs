@@ -1,9 +1,12 @@
 //! One run of a scenario with one seed.
 
 use std::collections::BTreeMap;
+use std::hash::Hasher;
 use std::sync::Arc;
 
-use crate::engine::{HerdId, IntruderSettings, Pose, RobotId, RobotState, Stream, View, World};
+use crate::engine::{
+    Digest, HerdId, IntruderSettings, Pose, RobotId, RobotState, Stream, View, World,
+};
 use crate::robot::checks::Findings;
 use crate::robot::{FaultCounts, LogLine, News, SimRobot};
 use crate::scenario::{
@@ -260,10 +263,17 @@ impl Simulation {
         outcome
     }
 
-    /// A number that stands for the state of the world: runs that went the same way have the same.
+    /// Returns a number that stands for everything that decides how the run goes on: world, machines, frames that wait, chance,
+    /// and commands that were not carried out yet. Runs that went the same way have the same number, on any number of threads, on
+    /// any machine, natively or as WebAssembly, and after any restore of a snapshot. Of robots in emulators only the bodies count.
     #[must_use]
     pub fn digest(&self) -> u64 {
-        self.world.digest()
+        let mut digest = Digest::new();
+        self.world.add_to(&mut digest);
+        let robots = self.world.ids().filter_map(|id| self.world.brain(id));
+        robots.for_each(|robot| robot.add_to(&mut digest));
+        self.happenings.add_to(&mut digest);
+        digest.finish()
     }
 
     /// Lines that were logged since the last question: number of the robot and line, by robot.

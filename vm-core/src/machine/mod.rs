@@ -17,6 +17,7 @@ mod builtins;
 mod call;
 mod compare;
 mod decode;
+mod digest;
 mod inspect;
 mod interpret;
 mod iterate;
@@ -88,7 +89,7 @@ pub enum Outcome {
     Fault(Fault),
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 // A tag of its own: among the bits of the fault, zero would not be the first.
 #[repr(u8)]
 enum State {

@@ -35,7 +35,7 @@ use crate::bytecode::ByteCode;
 const GOLDEN: u32 = 0x9E37_79B9;
 
 /// The state of the generator.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Rng {
     state: u32,
     /// But for its lowest bit, which is set.

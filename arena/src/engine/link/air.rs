@@ -1,9 +1,12 @@
 //! What is on the air of one medium during a tick.
 
+use core::hash::Hash;
+
 use super::packet::Transmission;
 use super::topology::Topology;
 use super::{Link, Loss, Medium};
 use crate::engine::TICK_US;
+use crate::engine::digest::Digest;
 use crate::engine::geometry::{Area, Pose};
 use crate::engine::grid::Cells;
 use crate::engine::id::RobotId;
@@ -118,6 +121,19 @@ impl Air {
 
     pub(crate) fn transmissions(&self) -> &[Transmission] {
         &self.transmissions
+    }
+
+    /// Adds the frames that may still be heard and the numbers of the links to a digest. Everything else is made of these.
+    pub(crate) fn add_to(&self, digest: &mut Digest) {
+        digest.text_of(&self.links);
+        for transmission in &self.transmissions {
+            let Transmission { start, from, link, x, y, z, claim, packet } = transmission;
+            (start, from, link, packet.bytes()).hash(digest);
+            [x, y, z]
+                .into_iter()
+                .chain(claim.iter().flatten())
+                .for_each(|part| digest.float(*part));
+        }
     }
 
     /// Begins the next tick: keeps what is still on the air, or overlapped with what is.

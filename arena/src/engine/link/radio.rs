@@ -1,8 +1,11 @@
 //! When a robot sends: its link's own clock, pacing and back-off.
 
+use core::hash::Hash;
+
 use super::packet::Late;
 use super::{Media, Medium};
 use crate::engine::TICK_US;
+use crate::engine::digest::Digest;
 use crate::engine::stream::Stream;
 
 /// Units of kilolib's `kilo_tx_period`, µs.
@@ -63,6 +66,13 @@ impl Radio {
             interrupt: build.below(period.max(1)) as i32,
             period: period as i32,
         }
+    }
+
+    /// Adds all of its state to a digest.
+    pub(crate) fn add_to(&self, digest: &mut Digest) {
+        let Radio { late, waits, attempt, ready, script, interrupt, period } = self;
+        (waits, attempt, ready, script, interrupt, period).hash(digest);
+        digest.text_of(late);
     }
 
     /// Forgets what was to be sent and what is to arrive.

@@ -13,7 +13,7 @@ use super::body::Actuators;
 const BRIGHTEST: f32 = 1023.0;
 
 /// The sensors of one robot, with their last values.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 pub struct Senses {
     sensors: Arc<[Sensor]>,
     radius: f32,

@@ -39,7 +39,7 @@ use crate::network::{ENTRY, Sizes};
 use crate::number::Profile;
 use crate::part::Part;
 use crate::value::{Tag, Value};
-pub(super) use protocol::Protocol;
+pub(super) use protocol::{Assembly, Protocol};
 use swarms::object_number;
 
 /// Returns true for a function of `neighbors` that iterates over them.

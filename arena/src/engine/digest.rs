@@ -1,0 +1,163 @@
+//! Digests: one number for the state of a run, by which runs are compared across machines.
+
+use core::fmt::{self, Debug, Write};
+use core::hash::{Hash, Hasher};
+
+use super::brain::Brain;
+use super::geometry::Pose;
+use super::herd::Cohort;
+use super::robot::Robot;
+use super::world::World;
+
+/// The bits of the only NaN in digests: processors and WebAssembly engines choose others for equal results.
+const NAN: u32 = 0x7fc0_0000;
+
+/// A hash of state in words of 64 bits. The standard library promises neither that its own hasher stays as it is nor that
+/// derived hashes are independent of the width of `usize`; this one gives the same number in every build.
+#[derive(Clone, Debug)]
+pub struct Digest(u64);
+
+impl Digest {
+    /// Returns the digest of nothing.
+    pub(crate) fn new() -> Self {
+        Digest(0xcbf2_9ce4_8422_2325)
+    }
+
+    /// Adds a float.
+    pub(crate) fn float(&mut self, value: f32) {
+        self.write_u32(if value.is_nan() { NAN } else { value.to_bits() });
+    }
+
+    /// Adds a place and a heading.
+    pub(crate) fn pose(&mut self, Pose { x, y, z, heading }: &Pose) {
+        [x, y, z, heading].into_iter().for_each(|part| self.float(*part));
+    }
+
+    /// Adds the `Debug` text of a state that is too varied to be hashed field by field. The text of a float is the same on every
+    /// machine, and that of every NaN is `NaN`.
+    pub(crate) fn text_of(&mut self, state: &dyn Debug) {
+        // Writing to a digest cannot fail.
+        let _ = write!(self, "{state:?}");
+    }
+}
+
+impl Hasher for Digest {
+    fn finish(&self) -> u64 {
+        let mixed = (self.0 ^ self.0 >> 32).wrapping_mul(0xd6e8_feb8_6659_fd93);
+        mixed ^ mixed >> 32
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for chunk in bytes.chunks(8) {
+            let mut word = [0; 8];
+            word.iter_mut().zip(chunk).for_each(|(to, byte)| *to = *byte);
+            self.write_u64(u64::from_le_bytes(word));
+        }
+    }
+
+    fn write_u8(&mut self, value: u8) {
+        self.write_u64(value.into());
+    }
+
+    fn write_u16(&mut self, value: u16) {
+        self.write_u64(value.into());
+    }
+
+    fn write_u32(&mut self, value: u32) {
+        self.write_u64(value.into());
+    }
+
+    fn write_u64(&mut self, value: u64) {
+        self.0 = (self.0.rotate_left(29) ^ value).wrapping_mul(0xd6e8_feb8_6659_fd93);
+    }
+
+    /// Lengths, as wide on every machine.
+    fn write_usize(&mut self, value: usize) {
+        self.write_u64(value as u64);
+    }
+
+    /// Signed numbers and the variants of enums, as wide on every machine.
+    fn write_isize(&mut self, value: isize) {
+        self.write_u64(value as i64 as u64);
+    }
+}
+
+impl Write for Digest {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        self.write(text.as_bytes());
+        Ok(())
+    }
+}
+
+impl<B: Brain> World<B> {
+    /// Returns a number that stands for the whole state but the brains: worlds that went the same way have the same.
+    #[must_use]
+    pub fn digest(&self) -> u64 {
+        let mut digest = Digest::new();
+        self.add_to(&mut digest);
+        digest.finish()
+    }
+
+    /// Adds everything that decides how the world goes on, but the brains. Memory that a tick uses and leaves is none of it.
+    pub(crate) fn add_to(&self, digest: &mut Digest) {
+        (self.now, self.settings.seed, self.substeps).hash(digest);
+        self.statistics.hash(digest);
+        digest.float(self.settings.ambient_light);
+        for ((pose, estimate), robot) in self.poses.iter().zip(&self.estimates).zip(&self.robots) {
+            let Robot { herd, cohort, radio, state, led, crashes } = robot;
+            digest.pose(pose);
+            estimate.is_some().hash(digest);
+            estimate.iter().for_each(|estimate| digest.pose(estimate));
+            (herd.0, cohort, state, led, crashes).hash(digest);
+            radio.add_to(digest);
+        }
+        for Cohort { herd, first, count, block } in &self.cohorts {
+            (herd.0, first, count).hash(digest);
+            digest.text_of(block);
+        }
+        self.stations.iter().for_each(|station| station.add_to(digest));
+        digest.text_of(&self.obstacles.all());
+        digest.text_of(&self.lights);
+        self.crowd.add_to(digest);
+        self.air.iter().for_each(|air| air.add_to(digest));
+        digest.text_of(&self.topology);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn digest(add: impl FnOnce(&mut Digest)) -> u64 {
+        let mut digest = Digest::new();
+        add(&mut digest);
+        digest.finish()
+    }
+
+    /// Processors differ in the sign and the payload of the NaN that 0/0 gives.
+    #[test]
+    fn every_nan_counts_alike() {
+        let nans = [NAN, 0xffc0_0000, 0x7f80_0001].map(f32::from_bits);
+        let [one, others @ ..] = nans.map(|nan| digest(|digest| digest.float(nan)));
+        assert_eq!(others, [one; 2]);
+        let [one, others @ ..] = nans.map(|nan| digest(|digest| digest.text_of(&[nan])));
+        assert_eq!(others, [one; 2]);
+        assert_ne!(digest(|digest| digest.float(0.0)), digest(|digest| digest.float(-0.0)));
+    }
+
+    /// Derived hashes of enums and lengths write `isize` and `usize`, which WebAssembly has in 32 bits.
+    #[test]
+    fn lengths_and_variants_are_as_wide_on_every_machine() {
+        let wide = digest(|digest| digest.write_u64(3));
+        assert_eq!(digest(|digest| digest.write_usize(3)), wide);
+        assert_eq!(digest(|digest| digest.write_isize(3)), wide);
+        assert_eq!(digest(|digest| digest.write_isize(-1)), digest(|d| d.write_u64(u64::MAX)));
+    }
+
+    #[test]
+    fn the_order_of_words_counts() {
+        let of = |one: u64, other: u64| digest(|digest| (one, other).hash(digest));
+        assert_ne!(of(1, 2), of(2, 1));
+        assert_ne!(of(0, 1), of(0, 0));
+    }
+}

@@ -1,0 +1,64 @@
+//! The state of the machine as a hash, by which hosts compare runs. Firmware calls none of it, so that it takes no flash.
+
+use core::hash::{Hash, Hasher};
+use core::ops::Range;
+
+use super::network::{Assembly, Protocol};
+use super::{State, Vm};
+use crate::bytecode::ByteCode;
+use crate::number::{Profile, TextWork};
+use crate::slots::Slots;
+use crate::value::Tag;
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
+    /// Hashes everything that decides how the machine goes on, but for its image: globals, frames, heap, random numbers, what it
+    /// knows of other robots, and what it is about to tell them. A hasher that takes `isize` at the same width everywhere gives
+    /// the same number on every host.
+    pub fn hash_state<H: Hasher>(&self, hasher: &mut H) {
+        let Vm { pc, fp, sp, robot_id, rng, state, network_base, uses_network, .. } = self;
+        // Between entries the position is the one at which some loop has stopped.
+        let pc = if *state == State::Running { *pc } else { 0 };
+        (pc, fp, sp, robot_id, rng, state, network_base, uses_network).hash(hasher);
+        let mut work = self.work;
+        work.take().hash(hasher);
+        self.protocol.hash_state(hasher);
+        let arena = &self.arena;
+        (arena.top() as u16, arena.bottom, arena.free, arena.reserved).hash(hasher);
+        (arena.floor, arena.pressed, arena.allocated).hash(hasher);
+        let network = self.network_base();
+        // Nobody reads slots between frames and heap before they are written.
+        self.hash_slots(0..usize::from(*sp), hasher);
+        self.hash_slots(usize::from(arena.bottom)..arena.top(), hasher);
+        self.hash_slots(network..network + self.sizes().slots(), hasher);
+    }
+
+    fn hash_slots<H: Hasher>(&self, range: Range<usize>, hasher: &mut H) {
+        for at in range {
+            let value = self.arena.slots.get(at);
+            let (tag, mut raw) = (value.tag(), value.raw());
+            if tag == Tag::FLOAT && P::float_to_f32(raw).is_nan() {
+                raw = P::NAN;
+            }
+            let payload = P::int_to_i32(raw) as u32;
+            hasher.write_u64(u64::from(tag.byte()) << 32 | u64::from(payload));
+        }
+    }
+}
+
+impl<P: Profile> Protocol<P> {
+    fn hash_state<H: Hasher>(&self, hasher: &mut H) {
+        let Protocol { sizes, stigmergies, step, heard, shares, has_news, .. } = self;
+        (sizes, stigmergies, step, heard, shares, has_news).hash(hasher);
+        let Protocol { messages_left, in_message, conflict, is_resting, silent, .. } = self;
+        (messages_left, in_message, *conflict as u8, is_resting, silent).hash(hasher);
+        let Protocol { interval, timers, newest, advertised, relayed, answers, .. } = self;
+        (interval, timers, newest, advertised, relayed, answers).hash(hasher);
+        let Protocol { reclaimed, age, turn, behind, has_dropped, meets_beacon, .. } = self;
+        (reclaimed, age, turn, behind, has_dropped, meets_beacon).hash(hasher);
+        let Protocol { digest, clock, jitter, counters, assembly, .. } = self;
+        (digest, clock, jitter, counters).hash(hasher);
+        let Assembly { robot, number, present, all, length, pause, content } = assembly;
+        (robot, number, present, all, length, pause).hash(hasher);
+        hasher.write(content.as_ref());
+    }
+}
