@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use bittybuzz_compiler::bo;
 use bittybuzz_compiler::compile::{self, Compiled, Options};
 use bittybuzz_compiler::diagnostic::Diagnostic;
-use bittybuzz_compiler::include::{DiskFiles, Files, Loader, MAX_SOURCE_BYTES};
+use bittybuzz_compiler::include::{DiskFiles, FileKind, Files, Loader, MAX_SOURCE_BYTES};
 use bittybuzz_compiler::parser::{self, Parsed};
 use bittybuzz_compiler::source::SourceMap;
 use bittybuzz_compiler::symbols::Symbols;
@@ -258,13 +258,20 @@ pub fn is_standard_input(path: &Path) -> bool {
 struct StandardInput;
 
 impl Files for StandardInput {
-    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+    fn read(&self, path: &Path, most: usize) -> io::Result<Vec<u8>> {
         if path != Path::new(STANDARD_INPUT) {
-            return DiskFiles.read(path);
+            return DiskFiles.read(path, most);
         }
         let mut bytes = Vec::new();
-        io::stdin().lock().take(MAX_SOURCE_BYTES as u64 + 1).read_to_end(&mut bytes)?;
+        io::stdin().lock().take(most as u64 + 1).read_to_end(&mut bytes)?;
         Ok(bytes)
+    }
+
+    fn kind(&self, path: &Path) -> io::Result<FileKind> {
+        match path == Path::new(STANDARD_INPUT) {
+            true => Ok(FileKind::Stream),
+            false => DiskFiles.kind(path),
+        }
     }
 
     fn canonical(&self, path: &Path) -> Option<PathBuf> {

@@ -7,7 +7,7 @@ use std::collections::HashSet;
 use std::io;
 use std::path::{Path, PathBuf};
 
-pub use files::{DiskFiles, Files, MemoryFiles};
+pub use files::{DiskFiles, FileKind, Files, MemoryFiles};
 
 use crate::codes::Code;
 use crate::diagnostic::Diagnostic;
@@ -59,7 +59,7 @@ pub(crate) struct Loaded {
 
 /// Reads the main script with `loader`.
 pub(crate) fn load_file(main: &Path, loader: &Loader) -> Loaded {
-    match loader.files.read(main) {
+    match loader.files.read(main, MAX_SOURCE_BYTES) {
         Ok(bytes) => match decode(bytes) {
             Ok(text) => load_text(main, text, loader),
             Err((problem, text)) => rejected(main, text, &problem),
@@ -208,7 +208,7 @@ impl Loading<'_> {
                 let text = self
                     .loader
                     .files
-                    .read(&path)
+                    .read(&path, MAX_SOURCE_BYTES)
                     .map_err(|error| (Problem::Unreadable(error), String::new()))
                     .and_then(decode);
                 (path, identity, text)

@@ -2,12 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use bittybuzz_compiler::include::FileKind;
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_toml_reader::{Place, file};
 
 use crate::robot::RobotModel;
 
 use super::error::Cause;
+use super::folder::Folder;
 use super::read::Section;
 
 /// What runs the script of a group.
@@ -39,7 +41,7 @@ pub fn of_group(
     section: &Section<'_>,
     model: Option<&dyn RobotModel>,
     robot: Option<&Robot>,
-    folder: &Path,
+    folder: Folder<'_>,
 ) -> Option<Backend> {
     let Some(entry) = section.get("backend") else { return Some(Backend::Vm) };
     if !section.word("backend", &[("vm", false), ("firmware", true)])? {
@@ -68,7 +70,7 @@ pub fn of_group(
 pub fn image(
     section: &Section<'_>,
     model: &dyn RobotModel,
-    folder: &Path,
+    folder: Folder<'_>,
     usual: &str,
 ) -> Option<PathBuf> {
     let unusable = |path: &str, reason| Cause::NoFirmware {
@@ -78,8 +80,9 @@ pub fn image(
     };
     let Some(entry) = section.get("firmware") else {
         // An unreadable working folder has no firmware either.
-        let start = std::path::absolute(folder).unwrap_or_default();
-        let found = start.ancestors().map(|folder| folder.join(usual)).find(|path| path.is_file());
+        let start = std::path::absolute(folder.path).unwrap_or_default();
+        let is_file = |path: &PathBuf| matches!(folder.files.kind(path), Ok(FileKind::File { .. }));
+        let found = start.ancestors().map(|folder| folder.join(usual)).find(is_file);
         if found.is_none() {
             let reason = "no folder above the scenario has it".to_owned();
             let cause = unusable(usual, reason);
@@ -91,21 +94,11 @@ pub fn image(
         return found;
     };
     let text = entry.string()?;
-    let path = folder.join(text);
-    let reason = match path.metadata() {
-        Ok(metadata) if metadata.is_file() && metadata.len() <= file::MOST_PROGRAM => {
-            return Some(path);
+    match folder.file(text, Some(file::MOST_PROGRAM)) {
+        Ok(path) => Some(path),
+        Err(reason) => {
+            entry.fail(unusable(text, reason));
+            None
         }
-        Ok(metadata) if metadata.is_dir() => "it is a folder".to_owned(),
-        Ok(metadata) if metadata.is_file() => {
-            file::ReadError::TooLarge { limit: file::MOST_PROGRAM }.to_string()
-        }
-        Ok(_) => "it is a device or a pipe".to_owned(),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            "there is no such file".to_owned()
-        }
-        Err(error) => error.to_string(),
-    };
-    entry.fail(unusable(text, reason));
-    None
+    }
 }

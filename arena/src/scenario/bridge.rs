@@ -1,11 +1,12 @@
 //! `[bridge]`: what carries messages between unlike media.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use bittybuzz_toml_reader::Place;
 
 use super::backend::{Backend, image};
 use super::error::Cause;
+use super::folder::Folder;
 use super::keys::BRIDGE;
 use super::read::Section;
 use super::robots::Group;
@@ -28,7 +29,7 @@ pub struct Bridge {
 /// The bridge of the file, which needs robots that run their firmware on both sides.
 pub fn read<'g>(
     root: &Section<'_>,
-    folder: &Path,
+    folder: Folder<'_>,
     world: &World,
     groups: &'g [Group],
 ) -> Option<Bridge> {

@@ -11,6 +11,7 @@ mod describe;
 mod error;
 mod event;
 mod expect;
+mod folder;
 pub mod keys;
 mod medium;
 mod mix;
@@ -26,9 +27,11 @@ mod world;
 use std::path::Path;
 use std::sync::Arc;
 
-use bittybuzz_toml_reader::{self as toml_reader, Override, Source, file};
+use bittybuzz_compiler::include::{DiskFiles, Files};
+use bittybuzz_toml_reader::{self as toml_reader, Override, Source};
 
 use crate::robot::{DESCRIBED_LINK, Models, RobotModel};
+use folder::Folder;
 
 pub use adversary::{Adversary, AdversaryKind};
 pub use backend::Backend;
@@ -71,23 +74,34 @@ pub struct Scenario {
 }
 
 impl Scenario {
-    /// Reads a scenario file, with the values that `set` (`medium.ir.loss=0.1`) gives instead of the file's. `models` are the
-    /// robots that it can have.
+    /// Reads a scenario file on disk, with the values that `set` (`medium.ir.loss=0.1`) gives instead of the file's. `models` are
+    /// the robots that it can have.
     pub fn open(
         path: &Path,
         set: &[String],
         models: &Models,
     ) -> Result<Scenario, Vec<ScenarioError>> {
+        Scenario::open_in(&DiskFiles, path, set, models)
+    }
+
+    /// Reads a scenario file as [`open`](Self::open) does, and the files that it names, from `files`: on disk or in memory. Errors
+    /// name the same files and lines.
+    pub fn open_in(
+        files: &dyn Files,
+        path: &Path,
+        set: &[String],
+        models: &Models,
+    ) -> Result<Scenario, Vec<ScenarioError>> {
         let shown = path.to_string_lossy();
-        let text = file::read_text(path, file::MOST_TEXT).map_err(|error| {
+        let text = folder::read_text(files, path).map_err(|error| {
             let cause = Cause::Unreadable { path: shown.to_string(), reason: error.to_string() };
             vec![ScenarioError { cause, place: None }]
         })?;
-        let folder = path.parent().unwrap_or(Path::new(""));
-        Scenario::parse(&text, &shown, folder, set, models)
+        let path = path.parent().unwrap_or(Path::new(""));
+        parse(&text, &shown, Folder { files, path }, set, models)
     }
 
-    /// Reads the text of a scenario file. `path` only names it in errors; scripts and robot files are searched from
+    /// Reads the text of a scenario file. `path` only names it in errors; scripts and robot files are searched on disk, from
     /// `folder`.
     pub fn parse(
         text: &str,
@@ -96,16 +110,7 @@ impl Scenario {
         set: &[String],
         models: &Models,
     ) -> Result<Scenario, Vec<ScenarioError>> {
-        let sets: Vec<(&str, String, &str)> = set.iter().map(|set| split(set)).collect();
-        let overrides: Vec<Override<'_>> = sets
-            .iter()
-            .map(|(key, shown, value)| Override::new(key, Source::new(shown, value)))
-            .collect();
-        let schema = |section| keys_of(section, models);
-        let format = (keys::ROOT, &schema as toml_reader::Schema<'_>);
-        toml_reader::read(&Source::new(path, text), &overrides, format, |root| {
-            scenario(root, folder, models)
-        })
+        parse(text, path, Folder { files: &DiskFiles, path: folder }, set, models)
     }
 
     /// Reads a command to a running world: the keys of an `[[event]]` without `at`, such as `fail = 3`. Returns its action.
@@ -129,8 +134,28 @@ impl Scenario {
     }
 }
 
+/// Reads the text of a scenario file. `path` only names it in errors; the files that it names are searched from `folder`.
+fn parse(
+    text: &str,
+    path: &str,
+    folder: Folder<'_>,
+    set: &[String],
+    models: &Models,
+) -> Result<Scenario, Vec<ScenarioError>> {
+    let sets: Vec<(&str, String, &str)> = set.iter().map(|set| split(set)).collect();
+    let overrides: Vec<Override<'_>> = sets
+        .iter()
+        .map(|(key, shown, value)| Override::new(key, Source::new(shown, value)))
+        .collect();
+    let schema = |section| keys_of(section, models);
+    let format = (keys::ROOT, &schema as toml_reader::Schema<'_>);
+    toml_reader::read(&Source::new(path, text), &overrides, format, |root| {
+        scenario(root, folder, models)
+    })
+}
+
 /// Reads everything, so that every mistake is found; `None` if there is one.
-fn scenario(root: &Section<'_>, folder: &Path, models: &Models) -> Option<Scenario> {
+fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<Scenario> {
     let world = world::read(root);
     // Places and times cannot be checked against a world that is not there.
     let boundless = World {

@@ -5,8 +5,9 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use bittybuzz_compiler::include::Files;
 use bittybuzz_robot_files::find;
-use bittybuzz_robot_spec::{OnFault, Profile, Robot};
+use bittybuzz_robot_spec::{OnFault, Profile, Robot, RobotErrors};
 use bittybuzz_toml_reader::{Place, TomlError};
 use toml::de::DeValue;
 
@@ -15,6 +16,7 @@ use crate::robot::{Emulation, Models, RobotModel, common_effect, step_rates};
 use super::backend::{self, Backend};
 use super::body;
 use super::error::Cause;
+use super::folder::{Folder, read_text};
 use super::keys::ROBOTS;
 use super::medium::{self, MediumSettings};
 use super::read::{Entry, Section};
@@ -123,7 +125,7 @@ const SPACING: RangeInclusive<f64> = 1.0..=1e6;
 /// The groups of the file; `None` for one that is wrong.
 pub fn read(
     root: &Section<'_>,
-    folder: &Path,
+    folder: Folder<'_>,
     world: &World,
     models: &Models,
     census: &mut Census,
@@ -137,7 +139,7 @@ pub fn read(
 
 fn group(
     section: &Section<'_>,
-    folder: &Path,
+    folder: Folder<'_>,
     world: &World,
     models: &Models,
     census: &mut Census,
@@ -145,7 +147,7 @@ fn group(
     let place = section.place();
     let robot_entry = section.required("robot");
     let robot_file = robot_entry.as_ref().and_then(|entry| robot_file(entry, folder));
-    let mut robot = robot_entry.and_then(|entry| robot(&entry, robot_file.as_deref()));
+    let mut robot = robot_entry.and_then(|entry| robot(&entry, robot_file.as_deref(), folder));
     let profiles = [Profile::Tiny, Profile::Full].map(|profile| (profile.name(), profile));
     if let (Some(robot), Some(profile)) = (&mut robot, section.word("profile", &profiles)) {
         robot.profile = profile;
@@ -259,15 +261,21 @@ pub fn heading(entry: &Entry<'_>) -> Option<f64> {
 }
 
 /// The path of the robot file, if the value is one.
-fn robot_file(entry: &Entry<'_>, folder: &Path) -> Option<PathBuf> {
+fn robot_file(entry: &Entry<'_>, folder: Folder<'_>) -> Option<PathBuf> {
     let path = Path::new(entry.value.as_str()?);
-    (path.extension() == Some(OsStr::new("toml"))).then(|| folder.join(path))
+    (path.extension() == Some(OsStr::new("toml"))).then(|| folder.path.join(path))
 }
 
-fn robot(entry: &Entry<'_>, file: Option<&Path>) -> Option<Robot> {
+fn robot(entry: &Entry<'_>, file: Option<&Path>, folder: Folder<'_>) -> Option<Robot> {
     let name = entry.string()?;
     let found = match file {
-        Some(file) => find(&file.to_string_lossy()),
+        Some(file) => {
+            let shown = file.to_string_lossy();
+            match read_text(folder.files, file) {
+                Ok(text) => Robot::parse(&text, &shown),
+                Err(error) => Err(RobotErrors::unreadable(&shown, &error)),
+            }
+        }
         None => find(name),
     };
     match found {
@@ -301,32 +309,25 @@ fn name(section: &Section<'_>, robot: Option<&Robot>, census: &mut Census) -> St
     census.unused_name(robot.map_or("", |robot| robot.name.as_str()))
 }
 
-fn script(entry: &Entry<'_>, folder: &Path) -> Option<PathBuf> {
+fn script(entry: &Entry<'_>, folder: Folder<'_>) -> Option<PathBuf> {
     let text = entry.string()?;
-    let path = folder.join(text);
-    let reason = match path.metadata() {
-        Ok(metadata) if metadata.is_file() => return Some(path),
-        Ok(metadata) if metadata.is_dir() => "it is a folder".to_owned(),
-        Ok(_) => "it is a device or a pipe".to_owned(),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-            "there is no such file".to_owned()
+    match folder.file(text, None) {
+        Ok(path) => Some(path),
+        Err(reason) => {
+            let likely = likely_file(&folder.path.join(text), folder.files);
+            let likely = likely.map(|name| Path::new(text).with_file_name(name));
+            let likely = likely.map(|likely| likely.to_string_lossy().into_owned());
+            entry.fail(Cause::NoScript { path: text.to_owned(), reason, likely });
+            None
         }
-        Err(error) => error.to_string(),
-    };
-    let likely = likely_file(&path).map(|name| Path::new(text).with_file_name(name));
-    let likely = likely.map(|likely| likely.to_string_lossy().into_owned());
-    entry.fail(Cause::NoScript { path: text.to_owned(), reason, likely });
-    None
+    }
 }
 
 /// The script beside a missing one whose name is most like its.
-fn likely_file(path: &Path) -> Option<String> {
+fn likely_file(path: &Path, files: &dyn Files) -> Option<String> {
     let wanted = path.file_name()?.to_str()?;
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let names = folder.unwrap_or(Path::new(".")).read_dir().ok()?.flatten().filter_map(|entry| {
-        let name = entry.file_name().into_string().ok()?;
-        [".bzz", ".bo", ".bbi"].iter().any(|end| name.ends_with(end)).then_some(name)
-    });
+    let is_script = |name: &String| [".bzz", ".bo", ".bbi"].iter().any(|end| name.ends_with(end));
+    let names = files.names(path.parent().unwrap_or(Path::new(""))).into_iter().filter(is_script);
     let scored = names.map(|name| (strsim::jaro_winkler(wanted, &name), name));
     let best = scored.max_by(|a, b| a.0.total_cmp(&b.0).then_with(|| b.1.cmp(&a.1)))?;
     (best.0 > 0.85).then_some(best.1)

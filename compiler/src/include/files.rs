@@ -1,16 +1,17 @@
-//! How files are read: from disk, or from memory for tests and editors.
+//! How files are read: from disk, or from memory for tests, editors and pages.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use super::MAX_SOURCE_BYTES;
-
-/// A file system, as far as the compiler needs one.
+/// A file system, as far as the compiler and the simulator need one.
 pub trait Files {
-    /// The bytes of a file; of one that is too large for a script it may return only so many that this shows.
-    fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
+    /// The bytes of a file; of one with more than `most` it may return only so many that this shows.
+    fn read(&self, path: &Path, most: usize) -> io::Result<Vec<u8>>;
+
+    /// Returns the kind of what is at a path.
+    fn kind(&self, path: &Path) -> io::Result<FileKind>;
 
     /// One path for all the ways to name an existing file; nothing if there is no such file.
     fn canonical(&self, path: &Path) -> Option<PathBuf>;
@@ -19,15 +20,38 @@ pub trait Files {
     fn names(&self, folder: &Path) -> Vec<String>;
 }
 
+/// The kind of what is at a path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FileKind {
+    /// A file.
+    File {
+        /// Its length in bytes.
+        length: u64,
+    },
+    /// A folder.
+    Folder,
+    /// A device, a pipe or a socket.
+    Stream,
+}
+
 /// The files on disk.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct DiskFiles;
 
 impl Files for DiskFiles {
-    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+    fn read(&self, path: &Path, most: usize) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
-        File::open(path)?.take(MAX_SOURCE_BYTES as u64 + 1).read_to_end(&mut bytes)?;
+        File::open(path)?.take(most as u64 + 1).read_to_end(&mut bytes)?;
         Ok(bytes)
+    }
+
+    fn kind(&self, path: &Path) -> io::Result<FileKind> {
+        let metadata = fs::metadata(path)?;
+        Ok(match metadata.is_dir() {
+            true => FileKind::Folder,
+            false if metadata.is_file() => FileKind::File { length: metadata.len() },
+            false => FileKind::Stream,
+        })
     }
 
     fn canonical(&self, path: &Path) -> Option<PathBuf> {
@@ -62,10 +86,22 @@ impl MemoryFiles {
 }
 
 impl Files for MemoryFiles {
-    fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+    fn read(&self, path: &Path, _: usize) -> io::Result<Vec<u8>> {
         match self.files.get(&normal(path)) {
             Some(Some(content)) => Ok(content.clone()),
             Some(None) => Err(io::ErrorKind::PermissionDenied.into()),
+            None => Err(io::ErrorKind::NotFound.into()),
+        }
+    }
+
+    fn kind(&self, path: &Path) -> io::Result<FileKind> {
+        let path = normal(path);
+        match self.files.get(&path) {
+            Some(content) => {
+                let length = content.as_ref().map_or(0, |content| content.len() as u64);
+                Ok(FileKind::File { length })
+            }
+            None if self.files.keys().any(|file| file.starts_with(&path)) => Ok(FileKind::Folder),
             None => Err(io::ErrorKind::NotFound.into()),
         }
     }

@@ -108,7 +108,8 @@ impl RobotErrors {
         RobotErrors(vec![RobotError { cause, place: None }])
     }
 
-    pub(crate) fn unreadable(path: &str, error: &file::ReadError) -> RobotErrors {
+    /// Returns the mistake of a file that cannot be read.
+    pub fn unreadable(path: &str, error: &file::ReadError) -> RobotErrors {
         let cause = Cause::Unreadable { path: path.to_owned(), reason: error.to_string() };
         RobotErrors(vec![RobotError { cause, place: None }])
     }

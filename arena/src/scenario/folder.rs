@@ -1,0 +1,51 @@
+//! The folder of a scenario, in which the files are that it names.
+
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use bittybuzz_compiler::include::{FileKind, Files};
+use bittybuzz_toml_reader::file::{MOST_TEXT, ReadError};
+
+/// A folder on disk or in memory.
+#[derive(Clone, Copy)]
+pub struct Folder<'a> {
+    /// The files that there are.
+    pub files: &'a dyn Files,
+    /// Its path.
+    pub path: &'a Path,
+}
+
+impl Folder<'_> {
+    /// Returns the path of a file that has that path from here; else the reason why it is none. It has at most `most` bytes, if
+    /// that is limited.
+    pub fn file(&self, name: &str, most: Option<u64>) -> Result<PathBuf, String> {
+        let path = self.path.join(name);
+        match self.files.kind(&path) {
+            Ok(FileKind::File { length }) => match most.filter(|most| length > *most) {
+                None => Ok(path),
+                Some(limit) => Err(ReadError::TooLarge { limit }.to_string()),
+            },
+            Ok(FileKind::Folder) => Err("it is a folder".to_owned()),
+            Ok(FileKind::Stream) => Err("it is a device or a pipe".to_owned()),
+            Err(error) if error.kind() == ErrorKind::NotFound => {
+                Err("there is no such file".to_owned())
+            }
+            Err(error) => Err(error.to_string()),
+        }
+    }
+}
+
+/// Reads a text that people write: a scenario or a robot file.
+pub fn read_text(files: &dyn Files, path: &Path) -> Result<String, ReadError> {
+    match files.kind(path)? {
+        FileKind::Folder => return Err(ReadError::Folder),
+        // It could be waited for without end.
+        FileKind::Stream => return Err(ReadError::NotAFile("a device or a pipe")),
+        FileKind::File { .. } => {}
+    }
+    let bytes = files.read(path, MOST_TEXT as usize)?;
+    if bytes.len() as u64 > MOST_TEXT {
+        return Err(ReadError::TooLarge { limit: MOST_TEXT });
+    }
+    String::from_utf8(bytes).map_err(|_| ReadError::NotText)
+}

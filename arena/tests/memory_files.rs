@@ -1,0 +1,113 @@
+//! A scenario in memory is the one on disk.
+
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use bittybuzz_arena::run::{Program, Setup, Simulation};
+use bittybuzz_arena::scenario::{Scenario, ScenarioError};
+use bittybuzz_compiler::compile::{Options, compile};
+use bittybuzz_compiler::include::{DiskFiles, Files, Loader, MAX_SOURCE_BYTES, MemoryFiles};
+
+/// An example, and robots of a user with an include.
+const FILES: [(&str, &str); 5] = [
+    (
+        "worlds/mixed.toml",
+        "[world]\nsize = [2000, 2000]\nduration = 20\n\n\
+         [[robots]]\nrobot = \"kilobot\"\nscript = \"../swarm/gradient.bzz\"\ncount = 5\nplacement = \"line\"\nspacing = 60\n\n\
+         [[robots]]\nrobot = \"rover.toml\"\nscript = \"drive.bzz\"\ncount = 4\nat = [0, 500]\narea = [800, 400]\n",
+    ),
+    (
+        "worlds/rover.toml",
+        "name = \"rover\"\n\n[body]\nradius_mm = 30\ndrive = \"differential\"\nwheel_distance_mm = 40\nspeed_mm_s = 100\n\n\
+         [[function]]\nname = \"wheels\"\naccepts = [\"left: number, right: number\"]\n\
+         sets = { left_wheel = \"left mm/s\", right_wheel = \"right mm/s\" }\nhelp = \"Drives.\"\n",
+    ),
+    ("worlds/drive.bzz", "include \"parts/speed.bzz\"\nfunction step() { wheels(speed, 30) }\n"),
+    ("worlds/parts/speed.bzz", "speed = 40\n"),
+    ("swarm/gradient.bzz", include_str!("../../examples/swarm/gradient.bzz")),
+];
+
+/// Writes these files to a folder, and keeps them in memory by the same paths.
+fn both(test: &str, files: &[(&str, &str)]) -> (PathBuf, MemoryFiles) {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+    let mut memory = MemoryFiles::default();
+    for (name, text) in files {
+        let path = folder.join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(&path, text).unwrap();
+        memory = memory.with(path, *text);
+    }
+    (folder, memory)
+}
+
+fn open(files: &dyn Files, path: &Path) -> Result<Scenario, Vec<ScenarioError>> {
+    Scenario::open_in(files, path, &[], &bittybuzz_robot_models::all())
+}
+
+/// Returns the digest of a run after 10 s.
+fn digest(files: &dyn Files, path: &Path) -> u64 {
+    let scenario = open(files, path).unwrap_or_else(|errors| panic!("{errors:#?}"));
+    let compiled = scenario.groups.iter().map(|group| {
+        let robots = bittybuzz_robot_files::all_shipped();
+        let options = Options { robot: Some(group.robot.clone()), robots, profile: None };
+        let text = files.read(&group.script, MAX_SOURCE_BYTES).unwrap();
+        let text = String::from_utf8(text).unwrap();
+        let compiled = compile(&group.script, text, &Loader::new(files), &options);
+        let image = compiled.image.unwrap_or_else(|| panic!("{:#?}", compiled.diagnostics));
+        Program { image, symbols: compiled.symbols }
+    });
+    let programs: Vec<Program> = compiled.collect();
+    let setup = Arc::new(Setup::new(scenario, programs).unwrap());
+    let mut run = Simulation::new(setup, 7, 1).unwrap();
+    while run.now() < 100 {
+        run.tick().unwrap();
+    }
+    run.digest()
+}
+
+#[test]
+fn a_run_from_memory_is_the_run_from_disk() {
+    let (folder, memory) = both("memory", &FILES);
+    let path = folder.join("worlds/mixed.toml");
+    assert_eq!(digest(&memory, &path), digest(&DiskFiles, &path));
+}
+
+/// Returns what people read of errors: message, file, line and help.
+fn told(files: &dyn Files, path: &Path) -> Vec<String> {
+    let Err(errors) = open(files, path) else { panic!("a mistake was not found") };
+    let told = errors.iter().map(|error| {
+        let place = error.place.as_ref().map(|place| (place.path.clone(), place.line));
+        format!("{error} {place:?} {:?}", error.help())
+    });
+    told.collect()
+}
+
+#[test]
+fn mistakes_are_reported_alike() {
+    let (folder, memory) = both("memory-mistakes", &FILES);
+    let changed = [
+        // A script that is missing, with one beside it that may be meant; a folder.
+        ("worlds/mixed.toml", "drive.bzz", "drvie.bzz", 1),
+        ("worlds/mixed.toml", "drive.bzz", "parts", 1),
+        // A mistake in a robot file.
+        ("worlds/rover.toml", "radius_mm = 30", "radius = 30", 2),
+    ];
+    for (name, old, new, count) in changed {
+        let (_, text) = FILES.iter().find(|(file, _)| *file == name).unwrap();
+        let text = text.replace(old, new);
+        fs::write(folder.join(name), &text).unwrap();
+        let memory = memory.clone().with(folder.join(name), text);
+        let path = folder.join("worlds/mixed.toml");
+        let (here, there) = (told(&memory, &path), told(&DiskFiles, &path));
+        assert_eq!(here, there, "{new}");
+        assert!((1..=count).contains(&here.len()), "{here:#?}");
+        both("memory-mistakes", &FILES);
+    }
+    let nowhere = folder.join("worlds/nothing.toml");
+    let (here, there) = (told(&memory, &nowhere), told(&DiskFiles, &nowhere));
+    let before_reason = |told: &[String]| told[0].split(": ").next().unwrap().to_owned();
+    assert_eq!(before_reason(&here), before_reason(&there), "the system gives the reason");
+}
