@@ -12,8 +12,12 @@
 //! 4. **Both backends are one world**: whether a virtual machine of this process or the robot's own image in an emulator
 //!    moves it, a robot has the same body, the same errors and the same contacts.
 //!
-//! Emulators are programs of their own, and their licences stay there: this crate has the client (`bittybuzz-emulation`) and the
-//! reader of firmware traces (`bittybuzz-trace-reader`, with `defmt-decoder` some twenty crates).
+//! # Features
+//! * `emulators` (on by default): robots that run their firmware in emulator programs (`backend = "firmware"`). It costs the reader
+//!   of firmware traces: `bittybuzz-trace-reader` with `defmt-decoder`, together 51 crates. Without it such a robot is an error of
+//!   its scenario, and as WebAssembly the crate imports nothing.
+//!
+//! Emulators are programs of their own, and their licences stay there: this crate has the client (`bittybuzz-emulation`).
 //!
 //! # Parts
 //! * [`engine`]: bodies, contacts, links, light.

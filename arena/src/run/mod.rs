@@ -7,6 +7,7 @@
 mod adversary;
 mod complete;
 mod expectation;
+#[cfg_attr(not(feature = "emulators"), path = "no_firmware.rs")]
 mod firmware;
 mod group;
 mod happen;
@@ -22,7 +23,9 @@ mod swarm;
 
 pub use complete::{RunError, complete};
 pub use expectation::{Convergence, Verdict};
-pub use firmware::{Failure, FirmwareError, P2pAir, TURN};
+pub use firmware::FirmwareError;
+#[cfg(feature = "emulators")]
+pub use firmware::{Failure, P2pAir, TURN};
 pub use observer::{Event, EventKind, Frame, Observer};
 pub use program::Program;
 pub use quantity::Reading;

@@ -1,6 +1,8 @@
 //! A scenario and its programs, checked against each other: what every run of them shares.
 
-use std::path::{Path, PathBuf};
+#[cfg(feature = "emulators")]
+use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use bittybuzz_robot_spec::Profile;
@@ -42,6 +44,7 @@ pub struct Setup {
     /// The programs that emulate robots of a kind, where they are not the usual ones.
     emulators: Vec<(String, PathBuf)>,
     /// What is flashed to emulated robots, for each kind.
+    #[cfg_attr(not(feature = "emulators"), expect(dead_code, reason = "nothing is emulated"))]
     pub(super) firmware: Vec<Firmware>,
     /// The data that the robots of each group share.
     pub(super) contexts: Vec<Arc<GroupContext>>,
@@ -119,6 +122,7 @@ impl Setup {
     }
 
     /// The program that emulates robots of a kind.
+    #[cfg(feature = "emulators")]
     pub(super) fn emulator(&self, model: &dyn RobotModel) -> &Path {
         let mut named = self.emulators.iter().filter(|(of, _)| of == model.name());
         let usual = model.emulation().map_or("", |emulation| emulation.program());

@@ -15,7 +15,7 @@ use crate::scenario::{
 
 use super::adversary::mind;
 use super::expectation::{Convergence, reduce};
-use super::firmware::{Bridge, FirmwareError, Fleet, Fleets, unusable};
+use super::firmware::{FirmwareError, Fleets};
 use super::group::group_of;
 use super::happen::Happenings;
 use super::observer::{self, Observer};
@@ -90,36 +90,10 @@ impl Simulation {
                 number += 1;
             }
         }
-        simulation.emulate()?;
+        let Simulation { world, happenings, .. } = &simulation;
+        simulation.fleets = Fleets::start(&setup, world, happenings, seed)?;
         simulation.check_expectations();
         Ok(simulation)
-    }
-
-    /// Switches emulated robots on.
-    fn emulate(&mut self) -> Result<(), ScenarioError> {
-        let (setup, world, happenings) = (&*self.setup, &self.world, &self.happenings);
-        if setup.firmware.is_empty() {
-            return Ok(());
-        }
-        let join = |number| Some((happenings.id(number)?, setup.id(number)));
-        let mut fleets = Vec::new();
-        for firmware in &setup.firmware {
-            let Some(emulation) = firmware.model().emulation() else { continue };
-            let is_dark = |pose: &Pose| !emulation.is_lit(pose);
-            let in_the_dark = firmware
-                .numbers()
-                .filter_map(join)
-                .find(|(id, _)| world.robot(*id).is_some_and(|robot| is_dark(&robot.pose)));
-            if let Some((_, id)) = in_the_dark {
-                return Err(firmware.failed(Cause::InTheDark { id }));
-            }
-            let (emulator, media) = (setup.emulator(firmware.model()), media(&setup.scenario));
-            let fleet = Fleet::new(emulator, emulation, firmware, join, &media, self.seed.into());
-            fleets.push(fleet.map_err(|error| firmware.failed(unusable(error)))?);
-        }
-        let bridge = setup.scenario.bridge.as_ref().map(|bridge| Bridge::new(bridge.id));
-        self.fleets = Some(Fleets::new(fleets, bridge));
-        Ok(())
     }
 
     /// Returns a copy that goes on as this one would, bit for bit, however often either is copied; `None` with robots in emulators,

@@ -47,6 +47,10 @@ pub fn of_group(
     if !section.word("backend", &[("vm", false), ("firmware", true)])? {
         return Some(Backend::Vm);
     }
+    if !cfg!(feature = "emulators") {
+        entry.fail(Cause::NoEmulators);
+        return None;
+    }
     let (model, robot) = (model?, robot?);
     let usual = model.emulation().and_then(|emulation| emulation.image(robot));
     let Some(usual) = usual else {

@@ -81,6 +81,8 @@ pub enum Cause {
     StepRate { robot: String, rate: u32 },
     /// A robot that nothing emulates.
     NoEmulator { robot: String },
+    /// Firmware is asked for in a build without the feature `emulators`.
+    NoEmulators,
     /// A robot file that does not describe the robot's body.
     NoBody { robot: String, known: Vec<&'static str> },
     /// A function that the simulator cannot carry out.
@@ -186,6 +188,12 @@ impl fmt::Display for Cause {
                 write!(
                     f,
                     "`{robot}` cannot be simulated: its file asks for {rate} steps per second"
+                )
+            }
+            Cause::NoEmulators => {
+                write!(
+                    f,
+                    "this program was built without emulators, so that no robot runs its firmware"
                 )
             }
             Cause::NoEmulator { robot } => write!(f, "nothing emulates a `{robot}`"),
@@ -318,6 +326,9 @@ impl toml_reader::Cause for Cause {
                 "leave `{function}` out of the robot file, give the file a [body], which has `sets`, `reads` and `logs` for functions, \
                  or give the model of the robot an effect for it"
             )),
+            Cause::NoEmulators => {
+                Some("backend = \"vm\" simulates these robots; `bbz sim` also emulates them".to_owned())
+            }
             Cause::NoEmulator { .. } => {
                 Some("backend = \"vm\" simulates it; emulated are robots that ship, if their file says where their id is".to_owned())
             }

@@ -5,13 +5,16 @@ use std::time::Duration;
 
 use bittybuzz_emulation::ClientError;
 
-use crate::engine::{LinkStatistics, Loss, Medium, RobotId, TICK_US, World};
-
+use crate::engine::{LinkStatistics, Loss, Medium, Pose, RobotId, TICK_US, World};
 use crate::robot::SimRobot;
+use crate::run::happen::Happenings;
+use crate::run::settings::media;
+use crate::run::setup::Setup;
+use crate::scenario::{Cause, ScenarioError};
 
-use super::FirmwareError;
 use super::bridge::Bridge;
 use super::fleet::Fleet;
+use super::{FirmwareError, unusable};
 
 /// With a bridge robots run no longer before it passes on what they have sent; that takes it longer.
 const LOOK_BRIDGE: Duration = Duration::from_micros(2500);
@@ -28,9 +31,34 @@ pub struct Fleets {
 }
 
 impl Fleets {
-    /// Just switched on.
-    pub fn new(fleets: Vec<Fleet>, bridge: Option<Bridge>) -> Self {
-        Fleets { fleets, bridge, now: Duration::ZERO, tick: 0, substeps: 0 }
+    /// Switches the emulated robots of a scenario on; `None` if it has none.
+    pub fn start(
+        setup: &Setup,
+        world: &World<SimRobot>,
+        happenings: &Happenings,
+        seed: u32,
+    ) -> Result<Option<Self>, ScenarioError> {
+        if setup.firmware.is_empty() {
+            return Ok(None);
+        }
+        let join = |number| Some((happenings.id(number)?, setup.id(number)));
+        let mut fleets = Vec::new();
+        for firmware in &setup.firmware {
+            let Some(emulation) = firmware.model().emulation() else { continue };
+            let is_dark = |pose: &Pose| !emulation.is_lit(pose);
+            let in_the_dark = firmware
+                .numbers()
+                .filter_map(join)
+                .find(|(id, _)| world.robot(*id).is_some_and(|robot| is_dark(&robot.pose)));
+            if let Some((_, id)) = in_the_dark {
+                return Err(firmware.failed(Cause::InTheDark { id }));
+            }
+            let (emulator, media) = (setup.emulator(firmware.model()), media(&setup.scenario));
+            let fleet = Fleet::new(emulator, emulation, firmware, join, &media, seed.into());
+            fleets.push(fleet.map_err(|error| firmware.failed(unusable(error)))?);
+        }
+        let bridge = setup.scenario.bridge.as_ref().map(|bridge| Bridge::new(bridge.id));
+        Ok(Some(Fleets { fleets, bridge, now: Duration::ZERO, tick: 0, substeps: 0 }))
     }
 
     /// What carries packets between a medium's robots loses so many from now on.

@@ -24,8 +24,6 @@ use crate::scenario::{Backend, Cause, Scenario, ScenarioError};
 
 use super::program::Program;
 use super::settings::media;
-pub use bridge::Bridge;
-pub use fleet::Fleet;
 pub use fleets::Fleets;
 pub use p2p::{P2pAir, TURN};
 

@@ -1,0 +1,71 @@
+//! The place of emulated robots in a build without the feature `emulators`: there are none, as the types say.
+
+use std::fmt;
+
+use crate::engine::{LinkStatistics, Loss, Medium, RobotId, World};
+use crate::robot::SimRobot;
+use crate::scenario::{Scenario, ScenarioError};
+
+use super::happen::Happenings;
+use super::program::Program;
+use super::setup::Setup;
+
+/// The firmware of emulated robots.
+pub enum Firmware {}
+
+impl Firmware {
+    /// Returns none: the reader of scenarios has refused groups that would need one.
+    pub fn of(_: &Scenario, _: &[Program]) -> Result<Vec<Self>, ScenarioError> {
+        Ok(Vec::new())
+    }
+}
+
+/// All emulated robots of a run.
+pub enum Fleets {}
+
+impl Fleets {
+    pub fn start(
+        _: &Setup,
+        _: &World<SimRobot>,
+        _: &Happenings,
+        _: u32,
+    ) -> Result<Option<Self>, ScenarioError> {
+        Ok(None)
+    }
+
+    pub fn lose(&mut self, _: Medium, _: Loss) -> Result<(), FirmwareError> {
+        match *self {}
+    }
+
+    pub fn set_battery(&mut self, _: RobotId, _: u16) -> Result<(), FirmwareError> {
+        match *self {}
+    }
+
+    pub fn switch_off(&mut self, _: RobotId) -> Result<(), FirmwareError> {
+        match *self {}
+    }
+
+    pub fn settle(&mut self, _: &World<SimRobot>) -> Result<(), FirmwareError> {
+        match *self {}
+    }
+
+    pub fn advance(&mut self, _: &mut World<SimRobot>) -> Result<(), FirmwareError> {
+        match *self {}
+    }
+
+    pub fn links(&mut self) -> Result<Vec<(Medium, LinkStatistics, u64)>, FirmwareError> {
+        match *self {}
+    }
+}
+
+/// Why a run with emulated robots cannot go on: no run has any.
+#[derive(Debug)]
+pub enum FirmwareError {}
+
+impl fmt::Display for FirmwareError {
+    fn fmt(&self, _: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {}
+    }
+}
+
+impl std::error::Error for FirmwareError {}
