@@ -6,7 +6,7 @@ use bittybuzz_bench_harness as bench;
 use bittybuzz_builds::board::{BOARDS, CRAZYFLIE, KILOBOT, ZOOIDS};
 use bittybuzz_builds::cargo_test::{SKIP_SLOW, cargo_test};
 use bittybuzz_builds::probe::PROBES;
-use bittybuzz_builds::shell::{Line, cargo, keep_lock_files};
+use bittybuzz_builds::shell::{Line, cargo, keep_lock_files, target};
 use bittybuzz_builds::{chip, on_chip, setup};
 use bittybuzz_soak as soak;
 use clap::ValueEnum;
@@ -78,6 +78,8 @@ pub enum Step {
     Emulators,
     /// All other tests, with the images of all robots
     Tests,
+    /// Scenarios in the WebAssembly module with the same results as natively
+    Wasm,
     /// Chips and layouts of the robot files against probe-rs' own database
     ProbeRs,
     /// Samples of the long tests
@@ -115,6 +117,7 @@ impl Step {
                 let image = CRAZYFLIE.build(None, false)?;
                 all_tests(&image, &[])?.run()?;
             }
+            Step::Wasm => wasm()?,
             Step::ProbeRs => cargo_test(&["--package", "bittybuzz-probe-rs-test"]).run()?,
             Step::Soak => soak::sample()?,
         }
@@ -127,6 +130,16 @@ impl Step {
 fn workspaces() -> impl Iterator<Item = &'static str> {
     let boards = BOARDS.map(|board| board.folder);
     ["", soak::FUZZ, bench::HOST].into_iter().chain(chip::WORKSPACES).chain(boards)
+}
+
+/// Builds the module of the playground and compares its runs, in node, with native ones.
+fn wasm() -> Result<()> {
+    const MODULE: &str = "bittybuzz-playground";
+    const TARGET: &str = "wasm32-unknown-unknown";
+    cargo(&["build", "--release", "--target", TARGET, "--package", MODULE])?;
+    let module = target()?.join(TARGET).join("release/bittybuzz_playground.wasm");
+    let tests = cargo_test(&["--package", MODULE]);
+    tests.env("BITTYBUZZ_PLAYGROUND", &module.display().to_string()).run()
 }
 
 /// Fails if a dependency is not as the lock files have it.

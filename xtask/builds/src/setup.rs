@@ -40,17 +40,19 @@ const PACKAGES: &[(Sign, &str)] = &[
     // What writes programs to AVRs.
     (Sign::Program("avrdude"), "avrdude"),
     (Sign::Program("valgrind"), "valgrind"),
+    // What runs WebAssembly.
+    (Sign::Program("node"), "nodejs"),
 ];
 
-/// Folders whose `rust-toolchain.toml` names a toolchain with more than the root's: components, targets of chips.
-const TOOLCHAINS: [&str; 2] = ["firmware", KILOBOT.folder];
+/// Folders whose `rust-toolchain.toml` names a toolchain with more than the root's: components, targets of chips and of web pages.
+const TOOLCHAINS: [&str; 3] = ["firmware", KILOBOT.folder, "playground"];
 
 /// Rust's part and the system's part, both listed before they are installed.
 pub fn run() -> Result<()> {
     let missing = missing_packages();
     println!(
         "Needed: the toolchains of rust-toolchain.toml in {}; they take 1 GB.",
-        TOOLCHAINS.join(" and ")
+        TOOLCHAINS.join(", ")
     );
     match missing.as_slice() {
         [] => println!("All Debian packages are there."),
@@ -149,6 +151,7 @@ mod tests {
             text.lines().find(|line| line.starts_with("channel")).unwrap().to_owned()
         };
         assert_eq!(channel(""), channel("firmware"));
+        assert_eq!(channel(""), channel("playground"));
     }
 
     #[test]
