@@ -1,7 +1,7 @@
 //! Tests, and what CI runs.
 
 use crate::sizes;
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use bittybuzz_bench_harness as bench;
 use bittybuzz_builds::board::{BOARDS, CRAZYFLIE, KILOBOT, ZOOIDS};
 use bittybuzz_builds::cargo_test::{SKIP_SLOW, cargo_test};
@@ -10,7 +10,9 @@ use bittybuzz_builds::shell::{Line, cargo, keep_lock_files, target};
 use bittybuzz_builds::{chip, on_chip, setup};
 use bittybuzz_soak as soak;
 use clap::ValueEnum;
-use std::path::Path;
+use std::panic::resume_unwind;
+use std::path::PathBuf;
+use std::thread;
 use std::time::Instant;
 
 /// Minutes that `test` takes the first time.
@@ -25,30 +27,53 @@ pub fn test() -> Result<()> {
     println!(
         "The tests follow: {MINUTES} minutes on two cores the first time, with all that is built."
     );
-    let image = CRAZYFLIE.build(None, false)?;
-    all_tests(&image, &SKIP_SLOW)?.env("BITTYBUZZ_SEEDS", SEEDS).run()
+    let tests = Images::build()?.given_to(all_tests(&[], &SKIP_SLOW));
+    tests.env("BITTYBUZZ_SEEDS", SEEDS).run()
 }
 
-/// All that share a build; the arguments choose among them. In one call, because cargo would compile what they have in
-/// common once for each.
-fn all_tests(image: &Path, arguments: &[&str]) -> Result<Line> {
+/// All that share a build, with arguments for cargo and for the programs of tests. In one call, because cargo would compile
+/// what they have in common once for each.
+fn all_tests(options: &[&str], chosen: &[&str]) -> Line {
     let all = ["--workspace", "--exclude", "bittybuzz-probe-rs-test"];
     // These are tested optimised, as they are used.
     let but = EMULATORS.map(|package| ["--exclude", package]).concat();
-    with_image(cargo_test(&[&all[..], &but, &["--"], arguments].concat()), image)
+    cargo_test(&[&all[..], &but, options, &["--"], chosen].concat())
 }
 
-/// The other robots' images are always those of the sources.
-fn with_image(line: Line, image: &Path) -> Result<Line> {
-    let behaviours = KILOBOT.build_behaviours(false)?;
-    let [zooids, kilobot] = [ZOOIDS.build(None, false)?, KILOBOT.build(None, false)?];
-    let tiny = CRAZYFLIE.build_tiny(None)?;
-    Ok(line
-        .env("BITTYBUZZ_CRAZYFLIE_TINY", &tiny.display().to_string())
-        .env("BITTYBUZZ_CRAZYFLIE", &image.display().to_string())
-        .env("BITTYBUZZ_ZOOIDS", &zooids.display().to_string())
-        .env("BITTYBUZZ_KILOBOT", &kilobot.display().to_string())
-        .env("BITTYBUZZ_BEHAVIOURS", &behaviours.display().to_string()))
+/// All tests, the guides beside the others: their compilers have work for one processor most of the time.
+fn tests_and_guides() -> Result<()> {
+    let images = Images::build()?;
+    all_tests(&["--no-run"], &[]).run()?;
+    let guides = images.given_to(all_tests(&["--test", "guides"], &["guide_to"]));
+    let others = images.given_to(all_tests(&[], &["--skip", "guide_to"]));
+    thread::scope(|scope| {
+        let guides = scope.spawn(|| guides.output_if(|_| true));
+        others.run()?;
+        let guides = guides.join().unwrap_or_else(|panic| resume_unwind(panic))?;
+        print!("{}", String::from_utf8_lossy(&guides.stdout));
+        ensure!(guides.status.success(), "a guide cannot be carried out");
+        Ok(())
+    })
+}
+
+/// The robots' images, always those of the sources, and the variables by which tests know them.
+struct Images([(&'static str, PathBuf); 5]);
+
+impl Images {
+    fn build() -> Result<Images> {
+        Ok(Images([
+            ("BITTYBUZZ_CRAZYFLIE", CRAZYFLIE.build(None, false)?),
+            ("BITTYBUZZ_CRAZYFLIE_TINY", CRAZYFLIE.build_tiny(None)?),
+            ("BITTYBUZZ_ZOOIDS", ZOOIDS.build(None, false)?),
+            ("BITTYBUZZ_BEHAVIOURS", KILOBOT.build_behaviours(false)?),
+            ("BITTYBUZZ_KILOBOT", KILOBOT.build(None, false)?),
+        ]))
+    }
+
+    fn given_to(&self, line: Line) -> Line {
+        let Images(all) = self;
+        all.iter().fold(line, |line, (name, path)| line.env(name, &path.display().to_string()))
+    }
 }
 
 const EMULATORS: [&str; 7] = [
@@ -113,10 +138,7 @@ impl Step {
                 let emulators = EMULATORS.map(|package| ["--package", package]).concat();
                 cargo(&[&["test", "--release"], &emulators[..]].concat())?;
             }
-            Step::Tests => {
-                let image = CRAZYFLIE.build(None, false)?;
-                all_tests(&image, &[])?.run()?;
-            }
+            Step::Tests => tests_and_guides()?,
             Step::Wasm => wasm()?,
             Step::ProbeRs => cargo_test(&["--package", "bittybuzz-probe-rs-test"]).run()?,
             Step::Soak => soak::sample()?,
@@ -155,10 +177,11 @@ fn locks() -> Result<()> {
 fn document() -> Result<()> {
     const MACHINE: &str = "bittybuzz-vm-core";
     let strict = |line: Line| line.env("RUSTDOCFLAGS", "-D warnings");
-    let all = ["doc", "--workspace", "--no-deps", "--exclude", MACHINE];
+    // In the profile of the lints, which have checked the dependencies.
+    let all = ["doc", "--release", "--workspace", "--no-deps", "--exclude", MACHINE];
     strict(Line::cargo(&all)).run()?;
     // Its tables describe instructions by brackets, which are no links.
-    Line::cargo(&["doc", "--package", MACHINE, "--no-deps"])
+    Line::cargo(&["doc", "--release", "--package", MACHINE, "--no-deps"])
         .env("RUSTDOCFLAGS", "-D warnings -A rustdoc::broken-intra-doc-links")
         .run()?;
     for board in BOARDS {

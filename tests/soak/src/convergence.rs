@@ -5,9 +5,10 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use crate::Verdict;
+use crate::simulator::Build;
 use crate::sources::{clear_table, write};
 use anyhow::{Result, bail};
-use bittybuzz_builds::shell::{Line, cargo, root, target};
+use bittybuzz_builds::shell::{Line, root, target};
 use fs_err as fs;
 
 const SCENARIO: &str = "tests/scenarios/convergence.toml";
@@ -41,7 +42,7 @@ pub fn run(item: &str) -> Result<Verdict> {
         return Ok(Verdict::Missing("no such loss".to_owned()));
     };
     let path = record(loss)?;
-    let times = measure(loss, RUNS, &path)?;
+    let times = measure(Build::Optimised, loss, RUNS, &path)?;
     let all: Option<Vec<Times>> = LOSSES
         .iter()
         .map(|loss| times_of(&fs::read_to_string(&record(*loss).ok()?).ok()?, RUNS))
@@ -60,7 +61,7 @@ pub fn sample() -> Result<()> {
     let mut all = Vec::new();
     for loss in LOSSES {
         let path = target()?.join("convergence").join(format!("{loss}.csv"));
-        let Some(times) = measure(loss, SAMPLE, &path)? else {
+        let Some(times) = measure(Build::Checked, loss, SAMPLE, &path)? else {
             bail!("not shown: convergence at {loss} %");
         };
         println!("convergence at {loss} % loss: {}", describe(&times));
@@ -78,10 +79,9 @@ fn record(loss: u32) -> Result<PathBuf> {
 }
 
 /// `None` if some run did not end as it should.
-fn measure(loss: u32, runs: usize, csv: &std::path::Path) -> Result<Option<Times>> {
-    cargo(&["build", "--release", "--quiet", "--package", "bbz"])?;
+fn measure(build: Build, loss: u32, runs: usize, csv: &std::path::Path) -> Result<Option<Times>> {
+    let bbz = build.simulator(&[])?;
     clear_table(csv)?;
-    let bbz = target()?.join("release/bbz");
     let (runs_text, csv_text) = (runs.to_string(), csv.display().to_string());
     let set = format!("medium.nrf24.loss={}", f64::from(loss) / 100.0);
     let arguments =

@@ -1,16 +1,16 @@
 //! A hundred robots for 24 hours: `tests/scenarios/day.toml`.
 
 use crate::Verdict;
+use crate::simulator::Build;
 use anyhow::Result;
-use bittybuzz_builds::shell::{Line, cargo, target};
+use bittybuzz_builds::shell::Line;
 
 pub fn items() -> Vec<String> {
     vec!["24 hours".to_owned()]
 }
 
 pub fn run(_: &str) -> Result<Verdict> {
-    cargo(&["build", "--release", "--quiet", "--package", "bbz"])?;
-    let bbz = target()?.join("release/bbz");
+    let bbz = Build::Optimised.simulator(&[])?;
     let arguments = ["sim", "tests/scenarios/day.toml", "--headless"];
     let output =
         Line::named("bbz", &bbz, &arguments).output_if(|output| output.status.code().is_some())?;

@@ -2,11 +2,12 @@
 //! the longer of their own examples come to, beside virtual machines.
 
 use crate::Verdict;
+use crate::simulator::Build;
 use crate::sources::write;
 use anyhow::{Result, bail, ensure};
 use bittybuzz_builds::board::KILOBOT;
 use bittybuzz_builds::cargo_test::cargo_test;
-use bittybuzz_builds::shell::{Line, cargo, root, target};
+use bittybuzz_builds::shell::{Line, root, target};
 use fs_err as fs;
 use std::path::{Path, PathBuf};
 
@@ -85,7 +86,7 @@ fn is_for_kilobots(text: &str) -> bool {
 }
 
 pub fn run(item: &str) -> Result<Verdict> {
-    if item == MEDIANS { medians() } else { play(item, SECONDS) }
+    if item == MEDIANS { medians() } else { play(Build::Optimised, item, SECONDS) }
 }
 
 fn medians() -> Result<Verdict> {
@@ -108,13 +109,13 @@ fn medians() -> Result<Verdict> {
 pub fn sample() -> Result<()> {
     let script = target()?.join("soak/standstill.bzz");
     write(&script, STANDSTILL.as_bytes())?;
-    let found = match play(&script.display().to_string(), SECONDS_OF_STANDSTILL)? {
+    let found = match play(Build::Checked, &script.display().to_string(), SECONDS_OF_STANDSTILL)? {
         Verdict::Missing(why) => why.contains("all: steps above") && why.contains("robot 1 had 3"),
         Verdict::Shown(_) => false,
     };
     ensure!(found, "not shown: kilobots: a script that stands still");
     for item in SAMPLE {
-        match play(item, SECONDS_OF_SAMPLE)? {
+        match play(Build::Checked, item, SECONDS_OF_SAMPLE)? {
             Verdict::Shown(how) => println!("kilobots {item}: {how}"),
             Verdict::Missing(why) => {
                 bail!("not shown: kilobots {item} ({why})");
@@ -124,10 +125,9 @@ pub fn sample() -> Result<()> {
     Ok(())
 }
 
-fn play(script: &str, seconds: u32) -> Result<Verdict> {
+fn play(build: Build, script: &str, seconds: u32) -> Result<Verdict> {
     let image = KILOBOT.build(Some(&root().join(script)), true)?;
-    let programs = ["--package", "bbz", "--package", "bittybuzz-emulate-avr"];
-    cargo(&[&["build", "--release", "--quiet"], &programs[..]].concat())?;
+    let bbz = build.simulator(&["bittybuzz-emulate-avr"])?;
     let scenario =
         target()?.join("soak/kilobots").join(script.replace('/', "-")).with_extension("toml");
     let paced = keeps_pace(&fs::read_to_string(root().join(script))?);
@@ -135,7 +135,7 @@ fn play(script: &str, seconds: u32) -> Result<Verdict> {
     let arguments = ["sim", &scenario.display().to_string(), "--headless"];
     // Its status is 1 if a script has stopped; what it prints tells why.
     // So few robots are slower on two threads, which wait for each other 2,000 times a second.
-    let output = Line::named("bbz", &target()?.join("release/bbz"), &arguments)
+    let output = Line::named("bbz", &bbz, &arguments)
         .env("RAYON_NUM_THREADS", "1")
         .output_if(|output| output.status.code().is_some())?;
     let told = String::from_utf8_lossy(&output.stdout);

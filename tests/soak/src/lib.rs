@@ -9,6 +9,7 @@ mod mutants;
 mod properties;
 mod protocol;
 mod same;
+mod simulator;
 mod sources;
 mod squeeze;
 mod squeezed;

@@ -2,11 +2,12 @@
 //! backends.
 
 use crate::Verdict;
+use crate::simulator::Build;
 use crate::sources::clear_table;
 use anyhow::Result;
 use bittybuzz_builds::board::ZOOIDS;
 use bittybuzz_builds::cargo_test::cargo_test;
-use bittybuzz_builds::shell::{Line, cargo, target};
+use bittybuzz_builds::shell::{Line, target};
 use fs_err as fs;
 
 const CONSENSUS: &str = "examples/zooids/consensus.toml";
@@ -39,8 +40,7 @@ pub fn run(item: &str) -> Result<Verdict> {
 /// A block of seeds, from the first on.
 fn consensus(first: &str) -> Result<Verdict> {
     let firmware = ZOOIDS.build(None, false)?;
-    let programs = ["--package", "bbz", "--package", "bittybuzz-emulate-m0"];
-    cargo(&[&["build", "--release", "--quiet"], &programs[..]].concat())?;
+    let bbz = Build::Optimised.simulator(&["bittybuzz-emulate-m0"])?;
     let csv = target()?.join("soak/zooids").join(format!("{first}.csv"));
     clear_table(&csv)?;
     let (runs, table) = (BLOCK.to_string(), csv.display().to_string());
@@ -51,7 +51,7 @@ fn consensus(first: &str) -> Result<Verdict> {
     let seeds = ["--seed", first, "--runs", &runs, "--csv", &table];
     let arguments = [&["sim", CONSENSUS, "--headless"], &set[..], &seeds].concat();
     // Its status is 1 if an expectation failed; the table says that, too.
-    Line::named("bbz", &target()?.join("release/bbz"), &arguments)
+    Line::named("bbz", &bbz, &arguments)
         .output_if(|output| matches!(output.status.code(), Some(0 | 1)))?;
     Ok(match agreed_since(&fs::read_to_string(&csv)?) {
         Some(times) => Verdict::Shown(describe(times)),

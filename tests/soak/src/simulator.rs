@@ -1,0 +1,31 @@
+//! The simulator that runs scenarios.
+
+use anyhow::Result;
+use bittybuzz_builds::shell::{Line, target};
+use std::path::PathBuf;
+
+/// How it is compiled.
+#[derive(Clone, Copy)]
+pub enum Build {
+    /// As users run it.
+    Optimised,
+    /// As tests run it, with checks of overflow. CI has most of it from the tests.
+    Checked,
+}
+
+impl Build {
+    /// Builds `bbz` and these emulator programs; returns where `bbz` is.
+    pub fn simulator(self, emulators: &[&str]) -> Result<PathBuf> {
+        let mut arguments = vec!["build", "--quiet", "--package", "bbz"];
+        arguments.extend(emulators.iter().flat_map(|name| ["--package", name]));
+        let folder = match self {
+            Build::Optimised => {
+                arguments.push("--release");
+                "release"
+            }
+            Build::Checked => "debug",
+        };
+        Line::cargo(&arguments).run()?;
+        Ok(target()?.join(folder).join("bbz"))
+    }
+}
