@@ -61,7 +61,7 @@ pub struct Arguments {
     #[command(flatten)]
     selection: SelectionArguments,
     /// Run so many steps at full speed [default: 10 steps per second until Ctrl-C]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     steps: Option<u64>,
     /// Call destroy() after the last step, as Ctrl-C does without --steps
     #[arg(long, requires = "steps")]
@@ -72,8 +72,8 @@ pub struct Arguments {
     /// Seed of the random numbers
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u32,
-    /// A robot in sight: distance in mm, azimuth and elevation in radians; may be given several times
-    #[arg(long = "neighbor", value_name = "ID,DISTANCE,AZIMUTH,ELEVATION", value_parser = neighbor, allow_hyphen_values = true)]
+    /// A robot in sight: distance in mm, azimuth and elevation in radians [default: 0]; may be given several times
+    #[arg(long = "neighbor", value_name = "ID,DISTANCE[,AZIMUTH[,ELEVATION]]", value_parser = neighbor, allow_hyphen_values = true)]
     neighbors: Vec<InSight>,
     /// Report numbers that did not fit their type, and the memory and cycles that the script needed, after the run
     #[arg(long)]

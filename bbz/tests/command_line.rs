@@ -61,6 +61,13 @@ fn wrong_options_are_usage_errors() {
 }
 
 #[test]
+fn numbers_that_do_not_fit_are_named() {
+    let folder = Folder::with("numbers", "script.bzz", "log(1)\n");
+    folder.bbz(&["run", "--steps", "-1", "script.bzz"]).fails_with(3, &["'-1' for '--steps <N>'"]);
+    folder.bbz(&["run", "--neighbor", "2", "script.bzz"]).fails_with(3, &["an id and a distance"]);
+}
+
+#[test]
 fn files_that_cannot_be_read_are_usage_errors() {
     let folder = Folder::with("files", "script.bzz", "log(1)\n");
     folder.write("notes.txt", "");

@@ -117,10 +117,13 @@ impl Checker<'_> {
                 )
                 .label(format!("integers go from {low} to {high}"))
                 .help(match self.profile {
-                    Profile::Tiny => {
-                        "write it as a float, such as 1.0, or build with `--profile full`"
+                    _ if value == -i64::from(low) => {
+                        format!("the least integer is one number with its sign: `{low}`")
                     }
-                    Profile::Full => "write it as a float, such as 1.0",
+                    Profile::Tiny => {
+                        "write it as a float, such as 1.0, or build with `--profile full`".into()
+                    }
+                    Profile::Full => "write it as a float, such as 1.0".into(),
                 }),
             );
         }

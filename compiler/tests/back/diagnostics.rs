@@ -288,6 +288,16 @@ fn help_names_the_likely_name() {
 }
 
 #[test]
+fn the_least_integer_is_one_number() {
+    let help = |script, profile| build(script, profile).diagnostics[0].help.clone();
+    let found = help("x = 0 - 2147483648", FULL);
+    assert!(found.is_some_and(|help| help.contains("`-2147483648`")));
+    let found = help("x = 0 - 32768", TINY);
+    assert!(found.is_some_and(|help| help.contains("`-32768`")));
+    assert!(help("x = 0 - 2147483649", FULL).is_some_and(|help| help.contains("float")));
+}
+
+#[test]
 fn a_name_that_is_nil_everywhere_is_reported_once() {
     assert_eq!(messages("x = speed y = speed z = speed"), [("W0201", "speed".to_owned())]);
     // But every call is an error of its own.

@@ -80,7 +80,7 @@ fn record(loss: u32) -> Result<PathBuf> {
 
 /// `None` if some run did not end as it should.
 fn measure(build: Build, loss: u32, runs: usize, csv: &std::path::Path) -> Result<Option<Times>> {
-    let bbz = build.simulator(&[])?;
+    let bbz = build.simulator()?;
     clear_table(csv)?;
     let (runs_text, csv_text) = (runs.to_string(), csv.display().to_string());
     let set = format!("medium.nrf24.loss={}", f64::from(loss) / 100.0);

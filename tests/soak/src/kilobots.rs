@@ -127,7 +127,7 @@ pub fn sample() -> Result<()> {
 
 fn play(build: Build, script: &str, seconds: u32) -> Result<Verdict> {
     let image = KILOBOT.build(Some(&root().join(script)), true)?;
-    let bbz = build.simulator(&["bittybuzz-emulate-avr"])?;
+    let bbz = build.simulator()?;
     let scenario =
         target()?.join("soak/kilobots").join(script.replace('/', "-")).with_extension("toml");
     let paced = keeps_pace(&fs::read_to_string(root().join(script))?);

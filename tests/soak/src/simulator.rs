@@ -13,11 +13,14 @@ pub enum Build {
     Checked,
 }
 
+/// Always together: cargo would compile again what they share for each choice among them.
+const PROGRAMS: [&str; 3] = ["bbz", "bittybuzz-emulate-avr", "bittybuzz-emulate-m0"];
+
 impl Build {
-    /// Builds `bbz` and these emulator programs; returns where `bbz` is.
-    pub fn simulator(self, emulators: &[&str]) -> Result<PathBuf> {
-        let mut arguments = vec!["build", "--quiet", "--package", "bbz"];
-        arguments.extend(emulators.iter().flat_map(|name| ["--package", name]));
+    /// Builds `bbz` and the emulator programs; returns where `bbz` is.
+    pub fn simulator(self) -> Result<PathBuf> {
+        let mut arguments = vec!["build", "--quiet"];
+        arguments.extend(PROGRAMS.iter().flat_map(|name| ["--package", name]));
         let folder = match self {
             Build::Optimised => {
                 arguments.push("--release");

@@ -40,7 +40,7 @@ pub fn run(item: &str) -> Result<Verdict> {
 /// A block of seeds, from the first on.
 fn consensus(first: &str) -> Result<Verdict> {
     let firmware = ZOOIDS.build(None, false)?;
-    let bbz = Build::Optimised.simulator(&["bittybuzz-emulate-m0"])?;
+    let bbz = Build::Optimised.simulator()?;
     let csv = target()?.join("soak/zooids").join(format!("{first}.csv"));
     clear_table(&csv)?;
     let (runs, table) = (BLOCK.to_string(), csv.display().to_string());
