@@ -100,6 +100,11 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize> Inbox<P, E, B
         });
     }
 
+    /// The frames that wait, oldest first: for programs that look at the queue.
+    pub fn frames(&self) -> impl Iterator<Item = &[u8]> {
+        self.queue.frames()
+    }
+
     /// A frame was received. Where the same one waits, that is what the link knows of it now.
     pub fn push(&mut self, frame: &[u8], extra: E) {
         if let Some(place) = self.queue.push(frame, false)
@@ -140,6 +145,11 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Outbox<P, BYTES, FRAME
     /// Hashes the frames that wait and what decides which of them is next. For hosts: firmware does not call it.
     pub fn hash_state(&self, hasher: &mut impl Hasher) {
         self.queue.hash_state(hasher, |_, _| ());
+    }
+
+    /// The frames that wait, oldest first: for programs that look at the queue.
+    pub fn frames(&self) -> impl Iterator<Item = &[u8]> {
+        self.queue.frames()
     }
 
     /// A step begins: broadcasts that wait are stale as soon as there are newer ones.
@@ -235,6 +245,15 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
             place = self.younger(place);
         }
         hasher.write_u8(FREE);
+    }
+
+    fn frames(&self) -> impl Iterator<Item = &[u8]> {
+        let mut place = self.oldest();
+        core::iter::from_fn(move || {
+            let frame = self.frames.get(index(place))?;
+            place = self.younger(place);
+            Some(&**frame)
+        })
     }
 
     #[inline(always)]

@@ -154,7 +154,12 @@ impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> Arguments<'a, P, C, SLOTS>
     }
 }
 
-impl<P: Profile, C: ByteCode, const SLOTS: usize> Text<'_, P, C, SLOTS> {
+impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> Text<'a, P, C, SLOTS> {
+    /// The string that a value is.
+    pub(crate) fn new(script: View<'a, P, C, SLOTS>, value: Value<P>) -> Self {
+        Text { script, value }
+    }
+
     /// Its number, if it is a constant of the script.
     pub fn number(&self) -> Option<u16> {
         self.value.as_string()

@@ -49,6 +49,7 @@ pub mod hash;
 mod heap;
 mod host;
 pub mod image;
+pub mod inspect;
 mod machine;
 pub mod message;
 mod network;

@@ -72,6 +72,17 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         }
         if cell == 0 { Value::nil() } else { self.get(cell + 1 + number) }
     }
+
+    /// The number of slots that a closure has for captured values: at least as many as it has captured.
+    pub(crate) fn capture_slots(&self, closure: usize) -> usize {
+        let mut slots = IN_HEAD;
+        let mut cell = self.link(closure);
+        while cell != 0 {
+            slots += IN_CELL;
+            cell = self.link(cell);
+        }
+        slots
+    }
 }
 
 #[cfg(test)]

@@ -36,8 +36,12 @@ use crate::part::Part;
 use crate::seal::{self, Sealed};
 use crate::value::{Tag, Type, Value};
 use crate::verify;
-pub use inspect::{Callee, Instruction};
+pub use inspect::{
+    Activity, CallFrame, CallFrames, Callee, ClosureParts, FramePlace, Instruction, TableEntries,
+    ValueKind,
+};
 use network::Protocol;
+pub use network::{Assembling, KnownSwarm, Neighbor, StoredEntry, Trigger};
 
 /// The slot of the machine's own global: changes that the script made to libraries, see [`library`].
 const OVERLAYS: usize = 0;
@@ -523,6 +527,13 @@ pub struct Calls<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
     vm: &'a Vm<P, C, SLOTS>,
     pc: usize,
     fp: usize,
+}
+
+impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> Calls<'a, P, C, SLOTS> {
+    /// Returns the machine, for hosts that look at it when a fault ends a listener.
+    pub fn machine(&self) -> &'a Vm<P, C, SLOTS> {
+        self.vm
+    }
 }
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Iterator for Calls<'_, P, C, SLOTS> {

@@ -1,14 +1,201 @@
-//! What a host may see of the robot's knowledge, for tests and simulations.
+//! What a host may see of the robot's knowledge of others: neighbors, swarms, stigmergies, handlers.
 
+use super::neighbors::{AZIMUTH, DISTANCE, ELEVATION, LAST_STEP};
+use super::protocol::{Assembly, Timer};
+use super::stigmergy::{CLOCK, ON_CONFLICT, ON_CONFLICT_LOST, OWN};
+use super::swarms::{MEMBER, NEWS, object_number};
 use crate::bytecode::ByteCode;
-use crate::machine::Vm;
+use crate::machine::{OVERLAYS, Vm};
+use crate::message::Script;
 use crate::number::Profile;
 use crate::value::{Tag, Value};
+
+/// A robot that was heard of late.
+#[derive(Clone, Copy, Debug)]
+pub struct Neighbor<P: Profile> {
+    /// Its id.
+    pub id: u16,
+    /// Distance in mm, azimuth and elevation in radians, as floats; `None` if the link did not measure them.
+    pub place: Option<[Value<P>; 3]>,
+    /// Steps after which it is forgotten if nothing more is heard of it. Each frame sets them anew, so they are its age the
+    /// other way round.
+    pub steps_left: u8,
+    /// Bit n is set if it has told that it is in the swarm that comes at place n of [`Vm::swarms`].
+    pub swarms: u8,
+}
+
+/// A swarm that the script has created.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct KnownSwarm {
+    /// Its number.
+    pub number: u16,
+    /// The robot is in it.
+    pub is_member: bool,
+    /// The robot has joined or left, and will send that when the entry ends.
+    pub is_unsent: bool,
+}
+
+/// An entry of a stigmergy, as this robot keeps it.
+#[derive(Clone, Copy, Debug)]
+pub struct StoredEntry<P: Profile> {
+    /// Number of the stigmergy.
+    pub stigmergy: u16,
+    /// Its key.
+    pub key: Value<P>,
+    /// Its value; nil if it was deleted.
+    pub value: Value<P>,
+    /// The robot that put it.
+    pub owner: u16,
+    /// When, on Lamport's clock.
+    pub clock: u32,
+    /// The digest of key and value by which entries that do not fit a frame are compared, 0 for those that fit; `None` of a
+    /// deleted entry.
+    pub digest: Option<u16>,
+    /// This robot has put it since it was switched on.
+    pub is_own: bool,
+    /// It has changed, and will be sent when an entry point ends.
+    pub is_unsent: bool,
+}
+
+/// What a function of the script is called for.
+#[derive(Clone, Copy, Debug)]
+pub enum Trigger<P: Profile> {
+    /// A message on that topic, a string.
+    Message(Value<P>),
+    /// A conflict in the stigmergy of that number.
+    Conflict(u16),
+    /// A conflict that this robot lost, in the stigmergy of that number.
+    LostConflict(u16),
+}
+
+/// A message of which some fragments are here.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Assembling {
+    /// The sender.
+    pub robot: u16,
+    /// The message's number.
+    pub number: u8,
+    /// Bit n is set if fragment n is here.
+    pub present: u8,
+    /// The bits of all fragments; 0 as long as the last one is not here.
+    pub all: u8,
+}
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// How many robots were heard of late.
     pub fn neighbor_count(&self) -> usize {
         self.count_neighbors()
+    }
+
+    /// Returns the robots that were heard of late, by their ids.
+    pub fn neighbors(&self) -> impl Iterator<Item = Neighbor<P>> {
+        let mut from = Some(0);
+        core::iter::from_fn(move || {
+            let at = self.neighbor_from(from?);
+            if at == 0 {
+                return None;
+            }
+            let id = self.arena.index_at(at) as u16;
+            from = id.checked_add(1);
+            Some(self.neighbor(at, id))
+        })
+    }
+
+    /// Distance, azimuth and elevation of the neighbor at that slot, as scripts see them.
+    fn neighbor_place(&self, at: usize) -> Option<[Value<P>; 3]> {
+        let distance = self.arena.get(at + DISTANCE).raw();
+        if distance == P::NAN {
+            return None;
+        }
+        let zero = Value::new(Tag::FLOAT, P::ZERO);
+        let bearings = match self.sizes().bearings {
+            true => [AZIMUTH, ELEVATION].map(|slot| self.arena.get(at + slot)),
+            false => [zero; 2],
+        };
+        Some([Value::new(Tag::FLOAT, distance), bearings[0], bearings[1]])
+    }
+
+    fn neighbor(&self, at: usize, id: u16) -> Neighbor<P> {
+        let (end, step) = (self.end_step(at), self.protocol.step);
+        let steps_left = if end < step { end + LAST_STEP - step } else { end - step };
+        let in_swarm = |swarms, swarm| swarms | u8::from(self.is_kin(at, swarm)) << swarm;
+        let swarms = (0..self.sizes().swarms).fold(0, in_swarm);
+        Neighbor { id, place: self.neighbor_place(at), steps_left, swarms }
+    }
+
+    /// Returns the swarms that the script has created, in this order.
+    pub fn swarms(&self) -> impl Iterator<Item = KnownSwarm> {
+        let all = (0..self.sizes().swarms).map(|place| self.arena.get(self.swarm_slot(place)));
+        all.filter(|swarm| swarm.tag() != Tag::NIL).map(|swarm| KnownSwarm {
+            number: swarm.index() as u16,
+            is_member: swarm.tag().byte() & MEMBER != 0,
+            is_unsent: swarm.tag().byte() & NEWS != 0,
+        })
+    }
+
+    /// Returns the numbers of the stigmergies that the script has created, in this order.
+    pub fn stigmergies(&self) -> impl Iterator<Item = u16> {
+        (0..self.protocol.stigmergies).map(|place| self.number_of_stigmergy(place))
+    }
+
+    /// Returns the entries of all stigmergies, deleted ones included, as they are stored.
+    pub fn stored_entries(&self) -> impl Iterator<Item = StoredEntry<P>> {
+        let slots = (0..self.sizes().entries).map(|place| self.entry_slot(place));
+        slots.filter(|at| self.entry_state(*at) != 0).map(|at| {
+            let (entry, digest) = self.entry_message(at);
+            StoredEntry {
+                stigmergy: entry.stigmergy,
+                key: entry.key,
+                value: entry.value,
+                owner: entry.owner,
+                clock: entry.clock,
+                digest: Some(digest).filter(|_| !entry.value.is_nil()),
+                is_own: self.arena.get(at + CLOCK).tag().byte() & OWN != 0,
+                is_unsent: self.entry_state(at) & NEWS != 0,
+            }
+        })
+    }
+
+    /// Returns the functions that handle messages and conflicts, in the order in which the script has set them.
+    pub fn handlers(&self) -> impl Iterator<Item = (Trigger<P>, Value<P>)> {
+        self.entries(self.arena.get(OVERLAYS)).filter_map(|[key, function]| {
+            let trigger = match key.tag() {
+                Tag::STRING | Tag::TEXT => Trigger::Message(key),
+                Tag::LIBRARY => {
+                    let stigmergy = self.number_of_stigmergy(object_number(key));
+                    match key.index() as u8 {
+                        ON_CONFLICT => Trigger::Conflict(stigmergy),
+                        ON_CONFLICT_LOST => Trigger::LostConflict(stigmergy),
+                        // What the script has changed in a library.
+                        _ => return None,
+                    }
+                }
+                _ => return None,
+            };
+            Some((trigger, function))
+        })
+    }
+
+    /// Returns the message of which some fragments are here, if there is one.
+    pub fn assembling(&self) -> Option<Assembling> {
+        let Assembly { robot, number, present, all, .. } = self.protocol.assembly;
+        let is_there = self.protocol.timer(Timer::Assembly) != 0;
+        is_there.then_some(Assembling { robot, number, present, all })
+    }
+
+    /// Returns what messages need to know of the script, to decode those that wait in a queue; `None` without a script.
+    pub fn message_script(&self) -> Option<Script> {
+        self.header().map(|_| self.script())
+    }
+
+    /// The number that the script gave the swarm that this value is.
+    pub(in crate::machine) fn swarm_number(&self, swarm: Value<P>) -> u16 {
+        self.arena.index_at(self.swarm_slot(object_number(swarm))) as u16
+    }
+
+    /// The number that the script gave the stigmergy that this value is.
+    pub(in crate::machine) fn stigmergy_number(&self, stigmergy: Value<P>) -> u16 {
+        self.number_of_stigmergy(object_number(stigmergy))
     }
 
     /// Slots that neither the script's stack nor its heap uses, garbage not counted as unused.

@@ -39,6 +39,7 @@ use crate::network::{ENTRY, Sizes};
 use crate::number::Profile;
 use crate::part::Part;
 use crate::value::{Tag, Value};
+pub use inspect::{Assembling, KnownSwarm, Neighbor, StoredEntry, Trigger};
 pub(super) use protocol::{Assembly, Protocol};
 use swarms::object_number;
 

@@ -13,14 +13,14 @@ use crate::value::{Tag, Value};
 
 // Slots of a neighbour: its id, with bits of its swarms in place of a tag; its distance, with the step at which it is
 // forgotten; and where directions are known these two.
-const DISTANCE: usize = 1;
-const AZIMUTH: usize = 2;
-const ELEVATION: usize = 3;
+pub(super) const DISTANCE: usize = 1;
+pub(super) const AZIMUTH: usize = 2;
+pub(super) const ELEVATION: usize = 3;
 
 /// The bits of the tag that are a step, 0 if there is no neighbour; the other is that of swarm 7.
 const STEP: u8 = 0x7f;
 /// Steps are counted from 1 to this one, after which 1 follows.
-const LAST_STEP: u8 = 0x7f;
+pub(super) const LAST_STEP: u8 = 0x7f;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Makes a robot a neighbour for so many steps, as if a frame of its had been received: for hosts that have no link.
@@ -36,7 +36,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// The step at which it is forgotten; 0: there is none.
     #[hot]
-    fn end_step(&self, at: usize) -> u8 {
+    pub(super) fn end_step(&self, at: usize) -> u8 {
         self.arena.slots.tag_at(at + DISTANCE).byte() & STEP
     }
 
@@ -165,7 +165,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Whether a neighbour is in the swarm at that place.
-    fn is_kin(&self, at: usize, swarm: u8) -> bool {
+    pub(super) fn is_kin(&self, at: usize, swarm: u8) -> bool {
         if swarm == 7 {
             return self.arena.get(at + DISTANCE).tag().byte() & !STEP != 0;
         }
@@ -174,7 +174,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// The first slot of the neighbour with the lowest id that is at least `from`; 0 if there is none.
     #[one_copy]
-    fn neighbor_from(&self, from: u16) -> usize {
+    pub(super) fn neighbor_from(&self, from: u16) -> usize {
         let (mut at, end) = self.neighbor_slots();
         let mut found = 0;
         let mut lowest = u16::MAX;

@@ -24,7 +24,7 @@ use crate::value::{Tag, Type, Value};
 const KEY: usize = 0;
 const VALUE: usize = 1;
 const ROBOT: usize = 2;
-const CLOCK: usize = 3;
+pub(super) const CLOCK: usize = 3;
 const DIGEST: usize = 4;
 
 /// Most entries of a former life that a robot puts again; later one in 256 steps. Two robots with one id would do so for
@@ -32,14 +32,14 @@ const DIGEST: usize = 4;
 const RECLAIMED_MAX: u8 = 16;
 
 /// With the high bits of the clock: the robot has put the value itself since it was switched on.
-const OWN: u8 = 0x40;
+pub(super) const OWN: u8 = 0x40;
 
 /// The tag of a stigmergy's number after a restart, until the script creates the stigmergy again.
 const KEPT: Tag = Tag::NIL;
 
 /// The handlers of stigmergies, beside listeners: a library that no script has, with the object's number.
-const ON_CONFLICT: u8 = 0xfe;
-const ON_CONFLICT_LOST: u8 = 0xfd;
+pub(super) const ON_CONFLICT: u8 = 0xfe;
+pub(super) const ON_CONFLICT_LOST: u8 = 0xfd;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// The first slot of the entry at that place.

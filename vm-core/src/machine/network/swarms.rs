@@ -9,7 +9,7 @@ use crate::value::{Tag, Value};
 
 // The slot of a swarm: its number, with these in place of a tag.
 const EXISTS: u8 = 1;
-const MEMBER: u8 = 2;
+pub(super) const MEMBER: u8 = 2;
 /// In place of a tag, of a swarm or an entry: it is to be sent when the entry point that is running returns.
 pub(super) const NEWS: u8 = 0x80;
 

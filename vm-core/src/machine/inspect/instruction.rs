@@ -1,7 +1,6 @@
-//! The machine between two instructions, as a program on a host sees it: the next instruction with its operands, and the memory
-//! in use. Firmware calls none of it, so that it takes no flash.
+//! The next instruction, with its operands and the locals of its function.
 
-use super::{GLOBALS, Native, SPECIAL, State, Vm};
+use super::super::{SPECIAL, State, Vm};
 use crate::bytecode::ByteCode;
 use crate::number::Profile;
 use crate::opcode::{self, Decoded};
@@ -83,56 +82,5 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Returns the slot of the running frame: one that is called has a higher one than its caller.
     pub fn frame(&self) -> u16 {
         self.fp
-    }
-
-    /// Returns the slots that globals and frames take, with those that the running functions may still use.
-    pub fn stack_slots(&self) -> usize {
-        let mut slots = usize::from(self.sp);
-        if self.state != State::Running {
-            return slots;
-        }
-        let (mut pc, mut fp) = (usize::from(self.pc), usize::from(self.fp));
-        while pc != Native::EXIT.position() {
-            slots = slots.max(fp + 1 + self.frame_room(pc));
-            (pc, fp) = self.caller(fp);
-        }
-        slots
-    }
-
-    /// Returns the slots of the heap that are in use, those of garbage included.
-    pub fn heap_slots(&self) -> usize {
-        let beside = usize::from(self.arena.reserved) + self.arena.unused();
-        self.arena.top().saturating_sub(beside)
-    }
-
-    /// Returns numbers that change when a slot of the heap is taken into use or a collection frees some.
-    pub fn heap_state(&self) -> [u16; 3] {
-        [self.arena.bottom, self.arena.free, self.arena.floor]
-    }
-
-    /// Returns the slots without which the script could not go on: globals, frames, and what the script can still reach
-    /// of the heap. A copy of the machine collects its garbage to find out.
-    pub fn needed_slots(&self) -> usize {
-        let mut copy = self.clone();
-        copy.collect();
-        copy.arena.top().saturating_sub(copy.arena.unused())
-    }
-
-    /// Returns the slots of the heap that the script can reach from this global.
-    pub fn slots_held_by(&self, global: u16) -> usize {
-        self.slots_reached(Some(global)).saturating_sub(self.slots_reached(None))
-    }
-
-    /// Returns the slots in use if the script could reach nothing but this global. A copy of the machine forgets the others and
-    /// all functions that are running.
-    fn slots_reached(&self, global: Option<u16>) -> usize {
-        let mut copy = self.clone();
-        let count = copy.header().map_or(0, |header| header.globals());
-        for other in (0..count).filter(|other| Some(*other) != global) {
-            copy.arena.set(GLOBALS + usize::from(other), Value::nil());
-        }
-        copy.state = State::Idle;
-        copy.sp = GLOBALS as u16 + count;
-        copy.needed_slots()
     }
 }

@@ -1,0 +1,118 @@
+//! The frames of running functions, those of built-ins included.
+
+use super::super::{Native, SPECIAL, State, Vm};
+use crate::bytecode::ByteCode;
+use crate::image::PARAMETERS;
+use crate::number::Profile;
+use crate::value::Value;
+
+/// A function that is running.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct CallFrame {
+    /// Slot of its record, from which locals are counted: a function that is called has a higher one than its caller.
+    pub slot: u16,
+    /// The first slot above its locals and operands, among which are the arguments of the function that it calls.
+    pub end: u16,
+    /// What runs, and where it is.
+    pub place: FramePlace,
+}
+
+/// What runs in a frame, and where it is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum FramePlace {
+    /// A function of the script.
+    Script {
+        /// Its number.
+        function: u16,
+        /// The number of its parameters, in the slots below the record.
+        parameters: u8,
+        /// Offset from the start of the code: the first byte of the next instruction, or the last byte of the instruction
+        /// that made a call or stopped the script.
+        position: u16,
+    },
+    /// A built-in that calls functions of the script or waits, by its number in [`builtin`](crate::builtin).
+    Builtin(u8),
+    /// A robot function that goes on, by the number of its import.
+    Robot(u16),
+    /// The machine handles messages before `step()`.
+    Messages,
+    /// The machine is about to call an entry that is no plain function.
+    Entry,
+    /// The machine copies a library to a table for a built-in that needs one.
+    LibraryCopy,
+}
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
+    /// Returns the functions that are running, innermost first. After a fault these are the functions that it has stopped.
+    pub fn frames(&self) -> CallFrames<'_, P, C, SLOTS> {
+        let is_between = self.state == State::Running;
+        let is_in_entry = is_between || matches!(self.state, State::Faulted(_));
+        let pc = if is_in_entry { usize::from(self.pc) } else { Native::EXIT.position() };
+        CallFrames { vm: self, pc, fp: self.fp.into(), end: self.sp, is_between }
+    }
+
+    /// Returns a slot of a frame by its offset from the record, as instructions name it: a parameter below 0, a local or an
+    /// operand above; `None` if the frame has no such slot.
+    pub fn local_of(&self, frame: &CallFrame, offset: i16) -> Option<Value<P>> {
+        let FramePlace::Script { parameters, .. } = frame.place else { return None };
+        let slot = frame.slot.checked_add_signed(offset)?;
+        let first = frame.slot.saturating_sub(parameters.into());
+        let is_local = slot != frame.slot && (first..frame.end).contains(&slot);
+        is_local.then(|| self.arena.get(slot.into()))
+    }
+}
+
+/// See [`Vm::frames`].
+pub struct CallFrames<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
+    vm: &'a Vm<P, C, SLOTS>,
+    pc: usize,
+    fp: usize,
+    end: u16,
+    /// The frame is that of the next instruction. In all others an instruction is under way.
+    is_between: bool,
+}
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Iterator for CallFrames<'_, P, C, SLOTS> {
+    type Item = CallFrame;
+
+    fn next(&mut self) -> Option<CallFrame> {
+        let (pc, fp, end) = (self.pc, self.fp, self.end);
+        if pc == Native::EXIT.position() {
+            return None;
+        }
+        let back = usize::from(!core::mem::take(&mut self.is_between));
+        let (caller_pc, caller) = self.vm.caller(fp);
+        // Only the outermost frame has no caller.
+        self.pc = if caller == fp { Native::EXIT.position() } else { caller_pc };
+        self.fp = caller;
+        self.end = fp as u16;
+        let place =
+            if pc < SPECIAL { self.script(pc.saturating_sub(back))? } else { self.native(pc, fp) };
+        Some(CallFrame { slot: fp as u16, end, place })
+    }
+}
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> CallFrames<'_, P, C, SLOTS> {
+    /// A function of the script, by the offset in the image of a byte of the instruction where it is.
+    fn script(&self, at: usize) -> Option<FramePlace> {
+        let program = self.vm.program()?;
+        let header = program.function_at(at);
+        let mut numbers = 0..program.header().functions();
+        let function = numbers.find(|number| program.function(*number) == header)?;
+        let parameters = program.code.byte(header) & PARAMETERS;
+        let position = at.wrapping_sub(program.header().code_at().into()) as u16;
+        Some(FramePlace::Script { function, parameters, position })
+    }
+
+    /// A frame of the machine, by the position where it goes on and its record.
+    fn native(&self, pc: usize, fp: usize) -> FramePlace {
+        match Native(pc as u8 & 0x7f) {
+            Native::MESSAGES => FramePlace::Messages,
+            Native::START => FramePlace::Entry,
+            Native::COPY => FramePlace::LibraryCopy,
+            // The function is its first local.
+            Native::ROBOT => FramePlace::Robot(self.vm.arena.get(fp + 1).index() as u16),
+            Native(number) => FramePlace::Builtin(number),
+        }
+    }
+}

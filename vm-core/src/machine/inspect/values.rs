@@ -1,0 +1,172 @@
+//! Values and what they refer to: entries of tables, functions with their captured values, text.
+
+use super::super::Vm;
+use crate::builtin::Library;
+use crate::bytecode::ByteCode;
+use crate::heap::Visit;
+use crate::host::Text;
+use crate::number::Profile;
+use crate::value::{Tag, Value};
+
+/// What a value is. Tables, closures and strings made at run time lie in cells: equal numbers are the same object, until a
+/// collection frees the cell for another one.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum ValueKind {
+    /// nil
+    Nil,
+    /// An argument that was not passed.
+    Unset,
+    /// An integer.
+    Int(i32),
+    /// A float.
+    Float(f32),
+    /// A constant string, by its number.
+    String(u16),
+    /// A string made at run time, by its cell.
+    Text(u16),
+    /// A table, by its cell.
+    Table(u16),
+    /// What `neighbors.map` and its relatives return: a table that has functions, by its cell.
+    Snapshot(u16),
+    /// A function with captured values, by its cell.
+    Closure(u16),
+    /// A function that was read from a table, which is its `self`, by its cell.
+    Bound(u16),
+    /// A function of the script that captures nothing, by its number.
+    Function(u16),
+    /// A built-in function, by its number in [`builtin`](crate::builtin).
+    Builtin(u8),
+    /// A robot function, by the number of its import.
+    Robot(u16),
+    /// A library.
+    Library(Library),
+    /// A swarm, by the number that the script gave it.
+    Swarm(u16),
+    /// A stigmergy, by the number that the script gave it.
+    Stigmergy(u16),
+}
+
+/// A function that refers to values.
+#[derive(Clone, Copy, Debug)]
+pub struct ClosureParts<P: Profile> {
+    /// What a call runs: a function of the script or a built-in; of a bound function, the function or closure that was bound.
+    pub function: Value<P>,
+    /// Its `self`, or nil.
+    pub self_value: Value<P>,
+    /// Slots for captured values, at least as many as it has. Those above its last are nil.
+    pub slots: usize,
+}
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
+    /// Returns what a value is.
+    pub fn kind(&self, value: Value<P>) -> ValueKind {
+        let index = value.index() as u16;
+        match value.tag() {
+            Tag::INT => ValueKind::Int(value.as_int().unwrap_or(0)),
+            Tag::FLOAT => ValueKind::Float(value.as_f32().unwrap_or(0.0)),
+            Tag::STRING => ValueKind::String(index),
+            Tag::FUNCTION => ValueKind::Function(index),
+            Tag::BUILTIN => ValueKind::Builtin(index as u8),
+            Tag::ROBOT => ValueKind::Robot(index),
+            Tag::LIBRARY => self.library_kind(value),
+            Tag::UNSET => ValueKind::Unset,
+            Tag::TABLE => ValueKind::Table(index),
+            Tag::CLOSURE => ValueKind::Closure(index),
+            Tag::BOUND => ValueKind::Bound(index),
+            Tag::TEXT => ValueKind::Text(index),
+            Tag::SNAPSHOT => ValueKind::Snapshot(index),
+            _ => ValueKind::Nil,
+        }
+    }
+
+    fn library_kind(&self, value: Value<P>) -> ValueKind {
+        let [library, _] = (value.index() as u16).to_le_bytes();
+        match Library::ALL.get(usize::from(library)) {
+            Some(Library::SwarmObject) => ValueKind::Swarm(self.swarm_number(value)),
+            Some(Library::StigmergyObject) => ValueKind::Stigmergy(self.stigmergy_number(value)),
+            Some(library) => ValueKind::Library(*library),
+            None => ValueKind::Nil,
+        }
+    }
+
+    /// Returns the text of a string, which is empty for a constant whose text is not in the image; `None` of other values.
+    pub fn text(&self, value: Value<P>) -> Option<Text<'_, P, C, SLOTS>> {
+        let is_string = matches!(value.tag(), Tag::STRING | Tag::TEXT);
+        is_string.then(|| Text::new(self.view(), value))
+    }
+
+    /// Returns the entries of a table or a snapshot in the order in which scripts iterate over them. Of a library these are
+    /// the changes that the script has made; a value that was not passed stands for a member that it removed. Other values
+    /// have none.
+    pub fn entries(&self, table: Value<P>) -> TableEntries<'_, P, C, SLOTS> {
+        let table = match table.tag() {
+            Tag::TABLE | Tag::SNAPSHOT => Some(table),
+            Tag::LIBRARY => Some(self.overlay(table)).filter(|changes| changes.is(Tag::TABLE)),
+            _ => None,
+        };
+        let table = table.map(|table| table.index());
+        let visit = table.map_or(Visit::NONE, |table| self.arena.visit(table));
+        TableEntries { vm: self, table, visit, gap: 0, is_before_gap: true }
+    }
+
+    /// Returns function and `self` of a closure or a bound function; `None` of other values.
+    pub fn closure(&self, value: Value<P>) -> Option<ClosureParts<P>> {
+        let cell = value.index();
+        let slots = match value.tag() {
+            Tag::CLOSURE => self.arena.capture_slots(cell),
+            Tag::BOUND => 0,
+            _ => return None,
+        };
+        let function = self.arena.closure_function(cell);
+        Some(ClosureParts { function, self_value: self.arena.closure_self(cell), slots })
+    }
+
+    /// Returns a captured value of a closure by its number, nil if it has not so many or is none.
+    pub fn captured(&self, closure: Value<P>, number: u16) -> Value<P> {
+        match closure.tag() {
+            Tag::CLOSURE => self.arena.captured(closure.index(), number.into()),
+            _ => Value::nil(),
+        }
+    }
+}
+
+/// See [`Vm::entries`].
+pub struct TableEntries<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
+    vm: &'a Vm<P, C, SLOTS>,
+    /// Its cell.
+    table: Option<usize>,
+    /// The entries as they are stored, which come after the consecutive keys.
+    visit: Visit,
+    /// The first of the keys 0, 1, 2, ... that is missing, as far as is known.
+    gap: u16,
+    /// Keys 0, 1, 2, ... are being visited.
+    is_before_gap: bool,
+}
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Iterator for TableEntries<'_, P, C, SLOTS> {
+    type Item = [Value<P>; 2];
+
+    fn next(&mut self) -> Option<[Value<P>; 2]> {
+        let (arena, table) = (&self.vm.arena, self.table?);
+        if self.is_before_gap {
+            let key = Value::indexed(Tag::INT, self.gap);
+            let value = arena.table_get(table, key);
+            if !value.is_nil() {
+                self.gap += 1;
+                return Some([key, value]);
+            }
+            self.is_before_gap = false;
+        }
+        loop {
+            let Some([key, value]) = arena.next_stored(&mut self.visit) else {
+                // A visit has no next entry only once.
+                self.table = None;
+                return None;
+            };
+            let is_visited = key.as_int().is_some_and(|key| (0..self.gap.into()).contains(&key));
+            if !is_visited {
+                return Some([key, value]);
+            }
+        }
+    }
+}
