@@ -3,12 +3,12 @@
 use std::time::{Duration, Instant};
 
 use bittybuzz_arena::robot::checks::{Checker, Slice};
+use bittybuzz_inspect::ScriptMemory;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{Entry, Fault, Image, ImageError, Outcome, Sighting, Sizes, Value, Vm};
 
 use crate::host::{Clock, HostRobot};
 use crate::interrupt::Interrupt;
-use crate::memory::Memory;
 
 /// Slots of the machine that plays all robots, as many as there can be.
 pub const SLOTS: usize = 65_520;
@@ -76,7 +76,7 @@ pub struct Ended {
     /// The checks of the script.
     pub checker: Option<Checker>,
     /// The use of the memory, where the script needed more.
-    pub memory: Option<Memory>,
+    pub memory: Option<ScriptMemory>,
 }
 
 /// Runs an image.
@@ -101,7 +101,7 @@ pub fn drive<P: Profile>(
     run.host.output.flush();
     let Run { vm, entry, checker, steps, .. } = run;
     let memory = match &end {
-        End::Fault(fault) => Memory::at(fault, &vm, settings.slots),
+        End::Fault(fault) => ScriptMemory::after(fault, &*vm, settings.slots),
         End::Complete | End::Interrupted | End::OutputClosed => None,
     };
     Ok(Ended { end, positions: vm.calls().collect(), entry, steps, checker, memory })

@@ -22,6 +22,7 @@ use crate::fault;
 use crate::host::{Clock, HostRobot};
 use crate::interrupt::{self, Interrupt};
 use crate::json;
+use crate::memory;
 use crate::output::{self, Form};
 use crate::problem::Problem;
 use crate::program::Program;
@@ -188,7 +189,7 @@ pub fn execute(arguments: &Arguments) -> Result<Ending, Problem> {
         }
         End::Fault(fault) => {
             let step = (entry == Entry::Step).then(|| format!("in step {steps}"));
-            let memory = memory.map(|memory| memory.text(&program));
+            let memory = memory.map(|memory| memory::text(&memory, &program));
             let notes: Vec<String> = step.into_iter().chain(memory).collect();
             fault::report(&fault, &program, &backtrace, refusal.as_deref(), &notes);
             Ending::RuntimeError

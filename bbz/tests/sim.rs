@@ -368,3 +368,30 @@ fn a_signal_ends_a_run_with_a_summary_and_a_whole_recording() {
         assert!(Reader::new(&recording).unwrap().all(|sample| sample.is_ok()), "{signal}");
     }
 }
+
+#[test]
+fn a_lack_of_memory_names_the_globals_that_hold_it() {
+    let folder = folder("sim_memory");
+    folder.write(
+        "s.toml",
+        "[world]\nsize = [500, 500]\nduration = 2\n\
+         [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\nplacement = \"line\"\nspacing = 40\ncount = 2\n",
+    );
+    let globals = "few = { .1 = 1 }\nmany = {}\nn = 0\n";
+    let fill = "while(1) {\n  n = n + 1\n  many[n] = { .x = n }\n}\n";
+    let step = format!("{globals}function step() {{\n{fill}}}\n");
+    // The listener of a robot ends, and its script goes on.
+    let listener = format!(
+        "{globals}function f(topic, value, robot) {{\n{fill}}}\n\
+         function init() {{ neighbors.listen(\"go\", f) }}\n\
+         function step() {{ if(id == 0) neighbors.broadcast(\"go\", 1) }}\n"
+    );
+    for (script, robot) in [(step, "robot 0 stopped"), (listener, "a listener or handler")] {
+        folder.write("s.bzz", script);
+        let outcome = folder.bbz(&["sim", "s.toml"]);
+        let all = &outcome.stderr;
+        for words in ["R0010", robot, "globals and calls take ", "`many` holds ", "`few` holds 7"] {
+            assert!(all.contains(words), "{words}: {all}");
+        }
+    }
+}

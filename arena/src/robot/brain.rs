@@ -3,6 +3,8 @@
 use std::sync::Arc;
 
 use bittybuzz_comms::trace::Unused;
+use bittybuzz_compiler::symbols::Symbols;
+use bittybuzz_inspect::{Inspection, Limits};
 use bittybuzz_vm_core::{Counters, Fault, ImageError};
 
 use crate::engine::{Brain, Digest, Io};
@@ -228,6 +230,11 @@ impl SimRobot {
     /// Returns the number of its neighbors.
     pub fn neighbors(&self) -> usize {
         self.machine().map_or(0, |machine| machine.neighbors())
+    }
+
+    /// Returns everything that its machine holds, with names from the symbols of its script; `None` if it runs its firmware.
+    pub fn inspect(&self, symbols: Option<&Symbols>, limits: Limits) -> Option<Inspection> {
+        Some(self.machine()?.inspect(symbols, limits))
     }
 
     fn machine(&self) -> Option<&(dyn Machine + Send)> {

@@ -1,5 +1,6 @@
 //! The faults of a robot's script, and the pauses after which it starts again.
 
+use bittybuzz_inspect::ScriptMemory;
 use bittybuzz_vm_core::{Entry, Fault, Restarts};
 
 /// The number of places that are remembered of a robot. Faults at other places are counted only.
@@ -18,6 +19,8 @@ pub struct FaultRecord {
     pub entry: Option<Entry>,
     /// The argument lists of the robot function that refused its arguments.
     pub refusal: Option<String>,
+    /// The memory of the machine after the first one, if it was for want of memory. Firmware does not report it.
+    pub memory: Option<ScriptMemory>,
     /// The consequence of the first one.
     pub consequence: Consequence,
     /// Faults with this code at this place.
@@ -164,6 +167,7 @@ mod tests {
             positions: vec![position],
             entry: None,
             refusal: None,
+            memory: None,
             consequence,
             count: 1,
         }

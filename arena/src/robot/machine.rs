@@ -5,6 +5,8 @@
 //! script: it gets the slots of its robot's file, no more.
 
 use bittybuzz_comms::queue::{Inbox, Outbox};
+use bittybuzz_compiler::symbols::Symbols;
+use bittybuzz_inspect::{Inspection, Limits, Queue, Queues, inspect};
 use bittybuzz_robot_spec::Profile as NumberProfile;
 use bittybuzz_vm_core::message::{FULL_FRAME, Kind, TINY_FRAME};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
@@ -63,6 +65,9 @@ pub trait Machine {
 
     /// Returns the number of its neighbors.
     fn neighbors(&self) -> usize;
+
+    /// Returns everything that it holds, with names from the symbols of its script.
+    fn inspect(&self, symbols: Option<&Symbols>, limits: Limits) -> Inspection;
 }
 
 impl Clone for Box<dyn Machine + Send> {
@@ -255,7 +260,8 @@ where
                 }
                 Outcome::Fault(fault) => {
                     let positions = vm.calls().collect();
-                    let record = state.record(io.now, fault, positions, Some(entry));
+                    let mut record = state.record(io.now, fault, positions, Some(entry));
+                    record.memory = state.memory_after(&fault, vm);
                     if state.fail(record) {
                         state.stage = Stage::Pause;
                         state.is_running = false;
@@ -347,6 +353,16 @@ where
 
     fn neighbors(&self) -> usize {
         self.vm.neighbor_count()
+    }
+
+    fn inspect(&self, symbols: Option<&Symbols>, limits: Limits) -> Inspection {
+        let queue = |(capacity, frames)| -> Queue {
+            let frames: Vec<Vec<u8>> = frames;
+            Queue::of(&self.vm, symbols, capacity, frames)
+        };
+        let queues =
+            Queues { inbox: queue(self.inbox.waiting()), outbox: queue(self.outbox.waiting()) };
+        Inspection { queues: Some(queues), ..inspect(&self.vm, symbols, limits) }
     }
 }
 

@@ -187,7 +187,9 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
             return false;
         }
         // A listener that is no function has no position: the robot has called the script, no entry of it.
-        let record = state.record(io.now, *fault, calls.collect(), None);
+        let memory = state.memory_after(fault, calls.machine());
+        let mut record = state.record(io.now, *fault, calls.collect(), None);
+        record.memory = memory;
         state.add_fault(record);
         true
     }

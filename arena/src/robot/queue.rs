@@ -24,6 +24,9 @@ pub trait InQueue {
 
     /// Returns the number of frames for which there was no room.
     fn dropped(&self) -> u16;
+
+    /// Returns the number of frames that fit, and those that wait, oldest first.
+    fn waiting(&self) -> (usize, Vec<Vec<u8>>);
 }
 
 /// Frames that are to be sent, of any length of queue.
@@ -48,6 +51,9 @@ pub trait OutQueue {
 
     /// Returns the number of frames for which there was no room.
     fn dropped(&self) -> u16;
+
+    /// Returns the number of frames that fit, and those that wait, oldest first.
+    fn waiting(&self) -> (usize, Vec<Vec<u8>>);
 }
 
 /// A number profile, and queues for 1 to [`MOST`] of its frames.
@@ -92,6 +98,10 @@ where
     fn dropped(&self) -> u16 {
         self.counters().dropped
     }
+
+    fn waiting(&self) -> (usize, Vec<Vec<u8>>) {
+        (LENGTH, self.frames().map(<[u8]>::to_vec).collect())
+    }
 }
 
 impl<P: Profile, const FRAME: usize, const LENGTH: usize> OutQueue for Outbox<P, FRAME, LENGTH>
@@ -129,6 +139,10 @@ where
     fn dropped(&self) -> u16 {
         self.counters().dropped
     }
+
+    fn waiting(&self) -> (usize, Vec<Vec<u8>>) {
+        (LENGTH, self.frames().map(<[u8]>::to_vec).collect())
+    }
 }
 
 impl Clone for Box<dyn InQueue + Send> {
@@ -156,6 +170,10 @@ impl InQueue for Box<dyn InQueue + Send> {
 
     fn dropped(&self) -> u16 {
         (**self).dropped()
+    }
+
+    fn waiting(&self) -> (usize, Vec<Vec<u8>>) {
+        (**self).waiting()
     }
 }
 
@@ -192,6 +210,10 @@ impl OutQueue for Box<dyn OutQueue + Send> {
 
     fn dropped(&self) -> u16 {
         (**self).dropped()
+    }
+
+    fn waiting(&self) -> (usize, Vec<Vec<u8>>) {
+        (**self).waiting()
     }
 }
 

@@ -3,8 +3,10 @@
 use std::hash::Hash;
 use std::sync::Arc;
 
+use bittybuzz_inspect::ScriptMemory;
 use bittybuzz_robot_spec::OnFault;
-use bittybuzz_vm_core::{Entry, Fault, FaultCode};
+use bittybuzz_vm_core::number::Profile;
+use bittybuzz_vm_core::{ByteCode, Entry, Fault, FaultCode, Vm};
 
 use crate::engine::{Digest, Io, Stream, TICK_US};
 
@@ -150,7 +152,20 @@ impl State {
     ) -> FaultRecord {
         let refusal = self.refusal.take();
         let consequence = Consequence::Contained;
-        FaultRecord { tick, fault, positions, entry, refusal, consequence, count: 1 }
+        let memory = None;
+        FaultRecord { tick, fault, positions, entry, refusal, memory, consequence, count: 1 }
+    }
+
+    /// Counts the slots of the machine after a fault for want of memory, if it is the first at its place: others are only
+    /// counted.
+    pub fn memory_after<P: Profile, C: ByteCode, const SLOTS: usize>(
+        &self,
+        fault: &Fault,
+        vm: &Vm<P, C, SLOTS>,
+    ) -> Option<ScriptMemory> {
+        let place = |fault: &Fault| (fault.position, fault.code);
+        let is_known = self.fault_places().iter().any(|known| place(&known.fault) == place(fault));
+        if is_known { None } else { ScriptMemory::after(fault, vm, self.context.slots) }
     }
 
     /// A fault has stopped the script. Returns true if it starts again after a pause.

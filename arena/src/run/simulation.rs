@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::hash::Hasher;
 use std::sync::Arc;
 
+use bittybuzz_inspect::{Inspection, Limits};
+
 use crate::engine::{
     Digest, HerdId, IntruderSettings, Pose, RobotId, RobotState, Stream, View, World,
 };
@@ -273,6 +275,14 @@ impl Simulation {
     pub fn is_faulted(&self, number: usize) -> bool {
         let robot = self.happenings.id(number).and_then(|id| self.world.brain(id));
         robot.is_some_and(|robot| robot.state().is_faulted())
+    }
+
+    /// Reads everything that the machine of a robot holds, with the names of its script. Nothing changes by that. `None` of a
+    /// robot that is not there yet, and of one that runs its firmware.
+    pub fn inspect(&self, number: usize, limits: Limits) -> Option<Inspection> {
+        let robot = self.world.brain(self.happenings.id(number)?)?;
+        let program = self.setup.programs.get(self.setup.group(number))?;
+        robot.inspect(program.symbols.as_ref(), limits)
     }
 
     /// Reads a quantity of a robot.

@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 
 use crate::backtrace::Backtrace;
 use crate::fault;
+use crate::memory;
 use crate::program::Program;
 
 /// The lines of a summary.
@@ -225,13 +226,14 @@ pub fn faults(setup: &Setup, programs: &[Program], summary: &Summary) {
         let record = &fault.record;
         let alike: Vec<&FaultOf> =
             summary.faults.iter().filter(|other| key(other) == key(fault)).collect();
-        let note = note(setup, &alike);
+        let memory = record.memory.as_ref().map(|memory| memory::text(memory, program));
+        let notes: Vec<String> = std::iter::once(note(setup, &alike)).chain(memory).collect();
         let backtrace = Backtrace::new(program, record.positions.clone(), record.entry);
         // Firmware tells only the fault.
         let robot = setup.scenario.groups.get(setup.group(fault.robot)).map(|group| &group.robot);
         let refusal =
             record.refusal.clone().or_else(|| fault::accepted(&record.fault, program, robot));
-        fault::report(&record.fault, program, &backtrace, refusal.as_deref(), &[note]);
+        fault::report(&record.fault, program, &backtrace, refusal.as_deref(), &notes);
     }
 }
 

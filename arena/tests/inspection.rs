@@ -1,0 +1,59 @@
+//! Robots of a run are inspected between ticks, and the run is the same.
+
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+mod busy;
+mod script;
+
+use bittybuzz_arena::run::Simulation;
+use bittybuzz_inspect::{Inspection, Limits, QueuedMessage, ScriptValue};
+use busy::{rest, setup};
+
+fn global<'a>(found: &'a Inspection, name: &str) -> &'a ScriptValue {
+    &found.globals.iter().find(|global| global.name == name).unwrap().value
+}
+
+#[test]
+fn inspection_between_ticks_changes_nothing() {
+    let setup = setup("inspection", "");
+    let expected = rest(&mut Simulation::new(setup.clone(), 5, 1).unwrap());
+    let mut simulation = Simulation::new(setup.clone(), 5, 1).unwrap();
+    let (mut neighbors, mut entries, mut waiting, mut messages) = (0, 0, 0, 0);
+    for (digest, lines) in expected {
+        simulation.tick().unwrap();
+        for number in 0..simulation.robot_count() {
+            let Some(found) = simulation.inspect(number, Limits::NONE) else { continue };
+            // What the expectations of scenarios read by another way.
+            let names = setup.programs[setup.group(number)].globals();
+            let at = names.iter().position(|name| name == "heard").unwrap();
+            assert_eq!(names[at], found.globals[at].name);
+            neighbors += found.neighbors.len();
+            entries += found.stigmergies.iter().map(|one| one.entries.len()).sum::<usize>();
+            let queues = found.queues.as_ref().unwrap();
+            assert!(queues.inbox.messages.len() <= queues.inbox.capacity);
+            assert!(queues.outbox.messages.len() <= queues.outbox.capacity);
+            waiting += queues.inbox.messages.len() + queues.outbox.messages.len();
+            let is_broadcast = |message: &&QueuedMessage| {
+                let topic = ScriptValue::String("n".to_owned());
+                matches!(message, QueuedMessage::Broadcast { topic: on, .. } if *on == topic)
+            };
+            let queued = queues.inbox.messages.iter().chain(&queues.outbox.messages);
+            messages += queued.filter(is_broadcast).count();
+            if let ScriptValue::Table(far) = global(&found, "far") {
+                assert!(found.objects.contains_key(far));
+            }
+        }
+        assert_eq!((simulation.digest(), simulation.take_log()), (digest, lines));
+    }
+    assert!(neighbors > 0 && entries > 0 && waiting > 0 && messages > 0);
+}
+
+#[test]
+fn a_robot_that_is_not_there_has_nothing_to_inspect() {
+    let more = "[[robots]]\nname = \"late\"\nrobot = \"kilobot\"\nscript = \"kilobot.bzz\"\ncount = 1\npresent = false\nfirst_id = 90\n";
+    let simulation = Simulation::new(setup("inspection-absent", more), 5, 1).unwrap();
+    let last = simulation.robot_count() - 1;
+    assert!(simulation.inspect(last, Limits::NONE).is_none());
+    assert!(simulation.inspect(last + 1, Limits::NONE).is_none());
+    assert!(simulation.inspect(0, Limits::NONE).is_some());
+}

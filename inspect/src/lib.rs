@@ -1,0 +1,100 @@
+//! Inspection: a virtual machine and the symbols of its script as one tree of named values.
+//!
+//! [`inspect`] reads a machine between any two instructions, or after a fault, and returns an [`Inspection`] that owns all
+//! it holds: the calls with their locals, globals, tables, closures, neighbors, swarms, stigmergies and handlers. A
+//! [`Queue`] decodes the messages that wait, and [`ScriptMemory`] counts the slots that the script needs.
+//!
+//! # Principles
+//! 1. **It only reads.** A run is the same with and without inspection, and robots carry no byte for it.
+//! 2. **Objects have an identity.** A value names its table or closure by an [`ObjectId`]; each object is expanded once, so
+//!    that a cycle has an end. The caller limits how much is expanded.
+//! 3. **Names are optional.** Without symbols, or with those of another script, numbers stand in their place.
+//!
+//! # What it will not do
+//! Change a machine, format text for people, or know a robot.
+
+mod frame;
+mod memory;
+mod network;
+mod object;
+mod queue;
+mod reader;
+mod value;
+
+use bittybuzz_compiler::symbols::Symbols;
+use bittybuzz_vm_core::inspect::{Activity, Assembling, KnownSwarm};
+use bittybuzz_vm_core::number::Profile;
+use bittybuzz_vm_core::{ByteCode, Vm};
+
+pub use frame::{Frame, FrameFunction, SourcePlace};
+pub use memory::ScriptMemory;
+pub use network::{Handler, HandlerTrigger, Neighbor, Stigmergy, StigmergyEntry};
+pub use object::{Limits, Object, ObjectId, Objects};
+pub use queue::{Queue, QueuedMessage, Queues};
+pub use value::{Named, ScriptValue};
+
+use reader::Reader;
+
+/// Everything that a machine holds, with names.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Inspection {
+    /// What the machine does.
+    pub activity: Activity,
+    /// The script's globals, by number.
+    pub globals: Vec<Named>,
+    /// The functions that are running, innermost first. After a fault these are the functions that it has stopped.
+    pub frames: Vec<Frame>,
+    /// Robots that were heard of late, by their ids.
+    pub neighbors: Vec<Neighbor>,
+    /// Swarms that the script has created.
+    pub swarms: Vec<KnownSwarm>,
+    /// Stigmergies that the script has created.
+    pub stigmergies: Vec<Stigmergy>,
+    /// Functions that handle messages and conflicts.
+    pub handlers: Vec<Handler>,
+    /// The message of which some fragments are here.
+    pub assembling: Option<Assembling>,
+    /// The messages that wait; `None` if the queues are not known.
+    pub queues: Option<Queues>,
+    /// The memory in use.
+    pub slots: SlotUse,
+    /// The tables and closures to which values refer, as far as the limits let them be expanded.
+    pub objects: Objects,
+}
+
+/// The use of a machine's memory, in slots.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SlotUse {
+    /// Globals and functions that are running.
+    pub stack: usize,
+    /// Tables, closures and strings, with garbage.
+    pub heap: usize,
+    /// Neither.
+    pub free: usize,
+}
+
+/// Reads a machine. Symbols of another script are ignored.
+pub fn inspect<P: Profile, C: ByteCode, const SLOTS: usize>(
+    vm: &Vm<P, C, SLOTS>,
+    symbols: Option<&Symbols>,
+    limits: Limits,
+) -> Inspection {
+    let mut reader = Reader::new(vm, symbols, limits);
+    let globals = reader.globals();
+    let frames = frame::frames(&mut reader);
+    let stigmergies = network::stigmergies(&mut reader);
+    let handlers = network::handlers(&mut reader);
+    Inspection {
+        activity: vm.activity(),
+        globals,
+        frames,
+        neighbors: network::neighbors(vm),
+        swarms: vm.swarms().collect(),
+        stigmergies,
+        handlers,
+        assembling: vm.assembling(),
+        queues: None,
+        slots: SlotUse { stack: vm.stack_slots(), heap: vm.heap_slots(), free: vm.free_slots() },
+        objects: reader.expand(),
+    }
+}

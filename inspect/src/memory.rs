@@ -1,0 +1,44 @@
+//! The memory that a script needs, and the globals that hold it.
+
+use bittybuzz_vm_core::number::Profile;
+use bittybuzz_vm_core::{ByteCode, Fault, FaultCode, Vm};
+
+/// The slots of a machine and their use.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ScriptMemory {
+    /// All slots.
+    pub slots: usize,
+    /// Slots of globals and of functions that are running.
+    pub stack: usize,
+    /// Slots of tables, closures and strings that the script can still reach.
+    pub heap: usize,
+    /// Numbers of globals with the slots of the heap that can be reached from them, most first.
+    pub held: Vec<(u16, usize)>,
+}
+
+impl ScriptMemory {
+    /// Counts the slots of a machine that has that many. Copies of the machine collect garbage to find out, one for each
+    /// global.
+    pub fn of<P: Profile, C: ByteCode, const SLOTS: usize>(
+        vm: &Vm<P, C, SLOTS>,
+        slots: usize,
+    ) -> ScriptMemory {
+        let stack = vm.stack_slots();
+        let globals = 0..vm.header().map_or(0, |header| header.globals());
+        let mut held: Vec<(u16, usize)> =
+            globals.map(|number| (number, vm.slots_held_by(number))).collect();
+        held.retain(|(_, slots)| *slots > 0);
+        held.sort_by_key(|(number, slots)| (std::cmp::Reverse(*slots), *number));
+        ScriptMemory { slots, stack, heap: vm.needed_slots().saturating_sub(stack), held }
+    }
+
+    /// Counts the slots of a machine that a fault has stopped for want of memory; `None` after other faults.
+    pub fn after<P: Profile, C: ByteCode, const SLOTS: usize>(
+        fault: &Fault,
+        vm: &Vm<P, C, SLOTS>,
+        slots: usize,
+    ) -> Option<ScriptMemory> {
+        let is_full = matches!(fault.code, FaultCode::OutOfMemory | FaultCode::StackOverflow);
+        is_full.then(|| ScriptMemory::of(vm, slots))
+    }
+}

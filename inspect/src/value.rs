@@ -1,0 +1,45 @@
+//! Values with the names of what they are.
+
+use crate::object::ObjectId;
+
+/// A value of a script.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ScriptValue {
+    /// nil
+    Nil,
+    /// An argument that was not passed.
+    Unset,
+    /// An integer.
+    Int(i32),
+    /// A float.
+    Float(f32),
+    /// A string. Bytes that are no UTF-8 are replaced.
+    String(String),
+    /// A constant string of which only the number is known.
+    UnknownString(u16),
+    /// A table, or what `neighbors.map` and its relatives return.
+    Table(ObjectId),
+    /// A function that refers to captured values or to its `self`.
+    Closure(ObjectId),
+    /// A function of the script that captures nothing.
+    Function(String),
+    /// A built-in function, such as `math.sqrt`.
+    Builtin(String),
+    /// A robot function.
+    RobotFunction(String),
+    /// A library, such as `neighbors`.
+    Library(&'static str),
+    /// A swarm, by the number that the script gave it.
+    Swarm(u16),
+    /// A stigmergy, by the number that the script gave it.
+    Stigmergy(u16),
+}
+
+/// A value under its name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Named {
+    /// As written; without symbols a number, such as `global 3`.
+    pub name: String,
+    /// Its value.
+    pub value: ScriptValue,
+}
