@@ -90,7 +90,7 @@ impl Files for MemoryFiles {
         match self.files.get(&normal(path)) {
             Some(Some(content)) => Ok(content.clone()),
             Some(None) => Err(io::ErrorKind::PermissionDenied.into()),
-            None => Err(io::ErrorKind::NotFound.into()),
+            None => Err(not_found()),
         }
     }
 
@@ -102,7 +102,7 @@ impl Files for MemoryFiles {
                 Ok(FileKind::File { length })
             }
             None if self.files.keys().any(|file| file.starts_with(&path)) => Ok(FileKind::Folder),
-            None => Err(io::ErrorKind::NotFound.into()),
+            None => Err(not_found()),
         }
     }
 
@@ -116,6 +116,11 @@ impl Files for MemoryFiles {
         let inside = self.files.keys().filter(|path| path.parent() == Some(&folder));
         inside.filter_map(|path| path.file_name()?.to_str().map(str::to_owned)).collect()
     }
+}
+
+/// The error of a file that is not there, in words for people: no system gives any.
+fn not_found() -> io::Error {
+    io::Error::new(io::ErrorKind::NotFound, "there is no such file")
 }
 
 /// Resolves `.` and `..`.
