@@ -14,13 +14,13 @@ const CLOSURE: i16 = 1;
 /// A function that is running.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
-    /// What runs.
+    /// The function.
     pub function: FrameFunction,
     /// The names that the function can use at that place, outer ones first. Without symbols all parameters and slots.
     pub locals: Vec<Named>,
 }
 
-/// What runs in a frame.
+/// The function of a frame.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum FrameFunction {
     /// A function of the script.

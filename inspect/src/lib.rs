@@ -38,7 +38,7 @@ use reader::Reader;
 /// Everything that a machine holds, with names.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inspection {
-    /// What the machine does.
+    /// The machine's state.
     pub activity: Activity,
     /// The script's globals, by number.
     pub globals: Vec<Named>,

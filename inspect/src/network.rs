@@ -1,4 +1,4 @@
-//! What a robot knows of others, with names.
+//! A robot's knowledge of others, with names.
 
 use bittybuzz_vm_core::inspect::{StoredEntry, Trigger};
 use bittybuzz_vm_core::number::Profile;
@@ -23,7 +23,7 @@ pub struct Neighbor {
 /// A stigmergy, as this robot knows it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stigmergy {
-    /// Its number.
+    /// The number that scripts give it.
     pub number: u16,
     /// Its entries, deleted ones included, as they are stored.
     pub entries: Vec<StigmergyEntry>,
@@ -51,13 +51,13 @@ pub struct StigmergyEntry {
 /// A function that handles messages or conflicts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Handler {
-    /// What it is called for.
+    /// The event for which it is called.
     pub trigger: HandlerTrigger,
     /// The function.
     pub function: ScriptValue,
 }
 
-/// What a handler is called for.
+/// The event for which a handler is called.
 #[derive(Debug, Clone, PartialEq)]
 pub enum HandlerTrigger {
     /// A message on that topic.

@@ -12,7 +12,7 @@ pub struct ObjectId(pub u16);
 /// The objects that were expanded.
 pub type Objects = BTreeMap<ObjectId, Object>;
 
-/// What a table or closure holds.
+/// The contents of a table or closure.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Object {
     /// A table.
@@ -40,7 +40,7 @@ pub enum Object {
     },
 }
 
-/// How much is expanded. What is left out is still named by its identity.
+/// Limits of the objects that are expanded. A value still names the others by their identity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
     /// Steps from a global, a local or another root to an object: with 0 no object is expanded, with 1 those that roots

@@ -13,16 +13,16 @@ pub struct CallFrame {
     pub slot: u16,
     /// The first slot above its locals and operands, among which are the arguments of the function that it calls.
     pub end: u16,
-    /// What runs, and where it is.
+    /// The function, and its place in the code.
     pub place: FramePlace,
 }
 
-/// What runs in a frame, and where it is.
+/// The function of a frame, and its place in the code.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum FramePlace {
     /// A function of the script.
     Script {
-        /// Its number.
+        /// The number of the function.
         function: u16,
         /// The number of its parameters, in the slots below the record.
         parameters: u8,

@@ -2,7 +2,7 @@
 //! locals, tables, closures, and its memory. All of this only reads, allocates nothing, and a run is the same with and without
 //! it. Firmware calls none of it, so that it takes no flash.
 //!
-//! What the machine knows of other robots is in [`super::network`].
+//! Its knowledge of other robots is in [`super::network`].
 
 mod frames;
 mod instruction;
@@ -19,7 +19,7 @@ use crate::bytecode::ByteCode;
 use crate::fault::Fault;
 use crate::number::Profile;
 
-/// What a machine does.
+/// The state of a machine.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Activity {
     /// It has no script.
@@ -37,7 +37,7 @@ pub enum Activity {
 }
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Returns what the machine does.
+    /// Returns the state of the machine.
     pub fn activity(&self) -> Activity {
         let pc = usize::from(self.pc);
         let waits = [Native(builtin::DELAY), Native::ROBOT].map(Native::position);

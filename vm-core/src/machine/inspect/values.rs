@@ -8,7 +8,7 @@ use crate::host::Text;
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
-/// What a value is. Tables, closures and strings made at run time lie in cells: equal numbers are the same object, until a
+/// A value by its type. Tables, closures and strings made at run time lie in cells: equal numbers are the same object, until a
 /// collection frees the cell for another one.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum ValueKind {
@@ -26,7 +26,7 @@ pub enum ValueKind {
     Text(u16),
     /// A table, by its cell.
     Table(u16),
-    /// What `neighbors.map` and its relatives return: a table that has functions, by its cell.
+    /// A result of `neighbors.map` and its relatives: a table that has functions, by its cell.
     Snapshot(u16),
     /// A function with captured values, by its cell.
     Closure(u16),
@@ -49,7 +49,7 @@ pub enum ValueKind {
 /// A function that refers to values.
 #[derive(Clone, Copy, Debug)]
 pub struct ClosureParts<P: Profile> {
-    /// What a call runs: a function of the script or a built-in; of a bound function, the function or closure that was bound.
+    /// The function that a call runs: a function of the script or a built-in; of a bound function, the function or closure that was bound.
     pub function: Value<P>,
     /// Its `self`, or nil.
     pub self_value: Value<P>,

@@ -1,4 +1,4 @@
-//! What a host may see of the robot's knowledge of others: neighbors, swarms, stigmergies, handlers.
+//! The robot's knowledge of others, as hosts see it: neighbors, swarms, stigmergies, handlers.
 
 use super::neighbors::{AZIMUTH, DISTANCE, ELEVATION, LAST_STEP};
 use super::protocol::{Assembly, Timer};
@@ -27,7 +27,7 @@ pub struct Neighbor<P: Profile> {
 /// A swarm that the script has created.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct KnownSwarm {
-    /// Its number.
+    /// The number that the script gave it.
     pub number: u16,
     /// The robot is in it.
     pub is_member: bool,
@@ -57,7 +57,7 @@ pub struct StoredEntry<P: Profile> {
     pub is_unsent: bool,
 }
 
-/// What a function of the script is called for.
+/// The event for which a function of the script is called.
 #[derive(Clone, Copy, Debug)]
 pub enum Trigger<P: Profile> {
     /// A message on that topic, a string.
@@ -166,7 +166,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     match key.index() as u8 {
                         ON_CONFLICT => Trigger::Conflict(stigmergy),
                         ON_CONFLICT_LOST => Trigger::LostConflict(stigmergy),
-                        // What the script has changed in a library.
+                        // Changes of the script in a library.
                         _ => return None,
                     }
                 }
@@ -203,7 +203,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.unused()
     }
 
-    /// What a table has under a key, nil if nothing; `None` if the value is no table.
+    /// Returns a table's value under a key, nil if there is none; `None` if the value is no table.
     pub fn field(&self, table: Value<P>, key: Value<P>) -> Option<Value<P>> {
         table.is(Tag::TABLE).then(|| self.arena.table_get(table.index(), key))
     }
@@ -214,7 +214,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         (0..self.sizes().entries).filter(has_entry).count()
     }
 
-    /// What this robot knows to be in a stigmergy. nil if the entry was deleted.
+    /// Returns the value that this robot knows of a stigmergy's key; nil if the entry was deleted.
     pub fn replica(&self, stigmergy: u16, key: Value<P>) -> Option<Value<P>> {
         let place = self.find_stigmergy(stigmergy);
         if place == self.protocol.stigmergies {
