@@ -160,8 +160,9 @@ fn wasm() -> Result<()> {
     const TARGET: &str = "wasm32-unknown-unknown";
     cargo(&["build", "--release", "--target", TARGET, "--package", MODULE])?;
     let module = target()?.join(TARGET).join("release/bittybuzz_playground.wasm");
-    let tests = cargo_test(&["--package", MODULE]);
-    tests.env("BITTYBUZZ_PLAYGROUND", &module.display().to_string()).run()
+    all_tests(&["--test", "everywhere"], &[])
+        .env("BITTYBUZZ_PLAYGROUND", &module.display().to_string())
+        .run()
 }
 
 /// Fails if a dependency is not as the lock files have it.
