@@ -54,9 +54,9 @@ pub struct FunctionSymbol {
 /// A name in a function, and the code in which it has that place. As JSON an array.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LocalSymbol {
-    /// As written.
+    /// The name in the source.
     pub name: String,
-    /// Where its value is.
+    /// The place of its value.
     pub place: LocalPlace,
     /// First byte of the code in which the name has that place: before the first instruction after that of its first value.
     pub from: u32,
@@ -64,7 +64,7 @@ pub struct LocalSymbol {
     pub to: u32,
 }
 
-/// Where the value of a local name is while its function runs.
+/// The place of a local's value while its function runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LocalPlace {
     /// A slot, by its offset from the frame's record as instructions name it: parameters are below 0, all others above.

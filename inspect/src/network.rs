@@ -38,7 +38,7 @@ pub struct StigmergyEntry {
     pub value: ScriptValue,
     /// The robot that put it.
     pub owner: u16,
-    /// When, on Lamport's clock.
+    /// The time of the put, on Lamport's clock.
     pub clock: u32,
     /// The digest of key and value where they do not fit a frame, else 0; `None` of a deleted entry.
     pub digest: Option<u16>,

@@ -45,7 +45,7 @@ pub enum QueuedMessage {
         stigmergy: u16,
         /// The robot that put the value, or that asks.
         owner: u16,
-        /// When, on Lamport's clock; 0 is the question for the key.
+        /// The time of the put, on Lamport's clock; 0 is the question for the key.
         clock: u32,
         /// The key.
         key: ScriptValue,

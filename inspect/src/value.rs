@@ -38,7 +38,7 @@ pub enum ScriptValue {
 /// A value under its name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Named {
-    /// As written; without symbols a number, such as `global 3`.
+    /// The name in the source; without symbols a number, such as `global 3`.
     pub name: String,
     /// Its value.
     pub value: ScriptValue,

@@ -34,7 +34,7 @@ impl Happenings {
         Happenings { next: 0, ids, starts, lights, parts, commands, carried_out: 0 }
     }
 
-    /// Adds everything that decides what happens next to a digest, but for the scenario's events: places of robots that have not
+    /// Adds everything but the scenario's events that decides the next ticks to a digest: places of robots that have not
     /// joined yet, the partition, and commands that were not carried out.
     pub fn add_to(&self, digest: &mut Digest) {
         for (start, id) in self.starts.iter().zip(&self.ids) {

@@ -58,7 +58,7 @@ impl Fleets {
     }
 }
 
-/// Why a run with emulated robots cannot go on: no run has any.
+/// The error of a run with emulated robots: no run has any.
 #[derive(Debug)]
 pub enum FirmwareError {}
 

@@ -54,7 +54,7 @@ pub fn shape(generator: &Generator<'_>, id: FunctionId) -> Shape {
     }
 }
 
-/// That offset from the frame; frames are far smaller than what the symbols can name.
+/// The place at an offset from the frame; frames are far smaller than the symbols allow.
 fn frame_place(offset: i32) -> LocalPlace {
     LocalPlace::Frame(i16::try_from(offset).unwrap_or(i16::MAX))
 }
@@ -104,7 +104,7 @@ impl<'a> Code<'_, 'a> {
         }
     }
 
-    /// Notes the places of what a function has from its first instruction on: parameters, `self`, and captured values.
+    /// Notes the places of parameters, `self` and captured values, which a function has from its first instruction on.
     fn open_arguments(&mut self, start: Mark) {
         for local in &self.function.locals {
             let place = match local.kind {

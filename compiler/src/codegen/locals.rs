@@ -6,9 +6,9 @@ use crate::symbols::LocalPlace;
 /// A local variable and the code in which its name has that place.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LocalRange {
-    /// As written; `self` for the self.
+    /// The name in the source; `self` for the self.
     pub name: String,
-    /// Where it is.
+    /// Its place.
     pub place: LocalPlace,
     /// Offset of the first instruction, from the function's header.
     pub from: usize,

@@ -1,4 +1,4 @@
-//! How files are read: from disk, or from memory for tests, editors and pages.
+//! Files on disk, or in memory for tests, editors and pages.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 
 /// A file system, as far as the compiler and the simulator need one.
 pub trait Files {
-    /// The bytes of a file; of one with more than `most` it may return only so many that this shows.
+    /// Returns the bytes of a file; of one with more than `most`, at least one byte more than that.
     fn read(&self, path: &Path, most: usize) -> io::Result<Vec<u8>>;
 
-    /// Returns the kind of what is at a path.
+    /// Returns the kind of file at a path.
     fn kind(&self, path: &Path) -> io::Result<FileKind>;
 
     /// One path for all the ways to name an existing file; nothing if there is no such file.
@@ -20,7 +20,7 @@ pub trait Files {
     fn names(&self, folder: &Path) -> Vec<String>;
 }
 
-/// The kind of what is at a path.
+/// A kind of file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FileKind {
     /// A file.

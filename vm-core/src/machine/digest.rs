@@ -11,8 +11,8 @@ use crate::slots::Slots;
 use crate::value::Tag;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Hashes everything that decides how the machine goes on, but for its image: globals, frames, heap, random numbers, what it
-    /// knows of other robots, and what it is about to tell them. A hasher that takes `isize` at the same width everywhere gives
+    /// Hashes everything that decides how the machine goes on, but for its image: globals, frames, heap, random numbers, its
+    /// knowledge of other robots, and its news for them. A hasher that takes `isize` at the same width everywhere gives
     /// the same number on every host.
     pub fn hash_state<H: Hasher>(&self, hasher: &mut H) {
         let Vm { pc, fp, sp, robot_id, rng, state, network_base, uses_network, .. } = self;

@@ -46,7 +46,7 @@ pub struct StoredEntry<P: Profile> {
     pub value: Value<P>,
     /// The robot that put it.
     pub owner: u16,
-    /// When, on Lamport's clock.
+    /// The time of the put, on Lamport's clock.
     pub clock: u32,
     /// The digest of key and value by which entries that do not fit a frame are compared, 0 for those that fit; `None` of a
     /// deleted entry.
