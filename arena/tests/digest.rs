@@ -56,7 +56,7 @@ fn the_memory_of_one_machine_counts() {
     }
 }
 
-/// A command that waits decides what happens next.
+/// A command that waits decides the ticks after it.
 #[test]
 fn a_waiting_command_counts() {
     let (name, script) = SCRIPTS[0];

@@ -75,7 +75,7 @@ fn a_run_from_memory_is_the_run_from_disk() {
     assert_eq!(digest(&memory, &path), digest(&DiskFiles, &path));
 }
 
-/// Returns what people read of errors: message, file, line and help.
+/// Returns errors as people read them: message, file, line and help.
 fn told(files: &dyn Files, path: &Path) -> Vec<String> {
     let Err(errors) = open(files, path) else { panic!("a mistake was not found") };
     let told = errors.iter().map(|error| {

@@ -92,7 +92,7 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize> Inbox<P, E, B
         self.queue.counters
     }
 
-    /// Hashes the frames that wait, in their order; `extra` hashes what the link knows of one. For
+    /// Hashes the frames that wait, in their order; `extra` hashes the link's knowledge of one. For
     /// hosts: firmware does not call it.
     pub fn hash_state<H: Hasher>(&self, hasher: &mut H, extra: impl Fn(&E, &mut H)) {
         self.queue.hash_state(hasher, |place, hasher| {

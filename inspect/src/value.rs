@@ -1,4 +1,4 @@
-//! Values with the names of what they are.
+//! Values with names.
 
 use crate::object::ObjectId;
 
@@ -17,7 +17,7 @@ pub enum ScriptValue {
     String(String),
     /// A constant string of which only the number is known.
     UnknownString(u16),
-    /// A table, or what `neighbors.map` and its relatives return.
+    /// A table, or a result of `neighbors.map` and its relatives.
     Table(ObjectId),
     /// A function that refers to captured values or to its `self`.
     Closure(ObjectId),

@@ -15,7 +15,7 @@ const SIZES: Sizes = Sizes { neighbors: 5, bearings: true, entries: 8, swarms: 8
 /// Instructions of an entry after which it is given up.
 const MOST: usize = 50_000;
 
-/// What a run did: outcomes and events, and what the machine holds in the end.
+/// The record of a run: outcomes, events, and the contents of the machine in the end.
 fn run<P: Profile>(path: &str, script: &str, limits: Option<Limits>) -> Option<String> {
     let profile = if P::FULL { ProfileName::Full } else { ProfileName::Tiny };
     let compiled = Program::compile(script, &Program::options(profile));

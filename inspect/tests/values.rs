@@ -1,4 +1,4 @@
-//! Values, objects and frames of scripts, compared with what the scripts say.
+//! Values, objects and frames of scripts, compared with their sources.
 
 use std::collections::BTreeSet;
 

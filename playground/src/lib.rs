@@ -7,10 +7,10 @@
 //!
 //! # Use
 //! A page writes each file with [`input`] and [`add_file`], starts a scenario with [`start`], calls [`tick`], and reads [`digest`].
-//! What goes wrong is text, which [`output`] and [`output_length`] locate. `tests/run.mjs` does all of this.
+//! An error is text, which [`output`] and [`output_length`] locate. `tests/run.mjs` does all of this.
 //!
 //! # Cost
-//! The code of a release build takes 3.6 MB, 1 MB compressed, without what it has for debuggers.
+//! The code of a release build takes 3.6 MB, 1 MB compressed, without names and lines for debuggers.
 //!
 //! # What it will not do
 //! Draw, run robots in emulators, use several threads, or know the libraries that `bbz` brings along: a page adds those that a script

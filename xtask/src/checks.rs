@@ -32,7 +32,7 @@ pub fn test() -> Result<()> {
 }
 
 /// All that share a build, with arguments for cargo and for the programs of tests. In one call, because cargo would compile
-/// what they have in common once for each.
+/// their shared crates once for each.
 fn all_tests(options: &[&str], chosen: &[&str]) -> Line {
     let all = ["--workspace", "--exclude", "bittybuzz-probe-rs-test"];
     // These are tested optimised, as they are used.

@@ -43,7 +43,7 @@ fn names(symbols: &Symbols, at: usize) -> String {
     names.join(" ")
 }
 
-/// Compares the live names at each instruction of a script with what its lines say.
+/// Compares the live names at each instruction of a script with its lines.
 fn check(script: &str) {
     for profile in [TINY, FULL] {
         let (image, symbols) = image(script, profile);

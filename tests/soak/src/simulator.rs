@@ -13,7 +13,7 @@ pub enum Build {
     Checked,
 }
 
-/// Always together: cargo would compile again what they share for each choice among them.
+/// Always together: cargo would compile their shared crates again for each choice among them.
 const PROGRAMS: [&str; 3] = ["bbz", "bittybuzz-emulate-avr", "bittybuzz-emulate-m0"];
 
 impl Build {

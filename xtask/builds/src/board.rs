@@ -118,7 +118,7 @@ impl Board {
     /// Builds the image with numbers as small as those of the smallest robots, beside the other one.
     pub fn build_tiny(&self, script: Option<&Path>) -> Result<PathBuf> {
         let target = target_of(self.folder);
-        // Only the image lies beside: what both are built of is compiled once.
+        // Only the image lies beside: both share their compiled crates.
         let build = target.display().to_string();
         let target = target.join("tiny");
         let folder = target.display().to_string();

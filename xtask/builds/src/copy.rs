@@ -1,6 +1,6 @@
 //! A copy of the repository, in which guides are carried out and mistakes are made.
 //!
-//! It stays where it is between uses, so that only what changes is built again.
+//! It stays where it is between uses, so that only changes are built again.
 
 use crate::shell::{Line, root};
 use anyhow::Result;
@@ -47,9 +47,9 @@ impl Copy {
     pub fn variables(&self) -> [(&'static str, String); 3] {
         [
             // Not the folder of the repository: cargo takes a crate of the copy for the one in the same place of the repository,
-            // and would run the changed one in tests of that. Boards and tools share what they have in common.
+            // and would run the changed one in tests of that. Boards and tools share their compiled dependencies.
             ("CARGO_BUILD_BUILD_DIR", self.root.join("target/build").display().to_string()),
-            // Compilers take most of the time here, and what they make runs for seconds.
+            // Compilers take most of the time here; their programs run for seconds.
             ("CARGO_PROFILE_DEV_OPT_LEVEL", "0".to_owned()),
             ("CARGO_PROFILE_DEV_DEBUG", "none".to_owned()),
         ]

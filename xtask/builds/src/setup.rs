@@ -40,7 +40,7 @@ const PACKAGES: &[(Sign, &str)] = &[
     // What writes programs to AVRs.
     (Sign::Program("avrdude"), "avrdude"),
     (Sign::Program("valgrind"), "valgrind"),
-    // What runs WebAssembly.
+    // It runs WebAssembly.
     (Sign::Program("node"), "nodejs"),
 ];
 

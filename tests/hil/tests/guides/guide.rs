@@ -136,8 +136,8 @@ impl Guide {
         Ok(Guide { path: path.to_owned(), steps })
     }
 
-    /// Does what it says in a copy of the repository. These are the folders of programs that users have in their search path
-    /// after what the guide asks for before it begins.
+    /// Carries it out in a copy of the repository. Users have these folders of programs in their search path, as the guide asks
+    /// before it begins.
     pub fn carry_out(&self, copy: &Copy, programs: &[PathBuf]) -> Result<(), Failure> {
         for step in &self.steps {
             step.carry_out(copy, programs)
@@ -187,7 +187,7 @@ fn shell(copy: &Copy, programs: &[PathBuf]) -> Command {
     path.extend(env::split_paths(&env::var_os("PATH").unwrap_or_default()));
     let path = env::join_paths(path).expect("parts of a search path");
     let mut shell = Command::new("sh");
-    // What the cargo of this test has set does not hold in the copy, nor what a user may have set.
+    // Settings of the cargo of this test, or of a user, do not hold in the copy.
     for name in [
         "RUSTUP_TOOLCHAIN",
         "RUSTFLAGS",

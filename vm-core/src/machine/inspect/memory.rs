@@ -31,8 +31,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         [self.arena.bottom, self.arena.free, self.arena.floor]
     }
 
-    /// Returns the slots without which the script could not go on: globals, frames, and what the script can still reach
-    /// of the heap. A copy of the machine collects its garbage to find out.
+    /// Returns the slots without which the script could not go on: globals, frames, and the part of the heap that the script
+    /// can still reach. A copy of the machine collects its garbage to find out.
     pub fn needed_slots(&self) -> usize {
         let mut copy = self.clone();
         copy.collect();

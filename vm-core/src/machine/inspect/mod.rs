@@ -1,4 +1,4 @@
-//! The machine as a program on a host sees it, between two instructions or after a fault: what it does, its calls with their
+//! The machine as a program on a host sees it, between two instructions or after a fault: its state, its calls with their
 //! locals, tables, closures, and its memory. All of this only reads, allocates nothing, and a run is the same with and without
 //! it. Firmware calls none of it, so that it takes no flash.
 //!

@@ -1,4 +1,4 @@
-//! Values and what they refer to: entries of tables, functions with their captured values, text.
+//! Values and their contents: entries of tables, functions with their captured values, text.
 
 use super::super::Vm;
 use crate::builtin::Library;
@@ -58,7 +58,7 @@ pub struct ClosureParts<P: Profile> {
 }
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Returns what a value is.
+    /// Returns the type of a value, with its content or identity.
     pub fn kind(&self, value: Value<P>) -> ValueKind {
         let index = value.index() as u16;
         match value.tag() {

@@ -183,7 +183,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         is_there.then_some(Assembling { robot, number, present, all })
     }
 
-    /// Returns what messages need to know of the script, to decode those that wait in a queue; `None` without a script.
+    /// Returns the facts about the script that decode messages which wait in a queue; `None` without a script.
     pub fn message_script(&self) -> Option<Script> {
         self.header().map(|_| self.script())
     }
