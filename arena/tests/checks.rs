@@ -8,6 +8,7 @@ mod script;
 use std::path::Path;
 use std::sync::Arc;
 
+use bittybuzz_arena::robot::ProgramId;
 use bittybuzz_arena::robot::checks::{Anomaly, Checker, Exact, Findings, Occurrences, Slice};
 use bittybuzz_arena::run::{Setup, Simulation};
 use bittybuzz_compiler::codegen::constant::Profile as ProfileName;
@@ -501,13 +502,13 @@ fn findings_of_a_group_are_added_up() {
     let mut simulation = Simulation::new(Arc::new(setup), 1, 1).unwrap();
     busy::rest(&mut simulation);
     let summary = simulation.summary();
-    let found = lines(&summary.findings[&0]);
+    let found = lines(&summary.findings[&ProgramId(0)]);
     // In 20 ticks 19 steps, from tick 1 on. Robots 4, 5 and 6 wrap from step 6, 5 and 4 on: 14, 15 and 16 times. Robot 5 is
     // switched off and on at tick 10, after step 9 and its 5 wraps; steps 1 to 9 come again in ticks 11 to 19, with 5 more.
     let count = 14 + (5 + 5) + 16;
     let line =
         (Anomaly::Wrapped, count, "32767 + 6".to_owned(), "32773".to_owned(), "-32763".to_owned());
     assert_eq!(found, [line]);
-    let first = summary.findings[&0].places.values().next().unwrap().first.at;
+    let first = summary.findings[&ProgramId(0)].places.values().next().unwrap().first.at;
     assert_eq!((first.tick, first.robot), (4, 6));
 }

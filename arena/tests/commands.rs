@@ -22,7 +22,7 @@ fn command(chance: &mut SmallRng) -> String {
         format!("[{x}, {y}]")
     };
     let (one, other) = (id(chance), id(chance));
-    match chance.random_range(0..16) {
+    match chance.random_range(0..18) {
         0 => format!("fail = {one}"),
         1 => format!("stop = [{one}, {other}]"),
         2 => "resume = \"all\"".to_owned(),
@@ -46,7 +46,12 @@ fn command(chance: &mut SmallRng) -> String {
                 "adversary = {{ kind = \"{kind}\", group = \"{group}\", at = {at}, until = 11, rate = 20 }}"
             )
         }
-        14 if one != other => format!("partition = [{one}, {other}] # an edge"),
+        14 => format!("load = [{one}, {other}]\nscript = \"quiet.bzz\""),
+        15 => {
+            let robots = ["kilobot", "zooids", "all", "3..6"][chance.random_range(0..4)];
+            format!("load = \"{robots}\"\nscript = \"loud.bzz\"")
+        }
+        16 if one != other => format!("partition = [{one}, {other}] # an edge"),
         _ => "heal = true".to_owned(),
     }
 }

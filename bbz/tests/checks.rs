@@ -113,6 +113,24 @@ fn a_simulation_reports_each_group_after_its_summary() {
 }
 
 #[test]
+fn a_script_that_an_event_loads_has_a_report_of_its_own() {
+    let folder = Folder::with("checks_load", "s.bzz", SCRIPT);
+    folder.write("other.bzz", "big = 32767\nfunction step() {\n  log(big + 1)\n}\n");
+    let load = "[[event]]\nat = 0.5\nload = 8\nscript = \"other.bzz\"\n";
+    folder.write("s.toml", [SCENARIO, load].concat());
+    let outcome = folder.bbz(&["sim", "s.toml", "--checks"]);
+    let (_, reports) = outcome.stdout.split_once("checks of group `pair`:\n").unwrap();
+    let (own, loaded) = reports.split_once("checks of group `pair` with `other.bzz`:\n").unwrap();
+    // Steps 3 to 9 of robot 7, and steps 3 and 4 of robot 8; its steps 6 to 9 are those of the other script.
+    assert!(own.contains("  s.bzz:5:14: wrapped 9 times"), "{own}");
+    assert!(loaded.contains("  other.bzz:3:7: wrapped 4 times, first 32767 + 1"), "{loaded}");
+    let json = folder.bbz(&["sim", "s.toml", "--checks", "--json"]);
+    let json: Value = serde_json::from_str(&json.stdout).unwrap();
+    assert_eq!(json["checks"][0]["loaded"], Value::Null);
+    assert_eq!(json["checks"][1]["loaded"], "other.bzz");
+}
+
+#[test]
 fn json_has_the_findings_of_each_group() {
     let folder = Folder::with("checks_json", "s.bzz", SCRIPT);
     folder.write("s.toml", SCENARIO);

@@ -78,6 +78,29 @@ fn a_fault_is_status_1_with_file_and_line() {
 }
 
 #[test]
+fn a_script_that_an_event_loads_has_its_own_names_and_lines() {
+    let folder = folder("sim_load");
+    folder.write("s.bzz", "n = 0\nfunction step() { n = n + 1 if(n == 9) log(\"before\") }\n");
+    folder.write(
+        "other.bzz",
+        "# Line 1\nm = 0\nfunction step() {\n  m = m + 1\n  if(m == 3) log(\"after\")\n  if(m == 4) led(m / 0)\n}\n",
+    );
+    let scenario = std::fs::read_to_string(folder.path("s.toml")).unwrap();
+    folder.write("s.toml", &(scenario + "\n[[event]]\nat = 1\nload = 1\nscript = \"other.bzz\"\n"));
+    let outcome = folder.bbz(&["sim", "s.toml"]);
+    assert_eq!(outcome.status, Some(1));
+    outcome.says(&["--> other.bzz:6:", "robot 1 stopped at 1.4 s"]);
+    for line in ["     0.9     1  before\n", "     1.3     1  after\n"] {
+        assert!(outcome.stdout.contains(line), "{line}: {}", outcome.stdout);
+    }
+    // It is compiled before the run begins.
+    folder.write("other.bzz", "function step() { fly() }\n");
+    let outcome = folder.bbz(&["sim", "s.toml"]);
+    assert_eq!(outcome.status, Some(2));
+    outcome.says(&["error[E0401]", "--> other.bzz:1:"]);
+}
+
+#[test]
 fn an_error_in_a_listener_is_status_1_unless_it_is_expected() {
     let folder = folder("sim_contained");
     folder.write(

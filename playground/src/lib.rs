@@ -17,10 +17,11 @@
 //! includes as files.
 
 use std::cell::RefCell;
+use std::path::Path;
 use std::sync::Arc;
 
 use bittybuzz_arena::run::{Program, Setup, SetupError, Simulation};
-use bittybuzz_arena::scenario::{Scenario, ScenarioError};
+use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{Files, Loader, MAX_SOURCE_BYTES, MemoryFiles};
 use bittybuzz_compiler::refusal;
@@ -47,32 +48,31 @@ thread_local! {
 pub fn open(files: &MemoryFiles, path: &str, threads: usize) -> Result<Simulation, String> {
     let scenario = Scenario::open_in(files, path.as_ref(), &[], &bittybuzz_robot_models::all());
     let scenario = scenario.map_err(|errors| text_of(&errors))?;
-    let programs: Result<Vec<Program>, String> = scenario
-        .groups
-        .iter()
-        .map(|group| {
-            let robot = Some(group.robot.clone());
-            let options = Options { robot, robots: all_shipped(), profile: None };
-            let shown = group.script.display();
-            let bytes = files.read(&group.script, MAX_SOURCE_BYTES);
-            let bytes = bytes.map_err(|error| format!("cannot read `{shown}`: {error}\n"))?;
-            let script = String::from_utf8(bytes);
-            let script = script.map_err(|_| format!("`{shown}` is not UTF-8 text\n"))?;
-            let compiled = compile(&group.script, script, &Loader::new(files), &options);
-            let Some(image) = compiled.image else {
-                let renderer = Renderer::new(&compiled.sources);
-                let texts = compiled.diagnostics.iter();
-                return Err(texts.map(|one| renderer.text(one, Color::Never)).collect());
-            };
-            Ok(Program { image, symbols: compiled.symbols })
-        })
-        .collect();
+    let programs = scenario.programs().map(|(group, script)| program(files, script, group));
+    let programs: Result<Vec<Program>, String> = programs.collect();
     let seed = scenario.world.seed;
     let setup = Setup::new(scenario, programs?).map_err(|error| match error {
         SetupError::Scenario(errors) => text_of(&errors),
         SetupError::Refused { cause, .. } => format!("a script {}\n", refusal::sentence(&cause)),
     })?;
     Simulation::new(Arc::new(setup), seed, threads).map_err(|error| text_of(&[error]))
+}
+
+/// Compiles a script for the robots of a group. An error is text for people.
+fn program(files: &MemoryFiles, script: &Path, group: &Group) -> Result<Program, String> {
+    let robot = Some(group.robot.clone());
+    let options = Options { robot, robots: all_shipped(), profile: None };
+    let shown = script.display();
+    let bytes = files.read(script, MAX_SOURCE_BYTES);
+    let bytes = bytes.map_err(|error| format!("cannot read `{shown}`: {error}\n"))?;
+    let text = String::from_utf8(bytes).map_err(|_| format!("`{shown}` is not UTF-8 text\n"))?;
+    let compiled = compile(script, text, &Loader::new(files), &options);
+    let Some(image) = compiled.image else {
+        let renderer = Renderer::new(&compiled.sources);
+        let texts = compiled.diagnostics.iter();
+        return Err(texts.map(|one| renderer.text(one, Color::Never)).collect());
+    };
+    Ok(Program { image, symbols: compiled.symbols })
 }
 
 /// Returns the errors of a scenario with their places, a line or two for each.

@@ -14,7 +14,7 @@ use super::clock::Clock;
 use super::content::Content;
 use super::context::GroupContext;
 use super::faults::{Consequence, FaultRecord};
-use super::log::{LogLine, News};
+use super::log::{LogLine, News, Piece};
 use super::machine::{self, Machine};
 use super::model::RobotModel;
 use super::overruns::Overrun;
@@ -83,15 +83,16 @@ impl SimRobot {
 
     /// Takes the number of steps that its firmware has missed since power-on because one before took too long.
     pub fn has_overrun(&mut self, tick: u64, missed: u32) {
-        self.state.overrun(Overrun { tick, position: None });
+        let program = self.state.context.program;
+        self.state.overrun(Overrun { tick, program, position: None });
         if let Some(overruns) = &mut self.state.overruns {
             overruns.missed = missed.into();
         }
     }
 
     /// Its script has logged a line.
-    pub fn has_logged(&mut self, line: LogLine) {
-        self.state.log(line);
+    pub fn has_logged(&mut self, tick: u64, pieces: Vec<Piece>) {
+        self.state.log(LogLine { tick, program: self.state.context.program, pieces });
     }
 
     /// Its script has completed a step: after a fault it has started again.

@@ -5,6 +5,7 @@ use std::fmt::Debug;
 
 use crate::engine::{Digest, Io, Stream};
 
+use super::context::ProgramId;
 use super::log::{LogLine, Piece};
 
 /// The effect of a robot function. Arguments are checked before, as on the robot.
@@ -51,6 +52,8 @@ pub struct Memory {
     /// Random numbers of the robot's functions.
     pub chance: Stream,
     pub(super) logged: Vec<LogLine>,
+    /// The program that calls the functions.
+    pub(super) program: ProgramId,
 }
 
 /// The part of a robot's firmware that carries functions out between two steps of the script, such as the flight to a place.
@@ -78,7 +81,7 @@ pub trait Autopilot: Any + Debug + Send {
 impl Memory {
     /// Adds all of its state to a digest. Lines of the log wait for the host alone.
     pub(super) fn add_to(&self, digest: &mut Digest) {
-        let Memory { autopilot, battery_mv, chance, logged: _ } = self;
+        let Memory { autopilot, battery_mv, chance, logged: _, program: _ } = self;
         digest.text_of(&(autopilot, battery_mv, chance));
     }
 }
@@ -124,6 +127,7 @@ impl Call<'_, '_> {
     pub fn log(&mut self, before: Vec<Piece>) {
         let mut pieces = before;
         pieces.extend((self.pieces)());
-        self.memory.logged.push(LogLine { tick: self.io.now, pieces });
+        let (tick, program) = (self.io.now, self.memory.program);
+        self.memory.logged.push(LogLine { tick, program, pieces });
     }
 }

@@ -1,4 +1,4 @@
-//! Data that the robots of a group share in all runs.
+//! Data that the robots of a group which run one program share in all runs.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -17,8 +17,14 @@ pub fn step_rates() -> impl Iterator<Item = u32> {
     (1..=TICKS_PER_SECOND).rev().filter(|rate| TICKS_PER_SECOND.is_multiple_of(*rate))
 }
 
-/// The program of a group, its machine, and the functions of its robots.
+/// The number of a program in the setup of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ProgramId(pub usize);
+
+/// A program of a group's robots, their machine and their functions.
 pub struct GroupContext {
+    /// The program.
+    pub program: ProgramId,
     /// Profile of the machine.
     pub profile: Profile,
     /// The script.
@@ -44,11 +50,11 @@ pub struct GroupContext {
 }
 
 impl GroupContext {
-    /// Returns the context of robots of that file with that script. `effect` gives the effect of each function, and `ids` are
+    /// Returns the context of robots of that file with that program. `effect` gives the effect of each function, and `ids` are
     /// those that scripts see, by the order in which robots come into the world.
     pub fn new(
         robot: &Robot,
-        image: &[u8],
+        (program, image): (ProgramId, &[u8]),
         budget: u16,
         ids: Arc<[u16]>,
         effect: impl Fn(&Function) -> Option<Effect>,
@@ -63,6 +69,7 @@ impl GroupContext {
         functions.sort_by_key(|(hash, ..)| *hash);
         let vm = &robot.vm;
         GroupContext {
+            program,
             profile: robot.profile,
             image: kept(image),
             slots: vm.slots as usize,

@@ -3,6 +3,8 @@
 use bittybuzz_inspect::ScriptMemory;
 use bittybuzz_vm_core::{Entry, Fault, Restarts};
 
+use super::context::ProgramId;
+
 /// The number of places that are remembered of a robot. Faults at other places are counted only.
 const PLACES: usize = 8;
 
@@ -11,6 +13,8 @@ const PLACES: usize = 8;
 pub struct FaultRecord {
     /// Tick of the first one.
     pub tick: u64,
+    /// The program of the robot.
+    pub program: ProgramId,
     /// Code and operands of the first one.
     pub fault: Fault,
     /// Positions in the code, innermost first.
@@ -163,6 +167,7 @@ mod tests {
         let operands = [Type::Nil, Type::Int];
         FaultRecord {
             tick: 7,
+            program: ProgramId(0),
             fault: Fault { code: FaultCode::WrongType, position, operands, detail: 0 },
             positions: vec![position],
             entry: None,

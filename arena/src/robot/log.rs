@@ -3,11 +3,15 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::context::ProgramId;
+
 /// A line that a script has logged, or printed with a function of its robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LogLine {
     /// When.
     pub tick: u64,
+    /// The program whose constants the line has.
+    pub program: ProgramId,
     /// Values, which follow each other without a gap.
     pub pieces: Vec<Piece>,
 }

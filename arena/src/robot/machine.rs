@@ -207,7 +207,8 @@ where
         }
         // A wait is the script's wish: the steps that it leaves out are not missed.
         if is_due && state.is_running && !state.is_waiting {
-            state.overrun(Overrun { tick: io.now, position: vm.calls().next() });
+            let (program, position) = (state.context.program, vm.calls().next());
+            state.overrun(Overrun { tick: io.now, program, position });
         }
         let mut platform: Platform<'_, '_> =
             Platform { io, state, inbox, outbox, has_mail, has_unsent };

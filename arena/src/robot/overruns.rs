@@ -1,5 +1,7 @@
 //! Steps that take longer than the time between two steps.
 
+use super::context::ProgramId;
+
 /// The overruns of a robot since power-on. Most robots have none, so it is allocated at the first one.
 #[derive(Debug, Clone)]
 pub struct Overruns {
@@ -14,6 +16,8 @@ pub struct Overruns {
 pub struct Overrun {
     /// The tick at which the step was due.
     pub tick: u64,
+    /// The program of the robot.
+    pub program: ProgramId,
     /// Position in the code of the instruction at which the script was; `None` if only firmware knows.
     pub position: Option<u16>,
 }

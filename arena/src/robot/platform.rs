@@ -127,7 +127,8 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
     }
 
     fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {
-        let line = LogLine { tick: self.io.now, pieces: pieces(&arguments) };
+        let (tick, program) = (self.io.now, self.state.context.program);
+        let line = LogLine { tick, program, pieces: pieces(&arguments) };
         self.state.log(line);
     }
 

@@ -66,6 +66,7 @@ impl State {
         seed: u32,
     ) -> Self {
         let chance = Stream::for_brain(u64::from(seed), id);
+        let program = context.program;
         State {
             context,
             news,
@@ -77,7 +78,7 @@ impl State {
             due_us: 0,
             steps: 0,
             awake: 0,
-            memory: Memory { autopilot, battery_mv: None, chance, logged: Vec::new() },
+            memory: Memory { autopilot, battery_mv: None, chance, logged: Vec::new(), program },
             faults: None,
             refusal: None,
             seen: None,
@@ -152,8 +153,18 @@ impl State {
     ) -> FaultRecord {
         let refusal = self.refusal.take();
         let consequence = Consequence::Contained;
-        let memory = None;
-        FaultRecord { tick, fault, positions, entry, refusal, memory, consequence, count: 1 }
+        let program = self.context.program;
+        FaultRecord {
+            tick,
+            program,
+            fault,
+            positions,
+            entry,
+            refusal,
+            memory: None,
+            consequence,
+            count: 1,
+        }
     }
 
     /// Counts the slots of the machine after a fault for want of memory, if it is the first at its place: others are only

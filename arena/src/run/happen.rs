@@ -7,7 +7,7 @@ use crate::scenario::{Action, Light, Scenario, Selection, Target};
 
 use super::settings::{engine_light, engine_loss, engine_medium};
 use super::tick_at;
-use crate::robot::SimRobot;
+use crate::robot::{ProgramId, SimRobot};
 
 /// Which events were, and what they have left behind.
 #[derive(Clone)]
@@ -18,6 +18,8 @@ pub struct Happenings {
     starts: Vec<Pose>,
     /// The engine's number of each robot that is there.
     ids: Vec<Option<RobotId>>,
+    /// The program of each robot.
+    programs: Vec<ProgramId>,
     lights: Vec<LightId>,
     /// The part of each robot while links are partitioned.
     parts: Option<Vec<u8>>,
@@ -28,19 +30,21 @@ pub struct Happenings {
 }
 
 impl Happenings {
-    pub fn new(starts: Vec<Pose>, lights: Vec<LightId>) -> Self {
+    /// `programs` are those of the robots.
+    pub fn new(starts: Vec<Pose>, programs: Vec<ProgramId>, lights: Vec<LightId>) -> Self {
         let ids = vec![None; starts.len()];
         let (parts, commands) = (None, Vec::new());
-        Happenings { next: 0, ids, starts, lights, parts, commands, carried_out: 0 }
+        Happenings { next: 0, ids, programs, starts, lights, parts, commands, carried_out: 0 }
     }
 
-    /// Adds everything but the scenario's events that decides the next ticks to a digest: places of robots that have not
-    /// joined yet, the partition, and commands that were not carried out.
+    /// Adds everything but the scenario's events that decides the next ticks to a digest: places and programs of robots that have
+    /// not joined yet, the partition, and commands that were not carried out.
     pub fn add_to(&self, digest: &mut Digest) {
-        for (start, id) in self.starts.iter().zip(&self.ids) {
+        for ((start, id), program) in self.starts.iter().zip(&self.ids).zip(&self.programs) {
             id.hash(digest);
             if id.is_none() {
                 digest.pose(start);
+                program.hash(digest);
             }
         }
         self.parts.hash(digest);
@@ -55,6 +59,18 @@ impl Happenings {
 
     pub fn id(&self, number: usize) -> Option<RobotId> {
         self.ids.get(number).copied().flatten()
+    }
+
+    /// Returns the program of a robot.
+    pub fn program(&self, number: usize) -> Option<ProgramId> {
+        self.programs.get(number).copied()
+    }
+
+    /// Gives a robot a program, for its next start.
+    pub fn load(&mut self, number: usize, program: ProgramId) {
+        if let Some(place) = self.programs.get_mut(number) {
+            *place = program;
+        }
     }
 
     /// The number of a robot of the world in the scenario.
@@ -110,7 +126,7 @@ impl Happenings {
             Action::Fail(robots) => self.each(robots, |id| world.fail(id)),
             Action::Stop(robots) => self.each(robots, |id| world.stop(id)),
             Action::Resume(robots) => self.each(robots, |id| world.resume(id)),
-            Action::Restart(robots) => {
+            Action::Restart(robots) | Action::Load { robots, .. } => {
                 return robots.iter().filter(|number| self.id(*number).is_some()).collect();
             }
             Action::BrownOut(robots) => {

@@ -27,7 +27,7 @@ pub use firmware::FirmwareError;
 #[cfg(feature = "emulators")]
 pub use firmware::{Failure, P2pAir, TURN};
 pub use observer::{Event, EventKind, Frame, Observer};
-pub use program::Program;
+pub use program::{Compiler, Program};
 pub use quantity::Reading;
 pub use setup::{Setup, SetupError, emulated};
 pub use simulation::Simulation;

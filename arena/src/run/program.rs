@@ -1,6 +1,14 @@
-//! What a group of robots runs.
+//! What robots run.
+
+use std::path::Path;
+use std::sync::Arc;
 
 use bittybuzz_compiler::symbols::Symbols;
+
+use crate::scenario::Group;
+
+/// Compiles a script for the robots of a group. An error is a report of all mistakes, for people.
+pub type Compiler = Arc<dyn Fn(&Path, &Group) -> Result<Program, String> + Send + Sync>;
 
 /// An image, and what is known of its source.
 #[derive(Debug, Clone)]

@@ -3,11 +3,10 @@
 use bittybuzz_vm_core::builtin;
 
 use crate::engine::{RobotState, View};
-use crate::scenario::{Cause, Key, Quantity, Scenario, Selection, Swarm};
+use crate::scenario::{Cause, Key, Quantity, Scenario, Selection, Swarm, groups_of};
 
-use super::group::group_of;
 use super::program::Program;
-use crate::robot::{Content, SimRobot};
+use crate::robot::{Content, ProgramId, SimRobot};
 
 /// What a quantity of a robot is at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,11 +26,11 @@ pub enum Reading<'p> {
 pub enum Probe {
     /// Something about the body.
     Body(Quantity),
-    /// Global of each group, and the keys into tables there; `None` where the script has none of these names.
+    /// Global of each program, and the keys into tables there; `None` where the script has none of these names.
     Global(Vec<Option<(u16, Vec<Content>)>>),
     /// One number of all robots.
     Swarm(Swarm),
-    /// A stigmergy's entry: its number, and the key in each group.
+    /// A stigmergy's entry: its number, and the key in each program.
     Stigmergy(u16, Vec<Option<Content>>),
 }
 
@@ -45,19 +44,21 @@ impl Probe {
     ) -> Result<Probe, Cause> {
         match quantity {
             Quantity::Global { name, keys } => {
-                let path = |program: &Program| {
-                    let keys = keys.iter().map(|key| content(program, key));
-                    Some((program.global(name)?, keys.collect::<Option<Vec<Content>>>()?))
-                };
-                let numbers: Vec<_> = programs.iter().map(path).collect();
-                let mut meant: Vec<usize> =
-                    robots.iter().map(|robot| group_of(scenario, robot).0).collect();
-                meant.dedup();
-                let has_it = |group: &usize| matches!(numbers.get(*group), Some(Some(_)));
+                let numbers: Vec<_> =
+                    programs.iter().map(|program| path(program, name, keys)).collect();
+                let groups = groups_of(&scenario.groups, robots);
+                let own = (0..scenario.groups.len()).map(|group| (group, group));
+                let loads = (scenario.groups.len()..).zip(&scenario.loads);
+                let meant: Vec<usize> = own
+                    .chain(loads.map(|(number, load)| (number, load.group)))
+                    .filter(|(_, group)| groups.contains(group))
+                    .map(|(number, _)| number)
+                    .collect();
+                let has_it = |number: &usize| matches!(numbers.get(*number), Some(Some(_)));
                 if meant.iter().any(has_it) {
                     return Ok(Probe::Global(numbers));
                 }
-                let programs = meant.iter().filter_map(|group| programs.get(*group));
+                let programs = meant.iter().filter_map(|number| programs.get(*number));
                 let known = programs.flat_map(Program::globals);
                 // Names with a blank are the compiler's own.
                 let mut known: Vec<String> =
@@ -75,10 +76,23 @@ impl Probe {
         }
     }
 
-    /// Reads it from a robot of that group. `None`: the robot is not there.
+    /// Looks the names of its quantity up in one more program.
+    pub fn learn(&mut self, quantity: &Quantity, program: &Program) {
+        match (self, quantity) {
+            (Probe::Global(numbers), Quantity::Global { name, keys }) => {
+                numbers.push(path(program, name, keys));
+            }
+            (Probe::Stigmergy(_, keys), Quantity::Stigmergy { key, .. }) => {
+                keys.push(content(program, key));
+            }
+            _ => {}
+        }
+    }
+
+    /// Reads it from a robot with that program. `None`: the robot is not there.
     pub fn read<'p>(
         &self,
-        group: usize,
+        ProgramId(number): ProgramId,
         program: &'p Program,
         robot: Option<(&SimRobot, View)>,
     ) -> Reading<'p> {
@@ -87,12 +101,12 @@ impl Probe {
             Probe::Body(quantity) => body(quantity, robot, &view),
             // No robot has it alone.
             Probe::Swarm(_) => Reading::Nil,
-            Probe::Global(numbers) => match numbers.get(group) {
-                Some(Some((number, keys))) => reading(robot.global(*number, keys), program),
+            Probe::Global(numbers) => match numbers.get(number) {
+                Some(Some((global, keys))) => reading(robot.global(*global, keys), program),
                 _ => Reading::Nil,
             },
-            Probe::Stigmergy(number, keys) => match keys.get(group) {
-                Some(Some(key)) => reading(robot.stigmergy(*number, *key), program),
+            Probe::Stigmergy(stigmergy, keys) => match keys.get(number) {
+                Some(Some(key)) => reading(robot.stigmergy(*stigmergy, *key), program),
                 _ => Reading::Nil,
             },
         }
@@ -107,6 +121,12 @@ fn unknown(name: &str, keys: &[Key], known: &[String]) -> String {
             .replacen("global.", "", 1),
         false => name.to_owned(),
     }
+}
+
+/// A global of a program and keys into tables there; `None` if the script lacks one of the names.
+fn path(program: &Program, name: &str, keys: &[Key]) -> Option<(u16, Vec<Content>)> {
+    let keys = keys.iter().map(|key| content(program, key));
+    Some((program.global(name)?, keys.collect::<Option<Vec<Content>>>()?))
 }
 
 /// A key as the script has it; `None` for a string that it has not.

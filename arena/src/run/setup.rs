@@ -1,24 +1,23 @@
 //! A scenario and its programs, checked against each other: what every run of them shares.
 
-#[cfg(feature = "emulators")]
-use std::path::Path;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use bittybuzz_compiler::refusal;
 use bittybuzz_robot_spec::Profile;
 use bittybuzz_vm_core::ImageError;
 use bittybuzz_vm_core::message::FULL_FRAME;
 
 use crate::robot::checks::Costs;
 use crate::robot::{
-    GroupContext, MOST_QUEUED, MOST_SLOTS, News, RobotModel, SimRobot, common_effect,
+    GroupContext, MOST_QUEUED, MOST_SLOTS, News, ProgramId, RobotModel, SimRobot, common_effect,
 };
-use crate::scenario::{Backend, Cause, Group, Scenario, ScenarioError};
+use crate::scenario::{Backend, Cause, Group, Load, Scenario, ScenarioError, Selection, groups_of};
 
 use super::expectation::Bound;
 use super::firmware::Firmware;
 use super::group::{group_of, id, joining_order};
-use super::program::Program;
+use super::program::{Compiler, Program};
 use super::quantity::Probe;
 
 /// Why a scenario cannot be run with these programs.
@@ -28,34 +27,39 @@ pub enum SetupError {
     Scenario(Vec<ScenarioError>),
     /// The virtual machine refuses the image of a group.
     Refused {
-        /// Number of the group.
-        group: usize,
+        /// The program.
+        program: ProgramId,
         /// Why.
         cause: ImageError,
     },
 }
 
 /// What all runs of a scenario share.
+#[derive(Clone)]
 pub struct Setup {
     /// The scenario.
     pub scenario: Arc<Scenario>,
-    /// The program of each group.
+    /// The programs of [`Scenario::programs`], then those that commands have loaded.
     pub programs: Arc<[Program]>,
+    /// The groups and scripts of the programs after those of the groups.
+    loads: Vec<Load>,
     /// The programs that emulate robots of a kind, where they are not the usual ones.
     emulators: Vec<(String, PathBuf)>,
     /// What is flashed to emulated robots, for each kind.
     #[cfg_attr(not(feature = "emulators"), expect(dead_code, reason = "nothing is emulated"))]
-    pub(super) firmware: Vec<Firmware>,
-    /// The data that the robots of each group share.
+    pub(super) firmware: Arc<[Firmware]>,
+    /// The data that robots with each program share.
     pub(super) contexts: Vec<Arc<GroupContext>>,
     expects: Vec<Bound>,
     plots: Vec<Probe>,
     /// The costs of instructions of each group, where they are known, if scripts are checked.
     pub(super) checks: Option<Vec<Option<Arc<Costs>>>>,
+    /// Compiles the scripts that commands load.
+    compiler: Option<Compiler>,
 }
 
 impl Setup {
-    /// Checks `programs`, one for each group, against the scenario.
+    /// Checks `programs`, one for each of [`Scenario::programs`], against the scenario.
     pub fn new(
         scenario: impl Into<Arc<Scenario>>,
         programs: impl Into<Arc<[Program]>>,
@@ -98,13 +102,23 @@ impl Setup {
             return Err(SetupError::Scenario(errors));
         }
         let contexts = contexts(&scenario, &programs);
-        for (number, (group, context)) in scenario.groups.iter().zip(&contexts).enumerate() {
+        for (number, ((group, _), context)) in scenario.programs().zip(&contexts).enumerate() {
             let robot = SimRobot::new(&*group.model, context, News::default(), 0, 0);
-            robot.map_err(|cause| SetupError::Refused { group: number, cause })?;
+            robot.map_err(|cause| SetupError::Refused { program: ProgramId(number), cause })?;
         }
-        let emulators = Vec::new();
-        let checks = None;
-        Ok(Setup { scenario, programs, emulators, firmware, contexts, expects, plots, checks })
+        let (loads, firmware) = (scenario.loads.clone(), firmware.into());
+        Ok(Setup {
+            scenario,
+            programs,
+            loads,
+            emulators: Vec::new(),
+            firmware,
+            contexts,
+            expects,
+            plots,
+            checks: None,
+            compiler: None,
+        })
     }
 
     /// Names the program that emulates robots of a model: a path, or a name that PATH knows. Otherwise it is the model's.
@@ -119,6 +133,71 @@ impl Setup {
     pub fn checked(mut self, costs: impl Fn(&Group) -> Option<Arc<Costs>>) -> Self {
         self.checks = Some(self.scenario.groups.iter().map(costs).collect());
         self
+    }
+
+    /// Lets commands load scripts, which `compiler` compiles.
+    #[must_use]
+    pub fn with_compiler(mut self, compiler: Compiler) -> Self {
+        self.compiler = Some(compiler);
+        self
+    }
+
+    /// Returns a program.
+    pub fn program(&self, ProgramId(number): ProgramId) -> Option<&Program> {
+        self.programs.get(number)
+    }
+
+    /// Returns the program that robots of a group have of a script.
+    pub(super) fn program_of(&self, group: usize, script: &Path) -> Option<ProgramId> {
+        if self.scenario.groups.get(group)?.script == script {
+            return Some(ProgramId(group));
+        }
+        let is_it = |load: &Load| load.group == group && load.script == script;
+        let loaded = self.loads.iter().position(is_it)?;
+        Some(ProgramId(self.scenario.groups.len() + loaded))
+    }
+
+    /// Returns the setup of a run in which a command loads a script into robots, with the programs for their groups.
+    pub(super) fn with_script(&self, robots: &Selection, script: &Path) -> Result<Self, Cause> {
+        let shown = || script.display().to_string();
+        let Some(compiler) = &self.compiler else {
+            return Err(Cause::NoCompiler { script: shown() });
+        };
+        let mut setup = self.clone();
+        for number in groups_of(&self.scenario.groups, robots) {
+            let Some(group) = self.scenario.groups.get(number) else { continue };
+            let program = compiler(script, group)
+                .map_err(|report| Cause::NotCompiled { script: shown(), report })?;
+            match self.program_of(number, script).and_then(|known| self.program(known)) {
+                Some(known) if known.image == program.image => {}
+                Some(_) => return Err(Cause::ScriptChanged { script: shown() }),
+                None => {
+                    let load = Load { group: number, script: script.to_owned() };
+                    setup.add(load, group, program).map_err(|cause| Cause::NotLoaded {
+                        script: shown(),
+                        reason: refusal::sentence(&cause),
+                    })?;
+                }
+            }
+        }
+        Ok(setup)
+    }
+
+    /// Adds a program, which the machine of the group's robots must take.
+    fn add(&mut self, load: Load, group: &Group, program: Program) -> Result<(), ImageError> {
+        let ids = joining_ids(&self.scenario);
+        let context = context(group, (ProgramId(self.programs.len()), &program), ids);
+        SimRobot::new(&*group.model, &context, News::default(), 0, 0)?;
+        for bound in &mut self.expects {
+            bound.probe.learn(&bound.expect.value, &program);
+        }
+        for (plot, (quantity, _)) in self.plots.iter_mut().zip(&self.scenario.output.plot) {
+            plot.learn(quantity, &program);
+        }
+        self.contexts.push(context);
+        self.programs = self.programs.iter().cloned().chain([program]).collect();
+        self.loads.push(load);
+        Ok(())
     }
 
     /// The program that emulates robots of a kind.
@@ -150,19 +229,30 @@ impl Setup {
     }
 }
 
-/// Returns the data that the robots of each group share.
+/// Returns the data that robots with each program share.
 fn contexts(scenario: &Scenario, programs: &[Program]) -> Vec<Arc<GroupContext>> {
-    let ids: Vec<u16> =
-        joining_order(scenario).into_iter().map(|number| id(scenario, number)).collect();
-    let ids: Arc<[u16]> = ids.into();
-    let groups = scenario.groups.iter().zip(programs);
-    groups
-        .map(|(Group { robot, model, .. }, program)| {
-            let effect = |function: &_| model.effect(function).or_else(|| common_effect(function));
-            let (budget, ids) = (model.budget(), ids.clone());
-            Arc::new(GroupContext::new(robot, &program.image, budget, ids, effect))
+    let ids = joining_ids(scenario);
+    let programs = scenario.programs().zip(programs).enumerate();
+    programs
+        .map(|(number, ((group, _), program))| {
+            context(group, (ProgramId(number), program), ids.clone())
         })
         .collect()
+}
+
+/// Returns the data that robots of a group with that program share.
+fn context(
+    Group { robot, model, .. }: &Group,
+    (id, program): (ProgramId, &Program),
+    ids: Arc<[u16]>,
+) -> Arc<GroupContext> {
+    let effect = |function: &_| model.effect(function).or_else(|| common_effect(function));
+    Arc::new(GroupContext::new(robot, (id, &program.image), model.budget(), ids, effect))
+}
+
+/// Returns the robots' ids in the order in which they come into the world.
+fn joining_ids(scenario: &Scenario) -> Arc<[u16]> {
+    joining_order(scenario).into_iter().map(|number| id(scenario, number)).collect()
 }
 
 /// Returns the models of robots that run their firmware in a scenario.

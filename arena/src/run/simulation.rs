@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 use std::hash::Hasher;
+use std::iter;
+use std::path::Path;
 use std::sync::Arc;
 
 use bittybuzz_inspect::{Inspection, Limits};
@@ -10,9 +12,10 @@ use crate::engine::{
     Digest, HerdId, IntruderSettings, Pose, RobotId, RobotState, Stream, View, World,
 };
 use crate::robot::checks::Findings;
-use crate::robot::{FaultCounts, LogLine, News, SimRobot};
+use crate::robot::{FaultCounts, LogLine, News, ProgramId, SimRobot};
 use crate::scenario::{
-    Action, Adversary, Backend, Cause, Quantity, Reduction, ScenarioError, Swarm, settings_error,
+    Action, Adversary, Backend, Cause, Quantity, Reduction, ScenarioError, Selection, Swarm,
+    settings_error,
 };
 
 use super::adversary::mind;
@@ -22,6 +25,7 @@ use super::group::group_of;
 use super::happen::Happenings;
 use super::observer::{self, Observer};
 use super::place::poses;
+use super::program::Program;
 use super::quantity::{Probe, Reading};
 use super::settings::{
     engine_light, engine_loss, engine_medium, engine_obstacle, media, media_of, settings,
@@ -68,6 +72,10 @@ impl Simulation {
             let height = obstacle.height.map_or(f32::INFINITY, |height| height as f32);
             world.add_obstacle_of_height(engine_obstacle(obstacle.outline), height);
         }
+        let groups = scenario.groups.iter().enumerate();
+        let programs =
+            groups.flat_map(|(number, of)| iter::repeat_n(ProgramId(number), of.count as usize));
+        let programs = programs.collect();
         let lights = scenario.world.lights.iter();
         let lights = lights.map(|light| world.add_light(engine_light(*light))).collect();
         let mut simulation = Simulation {
@@ -75,7 +83,7 @@ impl Simulation {
             herds,
             world,
             fleets: None,
-            happenings: Happenings::new(poses, lights),
+            happenings: Happenings::new(poses, programs, lights),
             seed,
             convergences: vec![Convergence::START; setup.expects().len()],
             faults: Vec::new(),
@@ -161,6 +169,11 @@ impl Simulation {
             return Err(vec![ScenarioError { cause, place: None }]);
         }
         let action = self.setup.scenario.command(text)?;
+        if let Action::Load { robots, script } = &action {
+            let with_script = self.setup.with_script(robots, script);
+            let refused = |cause| vec![ScenarioError { cause, place: None }];
+            self.setup = Arc::new(with_script.map_err(refused)?);
+        }
         self.happenings.command(self.world.now(), text, action);
         Ok(())
     }
@@ -181,6 +194,9 @@ impl Simulation {
     pub fn tick(&mut self) -> Result<(), FirmwareError> {
         let scenario = self.setup.scenario.clone();
         while let Some(action) = self.happenings.due(&scenario, self.world.now()) {
+            if let Action::Load { robots, script } = &action {
+                self.load(robots, script);
+            }
             for number in self.happenings.act(&action, &mut self.world) {
                 if let (Some(fleets), Some(id)) = (&mut self.fleets, self.happenings.id(number)) {
                     fleets.switch_off(id)?;
@@ -281,17 +297,23 @@ impl Simulation {
     /// robot that is not there yet, and of one that runs its firmware.
     pub fn inspect(&self, number: usize, limits: Limits) -> Option<Inspection> {
         let robot = self.world.brain(self.happenings.id(number)?)?;
-        let program = self.setup.programs.get(self.setup.group(number))?;
-        robot.inspect(program.symbols.as_ref(), limits)
+        robot.inspect(self.program(number)?.symbols.as_ref(), limits)
+    }
+
+    /// Returns the program of a robot: that of its group, until an event or a command loads another one.
+    pub fn program(&self, number: usize) -> Option<&Program> {
+        self.setup.program(self.happenings.program(number)?)
     }
 
     /// Reads a quantity of a robot.
     pub fn read(&self, probe: &Probe, number: usize) -> Reading<'_> {
-        let (group, _) = group_of(&self.setup.scenario, number);
-        let Some(program) = self.setup.programs.get(group) else { return Reading::Nil };
+        let known = self.happenings.program(number);
+        let Some((of, program)) = known.and_then(|of| Some((of, self.setup.program(of)?))) else {
+            return Reading::Nil;
+        };
         let id = self.happenings.id(number);
         let robot = id.and_then(|id| Some((self.world.brain(id)?, self.world.robot(id)?)));
-        probe.read(group, program, robot)
+        probe.read(of, program, robot)
     }
 
     /// The numbers of a quantity now: of each robot, or a single one of the swarm. `None` where there is none.
@@ -332,7 +354,7 @@ impl Simulation {
             let id = self.happenings.id(number);
             let Some(robot) = id.and_then(|id| self.world.brain(id)) else { continue };
             past.add(number, robot, self.has_unexpected(number, robot));
-            past.add_findings(self.setup.group(number), robot);
+            past.add_findings(robot);
             faults.extend(faults_of(number, robot));
         }
         faults.sort_by_key(|fault| (fault.record.tick, fault.robot));
@@ -403,12 +425,22 @@ impl Simulation {
         }
     }
 
+    /// Robots get another script, for their next start.
+    fn load(&mut self, robots: &Selection, script: &Path) {
+        for number in robots.iter() {
+            // The setup has the programs of all scripts that are loaded.
+            if let Some(program) = self.setup.program_of(self.setup.group(number), script) {
+                self.happenings.load(number, program);
+            }
+        }
+    }
+
     /// A robot is switched on: one that is there already, off before.
     fn start(&mut self, number: usize) {
         let (group, _) = group_of(&self.setup.scenario, number);
-        let setup = self.setup.clone();
+        let (setup, program) = (self.setup.clone(), self.happenings.program(number));
         let (Some(of), Some(context)) =
-            (setup.scenario.groups.get(group), setup.contexts.get(group))
+            (setup.scenario.groups.get(group), program.and_then(|id| setup.contexts.get(id.0)))
         else {
             return;
         };
@@ -449,7 +481,7 @@ impl Simulation {
         if let Some(old) = self.world.brain(id) {
             let has_unexpected = self.has_unexpected(number, old);
             self.past.add(number, old, has_unexpected);
-            self.past.add_findings(group, old);
+            self.past.add_findings(old);
             self.faults.extend(faults_of(number, old));
         }
         if let Some(old) = self.world.brain_mut(id) {
@@ -510,8 +542,8 @@ struct Past {
     /// Robots with faults that no expectation counts.
     unexpected: usize,
     overruns: OverrunSummary,
-    /// By the number of the group.
-    findings: BTreeMap<usize, Findings>,
+    /// By program.
+    findings: BTreeMap<ProgramId, Findings>,
 }
 
 impl Past {
@@ -528,9 +560,10 @@ impl Past {
     }
 
     /// Adds the results of a robot's checks, if it is checked.
-    fn add_findings(&mut self, group: usize, robot: &SimRobot) {
+    fn add_findings(&mut self, robot: &SimRobot) {
         if let Some(findings) = robot.findings() {
-            self.findings.entry(group).or_default().merge(findings);
+            let program = robot.state().context.program;
+            self.findings.entry(program).or_default().merge(findings);
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::engine::Statistics;
 
 use super::expectation::{Convergence, Verdict};
 use crate::robot::checks::Findings;
-use crate::robot::{FaultCounts, FaultRecord, Overrun, Overruns};
+use crate::robot::{FaultCounts, FaultRecord, Overrun, Overruns, ProgramId};
 
 /// The faults of a robot at one place of its script.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -118,8 +118,8 @@ pub struct Summary {
     pub overruns: OverrunSummary,
     /// Mean, smallest and largest of each quantity of `plot` at the end; the number of a swarm's is all three.
     pub values: Vec<Option<[f64; 3]>>,
-    /// The results of checks, by the number of the group: of groups with a robot that was checked.
-    pub findings: BTreeMap<usize, Findings>,
+    /// The results of checks, by program: of those that ran in a robot that was checked.
+    pub findings: BTreeMap<ProgramId, Findings>,
 }
 
 impl Summary {

@@ -101,6 +101,14 @@ pub enum Cause {
     NotEmulated { key: &'static str },
     /// What is in the memory of a robot that nobody looks into.
     Unseen { quantity: String },
+    /// A command loads a script into a run that has no compiler.
+    NoCompiler { script: String },
+    /// The script of a command has errors, as the compiler reports them.
+    NotCompiled { script: String, report: String },
+    /// The robots' machine refuses the script of a command.
+    NotLoaded { script: String, reason: String },
+    /// The script of a command was loaded before, when it had another text.
+    ScriptChanged { script: String },
     /// The script has no room in the robot's flash.
     ScriptTooLong { bytes: usize, most: u32 },
     /// An emulated robot that no projector shines on.
@@ -226,6 +234,16 @@ impl fmt::Display for Cause {
             }
             Cause::ScriptTooLong { bytes, most } => {
                 write!(f, "the script has {bytes} bytes, the robot has room for {most}")
+            }
+            Cause::NoCompiler { script } => {
+                write!(f, "`{script}` cannot be loaded: nothing compiles scripts in this run")
+            }
+            Cause::NotCompiled { script, report } => {
+                write!(f, "`{script}` cannot be loaded:\n{}", report.trim_end())
+            }
+            Cause::NotLoaded { script, reason } => write!(f, "`{script}` {reason}"),
+            Cause::ScriptChanged { script } => {
+                write!(f, "`{script}` has changed since it was loaded")
             }
             Cause::InTheDark { id } => {
                 write!(f, "robot {id} would start where the projector does not shine")
@@ -359,6 +377,13 @@ impl toml_reader::Cause for Cause {
                 "place, heading, LED and whether the script runs can; or let the script show it with `led`"
                     .to_owned(),
             ),
+            Cause::NoCompiler { .. } => {
+                Some("an event of the scenario with `load` does the same".to_owned())
+            }
+            Cause::ScriptChanged { .. } => Some(
+                "give the new script a name of its own: what was done before is written down with the old one"
+                    .to_owned(),
+            ),
             Cause::NotANumber { .. } => Some("equals, differs, below, above or between".to_owned()),
             Cause::Unreadable { .. }
             | Cause::Without { .. }
@@ -367,6 +392,8 @@ impl toml_reader::Cause for Cause {
             | Cause::Settings { .. }
             | Cause::TooManyEmulated { .. }
             | Cause::ScriptTooLong { .. }
+            | Cause::NotCompiled { .. }
+            | Cause::NotLoaded { .. }
             | Cause::Emulator { .. }
             | Cause::OneNumber { .. }
             | Cause::NoSuchMedium { .. } => None,

@@ -1,5 +1,7 @@
 //! `[[event]]`: what happens to the world during a run.
 
+use std::path::PathBuf;
+
 use bittybuzz_toml_reader::TomlError;
 use toml::de::DeValue;
 
@@ -35,6 +37,13 @@ pub enum Action {
     Restart(Selection),
     /// The supply of the robots that run fails for a moment.
     BrownOut(Selection),
+    /// The robots get another script, and are switched off and on.
+    Load {
+        /// Which.
+        robots: Selection,
+        /// The script, image or object file.
+        script: PathBuf,
+    },
     /// Robots that were not there from the start come.
     Join(Selection),
     /// The robots are moved.
@@ -84,6 +93,7 @@ const ACTIONS: &[&str] = &[
     "resume",
     "restart",
     "brown_out",
+    "load",
     "join",
     "move",
     "battery",
@@ -96,13 +106,14 @@ const ACTIONS: &[&str] = &[
     "adversary",
 ];
 
-/// Reads an event with its time.
+/// Reads an event with its time. `script` reads the path of a script.
 pub fn read(
     section: &Section<'_>,
     census: &Census,
     world: &World,
     groups: &[Group],
     used: &[Medium],
+    script: &dyn Fn(&Entry<'_>) -> Option<PathBuf>,
 ) -> Option<Event> {
     let at = section.required("at").and_then(|entry| {
         let at = seconds(&entry, 0.0..=f64::MAX)?;
@@ -114,23 +125,25 @@ pub fn read(
         }
         Some(at)
     });
-    let action = action(section, census, world, groups, used);
+    let action = action(section, census, world, groups, used, script);
     Some(Event { at: at?, action: action? })
 }
 
-/// Reads the action of an event or a command.
+/// Reads the action of an event or a command. `script` reads the path of a script.
 pub fn action(
     section: &Section<'_>,
     census: &Census,
     world: &World,
     groups: &[Group],
     used: &[Medium],
+    script: &dyn Fn(&Entry<'_>) -> Option<PathBuf>,
 ) -> Option<Action> {
     let (key, entry) = section.one_of(ACTIONS)?;
     for (other, needs) in [
         ("to", "move"),
         ("by", "move"),
         ("heading", "move"),
+        ("script", "load"),
         ("volts", "battery"),
         ("medium", "loss"),
     ] {
@@ -144,6 +157,11 @@ pub fn action(
         "resume" => Action::Resume(census.select(&entry)?),
         "restart" => Action::Restart(census.select(&entry)?),
         "brown_out" => Action::BrownOut(census.select(&entry)?),
+        "load" => {
+            let robots = census.select(&entry);
+            let script = section.required("script").and_then(|entry| script(&entry));
+            Action::Load { robots: robots?, script: script? }
+        }
         "join" => Action::Join(census.select(&entry)?),
         "move" => moved(section, census.select(&entry), world)?,
         "battery" => {
@@ -175,6 +193,13 @@ pub fn action(
         && census.any_is_emulated()
     {
         loss.check_emulated(&entry);
+    }
+    // What their flash holds was given to the emulator when it started.
+    if let Action::Load { robots, .. } = &action
+        && census.is_emulated(robots)
+    {
+        entry.fail(Cause::NotEmulated { key });
+        return None;
     }
     // Robots have no pause button.
     if let Action::Stop(robots) | Action::Resume(robots) = &action

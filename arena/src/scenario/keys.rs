@@ -203,6 +203,8 @@ pub const SECTIONS: &[SectionKeys] = &[
             "resume" "robots" "" "stopped robots go on where they were",
             "restart" "robots" "" "they are switched off and on where they are: their scripts begin anew",
             "brown_out" "robots" "" "the supply of those that run fails for a moment: they are restarted",
+            "load" "robots" "" "they get another `script`, and are switched off and on where they are",
+            "script" "path" "" "load: .bzz, .bo or .bbi",
             "join" "robots" "" "robots that were not `present` come and start their scripts",
             "move" "robots" "" "they are moved",
             "to" "[x, y]" "" "move: where their middle comes to, in mm",

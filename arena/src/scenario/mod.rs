@@ -13,6 +13,7 @@ mod event;
 mod expect;
 mod folder;
 pub mod keys;
+mod load;
 mod medium;
 mod mix;
 mod output;
@@ -24,7 +25,7 @@ mod time;
 mod value;
 mod world;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bittybuzz_compiler::include::{DiskFiles, Files};
@@ -40,6 +41,8 @@ pub(crate) use error::settings_error;
 pub use error::{Cause, ScenarioError};
 pub use event::{Action, Event, Target};
 pub use expect::{Expect, Of, Reduction, Test, Wanted, When};
+pub use load::Load;
+pub(crate) use load::groups_of;
 pub use medium::{Loss, Media, Medium, MediumSettings};
 pub use output::Output;
 pub use read::{Entry, Section};
@@ -68,6 +71,10 @@ pub struct Scenario {
     pub expects: Vec<Expect>,
     /// What is kept of a run.
     pub output: Output,
+    /// The scripts that events load into robots.
+    pub loads: Vec<Load>,
+    /// The folder of the file, from which commands name scripts.
+    folder: PathBuf,
     /// The robots by name and id, and the media that they use: for commands.
     census: Arc<select::Census>,
     used: Vec<Medium>,
@@ -122,7 +129,9 @@ impl Scenario {
         let format = (keys::COMMAND, &schema as toml_reader::Schema<'_>);
         toml_reader::read(&Source::new(keys::COMMAND, text), &[], format, |section| {
             let (census, groups) = (&self.census, &self.groups);
-            let action = event::action(section, census, &self.world, groups, &self.used)?;
+            // Whoever compiles the script finds out whether it is there.
+            let script = |entry: &Entry<'_>| Some(self.folder.join(entry.string()?));
+            let action = event::action(section, census, &self.world, groups, &self.used, &script)?;
             space::check_move(section, &self.world, &self.groups, &action);
             Some(action)
         })
@@ -188,15 +197,17 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
     let media = medium::read(root, &used, &emulated);
     let bridge = bridge::read(root, folder, known, &groups);
     let sections = root.sections("event", keys::EVENT);
+    let script = |entry: &Entry<'_>| robots::script(entry, folder);
     let mut events: Vec<Event> = Vec::new();
     for section in &sections {
-        let event = event::read(section, &census, known, &groups, &used);
+        let event = event::read(section, &census, known, &groups, &used, &script);
         let Some(event) = event else { continue };
         if is_complete && world.is_some() {
             space::check_move(section, known, &groups, &event.action);
         }
         events.push(event);
     }
+    let loads = load::loads(&events, &groups);
     events.extend(adversary::read_all(root, &census, known, &groups));
     events.sort_by(|one, other| one.at.total_cmp(&other.at));
     if is_complete && world.is_some() {
@@ -214,6 +225,8 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
         events,
         expects,
         output,
+        loads,
+        folder: folder.path.to_owned(),
         census,
         used,
     })

@@ -309,7 +309,8 @@ fn name(section: &Section<'_>, robot: Option<&Robot>, census: &mut Census) -> St
     census.unused_name(robot.map_or("", |robot| robot.name.as_str()))
 }
 
-fn script(entry: &Entry<'_>, folder: Folder<'_>) -> Option<PathBuf> {
+/// Reads the path of a script, which is in the folder.
+pub fn script(entry: &Entry<'_>, folder: Folder<'_>) -> Option<PathBuf> {
     let text = entry.string()?;
     match folder.file(text, None) {
         Ok(path) => Some(path),

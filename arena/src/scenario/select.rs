@@ -30,6 +30,12 @@ impl Selection {
         self.0.iter().map(|range| range.len()).sum()
     }
 
+    /// Returns true if some robot of these numbers is meant.
+    pub fn overlaps(&self, numbers: &Range<usize>) -> bool {
+        let mut ranges = self.0.iter();
+        ranges.any(|own| (own.start as usize) < numbers.end && numbers.start < own.end as usize)
+    }
+
     /// Whether that robot is meant.
     pub fn contains(&self, robot: usize) -> bool {
         u32::try_from(robot).is_ok_and(|robot| self.0.iter().any(|range| range.contains(&robot)))

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use bittybuzz_arena::robot::LogLine;
 use bittybuzz_arena::run::{Setup, Simulation};
 
-use super::script::{folder, read};
+use super::script::{folder, program, read};
 
 /// Everything that a script can have going on: messages, shared memory, swarms, chance, tables, pauses, a fault and a restart.
 const SCRIPT: &str = "n = 0 heard = 0 far = {} vs = stigmergy.create(1) s = swarm.create(1)\n\
@@ -41,13 +41,23 @@ const MOVES: [(&str, &str); 3] = [
     ("crazyflie.bzz", "if(n == 1) takeoff(500, 500) else goto(n * 2, 0)"),
 ];
 
+/// Scripts that commands may load, for robots of each kind.
+const OTHERS: [(&str, &str); 2] = [
+    ("quiet.bzz", "function step() { if(rand() % 50 == 0) log(\"quiet \", id) }\n"),
+    (
+        "loud.bzz",
+        "n = 100 function step() { n = n + 1 neighbors.broadcast(\"n\", n) led(n % 3) }\n",
+    ),
+];
+
 /// The setup of that world, with more at the end of its scenario.
 pub fn setup(name: &str, more: &str) -> Arc<Setup> {
     let scripts = MOVES.map(|(name, moves)| (name, SCRIPT.replace("MOVE", moves)));
     let scripts = scripts.each_ref().map(|(name, text)| (*name, text.as_str()));
-    let folder = folder(name, &scripts);
+    let folder = folder(name, &[&scripts[..], &OTHERS].concat());
     let (scenario, programs) = read(Path::new(&folder), &[WORLD, more].concat());
-    Arc::new(Setup::new(scenario, programs).unwrap())
+    let setup = Setup::new(scenario, programs).unwrap();
+    Arc::new(setup.with_compiler(Arc::new(program)))
 }
 
 /// All that a tick leaves to be seen.

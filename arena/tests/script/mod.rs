@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bittybuzz_arena::run::{Program, Setup, SetupError, Simulation, Summary};
-use bittybuzz_arena::scenario::{Scenario, ScenarioError};
+use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, Loader};
 
@@ -26,22 +26,23 @@ pub fn folder(test: &str, scripts: &[(&str, &str)]) -> PathBuf {
 pub fn read(folder: &Path, text: &str) -> (Scenario, Vec<Program>) {
     let read = Scenario::parse(text, "test.toml", folder, &[], &bittybuzz_robot_models::all());
     let scenario = read.unwrap_or_else(|errors| panic!("{errors:#?}\n{text}"));
-    let programs = scenario
-        .groups
-        .iter()
-        .map(|group| {
-            let options = Options {
-                robot: Some(group.robot.clone()),
-                robots: bittybuzz_robot_files::all_shipped(),
-                profile: None,
-            };
-            let text = fs::read_to_string(&group.script).unwrap();
-            let compiled = compile(&group.script, text, &Loader::new(&DiskFiles), &options);
-            let image = compiled.image.unwrap_or_else(|| panic!("{:#?}", compiled.diagnostics));
-            Program { image, symbols: compiled.symbols }
-        })
-        .collect();
+    let program = |(group, script): (&Group, &Path)| program(script, group).unwrap();
+    let programs = scenario.programs().map(program).collect();
     (scenario, programs)
+}
+
+/// Compiles a script for the robots of a group.
+pub fn program(script: &Path, group: &Group) -> Result<Program, String> {
+    let options = Options {
+        robot: Some(group.robot.clone()),
+        robots: bittybuzz_robot_files::all_shipped(),
+        profile: None,
+    };
+    let text = fs::read_to_string(script).map_err(|error| error.to_string())?;
+    let compiled = compile(script, text, &Loader::new(&DiskFiles), &options);
+    let symbols = compiled.symbols;
+    let program = compiled.image.map(|image| Program { image, symbols });
+    program.ok_or_else(|| format!("{:#?}", compiled.diagnostics))
 }
 
 /// Runs a scenario to its end, and shows the simulation after each tick.

@@ -1,5 +1,8 @@
-//! The results of `--checks` for each group of a scenario.
+//! The results of `--checks` for each program of a scenario.
 
+use std::path::Path;
+
+use bittybuzz_arena::robot::ProgramId;
 use bittybuzz_arena::run::{Summary, TICKS_PER_SECOND};
 use bittybuzz_arena::scenario::{Backend, Group};
 use serde_json::{Value, json};
@@ -12,8 +15,11 @@ use super::open::Opened;
 /// The lines of the report.
 pub fn text(opened: &Opened, summary: &Summary) -> Vec<String> {
     let mut lines = Vec::new();
-    each(opened, summary, |group, checked| {
-        let title = format!("checks of group `{}`", group.name);
+    each(opened, summary, |group, script, checked| {
+        let title = match script {
+            None => format!("checks of group `{}`", group.name),
+            Some(script) => format!("checks of group `{}` with `{}`", group.name, script.display()),
+        };
         match checked {
             Some(checked) => {
                 lines.push(title + ":");
@@ -28,13 +34,14 @@ pub fn text(opened: &Opened, summary: &Summary) -> Vec<String> {
     lines
 }
 
-/// The report as an array, with an object for each group.
+/// The report as an array, with an object for each program: those of the groups, then those that events load.
 pub fn json(opened: &Opened, summary: &Summary) -> Value {
     let mut groups = Vec::new();
-    each(opened, summary, |group, checked| {
+    each(opened, summary, |group, script, checked| {
         groups.push(json!({
             "group": group.name,
             "robot": group.robot.name,
+            "loaded": script.map(|script| script.display().to_string()),
             "emulated": is_emulated(group),
             "checks": checked.map(|checked| checked.json()),
         }));
@@ -42,13 +49,18 @@ pub fn json(opened: &Opened, summary: &Summary) -> Value {
     groups.into()
 }
 
-/// Hands each group over with its findings; a group that was not checked has none.
-fn each(opened: &Opened, summary: &Summary, mut take: impl FnMut(&Group, Option<Checked<'_>>)) {
-    for (number, (group, program)) in
-        opened.scenario.groups.iter().zip(&opened.programs).enumerate()
+/// Hands each program over with its group, its script if an event loads it, and its findings; a program that was not checked has none.
+fn each(
+    opened: &Opened,
+    summary: &Summary,
+    mut take: impl FnMut(&Group, Option<&Path>, Option<Checked<'_>>),
+) {
+    let own = opened.scenario.groups.len();
+    for (number, ((group, script), program)) in
+        opened.scenario.programs().zip(&opened.programs).enumerate()
     {
         let costs = costs::of(&group.robot, group.robot.profile);
-        let checked = summary.findings.get(&number).map(|findings| Checked {
+        let checked = summary.findings.get(&ProgramId(number)).map(|findings| Checked {
             findings,
             program,
             slots: group.robot.vm.slots as usize,
@@ -57,7 +69,7 @@ fn each(opened: &Opened, summary: &Summary, mut take: impl FnMut(&Group, Option<
             ticks_per_second: TICKS_PER_SECOND,
             has_robots: true,
         });
-        take(group, checked);
+        take(group, (number >= own).then_some(script), checked);
     }
 }
 

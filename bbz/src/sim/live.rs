@@ -122,7 +122,7 @@ fn ending(summary: &Summary) -> Ending {
 fn text(setup: &Setup, opened: &Opened, robot: usize, line: &LogLine) -> Vec<u8> {
     let id = setup.id(robot);
     let mut text = format!("{:>8.1} {id:>5}  ", line.tick as f64 / 10.0).into_bytes();
-    let program = opened.programs.get(setup.group(robot));
+    let program = opened.programs.get(line.program.0);
     for piece in &line.pieces {
         let printed = match piece {
             Piece::Nil => Printed::Nil,

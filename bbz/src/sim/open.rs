@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use bittybuzz_arena::robot::RobotModel;
 use bittybuzz_arena::run;
-use bittybuzz_arena::scenario::{Scenario, ScenarioError};
+use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
 use bittybuzz_compiler::refusal;
 use bittybuzz_robot_files::all_shipped;
 use bittybuzz_toml_reader::file;
@@ -19,13 +19,13 @@ use crate::whole_file::Inputs;
 
 use super::Arguments;
 
-/// A scenario and the programs of its groups.
+/// A scenario and its programs.
 pub struct Opened {
     path: PathBuf,
     pub scenario: Arc<Scenario>,
-    /// For messages, of each group.
+    /// For messages, in the order of [`Scenario::programs`].
     pub programs: Vec<Program>,
-    /// For the robots, of each group.
+    /// For the robots, in the same order.
     pub images: Arc<[run::Program]>,
     /// Programs that emulate robots, by the models' names.
     emulators: Vec<(&'static str, PathBuf)>,
@@ -53,19 +53,16 @@ pub fn open(arguments: &Arguments, set: &[String]) -> Result<Option<Opened>, Pro
     };
     let mut programs: Vec<Option<Program>> = Vec::new();
     let known = all_shipped();
-    for (number, group) in scenario.groups.iter().enumerate() {
-        let same = scenario
-            .groups
-            .iter()
-            .take(number)
-            .position(|other| (&other.script, &other.robot) == (&group.script, &group.robot));
+    for (number, (group, script)) in scenario.programs().enumerate() {
+        let is_same = |(other, of): (&Group, &Path)| (of, &other.robot) == (script, &group.robot);
+        let same = scenario.programs().take(number).position(is_same);
         let program = match same {
             // It was told already what is wrong with it.
             Some(same) => programs.get(same).cloned().flatten(),
             None => {
                 let robot = Some(group.robot.clone());
                 let selection = Selection { robot, known: known.clone(), profile: None };
-                Program::open(&group.script, include, &selection)?
+                Program::open(script, include, &selection)?
             }
         };
         programs.push(program);
@@ -102,8 +99,8 @@ impl Opened {
     pub fn inputs(&self) -> Inputs {
         let mut inputs = Inputs::default();
         inputs.add(&self.path);
-        for (group, program) in self.scenario.groups.iter().zip(&self.programs) {
-            program.add_inputs(&group.script, &mut inputs);
+        for ((group, script), program) in self.scenario.programs().zip(&self.programs) {
+            program.add_inputs(script, &mut inputs);
             group.robot_file.iter().for_each(|file| inputs.add(file));
             group.backend.firmware().into_iter().for_each(|image| inputs.add(image));
         }
@@ -128,9 +125,9 @@ impl Opened {
                 print(&errors);
                 None
             }
-            Err(run::SetupError::Refused { group, cause }) => {
-                let group = self.scenario.groups.get(group);
-                let script = group.map_or(Path::new(""), |group| &group.script);
+            Err(run::SetupError::Refused { program, cause }) => {
+                let (group, script) = self.scenario.programs().nth(program.0).unzip();
+                let script = script.unwrap_or(Path::new(""));
                 let message = format!("`{}` {}", script.display(), refusal::sentence(&cause));
                 report::mistake(&message, group.map(|group| &group.place), None);
                 None

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use bittybuzz_arena::engine::LinkStatistics;
-use bittybuzz_arena::robot::{Consequence, FaultCounts};
+use bittybuzz_arena::robot::{Consequence, FaultCounts, ProgramId};
 use bittybuzz_arena::run::{
     Convergence, FaultOf, OverrunSummary, Setup, Summary, TICKS_PER_SECOND, Verdict,
 };
@@ -87,7 +87,7 @@ pub fn text(setup: &Setup, summary: &Summary, elapsed: Duration) -> Vec<String> 
 fn overruns(setup: &Setup, overruns: &OverrunSummary) -> Option<String> {
     let OverrunSummary { missed, robots, first } = overruns;
     let (robot, first) = first.as_ref()?;
-    let place = first.position.and_then(|position| source_place(setup, *robot, position));
+    let place = first.position.and_then(|position| source_place(setup, first.program, position));
     let place = place.map(|(file, place)| format!(" in {}:{}", file.unwrap_or("?"), place.line));
     Some(format!(
         "steps left out because one before took too long: {missed}, by {robots} {}; first by robot {} at {:.1} s{}",
@@ -98,9 +98,9 @@ fn overruns(setup: &Setup, overruns: &OverrunSummary) -> Option<String> {
     ))
 }
 
-/// Returns file and place of a position in the code of a robot, if there are symbols.
-fn source_place(setup: &Setup, robot: usize, position: u16) -> Option<(Option<&str>, Place)> {
-    let symbols = setup.programs.get(setup.group(robot))?.symbols.as_ref()?;
+/// Returns file and place of a position in the code of a program, if there are symbols.
+fn source_place(setup: &Setup, program: ProgramId, position: u16) -> Option<(Option<&str>, Place)> {
+    let symbols = setup.program(program)?.symbols.as_ref()?;
     let place = symbols.position(u32::from(position))?;
     Some((symbols.file(place.file), place))
 }
@@ -141,7 +141,7 @@ pub fn json(setup: &Setup, summary: &Summary) -> Value {
         .iter()
         .map(|fault| {
             let position = fault.record.positions.first();
-            let place = position.and_then(|at| source_place(setup, fault.robot, *at));
+            let place = position.and_then(|at| source_place(setup, fault.record.program, *at));
             let (consequence, pause) = match fault.record.consequence {
                 Consequence::Contained => ("contained", None),
                 Consequence::Pause(ticks) => ("restart", Some(seconds(ticks.into()))),
@@ -169,7 +169,7 @@ pub fn json(setup: &Setup, summary: &Summary) -> Value {
         })
         .collect();
     let first_overrun = summary.overruns.first.as_ref().map(|(robot, first)| {
-        let place = first.position.and_then(|at| source_place(setup, *robot, at));
+        let place = first.position.and_then(|at| source_place(setup, first.program, at));
         json!({
             "robot": setup.id(*robot),
             "time": seconds(first.tick),
@@ -215,15 +215,15 @@ pub fn faults(setup: &Setup, programs: &[Program], summary: &Summary) {
     let key = |fault: &FaultOf| {
         let is_contained = fault.record.consequence == Consequence::Contained;
         let (code, position) = (fault.record.fault.code, fault.record.fault.position);
-        (setup.group(fault.robot), position, code as u8, is_contained)
+        (fault.record.program, position, code as u8, is_contained)
     };
     for fault in &summary.faults {
         if printed.contains(&key(fault)) {
             continue;
         }
         printed.push(key(fault));
-        let Some(program) = programs.get(setup.group(fault.robot)) else { continue };
         let record = &fault.record;
+        let Some(program) = programs.get(record.program.0) else { continue };
         let alike: Vec<&FaultOf> =
             summary.faults.iter().filter(|other| key(other) == key(fault)).collect();
         let memory = record.memory.as_ref().map(|memory| memory::text(memory, program));

@@ -12,7 +12,7 @@ use bittybuzz_emulation::ClientError;
 use bittybuzz_emulation::message::{Command, Event, TimedEvent};
 
 use crate::engine::{LinkStatistics, Loss, Media, Medium, Pose, RobotId, RobotState, World};
-use crate::robot::{Emulation, LogLine, SimRobot};
+use crate::robot::{Emulation, SimRobot};
 
 use super::bridge::Bridge;
 use super::room::Room;
@@ -321,7 +321,7 @@ impl Emulated {
                 let Some(robot) = world.brain_mut(self.id) else { return Ok(()) };
                 for told in told {
                     match told {
-                        Told::Log(pieces) => robot.has_logged(LogLine { tick, pieces }),
+                        Told::Log(pieces) => robot.has_logged(tick, pieces),
                         Told::Fault(fault, positions) => robot.has_stopped(tick, fault, positions),
                         Told::Contained(fault, positions) => {
                             robot.has_contained(tick, fault, positions);

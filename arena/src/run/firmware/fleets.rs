@@ -43,7 +43,7 @@ impl Fleets {
         }
         let join = |number| Some((happenings.id(number)?, setup.id(number)));
         let mut fleets = Vec::new();
-        for firmware in &setup.firmware {
+        for firmware in setup.firmware.iter() {
             let Some(emulation) = firmware.model().emulation() else { continue };
             let is_dark = |pose: &Pose| !emulation.is_lit(pose);
             let in_the_dark = firmware

@@ -1,0 +1,52 @@
+//! Scripts that events load into robots, and the programs of a run.
+
+use std::path::{Path, PathBuf};
+
+use super::{Action, Event, Group, Scenario, Selection};
+
+/// A script that an event or a command loads into robots of a group. Each kind of robots has its own image of it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Load {
+    /// Number of the group.
+    pub group: usize,
+    /// The script, image or object file.
+    pub script: PathBuf,
+}
+
+impl Scenario {
+    /// Returns the robots and the script of each program of a run: those of the groups, then those that events load, in the order of
+    /// the file. Programs have their numbers in this order.
+    pub fn programs(&self) -> impl Iterator<Item = (&Group, &Path)> {
+        let own = self.groups.iter().map(|group| (group, group.script.as_path()));
+        let loaded = self.loads.iter();
+        own.chain(loaded.filter_map(|load| Some((self.groups.get(load.group)?, &*load.script))))
+    }
+}
+
+/// Returns the numbers of the groups that have some of these robots.
+pub fn groups_of(groups: &[Group], robots: &Selection) -> Vec<usize> {
+    let mut first = 0;
+    let ranges = groups.iter().map(|group| {
+        let range = first..first + group.count as usize;
+        first = range.end;
+        range
+    });
+    let has_some = |range: &std::ops::Range<usize>| robots.overlaps(range);
+    ranges.enumerate().filter(|(_, range)| has_some(range)).map(|(number, _)| number).collect()
+}
+
+/// Returns the scripts that events load and groups do not have from the start, each once, in the order of the events.
+pub fn loads(events: &[Event], groups: &[Group]) -> Vec<Load> {
+    let mut loads: Vec<Load> = Vec::new();
+    for event in events {
+        let Action::Load { robots, script } = &event.action else { continue };
+        for group in groups_of(groups, robots) {
+            let load = Load { group, script: script.clone() };
+            let is_own = groups.get(group).is_some_and(|group| group.script == *script);
+            if !is_own && !loads.contains(&load) {
+                loads.push(load);
+            }
+        }
+    }
+    loads
+}
