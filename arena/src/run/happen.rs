@@ -38,8 +38,8 @@ impl Happenings {
     }
 
     /// Adds everything but the scenario's events that decides the next ticks to a digest: places and programs of robots that have
-    /// not joined yet, the partition, and commands that were not carried out.
-    pub fn add_to(&self, digest: &mut Digest) {
+    /// not joined yet, the partition, and commands that act before the tick `now`.
+    pub fn add_to(&self, digest: &mut Digest, now: u64) {
         for ((start, id), program) in self.starts.iter().zip(&self.ids).zip(&self.programs) {
             id.hash(digest);
             if id.is_none() {
@@ -49,7 +49,8 @@ impl Happenings {
         }
         self.parts.hash(digest);
         let waiting = self.commands.iter().skip(self.carried_out);
-        waiting.for_each(|(.., action)| digest.text_of(action));
+        let due = waiting.take_while(|(tick, ..)| *tick <= now);
+        due.for_each(|(.., action)| digest.text_of(action));
     }
 
     /// How many robots there are or will be.
@@ -98,12 +99,19 @@ impl Happenings {
         }
     }
 
-    /// Takes a command that acts before a tick.
+    /// Takes a command that acts before a tick. Those of later ticks, which a run has that was taken back, are gone by it.
     pub fn command(&mut self, tick: u64, text: &str, action: Action) {
+        let later = self.commands.partition_point(|(other, ..)| *other <= tick);
+        self.commands.truncate(later);
         self.commands.push((tick, text.trim().to_owned(), action));
     }
 
-    /// Returns the commands so far, in order, as the tick before which each acts and its text.
+    /// Takes the commands of a later state of the same run: those that were not carried out yet act at their times.
+    pub fn follow(&mut self, later: &Self) {
+        self.commands.clone_from(&later.commands);
+    }
+
+    /// Returns the commands, in order, as the tick before which each acts and its text.
     pub fn commands(&self) -> impl Iterator<Item = (u64, &str)> {
         self.commands.iter().map(|(tick, text, _)| (*tick, text.as_str()))
     }
@@ -115,7 +123,10 @@ impl Happenings {
             self.next += 1;
             return Some(event.action.clone());
         }
-        let (.., action) = self.commands.get(self.carried_out)?;
+        let (tick, _, action) = self.commands.get(self.carried_out)?;
+        if *tick > now {
+            return None;
+        }
         self.carried_out += 1;
         Some(action.clone())
     }

@@ -1,7 +1,8 @@
 //! Runs a scenario: scripts in robots, events, expectations, many runs at once.
 //!
 //! [`Setup`] is a scenario with its programs, checked against each other; a [`Simulation`] is one run of it with one
-//! seed, and owns all that it needs. The caller makes it go on, a tick at a time, looks at it in between, and may keep a snapshot.
+//! seed, and owns all that it needs. The caller makes it go on, a tick at a time, looks at it in between, and may keep a snapshot; a
+//! [`Session`] is such a run that commands change and that can be taken back to any tick.
 //! An [`Observer`] sees frames, faults, logs and calls of robot functions.
 
 mod adversary;
@@ -15,6 +16,7 @@ mod observer;
 mod place;
 mod program;
 mod quantity;
+mod session;
 mod settings;
 mod setup;
 mod simulation;
@@ -29,6 +31,7 @@ pub use firmware::{Failure, P2pAir, TURN};
 pub use observer::{Event, EventKind, Frame, Observer};
 pub use program::{Compiler, Program};
 pub use quantity::Reading;
+pub use session::{NoWayBack, Session};
 pub use setup::{Setup, SetupError, emulated};
 pub use simulation::Simulation;
 pub use summary::{FaultOf, OverrunSummary, Summary, Unusable};

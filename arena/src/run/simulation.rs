@@ -135,6 +135,12 @@ impl Simulation {
         })
     }
 
+    /// Takes the commands of a later state of the same run, and the scripts that they load: this one goes on as that has gone.
+    pub(super) fn follow(&mut self, later: &Self) {
+        self.setup = later.setup.clone();
+        self.happenings.follow(&later.happenings);
+    }
+
     /// Whether the scenario's duration is over.
     pub fn is_over(&self) -> bool {
         self.world.now() >= self.end
@@ -178,7 +184,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// Returns all commands so far as `[[event]]`s. A scenario that ends with these replays the session, without commands.
+    /// Returns all commands so far as `[[event]]`s. A scenario that ends with these replays the session, without commands. A run that
+    /// was taken back has its later commands, too, until another one takes their place.
     #[must_use]
     pub fn commands(&self) -> String {
         let mut text = String::new();
@@ -264,7 +271,7 @@ impl Simulation {
         self.world.add_to(&mut digest);
         let robots = self.world.ids().filter_map(|id| self.world.brain(id));
         robots.for_each(|robot| robot.add_to(&mut digest));
-        self.happenings.add_to(&mut digest);
+        self.happenings.add_to(&mut digest, self.now());
         digest.finish()
     }
 

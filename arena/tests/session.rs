@@ -1,0 +1,135 @@
+//! Sessions that are taken back, and go on as they have gone.
+
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+mod busy;
+mod script;
+
+use bittybuzz_arena::run::{NoWayBack, Session, Simulation};
+use busy::{rest, setup};
+use rand::rngs::SmallRng;
+use rand::{RngExt, SeedableRng};
+
+/// Commands of all kinds that change what happens later.
+const COMMANDS: [&str; 6] = [
+    "fail = 3",
+    "restart = \"all\"",
+    "move = 5\nto = [300, 300]",
+    "load = [2, 21]\nscript = \"loud.bzz\"",
+    "loss = 0.5\nmedium = \"ir\"",
+    "brown_out = \"zooids\"",
+];
+
+fn begin(name: &str, most: usize) -> Session {
+    Session::new(Simulation::new(setup(name, ""), 5, 1).unwrap(), most)
+}
+
+/// Plays to the end and returns the digest at each tick, with the commands that act then.
+fn play(session: &mut Session, mut act: impl FnMut(&mut Session)) -> Vec<u64> {
+    let mut digests = Vec::new();
+    while !session.run().is_over() {
+        act(session);
+        digests.push(session.run().digest());
+        session.tick().unwrap();
+    }
+    digests.push(session.run().digest());
+    digests
+}
+
+#[test]
+fn every_tick_is_found_again_bit_for_bit() {
+    let mut chance = SmallRng::seed_from_u64(1);
+    // Two copies leave long ways, 500 none.
+    for most in [2, 7, 500] {
+        let mut session = begin("session_seek", most);
+        let digests = play(&mut session, |session| {
+            if session.run().now() % 17 == 3 {
+                session.command(COMMANDS[chance.random_range(0..COMMANDS.len())]).unwrap();
+            }
+        });
+        let commands = session.run().commands();
+        let results = format!("{:?}", session.summary());
+        for _ in 0..40 {
+            let tick = chance.random_range(0..=session.run().end());
+            session.go_to(tick).unwrap();
+            assert_eq!(session.run().now(), tick);
+            assert_eq!(session.run().digest(), digests[tick as usize], "{most} copies, {tick}");
+            assert_eq!(session.run().commands(), commands);
+        }
+        session.go_to(30).unwrap();
+        assert_eq!(play(&mut session, |_| {}), digests[30..], "{most} copies");
+        assert_eq!(format!("{:?}", session.summary()), results);
+    }
+}
+
+/// The end of the run is the end of all ways.
+#[test]
+fn nothing_is_after_the_end() {
+    let mut session = begin("session_end", 4);
+    session.go_to(u64::MAX).unwrap();
+    assert_eq!(session.run().now(), session.run().end());
+}
+
+#[test]
+fn a_command_in_the_past_discards_the_later_ones() {
+    let mut session = begin("session_branch", 5);
+    play(&mut session, |session| match session.run().now() {
+        20 => session.command("fail = 4").unwrap(),
+        70 => session.command("fail = 5").unwrap(),
+        _ => {}
+    });
+    session.go_to(50).unwrap();
+    session.command("move = 6\nto = [0, -300]").unwrap();
+    let expected = "[[event]]\nat = 2\nfail = 4\n\n[[event]]\nat = 5\nmove = 6\nto = [0, -300]\n\n";
+    assert_eq!(session.run().commands(), expected);
+    let digests = play(&mut session, |_| {});
+    // Copies of the discarded future are not gone to.
+    session.go_to(100).unwrap();
+    assert_eq!(session.run().digest(), digests[50]);
+    let setup = setup("session_branch_again", &format!("\n{expected}"));
+    let mut again = Simulation::new(setup, 5, 1).unwrap();
+    let seen = rest(&mut again);
+    // The first digest has a command that waits; a replay has an event, which never does.
+    let after: Vec<u64> = seen[50..].iter().map(|(digest, _)| *digest).collect();
+    assert_eq!(digests[1..], after);
+}
+
+/// A command at the tick of another one that waits comes after it.
+#[test]
+fn commands_of_one_tick_stay_together() {
+    let mut session = begin("session_same", 3);
+    play(&mut session, |session| {
+        if session.run().now() == 10 {
+            session.command("fail = 4").unwrap();
+        }
+    });
+    session.go_to(10).unwrap();
+    session.command("restart = 4").unwrap();
+    let expected = "[[event]]\nat = 1\nfail = 4\n\n[[event]]\nat = 1\nrestart = 4\n\n";
+    assert_eq!(session.run().commands(), expected);
+}
+
+/// A script that has changed on disk since it was loaded is not asked for again.
+#[test]
+fn a_way_back_does_not_compile_again() {
+    let mut session = begin("session_script", 2);
+    let digests = play(&mut session, |session| {
+        if session.run().now() == 40 {
+            session.command("load = 2\nscript = \"quiet.bzz\"").unwrap();
+        }
+    });
+    let script = concat!(env!("CARGO_TARGET_TMPDIR"), "/session_script/quiet.bzz");
+    std::fs::write(script, "this is no script").unwrap();
+    session.go_to(20).unwrap();
+    session.go_to(90).unwrap();
+    assert_eq!(session.run().digest(), digests[90]);
+}
+
+#[test]
+fn there_is_no_way_before_the_beginning() {
+    let mut run = Simulation::new(setup("session_late", ""), 5, 1).unwrap();
+    (0..30).for_each(|_| run.tick().unwrap());
+    let mut session = Session::new(run, 4);
+    assert!(matches!(session.go_to(29), Err(NoWayBack::BeforeBeginning(30))));
+    session.go_to(30).unwrap();
+}
