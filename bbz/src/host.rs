@@ -6,6 +6,7 @@
 
 use std::time::{Duration, Instant};
 
+use bittybuzz_arena::robot::{Piece, unknown_string};
 use bittybuzz_robot_spec::{Function, Robot, accepted_lists, accepting, idle_result};
 use bittybuzz_vm_core::number::{Profile, format_float, format_int};
 use bittybuzz_vm_core::{
@@ -13,7 +14,6 @@ use bittybuzz_vm_core::{
 };
 
 use crate::output::{Form, Output};
-use crate::printed::{Printed, unknown_string};
 use crate::program::Program;
 
 /// How time passes for the script.
@@ -124,15 +124,15 @@ impl<P: Profile> Host<P> for HostRobot<'_> {
     fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: Arguments<'_, P, C, SLOTS>) {
         let mut line = Vec::new();
         for index in 0..arguments.count() {
-            let value = match arguments.item(index) {
-                Item::Nil => Printed::Nil,
-                Item::String(text) => Printed::Text(self.bytes(&text)),
-                Item::Table(size) => Printed::Table(size),
-                Item::Function => Printed::Function,
-                Item::Int(value) => Printed::Int(value),
-                Item::Float(value) => Printed::Float(value),
+            let piece = match arguments.item(index) {
+                Item::Nil => Piece::Nil,
+                Item::String(text) => Piece::Text(self.bytes(&text)),
+                Item::Table(size) => Piece::Table(size),
+                Item::Function => Piece::Function,
+                Item::Int(value) => Piece::Int(value),
+                Item::Float(value) => Piece::Float(value),
             };
-            value.append_to(&mut line);
+            piece.append_to(None, &mut line);
         }
         self.output.line(&line);
     }

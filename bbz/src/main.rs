@@ -31,7 +31,6 @@ mod library;
 mod memory;
 mod operand;
 mod output;
-mod printed;
 mod probe_rs;
 mod problem;
 mod program;

@@ -137,6 +137,11 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
+    /// The output, from which the caller may take what was written so far.
+    pub fn output_mut(&mut self) -> &mut W {
+        &mut self.output
+    }
+
     /// Writes the end, and returns the output.
     pub fn finish(mut self) -> io::Result<W> {
         let mut end = vec![0];

@@ -3,6 +3,10 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use bittybuzz_compiler::symbols::Symbols;
+use bittybuzz_vm_core::builtin;
+use bittybuzz_vm_core::number::{format_float, format_int};
+
 use super::context::ProgramId;
 
 /// A line that a script has logged, or printed with a function of its robot.
@@ -33,6 +37,36 @@ pub enum Piece {
     Table(usize),
     /// A function.
     Function,
+}
+
+impl Piece {
+    /// Appends what `log` prints of it. Without the symbols of the script, a constant of its own shows as its number.
+    pub fn append_to(&self, symbols: Option<&Symbols>, text: &mut Vec<u8>) {
+        match self {
+            Piece::Nil => text.extend(b"[nil]"),
+            Piece::Int(value) => format_int(*value, &mut |byte| text.push(byte)),
+            Piece::Float(value) => format_float(*value, &mut |byte| text.push(byte)),
+            Piece::Constant(number) => {
+                let known = match symbols {
+                    Some(symbols) => symbols.string(*number),
+                    None => builtin::STRINGS.get(usize::from(*number)).copied(),
+                };
+                match known {
+                    Some(known) => text.extend(known.bytes()),
+                    None => text.extend(unknown_string(*number)),
+                }
+            }
+            Piece::Text(bytes) => text.extend(bytes),
+            Piece::Table(size) => text.extend(format!("[table with {size} elems]").bytes()),
+            Piece::Function => text.extend(b"[closure]"),
+        }
+    }
+}
+
+/// Returns what stands for a constant string whose text is not known.
+#[must_use]
+pub fn unknown_string(number: u16) -> Vec<u8> {
+    format!("[string {number}]").into_bytes()
 }
 
 /// A flag of a run, which a robot raises when it logs a line. In most ticks no robot does, and then the logs need not be searched.

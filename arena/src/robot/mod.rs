@@ -30,7 +30,7 @@ pub use described::{DescribedRobot, LINK as DESCRIBED_LINK};
 pub use effect::{common as common_effect, led};
 pub use emulation::{Emulation, Flash, layout_section};
 pub use faults::{Consequence, FaultCounts, FaultRecord};
-pub use log::{LogLine, News, Piece};
+pub use log::{LogLine, News, Piece, unknown_string};
 pub use machine::MOST_SLOTS;
 pub use model::{ModelKeys, Models, RobotModel};
 pub use overruns::{Overrun, Overruns};

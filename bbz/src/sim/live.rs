@@ -4,20 +4,18 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use annotate_snippets::{Group, Level};
-use bittybuzz_arena::robot::{LogLine, Piece};
+use bittybuzz_arena::robot::LogLine;
 use bittybuzz_arena::run::{Setup, Simulation, Summary};
 
 use crate::Ending;
 use crate::costs;
 use crate::interrupt::{self, Interrupt};
 use crate::output::Output;
-use crate::printed::{Printed, unknown_string};
 use crate::problem::Problem;
-use crate::program::Program;
 use crate::report;
 
 use super::keep::Keeper;
-use super::open::{self, Opened};
+use super::open;
 use super::progress::Progress;
 use super::{Arguments, checks, summary};
 
@@ -62,7 +60,7 @@ pub fn run(arguments: &Arguments, set: &[String]) -> Result<Ending, Problem> {
         if !lines.is_empty() && !is_quiet {
             progress.aside(|| {
                 for (robot, line) in &lines {
-                    output.line(&text(&setup, &opened, *robot, line));
+                    output.line(&text(&setup, *robot, line));
                 }
                 output.flush();
             });
@@ -119,28 +117,10 @@ fn ending(summary: &Summary) -> Ending {
 }
 
 /// `    12.3 robot 7    text`
-fn text(setup: &Setup, opened: &Opened, robot: usize, line: &LogLine) -> Vec<u8> {
+fn text(setup: &Setup, robot: usize, line: &LogLine) -> Vec<u8> {
     let id = setup.id(robot);
     let mut text = format!("{:>8.1} {id:>5}  ", line.tick as f64 / 10.0).into_bytes();
-    let program = opened.programs.get(line.program.0);
-    for piece in &line.pieces {
-        let printed = match piece {
-            Piece::Nil => Printed::Nil,
-            Piece::Int(value) => Printed::Int(*value),
-            Piece::Float(value) => Printed::Float(*value),
-            Piece::Constant(number) => Printed::Text(constant(program, *number)),
-            Piece::Text(bytes) => Printed::Text(bytes.clone()),
-            Piece::Table(size) => Printed::Table(*size),
-            Piece::Function => Printed::Function,
-        };
-        printed.append_to(&mut text);
-    }
+    let symbols = setup.program(line.program).and_then(|program| program.symbols.as_ref());
+    line.pieces.iter().for_each(|piece| piece.append_to(symbols, &mut text));
     text
-}
-
-fn constant(program: Option<&Program>, number: u16) -> Vec<u8> {
-    match program.and_then(|program| program.string(number)) {
-        Some(known) => known.as_bytes().to_vec(),
-        None => unknown_string(number),
-    }
 }

@@ -1,6 +1,7 @@
 //! Prints what a robot tells.
 
 use annotate_snippets::{Group, Level as Severity};
+use bittybuzz_arena::robot::Piece;
 use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_comms::trace::{Item, Items, Record, RecordError, Unused};
 use bittybuzz_compiler::refusal;
@@ -13,7 +14,6 @@ use crate::Ending;
 use crate::backtrace::Backtrace;
 use crate::fault;
 use crate::output::Output;
-use crate::printed::{Printed, unknown_string};
 use crate::problem::Problem;
 use crate::program::Program;
 use crate::report;
@@ -247,24 +247,21 @@ impl<'a> Teller<'a> {
         let mut line = Vec::new();
         let mut complete = true;
         for item in items {
-            let value = match item {
-                Ok(Item::Nil) => Printed::Nil,
-                Ok(Item::Int(value)) => Printed::Int(value),
-                Ok(Item::Float(value)) => Printed::Float(value),
-                Ok(Item::String(number)) => Printed::Text(match self.program().string(number) {
-                    Some(text) => text.as_bytes().to_vec(),
-                    None => unknown_string(number),
-                }),
-                Ok(Item::Text(text)) => Printed::Text(text.to_vec()),
-                Ok(Item::Table(size)) => Printed::Table(usize::from(size)),
-                Ok(Item::Function) => Printed::Function,
+            let piece = match item {
+                Ok(Item::Nil) => Piece::Nil,
+                Ok(Item::Int(value)) => Piece::Int(value),
+                Ok(Item::Float(value)) => Piece::Float(value),
+                Ok(Item::String(number)) => Piece::Constant(number),
+                Ok(Item::Text(text)) => Piece::Text(text.to_vec()),
+                Ok(Item::Table(size)) => Piece::Table(usize::from(size)),
+                Ok(Item::Function) => Piece::Function,
                 // Decoding has found no error.
                 Ok(Item::Rest) | Err(_) => {
                     complete = false;
-                    Printed::Text(b"...".to_vec())
+                    Piece::Text(b"...".to_vec())
                 }
             };
-            value.append_to(&mut line);
+            piece.append_to(self.program().symbols.as_ref(), &mut line);
         }
         if self.format == Format::Plain {
             return self.output.line(&line);

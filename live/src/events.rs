@@ -1,0 +1,68 @@
+//! What happens in a run, as objects for clients.
+
+use bittybuzz_arena::robot::{Consequence, FaultRecord, LogLine, ProgramId};
+use bittybuzz_arena::run::{Event, EventKind, Observer, Setup};
+use serde_json::{Value, json};
+
+/// Notes the faults and log lines of a tick.
+pub struct Notes<'a> {
+    /// The programs of the run.
+    pub setup: &'a Setup,
+    /// The events so far.
+    pub events: &'a mut Vec<Value>,
+}
+
+impl Observer for Notes<'_> {
+    fn see(&mut self, event: Event<'_>) {
+        let Event { tick, robot, kind } = event;
+        match kind {
+            EventKind::Log(line) => self.events.push(json!({
+                "event": "log",
+                "tick": tick,
+                "robot": robot,
+                "text": text(self.setup, line),
+            })),
+            EventKind::Fault(record) => self.events.push(fault(self.setup, robot, record)),
+            // Frames and calls are for those who ask for them.
+            _ => {}
+        }
+    }
+}
+
+/// The text of a line; bytes that are no UTF-8 are replaced.
+fn text(setup: &Setup, line: &LogLine) -> String {
+    let symbols = setup.program(line.program).and_then(|program| program.symbols.as_ref());
+    let mut bytes = Vec::new();
+    line.pieces.iter().for_each(|piece| piece.append_to(symbols, &mut bytes));
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+fn fault(setup: &Setup, robot: usize, record: &FaultRecord) -> Value {
+    let consequence = match record.consequence {
+        Consequence::Contained => "contained",
+        Consequence::Pause(_) => "pause",
+        Consequence::Stop => "stop",
+    };
+    json!({
+        "event": "fault",
+        "tick": record.tick,
+        "robot": robot,
+        "code": format!("R{:04}", record.fault.code as u8),
+        "consequence": consequence,
+        "places": record.positions.iter().map(|at| place(setup, record.program, *at)).collect::<Vec<_>>(),
+    })
+}
+
+/// The source of a position in the code, innermost call first; `null` without symbols.
+fn place(setup: &Setup, program: ProgramId, position: u16) -> Value {
+    let symbols = setup.program(program).and_then(|program| program.symbols.as_ref());
+    let Some(symbols) = symbols else { return Value::Null };
+    let function = symbols.function(position.into()).map(|function| &function.name);
+    let Some(place) = symbols.position(position.into()) else { return Value::Null };
+    json!({
+        "file": symbols.file(place.file),
+        "line": place.line,
+        "column": place.column,
+        "function": function,
+    })
+}

@@ -1,0 +1,42 @@
+//! Where the robots are and what they show, in the bytes of a recording.
+
+use bittybuzz_arena::output::recorder;
+use bittybuzz_arena::output::recording::Writer;
+use bittybuzz_arena::run::Simulation;
+
+/// A stream of samples: each has only what has changed since the last one that was taken.
+pub struct Samples {
+    /// `None` before a beginning.
+    writer: Option<Writer<Vec<u8>>>,
+    /// Tick of the last sample.
+    tick: u64,
+}
+
+impl Samples {
+    /// Nothing has been taken yet.
+    pub const NEW: Samples = Samples { writer: None, tick: 0 };
+
+    /// Returns the next piece: all robots as they are now.
+    pub fn take(&mut self, run: &Simulation) -> Vec<u8> {
+        // Ticks of a recording ascend.
+        if run.now() < self.tick {
+            self.writer = None;
+        }
+        self.tick = run.now();
+        let robots = recorder::robots(run);
+        let bytes = match &mut self.writer {
+            Some(writer) => writer.write(run.now(), &robots).map(|()| writer),
+            None => Writer::new(Vec::new(), &recorder::header(run)).and_then(|mut writer| {
+                writer.write(run.now(), &robots)?;
+                Ok(self.writer.insert(writer))
+            }),
+        };
+        // A vector takes everything.
+        bytes.map(|writer| std::mem::take(writer.output_mut())).unwrap_or_default()
+    }
+
+    /// The next piece begins anew, for another client.
+    pub fn restart(&mut self) {
+        self.writer = None;
+    }
+}

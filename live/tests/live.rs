@@ -1,0 +1,250 @@
+//! A session as its client sees it.
+
+#![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use bittybuzz_arena::output::recording::{Reader, Sample};
+use bittybuzz_arena::run::{Program, Session, Setup, Simulation};
+use bittybuzz_arena::scenario::{Group, Scenario};
+use bittybuzz_compiler::compile::{Options, compile};
+use bittybuzz_compiler::include::{Files, Loader, MemoryFiles};
+use bittybuzz_live::Live;
+use serde_json::{Value, json};
+
+/// In step 5 robot 7 logs, in step 8 it divides by zero.
+const SCRIPT: &str = "n = 0 t = {.a = 1, .b = {.c = 2}}\n\
+    function step() {\n  n = n + 1\n  if(id == 7 and n == 5) log(\"n is \", n)\n  if(id == 7 and n == 8) led(n / 0)\n  led(n % 8)\n  forward()\n}\n";
+
+const SCENARIO: &str = "[world]\nsize = [800, 600]\nduration = 10\n\
+    obstacles = [{ at = [300, 200], radius = 20 }]\nlights = [[100, 100]]\n\n\
+    [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\nname = \"pair\"\ncount = 2\nfirst_id = 6\n\n\
+    [[expect]]\nat = 2\nrobots = 6\nvalue = \"global.n\"\nequals = 19\n\n\
+    [[expect]]\nwithin = 3\nvalue = \"x\"\nbelow = -1000\n";
+
+fn files() -> MemoryFiles {
+    MemoryFiles::default()
+        .with("s.toml", SCENARIO)
+        .with("s.bzz", SCRIPT)
+        .with("still.bzz", "function step() { led(7) }\n")
+}
+
+fn program(files: &MemoryFiles, script: &Path, group: &Group) -> Result<Program, String> {
+    let robots = bittybuzz_robot_files::all_shipped();
+    let options = Options { robot: Some(group.robot.clone()), robots, profile: None };
+    let text = files.read(script, 10_000).map_err(|error| error.to_string())?;
+    let text = String::from_utf8(text).unwrap();
+    let compiled = compile(script, text, &Loader::new(files), &options);
+    let symbols = compiled.symbols;
+    let program = compiled.image.map(|image| Program { image, symbols });
+    program.ok_or_else(|| compiled.diagnostics[0].message.clone())
+}
+
+fn live() -> Live {
+    let (files, models) = (files(), bittybuzz_robot_models::all());
+    let scenario = Scenario::open_in(&files, "s.toml".as_ref(), &[], &models).unwrap();
+    let own = scenario.programs().map(|(group, script)| program(&files, script, group));
+    let programs: Vec<Program> = own.collect::<Result<_, _>>().unwrap();
+    let compiler = Arc::new(move |script: &Path, group: &Group| program(&files, script, group));
+    let setup = Setup::new(scenario, programs).unwrap().with_compiler(compiler);
+    Live::new(Session::new(Simulation::new(Arc::new(setup), 1, 1).unwrap(), 10))
+}
+
+fn ms(ms: u64) -> Duration {
+    Duration::from_millis(ms)
+}
+
+fn now(live: &Live) -> u64 {
+    live.session().run().now()
+}
+
+/// The events of that kind since the last question.
+fn events(live: &mut Live, kind: &str) -> Vec<Value> {
+    let of_kind = |event: &Value| event["event"] == kind;
+    live.take_events().into_iter().filter(of_kind).collect()
+}
+
+/// The reason of the only refusal since the last question.
+fn refusal(live: &mut Live) -> String {
+    let events = events(live, "refused");
+    assert_eq!(events.len(), 1, "{events:?}");
+    events[0]["text"].as_str().unwrap().to_owned()
+}
+
+/// Takes a sample as a client does that has those bytes already.
+fn sample(live: &mut Live, known: &mut Vec<u8>) -> Sample {
+    let bytes = live.take_sample();
+    if bytes.starts_with(b"bbzrec") {
+        known.clear();
+    }
+    known.extend(bytes);
+    let mut reader = Reader::new(known).unwrap();
+    let mut last = None;
+    // A stream has no end: after the last sample the reader finds it cut off.
+    while let Some(Ok(sample)) = reader.next() {
+        last = Some(sample);
+    }
+    last.unwrap()
+}
+
+#[test]
+fn the_first_event_is_the_world() {
+    let mut live = live();
+    let events = live.take_events();
+    let begin = &events[0];
+    assert_eq!((&begin["event"], &begin["size"]), (&json!("begin"), &json!([800.0, 600.0])));
+    assert_eq!((&begin["end"], &begin["seed"]), (&json!(100), &json!(1)));
+    let group = &begin["groups"][0];
+    assert_eq!((&group["name"], &group["count"]), (&json!("pair"), &json!(2)));
+    // kilobot_measures.h of argos3-kilobot: 16.5 mm.
+    assert_eq!((&group["first_id"], &group["radius"]), (&json!(6), &json!(16.5)));
+    assert_eq!(
+        begin["obstacles"],
+        json!([{ "at": [300.0, 200.0], "radius": 20.0, "height": null }])
+    );
+    assert_eq!(begin["lights"][0]["at"], json!([100.0, 100.0]));
+    assert_eq!(begin["expectations"].as_array().unwrap().len(), 2);
+    let state = json!({ "event": "state", "tick": 0, "plays": false, "rate": null, "over": false });
+    assert_eq!(events[1], state);
+    assert_eq!(events.len(), 2);
+}
+
+#[test]
+fn a_run_follows_the_clock_at_its_rate() {
+    let mut live = live();
+    assert!(!live.advance(100, ms(500)), "it stands still");
+    live.request(r#"{"do":"play","rate":2}"#, ms(1000));
+    // 0.45 s at twice the real time are 0.9 s, ten ticks each.
+    assert!(!live.advance(100, ms(1450)));
+    assert_eq!(now(&live), 9);
+    live.request(r#"{"do":"pause"}"#, ms(1450));
+    live.advance(100, ms(9000));
+    assert_eq!(now(&live), 9);
+    live.request(r#"{"do":"step","ticks":3}"#, ms(9000));
+    assert!(live.advance(2, ms(9000)), "one is left");
+    assert!(!live.advance(2, ms(9000)));
+    assert_eq!(now(&live), 12);
+    live.request(r#"{"do":"play"}"#, ms(9000));
+    assert!(live.advance(10, ms(9000)));
+    assert_eq!(now(&live), 22);
+    live.take_events();
+    assert!(!live.advance(1000, ms(9000)));
+    let state =
+        json!({ "event": "state", "tick": 100, "plays": false, "rate": null, "over": true });
+    assert_eq!(live.take_events().last(), Some(&state));
+}
+
+/// A computer that is too slow for a rate lags, and does not race afterwards.
+#[test]
+fn lost_time_is_not_made_up_for() {
+    let mut live = live();
+    live.request(r#"{"do":"play","rate":1}"#, ms(0));
+    assert!(!live.advance(5, ms(2000)), "twenty were due, and are not any more");
+    assert_eq!(now(&live), 5);
+    live.advance(5, ms(2100));
+    assert_eq!(now(&live), 6);
+}
+
+#[test]
+fn samples_are_a_recording() {
+    let (mut live, mut known) = (live(), Vec::new());
+    let first = sample(&mut live, &mut known);
+    live.request(r#"{"do":"step","ticks":7}"#, ms(0));
+    live.advance(100, ms(0));
+    let second = sample(&mut live, &mut known);
+    assert_eq!((first.tick, second.tick), (0, 7));
+    assert_eq!(second.robots[0].unwrap().led, 6);
+    assert_ne!(first.robots[0].unwrap().x, second.robots[0].unwrap().x);
+    // Back: the recording begins anew.
+    live.request(r#"{"do":"go_to","tick":3}"#, ms(0));
+    let third = sample(&mut live, &mut known);
+    assert_eq!((third.tick, third.robots[1].unwrap().led), (3, 2));
+    // So it does for a client that has just come.
+    live.begin();
+    assert!(live.take_sample().starts_with(b"bbzrec"));
+}
+
+#[test]
+fn faults_and_log_lines_wait_until_they_are_taken() {
+    let mut live = live();
+    live.take_events();
+    live.request(r#"{"do":"play"}"#, ms(0));
+    live.advance(30, ms(0));
+    let all = live.take_events();
+    let of = |kind: &str| all.iter().find(|event| event["event"] == kind).unwrap();
+    let line = json!({ "event": "log", "tick": 5, "robot": 1, "text": "n is 5" });
+    assert_eq!(of("log"), &line);
+    let fault = of("fault");
+    assert_eq!((&fault["tick"], &fault["robot"]), (&json!(8), &json!(1)));
+    assert_eq!((&fault["code"], &fault["consequence"]), (&json!("R0005"), &json!("pause")));
+    let place = &fault["places"][0];
+    assert_eq!((&place["file"], &place["line"]), (&json!("s.bzz"), &json!(5)));
+    assert_eq!(place["function"], "step");
+    let verdicts: Vec<&Value> = all.iter().filter(|e| e["event"] == "expectation").collect();
+    assert_eq!((verdicts.len(), &verdicts[0]["verdict"]), (2, &json!("held")));
+    assert_eq!((&verdicts[1]["number"], &verdicts[1]["verdict"]), (&json!(1), &json!("failed")));
+}
+
+#[test]
+fn the_memory_of_a_robot_is_told_by_name() {
+    let mut live = live();
+    live.request(r#"{"do":"step","ticks":4}"#, ms(0));
+    live.advance(100, ms(0));
+    live.request(r#"{"do":"inspect","robot":1}"#, ms(0));
+    let told = events(&mut live, "inspection");
+    let memory = &told[0]["memory"];
+    let globals = memory["globals"].as_array().unwrap();
+    let global = |name: &str| &globals.iter().find(|pair| pair[0] == name).unwrap()[1];
+    assert_eq!(global("n"), 3);
+    let table = &memory["objects"][global("t")["table"].to_string()]["entries"];
+    assert_eq!(table[0], json!(["a", 1]));
+    assert!(memory["slots"]["free"].as_u64().unwrap() > 0);
+    // After each sample, until it is not wanted any more.
+    live.take_sample();
+    assert_eq!(events(&mut live, "inspection").len(), 1);
+    live.request(r#"{"do":"inspect","robot":null}"#, ms(0));
+    live.take_sample();
+    assert!(events(&mut live, "inspection").is_empty());
+}
+
+#[test]
+fn commands_are_kept_and_told() {
+    let (mut live, mut known) = (live(), Vec::new());
+    live.request(r#"{"do":"command","text":"load = 6\nscript = \"still.bzz\""}"#, ms(0));
+    live.request(r#"{"do":"step","ticks":5}"#, ms(0));
+    live.advance(100, ms(0));
+    assert_eq!(sample(&mut live, &mut known).robots[0].unwrap().led, 7);
+    live.take_events();
+    live.request(r#"{"do":"commands"}"#, ms(0));
+    let told = events(&mut live, "commands");
+    assert_eq!(told[0]["text"], "[[event]]\nat = 0\nload = 6\nscript = \"still.bzz\"\n\n");
+}
+
+#[test]
+fn nonsense_is_refused_and_changes_nothing() {
+    let mut live = live();
+    live.take_events();
+    let digest = live.session().run().digest();
+    for (request, reason) in [
+        ("", "the request makes no sense"),
+        ("[]", "the request makes no sense"),
+        (r#"{"do":"dance"}"#, "unknown variant `dance`"),
+        (r#"{"do":"step"}"#, "missing field `ticks`"),
+        (r#"{"do":"step","ticks":-1}"#, "the request makes no sense"),
+        (r#"{"do":"play","rate":0}"#, "0 cannot be `rate`"),
+        (r#"{"do":"play","rate":1e9}"#, "1000000000 cannot be `rate`"),
+        (r#"{"do":"play","speed":2}"#, "unknown field `speed`"),
+        (r#"{"do":"inspect","robot":2}"#, "there is no robot with the number 2"),
+        (r#"{"do":"command","text":"fail = 2"}"#, "there is no robot 2"),
+        (r#"{"do":"command","text":"load = 6\nscript = \"none.bzz\""}"#, "cannot be loaded"),
+    ] {
+        live.request(request, ms(0));
+        let told = refusal(&mut live);
+        assert!(told.contains(reason), "{request}: {told}");
+    }
+    live.advance(100, ms(10_000));
+    assert_eq!((now(&live), live.session().run().digest()), (0, digest));
+    assert_eq!(live.session().run().commands(), "");
+}
